@@ -1,0 +1,75 @@
+//! One error for everything a user hands to `rlg`: which file, which channel, which row, what stood
+//! there and what was expected. It ends the command with exit code 2 and one sentence on standard error.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Why an input cannot be used. Every part that is known is printed; parts that do not apply are absent.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct InputError {
+    /// The file or folder at fault.
+    pub file: PathBuf,
+    /// The channel (column) at fault, or the key in a TOML file.
+    pub channel: Option<String>,
+    /// The row, counted from 0 at the first row of data.
+    pub row: Option<u64>,
+    /// The value found, as it stood in the file.
+    pub value: Option<String>,
+    /// What is wrong, as a clause: "is text, not a number".
+    pub problem: String,
+    /// What was expected, as a noun phrase: "a number in rad".
+    pub expected: Option<String>,
+}
+
+impl InputError {
+    /// An error about `file` as a whole.
+    pub fn new(file: impl AsRef<Path>, problem: impl Into<String>) -> Self {
+        Self {
+            file: file.as_ref().to_path_buf(),
+            problem: problem.into(),
+            ..Self::default()
+        }
+    }
+    /// Names the channel or key at fault.
+    pub fn channel(mut self, channel: impl Into<String>) -> Self {
+        self.channel = Some(channel.into());
+        self
+    }
+    /// Names the row at fault, from 0.
+    pub fn row(mut self, row: u64) -> Self {
+        self.row = Some(row);
+        self
+    }
+    /// Quotes the value found.
+    pub fn value(mut self, value: impl ToString) -> Self {
+        self.value = Some(value.to_string());
+        self
+    }
+    /// Says what was expected.
+    pub fn expected(mut self, expected: impl Into<String>) -> Self {
+        self.expected = Some(expected.into());
+        self
+    }
+}
+
+impl fmt::Display for InputError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        if let Some(channel) = &self.channel {
+            write!(f, ", {channel}")?;
+        }
+        if let Some(row) = self.row {
+            write!(f, ", row {row}")?;
+        }
+        write!(f, ": {}", self.problem)?;
+        if let Some(value) = &self.value {
+            write!(f, ", found {value}")?;
+        }
+        if let Some(expected) = &self.expected {
+            write!(f, "; expected {expected}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for InputError {}

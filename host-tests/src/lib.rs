@@ -1,0 +1,9 @@
+//! The host half of the project: recordings in, truth out.
+//!
+//! recording → replay or prediction → residual → locate → hypothesise → fit → select → validate → report
+
+pub mod error;
+
+pub mod recording;
+
+pub mod model;

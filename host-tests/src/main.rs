@@ -1,0 +1,2 @@
+//! The command `rlg`.
+fn main() {}
