@@ -2,11 +2,19 @@
 //! there and what was expected. It ends the command with exit code 2 and one sentence on standard error.
 
 use std::fmt;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
 /// Why an input cannot be used. Every part that is known is printed; parts that do not apply are absent.
+///
+/// The parts read as fields (`error.channel`). They lie behind one pointer, so that a `Result` on the
+/// good path stays small.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct InputError {
+pub struct InputError(Box<Parts>);
+
+/// The parts of an [`InputError`].
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Parts {
     /// The file or folder at fault.
     pub file: PathBuf,
     /// The channel (column) at fault, or the key in a TOML file.
@@ -24,31 +32,38 @@ pub struct InputError {
 impl InputError {
     /// An error about `file` as a whole.
     pub fn new(file: impl AsRef<Path>, problem: impl Into<String>) -> Self {
-        Self {
+        Self(Box::new(Parts {
             file: file.as_ref().to_path_buf(),
             problem: problem.into(),
-            ..Self::default()
-        }
+            ..Parts::default()
+        }))
     }
     /// Names the channel or key at fault.
     pub fn channel(mut self, channel: impl Into<String>) -> Self {
-        self.channel = Some(channel.into());
+        self.0.channel = Some(channel.into());
         self
     }
     /// Names the row at fault, from 0.
     pub fn row(mut self, row: u64) -> Self {
-        self.row = Some(row);
+        self.0.row = Some(row);
         self
     }
     /// Quotes the value found.
     pub fn value(mut self, value: impl ToString) -> Self {
-        self.value = Some(value.to_string());
+        self.0.value = Some(value.to_string());
         self
     }
     /// Says what was expected.
     pub fn expected(mut self, expected: impl Into<String>) -> Self {
-        self.expected = Some(expected.into());
+        self.0.expected = Some(expected.into());
         self
+    }
+}
+
+impl Deref for InputError {
+    type Target = Parts;
+    fn deref(&self) -> &Parts {
+        &self.0
     }
 }
 

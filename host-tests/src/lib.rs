@@ -4,6 +4,10 @@
 
 pub mod error;
 
+pub mod output;
+
+mod toml_file;
+
 pub mod recording;
 
 pub mod model;

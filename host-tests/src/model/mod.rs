@@ -5,6 +5,9 @@
 
 use std::collections::BTreeMap;
 
+pub mod catalogue;
+mod file;
+
 /// Where the case's motion comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MotionSource {

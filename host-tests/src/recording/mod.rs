@@ -9,6 +9,15 @@
 
 use std::path::PathBuf;
 
+mod csv_table;
+mod folder;
+mod manifest;
+mod parquet_table;
+pub mod quantity;
+mod storage;
+
+pub use manifest::MANIFEST;
+
 /// Where the recording was made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Site {
@@ -131,4 +140,54 @@ pub struct Recording {
     pub tables: Vec<Table>,
     /// Its named stretches.
     pub segments: Vec<Segment>,
+}
+
+impl Clock {
+    /// Time that one row covers \[s\]; of stamped rows the mean over `rows` rows.
+    pub fn period_s(&self, rows: usize) -> f64 {
+        match self {
+            Self::Uniform { rate_hz, .. } => 1.0 / rate_hz,
+            Self::Stamped { stamps_s, .. } if rows > 1 => {
+                (stamps_s[rows - 1] - stamps_s[0]) / (rows - 1) as f64
+            }
+            // One stamp tells nothing of a period; a second is the unit.
+            Self::Stamped { .. } => 1.0,
+        }
+    }
+}
+
+impl Table {
+    /// Beginning of row 0 \[s\].
+    pub fn start_s(&self) -> f64 {
+        match &self.clock {
+            Clock::Uniform { start_s, .. } => *start_s,
+            Clock::Stamped { stamps_s, .. } => stamps_s.first().copied().unwrap_or(0.0),
+        }
+    }
+
+    /// End of the last row \[s\]; a stamped last row counts as long as the mean row.
+    pub fn end_s(&self) -> f64 {
+        match &self.clock {
+            Clock::Uniform { rate_hz, start_s } => start_s + self.rows as f64 / rate_hz,
+            Clock::Stamped { stamps_s, .. } => {
+                stamps_s.last().copied().unwrap_or(0.0) + self.clock.period_s(self.rows)
+            }
+        }
+    }
+
+    /// The channel that measures `quantity` about `axis` ("x", "y", "z", "w").
+    pub fn channel(&self, quantity: &Quantity, axis: &str) -> Option<&Channel> {
+        self.channels
+            .iter()
+            .find(|channel| channel.quantity == *quantity && channel.axis.as_deref() == Some(axis))
+    }
+}
+
+impl Recording {
+    /// The first table with a channel of `quantity` about `axis`, and that channel.
+    pub fn channel(&self, quantity: &Quantity, axis: &str) -> Option<(&Table, &Channel)> {
+        self.tables
+            .iter()
+            .find_map(|table| Some((table, table.channel(quantity, axis)?)))
+    }
 }

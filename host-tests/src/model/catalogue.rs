@@ -1,0 +1,211 @@
+//! The catalogue: every kind of effect with its parameters' names and units, as the contract has them.
+//!
+//! Names and meanings are the contract's and stay as they are. "ij" = gyro i, axis j.
+
+/// What a parameter holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Value {
+    /// Any finite number.
+    Number,
+    /// A number above 0: a frequency.
+    Positive,
+    /// A number of at least 0: a noise, a threshold, a damping ratio.
+    NotNegative,
+    /// "x", "y" or "z".
+    Axis,
+    /// The name of a channel.
+    Channel,
+}
+
+/// Parameters of one kind that share a unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Group {
+    /// Their names in files.
+    pub names: &'static [&'static str],
+    /// Their unit; empty for text.
+    pub unit: &'static str,
+    /// What they hold.
+    pub value: Value,
+    /// Whether all must be given; otherwise an absent one counts as 0.
+    pub required: bool,
+}
+
+/// One kind of effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Kind {
+    /// Its name in files.
+    pub name: &'static str,
+    /// Its parameters; empty: free parameters (`unlisted`).
+    pub groups: &'static [Group],
+}
+
+/// The body axes.
+pub const XYZ: &[&str] = &["x", "y", "z"];
+/// i ≠ j.
+pub const SIX: &[&str] = &["xy", "xz", "yx", "yz", "zx", "zy"];
+/// All i, j.
+pub const NINE: &[&str] = &["xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"];
+
+const fn of(names: &'static [&'static str], unit: &'static str) -> Group {
+    Group {
+        names,
+        unit,
+        value: Value::Number,
+        required: false,
+    }
+}
+
+const fn bounded(names: &'static [&'static str], unit: &'static str, value: Value) -> Group {
+    Group {
+        names,
+        unit,
+        value,
+        required: false,
+    }
+}
+
+const fn needed(names: &'static [&'static str], unit: &'static str, value: Value) -> Group {
+    Group {
+        names,
+        unit,
+        value,
+        required: true,
+    }
+}
+
+const AXIS: Group = needed(&["axis"], "", Value::Axis);
+const CHANNEL: Group = needed(&["channel"], "", Value::Channel);
+const TIME: Group = needed(&["time_s"], "s", Value::Number);
+const SPAN: Group = needed(&["start_s", "end_s"], "s", Value::Number);
+const FAULT: &[Group] = &[CHANNEL, SPAN];
+
+const fn kind(name: &'static str, groups: &'static [Group]) -> Kind {
+    Kind { name, groups }
+}
+
+/// Every kind, in the contract's order.
+pub const CATALOGUE: &[Kind] = &[
+    kind("gyro_bias", &[of(XYZ, "rad/s")]),
+    kind(
+        "gyro_bias_step",
+        &[AXIS, TIME, needed(&["size"], "rad/s", Value::Number)],
+    ),
+    kind("gyro_bias_temperature", &[of(XYZ, "rad/s/K")]),
+    kind("gyro_bias_temperature_rate", &[of(XYZ, "rad/K")]),
+    kind("gyro_bias_magnetic", &[of(NINE, "rad/s/T")]),
+    kind("gyro_g_bias", &[of(NINE, "rad/s per m/s^2")]),
+    kind("gyro_g2_bias", &[of(XYZ, "rad/s per (m/s^2)^2")]),
+    kind("gyro_scale", &[of(XYZ, "1")]),
+    kind("gyro_scale_asymmetry", &[of(XYZ, "1")]),
+    kind("gyro_scale_quadratic", &[of(XYZ, "s/rad")]),
+    kind("gyro_scale_cubic", &[of(XYZ, "s^2/rad^2")]),
+    kind("installation", &[of(SIX, "rad")]),
+    kind("installation_temperature", &[of(SIX, "rad/K")]),
+    kind("axis_flexure", &[of(SIX, "s^2")]),
+    kind("axis_flexure_cubic", &[of(SIX, "s^6/rad^2")]),
+    kind(
+        "axis_flexure_mode",
+        &[
+            of(SIX, "s^2"),
+            needed(&["frequency_hz"], "Hz", Value::Positive),
+            needed(&["damping"], "1", Value::NotNegative),
+        ],
+    ),
+    kind("axis_tilt_by_force", &[of(SIX, "rad per m/s^2")]),
+    kind("elastic_rate_by_force", &[of(NINE, "rad per m/s^2")]),
+    kind("elastic_rate_by_jerk", &[of(NINE, "s^2")]),
+    kind("gyro_delay", &[of(XYZ, "s")]),
+    kind("dither_gain", &[of(XYZ, "1")]),
+    kind("dither_delay", &[of(XYZ, "s")]),
+    kind("dither_cubic", &[of(XYZ, "1/rad^2")]),
+    kind("dither_crosstalk", &[of(SIX, "1")]),
+    kind("lock_in", &[bounded(XYZ, "rad/s", Value::NotNegative)]),
+    kind(
+        "angle_random_walk",
+        &[bounded(XYZ, "rad/sqrt(s)", Value::NotNegative)],
+    ),
+    kind(
+        "pulse_quantisation",
+        &[bounded(XYZ, "unit of the channel", Value::NotNegative)],
+    ),
+    kind(
+        "counter_slip",
+        &[AXIS, TIME, needed(&["size"], "rad", Value::Number)],
+    ),
+    kind("lost_samples", FAULT),
+    kind("stuck_channel", FAULT),
+    kind("saturation", FAULT),
+    kind("reference_misalignment", &[of(XYZ, "rad")]),
+    kind("reference_delay", &[needed(&["all"], "s", Value::Number)]),
+    kind("reference_scale", &[of(XYZ, "1")]),
+    kind(
+        "reference_harmonic",
+        &[
+            AXIS,
+            needed(&["order"], "1", Value::Positive),
+            of(&["cos", "sin"], "rad"),
+        ],
+    ),
+    kind(
+        "isolator_mode",
+        &[
+            bounded(
+                &["x_frequency_hz", "y_frequency_hz", "z_frequency_hz"],
+                "Hz",
+                Value::Positive,
+            ),
+            bounded(
+                &["x_damping", "y_damping", "z_damping"],
+                "1",
+                Value::NotNegative,
+            ),
+        ],
+    ),
+    kind("earth_rate", &[of(XYZ, "rad/s")]),
+    kind("accel_bias", &[of(XYZ, "m/s^2")]),
+    kind("accel_scale", &[of(XYZ, "1")]),
+    kind("accel_misalignment", &[of(SIX, "rad")]),
+    kind("accel_quadratic", &[of(XYZ, "s^2/m")]),
+    kind("accel_delay", &[of(XYZ, "s")]),
+    kind("size_effect", &[of(NINE, "m")]),
+    kind("unlisted", &[]),
+];
+
+impl Kind {
+    /// The kind of this name.
+    pub fn named(name: &str) -> Option<&'static Self> {
+        CATALOGUE.iter().find(|kind| kind.name == name)
+    }
+
+    /// The listed name that is spelt most like `name`.
+    pub fn nearest(name: &str) -> &'static str {
+        CATALOGUE
+            .iter()
+            .min_by_key(|kind| strsim::damerau_levenshtein(kind.name, name))
+            .map_or("", |kind| kind.name)
+    }
+
+    /// Whether any parameter is allowed.
+    pub fn is_free(&self) -> bool {
+        self.groups.is_empty()
+    }
+
+    /// Its parameters' names in the contract's order.
+    pub fn parameter_names(&self) -> impl Iterator<Item = &'static str> {
+        self.groups
+            .iter()
+            .flat_map(|group| group.names.iter().copied())
+    }
+
+    /// The group a parameter belongs to.
+    pub fn group_of(&self, parameter: &str) -> Option<&'static Group> {
+        self.groups
+            .iter()
+            .find(|group| group.names.contains(&parameter))
+    }
+
+    /// The unit of a parameter.
+    pub fn unit_of(&self, parameter: &str) -> Option<&'static str> {
+        self.group_of(parameter).map(|group| group.unit)
+    }
+}

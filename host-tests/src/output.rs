@@ -1,0 +1,160 @@
+//! What a command leaves on disk: whole, or not at all.
+//!
+//! Files are written into a hidden sibling of their destination and moved there by renaming once all of
+//! them are complete. A command that fails or is killed leaves the destination as it was.
+//!
+//! Not done: flushing to the medium (a power cut may lose the last files, as with any command), and one
+//! atomic step when the destination folder exists already; then each file is replaced whole, in the
+//! order in which they were added.
+
+use std::fs::{self, File};
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use tempfile::{Builder, TempDir};
+
+use crate::error::InputError;
+
+/// A folder of results under way.
+#[derive(Debug)]
+pub struct OutputFolder {
+    target: PathBuf,
+    staging: TempDir,
+    names: Vec<PathBuf>,
+}
+
+impl OutputFolder {
+    /// Prepares to fill `target`. Fails at once, before any work, where it cannot be written.
+    pub fn create(target: impl AsRef<Path>) -> Result<Self, InputError> {
+        let target = target.as_ref().to_path_buf();
+        if target.as_os_str().is_empty() {
+            return Err(
+                InputError::new(&target, "is no folder's name").expected("a folder to write to")
+            );
+        }
+        if target.exists() && !target.is_dir() {
+            return Err(InputError::new(&target, "is a file").expected("a folder to write to"));
+        }
+        // An existing folder is tried itself, because its parent may be writable where it is not.
+        let beside = if target.is_dir() {
+            target.clone()
+        } else {
+            nearest_folder(&target)
+        };
+        let staging = builder(0o777)
+            .tempdir_in(&beside)
+            .map_err(|error| refused(&target, &error))?;
+        Ok(Self {
+            target,
+            staging,
+            names: Vec::new(),
+        })
+    }
+
+    /// Where the results will be.
+    pub fn target(&self) -> &Path {
+        &self.target
+    }
+
+    /// Adds the file `name` with this content.
+    pub fn write(&mut self, name: impl AsRef<Path>, bytes: &[u8]) -> Result<(), InputError> {
+        let name = name.as_ref();
+        let mut file = self.file(name)?;
+        file.write_all(bytes)
+            .map_err(|error| refused(&self.target.join(name), &error))
+    }
+
+    /// Adds the file `name`, open for writing.
+    pub fn file(&mut self, name: impl AsRef<Path>) -> Result<File, InputError> {
+        let name = name.as_ref();
+        let path = self.staging.path().join(name);
+        let opened = match path.parent() {
+            Some(parent) => fs::create_dir_all(parent).and_then(|()| File::create(&path)),
+            None => File::create(&path),
+        };
+        let file = opened.map_err(|error| refused(&self.target.join(name), &error))?;
+        if !self.names.iter().any(|known| known == name) {
+            self.names.push(name.to_path_buf());
+        }
+        Ok(file)
+    }
+
+    /// Moves everything to its place.
+    pub fn commit(self) -> Result<(), InputError> {
+        let moved = if self.target.is_dir() {
+            self.replace_files()
+        } else {
+            self.move_folder()
+        };
+        moved.map_err(|error| refused(&self.target, &error))
+    }
+
+    fn move_folder(&self) -> io::Result<()> {
+        if let Some(parent) = self.target.parent() {
+            fs::create_dir_all(parent)?;
+        }
+        fs::rename(self.staging.path(), &self.target)
+    }
+
+    fn replace_files(&self) -> io::Result<()> {
+        for name in &self.names {
+            let place = self.target.join(name);
+            if place.is_dir() {
+                let text = format!("{} is a folder", place.display());
+                return Err(io::Error::new(io::ErrorKind::IsADirectory, text));
+            }
+            if let Some(parent) = place.parent() {
+                fs::create_dir_all(parent)?;
+            }
+        }
+        let mut names = self.names.iter();
+        names
+            .try_for_each(|name| fs::rename(self.staging.path().join(name), self.target.join(name)))
+    }
+}
+
+/// Writes one file whole or not at all.
+pub fn write_file(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), InputError> {
+    let path = path.as_ref();
+    if path.is_dir() {
+        return Err(InputError::new(path, "is a folder").expected("a file to write"));
+    }
+    let written = (|| {
+        let beside = path
+            .parent()
+            .filter(|parent| !parent.as_os_str().is_empty());
+        let mut file = builder(0o666).tempfile_in(beside.unwrap_or(Path::new(".")))?;
+        file.write_all(bytes)?;
+        file.persist(path).map_err(|error| error.error)?;
+        Ok(())
+    })();
+    written.map_err(|error: io::Error| refused(path, &error))
+}
+
+/// A builder of hidden temporary names with the permissions that an ordinary file or folder would get.
+fn builder(mode: u32) -> Builder<'static, 'static> {
+    let mut builder = Builder::new();
+    builder.prefix(".rlg-").suffix(".partial");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        builder.permissions(fs::Permissions::from_mode(mode));
+    }
+    #[cfg(not(unix))]
+    let _ = mode;
+    builder
+}
+
+/// The nearest folder above `path` that exists: on the same file system as what will be made under it.
+fn nearest_folder(path: &Path) -> PathBuf {
+    let above = path
+        .ancestors()
+        .skip(1)
+        .find(|above| above.exists() && !above.as_os_str().is_empty());
+    above.map_or_else(|| PathBuf::from("."), Path::to_path_buf)
+}
+
+fn refused(path: &Path, error: &io::Error) -> InputError {
+    InputError::new(path, format!("cannot be written ({error})"))
+        .expected("a place this user may write to")
+}

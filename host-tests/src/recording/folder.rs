@@ -1,0 +1,198 @@
+//! Reading a recording's folder into memory, and the judgement of its values.
+//!
+//! Enters: the folder. Leaves: [`Recording`] with every channel as value = stored · scale + offset in SI.
+//! What cannot be right is refused by name: a count that is not whole, an infinite value, a whole channel
+//! in another unit or without a single value, stamps that do not increase. What may be a fault of the
+//! unit (a jump, a stuck run, a gap) is left for whoever uses the recording.
+
+use std::path::Path;
+
+use super::manifest::{ClockEntry, MANIFEST, Manifest, TableEntry};
+use super::{Channel, Clock, Quantity, Recording, Table, csv_table, parquet_table};
+use crate::error::InputError;
+
+/// A count times a scale of 1 is exact; a scale that undoes another (stored in 1/1000 pulses, say) leaves
+/// rounding of the order 1e-10 pulse. A millionth of a pulse is neither, so the column holds no counts.
+const WHOLE_COUNT: f64 = 1e-6;
+
+/// The sensor's counter is read as i32 by the firmware.
+const LARGEST_COUNT: f64 = i32::MAX as f64;
+
+impl Recording {
+    /// Reads and checks the recording in `folder`.
+    pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
+        let folder = folder.as_ref();
+        if !folder.exists() {
+            return Err(InputError::new(folder, "does not exist")
+                .expected(format!("a recording: a folder with {MANIFEST}")));
+        }
+        if !folder.is_dir() {
+            return Err(InputError::new(folder, "is not a folder")
+                .expected(format!("a recording: a folder with {MANIFEST}")));
+        }
+        let manifest = Manifest::read(&folder.join(MANIFEST))?;
+        let name = manifest.name.clone().unwrap_or_else(|| {
+            let last = folder.file_name().unwrap_or(folder.as_os_str());
+            last.to_string_lossy().into_owned()
+        });
+        let tables = manifest
+            .tables
+            .iter()
+            .map(|entry| read_table(folder, entry))
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            name,
+            folder: folder.to_path_buf(),
+            site: manifest.site(),
+            tables,
+            segments: manifest.segments(),
+        })
+    }
+}
+
+fn read_table(folder: &Path, entry: &TableEntry) -> Result<Table, InputError> {
+    let path = folder.join(&entry.file);
+    let mut wanted: Vec<&str> = entry.channels.iter().map(|c| c.column.as_str()).collect();
+    if let ClockEntry::Stamped { column } = entry.clock() {
+        wanted.push(column);
+    }
+    let extension = path.extension().map(|e| e.to_ascii_lowercase());
+    let mut columns = match extension.as_ref().and_then(|e| e.to_str()) {
+        Some("parquet") => parquet_table::read(&path, &wanted)?,
+        Some("csv") => csv_table::read(&path, &wanted)?,
+        _ => {
+            return Err(InputError::new(&path, "is a table of an unknown kind")
+                .expected("a name that ends in .parquet or .csv"));
+        }
+    };
+    let rows = columns.first().map_or(0, Vec::len);
+    if rows == 0 {
+        return Err(InputError::new(&path, "has no rows").expected("at least one row of data"));
+    }
+    let clock = match entry.clock() {
+        ClockEntry::Uniform { rate_hz, start_s } => Clock::Uniform { rate_hz, start_s },
+        ClockEntry::Stamped { column } => {
+            let stamps_s = columns.pop().unwrap_or_default();
+            check_stamps(&path, column, &stamps_s)?;
+            Clock::Stamped {
+                column: column.to_owned(),
+                stamps_s,
+            }
+        }
+    };
+    let period_s = clock.period_s(rows);
+    let mut channels = Vec::with_capacity(columns.len());
+    for (channel, mut values) in entry.channels.iter().zip(columns) {
+        for value in &mut values {
+            *value = *value * channel.scale + channel.offset;
+        }
+        let channel = Channel {
+            column: channel.column.clone(),
+            quantity: channel.quantity(),
+            axis: channel.axis.clone(),
+            scale: channel.scale,
+            offset: channel.offset,
+            values,
+        };
+        check_values(&path, &channel, period_s)?;
+        channels.push(channel);
+    }
+    Ok(Table {
+        file: entry.file.clone(),
+        clock,
+        rows,
+        channels,
+    })
+}
+
+fn check_stamps(path: &Path, column: &str, stamps_s: &[f64]) -> Result<(), InputError> {
+    let mut previous = f64::NEG_INFINITY;
+    for (row, &stamp) in stamps_s.iter().enumerate() {
+        if !stamp.is_finite() || stamp <= previous {
+            let expected = if row == 0 || !stamp.is_finite() {
+                "a time in s in every row".to_owned()
+            } else {
+                format!("a time after {previous} s")
+            };
+            return Err(InputError::new(path, "is not a clock that goes forward")
+                .channel(column)
+                .row(row as u64)
+                .value(stamp)
+                .expected(expected));
+        }
+        previous = stamp;
+    }
+    Ok(())
+}
+
+fn check_values(path: &Path, channel: &Channel, period_s: f64) -> Result<(), InputError> {
+    let quantity = &channel.quantity;
+    let fault = |row: usize, problem: &str, expected: &str| {
+        InputError::new(path, problem)
+            .channel(format!("{} ({})", channel.column, quantity.name()))
+            .row(row as u64)
+            .value(channel.values[row])
+            .expected(expected)
+    };
+    for (row, &value) in channel.values.iter().enumerate() {
+        if value.is_infinite() {
+            return Err(fault(
+                row,
+                "is infinite",
+                "a finite number, or NaN where nothing was measured",
+            ));
+        }
+        if *quantity == Quantity::GyroCount && !value.is_nan() {
+            if (value - value.round()).abs() > WHOLE_COUNT {
+                return Err(fault(
+                    row,
+                    "is not a whole number of pulses",
+                    "pulses counted over the row",
+                ));
+            }
+            if value.abs() > LARGEST_COUNT {
+                return Err(fault(
+                    row,
+                    "is beyond a 32-bit counter",
+                    "pulses counted over the row",
+                ));
+            }
+        }
+    }
+    let mut magnitudes: Vec<f64> = channel
+        .values
+        .iter()
+        .filter(|v| !v.is_nan())
+        .map(|v| v.abs())
+        .collect();
+    if magnitudes.is_empty() {
+        if quantity.is_essential() {
+            return Err(
+                InputError::new(path, "has not one value: every row is null or NaN")
+                    .channel(format!("{} ({})", channel.column, quantity.name()))
+                    .expected("measured values"),
+            );
+        }
+        return Ok(());
+    }
+    if let Some(plausible) = quantity.plausible(period_s) {
+        let middle = magnitudes.len() / 2;
+        let median = *magnitudes.select_nth_unstable_by(middle, f64::total_cmp).1;
+        if !(plausible.least..=plausible.greatest).contains(&median) {
+            return Err(InputError::new(
+                path,
+                format!("cannot be in {}", quantity.unit().unwrap_or("1")),
+            )
+            .channel(format!("{} ({})", channel.column, quantity.name()))
+            .value(format!("a median magnitude of {median:.6e}"))
+            .expected(format!(
+                "{:.3e} to {:.3e} {} ({})",
+                plausible.least,
+                plausible.greatest,
+                quantity.unit().unwrap_or("1"),
+                plausible.reason
+            )));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,399 @@
+//! `recording.toml`: the list of tables and what their columns mean.
+//!
+//! Enters and leaves: the text of the file. Everything that can be judged without opening a table is
+//! judged here. Keys that the contract does not name are passed over: others may add to it.
+
+use std::collections::HashSet;
+use std::fmt::Write as _;
+use std::path::{Component, Path};
+
+use serde::Deserialize;
+
+use super::quantity::{AxisRule, same_unit};
+use super::{Clock, Quantity, Recording, Segment, Site};
+use crate::error::InputError;
+use crate::toml_file;
+
+/// Its name in the folder.
+pub const MANIFEST: &str = "recording.toml";
+
+/// Gravity of any place on Earth lies well inside these \[m/s²\]; outside, it is in other units.
+const GRAVITY_M_S2: [f64; 2] = [9.0, 10.5];
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Manifest {
+    pub name: Option<String>,
+    pub site: Option<SiteEntry>,
+    #[serde(default, rename = "table")]
+    pub tables: Vec<TableEntry>,
+    #[serde(default, rename = "segment")]
+    pub segments: Vec<SegmentEntry>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct SiteEntry {
+    latitude_rad: f64,
+    gravity_m_s2: f64,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct TableEntry {
+    pub file: String,
+    rate_hz: Option<f64>,
+    time: Option<String>,
+    start_s: Option<f64>,
+    #[serde(default, rename = "channel")]
+    pub channels: Vec<ChannelEntry>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct ChannelEntry {
+    pub column: String,
+    quantity: String,
+    pub axis: Option<String>,
+    unit: Option<String>,
+    #[serde(default = "unscaled")]
+    pub scale: f64,
+    #[serde(default)]
+    pub offset: f64,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct SegmentEntry {
+    name: String,
+    kind: String,
+    start_s: f64,
+    end_s: f64,
+}
+
+fn unscaled() -> f64 {
+    1.0
+}
+
+/// A table's clock before its stamps are read.
+pub(super) enum ClockEntry<'a> {
+    Uniform { rate_hz: f64, start_s: f64 },
+    Stamped { column: &'a str },
+}
+
+impl Manifest {
+    /// Reads and judges `path`.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let (_, manifest): (_, Self) = toml_file::read(path)?;
+        manifest.check(path)?;
+        Ok(manifest)
+    }
+
+    /// Judges a text before it is written to `path`.
+    pub fn from_text(path: &Path, text: &str) -> Result<Self, InputError> {
+        let (_, manifest): (_, Self) = toml_file::parse(path, text)?;
+        manifest.check(path)?;
+        Ok(manifest)
+    }
+
+    fn check(&self, path: &Path) -> Result<(), InputError> {
+        if self.tables.is_empty() {
+            return Err(InputError::new(path, "lists no table").expected("at least one [[table]]"));
+        }
+        let mut files = HashSet::new();
+        for table in &self.tables {
+            table.check(path)?;
+            if !files.insert(table.file.as_str()) {
+                return Err(InputError::new(path, "lists the same file twice").value(&table.file));
+            }
+        }
+        if let Some(site) = &self.site {
+            let bounds = [-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2];
+            within(path, "site.latitude_rad", site.latitude_rad, bounds, "rad")?;
+            within(
+                path,
+                "site.gravity_m_s2",
+                site.gravity_m_s2,
+                GRAVITY_M_S2,
+                "m/s^2",
+            )?;
+        }
+        self.segments
+            .iter()
+            .try_for_each(|segment| segment.check(path))
+    }
+
+    pub fn site(&self) -> Option<Site> {
+        self.site.as_ref().map(|site| Site {
+            latitude_rad: site.latitude_rad,
+            gravity_m_s2: site.gravity_m_s2,
+        })
+    }
+
+    pub fn segments(&self) -> Vec<Segment> {
+        let segment = |entry: &SegmentEntry| Segment {
+            name: entry.name.clone(),
+            kind: entry.kind.clone(),
+            start_s: entry.start_s,
+            end_s: entry.end_s,
+        };
+        self.segments.iter().map(segment).collect()
+    }
+}
+
+impl TableEntry {
+    fn check(&self, path: &Path) -> Result<(), InputError> {
+        let inside = Path::new(&self.file)
+            .components()
+            .all(|part| matches!(part, Component::Normal(_)));
+        if !inside || self.file.is_empty() {
+            return Err(
+                InputError::new(path, "names a table outside the recording's folder")
+                    .channel("table.file")
+                    .value(&self.file)
+                    .expected("a file name inside the folder"),
+            );
+        }
+        let key = |name: &str| format!("table {}, {name}", self.file);
+        match (self.rate_hz, &self.time) {
+            (Some(rate_hz), None) => {
+                if !(rate_hz.is_finite() && rate_hz > 0.0) {
+                    return Err(InputError::new(path, "is not a rate")
+                        .channel(key("rate_hz"))
+                        .value(rate_hz)
+                        .expected("a positive number of rows per second"));
+                }
+            }
+            (None, Some(_)) => {
+                if self.start_s.is_some_and(|start_s| start_s != 0.0) {
+                    return Err(
+                        InputError::new(path, "has a start beside a column of times")
+                            .channel(key("start_s"))
+                            .value(self.start_s.unwrap_or_default())
+                            .expected("`start_s` with `rate_hz` only"),
+                    );
+                }
+            }
+            (both, _) => {
+                let found = if both.is_some() { "both" } else { "neither" };
+                return Err(
+                    InputError::new(path, "does not say when its rows were taken")
+                        .channel(format!("table {}", self.file))
+                        .value(found)
+                        .expected("either `rate_hz` or `time`"),
+                );
+            }
+        }
+        if self.start_s.is_some_and(|start_s| !start_s.is_finite()) {
+            return Err(InputError::new(path, "is not a time")
+                .channel(key("start_s"))
+                .value(self.start_s.unwrap_or_default())
+                .expected("a finite number of seconds"));
+        }
+        if self.channels.is_empty() {
+            return Err(InputError::new(path, "has no channel")
+                .channel(format!("table {}", self.file))
+                .expected("at least one [[table.channel]]"));
+        }
+        for (index, channel) in self.channels.iter().enumerate() {
+            channel.check(path, &self.file)?;
+            for earlier in &self.channels[..index] {
+                channel.check_beside(earlier, path, &self.file)?;
+            }
+        }
+        Ok(())
+    }
+
+    pub fn clock(&self) -> ClockEntry<'_> {
+        match (&self.time, self.rate_hz) {
+            (Some(column), _) => ClockEntry::Stamped { column },
+            (None, rate_hz) => ClockEntry::Uniform {
+                rate_hz: rate_hz.unwrap_or(f64::NAN),
+                start_s: self.start_s.unwrap_or(0.0),
+            },
+        }
+    }
+}
+
+impl ChannelEntry {
+    pub fn quantity(&self) -> Quantity {
+        Quantity::from_name(&self.quantity)
+    }
+
+    fn check(&self, path: &Path, file: &str) -> Result<(), InputError> {
+        let name = format!("table {file}, channel {}", self.column);
+        let quantity = self.quantity();
+        let axis = self.axis.as_deref();
+        let (allowed, expected) = match quantity.axis_rule() {
+            AxisRule::Body => (
+                matches!(axis, Some("x" | "y" | "z")),
+                "\"x\", \"y\" or \"z\"",
+            ),
+            AxisRule::BodyOrNone => (
+                matches!(axis, None | Some("x" | "y" | "z")),
+                "\"x\", \"y\", \"z\" or no axis",
+            ),
+            AxisRule::Quaternion => (
+                matches!(axis, Some("w" | "x" | "y" | "z")),
+                "\"w\", \"x\", \"y\" or \"z\"",
+            ),
+            AxisRule::Free => (true, ""),
+        };
+        if !allowed {
+            let problem = format!("{} has an axis it cannot have", quantity.name());
+            return Err(InputError::new(path, problem)
+                .channel(name)
+                .value(axis.map_or("none".to_owned(), |axis| format!("{axis:?}")))
+                .expected(format!("axis = {expected}")));
+        }
+        if let (Some(written), Some(unit)) = (&self.unit, quantity.unit())
+            && !same_unit(written, unit)
+        {
+            let problem = format!("{} is in another unit", quantity.name());
+            return Err(InputError::new(path, problem)
+                .channel(name)
+                .value(format!("{written:?}"))
+                .expected(format!("{unit:?} after scale and offset")));
+        }
+        if !self.scale.is_finite() || self.scale == 0.0 {
+            return Err(InputError::new(path, "is not a scale")
+                .channel(format!("{name}, scale"))
+                .value(self.scale)
+                .expected("a finite number other than 0"));
+        }
+        if !self.offset.is_finite() {
+            return Err(InputError::new(path, "is not an offset")
+                .channel(format!("{name}, offset"))
+                .value(self.offset)
+                .expected("a finite number"));
+        }
+        Ok(())
+    }
+
+    fn check_beside(&self, earlier: &Self, path: &Path, file: &str) -> Result<(), InputError> {
+        let (quantity, name) = (
+            self.quantity(),
+            format!("table {file}, channel {}", self.column),
+        );
+        // One thermometer may stand for several gyros; every other column measures one thing.
+        if self.column == earlier.column && quantity != Quantity::Temperature {
+            return Err(InputError::new(path, "is listed twice")
+                .channel(name)
+                .expected("one [[table.channel]] for each column"));
+        }
+        let labelled = !matches!(quantity, Quantity::Other(_)) && self.axis.is_some();
+        if labelled && quantity == earlier.quantity() && self.axis == earlier.axis {
+            return Err(
+                InputError::new(path, "measures what another channel already measures")
+                    .channel(name)
+                    .value(format!(
+                        "{} {} in column {} too",
+                        quantity.name(),
+                        self.axis.as_deref().unwrap_or_default(),
+                        earlier.column
+                    ))
+                    .expected("each quantity and axis once in a table"),
+            );
+        }
+        Ok(())
+    }
+}
+
+impl SegmentEntry {
+    fn check(&self, path: &Path) -> Result<(), InputError> {
+        let name = format!("segment {}", self.name);
+        for (key, value) in [("start_s", self.start_s), ("end_s", self.end_s)] {
+            if !value.is_finite() {
+                return Err(InputError::new(path, "is not a time")
+                    .channel(format!("{name}, {key}"))
+                    .value(value)
+                    .expected("a finite number of seconds"));
+            }
+        }
+        if self.end_s <= self.start_s {
+            return Err(InputError::new(path, "ends before it starts")
+                .channel(name)
+                .value(format!(
+                    "start_s = {}, end_s = {}",
+                    self.start_s, self.end_s
+                ))
+                .expected("end_s after start_s"));
+        }
+        Ok(())
+    }
+}
+
+fn within(
+    path: &Path,
+    key: &str,
+    value: f64,
+    range: [f64; 2],
+    unit: &str,
+) -> Result<(), InputError> {
+    if value >= range[0] && value <= range[1] {
+        return Ok(());
+    }
+    Err(InputError::new(path, "is out of range")
+        .channel(key)
+        .value(value)
+        .expected(format!("{:.4} to {:.4} {unit}", range[0], range[1])))
+}
+
+/// The text of `recording.toml` for `recording`. `scaling` gives, for a table and a channel, the scale
+/// and offset with which the channel is stored.
+pub(super) fn text(recording: &Recording, scaling: impl Fn(usize, usize) -> (f64, f64)) -> String {
+    let mut out = format!(
+        "format = {}\nname = {}\n",
+        toml_file::FORMAT,
+        toml_file::string(&recording.name)
+    );
+    // Writing to a String cannot fail, so the results of write! are dropped.
+    if let Some(site) = recording.site {
+        let _ = write!(
+            out,
+            "\n[site]\nlatitude_rad = {}\ngravity_m_s2 = {}\n",
+            toml_file::float(site.latitude_rad),
+            toml_file::float(site.gravity_m_s2)
+        );
+    }
+    for (t, table) in recording.tables.iter().enumerate() {
+        let _ = write!(
+            out,
+            "\n[[table]]\nfile = {}\n",
+            toml_file::string(&table.file)
+        );
+        let _ = match &table.clock {
+            Clock::Uniform { rate_hz, start_s } => write!(
+                out,
+                "rate_hz = {}\nstart_s = {}\n",
+                toml_file::float(*rate_hz),
+                toml_file::float(*start_s)
+            ),
+            Clock::Stamped { column, .. } => writeln!(out, "time = {}", toml_file::string(column)),
+        };
+        for (c, channel) in table.channels.iter().enumerate() {
+            let (scale, offset) = scaling(t, c);
+            let _ = write!(
+                out,
+                "\n  [[table.channel]]\n  column = {}\n  quantity = {}\n",
+                toml_file::string(&channel.column),
+                toml_file::string(channel.quantity.name())
+            );
+            if let Some(axis) = &channel.axis {
+                let _ = writeln!(out, "  axis = {}", toml_file::string(axis));
+            }
+            let _ = write!(
+                out,
+                "  scale = {}\n  offset = {}\n",
+                toml_file::float(scale),
+                toml_file::float(offset)
+            );
+        }
+    }
+    for segment in &recording.segments {
+        let _ = write!(
+            out,
+            "\n[[segment]]\nname = {}\nkind = {}\nstart_s = {}\nend_s = {}\n",
+            toml_file::string(&segment.name),
+            toml_file::string(&segment.kind),
+            toml_file::float(segment.start_s),
+            toml_file::float(segment.end_s)
+        );
+    }
+    out
+}

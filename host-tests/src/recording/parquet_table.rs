@@ -1,0 +1,144 @@
+//! Parquet tables: columns of numbers as f64, null as NaN.
+//!
+//! Any integer or floating type, any codec and encoding the library reads, any number of row groups.
+//! Only the wanted columns are decoded. Values leave as stored, before scale and offset.
+
+use std::fs::File;
+use std::io::ErrorKind;
+use std::path::Path;
+
+use arrow_array::cast::AsArray;
+use arrow_array::types::{
+    Float16Type, Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, UInt8Type,
+    UInt16Type, UInt32Type, UInt64Type,
+};
+use arrow_array::{Array, ArrayRef};
+use arrow_schema::DataType;
+use parquet::arrow::ProjectionMask;
+use parquet::arrow::arrow_reader::{ArrowReaderOptions, ParquetRecordBatchReaderBuilder};
+
+use crate::error::InputError;
+
+/// Rows decoded at a time: 64 Ki rows of twelve channels stay within a few MB.
+const BATCH_ROWS: usize = 65_536;
+
+/// The columns `wanted` of `path`, in that order, equally long.
+pub(super) fn read(path: &Path, wanted: &[&str]) -> Result<Vec<Vec<f64>>, InputError> {
+    let file = File::open(path).map_err(|error| match error.kind() {
+        ErrorKind::NotFound => InputError::new(path, "does not exist"),
+        _ => InputError::new(path, format!("cannot be read ({error})")),
+    })?;
+    if file.metadata().is_ok_and(|metadata| metadata.len() == 0) {
+        return Err(InputError::new(path, "is empty").expected("a Parquet file"));
+    }
+    let damaged = |error: &dyn std::fmt::Display| {
+        InputError::new(path, format!("is truncated or damaged ({error})"))
+            .expected("a whole Parquet file")
+    };
+    // The writer's own schema hints (dictionaries, views) are skipped: plain types are all that is needed.
+    let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
+    let builder = ParquetRecordBatchReaderBuilder::try_new_with_options(file, options)
+        .map_err(|error| damaged(&error))?;
+    let names: Vec<String> = builder
+        .schema()
+        .fields()
+        .iter()
+        .map(|f| f.name().clone())
+        .collect();
+    let roots = locate(path, &names, wanted)?;
+
+    let mask = ProjectionMask::roots(builder.parquet_schema(), roots.iter().copied());
+    let rows = usize::try_from(builder.metadata().file_metadata().num_rows()).unwrap_or(0);
+    let reader = builder
+        .with_projection(mask)
+        .with_batch_size(BATCH_ROWS)
+        .build()
+        .map_err(|error| damaged(&error))?;
+    // A damaged row count must not decide an allocation; it only saves a few copies when it is sane.
+    let capacity = rows.min(1 << 24);
+    let mut columns: Vec<Vec<f64>> = wanted
+        .iter()
+        .map(|_| Vec::with_capacity(capacity))
+        .collect();
+    for batch in reader {
+        let batch = batch.map_err(|error| damaged(&error))?;
+        for ((column, &root), name) in columns.iter_mut().zip(&roots).zip(wanted) {
+            let array = batch
+                .column_by_name(&names[root])
+                .ok_or_else(|| InputError::new(path, "has no such column").channel(*name))?;
+            append(path, name, array, column)?;
+        }
+    }
+    Ok(columns)
+}
+
+/// The position of each wanted column among `names`.
+pub(super) fn locate(
+    path: &Path,
+    names: &[String],
+    wanted: &[&str],
+) -> Result<Vec<usize>, InputError> {
+    let position = |&column: &&str| {
+        let mut found = names.iter().enumerate().filter(|(_, name)| *name == column);
+        match (found.next(), found.next()) {
+            (Some((index, _)), None) => Ok(index),
+            (Some(_), Some(_)) => Err(InputError::new(path, "has this column twice")
+                .channel(column)
+                .expected("each column once")),
+            _ => Err(InputError::new(path, "has no such column")
+                .channel(column)
+                .expected(format!("one of {}", names.join(", ")))),
+        }
+    };
+    wanted.iter().map(position).collect()
+}
+
+fn append(path: &Path, name: &str, array: &ArrayRef, out: &mut Vec<f64>) -> Result<(), InputError> {
+    macro_rules! numbers {
+        ($type:ty, $convert:expr) => {
+            out.extend(
+                array
+                    .as_primitive::<$type>()
+                    .iter()
+                    .map(|value| value.map_or(f64::NAN, $convert)),
+            )
+        };
+    }
+    match array.data_type() {
+        DataType::Int8 => numbers!(Int8Type, f64::from),
+        DataType::Int16 => numbers!(Int16Type, f64::from),
+        DataType::Int32 => numbers!(Int32Type, f64::from),
+        DataType::Int64 => numbers!(Int64Type, |value| value as f64),
+        DataType::UInt8 => numbers!(UInt8Type, f64::from),
+        DataType::UInt16 => numbers!(UInt16Type, f64::from),
+        DataType::UInt32 => numbers!(UInt32Type, f64::from),
+        DataType::UInt64 => numbers!(UInt64Type, |value| value as f64),
+        DataType::Float16 => numbers!(Float16Type, f64::from),
+        DataType::Float32 => numbers!(Float32Type, f64::from),
+        DataType::Float64 => numbers!(Float64Type, |value| value),
+        DataType::Null => out.extend(std::iter::repeat_n(f64::NAN, array.len())),
+        DataType::Utf8 => {
+            let text = array.as_string::<i32>();
+            let found = text
+                .iter()
+                .enumerate()
+                .find_map(|(row, value)| Some((row, value?)));
+            let error = InputError::new(path, "is text, not a number")
+                .channel(name)
+                .expected("a column of integers or floating-point numbers");
+            return Err(match found {
+                Some((row, value)) => error
+                    .row((out.len() + row) as u64)
+                    .value(format!("{value:?}")),
+                None => error,
+            });
+        }
+        other => {
+            return Err(InputError::new(path, "is not a column of numbers")
+                .channel(name)
+                .value(other)
+                .expected("integers or floating-point numbers"));
+        }
+    }
+    Ok(())
+}

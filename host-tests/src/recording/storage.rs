@@ -1,0 +1,203 @@
+//! Writing a recording: the folder of the contract with Parquet or CSV tables.
+//!
+//! Enters: [`Recording`]. Leaves: the folder, whole or not at all; the same recording gives the same
+//! bytes. A channel whose every value is scale · integer + offset is stored as those integers; any other
+//! is stored as f64 with scale 1, so that in both cases the values come back bit for bit.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use arrow_array::{ArrayRef, Float64Array, Int32Array, Int64Array, RecordBatch};
+use arrow_schema::{DataType, Field, Schema};
+use parquet::arrow::ArrowWriter;
+use parquet::arrow::arrow_writer::ArrowWriterOptions;
+use parquet::basic::{Compression, ZstdLevel};
+use parquet::file::properties::WriterProperties;
+
+use super::manifest::{self, MANIFEST};
+use super::{Channel, Clock, Recording, Table};
+use crate::error::InputError;
+use crate::output::OutputFolder;
+
+/// Integers beyond 2⁵³ are not exact in f64.
+const LARGEST_INTEGER: f64 = 9_007_199_254_740_992.0;
+
+/// A column as it is stored.
+enum Stored {
+    /// Integers, `None` = not measured; with the channel's own scale and offset.
+    Integers(Vec<Option<i64>>),
+    /// The values themselves, NaN = not measured; scale 1, offset 0.
+    Floats,
+}
+
+impl Recording {
+    /// Writes it to its own folder; see [`Recording::write_to`].
+    pub fn write(&self) -> Result<(), InputError> {
+        self.write_to(&self.folder)
+    }
+
+    /// Writes it to `folder`, which must be new, empty, or a recording; tables of the same name and
+    /// `recording.toml` are replaced.
+    pub fn write_to(&self, folder: impl AsRef<Path>) -> Result<(), InputError> {
+        let mut out = Self::create_folder(folder)?;
+        self.write_into(&mut out)?;
+        out.commit()
+    }
+
+    /// Prepares `folder` for a recording: refuses a folder that holds anything else. For commands that
+    /// want to know before long work, or that write more files beside the recording.
+    pub fn create_folder(folder: impl AsRef<Path>) -> Result<OutputFolder, InputError> {
+        let folder = folder.as_ref();
+        let filled = folder
+            .read_dir()
+            .is_ok_and(|mut entries| entries.next().is_some());
+        if filled && !folder.join(MANIFEST).is_file() {
+            return Err(
+                InputError::new(folder, "holds something other than a recording")
+                    .expected("a new or empty folder, or a recording to replace"),
+            );
+        }
+        OutputFolder::create(folder)
+    }
+
+    /// Adds its files to `out`, `recording.toml` last.
+    pub fn write_into(&self, out: &mut OutputFolder) -> Result<(), InputError> {
+        let mut stored = Vec::with_capacity(self.tables.len());
+        for table in &self.tables {
+            let fault = |problem: &str| InputError::new(out.target().join(&table.file), problem);
+            if let Some(channel) = table.channels.iter().find(|c| c.values.len() != table.rows) {
+                return Err(fault("has a channel of another length")
+                    .channel(&channel.column)
+                    .value(format!("{} values", channel.values.len()))
+                    .expected(format!("{} rows", table.rows)));
+            }
+            if let Clock::Stamped { column, stamps_s } = &table.clock
+                && stamps_s.len() != table.rows
+            {
+                return Err(fault("has stamps for another number of rows").channel(column));
+            }
+            stored.push(table.channels.iter().map(unscale).collect::<Vec<_>>());
+        }
+        let text = manifest::text(self, |table, channel| match stored[table][channel] {
+            Stored::Integers(_) => {
+                let channel = &self.tables[table].channels[channel];
+                (channel.scale, channel.offset)
+            }
+            Stored::Floats => (1.0, 0.0),
+        });
+        manifest::Manifest::from_text(&out.target().join(MANIFEST), &text)?;
+        for (table, stored) in self.tables.iter().zip(&stored) {
+            let lower = table.file.to_ascii_lowercase();
+            if lower.ends_with(".csv") {
+                let bytes = csv_bytes(table, stored);
+                out.write(&table.file, &bytes)?;
+            } else if lower.ends_with(".parquet") {
+                write_parquet(out, table, stored)?;
+            } else {
+                return Err(InputError::new(
+                    out.target().join(&table.file),
+                    "is a table of an unknown kind",
+                )
+                .expected("a name that ends in .parquet or .csv"));
+            }
+        }
+        out.write(MANIFEST, text.as_bytes())
+    }
+}
+
+fn unscale(channel: &Channel) -> Stored {
+    let integer = |&value: &f64| {
+        if value.is_nan() {
+            return Some(None);
+        }
+        let stored = ((value - channel.offset) / channel.scale).round();
+        // Bit for bit, so that −0.0 too comes back as it was.
+        let same = (stored * channel.scale + channel.offset).to_bits() == value.to_bits();
+        (same && stored.abs() < LARGEST_INTEGER).then_some(Some(stored as i64))
+    };
+    let integers: Option<Vec<_>> = channel.values.iter().map(integer).collect();
+    integers.map_or(Stored::Floats, Stored::Integers)
+}
+
+/// The columns in the order of the file; a column that stands for two channels is written once.
+fn columns<'a>(
+    table: &'a Table,
+    stored: &'a [Stored],
+) -> Vec<(&'a str, &'a [f64], Option<&'a Stored>)> {
+    let mut columns: Vec<(&str, &[f64], Option<&Stored>)> = Vec::new();
+    if let Clock::Stamped { column, stamps_s } = &table.clock {
+        columns.push((column, stamps_s, None));
+    }
+    for (channel, stored) in table.channels.iter().zip(stored) {
+        if columns.iter().all(|(name, ..)| *name != channel.column) {
+            columns.push((&channel.column, &channel.values, Some(stored)));
+        }
+    }
+    columns
+}
+
+fn write_parquet(
+    out: &mut OutputFolder,
+    table: &Table,
+    stored: &[Stored],
+) -> Result<(), InputError> {
+    let path = out.target().join(&table.file);
+    let mut fields = Vec::new();
+    let mut arrays: Vec<ArrayRef> = Vec::new();
+    for (name, values, stored) in columns(table, stored) {
+        let array: ArrayRef = match stored {
+            Some(Stored::Integers(integers)) => {
+                let narrow = |value: &Option<i64>| value.map(i32::try_from).transpose();
+                match integers.iter().map(narrow).collect::<Result<Vec<_>, _>>() {
+                    Ok(narrow) => Arc::new(Int32Array::from(narrow)),
+                    Err(_) => Arc::new(Int64Array::from(integers.clone())),
+                }
+            }
+            Some(Stored::Floats) | None => {
+                let measured = values
+                    .iter()
+                    .map(|value| (!value.is_nan()).then_some(*value));
+                Arc::new(measured.collect::<Float64Array>())
+            }
+        };
+        let data_type: DataType = array.data_type().clone();
+        fields.push(Field::new(name, data_type, true));
+        arrays.push(array);
+    }
+    let fault = |error: &dyn std::fmt::Display| {
+        InputError::new(&path, format!("cannot be written ({error})"))
+    };
+    let schema = Arc::new(Schema::new(fields));
+    let batch = RecordBatch::try_new(Arc::clone(&schema), arrays).map_err(|error| fault(&error))?;
+    let properties = WriterProperties::builder()
+        .set_compression(Compression::ZSTD(ZstdLevel::default()))
+        .set_created_by(concat!("rlg ", env!("CARGO_PKG_VERSION")).to_owned())
+        .build();
+    let options = ArrowWriterOptions::new()
+        .with_properties(properties)
+        .with_skip_arrow_metadata(true);
+    let file = out.file(&table.file)?;
+    let mut writer =
+        ArrowWriter::try_new_with_options(file, schema, options).map_err(|error| fault(&error))?;
+    writer.write(&batch).map_err(|error| fault(&error))?;
+    writer.close().map_err(|error| fault(&error))?;
+    Ok(())
+}
+
+fn csv_bytes(table: &Table, stored: &[Stored]) -> Vec<u8> {
+    let columns = columns(table, stored);
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    // Writing to memory cannot fail, so the results are dropped.
+    let _ = writer.write_record(columns.iter().map(|(name, ..)| name));
+    for row in 0..table.rows {
+        let cell = |(_, values, stored): &(&str, &[f64], Option<&Stored>)| match stored {
+            Some(Stored::Integers(integers)) => {
+                integers[row].map_or("nan".to_owned(), |v| v.to_string())
+            }
+            _ if values[row].is_nan() => "nan".to_owned(),
+            _ => format!("{:?}", values[row]),
+        };
+        let _ = writer.write_record(columns.iter().map(cell));
+    }
+    writer.into_inner().unwrap_or_default()
+}

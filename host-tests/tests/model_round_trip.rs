@@ -1,0 +1,116 @@
+//! A model comes back as it was written, every f64 bit for bit, and the same bytes twice.
+
+use std::collections::BTreeMap;
+
+use proptest::prelude::*;
+use rlg::model::catalogue::{CATALOGUE, Value};
+use rlg::model::{
+    Accelerometer, Dither, EffectValue, Gyro, Installation, Model, ModelEffect, MotionSource,
+    Reference,
+};
+
+fn model(numbers: [f64; 3], effects: Vec<ModelEffect>) -> Model {
+    Model {
+        motion: MotionSource::Static,
+        earth_rate_in_reference: true,
+        gyro: Gyro {
+            pulse_weight_rad: numbers.map(|v| v.abs() * 1e-6 + 1e-7),
+            bias_rad_s: numbers.map(|v| v * 1e-5),
+            scale_error: numbers.map(|v| v * 1e-5),
+            angle_random_walk_rad_sqrt_s: Some(numbers.map(|v| v.abs() * 1e-7)),
+            installation_rad: Installation {
+                xy: numbers[0] * 1e-3,
+                zy: numbers[1] * 1e-3,
+                ..Installation::default()
+            },
+        },
+        dither: Some(Dither {
+            pickoff_gain: numbers.map(|v| 1.0 + v * 1e-2),
+            pickoff_noise_rad: [2e-7; 3],
+        }),
+        reference: Some(Reference {
+            angle_noise_rad: 2e-7,
+            angle_random_walk_rad_sqrt_s: 0.0,
+        }),
+        accelerometer: Some(Accelerometer {
+            bias_m_s2: numbers.map(|v| v * 1e-3),
+            scale_error: [0.0; 3],
+            noise_m_s2_sqrt_hz: 4e-5,
+        }),
+        effects,
+    }
+}
+
+/// An effect of every kind of the catalogue with all its parameters.
+fn every_kind(number: f64) -> Vec<ModelEffect> {
+    let effect = |kind: &rlg::model::catalogue::Kind| {
+        let mut parameters = BTreeMap::new();
+        for group in kind.groups {
+            for name in group.names {
+                let value = match group.value {
+                    Value::Axis => EffectValue::Text("y".to_owned()),
+                    Value::Channel => EffectValue::Text("gyro_x".to_owned()),
+                    Value::Number => EffectValue::Number(number),
+                    Value::Positive | Value::NotNegative => EffectValue::Number(number.abs() + 1.0),
+                };
+                parameters.insert((*name).to_owned(), value);
+            }
+        }
+        ModelEffect {
+            kind: kind.name.to_owned(),
+            parameters,
+        }
+    };
+    CATALOGUE.iter().map(effect).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn every_number_comes_back_bit_for_bit(x in -1.0..1.0_f64, y in -1.0..1.0_f64, tiny in -1e-12..1e-12_f64) {
+        let original = model([x, y, tiny], every_kind(x * 1e-7));
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("model.toml");
+        original.write(&path).unwrap_or_else(|error| panic!("{error}"));
+        let (back, warnings) =
+            Model::read_with_warnings(&path).unwrap_or_else(|error| panic!("{error}"));
+        prop_assert!(warnings.is_empty());
+        prop_assert_eq!(back.to_toml(), original.to_toml());
+        prop_assert_eq!(back, original);
+    }
+}
+
+#[test]
+fn a_catalogue_kind_names_each_parameter_once() {
+    for (index, kind) in CATALOGUE.iter().enumerate() {
+        let names: Vec<_> = kind.parameter_names().collect();
+        for (position, name) in names.iter().enumerate() {
+            assert!(!names[..position].contains(name), "{}: {name}", kind.name);
+        }
+        assert!(
+            CATALOGUE[..index]
+                .iter()
+                .all(|earlier| earlier.name != kind.name),
+            "{}",
+            kind.name
+        );
+    }
+}
+
+#[test]
+fn a_key_that_is_not_known_is_passed_over_with_a_warning() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("model.toml");
+    let text =
+        "format = 1\nauthor = \"me\"\n[gyro]\npulse_weight_rad = [1e-6, 1e-6, 1e-6]\ncolour = 3\n";
+    std::fs::write(&path, text).expect("a file");
+    let (model, warnings) =
+        Model::read_with_warnings(&path).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(model.gyro.bias_rad_s, [0.0; 3]);
+    assert_eq!(warnings.len(), 2);
+    assert!(
+        warnings[0].contains("`author`") && warnings[1].contains("`gyro.colour`"),
+        "{warnings:?}"
+    );
+}
