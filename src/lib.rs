@@ -2,4 +2,77 @@
 //!
 //! The name says what the code does: a dithered block lags its case under angular acceleration, the
 //! sensing axis tilts by δ = −K α, and the chain turns the tilted reading back to the true body axis.
+//!
+//! # What enters, what leaves
+//! Every period T (250 µs at 4 kHz) one [`Sample`] enters: the pulses each gyro counted over the period
+//! (block dither included) and the pickoff's reading of each block's angle at the period's end. Every
+//! `samples_per_output` periods one [`OutputFrame`] leaves: the rotation vector of the case over those
+//! periods, in the body frame at their start, in codes of [`OUTPUT_RAD_PER_CODE`].
+//!
+//! # The data flow
+//! [`Chain::process`] in `chain.rs` is this list, line by line; each stage is a file of `stages/`, a
+//! configuration that was checked once and (where it remembers) a state, joined by a pure `process`.
+//!
+//! ```text
+//!  pulse counts ─ counts ─▶ Δθ sensed ─ dither ─▶ − g Δpickoff ─ rate_correction ─▶ (1−s)D − bT
+//!                                                                      │
+//!          ┌───────────────────────────────────────────────────────────┤
+//!          ▼                                                           ▼
+//!  compensation(ε0) ─ acceleration ─▶ α̂T² ─ installation ─▶ ε(α̂) ─ compensation ─▶ case Δθ
+//!                                                                                    │
+//!                           OutputFrame ◀─ frame ◀─ Σ Δθ + β ◀─ coning ◀─────────────┘
+//! ```
+//! Equation numbers are those of Cheng et al. 2023, with the signs of its Eq. (6) settled as in
+//! [`stages::installation`].
+//!
+//! # Two number systems, one text
+//! The stages are written once over [`NumberSystem`]; [`F32`] and [`Fixed`] say what an increment, a
+//! coefficient and a product are (`numbers/`: formats, ranges, rounding). In both, whatever a rounding
+//! takes from an increment is carried into the next sample, so that nothing drifts.
+//!
+//! # What it promises
+//! [`Chain::process`] allocates nothing, returns no `Result`, cannot panic whatever bits enter, and costs
+//! the same for every sample but the output period's last (no branch depends on data). A value beyond its
+//! stage's range is held at the range's end and counted in [`Faults`]; the first one stays latched.
+//! The same sample stream gives the same bits on every machine: only + − × and integer operations, and
+//! for rounding one library (`libm`).
+//!
+//! # libm or micromath
+//! `libm` where accuracy decides: rounding in the frame stage and the conversion of parameters at boot are
+//! exact operations and must stay so. `micromath` in [`DitherMonitor`], whose amplitude is a health figure:
+//! its square root is measured in `host-tests/tests/core_chain/monitor.rs`.
+//!
+//! # What it does not do
+//! Sculling and accelerometers, temperature models, the navigation itself; effects other than bias, scale,
+//! installation, pickoff gain and axis flexure.
 #![no_std]
+
+pub mod design_parameters;
+
+pub mod triad;
+
+pub mod sample;
+
+pub mod parameters;
+
+pub mod parameter_block;
+
+pub mod faults;
+
+pub mod numbers;
+
+pub mod stages;
+
+pub mod chain;
+
+pub mod dither_monitor;
+
+pub use chain::{Chain, ChainState};
+pub use design_parameters::OUTPUT_RAD_PER_CODE;
+pub use dither_monitor::DitherMonitor;
+pub use faults::{Faults, FirstFault, Status};
+pub use numbers::{F32, Fixed, NumberSystem};
+pub use parameter_block::{BlockError, PARAMETER_BLOCK_BYTES};
+pub use parameters::{ParameterError, Parameters};
+pub use sample::{FrameError, OutputFrame, Sample};
+pub use triad::{CrossAxis, Triad};

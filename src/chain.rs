@@ -1,0 +1,161 @@
+//! The whole chain: the stages in the order of the data.
+
+use crate::faults::{Faults, Status};
+use crate::numbers::NumberSystem;
+use crate::parameters::{ParameterError, Parameters};
+use crate::sample::{OutputFrame, Sample};
+use crate::stages::acceleration::{Acceleration, AccelerationState};
+use crate::stages::compensation::{self, CompensationState};
+use crate::stages::coning::{self, ConingState};
+use crate::stages::counts::Counts;
+use crate::stages::dither::{Dither, DitherState};
+use crate::stages::frame::{self, FrameState};
+use crate::stages::installation::Installation;
+use crate::stages::rate_correction::{RateCorrection, RateCorrectionState};
+use crate::triad::Triad;
+
+/// The configuration of every stage: checked once when built, constant afterwards.
+#[derive(Debug, Clone, Copy)]
+pub struct Chain<N: NumberSystem> {
+    counts: Counts<N>,
+    dither: Dither<N>,
+    rate_correction: RateCorrection<N>,
+    acceleration: Acceleration<N>,
+    installation: Installation<N>,
+    samples_per_output: u16,
+}
+
+/// What the chain remembers between samples. One state belongs to one stream of samples.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ChainState<N: NumberSystem> {
+    dither: DitherState,
+    rate_correction: RateCorrectionState<N>,
+    acceleration: AccelerationState<N>,
+    compensation: CompensationState<N>,
+    coning: ConingState<N>,
+    frame: FrameState<N>,
+    start: Start,
+    samples_in_period: u16,
+    sample: u32,
+    status: Status,
+    faults: Faults,
+}
+
+/// How much of the stream's beginning is behind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum Start {
+    /// No sample yet: no pickoff reading to difference with.
+    #[default]
+    Unprimed,
+    /// One sample: no increment yet to difference with.
+    Primed,
+    Running,
+}
+
+impl Start {
+    /// Lets an increment pass unless it is the stream's first.
+    #[inline(always)]
+    fn admit<N: NumberSystem>(
+        &mut self,
+        case: Triad<N::Increment>,
+    ) -> (Triad<N::Increment>, Status) {
+        let unprimed = *self == Self::Unprimed;
+        *self = if unprimed {
+            Self::Primed
+        } else {
+            Self::Running
+        };
+        let admitted = case.map(|d| if unprimed { N::Increment::default() } else { d });
+        (admitted, Status::PRIMED.when(unprimed))
+    }
+}
+
+impl<N: NumberSystem> ChainState<N> {
+    /// Before the first sample.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// What went beyond its range since start.
+    pub fn faults(&self) -> &Faults {
+        &self.faults
+    }
+
+    /// Samples taken since start, wrapping.
+    pub fn samples(&self) -> u32 {
+        self.sample
+    }
+}
+
+impl<N: NumberSystem> Chain<N> {
+    /// Checks the parameters and turns them into this number system's coefficients. Runs at boot.
+    pub fn new(parameters: &Parameters) -> Result<Self, ParameterError> {
+        parameters.check()?;
+        Ok(Self {
+            counts: Counts::new(parameters),
+            dither: Dither::new(parameters),
+            rate_correction: RateCorrection::new(parameters),
+            acceleration: Acceleration::new(parameters),
+            installation: Installation::new(parameters),
+            samples_per_output: parameters.samples_per_output,
+        })
+    }
+
+    /// Takes one sample through the chain; every `samples_per_output`-th gives a frame.
+    ///
+    /// Deadline contract: called once per period T from the sampling interrupt. No allocation, no panic,
+    /// no branch on data; besides the output period's last sample only the stream's first two differ (they
+    /// fill the memory of the dither and acceleration stages, some 20 instructions). The stream's first sample only primes the dither strip: it counts as a sample
+    /// of its period, adds no rotation, and its frame says [`Status::PRIMED`].
+    #[inline]
+    pub fn process(&self, state: &mut ChainState<N>, sample: &Sample) -> Option<OutputFrame> {
+        let (sensed, counts_status) = self.counts.process(sample.pulse_counts);
+
+        if state.start == Start::Unprimed {
+            self.dither.prime(&mut state.dither, sample.pickoff_codes);
+        }
+        let (stripped, pickoff_status) =
+            self.dither
+                .process(&mut state.dither, sensed, sample.pickoff_codes);
+
+        let corrected = self
+            .rate_correction
+            .process(&mut state.rate_correction, stripped);
+
+        let nearly_case = compensation::process_once::<N>(self.installation.at_rest(), corrected);
+        if state.start != Start::Running {
+            self.acceleration
+                .start(&mut state.acceleration, nearly_case);
+        }
+        let (acceleration, acceleration_status) = self
+            .acceleration
+            .process(&mut state.acceleration, nearly_case);
+
+        let installation = self.installation.process(acceleration);
+
+        let case = compensation::process(&mut state.compensation, &installation, corrected);
+
+        let (case, priming_status) = state.start.admit::<N>(case);
+        coning::process(&mut state.coning, case);
+
+        let status = counts_status
+            .and(pickoff_status)
+            .and(acceleration_status)
+            .and(priming_status);
+        let number = state.sample;
+        state.sample = number.wrapping_add(1);
+        state.faults.record(status, number);
+        state.status = state.status.and(status);
+        state.samples_in_period = state.samples_in_period.wrapping_add(1);
+        if state.samples_in_period < self.samples_per_output {
+            return None;
+        }
+
+        state.samples_in_period = 0;
+        let rotation = coning::finish(&mut state.coning);
+        let status = core::mem::take(&mut state.status);
+        let frame = frame::process(&mut state.frame, rotation, status);
+        state.faults.record_output(frame.status, number);
+        Some(frame)
+    }
+}

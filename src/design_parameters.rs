@@ -1,0 +1,85 @@
+//! Every design number of the chain: its unit, its value, and why this value.
+
+/// Sample rate the chain was designed for \[Hz\]: ten samples per period of the fastest block dither
+/// (400 Hz), so that the strip and the acceleration see its sine and not its alias.
+pub const DESIGN_SAMPLE_RATE_HZ: f64 = 4000.0;
+
+/// Sample rates a configuration may ask for \[Hz\]: below 500 Hz the dither itself would alias; above
+/// 8 kHz one sample's instructions no longer fit its period on a 168 MHz Cortex-M4F with margin.
+pub const SAMPLE_RATE_RANGE_HZ: (f64, f64) = (500.0, 8000.0);
+
+/// Most samples in one output period \[samples\]: with [`CASE_LIMIT_RAD`] each, their sum stays within
+/// ±0.16 rad, inside the ±0.25 rad of the fixed-point coning lever.
+pub const MAX_SAMPLES_PER_OUTPUT: u16 = 40;
+
+/// Angle of one output code \[rad\]: 2⁻³⁵ = 6e-6 arcsec. One code per 5 ms is 0.0012 °/h, and the part of a
+/// code is carried; an `i32` of them spans ±0.0625 rad, 716 °/s over 5 ms, 358 °/s over 10 ms.
+pub const OUTPUT_RAD_PER_CODE: f64 = 1.0 / (1u64 << 35) as f64;
+
+/// Largest magnitude of any increment after the strip \[rad per sample\]: 2⁻⁸, the end of the fixed-point
+/// format (LSB 2⁻³⁹ rad, 1.8e-12): 895 °/s at 4 kHz.
+pub const INCREMENT_LIMIT_RAD: f64 = 1.0 / 256.0;
+
+/// Largest sensed increment \[rad per sample\]: 5/8 of the format, 559 °/s at 4 kHz: the case's 400 °/s
+/// plus the dither's 100 °/s, with margin.
+pub const SENSED_LIMIT_RAD: f64 = INCREMENT_LIMIT_RAD * 5.0 / 8.0;
+
+/// Largest dither increment \[rad per sample\]: 2/8 of the format, 223 °/s at 4 kHz: 200″ at 500 Hz peaks
+/// at 175 °/s. With [`SENSED_LIMIT_RAD`] it leaves 1/8 of the format for bias, scale and tilt terms, so
+/// that no later sum can overflow and none needs a saturation of its own.
+pub const DITHER_LIMIT_RAD: f64 = INCREMENT_LIMIT_RAD * 2.0 / 8.0;
+
+/// Largest compensated increment \[rad per sample\]: 7/8 (1 + 1/64)(1 + 2/32) + bias, of 2⁻⁸, rounded up.
+pub const CASE_LIMIT_RAD: f64 = INCREMENT_LIMIT_RAD * 61.0 / 64.0;
+
+/// Largest angular acceleration the compensation follows \[rad per sample²\]: 2⁻¹⁰, 15 600 rad/s² at
+/// 4 kHz. Shaker tests reach 100 rad/s²; pulse quantisation of 1″ adds some 100 rad/s².
+pub const ACCELERATION_LIMIT_RAD: f64 = 1.0 / 1024.0;
+
+/// Largest |K|/T² \[1\]: 16, K = 1e-6 s² at 4 kHz, ten times the paper's values (Table 3: 7e-8 s²).
+/// With [`ACCELERATION_LIMIT_RAD`] a tilt stays within 1/64 rad.
+pub const FLEXURE_LIMIT: f64 = 16.0;
+
+/// Largest known installation angle |ε_ij0| \[rad\]: 1/64 (0.9°); real ones stay within 1e-3 rad. With the
+/// largest tilt the matrix stays within the ±1/32 of its fixed-point format.
+pub const INSTALLATION_LIMIT_RAD: f64 = 1.0 / 64.0;
+
+/// Largest |scale error| \[1\]: 1/128; real ones are below 1e-3. The other half of 1/64 is for what the
+/// short pulse weight leaves to the scale term ([`SHORT_WEIGHT_BITS`]).
+pub const SCALE_ERROR_LIMIT: f64 = 1.0 / 128.0;
+
+/// Largest |bias| \[rad/s\]: 0.01 (2000 °/h); real ones are below 1 °/h.
+pub const BIAS_LIMIT_RAD_S: f64 = 0.01;
+
+/// Significant bits of the pulse weight that multiplies the counts \[bits\]: 11, so that its product with
+/// up to 2¹³ counts fits the 24 bits of an f32 exactly. A full f32 weight would be wrong by up to 6e-8:
+/// 0.02 °/h at 100 °/s. What the short weight leaves (≤ 2⁻¹² of it) goes into the scale term.
+pub const SHORT_WEIGHT_BITS: i32 = 11;
+
+/// Pulse weights a configuration may ask for \[rad\]: the fixed-point LSB up to 20″.
+pub const PULSE_WEIGHT_RANGE_RAD: (f64, f64) = (1.0 / (1u64 << 39) as f64, 1e-4);
+
+/// Pickoff codes a configuration may ask for \[rad\]: below 1e-12 the fixed-point gain has fewer than 30
+/// bits; 1e-4 rad is a sixth of the dither's amplitude, useless beyond.
+pub const PICKOFF_WEIGHT_RANGE_RAD: (f64, f64) = (1e-12, 1e-4);
+
+/// Pickoff gains a configuration may ask for \[1\]: 0 for gyros without dither, 2 far beyond any tolerance.
+pub const PICKOFF_GAIN_RANGE: (f64, f64) = (0.0, 2.0);
+
+/// Terms of the acceleration filter: orders 1 to 4.
+pub const ACCELERATION_TERMS: usize = 4;
+
+/// α̂_k T² = Σ_p c_p (D_k − D_{k−p}), rows by order, tuned so that the mean of α̂ × D is right (the
+/// *product* rectifies, not α̂ alone): matching Σ_p c_p (sin pΩT) 2(1 − cos ΩT)/(ΩT)² = ΩT in powers of ΩT.
+/// Error of the product at 400 Hz and 4 kHz: 9.5 %, 0.85 %, 0.075 %, 0.0067 %.
+pub const ACCELERATION_COEFFICIENTS: [[f64; ACCELERATION_TERMS]; 4] = [
+    [1.0, 0.0, 0.0, 0.0],
+    [3.0 / 2.0, -1.0 / 4.0, 0.0, 0.0],
+    [43.0 / 24.0, -29.0 / 60.0, 7.0 / 120.0, 0.0],
+    [107.0 / 54.0, -727.0 / 1080.0, 44.0 / 315.0, -41.0 / 3024.0],
+];
+
+/// Coning within one sample, ½∫α×ω dt ≈ (c₁ D_{k−1} + c₂ D_{k−2}) × D_k: Σ c_j 2(1 − cos x) sin jx =
+/// ½(x − sin x), x = ΩT, matched to x⁵. With c₁ alone (1/12, matched to x³) the residual at 4 kHz, 100 Hz,
+/// 0.1° is 4e-3 °/h; with both 6e-5 °/h, for three additions more.
+pub const CONING_COEFFICIENTS: [f64; 2] = [7.0 / 60.0, -1.0 / 60.0];

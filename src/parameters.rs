@@ -1,0 +1,202 @@
+//! The parameters as a calibration engineer writes them: f64, SI units.
+//!
+//! Nothing here runs per sample: [`Chain::new`](crate::Chain::new) checks them and turns them into the
+//! number system's coefficients once, at boot.
+
+use core::fmt;
+
+use crate::design_parameters as design;
+use crate::triad::CrossAxis;
+
+/// What the chain knows of its triad. Axes x, y, z of the body frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Parameters {
+    /// Angle of one pulse \[rad\]: 1.9e-9 to 1e-4, or a power of two from 2⁻³⁹ up (resampled recordings).
+    pub pulse_weight_rad: [f64; 3],
+    /// Bias b_i \[rad/s\], within ±0.01.
+    pub bias_rad_s: [f64; 3],
+    /// Scale error s_i of Eq. (7) \[1\], within ±1/128.
+    pub scale_error: [f64; 3],
+    /// ε_ij0 of Eq. (7) \[rad\], within ±1/64: ε_xy multiplies the **z** rate in gyro x, and so on.
+    pub installation_rad: CrossAxis<f64>,
+    /// K_ij \[s²\]: the tilt is δ_ij = −K_ij α_j; |K_ij|·rate² within 16 (1e-6 s² at 4 kHz).
+    pub flexure_s2: CrossAxis<f64>,
+    /// Block angle over pickoff angle \[1\], 0 to 2; 0 for gyros without dither.
+    pub pickoff_gain: [f64; 3],
+    /// Angle of one pickoff code \[rad\], 1e-12 to 1e-4.
+    pub pickoff_weight_rad: f64,
+    /// 1/T \[Hz\], 500 to 8000.
+    pub sample_rate_hz: f64,
+    /// Samples in one output period \[samples\], 1 to 40.
+    pub samples_per_output: u16,
+    /// Terms of the acceleration filter, 1 to 4; 4 unless noise matters more than 400 Hz.
+    pub acceleration_order: u8,
+}
+
+impl Default for Parameters {
+    /// A perfect 4 kHz triad: pulses of 2⁻¹⁸ rad (0.79″), pickoff codes of 2⁻³² rad, nothing to correct,
+    /// 200 frames a second.
+    fn default() -> Self {
+        Self {
+            pulse_weight_rad: [1.0 / (1u64 << 18) as f64; 3],
+            bias_rad_s: [0.0; 3],
+            scale_error: [0.0; 3],
+            installation_rad: CrossAxis::default(),
+            flexure_s2: CrossAxis::default(),
+            pickoff_gain: [1.0; 3],
+            pickoff_weight_rad: 1.0 / (1u64 << 32) as f64,
+            sample_rate_hz: design::DESIGN_SAMPLE_RATE_HZ,
+            samples_per_output: 20,
+            acceleration_order: 4,
+        }
+    }
+}
+
+/// The field that cannot be used: not finite, or outside its documented range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ParameterError {
+    /// `pulse_weight_rad`.
+    PulseWeight,
+    /// `bias_rad_s`.
+    Bias,
+    /// `scale_error`.
+    ScaleError,
+    /// `installation_rad`.
+    Installation,
+    /// `flexure_s2`.
+    Flexure,
+    /// `pickoff_gain`.
+    PickoffGain,
+    /// `pickoff_weight_rad`.
+    PickoffWeight,
+    /// `sample_rate_hz`.
+    SampleRate,
+    /// `samples_per_output`.
+    SamplesPerOutput,
+    /// `acceleration_order`.
+    AccelerationOrder,
+}
+
+impl fmt::Display for ParameterError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::PulseWeight => {
+                "pulse_weight_rad must be 1.9e-9 to 1e-4 rad, or a power of two from 2^-39 rad up"
+            }
+            Self::Bias => "bias_rad_s must be within +-0.01 rad/s",
+            Self::ScaleError => "scale_error must be within +-1/128",
+            Self::Installation => "installation_rad must be within +-1/64 rad",
+            Self::Flexure => "flexure_s2 times the square of the sample rate must be within +-16",
+            Self::PickoffGain => "pickoff_gain must be 0 to 2",
+            Self::PickoffWeight => "pickoff_weight_rad must be 1e-12 to 1e-4 rad",
+            Self::SampleRate => "sample_rate_hz must be 500 to 8000 Hz",
+            Self::SamplesPerOutput => "samples_per_output must be 1 to 40",
+            Self::AccelerationOrder => "acceleration_order must be 1 to 4",
+        })
+    }
+}
+
+impl core::error::Error for ParameterError {}
+
+impl Parameters {
+    /// Each field finite and in its range; the error names the first that is not.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        use ParameterError as E;
+        let all = |values: &[f64], (low, high): (f64, f64), error: E| {
+            // Written so that NaN fails.
+            let fits = values.iter().all(|v| (low..=high).contains(v));
+            if fits { Ok(()) } else { Err(error) }
+        };
+        let within = |limit: f64| (-limit, limit);
+
+        all(
+            &[self.sample_rate_hz],
+            design::SAMPLE_RATE_RANGE_HZ,
+            E::SampleRate,
+        )?;
+        let rate_squared = self.sample_rate_hz * self.sample_rate_hz;
+
+        all(
+            &self.pulse_weight_rad,
+            design::PULSE_WEIGHT_RANGE_RAD,
+            E::PulseWeight,
+        )?;
+        let weight_left = self
+            .pulse_weight_rad
+            .map(|w| w / ShortWeight::of(w).short_rad - 1.0);
+        all(
+            &weight_left,
+            within(design::SCALE_ERROR_LIMIT / 2.0),
+            E::PulseWeight,
+        )?;
+        all(&self.bias_rad_s, within(design::BIAS_LIMIT_RAD_S), E::Bias)?;
+        all(
+            &self.scale_error,
+            within(design::SCALE_ERROR_LIMIT),
+            E::ScaleError,
+        )?;
+        all(
+            &self.installation_rad.to_array(),
+            within(design::INSTALLATION_LIMIT_RAD),
+            E::Installation,
+        )?;
+        all(
+            &self.flexure_s2.to_array(),
+            within(design::FLEXURE_LIMIT / rate_squared),
+            E::Flexure,
+        )?;
+        all(
+            &self.pickoff_gain,
+            design::PICKOFF_GAIN_RANGE,
+            E::PickoffGain,
+        )?;
+        all(
+            &[self.pickoff_weight_rad],
+            design::PICKOFF_WEIGHT_RANGE_RAD,
+            E::PickoffWeight,
+        )?;
+        if !(1..=design::MAX_SAMPLES_PER_OUTPUT).contains(&self.samples_per_output) {
+            return Err(E::SamplesPerOutput);
+        }
+        if !(1..=design::ACCELERATION_TERMS).contains(&usize::from(self.acceleration_order)) {
+            return Err(E::AccelerationOrder);
+        }
+        Ok(())
+    }
+
+    /// The filter row of `acceleration_order`; order 4 where the order is out of range.
+    pub(crate) fn acceleration_coefficients(&self) -> [f64; design::ACCELERATION_TERMS] {
+        let [one, two, three, four] = design::ACCELERATION_COEFFICIENTS;
+        match self.acceleration_order {
+            1 => one,
+            2 => two,
+            3 => three,
+            _ => four,
+        }
+    }
+}
+
+/// A pulse weight split into a short number that multiplies counts exactly in both number systems, and
+/// the factor that is left to later stages.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ShortWeight {
+    /// At most 11 significant bits, a multiple of 2⁻³⁹ rad.
+    pub short_rad: f64,
+    /// weight / short_rad, 1 ± 2⁻¹².
+    pub left: f64,
+}
+
+impl ShortWeight {
+    pub fn of(weight_rad: f64) -> Self {
+        const LSB_EXPONENT: i32 = -39;
+        let (_, exponent) = libm::frexp(weight_rad);
+        let last_bit = (exponent - design::SHORT_WEIGHT_BITS).max(LSB_EXPONENT);
+        let short_rad = libm::ldexp(libm::rint(libm::ldexp(weight_rad, -last_bit)), last_bit);
+        Self {
+            short_rad,
+            left: weight_rad / short_rad,
+        }
+    }
+}
