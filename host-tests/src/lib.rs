@@ -11,3 +11,7 @@ mod toml_file;
 pub mod recording;
 
 pub mod model;
+
+pub mod terminal;
+
+pub mod command;

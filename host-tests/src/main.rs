@@ -1,2 +1,7 @@
-//! The command `rlg`.
-fn main() {}
+//! The command `rlg`; everything is in the library's `command`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    rlg::command::run()
+}
