@@ -14,7 +14,9 @@ use clap::{Args, Parser, Subcommand};
 use crate::error::InputError;
 use crate::terminal::Terminal;
 
+mod inputs;
 mod inspect;
+mod params;
 
 /// Simulate, replay and diagnose recordings of dithered ring-laser gyros
 #[derive(Debug, Parser)]
@@ -40,12 +42,14 @@ struct Talk {
 #[derive(Debug, Subcommand)]
 enum Command {
     Inspect(inspect::Inspect),
+    Params(params::Params),
 }
 
 impl Command {
     fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         match self {
             Self::Inspect(command) => command.run(terminal),
+            Self::Params(command) => command.run(terminal),
         }
     }
 }

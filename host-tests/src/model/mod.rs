@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 pub mod catalogue;
+pub mod compensation;
 mod file;
 
 /// Where the case's motion comes from.
