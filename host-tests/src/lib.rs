@@ -12,6 +12,8 @@ pub mod recording;
 
 pub mod model;
 
+pub mod simulate;
+
 pub mod terminal;
 
 pub mod command;

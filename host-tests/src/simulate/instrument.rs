@@ -1,0 +1,105 @@
+//! The instruments: what turns true angles into what a recorder stores.
+//!
+//! Enters: true increments (rad, rad/s) of one row. Leaves: pulse counts, quantised angles, quantised
+//! readings; each with its noise.
+//!
+//! Equations: a counter stores ⌊Φ_k/w⌋ − ⌊Φ_{k−1}/w⌋ of the running angle Φ; an encoder stores
+//! round(Ψ_k/w) − round(Ψ_{k−1}/w) of the running angle and its white noise. Both telescope: a count sums
+//! to the angle within one pulse whatever the length.
+//!
+//! Assumes noise that is Gaussian and white; each instrument draws from its own stream, so that switching
+//! one effect on leaves every other draw as it was.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+/// The independent random streams of a simulation; the number is the ChaCha stream.
+#[derive(Debug, Clone, Copy)]
+pub enum Stream {
+    /// Tones of vibrations.
+    Motion = 0,
+    /// Amplitudes and phases of the dithers; one stream a gyro.
+    Dither = 10,
+    /// Angle random walk and first pulse phase of the gyros.
+    Gyro = 20,
+    /// Pickoff noise.
+    Pickoff = 30,
+    /// Reference noise.
+    Reference = 40,
+    /// Accelerometer noise.
+    Accelerometer = 50,
+}
+
+/// The generator of one stream for one axis.
+pub fn stream(seed: u64, stream: Stream, axis: usize) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(stream as u64 + axis as u64);
+    rng
+}
+
+/// One standard normal number.
+pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    rng.sample(StandardNormal)
+}
+
+/// Counts pulses of a running angle.
+#[derive(Debug, Clone)]
+pub struct PulseCounter {
+    weight_rad: f64,
+    /// Angle since the pulse that is under way began: the running angle itself would lose digits.
+    angle_rad: f64,
+}
+
+impl PulseCounter {
+    /// Starts at a random place inside a pulse.
+    pub fn new(weight_rad: f64, rng: &mut ChaCha8Rng) -> Self {
+        Self {
+            weight_rad,
+            angle_rad: rng.random::<f64>() * weight_rad,
+        }
+    }
+
+    /// Pulses completed by `increment_rad`.
+    pub fn count(&mut self, increment_rad: f64) -> f64 {
+        self.angle_rad += increment_rad;
+        let pulses = (self.angle_rad / self.weight_rad).floor();
+        self.angle_rad -= pulses * self.weight_rad;
+        pulses
+    }
+}
+
+/// Reads a running angle, with white noise and a random walk, in steps of its weight.
+#[derive(Debug, Clone)]
+pub struct AngleEncoder {
+    weight_rad: f64,
+    noise_rad: f64,
+    walk_rad: f64,
+    /// Angle beyond `stored`.
+    remainder_rad: f64,
+    rng: ChaCha8Rng,
+}
+
+impl AngleEncoder {
+    /// `walk_rad` is the random walk's deviation per row.
+    pub fn new(weight_rad: f64, noise_rad: f64, walk_rad: f64, mut rng: ChaCha8Rng) -> Self {
+        // the row before the first is read with noise too
+        let first = noise_rad * normal(&mut rng);
+        Self {
+            weight_rad,
+            noise_rad,
+            walk_rad,
+            remainder_rad: -(first / weight_rad).round() * weight_rad,
+            rng,
+        }
+    }
+
+    /// Steps between this reading and the last.
+    pub fn step(&mut self, increment_rad: f64) -> f64 {
+        self.remainder_rad += increment_rad + self.walk_rad * normal(&mut self.rng);
+        let seen = self.remainder_rad + self.noise_rad * normal(&mut self.rng);
+        let steps = (seen / self.weight_rad).round();
+        self.remainder_rad -= steps * self.weight_rad;
+        steps
+    }
+}
