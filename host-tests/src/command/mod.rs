@@ -17,6 +17,7 @@ use crate::terminal::Terminal;
 mod inputs;
 mod inspect;
 mod params;
+mod simulate;
 
 /// Simulate, replay and diagnose recordings of dithered ring-laser gyros
 #[derive(Debug, Parser)]
@@ -42,6 +43,7 @@ struct Talk {
 #[derive(Debug, Subcommand)]
 enum Command {
     Inspect(inspect::Inspect),
+    Simulate(simulate::Simulate),
     Params(params::Params),
 }
 
@@ -49,6 +51,7 @@ impl Command {
     fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         match self {
             Self::Inspect(command) => command.run(terminal),
+            Self::Simulate(command) => command.run(terminal),
             Self::Params(command) => command.run(terminal),
         }
     }

@@ -457,8 +457,8 @@ fn check_numbers(file: &ScenarioFile, path: &Path) -> Result<(), InputError> {
         each(
             "accelerometer.bias_m_s2",
             &accelerometer.bias_m_s2,
-            -10.0,
-            10.0,
+            -1.0,
+            1.0,
         );
         each(
             "accelerometer.scale_error",
