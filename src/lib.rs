@@ -67,6 +67,12 @@ pub mod chain;
 
 pub mod dither_monitor;
 
+pub mod sample_source;
+
+pub mod counter_bank;
+
+pub mod run_report;
+
 pub use chain::{Chain, ChainState};
 pub use design_parameters::OUTPUT_RAD_PER_CODE;
 pub use dither_monitor::DitherMonitor;

@@ -1,0 +1,48 @@
+//! What the firmware was built with, printed when its binary is run on the host.
+//!
+//! Enters: nothing. Leaves: lines on standard output: rates, formats and versions, each from the constant
+//! that the image itself uses.
+
+use trueaxis::design_parameters::DESIGN_SAMPLE_RATE_HZ;
+use trueaxis::{
+    Chain, ChainState, NumberSystem, OUTPUT_RAD_PER_CODE, OutputFrame, PARAMETER_BLOCK_BYTES,
+    Parameters, Sample, counter_bank, run_report,
+};
+
+/// Prints the settings of the image with number system `N`.
+pub fn print<N: NumberSystem>() {
+    let defaults = Parameters::default();
+    println!("trueaxis {} firmware", env!("CARGO_PKG_VERSION"));
+    println!("number system        {}", N::NAME);
+    println!(
+        "sample rate          {DESIGN_SAMPLE_RATE_HZ} Hz by design; the parameter block decides"
+    );
+    println!(
+        "output rate          {} Hz by default (every {} samples)",
+        defaults.sample_rate_hz / f64::from(defaults.samples_per_output),
+        defaults.samples_per_output
+    );
+    println!("output code          {OUTPUT_RAD_PER_CODE:e} rad");
+    println!(
+        "sample layout        version {}, {} bytes",
+        Sample::LAYOUT_VERSION,
+        Sample::BYTES
+    );
+    println!(
+        "output frame layout  version {}, {} bytes",
+        OutputFrame::LAYOUT_VERSION,
+        OutputFrame::BYTES
+    );
+    println!("parameter block      {PARAMETER_BLOCK_BYTES} bytes");
+    println!("counter bank frame   {} bytes", counter_bank::FRAME_BYTES);
+    println!(
+        "run report           version {}, {} bytes",
+        run_report::RUN_REPORT_VERSION,
+        run_report::RunReport::BYTES
+    );
+    println!(
+        "chain                {} bytes of configuration, {} of state",
+        size_of::<Chain<N>>(),
+        size_of::<ChainState<N>>()
+    );
+}
