@@ -14,6 +14,8 @@ pub mod model;
 
 pub mod simulate;
 
+pub mod target;
+
 pub mod terminal;
 
 pub mod command;

@@ -1,0 +1,197 @@
+//! The comparison: the image's outputs against the host's, and what the image costs.
+//!
+//! Enters: an image, parameters, samples. Leaves: [`OnTarget`], which serialises to `on_target.json`.
+//! Equal means equal bytes of every output frame, the same number of them, and equal fault counters.
+
+use serde::Serialize;
+use trueaxis::run_report::{CostRecord, RunOutcome, RunReport};
+use trueaxis::{OutputFrame, Parameters, Sample};
+
+use super::{Image, TargetCore, emulator, events};
+use crate::error::InputError;
+
+/// How `stack_bytes` was found. Until it is computed from the call graph, it is a lower bound.
+const STACK_METHOD: &str = "measured by painting the stack before the run and looking afterwards: the \
+                            deepest use in this run, main loop and interrupt together";
+
+/// What the figures are not.
+const COST_MEANING: &str = "instructions executed between entry and exit of the chain, counted by the \
+                            emulator; not cycles: it knows no flash wait states, pipeline or cache";
+
+/// Least, mean and most \[instructions\].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Instructions {
+    /// Least.
+    pub min: u32,
+    /// Mean.
+    pub mean: f64,
+    /// Most.
+    pub max: u32,
+}
+
+impl Instructions {
+    /// Over one record; `None` where it is empty.
+    fn over(records: &[&CostRecord]) -> Option<Self> {
+        let count: u64 = records.iter().map(|record| u64::from(record.count)).sum();
+        let sum: u64 = records.iter().map(|record| record.sum).sum();
+        (count > 0).then(|| Self {
+            min: records
+                .iter()
+                .map(|record| record.minimum)
+                .min()
+                .unwrap_or(0),
+            mean: sum as f64 / count as f64,
+            max: records
+                .iter()
+                .map(|record| record.maximum)
+                .max()
+                .unwrap_or(0),
+        })
+    }
+}
+
+/// The first output that differs.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Difference {
+    /// Number of the frame, from 0.
+    pub frame: usize,
+    /// The frame on the host; absent where it has fewer.
+    pub host: Option<String>,
+    /// The frame of the image; absent where it has fewer.
+    pub image: Option<String>,
+}
+
+/// The result of one run, as `on_target.json` holds it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OnTarget {
+    /// Number system.
+    pub core: &'static str,
+    /// Samples that went through the image's chain.
+    pub samples: u32,
+    /// Output frames of the image.
+    pub frames: u32,
+    /// Every output and fault counter of the image equals the host's.
+    pub bit_equal: bool,
+    /// Where they first differ.
+    pub first_difference: Option<Difference>,
+    /// The chain's cost over all samples.
+    pub instructions_per_sample: Option<Instructions>,
+    /// Over samples that complete no output.
+    pub instructions_between_outputs: Option<Instructions>,
+    /// Over samples that complete one.
+    pub instructions_with_output: Option<Instructions>,
+    /// The whole interrupt: source, chain, queue and the measurement itself.
+    pub instructions_per_interrupt: Option<Instructions>,
+    /// What an instruction count is.
+    pub instructions_meaning: &'static str,
+    /// Code, constants, initial values.
+    pub flash_bytes: u64,
+    /// Static variables.
+    pub ram_bytes: u64,
+    /// Deepest stack.
+    pub stack_bytes: u32,
+    /// How it was found.
+    pub stack_method: &'static str,
+    /// Periods in which no sample was ready; 0 unless the main loop is too slow.
+    pub starved: u32,
+    /// Periods that the interrupt overran.
+    pub late: u32,
+    /// Output frames that found the queue full.
+    pub outputs_lost: u32,
+    /// Name and version of the emulator.
+    pub emulator: String,
+    /// What the image logged.
+    pub events: Vec<String>,
+}
+
+/// Runs `image` over `samples` and holds it against the host. `progress` gets the samples done so far.
+pub fn compare(
+    image: &Image,
+    core: TargetCore,
+    parameters: &Parameters,
+    samples: &[Sample],
+    progress: &mut dyn FnMut(u64),
+) -> Result<OnTarget, InputError> {
+    let (host, faults) = core.outputs_on_host(parameters, samples).map_err(|error| {
+        InputError::new(
+            &image.path,
+            format!("cannot be given these parameters ({error:?})"),
+        )
+    })?;
+    let samples_per_output = u64::from(parameters.samples_per_output);
+    let emulation = emulator::run(
+        &image.path,
+        &parameters.to_block(),
+        samples,
+        &mut |frames| progress(frames * samples_per_output),
+    )?;
+    let events = events::decode(&image.path, &image.elf, &emulation.events)?;
+    let report = &emulation.report;
+    if report.outcome == RunOutcome::ParameterFault {
+        return Err(InputError::new(
+            &image.path,
+            format!("refuses the parameter block: {}", events.join("; ")),
+        )
+        .expected("an image of this workspace's version"));
+    }
+    let first_difference = first_difference(&host, &emulation.outputs);
+    Ok(OnTarget {
+        core: core.name(),
+        samples: report.samples,
+        frames: report.frames,
+        bit_equal: first_difference.is_none()
+            && report.faults == faults
+            && report.samples as usize == samples.len()
+            && is_complete(report),
+        first_difference,
+        instructions_per_sample: Instructions::over(&[
+            &report.between_outputs,
+            &report.with_output,
+        ]),
+        instructions_between_outputs: Instructions::over(&[&report.between_outputs]),
+        instructions_with_output: Instructions::over(&[&report.with_output]),
+        instructions_per_interrupt: Instructions::over(&[&report.interrupt]),
+        instructions_meaning: COST_MEANING,
+        flash_bytes: image.flash_bytes,
+        ram_bytes: image.ram_bytes,
+        stack_bytes: report.stack_used_bytes,
+        stack_method: STACK_METHOD,
+        starved: report.starved,
+        late: report.late,
+        outputs_lost: report.outputs_lost,
+        emulator: format!(
+            "{}, machine netduinoplus2 (STM32F405), -icount shift=0",
+            emulator::version()?
+        ),
+        events,
+    })
+}
+
+/// Whether nothing was lost between the files and the chain.
+fn is_complete(report: &RunReport) -> bool {
+    report.outputs_lost == 0 && report.source_faults == 0
+}
+
+/// The first frame in which two streams differ.
+fn first_difference(host: &[u8], image: &[u8]) -> Option<Difference> {
+    let frames = host.len().max(image.len()).div_ceil(OutputFrame::BYTES);
+    (0..frames).find_map(|frame| {
+        let at = |stream: &[u8]| {
+            let begin = (frame * OutputFrame::BYTES).min(stream.len());
+            let end = (begin + OutputFrame::BYTES).min(stream.len());
+            stream[begin..end].to_vec()
+        };
+        let (host, image) = (at(host), at(image));
+        (host != image).then(|| Difference {
+            frame,
+            host: words(&host),
+            image: words(&image),
+        })
+    })
+}
+
+/// A frame in words.
+fn words(bytes: &[u8]) -> Option<String> {
+    let bytes: &[u8; OutputFrame::BYTES] = bytes.try_into().ok()?;
+    Some(format!("{:?}", OutputFrame::from_bytes(bytes)))
+}

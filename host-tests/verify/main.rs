@@ -1,0 +1,99 @@
+//! `cargo verify`: everything that must hold before a change is merged, on a machine that has only rustup.
+//!
+//! Enters: the workspace, and `RLG_RECORDINGS`, a folder with `bench-coning`, if it is set. Leaves: the
+//! output of each step, and as the last line `N passed, N failed`: the tests by their own count, every
+//! other step as one. Exit code 0 only if nothing failed.
+//!
+//! An example and not a binary of the package, so that `cargo install --path host-tests` installs `rlg`
+//! alone. Everything runs in the release profile: it shares one set of compiled dependencies, and the
+//! image is a release build anyway.
+
+mod step;
+
+mod set_up;
+
+mod on_target;
+
+use std::process::ExitCode;
+
+use step::{Tally, cargo, heading, root};
+
+/// The image's target.
+const TARGET: &str = "thumbv7em-none-eabihf";
+
+fn main() -> ExitCode {
+    let mut tally = Tally::default();
+
+    heading("target and components");
+    tally.step(set_up::compiler());
+    heading("emulator");
+    tally.step(set_up::emulator());
+
+    heading("formatting");
+    tally.step(cargo(&["fmt", "--all", "--check"]));
+    heading("clippy, host");
+    tally.step(cargo(&[
+        "clippy",
+        "--release",
+        "--workspace",
+        "--all-targets",
+        "--",
+        "-D",
+        "warnings",
+    ]));
+    heading("clippy, target");
+    tally.step(cargo(&[
+        "clippy",
+        "--release",
+        "--package",
+        "trueaxis",
+        "--lib",
+        "--bins",
+        "--target",
+        TARGET,
+        "--",
+        "-D",
+        "warnings",
+    ]));
+
+    heading("tests");
+    tally.tests(&["test", "--release", "--workspace", "--no-fail-fast"]);
+    heading("firmware image");
+    tally.step(cargo(&[
+        "build",
+        "--release",
+        "--package",
+        "trueaxis",
+        "--bins",
+        "--target",
+        TARGET,
+    ]));
+    heading("tests on the emulated target");
+    tally.tests(&[
+        "test",
+        "--release",
+        "--package",
+        "rlg",
+        "--test",
+        "on_target",
+        "--",
+        "--ignored",
+    ]);
+
+    heading("a recording on the emulated target");
+    match on_target::recording(root()) {
+        Ok(recording) => {
+            for core in on_target::CORES {
+                tally.step(on_target::holds_its_marks(&recording, core));
+            }
+        }
+        Err(reason) => tally.step(Err(reason)),
+    }
+
+    println!("\n{} passed, {} failed", tally.passed, tally.failed);
+    if tally.failed == 0 {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
+}

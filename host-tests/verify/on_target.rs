@@ -1,0 +1,135 @@
+//! A whole recording through both images, held against the project's marks.
+//!
+//! Enters: `bench-coning` from `RLG_RECORDINGS`, or else a recording that `rlg simulate` makes. Leaves:
+//! the figures, and a failure where an output differs or a mark is missed.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use crate::step::{cargo_command, run};
+
+/// A core and its mark.
+#[derive(Debug, Clone, Copy)]
+pub struct Core {
+    /// As the command line names it.
+    name: &'static str,
+    /// Most instructions a sample may take on average. At 4 kHz and 168 MHz a period has 42 000 cycles;
+    /// the marks leave it to navigation and telemetry, even at several cycles an instruction.
+    most_instructions: f64,
+}
+
+/// Both cores.
+pub const CORES: [Core; 2] = [
+    Core {
+        name: "f32",
+        most_instructions: 500.0,
+    },
+    Core {
+        name: "fixed",
+        most_instructions: 900.0,
+    },
+];
+
+/// Fewer samples would not meet every phase of three dithers and the coning: 25 s.
+const LEAST_SAMPLES: u64 = 100_000;
+
+/// Between outputs no branch depends on data, so what varies is only how samples fall on the coning
+/// stage's own period.
+const MOST_SPREAD: f64 = 1.1;
+
+/// A recording and its model.
+#[derive(Debug)]
+pub struct Recording {
+    folder: PathBuf,
+    model: PathBuf,
+    /// Results go here.
+    out: PathBuf,
+}
+
+/// The bench recording if there is one, or a simulated one.
+pub fn recording(root: &Path) -> Result<Recording, String> {
+    let out = root.join("target").join("verify");
+    let bench = std::env::var_os("RLG_RECORDINGS")
+        .map(|recordings| Path::new(&recordings).join("bench-coning"));
+    let folder = match bench {
+        Some(bench) if bench.is_dir() => bench,
+        Some(bench) => return Err(format!("{} is not there", bench.display())),
+        None => {
+            let simulated = out.join("simulated-coning");
+            let mut command = rlg(&["simulate", "host-tests/scenarios/coning.toml", "--out"]);
+            command.arg(&simulated);
+            run(command)?;
+            simulated
+        }
+    };
+    Ok(Recording {
+        model: folder.join("model.toml"),
+        folder,
+        out,
+    })
+}
+
+/// Runs `core` over the recording: every output equal, and the cost within its marks.
+pub fn holds_its_marks(recording: &Recording, core: Core) -> Result<(), String> {
+    let mut command = rlg(&["on-target", "--json", "--core", core.name]);
+    command
+        .arg("--model")
+        .arg(&recording.model)
+        .arg("--out")
+        .arg(recording.out.join(core.name))
+        .arg(&recording.folder)
+        .stderr(Stdio::inherit());
+    let output = command
+        .output()
+        .map_err(|error| format!("{command:?} cannot be started ({error})"))?;
+    if !output.status.success() {
+        return Err(format!("{command:?}: {}", output.status));
+    }
+    let result: serde_json::Value = serde_json::from_slice(&output.stdout)
+        .map_err(|error| format!("{command:?} printed no JSON ({error})"))?;
+    let figure = |pointer: &str| {
+        result
+            .pointer(pointer)
+            .and_then(serde_json::Value::as_f64)
+            .ok_or_else(|| format!("on_target.json has no {pointer}"))
+    };
+
+    if result["bit_equal"] != true {
+        return Err(format!(
+            "{}: outputs differ, first {}",
+            core.name, result["first_difference"]
+        ));
+    }
+    let samples = figure("/samples")?;
+    if samples < LEAST_SAMPLES as f64 {
+        return Err(format!("{}: only {samples} samples", core.name));
+    }
+    let mean = figure("/instructions_per_sample/mean")?;
+    if mean > core.most_instructions {
+        return Err(format!(
+            "{}: {mean:.1} instructions a sample, at most {}",
+            core.name, core.most_instructions
+        ));
+    }
+    let least = figure("/instructions_between_outputs/min")?;
+    let most = figure("/instructions_between_outputs/max")?;
+    if most > MOST_SPREAD * least {
+        return Err(format!(
+            "{}: {least} to {most} instructions between outputs",
+            core.name
+        ));
+    }
+    for count in ["/starved", "/late", "/outputs_lost"] {
+        if figure(count)? != 0.0 {
+            return Err(format!("{}: {count} is not 0", core.name));
+        }
+    }
+    Ok(())
+}
+
+/// The tool itself.
+fn rlg(arguments: &[&str]) -> Command {
+    let mut command = cargo_command(&["run", "--release", "--quiet", "--package", "rlg"]);
+    command.args(["--bin", "rlg", "--"]).args(arguments);
+    command
+}

@@ -1,0 +1,130 @@
+//! Running one step and counting what came of it.
+//!
+//! Enters: a command. Leaves: its output on this program's, and a count in [`Tally`].
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// Steps and tests so far.
+#[derive(Debug, Default)]
+pub struct Tally {
+    /// That did what they should.
+    pub passed: u64,
+    /// That did not.
+    pub failed: u64,
+}
+
+impl Tally {
+    /// Counts one step, and prints why it failed.
+    pub fn step(&mut self, outcome: Result<(), String>) {
+        match outcome {
+            Ok(()) => self.passed += 1,
+            Err(reason) => {
+                println!("FAILED: {reason}");
+                self.failed += 1;
+            }
+        }
+    }
+
+    /// Runs `cargo ARGUMENTS`, a test command, and counts its tests. A run that fails without a failed
+    /// test (it does not compile, or a test ended the process) counts as one failure.
+    pub fn tests(&mut self, arguments: &[&str]) {
+        let (mut passed, mut failed) = (0, 0);
+        let outcome = watch(cargo_command(arguments), |line| {
+            if let Some((good, bad)) = test_counts(line) {
+                passed += good;
+                failed += bad;
+            }
+        });
+        self.passed += passed;
+        self.failed += failed;
+        match outcome {
+            Ok(()) if passed + failed == 0 => self.step(Err("no test ran".to_owned())),
+            Err(reason) if failed == 0 => self.step(Err(reason)),
+            _ => {}
+        }
+    }
+}
+
+/// The workspace.
+pub fn root() -> &'static Path {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    package.parent().unwrap_or(package)
+}
+
+/// Begins a step.
+pub fn heading(words: &str) {
+    println!("\n== {words}");
+}
+
+/// Runs cargo in the workspace.
+pub fn cargo(arguments: &[&str]) -> Result<(), String> {
+    run(cargo_command(arguments))
+}
+
+/// The cargo that runs this program, in the workspace.
+pub fn cargo_command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(root()).args(arguments);
+    command
+}
+
+/// Runs a command with this program's output.
+pub fn run(mut command: Command) -> Result<(), String> {
+    let status = command
+        .status()
+        .map_err(|error| format!("{command:?} cannot be started ({error})"))?;
+    if status.success() {
+        Ok(())
+    } else {
+        Err(format!("{command:?}: {status}"))
+    }
+}
+
+/// Runs a command, passes its lines on and shows each to `look`.
+fn watch(mut command: Command, mut look: impl FnMut(&str)) -> Result<(), String> {
+    let mut child = command
+        .stdout(Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("{command:?} cannot be started ({error})"))?;
+    let output = child.stdout.take().expect("the output is piped");
+    for line in BufReader::new(output).split(b'\n') {
+        let line = line.map_err(|error| format!("{command:?}: {error}"))?;
+        let line = String::from_utf8_lossy(&line);
+        println!("{line}");
+        look(&line);
+    }
+    let status = child
+        .wait()
+        .map_err(|error| format!("{command:?}: {error}"))?;
+    if status.success() {
+        Ok(())
+    } else {
+        Err(format!("{command:?}: {status}"))
+    }
+}
+
+/// Passed and failed in a line such as `test result: ok. 12 passed; 0 failed; 1 ignored; ...`.
+fn test_counts(line: &str) -> Option<(u64, u64)> {
+    let (_, counts) = line.strip_prefix("test result: ")?.split_once(". ")?;
+    let count = |word: &str| {
+        counts
+            .split("; ")
+            .find_map(|part| part.strip_suffix(word)?.trim().parse().ok())
+    };
+    Some((count("passed")?, count("failed")?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::test_counts;
+
+    #[test]
+    fn the_summary_of_a_test_run_is_read() {
+        let line =
+            "test result: FAILED. 12 passed; 3 failed; 1 ignored; 0 measured; 0 filtered out";
+        assert_eq!(test_counts(line), Some((12, 3)));
+        assert_eq!(test_counts("test a_name ... ok"), None);
+    }
+}
