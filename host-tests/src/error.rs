@@ -2,6 +2,7 @@
 //! there and what was expected. It ends the command with exit code 2 and one sentence on standard error.
 
 use std::fmt;
+use std::io;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
@@ -37,6 +38,21 @@ impl InputError {
             problem: problem.into(),
             ..Parts::default()
         }))
+    }
+    /// An error about `file`, which the system would not let be read.
+    pub fn unreadable(file: impl AsRef<Path>, error: &io::Error) -> Self {
+        Self::new(
+            file,
+            match error.kind() {
+                io::ErrorKind::NotFound => "does not exist".to_owned(),
+                kind => format!("cannot be read ({kind})"),
+            },
+        )
+    }
+    /// An error about `file`, which the system would not let be written.
+    pub fn unwritable(file: impl AsRef<Path>, error: &io::Error) -> Self {
+        Self::new(file, format!("cannot be written ({})", error.kind()))
+            .expected("a place this user may write to")
     }
     /// Names the channel or key at fault.
     pub fn channel(mut self, channel: impl Into<String>) -> Self {

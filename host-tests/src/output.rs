@@ -43,7 +43,7 @@ impl OutputFolder {
         };
         let staging = builder(0o777)
             .tempdir_in(&beside)
-            .map_err(|error| refused(&target, &error))?;
+            .map_err(|error| InputError::unwritable(&target, &error))?;
         Ok(Self {
             target,
             staging,
@@ -61,7 +61,7 @@ impl OutputFolder {
         let name = name.as_ref();
         let mut file = self.file(name)?;
         file.write_all(bytes)
-            .map_err(|error| refused(&self.target.join(name), &error))
+            .map_err(|error| InputError::unwritable(self.target.join(name), &error))
     }
 
     /// Adds the file `name`, open for writing.
@@ -72,7 +72,8 @@ impl OutputFolder {
             Some(parent) => fs::create_dir_all(parent).and_then(|()| File::create(&path)),
             None => File::create(&path),
         };
-        let file = opened.map_err(|error| refused(&self.target.join(name), &error))?;
+        let file =
+            opened.map_err(|error| InputError::unwritable(self.target.join(name), &error))?;
         if !self.names.iter().any(|known| known == name) {
             self.names.push(name.to_path_buf());
         }
@@ -86,7 +87,7 @@ impl OutputFolder {
         } else {
             self.move_folder()
         };
-        moved.map_err(|error| refused(&self.target, &error))
+        moved.map_err(|error| InputError::unwritable(&self.target, &error))
     }
 
     fn move_folder(&self) -> io::Result<()> {
@@ -100,8 +101,7 @@ impl OutputFolder {
         for name in &self.names {
             let place = self.target.join(name);
             if place.is_dir() {
-                let text = format!("{} is a folder", place.display());
-                return Err(io::Error::new(io::ErrorKind::IsADirectory, text));
+                return Err(io::ErrorKind::IsADirectory.into());
             }
             if let Some(parent) = place.parent() {
                 fs::create_dir_all(parent)?;
@@ -128,7 +128,7 @@ pub fn write_file(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), InputError
         file.persist(path).map_err(|error| error.error)?;
         Ok(())
     })();
-    written.map_err(|error: io::Error| refused(path, &error))
+    written.map_err(|error: io::Error| InputError::unwritable(path, &error))
 }
 
 /// A builder of hidden temporary names with the permissions that an ordinary file or folder would get.
@@ -152,9 +152,4 @@ fn nearest_folder(path: &Path) -> PathBuf {
         .skip(1)
         .find(|above| above.exists() && !above.as_os_str().is_empty());
     above.map_or_else(|| PathBuf::from("."), Path::to_path_buf)
-}
-
-fn refused(path: &Path, error: &io::Error) -> InputError {
-    InputError::new(path, format!("cannot be written ({error})"))
-        .expected("a place this user may write to")
 }

@@ -5,7 +5,6 @@
 //! file of another format may mean something different by the same keys.
 
 use std::fs;
-use std::io::ErrorKind;
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
@@ -42,11 +41,30 @@ pub(crate) fn string(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 
+/// Whether the value of `key` is finite and in `range`, both ends included.
+pub(crate) fn within(
+    path: &Path,
+    key: &str,
+    value: f64,
+    range: [f64; 2],
+    unit: &str,
+) -> Result<(), InputError> {
+    if value.is_finite() && value >= range[0] && value <= range[1] {
+        return Ok(());
+    }
+    let expected = match range {
+        [low, f64::MAX] => format!("a finite number of at least {low} {unit}"),
+        [f64::MIN_POSITIVE, high] => format!("a positive number up to {high} {unit}"),
+        [low, high] => format!("{low} to {high} {unit}"),
+    };
+    Err(InputError::new(path, "is out of range")
+        .channel(key)
+        .value(value)
+        .expected(expected))
+}
+
 fn read_text(path: &Path) -> Result<String, InputError> {
-    let bytes = fs::read(path).map_err(|error| match error.kind() {
-        ErrorKind::NotFound => InputError::new(path, "does not exist"),
-        _ => InputError::new(path, format!("cannot be read ({error})")),
-    })?;
+    let bytes = fs::read(path).map_err(|error| InputError::unreadable(path, &error))?;
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(InputError::new(path, "is empty").expected("a TOML file with `format = 1`"));
     }
@@ -70,13 +88,22 @@ fn check_format(path: &Path, table: &toml::Table) -> Result<(), InputError> {
 }
 
 fn locate(path: &Path, text: &str, error: &toml::de::Error) -> InputError {
-    let problem = error.message().replace('\n', ", ");
+    let message = error.message().replace('\n', ", ");
+    let (problem, expected) = message.split_once(", expected ").unwrap_or((&message, ""));
+    let mut located = InputError::new(path, problem);
+    if !expected.is_empty() {
+        located = located.expected(if expected == "f64" {
+            "a number"
+        } else {
+            expected
+        });
+    }
     let Some(span) = error.span() else {
-        return InputError::new(path, problem);
+        return located;
     };
     let before = &text[..span.start.min(text.len())];
     let line = before.matches('\n').count();
-    InputError::new(path, problem)
+    located
         .channel(format!("line {}", line + 1))
         .value(format!("`{}`", text.lines().nth(line).unwrap_or("").trim()))
 }

@@ -1,35 +1,21 @@
-//! `model.toml` in and out.
+//! `model.toml` into memory.
 //!
-//! Enters: the path. Leaves: [`Model`] and warnings about keys this version does not know. Every number is
-//! finite and physically possible; every effect is one of the catalogue with its own parameter names.
-//! Writing gives the same bytes for the same model, and every f64 comes back as it was.
+//! Enters: the path. Leaves: [`Model`], checked, and warnings about keys this version does not know.
+//! What the contract gives a neutral value may be absent: bias, scale error and installation are then 0,
+//! the pickoff gain 1, the motion that of the reference. Pulse weights and noises have no neutral value.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::Path;
 
 use serde::Deserialize;
 
-use super::catalogue::{Kind, SIX, Value, XYZ};
+use super::catalogue::SIX;
 use super::{
     Accelerometer, Dither, EffectValue, Gyro, Installation, Model, ModelEffect, MotionSource,
     Reference,
 };
 use crate::error::InputError;
-use crate::{output, toml_file};
-
-/// Scale errors of ring-laser gyros are parts per million; a tenth is a wrong unit or a wrong pulse weight.
-const LARGEST_SCALE_ERROR: f64 = 0.1;
-/// Eq. (7) is of first order in the installation angles; a tenth of a radian is no small angle.
-const LARGEST_INSTALLATION_RAD: f64 = 0.1;
-/// 0.1 rad/s is 20 000 °/h; a ring-laser gyro's bias is below 1 °/h.
-const LARGEST_BIAS_RAD_S: f64 = 0.1;
-/// A pulse is a fraction of an arcsecond to some arcseconds; 0.01 rad is a wrong unit.
-const LARGEST_PULSE_RAD: f64 = 0.01;
-/// The pickoff is calibrated to per cent; a gain outside these is a wrong unit.
-const PICKOFF_GAIN: [f64; 2] = [0.1, 10.0];
-/// A tenth of g of bias is no navigation accelerometer.
-const LARGEST_ACCELEROMETER_BIAS_M_S2: f64 = 1.0;
+use crate::toml_file;
 
 #[derive(Deserialize)]
 struct ModelFile {
@@ -187,222 +173,6 @@ impl Model {
         model.check(path)?;
         Ok((model, unknown_keys(path, &table)))
     }
-
-    /// Whether every number is finite and physically possible and every effect is the catalogue's; an
-    /// error names `path` and the key.
-    pub fn check(&self, path: &Path) -> Result<(), InputError> {
-        let gyro = &self.gyro;
-        let tiny = f64::MIN_POSITIVE;
-        triple(
-            path,
-            "gyro.pulse_weight_rad",
-            gyro.pulse_weight_rad,
-            [tiny, LARGEST_PULSE_RAD],
-            "rad",
-        )?;
-        let bias = [-LARGEST_BIAS_RAD_S, LARGEST_BIAS_RAD_S];
-        triple(path, "gyro.bias_rad_s", gyro.bias_rad_s, bias, "rad/s")?;
-        let scale = [-LARGEST_SCALE_ERROR, LARGEST_SCALE_ERROR];
-        triple(path, "gyro.scale_error", gyro.scale_error, scale, "1")?;
-        let noise = [0.0, f64::MAX];
-        if let Some(walk) = gyro.angle_random_walk_rad_sqrt_s {
-            triple(
-                path,
-                "gyro.angle_random_walk_rad_sqrt_s",
-                walk,
-                noise,
-                "rad/sqrt(s)",
-            )?;
-        }
-        let angles = [-LARGEST_INSTALLATION_RAD, LARGEST_INSTALLATION_RAD];
-        for (name, value) in SIX.iter().zip(gyro.installation_rad.to_array()) {
-            within(
-                path,
-                &format!("gyro.installation_rad.{name}"),
-                value,
-                angles,
-                "rad",
-            )?;
-        }
-        if let Some(dither) = &self.dither {
-            triple(
-                path,
-                "dither.pickoff_gain",
-                dither.pickoff_gain,
-                PICKOFF_GAIN,
-                "1",
-            )?;
-            triple(
-                path,
-                "dither.pickoff_noise_rad",
-                dither.pickoff_noise_rad,
-                noise,
-                "rad",
-            )?;
-        }
-        if let Some(reference) = &self.reference {
-            within(
-                path,
-                "reference.angle_noise_rad",
-                reference.angle_noise_rad,
-                noise,
-                "rad",
-            )?;
-            let key = "reference.angle_random_walk_rad_sqrt_s";
-            within(
-                path,
-                key,
-                reference.angle_random_walk_rad_sqrt_s,
-                noise,
-                "rad/sqrt(s)",
-            )?;
-        }
-        if let Some(accelerometer) = &self.accelerometer {
-            let bias = [
-                -LARGEST_ACCELEROMETER_BIAS_M_S2,
-                LARGEST_ACCELEROMETER_BIAS_M_S2,
-            ];
-            triple(
-                path,
-                "accelerometer.bias_m_s2",
-                accelerometer.bias_m_s2,
-                bias,
-                "m/s^2",
-            )?;
-            triple(
-                path,
-                "accelerometer.scale_error",
-                accelerometer.scale_error,
-                scale,
-                "1",
-            )?;
-            let key = "accelerometer.noise_m_s2_sqrt_hz";
-            within(
-                path,
-                key,
-                accelerometer.noise_m_s2_sqrt_hz,
-                noise,
-                "m/s^2/sqrt(Hz)",
-            )?;
-        }
-        let mut effects = self.effects.iter().enumerate();
-        effects.try_for_each(|(index, effect)| check_effect(path, index, effect))
-    }
-
-    /// Writes it to `path`, whole or not at all.
-    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), InputError> {
-        let path = path.as_ref();
-        self.check(path)?;
-        output::write_file(path, self.to_toml().as_bytes())
-    }
-
-    /// The text of `model.toml`.
-    pub fn to_toml(&self) -> String {
-        let mut out = format!("format = {}\n", toml_file::FORMAT);
-        // Writing to a String cannot fail, so the results of write! are dropped.
-        let source = match self.motion {
-            MotionSource::Reference => "reference",
-            MotionSource::Static => "static",
-        };
-        let _ = writeln!(out, "\n[motion]\nsource = \"{source}\"");
-        let _ = writeln!(out, "earth_rate = {}", self.earth_rate_in_reference);
-        let gyro = &self.gyro;
-        let _ = writeln!(
-            out,
-            "\n[gyro]\npulse_weight_rad = {}",
-            list(gyro.pulse_weight_rad)
-        );
-        let _ = writeln!(out, "bias_rad_s = {}", list(gyro.bias_rad_s));
-        let _ = writeln!(out, "scale_error = {}", list(gyro.scale_error));
-        if let Some(walk) = gyro.angle_random_walk_rad_sqrt_s {
-            let _ = writeln!(out, "angle_random_walk_rad_sqrt_s = {}", list(walk));
-        }
-        let angles = SIX.iter().zip(gyro.installation_rad.to_array());
-        let angles: Vec<_> = angles
-            .map(|(name, v)| format!("{name} = {}", toml_file::float(v)))
-            .collect();
-        let _ = writeln!(out, "installation_rad = {{ {} }}", angles.join(", "));
-        if let Some(dither) = &self.dither {
-            let _ = writeln!(
-                out,
-                "\n[dither]\npickoff_gain = {}",
-                list(dither.pickoff_gain)
-            );
-            let _ = writeln!(
-                out,
-                "pickoff_noise_rad = {}",
-                list(dither.pickoff_noise_rad)
-            );
-        }
-        if let Some(reference) = &self.reference {
-            let noise = toml_file::float(reference.angle_noise_rad);
-            let walk = toml_file::float(reference.angle_random_walk_rad_sqrt_s);
-            let _ = writeln!(out, "\n[reference]\nangle_noise_rad = {noise}");
-            let _ = writeln!(out, "angle_random_walk_rad_sqrt_s = {walk}");
-        }
-        if let Some(accelerometer) = &self.accelerometer {
-            let _ = writeln!(
-                out,
-                "\n[accelerometer]\nbias_m_s2 = {}",
-                list(accelerometer.bias_m_s2)
-            );
-            let _ = writeln!(out, "scale_error = {}", list(accelerometer.scale_error));
-            let noise = toml_file::float(accelerometer.noise_m_s2_sqrt_hz);
-            let _ = writeln!(out, "noise_m_s2_sqrt_hz = {noise}");
-        }
-        for effect in &self.effects {
-            let _ = writeln!(
-                out,
-                "\n[[effect]]\nkind = {}",
-                toml_file::string(&effect.kind)
-            );
-            for (name, value) in &effect.parameters {
-                let value = match value {
-                    EffectValue::Number(number) => toml_file::float(*number),
-                    EffectValue::Text(text) => toml_file::string(text),
-                };
-                let _ = writeln!(out, "{} = {value}", key(name));
-            }
-        }
-        out
-    }
-}
-
-impl Installation {
-    /// In the order xy, xz, yx, yz, zx, zy \[rad\].
-    pub fn to_array(self) -> [f64; 6] {
-        [self.xy, self.xz, self.yx, self.yz, self.zx, self.zy]
-    }
-
-    /// From the order xy, xz, yx, yz, zx, zy \[rad\].
-    pub fn from_array([xy, xz, yx, yz, zx, zy]: [f64; 6]) -> Self {
-        Self {
-            xy,
-            xz,
-            yx,
-            yz,
-            zx,
-            zy,
-        }
-    }
-}
-
-impl ModelEffect {
-    /// A parameter that is a number; absent ones count as 0.
-    pub fn number(&self, name: &str) -> f64 {
-        match self.parameters.get(name) {
-            Some(EffectValue::Number(value)) => *value,
-            _ => 0.0,
-        }
-    }
-
-    /// A parameter that is text.
-    pub fn text(&self, name: &str) -> Option<&str> {
-        match self.parameters.get(name) {
-            Some(EffectValue::Text(text)) => Some(text),
-            _ => None,
-        }
-    }
 }
 
 fn installation(path: &Path, entries: BTreeMap<String, f64>) -> Result<Installation, InputError> {
@@ -450,113 +220,6 @@ fn effect(path: &Path, index: usize, table: toml::Table) -> Result<ModelEffect, 
     Ok(ModelEffect { kind, parameters })
 }
 
-fn check_effect(path: &Path, index: usize, effect: &ModelEffect) -> Result<(), InputError> {
-    let at = |key: &str| format!("effect {index} ({}), {key}", effect.kind);
-    let Some(kind) = Kind::named(&effect.kind) else {
-        return Err(
-            InputError::new(path, "is a kind of effect the catalogue does not have")
-                .channel(format!("effect {index}, kind"))
-                .value(format!("{:?}", effect.kind))
-                .expected(format!(
-                    "a kind of the catalogue; the nearest is {:?}",
-                    Kind::nearest(&effect.kind)
-                )),
-        );
-    };
-    for (name, value) in &effect.parameters {
-        let number = match value {
-            EffectValue::Number(number) if number.is_finite() => Some(*number),
-            EffectValue::Number(number) => {
-                return Err(InputError::new(path, "is not a finite number")
-                    .channel(at(name))
-                    .value(number));
-            }
-            EffectValue::Text(_) => None,
-        };
-        if kind.is_free() {
-            continue;
-        }
-        let Some(group) = kind.group_of(name) else {
-            let names: Vec<_> = kind.parameter_names().collect();
-            return Err(InputError::new(path, "is not a parameter of this kind")
-                .channel(at(name))
-                .expected(format!("one of {}", names.join(", "))));
-        };
-        let (fits, expected) = match (group.value, number) {
-            (Value::Number, number) => (number.is_some(), format!("a number in {}", group.unit)),
-            (Value::Positive, number) => (
-                number.is_some_and(|v| v > 0.0),
-                format!("a number above 0 in {}", group.unit),
-            ),
-            (Value::NotNegative, number) => (
-                number.is_some_and(|v| v >= 0.0),
-                format!("a number of at least 0 in {}", group.unit),
-            ),
-            (Value::Axis, _) => {
-                let label = effect.text(name).is_some_and(|text| XYZ.contains(&text));
-                (label, "\"x\", \"y\" or \"z\"".to_owned())
-            }
-            (Value::Channel, _) => (effect.text(name).is_some(), "a channel's name".to_owned()),
-        };
-        if !fits {
-            let found = match value {
-                EffectValue::Number(number) => toml_file::float(*number),
-                EffectValue::Text(text) => toml_file::string(text),
-            };
-            return Err(InputError::new(path, "is not a value of this parameter")
-                .channel(at(name))
-                .value(found)
-                .expected(expected));
-        }
-    }
-    let required = kind.groups.iter().filter(|group| group.required);
-    for name in required.flat_map(|group| group.names) {
-        if !effect.parameters.contains_key(*name) {
-            return Err(InputError::new(path, "is missing")
-                .channel(at(name))
-                .expected(format!(
-                    "a value{}",
-                    kind.unit_of(name)
-                        .filter(|u| !u.is_empty())
-                        .map_or(String::new(), |u| format!(" in {u}"))
-                )));
-        }
-    }
-    Ok(())
-}
-
-fn triple(
-    path: &Path,
-    key: &str,
-    values: [f64; 3],
-    range: [f64; 2],
-    unit: &str,
-) -> Result<(), InputError> {
-    let mut named = XYZ.iter().zip(values);
-    named.try_for_each(|(axis, value)| within(path, &format!("{key}.{axis}"), value, range, unit))
-}
-
-fn within(
-    path: &Path,
-    key: &str,
-    value: f64,
-    range: [f64; 2],
-    unit: &str,
-) -> Result<(), InputError> {
-    if value.is_finite() && value >= range[0] && value <= range[1] {
-        return Ok(());
-    }
-    let expected = match range {
-        [low, f64::MAX] => format!("a finite number of at least {low} {unit}"),
-        [f64::MIN_POSITIVE, high] => format!("a positive number up to {high} {unit}"),
-        [low, high] => format!("{low} to {high} {unit}"),
-    };
-    Err(InputError::new(path, "is out of range")
-        .channel(key)
-        .value(value)
-        .expected(expected))
-}
-
 fn unknown_keys(path: &Path, table: &toml::Table) -> Vec<String> {
     let mut warnings = Vec::new();
     for (section, known) in KNOWN {
@@ -580,19 +243,4 @@ fn unknown_keys(path: &Path, table: &toml::Table) -> Vec<String> {
         }
     }
     warnings
-}
-
-fn list(values: [f64; 3]) -> String {
-    let [x, y, z] = values.map(toml_file::float);
-    format!("[{x}, {y}, {z}]")
-}
-
-/// A bare key where TOML allows it.
-fn key(name: &str) -> String {
-    let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if !name.is_empty() && name.chars().all(bare) {
-        name.to_owned()
-    } else {
-        toml_file::string(name)
-    }
 }

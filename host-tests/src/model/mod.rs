@@ -5,9 +5,11 @@
 
 use std::collections::BTreeMap;
 
+mod bounds;
 pub mod catalogue;
 pub mod compensation;
 mod file;
+mod text;
 
 /// Where the case's motion comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -114,4 +116,41 @@ pub struct Model {
     pub accelerometer: Option<Accelerometer>,
     /// The effects switched on.
     pub effects: Vec<ModelEffect>,
+}
+
+impl Installation {
+    /// In the order xy, xz, yx, yz, zx, zy \[rad\].
+    pub fn to_array(self) -> [f64; 6] {
+        [self.xy, self.xz, self.yx, self.yz, self.zx, self.zy]
+    }
+
+    /// From the order xy, xz, yx, yz, zx, zy \[rad\].
+    pub fn from_array([xy, xz, yx, yz, zx, zy]: [f64; 6]) -> Self {
+        Self {
+            xy,
+            xz,
+            yx,
+            yz,
+            zx,
+            zy,
+        }
+    }
+}
+
+impl ModelEffect {
+    /// A parameter that is a number; absent ones count as 0.
+    pub fn number(&self, name: &str) -> f64 {
+        match self.parameters.get(name) {
+            Some(EffectValue::Number(value)) => *value,
+            _ => 0.0,
+        }
+    }
+
+    /// A parameter that is text.
+    pub fn text(&self, name: &str) -> Option<&str> {
+        match self.parameters.get(name) {
+            Some(EffectValue::Text(text)) => Some(text),
+            _ => None,
+        }
+    }
 }

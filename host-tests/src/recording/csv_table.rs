@@ -4,7 +4,6 @@
 //! before scale and offset.
 
 use std::fs;
-use std::io::ErrorKind;
 use std::path::Path;
 
 use csv::{ReaderBuilder, StringRecord, Trim};
@@ -14,10 +13,7 @@ use crate::error::InputError;
 
 /// The columns `wanted` of `path`, in that order, equally long.
 pub(super) fn read(path: &Path, wanted: &[&str]) -> Result<Vec<Vec<f64>>, InputError> {
-    let bytes = fs::read(path).map_err(|error| match error.kind() {
-        ErrorKind::NotFound => InputError::new(path, "does not exist"),
-        _ => InputError::new(path, format!("cannot be read ({error})")),
-    })?;
+    let bytes = fs::read(path).map_err(|error| InputError::unreadable(path, &error))?;
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(InputError::new(path, "is empty").expected("a header row and rows of numbers"));
     }

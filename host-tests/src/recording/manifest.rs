@@ -4,13 +4,12 @@
 //! judged here. Keys that the contract does not name are passed over: others may add to it.
 
 use std::collections::HashSet;
-use std::fmt::Write as _;
 use std::path::{Component, Path};
 
 use serde::Deserialize;
 
 use super::quantity::{AxisRule, same_unit};
-use super::{Clock, Quantity, Recording, Segment, Site};
+use super::{Quantity, Segment, Site};
 use crate::error::InputError;
 use crate::toml_file;
 
@@ -104,8 +103,8 @@ impl Manifest {
         }
         if let Some(site) = &self.site {
             let bounds = [-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2];
-            within(path, "site.latitude_rad", site.latitude_rad, bounds, "rad")?;
-            within(
+            toml_file::within(path, "site.latitude_rad", site.latitude_rad, bounds, "rad")?;
+            toml_file::within(
                 path,
                 "site.gravity_m_s2",
                 site.gravity_m_s2,
@@ -316,84 +315,4 @@ impl SegmentEntry {
         }
         Ok(())
     }
-}
-
-fn within(
-    path: &Path,
-    key: &str,
-    value: f64,
-    range: [f64; 2],
-    unit: &str,
-) -> Result<(), InputError> {
-    if value >= range[0] && value <= range[1] {
-        return Ok(());
-    }
-    Err(InputError::new(path, "is out of range")
-        .channel(key)
-        .value(value)
-        .expected(format!("{:.4} to {:.4} {unit}", range[0], range[1])))
-}
-
-/// The text of `recording.toml` for `recording`. `scaling` gives, for a table and a channel, the scale
-/// and offset with which the channel is stored.
-pub(super) fn text(recording: &Recording, scaling: impl Fn(usize, usize) -> (f64, f64)) -> String {
-    let mut out = format!(
-        "format = {}\nname = {}\n",
-        toml_file::FORMAT,
-        toml_file::string(&recording.name)
-    );
-    // Writing to a String cannot fail, so the results of write! are dropped.
-    if let Some(site) = recording.site {
-        let _ = write!(
-            out,
-            "\n[site]\nlatitude_rad = {}\ngravity_m_s2 = {}\n",
-            toml_file::float(site.latitude_rad),
-            toml_file::float(site.gravity_m_s2)
-        );
-    }
-    for (t, table) in recording.tables.iter().enumerate() {
-        let _ = write!(
-            out,
-            "\n[[table]]\nfile = {}\n",
-            toml_file::string(&table.file)
-        );
-        let _ = match &table.clock {
-            Clock::Uniform { rate_hz, start_s } => write!(
-                out,
-                "rate_hz = {}\nstart_s = {}\n",
-                toml_file::float(*rate_hz),
-                toml_file::float(*start_s)
-            ),
-            Clock::Stamped { column, .. } => writeln!(out, "time = {}", toml_file::string(column)),
-        };
-        for (c, channel) in table.channels.iter().enumerate() {
-            let (scale, offset) = scaling(t, c);
-            let _ = write!(
-                out,
-                "\n  [[table.channel]]\n  column = {}\n  quantity = {}\n",
-                toml_file::string(&channel.column),
-                toml_file::string(channel.quantity.name())
-            );
-            if let Some(axis) = &channel.axis {
-                let _ = writeln!(out, "  axis = {}", toml_file::string(axis));
-            }
-            let _ = write!(
-                out,
-                "  scale = {}\n  offset = {}\n",
-                toml_file::float(scale),
-                toml_file::float(offset)
-            );
-        }
-    }
-    for segment in &recording.segments {
-        let _ = write!(
-            out,
-            "\n[[segment]]\nname = {}\nkind = {}\nstart_s = {}\nend_s = {}\n",
-            toml_file::string(&segment.name),
-            toml_file::string(&segment.kind),
-            toml_file::float(segment.start_s),
-            toml_file::float(segment.end_s)
-        );
-    }
-    out
 }

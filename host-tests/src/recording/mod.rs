@@ -12,6 +12,7 @@ use std::path::PathBuf;
 mod csv_table;
 mod folder;
 mod manifest;
+mod manifest_text;
 mod parquet_table;
 pub mod quantity;
 mod storage;

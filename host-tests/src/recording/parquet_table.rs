@@ -4,7 +4,6 @@
 //! Only the wanted columns are decoded. Values leave as stored, before scale and offset.
 
 use std::fs::File;
-use std::io::ErrorKind;
 use std::path::Path;
 
 use arrow_array::cast::AsArray;
@@ -24,10 +23,7 @@ const BATCH_ROWS: usize = 65_536;
 
 /// The columns `wanted` of `path`, in that order, equally long.
 pub(super) fn read(path: &Path, wanted: &[&str]) -> Result<Vec<Vec<f64>>, InputError> {
-    let file = File::open(path).map_err(|error| match error.kind() {
-        ErrorKind::NotFound => InputError::new(path, "does not exist"),
-        _ => InputError::new(path, format!("cannot be read ({error})")),
-    })?;
+    let file = File::open(path).map_err(|error| InputError::unreadable(path, &error))?;
     if file.metadata().is_ok_and(|metadata| metadata.len() == 0) {
         return Err(InputError::new(path, "is empty").expected("a Parquet file"));
     }

@@ -14,7 +14,8 @@ use parquet::arrow::arrow_writer::ArrowWriterOptions;
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::file::properties::WriterProperties;
 
-use super::manifest::{self, MANIFEST};
+use super::manifest::{MANIFEST, Manifest};
+use super::manifest_text::manifest_text;
 use super::{Channel, Clock, Recording, Table};
 use crate::error::InputError;
 use crate::output::OutputFolder;
@@ -78,14 +79,14 @@ impl Recording {
             }
             stored.push(table.channels.iter().map(unscale).collect::<Vec<_>>());
         }
-        let text = manifest::text(self, |table, channel| match stored[table][channel] {
+        let text = manifest_text(self, |table, channel| match stored[table][channel] {
             Stored::Integers(_) => {
                 let channel = &self.tables[table].channels[channel];
                 (channel.scale, channel.offset)
             }
             Stored::Floats => (1.0, 0.0),
         });
-        manifest::Manifest::from_text(&out.target().join(MANIFEST), &text)?;
+        Manifest::from_text(&out.target().join(MANIFEST), &text)?;
         for (table, stored) in self.tables.iter().zip(&stored) {
             let lower = table.file.to_ascii_lowercase();
             if lower.ends_with(".csv") {
