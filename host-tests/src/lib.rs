@@ -14,6 +14,10 @@ pub mod model;
 
 pub mod simulate;
 
+pub mod reference;
+
+pub mod replay;
+
 pub mod target;
 
 pub mod terminal;

@@ -17,6 +17,7 @@ use crate::terminal::Terminal;
 mod inputs;
 mod inspect;
 mod params;
+mod replay;
 mod simulate;
 
 /// Simulate, replay and diagnose recordings of dithered ring-laser gyros
@@ -43,6 +44,7 @@ struct Talk {
 #[derive(Debug, Subcommand)]
 enum Command {
     Inspect(inspect::Inspect),
+    Replay(replay::ReplayCommand),
     Simulate(simulate::Simulate),
     Params(params::Params),
 }
@@ -51,6 +53,7 @@ impl Command {
     fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         match self {
             Self::Inspect(command) => command.run(terminal),
+            Self::Replay(command) => command.run(terminal),
             Self::Simulate(command) => command.run(terminal),
             Self::Params(command) => command.run(terminal),
         }

@@ -1,0 +1,265 @@
+//! `rlg replay`: a recording through the chain on the host.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::inputs::read_model;
+use crate::error::InputError;
+use crate::model::compensation::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
+use crate::output::OutputFolder;
+use crate::recording::{Axis, Channel, Clock, Quantity, Recording, Segment, Table};
+use crate::replay::drift::{drift_deg_h, periods_in, reference_rotations_rad, segments};
+use crate::replay::samples::{ReplayInput, Setup, samples_from_recording};
+use crate::replay::{Core, Replay, replay};
+use crate::terminal::Terminal;
+use trueaxis::{CrossAxis, ParameterError};
+
+/// Run a recording through the chain and compare with its reference
+///
+/// Writes compensated.parquet (rotation vectors per output period, itself a recording) and replay.json
+/// (drift before and after, per segment).
+#[derive(Debug, Args)]
+#[command(
+    name = "replay",
+    after_help = "Example:\n  rlg replay bench-17 --model bench-17/model.toml --core fixed --out replayed"
+)]
+pub struct ReplayCommand {
+    /// Folder with recording.toml
+    recording: PathBuf,
+    /// The model that the chain compensates
+    #[arg(long)]
+    model: PathBuf,
+    /// Number system of the chain
+    #[arg(long, value_enum)]
+    core: Core,
+    /// Folder for the results
+    #[arg(long)]
+    out: PathBuf,
+    /// Samples in one output period
+    #[arg(long, default_value_t = SAMPLES_PER_OUTPUT)]
+    output_every: u16,
+    /// Terms of the acceleration filter, 1 to 4
+    #[arg(long, default_value_t = ACCELERATION_ORDER)]
+    order: u8,
+}
+
+#[derive(Serialize)]
+struct Report {
+    format: u32,
+    recording: String,
+    version: &'static str,
+    core: &'static str,
+    samples: usize,
+    samples_per_output: u16,
+    acceleration_order: u8,
+    ns_per_sample: f64,
+    output_sha256: String,
+    segments: Vec<SegmentReport>,
+    against_reference: AgainstReference,
+    /// Samples beyond the chain's ranges; absent for the reference.
+    saturated: Option<Saturated>,
+    /// Kinds of the model's effects that the chain has no term for.
+    uncompensated: Vec<String>,
+    /// Rows without a measurement at the beginning and at the end.
+    rows_left_out: [usize; 2],
+}
+
+#[derive(Serialize)]
+struct SegmentReport {
+    name: String,
+    kind: String,
+    drift_before_deg_h: Option<[f64; 3]>,
+    drift_after_deg_h: Option<[f64; 3]>,
+}
+
+/// This core against the f64 reference chain.
+#[derive(Serialize)]
+struct AgainstReference {
+    /// Over the recording and each of its segments, any axis.
+    max_drift_deg_h: f64,
+}
+
+#[derive(Serialize)]
+struct Saturated {
+    counts: u32,
+    pickoff: u32,
+    acceleration: u32,
+    output: u32,
+}
+
+impl ReplayCommand {
+    /// Replays, compares, writes, says the drifts.
+    pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
+        let spinner = terminal.spinner("reading");
+        let recording = Recording::read(&self.recording)?;
+        let model = read_model(&self.model, terminal)?;
+        let mut out = OutputFolder::create(&self.out)?;
+        let setup = Setup {
+            samples_per_output: self.output_every,
+            acceleration_order: self.order,
+        };
+        let input = samples_from_recording(&recording, &model, setup)?;
+        spinner.set_message("replaying");
+        let refused = |error: ParameterError| {
+            InputError::new(&self.model, format!("does not fit the chain: {error}"))
+        };
+        let done = replay(&input, self.core, &input.parameters).map_err(refused)?;
+        let mut without_dynamics = input.parameters;
+        without_dynamics.flexure_s2 = CrossAxis::default();
+        let before = replay(&input, self.core, &without_dynamics).map_err(refused)?;
+        let f64_chain = replay(&input, Core::Reference, &input.parameters).map_err(refused)?;
+        let report = self.report(&recording, &input, done, &before, &f64_chain, &mut out)?;
+        spinner.finish_and_clear();
+        for kind in &report.uncompensated {
+            terminal.warn(format!(
+                "the chain has no term for {kind}: it stays in the output"
+            ));
+        }
+        if let Some(why) = &input.reference_refused {
+            terminal.warn(format!("{why}: no drift is given"));
+        }
+        terminal.say(report.table());
+        out.commit()?;
+        terminal.result(&report)
+    }
+
+    fn report(
+        &self,
+        recording: &Recording,
+        input: &ReplayInput,
+        done: Replay,
+        before: &Replay,
+        f64_chain: &Replay,
+        out: &mut OutputFolder,
+    ) -> Result<Report, InputError> {
+        let truth = reference_rotations_rad(input);
+        let segments = segments(recording, input);
+        let periods = done.rotations_rad.len();
+        let mut against: f64 = 0.0;
+        let mut compare = |range: std::ops::Range<usize>| {
+            let drift = drift_deg_h(&done.rotations_rad, &f64_chain.rotations_rad, range, input);
+            against = drift
+                .iter()
+                .flatten()
+                .fold(against, |most, axis| most.max(axis.abs()));
+        };
+        compare(0..periods);
+        let mut reports = Vec::with_capacity(segments.len());
+        for segment in &segments {
+            let range = periods_in(segment, input, periods);
+            compare(range.clone());
+            let drift = |of: &Replay| {
+                let truth = truth.as_ref()?;
+                drift_deg_h(&of.rotations_rad, truth, range.clone(), input)
+            };
+            reports.push(SegmentReport {
+                name: segment.name.clone(),
+                kind: segment.kind.clone(),
+                drift_before_deg_h: drift(before),
+                drift_after_deg_h: drift(&done),
+            });
+        }
+        let report = Report {
+            format: 1,
+            recording: recording.name.clone(),
+            version: env!("CARGO_PKG_VERSION"),
+            core: self.core.name(),
+            samples: input.samples.len(),
+            samples_per_output: self.output_every,
+            acceleration_order: self.order,
+            ns_per_sample: done.ns_per_sample,
+            output_sha256: done.output_sha256.clone(),
+            segments: reports,
+            against_reference: AgainstReference {
+                max_drift_deg_h: against,
+            },
+            saturated: done.faults.map(|faults| Saturated {
+                counts: faults.counts,
+                pickoff: faults.pickoff,
+                acceleration: faults.acceleration,
+                output: faults.output,
+            }),
+            uncompensated: input.uncompensated.clone(),
+            rows_left_out: input.rows_left_out,
+        };
+        compensated(recording, input, &segments, &done).write_into(out)?;
+        let mut text = serde_json::to_string_pretty(&report)
+            .map_err(|error| InputError::new(&self.out, format!("cannot be written ({error})")))?;
+        text.push('\n');
+        out.write("replay.json", text.as_bytes())?;
+        Ok(report)
+    }
+}
+
+/// The output as a recording: `dtheta_x|y|z` \[rad\] per output period.
+fn compensated(
+    recording: &Recording,
+    input: &ReplayInput,
+    segments: &[Segment],
+    done: &Replay,
+) -> Recording {
+    let parameters = &input.parameters;
+    let channel = |axis: Axis| Channel {
+        column: format!("dtheta_{}", axis.label()),
+        quantity: Quantity::GyroIncrement,
+        axis: Some(axis.label().to_owned()),
+        scale: 1.0,
+        offset: 0.0,
+        values: done
+            .rotations_rad
+            .iter()
+            .map(|rotation| rotation[axis.index()])
+            .collect(),
+    };
+    Recording {
+        name: format!("{}-compensated", recording.name),
+        folder: PathBuf::new(),
+        site: recording.site,
+        tables: vec![Table {
+            file: "compensated.parquet".to_owned(),
+            clock: Clock::Uniform {
+                rate_hz: parameters.sample_rate_hz / f64::from(parameters.samples_per_output),
+                start_s: input.start_s,
+            },
+            rows: done.rotations_rad.len(),
+            channels: Axis::ALL.map(channel).into(),
+        }],
+        segments: segments.to_vec(),
+    }
+}
+
+impl Report {
+    fn table(&self) -> String {
+        let mut text = format!(
+            "{} through {}: {} samples, {:.1} ns each, within {:.1e} °/h of the f64 reference chain\n",
+            self.recording,
+            self.core,
+            self.samples,
+            self.ns_per_sample,
+            self.against_reference.max_drift_deg_h
+        );
+        let drifts = |drift: &Option<[f64; 3]>| match drift {
+            Some([x, y, z]) => format!("{x:>9.4} {y:>9.4} {z:>9.4}"),
+            None => format!("{:>9} {:>9} {:>9}", "-", "-", "-"),
+        };
+        // writing to a String cannot fail
+        let _ = write!(
+            text,
+            "{:<16} {:>29}   {:>29}",
+            "drift [°/h]", "static Eq. (7)   x, y, z", "with flexure   x, y, z"
+        );
+        for segment in &self.segments {
+            let _ = write!(
+                text,
+                "\n{:<16} {}   {}",
+                segment.name,
+                drifts(&segment.drift_before_deg_h),
+                drifts(&segment.drift_after_deg_h)
+            );
+        }
+        text
+    }
+}

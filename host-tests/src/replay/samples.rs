@@ -1,0 +1,360 @@
+//! A recording and its model → the samples that the chain takes.
+//!
+//! Enters: [`Recording`], [`Model`]. Leaves: [`ReplayInput`]: the core's [`Sample`]s and [`Parameters`],
+//! the same readings in f64 for the reference chain, and the case's increments from the recording's
+//! reference where it has one. Body frame, rad.
+//!
+//! What is requantised, and what that costs:
+//! - `gyro_count` passes as it is.
+//! - `dither_angle` becomes codes of 2⁻³² rad: an error of 2⁻³²/√12 = 6.7e-11 rad, white in *angle*, so that
+//!   it is bounded and drifts nothing (a pickoff's own noise is a thousand times larger).
+//! - `gyro_increment` and `gyro_rate` become counts of 2⁻³⁶ rad of the *running* angle: what one count
+//!   cannot hold goes into the next one, so that the sum stays within 1.5e-11 rad for ever.
+//!
+//! Missing values: rows at the beginning and at the end that lack a gyro or a pickoff are left out. Within
+//! the recording such a row is an error, because an angle that was not measured cannot be made up for. A
+//! row that lacks the reference is kept; the comparison leaves out what it touches.
+//!
+//! Deliberately not here: resampling. Gyros and pickoffs must share one clock.
+
+use crate::error::InputError;
+use crate::model::Model;
+use crate::model::compensation::parameters_from_model;
+use crate::recording::{Axis, Channel, Clock, Quantity, Recording, Table};
+use trueaxis::{Parameters, Sample};
+
+/// Angle of one pickoff code \[rad\]: ±0.5 rad fit an `i32`, hundreds of times the amplitude of any dither.
+pub const PICKOFF_WEIGHT_RAD: f64 = 1.0 / (1u64 << 32) as f64;
+
+/// Angle of one count of a gyro that was not recorded in pulses \[rad\]: ±0.03 rad a period fit an `i32`,
+/// 125 rad/s at 4 kHz, and a power of two is exact in both number systems.
+pub const INCREMENT_WEIGHT_RAD: f64 = 1.0 / (1u64 << 36) as f64;
+
+/// Stamps may stray this far from a uniform clock \[periods\] and still be taken as one: K/T² enters
+/// the compensation squared, so that a hundredth of a period shows as at most 2 % of a small term.
+const STAMP_TOLERANCE_PERIODS: f64 = 0.01;
+
+/// How the chain is to be set up beyond what the model says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Setup {
+    /// Samples in one output period.
+    pub samples_per_output: u16,
+    /// Terms of the acceleration filter, 1 to 4.
+    pub acceleration_order: u8,
+}
+
+/// Everything a replay needs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReplayInput {
+    /// What the core takes, one a period.
+    pub samples: Vec<Sample>,
+    /// What the core is told, with the weights of `samples`.
+    pub parameters: Parameters,
+    /// Kinds of the model's effects that the chain has no term for.
+    pub uncompensated: Vec<String>,
+    /// Sensed increments as recorded \[rad\].
+    pub sensed_rad: Vec<[f64; 3]>,
+    /// Pickoff angles as recorded \[rad\]; zeros where there is no dither.
+    pub pickoff_rad: Vec<[f64; 3]>,
+    /// The case's increments by the recording's reference \[rad\], NaN where it was not measured.
+    pub reference_rad: Option<Vec<[f64; 3]>>,
+    /// Beginning of the first sample's period \[s\].
+    pub start_s: f64,
+    /// Rows left out at the beginning and at the end.
+    pub rows_left_out: [usize; 2],
+    /// Why a reference that is there cannot be compared with.
+    pub reference_refused: Option<String>,
+}
+
+/// The samples of a recording under a model, or what stands in the way.
+pub fn samples_from_recording(
+    recording: &Recording,
+    model: &Model,
+    setup: Setup,
+) -> Result<ReplayInput, InputError> {
+    let gyros = Gyros::find(recording)?;
+    let rate_hz = uniform_rate_hz(recording, gyros.table)?;
+    let pickoffs = gyros.pickoffs(recording, model)?;
+
+    let kept = kept_rows(recording, &gyros, &pickoffs)?;
+    let rows_left_out = [kept.start, gyros.table.rows - kept.end];
+    let start_s = gyros.table.start_s() + kept.start as f64 / rate_hz;
+
+    let (mut parameters, uncompensated) = parameters_from_model(
+        model,
+        rate_hz,
+        setup.samples_per_output,
+        setup.acceleration_order,
+    )
+    .map_err(|error| {
+        InputError::new(
+            &recording.folder,
+            format!("does not fit the chain: {error}"),
+        )
+    })?;
+    parameters.pickoff_weight_rad = PICKOFF_WEIGHT_RAD;
+    if pickoffs.is_none() {
+        parameters.pickoff_gain = [0.0; 3];
+    }
+    let mut unit_rad = [1.0; 3];
+    match gyros.quantity {
+        Quantity::GyroCount => unit_rad = parameters.pulse_weight_rad,
+        Quantity::GyroRate => unit_rad = [1.0 / rate_hz; 3],
+        _ => {}
+    }
+
+    let mut input = ReplayInput {
+        samples: vec![Sample::default(); kept.len()],
+        sensed_rad: vec![[0.0; 3]; kept.len()],
+        pickoff_rad: vec![[0.0; 3]; kept.len()],
+        reference_rad: None,
+        parameters,
+        uncompensated,
+        start_s,
+        rows_left_out,
+        reference_refused: None,
+    };
+    for axis in Axis::ALL.map(Axis::index) {
+        let channel = gyros.channels[axis];
+        let values = &channel.values[kept.clone()];
+        for (sensed, value) in input.sensed_rad.iter_mut().zip(values) {
+            sensed[axis] = value * unit_rad[axis];
+        }
+        let codes = if gyros.quantity == Quantity::GyroCount {
+            codes(values.iter().copied())
+        } else {
+            input.parameters.pulse_weight_rad[axis] = INCREMENT_WEIGHT_RAD;
+            codes(counts_of_running_angle(values, unit_rad[axis]))
+        };
+        let codes = codes.map_err(|row| beyond(recording, &gyros, channel, kept.start + row))?;
+        for (sample, code) in input.samples.iter_mut().zip(codes) {
+            sample.pulse_counts[axis] = code;
+        }
+        if let Some(pickoffs) = &pickoffs {
+            let channel = pickoffs[axis];
+            let values = &channel.values[kept.clone()];
+            let codes = codes_of_angle(values)
+                .map_err(|row| beyond(recording, &gyros, channel, kept.start + row))?;
+            for (row, code) in codes.into_iter().enumerate() {
+                input.samples[row].pickoff_codes[axis] = code;
+                input.pickoff_rad[row][axis] = values[row];
+            }
+        }
+    }
+    match reference_rows(recording, &gyros, rate_hz, kept) {
+        Ok(reference) => input.reference_rad = reference,
+        Err(why) => input.reference_refused = Some(why),
+    }
+    Ok(input)
+}
+
+/// The three gyro channels, of one quantity and in one table.
+struct Gyros<'a> {
+    quantity: Quantity,
+    table: &'a Table,
+    channels: [&'a Channel; 3],
+}
+
+impl<'a> Gyros<'a> {
+    /// Counts before increments before rates: the least processed channel there is.
+    fn find(recording: &'a Recording) -> Result<Self, InputError> {
+        for quantity in [
+            Quantity::GyroCount,
+            Quantity::GyroIncrement,
+            Quantity::GyroRate,
+        ] {
+            let Some((table, _)) = Axis::ALL
+                .iter()
+                .find_map(|axis| recording.channel(&quantity, axis.label()))
+            else {
+                continue;
+            };
+            let channels = triad(recording, table, &quantity)?;
+            return Ok(Self {
+                quantity,
+                table,
+                channels,
+            });
+        }
+        Err(InputError::new(&recording.folder, "has no gyro channel")
+            .expected("gyro_count, gyro_increment or gyro_rate for x, y and z"))
+    }
+
+    /// The pickoffs where the gyros are dithered; an error where the model and the recording disagree.
+    fn pickoffs(
+        &self,
+        recording: &'a Recording,
+        model: &Model,
+    ) -> Result<Option<[&'a Channel; 3]>, InputError> {
+        if self.quantity != Quantity::GyroCount {
+            // by the contract these hold no dither
+            return Ok(None);
+        }
+        let found = Axis::ALL.iter().any(|axis| {
+            recording
+                .channel(&Quantity::DitherAngle, axis.label())
+                .is_some()
+        });
+        match (found, &model.dither) {
+            (false, None) => Ok(None),
+            (true, Some(_)) => triad(recording, self.table, &Quantity::DitherAngle).map(Some),
+            (true, None) => Err(InputError::new(
+                &recording.folder,
+                "has dithered gyros, but the model says nothing of a dither",
+            )
+            .channel("dither_angle")
+            .expected("a [dither] table in the model")),
+            (false, Some(_)) => Err(InputError::new(
+                &recording.folder,
+                "has no pickoff channel, but the model has a [dither] to strip",
+            )
+            .channel("dither_angle")
+            .expected("dither_angle for x, y and z")),
+        }
+    }
+}
+
+fn triad<'a>(
+    recording: &Recording,
+    table: &'a Table,
+    quantity: &Quantity,
+) -> Result<[&'a Channel; 3], InputError> {
+    let find = |axis: Axis| {
+        table.channel(quantity, axis.label()).ok_or_else(|| {
+            InputError::new(recording.folder.join(&table.file), "lacks a channel")
+                .channel(format!("{} {}", quantity.name(), axis.label()))
+                .expected("x, y and z in one table")
+        })
+    };
+    Ok([find(Axis::X)?, find(Axis::Y)?, find(Axis::Z)?])
+}
+
+fn uniform_rate_hz(recording: &Recording, table: &Table) -> Result<f64, InputError> {
+    let period_s = table.clock.period_s(table.rows);
+    if let Clock::Stamped { column, stamps_s } = &table.clock {
+        let stray = stamps_s.windows(2).position(|pair| {
+            (pair[1] - pair[0] - period_s).abs() > STAMP_TOLERANCE_PERIODS * period_s
+        });
+        if let Some(row) = stray {
+            return Err(InputError::new(
+                recording.folder.join(&table.file),
+                "is not evenly sampled",
+            )
+            .channel(column)
+            .row(row as u64 + 1)
+            .value(stamps_s[row + 1] - stamps_s[row])
+            .expected(format!(
+                "{period_s} s between rows: the chain has one period"
+            )));
+        }
+    }
+    Ok(1.0 / period_s)
+}
+
+/// The rows from the first to the last in which everything was measured; a gap between is an error.
+fn kept_rows(
+    recording: &Recording,
+    gyros: &Gyros,
+    pickoffs: &Option<[&Channel; 3]>,
+) -> Result<std::ops::Range<usize>, InputError> {
+    let channels: Vec<&Channel> = gyros
+        .channels
+        .iter()
+        .chain(pickoffs.iter().flatten())
+        .copied()
+        .collect();
+    let missing = |row: &usize| channels.iter().find(|c| c.values[*row].is_nan());
+    let measured = |row: &usize| missing(row).is_none();
+    let file = recording.folder.join(&gyros.table.file);
+    let rows = 0..gyros.table.rows;
+    let (Some(first), Some(last)) = (rows.clone().find(measured), rows.rev().find(measured)) else {
+        return Err(InputError::new(
+            file,
+            "has no row in which every gyro was measured",
+        ));
+    };
+    for row in first..=last {
+        if let Some(channel) = missing(&row) {
+            return Err(InputError::new(
+                file,
+                "was not measured, with measured rows before and after",
+            )
+            .channel(&channel.column)
+            .row(row as u64)
+            .expected("a number: a replay cannot make up for an angle that is missing"));
+        }
+    }
+    Ok(first..last + 1)
+}
+
+/// Whole numbers as `i32`; the index of the first that does not fit.
+fn codes(values: impl Iterator<Item = f64>) -> Result<Vec<i32>, usize> {
+    values
+        .enumerate()
+        .map(|(row, value)| {
+            let fits = value >= f64::from(i32::MIN) && value <= f64::from(i32::MAX);
+            if fits { Ok(value as i32) } else { Err(row) }
+        })
+        .collect()
+}
+
+fn codes_of_angle(values: &[f64]) -> Result<Vec<i32>, usize> {
+    codes(
+        values
+            .iter()
+            .map(|angle| (angle / PICKOFF_WEIGHT_RAD).round()),
+    )
+}
+
+/// Counts of [`INCREMENT_WEIGHT_RAD`] of the running angle; the remainder goes on.
+fn counts_of_running_angle(values: &[f64], unit_rad: f64) -> impl Iterator<Item = f64> {
+    let mut remainder = 0.0;
+    values.iter().map(move |value| {
+        let angle = value * unit_rad / INCREMENT_WEIGHT_RAD + remainder;
+        let count = angle.round();
+        remainder = angle - count;
+        count
+    })
+}
+
+fn beyond(recording: &Recording, gyros: &Gyros, channel: &Channel, row: usize) -> InputError {
+    InputError::new(
+        recording.folder.join(&gyros.table.file),
+        "is larger than the chain's input can be",
+    )
+    .channel(&channel.column)
+    .row(row as u64)
+    .value(channel.values[row])
+    .expected("an angle or count of a ring-laser gyro within one period")
+}
+
+/// The reference's rows beside the gyros', `None` where there is no reference, or why they cannot be paired.
+fn reference_rows(
+    recording: &Recording,
+    gyros: &Gyros,
+    rate_hz: f64,
+    kept: std::ops::Range<usize>,
+) -> Result<Option<Vec<[f64; 3]>>, String> {
+    let found =
+        Axis::ALL.map(|axis| recording.channel(&Quantity::ReferenceIncrement, axis.label()));
+    let [Some((table, x)), Some((table_y, y)), Some((table_z, z))] = found else {
+        if found.iter().any(Option::is_some) {
+            return Err("the reference lacks an axis".to_owned());
+        }
+        return Ok(None);
+    };
+    let same_clock = |other: &Table| {
+        // within a hundredth of a period at both ends: nanoradians of the fastest motion
+        let tolerance_s = STAMP_TOLERANCE_PERIODS / rate_hz;
+        other.rows == gyros.table.rows
+            && (other.start_s() - gyros.table.start_s()).abs() < tolerance_s
+            && (other.end_s() - gyros.table.end_s()).abs() < tolerance_s
+    };
+    if ![table, table_y, table_z].into_iter().all(same_clock) {
+        return Err("the reference runs on another clock than the gyros".to_owned());
+    }
+    Ok(Some(
+        kept.map(|row| [x.values[row], y.values[row], z.values[row]])
+            .collect(),
+    ))
+}
