@@ -5,7 +5,7 @@
 //! a result to standard output with `--json` only.
 //!
 //! A new sub-command is a file with a struct of arguments and `fn run(&self, terminal: &Terminal)`, a
-//! variant of [`Command`] and its line in [`Command::run`].
+//! variant of `Command` and its line in `Command::run`.
 
 use std::process::ExitCode;
 

@@ -15,6 +15,7 @@ use arrow_array::{Array, ArrayRef};
 use arrow_schema::DataType;
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ArrowReaderOptions, ParquetRecordBatchReaderBuilder};
+use parquet::file::metadata::RowGroupMetaData;
 
 use crate::error::InputError;
 
@@ -24,7 +25,8 @@ const BATCH_ROWS: usize = 65_536;
 /// The columns `wanted` of `path`, in that order, equally long.
 pub(super) fn read(path: &Path, wanted: &[&str]) -> Result<Vec<Vec<f64>>, InputError> {
     let file = File::open(path).map_err(|error| InputError::unreadable(path, &error))?;
-    if file.metadata().is_ok_and(|metadata| metadata.len() == 0) {
+    let length = file.metadata().map_or(u64::MAX, |metadata| metadata.len());
+    if length == 0 {
         return Err(InputError::new(path, "is empty").expected("a Parquet file"));
     }
     let damaged = |error: &dyn std::fmt::Display| {
@@ -35,6 +37,14 @@ pub(super) fn read(path: &Path, wanted: &[&str]) -> Result<Vec<Vec<f64>>, InputE
     let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
     let builder = ParquetRecordBatchReaderBuilder::try_new_with_options(file, options)
         .map_err(|error| damaged(&error))?;
+    if !builder
+        .metadata()
+        .row_groups()
+        .iter()
+        .all(|group| lies_within(group, length))
+    {
+        return Err(damaged(&"a column lies outside the file"));
+    }
     let names: Vec<String> = builder
         .schema()
         .fields()
@@ -66,6 +76,16 @@ pub(super) fn read(path: &Path, wanted: &[&str]) -> Result<Vec<Vec<f64>>, InputE
         }
     }
     Ok(columns)
+}
+
+/// Whether every column of a row group lies in a file of `length` bytes. The library asserts this rather
+/// than report it, so a damaged file is found here first.
+fn lies_within(group: &RowGroupMetaData, length: u64) -> bool {
+    group.columns().iter().all(|column| {
+        let start = column.dictionary_page_offset().unwrap_or(column.data_page_offset());
+        let range = (u64::try_from(start), u64::try_from(column.compressed_size()));
+        matches!(range, (Ok(start), Ok(size)) if start.checked_add(size).is_some_and(|end| end <= length))
+    })
 }
 
 /// The position of each wanted column among `names`.

@@ -35,3 +35,20 @@ fn a_command_line_that_is_wrong() {
         assert!(output.stdout.is_empty());
     }
 }
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    use std::process::{Command as Process, Stdio};
+    let bench = Bench::new();
+    let mut child = Process::new(env!("CARGO_BIN_EXE_rlg"))
+        .args(["inspect", "--json"])
+        .arg(bench.recording())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command starts");
+    // Both readers leave before a word is written.
+    drop(child.stdout.take());
+    drop(child.stderr.take());
+    assert_eq!(child.wait().expect("it ends").code(), Some(0));
+}
