@@ -178,3 +178,122 @@ fn this_programs_own_binary_is_no_image() {
     let own = std::env::current_exe().expect("a running program has a file");
     assert!(Image::read(&own).is_err());
 }
+
+/// A quarter of a second of three dithered gyros at rest, as a folder that anybody could have written.
+fn recording_at_rest(folder: &Path) {
+    const RATE_HZ: f64 = 4000.0;
+    const PULSE_RAD: f64 = 2e-6;
+    /// 150 arcsec, and three frequencies as block dithers have.
+    const DITHER: [(f64, f64); 3] = [(7.3e-4, 397.0), (7.1e-4, 421.0), (7.4e-4, 443.0)];
+    let mut manifest =
+        String::from("format = 1\nname = \"rest\"\n[[table]]\nfile = \"samples.csv\"\n");
+    manifest += &format!("rate_hz = {RATE_HZ:?}\nstart_s = 0.0\n");
+    for (quantity, prefix) in [("gyro_count", "g"), ("dither_angle", "d")] {
+        for axis in ["x", "y", "z"] {
+            manifest += &format!(
+                "[[table.channel]]\ncolumn = \"{prefix}{axis}\"\nquantity = \"{quantity}\"\n\
+                 axis = \"{axis}\"\nscale = 1.0\noffset = 0.0\n"
+            );
+        }
+    }
+    let angle = |axis: usize, row: f64| {
+        let (amplitude_rad, frequency_hz) = DITHER[axis];
+        amplitude_rad * (std::f64::consts::TAU * frequency_hz * row / RATE_HZ).sin()
+    };
+    let mut table = String::from("gx,gy,gz,dx,dy,dz\n");
+    for row in 0..1000 {
+        let (before, after) = (f64::from(row), f64::from(row + 1));
+        let cells: Vec<String> = (0..3)
+            .map(|axis| {
+                let pulses = |row| (angle(axis, row) / PULSE_RAD).floor();
+                (pulses(after) - pulses(before)).to_string()
+            })
+            .chain((0..3).map(|axis| format!("{:e}", angle(axis, after))))
+            .collect();
+        table += &(cells.join(",") + "\n");
+    }
+    let model = "format = 1\n[motion]\nsource = \"static\"\nearth_rate = false\n[gyro]\n\
+                 pulse_weight_rad = [2e-6, 2e-6, 2e-6]\nbias_rad_s = [0.0, 0.0, 0.0]\n\
+                 scale_error = [0.0, 0.0, 0.0]\n[dither]\npickoff_gain = [1.0, 1.0, 1.0]\n\
+                 pickoff_noise_rad = [2e-7, 2e-7, 2e-7]\n";
+    for (name, text) in [
+        ("recording.toml", manifest.as_str()),
+        ("samples.csv", &table),
+        ("model.toml", model),
+    ] {
+        fs::write(folder.join(name), text).expect("a file of the recording");
+    }
+}
+
+/// `rlg on-target` over the recording in `folder`.
+fn on_target_command(folder: &Path) -> assert_cmd::Command {
+    let mut command = assert_cmd::Command::cargo_bin("rlg").expect("the tool is built");
+    command
+        .args(["on-target", "--core", "f32", "--json", "--model"])
+        .arg(folder.join("model.toml"))
+        .arg("--out")
+        .arg(folder.join("out"))
+        .arg(folder);
+    command
+}
+
+#[test]
+#[ignore = "needs qemu-system-arm; cargo verify runs it"]
+fn the_command_writes_what_the_contract_names() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    recording_at_rest(folder.path());
+    let printed = on_target_command(folder.path()).assert().success();
+    let written = fs::read(folder.path().join("out/on_target.json")).expect("on_target.json");
+    assert_eq!(printed.get_output().stdout, written);
+    let result: serde_json::Value = serde_json::from_slice(&written).expect("JSON");
+    assert_eq!(result["core"], "f32");
+    assert_eq!(result["samples"], 1000);
+    assert_eq!(result["bit_equal"], true);
+    for pointer in [
+        "/instructions_per_sample/min",
+        "/instructions_per_sample/mean",
+        "/instructions_per_sample/max",
+        "/flash_bytes",
+        "/ram_bytes",
+        "/stack_bytes",
+    ] {
+        let figure = result.pointer(pointer).and_then(serde_json::Value::as_f64);
+        assert!(figure.is_some_and(|figure| figure > 0.0), "{pointer}");
+    }
+    assert!(
+        result["emulator"]
+            .as_str()
+            .is_some_and(|emulator| emulator.contains("QEMU"))
+    );
+}
+
+#[test]
+#[ignore = "needs the image's target; cargo verify runs it"]
+fn a_missing_emulator_is_answered_with_the_command_that_installs_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    recording_at_rest(folder.path());
+    let image = Image::build(TargetCore::F32).expect("the image builds");
+    let ended = on_target_command(folder.path())
+        .arg("--image")
+        .arg(&image.path)
+        .env("PATH", folder.path())
+        .assert()
+        .code(2);
+    let words = String::from_utf8_lossy(&ended.get_output().stderr).into_owned();
+    assert!(words.contains("apt-get install qemu-system-arm"), "{words}");
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn an_image_that_is_none_ends_the_command_with_code_2() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    recording_at_rest(folder.path());
+    let ended = on_target_command(folder.path())
+        .arg("--image")
+        .arg(folder.path().join("samples.csv"))
+        .assert()
+        .code(2);
+    let words = String::from_utf8_lossy(&ended.get_output().stderr).into_owned();
+    assert!(words.contains("is not a firmware image"), "{words}");
+    assert!(!folder.path().join("out").exists());
+}

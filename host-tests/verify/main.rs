@@ -76,6 +76,8 @@ fn main() -> ExitCode {
         "rlg",
         "--test",
         "on_target",
+        "--test",
+        "interrupt_calls",
         "--",
         "--ignored",
     ]);

@@ -23,21 +23,18 @@ use super::clock::{self, Oscillator};
 use super::instruction_counter::InstructionCounter;
 use super::sample_timer::SampleTimer;
 use super::sampling::{
-    Counters, FIRST_FAULT_SAMPLE, FIRST_FAULT_STAGES, QueuedSamples, RUN_DONE, SAMPLES_DONE,
-    SAMPLING, Sampling,
+    Counters, FIRST_FAULT_SAMPLE, FIRST_FAULT_STAGES, OUTPUT_QUEUE, QueuedSamples, RUN_DONE,
+    SAMPLE_QUEUE, SAMPLES_DONE, SAMPLING, Sampling,
 };
 use super::stack;
 use crate::Core;
 
-/// Samples read from the host at a time: enough that the host call is rare, few enough that the queue
-/// below holds two blocks.
-const BLOCK_SAMPLES: usize = 128;
+/// Samples read from the host at a time: enough that the host call is rare, few enough that the sample
+/// queue holds two blocks, so that one can be filled while the other is used, and the output queue the
+/// frames of one even if every sample completes one.
+const BLOCK_SAMPLES: usize = 120;
 
-/// Room for two blocks, so that one can be filled while the other is used (the queue holds one less).
-const SAMPLE_QUEUE: usize = 2 * BLOCK_SAMPLES + 1;
-
-/// Room for the frames of one block even if every sample completes one.
-const OUTPUT_QUEUE: usize = BLOCK_SAMPLES + 1;
+const _: () = assert!(SAMPLE_QUEUE > 2 * BLOCK_SAMPLES && OUTPUT_QUEUE > BLOCK_SAMPLES);
 
 defmt::timestamp!("sample {=u32}", SAMPLES_DONE.load(Ordering::Relaxed));
 

@@ -5,6 +5,7 @@
 //! to the main loop before and after; [`SAMPLING`] is where the two hand it over.
 
 use core::cell::UnsafeCell;
+use core::hint::assert_unchecked;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use heapless::spsc::{Consumer, Producer};
@@ -30,6 +31,13 @@ pub static FIRST_FAULT_SAMPLE: AtomicU32 = AtomicU32::new(0);
 /// Set by the interrupt when the last sample of the run is through and the timer is stopped.
 pub static RUN_DONE: AtomicBool = AtomicBool::new(false);
 
+/// Slots of the queue of samples, one of which stays empty. A power of two, because the queue divides by
+/// it at every step.
+pub const SAMPLE_QUEUE: usize = 256;
+
+/// Slots of the queue of frames; as above.
+pub const OUTPUT_QUEUE: usize = 128;
+
 /// Samples that the main loop has read ahead.
 pub struct QueuedSamples {
     /// The reading end of the queue.
@@ -39,6 +47,10 @@ pub struct QueuedSamples {
 impl SampleSource for QueuedSamples {
     #[inline]
     fn take(&mut self) -> Reading {
+        // The queue's end knows its length only at run time; told it, the compiler needs neither a
+        // division nor the panic of a division by zero.
+        // SAFETY: `run` splits a queue of SAMPLE_QUEUE slots, and a queue's length never changes.
+        unsafe { assert_unchecked(self.queue.capacity() == SAMPLE_QUEUE - 1) };
         let sample = self.queue.dequeue();
         Reading {
             fault: match sample {
@@ -127,6 +139,8 @@ impl<Source: SampleSource> Sampling<Source> {
                 let first = self.state.faults().first;
                 FIRST_FAULT_SAMPLE.store(first.sample, Ordering::Relaxed);
                 FIRST_FAULT_STAGES.store(u32::from(first.stages.bits()), Ordering::Release);
+                // SAFETY: as for the samples, with OUTPUT_QUEUE.
+                unsafe { assert_unchecked(self.outputs.capacity() == OUTPUT_QUEUE - 1) };
                 if self.outputs.enqueue(frame).is_err() {
                     self.counters.outputs_lost = self.counters.outputs_lost.saturating_add(1);
                 }

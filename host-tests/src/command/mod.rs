@@ -16,6 +16,7 @@ use crate::terminal::Terminal;
 
 mod inputs;
 mod inspect;
+mod on_target;
 mod params;
 mod replay;
 mod simulate;
@@ -44,6 +45,7 @@ struct Talk {
 #[derive(Debug, Subcommand)]
 enum Command {
     Inspect(inspect::Inspect),
+    OnTarget(on_target::OnTargetCommand),
     Replay(replay::ReplayCommand),
     Simulate(simulate::Simulate),
     Params(params::Params),
@@ -53,6 +55,7 @@ impl Command {
     fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         match self {
             Self::Inspect(command) => command.run(terminal),
+            Self::OnTarget(command) => command.run(terminal),
             Self::Replay(command) => command.run(terminal),
             Self::Simulate(command) => command.run(terminal),
             Self::Params(command) => command.run(terminal),

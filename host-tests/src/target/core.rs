@@ -7,7 +7,7 @@ use trueaxis::{
 };
 
 /// A number system that has an image.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum TargetCore {
     /// Single precision.
     F32,

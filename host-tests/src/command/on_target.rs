@@ -1,0 +1,163 @@
+//! `rlg on-target`: a recording through the firmware image in the emulator, held against the host.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::inputs::read_model;
+use crate::error::InputError;
+use crate::model::compensation::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
+use crate::output::OutputFolder;
+use crate::recording::Recording;
+use crate::replay::samples::{Setup, samples_from_recording};
+use crate::target::on_target::{Instructions, compare};
+use crate::target::{Image, OnTarget, TargetCore};
+use crate::terminal::Terminal;
+
+/// Run a recording through the firmware image in QEMU and compare every output with the host's
+///
+/// Writes on_target.json: whether every output is equal bit for bit, instructions per sample, flash, RAM
+/// and stack, the image's events. Without --image the image is built in the workspace rlg was built from.
+/// The emulator counts instructions, not cycles.
+#[derive(Debug, Args)]
+#[command(
+    name = "on-target",
+    after_help = "Example:\n  rlg on-target bench-17 --model bench-17/model.toml --core f32 --out on-target"
+)]
+pub struct OnTargetCommand {
+    /// Folder with recording.toml
+    recording: PathBuf,
+    /// The model that the chain compensates
+    #[arg(long)]
+    model: PathBuf,
+    /// Number system of the image
+    #[arg(long, value_enum)]
+    core: TargetCore,
+    /// Folder for the results
+    #[arg(long)]
+    out: PathBuf,
+    /// The image to run instead of building it: an ELF file of this version and number system
+    #[arg(long)]
+    image: Option<PathBuf>,
+    /// Samples in one output period
+    #[arg(long, default_value_t = SAMPLES_PER_OUTPUT)]
+    output_every: u16,
+    /// Terms of the acceleration filter, 1 to 4
+    #[arg(long, default_value_t = ACCELERATION_ORDER)]
+    order: u8,
+}
+
+/// `on_target.json`.
+#[derive(Serialize)]
+struct Report<'a> {
+    format: u32,
+    recording: &'a str,
+    version: &'static str,
+    #[serde(flatten)]
+    result: &'a OnTarget,
+    samples_per_output: u16,
+    acceleration_order: u8,
+    /// Kinds of the model's effects that the chain has no term for.
+    uncompensated: Vec<String>,
+}
+
+impl OnTargetCommand {
+    /// Builds or reads the image, runs it, compares, writes, says the figures.
+    pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
+        let spinner = terminal.spinner("reading");
+        let recording = Recording::read(&self.recording)?;
+        let model = read_model(&self.model, terminal)?;
+        let mut out = OutputFolder::create(&self.out)?;
+        let setup = Setup {
+            samples_per_output: self.output_every,
+            acceleration_order: self.order,
+        };
+        let input = samples_from_recording(&recording, &model, setup)?;
+        spinner.set_message("building the image");
+        let image = match &self.image {
+            Some(path) => Image::read(path)?,
+            None => Image::build(self.core)?,
+        };
+        spinner.finish_and_clear();
+
+        let bar = terminal.bar(input.samples.len() as u64, "on target");
+        let result = compare(
+            &image,
+            self.core,
+            &input.parameters,
+            &input.samples,
+            &mut |samples| bar.set_position(samples),
+        )?;
+        bar.finish_and_clear();
+
+        let report = Report {
+            format: 1,
+            recording: &recording.name,
+            version: env!("CARGO_PKG_VERSION"),
+            result: &result,
+            samples_per_output: self.output_every,
+            acceleration_order: self.order,
+            uncompensated: input.uncompensated,
+        };
+        let mut json = serde_json::to_vec_pretty(&report)
+            .map_err(|error| InputError::new(&self.out, format!("holds no result ({error})")))?;
+        json.push(b'\n');
+        out.write("on_target.json", &json)?;
+        out.commit()?;
+        for line in words(&result) {
+            terminal.say(line);
+        }
+        terminal.result(&report)
+    }
+}
+
+/// The result in lines for people.
+fn words(result: &OnTarget) -> Vec<String> {
+    let verdict = match &result.first_difference {
+        None if result.bit_equal => "every output equal to the host's, bit for bit".to_owned(),
+        None => "outputs equal, but samples, faults or frames were lost on the way".to_owned(),
+        Some(difference) => format!(
+            "outputs DIFFER from the host's from frame {}",
+            difference.frame
+        ),
+    };
+    let cost = |name: &str, cost: &Option<Instructions>| {
+        cost.as_ref().map(|cost| {
+            format!(
+                "  {name:<18} {:>6} {:>8.1} {:>6}",
+                cost.min, cost.mean, cost.max
+            )
+        })
+    };
+    let mut lines = vec![
+        format!(
+            "{}: {} samples, {} frames: {verdict}",
+            result.core, result.samples, result.frames
+        ),
+        format!(
+            "  {:<18} {:>6} {:>8} {:>6}   instructions (the emulator knows no cycles)",
+            "", "min", "mean", "max"
+        ),
+    ];
+    lines.extend(
+        [
+            cost("per sample", &result.instructions_per_sample),
+            cost("between outputs", &result.instructions_between_outputs),
+            cost("with an output", &result.instructions_with_output),
+            cost("whole interrupt", &result.instructions_per_interrupt),
+        ]
+        .into_iter()
+        .flatten(),
+    );
+    lines.push(format!(
+        "  flash {} bytes, RAM {} bytes, stack {} bytes (measured by painting)",
+        result.flash_bytes, result.ram_bytes, result.stack_bytes
+    ));
+    lines.push(format!(
+        "  periods without a sample {}, late {}, frames lost {}",
+        result.starved, result.late, result.outputs_lost
+    ));
+    lines.extend(result.events.iter().map(|event| format!("  | {event}")));
+    lines
+}
