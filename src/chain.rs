@@ -11,7 +11,7 @@ use crate::stages::counts::Counts;
 use crate::stages::dither::{Dither, DitherState};
 use crate::stages::frame::{self, FrameState};
 use crate::stages::installation::Installation;
-use crate::stages::rate_correction::{RateCorrection, RateCorrectionState};
+use crate::stages::rate_correction::RateCorrection;
 use crate::triad::Triad;
 
 /// The configuration of every stage: checked once when built, constant afterwards.
@@ -29,7 +29,6 @@ pub struct Chain<N: NumberSystem> {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ChainState<N: NumberSystem> {
     dither: DitherState,
-    rate_correction: RateCorrectionState<N>,
     acceleration: AccelerationState<N>,
     compensation: CompensationState<N>,
     coning: ConingState<N>,
@@ -118,9 +117,7 @@ impl<N: NumberSystem> Chain<N> {
             self.dither
                 .process(&mut state.dither, sensed, sample.pickoff_codes);
 
-        let corrected = self
-            .rate_correction
-            .process(&mut state.rate_correction, stripped);
+        let corrected = self.rate_correction.process(stripped);
 
         let nearly_case = compensation::process_once::<N>(self.installation.at_rest(), corrected);
         if state.start != Start::Running {

@@ -29,20 +29,21 @@ pub const SENSED_LIMIT_RAD: f64 = INCREMENT_LIMIT_RAD * 5.0 / 8.0;
 /// that no later sum can overflow and none needs a saturation of its own.
 pub const DITHER_LIMIT_RAD: f64 = INCREMENT_LIMIT_RAD * 2.0 / 8.0;
 
-/// Largest compensated increment \[rad per sample\]: 7/8 (1 + 1/64)(1 + 2/32) + bias, of 2⁻⁸, rounded up.
-pub const CASE_LIMIT_RAD: f64 = INCREMENT_LIMIT_RAD * 61.0 / 64.0;
+/// Largest compensated increment \[rad per sample\]: 7/8 (1 + 1/64)(1 + 2/64) + bias, of 2⁻⁸, rounded up.
+pub const CASE_LIMIT_RAD: f64 = INCREMENT_LIMIT_RAD * 60.0 / 64.0;
 
 /// Largest angular acceleration the compensation follows \[rad per sample²\]: 2⁻¹⁰, 15 600 rad/s² at
 /// 4 kHz. Shaker tests reach 100 rad/s²; pulse quantisation of 1″ adds some 100 rad/s².
 pub const ACCELERATION_LIMIT_RAD: f64 = 1.0 / 1024.0;
 
-/// Largest |K|/T² \[1\]: 16, K = 1e-6 s² at 4 kHz, ten times the paper's values (Table 3: 7e-8 s²).
-/// With [`ACCELERATION_LIMIT_RAD`] a tilt stays within 1/64 rad.
-pub const FLEXURE_LIMIT: f64 = 16.0;
+/// Largest |K|/T² \[1\]: 8, K = 5e-7 s² at 4 kHz, seven times the paper's values (Table 3: 7e-8 s²).
+/// With [`ACCELERATION_LIMIT_RAD`] a tilt stays within 1/128 rad.
+pub const FLEXURE_LIMIT: f64 = 8.0;
 
-/// Largest known installation angle |ε_ij0| \[rad\]: 1/64 (0.9°); real ones stay within 1e-3 rad. With the
-/// largest tilt the matrix stays within the ±1/32 of its fixed-point format.
-pub const INSTALLATION_LIMIT_RAD: f64 = 1.0 / 64.0;
+/// Largest known installation angle |ε_ij0| \[rad\]: 1/128 (0.45°); real ones stay within 1e-3 rad. With the
+/// largest tilt a matrix term stays within 1/64, and all small terms of a gyro together (one scale error,
+/// two matrix terms) within 3/64 of an increment, inside the 4/64 of the fixed-point correction.
+pub const INSTALLATION_LIMIT_RAD: f64 = 1.0 / 128.0;
 
 /// Largest |scale error| \[1\]: 1/128; real ones are below 1e-3. The other half of 1/64 is for what the
 /// short pulse weight leaves to the scale term ([`SHORT_WEIGHT_BITS`]).
@@ -81,5 +82,5 @@ pub const ACCELERATION_COEFFICIENTS: [[f64; ACCELERATION_TERMS]; 4] = [
 
 /// Coning within one sample, ½∫α×ω dt ≈ (c₁ D_{k−1} + c₂ D_{k−2}) × D_k: Σ c_j 2(1 − cos x) sin jx =
 /// ½(x − sin x), x = ΩT, matched to x⁵. With c₁ alone (1/12, matched to x³) the residual at 4 kHz, 100 Hz,
-/// 0.1° is 4e-3 °/h; with both 6e-5 °/h, for three additions more.
+/// 0.1° is 4e-3 °/h; with both 2.1e-5 °/h, for a multiplication and an addition more per axis.
 pub const CONING_COEFFICIENTS: [f64; 2] = [7.0 / 60.0, -1.0 / 60.0];

@@ -18,9 +18,9 @@ pub struct Parameters {
     pub bias_rad_s: [f64; 3],
     /// Scale error s_i of Eq. (7) \[1\], within ±1/128.
     pub scale_error: [f64; 3],
-    /// ε_ij0 of Eq. (7) \[rad\], within ±1/64: ε_xy multiplies the **z** rate in gyro x, and so on.
+    /// ε_ij0 of Eq. (7) \[rad\], within ±1/128: ε_xy multiplies the **z** rate in gyro x, and so on.
     pub installation_rad: CrossAxis<f64>,
-    /// K_ij \[s²\]: the tilt is δ_ij = −K_ij α_j; |K_ij|·rate² within 16 (1e-6 s² at 4 kHz).
+    /// K_ij \[s²\]: the tilt is δ_ij = −K_ij α_j; |K_ij|·rate² within 8 (5e-7 s² at 4 kHz).
     pub flexure_s2: CrossAxis<f64>,
     /// Block angle over pickoff angle \[1\], 0 to 2; 0 for gyros without dither.
     pub pickoff_gain: [f64; 3],
@@ -87,8 +87,8 @@ impl fmt::Display for ParameterError {
             }
             Self::Bias => "bias_rad_s must be within +-0.01 rad/s",
             Self::ScaleError => "scale_error must be within +-1/128",
-            Self::Installation => "installation_rad must be within +-1/64 rad",
-            Self::Flexure => "flexure_s2 times the square of the sample rate must be within +-16",
+            Self::Installation => "installation_rad must be within +-1/128 rad",
+            Self::Flexure => "flexure_s2 times the square of the sample rate must be within +-8",
             Self::PickoffGain => "pickoff_gain must be 0 to 2",
             Self::PickoffWeight => "pickoff_weight_rad must be 1e-12 to 1e-4 rad",
             Self::SampleRate => "sample_rate_hz must be 500 to 8000 Hz",

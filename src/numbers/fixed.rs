@@ -8,7 +8,7 @@
 //! | pickoff gain | Q64<71> | 4e-22 rad | ±2⁻⁸ rad per code | at boot, to nearest |
 //! | scale error, matrix term | Q32<36> | 1.5e-11 | ±1/32 | at boot, to nearest; tilts down (2⁻³⁷ rad of bias on a tilt) |
 //! | correction | Q64<75> | 2.6e-23 rad | ±2⁻¹² rad | products exact; down to an increment, remainder carried |
-//! | K/T² | Q32<26> | 1.5e-8 | ±32 | at boot |
+//! | K/T² | Q32<27> | 7.5e-9 | ±16 | at boot |
 //! | filter coefficient | Q32<30> | 9.3e-10 | ±2 | at boot |
 //! | filter sum | Q64<69> | 1.7e-21 rad | ±2⁻⁶ rad per sample² | products exact |
 //! | acceleration × T² | Q32<37> | 7.3e-12 rad | held at ±2⁻¹⁰ | to nearest |
@@ -23,7 +23,7 @@
 
 use core::ops::{Add, Sub};
 
-use super::NumberSystem;
+use super::{NumberSystem, Unrounded};
 use crate::design_parameters::{ACCELERATION_LIMIT_RAD, CONING_COEFFICIENTS};
 
 /// Fixed point, for processors without a floating-point unit and for proofs of exactness.
@@ -88,7 +88,7 @@ const INCREMENT: u32 = 39;
 const COEFFICIENT: u32 = 36;
 const CORRECTION: u32 = INCREMENT + COEFFICIENT;
 const PICKOFF: u32 = INCREMENT + 32;
-const FLEXURE: u32 = 26;
+const FLEXURE: u32 = 27;
 const FILTER: u32 = 30;
 const ACCELERATION: u32 = 37;
 const LEVER: u32 = 33;
@@ -150,54 +150,43 @@ impl NumberSystem for Fixed {
     }
 
     #[inline(always)]
-    fn strip(
-        sensed: Self::Increment,
-        gain: Self::PickoffGain,
-        codes: i32,
-    ) -> (Self::Increment, Self::Correction) {
+    fn strip(sensed: Self::Increment, gain: Self::PickoffGain, codes: i32) -> Unrounded<Self> {
         let strip = gain.0.wrapping_mul(i64::from(codes)).wrapping_neg();
         let down = Q32((strip >> (PICKOFF - INCREMENT)) as i32);
         let left = (strip & 0xFFFF_FFFF) << (CORRECTION - PICKOFF);
-        (sensed + down, Q64(left))
+        Unrounded {
+            increment: sensed + down,
+            small: Q64(left),
+        }
     }
 
     #[inline(always)]
-    fn add_product(
-        sum: Self::Correction,
-        coefficient: Self::Coefficient,
-        increment: Self::Increment,
-    ) -> Self::Correction {
-        Q64(sum.0.wrapping_add(wide(coefficient.0, increment.0)))
+    fn product(coefficient: Self::Coefficient, increment: Self::Increment) -> Self::Correction {
+        Q64(wide(coefficient.0, increment.0))
     }
 
     #[inline(always)]
-    fn correct(
-        increment: Self::Increment,
-        correction: Self::Correction,
-        carry: &mut Self::Correction,
-    ) -> Self::Increment {
-        let sum = correction + *carry;
-        *carry = Q64(sum.0 & ((1 << COEFFICIENT) - 1));
-        increment + Q32((sum.0 >> COEFFICIENT) as i32)
-    }
-
-    #[inline(always)]
-    fn correct_once(increment: Self::Increment, correction: Self::Correction) -> Self::Increment {
+    fn rounded(value: Unrounded<Self>) -> Self::Increment {
         let half = Q64(1 << (COEFFICIENT - 1));
-        increment + Q32(((correction + half).0 >> COEFFICIENT) as i32)
+        value.increment + Q32(((value.small + half).0 >> COEFFICIENT) as i32)
     }
 
     #[inline(always)]
-    fn add_difference(
-        sum: Self::FilterSum,
+    fn settled(value: Unrounded<Self>, carry: &mut Self::Correction) -> Self::Increment {
+        let small = value.small + *carry;
+        *carry = Q64(small.0 & ((1 << COEFFICIENT) - 1));
+        value.increment + Q32((small.0 >> COEFFICIENT) as i32)
+    }
+
+    #[inline(always)]
+    fn difference(
         coefficient: Self::FilterCoefficient,
         now: Self::Increment,
         past: Self::Increment,
     ) -> Self::FilterSum {
         // Two increments of opposite sign near the limit differ by more than the format: such a step is
         // far beyond the acceleration limit whatever it saturates to.
-        let difference = now.0.saturating_sub(past.0);
-        Q64(sum.0.wrapping_add(wide(coefficient.0, difference)))
+        Q64(wide(coefficient.0, now.0.saturating_sub(past.0)))
     }
 
     #[inline(always)]
@@ -235,15 +224,14 @@ impl NumberSystem for Fixed {
     }
 
     #[inline(always)]
-    fn add_cross(
-        sum: Self::Coning,
+    fn cross(
         u_a: Self::Lever,
         d_b: Self::Increment,
         u_b: Self::Lever,
         d_a: Self::Increment,
     ) -> Self::Coning {
         let cross = wide(u_a.0, d_b.0).wrapping_sub(wide(u_b.0, d_a.0));
-        Q64(sum.0.wrapping_add(cross >> (LEVER + INCREMENT - CONING)))
+        Q64(cross >> (LEVER + INCREMENT - CONING))
     }
 
     #[inline(always)]

@@ -3,8 +3,9 @@
 //! f32 holds 24 bits; an increment of 100 °/s at 4 kHz (4.4e-4 rad) has an LSB of 2.9e-11 rad, which every
 //! sample, always in the same direction, would be 0.02 °/h. So:
 //! - counts × short weight is exact (11 + 13 bits);
-//! - what an addition to an increment rounds off is recovered exactly (Knuth's two-sum, valid whichever
-//!   operand is larger) and enters the next sample's correction;
+//! - what the strip rounds off is recovered exactly (Knuth's two-sum, valid whichever operand is larger)
+//!   and joins the small terms, which are added to the increment once; what that rounds off enters the
+//!   next sample's;
 //! - the summed angle is a pair, and its coning correction is summed apart from it.
 //!
 //! What stays is the rounding of products that are themselves 1e-3 of an increment or less.
@@ -12,7 +13,7 @@
 //! Only + − × and conversions, in this order: Rust contracts nothing to fused operations, so the bits are
 //! the same on host and target.
 
-use super::NumberSystem;
+use super::{NumberSystem, Unrounded};
 use crate::design_parameters::{ACCELERATION_LIMIT_RAD, CONING_COEFFICIENTS, OUTPUT_RAD_PER_CODE};
 
 /// f32, for processors with a single-precision unit.
@@ -28,6 +29,7 @@ pub struct AnglePair {
 
 const CODES_PER_RAD: f32 = (1.0 / OUTPUT_RAD_PER_CODE) as f32;
 const ACCELERATION_LIMIT: f32 = ACCELERATION_LIMIT_RAD as f32;
+const SIGN_BIT: u32 = 1 << 31;
 const CONING: [f32; 2] = [CONING_COEFFICIENTS[0] as f32, CONING_COEFFICIENTS[1] as f32];
 
 /// a + b as the rounded sum and the exact error of that rounding.
@@ -81,37 +83,41 @@ impl NumberSystem for F32 {
     }
 
     #[inline(always)]
-    fn strip(sensed: f32, gain: f32, codes: i32) -> (f32, f32) {
+    fn strip(sensed: f32, gain: f32, codes: i32) -> Unrounded<Self> {
         // The product's own rounding is odd in the dither's sign, so a swinging block averages it out.
-        two_sum(sensed, -(gain * codes as f32))
+        let (increment, small) = two_sum(sensed, -(gain * codes as f32));
+        Unrounded { increment, small }
     }
 
     #[inline(always)]
-    fn add_product(sum: f32, coefficient: f32, increment: f32) -> f32 {
-        sum + coefficient * increment
+    fn product(coefficient: f32, increment: f32) -> f32 {
+        coefficient * increment
     }
 
     #[inline(always)]
-    fn correct(increment: f32, correction: f32, carry: &mut f32) -> f32 {
-        let (sum, error) = two_sum(increment, correction + *carry);
+    fn rounded(value: Unrounded<Self>) -> f32 {
+        value.increment + value.small
+    }
+
+    #[inline(always)]
+    fn settled(value: Unrounded<Self>, carry: &mut f32) -> f32 {
+        let (sum, error) = two_sum(value.increment, value.small + *carry);
         *carry = error;
         sum
     }
 
     #[inline(always)]
-    fn correct_once(increment: f32, correction: f32) -> f32 {
-        increment + correction
-    }
-
-    #[inline(always)]
-    fn add_difference(sum: f32, coefficient: f32, now: f32, past: f32) -> f32 {
-        sum + coefficient * (now - past)
+    fn difference(coefficient: f32, now: f32, past: f32) -> f32 {
+        coefficient * (now - past)
     }
 
     #[inline(always)]
     fn acceleration(sum: f32) -> (f32, bool) {
-        let held = sum.clamp(-ACCELERATION_LIMIT, ACCELERATION_LIMIT);
-        (held, held != sum)
+        // Floats of one sign order as their bits do; a comparison of integers costs half of one of floats.
+        let sign = sum.to_bits() & SIGN_BIT;
+        let magnitude = sum.to_bits() & !SIGN_BIT;
+        let held = magnitude.min(ACCELERATION_LIMIT.to_bits());
+        (f32::from_bits(held | sign), held != magnitude)
     }
 
     #[inline(always)]
@@ -134,8 +140,8 @@ impl NumberSystem for F32 {
     }
 
     #[inline(always)]
-    fn add_cross(sum: f32, u_a: f32, d_b: f32, u_b: f32, d_a: f32) -> f32 {
-        sum + (u_a * d_b - u_b * d_a)
+    fn cross(u_a: f32, d_b: f32, u_b: f32, d_a: f32) -> f32 {
+        u_a * d_b - u_b * d_a
     }
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! What a number is: the words in which the stages are written, and their two meanings.
 //!
 //! An *increment* is an angle over one sample \[rad\]; a *coefficient* a dimensionless term of the
-//! installation matrix or a scale error (within ±1/32); a *correction* a sum of their products, finer than
+//! installation matrix or a scale error (within ±1/64); a *correction* a sum of their products, finer than
 //! an increment, that is not yet rounded. Increments larger than
 //! [`INCREMENT_LIMIT_RAD`](crate::design_parameters::INCREMENT_LIMIT_RAD) do not occur: the counts and
 //! dither stages hold theirs, and the design parameters leave room for what is added after.
@@ -25,6 +25,17 @@ mod sealed {
     impl Sealed for super::F32 {}
 }
 
+/// An increment and the small terms that are still to be added to it \[rad\]: their sum, not yet rounded.
+///
+/// The stages pass this on and add their terms, so that what is summed in the end is rounded once.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Unrounded<N: NumberSystem> {
+    /// The large part.
+    pub increment: N::Increment,
+    /// Bias, scale, misalignment and remainders: at most 1/16 of the increment's range.
+    pub small: N::Correction,
+}
+
 /// A number system of the chain: [`F32`] or [`Fixed`]. Conversions from `f64` run at boot only.
 pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'static {
     /// As users call it: `f32` or `fixed`.
@@ -36,7 +47,7 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     type PickoffGain: Debug + Clone + Copy + Default;
     /// Angle over one sample \[rad\].
     type Increment: Debug + Clone + Copy + Default + PartialEq;
-    /// Scale error or matrix term \[1\], within ±1/32.
+    /// Scale error or matrix term \[1\], within ±1/64.
     type Coefficient: Debug
         + Clone
         + Copy
@@ -46,12 +57,12 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
         + Sub<Output = Self::Coefficient>;
     /// Sum of coefficient × increment \[rad\], not yet rounded to an increment.
     type Correction: Debug + Clone + Copy + Default + Add<Output = Self::Correction>;
-    /// K/T² \[1\], within ±16.
+    /// K/T² \[1\], within ±8.
     type Flexure: Debug + Clone + Copy + Default;
     /// Coefficient c_p of the acceleration filter \[1\], within ±2.
     type FilterCoefficient: Debug + Clone + Copy + Default;
     /// Sum of filter products \[rad per sample²\].
-    type FilterSum: Debug + Clone + Copy + Default;
+    type FilterSum: Debug + Clone + Copy + Default + Add<Output = Self::FilterSum>;
     /// Angular acceleration × T² \[rad per sample²\].
     type Acceleration: Debug + Clone + Copy + Default + PartialEq;
     /// Angle summed over an output period \[rad\].
@@ -59,7 +70,7 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     /// Half the summed angle plus the within-sample terms \[rad\]: what the increment is crossed with.
     type Lever: Debug + Clone + Copy + Default;
     /// Coning correction summed over an output period \[rad\].
-    type Coning: Debug + Clone + Copy + Default;
+    type Coning: Debug + Clone + Copy + Default + Add<Output = Self::Coning>;
     /// What rounding an output left \[parts of a code\].
     type OutputCarry: Debug + Clone + Copy + Default;
 
@@ -67,7 +78,7 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     fn pulse_weight(short_rad: f64) -> Self::PulseWeight;
     /// From rad per code.
     fn pickoff_gain(rad_per_code: f64) -> Self::PickoffGain;
-    /// From a number within ±1/32.
+    /// From a number within ±1/64.
     fn coefficient(value: f64) -> Self::Coefficient;
     /// From rad per sample, well within the increment's range.
     fn correction(value_rad: f64) -> Self::Correction;
@@ -78,30 +89,17 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
 
     /// weight × counts; counts are within the sensed limit.
     fn pulses(weight: Self::PulseWeight, counts: i32) -> Self::Increment;
-    /// sensed − gain × codes, and what rounding took from it; codes are within the dither limit.
-    fn strip(
-        sensed: Self::Increment,
-        gain: Self::PickoffGain,
-        codes: i32,
-    ) -> (Self::Increment, Self::Correction);
-    /// sum + coefficient × increment.
-    fn add_product(
-        sum: Self::Correction,
-        coefficient: Self::Coefficient,
-        increment: Self::Increment,
-    ) -> Self::Correction;
-    /// increment + correction, rounded; `carry` enters the sum and takes what rounding leaves.
-    fn correct(
-        increment: Self::Increment,
-        correction: Self::Correction,
-        carry: &mut Self::Correction,
-    ) -> Self::Increment;
-    /// increment + correction, rounded to nearest: for quantities that are not summed.
-    fn correct_once(increment: Self::Increment, correction: Self::Correction) -> Self::Increment;
+    /// sensed − gain × codes; codes are within the dither limit.
+    fn strip(sensed: Self::Increment, gain: Self::PickoffGain, codes: i32) -> Unrounded<Self>;
+    /// coefficient × increment.
+    fn product(coefficient: Self::Coefficient, increment: Self::Increment) -> Self::Correction;
+    /// Rounded to nearest: for factors of products and for differences, whose roundings do not add up.
+    fn rounded(value: Unrounded<Self>) -> Self::Increment;
+    /// Rounded for a sum: `carry` enters, and takes what rounding leaves.
+    fn settled(value: Unrounded<Self>, carry: &mut Self::Correction) -> Self::Increment;
 
-    /// sum + coefficient × (now − past).
-    fn add_difference(
-        sum: Self::FilterSum,
+    /// coefficient × (now − past).
+    fn difference(
         coefficient: Self::FilterCoefficient,
         now: Self::Increment,
         past: Self::Increment,
@@ -120,9 +118,8 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
         previous: Self::Increment,
         before_previous: Self::Increment,
     ) -> Self::Lever;
-    /// sum + (u_a D_b − u_b D_a): one component of lever × increment.
-    fn add_cross(
-        sum: Self::Coning,
+    /// u_a D_b − u_b D_a: one component of lever × increment.
+    fn cross(
         u_a: Self::Lever,
         d_b: Self::Increment,
         u_b: Self::Lever,

@@ -55,13 +55,20 @@ impl<N: NumberSystem> Acceleration<N> {
         state: &mut AccelerationState<N>,
         increment: Triad<N::Increment>,
     ) -> (Triad<N::Acceleration>, Status) {
-        let mut sum = Triad::<N::FilterSum>::default();
-        for (c, past) in self.coefficients.into_iter().zip(&state.history) {
-            sum.x = N::add_difference(sum.x, c, increment.x, past.x);
-            sum.y = N::add_difference(sum.y, c, increment.y, past.y);
-            sum.z = N::add_difference(sum.z, c, increment.z, past.z);
-        }
-        let [one, two, three, _] = state.history;
+        let [one, two, three, four] = state.history;
+        let filter = |now, past: [N::Increment; ACCELERATION_TERMS]| {
+            let [c1, c2, c3, c4] = self.coefficients;
+            let [p1, p2, p3, p4] = past;
+            N::difference(c1, now, p1)
+                + N::difference(c2, now, p2)
+                + N::difference(c3, now, p3)
+                + N::difference(c4, now, p4)
+        };
+        let sum = Triad {
+            x: filter(increment.x, [one.x, two.x, three.x, four.x]),
+            y: filter(increment.y, [one.y, two.y, three.y, four.y]),
+            z: filter(increment.z, [one.z, two.z, three.z, four.z]),
+        };
         state.history = [increment, one, two, three];
 
         let (x, x_held) = N::acceleration(sum.x);

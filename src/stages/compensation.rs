@@ -1,13 +1,14 @@
 //! Corrected increments → increments of the case along the true body axes, Eq. (7).
 //!
-//! Enters: r \[rad\] about the sensing axes; ε_ij \[rad\] of this sample. Leaves: case increments \[rad\], body
-//! frame.
+//! Enters: r \[rad\] about the sensing axes, not yet rounded; ε_ij \[rad\] of this sample. Leaves: case increments \[rad\], body
+//! frame, rounded
+//! here for the first time and with the remainder carried.
 //!
 //! x: r_x + ε_xy r_z + ε_xz r_y;  y: r_y + ε_yz r_x + ε_yx r_z;  z: r_z + ε_zx r_y + ε_zy r_x.
 //!
 //! First order in ε, as printed: the model's M is this very matrix, so nothing of second order is missing.
 
-use crate::numbers::NumberSystem;
+use crate::numbers::{NumberSystem, Unrounded};
 use crate::triad::{CrossAxis, Triad};
 
 /// What rounding left of the last sample \[rad\].
@@ -21,13 +22,13 @@ pub struct CompensationState<N: NumberSystem> {
 pub fn process<N: NumberSystem>(
     state: &mut CompensationState<N>,
     installation: &CrossAxis<N::Coefficient>,
-    corrected: Triad<N::Increment>,
+    corrected: Triad<Unrounded<N>>,
 ) -> Triad<N::Increment> {
-    let small = misalignment::<N>(installation, corrected);
+    let case = compensate(installation, corrected);
     Triad {
-        x: N::correct(corrected.x, small.x, &mut state.carry.x),
-        y: N::correct(corrected.y, small.y, &mut state.carry.y),
-        z: N::correct(corrected.z, small.z, &mut state.carry.z),
+        x: N::settled(case.x, &mut state.carry.x),
+        y: N::settled(case.y, &mut state.carry.y),
+        z: N::settled(case.z, &mut state.carry.z),
     }
 }
 
@@ -35,28 +36,25 @@ pub fn process<N: NumberSystem>(
 #[inline(always)]
 pub fn process_once<N: NumberSystem>(
     installation: &CrossAxis<N::Coefficient>,
-    corrected: Triad<N::Increment>,
+    corrected: Triad<Unrounded<N>>,
 ) -> Triad<N::Increment> {
-    let small = misalignment::<N>(installation, corrected);
-    Triad {
-        x: N::correct_once(corrected.x, small.x),
-        y: N::correct_once(corrected.y, small.y),
-        z: N::correct_once(corrected.z, small.z),
-    }
+    compensate(installation, corrected).map(N::rounded)
 }
 
-/// The off-diagonal part of Eq. (7).
+/// Eq. (7), not yet rounded.
 #[inline(always)]
-fn misalignment<N: NumberSystem>(
+fn compensate<N: NumberSystem>(
     e: &CrossAxis<N::Coefficient>,
-    r: Triad<N::Increment>,
-) -> Triad<N::Correction> {
-    let pair = |c_a, r_a, c_b, r_b| {
-        N::add_product(N::add_product(N::Correction::default(), c_a, r_a), c_b, r_b)
+    corrected: Triad<Unrounded<N>>,
+) -> Triad<Unrounded<N>> {
+    let r = corrected.map(N::rounded);
+    let add = |to: Unrounded<N>, c_a, r_a, c_b, r_b| Unrounded {
+        increment: to.increment,
+        small: to.small + (N::product(c_a, r_a) + N::product(c_b, r_b)),
     };
     Triad {
-        x: pair(e.xy, r.z, e.xz, r.y),
-        y: pair(e.yz, r.x, e.yx, r.z),
-        z: pair(e.zx, r.y, e.zy, r.x),
+        x: add(corrected.x, e.xy, r.z, e.xz, r.y),
+        y: add(corrected.y, e.yz, r.x, e.yx, r.z),
+        z: add(corrected.z, e.zx, r.y, e.zy, r.x),
     }
 }

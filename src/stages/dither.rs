@@ -1,8 +1,8 @@
 //! Sensed increments → increments of the case: each block's own motion stripped.
 //!
 //! Enters: sensed increments \[rad, short units\]; block angles relative to the case at the sample's end
-//! \[pickoff codes\]. Leaves: D = D_sensed − g (pickoff_k − pickoff_{k−1}) \[rad, short units\], and what
-//! rounding took from it, for the next stage's sum.
+//! \[pickoff codes\]. Leaves: D = D_sensed − g (pickoff_k − pickoff_{k−1}) \[rad, short units\], not
+//! yet rounded.
 //!
 //! The strip comes before the acceleration: 150″ at 400 Hz is 4600 rad/s² of block motion that the other
 //! gyros do not feel, and a matrix that followed it would inject it.
@@ -15,7 +15,7 @@
 
 use crate::design_parameters::DITHER_LIMIT_RAD;
 use crate::faults::Status;
-use crate::numbers::NumberSystem;
+use crate::numbers::{NumberSystem, Unrounded};
 use crate::parameters::{Parameters, ShortWeight};
 use crate::triad::Triad;
 
@@ -37,12 +37,6 @@ pub struct Dither<N: NumberSystem> {
 pub struct DitherState {
     previous: [i32; 3],
 }
-
-/// Stripped increments and what rounding left of them, one pair per axis.
-pub type Stripped<N> = Triad<(
-    <N as NumberSystem>::Increment,
-    <N as NumberSystem>::Correction,
-)>;
 
 impl<N: NumberSystem> Dither<N> {
     pub(crate) fn new(parameters: &Parameters) -> Self {
@@ -74,7 +68,7 @@ impl<N: NumberSystem> Dither<N> {
         state: &mut DitherState,
         sensed: Triad<N::Increment>,
         pickoff_codes: [i32; 3],
-    ) -> (Stripped<N>, Status) {
+    ) -> (Triad<Unrounded<N>>, Status) {
         let [x, y, z] = pickoff_codes;
         let [x_before, y_before, z_before] = state.previous;
         state.previous = pickoff_codes;
@@ -92,7 +86,7 @@ fn strip<N: NumberSystem>(
     sensed: N::Increment,
     code: i32,
     code_before: i32,
-) -> ((N::Increment, N::Correction), bool) {
+) -> (Unrounded<N>, bool) {
     let step = code.saturating_sub(code_before);
     let held = step
         .min(axis.limit_codes)

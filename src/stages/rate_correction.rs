@@ -1,16 +1,15 @@
 //! Stripped increments → corrected for scale and bias: the right-hand vector of Eq. (7).
 //!
-//! Enters: stripped increments \[rad, short units\] and their rounding remainder. Leaves:
-//! r = (1 − s) λ D − b T \[rad\], about the sensing axes.
+//! Enters: stripped increments \[rad, short units\]. Leaves: r = (1 − s) λ D − b T \[rad\], about the sensing
+//! axes, not yet rounded.
 //!
 //! λ is what the short pulse weight left (`counts.rs`); s' = 1 − (1 − s) λ is within ±1/64, so D keeps
-//! its own accuracy: r = D − (s' D + b T − remainder).
+//! its own accuracy: r = D − (s' D + b T), and D's remainder with it.
 //!
 //! It has no temperature terms.
 
-use crate::numbers::NumberSystem;
+use crate::numbers::{NumberSystem, Unrounded};
 use crate::parameters::{Parameters, ShortWeight};
-use crate::stages::dither::Stripped;
 use crate::triad::Triad;
 
 /// One axis: −s' and −b T.
@@ -24,12 +23,6 @@ struct Axis<N: NumberSystem> {
 #[derive(Debug, Clone, Copy)]
 pub struct RateCorrection<N: NumberSystem> {
     axes: Triad<Axis<N>>,
-}
-
-/// What rounding left of the last sample \[rad\].
-#[derive(Debug, Clone, Copy, Default)]
-pub struct RateCorrectionState<N: NumberSystem> {
-    carry: Triad<N::Correction>,
 }
 
 impl<N: NumberSystem> RateCorrection<N> {
@@ -51,25 +44,21 @@ impl<N: NumberSystem> RateCorrection<N> {
 
     /// Corrects one sample.
     #[inline(always)]
-    pub fn process(
-        &self,
-        state: &mut RateCorrectionState<N>,
-        stripped: Stripped<N>,
-    ) -> Triad<N::Increment> {
+    pub fn process(&self, stripped: Triad<Unrounded<N>>) -> Triad<Unrounded<N>> {
         Triad {
-            x: correct::<N>(&self.axes.x, stripped.x, &mut state.carry.x),
-            y: correct::<N>(&self.axes.y, stripped.y, &mut state.carry.y),
-            z: correct::<N>(&self.axes.z, stripped.z, &mut state.carry.z),
+            x: correct(&self.axes.x, stripped.x),
+            y: correct(&self.axes.y, stripped.y),
+            z: correct(&self.axes.z, stripped.z),
         }
     }
 }
 
 #[inline(always)]
-fn correct<N: NumberSystem>(
-    axis: &Axis<N>,
-    (increment, remainder): (N::Increment, N::Correction),
-    carry: &mut N::Correction,
-) -> N::Increment {
-    let correction = N::add_product(axis.minus_bias + remainder, axis.minus_scale, increment);
-    N::correct(increment, correction, carry)
+fn correct<N: NumberSystem>(axis: &Axis<N>, stripped: Unrounded<N>) -> Unrounded<N> {
+    let Unrounded { increment, small } = stripped;
+    let scale = N::product(axis.minus_scale, increment);
+    Unrounded {
+        increment,
+        small: small + axis.minus_bias + scale,
+    }
 }

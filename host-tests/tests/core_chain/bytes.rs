@@ -1,0 +1,107 @@
+//! Bytes out and in again, and what is refused.
+
+use proptest::prelude::*;
+use trueaxis::{
+    BlockError, FrameError, OutputFrame, PARAMETER_BLOCK_BYTES, ParameterError, Parameters, Sample,
+    Status,
+};
+
+use crate::motion::as_built;
+
+proptest! {
+    #[test]
+    fn samples_survive_their_bytes(pulse_counts: [i32; 3], pickoff_codes: [i32; 3]) {
+        let sample = Sample { pulse_counts, pickoff_codes };
+        prop_assert_eq!(Sample::from_bytes(&sample.to_bytes()), sample);
+    }
+
+    #[test]
+    fn frames_survive_their_bytes(sequence: u32, dtheta_codes: [i32; 3], bits: u16) {
+        let frame = OutputFrame { sequence, dtheta_codes, status: Status::from_bits(bits) };
+        prop_assert_eq!(OutputFrame::from_bytes(&frame.to_bytes()), Ok(frame));
+    }
+
+    #[test]
+    fn a_changed_byte_is_always_found(at in 0..PARAMETER_BLOCK_BYTES, flip in 1..=255u8) {
+        let mut block = as_built().to_block();
+        block[at] ^= flip;
+        prop_assert!(Parameters::from_block(&block).is_err());
+    }
+}
+
+#[test]
+fn the_layouts_are_little_endian_in_the_order_of_the_fields() {
+    let sample = Sample {
+        pulse_counts: [1, -2, 3],
+        pickoff_codes: [0x0403_0201, 5, 6],
+    };
+    let bytes = sample.to_bytes();
+    assert_eq!(bytes[0..8], [1, 0, 0, 0, 0xFE, 0xFF, 0xFF, 0xFF]);
+    assert_eq!(bytes[12..16], [1, 2, 3, 4]);
+
+    let frame = OutputFrame {
+        sequence: 7,
+        dtheta_codes: [1, -1, 2],
+        status: Status::PRIMED,
+    };
+    let expected = [
+        7, 0, 0, 0, 1, 0, 0, 0, 0xFF, 0xFF, 0xFF, 0xFF, 2, 0, 0, 0, 16, 0, 1, 0,
+    ];
+    assert_eq!(frame.to_bytes(), expected);
+}
+
+#[test]
+fn a_frame_of_another_version_is_refused() {
+    let mut bytes = OutputFrame::default().to_bytes();
+    bytes[18] = 2;
+    assert_eq!(OutputFrame::from_bytes(&bytes), Err(FrameError::Version(2)));
+}
+
+#[test]
+fn parameters_survive_their_block() {
+    let parameters = as_built();
+    assert_eq!(
+        Parameters::from_block(&parameters.to_block()),
+        Ok(parameters)
+    );
+}
+
+#[test]
+fn the_checksum_is_the_one_of_zip() {
+    let block = as_built().to_block();
+    let (body, stored) = block.split_at(PARAMETER_BLOCK_BYTES - 4);
+    // Bit by bit, from its definition: reflected polynomial 0xEDB88320, ones before and after.
+    let mut crc = u32::MAX;
+    for byte in body {
+        crc ^= u32::from(*byte);
+        for _ in 0..8 {
+            crc = (crc >> 1) ^ (0xEDB8_8320 * (crc & 1));
+        }
+    }
+    assert_eq!(stored, (!crc).to_le_bytes());
+}
+
+#[test]
+fn a_bad_block_says_what_is_wrong() {
+    let good = as_built().to_block();
+    let changed = |at: usize, value: u8| {
+        let mut block = good;
+        block[at] = value;
+        Parameters::from_block(&block)
+    };
+    assert_eq!(
+        Parameters::from_block(&good[..100]),
+        Err(BlockError::Length(100))
+    );
+    assert_eq!(changed(0, b'X'), Err(BlockError::Magic));
+    assert_eq!(changed(4, 9), Err(BlockError::Version(9)));
+    assert_eq!(changed(6, 1), Err(BlockError::Length(1)));
+    assert!(matches!(changed(40, 1), Err(BlockError::Checksum { .. })));
+
+    let out_of_range = Parameters {
+        bias_rad_s: [0.0, f64::NAN, 0.0],
+        ..as_built()
+    };
+    let refused = Parameters::from_block(&out_of_range.to_block());
+    assert_eq!(refused, Err(BlockError::Parameter(ParameterError::Bias)));
+}
