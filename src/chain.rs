@@ -22,7 +22,7 @@ pub struct Chain<N: NumberSystem> {
     rate_correction: RateCorrection<N>,
     acceleration: Acceleration<N>,
     installation: Installation<N>,
-    samples_per_output: u16,
+    samples_per_output: u32,
 }
 
 /// What the chain remembers between samples. One state belongs to one stream of samples.
@@ -34,8 +34,8 @@ pub struct ChainState<N: NumberSystem> {
     coning: ConingState<N>,
     frame: FrameState<N>,
     start: Start,
-    samples_in_period: u16,
-    sample: u32,
+    samples_in_period: u32,
+    samples: u32,
     status: Status,
     faults: Faults,
 }
@@ -82,7 +82,7 @@ impl<N: NumberSystem> ChainState<N> {
 
     /// Samples taken since start, wrapping.
     pub fn samples(&self) -> u32 {
-        self.sample
+        self.samples
     }
 }
 
@@ -96,7 +96,7 @@ impl<N: NumberSystem> Chain<N> {
             rate_correction: RateCorrection::new(parameters),
             acceleration: Acceleration::new(parameters),
             installation: Installation::new(parameters),
-            samples_per_output: parameters.samples_per_output,
+            samples_per_output: u32::from(parameters.samples_per_output),
         })
     }
 
@@ -135,14 +135,14 @@ impl<N: NumberSystem> Chain<N> {
         let (case, priming_status) = state.start.admit::<N>(case);
         coning::process(&mut state.coning, case);
 
-        let status = counts_status
+        state.status = state
+            .status
+            .and(counts_status)
             .and(pickoff_status)
             .and(acceleration_status)
             .and(priming_status);
-        let number = state.sample;
-        state.sample = number.wrapping_add(1);
-        state.faults.record(status, number);
-        state.status = state.status.and(status);
+        state.faults.watch(state.status);
+        state.samples = state.samples.wrapping_add(1);
         state.samples_in_period = state.samples_in_period.wrapping_add(1);
         if state.samples_in_period < self.samples_per_output {
             return None;
@@ -152,7 +152,7 @@ impl<N: NumberSystem> Chain<N> {
         let rotation = coning::finish(&mut state.coning);
         let status = core::mem::take(&mut state.status);
         let frame = frame::process(&mut state.frame, rotation, status);
-        state.faults.record_output(frame.status, number);
+        state.faults.record(frame.status);
         Some(frame)
     }
 }

@@ -62,56 +62,55 @@ impl Status {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FirstFault {
-    /// Its stage or stages; empty while there was none.
+    /// The stages that raised a fault in the first output period that had one; empty before its end.
     pub stages: Status,
-    /// Number of the sample since start, wrapping.
+    /// Number of the first faulty sample since start, wrapping; of the present one while there was none.
     pub sample: u32,
 }
 
-/// Saturations since start, per stage \[samples; frames for the output\].
+/// Faults since start, per stage \[output periods that had at least one\].
+///
+/// Periods and not samples, because they are counted where a frame is made: a sample pays only for
+/// its bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Faults {
-    /// Samples with pulse counts beyond their range.
+    /// Periods with pulse counts beyond their range.
     pub counts: u32,
-    /// Samples with a pickoff step beyond its range.
+    /// Periods with a pickoff step beyond its range.
     pub pickoff: u32,
-    /// Samples with an angular acceleration beyond its range.
+    /// Periods with an angular acceleration beyond its range.
     pub acceleration: u32,
-    /// Frames with an output beyond its range.
+    /// Periods whose rotation was beyond the frame's range.
     pub output: u32,
     /// The first of all.
     pub first: FirstFault,
 }
 
 impl Faults {
-    /// Adds one sample's bits.
+    /// Counts samples up to the first fault; `period` holds the bits of the present period so far.
     #[inline(always)]
-    pub(crate) fn record(&mut self, status: Status, sample: u32) {
-        let bit = |mask: Status| u32::from(status.0 & mask.0 != 0);
+    pub(crate) fn watch(&mut self, period: Status) {
+        let clean = (self.first.stages.0 | period.0) & Status::FAULTS == 0;
+        self.first.sample = self.first.sample.wrapping_add(u32::from(clean));
+    }
+
+    /// Adds one output period's bits.
+    #[inline(always)]
+    pub(crate) fn record(&mut self, period: Status) {
+        let bit = |mask: Status| u32::from(period.0 & mask.0 != 0);
         self.counts = self.counts.saturating_add(bit(Status::COUNTS_SATURATED));
         self.pickoff = self.pickoff.saturating_add(bit(Status::PICKOFF_SATURATED));
         self.acceleration = self
             .acceleration
             .saturating_add(bit(Status::ACCELERATION_SATURATED));
-        self.latch(status, sample);
-    }
-
-    /// Adds one frame's output bit.
-    #[inline(always)]
-    pub(crate) fn record_output(&mut self, status: Status, sample: u32) {
-        let status = Status(status.0 & Status::OUTPUT_SATURATED.0);
-        self.output = self.output.saturating_add(u32::from(status.0 != 0));
-        self.latch(status, sample);
-    }
-
-    #[inline(always)]
-    fn latch(&mut self, status: Status, sample: u32) {
-        let faults = status.0 & Status::FAULTS;
-        // Latched by mask, so that a faulty sample costs what a good one costs.
-        let latch = u16::from(self.first.stages.0 == 0 && faults != 0).wrapping_neg();
-        let latch_sample = u32::from(latch) * 0x1_0001;
-        self.first.stages.0 |= faults & latch;
-        self.first.sample |= sample & latch_sample;
+        self.output = self.output.saturating_add(bit(Status::OUTPUT_SATURATED));
+        if self.first.stages == Status::default() {
+            self.first.stages.0 = period.0 & Status::FAULTS;
+            // A frame's own fault shows only after its last sample was taken for clean.
+            if period.0 & Status::FAULTS == Status::OUTPUT_SATURATED.0 {
+                self.first.sample = self.first.sample.wrapping_sub(1);
+            }
+        }
     }
 }
