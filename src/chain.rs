@@ -1,11 +1,11 @@
 //! The whole chain: the stages in the order of the data.
 
 use crate::faults::{Faults, Status};
-use crate::numbers::NumberSystem;
+use crate::numbers::{NumberSystem, Unrounded};
 use crate::parameters::{ParameterError, Parameters};
 use crate::sample::{OutputFrame, Sample};
 use crate::stages::acceleration::{Acceleration, AccelerationState};
-use crate::stages::compensation::{self, CompensationState};
+use crate::stages::compensation;
 use crate::stages::coning::{self, ConingState};
 use crate::stages::counts::Counts;
 use crate::stages::dither::{Dither, DitherState};
@@ -30,7 +30,6 @@ pub struct Chain<N: NumberSystem> {
 pub struct ChainState<N: NumberSystem> {
     dither: DitherState,
     acceleration: AccelerationState<N>,
-    compensation: CompensationState<N>,
     coning: ConingState<N>,
     frame: FrameState<N>,
     start: Start,
@@ -56,15 +55,15 @@ impl Start {
     #[inline(always)]
     fn admit<N: NumberSystem>(
         &mut self,
-        case: Triad<N::Increment>,
-    ) -> (Triad<N::Increment>, Status) {
+        case: Triad<Unrounded<N>>,
+    ) -> (Triad<Unrounded<N>>, Status) {
         let unprimed = *self == Self::Unprimed;
         *self = if unprimed {
             Self::Primed
         } else {
             Self::Running
         };
-        let admitted = case.map(|d| if unprimed { N::Increment::default() } else { d });
+        let admitted = case.map(|d| if unprimed { Unrounded::default() } else { d });
         (admitted, Status::PRIMED.when(unprimed))
     }
 }
@@ -75,7 +74,7 @@ impl<N: NumberSystem> ChainState<N> {
         Self::default()
     }
 
-    /// What went beyond its range since start.
+    /// What went beyond its range since start, up to the last output period's end.
     pub fn faults(&self) -> &Faults {
         &self.faults
     }
@@ -119,7 +118,8 @@ impl<N: NumberSystem> Chain<N> {
 
         let corrected = self.rate_correction.process(stripped);
 
-        let nearly_case = compensation::process_once::<N>(self.installation.at_rest(), corrected);
+        let nearly_case = compensation::process(self.installation.at_rest(), corrected);
+        let nearly_case = nearly_case.map(N::rounded);
         if state.start != Start::Running {
             self.acceleration
                 .start(&mut state.acceleration, nearly_case);
@@ -130,7 +130,7 @@ impl<N: NumberSystem> Chain<N> {
 
         let installation = self.installation.process(acceleration);
 
-        let case = compensation::process(&mut state.compensation, &installation, corrected);
+        let case = compensation::process(&installation, corrected);
 
         let (case, priming_status) = state.start.admit::<N>(case);
         coning::process(&mut state.coning, case);

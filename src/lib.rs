@@ -27,8 +27,10 @@
 //!
 //! # Two number systems, one text
 //! The stages are written once over [`NumberSystem`]; [`F32`] and [`Fixed`] say what an increment, a
-//! coefficient and a product are (`numbers/`: formats, ranges, rounding). In both, whatever a rounding
-//! takes from an increment is carried into the next sample, so that nothing drifts.
+//! coefficient and a product are (`numbers/`: formats, ranges, rounding). In both, an increment travels
+//! beside its small terms unrounded ([`numbers::Unrounded`]), is rounded once where it is summed, and what
+//! that takes is summed too; what a frame cannot show is carried into the next one. So nothing drifts:
+//! at most 1e-4 °/h against the equations in f64 (`host-tests/tests/core_chain`).
 //!
 //! # What it promises
 //! [`Chain::process`] allocates nothing, returns no `Result`, cannot panic whatever bits enter, and costs

@@ -7,15 +7,15 @@
 //! | short pulse weight, increment | Q32<39> | 1.8e-12 rad | ±2⁻⁸ rad, 895 °/s at 4 kHz | counts × weight exact |
 //! | pickoff gain | Q64<71> | 4e-22 rad | ±2⁻⁸ rad per code | at boot, to nearest |
 //! | scale error, matrix term | Q32<36> | 1.5e-11 | ±1/32 | at boot, to nearest; tilts down (2⁻³⁷ rad of bias on a tilt) |
-//! | correction | Q64<75> | 2.6e-23 rad | ±2⁻¹² rad | products exact; down to an increment, remainder carried |
+//! | correction | Q64<75> | 2.6e-23 rad | ±2⁻¹² rad | products exact; to nearest for an increment |
 //! | K/T² | Q32<27> | 7.5e-9 | ±16 | at boot |
 //! | filter coefficient | Q32<30> | 9.3e-10 | ±2 | at boot |
 //! | filter sum | Q64<69> | 1.7e-21 rad | ±2⁻⁶ rad per sample² | products exact |
 //! | acceleration × T² | Q32<37> | 7.3e-12 rad | held at ±2⁻¹⁰ | to nearest |
-//! | summed angle | Q64<39> | 1.8e-12 rad | ±0.16 rad occurs | exact |
+//! | summed angle | Q64<39> + Q64<75> | 2.6e-23 rad | ±0.16 rad occurs | exact: the second takes what rounding left |
 //! | lever | Q32<33> | 1.2e-10 rad | ±0.25 rad | to nearest |
 //! | coning | Q64<67> | 6.8e-21 rad | ±0.06 rad | products down by 2⁻⁶⁸ rad in the mean |
-//! | output carry | Q64<67> | 6.8e-21 rad | one code | nothing lost |
+//! | output carry | Q64<67> | 6.8e-21 rad | one code | to nearest, 2⁻⁶⁸ rad a frame |
 //!
 //! Every sum fits by the limits in `design_parameters`; the additions are still wrapping ones, so that a
 //! wrong limit could give a wrong number but never a panic. On a Cortex-M4 a product with its sum is one
@@ -33,6 +33,13 @@ pub struct Fixed;
 /// `i32` with LSB 2⁻ᶠ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Q32<const F: u32>(i32);
+
+/// A summed angle \[rad\]: what rounding left of its increments is in `low`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct AnglePair {
+    sum: Q64<INCREMENT>,
+    low: Q64<CORRECTION>,
+}
 
 /// `i64` with LSB 2⁻ᶠ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -120,7 +127,7 @@ impl NumberSystem for Fixed {
     type FilterCoefficient = Q32<FILTER>;
     type FilterSum = Q64<{ INCREMENT + FILTER }>;
     type Acceleration = Q32<ACCELERATION>;
-    type Angle = Q64<INCREMENT>;
+    type Angle = AnglePair;
     type Lever = Q32<LEVER>;
     type Coning = Q64<CONING>;
     type OutputCarry = Q64<CONING>;
@@ -172,13 +179,6 @@ impl NumberSystem for Fixed {
     }
 
     #[inline(always)]
-    fn settled(value: Unrounded<Self>, carry: &mut Self::Correction) -> Self::Increment {
-        let small = value.small + *carry;
-        *carry = Q64(small.0 & ((1 << COEFFICIENT) - 1));
-        value.increment + Q32((small.0 >> COEFFICIENT) as i32)
-    }
-
-    #[inline(always)]
     fn difference(
         coefficient: Self::FilterCoefficient,
         now: Self::Increment,
@@ -205,13 +205,22 @@ impl NumberSystem for Fixed {
     }
 
     #[inline(always)]
-    fn accumulate(angle: Self::Angle, increment: Self::Increment) -> Self::Angle {
-        Q64(angle.0.wrapping_add(i64::from(increment.0)))
+    fn accumulate(angle: AnglePair, value: Unrounded<Self>) -> (AnglePair, Self::Increment) {
+        // Down and not to nearest: the half LSB of mean error reaches only the coning products, as 2⁻⁴⁰
+        // rad times the lever, 2e-6 °/h at 100 °/s.
+        let small = value.small.0;
+        let increment = value.increment + Q32((small >> COEFFICIENT) as i32);
+        let left = small & ((1 << COEFFICIENT) - 1);
+        let pair = AnglePair {
+            sum: angle.sum + Q64(i64::from(increment.0)),
+            low: angle.low + Q64(left),
+        };
+        (pair, increment)
     }
 
     #[inline(always)]
     fn lever(
-        angle: Self::Angle,
+        angle: AnglePair,
         previous: Self::Increment,
         before_previous: Self::Increment,
     ) -> Self::Lever {
@@ -219,7 +228,7 @@ impl NumberSystem for Fixed {
         let within = wide(TWICE_CONING[0], previous.0)
             .wrapping_add(wide(TWICE_CONING[1], before_previous.0));
         // The angle's LSB read as half an increment's is half the angle.
-        let lever = angle.0.wrapping_add(within >> 31);
+        let lever = angle.sum.0.wrapping_add(within >> 31);
         Q32((lever.wrapping_add(1 << (DROP - 1)) >> DROP) as i32)
     }
 
@@ -236,16 +245,22 @@ impl NumberSystem for Fixed {
 
     #[inline(always)]
     fn output_code(
-        angle: Self::Angle,
+        angle: AnglePair,
         coning: Self::Coning,
         carry: &mut Self::OutputCarry,
     ) -> (i32, bool) {
         const BELOW_CODE: u32 = INCREMENT - OUTPUT;
         const CARRY_BITS: u32 = CONING - OUTPUT;
-        let part = (angle.0 & ((1 << BELOW_CODE) - 1)) << (CONING - INCREMENT);
-        let fine = coning.0.wrapping_add(carry.0).wrapping_add(part);
+        const BELOW_FINE: u32 = CORRECTION - CONING;
+        let part = (angle.sum.0 & ((1 << BELOW_CODE) - 1)) << (CONING - INCREMENT);
+        let low = angle.low.0.wrapping_add(1 << (BELOW_FINE - 1)) >> BELOW_FINE;
+        let fine = coning
+            .0
+            .wrapping_add(carry.0)
+            .wrapping_add(part)
+            .wrapping_add(low);
         carry.0 = fine & ((1 << CARRY_BITS) - 1);
-        let code = (angle.0 >> BELOW_CODE).wrapping_add(fine >> CARRY_BITS);
+        let code = (angle.sum.0 >> BELOW_CODE).wrapping_add(fine >> CARRY_BITS);
         let limit = i64::from(i32::MAX);
         let held = code.clamp(-limit, limit);
         (held as i32, held != code)

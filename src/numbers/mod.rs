@@ -95,8 +95,6 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     fn product(coefficient: Self::Coefficient, increment: Self::Increment) -> Self::Correction;
     /// Rounded to nearest: for factors of products and for differences, whose roundings do not add up.
     fn rounded(value: Unrounded<Self>) -> Self::Increment;
-    /// Rounded for a sum: `carry` enters, and takes what rounding leaves.
-    fn settled(value: Unrounded<Self>, carry: &mut Self::Correction) -> Self::Increment;
 
     /// coefficient × (now − past).
     fn difference(
@@ -109,8 +107,8 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     /// flexure × acceleration \[rad\].
     fn tilt(flexure: Self::Flexure, acceleration: Self::Acceleration) -> Self::Coefficient;
 
-    /// angle + increment, with nothing lost.
-    fn accumulate(angle: Self::Angle, increment: Self::Increment) -> Self::Angle;
+    /// angle + value with nothing lost, and the value rounded.
+    fn accumulate(angle: Self::Angle, value: Unrounded<Self>) -> (Self::Angle, Self::Increment);
     /// angle/2 + c₁ D_{k−1} + c₂ D_{k−2}, c of
     /// [`CONING_COEFFICIENTS`](crate::design_parameters::CONING_COEFFICIENTS).
     fn lever(

@@ -1,8 +1,8 @@
 //! Corrected increments → increments of the case along the true body axes, Eq. (7).
 //!
 //! Enters: r \[rad\] about the sensing axes, not yet rounded; ε_ij \[rad\] of this sample. Leaves: case increments \[rad\], body
-//! frame, rounded
-//! here for the first time and with the remainder carried.
+//! frame, not yet
+//! rounded: the stage that sums them does.
 //!
 //! x: r_x + ε_xy r_z + ε_xz r_y;  y: r_y + ε_yz r_x + ε_yx r_z;  z: r_z + ε_zx r_y + ε_zy r_x.
 //!
@@ -11,42 +11,13 @@
 use crate::numbers::{NumberSystem, Unrounded};
 use crate::triad::{CrossAxis, Triad};
 
-/// What rounding left of the last sample \[rad\].
-#[derive(Debug, Clone, Copy, Default)]
-pub struct CompensationState<N: NumberSystem> {
-    carry: Triad<N::Correction>,
-}
-
-/// Compensates one sample, with nothing lost to rounding over time.
+/// Compensates one sample with this matrix.
 #[inline(always)]
 pub fn process<N: NumberSystem>(
-    state: &mut CompensationState<N>,
     installation: &CrossAxis<N::Coefficient>,
-    corrected: Triad<Unrounded<N>>,
-) -> Triad<N::Increment> {
-    let case = compensate(installation, corrected);
-    Triad {
-        x: N::settled(case.x, &mut state.carry.x),
-        y: N::settled(case.y, &mut state.carry.y),
-        z: N::settled(case.z, &mut state.carry.z),
-    }
-}
-
-/// The same without memory, for the acceleration stage, whose input is not summed.
-#[inline(always)]
-pub fn process_once<N: NumberSystem>(
-    installation: &CrossAxis<N::Coefficient>,
-    corrected: Triad<Unrounded<N>>,
-) -> Triad<N::Increment> {
-    compensate(installation, corrected).map(N::rounded)
-}
-
-/// Eq. (7), not yet rounded.
-#[inline(always)]
-fn compensate<N: NumberSystem>(
-    e: &CrossAxis<N::Coefficient>,
     corrected: Triad<Unrounded<N>>,
 ) -> Triad<Unrounded<N>> {
+    let e = installation;
     let r = corrected.map(N::rounded);
     let add = |to: Unrounded<N>, c_a, r_a, c_b, r_b| Unrounded {
         increment: to.increment,

@@ -145,7 +145,10 @@ fn a_count_beyond_the_limit_is_counted_flagged_and_latched() {
 }
 
 fn assert_limits_are_exact<N: NumberSystem>() {
-    let parameters = Parameters::default();
+    let parameters = Parameters {
+        samples_per_output: 1,
+        ..Parameters::default()
+    };
     let limit = (SENSED_LIMIT_RAD / parameters.pulse_weight_rad[0]) as i32;
     for (count, held) in [(limit, 0), (-limit, 0), (limit + 1, 1), (-limit - 1, 1)] {
         let sample = Sample {
