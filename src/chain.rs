@@ -103,8 +103,9 @@ impl<N: NumberSystem> Chain<N> {
     ///
     /// Deadline contract: called once per period T from the sampling interrupt. No allocation, no panic,
     /// no branch on data; besides the output period's last sample only the stream's first two differ (they
-    /// fill the memory of the dither and acceleration stages, some 20 instructions). The stream's first sample only primes the dither strip: it counts as a sample
-    /// of its period, adds no rotation, and its frame says [`Status::PRIMED`].
+    /// fill the memory of the dither and acceleration stages, some 20 instructions). The stream's first
+    /// sample only primes the dither strip: it counts as a sample of its period, adds no rotation, and its
+    /// frame says [`Status::PRIMED`].
     #[inline]
     pub fn process(&self, state: &mut ChainState<N>, sample: &Sample) -> Option<OutputFrame> {
         let (sensed, counts_status) = self.counts.process(sample.pulse_counts);

@@ -14,8 +14,8 @@ pub struct Equations {
     in_period: u16,
 }
 
-/// c_p that make the product α̂ D right up to the order: solved here from its definition,
-/// Σ c_p sin(p x) 2 (1 − cos x) = x³, in powers of x.
+/// c_p of α̂ = Σ c_p (D_k − D_{k−p})/T², by order (physics: Σ c_p sin(p x) 2 (1 − cos x) = x³ in powers of x;
+/// `acceleration.rs` tests them against that).
 fn filter(order: u8) -> Vec<f64> {
     match order {
         1 => vec![1.0],

@@ -31,7 +31,7 @@ fn any_code() -> impl Strategy<Value = i32> {
 }
 
 fn any_sample() -> impl Strategy<Value = Sample> {
-    (any::<[u8; 0]>(), vec(any_code(), 6)).prop_map(|(_, c)| Sample {
+    vec(any_code(), 6).prop_map(|c| Sample {
         pulse_counts: [c[0], c[1], c[2]],
         pickoff_codes: [c[3], c[4], c[5]],
     })
