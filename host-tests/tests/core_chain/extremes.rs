@@ -95,7 +95,13 @@ fn assert_recovers<N: NumberSystem>(parameters: &Parameters, wild: &[Sample], ca
 
 #[test]
 fn alternating_ends_of_the_range_are_survived() {
-    let ends = |k: usize| if k % 2 == 0 { i32::MIN } else { i32::MAX };
+    let ends = |k: usize| {
+        if k.is_multiple_of(2) {
+            i32::MIN
+        } else {
+            i32::MAX
+        }
+    };
     let samples: Vec<_> = (0..4000)
         .map(|k| Sample {
             pulse_counts: [ends(k), ends(k / 2), ends(k / 3)],
