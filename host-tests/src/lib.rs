@@ -23,3 +23,5 @@ pub mod target;
 pub mod terminal;
 
 pub mod command;
+
+pub mod diagnose;

@@ -14,6 +14,7 @@ use clap::{Args, Parser, Subcommand};
 use crate::error::InputError;
 use crate::terminal::Terminal;
 
+mod diagnose;
 mod inputs;
 mod inspect;
 mod on_target;
@@ -44,6 +45,7 @@ struct Talk {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Diagnose(diagnose::Diagnose),
     Inspect(inspect::Inspect),
     OnTarget(on_target::OnTargetCommand),
     Replay(replay::ReplayCommand),
@@ -54,6 +56,7 @@ enum Command {
 impl Command {
     fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         match self {
+            Self::Diagnose(command) => command.run(terminal),
             Self::Inspect(command) => command.run(terminal),
             Self::OnTarget(command) => command.run(terminal),
             Self::Replay(command) => command.run(terminal),

@@ -1,0 +1,180 @@
+//! Terms found in the data rather than in the list of linear physics: steps of bias, slips of a counter,
+//! and unlisted physics written as a product of measured channels.
+//!
+//! Enters: a term and the scene. Leaves: its column \[rad per unit of its size\], one a row, on one gyro, and
+//! its form in a model file, so that the next run of the tool predicts it.
+
+use std::collections::BTreeMap;
+
+use super::scene::Scene;
+use super::signals;
+use super::streams::{AXES, Triad};
+use crate::model::{EffectValue, ModelEffect};
+
+/// What kind of term.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Form {
+    /// `gyro_bias_step`: + size \[rad/s\] from a time on.
+    Step {
+        /// When \[s\].
+        time_s: f64,
+    },
+    /// `counter_slip`: one jump in angle \[rad\].
+    Slip {
+        /// When \[s\].
+        time_s: f64,
+    },
+    /// `unlisted`: coefficient × a product of channels, as a rate.
+    Product {
+        /// The product, as [`signals::evaluate`] reads it.
+        expression: String,
+    },
+}
+
+/// A term on one gyro.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Term {
+    /// Which gyro.
+    pub axis: usize,
+    /// What it is.
+    pub form: Form,
+}
+
+impl Term {
+    /// The contract's kind.
+    pub fn kind(&self) -> &'static str {
+        match self.form {
+            Form::Step { .. } => "gyro_bias_step",
+            Form::Slip { .. } => "counter_slip",
+            Form::Product { .. } => "unlisted",
+        }
+    }
+
+    /// Its equation.
+    pub fn equation(&self) -> String {
+        let axis = AXES[self.axis];
+        match &self.form {
+            Form::Step { time_s } => format!("omega_{axis} += size from t = {time_s:.3} s on"),
+            Form::Slip { time_s } => {
+                format!("angle of gyro {axis} jumps by size at t = {time_s:.4} s")
+            }
+            Form::Product { expression } => format!("omega_{axis} += coefficient * {expression}"),
+        }
+    }
+
+    /// Name and unit of its size.
+    pub fn size(&self) -> (&'static str, &'static str) {
+        match self.form {
+            Form::Step { .. } => ("size", "rad/s"),
+            Form::Slip { .. } => ("size", "rad"),
+            Form::Product { .. } => ("coefficient", "rad/s per unit of the expression"),
+        }
+    }
+
+    /// Its column on its gyro.
+    pub fn column(&self, scene: &Scene) -> Result<Vec<f64>, String> {
+        let rows = scene.streams.rows;
+        match &self.form {
+            Form::Step { time_s } => {
+                let first = scene.streams.row_at(*time_s);
+                Ok(scene.sensed_from_rate(
+                    self.axis,
+                    (0..rows).map(|row| f64::from(u8::from(row >= first))),
+                ))
+            }
+            Form::Slip { time_s } => {
+                let mut column = vec![0.0; rows];
+                let row = ((time_s - scene.streams.start_s) * scene.streams.rate_hz)
+                    .floor()
+                    .max(0.0);
+                if let Some(slot) = column.get_mut(row as usize) {
+                    *slot = 1.0;
+                }
+                Ok(column)
+            }
+            Form::Product { expression } => {
+                let values = signals::evaluate(scene, expression)?;
+                Ok(scene.sensed_from_rate(self.axis, values.into_iter()))
+            }
+        }
+    }
+
+    /// The term in a model file.
+    pub fn to_effect(&self, size: f64) -> ModelEffect {
+        let mut parameters = BTreeMap::new();
+        parameters.insert(
+            "axis".to_string(),
+            EffectValue::Text(AXES[self.axis].to_string()),
+        );
+        parameters.insert(self.size().0.to_string(), EffectValue::Number(size));
+        match &self.form {
+            Form::Step { time_s } | Form::Slip { time_s } => {
+                parameters.insert("time_s".to_string(), EffectValue::Number(*time_s));
+            }
+            Form::Product { expression } => {
+                parameters.insert(
+                    "expression".to_string(),
+                    EffectValue::Text(expression.clone()),
+                );
+            }
+        }
+        ModelEffect {
+            kind: self.kind().to_string(),
+            parameters,
+        }
+    }
+}
+
+/// What an empirical effect of a model adds \[rad\]; `None` where the effect is of another kind.
+pub fn prediction(scene: &Scene, effect: &ModelEffect) -> Option<Result<Triad, String>> {
+    let text = |name: &str| match effect.parameters.get(name) {
+        Some(EffectValue::Text(text)) => Ok(text.clone()),
+        _ => Err(format!("`{name}` is missing")),
+    };
+    let number = |name: &str| match effect.parameters.get(name) {
+        Some(EffectValue::Number(value)) => Ok(*value),
+        _ => Err(format!("`{name}` is missing")),
+    };
+    let build = || -> Result<Triad, String> {
+        let axis_name = text("axis")?;
+        let axis = AXES
+            .iter()
+            .position(|axis| *axis == axis_name)
+            .ok_or_else(|| format!("axis `{axis_name}` is not x, y or z"))?;
+        let (form, size) = match effect.kind.as_str() {
+            "gyro_bias_step" => (
+                Form::Step {
+                    time_s: number("time_s")?,
+                },
+                number("size")?,
+            ),
+            "counter_slip" => (
+                Form::Slip {
+                    time_s: number("time_s")?,
+                },
+                number("size")?,
+            ),
+            _ => (
+                Form::Product {
+                    expression: text("expression")?,
+                },
+                number("coefficient")?,
+            ),
+        };
+        let column = Term { axis, form }.column(scene)?;
+        let mut part: Triad = Default::default();
+        for (index, values) in part.iter_mut().enumerate() {
+            *values = if index == axis {
+                column.iter().map(|value| value * size).collect()
+            } else {
+                vec![0.0; scene.streams.rows]
+            };
+        }
+        Ok(part)
+    };
+    matches!(
+        effect.kind.as_str(),
+        "gyro_bias_step" | "counter_slip" | "unlisted"
+    )
+    .then(build)
+}

@@ -1,0 +1,92 @@
+//! Noise beyond what the model declares: physics that shows only in the spectrum.
+//!
+//! Enters: fitted and declared noise. Leaves: [`Excess`] of random walk (`angle_random_walk`, which lock-in
+//! imitates) and of white angle noise (`pulse_quantisation`: a step q leaves q²/12), in units of their kinds.
+
+use super::noise::{Declared, Noise};
+
+/// An excess of one kind on the three gyros.
+#[derive(Debug, Clone)]
+pub struct Excess {
+    /// The contract's kind.
+    pub kind: &'static str,
+    /// Kinds that look the same in a spectrum.
+    pub indistinguishable_from: &'static [&'static str],
+    /// Its equation.
+    pub equation: &'static str,
+    /// Unit of its parameters.
+    pub unit: &'static str,
+    /// x, y, z; 0 where the declared level stands.
+    pub values: [f64; 3],
+    /// Their standard deviations.
+    pub stds: [f64; 3],
+    /// For a navigation engineer.
+    pub left_out: &'static str,
+}
+
+/// Relative spread of a fitted level: about 500 bins carry the random walk of a minute's record.
+const LEVEL_BINS: f64 = 500.0;
+
+/// Compares fitted with declared levels. The noise fit keeps a declared level unless the data contradict
+/// it, so whatever differs here is significant already.
+pub fn excess(noise: &[Noise; 3], declared: &[Declared; 3], seconds: f64) -> Vec<Excess> {
+    /// Less than a tenth more noise is no finding.
+    const LEAST: f64 = 1.1;
+    let mut found = Vec::new();
+    let mut compare = |term: usize,
+                       of: &dyn Fn(&Declared) -> Option<f64>,
+                       unit_of: &dyn Fn(f64, f64) -> f64,
+                       mut entry: Excess| {
+        let mut any = false;
+        for axis in 0..3 {
+            let Some(level) = of(&declared[axis]) else {
+                continue;
+            };
+            let fitted = noise[axis].theta[term];
+            if fitted > LEAST * level {
+                entry.values[axis] = unit_of(fitted - level, noise[axis].rate_hz);
+                let bins = if term == 0 {
+                    LEVEL_BINS * seconds / 60.0
+                } else {
+                    seconds * noise[axis].rate_hz / 4.0
+                };
+                // d√(θ − θ0) = dθ / (2 √(θ − θ0)), dθ = θ/√bins.
+                entry.stds[axis] =
+                    entry.values[axis] * 0.5 * fitted / (fitted - level) / bins.sqrt();
+                any = true;
+            }
+        }
+        if any {
+            found.push(entry);
+        }
+    };
+    compare(
+        0,
+        &|declared| declared.random_walk,
+        &|theta, rate_hz| (theta * rate_hz).sqrt(),
+        Excess {
+            kind: "angle_random_walk",
+            indistinguishable_from: &["lock_in"],
+            equation: "angle random walk beyond the model's, added in square",
+            unit: "rad/sqrt(s)",
+            values: [0.0; 3],
+            stds: [0.0; 3],
+            left_out: "The gyro has more angle random walk than the model declares, as lock-in leaves behind when the dither is too small or too regular.",
+        },
+    );
+    compare(
+        1,
+        &|declared| declared.white_angle,
+        &|theta, _| (12.0 * theta).sqrt(),
+        Excess {
+            kind: "pulse_quantisation",
+            indistinguishable_from: &[],
+            equation: "white angle noise of q^2/12 beyond the model's",
+            unit: "rad",
+            values: [0.0; 3],
+            stds: [0.0; 3],
+            left_out: "A channel is coarser than the model declares: white noise of angle, as a pulse converter with a larger pulse leaves behind.",
+        },
+    );
+    found
+}

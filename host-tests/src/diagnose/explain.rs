@@ -1,0 +1,602 @@
+//! Findings in the words of the contract and of people (diagnosis road, steps 10 and 11).
+//!
+//! Enters: everything the stages found. Leaves: `diagnosis.json`, the sentences of the report, and the model
+//! with the found effects switched on.
+
+use std::collections::BTreeMap;
+
+use super::declare::FAMILY_SIGNIFICANCE;
+use super::excess::Excess;
+use super::hunt::{Catch, FoundTerm};
+use super::hypotheses::{CATALOGUE, NOT_TESTED};
+use super::identify::identifiable;
+use super::locate::Location;
+use super::noise::Noise;
+use super::products::Products;
+use super::result::*;
+use super::scene::Scene;
+use super::select::Chosen;
+use super::split::Split;
+use super::streams::AXES;
+use super::validate::{Figures, Validation, drift_chance};
+use crate::model::{EffectValue, Model, ModelEffect};
+use crate::recording::Recording;
+
+/// rad/s to degrees per hour.
+pub const DEG_H: f64 = 180.0 / std::f64::consts::PI * 3600.0;
+
+/// Matched-filter SNR at which a six-parameter effect is found nine times in ten.
+const NEEDED_SNR: f64 = 7.0;
+
+/// Everything the stages found.
+pub struct Findings<'a> {
+    /// The recording.
+    pub recording: &'a Recording,
+    /// The seed, for the file.
+    pub seed: u64,
+    /// Channels and motion.
+    pub scene: &'a Scene,
+    /// How time was cut.
+    pub split: &'a Split,
+    /// Noise of each gyro.
+    pub noise: &'a [Noise; 3],
+    /// Effects and terms.
+    pub catch: &'a Catch,
+    /// Noise beyond the model's.
+    pub excess: &'a [Excess],
+    /// Where model and recording differed.
+    pub locations: &'a [Location],
+    /// Where they still do.
+    pub left: &'a [Location],
+    /// Before and after.
+    pub validations: &'a [Validation],
+    /// Effects that were tried.
+    pub candidates: &'a [usize],
+}
+
+/// Says how each location goes with the motion: the product of channels that follows it best.
+pub fn name_regimes(locations: &mut [Location], catch: &Catch, products: &Products) {
+    let everything: Vec<usize> = catch.values.iter().map(|(index, _)| *index).collect();
+    for location in locations {
+        if let Some(best) = catch
+            .survey
+            .best(location.axis, &everything)
+            .filter(|best| best.p_value < FAMILY_SIGNIFICANCE)
+        {
+            location.regime = format!("grows as {}", products.names[best.product]);
+        }
+    }
+}
+
+/// The result of a recording from which nothing can be said.
+pub fn unusable(recording: &Recording, seed: u64, why: &str) -> Diagnosis {
+    Diagnosis {
+        format: 1,
+        recording: recording.name.clone(),
+        version: env!("CARGO_PKG_VERSION").to_string(),
+        seed,
+        verdict: Verdict::Unusable,
+        summary: vec![format!("Nothing can be said of this recording: {why}.")],
+        locations: Vec::new(),
+        effects: Vec::new(),
+        fit: FitEntry {
+            fitted_on: Vec::new(),
+            held_out: Vec::new(),
+            channels: Vec::new(),
+        },
+        not_excluded: vec![format!("every kind: {why}")],
+        next_experiment: "A longer recording with gyros, pickoffs and reference all measured."
+            .to_string(),
+        noise: Vec::new(),
+        trials: 0,
+        runners_up: Vec::new(),
+        sensitivity: Vec::new(),
+    }
+}
+
+impl Findings<'_> {
+    /// `diagnosis.json`.
+    pub fn diagnosis(&self) -> Diagnosis {
+        let effects = self.effects();
+        let verdict = self.verdict(&effects);
+        let times = |rows: &[std::ops::Range<usize>]| {
+            rows.iter()
+                .map(|rows| [self.time_s(rows.start), self.time_s(rows.end)])
+                .collect()
+        };
+        Diagnosis {
+            format: 1,
+            recording: self.recording.name.clone(),
+            version: env!("CARGO_PKG_VERSION").to_string(),
+            seed: self.seed,
+            verdict,
+            summary: self.summary(verdict, &effects),
+            locations: self
+                .locations
+                .iter()
+                .map(|location| self.location(location))
+                .collect(),
+            not_excluded: self.not_excluded(),
+            next_experiment: self.next_experiment(),
+            fit: FitEntry {
+                fitted_on: times(&self.split.fitted),
+                held_out: times(&self.split.held_out),
+                channels: self.validations.iter().map(channel).collect(),
+            },
+            noise: (0..3)
+                .map(|axis| NoiseEntry {
+                    channel: format!("gyro_{}", AXES[axis]),
+                    angle_random_walk_rad_sqrt_s: self.noise[axis].angle_random_walk_rad_sqrt_s(),
+                    angle_noise_rad: self.noise[axis].angle_noise_rad(),
+                })
+                .collect(),
+            trials: self.catch.trials,
+            runners_up: self
+                .catch
+                .choice
+                .runners_up
+                .iter()
+                .map(|(effect, behind)| RunnerUp {
+                    kind: CATALOGUE[*effect].card().kind.to_string(),
+                    behind: *behind,
+                })
+                .collect(),
+            sensitivity: self
+                .catch
+                .choice
+                .reach
+                .iter()
+                .map(|(effect, snr)| {
+                    let card = CATALOGUE[*effect].card();
+                    Sensitivity {
+                        kind: card.kind.to_string(),
+                        typical: card.typical,
+                        unit: card.unit.to_string(),
+                        snr: *snr,
+                    }
+                })
+                .collect(),
+            effects,
+        }
+    }
+
+    /// The model with the found effects switched on.
+    pub fn explained_model(&self, model: &Model) -> Model {
+        let mut explained = model.clone();
+        let mut add = |effect: ModelEffect| {
+            // Sizes of one kind add up in one entry; events and expressions stay apart.
+            let single = !matches!(
+                effect.kind.as_str(),
+                "unlisted" | "gyro_bias_step" | "counter_slip"
+            );
+            let noise = matches!(
+                effect.kind.as_str(),
+                "angle_random_walk" | "pulse_quantisation"
+            );
+            let known = explained
+                .effects
+                .iter_mut()
+                .find(|known| single && known.kind == effect.kind);
+            match known {
+                None => explained.effects.push(effect),
+                Some(known) => {
+                    for (name, value) in effect.parameters {
+                        let EffectValue::Number(more) = value else {
+                            continue;
+                        };
+                        let slot = known
+                            .parameters
+                            .entry(name)
+                            .or_insert(EffectValue::Number(0.0));
+                        if let EffectValue::Number(sum) = slot {
+                            *sum = if noise { sum.hypot(more) } else { *sum + more };
+                        }
+                    }
+                }
+            }
+        };
+        for one in &self.catch.choice.chosen {
+            let card = CATALOGUE[one.effect].card();
+            let parameters = (0..card.shape.count())
+                .map(|k| (card.shape.name(k), EffectValue::Number(one.values[k])))
+                .collect();
+            add(ModelEffect {
+                kind: card.kind.to_string(),
+                parameters,
+            });
+        }
+        for found in &self.catch.terms {
+            add(found.term.to_effect(found.size));
+        }
+        for excess in self.excess {
+            let parameters: BTreeMap<String, EffectValue> = (0..3)
+                .map(|axis| {
+                    (
+                        AXES[axis].to_string(),
+                        EffectValue::Number(excess.values[axis]),
+                    )
+                })
+                .collect();
+            add(ModelEffect {
+                kind: excess.kind.to_string(),
+                parameters,
+            });
+        }
+        explained
+    }
+
+    fn time_s(&self, row: usize) -> f64 {
+        self.scene.streams.start_s + row as f64 / self.scene.streams.rate_hz
+    }
+
+    fn location(&self, location: &Location) -> LocationEntry {
+        LocationEntry {
+            channel: format!("gyro_{}", AXES[location.axis]),
+            start_s: self.time_s(location.rows.start),
+            end_s: self.time_s(location.rows.end),
+            low_hz: location.band_hz.0,
+            high_hz: location.band_hz.1,
+            regime: location.regime.clone(),
+            size: location.size_rad_s,
+            unit: "rad/s".to_string(),
+            p_value: location.p_value,
+        }
+    }
+
+    fn verdict(&self, effects: &[EffectEntry]) -> Verdict {
+        match (
+            effects.iter().any(|effect| !effect.parameters.is_empty()),
+            self.left.is_empty(),
+        ) {
+            (false, true) => Verdict::Matches,
+            (false, false) => Verdict::Unexplained,
+            (true, true) => Verdict::Explained,
+            (true, false) => Verdict::PartlyExplained,
+        }
+    }
+
+    fn effects(&self) -> Vec<EffectEntry> {
+        let named = self
+            .catch
+            .choice
+            .chosen
+            .iter()
+            .zip(&self.catch.regimes)
+            .map(|(one, verdict)| {
+                let mut entry = listed(one);
+                entry.regimes = verdict
+                    .amplitudes
+                    .iter()
+                    .map(|a| RegimeEntry {
+                        name: a.regime.clone(),
+                        amplitude: a.value,
+                        std: a.std,
+                    })
+                    .collect();
+                entry
+            });
+        let unexplained = self.left.iter().map(|location| self.unexplained(location));
+        named
+            .chain(self.catch.terms.iter().map(term))
+            .chain(self.excess.iter().map(noise))
+            .chain(unexplained)
+            .collect()
+    }
+
+    /// Physics without a name or an expression: only its location.
+    fn unexplained(&self, location: &Location) -> EffectEntry {
+        let axis = AXES[location.axis];
+        EffectEntry {
+            kind: "unlisted".to_string(),
+            indistinguishable_from: Vec::new(),
+            equation: String::new(),
+            parameters: Vec::new(),
+            covariance: Vec::new(),
+            identifiable: Vec::new(),
+            log_evidence_gain: 0.0,
+            p_value: location.p_value,
+            what_was_left_out: format!(
+                "Gyro {axis} shows more than its noise between {:.1} and {:.1} s, {:.1} to {:.0} Hz, and no measured channel explains it.",
+                self.time_s(location.rows.start),
+                self.time_s(location.rows.end),
+                location.band_hz.0,
+                location.band_hz.1
+            ),
+            expression: None,
+            regimes: Vec::new(),
+        }
+    }
+
+    fn summary(&self, verdict: Verdict, effects: &[EffectEntry]) -> Vec<String> {
+        let mut lines = Vec::new();
+        lines.push(match verdict {
+            Verdict::Matches => {
+                "The model explains this recording: nothing stands above the noise in any band, stretch or gyro."
+                    .to_string()
+            }
+            Verdict::Explained => "The recording differs from its model, and what was left out explains it.".to_string(),
+            Verdict::PartlyExplained => {
+                "The recording differs from its model; what was found explains part of it.".to_string()
+            }
+            Verdict::Unexplained => {
+                "The recording differs from its model, and nothing known to the tool explains it.".to_string()
+            }
+            Verdict::Unusable => "Nothing can be said of this recording.".to_string(),
+        });
+        for location in self.locations {
+            let regime = if location.regime.is_empty() {
+                String::new()
+            } else {
+                format!(", and {}", location.regime)
+            };
+            lines.push(format!(
+                "Where: gyro {} between {:.1} and {:.1} s, {:.0} to {:.0} Hz, {:.3} °/h{regime}.",
+                AXES[location.axis],
+                self.time_s(location.rows.start),
+                self.time_s(location.rows.end),
+                location.band_hz.0,
+                location.band_hz.1,
+                location.size_rad_s * DEG_H,
+            ));
+        }
+        for effect in effects {
+            lines.push(format!(
+                "What: {} ({}). {}",
+                effect.kind, effect.equation, effect.what_was_left_out
+            ));
+            for fixed in &effect.identifiable {
+                let unit = effect
+                    .parameters
+                    .iter()
+                    .find_map(|parameter| match parameter {
+                        ParameterEntry::Number { unit, .. } => Some(unit.as_str()),
+                        ParameterEntry::Text { .. } => None,
+                    })
+                    .unwrap_or("");
+                lines.push(format!(
+                    "      {} = {:.3e} ± {:.1e} {unit}",
+                    combination(&fixed.combination),
+                    fixed.value,
+                    fixed.std
+                ));
+            }
+            if !effect.indistinguishable_from.is_empty() {
+                lines.push(format!(
+                    "      This recording cannot tell it from {}.",
+                    effect.indistinguishable_from.join(", ")
+                ));
+            }
+        }
+        for validation in self.validations {
+            if drift_chance(&validation.before) < FAMILY_SIGNIFICANCE {
+                lines.push(format!(
+                    "Proof: on held-out time the drift of gyro {} falls from {:.4} to {:.4} ± {:.4} °/h.",
+                    AXES[validation.axis],
+                    validation.before.drift_rad_s * DEG_H,
+                    validation.after.drift_rad_s * DEG_H,
+                    validation.after.drift_std_rad_s * DEG_H
+                ));
+            }
+        }
+        for (effect, reason) in &self.catch.vetoed {
+            lines.push(format!(
+                "Not named: {} fits in part, but {reason}.",
+                CATALOGUE[*effect].card().kind
+            ));
+        }
+        lines
+    }
+
+    fn not_excluded(&self) -> Vec<String> {
+        let missing = CATALOGUE
+            .iter()
+            .enumerate()
+            .filter(|(effect, _)| !self.candidates.contains(effect))
+            .map(|(_, entry)| {
+                let why = entry.missing(self.scene).unwrap_or("not tried");
+                format!("{}: {why}", entry.card().kind)
+            });
+        let weak = self.catch.choice.reach.iter().filter(|(_, snr)| *snr < NEEDED_SNR).map(|(effect, snr)| {
+            let card = CATALOGUE[*effect].card();
+            format!(
+                "{}: at {:.1e} {} it would reach a matched-filter SNR of {snr:.1} here, {NEEDED_SNR} are needed",
+                card.kind, card.typical, card.unit
+            )
+        });
+        let untested = NOT_TESTED
+            .iter()
+            .map(|kind| format!("{kind}: not tested by this version"));
+        missing.chain(weak).chain(untested).collect()
+    }
+
+    fn next_experiment(&self) -> String {
+        let open: Vec<&'static str> = self
+            .catch
+            .choice
+            .chosen
+            .iter()
+            .filter(|one| {
+                let card = CATALOGUE[one.effect].card();
+                !one.indistinguishable_from.is_empty()
+                    || identifiable(card, one).len() < card.shape.count()
+            })
+            .map(|one| CATALOGUE[one.effect].card().next_experiment)
+            .collect();
+        if !open.is_empty() {
+            return open.join(" ");
+        }
+        if !self.left.is_empty() {
+            return "Repeat the located stretch with one thing changed at a time: amplitude, frequency, attitude, temperature; what the residual scales with names its cause.".to_string();
+        }
+        "Nothing is confused here; a motion richer in amplitude and frequency would lower what is not excluded.".to_string()
+    }
+}
+
+/// "xy + xz".
+pub fn combination(weights: &BTreeMap<String, f64>) -> String {
+    let mut text = String::new();
+    for (name, weight) in weights {
+        let sign = if *weight < 0.0 { "−" } else { "+" };
+        if text.is_empty() {
+            text = if *weight < 0.0 {
+                format!("−{name}")
+            } else {
+                name.clone()
+            };
+        } else {
+            text = format!("{text} {sign} {name}");
+        }
+    }
+    text
+}
+
+fn listed(one: &Chosen) -> EffectEntry {
+    let card = CATALOGUE[one.effect].card();
+    let count = card.shape.count();
+    EffectEntry {
+        kind: card.kind.to_string(),
+        indistinguishable_from: one
+            .indistinguishable_from
+            .iter()
+            .map(|&rival| CATALOGUE[rival].card().kind.to_string())
+            .collect(),
+        equation: card.equation.to_string(),
+        parameters: (0..count)
+            .map(|k| ParameterEntry::Number {
+                name: card.shape.name(k),
+                value: one.values[k],
+                std: one.covariance[(k, k)].sqrt(),
+                unit: card.unit.to_string(),
+            })
+            .collect(),
+        covariance: (0..count)
+            .map(|a| (0..count).map(|b| one.covariance[(a, b)]).collect())
+            .collect(),
+        identifiable: identifiable(card, one),
+        log_evidence_gain: one.log_evidence_gain,
+        p_value: one.p_value,
+        what_was_left_out: card.left_out.to_string(),
+        expression: None,
+        regimes: Vec::new(),
+    }
+}
+
+fn term(found: &FoundTerm) -> EffectEntry {
+    let (name, unit) = found.term.size();
+    let effect = found.term.to_effect(found.size);
+    let mut parameters = vec![ParameterEntry::Number {
+        name: name.to_string(),
+        value: found.size,
+        std: found.std,
+        unit: unit.to_string(),
+    }];
+    parameters.extend(
+        effect
+            .parameters
+            .iter()
+            .filter(|(other, _)| *other != name)
+            .map(|(name, value)| match value {
+                EffectValue::Text(value) => ParameterEntry::Text {
+                    name: name.clone(),
+                    value: value.clone(),
+                },
+                EffectValue::Number(value) => ParameterEntry::Number {
+                    name: name.clone(),
+                    value: *value,
+                    std: 0.0,
+                    unit: "s".to_string(),
+                },
+            }),
+    );
+    let expression = match effect.parameters.get("expression") {
+        Some(EffectValue::Text(expression)) => Some(expression.clone()),
+        _ => None,
+    };
+    let axis = AXES[found.term.axis];
+    let what_was_left_out = match (&expression, found.term.kind()) {
+        (Some(expression), _) if expression.starts_with("window(") => format!(
+            "Gyro {axis} drifts in one stretch of time and no measured channel explains it; the constant in the model is a description, not physics."
+        ),
+        (Some(expression), _) => format!(
+            "Gyro {axis} follows {expression}, which is no effect of the catalogue: an expression in measured channels, found by search."
+        ),
+        (None, "gyro_bias_step") => format!("The bias of gyro {axis} jumps once and stays there."),
+        (None, _) => format!(
+            "The angle of gyro {axis} jumps once, as when its counter loses or gains pulses."
+        ),
+    };
+    EffectEntry {
+        kind: found.term.kind().to_string(),
+        indistinguishable_from: Vec::new(),
+        equation: found.term.equation(),
+        covariance: {
+            let numbers = parameters
+                .iter()
+                .filter(|parameter| matches!(parameter, ParameterEntry::Number { .. }))
+                .count();
+            let mut covariance = vec![vec![0.0; numbers]; numbers];
+            covariance[0][0] = found.std * found.std;
+            covariance
+        },
+        parameters,
+        identifiable: vec![Identifiable {
+            combination: BTreeMap::from([(name.to_string(), 1.0)]),
+            value: found.size,
+            std: found.std,
+        }],
+        log_evidence_gain: 0.5 * found.ratio,
+        p_value: found.p_value,
+        what_was_left_out,
+        expression,
+        regimes: Vec::new(),
+    }
+}
+
+fn noise(excess: &Excess) -> EffectEntry {
+    EffectEntry {
+        kind: excess.kind.to_string(),
+        indistinguishable_from: excess
+            .indistinguishable_from
+            .iter()
+            .map(|kind| (*kind).to_string())
+            .collect(),
+        equation: excess.equation.to_string(),
+        parameters: (0..3)
+            .map(|axis| ParameterEntry::Number {
+                name: AXES[axis].to_string(),
+                value: excess.values[axis],
+                std: excess.stds[axis],
+                unit: excess.unit.to_string(),
+            })
+            .collect(),
+        covariance: (0..3)
+            .map(|a| {
+                (0..3)
+                    .map(|b| if a == b { excess.stds[a].powi(2) } else { 0.0 })
+                    .collect()
+            })
+            .collect(),
+        identifiable: Vec::new(),
+        log_evidence_gain: 0.0,
+        p_value: 0.0,
+        what_was_left_out: excess.left_out.to_string(),
+        expression: None,
+        regimes: Vec::new(),
+    }
+}
+
+fn channel(validation: &Validation) -> ChannelEntry {
+    let figures = |figures: &Figures| FiguresEntry {
+        drift_rad_s: figures.drift_rad_s,
+        drift_std_rad_s: figures.drift_std_rad_s,
+        normalised_power: figures.normalised_power,
+        normalised_power_all: figures.normalised_power_all,
+        white_p_value: figures.white_p_value,
+    };
+    ChannelEntry {
+        channel: format!("gyro_{}", AXES[validation.axis]),
+        band_hz: [validation.band_hz.0, validation.band_hz.1],
+        held_out_before: figures(&validation.before),
+        held_out_after: figures(&validation.after),
+    }
+}

@@ -1,0 +1,51 @@
+//! Sensing axes that tilt under specific force.
+//!
+//! δ_ij = τ_ij f_k, k the third axis.
+
+use super::{Card, Hypothesis, Shape};
+use crate::diagnose::scene::{Scene, tilt_senses};
+
+/// See the page above.
+pub struct AxisTiltByForce;
+
+static CARD: Card = Card {
+    kind: "axis_tilt_by_force",
+    equation: "delta_ij = tau_ij f_k",
+    shape: Shape::Six,
+    unit: "rad per m/s^2",
+    typical: 1e-7,
+    largest: 1e-3,
+    left_out: "The block bends under specific force, so its sensing axis tilts with gravity and vibration.",
+    next_experiment: "Slew about one axis with gravity along each of the others in turn.",
+};
+
+impl Hypothesis for AxisTiltByForce {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn column(
+        &self,
+        scene: &Scene,
+        _at: &[f64],
+        parameter: usize,
+        axis: usize,
+    ) -> Option<Vec<f64>> {
+        let (gyro, other) = CARD.shape.pair(parameter);
+        if gyro != axis {
+            return None;
+        }
+        let (k, sign) = tilt_senses(gyro, other);
+        // k, the axis across both, is also the axis along which the force bends the block.
+        let product = scene.rate_rad_s[k].iter().zip(scene.force_m_s2(k, 0)?);
+        Some(scene.sensed_from_rate(axis, product.map(|(rate, force)| sign * rate * force)))
+    }
+
+    fn missing(&self, scene: &Scene) -> Option<&'static str> {
+        scene
+            .streams
+            .force_m_s2
+            .is_none()
+            .then_some("no specific force channels")
+    }
+}

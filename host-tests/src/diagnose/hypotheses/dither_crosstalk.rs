@@ -1,0 +1,48 @@
+//! A gyro that senses its neighbour's dither.
+//!
+//! Gyro i has + c_ij × the dither rate of block j.
+
+use super::{Card, Hypothesis, Shape};
+use crate::diagnose::scene::Scene;
+
+/// See the page above.
+pub struct DitherCrosstalk;
+
+static CARD: Card = Card {
+    kind: "dither_crosstalk",
+    equation: "omega_i += c_ij dither rate_j",
+    shape: Shape::Six,
+    unit: "1",
+    typical: 1e-4,
+    largest: 0.1,
+    left_out: "The gyro senses a share of the dither of a neighbouring block, through the structure or the electronics.",
+    next_experiment: "Switch the dithers off one at a time.",
+};
+
+impl Hypothesis for DitherCrosstalk {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn column(
+        &self,
+        scene: &Scene,
+        _at: &[f64],
+        parameter: usize,
+        axis: usize,
+    ) -> Option<Vec<f64>> {
+        let (gyro, other) = CARD.shape.pair(parameter);
+        if gyro != axis {
+            return None;
+        }
+        scene.dither_increment_rad(other)
+    }
+
+    fn missing(&self, scene: &Scene) -> Option<&'static str> {
+        scene
+            .streams
+            .pickoff_rad
+            .is_none()
+            .then_some("no dither pickoff channels")
+    }
+}

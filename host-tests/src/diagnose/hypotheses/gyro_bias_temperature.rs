@@ -1,0 +1,48 @@
+//! A bias that follows the block's temperature.
+//!
+//! ω_i + c_i (T_i − T_i at the start). Confused with: slow drift of any other cause while the temperature only
+//! climbs.
+
+use super::{Card, Hypothesis, Shape};
+use crate::diagnose::scene::Scene;
+
+/// See the page above.
+pub struct GyroBiasTemperature;
+
+static CARD: Card = Card {
+    kind: "gyro_bias_temperature",
+    equation: "omega_i += c_i (T_i - T_i(start))",
+    shape: Shape::Axes,
+    unit: "rad/s/K",
+    typical: 1e-6,
+    largest: 1e-3,
+    left_out: "The gyro bias moves with the temperature of its block and the model keeps it constant.",
+    next_experiment: "Cycle the temperature up and down: a bias that retraces its path is temperature, one that does not is time or gradient.",
+};
+
+impl Hypothesis for GyroBiasTemperature {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn column(
+        &self,
+        scene: &Scene,
+        _at: &[f64],
+        parameter: usize,
+        axis: usize,
+    ) -> Option<Vec<f64>> {
+        if CARD.shape.pair(parameter).0 != axis {
+            return None;
+        }
+        Some(scene.sensed_from_rate(axis, scene.temperature_change_k(axis, 0)?.into_iter()))
+    }
+
+    fn missing(&self, scene: &Scene) -> Option<&'static str> {
+        scene
+            .streams
+            .temperature_k
+            .is_none()
+            .then_some("no temperature channels")
+    }
+}

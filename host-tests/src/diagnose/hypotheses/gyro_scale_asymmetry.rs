@@ -1,0 +1,39 @@
+//! A scale that differs between the two senses of rotation.
+//!
+//! ω_i + a_i |ω_i|.
+
+use super::{Card, Hypothesis, Shape};
+use crate::diagnose::scene::Scene;
+
+/// See the page above.
+pub struct GyroScaleAsymmetry;
+
+static CARD: Card = Card {
+    kind: "gyro_scale_asymmetry",
+    equation: "omega_i += a_i |omega_i|",
+    shape: Shape::Axes,
+    unit: "1",
+    typical: 1e-5,
+    largest: 0.05,
+    left_out: "The gyro has a different scale for positive and negative rotation, so an oscillation leaves a drift.",
+    next_experiment: "Equal slews forward and back: the difference of the two angles is this effect.",
+};
+
+impl Hypothesis for GyroScaleAsymmetry {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn column(
+        &self,
+        scene: &Scene,
+        _at: &[f64],
+        parameter: usize,
+        axis: usize,
+    ) -> Option<Vec<f64>> {
+        if CARD.shape.pair(parameter).0 != axis {
+            return None;
+        }
+        Some(scene.sensed_from_rate(axis, scene.rate_rad_s[axis].iter().map(|rate| rate.abs())))
+    }
+}

@@ -1,0 +1,54 @@
+//! Sensing axes that turn with temperature.
+//!
+//! δ_ij = c_ij (T_i − T_i at the start), acting as in `installation`.
+
+use super::{Card, Hypothesis, Shape};
+use crate::diagnose::scene::{Scene, tilt_senses};
+
+/// See the page above.
+pub struct InstallationTemperature;
+
+static CARD: Card = Card {
+    kind: "installation_temperature",
+    equation: "delta_ij = c_ij (T_i - T_i(start))",
+    shape: Shape::Six,
+    unit: "rad/K",
+    typical: 1e-5,
+    largest: 1e-2,
+    left_out: "The sensing axes turn with the temperature of the block and the model keeps the installation constant.",
+    next_experiment: "Repeat the same slew at two temperatures.",
+};
+
+impl Hypothesis for InstallationTemperature {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn column(
+        &self,
+        scene: &Scene,
+        _at: &[f64],
+        parameter: usize,
+        axis: usize,
+    ) -> Option<Vec<f64>> {
+        let (gyro, other) = CARD.shape.pair(parameter);
+        if gyro != axis {
+            return None;
+        }
+        let (k, sign) = tilt_senses(gyro, other);
+        let change = scene.temperature_change_k(axis, 0)?;
+        let product = scene.rate_rad_s[k]
+            .iter()
+            .zip(change)
+            .map(|(rate, change)| sign * rate * change);
+        Some(scene.sensed_from_rate(axis, product))
+    }
+
+    fn missing(&self, scene: &Scene) -> Option<&'static str> {
+        scene
+            .streams
+            .temperature_k
+            .is_none()
+            .then_some("no temperature channels")
+    }
+}

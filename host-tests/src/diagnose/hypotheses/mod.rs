@@ -1,0 +1,219 @@
+//! The catalogue: one file per effect, one list here.
+//!
+//! A hypothesis says what its physics would add to what each gyro senses. Its regressors are formed from
+//! the measured motion and pass through the same row means and dither as the data; all axes belong to one
+//! hypothesis. Adding an effect means one file and one line in [`CATALOGUE`].
+
+use super::scene::Scene;
+use super::streams::{AXES, Triad};
+
+mod gyro_bias;
+
+mod gyro_bias_temperature;
+
+mod gyro_bias_temperature_rate;
+
+mod gyro_bias_magnetic;
+
+mod gyro_g_bias;
+
+mod gyro_g2_bias;
+
+mod gyro_scale;
+
+mod gyro_scale_asymmetry;
+
+mod gyro_scale_quadratic;
+
+mod gyro_scale_cubic;
+
+mod installation;
+
+mod installation_temperature;
+
+mod axis_flexure;
+
+mod axis_flexure_cubic;
+
+mod axis_tilt_by_force;
+
+mod elastic_rate_by_force;
+
+mod elastic_rate_by_jerk;
+
+mod gyro_delay;
+
+mod dither_gain;
+
+mod dither_delay;
+
+mod dither_cubic;
+
+mod dither_crosstalk;
+
+mod reference_misalignment;
+
+mod reference_delay;
+
+mod reference_scale;
+
+mod earth_rate;
+
+/// Which parameters an effect has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// x, y, z.
+    Axes,
+    /// xy, xz, yx, yz, zx, zy: gyro, other axis.
+    Six,
+    /// xx, xy, ..., zz: gyro, axis.
+    Nine,
+    /// One value for all gyros.
+    All,
+}
+
+/// The six pairs (gyro, axis) in the order of the contract.
+pub const SIX: [(usize, usize); 6] = [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)];
+
+impl Shape {
+    /// Number of parameters.
+    pub fn count(self) -> usize {
+        match self {
+            Shape::Axes => 3,
+            Shape::Six => 6,
+            Shape::Nine => 9,
+            Shape::All => 1,
+        }
+    }
+
+    /// (gyro, axis) of a parameter; the same index twice for [`Shape::Axes`], meaningless for [`Shape::All`].
+    pub fn pair(self, parameter: usize) -> (usize, usize) {
+        match self {
+            Shape::Axes => (parameter, parameter),
+            Shape::Six => SIX[parameter],
+            Shape::Nine => (parameter / 3, parameter % 3),
+            Shape::All => (0, 0),
+        }
+    }
+
+    /// The contract's name of a parameter.
+    pub fn name(self, parameter: usize) -> String {
+        match self {
+            Shape::Axes => AXES[parameter].to_string(),
+            Shape::All => "all".to_string(),
+            Shape::Six | Shape::Nine => {
+                let (gyro, axis) = self.pair(parameter);
+                format!("{}{}", AXES[gyro], AXES[axis])
+            }
+        }
+    }
+}
+
+/// What stands in the catalogue about an effect.
+pub struct Card {
+    /// The contract's kind.
+    pub kind: &'static str,
+    /// Its equation, one line.
+    pub equation: &'static str,
+    /// Its parameters.
+    pub shape: Shape,
+    /// Unit of every parameter, as results print it.
+    pub unit: &'static str,
+    /// A size met in real instruments: the width of the prior that evidence is weighed with.
+    pub typical: f64,
+    /// Beyond this the effect is not credible physics for this kind of instrument.
+    pub largest: f64,
+    /// What was left out of the model, for a navigation engineer, in a sentence or two.
+    pub left_out: &'static str,
+    /// The motion or record that shows or separates it.
+    pub next_experiment: &'static str,
+}
+
+/// One entry of the catalogue.
+pub trait Hypothesis: Sync {
+    /// Its card.
+    fn card(&self) -> &'static Card;
+
+    /// d(sensed increment of gyro `axis`)/d(parameter) \[rad per parameter unit\], one a row, at the parameter
+    /// values `at`. `None` where this parameter does not touch this gyro, or a channel is missing.
+    fn column(&self, scene: &Scene, at: &[f64], parameter: usize, axis: usize) -> Option<Vec<f64>>;
+
+    /// What the effect adds to the sensed increments \[rad\]. Linear effects need only their columns.
+    fn prediction(&self, scene: &Scene, at: &[f64]) -> Triad {
+        let mut total: Triad = [0, 1, 2].map(|_| vec![0.0; scene.streams.rows]);
+        for (axis, sum) in total.iter_mut().enumerate() {
+            for (parameter, value) in at.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+                if let Some(column) = self.column(scene, at, parameter, axis) {
+                    sum.iter_mut()
+                        .zip(column)
+                        .for_each(|(sum, slope)| *sum += value * slope);
+                }
+            }
+        }
+        total
+    }
+
+    /// Whether `column` depends on `at`.
+    fn is_linear(&self) -> bool {
+        true
+    }
+
+    /// Why this recording cannot show the effect, if a needed channel is missing.
+    fn missing(&self, _scene: &Scene) -> Option<&'static str> {
+        None
+    }
+}
+
+/// Every effect the search considers, in the order of the contract's table.
+pub const CATALOGUE: &[&dyn Hypothesis] = &[
+    &gyro_bias::GyroBias,
+    &gyro_bias_temperature::GyroBiasTemperature,
+    &gyro_bias_temperature_rate::GyroBiasTemperatureRate,
+    &gyro_bias_magnetic::GyroBiasMagnetic,
+    &gyro_g_bias::GyroGBias,
+    &gyro_g2_bias::GyroG2Bias,
+    &gyro_scale::GyroScale,
+    &gyro_scale_asymmetry::GyroScaleAsymmetry,
+    &gyro_scale_quadratic::GyroScaleQuadratic,
+    &gyro_scale_cubic::GyroScaleCubic,
+    &installation::Installation,
+    &installation_temperature::InstallationTemperature,
+    &axis_flexure::AxisFlexure,
+    &axis_flexure_cubic::AxisFlexureCubic,
+    &axis_tilt_by_force::AxisTiltByForce,
+    &elastic_rate_by_force::ElasticRateByForce,
+    &elastic_rate_by_jerk::ElasticRateByJerk,
+    &gyro_delay::GyroDelay,
+    &dither_gain::DitherGain,
+    &dither_delay::DitherDelay,
+    &dither_cubic::DitherCubic,
+    &dither_crosstalk::DitherCrosstalk,
+    &reference_misalignment::ReferenceMisalignment,
+    &reference_delay::ReferenceDelay,
+    &reference_scale::ReferenceScale,
+    &earth_rate::EarthRate,
+];
+
+/// The entry of a kind, with its place in [`CATALOGUE`].
+pub fn find(kind: &str) -> Option<(usize, &'static dyn Hypothesis)> {
+    CATALOGUE
+        .iter()
+        .position(|entry| entry.card().kind == kind)
+        .map(|index| (index, CATALOGUE[index]))
+}
+
+/// Kinds of the contract that this version does not test, with the reason printed in `not_excluded`.
+pub const NOT_TESTED: &[&str] = &[
+    "axis_flexure_mode",
+    "isolator_mode",
+    "reference_harmonic",
+    "lock_in",
+    "pulse_quantisation",
+    "saturation",
+    "accel_bias",
+    "accel_scale",
+    "accel_misalignment",
+    "accel_quadratic",
+    "accel_delay",
+    "size_effect",
+];

@@ -1,0 +1,69 @@
+//! Which combinations of an effect's parameters the data fix (diagnosis road, step 8).
+//!
+//! Enters: an effect's values and covariance. Leaves: combinations with value and spread, never six numbers
+//! where three are known. For pairs (gyro, axis) the physical combinations are the sum and the difference of
+//! a gyro's two coefficients: a stationary oscillation shows only the sums (physics §3).
+
+use std::collections::BTreeMap;
+
+use super::hypotheses::{Card, Shape};
+use super::result::Identifiable;
+use super::select::Chosen;
+
+/// Anti-correlation of a gyro's two coefficients beyond which they are known only together.
+const TOGETHER: f64 = -0.5;
+
+/// A combination counts as fixed when its spread is below this share of the effect's typical size, or of
+/// its own value.
+const FIXED_SHARE: f64 = 0.25;
+
+/// The fixed combinations.
+pub fn identifiable(card: &Card, chosen: &Chosen) -> Vec<Identifiable> {
+    let covariance = |a: usize, b: usize| chosen.covariance[(a, b)];
+    let mut combinations: Vec<Vec<(usize, f64)>> = Vec::new();
+    match card.shape {
+        Shape::Six => {
+            for gyro in 0..3 {
+                let (a, b) = (2 * gyro, 2 * gyro + 1);
+                let correlation = covariance(a, b) / (covariance(a, a) * covariance(b, b)).sqrt();
+                if correlation < TOGETHER {
+                    combinations.push(vec![(a, 1.0), (b, 1.0)]);
+                    combinations.push(vec![(a, 1.0), (b, -1.0)]);
+                } else if correlation > -TOGETHER {
+                    combinations.push(vec![(a, 1.0), (b, -1.0)]);
+                    combinations.push(vec![(a, 1.0), (b, 1.0)]);
+                } else {
+                    combinations.push(vec![(a, 1.0)]);
+                    combinations.push(vec![(b, 1.0)]);
+                }
+            }
+        }
+        shape => combinations.extend((0..shape.count()).map(|parameter| vec![(parameter, 1.0)])),
+    }
+    combinations
+        .into_iter()
+        .filter_map(|combination| {
+            let value: f64 = combination
+                .iter()
+                .map(|(p, weight)| weight * chosen.values[*p])
+                .sum();
+            let variance: f64 = combination
+                .iter()
+                .flat_map(|(a, wa)| {
+                    combination
+                        .iter()
+                        .map(move |(b, wb)| wa * wb * covariance(*a, *b))
+                })
+                .sum();
+            let std = variance.max(0.0).sqrt();
+            (std < FIXED_SHARE * card.typical.max(value.abs())).then(|| Identifiable {
+                combination: combination
+                    .iter()
+                    .map(|(parameter, weight)| (card.shape.name(*parameter), *weight))
+                    .collect::<BTreeMap<_, _>>(),
+                value,
+                std,
+            })
+        })
+        .collect()
+}

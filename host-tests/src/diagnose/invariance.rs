@@ -1,0 +1,153 @@
+//! The same coefficients in every regime, or the name is vetoed (diagnosis road, step 7).
+//!
+//! Enters: the chosen effects' values and covariance, the noise, the regimes. Leaves: for each effect its
+//! amplitude λ in each regime (1 = as fitted on all of them) and the chance of such a scatter if the
+//! physics were right. A wrong name fits its own regime and fails in the next.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::declare::REGRESSOR_FIDELITY;
+use super::hypotheses::CATALOGUE;
+use super::portion::{Bins, Portion, inner};
+use super::scene::Scene;
+use super::select::Chosen;
+use super::split::{Regime, intersect};
+use super::streams::Triad;
+use super::workbench::{Parameters, Workbench};
+
+/// An effect with less than this matched-filter SNR in a regime says nothing about itself there.
+const LEAST_SNR: f64 = 3.0;
+
+/// Amplitudes may differ by what imperfect regressors and the covariance of the joint fit leave.
+const SYSTEMATIC: f64 = 10.0 * REGRESSOR_FIDELITY;
+
+/// The amplitude of one effect in one regime.
+#[derive(Debug, Clone)]
+pub struct Amplitude {
+    /// The regime's name.
+    pub regime: String,
+    /// λ.
+    pub value: f64,
+    /// Its standard deviation.
+    pub std: f64,
+}
+
+/// What the regimes say about one effect.
+#[derive(Debug, Clone)]
+pub struct Verdict {
+    /// One entry per regime that shows the effect.
+    pub amplitudes: Vec<Amplitude>,
+    /// Chance of the scatter under constant physics.
+    pub p_value: f64,
+}
+
+/// Tests every chosen effect. `values` are all fitted (parameter index, value).
+pub fn test(
+    bench: &Workbench,
+    parameters: &Parameters,
+    chosen: &[Chosen],
+    values: &[(usize, f64)],
+    regimes: &[Regime],
+) -> Vec<Verdict> {
+    let scene: &Scene = bench.scene();
+    // The full fit, effect by effect, in time.
+    let predictions: Vec<Triad> = chosen
+        .iter()
+        .map(|one| CATALOGUE[one.effect].prediction(scene, one.values.as_slice()))
+        .collect();
+    let mut left: Triad = bench.residual_rad().clone();
+    for prediction in &predictions {
+        for (left, part) in left.iter_mut().zip(prediction) {
+            left.iter_mut()
+                .zip(part)
+                .for_each(|(left, part)| *left -= part);
+        }
+    }
+    for (place, term) in bench.terms().iter().enumerate() {
+        let index = parameters.count() + place;
+        let size = values
+            .iter()
+            .find(|(known, _)| *known == index)
+            .map_or(0.0, |(_, size)| *size);
+        if let Ok(column) = term.column(scene) {
+            left[term.axis]
+                .iter_mut()
+                .zip(column)
+                .for_each(|(left, slope)| *left -= size * slope);
+        }
+    }
+    chosen
+        .iter()
+        .zip(&predictions)
+        .map(|(_, prediction)| {
+            let amplitudes: Vec<Amplitude> = regimes
+                .iter()
+                .filter_map(|regime| {
+                    let rows = intersect(std::slice::from_ref(&regime.rows), &bench.portion.ranges);
+                    let portion = Portion::new(rows, scene.streams.rate_hz)?;
+                    amplitude(bench, &portion, prediction, &left, regime)
+                })
+                .collect();
+            let scatter: f64 = amplitudes
+                .iter()
+                .map(|a| (a.value - 1.0).powi(2) / (a.std * a.std + SYSTEMATIC * SYSTEMATIC))
+                .sum();
+            let degrees = (amplitudes.len() as f64 - 1.0).max(1.0);
+            let p_value = if amplitudes.len() < 2 {
+                1.0
+            } else {
+                ChiSquared::new(degrees).map_or(1.0, |law| law.sf(scatter))
+            };
+            Verdict {
+                amplitudes,
+                p_value,
+            }
+        })
+        .collect()
+}
+
+/// λ − 1 is what the prediction still finds in what is left, with joints and a free mean rate fitted away.
+fn amplitude(
+    bench: &Workbench,
+    portion: &Portion,
+    prediction: &Triad,
+    left: &Triad,
+    regime: &Regime,
+) -> Option<Amplitude> {
+    let joints = portion.joints();
+    let (mut own, mut found) = (0.0, 0.0);
+    for axis in 0..3 {
+        if prediction[axis].iter().all(|value| *value == 0.0) {
+            continue;
+        }
+        let weights = bench.noise[axis].weights(portion);
+        let effect = portion.transform(&prediction[axis]);
+        let rest = portion.transform(&left[axis]);
+        let project = |bins: &Bins| -> Vec<f64> {
+            joints
+                .iter()
+                .map(|joint| inner(joint, bins, &weights))
+                .collect()
+        };
+        let (of_effect, of_rest) = (project(&effect), project(&rest));
+        // Joints of one regime are far apart and nearly orthogonal: one by one is enough here.
+        let norms: Vec<f64> = joints
+            .iter()
+            .map(|joint| inner(joint, joint, &weights))
+            .collect();
+        let minus = |a: &[f64], b: &[f64]| -> f64 {
+            a.iter()
+                .zip(b)
+                .zip(&norms)
+                .map(|((a, b), norm)| a * b / norm)
+                .sum()
+        };
+        own += inner(&effect, &effect, &weights) - minus(&of_effect, &of_effect);
+        found += inner(&effect, &rest, &weights) - minus(&of_effect, &of_rest);
+    }
+    (own > LEAST_SNR * LEAST_SNR).then(|| Amplitude {
+        regime: regime.name.clone(),
+        value: 1.0 + found / own,
+        std: own.sqrt().recip(),
+    })
+}

@@ -1,0 +1,227 @@
+//! Where the residual is not noise: time × band × channel tiles.
+//!
+//! Enters: a residual \[rad per row\], the noise of each gyro, the regimes and the rows to look at. Leaves:
+//! [`Tile`]s with their chance under the noise model, and [`Location`]s, the significant ones joined.
+//!
+//! Each tile is Hann-windowed, so that strong lines stay in their band; its power over S, summed over a
+//! band, is a gamma variable whose degrees count the window's correlation between bins. The lowest band is
+//! tested as a mean rate too, which is what a drift is. The threshold counts every tile.
+
+use realfft::RealFftPlanner;
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use super::declare::{BAND_EDGES_HZ, TILE_S, TILE_SIGNIFICANCE};
+use super::noise::Noise;
+use super::split::{Regime, intersect, usable_runs};
+use super::streams::{Streams, Triad};
+
+/// Variance of a sum of Hann-windowed bins over that of independent ones: 1 + 2 (2/3)² + 2 (1/6)².
+const HANN_CORRELATION: f64 = 1.0 + 2.0 * (4.0 / 9.0) + 2.0 / 36.0;
+
+/// One time × band × channel tile.
+#[derive(Debug, Clone)]
+pub struct Tile {
+    /// Gyro.
+    pub axis: usize,
+    /// Rows of the recording.
+    pub rows: Range<usize>,
+    /// Band \[Hz\].
+    pub band_hz: (f64, f64),
+    /// Power over what the noise predicts (1 = noise).
+    pub power: f64,
+    /// Mean rate \[rad/s\], for the lowest band.
+    pub mean_rad_s: f64,
+    /// Its standard deviation under the noise \[rad/s\].
+    pub mean_std_rad_s: f64,
+    /// Root mean square of the excess rate in the band \[rad/s\].
+    pub excess_rad_s: f64,
+    /// Chance under the noise, this tile alone.
+    pub chance: f64,
+}
+
+/// Joined significant tiles.
+#[derive(Debug, Clone)]
+pub struct Location {
+    /// Gyro.
+    pub axis: usize,
+    /// Rows of the recording.
+    pub rows: Range<usize>,
+    /// Band \[Hz\].
+    pub band_hz: (f64, f64),
+    /// Largest mean rate or excess rate \[rad/s\].
+    pub size_rad_s: f64,
+    /// Smallest chance among its tiles, trials counted.
+    pub p_value: f64,
+    /// How it goes with the motion, where something is known.
+    pub regime: String,
+}
+
+/// Tests all tiles of the rows in `looked_at`.
+pub fn tiles(
+    streams: &Streams,
+    residual_rad: &Triad,
+    noise: &[Noise; 3],
+    regimes: &[Regime],
+    looked_at: &[Range<usize>],
+) -> Vec<Tile> {
+    let mut planner = RealFftPlanner::<f64>::new();
+    let mut tiles = Vec::new();
+    for regime in regimes {
+        for stretch in intersect(std::slice::from_ref(&regime.rows), looked_at) {
+            for stretch in usable_runs(&streams.usable, stretch) {
+                let seconds = stretch.len() as f64 / streams.rate_hz;
+                let count = (seconds / TILE_S).ceil().max(1.0) as usize;
+                for piece in 0..count {
+                    let rows = stretch.start + stretch.len() * piece / count
+                        ..stretch.start + stretch.len() * (piece + 1) / count;
+                    if rows.len() >= 64 {
+                        for axis in 0..3 {
+                            tiles.extend(test(
+                                &mut planner,
+                                streams.rate_hz,
+                                axis,
+                                rows.clone(),
+                                &residual_rad[axis][rows.clone()],
+                                &noise[axis],
+                            ));
+                        }
+                    }
+                }
+            }
+        }
+    }
+    tiles
+}
+
+fn test(
+    planner: &mut RealFftPlanner<f64>,
+    rate_hz: f64,
+    axis: usize,
+    rows: Range<usize>,
+    values: &[f64],
+    noise: &Noise,
+) -> Vec<Tile> {
+    let count = values.len() & !1;
+    let seconds = count as f64 / rate_hz;
+    let forward = planner.plan_fft_forward(count);
+    let window: Vec<f64> = (0..count)
+        .map(|k| 0.5 - 0.5 * (TAU * (k as f64 + 0.5) / count as f64).cos())
+        .collect();
+    let norm: f64 = window.iter().map(|w| w * w).sum();
+    let mut input: Vec<f64> = values[..count]
+        .iter()
+        .zip(&window)
+        .map(|(v, w)| v * w)
+        .collect();
+    let mut bins = forward.make_output_vec();
+    forward
+        .process(&mut input, &mut bins)
+        .expect("lengths come from the plan");
+    let mean_rad_s = values.iter().sum::<f64>() / values.len() as f64 * rate_hz;
+    let mean_std_rad_s = noise.mean_rate_std_rad_s(seconds);
+    let floor_hz = 0.5 / seconds;
+    BAND_EDGES_HZ
+        .windows(2)
+        .filter_map(|edges| {
+            let (low_hz, high_hz) = (edges[0], edges[1].min(rate_hz / 2.0));
+            let first = (low_hz * seconds).ceil() as usize;
+            let last = ((high_hz * seconds).ceil() as usize).min(count / 2);
+            if first >= last {
+                return None;
+            }
+            let (mut ratio, mut excess) = (0.0, 0.0);
+            for (bin, value) in bins.iter().enumerate().take(last).skip(first) {
+                let level = noise.at(bin as f64 / seconds, floor_hz);
+                let power = value.norm_sqr() / norm;
+                ratio += power / level;
+                excess += 2.0 * (power - level) / count as f64;
+            }
+            let number = (last - first) as f64;
+            let degrees = 2.0 * number / if number > 1.0 { HANN_CORRELATION } else { 1.0 };
+            let power = ratio / number;
+            let mut chance = ChiSquared::new(degrees).map_or(1.0, |law| law.sf(power * degrees));
+            if first == 0 {
+                let z = mean_rad_s / mean_std_rad_s;
+                let both_sides = 2.0 * Normal::standard().sf(z.abs());
+                // Two tests of one tile.
+                chance = (2.0 * chance.min(both_sides)).min(1.0);
+            }
+            Some(Tile {
+                axis,
+                rows: rows.clone(),
+                band_hz: (low_hz, high_hz),
+                power,
+                mean_rad_s,
+                mean_std_rad_s,
+                excess_rad_s: excess.max(0.0).sqrt() * rate_hz,
+                chance,
+            })
+        })
+        .collect()
+}
+
+/// Joins the significant tiles that touch in time on the same channel and band. A location that reaches
+/// the end of what was looked at in a regime is taken to last as long as the regime.
+pub fn join(tiles: &[Tile], regimes: &[Regime], looked_at: &[Range<usize>]) -> Vec<Location> {
+    let trials = tiles.len().max(1) as f64;
+    let mut found: Vec<&Tile> = tiles
+        .iter()
+        .filter(|tile| is_significant(tile, tiles.len()))
+        .collect();
+    found.sort_by(|a, b| {
+        (a.axis, a.rows.start)
+            .cmp(&(b.axis, b.rows.start))
+            .then(a.band_hz.0.total_cmp(&b.band_hz.0))
+    });
+    let mut locations: Vec<Location> = Vec::new();
+    for tile in found {
+        let size = if tile.band_hz.0 == 0.0 {
+            tile.mean_rad_s.abs().max(tile.excess_rad_s)
+        } else {
+            tile.excess_rad_s
+        };
+        let p_value = (tile.chance * trials).min(1.0);
+        let end = regimes
+            .iter()
+            .find(|regime| regime.rows.contains(&tile.rows.start))
+            .filter(|regime| {
+                let beyond = intersect(
+                    std::slice::from_ref(&(tile.rows.end..regime.rows.end)),
+                    looked_at,
+                );
+                beyond.is_empty()
+            })
+            .map_or(tile.rows.end, |regime| regime.rows.end);
+        let near = |location: &&mut Location| {
+            location.axis == tile.axis
+                && tile.rows.start <= location.rows.end
+                && tile.band_hz.0 <= location.band_hz.1
+                && tile.band_hz.1 >= location.band_hz.0
+        };
+        match locations.iter_mut().find(near) {
+            Some(location) => {
+                location.rows.end = location.rows.end.max(end);
+                location.band_hz.0 = location.band_hz.0.min(tile.band_hz.0);
+                location.band_hz.1 = location.band_hz.1.max(tile.band_hz.1);
+                location.size_rad_s = location.size_rad_s.max(size);
+                location.p_value = location.p_value.min(p_value);
+            }
+            None => locations.push(Location {
+                axis: tile.axis,
+                rows: tile.rows.start..end,
+                band_hz: tile.band_hz,
+                size_rad_s: size,
+                p_value,
+                regime: String::new(),
+            }),
+        }
+    }
+    locations
+}
+
+/// Whether a tile among `count` cannot be chance.
+pub fn is_significant(tile: &Tile, count: usize) -> bool {
+    tile.chance * (count.max(1) as f64) < TILE_SIGNIFICANCE
+}

@@ -1,0 +1,323 @@
+//! The mismatch tool. The road, in order; each stage is a file that can be read and tested alone:
+//!
+//! declare → streams → scene (motion, signals) → residual → split → portion → noise → locate →
+//! hypotheses → workbench → select, hunt (events, products, invariance) → identify → validate → explain
+//!
+//! Enters: a recording and the model that predicts it. Leaves: [`Outcome`]. Nothing here reads truth files or
+//! imports the simulator.
+
+pub mod declare;
+
+pub mod streams;
+
+pub mod motion;
+
+pub mod scene;
+
+pub mod signals;
+
+pub mod residual;
+
+pub mod split;
+
+pub mod portion;
+
+pub mod noise;
+
+pub mod locate;
+
+pub mod information;
+
+pub mod hypotheses;
+
+pub mod empirical;
+
+pub mod workbench;
+
+pub mod select;
+
+pub mod events;
+
+pub mod products;
+
+pub mod invariance;
+
+pub mod hunt;
+
+pub mod excess;
+
+pub mod identify;
+
+pub mod validate;
+
+pub mod result;
+
+pub mod explain;
+
+pub mod pictures;
+
+use std::path::Path;
+
+use crate::error::InputError;
+use crate::model::{EffectValue, Model};
+use crate::recording::Recording;
+
+use empirical::{Form, Term};
+use hypotheses::CATALOGUE;
+use noise::{Declared, Noise};
+use portion::Portion;
+use products::Products;
+use scene::Scene;
+use streams::Streams;
+use workbench::{Parameters, Workbench};
+
+/// Everything a diagnosis leaves behind.
+pub struct Outcome {
+    /// `diagnosis.json`.
+    pub diagnosis: result::Diagnosis,
+    /// The model with the found effects switched on.
+    pub model: Model,
+    /// What the report draws; absent where the recording was too short to say anything.
+    pub pictures: Option<pictures::Pictures>,
+}
+
+/// Least seconds of usable rows to fit on: below this not even the noise is known.
+const LEAST_FITTED_S: f64 = 2.0;
+
+/// Diagnoses `recording` against `model`, read from `model_file`.
+pub fn diagnose(
+    recording: &Recording,
+    model: &Model,
+    model_file: &Path,
+    seed: u64,
+    progress: &dyn Fn(&str),
+) -> Result<Outcome, InputError> {
+    progress("aligning the channels");
+    let streams = Streams::align(recording, model)?;
+    let rate_hz = streams.rate_hz;
+    let declared = declared_noise(model, rate_hz);
+    let split = split::split(&streams, &recording.segments);
+    let reference_noise = model
+        .reference
+        .as_ref()
+        .map(|reference| reference.angle_noise_rad);
+    let Some(portion) = Portion::new(split.fitted.clone(), rate_hz)
+        .filter(|portion| portion.seconds() >= LEAST_FITTED_S)
+    else {
+        return Ok(Outcome {
+            diagnosis: explain::unusable(
+                recording,
+                seed,
+                "fewer than two seconds of rows with all channels measured",
+            ),
+            model: model.clone(),
+            pictures: None,
+        });
+    };
+    progress("deriving the motion");
+    let scene = Scene::new(streams, reference_noise, model.gyro.scale_error);
+    let before_rad = residual::residual_rad(&scene, model, model_file)?;
+
+    progress("forming the regressors");
+    let parameters = Parameters::of_catalogue();
+    let candidates: Vec<usize> = (0..CATALOGUE.len())
+        .filter(|&effect| CATALOGUE[effect].missing(&scene).is_none())
+        .collect();
+    let nothing: Vec<Vec<f64>> = CATALOGUE
+        .iter()
+        .map(|entry| vec![0.0; entry.card().shape.count()])
+        .collect();
+    let unit_noise = Noise {
+        theta: [1.0, 0.0, 0.0, 0.0],
+        rate_hz,
+    };
+    let mut bench = Workbench::new(
+        &scene,
+        &before_rad,
+        &parameters,
+        portion,
+        [unit_noise; 3],
+        &candidates,
+        &nothing,
+    );
+    progress("fitting the noise");
+    bench.refit_noise(&candidates, &declared, true);
+
+    let products = Products::new(&scene);
+    let mut catch = hunt::hunt(
+        &mut bench,
+        &parameters,
+        &candidates,
+        &declared,
+        &split.regimes,
+        &products,
+        progress,
+    )
+    .map_err(|problem| InputError::new(model_file, problem))?;
+
+    // What no physics explains is still modelled, as a labelled constant over its stretch of time.
+    progress("locating");
+    let noise = bench.noise;
+    let after = |catch: &hunt::Catch| after_rad(&scene, &before_rad, catch);
+    let mut after_rad = after(&catch);
+    let tiles_left = |after_rad: &streams::Triad| {
+        locate::tiles(
+            &scene.streams,
+            after_rad,
+            &noise,
+            &split.regimes,
+            &split.fitted,
+        )
+    };
+    let before_tiles = locate::tiles(
+        &scene.streams,
+        &before_rad,
+        &noise,
+        &split.regimes,
+        &split.fitted,
+    );
+    let mut locations = locate::join(&before_tiles, &split.regimes, &split.fitted);
+    explain::name_regimes(&mut locations, &catch, &products);
+    let mut left = locate::join(&tiles_left(&after_rad), &split.regimes, &split.fitted);
+    let stretches: Vec<Term> = left
+        .iter()
+        .filter(|location| location.band_hz.0 == 0.0)
+        .map(|location| {
+            let end_s = |row: usize| scene.streams.start_s + row as f64 / rate_hz;
+            let expression = format!(
+                "window({:.3},{:.3})",
+                end_s(location.rows.start),
+                end_s(location.rows.end)
+            );
+            Term {
+                axis: location.axis,
+                form: Form::Product { expression },
+            }
+        })
+        .collect();
+    if !stretches.is_empty() {
+        for term in stretches {
+            bench
+                .add_term(term)
+                .map_err(|problem| InputError::new(model_file, problem))?;
+        }
+        hunt::refit(&bench, &parameters, &mut catch);
+        after_rad = after(&catch);
+        left = locate::join(&tiles_left(&after_rad), &split.regimes, &split.fitted);
+    }
+
+    progress("validating on what was held out");
+    let validations = validate::validate(
+        &before_rad,
+        &after_rad,
+        &noise,
+        &split.held_out,
+        &locations,
+        rate_hz,
+    );
+    let excess = excess::excess(&noise, &declared, bench.portion.seconds());
+    let everything = vec![std::ops::Range {
+        start: 0,
+        end: scene.streams.rows,
+    }];
+    let tiles_after = locate::tiles(
+        &scene.streams,
+        &after_rad,
+        &noise,
+        &split.regimes,
+        &everything,
+    );
+    let tiles_before = locate::tiles(
+        &scene.streams,
+        &before_rad,
+        &noise,
+        &split.regimes,
+        &everything,
+    );
+    let pictures = pictures::draw(
+        &scene.streams,
+        &before_rad,
+        &after_rad,
+        &noise,
+        (tiles_before, tiles_after),
+        &split.held_out,
+    );
+    let findings = explain::Findings {
+        recording,
+        seed,
+        scene: &scene,
+        split: &split,
+        noise: &noise,
+        catch: &catch,
+        excess: &excess,
+        locations: &locations,
+        left: &left,
+        validations: &validations,
+        candidates: &candidates,
+    };
+    Ok(Outcome {
+        diagnosis: findings.diagnosis(),
+        model: findings.explained_model(model),
+        pictures: Some(pictures),
+    })
+}
+
+/// The residual with everything found taken out.
+fn after_rad(scene: &Scene, before_rad: &streams::Triad, catch: &hunt::Catch) -> streams::Triad {
+    let mut left = before_rad.clone();
+    let mut subtract = |axis: usize, values: &[f64], size: f64| {
+        left[axis]
+            .iter_mut()
+            .zip(values)
+            .for_each(|(left, value)| *left -= size * value);
+    };
+    for one in &catch.choice.chosen {
+        let prediction = CATALOGUE[one.effect].prediction(scene, one.values.as_slice());
+        for (axis, values) in prediction.iter().enumerate() {
+            subtract(axis, values, 1.0);
+        }
+    }
+    for found in &catch.terms {
+        if let Ok(column) = found.term.column(scene) {
+            subtract(found.term.axis, &column, found.size);
+        }
+    }
+    left
+}
+
+/// Noise that the model declares, as θ: pulses, pickoff and reference make white angle noise, gyro and
+/// reference walk at random. Excess found earlier stands in the model as effects.
+fn declared_noise(model: &Model, rate_hz: f64) -> [Declared; 3] {
+    let effect = |kind: &str, axis: usize| -> f64 {
+        model
+            .effects
+            .iter()
+            .filter(|effect| effect.kind == kind)
+            .filter_map(|effect| match effect.parameters.get(streams::AXES[axis]) {
+                Some(EffectValue::Number(value)) => Some(value * value),
+                _ => None,
+            })
+            .sum()
+    };
+    [0, 1, 2].map(|axis| {
+        let (reference_angle, reference_walk) =
+            model.reference.as_ref().map_or((0.0, 0.0), |reference| {
+                (
+                    reference.angle_noise_rad.powi(2),
+                    reference.angle_random_walk_rad_sqrt_s.powi(2),
+                )
+            });
+        let pickoff = model.dither.as_ref().map_or(0.0, |dither| {
+            (dither.pickoff_gain[axis] * dither.pickoff_noise_rad[axis]).powi(2)
+        });
+        let pulses = model.gyro.pulse_weight_rad[axis].powi(2) / 12.0;
+        Declared {
+            random_walk: model.gyro.angle_random_walk_rad_sqrt_s.map(|walk| {
+                (walk[axis].powi(2) + reference_walk + effect("angle_random_walk", axis)) / rate_hz
+            }),
+            white_angle: Some(
+                pulses + pickoff + reference_angle + effect("pulse_quantisation", axis) / 12.0,
+            ),
+        }
+    })
+}

@@ -1,0 +1,144 @@
+//! A part of the recording made of several stretches of time, as one series in the frequency domain.
+//!
+//! Enters: row ranges and values by row. Leaves: one-sided bins scaled so that the sum of conj(a)·b over
+//! bins is the sum of a·b over rows; white noise of variance v has mean square v times the bin's degrees.
+//!
+//! The stretches stand end to end. Random walk of angle does not notice a joint; white noise of angle
+//! does, because an increment shares its noise with its neighbour. One free jump of angle per joint (and
+//! one for the seam of the circle) makes the noise exactly circular again, at the price of about 20 ms of
+//! data each: that is what [`Portion::joints`] is for.
+
+use realfft::num_complex::Complex64;
+use realfft::{RealFftPlanner, RealToComplex};
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::motion::smooth_length;
+
+/// Bins of one series.
+pub type Bins = Vec<Complex64>;
+
+/// Stretches of the recording.
+pub struct Portion {
+    /// The stretches, in order, without overlap.
+    pub ranges: Vec<Range<usize>>,
+    length: usize,
+    rate_hz: f64,
+    forward: Arc<dyn RealToComplex<f64>>,
+}
+
+impl Portion {
+    /// Joins `ranges`; the last is shortened by less than a hundredth so that the transform is quick.
+    /// `None` where nothing would be left.
+    pub fn new(mut ranges: Vec<Range<usize>>, rate_hz: f64) -> Option<Self> {
+        ranges.retain(|range| !range.is_empty());
+        let total: usize = ranges.iter().map(ExactSizeIterator::len).sum();
+        if total < 64 {
+            return None;
+        }
+        let length = (0..total)
+            .map(|less| total - less)
+            .find(|&length| length % 2 == 0 && smooth_length(length) == length)?;
+        let mut excess = total - length;
+        while excess > 0 {
+            let last = ranges.last_mut()?;
+            let cut = excess.min(last.len());
+            last.end -= cut;
+            excess -= cut;
+            if last.start == last.end {
+                ranges.pop();
+            }
+        }
+        let forward = RealFftPlanner::new().plan_fft_forward(length);
+        Some(Self {
+            ranges,
+            length,
+            rate_hz,
+            forward,
+        })
+    }
+
+    /// Rows in all stretches.
+    pub fn rows(&self) -> usize {
+        self.length
+    }
+
+    /// Seconds in all stretches.
+    pub fn seconds(&self) -> f64 {
+        self.length as f64 / self.rate_hz
+    }
+
+    /// Number of bins.
+    pub fn bins(&self) -> usize {
+        self.length / 2 + 1
+    }
+
+    /// Frequency of a bin \[Hz\].
+    pub fn frequency_hz(&self, bin: usize) -> f64 {
+        bin as f64 * self.rate_hz / self.length as f64
+    }
+
+    /// Values of the rows of this portion, end to end.
+    pub fn gather(&self, values: &[f64]) -> Vec<f64> {
+        let mut gathered = Vec::with_capacity(self.length);
+        for range in &self.ranges {
+            gathered.extend_from_slice(&values[range.clone()]);
+        }
+        gathered
+    }
+
+    /// The transform of `values` (by row of the recording).
+    pub fn transform(&self, values: &[f64]) -> Bins {
+        self.transform_gathered(self.gather(values))
+    }
+
+    fn transform_gathered(&self, mut gathered: Vec<f64>) -> Bins {
+        let mut bins = self.forward.make_output_vec();
+        self.forward
+            .process(&mut gathered, &mut bins)
+            .expect("lengths come from the plan");
+        let scale = 1.0 / (self.length as f64).sqrt();
+        let last = bins.len() - 1;
+        for (bin, value) in bins.iter_mut().enumerate() {
+            // Bins that stand for a pair count twice.
+            *value *= if bin == 0 || bin == last {
+                scale
+            } else {
+                scale * std::f64::consts::SQRT_2
+            };
+        }
+        bins
+    }
+
+    /// One unit jump of angle at the first row of each stretch.
+    pub fn joints(&self) -> Vec<Bins> {
+        let mut first = 0;
+        self.ranges
+            .iter()
+            .map(|range| {
+                let mut impulse = vec![0.0; self.length];
+                impulse[first] = 1.0;
+                first += range.len();
+                self.transform_gathered(impulse)
+            })
+            .collect()
+    }
+
+    /// Real degrees of freedom in a bin.
+    pub fn degrees(&self, bin: usize) -> f64 {
+        if bin == 0 || bin + 1 == self.bins() {
+            1.0
+        } else {
+            2.0
+        }
+    }
+}
+
+/// Σ Re(conj(a)·b) · weight over bins.
+pub fn inner(a: &[Complex64], b: &[Complex64], weight: &[f64]) -> f64 {
+    a.iter()
+        .zip(b)
+        .zip(weight)
+        .map(|((a, b), w)| (a.re * b.re + a.im * b.im) * w)
+        .sum()
+}

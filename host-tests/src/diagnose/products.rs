@@ -1,0 +1,208 @@
+//! The search for unlisted physics: products of measured channels.
+//!
+//! Enters: a bench and the parameters already chosen. Leaves: for every gyro and product, how much the
+//! product would still explain, with any chosen effect taken out if wished. One expression is one degree
+//! of freedom on one gyro; every expression tried counts as a trial.
+//!
+//! It serves three ends: to say how a located mismatch goes with the motion, to find physics outside the
+//! catalogue, and as the rival that a named effect must beat (a true term missing from the catalogue makes
+//! the nearest listed one look good).
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::information::stable_inverse;
+use super::portion::{Bins, inner};
+use super::scene::Scene;
+use super::signals::{Signal, vocabulary};
+use super::workbench::Workbench;
+
+/// All expressions that are tried, with their factors by index.
+pub struct Products {
+    factors: Vec<Signal>,
+    alone: Vec<Signal>,
+    /// Names, in order of trial.
+    pub names: Vec<String>,
+    pairs: Vec<(usize, Option<usize>)>,
+}
+
+/// What one product says on one gyro.
+#[derive(Clone)]
+struct Measured {
+    own: f64,
+    residual: f64,
+    known: Vec<f64>,
+}
+
+/// What all products say.
+pub struct Survey {
+    measured: Vec<[Option<Measured>; 3]>,
+    axes: [KnownAxis; 3],
+    trials: f64,
+}
+
+/// The joints and chosen columns on one gyro.
+struct KnownAxis {
+    indices: Vec<Option<usize>>,
+    gram: DMatrix<f64>,
+    residual: DVector<f64>,
+}
+
+/// The best product on a gyro.
+#[derive(Debug, Clone)]
+pub struct Best {
+    /// Which expression.
+    pub product: usize,
+    /// Likelihood ratio 2 Δ ln L it would add.
+    pub ratio: f64,
+    /// Its chance, all expressions and gyros counted.
+    pub p_value: f64,
+}
+
+impl Products {
+    /// Names every expression of the scene's vocabulary: each signal, and each product of two.
+    pub fn new(scene: &Scene) -> Self {
+        let (factors, alone) = vocabulary(scene);
+        let mut names = Vec::new();
+        let mut pairs = Vec::new();
+        for a in 0..factors.len() {
+            names.push(factors[a].name.clone());
+            pairs.push((a, None));
+            for b in a..factors.len() {
+                names.push(format!("{}*{}", factors[a].name, factors[b].name));
+                pairs.push((a, Some(b)));
+            }
+        }
+        for (index, signal) in alone.iter().enumerate() {
+            names.push(signal.name.clone());
+            pairs.push((factors.len() + index, None));
+        }
+        Self {
+            factors,
+            alone,
+            names,
+            pairs,
+        }
+    }
+
+    fn values(&self, product: usize, period_s: f64) -> Vec<f64> {
+        let (a, b) = self.pairs[product];
+        let first = self
+            .factors
+            .get(a)
+            .unwrap_or_else(|| &self.alone[a - self.factors.len()]);
+        match b {
+            None => first.values.iter().map(|value| value * period_s).collect(),
+            Some(b) => first
+                .values
+                .iter()
+                .zip(&self.factors[b].values)
+                .map(|(a, b)| a * b * period_s)
+                .collect(),
+        }
+    }
+
+    /// Measures every product against the residual and the chosen parameters.
+    pub fn survey(&self, bench: &Workbench, chosen: &[usize]) -> Survey {
+        let portion = &bench.portion;
+        let joints = bench.joints();
+        let residual = bench.residual();
+        let weights = [0, 1, 2].map(|axis| bench.noise[axis].weights(portion));
+        let known: [Vec<(Option<usize>, &Bins)>; 3] = [0, 1, 2].map(|axis| {
+            let chosen = bench
+                .columns_of(chosen, axis)
+                .into_iter()
+                .map(|(index, bins)| (Some(index), bins));
+            joints
+                .iter()
+                .map(|joint| (None, joint))
+                .chain(chosen)
+                .collect()
+        });
+        let axes = [0, 1, 2].map(|axis| KnownAxis {
+            indices: known[axis].iter().map(|(index, _)| *index).collect(),
+            gram: DMatrix::from_fn(known[axis].len(), known[axis].len(), |a, b| {
+                inner(known[axis][a].1, known[axis][b].1, &weights[axis])
+            }),
+            residual: DVector::from_fn(known[axis].len(), |a, _| {
+                inner(known[axis][a].1, &residual[axis], &weights[axis])
+            }),
+        });
+        let period_s = bench.scene().period_s();
+        let measured: Vec<[Option<Measured>; 3]> = (0..self.names.len())
+            .into_par_iter()
+            .map(|product| {
+                let bins = portion.transform(&self.values(product, period_s));
+                [0, 1, 2].map(|axis: usize| {
+                    let own = inner(&bins, &bins, &weights[axis]);
+                    (own > 0.0 && own.is_finite()).then(|| Measured {
+                        own,
+                        residual: inner(&bins, &residual[axis], &weights[axis]),
+                        known: known[axis]
+                            .iter()
+                            .map(|(_, other)| inner(&bins, other, &weights[axis]))
+                            .collect(),
+                    })
+                })
+            })
+            .collect();
+        let trials = 3.0 * self.names.len() as f64;
+        Survey {
+            measured,
+            axes,
+            trials,
+        }
+    }
+}
+
+impl Survey {
+    /// The best product on a gyro when the parameters in `without` are not fitted.
+    pub fn best(&self, axis: usize, without: &[usize]) -> Option<Best> {
+        let known = &self.axes[axis];
+        let kept: Vec<usize> = (0..known.indices.len())
+            .filter(|&place| known.indices[place].is_none_or(|index| !without.contains(&index)))
+            .collect();
+        // Scaled to unit diagonal, since jumps of angle and K differ by many decades.
+        let scale: Vec<f64> = kept
+            .iter()
+            .map(|&place| {
+                known.gram[(place, place)]
+                    .max(f64::MIN_POSITIVE)
+                    .sqrt()
+                    .recip()
+            })
+            .collect();
+        let gram = DMatrix::from_fn(kept.len(), kept.len(), |a, b| {
+            known.gram[(kept[a], kept[b])] * scale[a] * scale[b]
+        });
+        let inverse = stable_inverse(&gram);
+        let residual = DVector::from_fn(kept.len(), |a, _| known.residual[kept[a]] * scale[a]);
+        let fitted = &inverse * residual;
+        let mut best: Option<(usize, f64)> = None;
+        for (product, measured) in self.measured.iter().enumerate() {
+            let Some(measured) = &measured[axis] else {
+                continue;
+            };
+            let cross = DVector::from_fn(kept.len(), |a, _| measured.known[kept[a]] * scale[a]);
+            let free = measured.own - cross.dot(&(&inverse * &cross));
+            /// A product this much inside what is already fitted says nothing of its own.
+            const OWN_SHARE: f64 = 1e-4;
+            if free < OWN_SHARE * measured.own {
+                continue;
+            }
+            let ratio = (measured.residual - cross.dot(&fitted)).powi(2) / free;
+            if best.is_none_or(|(_, most)| ratio > most) {
+                best = Some((product, ratio));
+            }
+        }
+        best.map(|(product, ratio)| {
+            let chance = ChiSquared::new(1.0).map_or(1.0, |law| law.sf(ratio));
+            Best {
+                product,
+                ratio,
+                p_value: -(self.trials * (-chance).ln_1p()).exp_m1(),
+            }
+        })
+    }
+}

@@ -1,0 +1,108 @@
+//! What the gyros sensed less what the model predicts.
+//!
+//! Contract, "The model without effects predicts": sensed increment of gyro i =
+//! \[M⁻¹ (case increment) + b_i T/(1 − s_i)\]_i/(1 − s_i) + pickoff_gain_i · (pickoff difference), M the matrix
+//! of Eq. (7). Effects that the model already has are added through their own hypotheses.
+//!
+//! Enters: [`Scene`], [`Model`]. Leaves: residual increments \[rad\], `[gyro][row]`.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::empirical;
+use super::hypotheses::{self, Hypothesis};
+use super::scene::Scene;
+use super::streams::Triad;
+use crate::error::InputError;
+use crate::model::{EffectValue, Installation, Model, ModelEffect};
+
+/// The matrix of Eq. (7): body rates from the rates along the sensing axes.
+pub fn body_from_sensing(installation: &Installation) -> Matrix3<f64> {
+    let e = installation;
+    Matrix3::new(1.0, e.xz, e.xy, e.yz, 1.0, e.yx, e.zy, e.zx, 1.0)
+}
+
+/// The residual of a model.
+pub fn residual_rad(
+    scene: &Scene,
+    model: &Model,
+    file: &std::path::Path,
+) -> Result<Triad, InputError> {
+    let streams = &scene.streams;
+    let sensing_from_body = body_from_sensing(&model.gyro.installation_rad)
+        .try_inverse()
+        .ok_or_else(|| {
+            InputError::new(file, "the installation matrix has no inverse")
+                .channel("gyro.installation_rad")
+        })?;
+    let period_s = scene.period_s();
+    let mut residual: Triad = streams.sensed_rad.clone();
+    for (axis, values) in residual.iter_mut().enumerate() {
+        let one_less_scale = 1.0 - model.gyro.scale_error[axis];
+        let bias_rad = model.gyro.bias_rad_s[axis] * period_s / one_less_scale;
+        for (row, value) in values.iter_mut().enumerate() {
+            let case = Vector3::from_fn(|axis, _| streams.case_rad[axis][row]);
+            let along = sensing_from_body.row(axis).transpose().dot(&case);
+            *value -= (along + bias_rad) / one_less_scale;
+        }
+    }
+    if let Some(dither) = &model.dither {
+        for (axis, values) in residual.iter_mut().enumerate() {
+            if let Some(increments) = scene.dither_increment_rad(axis) {
+                let gain = dither.pickoff_gain[axis];
+                values
+                    .iter_mut()
+                    .zip(increments)
+                    .for_each(|(value, dither)| *value -= gain * dither);
+            }
+        }
+    }
+    for effect in &model.effects {
+        let part = prediction_of(scene, effect, file)?;
+        for (values, part) in residual.iter_mut().zip(part) {
+            values
+                .iter_mut()
+                .zip(part)
+                .for_each(|(value, part)| *value -= part);
+        }
+    }
+    Ok(residual)
+}
+
+/// What an effect of the model adds to the sensed increments \[rad\].
+fn prediction_of(
+    scene: &Scene,
+    effect: &ModelEffect,
+    file: &std::path::Path,
+) -> Result<Triad, InputError> {
+    if let Some(part) = empirical::prediction(scene, effect) {
+        return part.map_err(|problem| InputError::new(file, problem).channel(effect.kind.clone()));
+    }
+    let Some((_, hypothesis)) = hypotheses::find(&effect.kind) else {
+        return Err(
+            InputError::new(file, "this version cannot predict the effect")
+                .channel(effect.kind.clone())
+                .expected("an effect of the catalogue that `rlg diagnose` tests, or none"),
+        );
+    };
+    if let Some(missing) = hypothesis.missing(scene) {
+        return Err(InputError::new(
+            file,
+            format!("the effect needs what the recording lacks: {missing}"),
+        )
+        .channel(effect.kind.clone()));
+    }
+    Ok(hypothesis.prediction(scene, &values_of(hypothesis, effect)))
+}
+
+/// The effect's numbers in the catalogue's order; absent ones are zero.
+fn values_of(hypothesis: &dyn Hypothesis, effect: &ModelEffect) -> Vec<f64> {
+    let shape = hypothesis.card().shape;
+    (0..shape.count())
+        .map(
+            |parameter| match effect.parameters.get(&shape.name(parameter)) {
+                Some(EffectValue::Number(value)) => *value,
+                _ => 0.0,
+            },
+        )
+        .collect()
+}

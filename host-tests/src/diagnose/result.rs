@@ -1,0 +1,225 @@
+//! `diagnosis.json`: the project's contract, field by field, as serde types.
+//!
+//! SI units. Names and meanings are fixed by the contract; fields beyond it are additions.
+
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What the tool says in one word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The model explains the recording.
+    Matches,
+    /// With the found effects it does.
+    Explained,
+    /// Something is found and something is left.
+    PartlyExplained,
+    /// Something is left and nothing is found.
+    Unexplained,
+    /// The recording carries too little to say.
+    Unusable,
+}
+
+/// The whole file.
+#[derive(Debug, Clone, Serialize)]
+pub struct Diagnosis {
+    /// Format of this file.
+    pub format: u32,
+    /// Name of the recording.
+    pub recording: String,
+    /// Version of the tool.
+    pub version: String,
+    /// Seed (nothing random enters yet; kept for the contract).
+    pub seed: u64,
+    /// One word.
+    pub verdict: Verdict,
+    /// One sentence each, for people.
+    pub summary: Vec<String>,
+    /// Where the model and the recording differ.
+    pub locations: Vec<LocationEntry>,
+    /// What was left out.
+    pub effects: Vec<EffectEntry>,
+    /// Before and after, on rows not fitted.
+    pub fit: FitEntry,
+    /// Kinds that this recording could not have shown, with the reason.
+    pub not_excluded: Vec<String>,
+    /// The motion that would separate what is confused.
+    pub next_experiment: String,
+    /// Addition: the noise each gyro was judged with.
+    pub noise: Vec<NoiseEntry>,
+    /// Addition: hypotheses tried, expressions and instants included.
+    pub trials: usize,
+    /// Addition: kinds that were weighed and lost, ln evidence behind the winner.
+    pub runners_up: Vec<RunnerUp>,
+    /// Addition: each tested kind's matched-filter SNR in this recording if it had its typical size.
+    pub sensitivity: Vec<Sensitivity>,
+}
+
+/// One location.
+#[derive(Debug, Clone, Serialize)]
+pub struct LocationEntry {
+    /// `gyro_x`, ...
+    pub channel: String,
+    /// Begin \[s\].
+    pub start_s: f64,
+    /// End \[s\].
+    pub end_s: f64,
+    /// Band \[Hz\].
+    pub low_hz: f64,
+    /// Band \[Hz\].
+    pub high_hz: f64,
+    /// How it goes with the motion.
+    pub regime: String,
+    /// Size in `unit`.
+    pub size: f64,
+    /// rad/s.
+    pub unit: String,
+    /// Chance, trials counted.
+    pub p_value: f64,
+}
+
+/// One parameter.
+#[derive(Debug, Clone, Serialize)]
+#[serde(untagged)]
+pub enum ParameterEntry {
+    /// A number with its spread.
+    Number {
+        /// Contract's name.
+        name: String,
+        /// Value.
+        value: f64,
+        /// Standard deviation.
+        std: f64,
+        /// Unit.
+        unit: String,
+    },
+    /// `axis`, `expression`.
+    Text {
+        /// Contract's name.
+        name: String,
+        /// Text.
+        value: String,
+    },
+}
+
+/// A combination of parameters that the data fix.
+#[derive(Debug, Clone, Serialize)]
+pub struct Identifiable {
+    /// Parameter → weight.
+    pub combination: BTreeMap<String, f64>,
+    /// Its value.
+    pub value: f64,
+    /// Its standard deviation.
+    pub std: f64,
+}
+
+/// One effect.
+#[derive(Debug, Clone, Serialize)]
+pub struct EffectEntry {
+    /// Contract's kind.
+    pub kind: String,
+    /// Other kinds that the recording cannot tell from it.
+    pub indistinguishable_from: Vec<String>,
+    /// Its equation.
+    pub equation: String,
+    /// Parameters.
+    pub parameters: Vec<ParameterEntry>,
+    /// Covariance of the numeric parameters, in order.
+    pub covariance: Vec<Vec<f64>>,
+    /// What is fixed.
+    pub identifiable: Vec<Identifiable>,
+    /// ln evidence gained.
+    pub log_evidence_gain: f64,
+    /// Chance, trials counted.
+    pub p_value: f64,
+    /// For a navigation engineer.
+    pub what_was_left_out: String,
+    /// Expression of unlisted physics.
+    pub expression: Option<String>,
+    /// Addition: its amplitude in each regime (1 = as fitted on all).
+    pub regimes: Vec<RegimeEntry>,
+}
+
+/// Amplitude in a regime.
+#[derive(Debug, Clone, Serialize)]
+pub struct RegimeEntry {
+    /// Its name.
+    pub name: String,
+    /// λ.
+    pub amplitude: f64,
+    /// Its standard deviation.
+    pub std: f64,
+}
+
+/// Before and after.
+#[derive(Debug, Clone, Serialize)]
+pub struct FitEntry {
+    /// Fitted times \[s\].
+    pub fitted_on: Vec<[f64; 2]>,
+    /// Held-out times \[s\].
+    pub held_out: Vec<[f64; 2]>,
+    /// Gyros.
+    pub channels: Vec<ChannelEntry>,
+}
+
+/// One gyro before and after.
+#[derive(Debug, Clone, Serialize)]
+pub struct ChannelEntry {
+    /// `gyro_x`, ...
+    pub channel: String,
+    /// Addition: judged band \[Hz\].
+    pub band_hz: [f64; 2],
+    /// Without the effects.
+    pub held_out_before: FiguresEntry,
+    /// With them.
+    pub held_out_after: FiguresEntry,
+}
+
+/// Figures of one gyro.
+#[derive(Debug, Clone, Serialize)]
+pub struct FiguresEntry {
+    /// Mean rate \[rad/s\].
+    pub drift_rad_s: f64,
+    /// Addition: its standard deviation \[rad/s\].
+    pub drift_std_rad_s: f64,
+    /// Power over noise where located.
+    pub normalised_power: f64,
+    /// Power over noise everywhere held out.
+    pub normalised_power_all: f64,
+    /// Chance of being white.
+    pub white_p_value: f64,
+}
+
+/// Noise of one gyro.
+#[derive(Debug, Clone, Serialize)]
+pub struct NoiseEntry {
+    /// `gyro_x`, ...
+    pub channel: String,
+    /// \[rad/√s\].
+    pub angle_random_walk_rad_sqrt_s: f64,
+    /// \[rad\].
+    pub angle_noise_rad: f64,
+}
+
+/// A kind that lost.
+#[derive(Debug, Clone, Serialize)]
+pub struct RunnerUp {
+    /// Kind.
+    pub kind: String,
+    /// ln evidence behind.
+    pub behind: f64,
+}
+
+/// A kind's reach.
+#[derive(Debug, Clone, Serialize)]
+pub struct Sensitivity {
+    /// Kind.
+    pub kind: String,
+    /// Typical size.
+    pub typical: f64,
+    /// Unit.
+    pub unit: String,
+    /// Matched-filter SNR at that size.
+    pub snr: f64,
+}

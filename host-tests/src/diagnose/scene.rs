@@ -1,0 +1,215 @@
+//! What a hypothesis may look at: the aligned channels and the motion derived from them.
+//!
+//! Enters: [`Streams`]. Leaves: [`Scene`] with body rate ω \[rad/s\], angular acceleration α \[rad/s²\] at row
+//! middles, dither increments \[rad\], and spectra for further derivatives and delays.
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+use super::motion::{NoiseShape, Reading, Spectrum, last_clear_hz};
+use super::streams::{Streams, Triad};
+
+/// Temperature changes slower than this in a gyro block; faster ones are converter noise.
+const THERMAL_EDGE_HZ: f64 = 0.5;
+
+/// The recording and its motion.
+pub struct Scene {
+    /// The channels.
+    pub streams: Streams,
+    /// Where the motion's spectrum ends \[Hz\].
+    pub motion_edge_hz: f64,
+    /// Body rate ω at row middles \[rad/s\].
+    pub rate_rad_s: Triad,
+    /// Angular acceleration α at row middles \[rad/s²\].
+    pub acceleration_rad_s2: Triad,
+    /// Scale error of the model, for the 1/(1 − s_i) of the sensed increment.
+    pub scale_error: [f64; 3],
+    body_from_start: Vec<UnitQuaternion<f64>>,
+    case: [Spectrum; 3],
+    pickoff: Option<[Spectrum; 3]>,
+    force: Option<[Spectrum; 3]>,
+    temperature: Option<[Spectrum; 3]>,
+}
+
+impl Scene {
+    /// Derives the motion. `reference_angle_noise_rad` is the reference's white angle noise, if declared.
+    pub fn new(
+        streams: Streams,
+        reference_angle_noise_rad: Option<f64>,
+        scale_error: [f64; 3],
+    ) -> Self {
+        let rate_hz = streams.rate_hz;
+        let edge_hz = last_clear_hz(
+            &streams.case_rad,
+            rate_hz,
+            NoiseShape::Angle,
+            reference_angle_noise_rad.map(|noise| noise * noise),
+        );
+        let case = [0, 1, 2].map(|axis| Spectrum::new(&streams.case_rad[axis], rate_hz, edge_hz));
+        let read = |derivative| {
+            [0, 1, 2].map(|axis: usize| {
+                let mut values = case[axis].read(Reading {
+                    derivative,
+                    ahead_s: 0.0,
+                    undo_row_mean: true,
+                });
+                values.iter_mut().for_each(|value| *value *= rate_hz);
+                values
+            })
+        };
+        let spectra = |triad: &Option<Triad>, edge_hz: f64| {
+            triad
+                .as_ref()
+                .map(|triad| [0, 1, 2].map(|axis| Spectrum::new(&triad[axis], rate_hz, edge_hz)))
+        };
+        let whole_band_hz = rate_hz;
+        let force_edge_hz = streams.force_m_s2.as_ref().map_or(edge_hz, |force| {
+            last_clear_hz(force, rate_hz, NoiseShape::White, None)
+        });
+        Self {
+            motion_edge_hz: edge_hz,
+            rate_rad_s: read(0),
+            acceleration_rad_s2: read(1),
+            pickoff: spectra(&streams.pickoff_rad, whole_band_hz),
+            force: spectra(&streams.force_m_s2, force_edge_hz),
+            temperature: spectra(&streams.temperature_k, THERMAL_EDGE_HZ),
+            case,
+            scale_error,
+            body_from_start: integrate_attitude(&streams.case_rad),
+            streams,
+        }
+    }
+
+    /// One row's period \[s\].
+    pub fn period_s(&self) -> f64 {
+        1.0 / self.streams.rate_hz
+    }
+
+    /// d²ω/dt² at row middles \[rad/s³\].
+    pub fn jerk_rad_s3(&self, axis: usize) -> Vec<f64> {
+        let reading = Reading {
+            derivative: 2,
+            ahead_s: 0.0,
+            undo_row_mean: true,
+        };
+        let rate_hz = self.streams.rate_hz;
+        self.case[axis]
+            .read(reading)
+            .into_iter()
+            .map(|value| value * rate_hz)
+            .collect()
+    }
+
+    /// The case's increments `ahead_s` later than the row says, differentiated `derivative` times.
+    pub fn case_ahead_rad(&self, axis: usize, derivative: i32, ahead_s: f64) -> Vec<f64> {
+        self.case[axis].read(Reading {
+            derivative,
+            ahead_s,
+            undo_row_mean: false,
+        })
+    }
+
+    /// Increment of the block relative to its case over each row \[rad\], as the pickoff says.
+    pub fn dither_increment_rad(&self, axis: usize) -> Option<Vec<f64>> {
+        let pickoff = self.streams.pickoff_rad.as_ref()?;
+        Some(
+            pickoff[axis]
+                .windows(2)
+                .map(|pair| pair[1] - pair[0])
+                .collect(),
+        )
+    }
+
+    /// The same `ahead_s` later, of the pickoff's angle differentiated `derivative` times.
+    pub fn dither_ahead_rad(&self, axis: usize, derivative: i32, ahead_s: f64) -> Option<Vec<f64>> {
+        let spectrum = &self.pickoff.as_ref()?[axis];
+        let angle = spectrum.read(Reading {
+            derivative,
+            ahead_s,
+            undo_row_mean: false,
+        });
+        Some(angle.windows(2).map(|pair| pair[1] - pair[0]).collect())
+    }
+
+    /// Specific force at row middles \[m/s²\], in the band of the motion.
+    pub fn force_m_s2(&self, axis: usize, derivative: i32) -> Option<Vec<f64>> {
+        Some(self.force.as_ref()?[axis].read(Reading {
+            derivative,
+            ahead_s: 0.0,
+            undo_row_mean: false,
+        }))
+    }
+
+    /// Temperature since the start \[K\] (derivative 0) or its rate of change \[K/s\] (derivative 1).
+    pub fn temperature_change_k(&self, axis: usize, derivative: i32) -> Option<Vec<f64>> {
+        let reading = Reading {
+            derivative,
+            ahead_s: 0.0,
+            undo_row_mean: false,
+        };
+        let mut values = self.temperature.as_ref()?[axis].read(reading);
+        if derivative == 0 {
+            let start = values[0];
+            values.iter_mut().for_each(|value| *value -= start);
+        }
+        Some(values)
+    }
+
+    /// Component along body `axis` of a unit vector fixed in space that lay along body axis `at_start`.
+    pub fn space_vector_in_body(&self, at_start: usize, axis: usize) -> Vec<f64> {
+        self.body_from_start
+            .iter()
+            .map(|body_from_start| {
+                let rotation: Matrix3<f64> = *body_from_start.to_rotation_matrix().matrix();
+                rotation[(axis, at_start)]
+            })
+            .collect()
+    }
+
+    /// What a rate added to gyro `axis` \[rad/s\] adds to its sensed increment \[rad\]: × T/(1 − s_i).
+    pub fn sensed_from_rate(&self, axis: usize, rate_rad_s: impl Iterator<Item = f64>) -> Vec<f64> {
+        let factor = self.period_s() / (1.0 - self.scale_error[axis]);
+        rate_rad_s.map(|rate| rate * factor).collect()
+    }
+}
+
+/// Attitude at each row's end against the beginning, from the increments alone: good to what coning
+/// within a row would add (parts in 1e4 of the angle), plenty for carrying a vector along.
+fn integrate_attitude(case_rad: &Triad) -> Vec<UnitQuaternion<f64>> {
+    let mut start_from_body = UnitQuaternion::identity();
+    (0..case_rad[0].len())
+        .map(|row| {
+            let turn = Vector3::new(case_rad[0][row], case_rad[1][row], case_rad[2][row]);
+            start_from_body *= UnitQuaternion::from_scaled_axis(turn);
+            start_from_body.inverse()
+        })
+        .collect()
+}
+
+/// How a tilt of gyro `axis` about body axis `about` changes what it senses: (k, sign) for sign · δ · ω_k.
+/// The tilted axis is e_i + δ e_j × e_i (physics §1: x: +δ_xz ω_y − δ_xy ω_z, and cyclic).
+pub fn tilt_senses(axis: usize, about: usize) -> (usize, f64) {
+    debug_assert_ne!(
+        axis, about,
+        "a gyro does not notice a turn about its own axis"
+    );
+    let other = 3 - axis - about;
+    // e_j × e_i = sign · e_k, positive when (j, i, k) is cyclic.
+    let sign = if (about + 1) % 3 == axis { 1.0 } else { -1.0 };
+    (other, sign)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::tilt_senses;
+
+    #[test]
+    fn tilts_change_the_sensed_rate_with_the_signs_of_the_physics_page() {
+        let (x, y, z) = (0, 1, 2);
+        assert_eq!(tilt_senses(x, z), (y, 1.0));
+        assert_eq!(tilt_senses(x, y), (z, -1.0));
+        assert_eq!(tilt_senses(y, x), (z, 1.0));
+        assert_eq!(tilt_senses(y, z), (x, -1.0));
+        assert_eq!(tilt_senses(z, y), (x, 1.0));
+        assert_eq!(tilt_senses(z, x), (y, -1.0));
+    }
+}

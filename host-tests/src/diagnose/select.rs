@@ -1,0 +1,418 @@
+//! Which effects, if any.
+//!
+//! Enters: a [`Workbench`] on the fitted rows. Leaves: [`Choice`]: effects, their joint fit, the trials made
+//! and the rivals that cannot be told from each effect.
+//!
+//! Forwards by evidence, backwards by likelihood ratio, then exchanges, until nothing changes. "Nothing" is
+//! the candidate that every other must beat: an effect enters only if its likelihood ratio would come by
+//! chance in fewer than one in 1e4 recordings, counting every trial of the whole search.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::declare::{FAMILY_SIGNIFICANCE, FIT_PRIOR, REGRESSOR_FIDELITY, SEPARATION};
+use super::hypotheses::CATALOGUE;
+use super::information::{Information, Solution};
+use super::noise::Declared;
+use super::workbench::{Parameters, Workbench};
+
+/// Rounds of exchange; each must improve the evidence, so they end by themselves long before.
+const MOST_ROUNDS: usize = 12;
+
+/// Gauss–Newton steps after an effect enters; delays of a sample converge in three.
+const NEWTON_STEPS: usize = 4;
+
+/// An effect must be worth this much evidence, or it does not enter, however significant.
+const LEAST_EVIDENCE: f64 = 3.0;
+
+/// One chosen effect.
+#[derive(Clone)]
+pub struct Chosen {
+    /// Index into the catalogue.
+    pub effect: usize,
+    /// Its parameters.
+    pub values: DVector<f64>,
+    /// Their covariance.
+    pub covariance: DMatrix<f64>,
+    /// ln of the evidence gained by having it beside the others.
+    pub log_evidence_gain: f64,
+    /// Chance of such a likelihood ratio without it, trials counted.
+    pub p_value: f64,
+    /// Other kinds that would explain the same data as well in its place.
+    pub indistinguishable_from: Vec<usize>,
+}
+
+/// The outcome of the search.
+pub struct Choice {
+    /// The chosen effects, in the order of the catalogue.
+    pub chosen: Vec<Chosen>,
+    /// Hypotheses tried, all rounds counted.
+    pub trials: usize,
+    /// Effects this recording could have shown at their typical size, and how strongly (matched-filter SNR).
+    pub reach: Vec<(usize, f64)>,
+    /// Rivals that were weighed and lost: effect, ln evidence behind the winner.
+    pub runners_up: Vec<(usize, f64)>,
+}
+
+/// Searches. `candidates` are the effects whose columns are on the bench.
+pub fn select(
+    bench: &mut Workbench,
+    parameters: &Parameters,
+    candidates: &[usize],
+    declared: &[Declared; 3],
+) -> Choice {
+    let mut search = Search {
+        parameters,
+        candidates,
+        trials: 0,
+    };
+    let mut set: Vec<usize> = Vec::new();
+    bench.linearise_at_nothing();
+    let mut information = bench.information();
+    for round in 0..2 {
+        set = search.run(bench, &mut information, set);
+        // The first noise model was fitted under a generous library; now only what was selected.
+        if round == 0 {
+            bench.refit_noise(&set, declared, false);
+            information = bench.information();
+        }
+    }
+    let chosen = search.describe(&information, &set);
+    let reach = candidates
+        .iter()
+        .map(|&effect| {
+            let typical = CATALOGUE[effect].card().typical;
+            let power: f64 = parameters
+                .of(effect)
+                .map(|index| information.fisher[(index, index)])
+                .fold(0.0, f64::max);
+            (effect, typical * power.sqrt())
+        })
+        .collect();
+    let runners_up = search.runners_up(&information, &set);
+    Choice {
+        chosen,
+        trials: search.trials,
+        reach,
+        runners_up,
+    }
+}
+
+/// Width of the prior in a fit: the effect's typical size times [`FIT_PRIOR`]; for a term found in the data
+/// a thousand of its own standard errors, which leaves its value alone.
+pub fn prior_width(parameters: &Parameters, information: &Information, index: usize) -> f64 {
+    const LOOSE: f64 = 1e3;
+    match parameters.id(index) {
+        Some(id) => FIT_PRIOR * CATALOGUE[id.effect].card().typical,
+        None => {
+            LOOSE
+                / information.fisher[(index, index)]
+                    .max(f64::MIN_POSITIVE)
+                    .sqrt()
+        }
+    }
+}
+
+struct Search<'a> {
+    parameters: &'a Parameters,
+    candidates: &'a [usize],
+    trials: usize,
+}
+
+impl Search<'_> {
+    fn run(
+        &mut self,
+        bench: &mut Workbench,
+        information: &mut Information,
+        mut set: Vec<usize>,
+    ) -> Vec<usize> {
+        for _ in 0..MOST_ROUNDS {
+            let before = set.clone();
+            if let Some(effect) = self.best_addition(information, &set) {
+                set.push(effect);
+                set.sort_unstable();
+                self.settle(bench, information, &set);
+            }
+            while let Some(effect) = self.worst(information, &set) {
+                set.retain(|&kept| kept != effect);
+                self.forget(bench, information, effect);
+            }
+            while let Some((out, into)) = self.best_exchange(information, &set) {
+                set.retain(|&kept| kept != out);
+                self.forget(bench, information, out);
+                set.push(into);
+                set.sort_unstable();
+                self.settle(bench, information, &set);
+            }
+            if set == before {
+                break;
+            }
+        }
+        set
+    }
+
+    /// Puts a nonlinear effect that left the set back to being linearised at nothing.
+    fn forget(&self, bench: &mut Workbench, information: &mut Information, effect: usize) {
+        if !CATALOGUE[effect].is_linear() {
+            bench.relinearise(effect, &vec![0.0; CATALOGUE[effect].card().shape.count()]);
+            *information = bench.information();
+        }
+    }
+
+    /// Gauss–Newton on the effects that are not linear.
+    fn settle(&self, bench: &mut Workbench, information: &mut Information, set: &[usize]) {
+        let bent: Vec<usize> = set
+            .iter()
+            .copied()
+            .filter(|&effect| !CATALOGUE[effect].is_linear())
+            .collect();
+        if bent.is_empty() {
+            return;
+        }
+        for _ in 0..NEWTON_STEPS {
+            let indices = self.indices(information, set);
+            let solution = self.fit(information, set);
+            for &effect in &bent {
+                let largest = CATALOGUE[effect].card().largest;
+                let at: Vec<f64> = self
+                    .parameters
+                    .of(effect)
+                    .map(|index| {
+                        let place = indices
+                            .iter()
+                            .position(|&i| i == index)
+                            .expect("of the set");
+                        solution.values[place].clamp(-largest, largest)
+                    })
+                    .collect();
+                bench.relinearise(effect, &at);
+            }
+            *information = bench.information();
+        }
+    }
+
+    /// The parameters of a set, and the sizes of the terms found so far, which belong to every set.
+    fn indices(&self, information: &Information, set: &[usize]) -> Vec<usize> {
+        let mut indices = self.parameters.of_all(set);
+        indices.extend(self.parameters.count()..information.right.len());
+        indices
+    }
+
+    fn fit(&self, information: &Information, set: &[usize]) -> Solution {
+        information.solve(&self.indices(information, set), &|index| {
+            prior_width(self.parameters, information, index)
+        })
+    }
+
+    /// ln evidence of a set, each prior as wide as the effect's typical size or, if larger, its fitted one.
+    fn evidence(&self, information: &Information, set: &[usize]) -> f64 {
+        let indices = self.indices(information, set);
+        let solution = self.fit(information, set);
+        let width = |effect: usize| {
+            let values: Vec<f64> = self
+                .parameters
+                .of(effect)
+                .map(|index| {
+                    indices
+                        .iter()
+                        .position(|&i| i == index)
+                        .expect("of the set")
+                })
+                .map(|place| solution.values[place] * solution.values[place])
+                .collect();
+            let rms = (values.iter().sum::<f64>() / values.len() as f64).sqrt();
+            rms.max(CATALOGUE[effect].card().typical)
+        };
+        let widths: Vec<f64> = indices
+            .iter()
+            .map(|&index| match self.parameters.id(index) {
+                Some(id) => width(id.effect),
+                None => prior_width(self.parameters, information, index),
+            })
+            .collect();
+        let by_index = |index: usize| {
+            widths[indices
+                .iter()
+                .position(|&i| i == index)
+                .expect("of the set")]
+        };
+        information.solve(&indices, &by_index).log_evidence
+    }
+
+    /// Whether every fitted value is credible physics.
+    fn is_credible(&self, information: &Information, set: &[usize]) -> bool {
+        let indices = self.indices(information, set);
+        let solution = self.fit(information, set);
+        indices.iter().enumerate().all(|(place, &index)| {
+            let value = solution.values[place].abs();
+            let spread = solution.covariance[(place, place)].sqrt();
+            self.parameters
+                .id(index)
+                .is_none_or(|id| value - 3.0 * spread <= CATALOGUE[id.effect].card().largest)
+        })
+    }
+
+    /// Likelihood-ratio chance of `effect` beside `rest`, trials counted, and whether it clears what the
+    /// imperfection of the regressors could leave.
+    fn significance(
+        &self,
+        information: &Information,
+        rest: &[usize],
+        effect: usize,
+    ) -> (f64, bool) {
+        let mut all = rest.to_vec();
+        all.push(effect);
+        let (with, without) = (self.fit(information, &all), self.fit(information, rest));
+        let ratio = 2.0 * (with.log_likelihood_gain - without.log_likelihood_gain).max(0.0);
+        let degrees = (with.degrees - without.degrees).round().max(1.0);
+        let chance = ChiSquared::new(degrees).map_or(1.0, |law| law.sf(ratio));
+        let trials = self.candidates.len() as f64;
+        let p_value = -(trials * (-chance).ln_1p()).exp_m1();
+        let allowance = REGRESSOR_FIDELITY * (2.0 * without.log_likelihood_gain).max(0.0).sqrt();
+        (p_value, ratio > degrees + allowance * allowance)
+    }
+
+    fn best_addition(&mut self, information: &Information, set: &[usize]) -> Option<usize> {
+        let now = self.evidence(information, set);
+        let mut best: Option<(usize, f64)> = None;
+        for &effect in self
+            .candidates
+            .iter()
+            .filter(|effect| !set.contains(effect))
+        {
+            self.trials += 1;
+            let mut all = set.to_vec();
+            all.push(effect);
+            all.sort_unstable();
+            let gain = self.evidence(information, &all) - now;
+            if gain < LEAST_EVIDENCE || best.is_some_and(|(_, most)| gain <= most) {
+                continue;
+            }
+            let (p_value, clear) = self.significance(information, set, effect);
+            if p_value < FAMILY_SIGNIFICANCE && clear && self.is_credible(information, &all) {
+                best = Some((effect, gain));
+            }
+        }
+        best.map(|(effect, _)| effect)
+    }
+
+    fn worst(&self, information: &Information, set: &[usize]) -> Option<usize> {
+        let now = self.evidence(information, set);
+        set.iter()
+            .map(|&effect| {
+                let rest: Vec<usize> = set.iter().copied().filter(|&kept| kept != effect).collect();
+                let gain = now - self.evidence(information, &rest);
+                let (p_value, clear) = self.significance(information, &rest, effect);
+                (
+                    effect,
+                    gain,
+                    p_value < FAMILY_SIGNIFICANCE && clear && gain >= LEAST_EVIDENCE,
+                )
+            })
+            .filter(|(_, _, keep)| !keep)
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(effect, _, _)| effect)
+    }
+
+    /// An exchange of one chosen effect for one candidate that raises the evidence.
+    fn best_exchange(
+        &mut self,
+        information: &Information,
+        set: &[usize],
+    ) -> Option<(usize, usize)> {
+        /// Less is a tie; ties stay, so that the search ends.
+        const BETTER: f64 = 1.0;
+        let now = self.evidence(information, set);
+        let mut best: Option<(usize, usize, f64)> = None;
+        for &out in set {
+            for &into in self.candidates.iter().filter(|into| !set.contains(into)) {
+                self.trials += 1;
+                let mut all: Vec<usize> = set.iter().copied().filter(|&kept| kept != out).collect();
+                all.push(into);
+                all.sort_unstable();
+                let gain = self.evidence(information, &all) - now;
+                if gain > best.map_or(BETTER, |(_, _, most)| most)
+                    && self.is_credible(information, &all)
+                {
+                    best = Some((out, into, gain));
+                }
+            }
+        }
+        best.map(|(out, into, _)| (out, into))
+    }
+
+    fn describe(&self, information: &Information, set: &[usize]) -> Vec<Chosen> {
+        let indices = self.indices(information, set);
+        let joint = self.fit(information, set);
+        let now = self.evidence(information, set);
+        let places = |effect: usize| -> Vec<usize> {
+            self.parameters
+                .of(effect)
+                .map(|index| {
+                    indices
+                        .iter()
+                        .position(|&i| i == index)
+                        .expect("of the set")
+                })
+                .collect()
+        };
+        set.iter()
+            .map(|&effect| {
+                let rest: Vec<usize> = set.iter().copied().filter(|&kept| kept != effect).collect();
+                let places = places(effect);
+                let (p_value, _) = self.significance(information, &rest, effect);
+                Chosen {
+                    effect,
+                    values: DVector::from_fn(places.len(), |a, _| joint.values[places[a]]),
+                    covariance: DMatrix::from_fn(places.len(), places.len(), |a, b| {
+                        joint.covariance[(places[a], places[b])]
+                    }),
+                    log_evidence_gain: now - self.evidence(information, &rest),
+                    p_value,
+                    indistinguishable_from: self.rivals(information, set, effect),
+                }
+            })
+            .collect()
+    }
+
+    /// Kinds that would explain what `effect` explains, to within [`SEPARATION`].
+    fn rivals(&self, information: &Information, set: &[usize], effect: usize) -> Vec<usize> {
+        let full = self.fit(information, set).log_likelihood_gain;
+        let rest: Vec<usize> = set.iter().copied().filter(|&kept| kept != effect).collect();
+        self.candidates
+            .iter()
+            .copied()
+            .filter(|rival| !set.contains(rival))
+            .filter(|&rival| {
+                let mut all = rest.clone();
+                all.push(rival);
+                all.sort_unstable();
+                let lost = 2.0 * (full - self.fit(information, &all).log_likelihood_gain);
+                lost < SEPARATION * SEPARATION && self.is_credible(information, &all)
+            })
+            .collect()
+    }
+
+    fn runners_up(&self, information: &Information, set: &[usize]) -> Vec<(usize, f64)> {
+        let now = self.evidence(information, set);
+        let mut list: Vec<(usize, f64)> = self
+            .candidates
+            .iter()
+            .copied()
+            .filter(|rival| !set.contains(rival))
+            .filter_map(|rival| {
+                set.iter()
+                    .map(|&out| {
+                        let mut all: Vec<usize> =
+                            set.iter().copied().filter(|&kept| kept != out).collect();
+                        all.push(rival);
+                        now - self.evidence(information, &all)
+                    })
+                    .min_by(f64::total_cmp)
+                    .map(|behind| (rival, behind))
+            })
+            .collect();
+        list.sort_by(|a, b| a.1.total_cmp(&b.1));
+        list
+    }
+}

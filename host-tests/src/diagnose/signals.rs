@@ -1,0 +1,126 @@
+//! Measured channels by name, as factors of an expression.
+//!
+//! Enters: the scene. Leaves: one value a row. The names are those that `diagnosis.json` prints, so that an
+//! expression found in one recording can be evaluated in another: `omega_x` \[rad/s\], `abs_omega_x`,
+//! `alpha_x` \[rad/s²\], `force_x` \[m/s²\], `temperature_x` \[K since the start\], `temperature_rate_x` \[K/s\],
+//! `field_x` \[T\], `dither_rate_x` \[rad/s\], `dither_angle_x` \[rad\], `time` \[s since the start\],
+//! `window(a,b)` (1 between a and b s), and every channel of unknown quantity under its own name.
+
+use super::scene::Scene;
+use super::streams::AXES;
+
+/// A factor: how it is written and what it is worth in each row.
+pub struct Signal {
+    /// Its name.
+    pub name: String,
+    /// Its values.
+    pub values: Vec<f64>,
+}
+
+/// The value of a product such as `omega_x*force_z`, one a row.
+pub fn evaluate(scene: &Scene, expression: &str) -> Result<Vec<f64>, String> {
+    let mut product = vec![1.0; scene.streams.rows];
+    for factor in expression
+        .split('*')
+        .map(str::trim)
+        .filter(|factor| !factor.is_empty())
+    {
+        let values = signal(scene, factor).ok_or_else(|| {
+            format!("the factor `{factor}` of `{expression}` is not a channel of this recording")
+        })?;
+        product
+            .iter_mut()
+            .zip(values)
+            .for_each(|(product, value)| *product *= value);
+    }
+    Ok(product)
+}
+
+/// One factor by its name.
+pub fn signal(scene: &Scene, name: &str) -> Option<Vec<f64>> {
+    let streams = &scene.streams;
+    if name == "time" {
+        return Some(
+            (0..streams.rows)
+                .map(|row| (row as f64 + 0.5) / streams.rate_hz)
+                .collect(),
+        );
+    }
+    if let Some(limits) = name
+        .strip_prefix("window(")
+        .and_then(|rest| rest.strip_suffix(')'))
+    {
+        let (from, to) = limits.split_once(',')?;
+        let (from_s, to_s): (f64, f64) = (from.trim().parse().ok()?, to.trim().parse().ok()?);
+        let inside = |row: usize| {
+            let time_s = streams.middle_s(row);
+            f64::from(u8::from(from_s <= time_s && time_s < to_s))
+        };
+        return Some((0..streams.rows).map(inside).collect());
+    }
+    if let Some((_, values)) = streams.others.iter().find(|(other, _)| other == name) {
+        return Some(values.clone());
+    }
+    let (stem, axis) = name.rsplit_once('_')?;
+    let axis = AXES.iter().position(|known| *known == axis)?;
+    match stem {
+        "omega" => Some(scene.rate_rad_s[axis].clone()),
+        "abs_omega" => Some(
+            scene.rate_rad_s[axis]
+                .iter()
+                .map(|rate| rate.abs())
+                .collect(),
+        ),
+        "alpha" => Some(scene.acceleration_rad_s2[axis].clone()),
+        "force" => scene.force_m_s2(axis, 0),
+        "temperature" => scene.temperature_change_k(axis, 0),
+        "temperature_rate" => scene.temperature_change_k(axis, 1),
+        "field" => streams.magnetic_t.as_ref().map(|field| field[axis].clone()),
+        "dither_rate" => scene.dither_increment_rad(axis).map(|increments| {
+            increments
+                .into_iter()
+                .map(|increment| increment * streams.rate_hz)
+                .collect()
+        }),
+        "dither_angle" => streams
+            .pickoff_rad
+            .as_ref()
+            .map(|pickoff| pickoff[axis][1..].to_vec()),
+        _ => None,
+    }
+}
+
+/// The signals from which products are formed, and those that stand alone.
+pub fn vocabulary(scene: &Scene) -> (Vec<Signal>, Vec<Signal>) {
+    let named = |stems: &[&str]| -> Vec<Signal> {
+        stems
+            .iter()
+            .flat_map(|stem| AXES.iter().map(move |axis| format!("{stem}_{axis}")))
+            .filter_map(|name| {
+                Some(Signal {
+                    values: signal(scene, &name)?,
+                    name,
+                })
+            })
+            .filter(|signal| signal.values.iter().any(|value| *value != signal.values[0]))
+            .collect()
+    };
+    let others = scene.streams.others.iter().map(|(name, values)| Signal {
+        name: name.clone(),
+        // A slow channel's mean is a bias; only its changes can be recognised.
+        values: values.clone(),
+    });
+    let mut factors = named(&["omega", "alpha", "force", "temperature", "field"]);
+    factors.extend(others);
+    let mut alone = named(&[
+        "abs_omega",
+        "temperature_rate",
+        "dither_rate",
+        "dither_angle",
+    ]);
+    alone.push(Signal {
+        name: "time".to_string(),
+        values: signal(scene, "time").expect("time is always known"),
+    });
+    (factors, alone)
+}

@@ -1,0 +1,124 @@
+//! Which rows are fitted, which are held out, and where the motion is of one kind.
+//!
+//! Enters: segments of the recording and the mask of usable rows. Leaves: [`Split`]. Time is always cut in
+//! contiguous stretches: neighbouring rows share their noise, so random folds would leak.
+
+use std::ops::Range;
+
+use super::declare::{HELD_OUT_SHARE, SHORTEST_SPLIT_S, UNNAMED_STRETCH_S};
+use super::streams::Streams;
+use crate::recording::Segment;
+
+/// A stretch of like motion.
+#[derive(Debug, Clone)]
+pub struct Regime {
+    /// Its name in the recording, or its time.
+    pub name: String,
+    /// Its rows.
+    pub rows: Range<usize>,
+}
+
+/// The recording, cut.
+pub struct Split {
+    /// Stretches of like motion that cover the recording.
+    pub regimes: Vec<Regime>,
+    /// Rows to locate, select and estimate on.
+    pub fitted: Vec<Range<usize>>,
+    /// Rows to validate on, never seen before.
+    pub held_out: Vec<Range<usize>>,
+}
+
+/// Cuts the recording.
+pub fn split(streams: &Streams, segments: &[Segment]) -> Split {
+    let mut cuts: Vec<usize> = segments
+        .iter()
+        .flat_map(|segment| [segment.start_s, segment.end_s])
+        .map(|time_s| streams.row_at(time_s))
+        .chain([0, streams.rows])
+        .collect();
+    if segments.is_empty() {
+        let stretch = (UNNAMED_STRETCH_S * streams.rate_hz) as usize;
+        cuts.extend((0..streams.rows).step_by(stretch.max(1)));
+    }
+    cuts.sort_unstable();
+    cuts.dedup();
+    let shortest = (SHORTEST_SPLIT_S * streams.rate_hz) as usize;
+    let mut regimes = Vec::new();
+    let (mut fitted, mut held_out) = (Vec::new(), Vec::new());
+    for pair in cuts.windows(2) {
+        let rows = pair[0]..pair[1];
+        let middle_s = streams.middle_s((rows.start + rows.end) / 2);
+        let name = segments
+            .iter()
+            .find(|segment| segment.start_s <= middle_s && middle_s < segment.end_s)
+            .map(|segment| segment.name.clone());
+        let name = name.unwrap_or_else(|| {
+            format!(
+                "{:.0} to {:.0} s",
+                streams.middle_s(rows.start),
+                streams.middle_s(rows.end - 1)
+            )
+        });
+        let cut = if rows.len() < shortest {
+            rows.end
+        } else {
+            rows.end - (rows.len() as f64 * HELD_OUT_SHARE) as usize
+        };
+        fitted.extend(usable_runs(&streams.usable, rows.start..cut));
+        held_out.extend(usable_runs(&streams.usable, cut..rows.end));
+        regimes.push(Regime { name, rows });
+    }
+    Split {
+        regimes,
+        fitted: join_touching(fitted),
+        held_out: join_touching(held_out),
+    }
+}
+
+/// Runs of usable rows inside `rows`, those too short to carry information left out.
+pub fn usable_runs(usable: &[bool], rows: Range<usize>) -> Vec<Range<usize>> {
+    /// A joint costs about this many rows of information at its free jump.
+    const SHORTEST_RUN: usize = 64;
+    let mut runs = Vec::new();
+    let mut row = rows.start;
+    while row < rows.end {
+        if !usable[row] {
+            row += 1;
+            continue;
+        }
+        let begin = row;
+        while row < rows.end && usable[row] {
+            row += 1;
+        }
+        if row - begin >= SHORTEST_RUN {
+            runs.push(begin..row);
+        }
+    }
+    runs
+}
+
+fn join_touching(ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    let mut joined: Vec<Range<usize>> = Vec::new();
+    for range in ranges {
+        match joined.last_mut() {
+            Some(last) if last.end == range.start => last.end = range.end,
+            _ => joined.push(range),
+        }
+    }
+    joined
+}
+
+/// The rows common to both lists.
+pub fn intersect(ranges: &[Range<usize>], others: &[Range<usize>]) -> Vec<Range<usize>> {
+    let mut common = Vec::new();
+    for range in ranges {
+        for other in others {
+            let rows = range.start.max(other.start)..range.end.min(other.end);
+            if !rows.is_empty() {
+                common.push(rows);
+            }
+        }
+    }
+    common.sort_by_key(|rows: &Range<usize>| rows.start);
+    common
+}

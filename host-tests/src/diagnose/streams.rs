@@ -1,0 +1,365 @@
+//! The recording as the diagnosis sees it: every channel on the gyros' rows.
+//!
+//! Enters: [`Recording`] and [`Model`]. Leaves: [`Streams`], row k covering
+//! \[start + k/rate, start + (k+1)/rate), increments in rad (body axes), slow channels interpolated to the
+//! row's middle, and a mask of the rows in which everything needed was measured.
+//!
+//! The first row of a dithered recording is dropped: its increment needs the pickoff before it.
+//! Deliberately not here: filling gaps with anything but a straight line (those rows are masked), and
+//! references slower than the gyros.
+
+use crate::error::InputError;
+use crate::model::{Model, MotionSource};
+use crate::recording::{Channel, Clock, Quantity, Recording, Table};
+
+/// Axis names in index order.
+pub const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Channels of one kind on the three body axes, `[axis][row]`.
+pub type Triad = [Vec<f64>; 3];
+
+/// All channels on the gyros' rows.
+pub struct Streams {
+    /// Rows per second \[Hz\].
+    pub rate_hz: f64,
+    /// Beginning of row 0 \[s\].
+    pub start_s: f64,
+    /// Number of rows.
+    pub rows: usize,
+    /// What each gyro sensed over the row \[rad\], its own dither included.
+    pub sensed_rad: Triad,
+    /// Block relative to case at the row's end \[rad\], as the pickoff says; one entry more than rows, the
+    /// first being the end of the row before. `None` for gyros without dither channels.
+    pub pickoff_rad: Option<Triad>,
+    /// The case's angle over the row \[rad\], as the reference says.
+    pub case_rad: Triad,
+    /// Mean specific force \[m/s²\].
+    pub force_m_s2: Option<Triad>,
+    /// Temperature \[K\].
+    pub temperature_k: Option<Triad>,
+    /// Magnetic flux density \[T\].
+    pub magnetic_t: Option<Triad>,
+    /// Channels of unknown quantity, by name, for the search of unlisted physics.
+    pub others: Vec<(String, Vec<f64>)>,
+    /// Rows in which gyros, pickoffs and reference were all measured.
+    pub usable: Vec<bool>,
+}
+
+impl Streams {
+    /// Puts the recording's channels on the gyros' rows.
+    pub fn align(recording: &Recording, model: &Model) -> Result<Self, InputError> {
+        let file = recording.folder.join("recording.toml");
+        if model.motion == MotionSource::Static {
+            return Err(InputError::new(&file, "the model's motion is static on the Earth")
+                .channel("motion.source")
+                .expected("motion from a reference; this version diagnoses against reference increments"));
+        }
+        let gyro = Finder::new(recording).gyro(&file)?;
+        let (rate_hz, table_start_s) = gyro.clock;
+        let dithered = gyro.quantity == Quantity::GyroCount;
+        let finder = Finder::new(recording);
+        let pickoff = finder.triad(&Quantity::DitherAngle);
+        if dithered && pickoff.is_none() && model.dither.is_some() {
+            return Err(InputError::new(
+                &file,
+                "the model has a dither pickoff, the recording none",
+            )
+            .channel("dither_angle")
+            .expected("dither_angle channels on x, y and z"));
+        }
+        let reference = finder.triad(&Quantity::ReferenceIncrement).ok_or_else(|| {
+            InputError::new(&file, "no reference to predict the gyros from")
+                .channel("reference_increment")
+                .expected("reference_increment channels on x, y and z")
+        })?;
+        let skip = usize::from(pickoff.is_some());
+        let table_rows = gyro.channels[0].values.len();
+        if table_rows < skip + 2 {
+            return Err(InputError::new(&file, "too few rows")
+                .value(table_rows)
+                .expected("at least 3 rows"));
+        }
+        let rows = table_rows - skip;
+        let grid = Grid {
+            rate_hz,
+            start_s: table_start_s,
+            rows: table_rows,
+        };
+
+        let mut usable = vec![true; rows];
+        let mut increments = |channels: &[(&Channel, &Table); 3], factor: &dyn Fn(usize) -> f64| {
+            let mut triad: Triad = Default::default();
+            for (axis, (channel, table)) in channels.iter().enumerate() {
+                grid.same_rows(&file, channel, table)?;
+                let mut values: Vec<f64> = channel.values[skip..]
+                    .iter()
+                    .map(|v| v * factor(axis))
+                    .collect();
+                for (ok, value) in usable.iter_mut().zip(&values) {
+                    *ok &= value.is_finite();
+                }
+                bridge_gaps(&mut values);
+                triad[axis] = values;
+            }
+            Ok::<Triad, InputError>(triad)
+        };
+        let gyro_pairs = [0, 1, 2].map(|axis| (gyro.channels[axis], gyro.table));
+        let sensed_rad = match gyro.quantity {
+            Quantity::GyroCount => {
+                increments(&gyro_pairs, &|axis| model.gyro.pulse_weight_rad[axis])?
+            }
+            Quantity::GyroRate => increments(&gyro_pairs, &|_| 1.0 / rate_hz)?,
+            _ => increments(&gyro_pairs, &|_| 1.0)?,
+        };
+        let case_rad = increments(&reference, &|_| 1.0)?;
+        let pickoff_rad = match &pickoff {
+            None => None,
+            Some(channels) => {
+                let mut triad: Triad = Default::default();
+                for (axis, (channel, table)) in channels.iter().enumerate() {
+                    grid.same_rows(&file, channel, table)?;
+                    let mut values = channel.values.clone();
+                    for row in 0..rows {
+                        usable[row] &= values[row].is_finite() && values[row + 1].is_finite();
+                    }
+                    bridge_gaps(&mut values);
+                    triad[axis] = values;
+                }
+                Some(triad)
+            }
+        };
+        let slow = |quantity: &Quantity| {
+            finder.triad(quantity).map(|channels| {
+                channels.map(|(channel, table)| grid.at_middle(channel, table).split_off(skip))
+            })
+        };
+        let others = recording
+            .tables
+            .iter()
+            .flat_map(|table| table.channels.iter().map(move |channel| (channel, table)))
+            .filter(|(channel, _)| matches!(channel.quantity, Quantity::Other(_)))
+            .map(|(channel, table)| {
+                let axis = channel
+                    .axis
+                    .as_deref()
+                    .map(|axis| format!("_{axis}"))
+                    .unwrap_or_default();
+                let name = match &channel.quantity {
+                    Quantity::Other(name) => format!("{name}{axis}"),
+                    _ => unreachable!("filtered above"),
+                };
+                (name, grid.at_middle(channel, table).split_off(skip))
+            })
+            .collect();
+        Ok(Self {
+            rate_hz,
+            start_s: table_start_s + skip as f64 / rate_hz,
+            rows,
+            sensed_rad,
+            pickoff_rad,
+            case_rad,
+            force_m_s2: slow(&Quantity::SpecificForce).or_else(|| {
+                let velocity = finder.triad(&Quantity::VelocityIncrement)?;
+                let Clock::Uniform { rate_hz, .. } = velocity[0].1.clock else {
+                    return None;
+                };
+                let mut force = slow(&Quantity::VelocityIncrement)?;
+                force
+                    .iter_mut()
+                    .flatten()
+                    .for_each(|value| *value *= rate_hz);
+                Some(force)
+            }),
+            temperature_k: slow(&Quantity::Temperature),
+            magnetic_t: slow(&Quantity::MagneticField),
+            others,
+            usable,
+        })
+    }
+
+    /// Middle of a row \[s\].
+    pub fn middle_s(&self, row: usize) -> f64 {
+        self.start_s + (row as f64 + 0.5) / self.rate_hz
+    }
+
+    /// End of the last row \[s\].
+    pub fn end_s(&self) -> f64 {
+        self.start_s + self.rows as f64 / self.rate_hz
+    }
+
+    /// The first row that begins at or after `time_s`, at most `rows`.
+    pub fn row_at(&self, time_s: f64) -> usize {
+        (((time_s - self.start_s) * self.rate_hz).round().max(0.0) as usize).min(self.rows)
+    }
+}
+
+/// The gyro channels and the clock of their table.
+struct GyroTable<'a> {
+    table: &'a Table,
+    channels: [&'a Channel; 3],
+    quantity: Quantity,
+    clock: (f64, f64),
+}
+
+/// Finds channels by quantity and axis.
+struct Finder<'a> {
+    recording: &'a Recording,
+}
+
+impl<'a> Finder<'a> {
+    fn new(recording: &'a Recording) -> Self {
+        Self { recording }
+    }
+
+    fn one(&self, quantity: &Quantity, axis: &str) -> Option<(&'a Channel, &'a Table)> {
+        self.recording.tables.iter().find_map(|table| {
+            table
+                .channels
+                .iter()
+                .find(|channel| {
+                    channel.quantity == *quantity && channel.axis.as_deref() == Some(axis)
+                })
+                .map(|channel| (channel, table))
+        })
+    }
+
+    fn triad(&self, quantity: &Quantity) -> Option<[(&'a Channel, &'a Table); 3]> {
+        Some([
+            self.one(quantity, "x")?,
+            self.one(quantity, "y")?,
+            self.one(quantity, "z")?,
+        ])
+    }
+
+    fn gyro(&self, file: &std::path::Path) -> Result<GyroTable<'a>, InputError> {
+        let kinds = [
+            Quantity::GyroCount,
+            Quantity::GyroIncrement,
+            Quantity::GyroRate,
+        ];
+        let found = kinds
+            .iter()
+            .find_map(|quantity| Some((quantity, self.triad(quantity)?)));
+        let Some((quantity, channels)) = found else {
+            return Err(InputError::new(file, "no gyro channels on all three axes")
+                .channel("gyro_count")
+                .expected("gyro_count, gyro_increment or gyro_rate on x, y and z"));
+        };
+        let table = channels[0].1;
+        let Clock::Uniform { rate_hz, start_s } = table.clock else {
+            return Err(
+                InputError::new(file, "the gyros' table has stamps instead of a rate")
+                    .channel(table.file.clone())
+                    .expected("rate_hz: gyro increments are summed over equal periods"),
+            );
+        };
+        Ok(GyroTable {
+            table,
+            channels: channels.map(|(channel, _)| channel),
+            quantity: quantity.clone(),
+            clock: (rate_hz, start_s),
+        })
+    }
+}
+
+/// The rows of the gyros' table.
+struct Grid {
+    rate_hz: f64,
+    start_s: f64,
+    rows: usize,
+}
+
+impl Grid {
+    /// A hundredth of a row: closer than that, two clocks are the same clock.
+    const SAME_ROW: f64 = 0.01;
+
+    fn same_rows(
+        &self,
+        file: &std::path::Path,
+        channel: &Channel,
+        table: &Table,
+    ) -> Result<(), InputError> {
+        let same = match table.clock {
+            Clock::Uniform { rate_hz, start_s } => {
+                ((rate_hz - self.rate_hz) * self.rows as f64 / self.rate_hz).abs() < Self::SAME_ROW
+                    && ((start_s - self.start_s) * self.rate_hz).abs() < Self::SAME_ROW
+                    && channel.values.len() == self.rows
+            }
+            Clock::Stamped { .. } => false,
+        };
+        if same {
+            return Ok(());
+        }
+        Err(InputError::new(file, "not on the gyros' rows")
+            .channel(channel.column.clone())
+            .value(format!("{} rows in {}", channel.values.len(), table.file))
+            .expected(format!(
+                "{} rows at {} Hz from {} s, as the gyros have",
+                self.rows, self.rate_hz, self.start_s
+            )))
+    }
+
+    /// The channel at the middle of each gyro row, by straight lines; held at the ends.
+    fn at_middle(&self, channel: &Channel, table: &Table) -> Vec<f64> {
+        // Means over a row belong to its middle, readings to its end.
+        let at_row = match channel.quantity {
+            Quantity::SpecificForce | Quantity::VelocityIncrement => 0.5,
+            _ => 1.0,
+        };
+        let stamp = |row: usize| match &table.clock {
+            Clock::Uniform { rate_hz, start_s } => start_s + (row as f64 + at_row) / rate_hz,
+            Clock::Stamped { stamps_s, .. } => stamps_s[row],
+        };
+        let known: Vec<usize> = (0..channel.values.len())
+            .filter(|&row| channel.values[row].is_finite())
+            .collect();
+        let mut after = 0;
+        (0..self.rows)
+            .map(|row| {
+                let time_s = self.start_s + (row as f64 + 0.5) / self.rate_hz;
+                while after < known.len() && stamp(known[after]) < time_s {
+                    after += 1;
+                }
+                match (
+                    after.checked_sub(1).map(|before| known[before]),
+                    known.get(after),
+                ) {
+                    (Some(before), Some(&after)) => {
+                        let share = (time_s - stamp(before)) / (stamp(after) - stamp(before));
+                        channel.values[before]
+                            + share * (channel.values[after] - channel.values[before])
+                    }
+                    (Some(before), None) => channel.values[before],
+                    (None, Some(&after)) => channel.values[after],
+                    (None, None) => 0.0,
+                }
+            })
+            .collect()
+    }
+}
+
+/// Replaces what was not measured by a straight line, so that filters stay finite; the mask remembers.
+fn bridge_gaps(values: &mut [f64]) {
+    let mut row = 0;
+    while row < values.len() {
+        if values[row].is_finite() {
+            row += 1;
+            continue;
+        }
+        let begin = row;
+        while row < values.len() && !values[row].is_finite() {
+            row += 1;
+        }
+        let before = begin.checked_sub(1).map(|before| values[before]);
+        let after = values.get(row).copied();
+        let (from, to) = match (before, after) {
+            (Some(from), Some(to)) => (from, to),
+            (Some(only), None) | (None, Some(only)) => (only, only),
+            (None, None) => (0.0, 0.0),
+        };
+        let steps = (row - begin + 1) as f64;
+        for (step, value) in values[begin..row].iter_mut().enumerate() {
+            *value = from + (to - from) * (step + 1) as f64 / steps;
+        }
+    }
+}

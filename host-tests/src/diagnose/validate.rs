@@ -1,0 +1,202 @@
+//! The fit on rows it never saw (diagnosis road, step 9).
+//!
+//! Enters: the residual before and after \[rad per row\], the noise, the held-out rows, the locations.
+//! Leaves: for each gyro the drift, the power over the noise and the chance that the residual is white,
+//! before and after.
+//!
+//! Power is judged in the located times and bands; a band too narrow to judge (the power of n bins scatters
+//! by 1/√n) is widened upwards until it holds enough of them.
+
+use statrs::distribution::{ContinuousCDF, Normal};
+use std::ops::Range;
+
+use super::information::fit_away;
+use super::locate::Location;
+use super::noise::Noise;
+use super::portion::{Portion, inner};
+use super::split::intersect;
+use super::streams::Triad;
+
+/// Bins needed to tell a tenth of power by four standard deviations.
+const ENOUGH_BINS: usize = 1600;
+
+/// Figures of one gyro.
+#[derive(Debug, Clone, Copy)]
+pub struct Figures {
+    /// Mean rate over the judged rows \[rad/s\], by generalised least squares.
+    pub drift_rad_s: f64,
+    /// Its standard deviation \[rad/s\].
+    pub drift_std_rad_s: f64,
+    /// Power over the noise in the located bands and times (1 = nothing left).
+    pub normalised_power: f64,
+    /// The same over everything held out.
+    pub normalised_power_all: f64,
+    /// Chance that the residual over the noise is white (Kolmogorov–Smirnov on the summed periodogram).
+    pub white_p_value: f64,
+}
+
+/// Before and after on one gyro.
+#[derive(Debug, Clone)]
+pub struct Validation {
+    /// Gyro.
+    pub axis: usize,
+    /// Judged band \[Hz\].
+    pub band_hz: (f64, f64),
+    /// Without the effects.
+    pub before: Figures,
+    /// With them.
+    pub after: Figures,
+}
+
+/// Judges every gyro. `None` where nothing was held out.
+pub fn validate(
+    before_rad: &Triad,
+    after_rad: &Triad,
+    noise: &[Noise; 3],
+    held_out: &[Range<usize>],
+    locations: &[Location],
+    rate_hz: f64,
+) -> Vec<Validation> {
+    (0..3)
+        .filter_map(|axis| {
+            let everything = Portion::new(held_out.to_vec(), rate_hz)?;
+            let here: Vec<&Location> = locations
+                .iter()
+                .filter(|location| location.axis == axis)
+                .collect();
+            let times: Vec<Range<usize>> =
+                here.iter().map(|location| location.rows.clone()).collect();
+            let located = (!times.is_empty())
+                .then(|| Portion::new(union(intersect(held_out, &times)), rate_hz))
+                .flatten();
+            let low_hz = here
+                .iter()
+                .map(|location| location.band_hz.0)
+                .fold(f64::INFINITY, f64::min);
+            let high_hz = here
+                .iter()
+                .map(|location| location.band_hz.1)
+                .fold(0.0, f64::max);
+            let judged = located.as_ref().unwrap_or(&everything);
+            let (low_hz, high_hz) = if located.is_some() {
+                (low_hz, high_hz)
+            } else {
+                (0.0, rate_hz / 2.0)
+            };
+            let first = (low_hz * judged.seconds()).floor() as usize;
+            let last = ((high_hz * judged.seconds()).ceil() as usize)
+                .max(first + ENOUGH_BINS)
+                .min(judged.bins());
+            let first = first.min(last.saturating_sub(ENOUGH_BINS));
+            let figures = |values: &[f64]| Figures {
+                normalised_power_all: power(
+                    &everything,
+                    values,
+                    &noise[axis],
+                    0..everything.bins(),
+                )
+                .0,
+                ..judge(judged, values, &noise[axis], first..last)
+            };
+            Some(Validation {
+                axis,
+                band_hz: (judged.frequency_hz(first), judged.frequency_hz(last - 1)),
+                before: figures(&before_rad[axis]),
+                after: figures(&after_rad[axis]),
+            })
+        })
+        .collect()
+}
+
+fn union(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    ranges.sort_by_key(|range| range.start);
+    let mut joined: Vec<Range<usize>> = Vec::new();
+    for range in ranges {
+        match joined.last_mut() {
+            Some(last) if range.start <= last.end => last.end = last.end.max(range.end),
+            _ => joined.push(range),
+        }
+    }
+    joined
+}
+
+fn judge(portion: &Portion, values: &[f64], noise: &Noise, bins: Range<usize>) -> Figures {
+    let weights = noise.weights(portion);
+    let joints = portion.joints();
+    let residual = portion.transform(values);
+    let period_s = portion.seconds() / portion.rows() as f64;
+    let constant = portion.transform(&vec![period_s; values.len()]);
+    let mut constant_left = constant.clone();
+    fit_away(&mut constant_left, &joints, &weights);
+    let own = inner(&constant, &constant_left, &weights);
+    let found = inner(&constant_left, &residual, &weights);
+    let (normalised_power, ratios) = power(portion, values, noise, bins);
+    Figures {
+        drift_rad_s: found / own,
+        drift_std_rad_s: own.sqrt().recip(),
+        normalised_power,
+        normalised_power_all: 0.0,
+        white_p_value: white_chance(&ratios),
+    }
+}
+
+/// Power over noise in some bins, joints fitted away, and the ratio in each bin.
+fn power(portion: &Portion, values: &[f64], noise: &Noise, bins: Range<usize>) -> (f64, Vec<f64>) {
+    let weights = noise.weights(portion);
+    let joints = portion.joints();
+    let mut residual = portion.transform(values);
+    let scale: Vec<f64> = joints
+        .iter()
+        .map(|j| inner(j, j, &weights).sqrt().recip())
+        .collect();
+    fit_away(&mut residual, &joints, &weights);
+    // Each joint takes one degree of freedom out of all bins together, most of it at low frequency where
+    // its noise is least; counted where the bins are.
+    let taken: f64 = bins
+        .clone()
+        .map(|bin| {
+            joints
+                .iter()
+                .zip(&scale)
+                .map(|(j, s)| j[bin].norm_sqr() * s * s)
+                .sum::<f64>()
+                * weights[bin]
+        })
+        .sum();
+    let ratios: Vec<f64> = bins
+        .clone()
+        .map(|bin| residual[bin].norm_sqr() * weights[bin])
+        .collect();
+    let degrees: f64 = bins.map(|bin| portion.degrees(bin)).sum();
+    (
+        ratios.iter().sum::<f64>() / (degrees - taken).max(1.0),
+        ratios,
+    )
+}
+
+/// Chance of the largest distance between the summed periodogram and a straight line.
+fn white_chance(ratios: &[f64]) -> f64 {
+    let total: f64 = ratios.iter().sum();
+    let count = ratios.len() as f64;
+    let mut sum = 0.0;
+    let mut distance: f64 = 0.0;
+    for (place, ratio) in ratios.iter().enumerate() {
+        sum += ratio / total;
+        distance = distance.max((sum - (place + 1) as f64 / count).abs());
+    }
+    // Kolmogorov's law, with Stephens' correction for finite counts.
+    let root = count.sqrt();
+    let x = (root + 0.12 + 0.11 / root) * distance;
+    let series: f64 = (1..=100)
+        .map(|k| {
+            let sign = if k % 2 == 1 { 1.0 } else { -1.0 };
+            2.0 * sign * (-2.0 * f64::from(k * k) * x * x).exp()
+        })
+        .sum();
+    series.clamp(0.0, 1.0)
+}
+
+/// Chance of a drift this far from zero.
+pub fn drift_chance(figures: &Figures) -> f64 {
+    2.0 * Normal::standard().sf((figures.drift_rad_s / figures.drift_std_rad_s).abs())
+}

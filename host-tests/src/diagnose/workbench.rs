@@ -1,0 +1,338 @@
+//! Residual, columns and noise on one portion of the recording, kept together while the search goes on.
+//!
+//! Enters: the scene, the residual of the model \[rad per row\], a portion. Leaves: [`Information`] about all
+//! parameters of the catalogue, re-made when the noise or the point of linearisation changes.
+
+use rayon::prelude::*;
+
+use super::empirical::Term;
+use super::hypotheses::CATALOGUE;
+use super::information::Information;
+use super::noise::{self, Declared, Noise};
+use super::portion::{Bins, Portion};
+use super::scene::Scene;
+use super::streams::Triad;
+
+/// A parameter of the catalogue: which effect, which of its parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ParameterId {
+    /// Index into [`CATALOGUE`].
+    pub effect: usize,
+    /// Index into the effect's parameters.
+    pub parameter: usize,
+}
+
+/// All parameters of the catalogue in one order.
+pub struct Parameters {
+    ids: Vec<ParameterId>,
+    first: Vec<usize>,
+}
+
+impl Parameters {
+    /// Numbers the catalogue's parameters.
+    pub fn of_catalogue() -> Self {
+        let mut ids = Vec::new();
+        let mut first = Vec::new();
+        for (effect, entry) in CATALOGUE.iter().enumerate() {
+            first.push(ids.len());
+            ids.extend(
+                (0..entry.card().shape.count()).map(|parameter| ParameterId { effect, parameter }),
+            );
+        }
+        Self { ids, first }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.ids.len()
+    }
+
+    /// Who a parameter is; `None` beyond the catalogue, where the sizes of found terms stand.
+    pub fn id(&self, index: usize) -> Option<ParameterId> {
+        self.ids.get(index).copied()
+    }
+
+    /// The indices of an effect's parameters.
+    pub fn of(&self, effect: usize) -> std::ops::Range<usize> {
+        self.first[effect]..self.first[effect] + CATALOGUE[effect].card().shape.count()
+    }
+
+    /// The indices of several effects' parameters.
+    pub fn of_all(&self, effects: &[usize]) -> Vec<usize> {
+        effects.iter().flat_map(|&effect| self.of(effect)).collect()
+    }
+}
+
+/// One column on one axis.
+struct Column {
+    axis: usize,
+    index: usize,
+    bins: Bins,
+}
+
+/// See the page above.
+pub struct Workbench<'a> {
+    scene: &'a Scene,
+    residual_rad: &'a Triad,
+    parameters: &'a Parameters,
+    /// The rows it works on.
+    pub portion: Portion,
+    /// Noise of each axis.
+    pub noise: [Noise; 3],
+    residual: [Bins; 3],
+    joints: Vec<Bins>,
+    columns: Vec<Column>,
+    terms: Vec<Term>,
+    /// Where each effect is linearised.
+    at: Vec<Vec<f64>>,
+}
+
+impl<'a> Workbench<'a> {
+    /// Transforms the residual and the columns of `effects` on `portion`.
+    pub fn new(
+        scene: &'a Scene,
+        residual_rad: &'a Triad,
+        parameters: &'a Parameters,
+        portion: Portion,
+        noise: [Noise; 3],
+        effects: &[usize],
+        at: &[Vec<f64>],
+    ) -> Self {
+        let mut bench = Self {
+            scene,
+            residual_rad,
+            parameters,
+            residual: [0, 1, 2].map(|axis| portion.transform(&residual_rad[axis])),
+            joints: portion.joints(),
+            portion,
+            noise,
+            columns: Vec::new(),
+            terms: Vec::new(),
+            at: at.to_vec(),
+        };
+        bench.columns = bench.make_columns(effects);
+        for &effect in effects {
+            if !CATALOGUE[effect].is_linear() && bench.at[effect].iter().any(|value| *value != 0.0)
+            {
+                bench.remake_residual();
+                break;
+            }
+        }
+        bench
+    }
+
+    fn make_columns(&self, effects: &[usize]) -> Vec<Column> {
+        let wanted: Vec<(usize, usize)> = self
+            .parameters
+            .of_all(effects)
+            .into_iter()
+            .flat_map(|index| (0..3).map(move |axis| (index, axis)))
+            .collect();
+        wanted
+            .into_par_iter()
+            .filter_map(|(index, axis)| {
+                let ParameterId { effect, parameter } = self.parameters.id(index)?;
+                let values =
+                    CATALOGUE[effect].column(self.scene, &self.at[effect], parameter, axis)?;
+                Some(Column {
+                    axis,
+                    index,
+                    bins: self.portion.transform(&values),
+                })
+            })
+            .collect()
+    }
+
+    /// Moves the point at which a nonlinear effect is linearised.
+    pub fn relinearise(&mut self, effect: usize, at: &[f64]) {
+        self.at[effect] = at.to_vec();
+        let parameters = self.parameters;
+        self.columns
+            .retain(|column| parameters.id(column.index).map(|id| id.effect) != Some(effect));
+        let mut fresh = self.make_columns(&[effect]);
+        self.columns.append(&mut fresh);
+        self.columns
+            .sort_by_key(|column| (column.axis, column.index));
+        self.remake_residual();
+    }
+
+    /// Puts every nonlinear effect back to being linearised at nothing.
+    pub fn linearise_at_nothing(&mut self) {
+        for (effect, entry) in CATALOGUE.iter().enumerate() {
+            if self.at[effect].iter().any(|value| *value != 0.0) {
+                self.relinearise(effect, &vec![0.0; entry.card().shape.count()]);
+            }
+        }
+    }
+
+    /// Where the effects are linearised.
+    pub fn linearised_at(&self) -> &[Vec<f64>] {
+        &self.at
+    }
+
+    fn effect_of(&self, column: &Column) -> Option<usize> {
+        self.parameters.id(column.index).map(|id| id.effect)
+    }
+
+    /// Terms found in the data, whose sizes stand behind the catalogue's parameters.
+    pub fn terms(&self) -> &[Term] {
+        &self.terms
+    }
+
+    /// Adds a found term; from now on it is part of every fit.
+    pub fn add_term(&mut self, term: Term) -> Result<(), String> {
+        let values = term.column(self.scene)?;
+        let index = self.parameters.count() + self.terms.len();
+        self.columns.push(Column {
+            axis: term.axis,
+            index,
+            bins: self.portion.transform(&values),
+        });
+        self.columns
+            .sort_by_key(|column| (column.axis, column.index));
+        self.terms.push(term);
+        Ok(())
+    }
+
+    /// Takes the last found term out again.
+    pub fn remove_last_term(&mut self) {
+        if self.terms.pop().is_some() {
+            let index = self.parameters.count() + self.terms.len();
+            self.columns.retain(|column| column.index != index);
+        }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &'a Scene {
+        self.scene
+    }
+
+    /// The model's residual by row \[rad\].
+    pub fn residual_rad(&self) -> &'a Triad {
+        self.residual_rad
+    }
+
+    /// The columns of some parameters on one axis, as (parameter index, bins).
+    pub fn columns_of(&self, indices: &[usize], axis: usize) -> Vec<(usize, &Bins)> {
+        self.columns
+            .iter()
+            .filter(|column| column.axis == axis && indices.contains(&column.index))
+            .map(|column| (column.index, &column.bins))
+            .collect()
+    }
+
+    /// residual − f(p0) + J(p0) p0 for the nonlinear effects, so that a linear solution is p itself.
+    fn remake_residual(&mut self) {
+        let mut shifted: Triad = self.residual_rad.clone();
+        for (effect, entry) in CATALOGUE.iter().enumerate() {
+            let at = &self.at[effect];
+            if entry.is_linear() || at.iter().all(|value| *value == 0.0) {
+                continue;
+            }
+            for (sum, part) in shifted.iter_mut().zip(entry.prediction(self.scene, at)) {
+                sum.iter_mut()
+                    .zip(part)
+                    .for_each(|(sum, part)| *sum -= part);
+            }
+        }
+        self.residual = [0, 1, 2].map(|axis| self.portion.transform(&shifted[axis]));
+        for column in &self.columns {
+            let Some(ParameterId { effect, parameter }) = self.parameters.id(column.index) else {
+                continue;
+            };
+            let value = self.at[effect][parameter];
+            if CATALOGUE[effect].is_linear() || value == 0.0 {
+                continue;
+            }
+            for (bin, slope) in self.residual[column.axis].iter_mut().zip(&column.bins) {
+                *bin += slope * value;
+            }
+        }
+    }
+
+    /// Refits the noise of every axis after the parameters of `effects` are fitted away.
+    pub fn refit_noise(&mut self, effects: &[usize], declared: &[Declared; 3], from_scratch: bool) {
+        let joints = &self.joints;
+        let fitted: Vec<Noise> = (0..3_usize)
+            .into_par_iter()
+            .map(|axis| {
+                let columns: Vec<&Bins> = joints
+                    .iter()
+                    .chain(
+                        self.columns
+                            .iter()
+                            .filter(|column| {
+                                column.axis == axis
+                                    && self
+                                        .effect_of(column)
+                                        .is_none_or(|effect| effects.contains(&effect))
+                            })
+                            .map(|column| &column.bins),
+                    )
+                    .collect();
+                let start = (!from_scratch).then_some(self.noise[axis]);
+                noise::fit(
+                    &self.portion,
+                    &self.residual[axis],
+                    &columns,
+                    declared[axis],
+                    start,
+                )
+            })
+            .collect();
+        self.noise = [fitted[0], fitted[1], fitted[2]];
+    }
+
+    /// Information about all parameters whose columns are here.
+    pub fn information(&self) -> Information {
+        let parts: Vec<Information> = (0..3_usize)
+            .into_par_iter()
+            .map(|axis| {
+                let weights = self.noise[axis].weights(&self.portion);
+                let columns: Vec<(usize, &Bins)> = self
+                    .columns
+                    .iter()
+                    .filter(|column| column.axis == axis)
+                    .map(|column| (column.index, &column.bins))
+                    .collect();
+                let mut part = Information::empty(self.parameters.count() + self.terms.len());
+                part.add_axis(&self.joints, &self.residual[axis], &columns, &weights);
+                part
+            })
+            .collect();
+        let mut total = Information::empty(self.parameters.count() + self.terms.len());
+        for part in parts {
+            total.fisher += part.fisher;
+            total.right += part.right;
+            total.power += part.power;
+        }
+        total
+    }
+
+    /// The residual's bins less the given parameter values and, fitted last, the jumps at the joints.
+    pub fn left_over(&self, values: &[(usize, f64)]) -> [Bins; 3] {
+        let mut left = self.residual.clone();
+        for column in &self.columns {
+            if let Some((_, value)) = values.iter().find(|(index, _)| *index == column.index) {
+                for (bin, slope) in left[column.axis].iter_mut().zip(&column.bins) {
+                    *bin -= slope * *value;
+                }
+            }
+        }
+        for (axis, left) in left.iter_mut().enumerate() {
+            let weights = self.noise[axis].weights(&self.portion);
+            super::information::fit_away(left, &self.joints, &weights);
+        }
+        left
+    }
+
+    /// The residual's bins as they are.
+    pub fn residual(&self) -> &[Bins; 3] {
+        &self.residual
+    }
+
+    /// One unit jump of angle at the start of each stretch.
+    pub fn joints(&self) -> &[Bins] {
+        &self.joints
+    }
+}
