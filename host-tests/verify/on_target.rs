@@ -33,8 +33,8 @@ pub const CORES: [Core; 2] = [
 /// Fewer samples would not meet every phase of three dithers and the coning: 25 s.
 const LEAST_SAMPLES: u64 = 100_000;
 
-/// Between outputs no branch depends on data, so what varies is only how samples fall on the coning
-/// stage's own period.
+/// Most over least cost between outputs. No branch depends on data; what differs is only the stream's
+/// first samples, which fill the memory of the dither and acceleration stages.
 const MOST_SPREAD: f64 = 1.1;
 
 /// A recording and its model.

@@ -8,8 +8,8 @@
 use stm32f4::stm32f405::RCC;
 
 /// Polls before the external oscillator counts as dead. A poll takes at least 4 cycles of the 16 MHz
-/// internal oscillator, so this waits at least 5 ms: crystals start within 2 ms (STM32F405 data sheet,
-/// table 35, t_SU(HSE)).
+/// internal oscillator, so this waits at least 5 ms: crystals start within about 2 ms (t_SU(HSE) of the
+/// STM32F405's data sheet).
 const START_UP_POLLS: u32 = 20_000;
 
 /// What the system runs from.

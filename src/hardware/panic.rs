@@ -1,7 +1,7 @@
 //! What happens when the impossible does.
 //!
-//! Enters: a panic, or a fault exception, which cortex-m-rt's default handler keeps spinning and the host
-//! then ends. Leaves: the place, latched in [`FIRST_PANIC`] where a debugger finds it by name, and an exit
+//! Enters: a panic. (A fault exception ends in cortex-m-rt's endless loop; the host ends the emulator when
+//! no output comes.) Leaves: the place, latched in [`FIRST_PANIC`] where a debugger finds it by name, and an exit
 //! of the emulator with [`PANIC_EXIT`].
 //!
 //! It does not log: the panic may have come out of the logger.
@@ -9,7 +9,7 @@
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicPtr, AtomicU32, Ordering};
 
-/// Exit code of the emulator after a panic. The shell reserves nothing there and `rlg on-target` names it.
+/// Exit code of the emulator after a panic, as Rust programs have it; `rlg on-target` shows it.
 const PANIC_EXIT: i32 = 101;
 
 /// Where the first panic of this run was: file name (start and length) and line.
