@@ -25,3 +25,5 @@ pub mod terminal;
 pub mod command;
 
 pub mod diagnose;
+
+pub mod report;

@@ -9,6 +9,7 @@ use crate::diagnose::diagnose;
 use crate::error::InputError;
 use crate::output::OutputFolder;
 use crate::recording::Recording;
+use crate::report::page;
 use crate::terminal::Terminal;
 
 /// Find what a model leaves out of a recording
@@ -65,11 +66,14 @@ impl Diagnose {
         json.push('\n');
         out.write("diagnosis.json", json.as_bytes())?;
         out.write("model.toml", outcome.model.to_toml().as_bytes())?;
+        let report = page(&outcome.diagnosis, outcome.pictures.as_ref());
+        out.write("report.html", report.as_bytes())?;
         out.commit()?;
         for line in &outcome.diagnosis.summary {
             terminal.say(line);
         }
-        terminal.say(format!("Written: {}", self.out.display()));
+        let report = self.out.join("report.html");
+        terminal.say(format!("To read: {}", report.display()));
         terminal.result(&outcome.diagnosis)
     }
 }

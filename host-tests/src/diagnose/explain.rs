@@ -26,7 +26,7 @@ use crate::recording::Recording;
 pub const DEG_H: f64 = 180.0 / std::f64::consts::PI * 3600.0;
 
 /// Matched-filter SNR at which a six-parameter effect is found nine times in ten.
-const NEEDED_SNR: f64 = 7.0;
+pub const NEEDED_SNR: f64 = 7.0;
 
 /// Everything the stages found.
 pub struct Findings<'a> {
