@@ -1,4 +1,4 @@
-//! Events in time: a step of a gyro's bias, a slip of its counter.
+//! Patterns in time: a step of a gyro's bias, a slip of its counter, a steady line.
 //!
 //! Enters: what is left of each gyro's residual after the chosen effects, in bins. Leaves: the best step and
 //! the best slip with their likelihood ratio and chance, every instant counted as a trial.
@@ -179,6 +179,62 @@ pub fn steps(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
                 ratio,
                 trials,
             ))
+        })
+        .collect()
+}
+
+/// Highest frequency at which a steady line is looked for \[Hz\]: above it the dither and its residue live,
+/// which are no lines because the dither's amplitude is randomised.
+const LINE_BAND_HZ: f64 = 150.0;
+
+/// The best steady line on each gyro: its sine, and its cosine with the same statistic.
+pub fn lines(bench: &Workbench, left: &[Bins; 3]) -> Vec<[Event; 2]> {
+    let portion = &bench.portion;
+    let streams = &bench.scene().streams;
+    let (from_hz, to_hz) = (2.0 / portion.seconds(), LINE_BAND_HZ);
+    (0..3)
+        .filter_map(|axis| {
+            let weights = bench.noise[axis].weights(portion);
+            let (bin, _) = (1..portion.bins())
+                .take_while(|&bin| portion.frequency_hz(bin) < to_hz)
+                .filter(|&bin| portion.frequency_hz(bin) > from_hz)
+                .map(|bin| (bin, left[axis][bin].norm_sqr() * weights[bin]))
+                .max_by(|a, b| a.1.total_cmp(&b.1))?;
+            // Between the bins, over the true times of the rows: the stretches are not on one clock.
+            let whitened = bench.whitened_in_time(axis, &left[axis], bin);
+            let ratio_at = |frequency_hz: f64| {
+                let (mut re, mut im) = (0.0, 0.0);
+                for (row, value) in &whitened {
+                    let turn = TAU * frequency_hz * (streams.middle_s(*row) - streams.start_s);
+                    re += value * turn.cos();
+                    im += value * turn.sin();
+                }
+                2.0 * (re * re + im * im) / portion.rows() as f64
+            };
+            let span_s = streams.end_s() - streams.start_s;
+            let around = portion.frequency_hz(bin);
+            let width = 2.0 / portion.seconds();
+            let spacing = 0.1 / span_s;
+            let count = (2.0 * width / spacing) as usize;
+            let (frequency_hz, ratio) = (0..=count)
+                .map(|k| around - width + k as f64 * spacing)
+                .filter(|frequency_hz| *frequency_hz > 0.0)
+                .map(|frequency_hz| (frequency_hz, ratio_at(frequency_hz)))
+                .max_by(|a, b| a.1.total_cmp(&b.1))?;
+            let chance = (-0.5 * ratio).exp();
+            // About three independent frequencies a bin once gaps are inside.
+            let trials = 3.0 * 3.0 * to_hz * span_s;
+            let p_value = -(trials * (-chance).ln_1p()).exp_m1();
+            Some(["sine", "cosine"].map(|shape| Event {
+                term: Term {
+                    axis,
+                    form: Form::Product {
+                        expression: format!("{shape}({frequency_hz:.5})"),
+                    },
+                },
+                ratio,
+                p_value,
+            }))
         })
         .collect()
 }

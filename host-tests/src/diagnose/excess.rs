@@ -5,6 +5,9 @@
 
 use super::noise::{Declared, Noise};
 
+/// Effects that change the noise and nothing else: no prediction, only a level.
+pub const NOISE_KINDS: [&str; 2] = ["angle_random_walk", "pulse_quantisation"];
+
 /// An excess of one kind on the three gyros.
 #[derive(Debug, Clone)]
 pub struct Excess {

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use super::declare::FAMILY_SIGNIFICANCE;
-use super::excess::Excess;
+use super::excess::{Excess, NOISE_KINDS};
 use super::hunt::{Catch, FoundTerm};
 use super::hypotheses::{CATALOGUE, NOT_TESTED};
 use super::identify::identifiable;
@@ -169,10 +169,7 @@ impl Findings<'_> {
                 effect.kind.as_str(),
                 "unlisted" | "gyro_bias_step" | "counter_slip"
             );
-            let noise = matches!(
-                effect.kind.as_str(),
-                "angle_random_walk" | "pulse_quantisation"
-            );
+            let noise = NOISE_KINDS.contains(&effect.kind.as_str());
             let known = explained
                 .effects
                 .iter_mut()

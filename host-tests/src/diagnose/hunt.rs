@@ -18,10 +18,17 @@ use super::workbench::{Parameters, Workbench};
 
 /// Terms found in the data, at most; each must be significant by itself, so a recording with more than
 /// this is not explained by terms.
-const MOST_TERMS: usize = 6;
+const MOST_TERMS: usize = 8;
 
 /// How much better (2 Δ ln L) an expression must be than a named effect to take its place.
 const CLEARLY_BETTER: f64 = 20.0;
+
+/// A term whose size has come down to this many variances no longer says anything (a step, slip or product
+/// enters with twenty or more).
+const IDLE: f64 = 9.0;
+
+/// What a step or slip has ahead of a product of channels that explains as much (2 Δ ln L).
+const PLAINER: f64 = 10.0;
 
 /// Chance of the scatter between regimes below which a name is vetoed.
 const VETO: f64 = 1e-5;
@@ -59,12 +66,13 @@ pub struct FoundTerm {
     pub p_value: f64,
 }
 
-/// Searches until nothing changes.
+/// Searches until nothing changes. With `declared` the noise is refitted to what the choice leaves; without
+/// it stays as it is.
 pub fn hunt(
     bench: &mut Workbench,
     parameters: &Parameters,
     candidates: &[usize],
-    declared: &[Declared; 3],
+    declared: Option<&[Declared; 3]>,
     regimes: &[Regime],
     products: &Products,
     progress: &dyn Fn(&str),
@@ -72,6 +80,7 @@ pub fn hunt(
     let mut allowed: Vec<usize> = candidates.to_vec();
     let mut vetoed: Vec<(usize, String)> = Vec::new();
     let mut entered: Vec<(f64, f64)> = Vec::new();
+    let mut left_idle: Vec<Term> = Vec::new();
     let mut trials = 0;
     loop {
         progress("weighing the listed effects");
@@ -89,26 +98,48 @@ pub fn hunt(
         let survey = products.survey(bench, &indices);
         let verdicts = invariance::test(bench, parameters, &choice.chosen, &values, regimes);
 
-        if let Some((effect, reason)) = unworthy(
-            bench,
-            parameters,
-            &information,
-            &choice,
-            &verdicts,
-            &survey,
-            products,
-        ) {
-            allowed.retain(|&kept| kept != effect);
-            vetoed.push((effect, reason));
+        // Terms that the better explanation made idle leave first.
+        let idle = (0..bench.terms().len()).find(|place| {
+            let at = position(&indices, parameters.count() + place);
+            solution.values[at].powi(2) < IDLE * solution.covariance[(at, at)]
+        });
+        if let Some(place) = idle {
+            left_idle.push(bench.terms()[place].clone());
+            bench.remove_term(place);
+            entered.remove(place);
             continue;
         }
-        if bench.terms().len() < MOST_TERMS {
+        let fresh = |term: &Term| !bench.terms().contains(term) && !left_idle.contains(term);
+        let room = bench.terms().len() < MOST_TERMS;
+        let sight = Sight {
+            bench: &*bench,
+            parameters,
+            survey: &survey,
+            products,
+        };
+        match sight.objection(&information, &choice, &verdicts) {
+            Some(Objection::Better(found)) if room && found.iter().all(|one| fresh(&one.0)) => {
+                for (term, ratio, p_value) in found {
+                    bench.add_term(term)?;
+                    entered.push((ratio, p_value));
+                }
+                continue;
+            }
+            Some(Objection::Veto(effect, reason)) => {
+                allowed.retain(|&kept| kept != effect);
+                vetoed.push((effect, reason));
+                continue;
+            }
+            _ => {}
+        }
+        if room {
             let explained = 2.0 * solution.log_likelihood_gain;
-            if let Some((term, ratio, p_value)) =
-                best_term(bench, &values, &survey, products, explained)
-            {
-                bench.add_term(term)?;
-                entered.push((ratio, p_value));
+            let found = sight.best_term(&values, &[], explained, &fresh);
+            if !found.is_empty() {
+                for (term, ratio, p_value) in found {
+                    bench.add_term(term)?;
+                    entered.push((ratio, p_value));
+                }
                 continue;
             }
         }
@@ -159,102 +190,125 @@ fn fit(
     (indices, solution)
 }
 
-/// A chosen effect that does not deserve its name, with the reason.
-fn unworthy(
-    bench: &Workbench,
-    parameters: &Parameters,
-    information: &Information,
-    choice: &Choice,
-    verdicts: &[Verdict],
-    survey: &Survey,
-    products: &Products,
-) -> Option<(usize, String)> {
-    let set: Vec<usize> = choice.chosen.iter().map(|one| one.effect).collect();
-    let terms = bench.terms().len();
-    let full = fit(parameters, information, &set, terms).1;
-    for (one, verdict) in choice.chosen.iter().zip(verdicts) {
-        if verdict.p_value < VETO {
-            return Some((
-                one.effect,
-                format!(
-                    "its size differs between the regimes (chance {:.1e})",
-                    verdict.p_value
-                ),
-            ));
-        }
-        let rest: Vec<usize> = set
-            .iter()
-            .copied()
-            .filter(|&kept| kept != one.effect)
-            .collect();
-        let (rest_indices, without) = fit(parameters, information, &rest, terms);
-        let share = 2.0 * (full.log_likelihood_gain - without.log_likelihood_gain);
-        let own: Vec<usize> = parameters.of(one.effect).collect();
-        let names: Vec<(f64, String)> = (0..3)
-            .filter_map(|axis| survey.best(axis, &own))
-            .filter(|best| best.p_value < FAMILY_SIGNIFICANCE)
-            .map(|best| (best.ratio, products.names[best.product].clone()))
-            .collect();
-        let by_products: f64 = names.iter().map(|(ratio, _)| ratio).sum();
-        if by_products > share + CLEARLY_BETTER {
-            let names: Vec<String> = names.into_iter().map(|(_, name)| name).collect();
-            return Some((one.effect, format!("{} explains more", names.join(", "))));
-        }
-        let rest_values: Vec<(usize, f64)> = rest_indices
-            .into_iter()
-            .zip(without.values.iter().copied())
-            .collect();
-        let left = bench.left_over(&rest_values);
-        let event = events::steps(bench, &left)
-            .into_iter()
-            .chain(events::slips(bench, &left))
-            .filter(|event| event.p_value < FAMILY_SIGNIFICANCE)
-            .max_by(|a, b| a.ratio.total_cmp(&b.ratio));
-        if let Some(event) = event.filter(|event| event.ratio > share + CLEARLY_BETTER) {
-            return Some((
-                one.effect,
-                format!("{} explains more", event.term.equation()),
-            ));
-        }
-    }
-    None
+/// Why the choice cannot stand as it is.
+enum Objection {
+    /// Terms outside the catalogue explain an effect's share better: they come in, and it must stand beside.
+    Better(Vec<FoundOne>),
+    /// The effect is not the same in every regime.
+    Veto(usize, String),
 }
 
-/// The most telling event or product in what is left.
-fn best_term(
-    bench: &Workbench,
-    values: &[(usize, f64)],
-    survey: &Survey,
-    products: &Products,
-    explained: f64,
-) -> Option<(Term, f64, f64)> {
-    let left = bench.left_over(values);
-    let events = events::steps(bench, &left)
-        .into_iter()
-        .chain(events::slips(bench, &left))
-        .map(|event| (event.term, event.ratio, event.p_value));
-    let expressions = (0..3).filter_map(|axis| {
-        let best = survey.best(axis, &[])?;
-        let expression = products.names[best.product].clone();
-        Some((
-            Term {
+/// A term, the likelihood ratio it adds, and its chance.
+type FoundOne = (Term, f64, f64);
+
+/// What the search can see at one point.
+struct Sight<'a> {
+    bench: &'a Workbench<'a>,
+    parameters: &'a Parameters,
+    survey: &'a Survey,
+    products: &'a Products,
+}
+
+impl Sight<'_> {
+    fn objection(
+        &self,
+        information: &Information,
+        choice: &Choice,
+        verdicts: &[Verdict],
+    ) -> Option<Objection> {
+        let set: Vec<usize> = choice.chosen.iter().map(|one| one.effect).collect();
+        let terms = self.bench.terms().len();
+        let full = fit(self.parameters, information, &set, terms)
+            .1
+            .log_likelihood_gain;
+        for one in &choice.chosen {
+            let rest: Vec<usize> = set
+                .iter()
+                .copied()
+                .filter(|&kept| kept != one.effect)
+                .collect();
+            let (rest_indices, without) = fit(self.parameters, information, &rest, terms);
+            let share = 2.0 * (full - without.log_likelihood_gain);
+            let own: Vec<usize> = self.parameters.of(one.effect).collect();
+            let rest_values: Vec<(usize, f64)> = rest_indices
+                .into_iter()
+                .zip(without.values.iter().copied())
+                .collect();
+            let by_products: f64 = (0..3)
+                .filter_map(|axis| self.survey.best(axis, &own))
+                .filter(|best| best.p_value < FAMILY_SIGNIFICANCE)
+                .map(|best| best.ratio)
+                .sum();
+            let best = self.best_term(&rest_values, &own, 0.0, &|_| true);
+            let by_best = best.first().map_or(0.0, |(_, ratio, _)| *ratio);
+            if by_best.max(by_products) > share + CLEARLY_BETTER {
+                return Some(Objection::Better(best));
+            }
+        }
+        choice
+            .chosen
+            .iter()
+            .zip(verdicts)
+            .find(|(_, verdict)| verdict.p_value < VETO)
+            .map(|(one, verdict)| {
+                let chance = verdict.p_value;
+                Objection::Veto(
+                    one.effect,
+                    format!("its size differs between the regimes (chance {chance:.1e})"),
+                )
+            })
+    }
+
+    /// The most telling pattern in time or product of channels in what the values leave, `without` some
+    /// parameters of the survey. A line comes as a pair.
+    fn best_term(
+        &self,
+        values: &[(usize, f64)],
+        without: &[usize],
+        explained: f64,
+        fresh: &dyn Fn(&Term) -> bool,
+    ) -> Vec<FoundOne> {
+        let left = self.bench.left_over(values);
+        let one = |term: Term, ratio: f64, p_value: f64| vec![(term, ratio, p_value)];
+        let events = events::steps(self.bench, &left)
+            .into_iter()
+            .chain(events::slips(self.bench, &left))
+            .map(|event| one(event.term, event.ratio + PLAINER, event.p_value));
+        let lines = events::lines(self.bench, &left).into_iter().map(|pair| {
+            pair.into_iter()
+                .map(|e| (e.term, e.ratio, e.p_value))
+                .collect()
+        });
+        let expressions = (0..3).filter_map(|axis| {
+            let best = self.survey.best(axis, without)?;
+            let expression = self.products.names[best.product].clone();
+            let term = Term {
                 axis,
                 form: Form::Product { expression },
-            },
-            best.ratio,
-            best.p_value,
-        ))
-    });
-    // What imperfect regressors of the effects already found may leave behind.
-    let allowance = REGRESSOR_FIDELITY * REGRESSOR_FIDELITY * explained;
-    events
-        .chain(expressions)
-        .filter(|(term, ratio, p_value)| {
-            *p_value < FAMILY_SIGNIFICANCE
-                && *ratio > 1.0 + allowance
-                && !bench.terms().contains(term)
-        })
-        .max_by(|a, b| a.1.total_cmp(&b.1))
+            };
+            Some(one(term, best.ratio, best.p_value))
+        });
+        // What imperfect regressors of the effects already found may leave behind.
+        let allowance = REGRESSOR_FIDELITY * REGRESSOR_FIDELITY * explained;
+        events
+            .chain(lines)
+            .chain(expressions)
+            .filter(|found: &Vec<FoundOne>| {
+                let (_, ratio, p_value) = &found[0];
+                *p_value < FAMILY_SIGNIFICANCE
+                    && *ratio > 1.0 + allowance
+                    && found.iter().all(|(term, _, _)| fresh(term))
+            })
+            .max_by(|a, b| a[0].1.total_cmp(&b[0].1))
+            .unwrap_or_default()
+    }
+}
+
+fn position(indices: &[usize], index: usize) -> usize {
+    indices
+        .iter()
+        .position(|&known| known == index)
+        .expect("every term is fitted")
 }
 
 /// Refits everything after terms were added to the bench by hand.

@@ -18,6 +18,10 @@ use super::workbench::{Parameters, Workbench};
 /// An effect with less than this matched-filter SNR in a regime says nothing about itself there.
 const LEAST_SNR: f64 = 3.0;
 
+/// A regime in which the effect has less than this share of its power elsewhere shows only what the noise of
+/// the reference puts into the regressor.
+const LEAST_SHARE: f64 = 1e-2;
+
 /// Amplitudes may differ by what imperfect regressors and the covariance of the joint fit leave.
 const SYSTEMATIC: f64 = 10.0 * REGRESSOR_FIDELITY;
 
@@ -80,13 +84,23 @@ pub fn test(
         .iter()
         .zip(&predictions)
         .map(|(_, prediction)| {
-            let amplitudes: Vec<Amplitude> = regimes
+            let measured: Vec<(f64, Amplitude)> = regimes
                 .iter()
                 .filter_map(|regime| {
                     let rows = intersect(std::slice::from_ref(&regime.rows), &bench.portion.ranges);
                     let portion = Portion::new(rows, scene.streams.rate_hz)?;
-                    amplitude(bench, &portion, prediction, &left, regime)
+                    let amplitude = amplitude(bench, &portion, prediction, &left, regime)?;
+                    Some((amplitude.std.powi(-2) / portion.seconds(), amplitude))
                 })
+                .collect();
+            let strongest = measured
+                .iter()
+                .map(|(density, _)| *density)
+                .fold(0.0, f64::max);
+            let amplitudes: Vec<Amplitude> = measured
+                .into_iter()
+                .filter(|(density, _)| *density > LEAST_SHARE * strongest)
+                .map(|(_, amplitude)| amplitude)
                 .collect();
             let scatter: f64 = amplitudes
                 .iter()

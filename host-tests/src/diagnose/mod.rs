@@ -44,6 +44,8 @@ pub mod invariance;
 
 pub mod hunt;
 
+pub mod readings;
+
 pub mod excess;
 
 pub mod identify;
@@ -144,13 +146,15 @@ pub fn diagnose(
     bench.refit_noise(&candidates, &declared, true);
 
     let products = Products::new(&scene);
-    let mut catch = hunt::hunt(
+    let mut catch = readings::best(
         &mut bench,
-        &parameters,
-        &candidates,
-        &declared,
-        &split.regimes,
-        &products,
+        &readings::Hunt {
+            parameters: &parameters,
+            candidates: &candidates,
+            declared: &declared,
+            regimes: &split.regimes,
+            products: &products,
+        },
         progress,
     )
     .map_err(|problem| InputError::new(model_file, problem))?;

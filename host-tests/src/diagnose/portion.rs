@@ -110,6 +110,28 @@ impl Portion {
         bins
     }
 
+    /// Only the bins around `bin`, back in time, as (row of the recording, value).
+    pub fn back_in_time(&self, bins: &Bins, bin: usize) -> Vec<(usize, f64)> {
+        /// Bins on either side: a line between two bins has nine tenths of its power in them.
+        const AROUND: usize = 24;
+        let mut kept = vec![Complex64::new(0.0, 0.0); bins.len()];
+        let last = bins.len() - 1;
+        for near in bin.saturating_sub(AROUND).max(1)..(bin + AROUND).min(last) {
+            kept[near] = bins[near] / std::f64::consts::SQRT_2;
+        }
+        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(self.length);
+        let mut values = inverse.make_output_vec();
+        inverse
+            .process(&mut kept, &mut values)
+            .expect("lengths come from the plan");
+        let scale = 1.0 / (self.length as f64).sqrt();
+        self.ranges
+            .iter()
+            .flat_map(Clone::clone)
+            .zip(values.into_iter().map(|v| v * scale))
+            .collect()
+    }
+
     /// One unit jump of angle at the first row of each stretch.
     pub fn joints(&self) -> Vec<Bins> {
         let mut first = 0;

@@ -9,6 +9,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::empirical;
+use super::excess::NOISE_KINDS;
 use super::hypotheses::{self, Hypothesis};
 use super::scene::Scene;
 use super::streams::Triad;
@@ -56,7 +57,11 @@ pub fn residual_rad(
             }
         }
     }
-    for effect in &model.effects {
+    for effect in model
+        .effects
+        .iter()
+        .filter(|effect| !NOISE_KINDS.contains(&effect.kind.as_str()))
+    {
         let part = prediction_of(scene, effect, file)?;
         for (values, part) in residual.iter_mut().zip(part) {
             values

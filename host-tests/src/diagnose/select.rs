@@ -59,7 +59,7 @@ pub fn select(
     bench: &mut Workbench,
     parameters: &Parameters,
     candidates: &[usize],
-    declared: &[Declared; 3],
+    declared: Option<&[Declared; 3]>,
 ) -> Choice {
     let mut search = Search {
         parameters,
@@ -69,10 +69,11 @@ pub fn select(
     let mut set: Vec<usize> = Vec::new();
     bench.linearise_at_nothing();
     let mut information = bench.information();
-    for round in 0..2 {
+    let rounds = if declared.is_some() { 2 } else { 1 };
+    for round in 0..rounds {
         set = search.run(bench, &mut information, set);
         // The first noise model was fitted under a generous library; now only what was selected.
-        if round == 0 {
+        if let (0, Some(declared)) = (round, declared) {
             bench.refit_noise(&set, declared, false);
             information = bench.information();
         }
@@ -236,7 +237,11 @@ impl Search<'_> {
                 .position(|&i| i == index)
                 .expect("of the set")]
         };
-        information.solve(&indices, &by_index).log_evidence
+        let odds: f64 = set
+            .iter()
+            .map(|&effect| CATALOGUE[effect].card().log_prior_odds)
+            .sum();
+        information.solve(&indices, &by_index).log_evidence + odds
     }
 
     /// Whether every fitted value is credible physics.
@@ -375,20 +380,33 @@ impl Search<'_> {
             .collect()
     }
 
-    /// Kinds that would explain what `effect` explains, to within [`SEPARATION`].
+    /// Kinds that would explain what `effect` explains to within [`SEPARATION`], and either as probably or
+    /// without any loss that noise would show.
     fn rivals(&self, information: &Information, set: &[usize], effect: usize) -> Vec<usize> {
+        /// ln of the odds below which a loser stays in the class.
+        const CLOSE_EVIDENCE: f64 = 7.0;
+        /// Likelihood ratio that a right hypothesis loses to chance in one case of a hundred (3 degrees).
+        const NO_LOSS: f64 = 11.3;
         let full = self.fit(information, set).log_likelihood_gain;
+        let now = self.evidence(information, set);
         let rest: Vec<usize> = set.iter().copied().filter(|&kept| kept != effect).collect();
         self.candidates
             .iter()
             .copied()
             .filter(|rival| !set.contains(rival))
             .filter(|&rival| {
+                let kind = CATALOGUE[rival].card().kind;
+                if CATALOGUE[effect].card().special_case_of.contains(&kind) {
+                    return true;
+                }
                 let mut all = rest.clone();
                 all.push(rival);
                 all.sort_unstable();
                 let lost = 2.0 * (full - self.fit(information, &all).log_likelihood_gain);
-                lost < SEPARATION * SEPARATION && self.is_credible(information, &all)
+                let as_probable = now - self.evidence(information, &all) < CLOSE_EVIDENCE;
+                lost < SEPARATION * SEPARATION
+                    && (as_probable || lost < NO_LOSS)
+                    && self.is_credible(information, &all)
             })
             .collect()
     }

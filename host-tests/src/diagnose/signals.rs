@@ -4,7 +4,7 @@
 //! expression found in one recording can be evaluated in another: `omega_x` \[rad/s\], `abs_omega_x`,
 //! `alpha_x` \[rad/s²\], `force_x` \[m/s²\], `temperature_x` \[K since the start\], `temperature_rate_x` \[K/s\],
 //! `field_x` \[T\], `dither_rate_x` \[rad/s\], `dither_angle_x` \[rad\], `time` \[s since the start\],
-//! `window(a,b)` (1 between a and b s), and every channel of unknown quantity under its own name.
+//! `window(a,b)` (1 between a and b s), `sine(f)` and `cosine(f)` (f in Hz, from the start), `decay(s)` (exp(−t/s)), and every channel of unknown quantity under its own name.
 
 use super::scene::Scene;
 use super::streams::AXES;
@@ -58,6 +58,28 @@ pub fn signal(scene: &Scene, name: &str) -> Option<Vec<f64>> {
         };
         return Some((0..streams.rows).map(inside).collect());
     }
+    for (prefix, phase) in [("sine(", 0.0), ("cosine(", std::f64::consts::FRAC_PI_2)] {
+        if let Some(frequency) = name
+            .strip_prefix(prefix)
+            .and_then(|rest| rest.strip_suffix(')'))
+        {
+            let turn = std::f64::consts::TAU * frequency.trim().parse::<f64>().ok()?;
+            let at = |row: usize| (turn * (streams.middle_s(row) - streams.start_s) + phase).sin();
+            return Some((0..streams.rows).map(at).collect());
+        }
+    }
+    if let Some(constant) = name
+        .strip_prefix("decay(")
+        .and_then(|rest| rest.strip_suffix(')'))
+    {
+        let constant_s = constant
+            .trim()
+            .parse::<f64>()
+            .ok()
+            .filter(|constant_s| *constant_s > 0.0)?;
+        let at = |row: usize| (-(streams.middle_s(row) - streams.start_s) / constant_s).exp();
+        return Some((0..streams.rows).map(at).collect());
+    }
     if let Some((_, values)) = streams.others.iter().find(|(other, _)| other == name) {
         return Some(values.clone());
     }
@@ -90,6 +112,24 @@ pub fn signal(scene: &Scene, name: &str) -> Option<Vec<f64>> {
     }
 }
 
+/// Whether a channel moved enough to be recognised. Less than a twentieth of a kelvin is converter noise:
+/// no gyro coefficient turns it into a hundredth of a degree per hour.
+fn moves(signal: &Signal) -> bool {
+    const LEAST_SPAN_K: f64 = 0.05;
+    let (least, most) = signal
+        .values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| {
+            (least.min(*v), most.max(*v))
+        });
+    let needed = if signal.name.starts_with("temperature_") {
+        LEAST_SPAN_K
+    } else {
+        0.0
+    };
+    most - least > needed
+}
+
 /// The signals from which products are formed, and those that stand alone.
 pub fn vocabulary(scene: &Scene) -> (Vec<Signal>, Vec<Signal>) {
     let named = |stems: &[&str]| -> Vec<Signal> {
@@ -102,7 +142,7 @@ pub fn vocabulary(scene: &Scene) -> (Vec<Signal>, Vec<Signal>) {
                     name,
                 })
             })
-            .filter(|signal| signal.values.iter().any(|value| *value != signal.values[0]))
+            .filter(|signal| moves(signal))
             .collect()
     };
     let others = scene.streams.others.iter().map(|(name, values)| Signal {
@@ -118,6 +158,14 @@ pub fn vocabulary(scene: &Scene) -> (Vec<Signal>, Vec<Signal>) {
         "dither_rate",
         "dither_angle",
     ]);
+    // Warming up, settling: a decay within the record, in steps of an octave.
+    let decays = [1, 2, 4, 8, 16, 32].map(|constant_s| format!("decay({constant_s})"));
+    alone.extend(decays.into_iter().filter_map(|name| {
+        Some(Signal {
+            values: signal(scene, &name)?,
+            name,
+        })
+    }));
     alone.push(Signal {
         name: "time".to_string(),
         values: signal(scene, "time").expect("time is always known"),

@@ -70,6 +70,13 @@ struct Column {
     bins: Bins,
 }
 
+/// What a search changes on a [`Workbench`].
+pub struct Snapshot {
+    noise: [Noise; 3],
+    terms: Vec<Term>,
+    at: Vec<Vec<f64>>,
+}
+
 /// See the page above.
 pub struct Workbench<'a> {
     scene: &'a Scene,
@@ -194,11 +201,62 @@ impl<'a> Workbench<'a> {
         Ok(())
     }
 
-    /// Takes the last found term out again.
-    pub fn remove_last_term(&mut self) {
-        if self.terms.pop().is_some() {
-            let index = self.parameters.count() + self.terms.len();
-            self.columns.retain(|column| column.index != index);
+    /// Takes all found terms out.
+    pub fn clear_terms(&mut self) {
+        while !self.terms.is_empty() {
+            self.remove_term(self.terms.len() - 1);
+        }
+    }
+
+    /// What a search changes on the bench.
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            noise: self.noise,
+            terms: self.terms.clone(),
+            at: self.at.clone(),
+        }
+    }
+
+    /// Puts the bench back.
+    pub fn restore(&mut self, snapshot: Snapshot) -> Result<(), String> {
+        self.clear_terms();
+        self.noise = snapshot.noise;
+        for term in snapshot.terms {
+            self.add_term(term)?;
+        }
+        for (effect, at) in snapshot.at.iter().enumerate() {
+            if self.at[effect] != *at {
+                self.relinearise(effect, at);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whittle log-likelihood of what the values leave: −½ Σ (degrees · ln S + power/S).
+    pub fn whittle(&self, values: &[(usize, f64)]) -> f64 {
+        let left = self.left_over(values);
+        (0..3)
+            .map(|axis| {
+                let weights = self.noise[axis].weights(&self.portion);
+                left[axis]
+                    .iter()
+                    .zip(&weights)
+                    .enumerate()
+                    .map(|(bin, (value, weight))| {
+                        -0.5 * (value.norm_sqr() * weight - self.portion.degrees(bin) * weight.ln())
+                    })
+                    .sum::<f64>()
+            })
+            .sum()
+    }
+
+    /// Takes a found term out again.
+    pub fn remove_term(&mut self, place: usize) {
+        self.terms.remove(place);
+        let gone = self.parameters.count() + place;
+        self.columns.retain(|column| column.index != gone);
+        for column in self.columns.iter_mut().filter(|column| column.index > gone) {
+            column.index -= 1;
         }
     }
 
@@ -324,6 +382,18 @@ impl<'a> Workbench<'a> {
             super::information::fit_away(left, &self.joints, &weights);
         }
         left
+    }
+
+    /// `bins` of one gyro over √S near `bin`, back in time as (row of the recording, value of unit variance
+    /// per row): enough bins around to refine a line, thinned to what they need.
+    pub fn whitened_in_time(&self, axis: usize, bins: &Bins, bin: usize) -> Vec<(usize, f64)> {
+        let level = self.noise[axis].at(self.portion.frequency_hz(bin), 0.0);
+        let scale = level.sqrt().recip();
+        self.portion
+            .back_in_time(bins, bin)
+            .into_iter()
+            .map(|(row, value)| (row, value * scale))
+            .collect()
     }
 
     /// The residual's bins as they are.

@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "s^6/rad^2",
     typical: 1e-12,
     largest: 1e-8,
+    log_prior_odds: -5.0,
+    special_case_of: &[],
     left_out: "The dither suspension bends more than in proportion: the tilt has a term in the cube of the angular acceleration.",
     next_experiment: "The same coning at two amplitudes: the drift of this effect grows as the fourth power, that of linear flexure as the square.",
 };

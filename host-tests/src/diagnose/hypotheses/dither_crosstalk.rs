@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "1",
     typical: 1e-4,
     largest: 0.1,
+    log_prior_odds: 0.0,
+    special_case_of: &[],
     left_out: "The gyro senses a share of the dither of a neighbouring block, through the structure or the electronics.",
     next_experiment: "Switch the dithers off one at a time.",
 };

@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "1/rad^2",
     typical: 1e2,
     largest: 1e6,
+    log_prior_odds: 0.0,
+    special_case_of: &[],
     left_out: "The dither pickoff is not linear: a cubic term leaves lines at one and three times the dither frequency after stripping.",
     next_experiment: "None needed: the dither itself shows it at rest.",
 };

@@ -16,6 +16,8 @@ static CARD: Card = Card {
     unit: "s",
     typical: 1e-6,
     largest: 1e-3,
+    log_prior_odds: 0.0,
+    special_case_of: &[],
     left_out: "The dither pickoff is sampled late against the pulse counter, so stripping leaves a residue in quadrature with the dither.",
     next_experiment: "None needed: the dither itself shows it at rest.",
 };

@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "1",
     typical: 1e-4,
     largest: 0.2,
+    log_prior_odds: 0.0,
+    special_case_of: &[],
     left_out: "The dither pickoff reads the block motion with a wrong gain, so stripping leaves a residue of the dither in the increments.",
     next_experiment: "None needed: the dither itself shows it at rest.",
 };

@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "rad per m/s^2",
     typical: 1e-7,
     largest: 1e-3,
+    log_prior_odds: -2.0,
+    special_case_of: &[],
     left_out: "The block turns elastically with the force on it; the gyro reports that turning as a rate of the case.",
     next_experiment: "Linear vibration along each axis without rotation.",
 };

@@ -16,6 +16,8 @@ static CARD: Card = Card {
     unit: "s",
     typical: 2e-5,
     largest: 0.02,
+    log_prior_odds: 0.0,
+    special_case_of: &[],
     left_out: "The gyro channel is late (or early) against the reference by a fixed time that the model does not know.",
     next_experiment: "Any vigorous oscillation; two frequencies tell a delay from a phase.",
 };

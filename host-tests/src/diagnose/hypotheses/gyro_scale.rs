@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "1",
     typical: 1e-5,
     largest: 0.05,
+    log_prior_odds: 0.0,
+    special_case_of: &[],
     left_out: "The angle of one pulse is not what the model says: the laser senses case motion and dither alike with a scale error.",
     next_experiment: "A slew of whole turns about each axis shows the scale against the turntable.",
 };

@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "s^2/rad^2",
     typical: 1e-5,
     largest: 0.1,
+    log_prior_odds: -2.0,
+    special_case_of: &[],
     left_out: "The scale of the gyro changes with the square of its rate.",
     next_experiment: "Slews at several rates: the scale error of this effect grows as the square of the rate.",
 };

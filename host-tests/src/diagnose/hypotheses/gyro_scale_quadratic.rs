@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "s/rad",
     typical: 1e-5,
     largest: 0.1,
+    log_prior_odds: -2.0,
+    special_case_of: &[],
     left_out: "The gyro has a small term in the square of its rate, so an oscillation leaves a drift that grows as its square.",
     next_experiment: "Slews at several rates, both senses: this effect is even in the rate and grows as its square.",
 };

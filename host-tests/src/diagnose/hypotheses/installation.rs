@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "rad",
     typical: 3e-5,
     largest: 0.02,
+    log_prior_odds: 0.0,
+    special_case_of: &[],
     left_out: "The sensing axes do not lie where the installation matrix of the model puts them, so each gyro sees a share of the rates across it.",
     next_experiment: "A slew about each axis shows the angles; none of them leaves a drift under vibration.",
 };

@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "rad/K",
     typical: 1e-5,
     largest: 1e-2,
+    log_prior_odds: -2.0,
+    special_case_of: &[],
     left_out: "The sensing axes turn with the temperature of the block and the model keeps the installation constant.",
     next_experiment: "Repeat the same slew at two temperatures.",
 };

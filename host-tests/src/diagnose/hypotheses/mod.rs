@@ -123,6 +123,11 @@ pub struct Card {
     pub typical: f64,
     /// Beyond this the effect is not credible physics for this kind of instrument.
     pub largest: f64,
+    /// ln of the odds against plain effects (a bias, a linear flexure) before looking at the data: a cubic law
+    /// without a linear one, or a rare cause, must explain a little more to be named first.
+    pub log_prior_odds: f64,
+    /// Kinds that contain this one exactly: no recording of this form tells it from them.
+    pub special_case_of: &'static [&'static str],
     /// What was left out of the model, for a navigation engineer, in a sentence or two.
     pub left_out: &'static str,
     /// The motion or record that shows or separates it.

@@ -16,6 +16,8 @@ static CARD: Card = Card {
     unit: "s",
     typical: 2e-5,
     largest: 0.02,
+    log_prior_odds: 0.0,
+    special_case_of: &["gyro_delay"],
     left_out: "The clock of the reference and the clock of the gyros differ by a fixed time.",
     next_experiment: "A second reference, or an event marked on both clocks, tells a late reference from late gyros.",
 };

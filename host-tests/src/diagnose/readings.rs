@@ -1,0 +1,111 @@
+//! Two readings of a slow residual: drifting noise, or physics.
+//!
+//! Enters: a bench whose noise was fitted under a generous library. Leaves: the better [`Catch`], with the
+//! bench as that reading left it. Drifting noise and a slow line, step or decay can imitate each other: a
+//! noise fit that takes the line for drift hides it, a library that eats the drift invents effects. So
+//! where the noise fit finds drift, the search is run a second time with the declared noise, and the two
+//! readings are compared by Whittle likelihood, every parameter and drifting term paid for; physics must
+//! win clearly.
+
+use super::hunt::{self, Catch};
+use super::noise::{Declared, Noise};
+use super::products::Products;
+use super::split::Regime;
+use super::workbench::{Parameters, Workbench};
+
+/// Drift is in question when it raises S at the lowest frequencies by more than this factor.
+const INFLATED: f64 = 1.3;
+
+/// What a free number costs: half the logarithm of the few hundred bins in which drift lives.
+const PRICE: f64 = 3.0;
+
+/// ln of the odds by which physics must beat drifting noise.
+const CLEAR_WIN: f64 = 10.0;
+
+/// What a search needs besides the bench.
+pub struct Hunt<'a> {
+    /// Numbering of the catalogue's parameters.
+    pub parameters: &'a Parameters,
+    /// Effects to try.
+    pub candidates: &'a [usize],
+    /// Declared noise.
+    pub declared: &'a [Declared; 3],
+    /// Stretches of like motion.
+    pub regimes: &'a [Regime],
+    /// Unlisted expressions.
+    pub products: &'a Products,
+}
+
+/// The better reading.
+pub fn best(bench: &mut Workbench, hunt: &Hunt, progress: &dyn Fn(&str)) -> Result<Catch, String> {
+    let fitted = bench.noise;
+    let inflation = |noise: &Noise, seconds: f64| {
+        let steady = Noise {
+            theta: [noise.theta[0], noise.theta[1], 0.0, 0.0],
+            ..*noise
+        };
+        let lowest_hz = 2.0 / seconds;
+        noise.at(lowest_hz, lowest_hz) / steady.at(lowest_hz, lowest_hz)
+    };
+    let seconds = bench.portion.seconds();
+    let drifts = fitted
+        .iter()
+        .any(|noise| inflation(noise, seconds) > INFLATED);
+    let as_noise = run(bench, hunt, true, progress)?;
+    let known = hunt
+        .declared
+        .iter()
+        .all(|declared| declared.random_walk.is_some());
+    if !drifts || !known {
+        return Ok(as_noise);
+    }
+    let price = |bench: &Workbench, catch: &Catch| {
+        let drifting = bench
+            .noise
+            .iter()
+            .filter(|noise| inflation(noise, seconds) > INFLATED)
+            .count();
+        bench.whittle(&catch.values) - PRICE * (catch.values.len() + drifting) as f64
+    };
+    let noise_score = price(bench, &as_noise);
+    let kept = bench.snapshot();
+    bench.clear_terms();
+    bench.noise = [0, 1, 2].map(|axis: usize| {
+        let level = |declared: Option<f64>, fitted: f64| declared.unwrap_or(fitted);
+        let declared = hunt.declared[axis];
+        let [walk, white, _, _] = fitted[axis].theta;
+        Noise {
+            theta: [
+                level(declared.random_walk, walk),
+                level(declared.white_angle, white),
+                0.0,
+                0.0,
+            ],
+            ..fitted[axis]
+        }
+    });
+    let as_physics = run(bench, hunt, false, progress)?;
+    let physics_score = price(bench, &as_physics);
+    if physics_score > noise_score + CLEAR_WIN {
+        return Ok(as_physics);
+    }
+    bench.restore(kept)?;
+    Ok(as_noise)
+}
+
+fn run(
+    bench: &mut Workbench,
+    hunt: &Hunt,
+    refit_noise: bool,
+    progress: &dyn Fn(&str),
+) -> Result<Catch, String> {
+    hunt::hunt(
+        bench,
+        hunt.parameters,
+        hunt.candidates,
+        refit_noise.then_some(hunt.declared),
+        hunt.regimes,
+        hunt.products,
+        progress,
+    )
+}
