@@ -142,7 +142,7 @@ pub fn vocabulary(scene: &Scene) -> (Vec<Signal>, Vec<Signal>) {
                     name,
                 })
             })
-            .filter(|signal| moves(signal))
+            .filter(moves)
             .collect()
     };
     let others = scene.streams.others.iter().map(|(name, values)| Signal {
