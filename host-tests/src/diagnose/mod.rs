@@ -94,6 +94,18 @@ pub fn diagnose(
     seed: u64,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
+    diagnose_without(&[], recording, model, model_file, seed, progress)
+}
+
+/// The same with some kinds taken out of the catalogue: what the tool says of physics it does not know.
+pub fn diagnose_without(
+    left_out: &[&str],
+    recording: &Recording,
+    model: &Model,
+    model_file: &Path,
+    seed: u64,
+    progress: &dyn Fn(&str),
+) -> Result<Outcome, InputError> {
     progress("aligning the channels");
     let streams = Streams::align(recording, model)?;
     let rate_hz = streams.rate_hz;
@@ -124,6 +136,7 @@ pub fn diagnose(
     let parameters = Parameters::of_catalogue();
     let candidates: Vec<usize> = (0..CATALOGUE.len())
         .filter(|&effect| CATALOGUE[effect].missing(&scene).is_none())
+        .filter(|&effect| !left_out.contains(&CATALOGUE[effect].card().kind))
         .collect();
     let nothing: Vec<Vec<f64>> = CATALOGUE
         .iter()

@@ -10,14 +10,37 @@ use tempfile::TempDir;
 /// The arguments of a command, from a recording, a model and an output.
 pub type Arguments = fn(&Path, &Path, &Path) -> Vec<OsString>;
 
-pub const READERS_OF_RECORDINGS: &[Arguments] = &[inspect];
-pub const READERS_OF_MODELS: &[Arguments] = &[params];
+pub const READERS_OF_RECORDINGS: &[Arguments] = &[inspect, diagnose, replay];
+pub const READERS_OF_MODELS: &[Arguments] = &[params, diagnose, replay];
+
+/// The good recording has a single gyro, to keep every case short: these take it, the others refuse it for
+/// that alone and are held to good recordings in their own tests.
+pub const CONTENT_WITH_ONE_GYRO: &[Arguments] = &[inspect, params];
 
 pub fn inspect(recording: &Path, _: &Path, _: &Path) -> Vec<OsString> {
     vec!["inspect".into(), "--json".into(), recording.into()]
 }
 
-fn params(_: &Path, model: &Path, out: &Path) -> Vec<OsString> {
+fn diagnose(recording: &Path, model: &Path, out: &Path) -> Vec<OsString> {
+    let (model_flag, out_flag) = ("--model".into(), "--out".into());
+    vec![
+        "diagnose".into(),
+        recording.into(),
+        model_flag,
+        model.into(),
+        out_flag,
+        out.into(),
+    ]
+}
+
+fn replay(recording: &Path, model: &Path, out: &Path) -> Vec<OsString> {
+    let mut arguments = diagnose(recording, model, out);
+    arguments[0] = "replay".into();
+    arguments.extend(["--core".into(), "f32".into()]);
+    arguments
+}
+
+pub fn params(_: &Path, model: &Path, out: &Path) -> Vec<OsString> {
     vec!["params".into(), model.into(), "--out".into(), out.into()]
 }
 
@@ -162,9 +185,15 @@ pub fn table(text: &str) -> Bench {
 }
 
 /// The good model with `from` replaced.
-pub fn model(from: &str, to: &str, parts: &[&str]) {
+pub fn model_with(from: &str, to: &str) -> Bench {
     let bench = Bench::new();
     assert!(MODEL.contains(from), "{from:?} is not in the good model");
     fs::write(bench.model(), MODEL.replacen(from, to, 1)).expect("a file");
+    bench
+}
+
+/// Every reader of models refuses the good model with `from` replaced.
+pub fn model(from: &str, to: &str, parts: &[&str]) {
+    let bench = model_with(from, to);
     bench.is_refused(READERS_OF_MODELS, parts);
 }

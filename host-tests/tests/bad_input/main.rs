@@ -9,12 +9,12 @@ mod models;
 mod outputs;
 mod tables;
 
-use bench::{Bench, READERS_OF_MODELS, READERS_OF_RECORDINGS};
+use bench::{Bench, CONTENT_WITH_ONE_GYRO};
 
 #[test]
 fn the_good_recording_and_model_are_accepted_with_their_gaps() {
     let bench = Bench::new();
-    for arguments in READERS_OF_RECORDINGS.iter().chain(READERS_OF_MODELS) {
+    for arguments in CONTENT_WITH_ONE_GYRO {
         let output = bench.run(*arguments);
         assert_eq!(
             output.status.code(),

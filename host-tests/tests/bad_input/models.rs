@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::bench::{Bench, READERS_OF_MODELS, model};
+use crate::bench::{Bench, READERS_OF_MODELS, model, model_with, params};
 
 #[test]
 fn a_model_that_is_not_there() {
@@ -130,5 +130,6 @@ fn a_parameter_that_is_missing() {
 
 #[test]
 fn a_model_beyond_the_chains_formats() {
-    model("xy = 7e-8", "xy = 7e-5", &["model.toml", "flexure_s2"]);
+    let bench = model_with("xy = 7e-8", "xy = 7e-5");
+    bench.is_refused(&[params], &["model.toml", "flexure_s2"]);
 }

@@ -1,0 +1,144 @@
+//! Effects concealed by this workspace's simulator, which shares no code with the diagnosis. Sizes are
+//! those of real instruments, at a matched-filter SNR of 15 and more.
+
+use rlg::diagnose::diagnose;
+use rlg::diagnose::result::{Diagnosis, ParameterEntry, Verdict};
+use rlg::simulate::scenario::Scenario;
+use rlg::simulate::simulate;
+use std::path::Path;
+
+const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../scenarios/null.toml");
+
+/// Each parameter within this many of its standard deviations: of some forty in this file, one in three
+/// hundred is further than three by chance, one in fifteen thousand further than four.
+const WITHIN: f64 = 4.0;
+
+fn diagnosis_of(effect: &str, seed: u64) -> Diagnosis {
+    let text = format!("{STILL_SLEWS_AND_VIBRATION}\n{effect}");
+    let scenario = Scenario::parse(&text, Path::new("null.toml")).expect("a scenario");
+    let simulation = simulate(&scenario, seed, |_| {});
+    diagnose(
+        &simulation.recording,
+        &simulation.model,
+        Path::new("model.toml"),
+        0,
+        &|_| {},
+    )
+    .expect("a diagnosis")
+    .diagnosis
+}
+
+/// `kind` alone is named and its parameters are the concealed ones.
+fn is_named(kind: &str, concealed: &[(&str, f64)]) {
+    let values: String = concealed
+        .iter()
+        .map(|(name, value)| format!("{name} = {value:e}\n"))
+        .collect();
+    let effect = format!("[[effect]]\nkind = \"{kind}\"\nconcealed = true\n{values}");
+    let diagnosis = diagnosis_of(&effect, 11);
+    assert_eq!(
+        diagnosis.effects.len(),
+        1,
+        "{kind}: {:#?}",
+        diagnosis.summary
+    );
+    let found = &diagnosis.effects[0];
+    assert_eq!(found.kind, kind, "{:#?}", diagnosis.summary);
+    for parameter in &found.parameters {
+        let ParameterEntry::Number {
+            name, value, std, ..
+        } = parameter
+        else {
+            continue;
+        };
+        let truth = concealed
+            .iter()
+            .find(|(known, _)| known == name)
+            .map_or(0.0, |(_, value)| *value);
+        assert!(
+            (value - truth).abs() < WITHIN * std,
+            "{kind} {name}: {value:e} ± {std:e}, {truth:e}"
+        );
+    }
+    assert_eq!(
+        diagnosis.verdict,
+        Verdict::Explained,
+        "{:#?}",
+        diagnosis.summary
+    );
+}
+
+#[test]
+fn nothing_concealed_is_nothing_found() {
+    for seed in [1, 2, 3] {
+        let diagnosis = diagnosis_of("", seed);
+        assert_eq!(
+            diagnosis.verdict,
+            Verdict::Matches,
+            "seed {seed}: {:#?}",
+            diagnosis.summary
+        );
+        assert!(diagnosis.effects.is_empty());
+    }
+}
+
+#[test]
+fn a_bias_is_named() {
+    is_named("gyro_bias", &[("x", 1.5e-6), ("y", -2e-6), ("z", 1e-6)]);
+}
+
+#[test]
+fn a_scale_error_is_told_from_a_reference_scale_by_the_dither() {
+    is_named("gyro_scale", &[("x", 3e-5), ("y", -4e-5), ("z", 2e-5)]);
+    is_named("reference_scale", &[("x", 3e-5), ("y", -4e-5), ("z", 2e-5)]);
+}
+
+#[test]
+fn an_installation_error_is_named() {
+    let angles = [
+        ("xy", 2e-5),
+        ("xz", -1e-5),
+        ("yx", 1.5e-5),
+        ("yz", 3e-5),
+        ("zx", -2e-5),
+        ("zy", 1e-5),
+    ];
+    is_named("installation", &angles);
+}
+
+#[test]
+fn a_wrong_dither_gain_and_delay_are_named() {
+    is_named("dither_gain", &[("x", 1e-4), ("y", -2e-4), ("z", 3e-4)]);
+    is_named("dither_delay", &[("x", 5e-7), ("y", -8e-7), ("z", 1e-6)]);
+}
+
+#[test]
+fn a_late_gyro_is_named() {
+    is_named("gyro_delay", &[("x", 3e-5), ("y", -2e-5), ("z", 5e-5)]);
+}
+
+#[test]
+fn a_jump_in_angle_is_no_physics_of_motion() {
+    let effect = "[[effect]]\nkind = \"counter_slip\"\nconcealed = true\naxis = \"z\"\ntime_s = 12.34\nsize = 3e-5\n";
+    let diagnosis = diagnosis_of(effect, 11);
+    assert_eq!(diagnosis.effects.len(), 1, "{:#?}", diagnosis.summary);
+    assert_eq!(diagnosis.effects[0].kind, "counter_slip");
+}
+
+#[test]
+fn two_effects_at_once_are_both_named() {
+    let effects = "[[effect]]\nkind = \"gyro_bias\"\nconcealed = true\nx = 2e-6\ny = -2e-6\nz = 2e-6\n\
+        [[effect]]\nkind = \"dither_gain\"\nconcealed = true\nx = 2e-4\ny = 2e-4\nz = -2e-4\n";
+    let diagnosis = diagnosis_of(effects, 5);
+    let kinds: Vec<&str> = diagnosis
+        .effects
+        .iter()
+        .map(|effect| effect.kind.as_str())
+        .collect();
+    assert_eq!(
+        kinds,
+        ["gyro_bias", "dither_gain"],
+        "{:#?}",
+        diagnosis.summary
+    );
+}

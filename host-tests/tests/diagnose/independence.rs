@@ -1,0 +1,75 @@
+//! The tool never sees the answer, and its answer does not depend on the machine.
+
+use std::fs;
+use std::path::Path;
+
+use assert_cmd::Command;
+use rlg::simulate::coning_demo;
+
+#[test]
+fn diagnosis_imports_neither_simulator_nor_core_nor_truth() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/diagnose");
+    let mut folders = vec![root];
+    let mut read = 0;
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let text = fs::read_to_string(&path).expect("a source file");
+            read += 1;
+            for forbidden in [
+                "simulate::",
+                "trueaxis",
+                "reference::",
+                "replay::",
+                "truth.json",
+                "truth/",
+            ] {
+                let named = text
+                    .lines()
+                    .any(|line| !line.trim_start().starts_with("//") && line.contains(forbidden));
+                assert!(!named, "{} names {forbidden}", path.display());
+            }
+        }
+    }
+    assert!(read > 30, "only {read} files were looked at");
+}
+
+#[test]
+fn any_number_of_threads_writes_the_same_bytes() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let simulation = coning_demo(3).expect("the demo's scenario");
+    let recording = folder.path().join("recording");
+    simulation
+        .recording
+        .write_to(&recording)
+        .expect("a recording");
+    let model = folder.path().join("model.toml");
+    simulation.model.write(&model).expect("a model");
+    let written: Vec<Vec<(String, Vec<u8>)>> = ["1", "2", "3"]
+        .iter()
+        .map(|threads| {
+            let out = folder.path().join(format!("out-{threads}"));
+            Command::cargo_bin("rlg")
+                .expect("the command is built")
+                .args(["diagnose", "--quiet", "--threads", threads, "--model"])
+                .args([&model, &recording])
+                .arg("--out")
+                .arg(&out)
+                .assert()
+                .success();
+            ["diagnosis.json", "model.toml", "report.html"]
+                .map(|name| {
+                    (
+                        name.to_string(),
+                        fs::read(out.join(name)).expect("a result"),
+                    )
+                })
+                .to_vec()
+        })
+        .collect();
+    assert!(written[0] == written[1] && written[1] == written[2]);
+}

@@ -1,0 +1,6 @@
+//! The mismatch tool against recordings whose truth is known to these tests and to nothing they test.
+
+mod bench_recordings;
+mod concealed_effects;
+mod independence;
+mod stages;
