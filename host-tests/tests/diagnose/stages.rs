@@ -84,7 +84,7 @@ fn the_standard_deviation_of_a_mean_rate_is_what_many_records_scatter_by() {
 #[test]
 fn the_noise_fit_does_not_come_out_low_under_a_library() {
     let rows = increments(160_000, 9);
-    let portion = Portion::new(vec![0..160_000], RATE_HZ).expect("rows");
+    let portion = Portion::new(std::iter::once(0..160_000).collect(), RATE_HZ).expect("rows");
     let residual = portion.transform(&rows);
     // A library that eats most of the lowest bins: what is left there looks quiet.
     let library: Vec<Bins> = (1..60)
@@ -118,7 +118,7 @@ fn the_noise_fit_does_not_come_out_low_under_a_library() {
 #[test]
 fn a_declared_level_stands_until_the_data_contradict_it() {
     let rows = increments(160_000, 4);
-    let portion = Portion::new(vec![0..160_000], RATE_HZ).expect("rows");
+    let portion = Portion::new(std::iter::once(0..160_000).collect(), RATE_HZ).expect("rows");
     let residual = portion.transform(&rows);
     let joints = portion.joints();
     let columns: Vec<&Bins> = joints.iter().collect();
