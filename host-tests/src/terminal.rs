@@ -94,7 +94,10 @@ impl Terminal {
 
     /// A sign of life for work whose length is not known.
     pub fn spinner(&self, label: &'static str) -> ProgressBar {
-        let spinner = ProgressBar::with_draw_target(None, self.target()).with_message(label);
+        // Without a style of its own a bar of unknown length shows "0/0" and no words.
+        let spinner = ProgressBar::with_draw_target(None, self.target())
+            .with_style(ProgressStyle::default_spinner())
+            .with_message(label);
         if !spinner.is_hidden() {
             spinner.enable_steady_tick(SPIN);
         }
