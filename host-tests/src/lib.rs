@@ -27,3 +27,5 @@ pub mod command;
 pub mod diagnose;
 
 pub mod report;
+
+pub mod demo;

@@ -14,6 +14,7 @@ use clap::{Args, Parser, Subcommand};
 use crate::error::InputError;
 use crate::terminal::Terminal;
 
+mod demo;
 mod diagnose;
 mod inputs;
 mod inspect;
@@ -45,6 +46,7 @@ struct Talk {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Demo(demo::DemoCommand),
     Diagnose(diagnose::Diagnose),
     Inspect(inspect::Inspect),
     OnTarget(on_target::OnTargetCommand),
@@ -56,6 +58,7 @@ enum Command {
 impl Command {
     fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         match self {
+            Self::Demo(command) => command.run(terminal),
             Self::Diagnose(command) => command.run(terminal),
             Self::Inspect(command) => command.run(terminal),
             Self::OnTarget(command) => command.run(terminal),

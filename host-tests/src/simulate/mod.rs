@@ -87,13 +87,17 @@ pub struct Simulation {
     pub case_increments_rad: Vec<[f64; 3]>,
 }
 
-/// The scenario of [`coning_demo`].
+/// The scenario of [`demo_scenario`].
 const DEMO_SCENARIO: &str = include_str!("../../scenarios/coning.toml");
 
-/// The coning scenario that comes with the tool, with its flexure concealed.
+/// The coning scenario that comes with the tool; it conceals the flexure of the blocks.
+pub fn demo_scenario() -> Result<Scenario, InputError> {
+    Scenario::parse(DEMO_SCENARIO, Path::new("scenarios/coning.toml"))
+}
+
+/// A run of [`demo_scenario`].
 pub fn coning_demo(seed: u64) -> Result<Simulation, InputError> {
-    let scenario = Scenario::parse(DEMO_SCENARIO, Path::new("scenarios/coning.toml"))?;
-    Ok(simulate(&scenario, seed, |_| {}))
+    Ok(simulate(&demo_scenario()?, seed, |_| {}))
 }
 
 /// Rows between two reports of progress: a few hundred reports a second of work.

@@ -1,0 +1,324 @@
+//! The whole story once: simulate, replay, diagnose, correct, replay.
+//!
+//! Enters: a seed and a length \[s\]. Leaves: [`Demo`]: the simulated recording with its model, the
+//! diagnosis, the parameters that the firmware would be flashed with, and [`Figures`], the drifts of the chain
+//! before and after \[°/h\], body axes.
+//!
+//! Data flow: scenario → recording → chain with Eq. (7) alone → diagnosis → the found effects as the
+//! chain's parameters → chain in f32 and in fixed point, each against the f64 reference chain.
+//!
+//! What is concealed reaches [`Figures`] from the simulator directly, to be shown beside what was found;
+//! neither the diagnosis nor the chain sees it. Deliberately not here: words and files; the command has them.
+
+use std::path::Path;
+
+use serde::Serialize;
+use trueaxis::{ParameterError, Parameters};
+
+use crate::diagnose::result::{Identifiable, NoiseEntry, ParameterEntry};
+use crate::diagnose::{Outcome, diagnose};
+use crate::error::InputError;
+use crate::model::compensation::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
+use crate::recording::{Axis, Recording, Segment};
+use crate::replay::drift::{
+    DEG_H_PER_RAD_S, drift_deg_h, periods_in, reference_rotations_rad, segments,
+};
+use crate::replay::samples::{ReplayInput, Setup, samples_from_recording};
+use crate::replay::{Core, Replay, replay};
+use crate::simulate::scenario::Scenario;
+use crate::simulate::{Simulation, Truth, demo_scenario, simulate};
+
+/// Everything the demo leaves.
+pub struct Demo {
+    /// What was simulated.
+    pub simulation: Simulation,
+    /// What the diagnosis made of it.
+    pub outcome: Outcome,
+    /// What the firmware is given afterwards.
+    pub parameters: Parameters,
+    /// The result in numbers.
+    pub figures: Figures,
+}
+
+/// The result in numbers.
+#[derive(Debug, Clone, Serialize)]
+pub struct Figures {
+    /// Format of these figures.
+    pub format: u32,
+    /// Version of the tool.
+    pub version: &'static str,
+    /// Seed of the simulation.
+    pub seed: u64,
+    /// Length of the recording \[s\].
+    pub seconds: f64,
+    /// Kinds that were found.
+    pub found: Vec<String>,
+    /// What the recording fixes best, beside what was concealed.
+    pub fixed: Vec<Fixed>,
+    /// Drift while the case cones.
+    pub segments: Vec<SegmentDrift>,
+    /// Largest drift before over the largest after, the worse of both number systems.
+    pub times_less: f64,
+    /// Kinds among them that the chain has no term for.
+    pub uncompensated: Vec<String>,
+    /// Largest mean difference to the f64 reference chain, any axis and segment \[°/h\].
+    pub against_reference_deg_h: ByCore,
+}
+
+/// A combination of parameters, found and concealed.
+#[derive(Debug, Clone, Serialize)]
+pub struct Fixed {
+    /// Kind of the effect.
+    pub kind: String,
+    /// The combination with its value and standard deviation.
+    #[serde(flatten)]
+    pub found: Identifiable,
+    /// Unit of the values.
+    pub unit: String,
+    /// The same combination of what the simulator concealed.
+    pub concealed: f64,
+}
+
+/// The drift of one gyro over one segment \[°/h\].
+#[derive(Debug, Clone, Serialize)]
+pub struct SegmentDrift {
+    /// Name of the segment.
+    pub segment: String,
+    /// The gyro that drifts most there.
+    pub axis: &'static str,
+    /// By Eq. (7) alone, in f32.
+    pub before_deg_h: f64,
+    /// With what was found.
+    pub after_deg_h: ByCore,
+    /// Standard deviation that the random walk of gyro and reference alone gives such a mean.
+    pub noise_deg_h: f64,
+}
+
+/// A figure of each of the firmware's number systems.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct ByCore {
+    /// Single precision.
+    pub f32: f64,
+    /// Fixed point.
+    pub fixed: f64,
+}
+
+impl ByCore {
+    /// The one that is farther from 0.
+    pub fn worst(self) -> f64 {
+        self.f32.abs().max(self.fixed.abs())
+    }
+}
+
+/// Told what is being done, and how much of it: rows done, of rows.
+pub type Progress<'a> = dyn FnMut(&str, Option<(usize, usize)>) + 'a;
+
+/// The demo's scenario, every segment shortened or lengthened alike to `seconds` in all.
+pub fn scenario(seconds: f64) -> Result<Scenario, InputError> {
+    let mut scenario = demo_scenario()?;
+    let share = seconds * scenario.rate_hz / scenario.rows() as f64;
+    for segment in &mut scenario.segments {
+        segment.rows = (segment.rows as f64 * share).round() as usize;
+    }
+    Ok(scenario)
+}
+
+/// Tells the story; `model_file` is where the model will be, for messages.
+pub fn tell(
+    seed: u64,
+    seconds: f64,
+    model_file: &Path,
+    progress: &mut Progress,
+) -> Result<Demo, InputError> {
+    let scenario = scenario(seconds)?;
+    let rows = scenario.rows();
+    let simulation = simulate(&scenario, seed, |done| {
+        progress("simulating", Some((done, rows)))
+    });
+    let recording = &simulation.recording;
+
+    let setup = Setup {
+        samples_per_output: SAMPLES_PER_OUTPUT,
+        acceleration_order: ACCELERATION_ORDER,
+    };
+    let run = |input: &ReplayInput, core: Core| {
+        let refused = |error: ParameterError| {
+            InputError::new(model_file, format!("does not fit the chain: {error}"))
+        };
+        replay(input, core, &input.parameters).map_err(refused)
+    };
+    progress("replaying", None);
+    let as_modelled = samples_from_recording(recording, &simulation.model, setup)?;
+    let before = run(&as_modelled, Core::F32)?;
+
+    let outcome = {
+        // The diagnosis takes a shared function; the display behind it is one.
+        let shown = std::cell::RefCell::new(&mut *progress);
+        let stage = |stage: &str| (shown.borrow_mut())(stage, None);
+        diagnose(recording, &simulation.model, model_file, seed, &stage)?
+    };
+
+    progress("replaying", None);
+    let corrected = samples_from_recording(recording, &outcome.model, setup)?;
+    let after = Cores {
+        f32: run(&corrected, Core::F32)?,
+        fixed: run(&corrected, Core::Fixed)?,
+        f64_chain: run(&corrected, Core::Reference)?,
+    };
+    let segment_drifts = segment_drifts(
+        recording,
+        &corrected,
+        &before,
+        &after,
+        &outcome.diagnosis.noise,
+    );
+    let most =
+        |drift: &dyn Fn(&SegmentDrift) -> f64| segment_drifts.iter().map(drift).fold(0.0, f64::max);
+    let figures = Figures {
+        format: 1,
+        version: env!("CARGO_PKG_VERSION"),
+        seed,
+        seconds: rows as f64 / scenario.rate_hz,
+        found: outcome
+            .diagnosis
+            .effects
+            .iter()
+            .map(|effect| effect.kind.clone())
+            .collect(),
+        fixed: fixed(&outcome, &simulation.truth),
+        times_less: most(&|drift| drift.before_deg_h.abs())
+            / most(&|drift| drift.after_deg_h.worst()),
+        uncompensated: corrected.uncompensated.clone(),
+        against_reference_deg_h: after.against_reference(recording, &corrected),
+        segments: segment_drifts,
+    };
+    Ok(Demo {
+        parameters: corrected.parameters,
+        simulation,
+        outcome,
+        figures,
+    })
+}
+
+/// The chain with what was found, in every arithmetic.
+struct Cores {
+    f32: Replay,
+    fixed: Replay,
+    f64_chain: Replay,
+}
+
+impl Cores {
+    /// Over the recording and each of its segments.
+    fn against_reference(&self, recording: &Recording, input: &ReplayInput) -> ByCore {
+        let periods = self.f64_chain.rotations_rad.len();
+        let parts = segments(recording, input);
+        let parts = parts.iter().map(|part| periods_in(part, input, periods));
+        let ranges: Vec<_> = parts.chain(std::iter::once(0..periods)).collect();
+        let most = |core: &Replay| {
+            let differences = ranges.iter().filter_map(|range| {
+                drift_deg_h(
+                    &core.rotations_rad,
+                    &self.f64_chain.rotations_rad,
+                    range.clone(),
+                    input,
+                )
+            });
+            differences
+                .flatten()
+                .fold(0.0, |most: f64, axis| most.max(axis.abs()))
+        };
+        ByCore {
+            f32: most(&self.f32),
+            fixed: most(&self.fixed),
+        }
+    }
+}
+
+/// The drifts of the segments in which the case cones, each of the gyro that suffers most.
+fn segment_drifts(
+    recording: &Recording,
+    input: &ReplayInput,
+    before: &Replay,
+    after: &Cores,
+    noise: &[NoiseEntry],
+) -> Vec<SegmentDrift> {
+    let Some(truth) = reference_rotations_rad(input) else {
+        return Vec::new();
+    };
+    let drift = |of: &Replay, segment: &Segment| {
+        let range = periods_in(segment, input, of.rotations_rad.len());
+        drift_deg_h(&of.rotations_rad, &truth, range, input)
+    };
+    let coning = recording
+        .segments
+        .iter()
+        .filter(|segment| segment.kind == "coning");
+    let one = |segment: &Segment| {
+        let (before, f32, fixed) = (
+            drift(before, segment)?,
+            drift(&after.f32, segment)?,
+            drift(&after.fixed, segment)?,
+        );
+        let axis = Axis::ALL
+            .into_iter()
+            .max_by(|a, b| before[a.index()].abs().total_cmp(&before[b.index()].abs()))?;
+        Some(SegmentDrift {
+            segment: segment.name.clone(),
+            axis: axis.label(),
+            before_deg_h: before[axis.index()],
+            after_deg_h: ByCore {
+                f32: f32[axis.index()],
+                fixed: fixed[axis.index()],
+            },
+            noise_deg_h: {
+                let walk = noise.get(axis.index())?.angle_random_walk_rad_sqrt_s;
+                walk / (segment.end_s - segment.start_s).sqrt() * DEG_H_PER_RAD_S
+            },
+        })
+    };
+    coning.filter_map(one).collect()
+}
+
+/// Combinations that are shown: as many as gyros.
+const SHOWN: usize = 3;
+
+/// The combinations that stand farthest from 0, each beside what was concealed.
+fn fixed(outcome: &Outcome, truth: &Truth) -> Vec<Fixed> {
+    let concealed = |kind: &str, found: &Identifiable| {
+        let effects = truth.effects.iter().filter(|effect| effect.kind == kind);
+        let one = |effect: &crate::model::ModelEffect| -> f64 {
+            found
+                .combination
+                .iter()
+                .map(|(name, weight)| weight * effect.number(name))
+                .sum()
+        };
+        effects.map(one).sum()
+    };
+    let mut all: Vec<Fixed> = outcome
+        .diagnosis
+        .effects
+        .iter()
+        .flat_map(|effect| effect.identifiable.iter().map(move |found| (effect, found)))
+        .map(|(effect, found)| Fixed {
+            kind: effect.kind.clone(),
+            unit: unit(&effect.parameters),
+            concealed: concealed(&effect.kind, found),
+            found: found.clone(),
+        })
+        .collect();
+    let far = |fixed: &Fixed| (fixed.found.value / fixed.found.std).abs();
+    all.sort_by(|a, b| far(b).total_cmp(&far(a)));
+    all.truncate(SHOWN);
+    all.sort_by(|a, b| a.found.combination.keys().cmp(b.found.combination.keys()));
+    all
+}
+
+/// The unit of the first number.
+fn unit(parameters: &[ParameterEntry]) -> String {
+    let number = parameters.iter().find_map(|parameter| match parameter {
+        ParameterEntry::Number { unit, .. } => Some(unit.clone()),
+        ParameterEntry::Text { .. } => None,
+    });
+    number.unwrap_or_default()
+}
