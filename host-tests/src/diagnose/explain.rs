@@ -8,17 +8,18 @@ use std::collections::BTreeMap;
 use super::declare::FAMILY_SIGNIFICANCE;
 use super::excess::{Excess, NOISE_KINDS};
 use super::hunt::{Catch, FoundTerm};
-use super::hypotheses::{CATALOGUE, NOT_TESTED};
+use super::hypotheses::CATALOGUE;
 use super::identify::identifiable;
 use super::locate::Location;
 use super::noise::Noise;
 use super::products::Products;
+use super::qualify::{FAULT_KINDS, Fault};
 use super::result::*;
 use super::scene::Scene;
 use super::select::Chosen;
 use super::split::Split;
-use super::streams::AXES;
-use super::validate::{Figures, Validation, drift_chance};
+use super::streams::{AXES, Streams};
+use super::validate::{Figures, Validation};
 use crate::model::{EffectValue, Model, ModelEffect};
 use crate::recording::Recording;
 
@@ -44,6 +45,8 @@ pub struct Findings<'a> {
     pub catch: &'a Catch,
     /// Noise beyond the model's.
     pub excess: &'a [Excess],
+    /// Faults of the data that the model does not know.
+    pub faults: &'a [Fault],
     /// Where model and recording differed.
     pub locations: &'a [Location],
     /// Where they still do.
@@ -69,7 +72,12 @@ pub fn name_regimes(locations: &mut [Location], catch: &Catch, products: &Produc
 }
 
 /// The result of a recording from which nothing can be said.
-pub fn unusable(recording: &Recording, seed: u64, why: &str) -> Diagnosis {
+pub fn unusable(
+    recording: &Recording,
+    seed: u64,
+    why: &str,
+    faults: Vec<EffectEntry>,
+) -> Diagnosis {
     Diagnosis {
         format: 1,
         recording: recording.name.clone(),
@@ -78,7 +86,7 @@ pub fn unusable(recording: &Recording, seed: u64, why: &str) -> Diagnosis {
         verdict: Verdict::Unusable,
         summary: vec![format!("Nothing can be said of this recording: {why}.")],
         locations: Vec::new(),
-        effects: Vec::new(),
+        effects: faults,
         fit: FitEntry {
             fitted_on: Vec::new(),
             held_out: Vec::new(),
@@ -165,10 +173,11 @@ impl Findings<'_> {
         let mut explained = model.clone();
         let mut add = |effect: ModelEffect| {
             // Sizes of one kind add up in one entry; events and expressions stay apart.
-            let single = !matches!(
-                effect.kind.as_str(),
-                "unlisted" | "gyro_bias_step" | "counter_slip"
-            );
+            let single = !FAULT_KINDS.contains(&effect.kind.as_str())
+                && !matches!(
+                    effect.kind.as_str(),
+                    "unlisted" | "gyro_bias_step" | "counter_slip"
+                );
             let noise = NOISE_KINDS.contains(&effect.kind.as_str());
             let known = explained
                 .effects
@@ -205,6 +214,26 @@ impl Findings<'_> {
         for found in &self.catch.terms {
             add(found.term.to_effect(found.size));
         }
+        for fault in self.faults {
+            let parameters = BTreeMap::from([
+                (
+                    "channel".to_string(),
+                    EffectValue::Text(fault.channel.clone()),
+                ),
+                (
+                    "start_s".to_string(),
+                    EffectValue::Number(self.time_s(fault.rows.start)),
+                ),
+                (
+                    "end_s".to_string(),
+                    EffectValue::Number(self.time_s(fault.rows.end)),
+                ),
+            ]);
+            add(ModelEffect {
+                kind: fault.kind.to_string(),
+                parameters,
+            });
+        }
         for excess in self.excess {
             let parameters: BTreeMap<String, EffectValue> = (0..3)
                 .map(|axis| {
@@ -222,7 +251,7 @@ impl Findings<'_> {
         explained
     }
 
-    fn time_s(&self, row: usize) -> f64 {
+    pub(super) fn time_s(&self, row: usize) -> f64 {
         self.scene.streams.start_s + row as f64 / self.scene.streams.rate_hz
     }
 
@@ -276,6 +305,11 @@ impl Findings<'_> {
         named
             .chain(self.catch.terms.iter().map(term))
             .chain(self.excess.iter().map(noise))
+            .chain(
+                self.faults
+                    .iter()
+                    .map(|fault| fault_entry(&self.scene.streams, fault)),
+            )
             .chain(unexplained)
             .collect()
     }
@@ -303,129 +337,48 @@ impl Findings<'_> {
             regimes: Vec::new(),
         }
     }
+}
 
-    fn summary(&self, verdict: Verdict, effects: &[EffectEntry]) -> Vec<String> {
-        let mut lines = Vec::new();
-        lines.push(match verdict {
-            Verdict::Matches => {
-                "The model explains this recording: nothing stands above the noise in any band, stretch or gyro."
-                    .to_string()
-            }
-            Verdict::Explained => "The recording differs from its model, and what was left out explains it.".to_string(),
-            Verdict::PartlyExplained => {
-                "The recording differs from its model; what was found explains part of it.".to_string()
-            }
-            Verdict::Unexplained => {
-                "The recording differs from its model, and nothing known to the tool explains it.".to_string()
-            }
-            Verdict::Unusable => "Nothing can be said of this recording.".to_string(),
-        });
-        for location in self.locations {
-            let regime = if location.regime.is_empty() {
-                String::new()
-            } else {
-                format!(", and {}", location.regime)
-            };
-            lines.push(format!(
-                "Where: gyro {} between {:.1} and {:.1} s, {:.0} to {:.0} Hz, {:.3} °/h{regime}.",
-                AXES[location.axis],
-                self.time_s(location.rows.start),
-                self.time_s(location.rows.end),
-                location.band_hz.0,
-                location.band_hz.1,
-                location.size_rad_s * DEG_H,
-            ));
-        }
-        for effect in effects {
-            lines.push(format!(
-                "What: {} ({}). {}",
-                effect.kind, effect.equation, effect.what_was_left_out
-            ));
-            for fixed in &effect.identifiable {
-                let unit = effect
-                    .parameters
-                    .iter()
-                    .find_map(|parameter| match parameter {
-                        ParameterEntry::Number { unit, .. } => Some(unit.as_str()),
-                        ParameterEntry::Text { .. } => None,
-                    })
-                    .unwrap_or("");
-                lines.push(format!(
-                    "      {} = {:.3e} ± {:.1e} {unit}",
-                    combination(&fixed.combination),
-                    fixed.value,
-                    fixed.std
-                ));
-            }
-            if !effect.indistinguishable_from.is_empty() {
-                lines.push(format!(
-                    "      This recording cannot tell it from {}.",
-                    effect.indistinguishable_from.join(", ")
-                ));
-            }
-        }
-        for validation in self.validations {
-            if drift_chance(&validation.before) < FAMILY_SIGNIFICANCE {
-                lines.push(format!(
-                    "Proof: on held-out time the drift of gyro {} falls from {:.4} to {:.4} ± {:.4} °/h.",
-                    AXES[validation.axis],
-                    validation.before.drift_rad_s * DEG_H,
-                    validation.after.drift_rad_s * DEG_H,
-                    validation.after.drift_std_rad_s * DEG_H
-                ));
-            }
-        }
-        for (effect, reason) in &self.catch.vetoed {
-            lines.push(format!(
-                "Not named: {} fits in part, but {reason}.",
-                CATALOGUE[*effect].card().kind
-            ));
-        }
-        lines
-    }
-
-    fn not_excluded(&self) -> Vec<String> {
-        let missing = CATALOGUE
+/// A fault of the data.
+pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
+    let (start_s, end_s) = (
+        streams.begin_s(fault.rows.start),
+        streams.begin_s(fault.rows.end),
+    );
+    // A fault is located to the row.
+    let std = 1.0 / streams.rate_hz;
+    let number = |name: &str, value: f64| ParameterEntry::Number {
+        name: name.to_string(),
+        value,
+        std,
+        unit: "s".to_string(),
+    };
+    EffectEntry {
+        kind: fault.kind.to_string(),
+        indistinguishable_from: fault
+            .indistinguishable_from
             .iter()
-            .enumerate()
-            .filter(|(effect, _)| !self.candidates.contains(effect))
-            .map(|(_, entry)| {
-                let why = entry.missing(self.scene).unwrap_or("not tried");
-                format!("{}: {why}", entry.card().kind)
-            });
-        let weak = self.catch.choice.reach.iter().filter(|(_, snr)| *snr < NEEDED_SNR).map(|(effect, snr)| {
-            let card = CATALOGUE[*effect].card();
-            format!(
-                "{}: at {:.1e} {} it would reach a matched-filter SNR of {snr:.1} here, {NEEDED_SNR} are needed",
-                card.kind, card.typical, card.unit
-            )
-        });
-        let untested = NOT_TESTED
-            .iter()
-            .map(|kind| format!("{kind}: not tested by this version"));
-        missing.chain(weak).chain(untested).collect()
-    }
-
-    fn next_experiment(&self) -> String {
-        let open: Vec<&'static str> = self
-            .catch
-            .choice
-            .chosen
-            .iter()
-            .filter(|one| {
-                let card = CATALOGUE[one.effect].card();
-                !one.indistinguishable_from.is_empty()
-                    || identifiable(card, one).len() < card.shape.count()
-            })
-            .map(|one| CATALOGUE[one.effect].card().next_experiment)
-            .collect();
-        if !open.is_empty() {
-            return open.join(" ");
-        }
-        if !self.left.is_empty() {
-            return "Repeat the located stretch with one thing changed at a time: amplitude, frequency, attitude, temperature; what the residual scales with names its cause.".to_string();
-        }
-        "Nothing is confused here; a motion richer in amplitude and frequency would lower what is not excluded.".to_string()
+            .map(|kind| (*kind).to_string())
+            .collect(),
+        equation: String::new(),
+        parameters: vec![
+            ParameterEntry::Text {
+                name: "channel".to_string(),
+                value: fault.channel.clone(),
+            },
+            number("start_s", start_s),
+            number("end_s", end_s),
+        ],
+        covariance: vec![vec![std * std, 0.0], vec![0.0, std * std]],
+        identifiable: Vec::new(),
+        log_evidence_gain: 0.0,
+        p_value: 0.0,
+        what_was_left_out: format!(
+            "The data of {} cannot be used between {start_s:.4} and {end_s:.4} s; those rows were left out of everything else.",
+            fault.channel
+        ),
+        expression: None,
+        regimes: Vec::new(),
     }
 }
 

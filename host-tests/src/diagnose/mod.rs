@@ -1,6 +1,6 @@
 //! The mismatch tool. The road, in order; each stage is a file that can be read and tested alone:
 //!
-//! declare → streams → scene (motion, signals) → residual → split → portion → noise → locate →
+//! declare → streams → qualify → scene (motion, signals) → residual → split → portion → noise → locate →
 //! hypotheses → workbench → select, hunt (events, products, invariance) → identify → validate → explain
 //!
 //! Enters: a recording and the model that predicts it. Leaves: [`Outcome`]. Nothing here reads truth files or
@@ -9,6 +9,8 @@
 pub mod declare;
 
 pub mod streams;
+
+pub mod qualify;
 
 pub mod motion;
 
@@ -55,6 +57,8 @@ pub mod validate;
 pub mod result;
 
 pub mod explain;
+
+mod sentences;
 
 pub mod pictures;
 
@@ -107,7 +111,12 @@ pub fn diagnose_without(
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
     progress("aligning the channels");
-    let streams = Streams::align(recording, model)?;
+    let mut streams = Streams::align(recording, model)?;
+    progress("qualifying the data");
+    let faults: Vec<qualify::Fault> = qualify::qualify(&mut streams)
+        .into_iter()
+        .filter(|fault| !qualify::is_known(fault, &streams, &model.effects))
+        .collect();
     let rate_hz = streams.rate_hz;
     let declared = declared_noise(model, rate_hz);
     let split = split::split(&streams, &recording.segments);
@@ -123,6 +132,10 @@ pub fn diagnose_without(
                 recording,
                 seed,
                 "fewer than two seconds of rows with all channels measured",
+                faults
+                    .iter()
+                    .map(|fault| explain::fault_entry(&streams, fault))
+                    .collect(),
             ),
             model: model.clone(),
             pictures: None,
@@ -267,6 +280,7 @@ pub fn diagnose_without(
         noise: &noise,
         catch: &catch,
         excess: &excess,
+        faults: &faults,
         locations: &locations,
         left: &left,
         validations: &validations,

@@ -11,6 +11,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::empirical;
 use super::excess::NOISE_KINDS;
 use super::hypotheses::{self, Hypothesis};
+use super::qualify::FAULT_KINDS;
 use super::scene::Scene;
 use super::streams::Triad;
 use crate::error::InputError;
@@ -60,7 +61,7 @@ pub fn residual_rad(
     for effect in model
         .effects
         .iter()
-        .filter(|effect| !NOISE_KINDS.contains(&effect.kind.as_str()))
+        .filter(|effect| predicts_something(effect))
     {
         let part = prediction_of(scene, effect, file)?;
         for (values, part) in residual.iter_mut().zip(part) {
@@ -71,6 +72,12 @@ pub fn residual_rad(
         }
     }
     Ok(residual)
+}
+
+/// Effects of the noise and faults of the data predict nothing.
+fn predicts_something(effect: &ModelEffect) -> bool {
+    let kind = effect.kind.as_str();
+    !NOISE_KINDS.contains(&kind) && !FAULT_KINDS.contains(&kind)
 }
 
 /// What an effect of the model adds to the sensed increments \[rad\].

@@ -43,6 +43,10 @@ pub struct Streams {
     pub others: Vec<(String, Vec<f64>)>,
     /// Rows in which gyros, pickoffs and reference were all measured.
     pub usable: Vec<bool>,
+    /// The same before faults of the data took rows out of use.
+    pub measured: Vec<bool>,
+    /// Channels with rows that were not measured, with those rows.
+    unmeasured: Vec<(String, Vec<bool>)>,
 }
 
 impl Streams {
@@ -86,32 +90,40 @@ impl Streams {
             rows: table_rows,
         };
 
-        let mut usable = vec![true; rows];
-        let mut increments = |channels: &[(&Channel, &Table); 3], factor: &dyn Fn(usize) -> f64| {
-            let mut triad: Triad = Default::default();
-            for (axis, (channel, table)) in channels.iter().enumerate() {
-                grid.same_rows(&file, channel, table)?;
-                let mut values: Vec<f64> = channel.values[skip..]
-                    .iter()
-                    .map(|v| v * factor(axis))
-                    .collect();
-                for (ok, value) in usable.iter_mut().zip(&values) {
-                    *ok &= value.is_finite();
-                }
-                bridge_gaps(&mut values);
-                triad[axis] = values;
+        let mut unmeasured: Vec<(String, Vec<bool>)> = Vec::new();
+        let mut missing = |stem: &str, axis: usize, missing: Vec<bool>| {
+            if missing.contains(&true) {
+                unmeasured.push((format!("{stem}_{}", AXES[axis]), missing));
             }
-            Ok::<Triad, InputError>(triad)
         };
+        let mut increments =
+            |stem: &str, channels: &[(&Channel, &Table); 3], factor: &dyn Fn(usize) -> f64| {
+                let mut triad: Triad = Default::default();
+                for (axis, (channel, table)) in channels.iter().enumerate() {
+                    grid.same_rows(&file, channel, table)?;
+                    let mut values: Vec<f64> = channel.values[skip..]
+                        .iter()
+                        .map(|v| v * factor(axis))
+                        .collect();
+                    missing(
+                        stem,
+                        axis,
+                        values.iter().map(|value| !value.is_finite()).collect(),
+                    );
+                    bridge_gaps(&mut values);
+                    triad[axis] = values;
+                }
+                Ok::<Triad, InputError>(triad)
+            };
         let gyro_pairs = [0, 1, 2].map(|axis| (gyro.channels[axis], gyro.table));
         let sensed_rad = match gyro.quantity {
-            Quantity::GyroCount => {
-                increments(&gyro_pairs, &|axis| model.gyro.pulse_weight_rad[axis])?
-            }
-            Quantity::GyroRate => increments(&gyro_pairs, &|_| 1.0 / rate_hz)?,
-            _ => increments(&gyro_pairs, &|_| 1.0)?,
+            Quantity::GyroCount => increments("gyro", &gyro_pairs, &|axis| {
+                model.gyro.pulse_weight_rad[axis]
+            })?,
+            Quantity::GyroRate => increments("gyro", &gyro_pairs, &|_| 1.0 / rate_hz)?,
+            _ => increments("gyro", &gyro_pairs, &|_| 1.0)?,
         };
-        let case_rad = increments(&reference, &|_| 1.0)?;
+        let case_rad = increments("reference", &reference, &|_| 1.0)?;
         let pickoff_rad = match &pickoff {
             None => None,
             Some(channels) => {
@@ -119,15 +131,17 @@ impl Streams {
                 for (axis, (channel, table)) in channels.iter().enumerate() {
                     grid.same_rows(&file, channel, table)?;
                     let mut values = channel.values.clone();
-                    for row in 0..rows {
-                        usable[row] &= values[row].is_finite() && values[row + 1].is_finite();
-                    }
+                    let either = |pair: &[f64]| !pair[0].is_finite() || !pair[1].is_finite();
+                    missing("dither", axis, values.windows(2).map(either).collect());
                     bridge_gaps(&mut values);
                     triad[axis] = values;
                 }
                 Some(triad)
             }
         };
+        let measured: Vec<bool> = (0..rows)
+            .map(|row| !unmeasured.iter().any(|(_, missing)| missing[row]))
+            .collect();
         let slow = |quantity: &Quantity| {
             finder.triad(quantity).map(|channels| {
                 channels.map(|(channel, table)| grid.at_middle(channel, table).split_off(skip))
@@ -173,8 +187,23 @@ impl Streams {
             temperature_k: slow(&Quantity::Temperature),
             magnetic_t: slow(&Quantity::MagneticField),
             others,
-            usable,
+            usable: measured.clone(),
+            measured,
+            unmeasured,
         })
+    }
+
+    /// Beginning of a row \[s\].
+    pub fn begin_s(&self, row: usize) -> f64 {
+        self.start_s + row as f64 / self.rate_hz
+    }
+
+    /// A channel that was not measured in this row.
+    pub fn unmeasured_channel(&self, row: usize) -> String {
+        self.unmeasured
+            .iter()
+            .find(|(_, missing)| missing[row])
+            .map_or_else(String::new, |(channel, _)| channel.clone())
     }
 
     /// Middle of a row \[s\].

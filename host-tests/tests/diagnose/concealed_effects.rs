@@ -3,6 +3,7 @@
 
 use rlg::diagnose::diagnose;
 use rlg::diagnose::result::{Diagnosis, ParameterEntry, Verdict};
+use rlg::recording::Quantity;
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
 use std::path::Path;
@@ -140,5 +141,39 @@ fn two_effects_at_once_are_both_named() {
         ["gyro_bias", "dither_gain"],
         "{:#?}",
         diagnosis.summary
+    );
+}
+
+#[test]
+fn a_stuck_counter_is_a_fault_of_the_data_and_is_left_out_of_everything_else() {
+    let scenario =
+        Scenario::parse(STILL_SLEWS_AND_VIBRATION, Path::new("null.toml")).expect("a scenario");
+    let mut simulation = simulate(&scenario, 3, |_| {});
+    let channel = simulation.recording.tables[0]
+        .channels
+        .iter_mut()
+        .find(|channel| {
+            channel.quantity == Quantity::GyroCount && channel.axis.as_deref() == Some("y")
+        })
+        .expect("a gyro y");
+    let held = channel.values[60_000];
+    channel.values[60_000..62_000].fill(held);
+    let file = Path::new("model.toml");
+    let outcome =
+        diagnose(&simulation.recording, &simulation.model, file, 0, &|_| {}).expect("a diagnosis");
+    let kinds: Vec<&str> = outcome
+        .diagnosis
+        .effects
+        .iter()
+        .map(|effect| effect.kind.as_str())
+        .collect();
+    assert_eq!(kinds, ["stuck_channel"], "{:#?}", outcome.diagnosis.summary);
+    let again =
+        diagnose(&simulation.recording, &outcome.model, file, 0, &|_| {}).expect("a diagnosis");
+    assert_eq!(
+        again.diagnosis.verdict,
+        Verdict::Matches,
+        "{:#?}",
+        again.diagnosis.summary
     );
 }

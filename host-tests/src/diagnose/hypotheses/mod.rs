@@ -214,7 +214,6 @@ pub const NOT_TESTED: &[&str] = &[
     "reference_harmonic",
     "lock_in",
     "pulse_quantisation",
-    "saturation",
     "accel_bias",
     "accel_scale",
     "accel_misalignment",

@@ -1,0 +1,210 @@
+//! Faults of the data itself, found before anything is explained (diagnosis road, step 1).
+//!
+//! Enters: the aligned channels and what the model already knows. Leaves: [`Fault`]s, and the rows they touch
+//! taken out of use. A channel that repeats itself longer than it ever would by chance is stuck (at zero:
+//! its samples may be lost); one that piles up at its own extreme is saturated; rows without a value are
+//! lost. How often a channel repeats itself by chance is read from the channel.
+
+use std::ops::Range;
+
+use super::streams::{AXES, Streams};
+use crate::model::{EffectValue, ModelEffect};
+
+/// Kinds that say that rows cannot be used, and predict nothing.
+pub const FAULT_KINDS: [&str; 3] = ["lost_samples", "stuck_channel", "saturation"];
+
+/// Chance of a run of repeats anywhere in a channel below which it is a fault.
+const RUN_CHANCE: f64 = 1e-9;
+
+/// A clipped channel shows its extreme this often at least, and this many times as often as the value next
+/// to it; one that is not clipped tails off.
+const CLIPPED_ROWS: usize = 12;
+const CLIPPED_OVER_NEXT: usize = 6;
+
+/// Clipped rows this close belong to one stretch: a dither cycle has ten rows, a slew thousands.
+const TOGETHER_ROWS: usize = 1000;
+
+/// Rows on either side of a fault that may hold its edges.
+const GUARD_ROWS: usize = 2;
+
+/// One fault of one channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fault {
+    /// One of [`FAULT_KINDS`].
+    pub kind: &'static str,
+    /// Kinds that look the same.
+    pub indistinguishable_from: &'static [&'static str],
+    /// `gyro_x`, `dither_y`, `reference_z`.
+    pub channel: String,
+    /// Rows, guard left out.
+    pub rows: Range<usize>,
+}
+
+/// Finds faults and masks their rows.
+pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let rows = streams.rows;
+    for axis in 0..3 {
+        let name = |stem: &str| format!("{stem}_{}", AXES[axis]);
+        faults.extend(of_channel(
+            &name("gyro"),
+            &streams.sensed_rad[axis],
+            &streams.measured,
+        ));
+        faults.extend(of_channel(
+            &name("reference"),
+            &streams.case_rad[axis],
+            &streams.measured,
+        ));
+        if let Some(pickoff) = &streams.pickoff_rad {
+            faults.extend(of_channel(
+                &name("dither"),
+                &pickoff[axis][1..],
+                &streams.measured,
+            ));
+        }
+    }
+    for fault in &faults {
+        let guarded =
+            fault.rows.start.saturating_sub(GUARD_ROWS)..(fault.rows.end + GUARD_ROWS).min(rows);
+        streams.usable[guarded].fill(false);
+    }
+    faults.extend(lost(streams));
+    faults
+}
+
+/// Stretches without a value, inside the record.
+fn lost(streams: &Streams) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let mut row = 0;
+    while row < streams.rows {
+        if streams.measured[row] {
+            row += 1;
+            continue;
+        }
+        let begin = row;
+        while row < streams.rows && !streams.measured[row] {
+            row += 1;
+        }
+        if begin > 0 && row < streams.rows {
+            faults.push(Fault {
+                kind: "lost_samples",
+                indistinguishable_from: &[],
+                channel: streams.unmeasured_channel(begin),
+                rows: begin..row,
+            });
+        }
+    }
+    faults
+}
+
+fn of_channel(channel: &str, values: &[f64], measured: &[bool]) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let same = |row: usize| values[row] == values[row - 1] && measured[row] && measured[row - 1];
+    let repeats = (1..values.len()).filter(|&row| same(row)).count();
+    // A stuck stretch is itself made of repeats; halving the record keeps it from hiding behind them.
+    let half = values.len() / 2;
+    let in_halves = [1..half.max(1), half.max(1)..values.len()].map(|part| {
+        part.clone().filter(|&row| same(row)).count() as f64 / part.len().max(1) as f64
+    });
+    let by_chance = in_halves[0].min(in_halves[1]).clamp(1e-4, 1.0);
+    if repeats > 0 && by_chance < 0.9 {
+        let longest = 2.0 + (RUN_CHANCE / values.len() as f64).ln() / by_chance.ln();
+        let mut row = 1;
+        while row < values.len() {
+            let begin = row - 1;
+            while row < values.len() && same(row) {
+                row += 1;
+            }
+            if (row - begin) as f64 > longest {
+                let at_zero = values[begin] == 0.0;
+                faults.push(Fault {
+                    kind: if at_zero {
+                        "lost_samples"
+                    } else {
+                        "stuck_channel"
+                    },
+                    indistinguishable_from: if at_zero { &["stuck_channel"] } else { &[] },
+                    channel: channel.to_string(),
+                    rows: begin..row,
+                });
+            }
+            row += 1;
+        }
+    }
+    if faults.is_empty() {
+        faults.extend(clipped(channel, values, measured));
+    }
+    faults
+}
+
+/// Stretches in which a channel stands at one of its own extremes again and again.
+fn clipped(channel: &str, values: &[f64], measured: &[bool]) -> Vec<Fault> {
+    let mut at_extreme: Vec<usize> = [1.0, -1.0]
+        .iter()
+        .flat_map(|side| rows_at_extreme(values, measured, *side))
+        .collect();
+    at_extreme.sort_unstable();
+    let mut faults: Vec<Fault> = Vec::new();
+    for row in at_extreme {
+        match faults.last_mut() {
+            Some(fault) if row <= fault.rows.end + TOGETHER_ROWS => fault.rows.end = row + 1,
+            _ => faults.push(Fault {
+                kind: "saturation",
+                indistinguishable_from: &[],
+                channel: channel.to_string(),
+                rows: row..row + 1,
+            }),
+        }
+    }
+    faults
+}
+
+/// The rows at the upper (`side` 1) or lower (−1) extreme, if the channel piles up there.
+fn rows_at_extreme(values: &[f64], measured: &[bool], side: f64) -> Vec<usize> {
+    let seen = || {
+        (0..values.len())
+            .filter(|&row| measured[row])
+            .map(|row| (row, side * values[row]))
+    };
+    let top = seen()
+        .map(|(_, value)| value)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let next = seen()
+        .map(|(_, value)| value)
+        .filter(|value| *value < top)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let at_top: Vec<usize> = seen()
+        .filter(|(_, value)| *value == top)
+        .map(|(row, _)| row)
+        .collect();
+    let at_next = seen().filter(|(_, value)| *value == next).count();
+    // A channel with few values (at rest, coarse) piles up everywhere.
+    let below = seen().filter(|(_, value)| *value < next).count();
+    let piles_up = at_top.len() >= CLIPPED_ROWS
+        && at_top.len() >= CLIPPED_OVER_NEXT * at_next
+        && below > at_top.len();
+    if piles_up { at_top } else { Vec::new() }
+}
+
+/// Whether the model already says so: same kind and channel, overlapping in time.
+pub fn is_known(fault: &Fault, streams: &Streams, effects: &[ModelEffect]) -> bool {
+    let (start_s, end_s) = (
+        streams.begin_s(fault.rows.start),
+        streams.begin_s(fault.rows.end),
+    );
+    effects.iter().any(|effect| {
+        let number = |name: &str| match effect.parameters.get(name) {
+            Some(EffectValue::Number(value)) => Some(*value),
+            _ => None,
+        };
+        let channel = matches!(
+            effect.parameters.get("channel"),
+            Some(EffectValue::Text(channel)) if *channel == fault.channel
+        );
+        effect.kind == fault.kind
+            && channel
+            && number("start_s").is_some_and(|start| start < end_s)
+            && number("end_s").is_some_and(|end| end > start_s)
+    })
+}

@@ -1,0 +1,137 @@
+//! The same findings in sentences: what differs, what was left out, what is not excluded, what to do next.
+//!
+//! Enters: [`Findings`] and the entries made from them. Leaves: one sentence a line, °/h where people read.
+
+use super::declare::FAMILY_SIGNIFICANCE;
+use super::explain::{DEG_H, Findings, NEEDED_SNR, combination};
+use super::hypotheses::{CATALOGUE, NOT_TESTED};
+use super::identify::identifiable;
+use super::result::{EffectEntry, ParameterEntry, Verdict};
+use super::streams::AXES;
+use super::validate::drift_chance;
+
+impl Findings<'_> {
+    pub(super) fn summary(&self, verdict: Verdict, effects: &[EffectEntry]) -> Vec<String> {
+        let mut lines = Vec::new();
+        lines.push(match verdict {
+            Verdict::Matches => {
+                "The model explains this recording: nothing stands above the noise in any band, stretch or gyro."
+                    .to_string()
+            }
+            Verdict::Explained => "The recording differs from its model, and what was left out explains it.".to_string(),
+            Verdict::PartlyExplained => {
+                "The recording differs from its model; what was found explains part of it.".to_string()
+            }
+            Verdict::Unexplained => {
+                "The recording differs from its model, and nothing known to the tool explains it.".to_string()
+            }
+            Verdict::Unusable => "Nothing can be said of this recording.".to_string(),
+        });
+        for location in self.locations {
+            let regime = if location.regime.is_empty() {
+                String::new()
+            } else {
+                format!(", and {}", location.regime)
+            };
+            lines.push(format!(
+                "Where: gyro {} between {:.1} and {:.1} s, {:.0} to {:.0} Hz, {:.3} °/h{regime}.",
+                AXES[location.axis],
+                self.time_s(location.rows.start),
+                self.time_s(location.rows.end),
+                location.band_hz.0,
+                location.band_hz.1,
+                location.size_rad_s * DEG_H,
+            ));
+        }
+        for effect in effects {
+            lines.push(format!(
+                "What: {} ({}). {}",
+                effect.kind, effect.equation, effect.what_was_left_out
+            ));
+            for fixed in &effect.identifiable {
+                let unit = effect
+                    .parameters
+                    .iter()
+                    .find_map(|parameter| match parameter {
+                        ParameterEntry::Number { unit, .. } => Some(unit.as_str()),
+                        ParameterEntry::Text { .. } => None,
+                    })
+                    .unwrap_or("");
+                lines.push(format!(
+                    "      {} = {:.3e} ± {:.1e} {unit}",
+                    combination(&fixed.combination),
+                    fixed.value,
+                    fixed.std
+                ));
+            }
+            if !effect.indistinguishable_from.is_empty() {
+                lines.push(format!(
+                    "      This recording cannot tell it from {}.",
+                    effect.indistinguishable_from.join(", ")
+                ));
+            }
+        }
+        for validation in self.validations {
+            if drift_chance(&validation.before) < FAMILY_SIGNIFICANCE {
+                lines.push(format!(
+                    "Proof: on held-out time the drift of gyro {} falls from {:.4} to {:.4} ± {:.4} °/h.",
+                    AXES[validation.axis],
+                    validation.before.drift_rad_s * DEG_H,
+                    validation.after.drift_rad_s * DEG_H,
+                    validation.after.drift_std_rad_s * DEG_H
+                ));
+            }
+        }
+        for (effect, reason) in &self.catch.vetoed {
+            lines.push(format!(
+                "Not named: {} fits in part, but {reason}.",
+                CATALOGUE[*effect].card().kind
+            ));
+        }
+        lines
+    }
+
+    pub(super) fn not_excluded(&self) -> Vec<String> {
+        let missing = CATALOGUE
+            .iter()
+            .enumerate()
+            .filter(|(effect, _)| !self.candidates.contains(effect))
+            .map(|(_, entry)| {
+                let why = entry.missing(self.scene).unwrap_or("not tried");
+                format!("{}: {why}", entry.card().kind)
+            });
+        let weak = self.catch.choice.reach.iter().filter(|(_, snr)| *snr < NEEDED_SNR).map(|(effect, snr)| {
+            let card = CATALOGUE[*effect].card();
+            format!(
+                "{}: at {:.1e} {} it would reach a matched-filter SNR of {snr:.1} here, {NEEDED_SNR} are needed",
+                card.kind, card.typical, card.unit
+            )
+        });
+        let untested = NOT_TESTED
+            .iter()
+            .map(|kind| format!("{kind}: not tested by this version"));
+        missing.chain(weak).chain(untested).collect()
+    }
+
+    pub(super) fn next_experiment(&self) -> String {
+        let open: Vec<&'static str> = self
+            .catch
+            .choice
+            .chosen
+            .iter()
+            .filter(|one| {
+                let card = CATALOGUE[one.effect].card();
+                !one.indistinguishable_from.is_empty()
+                    || identifiable(card, one).len() < card.shape.count()
+            })
+            .map(|one| CATALOGUE[one.effect].card().next_experiment)
+            .collect();
+        if !open.is_empty() {
+            return open.join(" ");
+        }
+        if !self.left.is_empty() {
+            return "Repeat the located stretch with one thing changed at a time: amplitude, frequency, attitude, temperature; what the residual scales with names its cause.".to_string();
+        }
+        "Nothing is confused here; a motion richer in amplitude and frequency would lower what is not excluded.".to_string()
+    }
+}
