@@ -11,7 +11,7 @@ use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-use tempfile::{Builder, TempDir};
+use tempfile::{Builder, NamedTempFile, TempDir};
 
 use crate::error::InputError;
 
@@ -115,20 +115,38 @@ impl OutputFolder {
 
 /// Writes one file whole or not at all.
 pub fn write_file(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), InputError> {
-    let path = path.as_ref();
-    if path.is_dir() {
-        return Err(InputError::new(path, "is a folder").expected("a file to write"));
+    OutputFile::create(path, bytes)?.commit()
+}
+
+/// A single file, complete but not yet in its place: for a command that writes a folder beside it.
+#[derive(Debug)]
+pub struct OutputFile {
+    target: PathBuf,
+    staged: NamedTempFile,
+}
+
+impl OutputFile {
+    /// Writes the content near `target`. Fails where `target` cannot be written.
+    pub fn create(target: impl AsRef<Path>, bytes: &[u8]) -> Result<Self, InputError> {
+        let target = target.as_ref().to_path_buf();
+        if target.is_dir() {
+            return Err(InputError::new(&target, "is a folder").expected("a file to write"));
+        }
+        let staged = builder(0o666)
+            .tempfile_in(nearest_folder(&target))
+            .and_then(|mut file| file.write_all(bytes).map(|()| file))
+            .map_err(|error| InputError::unwritable(&target, &error))?;
+        Ok(Self { target, staged })
     }
-    let written = (|| {
-        let beside = path
-            .parent()
-            .filter(|parent| !parent.as_os_str().is_empty());
-        let mut file = builder(0o666).tempfile_in(beside.unwrap_or(Path::new(".")))?;
-        file.write_all(bytes)?;
-        file.persist(path).map_err(|error| error.error)?;
-        Ok(())
-    })();
-    written.map_err(|error: io::Error| InputError::unwritable(path, &error))
+
+    /// Moves it to its place, in a folder that exists by now.
+    pub fn commit(self) -> Result<(), InputError> {
+        let Self { target, staged } = self;
+        match staged.persist(&target) {
+            Ok(_) => Ok(()),
+            Err(error) => Err(InputError::unwritable(&target, &error.error)),
+        }
+    }
 }
 
 /// A builder of hidden temporary names with the permissions that an ordinary file or folder would get.

@@ -439,6 +439,51 @@ fn command_writes_what_the_contract_promises_and_the_same_output_twice() {
 }
 
 #[test]
+fn command_replaces_an_earlier_replay_and_no_other_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (recording, model) = short();
+    for name in ["recording", "other"] {
+        recording.write_to(place(name)).unwrap();
+    }
+    model.write(place("model.toml")).unwrap();
+    let run = |out: &str| {
+        let (recording, model, out) = (place("recording"), place("model.toml"), place(out));
+        rlg(&[
+            "replay", &recording, "--model", &model, "--core", "f32", "--out", &out,
+        ])
+    };
+    run("out").success();
+    run("out").success();
+    let manifest = || std::fs::read(place("other/recording.toml")).unwrap();
+    let before = manifest();
+    let output = run("other").code(2).get_output().clone();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(text.contains("holds another recording"), "{text}");
+    assert_eq!(manifest(), before);
+}
+
+#[test]
+fn recordings_shorter_than_one_output_period_are_refused() {
+    let (mut recording, model) = short();
+    let keep = |recording: &mut Recording, rows: usize| {
+        let table = &mut recording.tables[0];
+        table.rows = rows;
+        for channel in &mut table.channels {
+            channel.values.truncate(rows);
+        }
+    };
+    keep(&mut recording, 10);
+    let input = samples_from_recording(&recording, &model, SETUP).unwrap();
+    let output = replay(&input, Core::F32, &input.parameters).unwrap();
+    assert_eq!(output.rotations_rad.len(), 1);
+    keep(&mut recording, 9);
+    let error = samples_from_recording(&recording, &model, SETUP).unwrap_err();
+    assert!(error.problem.contains("shorter than one output period"));
+    assert_eq!(error.value.as_deref(), Some("9 measured rows"));
+}
+
+#[test]
 fn command_refuses_what_it_cannot_replay_and_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let place = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();

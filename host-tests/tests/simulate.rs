@@ -503,6 +503,16 @@ fn command_puts_the_truth_beside_the_recording_and_leaves_nothing_when_it_refuse
     let simulated = run(&(text.clone() + TABLE_3), 5).recording;
     assert_eq!(read.tables[0].channels, simulated.tables[0].channels);
 
+    // where the truth has no place there is no recording either
+    std::fs::create_dir(place("four.truth.json")).unwrap();
+    let output = rlg("good.toml", "four").code(2).get_output().clone();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        message.contains("four.truth.json: is a folder"),
+        "{message}"
+    );
+    assert!(!folder.path().join("four").exists());
+
     std::fs::write(place("bad.toml"), text + "[[effect]]\nkind = \"lock_in\"\n").unwrap();
     let output = rlg("bad.toml", "three").code(2).get_output().clone();
     let message = String::from_utf8(output.stderr).unwrap();

@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::step::{cargo_command, run};
+use crate::step::{cargo_command, recordings, run};
 
 /// A core and its mark.
 #[derive(Debug, Clone, Copy)]
@@ -49,8 +49,7 @@ pub struct Recording {
 /// The bench recording if there is one, or a simulated one.
 pub fn recording(root: &Path) -> Result<Recording, String> {
     let out = root.join("target").join("verify");
-    let bench = std::env::var_os("RLG_RECORDINGS")
-        .map(|recordings| Path::new(&recordings).join("bench-coning"));
+    let bench = recordings().map(|recordings| recordings.join("bench-coning"));
     let folder = match bench {
         Some(bench) if bench.is_dir() => bench,
         Some(bench) => return Err(format!("{} is not there", bench.display())),

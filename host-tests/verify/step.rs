@@ -3,7 +3,7 @@
 //! Enters: a command. Leaves: its output on this program's, and a count in [`Tally`].
 
 use std::io::{BufRead, BufReader};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Steps and tests so far.
@@ -53,6 +53,19 @@ pub fn root() -> &'static Path {
     package.parent().unwrap_or(package)
 }
 
+/// Names the folder with recordings that others made.
+const RECORDINGS: &str = "RLG_RECORDINGS";
+
+/// That folder from the file system's root, since cargo runs tests in another folder than this program;
+/// as given where it does not exist, for the steps to say so.
+pub fn recordings() -> Option<PathBuf> {
+    std::env::var_os(RECORDINGS).map(|given| whole(Path::new(&given)))
+}
+
+fn whole(given: &Path) -> PathBuf {
+    given.canonicalize().unwrap_or_else(|_| given.to_path_buf())
+}
+
 /// Begins a step.
 pub fn heading(words: &str) {
     println!("\n== {words}");
@@ -67,6 +80,9 @@ pub fn cargo(arguments: &[&str]) -> Result<(), String> {
 pub fn cargo_command(arguments: &[&str]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(root()).args(arguments);
+    if let Some(folder) = recordings() {
+        command.env(RECORDINGS, folder);
+    }
     command
 }
 
@@ -118,7 +134,13 @@ fn test_counts(line: &str) -> Option<(u64, u64)> {
 
 #[cfg(test)]
 mod tests {
-    use super::test_counts;
+    use super::{Path, test_counts, whole};
+
+    #[test]
+    fn a_relative_folder_reaches_the_steps_from_the_root() {
+        assert!(whole(Path::new("verify")).is_absolute());
+        assert_eq!(whole(Path::new("not/there")), Path::new("not/there"));
+    }
 
     #[test]
     fn the_summary_of_a_test_run_is_read() {

@@ -4,13 +4,15 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::inputs::read_model;
+use super::inputs::{read_model, results_folder};
 use crate::diagnose::diagnose;
 use crate::error::InputError;
-use crate::output::OutputFolder;
 use crate::recording::Recording;
 use crate::report::page;
 use crate::terminal::Terminal;
+
+/// What it writes.
+const RESULTS: &[&str] = &["diagnosis.json", "model.toml", "report.html"];
 
 /// Find what a model leaves out of a recording
 ///
@@ -41,7 +43,7 @@ impl Diagnose {
     /// Diagnoses and writes; the verdict does not change the exit code.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let model = read_model(&self.model, terminal)?;
-        let mut out = OutputFolder::create(&self.out)?;
+        let mut out = results_folder(&self.out, &self.recording, &self.model, RESULTS)?;
         let spinner = terminal.spinner("reading");
         let recording = Recording::read(&self.recording)?;
         let progress = |stage: &str| spinner.set_message(stage.to_string());

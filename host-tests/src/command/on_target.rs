@@ -5,15 +5,17 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::inputs::read_model;
+use super::inputs::{read_model, results_folder};
 use crate::error::InputError;
 use crate::model::compensation::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
-use crate::output::OutputFolder;
 use crate::recording::Recording;
 use crate::replay::samples::{Setup, samples_from_recording};
 use crate::target::on_target::{Instructions, compare};
 use crate::target::{Image, OnTarget, TargetCore};
 use crate::terminal::Terminal;
+
+/// What it writes.
+const RESULT: &str = "on_target.json";
 
 /// Run a recording through the firmware image in QEMU and compare every output with the host's
 ///
@@ -68,7 +70,7 @@ impl OnTargetCommand {
         let spinner = terminal.spinner("reading");
         let recording = Recording::read(&self.recording)?;
         let model = read_model(&self.model, terminal)?;
-        let mut out = OutputFolder::create(&self.out)?;
+        let mut out = results_folder(&self.out, &self.recording, &self.model, &[RESULT])?;
         let setup = Setup {
             samples_per_output: self.output_every,
             acceleration_order: self.order,
@@ -103,7 +105,7 @@ impl OnTargetCommand {
         let mut json = serde_json::to_vec_pretty(&report)
             .map_err(|error| InputError::new(&self.out, format!("holds no result ({error})")))?;
         json.push(b'\n');
-        out.write("on_target.json", &json)?;
+        out.write(RESULT, &json)?;
         out.commit()?;
         for line in words(&result) {
             terminal.say(line);

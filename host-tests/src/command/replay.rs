@@ -6,16 +6,19 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::inputs::read_model;
+use super::inputs::{read_model, results_folder};
 use crate::error::InputError;
 use crate::model::compensation::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
 use crate::output::OutputFolder;
-use crate::recording::{Axis, Channel, Clock, Quantity, Recording, Segment, Table};
+use crate::recording::{Axis, Channel, Clock, MANIFEST, Quantity, Recording, Segment, Table};
 use crate::replay::drift::{drift_deg_h, periods_in, reference_rotations_rad, segments};
 use crate::replay::samples::{ReplayInput, Setup, samples_from_recording};
 use crate::replay::{Core, Replay, replay};
 use crate::terminal::Terminal;
 use trueaxis::{CrossAxis, ParameterError};
+
+/// The table that it writes.
+const TABLE: &str = "compensated.parquet";
 
 /// Run a recording through the chain and compare with its reference
 ///
@@ -96,7 +99,7 @@ impl ReplayCommand {
         let spinner = terminal.spinner("reading");
         let recording = Recording::read(&self.recording)?;
         let model = read_model(&self.model, terminal)?;
-        let mut out = OutputFolder::create(&self.out)?;
+        let mut out = self.results_folder()?;
         let setup = Setup {
             samples_per_output: self.output_every,
             acceleration_order: self.order,
@@ -124,6 +127,18 @@ impl ReplayCommand {
         terminal.say(report.table());
         out.commit()?;
         terminal.result(&report)
+    }
+
+    /// The folder for the results: not the input's, and not one that holds another recording.
+    fn results_folder(&self) -> Result<OutputFolder, InputError> {
+        let results = &[TABLE, MANIFEST, "replay.json"];
+        let out = results_folder(&self.out, &self.recording, &self.model, results)?;
+        if self.out.join(MANIFEST).exists() && !Recording::lists_table(&self.out, TABLE) {
+            return Err(InputError::new(&self.out, "holds another recording")
+                .channel("--out")
+                .expected("another folder, or one with an earlier replay"));
+        }
+        Ok(out)
     }
 
     fn report(
@@ -219,7 +234,7 @@ fn compensated(
         folder: PathBuf::new(),
         site: recording.site,
         tables: vec![Table {
-            file: "compensated.parquet".to_owned(),
+            file: TABLE.to_owned(),
             clock: Clock::Uniform {
                 rate_hz: parameters.sample_rate_hz / f64::from(parameters.samples_per_output),
                 start_s: input.start_s,

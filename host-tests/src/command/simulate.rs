@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::json;
 
 use crate::error::InputError;
-use crate::output::write_file;
+use crate::output::OutputFile;
 use crate::recording::Recording;
 use crate::simulate::scenario::Scenario;
 use crate::simulate::simulate;
@@ -45,8 +45,9 @@ impl Simulate {
         let spinner = terminal.spinner("writing");
         simulation.recording.write_into(&mut out)?;
         out.write("model.toml", simulation.model.to_toml().as_bytes())?;
+        let truth = OutputFile::create(&truth_path, simulation.truth.to_json().as_bytes())?;
         out.commit()?;
-        write_file(&truth_path, simulation.truth.to_json().as_bytes())?;
+        truth.commit()?;
         spinner.finish_and_clear();
 
         terminal.say(format!(

@@ -1,6 +1,7 @@
 //! CSV tables with a header row: columns of numbers as f64; an empty cell, `nan` or `null` as NaN.
 //!
-//! Comma-separated UTF-8. Every row must have as many cells as the header. Values leave as stored,
+//! Comma-separated UTF-8. Every row must have as many cells as the header; blank
+//! lines are allowed at the end only. Values leave as stored,
 //! before scale and offset.
 
 use std::fs;
@@ -27,24 +28,35 @@ pub(super) fn read(path: &Path, wanted: &[&str]) -> Result<Vec<Vec<f64>>, InputE
     let mut columns = vec![Vec::new(); wanted.len()];
     let mut record = StringRecord::new();
     let mut row = 0;
+    let mut end = reader.position().byte() as usize;
     while reader
         .read_record(&mut record)
         .map_err(|error| unreadable(path, &error))?
     {
-        // The library drops blank lines. In a table of one column a blank line is a cell.
-        let line = record.position().map_or(0, csv::Position::line);
-        if names.len() == 1 && line != row + 2 {
-            return Err(InputError::new(path, "has a blank line in its only column")
-                .channel(wanted[0])
+        // The library drops blank lines, and every later row would move forward in time.
+        if begins_with_a_blank_line(bytes, end) {
+            return Err(InputError::new(path, "has a blank line between its rows")
                 .row(row)
-                .expected("nan where nothing was measured"));
+                .expected("a row of cells, nan or empty ones where nothing was measured"));
         }
+        end = reader.position().byte() as usize;
         for ((column, &position), name) in columns.iter_mut().zip(&positions).zip(wanted) {
             column.push(number(path, name, row, &record[position])?);
         }
         row += 1;
     }
     Ok(columns)
+}
+
+/// Whether a line without a character follows the record that ends before byte `end`.
+fn begins_with_a_blank_line(bytes: &[u8], end: usize) -> bool {
+    let (before, rest) = bytes.split_at(end.min(bytes.len()));
+    // The library ends a record at the first character of CR LF.
+    let rest = match rest.strip_prefix(b"\n") {
+        Some(stripped) if before.ends_with(b"\r") => stripped,
+        _ => rest,
+    };
+    matches!(rest.first(), Some(b'\n' | b'\r'))
 }
 
 fn number(path: &Path, name: &str, row: u64, cell: &str) -> Result<f64, InputError> {

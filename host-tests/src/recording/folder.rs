@@ -19,6 +19,12 @@ const WHOLE_COUNT: f64 = 1e-6;
 const LARGEST_COUNT: f64 = i32::MAX as f64;
 
 impl Recording {
+    /// Whether the folder's manifest can be read and has a table in `file`.
+    pub fn lists_table(folder: impl AsRef<Path>, file: &str) -> bool {
+        Manifest::read(&folder.as_ref().join(MANIFEST))
+            .is_ok_and(|manifest| manifest.tables.iter().any(|table| table.file == file))
+    }
+
     /// Reads and checks the recording in `folder`.
     pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
         let folder = folder.as_ref();

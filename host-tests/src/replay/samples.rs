@@ -92,6 +92,15 @@ pub fn samples_from_recording(
             format!("does not fit the chain: {error}"),
         )
     })?;
+    let fewest = usize::from(setup.samples_per_output);
+    if kept.len() < fewest {
+        return Err(InputError::new(
+            recording.folder.join(&gyros.table.file),
+            "is shorter than one output period",
+        )
+        .value(format!("{} measured rows", kept.len()))
+        .expected(format!("at least {fewest}")));
+    }
     parameters.pickoff_weight_rad = PICKOFF_WEIGHT_RAD;
     if pickoffs.is_none() {
         parameters.pickoff_gain = [0.0; 3];

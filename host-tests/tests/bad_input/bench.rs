@@ -21,7 +21,7 @@ pub fn inspect(recording: &Path, _: &Path, _: &Path) -> Vec<OsString> {
     vec!["inspect".into(), "--json".into(), recording.into()]
 }
 
-fn diagnose(recording: &Path, model: &Path, out: &Path) -> Vec<OsString> {
+pub fn diagnose(recording: &Path, model: &Path, out: &Path) -> Vec<OsString> {
     let (model_flag, out_flag) = ("--model".into(), "--out".into());
     vec![
         "diagnose".into(),
@@ -33,10 +33,16 @@ fn diagnose(recording: &Path, model: &Path, out: &Path) -> Vec<OsString> {
     ]
 }
 
-fn replay(recording: &Path, model: &Path, out: &Path) -> Vec<OsString> {
+pub fn replay(recording: &Path, model: &Path, out: &Path) -> Vec<OsString> {
     let mut arguments = diagnose(recording, model, out);
     arguments[0] = "replay".into();
     arguments.extend(["--core".into(), "f32".into()]);
+    arguments
+}
+
+pub fn on_target(recording: &Path, model: &Path, out: &Path) -> Vec<OsString> {
+    let mut arguments = replay(recording, model, out);
+    arguments[0] = "on-target".into();
     arguments
 }
 

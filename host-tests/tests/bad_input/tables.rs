@@ -89,3 +89,22 @@ fn time_stamps_that_do_not_go_forward() {
     stamped("0 0 1").recording_is_refused(&["t.csv, t, row 1", "forward"]);
     stamped("0 nan 1").recording_is_refused(&["t.csv, t, row 1", "NaN"]);
 }
+
+#[test]
+fn a_blank_line_between_rows() {
+    // It would move every later row by one period.
+    for text in [
+        "gx,dx,rx\n1,2,3\n\n1,2,3\n1,2,3\n",
+        "gx,dx,rx\r\n1,2,3\r\n\r\n1,2,3\r\n",
+    ] {
+        table(text).recording_is_refused(&["t.csv, row 1", "blank line"]);
+    }
+    table("gx,dx,rx\n\n1,2,3\n").recording_is_refused(&["t.csv, row 0", "blank line"]);
+    for text in [
+        "gx,dx,rx\n1,100,3\n2,100,3\n\n\n",
+        "gx,dx,rx\r\n1,100,3\r\n2,100,3\r\n\r\n",
+        "gx,dx,rx,note\n1,100,3,\"two\n\nlines\"\n2,100,3,none\n",
+    ] {
+        assert_eq!(table(text).run(inspect).status.code(), Some(0), "{text:?}");
+    }
+}
