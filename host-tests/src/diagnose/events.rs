@@ -29,6 +29,9 @@ const STEP_FINE_S: f64 = 0.01;
 /// Rows next to a joint in which a slip cannot be told from the joint's own free jump.
 const JOINT_GUARD_ROWS: usize = 40;
 
+/// Pulses of the smallest slip.
+const LEAST_PULSES: f64 = 1.5;
+
 /// A found event.
 #[derive(Debug, Clone)]
 pub struct Event {
@@ -81,6 +84,11 @@ pub fn slips(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
             });
             let (place, row) =
                 guarded.max_by(|a, b| filtered[a.0].abs().total_cmp(&filtered[b.0].abs()))?;
+            // A counter that loses or gains anything loses or gains pulses; one alone is its quantisation.
+            let size_rad = filtered[place] * scale / own;
+            if size_rad.abs() < LEAST_PULSES * streams.pulse_rad[axis] {
+                return None;
+            }
             let ratio = (filtered[place] * scale).powi(2) / own;
             let time_s = streams.middle_s(row);
             Some(event(

@@ -270,10 +270,17 @@ impl Findings<'_> {
     }
 
     fn verdict(&self, effects: &[EffectEntry]) -> Verdict {
-        match (
-            effects.iter().any(|effect| !effect.parameters.is_empty()),
-            self.left.is_empty(),
-        ) {
+        // A constant over a stretch of time describes; it does not explain.
+        let describes = |effect: &EffectEntry| {
+            effect.parameters.is_empty()
+                || effect
+                    .expression
+                    .as_deref()
+                    .is_some_and(|text| text.starts_with("window("))
+        };
+        let explained = effects.iter().any(|effect| !describes(effect));
+        let clean = self.left.is_empty() && !effects.iter().any(describes);
+        match (explained, clean) {
             (false, true) => Verdict::Matches,
             (false, false) => Verdict::Unexplained,
             (true, true) => Verdict::Explained,
@@ -409,6 +416,11 @@ fn listed(one: &Chosen) -> EffectEntry {
             .indistinguishable_from
             .iter()
             .map(|&rival| CATALOGUE[rival].card().kind.to_string())
+            .chain(
+                card.resembles_untested
+                    .iter()
+                    .map(|kind| (*kind).to_string()),
+            )
             .collect(),
         equation: card.equation.to_string(),
         parameters: (0..count)

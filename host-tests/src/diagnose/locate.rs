@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use super::declare::{BAND_EDGES_HZ, TILE_S, TILE_SIGNIFICANCE};
-use super::noise::Noise;
+use super::noise::{LOWEST_SHARE, Noise};
 use super::split::{Regime, intersect, usable_runs};
 use super::streams::{Streams, Triad};
 
@@ -80,7 +80,7 @@ pub fn tiles(
                         for axis in 0..3 {
                             tiles.extend(test(
                                 &mut planner,
-                                streams.rate_hz,
+                                (streams.rate_hz, streams.rows as f64 / streams.rate_hz),
                                 axis,
                                 rows.clone(),
                                 &residual_rad[axis][rows.clone()],
@@ -97,7 +97,7 @@ pub fn tiles(
 
 fn test(
     planner: &mut RealFftPlanner<f64>,
-    rate_hz: f64,
+    (rate_hz, span_s): (f64, f64),
     axis: usize,
     rows: Range<usize>,
     values: &[f64],
@@ -120,8 +120,9 @@ fn test(
         .process(&mut input, &mut bins)
         .expect("lengths come from the plan");
     let mean_rad_s = values.iter().sum::<f64>() / values.len() as f64 * rate_hz;
-    let mean_std_rad_s = noise.mean_rate_std_rad_s(seconds);
-    let floor_hz = 0.5 / seconds;
+    let mean_std_rad_s = noise.mean_rate_std_rad_s(seconds, span_s);
+    // Drift does not start anew in each tile.
+    let floor_hz = LOWEST_SHARE / span_s;
     BAND_EDGES_HZ
         .windows(2)
         .filter_map(|edges| {
@@ -133,7 +134,10 @@ fn test(
             }
             let (mut ratio, mut excess) = (0.0, 0.0);
             for (bin, value) in bins.iter().enumerate().take(last).skip(first) {
-                let level = noise.at(bin as f64 / seconds, floor_hz);
+                // The window shows each bin a sixth of either neighbour's noise; in a short tile that counts.
+                let at = |bin: f64| noise.at(bin.abs() / seconds, floor_hz);
+                let here = bin as f64;
+                let level = (4.0 * at(here) + at(here - 1.0) + at(here + 1.0)) / 6.0;
                 let power = value.norm_sqr() / norm;
                 ratio += power / level;
                 excess += 2.0 * (power - level) / count as f64;

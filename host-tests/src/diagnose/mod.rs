@@ -48,6 +48,8 @@ pub mod hunt;
 
 pub mod readings;
 
+pub mod timing;
+
 pub mod excess;
 
 pub mod identify;
@@ -149,6 +151,9 @@ pub fn diagnose_without(
     let parameters = Parameters::of_catalogue();
     let candidates: Vec<usize> = (0..CATALOGUE.len())
         .filter(|&effect| CATALOGUE[effect].missing(&scene).is_none())
+        .filter(|&effect| {
+            CATALOGUE[effect].card().kind != "earth_rate" || !model.earth_rate_in_reference
+        })
         .filter(|&effect| !left_out.contains(&CATALOGUE[effect].card().kind))
         .collect();
     let nothing: Vec<Vec<f64>> = CATALOGUE
@@ -185,35 +190,46 @@ pub fn diagnose_without(
     )
     .map_err(|problem| InputError::new(model_file, problem))?;
 
-    // What no physics explains is still modelled, as a labelled constant over its stretch of time.
-    progress("locating");
+    progress("settling events");
     let noise = bench.noise;
-    let after = |catch: &hunt::Catch| after_rad(&scene, &before_rad, catch);
-    let mut after_rad = after(&catch);
-    let tiles_left = |after_rad: &streams::Triad| {
-        locate::tiles(
+    catch
+        .terms
+        .retain(|found| !timing::is_event(&found.term.form));
+    let events = timing::settle(
+        &scene,
+        &after_rad(&scene, &before_rad, &catch),
+        noise,
+        &parameters,
+    );
+    catch.terms.extend(events);
+
+    progress("locating");
+    let all_rows: Vec<std::ops::Range<usize>> = split
+        .fitted
+        .iter()
+        .chain(&split.held_out)
+        .cloned()
+        .collect();
+    let locate = |residual_rad: &streams::Triad| {
+        let tiles = locate::tiles(
             &scene.streams,
-            after_rad,
+            residual_rad,
             &noise,
             &split.regimes,
-            &split.fitted,
-        )
+            &all_rows,
+        );
+        locate::join(&tiles, &split.regimes, &all_rows)
     };
-    let before_tiles = locate::tiles(
-        &scene.streams,
-        &before_rad,
-        &noise,
-        &split.regimes,
-        &split.fitted,
-    );
-    let mut locations = locate::join(&before_tiles, &split.regimes, &split.fitted);
+    let mut locations = locate(&before_rad);
     explain::name_regimes(&mut locations, &catch, &products);
-    let mut left = locate::join(&tiles_left(&after_rad), &split.regimes, &split.fitted);
+    let mut after_rad = after_rad(&scene, &before_rad, &catch);
+    let mut left = locate(&after_rad);
+    // What no physics explains is still modelled, as a labelled constant over its stretch of time.
     let stretches: Vec<Term> = left
         .iter()
         .filter(|location| location.band_hz.0 == 0.0)
         .map(|location| {
-            let end_s = |row: usize| scene.streams.start_s + row as f64 / rate_hz;
+            let end_s = |row: usize| scene.streams.begin_s(row);
             let expression = format!(
                 "window({:.3},{:.3})",
                 end_s(location.rows.start),
@@ -226,14 +242,10 @@ pub fn diagnose_without(
         })
         .collect();
     if !stretches.is_empty() {
-        for term in stretches {
-            bench
-                .add_term(term)
-                .map_err(|problem| InputError::new(model_file, problem))?;
-        }
-        hunt::refit(&bench, &parameters, &mut catch);
-        after_rad = after(&catch);
-        left = locate::join(&tiles_left(&after_rad), &split.regimes, &split.fitted);
+        let described = timing::describe(&scene, &after_rad, noise, &parameters, stretches);
+        subtract_terms(&scene, &mut after_rad, &described);
+        catch.terms.extend(described);
+        left = locate(&after_rad);
     }
 
     progress("validating on what was held out");
@@ -308,12 +320,20 @@ fn after_rad(scene: &Scene, before_rad: &streams::Triad, catch: &hunt::Catch) ->
             subtract(axis, values, 1.0);
         }
     }
-    for found in &catch.terms {
+    subtract_terms(scene, &mut left, &catch.terms);
+    left
+}
+
+/// Takes found terms out of a residual.
+fn subtract_terms(scene: &Scene, left: &mut streams::Triad, terms: &[hunt::FoundTerm]) {
+    for found in terms {
         if let Ok(column) = found.term.column(scene) {
-            subtract(found.term.axis, &column, found.size);
+            left[found.term.axis]
+                .iter_mut()
+                .zip(column)
+                .for_each(|(left, slope)| *left -= found.size * slope);
         }
     }
-    left
 }
 
 /// Noise that the model declares, as θ: pulses, pickoff and reference make white angle noise, gyro and

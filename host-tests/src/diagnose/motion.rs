@@ -224,7 +224,7 @@ pub fn last_clear_hz(
         let top = bins - bins / 10;
         let own: f64 =
             (top..=bins).map(|bin| power[bin] / shape(bin)).sum::<f64>() / (bins - top + 1) as f64;
-        let level = declared.map_or(own, |declared| declared.max(own.min(CLEAR * declared)));
+        let level = declared.map_or(own, |declared| declared.max(own));
         if let Some(bin) = (1..=bins)
             .rev()
             .find(|&bin| power[bin] > CLEAR * level * shape(bin))

@@ -19,6 +19,10 @@ use nalgebra::DMatrix;
 /// Number of noise terms.
 pub const TERMS: usize = 4;
 
+/// The mean of a rate that walks at random over T has variance σ²T/3, the drifting terms' shape has σ²T/π² at
+/// half the first bin: so the lowest bin is taken this share of the first bin's frequency.
+pub const LOWEST_SHARE: f64 = 0.275;
+
 /// Names of the terms, for people.
 pub const TERM_NAMES: [&str; TERMS] = [
     "angle random walk",
@@ -66,16 +70,23 @@ impl Noise {
 
     /// 1/S in every bin of a portion.
     pub fn weights(&self, portion: &Portion) -> Vec<f64> {
-        let floor_hz = portion.frequency_hz(1) / 2.0;
+        let floor_hz = portion.frequency_hz(1) * LOWEST_SHARE;
         (0..portion.bins())
             .map(|bin| 1.0 / self.at(portion.frequency_hz(bin), floor_hz))
             .collect()
     }
 
-    /// Standard deviation \[rad/s\] of a mean rate over `seconds`: random walk of angle, drifting terms at
-    /// 1/seconds, and the white angle noise of the two ends.
-    pub fn mean_rate_std_rad_s(&self, seconds: f64) -> f64 {
-        let slow = self.at(0.0, 0.5 / seconds) * self.rate_hz / seconds;
+    /// Standard deviation \[rad/s\] of a mean rate over `seconds` of a record of `span_s`: random walk of angle,
+    /// drifting terms since the record's beginning, and the white angle noise of the two ends.
+    pub fn mean_rate_std_rad_s(&self, seconds: f64, span_s: f64) -> f64 {
+        // Drift does not start anew in each stretch: its variance is that of the whole record.
+        let steady = Self {
+            theta: [self.theta[0], self.theta[1], 0.0, 0.0],
+            ..*self
+        };
+        let floor_hz = LOWEST_SHARE / span_s;
+        let drifting = (self.at(0.0, floor_hz) - steady.at(0.0, floor_hz)) * self.rate_hz / span_s;
+        let slow = steady.at(0.0, floor_hz) * self.rate_hz / seconds + drifting;
         let ends = 2.0 * self.theta[1] / (seconds * seconds);
         (slow + ends).sqrt()
     }
@@ -109,7 +120,7 @@ pub fn fit(
     start: Option<Noise>,
 ) -> Noise {
     let rate_hz = portion.seconds().recip() * portion.rows() as f64;
-    let floor_hz = portion.frequency_hz(1) / 2.0;
+    let floor_hz = portion.frequency_hz(1) * LOWEST_SHARE;
     let shapes: Vec<[f64; TERMS]> = (0..portion.bins())
         .map(|bin| Noise::terms(portion.frequency_hz(bin), rate_hz, floor_hz))
         .collect();
@@ -142,6 +153,18 @@ pub fn fit(
                 }
             }
         }
+    }
+    // A channel without any noise would make every weight infinite.
+    /// Share of the declared level below which no fitted level goes.
+    const QUIETEST: f64 = 1e-6;
+    let least = declared
+        .white_angle
+        .unwrap_or(0.0)
+        .max(f64::MIN_POSITIVE.sqrt())
+        * QUIETEST;
+    if !noise.theta.iter().all(|theta| theta.is_finite()) || noise.theta[1] < least {
+        noise = first_guess(portion, residual, &shapes, declared, rate_hz);
+        noise.theta[1] = noise.theta[1].max(least);
     }
     keep_declared(&mut noise, portion, &shapes, declared);
     noise

@@ -15,6 +15,10 @@ use std::sync::Arc;
 
 use super::motion::smooth_length;
 
+/// Every stretch costs a free jump, and work that grows with the square of their number: of a recording
+/// with many gaps only the longest stretches are used.
+const MOST_STRETCHES: usize = 40;
+
 /// Bins of one series.
 pub type Bins = Vec<Complex64>;
 
@@ -32,6 +36,13 @@ impl Portion {
     /// `None` where nothing would be left.
     pub fn new(mut ranges: Vec<Range<usize>>, rate_hz: f64) -> Option<Self> {
         ranges.retain(|range| !range.is_empty());
+        if ranges.len() > MOST_STRETCHES {
+            let mut lengths: Vec<usize> = ranges.iter().map(ExactSizeIterator::len).collect();
+            lengths.sort_unstable_by(|a, b| b.cmp(a));
+            let shortest = lengths[MOST_STRETCHES - 1];
+            ranges.retain(|range| range.len() >= shortest);
+            ranges.truncate(MOST_STRETCHES);
+        }
         let total: usize = ranges.iter().map(ExactSizeIterator::len).sum();
         if total < 64 {
             return None;

@@ -95,7 +95,26 @@ fn lost(streams: &Streams) -> Vec<Fault> {
             });
         }
     }
-    faults
+    gathered(faults)
+}
+
+/// Many gaps of one channel are one finding, from the first to the last.
+fn gathered(faults: Vec<Fault>) -> Vec<Fault> {
+    const MANY: usize = 8;
+    let count = |channel: &str| {
+        faults
+            .iter()
+            .filter(|fault| fault.channel == channel)
+            .count()
+    };
+    let mut kept: Vec<Fault> = Vec::new();
+    for fault in &faults {
+        match kept.iter_mut().find(|known| known.channel == fault.channel) {
+            Some(known) if count(&fault.channel) > MANY => known.rows.end = fault.rows.end,
+            _ => kept.push(fault.clone()),
+        }
+    }
+    kept
 }
 
 fn of_channel(channel: &str, values: &[f64], measured: &[bool]) -> Vec<Fault> {

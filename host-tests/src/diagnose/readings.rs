@@ -19,6 +19,9 @@ const INFLATED: f64 = 1.3;
 /// What a free number costs: half the logarithm of the few hundred bins in which drift lives.
 const PRICE: f64 = 3.0;
 
+/// ln of the number of instants or expressions a found term was picked among.
+const PICKED: f64 = 6.5;
+
 /// ln of the odds by which physics must beat drifting noise.
 const CLEAR_WIN: f64 = 10.0;
 
@@ -65,7 +68,9 @@ pub fn best(bench: &mut Workbench, hunt: &Hunt, progress: &dyn Fn(&str)) -> Resu
             .iter()
             .filter(|noise| inflation(noise, seconds) > INFLATED)
             .count();
-        bench.whittle(&catch.values) - PRICE * (catch.values.len() + drifting) as f64
+        // A term was picked among hundreds of instants and expressions.
+        let picked = PICKED * catch.terms.len() as f64;
+        bench.whittle(&catch.values) - PRICE * (catch.values.len() + drifting) as f64 - picked
     };
     let noise_score = price(bench, &as_noise);
     let kept = bench.snapshot();

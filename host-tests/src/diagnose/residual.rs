@@ -74,10 +74,14 @@ pub fn residual_rad(
     Ok(residual)
 }
 
-/// Effects of the noise and faults of the data predict nothing.
+/// Effects of the noise, of the accelerometers and faults of the data add nothing to what a gyro senses.
 fn predicts_something(effect: &ModelEffect) -> bool {
     let kind = effect.kind.as_str();
-    !NOISE_KINDS.contains(&kind) && !FAULT_KINDS.contains(&kind)
+    let of_accelerometer = kind.starts_with("accel_") || kind == "size_effect";
+    !NOISE_KINDS.contains(&kind)
+        && !FAULT_KINDS.contains(&kind)
+        && !of_accelerometer
+        && kind != "lock_in"
 }
 
 /// What an effect of the model adds to the sensed increments \[rad\].

@@ -271,7 +271,7 @@ impl Search<'_> {
         let ratio = 2.0 * (with.log_likelihood_gain - without.log_likelihood_gain).max(0.0);
         let degrees = (with.degrees - without.degrees).round().max(1.0);
         let chance = ChiSquared::new(degrees).map_or(1.0, |law| law.sf(ratio));
-        let trials = self.candidates.len() as f64;
+        let trials = self.trials.max(self.candidates.len()) as f64;
         let p_value = -(trials * (-chance).ln_1p()).exp_m1();
         let allowance = REGRESSOR_FIDELITY * (2.0 * without.log_likelihood_gain).max(0.0).sqrt();
         (p_value, ratio > degrees + allowance * allowance)

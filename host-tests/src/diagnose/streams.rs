@@ -26,6 +26,8 @@ pub struct Streams {
     pub start_s: f64,
     /// Number of rows.
     pub rows: usize,
+    /// Angle of one pulse \[rad\]; 0 where the gyros report increments or rates.
+    pub pulse_rad: [f64; 3],
     /// What each gyro sensed over the row \[rad\], its own dither included.
     pub sensed_rad: Triad,
     /// Block relative to case at the row's end \[rad\], as the pickoff says; one entry more than rows, the
@@ -62,7 +64,8 @@ impl Streams {
         let (rate_hz, table_start_s) = gyro.clock;
         let dithered = gyro.quantity == Quantity::GyroCount;
         let finder = Finder::new(recording);
-        let pickoff = finder.triad(&Quantity::DitherAngle);
+        // Increments and rates carry no dither to strip (contract), whatever else was recorded.
+        let pickoff = finder.triad(&Quantity::DitherAngle).filter(|_| dithered);
         if dithered && pickoff.is_none() && model.dither.is_some() {
             return Err(InputError::new(
                 &file,
@@ -96,25 +99,23 @@ impl Streams {
                 unmeasured.push((format!("{stem}_{}", AXES[axis]), missing));
             }
         };
-        let mut increments =
-            |stem: &str, channels: &[(&Channel, &Table); 3], factor: &dyn Fn(usize) -> f64| {
-                let mut triad: Triad = Default::default();
-                for (axis, (channel, table)) in channels.iter().enumerate() {
-                    grid.same_rows(&file, channel, table)?;
-                    let mut values: Vec<f64> = channel.values[skip..]
-                        .iter()
-                        .map(|v| v * factor(axis))
-                        .collect();
-                    missing(
-                        stem,
-                        axis,
-                        values.iter().map(|value| !value.is_finite()).collect(),
-                    );
-                    bridge_gaps(&mut values);
-                    triad[axis] = values;
-                }
-                Ok::<Triad, InputError>(triad)
-            };
+        let mut increments = |stem: &str,
+                              channels: &[(&Channel, &Table); 3],
+                              factor: &dyn Fn(usize) -> f64| {
+            let mut triad: Triad = Default::default();
+            for (axis, (channel, table)) in channels.iter().enumerate() {
+                let all = grid.on_rows(&file, channel, table)?;
+                let mut values: Vec<f64> = all[skip..].iter().map(|v| v * factor(axis)).collect();
+                missing(
+                    stem,
+                    axis,
+                    values.iter().map(|value| !value.is_finite()).collect(),
+                );
+                bridge_gaps(&mut values);
+                triad[axis] = values;
+            }
+            Ok::<Triad, InputError>(triad)
+        };
         let gyro_pairs = [0, 1, 2].map(|axis| (gyro.channels[axis], gyro.table));
         let sensed_rad = match gyro.quantity {
             Quantity::GyroCount => increments("gyro", &gyro_pairs, &|axis| {
@@ -129,8 +130,7 @@ impl Streams {
             Some(channels) => {
                 let mut triad: Triad = Default::default();
                 for (axis, (channel, table)) in channels.iter().enumerate() {
-                    grid.same_rows(&file, channel, table)?;
-                    let mut values = channel.values.clone();
+                    let mut values = grid.on_rows(&file, channel, table)?;
                     let either = |pair: &[f64]| !pair[0].is_finite() || !pair[1].is_finite();
                     missing("dither", axis, values.windows(2).map(either).collect());
                     bridge_gaps(&mut values);
@@ -142,11 +142,44 @@ impl Streams {
         let measured: Vec<bool> = (0..rows)
             .map(|row| !unmeasured.iter().any(|(_, missing)| missing[row]))
             .collect();
-        let slow = |quantity: &Quantity| {
-            finder.triad(quantity).map(|channels| {
-                channels.map(|(channel, table)| grid.at_middle(channel, table).split_off(skip))
-            })
+        // Rows in a long gap of a slow channel are out of use; a channel that is mostly gap is absent.
+        let mut usable = measured.clone();
+        let mut slow = |quantity: &Quantity| {
+            let mut triad = finder
+                .triad(quantity)?
+                .map(|(channel, table)| grid.at_middle(channel, table).split_off(skip));
+            /// More than this share of gaps, and explaining with the channel would cost more than it tells.
+            const MOST_GAPS: f64 = 0.3;
+            let gaps = triad
+                .iter()
+                .flatten()
+                .filter(|value| value.is_nan())
+                .count();
+            if gaps as f64 > MOST_GAPS * (3 * rows) as f64 {
+                return None;
+            }
+            for values in &mut triad {
+                for (usable, value) in usable.iter_mut().zip(values.iter()) {
+                    *usable &= !value.is_nan();
+                }
+                bridge_gaps(values);
+            }
+            Some(triad)
         };
+        let force_m_s2 = slow(&Quantity::SpecificForce).or_else(|| {
+            let velocity = finder.triad(&Quantity::VelocityIncrement)?;
+            let Clock::Uniform { rate_hz, .. } = velocity[0].1.clock else {
+                return None;
+            };
+            let mut force = slow(&Quantity::VelocityIncrement)?;
+            force
+                .iter_mut()
+                .flatten()
+                .for_each(|value| *value *= rate_hz);
+            Some(force)
+        });
+        let (temperature_k, magnetic_t) =
+            (slow(&Quantity::Temperature), slow(&Quantity::MagneticField));
         let others = recording
             .tables
             .iter()
@@ -162,32 +195,52 @@ impl Streams {
                     Quantity::Other(name) => format!("{name}{axis}"),
                     _ => unreachable!("filtered above"),
                 };
-                (name, grid.at_middle(channel, table).split_off(skip))
+                let mut values = grid.at_middle(channel, table).split_off(skip);
+                bridge_gaps(&mut values);
+                (name, values)
             })
-            .collect();
+            .fold(
+                Vec::new(),
+                |mut others: Vec<(String, Vec<f64>)>, (name, values)| {
+                    // Names become factors of an expression: no operators, no builtin's name, none twice.
+                    let safe: String = name
+                        .chars()
+                        .map(|c| {
+                            if c.is_alphanumeric() || c == '_' {
+                                c
+                            } else {
+                                '_'
+                            }
+                        })
+                        .collect();
+                    let taken = |name: &str, others: &[(String, Vec<f64>)]| {
+                        others.iter().any(|(n, _)| n == name)
+                    };
+                    let mut unique = format!("channel_{safe}");
+                    while taken(&unique, &others) {
+                        unique.push('_');
+                    }
+                    others.push((unique, values));
+                    others
+                },
+            );
         Ok(Self {
             rate_hz,
             start_s: table_start_s + skip as f64 / rate_hz,
             rows,
+            pulse_rad: if dithered {
+                model.gyro.pulse_weight_rad
+            } else {
+                [0.0; 3]
+            },
             sensed_rad,
             pickoff_rad,
             case_rad,
-            force_m_s2: slow(&Quantity::SpecificForce).or_else(|| {
-                let velocity = finder.triad(&Quantity::VelocityIncrement)?;
-                let Clock::Uniform { rate_hz, .. } = velocity[0].1.clock else {
-                    return None;
-                };
-                let mut force = slow(&Quantity::VelocityIncrement)?;
-                force
-                    .iter_mut()
-                    .flatten()
-                    .for_each(|value| *value *= rate_hz);
-                Some(force)
-            }),
-            temperature_k: slow(&Quantity::Temperature),
-            magnetic_t: slow(&Quantity::MagneticField),
+            force_m_s2,
+            temperature_k,
+            magnetic_t,
             others,
-            usable: measured.clone(),
+            usable,
             measured,
             unmeasured,
         })
@@ -253,11 +306,20 @@ impl<'a> Finder<'a> {
     }
 
     fn triad(&self, quantity: &Quantity) -> Option<[(&'a Channel, &'a Table); 3]> {
-        Some([
-            self.one(quantity, "x")?,
-            self.one(quantity, "y")?,
-            self.one(quantity, "z")?,
-        ])
+        // One channel without an axis (a thermometer) serves all three.
+        let shared = || {
+            self.recording.tables.iter().find_map(|table| {
+                let without =
+                    |channel: &&Channel| channel.quantity == *quantity && channel.axis.is_none();
+                table
+                    .channels
+                    .iter()
+                    .find(without)
+                    .map(|channel| (channel, table))
+            })
+        };
+        let on = |axis: &str| self.one(quantity, axis).or_else(shared);
+        Some([on("x")?, on("y")?, on("z")?])
     }
 
     fn gyro(&self, file: &std::path::Path) -> Result<GyroTable<'a>, InputError> {
@@ -302,33 +364,43 @@ impl Grid {
     /// A hundredth of a row: closer than that, two clocks are the same clock.
     const SAME_ROW: f64 = 0.01;
 
-    fn same_rows(
+    /// The channel's values on the gyros' rows, NaN where it has none: its table must have the same rate and
+    /// begin a whole number of rows earlier or later.
+    fn on_rows(
         &self,
         file: &std::path::Path,
         channel: &Channel,
         table: &Table,
-    ) -> Result<(), InputError> {
-        let same = match table.clock {
+    ) -> Result<Vec<f64>, InputError> {
+        let offset = match table.clock {
             Clock::Uniform { rate_hz, start_s } => {
-                ((rate_hz - self.rate_hz) * self.rows as f64 / self.rate_hz).abs() < Self::SAME_ROW
-                    && ((start_s - self.start_s) * self.rate_hz).abs() < Self::SAME_ROW
-                    && channel.values.len() == self.rows
+                let drift = (rate_hz - self.rate_hz) * self.rows as f64 / self.rate_hz;
+                let offset = (start_s - self.start_s) * self.rate_hz;
+                let whole = (offset - offset.round()).abs() < Self::SAME_ROW;
+                (drift.abs() < Self::SAME_ROW && whole).then_some(offset.round() as i64)
             }
-            Clock::Stamped { .. } => false,
+            Clock::Stamped { .. } => None,
         };
-        if same {
-            return Ok(());
-        }
-        Err(InputError::new(file, "not on the gyros' rows")
-            .channel(channel.column.clone())
-            .value(format!("{} rows in {}", channel.values.len(), table.file))
-            .expected(format!(
-                "{} rows at {} Hz from {} s, as the gyros have",
-                self.rows, self.rate_hz, self.start_s
-            )))
+        let Some(offset) = offset else {
+            return Err(InputError::new(file, "not on the gyros' rows")
+                .channel(channel.column.clone())
+                .value(format!("{} rows in {}", channel.values.len(), table.file))
+                .expected(format!(
+                    "rows at {} Hz, a whole number of them from {} s, as the gyros have",
+                    self.rate_hz, self.start_s
+                )));
+        };
+        let value = |row: usize| {
+            usize::try_from(row as i64 - offset)
+                .ok()
+                .and_then(|row| channel.values.get(row).copied())
+        };
+        Ok((0..self.rows)
+            .map(|row| value(row).unwrap_or(f64::NAN))
+            .collect())
     }
 
-    /// The channel at the middle of each gyro row, by straight lines; held at the ends.
+    /// The channel at the middle of each gyro row, by straight lines; held at the ends, NaN in gaps.
     fn at_middle(&self, channel: &Channel, table: &Table) -> Vec<f64> {
         // Means over a row belong to its middle, readings to its end.
         let at_row = match channel.quantity {
@@ -342,6 +414,8 @@ impl Grid {
         let known: Vec<usize> = (0..channel.values.len())
             .filter(|&row| channel.values[row].is_finite())
             .collect();
+        // Longer than three readings without one is a gap, not a slow channel.
+        let period_s = table.clock.period_s(channel.values.len());
         let mut after = 0;
         (0..self.rows)
             .map(|row| {
@@ -353,6 +427,11 @@ impl Grid {
                     after.checked_sub(1).map(|before| known[before]),
                     known.get(after),
                 ) {
+                    (Some(before), Some(&after))
+                        if stamp(after) - stamp(before) > 3.5 * period_s =>
+                    {
+                        f64::NAN
+                    }
                     (Some(before), Some(&after)) => {
                         let share = (time_s - stamp(before)) / (stamp(after) - stamp(before));
                         channel.values[before]

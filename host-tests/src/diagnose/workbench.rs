@@ -208,6 +208,20 @@ impl<'a> Workbench<'a> {
         }
     }
 
+    /// Sizes and standard deviations of the found terms, fitted by themselves.
+    pub fn term_sizes(&self) -> (Vec<f64>, Vec<f64>) {
+        let information = self.information();
+        let first = self.parameters.count();
+        let indices: Vec<usize> = (first..first + self.terms.len()).collect();
+        let solution = information.solve(&indices, &|index| {
+            super::select::prior_width(self.parameters, &information, index)
+        });
+        let stds = (0..indices.len())
+            .map(|k| solution.covariance[(k, k)].sqrt())
+            .collect();
+        (solution.values.iter().copied().collect(), stds)
+    }
+
     /// What a search changes on the bench.
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {

@@ -17,6 +17,7 @@ static CARD: Card = Card {
     largest: 1e-8,
     log_prior_odds: -5.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The dither suspension bends more than in proportion: the tilt has a term in the cube of the angular acceleration.",
     next_experiment: "The same coning at two amplitudes: the drift of this effect grows as the fourth power, that of linear flexure as the square.",
 };

@@ -17,6 +17,7 @@ static CARD: Card = Card {
     largest: 1e-3,
     log_prior_odds: -2.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The block bends under specific force, so its sensing axis tilts with gravity and vibration.",
     next_experiment: "Slew about one axis with gravity along each of the others in turn.",
 };

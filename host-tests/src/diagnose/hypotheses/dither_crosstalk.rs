@@ -17,6 +17,7 @@ static CARD: Card = Card {
     largest: 0.1,
     log_prior_odds: 0.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The gyro senses a share of the dither of a neighbouring block, through the structure or the electronics.",
     next_experiment: "Switch the dithers off one at a time.",
 };

@@ -17,6 +17,7 @@ static CARD: Card = Card {
     largest: 1e6,
     log_prior_odds: 0.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The dither pickoff is not linear: a cubic term leaves lines at one and three times the dither frequency after stripping.",
     next_experiment: "None needed: the dither itself shows it at rest.",
 };

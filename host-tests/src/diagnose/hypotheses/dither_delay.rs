@@ -18,6 +18,7 @@ static CARD: Card = Card {
     largest: 1e-3,
     log_prior_odds: 0.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The dither pickoff is sampled late against the pulse counter, so stripping leaves a residue in quadrature with the dither.",
     next_experiment: "None needed: the dither itself shows it at rest.",
 };

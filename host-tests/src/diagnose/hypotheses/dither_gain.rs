@@ -17,6 +17,7 @@ static CARD: Card = Card {
     largest: 0.2,
     log_prior_odds: 0.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The dither pickoff reads the block motion with a wrong gain, so stripping leaves a residue of the dither in the increments.",
     next_experiment: "None needed: the dither itself shows it at rest.",
 };

@@ -18,6 +18,7 @@ static CARD: Card = Card {
     largest: 8e-5,
     log_prior_odds: 0.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The reference reports motion against the Earth and the gyros against space: the rotation of the Earth is missing from the prediction.",
     next_experiment: "A still record at two attitudes tells the rotation of the Earth from bias.",
 };

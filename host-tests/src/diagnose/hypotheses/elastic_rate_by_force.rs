@@ -17,6 +17,7 @@ static CARD: Card = Card {
     largest: 1e-3,
     log_prior_odds: -2.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The block turns elastically with the force on it; the gyro reports that turning as a rate of the case.",
     next_experiment: "Linear vibration along each axis without rotation.",
 };

@@ -18,6 +18,7 @@ static CARD: Card = Card {
     largest: 1e-3,
     log_prior_odds: 0.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The model lacks a constant rate on the gyro: a bias, present at rest and in motion alike.",
     next_experiment: "A still record of some minutes at two opposite attitudes separates bias from Earth rate and g-sensitivity.",
 };

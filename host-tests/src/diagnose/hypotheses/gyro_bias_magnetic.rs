@@ -17,6 +17,7 @@ static CARD: Card = Card {
     largest: 10.0,
     log_prior_odds: -2.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The gyro output moves with the magnetic field at the block and the model takes the field for harmless.",
     next_experiment: "Turn a known field (a coil) on and off on each axis with the case at rest.",
 };

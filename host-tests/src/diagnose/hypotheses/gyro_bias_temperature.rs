@@ -18,6 +18,7 @@ static CARD: Card = Card {
     largest: 1e-3,
     log_prior_odds: 0.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The gyro bias moves with the temperature of its block and the model keeps it constant.",
     next_experiment: "Cycle the temperature up and down: a bias that retraces its path is temperature, one that does not is time or gradient.",
 };

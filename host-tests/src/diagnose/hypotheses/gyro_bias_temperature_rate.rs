@@ -17,6 +17,7 @@ static CARD: Card = Card {
     largest: 1e-1,
     log_prior_odds: -1.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The gyro bias follows the rate of temperature change (a gradient across the block) and the model knows no such term.",
     next_experiment: "Hold, ramp and hold the temperature: the bias then steps with the ramp rate and returns.",
 };

@@ -18,6 +18,7 @@ static CARD: Card = Card {
     largest: 0.02,
     log_prior_odds: 0.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The gyro channel is late (or early) against the reference by a fixed time that the model does not know.",
     next_experiment: "Any vigorous oscillation; two frequencies tell a delay from a phase.",
 };

@@ -17,6 +17,7 @@ static CARD: Card = Card {
     largest: 1e-5,
     log_prior_odds: 0.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The gyro answers to the square of the force along its axis, so vibration leaves a drift.",
     next_experiment: "Vibrate linearly along each axis at two levels: the drift of this effect grows as the square of the level.",
 };

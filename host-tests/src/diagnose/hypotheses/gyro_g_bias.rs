@@ -17,6 +17,7 @@ static CARD: Card = Card {
     largest: 1e-4,
     log_prior_odds: -1.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The gyro output moves with the specific force (g-sensitivity) and the model lets gravity pass unnoticed.",
     next_experiment: "Tumble the case through six attitudes: gravity then changes sign on each axis and a bias does not.",
 };

@@ -17,6 +17,7 @@ static CARD: Card = Card {
     largest: 0.05,
     log_prior_odds: 0.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The angle of one pulse is not what the model says: the laser senses case motion and dither alike with a scale error.",
     next_experiment: "A slew of whole turns about each axis shows the scale against the turntable.",
 };

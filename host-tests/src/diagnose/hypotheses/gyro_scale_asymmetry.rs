@@ -17,6 +17,7 @@ static CARD: Card = Card {
     largest: 0.05,
     log_prior_odds: 0.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The gyro has a different scale for positive and negative rotation, so an oscillation leaves a drift.",
     next_experiment: "Equal slews forward and back: the difference of the two angles is this effect.",
 };

@@ -17,6 +17,7 @@ static CARD: Card = Card {
     largest: 0.1,
     log_prior_odds: -2.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The scale of the gyro changes with the square of its rate.",
     next_experiment: "Slews at several rates: the scale error of this effect grows as the square of the rate.",
 };

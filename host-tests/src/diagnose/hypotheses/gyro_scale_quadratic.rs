@@ -17,6 +17,7 @@ static CARD: Card = Card {
     largest: 0.1,
     log_prior_odds: -2.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The gyro has a small term in the square of its rate, so an oscillation leaves a drift that grows as its square.",
     next_experiment: "Slews at several rates, both senses: this effect is even in the rate and grows as its square.",
 };

@@ -17,6 +17,7 @@ static CARD: Card = Card {
     largest: 0.02,
     log_prior_odds: 0.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The sensing axes do not lie where the installation matrix of the model puts them, so each gyro sees a share of the rates across it.",
     next_experiment: "A slew about each axis shows the angles; none of them leaves a drift under vibration.",
 };

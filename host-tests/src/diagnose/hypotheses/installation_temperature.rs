@@ -17,6 +17,7 @@ static CARD: Card = Card {
     largest: 1e-2,
     log_prior_odds: -2.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The sensing axes turn with the temperature of the block and the model keeps the installation constant.",
     next_experiment: "Repeat the same slew at two temperatures.",
 };

@@ -128,6 +128,8 @@ pub struct Card {
     pub log_prior_odds: f64,
     /// Kinds that contain this one exactly: no recording of this form tells it from them.
     pub special_case_of: &'static [&'static str],
+    /// Kinds of the contract that this version does not test and that look like this one below their resonance.
+    pub resembles_untested: &'static [&'static str],
     /// What was left out of the model, for a navigation engineer, in a sentence or two.
     pub left_out: &'static str,
     /// The motion or record that shows or separates it.

@@ -18,6 +18,7 @@ static CARD: Card = Card {
     largest: 0.02,
     log_prior_odds: 0.0,
     special_case_of: &["gyro_delay"],
+    resembles_untested: &[],
     left_out: "The clock of the reference and the clock of the gyros differ by a fixed time.",
     next_experiment: "A second reference, or an event marked on both clocks, tells a late reference from late gyros.",
 };

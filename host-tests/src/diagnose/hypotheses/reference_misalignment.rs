@@ -18,6 +18,7 @@ static CARD: Card = Card {
     largest: 0.05,
     log_prior_odds: 0.0,
     special_case_of: &["installation"],
+    resembles_untested: &[],
     left_out: "The reference does not sit square to the case: all three gyros show the same small rotation against it.",
     next_experiment: "Remount the reference: a turned reference changes, the installation of the gyros does not.",
 };

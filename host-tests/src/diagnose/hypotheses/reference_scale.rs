@@ -18,6 +18,7 @@ static CARD: Card = Card {
     largest: 0.05,
     log_prior_odds: 0.0,
     special_case_of: &[],
+    resembles_untested: &[],
     left_out: "The reference itself has a scale error; the gyro and its dither agree with each other and not with it.",
     next_experiment: "Whole turns of the table against an optical mark calibrate the reference.",
 };
