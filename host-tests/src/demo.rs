@@ -148,7 +148,7 @@ pub fn tell(
         replay(input, core, &input.parameters).map_err(refused)
     };
     progress("replaying", None);
-    let as_modelled = samples_from_recording(recording, &simulation.model, setup)?;
+    let as_modelled = samples_from_recording(recording, &simulation.model, model_file, setup)?;
     let before = run(&as_modelled, Core::F32)?;
 
     let outcome = {
@@ -159,7 +159,7 @@ pub fn tell(
     };
 
     progress("replaying", None);
-    let corrected = samples_from_recording(recording, &outcome.model, setup)?;
+    let corrected = samples_from_recording(recording, &outcome.model, model_file, setup)?;
     let after = Cores {
         f32: run(&corrected, Core::F32)?,
         fixed: run(&corrected, Core::Fixed)?,

@@ -3,7 +3,7 @@
 use assert_cmd::Command;
 use nalgebra::{UnitQuaternion, Vector3};
 use rlg::model::compensation::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
-use rlg::model::{Model, ModelEffect};
+use rlg::model::{Model, ModelEffect, MotionSource};
 use rlg::recording::{Quantity, Recording};
 use rlg::reference::coning::Coning;
 use rlg::reference::{Calibration, ReferenceChain, Six, acceleration};
@@ -152,8 +152,13 @@ fn with_truth(simulation: &Simulation) -> Model {
 #[test]
 fn concealed_flexure_put_into_the_model_leaves_no_drift_in_either_number_system() {
     let simulation = coning_demo(1).unwrap();
-    let input =
-        samples_from_recording(&simulation.recording, &with_truth(&simulation), SETUP).unwrap();
+    let input = samples_from_recording(
+        &simulation.recording,
+        &with_truth(&simulation),
+        Path::new("model.toml"),
+        SETUP,
+    )
+    .unwrap();
     assert!(input.uncompensated.is_empty());
     let reference = replay(&input, Core::Reference, &input.parameters).unwrap();
     let mut static_only = input.parameters;
@@ -245,7 +250,7 @@ fn set(recording: &mut Recording, column: &str, row: usize, value: f64) {
 #[test]
 fn pickoff_codes_keep_the_angle_to_half_a_code_and_counts_pass_unchanged() {
     let (recording, model) = short();
-    let input = samples_from_recording(&recording, &model, SETUP).unwrap();
+    let input = samples_from_recording(&recording, &model, Path::new("model.toml"), SETUP).unwrap();
     let (counts, angles) = (values(&recording, "gy"), values(&recording, "dy"));
     for (row, sample) in input.samples.iter().enumerate() {
         assert_eq!(f64::from(sample.pulse_counts[1]), counts[row]);
@@ -273,7 +278,8 @@ fn recordings_without_pulses_are_counted_without_drift() {
             })
             .collect();
         channels.extend(gyros);
-        let input = samples_from_recording(&undithered, &model, SETUP).unwrap();
+        let input =
+            samples_from_recording(&undithered, &model, Path::new("model.toml"), SETUP).unwrap();
         let reference = input.reference_rad.as_ref().unwrap();
         let (mut counted, mut angle) = (0_i64, 0.0);
         for (sample, increment) in input.samples.iter().zip(reference) {
@@ -308,21 +314,21 @@ fn unmeasured_rows_are_cut_at_the_ends_and_refused_in_between() {
     set(&mut ends, "gx", 0, f64::NAN);
     set(&mut ends, "dz", 1, f64::NAN);
     set(&mut ends, "gy", rows - 1, f64::NAN);
-    let input = samples_from_recording(&ends, &model, SETUP).unwrap();
+    let input = samples_from_recording(&ends, &model, Path::new("model.toml"), SETUP).unwrap();
     assert_eq!(input.rows_left_out, [2, 1]);
     assert_eq!(input.samples.len(), rows - 3);
     assert_eq!(input.start_s, 2.0 / 4000.0);
 
     let mut gap = recording.clone();
     set(&mut gap, "dz", 1234, f64::NAN);
-    let error = samples_from_recording(&gap, &model, SETUP).unwrap_err();
+    let error = samples_from_recording(&gap, &model, Path::new("model.toml"), SETUP).unwrap_err();
     assert_eq!(error.channel.as_deref(), Some("dz"));
     assert_eq!(error.row, Some(1234));
 
     // a reference that misses a row costs the output periods it touches, its own and the next
     let mut unseen = recording.clone();
     set(&mut unseen, "rx", 5005, f64::NAN);
-    let input = samples_from_recording(&unseen, &model, SETUP).unwrap();
+    let input = samples_from_recording(&unseen, &model, Path::new("model.toml"), SETUP).unwrap();
     let truth = reference_rotations_rad(&input).unwrap();
     let lost: Vec<_> = (0..truth.len()).filter(|m| truth[*m][1].is_nan()).collect();
     assert_eq!(lost, [500]);
@@ -339,7 +345,7 @@ fn recordings_and_models_that_disagree_about_the_dither_are_refused() {
         .channels
         .retain(|channel| channel.quantity != Quantity::DitherAngle);
     let message = |recording: &Recording, model: &Model| {
-        samples_from_recording(recording, model, SETUP)
+        samples_from_recording(recording, model, Path::new("model.toml"), SETUP)
             .unwrap_err()
             .to_string()
     };
@@ -347,7 +353,7 @@ fn recordings_and_models_that_disagree_about_the_dither_are_refused() {
     let mut undithered = model.clone();
     undithered.dither = None;
     assert!(message(&recording, &undithered).contains("dither_angle"));
-    assert!(samples_from_recording(&bare, &undithered, SETUP).is_ok());
+    assert!(samples_from_recording(&bare, &undithered, Path::new("model.toml"), SETUP).is_ok());
 
     let mut two_axes = recording.clone();
     two_axes.tables[0].channels.retain(|c| c.column != "gz");
@@ -365,7 +371,7 @@ fn effects_the_chain_lacks_are_named() {
         kind: "elastic_rate_by_jerk".to_owned(),
         parameters: [("xx".to_owned(), rlg::model::EffectValue::Number(1e-8))].into(),
     });
-    let input = samples_from_recording(&recording, &model, SETUP).unwrap();
+    let input = samples_from_recording(&recording, &model, Path::new("model.toml"), SETUP).unwrap();
     assert_eq!(input.uncompensated, ["elastic_rate_by_jerk"]);
 }
 
@@ -474,13 +480,97 @@ fn recordings_shorter_than_one_output_period_are_refused() {
         }
     };
     keep(&mut recording, 10);
-    let input = samples_from_recording(&recording, &model, SETUP).unwrap();
+    let input = samples_from_recording(&recording, &model, Path::new("model.toml"), SETUP).unwrap();
     let output = replay(&input, Core::F32, &input.parameters).unwrap();
     assert_eq!(output.rotations_rad.len(), 1);
     keep(&mut recording, 9);
-    let error = samples_from_recording(&recording, &model, SETUP).unwrap_err();
+    let error =
+        samples_from_recording(&recording, &model, Path::new("model.toml"), SETUP).unwrap_err();
     assert!(error.problem.contains("shorter than one output period"));
     assert_eq!(error.value.as_deref(), Some("9 measured rows"));
+}
+
+#[test]
+fn limits_of_the_chain_name_the_input_at_fault() {
+    let (recording, model) = short();
+    let refused = |recording: &Recording, model: &Model, setup: Setup| {
+        let error = samples_from_recording(recording, model, Path::new("model.toml"), setup);
+        error.unwrap_err().to_string()
+    };
+    let mut biased = model.clone();
+    biased.gyro.bias_rad_s = [0.0, 0.05, 0.0];
+    let text = refused(&recording, &biased, SETUP);
+    assert!(text.starts_with("model.toml, bias_rad_s: "), "{text}");
+    // as the chain would hold it: over the installation's stretch, 5e-6 less than the model's 0.05
+    assert!(text.contains("found [0.0, 0.04999"), "{text}");
+
+    let seldom = Setup {
+        samples_per_output: 41,
+        ..SETUP
+    };
+    let text = refused(&recording, &model, seldom);
+    assert!(text.starts_with("--output-every"), "{text}");
+    assert!(text.contains("found 41"), "{text}");
+
+    // a weight that no sample uses is no obstacle
+    let mut heavy = model.clone();
+    heavy.gyro.pulse_weight_rad = [1e-3; 3];
+    let text = refused(&recording, &heavy, SETUP);
+    assert!(text.starts_with("model.toml, pulse_weight_rad: "), "{text}");
+    let mut increments = recording.clone();
+    for channel in &mut increments.tables[0].channels {
+        if channel.quantity == Quantity::GyroCount {
+            channel.quantity = Quantity::GyroIncrement;
+            channel.values.iter_mut().for_each(|value| *value *= 1e-9);
+        }
+    }
+    heavy.dither = None;
+    samples_from_recording(&increments, &heavy, Path::new("model.toml"), SETUP).unwrap();
+}
+
+#[test]
+fn command_gives_no_drift_against_a_reference_that_is_no_truth() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (recording, model) = short();
+    recording.write_to(place("recording")).unwrap();
+    let run = |model: &Model| {
+        model.write(place("model.toml")).unwrap();
+        let (recording, model, out) = (place("recording"), place("model.toml"), place("out"));
+        let done = rlg(&[
+            "replay", &recording, "--model", &model, "--core", "f32", "--out", &out,
+        ])
+        .success();
+        let words = String::from_utf8(done.get_output().stderr.clone()).unwrap();
+        (json(PathBuf::from(out).join("replay.json")), words)
+    };
+    let (report, _) = run(&model);
+    assert!(report["no_drift_because"].is_null());
+    assert!(report["segments"][0]["drift_after_deg_h"].is_array());
+
+    let mut at_rest = model.clone();
+    at_rest.motion = MotionSource::Static;
+    let mut without_earth = model.clone();
+    without_earth.earth_rate_in_reference = false;
+    let mut turned = model.clone();
+    turned.effects.push(ModelEffect {
+        kind: "reference_misalignment".to_owned(),
+        parameters: [("x".to_owned(), rlg::model::EffectValue::Number(1e-3))].into(),
+    });
+    for (model, part) in [
+        (at_rest, "static"),
+        (without_earth, "the Earth's rotation"),
+        (turned, "reference_misalignment"),
+    ] {
+        let (report, words) = run(&model);
+        let reason = report["no_drift_because"].as_str().unwrap();
+        assert!(reason.contains(part), "{reason}");
+        assert!(words.contains(reason), "{words}");
+        for segment in report["segments"].as_array().unwrap() {
+            assert!(segment["drift_before_deg_h"].is_null());
+            assert!(segment["drift_after_deg_h"].is_null());
+        }
+    }
 }
 
 #[test]
@@ -529,7 +619,7 @@ fn bench_recordings_replay_within_the_marks() {
             })
             .collect(),
     });
-    let input = samples_from_recording(&recording, &model, SETUP).unwrap();
+    let input = samples_from_recording(&recording, &model, Path::new("model.toml"), SETUP).unwrap();
     let truth = reference_rotations_rad(&input).unwrap();
     let f64_output = replay(&input, Core::Reference, &input.parameters).unwrap();
     let mut static_only = input.parameters;

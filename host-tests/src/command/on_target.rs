@@ -75,7 +75,7 @@ impl OnTargetCommand {
             samples_per_output: self.output_every,
             acceleration_order: self.order,
         };
-        let input = samples_from_recording(&recording, &model, setup)?;
+        let input = samples_from_recording(&recording, &model, &self.model, setup)?;
         spinner.set_message("building the image");
         let image = match &self.image {
             Some(path) => Image::read(path)?,

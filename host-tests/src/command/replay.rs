@@ -1,4 +1,7 @@
 //! `rlg replay`: a recording through the chain on the host.
+//!
+//! Deliberately not here: velocity increments (`dvel_*`); the chain turns angles alone, so that
+//! `compensated.parquet` has `dtheta_*` only.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -61,6 +64,8 @@ struct Report {
     ns_per_sample: f64,
     output_sha256: String,
     segments: Vec<SegmentReport>,
+    /// Why the drifts are null although the recording has a reference.
+    no_drift_because: Option<String>,
     against_reference: AgainstReference,
     /// Samples beyond the chain's ranges; absent for the reference.
     saturated: Option<Saturated>,
@@ -104,7 +109,7 @@ impl ReplayCommand {
             samples_per_output: self.output_every,
             acceleration_order: self.order,
         };
-        let input = samples_from_recording(&recording, &model, setup)?;
+        let input = samples_from_recording(&recording, &model, &self.model, setup)?;
         spinner.set_message("replaying");
         let refused = |error: ParameterError| {
             InputError::new(&self.model, format!("does not fit the chain: {error}"))
@@ -188,6 +193,7 @@ impl ReplayCommand {
             ns_per_sample: done.ns_per_sample,
             output_sha256: done.output_sha256.clone(),
             segments: reports,
+            no_drift_because: input.reference_refused.clone(),
             against_reference: AgainstReference {
                 max_drift_deg_h: against,
             },

@@ -36,7 +36,7 @@ use nalgebra::{Matrix3, Vector3};
 use trueaxis::{CrossAxis, ParameterError, Parameters};
 
 use super::catalogue::{SIX, XYZ};
-use super::{EffectValue, Model, ModelEffect};
+use super::{EffectValue, Model, ModelEffect, MotionSource};
 
 /// Samples in one output period unless asked otherwise: 2.5 ms at 4 kHz, the step of a 400 Hz
 /// navigation computer.
@@ -58,6 +58,23 @@ const OF_THE_RECORDING: &[&str] = &[
 /// The chain's parameters for `model`, and the kinds of its effects that the chain cannot compensate, each
 /// once, in the model's order. An error names the parameter that the chain's formats cannot hold.
 pub fn parameters_from_model(
+    model: &Model,
+    sample_rate_hz: f64,
+    samples_per_output: u16,
+    acceleration_order: u8,
+) -> Result<(Parameters, Vec<String>), ParameterError> {
+    let (parameters, uncompensated) = unchecked_parameters(
+        model,
+        sample_rate_hz,
+        samples_per_output,
+        acceleration_order,
+    )?;
+    parameters.check()?;
+    Ok((parameters, uncompensated))
+}
+
+/// The same before the check, for a caller that replaces some of them.
+pub(crate) fn unchecked_parameters(
     model: &Model,
     sample_rate_hz: f64,
     samples_per_output: u16,
@@ -122,8 +139,29 @@ pub fn parameters_from_model(
         acceleration_order,
         ..Parameters::default()
     };
-    parameters.check()?;
     Ok((parameters, uncompensated))
+}
+
+/// Why the drift against the recording's reference would not be the gyros' drift under `model`, if so.
+pub fn reference_is_no_truth(model: &Model) -> Option<String> {
+    if model.motion == MotionSource::Static {
+        return Some("the model's motion is static, not the reference's".to_owned());
+    }
+    if !model.earth_rate_in_reference {
+        return Some(
+            "the model says that the reference lacks the Earth's rotation, which the gyros sense"
+                .to_owned(),
+        );
+    }
+    let of_the_reference = |kind: &str| kind.starts_with("reference_") || kind == "earth_rate";
+    let effect = model
+        .effects
+        .iter()
+        .find(|effect| acts(effect) && of_the_reference(&effect.kind))?;
+    Some(format!(
+        "the model has {}, which is not taken out of the reference",
+        effect.kind
+    ))
 }
 
 /// Whether any of its numbers is other than 0.

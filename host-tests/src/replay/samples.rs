@@ -19,9 +19,10 @@
 
 use crate::error::InputError;
 use crate::model::Model;
-use crate::model::compensation::parameters_from_model;
+use crate::model::compensation::{reference_is_no_truth, unchecked_parameters};
 use crate::recording::{Axis, Channel, Clock, Quantity, Recording, Table};
-use trueaxis::{Parameters, Sample};
+use std::path::Path;
+use trueaxis::{CrossAxis, ParameterError, Parameters, Sample};
 
 /// Angle of one pickoff code \[rad\]: ±0.5 rad fit an `i32`, hundreds of times the amplitude of any dither.
 pub const PICKOFF_WEIGHT_RAD: f64 = 1.0 / (1u64 << 32) as f64;
@@ -66,10 +67,11 @@ pub struct ReplayInput {
     pub reference_refused: Option<String>,
 }
 
-/// The samples of a recording under a model, or what stands in the way.
+/// The samples of a recording under a model, or what stands in the way; `model_file` is for messages.
 pub fn samples_from_recording(
     recording: &Recording,
     model: &Model,
+    model_file: &Path,
     setup: Setup,
 ) -> Result<ReplayInput, InputError> {
     let gyros = Gyros::find(recording)?;
@@ -80,27 +82,17 @@ pub fn samples_from_recording(
     let rows_left_out = [kept.start, gyros.table.rows - kept.end];
     let start_s = gyros.table.start_s() + kept.start as f64 / rate_hz;
 
-    let (mut parameters, uncompensated) = parameters_from_model(
+    let (mut parameters, uncompensated) = unchecked_parameters(
         model,
         rate_hz,
         setup.samples_per_output,
         setup.acceleration_order,
     )
     .map_err(|error| {
-        InputError::new(
-            &recording.folder,
-            format!("does not fit the chain: {error}"),
-        )
+        InputError::new(model_file, format!("does not fit the chain: {error}"))
+            .channel("installation_rad")
+            .value(format!("{:?}", model.gyro.installation_rad.to_array()))
     })?;
-    let fewest = usize::from(setup.samples_per_output);
-    if kept.len() < fewest {
-        return Err(InputError::new(
-            recording.folder.join(&gyros.table.file),
-            "is shorter than one output period",
-        )
-        .value(format!("{} measured rows", kept.len()))
-        .expected(format!("at least {fewest}")));
-    }
     parameters.pickoff_weight_rad = PICKOFF_WEIGHT_RAD;
     if pickoffs.is_none() {
         parameters.pickoff_gain = [0.0; 3];
@@ -108,8 +100,23 @@ pub fn samples_from_recording(
     let mut unit_rad = [1.0; 3];
     match gyros.quantity {
         Quantity::GyroCount => unit_rad = parameters.pulse_weight_rad,
-        Quantity::GyroRate => unit_rad = [1.0 / rate_hz; 3],
-        _ => {}
+        Quantity::GyroRate => {
+            unit_rad = [1.0 / rate_hz; 3];
+            parameters.pulse_weight_rad = [INCREMENT_WEIGHT_RAD; 3];
+        }
+        _ => parameters.pulse_weight_rad = [INCREMENT_WEIGHT_RAD; 3],
+    }
+    let table_file = recording.folder.join(&gyros.table.file);
+    parameters
+        .check()
+        .map_err(|error| unfit(error, &parameters, model_file, &table_file))?;
+    let fewest = usize::from(setup.samples_per_output);
+    if kept.len() < fewest {
+        return Err(
+            InputError::new(table_file, "is shorter than one output period")
+                .value(format!("{} measured rows", kept.len()))
+                .expected(format!("at least {fewest}")),
+        );
     }
 
     let mut input = ReplayInput {
@@ -132,7 +139,6 @@ pub fn samples_from_recording(
         let codes = if gyros.quantity == Quantity::GyroCount {
             codes(values.iter().copied())
         } else {
-            input.parameters.pulse_weight_rad[axis] = INCREMENT_WEIGHT_RAD;
             codes(counts_of_running_angle(values, unit_rad[axis]))
         };
         let codes = codes.map_err(|row| beyond(recording, &gyros, channel, kept.start + row))?;
@@ -150,11 +156,63 @@ pub fn samples_from_recording(
             }
         }
     }
-    match reference_rows(recording, &gyros, rate_hz, kept) {
-        Ok(reference) => input.reference_rad = reference,
-        Err(why) => input.reference_refused = Some(why),
+    match (
+        reference_is_no_truth(model),
+        reference_rows(recording, &gyros, rate_hz, kept),
+    ) {
+        (_, Ok(None)) => {}
+        (Some(why), _) | (None, Err(why)) => input.reference_refused = Some(why),
+        (None, Ok(reference)) => input.reference_rad = reference,
     }
     Ok(input)
+}
+
+/// Which of the inputs the chain's limits refuse, and what it says there (effects of the model included).
+fn unfit(
+    error: ParameterError,
+    parameters: &Parameters,
+    model_file: &Path,
+    table_file: &Path,
+) -> InputError {
+    let triad = |values: [f64; 3]| format!("{values:?}");
+    let six = |values: &CrossAxis<f64>| format!("{:?}", values.to_array());
+    let (file, key, value) = match error {
+        ParameterError::PulseWeight => (
+            model_file,
+            "pulse_weight_rad",
+            triad(parameters.pulse_weight_rad),
+        ),
+        ParameterError::Bias => (model_file, "bias_rad_s", triad(parameters.bias_rad_s)),
+        ParameterError::ScaleError => (model_file, "scale_error", triad(parameters.scale_error)),
+        ParameterError::Installation => (
+            model_file,
+            "installation_rad",
+            six(&parameters.installation_rad),
+        ),
+        ParameterError::Flexure => (model_file, "axis_flexure", six(&parameters.flexure_s2)),
+        ParameterError::PickoffGain => (model_file, "pickoff_gain", triad(parameters.pickoff_gain)),
+        ParameterError::PickoffWeight => (
+            table_file,
+            "dither_angle",
+            parameters.pickoff_weight_rad.to_string(),
+        ),
+        ParameterError::SampleRate => {
+            (table_file, "rate_hz", parameters.sample_rate_hz.to_string())
+        }
+        ParameterError::SamplesPerOutput => (
+            Path::new("--output-every"),
+            "samples_per_output",
+            parameters.samples_per_output.to_string(),
+        ),
+        ParameterError::AccelerationOrder => (
+            Path::new("--order"),
+            "acceleration_order",
+            parameters.acceleration_order.to_string(),
+        ),
+    };
+    InputError::new(file, format!("does not fit the chain: {error}"))
+        .channel(key)
+        .value(value)
 }
 
 /// The three gyro channels, of one quantity and in one table.
