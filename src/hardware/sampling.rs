@@ -6,7 +6,7 @@
 
 use core::cell::UnsafeCell;
 use core::hint::assert_unchecked;
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering, compiler_fence};
 
 use heapless::spsc::{Consumer, Producer};
 use stm32f4::stm32f405::{NVIC, interrupt};
@@ -188,8 +188,13 @@ impl<T> Handover<T> {
     /// Puts `value` in and unmasks the interrupt: from here it belongs to the interrupt.
     pub fn lend(&self, value: T) {
         NVIC::mask(interrupt::TIM2);
+        wait_for_mask();
         // SAFETY: the interrupt, the only other user, is masked.
         unsafe { *self.0.get() = Some(value) };
+        // The value must be in its place before the interrupt may come: for the compiler, which may move
+        // the plain store past a register's volatile one, and for the processor.
+        compiler_fence(Ordering::SeqCst);
+        cortex_m::asm::dmb();
         // SAFETY: nothing holds a critical section that relies on this interrupt being masked.
         unsafe { NVIC::unmask(interrupt::TIM2) };
     }
@@ -197,12 +202,18 @@ impl<T> Handover<T> {
     /// Masks the interrupt and takes the value out.
     pub fn take_back(&self) -> Option<T> {
         NVIC::mask(interrupt::TIM2);
-        // The barriers of the architecture's reference manual (B3.5.3): no TIM2 entry after this point.
-        cortex_m::asm::dsb();
-        cortex_m::asm::isb();
+        wait_for_mask();
         // SAFETY: the interrupt, the only other user, is masked.
         unsafe { (*self.0.get()).take() }
     }
+}
+
+/// The barriers of the architecture's reference manual (B3.5.3): no TIM2 entry after this point, and no
+/// access of what follows, nor the compiler's move of one, before it.
+fn wait_for_mask() {
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
+    compiler_fence(Ordering::SeqCst);
 }
 
 /// The interrupt's belongings.

@@ -48,7 +48,15 @@ pub struct Q64<const F: u32>(i64);
 impl<const F: u32> Q32<F> {
     /// To nearest; held at the ends of the range.
     const fn of(value: f64) -> Self {
-        Self(round_to_i64(value, F) as i32)
+        let rounded = round_to_i64(value, F);
+        // `Ord::clamp` is no const function.
+        Self(if rounded > i32::MAX as i64 {
+            i32::MAX
+        } else if rounded < i32::MIN as i64 {
+            i32::MIN
+        } else {
+            rounded as i32
+        })
     }
 }
 

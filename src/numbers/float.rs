@@ -147,9 +147,10 @@ impl NumberSystem for F32 {
         let rest = (scaled - whole) + ((angle.low + coning) * CODES_PER_RAD + *carry);
         let rest_whole = libm::rintf(rest);
         *carry = rest - rest_whole;
-        let code = (whole as i32)
-            .saturating_add(rest_whole as i32)
-            .max(-i32::MAX);
-        (code, code == i32::MAX || code == -i32::MAX)
+        // Summed wide and held last: the rest may bring back what the angle alone has beyond the range.
+        let code = (whole as i64).wrapping_add(i64::from(rest_whole as i32));
+        let limit = i64::from(i32::MAX);
+        let held = code.clamp(-limit, limit);
+        (held as i32, held != code)
     }
 }

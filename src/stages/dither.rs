@@ -46,7 +46,8 @@ impl<N: NumberSystem> Dither<N> {
                 parameters.pickoff_gain[index] * parameters.pickoff_weight_rad / left;
             Axis {
                 gain: N::pickoff_gain(rad_per_code),
-                // A zero gain divides to infinity, which converts to i32::MAX: nothing is held.
+                // A zero gain divides to infinity, which converts to i32::MAX: only a step that `i32`
+                // cannot show is beyond it (i32::MIN), and it is stripped as nothing.
                 limit_codes: (DITHER_LIMIT_RAD / rad_per_code) as i32,
             }
         };

@@ -7,7 +7,12 @@ use trueaxis::{
     Chain, ChainState, CrossAxis, F32, Fixed, NumberSystem, Parameters, Sample, Status,
 };
 
+use crate::motion::{Both, Slew, Turning, fine, stream};
 use crate::{CODE_RAD, run};
+
+/// How far an f32 frame near the range's end may be from the fixed-point one \[codes\]: 40 roundings of
+/// the increment's strip (1e-3 rad, half an LSB 1.2e-10 rad is 4 codes) at random, three sigma.
+const F32_FRAME_CODES: i64 = 80;
 
 /// Every parameter at the end of its range, where formats are fullest.
 fn worst_parameters() -> Parameters {
@@ -193,6 +198,73 @@ fn assert_output_held<N: NumberSystem>() {
 fn a_rotation_beyond_the_frame_is_held_and_flagged() {
     assert_output_held::<F32>();
     assert_output_held::<Fixed>();
+}
+
+/// 390 °/s about x while the axis of y and z turns: the coning correction brings part of an x angle
+/// beyond the frame's range back.
+fn assert_output_held_under_coning<N: NumberSystem>(turn: f64) {
+    let parameters = Parameters {
+        samples_per_output: 40,
+        ..fine()
+    };
+    let motion = Both(
+        Slew([390f64.to_radians(), 0.0, 0.0]),
+        Turning {
+            frequency_hz: turn,
+            rate_rad_s: 60f64.to_radians(),
+        },
+    );
+    let samples = stream(&parameters, &motion, false, 120);
+    let (frames, state) = run::<N>(&parameters, samples.iter().copied());
+    // 390 °/s for 10 ms is 0.0681 rad, 5.6e-3 beyond the frame; a turn of 100 Hz corrects by π (1.7e-3)²,
+    // 9e-6 rad: held still, by far.
+    for frame in &frames {
+        assert_eq!(frame.dtheta_codes[0], i32::MAX, "{}", N::NAME);
+        assert!(frame.status.contains(Status::OUTPUT_SATURATED));
+    }
+    assert_eq!(state.faults().output as usize, frames.len());
+}
+
+#[test]
+fn a_rotation_beyond_the_frame_is_held_whatever_the_coning_adds() {
+    for turn in [100.0, -100.0] {
+        assert_output_held_under_coning::<F32>(turn);
+        assert_output_held_under_coning::<Fixed>(turn);
+    }
+}
+
+/// Both systems within a code of the range's end, from either side: held exactly where it is beyond.
+#[test]
+fn an_angle_that_the_coning_brings_back_into_range_is_not_held() {
+    let parameters = Parameters {
+        samples_per_output: 40,
+        ..fine()
+    };
+    // 0.0625 rad over 10 ms is 358.1 °/s; the correction of 60 °/s at 100 Hz is 9e-4 rad/s.
+    for rate_rad_s in [
+        6.2485, 6.249, 6.2495, 6.25, 6.2505, 6.251, 6.252, 6.255, 6.26,
+    ] {
+        for turn in [100.0, -100.0] {
+            let motion = Both(
+                Slew([rate_rad_s, 0.0, 0.0]),
+                Turning {
+                    frequency_hz: turn,
+                    rate_rad_s: 60f64.to_radians(),
+                },
+            );
+            let samples = stream(&parameters, &motion, false, 120);
+            let (f32_frames, _) = run::<F32>(&parameters, samples.iter().copied());
+            let (fixed_frames, _) = run::<Fixed>(&parameters, samples.iter().copied());
+            for (single, fixed) in f32_frames.iter().zip(&fixed_frames) {
+                assert_eq!(single.status, fixed.status, "{rate_rad_s} {turn}");
+                let apart = i64::from(single.dtheta_codes[0]) - i64::from(fixed.dtheta_codes[0]);
+                assert!(
+                    apart.abs() <= F32_FRAME_CODES,
+                    "{rate_rad_s} {turn}: {apart}"
+                );
+            }
+        }
+    }
 }
 
 #[test]

@@ -55,6 +55,28 @@ impl Motion for Slew {
     }
 }
 
+/// A rate about y and z whose direction turns about x, either way: coning without the small drift.
+pub struct Turning {
+    pub frequency_hz: f64,
+    pub rate_rad_s: f64,
+}
+
+impl Motion for Turning {
+    fn rate(&self, t: f64) -> [f64; 3] {
+        let (sin, cos) = (std::f64::consts::TAU * self.frequency_hz * t).sin_cos();
+        [0.0, self.rate_rad_s * cos, self.rate_rad_s * sin]
+    }
+    fn acceleration(&self, t: f64) -> [f64; 3] {
+        let omega = std::f64::consts::TAU * self.frequency_hz;
+        let (sin, cos) = (omega * t).sin_cos();
+        [
+            0.0,
+            -omega * self.rate_rad_s * sin,
+            omega * self.rate_rad_s * cos,
+        ]
+    }
+}
+
 /// Two motions at once: for the gyros their rates add.
 pub struct Both<A, B>(pub A, pub B);
 
