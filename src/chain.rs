@@ -74,7 +74,9 @@ impl<N: NumberSystem> ChainState<N> {
         Self::default()
     }
 
-    /// What went beyond its range since start, up to the last output period's end.
+    /// What went beyond its range since start, up to the last output period's end: faults of samples after
+    /// the last frame are not in it, for there is no frame that they could spoil. A stream whose length is
+    /// no multiple of `samples_per_output` ends with up to that many less one such samples.
     pub fn faults(&self) -> &Faults {
         &self.faults
     }

@@ -44,6 +44,10 @@
 //! exact operations and must stay so. `micromath` in [`DitherMonitor`], whose amplitude is a health figure:
 //! its square root is measured in `host-tests/tests/core_chain/monitor.rs`.
 //!
+//! # What the QEMU image does not link
+//! [`counter_bank`] is a driver for an SPI device that the emulated board does not have: the image takes its
+//! samples from a file. It is tested on the host only.
+//!
 //! # What it does not do
 //! Sculling and accelerometers, temperature models, the navigation itself; effects other than bias, scale,
 //! installation, pickoff gain and axis flexure.

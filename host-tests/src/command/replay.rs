@@ -67,7 +67,8 @@ struct Report {
     /// Why the drifts are null although the recording has a reference.
     no_drift_because: Option<String>,
     against_reference: AgainstReference,
-    /// Samples beyond the chain's ranges; absent for the reference.
+    /// Complete output periods with at least one sample beyond the chain's ranges, per stage; absent for
+    /// the reference.
     saturated: Option<Saturated>,
     /// Kinds of the model's effects that the chain has no term for.
     uncompensated: Vec<String>,
