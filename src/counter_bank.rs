@@ -97,6 +97,7 @@ impl<SPI: SpiDevice> SampleSource for CounterBank<SPI> {
                         latched.counters[axis].wrapping_sub(previous.counters[axis])
                     }),
                     pickoff_codes,
+                    accelerometer_codes: [0; 3],
                 }),
                 fault: match periods - 1 {
                     0 => None,

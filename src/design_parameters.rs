@@ -16,6 +16,10 @@ pub const MAX_SAMPLES_PER_OUTPUT: u16 = 40;
 /// code is carried; an `i32` of them spans ±0.0625 rad, 716 °/s over 5 ms, 358 °/s over 10 ms.
 pub const OUTPUT_RAD_PER_CODE: f64 = 1.0 / (1u64 << 35) as f64;
 
+/// Velocity of one output code \[m/s\]: 2⁻²⁷ = 7.5e-9 m/s, 1.5 µm/s² at 200 frames a second; an `i32` of
+/// them spans ±16 m/s, 65 g over 25 ms.
+pub const OUTPUT_M_S_PER_CODE: f64 = 1.0 / (1u64 << 27) as f64;
+
 /// Largest magnitude of any increment after the strip \[rad per sample\]: 2⁻⁸, the end of the fixed-point
 /// format (LSB 2⁻³⁹ rad, 1.8e-12): 895 °/s at 4 kHz.
 pub const INCREMENT_LIMIT_RAD: f64 = 1.0 / 256.0;
@@ -66,6 +70,34 @@ pub const PICKOFF_WEIGHT_RANGE_RAD: (f64, f64) = (1e-12, 1e-4);
 
 /// Pickoff gains a configuration may ask for \[1\]: 0 for gyros without dither, 2 far beyond any tolerance.
 pub const PICKOFF_GAIN_RANGE: (f64, f64) = (0.0, 2.0);
+
+/// Pickoff delays a configuration may ask for \[s\], either sign: 100 µs is 16° of a 450 Hz dither, beyond
+/// any converter's.
+pub const PICKOFF_DELAY_LIMIT_S: f64 = 1e-4;
+
+/// Dither frequencies that may stand in a block where they are not used \[Hz\].
+pub const DITHER_FREQUENCY_RANGE_HZ: (f64, f64) = (1.0, 4000.0);
+
+/// Dither frequencies a configuration may ask for \[cycles per sample\], where the frequency is used: the
+/// quadrature formed from two samples loses its footing near 0 and near ½.
+pub const DITHER_CYCLES_RANGE: (f64, f64) = (0.02, 0.4);
+
+/// Largest dither amplitude \[rad\]: 0.01 (34′), ten times the largest in use.
+pub const DITHER_AMPLITUDE_LIMIT_RAD: f64 = 0.01;
+
+/// Adaptation times a configuration may ask for \[s\]: below 0.1 s a window of 30 ms would be more than a
+/// third of the estimate; 1000 s is frozen for most purposes.
+pub const ADAPTATION_TIME_RANGE_S: (f64, f64) = (0.1, 1000.0);
+
+/// Accelerometer weights a configuration may ask for \[m/s per code\]: 1e-9 is 0.4 µg per code at 4 kHz;
+/// beyond 1e-2 one pulse is 4 g over a period.
+pub const ACCELEROMETER_WEIGHT_RANGE_M_S: (f64, f64) = (1e-9, 1e-2);
+
+/// Largest accelerometer bias \[m/s²\]: 0.1 g; real ones are below 1e-2 m/s².
+pub const ACCELEROMETER_BIAS_LIMIT_M_S2: f64 = 1.0;
+
+/// Largest distance of an accelerometer from the body origin \[m\], each coordinate.
+pub const LEVER_ARM_LIMIT_M: f64 = 0.5;
 
 /// Terms of the acceleration filter: orders 1 to 4.
 pub const ACCELERATION_TERMS: usize = 4;

@@ -80,11 +80,11 @@ pub mod counter_bank;
 pub mod run_report;
 
 pub use chain::{Chain, ChainState};
-pub use design_parameters::OUTPUT_RAD_PER_CODE;
+pub use design_parameters::{OUTPUT_M_S_PER_CODE, OUTPUT_RAD_PER_CODE};
 pub use dither_monitor::DitherMonitor;
 pub use faults::{Faults, FirstFault, Status};
 pub use numbers::{F32, Fixed, NumberSystem};
 pub use parameter_block::{BlockError, PARAMETER_BLOCK_BYTES};
-pub use parameters::{ParameterError, Parameters};
+pub use parameters::{AccelerometerParameters, ParameterError, Parameters};
 pub use sample::{FrameError, OutputFrame, Sample};
 pub use triad::{CrossAxis, Triad};

@@ -1,21 +1,32 @@
 //! The parameter block: what `rlg params` writes and the firmware reads from flash.
 //!
-//! Little-endian. Offset 0: magic `RLGP`; 4: `u16` version (1); 6: `u16` length of the whole block; 8:
-//! `u16` samples per output; 10: `u8` acceleration order; 11: `u8` zero; 12: 26 `f64` in the order of
-//! [`Parameters`]' fields (pulse weight ×3, bias ×3, scale ×3, installation ×6, flexure ×6, pickoff gain ×3,
-//! pickoff weight, sample rate); last: `u32` CRC-32 (ISO-HDLC, as zip) of everything before it.
+//! Little-endian.
+//!
+//! | offset | holds |
+//! |---|---|
+//! | 0 | magic `RLGP` |
+//! | 4 | `u16` version (2) |
+//! | 6 | `u16` length of the whole block |
+//! | 8 | `u16` samples per output |
+//! | 10 | `u8` acceleration order |
+//! | 11 | `u8` 1 with accelerometers, 0 without |
+//! | 12 | `u32` generation: of two whole blocks the later one counts |
+//! | 16 | 60 `f64`: pulse weight ×3, bias ×3, scale ×3, installation ×6, flexure ×6, pickoff gain ×3, pickoff weight, sample rate, pickoff delay ×3, dither frequency ×3, dither amplitude ×3, adaptation time; accelerometers: weight ×3, bias ×3, scale ×3, misalignment ×6, lever arms ×9 (zeros without) |
+//! | last 4 | `u32` CRC-32 (ISO-HDLC, as zip) of everything before it |
+//!
+//! Left out: choosing between two blocks; that is the slot store's.
 
 use core::fmt;
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
-use crate::parameters::{ParameterError, Parameters};
+use crate::parameters::{AccelerometerParameters, ParameterError, Parameters};
 use crate::triad::CrossAxis;
 
 const MAGIC: [u8; 4] = *b"RLGP";
-const VERSION: u16 = 1;
-const HEADER_BYTES: usize = 12;
-const NUMBERS: usize = 26;
+const VERSION: u16 = 2;
+const HEADER_BYTES: usize = 16;
+const NUMBERS: usize = 60;
 const CRC_OFFSET: usize = HEADER_BYTES + 8 * NUMBERS;
 
 /// Size of the block \[bytes\].
@@ -41,6 +52,8 @@ pub enum BlockError {
         /// As computed.
         computed: u32,
     },
+    /// The byte that says whether there are accelerometers is neither 0 nor 1.
+    Accelerometers(u8),
     /// The block is whole, but a parameter is out of range.
     Parameter(ParameterError),
 }
@@ -60,6 +73,10 @@ impl fmt::Display for BlockError {
                 f,
                 "parameter block CRC-32 is {stored:#010x}, computed {computed:#010x}"
             ),
+            Self::Accelerometers(found) => write!(
+                f,
+                "parameter block says {found} of its accelerometers, expected 0 or 1"
+            ),
             Self::Parameter(error) => error.fmt(f),
         }
     }
@@ -69,13 +86,15 @@ impl core::error::Error for BlockError {}
 
 impl Parameters {
     /// The block of these parameters, whether or not they pass [`Parameters::check`].
-    pub fn to_block(&self) -> [u8; PARAMETER_BLOCK_BYTES] {
+    pub fn to_block(&self, generation: u32) -> [u8; PARAMETER_BLOCK_BYTES] {
         let mut block = [0; PARAMETER_BLOCK_BYTES];
         block[0..4].copy_from_slice(&MAGIC);
         block[4..6].copy_from_slice(&VERSION.to_le_bytes());
         block[6..8].copy_from_slice(&(PARAMETER_BLOCK_BYTES as u16).to_le_bytes());
         block[8..10].copy_from_slice(&self.samples_per_output.to_le_bytes());
         block[10] = self.acceleration_order;
+        block[11] = u8::from(self.accelerometers.is_some());
+        block[12..16].copy_from_slice(&generation.to_le_bytes());
         let chunks = block[HEADER_BYTES..CRC_OFFSET].chunks_exact_mut(8);
         for (chunk, number) in chunks.zip(self.numbers()) {
             chunk.copy_from_slice(&number.to_le_bytes());
@@ -85,8 +104,8 @@ impl Parameters {
         block
     }
 
-    /// Reads and checks a block; bytes after it are ignored.
-    pub fn from_block(bytes: &[u8]) -> Result<Self, BlockError> {
+    /// Reads and checks a block, and gives its generation too; bytes after it are ignored.
+    pub fn from_block(bytes: &[u8]) -> Result<(Self, u32), BlockError> {
         let Some((block, _)) = bytes.split_first_chunk::<PARAMETER_BLOCK_BYTES>() else {
             return Err(BlockError::Length(bytes.len()));
         };
@@ -110,31 +129,56 @@ impl Parameters {
         if stored != computed {
             return Err(BlockError::Checksum { stored, computed });
         }
-        let mut numbers = [0.0; NUMBERS];
-        for (number, chunk) in numbers
-            .iter_mut()
-            .zip(body[HEADER_BYTES..].as_chunks::<8>().0)
-        {
-            *number = f64::from_le_bytes(*chunk);
-        }
-        let n = numbers;
-        let parameters = Self {
-            pulse_weight_rad: [n[0], n[1], n[2]],
-            bias_rad_s: [n[3], n[4], n[5]],
-            scale_error: [n[6], n[7], n[8]],
-            installation_rad: CrossAxis::from_array([n[9], n[10], n[11], n[12], n[13], n[14]]),
-            flexure_s2: CrossAxis::from_array([n[15], n[16], n[17], n[18], n[19], n[20]]),
-            pickoff_gain: [n[21], n[22], n[23]],
-            pickoff_weight_rad: n[24],
-            sample_rate_hz: n[25],
+        let mut numbers = body[HEADER_BYTES..]
+            .as_chunks::<8>()
+            .0
+            .iter()
+            .map(|chunk| f64::from_le_bytes(*chunk));
+        let numbers = &mut numbers;
+        // Fields in the order in which they are written below.
+        let mut parameters = Self {
+            pulse_weight_rad: take(numbers),
+            bias_rad_s: take(numbers),
+            scale_error: take(numbers),
+            installation_rad: CrossAxis::from_array(take(numbers)),
+            flexure_s2: CrossAxis::from_array(take(numbers)),
+            pickoff_gain: take(numbers),
+            pickoff_weight_rad: take::<1>(numbers)[0],
+            sample_rate_hz: take::<1>(numbers)[0],
             samples_per_output: u16::from_le_bytes([block[8], block[9]]),
             acceleration_order: block[10],
+            pickoff_delay_s: take(numbers),
+            dither_frequency_hz: take(numbers),
+            dither_amplitude_rad: take(numbers),
+            adaptation_time_s: take::<1>(numbers)[0],
+            accelerometers: None,
         };
+        match block[11] {
+            0 => {}
+            1 => {
+                parameters.accelerometers = Some(AccelerometerParameters {
+                    weight_m_s: take(numbers),
+                    bias_m_s2: take(numbers),
+                    scale_error: take(numbers),
+                    misalignment_rad: CrossAxis::from_array(take(numbers)),
+                    lever_arm_m: [take(numbers), take(numbers), take(numbers)],
+                });
+            }
+            other => return Err(BlockError::Accelerometers(other)),
+        }
         parameters.check().map_err(BlockError::Parameter)?;
-        Ok(parameters)
+        let generation = u32::from_le_bytes([block[12], block[13], block[14], block[15]]);
+        Ok((parameters, generation))
     }
 
     fn numbers(&self) -> impl Iterator<Item = f64> {
+        let accelerometers = self.accelerometers.unwrap_or(AccelerometerParameters {
+            weight_m_s: [0.0; 3],
+            bias_m_s2: [0.0; 3],
+            scale_error: [0.0; 3],
+            misalignment_rad: CrossAxis::default(),
+            lever_arm_m: [[0.0; 3]; 3],
+        });
         self.pulse_weight_rad
             .into_iter()
             .chain(self.bias_rad_s)
@@ -143,5 +187,19 @@ impl Parameters {
             .chain(self.flexure_s2.to_array())
             .chain(self.pickoff_gain)
             .chain([self.pickoff_weight_rad, self.sample_rate_hz])
+            .chain(self.pickoff_delay_s)
+            .chain(self.dither_frequency_hz)
+            .chain(self.dither_amplitude_rad)
+            .chain([self.adaptation_time_s])
+            .chain(accelerometers.weight_m_s)
+            .chain(accelerometers.bias_m_s2)
+            .chain(accelerometers.scale_error)
+            .chain(accelerometers.misalignment_rad.to_array())
+            .chain(accelerometers.lever_arm_m.into_iter().flatten())
     }
+}
+
+/// The next numbers; 0 beyond the last, which the block's length excludes.
+fn take<const N: usize>(numbers: &mut impl Iterator<Item = f64>) -> [f64; N] {
+    core::array::from_fn(|_| numbers.next().unwrap_or_default())
 }

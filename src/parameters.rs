@@ -32,6 +32,35 @@ pub struct Parameters {
     pub samples_per_output: u16,
     /// Terms of the acceleration filter, 1 to 4; 4 unless noise matters more than 400 Hz.
     pub acceleration_order: u8,
+    /// The pickoff shows the block this much late \[s\], within ±1e-4 (`dither_delay` of the contract).
+    pub pickoff_delay_s: [f64; 3],
+    /// Nominal dither frequency \[Hz\], 1 to 4000; 0.02 to 0.4 of the sample rate where it is used: with a
+    /// delay, an amplitude or an adaptation time.
+    pub dither_frequency_hz: [f64; 3],
+    /// Nominal dither amplitude \[rad\], 0 to 0.01; 0: not dithered, neither watched nor tracked.
+    pub dither_amplitude_rad: [f64; 3],
+    /// Time in which the strip follows a change of pickoff gain or delay \[s\], 0.1 to 1000; 0: frozen.
+    pub adaptation_time_s: f64,
+    /// The accelerometers, where there are any.
+    pub accelerometers: Option<AccelerometerParameters>,
+}
+
+/// What the chain knows of its accelerometers. Axes x, y, z of the body frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct AccelerometerParameters {
+    /// Velocity of one code \[m/s\]: of a pulse; or, of a converter, one code's force times the period;
+    /// 1e-9 to 1e-2.
+    pub weight_m_s: [f64; 3],
+    /// Bias \[m/s²\], within ±1.
+    pub bias_m_s2: [f64; 3],
+    /// Scale error \[1\], within ±1/128: reading × (1 − scale error) is the specific force.
+    pub scale_error: [f64; 3],
+    /// Small angles of the pattern of Eq. (7) \[rad\], within ±1/128: xy multiplies the **z** force in
+    /// accelerometer x, and so on.
+    pub misalignment_rad: CrossAxis<f64>,
+    /// Row i: the position of accelerometer i in the body frame \[m\], within ±0.5 each.
+    pub lever_arm_m: [[f64; 3]; 3],
 }
 
 impl Default for Parameters {
@@ -49,6 +78,11 @@ impl Default for Parameters {
             sample_rate_hz: design::DESIGN_SAMPLE_RATE_HZ,
             samples_per_output: 20,
             acceleration_order: 4,
+            pickoff_delay_s: [0.0; 3],
+            dither_frequency_hz: [400.0; 3],
+            dither_amplitude_rad: [0.0; 3],
+            adaptation_time_s: 0.0,
+            accelerometers: None,
         }
     }
 }
@@ -77,6 +111,24 @@ pub enum ParameterError {
     SamplesPerOutput,
     /// `acceleration_order`.
     AccelerationOrder,
+    /// `pickoff_delay_s`.
+    PickoffDelay,
+    /// `dither_frequency_hz`.
+    DitherFrequency,
+    /// `dither_amplitude_rad`.
+    DitherAmplitude,
+    /// `adaptation_time_s`.
+    AdaptationTime,
+    /// `accelerometers.weight_m_s`.
+    AccelerometerWeight,
+    /// `accelerometers.bias_m_s2`.
+    AccelerometerBias,
+    /// `accelerometers.scale_error`.
+    AccelerometerScale,
+    /// `accelerometers.misalignment_rad`.
+    AccelerometerMisalignment,
+    /// `accelerometers.lever_arm_m`.
+    LeverArm,
 }
 
 impl fmt::Display for ParameterError {
@@ -94,6 +146,20 @@ impl fmt::Display for ParameterError {
             Self::SampleRate => "sample_rate_hz must be 500 to 8000 Hz",
             Self::SamplesPerOutput => "samples_per_output must be 1 to 40",
             Self::AccelerationOrder => "acceleration_order must be 1 to 4",
+            Self::PickoffDelay => "pickoff_delay_s must be within +-1e-4 s",
+            Self::DitherFrequency => {
+                "dither_frequency_hz must be 1 to 4000 Hz, and 0.02 to 0.4 of the sample rate where \
+                 it is used"
+            }
+            Self::DitherAmplitude => "dither_amplitude_rad must be 0 to 0.01 rad",
+            Self::AdaptationTime => "adaptation_time_s must be 0 (frozen) or 0.1 to 1000 s",
+            Self::AccelerometerWeight => "weight_m_s must be 1e-9 to 1e-2 m/s",
+            Self::AccelerometerBias => "bias_m_s2 must be within +-1 m/s^2",
+            Self::AccelerometerScale => {
+                "scale_error of the accelerometers must be within +-1/128"
+            }
+            Self::AccelerometerMisalignment => "misalignment_rad must be within +-1/128 rad",
+            Self::LeverArm => "lever_arm_m must be within +-0.5 m",
         })
     }
 }
@@ -163,7 +229,67 @@ impl Parameters {
         if !(1..=design::ACCELERATION_TERMS).contains(&usize::from(self.acceleration_order)) {
             return Err(E::AccelerationOrder);
         }
-        Ok(())
+        all(
+            &self.pickoff_delay_s,
+            within(design::PICKOFF_DELAY_LIMIT_S),
+            E::PickoffDelay,
+        )?;
+        all(
+            &self.dither_amplitude_rad,
+            (0.0, design::DITHER_AMPLITUDE_LIMIT_RAD),
+            E::DitherAmplitude,
+        )?;
+        if self.adaptation_time_s != 0.0 {
+            all(
+                &[self.adaptation_time_s],
+                design::ADAPTATION_TIME_RANGE_S,
+                E::AdaptationTime,
+            )?;
+        }
+        for axis in 0..3 {
+            let used = self.pickoff_delay_s[axis] != 0.0
+                || self.dither_amplitude_rad[axis] != 0.0
+                || self.adaptation_time_s != 0.0;
+            let (low, high) = design::DITHER_CYCLES_RANGE;
+            let range_hz = if used {
+                (low * self.sample_rate_hz, high * self.sample_rate_hz)
+            } else {
+                design::DITHER_FREQUENCY_RANGE_HZ
+            };
+            all(
+                &[self.dither_frequency_hz[axis]],
+                range_hz,
+                E::DitherFrequency,
+            )?;
+        }
+        let Some(accelerometers) = &self.accelerometers else {
+            return Ok(());
+        };
+        all(
+            &accelerometers.weight_m_s,
+            design::ACCELEROMETER_WEIGHT_RANGE_M_S,
+            E::AccelerometerWeight,
+        )?;
+        all(
+            &accelerometers.bias_m_s2,
+            within(design::ACCELEROMETER_BIAS_LIMIT_M_S2),
+            E::AccelerometerBias,
+        )?;
+        all(
+            &accelerometers.scale_error,
+            within(design::SCALE_ERROR_LIMIT),
+            E::AccelerometerScale,
+        )?;
+        all(
+            &accelerometers.misalignment_rad.to_array(),
+            within(design::INSTALLATION_LIMIT_RAD),
+            E::AccelerometerMisalignment,
+        )?;
+        all(
+            accelerometers.lever_arm_m.as_flattened(),
+            within(design::LEVER_ARM_LIMIT_M),
+            E::LeverArm,
+        )
     }
 
     /// The filter row of `acceleration_order`; order 4 where the order is out of range.

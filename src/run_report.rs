@@ -6,13 +6,13 @@
 //! "Instructions" are what the emulator executed. It knows nothing of cycles, flash wait states or caches,
 //! so none of these numbers is a time on the board.
 
-use crate::faults::{Faults, FirstFault, Status};
+use crate::faults::{Faults, Status};
 
 /// "RLGR", so that a wrong file is seen at once.
 const MAGIC: [u8; 4] = *b"RLGR";
 
 /// Raised with every change of the layout.
-pub const RUN_REPORT_VERSION: u16 = 1;
+pub const RUN_REPORT_VERSION: u16 = 2;
 
 /// Least, most and sum over a set of measurements \[instructions\].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,7 +95,7 @@ pub struct RunReport {
 
 impl RunReport {
     /// Bytes in the file.
-    pub const BYTES: usize = 132;
+    pub const BYTES: usize = 156;
 
     /// A report of a run in which no sample was processed.
     pub const fn empty(outcome: RunOutcome) -> Self {
@@ -114,16 +114,7 @@ impl RunReport {
             source_faults: 0,
             stack_used_bytes: 0,
             stack_size_bytes: 0,
-            faults: Faults {
-                counts: 0,
-                pickoff: 0,
-                acceleration: 0,
-                output: 0,
-                first: FirstFault {
-                    stages: Status::from_bits(0),
-                    sample: 0,
-                },
-            },
+            faults: Faults::NONE,
         }
     }
 
@@ -158,7 +149,13 @@ impl RunReport {
             self.faults.pickoff,
             self.faults.acceleration,
             self.faults.output,
-            u32::from(self.faults.first.stages.bits()),
+            self.faults.pickoff_failed,
+            self.faults.dither_stopped,
+            self.faults.dither_out_of_band,
+            self.faults.counter_stuck,
+            self.faults.velocity,
+            self.faults.gap,
+            self.faults.first.stages.bits(),
             self.faults.first.sample,
         ] {
             writer.put(word.to_le_bytes());
@@ -205,10 +202,16 @@ impl RunReport {
             &mut report.faults.pickoff,
             &mut report.faults.acceleration,
             &mut report.faults.output,
+            &mut report.faults.pickoff_failed,
+            &mut report.faults.dither_stopped,
+            &mut report.faults.dither_out_of_band,
+            &mut report.faults.counter_stuck,
+            &mut report.faults.velocity,
+            &mut report.faults.gap,
         ] {
             *word = reader.word();
         }
-        report.faults.first.stages = Status::from_bits(u16::try_from(reader.word()).ok()?);
+        report.faults.first.stages = Status::from_bits(reader.word());
         report.faults.first.sample = reader.word();
         Some(report)
     }

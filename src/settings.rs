@@ -5,8 +5,8 @@
 
 use trueaxis::design_parameters::DESIGN_SAMPLE_RATE_HZ;
 use trueaxis::{
-    Chain, ChainState, NumberSystem, OUTPUT_RAD_PER_CODE, OutputFrame, PARAMETER_BLOCK_BYTES,
-    Parameters, Sample, counter_bank, run_report,
+    Chain, ChainState, NumberSystem, OUTPUT_M_S_PER_CODE, OUTPUT_RAD_PER_CODE, OutputFrame,
+    PARAMETER_BLOCK_BYTES, Parameters, Sample, counter_bank, run_report,
 };
 
 /// Prints the settings of the image with number system `N`.
@@ -22,7 +22,7 @@ pub fn print<N: NumberSystem>() {
         defaults.sample_rate_hz / f64::from(defaults.samples_per_output),
         defaults.samples_per_output
     );
-    println!("output code          {OUTPUT_RAD_PER_CODE:e} rad");
+    println!("output codes         {OUTPUT_RAD_PER_CODE:e} rad, {OUTPUT_M_S_PER_CODE:e} m/s");
     println!(
         "sample layout        version {}, {} bytes",
         Sample::LAYOUT_VERSION,

@@ -20,6 +20,7 @@ fn samples() -> Vec<Sample> {
             Sample {
                 pulse_counts: step.map(|s| (118.0 * s) as i32),
                 pickoff_codes: dither.map(|d| (3.1e6 * d) as i32),
+                ..Sample::default()
             }
         })
         .collect()

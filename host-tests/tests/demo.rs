@@ -108,7 +108,7 @@ fn the_demo_finds_the_concealed_flexure_and_the_chain_then_drifts_ten_times_less
     let page = std::fs::read_to_string(out.join("report.html")).expect("a report");
     assert!(page.contains("axis_flexure"));
     let block = std::fs::read(out.join("params.bin")).expect("a parameter block");
-    let parameters = Parameters::from_block(&block).expect("the firmware takes the block");
+    let (parameters, _) = Parameters::from_block(&block).expect("the firmware takes the block");
     let flexure = parameters.flexure_s2;
     for sum in [
         flexure.xy + flexure.xz,

@@ -41,6 +41,7 @@ fn noisy_samples(count: usize, counts: i32, codes: i32) -> Vec<Sample> {
         .map(|_| Sample {
             pulse_counts: std::array::from_fn(|_| random.random_range(-counts..=counts)),
             pickoff_codes: std::array::from_fn(|_| random.random_range(-codes..=codes)),
+            ..Sample::default()
         })
         .collect()
 }
@@ -142,7 +143,7 @@ fn events_arrive_with_their_words() {
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
 fn a_damaged_parameter_block_is_refused_by_the_image() {
     let image = Image::build(TargetCore::Fixed).expect("the image builds");
-    let mut block = parameters().to_block();
+    let mut block = parameters().to_block(0);
     block[20] ^= 1;
     let emulation = emulator::run(&image.path, &block, &noisy_samples(10, 1, 1), &mut |_| {})
         .expect("the image reports");

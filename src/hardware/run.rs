@@ -162,7 +162,7 @@ fn read_chain() -> io::Result<Result<Chain<Core>, BlockError>> {
     let mut block = [0; PARAMETER_BLOCK_BYTES];
     let length = read_up_to(&mut File::open(c"parameters.bin")?, &mut block)?;
     Ok(Parameters::from_block(block.get(..length).unwrap_or(&[]))
-        .and_then(|parameters| Chain::new(&parameters).map_err(BlockError::Parameter)))
+        .and_then(|(parameters, _)| Chain::new(&parameters).map_err(BlockError::Parameter)))
 }
 
 /// Fills the queue from the file, whole blocks at a time, while there is room for one.
@@ -193,7 +193,7 @@ fn write_away(output: &mut File, queue: &mut Consumer<'static, OutputFrame>) -> 
 
 /// Logs the chain's first fault if there is one by now.
 fn log_first_fault() -> bool {
-    let stages = Status::from_bits(FIRST_FAULT_STAGES.load(Ordering::Acquire) as u16);
+    let stages = Status::from_bits(FIRST_FAULT_STAGES.load(Ordering::Acquire));
     let found = stages != Status::default();
     if found {
         defmt::warn!(

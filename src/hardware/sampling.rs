@@ -138,7 +138,7 @@ impl<Source: SampleSource> Sampling<Source> {
                 self.counters.with_output.record(cost);
                 let first = self.state.faults().first;
                 FIRST_FAULT_SAMPLE.store(first.sample, Ordering::Relaxed);
-                FIRST_FAULT_STAGES.store(u32::from(first.stages.bits()), Ordering::Release);
+                FIRST_FAULT_STAGES.store(first.stages.bits(), Ordering::Release);
                 // SAFETY: as for the samples, with OUTPUT_QUEUE.
                 unsafe { assert_unchecked(self.outputs.capacity() == OUTPUT_QUEUE - 1) };
                 if self.outputs.enqueue(frame).is_err() {

@@ -37,6 +37,7 @@ pub fn process<N: NumberSystem>(
     OutputFrame {
         sequence,
         dtheta_codes: [x, y, z],
+        dvel_codes: [0; 3],
         status: status.and(Status::OUTPUT_SATURATED.when(held)),
     }
 }

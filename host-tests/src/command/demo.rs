@@ -74,7 +74,7 @@ impl DemoCommand {
             page(diagnosis, demo.outcome.pictures.as_ref()).as_bytes(),
         )?;
         out.write("model.toml", demo.outcome.model.to_toml().as_bytes())?;
-        out.write("params.bin", &demo.parameters.to_block())?;
+        out.write("params.bin", &demo.parameters.to_block(0))?;
         demo.simulation.recording.write_into(&mut stored)?;
         stored.write("model.toml", demo.simulation.model.to_toml().as_bytes())?;
         out.commit()?;

@@ -66,7 +66,7 @@ impl Params {
                 .map_err(refused)?;
         parameters.pickoff_weight_rad = self.pickoff_weight_rad;
         parameters.check().map_err(refused)?;
-        let block = parameters.to_block();
+        let block = parameters.to_block(0);
         write_file(&self.out, &block)?;
         for kind in &uncompensated {
             terminal.warn(format!(

@@ -209,6 +209,35 @@ fn unfit(
             "acceleration_order",
             parameters.acceleration_order.to_string(),
         ),
+        ParameterError::PickoffDelay => (
+            model_file,
+            "pickoff_delay_s",
+            triad(parameters.pickoff_delay_s),
+        ),
+        ParameterError::DitherFrequency => (
+            model_file,
+            "dither_frequency_hz",
+            triad(parameters.dither_frequency_hz),
+        ),
+        ParameterError::DitherAmplitude => (
+            model_file,
+            "dither_amplitude_rad",
+            triad(parameters.dither_amplitude_rad),
+        ),
+        ParameterError::AdaptationTime => (
+            model_file,
+            "adaptation_time_s",
+            parameters.adaptation_time_s.to_string(),
+        ),
+        ParameterError::AccelerometerWeight
+        | ParameterError::AccelerometerBias
+        | ParameterError::AccelerometerScale
+        | ParameterError::AccelerometerMisalignment
+        | ParameterError::LeverArm => (
+            model_file,
+            "accelerometer",
+            format!("{:?}", parameters.accelerometers),
+        ),
     };
     InputError::new(file, format!("does not fit the chain: {error}"))
         .channel(key)

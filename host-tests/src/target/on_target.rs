@@ -121,7 +121,7 @@ pub fn compare(
     let samples_per_output = u64::from(parameters.samples_per_output);
     let emulation = emulator::run(
         &image.path,
-        &parameters.to_block(),
+        &parameters.to_block(0),
         samples,
         &mut |frames| progress(frames * samples_per_output),
     )?;

@@ -36,9 +36,10 @@ fn any_code() -> impl Strategy<Value = i32> {
 }
 
 fn any_sample() -> impl Strategy<Value = Sample> {
-    vec(any_code(), 6).prop_map(|c| Sample {
+    vec(any_code(), 9).prop_map(|c| Sample {
         pulse_counts: [c[0], c[1], c[2]],
         pickoff_codes: [c[3], c[4], c[5]],
+        accelerometer_codes: [c[6], c[7], c[8]],
     })
 }
 
@@ -71,7 +72,7 @@ proptest! {
     fn after_any_stream_the_chain_follows_again(samples in vec(any_sample(), 40..80)) {
         // What an extreme leaves behind is bounded memory: four samples of history, one code of carry.
         let parameters = Parameters { samples_per_output: 10, ..Parameters::default() };
-        let calm = Sample { pulse_counts: [3, -2, 1], pickoff_codes: [0; 3] };
+        let calm = Sample { pulse_counts: [3, -2, 1], pickoff_codes: [0; 3], accelerometer_codes: [0; 3] };
         assert_recovers::<F32>(&parameters, &samples, calm);
         assert_recovers::<Fixed>(&parameters, &samples, calm);
     }
@@ -111,6 +112,7 @@ fn alternating_ends_of_the_range_are_survived() {
         .map(|k| Sample {
             pulse_counts: [ends(k), ends(k / 2), ends(k / 3)],
             pickoff_codes: [ends(k + 1), ends(k / 5), ends(k / 7)],
+            accelerometer_codes: [ends(k / 2), ends(k + 1), ends(k / 4)],
         })
         .collect();
     for parameters in [Parameters::default(), worst_parameters()] {
@@ -277,6 +279,7 @@ fn the_first_sample_contributes_nothing() {
     let first = Sample {
         pulse_counts: [100, -100, 7],
         pickoff_codes: [1_000_000, -5_000_000, 3],
+        ..still
     };
     let second = Sample {
         pulse_counts: [0; 3],
@@ -297,6 +300,7 @@ fn a_state_copied_in_mid_stream_goes_on_as_the_original() {
     let sample = |k: i32| Sample {
         pulse_counts: [k % 17, k % 5 - 2, k],
         pickoff_codes: [k * 1000 % 7919, 0, -k],
+        ..Sample::default()
     };
     let mut state = ChainState::new();
     for k in 0..1013 {

@@ -1,11 +1,23 @@
 //! What a configuration may ask for.
 
-use trueaxis::{Chain, F32, Fixed, ParameterError, Parameters};
+use trueaxis::{AccelerometerParameters, Chain, CrossAxis, F32, Fixed, ParameterError, Parameters};
 
 use crate::motion::as_built;
 
 /// A way to spoil one field.
 type Spoil = fn(&mut Parameters, f64);
+
+fn accelerometers(parameters: &mut Parameters) -> &mut AccelerometerParameters {
+    parameters
+        .accelerometers
+        .get_or_insert(AccelerometerParameters {
+            weight_m_s: [1e-6; 3],
+            bias_m_s2: [0.0; 3],
+            scale_error: [0.0; 3],
+            misalignment_rad: CrossAxis::default(),
+            lever_arm_m: [[0.0; 3]; 3],
+        })
+}
 
 const SPOILED: &[(Spoil, ParameterError, &[f64])] = &[
     (
@@ -47,6 +59,51 @@ const SPOILED: &[(Spoil, ParameterError, &[f64])] = &[
         |p, v| p.sample_rate_hz = v,
         ParameterError::SampleRate,
         &[0.0, -4000.0, 499.0, 8001.0],
+    ),
+    (
+        |p, v| p.pickoff_delay_s[2] = v,
+        ParameterError::PickoffDelay,
+        &[1.1e-4, -1.1e-4],
+    ),
+    (
+        |p, v| p.dither_frequency_hz[0] = v,
+        ParameterError::DitherFrequency,
+        &[0.0, -400.0, 4001.0],
+    ),
+    (
+        |p, v| p.dither_amplitude_rad[1] = v,
+        ParameterError::DitherAmplitude,
+        &[-1e-6, 0.011],
+    ),
+    (
+        |p, v| p.adaptation_time_s = v,
+        ParameterError::AdaptationTime,
+        &[-1.0, 0.09, 1001.0],
+    ),
+    (
+        |p, v| accelerometers(p).weight_m_s[0] = v,
+        ParameterError::AccelerometerWeight,
+        &[0.0, -1e-6, 0.011],
+    ),
+    (
+        |p, v| accelerometers(p).bias_m_s2[1] = v,
+        ParameterError::AccelerometerBias,
+        &[1.1, -1.1],
+    ),
+    (
+        |p, v| accelerometers(p).scale_error[2] = v,
+        ParameterError::AccelerometerScale,
+        &[0.01, -0.01],
+    ),
+    (
+        |p, v| accelerometers(p).misalignment_rad.xz = v,
+        ParameterError::AccelerometerMisalignment,
+        &[0.008, -0.008],
+    ),
+    (
+        |p, v| accelerometers(p).lever_arm_m[1][2] = v,
+        ParameterError::LeverArm,
+        &[0.51, -0.51],
     ),
 ];
 
@@ -94,4 +151,29 @@ fn the_flexure_limit_follows_the_sample_rate() {
     assert_eq!(parameters.check(), Ok(()));
     parameters.flexure_s2.xy = 2.1e-6;
     assert_eq!(parameters.check(), Err(ParameterError::Flexure));
+}
+
+#[test]
+fn a_dither_frequency_that_is_used_must_be_sampled_well() {
+    let slow = Parameters {
+        sample_rate_hz: 500.0,
+        ..Parameters::default()
+    };
+    assert_eq!(slow.check(), Ok(()));
+    for used in [
+        Parameters {
+            adaptation_time_s: 1.0,
+            ..slow
+        },
+        Parameters {
+            dither_amplitude_rad: [0.0, 0.0, 7e-4],
+            ..slow
+        },
+        Parameters {
+            pickoff_delay_s: [0.0, 1e-5, 0.0],
+            ..slow
+        },
+    ] {
+        assert_eq!(used.check(), Err(ParameterError::DitherFrequency));
+    }
 }

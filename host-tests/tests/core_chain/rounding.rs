@@ -40,6 +40,7 @@ fn assert_no_drift<N: NumberSystem>(counts: [i32; 3]) {
     let sample = Sample {
         pulse_counts: counts,
         pickoff_codes: [1234, -77, 0],
+        ..Sample::default()
     };
     let (frames, _) = run::<N>(&parameters, std::iter::repeat_n(sample, SAMPLES));
     let expected = expected_rad(&parameters, counts);

@@ -58,6 +58,7 @@ fn good(pulse_counts: [i32; 3], pickoff_codes: [i32; 3]) -> Reading {
         sample: Some(Sample {
             pulse_counts,
             pickoff_codes,
+            ..Sample::default()
         }),
         fault: None,
     }
