@@ -63,6 +63,8 @@ pub mod parameters;
 
 pub mod parameter_block;
 
+pub mod parameter_slots;
+
 pub mod faults;
 
 pub mod numbers;

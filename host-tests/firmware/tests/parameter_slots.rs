@@ -1,0 +1,381 @@
+//! The parameter slots over a NOR flash that loses power at every step.
+//!
+//! The flash of these tests keeps NOR's rules: erasing sets bits of whole sectors, programming clears bits
+//! of whole units. Each byte that is programmed or erased is a step; when power fails at a step, that byte
+//! is left with any part of its bits changed, and nothing works until the next boot.
+
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
+};
+use proptest::prelude::*;
+use trueaxis::Parameters;
+use trueaxis::parameter_slots::{Loaded, ParameterSlots, Slot, SlotError};
+
+/// Two sectors.
+const SLOTS: usize = 2;
+
+/// Smaller than a real sector (128 KiB), so that every byte of an erasure can be a place to lose power;
+/// larger than a block.
+const SECTOR: usize = 1024;
+
+/// What an interrupted erasure leaves in the bytes that it had not finished.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Leftover {
+    /// As they were: erased byte after byte.
+    Old,
+    /// Some bits set already: a whole sector is erased at once, bits at their own pace.
+    SomeBitsSet,
+    /// Bits without any rule: between two voltages, a bit may read as either.
+    Anything,
+}
+
+const LEFTOVERS: [Leftover; 3] = [Leftover::Old, Leftover::SomeBitsSet, Leftover::Anything];
+
+/// NOR flash with units of `UNIT` bytes.
+#[derive(Clone)]
+struct Nor<const UNIT: usize> {
+    content: Vec<u8>,
+    /// Steps until power fails; `None`: it does not.
+    steps_left: Option<usize>,
+    leftover: Leftover,
+    seed: u64,
+    steps: usize,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct PowerLost;
+
+impl NorFlashError for PowerLost {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
+
+impl<const UNIT: usize> Nor<UNIT> {
+    fn erased() -> Self {
+        Self::holding(vec![0xFF; SLOTS * SECTOR])
+    }
+
+    fn holding(content: Vec<u8>) -> Self {
+        Self {
+            content,
+            steps_left: None,
+            leftover: Leftover::Old,
+            seed: 1,
+            steps: 0,
+        }
+    }
+
+    /// The same content after the next boot.
+    fn rebooted(&self) -> Self {
+        Self::holding(self.content.clone())
+    }
+
+    fn failing_after(&self, steps: usize, leftover: Leftover, seed: u64) -> Self {
+        Self {
+            steps_left: Some(steps),
+            leftover,
+            seed,
+            ..self.rebooted()
+        }
+    }
+
+    /// Bits without order (SplitMix64).
+    fn random(&mut self) -> u8 {
+        self.seed = self.seed.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut mixed = self.seed;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        (mixed ^ (mixed >> 31)) as u8
+    }
+
+    /// Whether power lasts for one step more.
+    fn step(&mut self) -> bool {
+        self.steps += 1;
+        match &mut self.steps_left {
+            None => true,
+            Some(0) => false,
+            Some(left) => {
+                *left -= 1;
+                true
+            }
+        }
+    }
+
+    fn powered(&self) -> Result<(), PowerLost> {
+        if self.steps_left == Some(0) && self.steps > 0 {
+            return Err(PowerLost);
+        }
+        Ok(())
+    }
+}
+
+impl<const UNIT: usize> ErrorType for Nor<UNIT> {
+    type Error = PowerLost;
+}
+
+impl<const UNIT: usize> ReadNorFlash for Nor<UNIT> {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), PowerLost> {
+        self.powered()?;
+        let begin = offset as usize;
+        bytes.copy_from_slice(&self.content[begin..begin + bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.content.len()
+    }
+}
+
+impl<const UNIT: usize> NorFlash for Nor<UNIT> {
+    const WRITE_SIZE: usize = UNIT;
+    const ERASE_SIZE: usize = SECTOR;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerLost> {
+        let (from, to) = (from as usize, to as usize);
+        assert!(from.is_multiple_of(SECTOR) && to.is_multiple_of(SECTOR));
+        self.powered()?;
+        for at in from..to {
+            if self.step() {
+                self.content[at] = 0xFF;
+                continue;
+            }
+            for unfinished in at..to {
+                let random = self.random();
+                match self.leftover {
+                    Leftover::Old => {}
+                    Leftover::SomeBitsSet => self.content[unfinished] |= random,
+                    Leftover::Anything => self.content[unfinished] = random,
+                }
+            }
+            return Err(PowerLost);
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PowerLost> {
+        let begin = offset as usize;
+        assert!(begin.is_multiple_of(UNIT) && bytes.len().is_multiple_of(UNIT));
+        self.powered()?;
+        for (at, byte) in (begin..).zip(bytes) {
+            assert_eq!(self.content[at], 0xFF, "programmed twice at {at:#x}");
+            if !self.step() {
+                // Any part of the bits to clear is cleared.
+                self.content[at] &= byte | self.random();
+                return Err(PowerLost);
+            }
+            self.content[at] &= byte;
+        }
+        Ok(())
+    }
+}
+
+fn slots<const UNIT: usize>(flash: Nor<UNIT>) -> ParameterSlots<Nor<UNIT>> {
+    ParameterSlots::new(flash, [0, SECTOR as u32])
+}
+
+fn load<const UNIT: usize>(flash: &Nor<UNIT>) -> Loaded {
+    slots(flash.rebooted()).load()
+}
+
+/// Parameters that can be told apart.
+fn parameters(number: u32) -> Parameters {
+    Parameters {
+        bias_rad_s: [1e-6 * f64::from(number + 1), -2e-6, 3e-6],
+        ..Parameters::default()
+    }
+}
+
+/// A flash that has been given `parameters(0)` up to `parameters(stores - 1)`.
+fn after_stores<const UNIT: usize>(stores: u32) -> Nor<UNIT> {
+    let mut flash = Nor::erased();
+    for number in 0..stores {
+        let mut slots = slots(flash);
+        slots.store(&parameters(number)).expect("power holds");
+        flash = slots.release().rebooted();
+    }
+    flash
+}
+
+/// Steps of one store on this flash with power.
+fn steps_of_a_store<const UNIT: usize>(flash: &Nor<UNIT>) -> usize {
+    let mut slots = slots(flash.rebooted());
+    slots.store(&parameters(99)).expect("power holds");
+    slots.release().steps
+}
+
+/// Loses power at every step of a store, with every kind of leftover; what the next boot finds is the old
+/// or the new block. Returns how many times each.
+fn cuts_of_a_store<const UNIT: usize>(flash: &Nor<UNIT>, old: Option<u32>) -> (usize, usize) {
+    let expected_old = old.map_or_else(Parameters::default, parameters);
+    let new = parameters(99);
+    let (mut kept, mut replaced) = (0, 0);
+    for leftover in LEFTOVERS {
+        for cut in 0..steps_of_a_store(flash) {
+            let mut store = slots(flash.failing_after(cut, leftover, cut as u64));
+            assert_eq!(store.store(&new), Err(SlotError::Flash(PowerLost)));
+            let mut left = store.release().rebooted();
+
+            let found = load(&left);
+            if found.parameters == new {
+                replaced += 1;
+            } else {
+                assert_eq!(found.parameters, expected_old, "cut at {cut}, {leftover:?}");
+                assert_eq!(found.parameters_default(), old.is_none());
+                kept += 1;
+            }
+
+            // Mending changes no parameter and leaves two good slots; a store then succeeds as ever.
+            let mut mended = slots(left);
+            let did = mended.mend().expect("power holds");
+            assert_eq!(did, found.slot_bad);
+            let after = mended.load();
+            assert_eq!(after.parameters, found.parameters);
+            assert!(!after.slot_bad);
+            mended.store(&new).expect("power holds");
+            assert_eq!(mended.load().parameters, new);
+            left = mended.release();
+            assert!(!load(&left).parameters_default());
+        }
+    }
+    (kept, replaced)
+}
+
+#[test]
+fn power_lost_at_any_step_of_a_store_leaves_the_old_or_the_new_block() {
+    fn with_units_of<const UNIT: usize>() {
+        for stores in [1, 2, 3] {
+            let flash = after_stores::<UNIT>(stores);
+            let (kept, replaced) = cuts_of_a_store(&flash, Some(stores - 1));
+            println!(
+                "units of {UNIT}, after {stores} stores: {kept} cuts found the old block, {replaced} the new"
+            );
+            assert!(kept > 3 * SECTOR);
+        }
+    }
+    with_units_of::<1>();
+    with_units_of::<4>();
+    with_units_of::<8>();
+    with_units_of::<32>();
+}
+
+#[test]
+fn power_lost_in_the_very_first_store_leaves_the_nominal_values_and_the_flag() {
+    let (kept, _) = cuts_of_a_store(&Nor::<4>::erased(), None);
+    assert!(kept > 3 * SECTOR);
+}
+
+#[test]
+fn power_lost_at_any_step_of_mending_changes_no_parameter() {
+    // The second slot was written halfway when power failed.
+    let whole = after_stores::<4>(1);
+    let mut interrupted = slots(whole.failing_after(SECTOR + 100, Leftover::Old, 3));
+    interrupted.store(&parameters(5)).expect_err("power fails");
+    let flash = interrupted.release().rebooted();
+    assert!(load(&flash).slot_bad);
+
+    let mut mended = slots(flash.rebooted());
+    assert_eq!(mended.mend(), Ok(true));
+    let steps = mended.release().steps;
+    for leftover in LEFTOVERS {
+        for cut in 0..steps {
+            let mut mend = slots(flash.failing_after(cut, leftover, cut as u64));
+            assert_eq!(mend.mend(), Err(SlotError::Flash(PowerLost)));
+            let found = load(&mend.release().rebooted());
+            assert_eq!(found.parameters, parameters(0), "cut at {cut}");
+            assert_eq!(found.slot, Some(Slot::First));
+        }
+    }
+}
+
+#[test]
+fn the_newer_generation_is_loaded_also_where_the_number_wraps() {
+    let mut flash = Nor::<4>::erased();
+    let last = u32::MAX;
+    let block = parameters(1).to_block(last);
+    flash.content[..block.len()].copy_from_slice(&block);
+    let mut slots = slots(flash);
+    assert_eq!(slots.load().generation, last);
+    assert_eq!(slots.store(&parameters(2)), Ok(0));
+    let found = slots.load();
+    assert_eq!((found.generation, found.slot), (0, Some(Slot::Second)));
+    assert_eq!(found.parameters, parameters(2));
+}
+
+#[test]
+fn no_single_changed_bit_is_believed() {
+    let flash = after_stores::<4>(2);
+    let in_use = SECTOR..SECTOR + trueaxis::PARAMETER_BLOCK_BYTES;
+    assert_eq!(load(&flash).slot, Some(Slot::Second));
+    for at in in_use {
+        for bit in 0..8 {
+            let mut damaged = flash.clone();
+            damaged.content[at] ^= 1 << bit;
+            let found = load(&damaged);
+            assert_eq!(found.parameters, parameters(0), "bit {bit} of byte {at}");
+            assert!(found.slot_bad);
+        }
+    }
+}
+
+#[test]
+fn parameters_out_of_range_are_not_stored() {
+    let flash = after_stores::<4>(1);
+    let mut slots = slots(flash.clone());
+    let wrong = Parameters {
+        bias_rad_s: [f64::NAN, 0.0, 0.0],
+        ..parameters(1)
+    };
+    assert!(matches!(
+        slots.store(&wrong),
+        Err(SlotError::Parameter(trueaxis::ParameterError::Bias))
+    ));
+    assert_eq!(slots.release().content, flash.content);
+}
+
+#[test]
+fn slots_that_do_not_fit_the_sectors_are_not_written() {
+    for offsets in [[0, 4], [0, 0], [0, (2 * SECTOR) as u32], [0, u32::MAX - 3]] {
+        let mut slots = ParameterSlots::new(Nor::<4>::erased(), offsets);
+        assert_eq!(slots.store(&parameters(0)), Err(SlotError::Layout));
+        assert!(slots.release().content.iter().all(|byte| *byte == 0xFF));
+    }
+}
+
+proptest! {
+    /// A life of stores and mends, power failing now and then: at every boot the parameters are those of
+    /// the last store that succeeded, or of a later one that failed on its last step.
+    #[test]
+    fn a_life_with_power_failures_never_loses_the_parameters(
+        life in prop::collection::vec(
+            (any::<bool>(), prop::option::of(0..SECTOR + 400), 0..3usize, any::<u64>()),
+            1..30,
+        ),
+    ) {
+        let mut flash = after_stores::<4>(1);
+        let mut held = parameters(0);
+        for (number, (store, cut, leftover, seed)) in (1..).zip(life) {
+            let mut powered = flash.rebooted();
+            if let Some(cut) = cut {
+                powered = flash.failing_after(cut, LEFTOVERS[leftover], seed);
+            }
+            let mut slots = slots(powered);
+            let new = parameters(number);
+            let succeeded = if store {
+                slots.store(&new).is_ok()
+            } else {
+                slots.mend().is_ok()
+            };
+            flash = slots.release().rebooted();
+            let found = load(&flash).parameters;
+            if store && (succeeded || found == new) {
+                prop_assert_eq!(found, new);
+                held = new;
+            } else {
+                prop_assert_eq!(found, held);
+            }
+        }
+    }
+}
