@@ -60,10 +60,10 @@ impl Streams {
                 .channel("motion.source")
                 .expected("motion from a reference; this version diagnoses against reference increments"));
         }
-        let gyro = Finder::new(recording).gyro(&file)?;
+        let finder = Finder::new(recording);
+        let gyro = finder.gyro(&file)?;
         let (rate_hz, table_start_s) = gyro.clock;
         let dithered = gyro.quantity == Quantity::GyroCount;
-        let finder = Finder::new(recording);
         // Increments and rates carry no dither to strip (contract), whatever else was recorded.
         let pickoff = finder.triad(&Quantity::DitherAngle).filter(|_| dithered);
         if dithered && pickoff.is_none() && model.dither.is_some() {

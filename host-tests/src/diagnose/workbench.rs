@@ -172,11 +172,6 @@ impl<'a> Workbench<'a> {
         }
     }
 
-    /// Where the effects are linearised.
-    pub fn linearised_at(&self) -> &[Vec<f64>] {
-        &self.at
-    }
-
     fn effect_of(&self, column: &Column) -> Option<usize> {
         self.parameters.id(column.index).map(|id| id.effect)
     }

@@ -36,11 +36,8 @@ impl Hypothesis for AxisFlexure {
         parameter: usize,
         axis: usize,
     ) -> Option<Vec<f64>> {
-        let (gyro, other) = CARD.shape.pair(parameter);
-        if gyro != axis {
-            return None;
-        }
-        let (k, sign) = tilt_senses(gyro, other);
+        let other = CARD.shape.second(parameter, axis)?;
+        let (k, sign) = tilt_senses(axis, other);
         let product = scene.rate_rad_s[k]
             .iter()
             .zip(&scene.acceleration_rad_s2[other]);

@@ -34,11 +34,8 @@ impl Hypothesis for AxisTiltByForce {
         parameter: usize,
         axis: usize,
     ) -> Option<Vec<f64>> {
-        let (gyro, other) = CARD.shape.pair(parameter);
-        if gyro != axis {
-            return None;
-        }
-        let (k, sign) = tilt_senses(gyro, other);
+        let other = CARD.shape.second(parameter, axis)?;
+        let (k, sign) = tilt_senses(axis, other);
         // k, the axis across both, is also the axis along which the force bends the block.
         let product = scene.rate_rad_s[k].iter().zip(scene.force_m_s2(k, 0)?);
         Some(scene.sensed_from_rate(axis, product.map(|(rate, force)| sign * rate * force)))

@@ -34,10 +34,7 @@ impl Hypothesis for DitherCrosstalk {
         parameter: usize,
         axis: usize,
     ) -> Option<Vec<f64>> {
-        let (gyro, other) = CARD.shape.pair(parameter);
-        if gyro != axis {
-            return None;
-        }
+        let other = CARD.shape.second(parameter, axis)?;
         scene.dither_increment_rad(other)
     }
 

@@ -34,9 +34,7 @@ impl Hypothesis for DitherCubic {
         parameter: usize,
         axis: usize,
     ) -> Option<Vec<f64>> {
-        if CARD.shape.pair(parameter).0 != axis {
-            return None;
-        }
+        CARD.shape.second(parameter, axis)?;
         let pickoff = &scene.streams.pickoff_rad.as_ref()?[axis];
         Some(
             pickoff

@@ -29,9 +29,7 @@ impl Hypothesis for DitherDelay {
     }
 
     fn column(&self, scene: &Scene, at: &[f64], parameter: usize, axis: usize) -> Option<Vec<f64>> {
-        if CARD.shape.pair(parameter).0 != axis {
-            return None;
-        }
+        CARD.shape.second(parameter, axis)?;
         scene.dither_ahead_rad(axis, 1, at[parameter])
     }
 

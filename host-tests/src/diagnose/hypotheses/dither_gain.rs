@@ -34,9 +34,7 @@ impl Hypothesis for DitherGain {
         parameter: usize,
         axis: usize,
     ) -> Option<Vec<f64>> {
-        if CARD.shape.pair(parameter).0 != axis {
-            return None;
-        }
+        CARD.shape.second(parameter, axis)?;
         scene.dither_increment_rad(axis)
     }
 

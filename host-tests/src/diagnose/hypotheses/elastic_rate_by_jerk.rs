@@ -34,10 +34,7 @@ impl Hypothesis for ElasticRateByJerk {
         parameter: usize,
         axis: usize,
     ) -> Option<Vec<f64>> {
-        let (gyro, other) = CARD.shape.pair(parameter);
-        if gyro != axis {
-            return None;
-        }
+        let other = CARD.shape.second(parameter, axis)?;
         Some(scene.sensed_from_rate(axis, scene.jerk_rad_s3(other).into_iter()))
     }
 }

@@ -34,10 +34,7 @@ impl Hypothesis for GyroBiasMagnetic {
         parameter: usize,
         axis: usize,
     ) -> Option<Vec<f64>> {
-        let (gyro, other) = CARD.shape.pair(parameter);
-        if gyro != axis {
-            return None;
-        }
+        let other = CARD.shape.second(parameter, axis)?;
         let field = &scene.streams.magnetic_t.as_ref()?[other];
         Some(scene.sensed_from_rate(axis, field.iter().copied()))
     }

@@ -35,9 +35,7 @@ impl Hypothesis for GyroBiasTemperature {
         parameter: usize,
         axis: usize,
     ) -> Option<Vec<f64>> {
-        if CARD.shape.pair(parameter).0 != axis {
-            return None;
-        }
+        CARD.shape.second(parameter, axis)?;
         Some(scene.sensed_from_rate(axis, scene.temperature_change_k(axis, 0)?.into_iter()))
     }
 

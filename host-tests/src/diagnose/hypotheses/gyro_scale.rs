@@ -34,9 +34,7 @@ impl Hypothesis for GyroScale {
         parameter: usize,
         axis: usize,
     ) -> Option<Vec<f64>> {
-        if CARD.shape.pair(parameter).0 != axis {
-            return None;
-        }
+        CARD.shape.second(parameter, axis)?;
         let mut rate = scene.rate_rad_s[axis].clone();
         if let Some(dither_rad) = scene.dither_increment_rad(axis) {
             let rate_hz = scene.streams.rate_hz;

@@ -34,9 +34,7 @@ impl Hypothesis for GyroScaleQuadratic {
         parameter: usize,
         axis: usize,
     ) -> Option<Vec<f64>> {
-        if CARD.shape.pair(parameter).0 != axis {
-            return None;
-        }
+        CARD.shape.second(parameter, axis)?;
         Some(scene.sensed_from_rate(axis, scene.rate_rad_s[axis].iter().map(|rate| rate * rate)))
     }
 }

@@ -34,11 +34,8 @@ impl Hypothesis for Installation {
         parameter: usize,
         axis: usize,
     ) -> Option<Vec<f64>> {
-        let (gyro, other) = CARD.shape.pair(parameter);
-        if gyro != axis {
-            return None;
-        }
-        let (k, sign) = tilt_senses(gyro, other);
+        let other = CARD.shape.second(parameter, axis)?;
+        let (k, sign) = tilt_senses(axis, other);
         Some(scene.sensed_from_rate(axis, scene.rate_rad_s[k].iter().map(|rate| sign * rate)))
     }
 }

@@ -96,6 +96,12 @@ impl Shape {
         }
     }
 
+    /// The second index of a parameter of gyro `gyro`; none where the parameter belongs to another gyro.
+    pub fn second(self, parameter: usize, gyro: usize) -> Option<usize> {
+        let (of, second) = self.pair(parameter);
+        (of == gyro).then_some(second)
+    }
+
     /// The contract's name of a parameter.
     pub fn name(self, parameter: usize) -> String {
         match self {
