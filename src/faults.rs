@@ -62,6 +62,8 @@ impl Status {
     pub const PARAMETER_SLOT_BAD: Self = Self(1 << 25);
     /// Every bit of the chain that is a fault.
     const FAULTS: u32 = 0b1_0011_1110_1111;
+    /// Every bit that is a fault in service: the chain's and the processor's, those of the boot apart.
+    pub const IN_SERVICE_FAULTS: Self = Self(Self::FAULTS | 0x7F << 16);
 
     /// As bits.
     #[inline(always)]

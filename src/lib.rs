@@ -79,14 +79,20 @@ pub mod sample_source;
 
 pub mod counter_bank;
 
+pub mod health;
+
+pub mod telemetry;
+
 pub mod run_report;
 
 pub use chain::{Chain, ChainState};
 pub use design_parameters::{OUTPUT_M_S_PER_CODE, OUTPUT_RAD_PER_CODE};
 pub use dither_monitor::DitherMonitor;
 pub use faults::{Faults, FirstFault, Status};
+pub use health::{Health, HealthItem};
 pub use numbers::{F32, Fixed, NumberSystem};
 pub use parameter_block::{BlockError, PARAMETER_BLOCK_BYTES};
 pub use parameters::{AccelerometerParameters, ParameterError, Parameters};
 pub use sample::{FrameError, OutputFrame, Sample};
+pub use telemetry::{Decoder, TELEMETRY_BYTES, TelemetryError, TelemetryFrame};
 pub use triad::{CrossAxis, Triad};

@@ -6,7 +6,7 @@
 use trueaxis::design_parameters::DESIGN_SAMPLE_RATE_HZ;
 use trueaxis::{
     Chain, ChainState, NumberSystem, OUTPUT_M_S_PER_CODE, OUTPUT_RAD_PER_CODE, OutputFrame,
-    PARAMETER_BLOCK_BYTES, Parameters, Sample, counter_bank, run_report,
+    PARAMETER_BLOCK_BYTES, Parameters, Sample, counter_bank, run_report, telemetry,
 };
 
 /// Prints the settings of the image with number system `N`.
@@ -34,7 +34,16 @@ pub fn print<N: NumberSystem>() {
         OutputFrame::BYTES
     );
     println!("parameter block      {PARAMETER_BLOCK_BYTES} bytes");
-    println!("counter bank frame   {} bytes", counter_bank::FRAME_BYTES);
+    println!(
+        "counter bank frame   version {}, {} bytes",
+        counter_bank::BANK_FRAME_VERSION,
+        counter_bank::FRAME_BYTES
+    );
+    println!(
+        "telemetry frame      version {}, {} bytes",
+        telemetry::TELEMETRY_VERSION,
+        telemetry::TELEMETRY_BYTES
+    );
     println!(
         "run report           version {}, {} bytes",
         run_report::RUN_REPORT_VERSION,

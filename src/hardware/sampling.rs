@@ -53,6 +53,7 @@ impl SampleSource for QueuedSamples {
         unsafe { assert_unchecked(self.queue.capacity() == SAMPLE_QUEUE - 1) };
         let sample = self.queue.dequeue();
         Reading {
+            periods: u32::from(sample.is_some()),
             fault: match sample {
                 Some(_) => None,
                 None => Some(SourceFault::Starved),

@@ -2,20 +2,33 @@
 
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use embedded_hal_mock::eh1::spi::{Mock, Transaction};
+use proptest::prelude::*;
 use trueaxis::Sample;
-use trueaxis::counter_bank::{CounterBank, FRAME_BYTES, checksum};
+use trueaxis::counter_bank::{AccelerometerInput, BankFrame, CounterBank, FRAME_BYTES, checksum};
 use trueaxis::sample_source::{Reading, SampleSource, SourceFault};
 
+type Bytes = [u8; FRAME_BYTES];
+
 /// A frame as the documentation lays it out, written here byte by byte and not by the driver.
-fn frame(sequence: u16, counters: [i32; 3], pickoffs: [i32; 3]) -> [u8; FRAME_BYTES] {
+fn frame(sequence: u16, counters: [i32; 3], pickoffs: [i32; 3]) -> Bytes {
+    frame_with_accelerometers(sequence, counters, pickoffs, [0; 3])
+}
+
+fn frame_with_accelerometers(
+    sequence: u16,
+    counters: [i32; 3],
+    pickoffs: [i32; 3],
+    accelerometers: [i32; 3],
+) -> Bytes {
     let mut bytes = [0; FRAME_BYTES];
     bytes[0..2].copy_from_slice(&sequence.to_le_bytes());
     for axis in 0..3 {
         bytes[2 + 4 * axis..6 + 4 * axis].copy_from_slice(&counters[axis].to_le_bytes());
         bytes[14 + 4 * axis..18 + 4 * axis].copy_from_slice(&pickoffs[axis].to_le_bytes());
+        bytes[26 + 4 * axis..30 + 4 * axis].copy_from_slice(&accelerometers[axis].to_le_bytes());
     }
-    let crc = crc16_bit_by_bit(&bytes[..26]);
-    bytes[26..28].copy_from_slice(&crc.to_le_bytes());
+    let crc = crc16_bit_by_bit(&bytes[..38]);
+    bytes[38..40].copy_from_slice(&crc.to_le_bytes());
     bytes
 }
 
@@ -36,7 +49,11 @@ fn crc16_bit_by_bit(bytes: &[u8]) -> u16 {
 }
 
 /// What the driver makes of `frames`, one reading each.
-fn readings(frames: &[[u8; FRAME_BYTES]]) -> Vec<Reading> {
+fn readings(frames: &[Bytes]) -> Vec<Reading> {
+    readings_with(AccelerometerInput::Counters, frames)
+}
+
+fn readings_with(accelerometers: AccelerometerInput, frames: &[Bytes]) -> Vec<Reading> {
     let transactions: Vec<_> = frames
         .iter()
         .flat_map(|bytes| {
@@ -47,7 +64,7 @@ fn readings(frames: &[[u8; FRAME_BYTES]]) -> Vec<Reading> {
             ]
         })
         .collect();
-    let mut bank = CounterBank::new(Mock::new(&transactions));
+    let mut bank = CounterBank::new(Mock::new(&transactions), accelerometers);
     let readings = frames.iter().map(|_| bank.take()).collect();
     bank.release().done();
     readings
@@ -60,14 +77,16 @@ fn good(pulse_counts: [i32; 3], pickoff_codes: [i32; 3]) -> Reading {
             pickoff_codes,
             ..Sample::default()
         }),
+        periods: 1,
         fault: None,
     }
 }
 
-fn faulty(fault: SourceFault) -> Reading {
+fn after_a_gap(periods: u32, fault: Option<SourceFault>, reading: Reading) -> Reading {
     Reading {
-        sample: None,
-        fault: Some(fault),
+        periods,
+        fault,
+        ..reading
     }
 }
 
@@ -76,26 +95,88 @@ fn the_check_sum_is_the_standard_one() {
     // The catalogue's check value: the CRC of "123456789" is 0x29B1.
     assert_eq!(crc16_bit_by_bit(b"123456789"), 0x29B1);
     let bytes = frame(0x1234, [1, -2, 3], [-4, 5, i32::MIN]);
-    assert_eq!(checksum(&bytes), crc16_bit_by_bit(&bytes[..26]));
+    assert_eq!(checksum(&bytes), crc16_bit_by_bit(&bytes[..38]));
 }
 
 #[test]
-fn the_first_frame_primes_and_the_next_gives_the_difference() {
+fn the_encoder_writes_the_documented_bytes_and_the_decoder_reads_them() {
+    let bytes = frame_with_accelerometers(
+        0xBEEF,
+        [1, -2, i32::MAX],
+        [-4, 5, i32::MIN],
+        [7, -8, 0x1234_5678],
+    );
+    let content = BankFrame {
+        sequence: 0xBEEF,
+        counters: [1, -2, i32::MAX],
+        pickoff_codes: [-4, 5, i32::MIN],
+        accelerometers: [7, -8, 0x1234_5678],
+    };
+    assert_eq!(content.to_bytes(), bytes);
+    assert_eq!(BankFrame::from_bytes(&bytes), Ok(content));
+}
+
+#[test]
+fn the_first_frame_gives_its_pickoffs_and_the_next_the_difference() {
     let seen = readings(&[
         frame(7, [100, -50, 0], [11, 12, 13]),
         frame(8, [320, -270, -1], [-21, 22, 23]),
     ]);
-    assert_eq!(seen[0], Reading::default());
+    assert_eq!(
+        seen[0],
+        after_a_gap(0, None, good([0, 0, 0], [11, 12, 13])),
+        "there is nothing yet to difference with"
+    );
     assert_eq!(seen[1], good([220, -220, -1], [-21, 22, 23]));
 }
 
 #[test]
 fn counters_and_sequence_wrap_exactly() {
     let seen = readings(&[
-        frame(u16::MAX, [i32::MAX, i32::MIN, -1], [0; 3]),
-        frame(0, [i32::MIN + 9, i32::MAX - 9, 4], [0; 3]),
+        frame_with_accelerometers(
+            u16::MAX,
+            [i32::MAX, i32::MIN, -1],
+            [0; 3],
+            [i32::MAX, i32::MIN, 0],
+        ),
+        frame_with_accelerometers(
+            0,
+            [i32::MIN + 9, i32::MAX - 9, 4],
+            [0; 3],
+            [i32::MIN, i32::MAX, -5],
+        ),
     ]);
-    assert_eq!(seen[1], good([10, -10, 5], [0; 3]));
+    let sample = seen[1].sample.expect("a sample");
+    assert_eq!(sample.pulse_counts, [10, -10, 5]);
+    assert_eq!(sample.accelerometer_codes, [1, -1, -5]);
+    assert_eq!((seen[1].periods, seen[1].fault), (1, None));
+}
+
+#[test]
+fn accelerometer_counters_are_differenced_and_converter_codes_stand_for_lost_periods_too() {
+    let frames = [
+        frame_with_accelerometers(1, [0; 3], [0; 3], [100, 200, 300]),
+        frame_with_accelerometers(2, [0; 3], [0; 3], [110, 190, 300]),
+        frame_with_accelerometers(5, [0; 3], [0; 3], [1_000, -1_000, i32::MAX]),
+    ];
+    let codes = |input| {
+        readings_with(input, &frames)
+            .iter()
+            .map(|reading| reading.sample.expect("a sample").accelerometer_codes)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(
+        codes(AccelerometerInput::Counters),
+        [[0, 0, 0], [10, -10, 0], [890, -1_190, i32::MAX - 300]]
+    );
+    assert_eq!(
+        codes(AccelerometerInput::Codes),
+        [
+            [100, 200, 300],
+            [110, 190, 300],
+            [3_000, -3_000, i32::MAX] // held at the word's end
+        ]
+    );
 }
 
 #[test]
@@ -109,25 +190,62 @@ fn every_single_flipped_bit_is_refused_and_loses_no_angle() {
             flipped,
             frame(3, [22, 44, 66], [4, 5, 6]),
         ]);
-        assert_eq!(seen[1], faulty(SourceFault::Checksum), "bit {bit}");
-        // The angle of both periods arrives with the next good frame, and is flagged.
+        assert_eq!(
+            seen[1],
+            Reading::without_sample(SourceFault::Checksum),
+            "bit {bit}"
+        );
+        // The angle of both periods arrives with the next good frame, and the driver knows why.
         assert_eq!(
             seen[2],
-            Reading {
-                fault: Some(SourceFault::Skipped(1)),
-                ..good([22, 44, 66], [4, 5, 6])
-            },
+            after_a_gap(2, None, good([22, 44, 66], [4, 5, 6])),
             "bit {bit}"
         );
     }
 }
 
 #[test]
-fn a_repeated_frame_gives_no_sample() {
+fn a_dead_line_is_told_apart_from_noise() {
+    for level in [0x00, 0xFF] {
+        let seen = readings(&[
+            frame(1, [0; 3], [0; 3]),
+            [level; FRAME_BYTES],
+            [level; FRAME_BYTES],
+            frame(4, [9, 9, 9], [0; 3]),
+        ]);
+        let stuck = Reading::without_sample(SourceFault::StuckLine);
+        assert_eq!(seen[1..3], [stuck, stuck], "level {level:#x}");
+        assert_eq!(seen[3], after_a_gap(3, None, good([9, 9, 9], [0; 3])));
+    }
+}
+
+#[test]
+fn a_still_unit_whose_frame_is_all_zeros_but_for_its_check_sum_is_good() {
+    // The check sum's initial value keeps it from being 0, so such a frame is not a dead line.
+    let bytes = frame(0, [0; 3], [0; 3]);
+    assert!(bytes[..38].iter().all(|byte| *byte == 0));
+    assert!(BankFrame::from_bytes(&bytes).is_ok());
+}
+
+#[test]
+fn a_repeated_frame_gives_no_sample_and_loses_no_angle() {
     let again = frame(5, [10, 0, 0], [1, 1, 1]);
-    let seen = readings(&[frame(4, [0; 3], [0; 3]), again, again]);
+    let seen = readings(&[
+        frame(4, [0; 3], [0; 3]),
+        again,
+        again,
+        // The bank missed one period and went on: two periods, of which one was repeated.
+        frame(7, [31, 0, 0], [2, 2, 2]),
+        frame(7, [31, 0, 0], [2, 2, 2]),
+        // The bank is the slower of the two clocks: one period, though the driver asked twice.
+        frame(8, [41, 0, 0], [3, 3, 3]),
+    ]);
+    let repeated = Reading::without_sample(SourceFault::Repeated);
     assert_eq!(seen[1], good([10, 0, 0], [1, 1, 1]));
-    assert_eq!(seen[2], faulty(SourceFault::Repeated));
+    assert_eq!(seen[2], repeated);
+    assert_eq!(seen[3], after_a_gap(2, None, good([21, 0, 0], [2, 2, 2])));
+    assert_eq!(seen[4], repeated);
+    assert_eq!(seen[5], good([10, 0, 0], [3, 3, 3]));
 }
 
 #[test]
@@ -138,15 +256,16 @@ fn skipped_frames_are_counted_and_their_angle_kept() {
     ]);
     assert_eq!(
         seen[1],
-        Reading {
-            fault: Some(SourceFault::Skipped(4)),
-            ..good([500, -500, 0], [9, 8, 7])
-        }
+        after_a_gap(
+            5,
+            Some(SourceFault::Skipped(4)),
+            good([500, -500, 0], [9, 8, 7])
+        )
     );
 }
 
 /// A bus that answers in turn; `None` is an error. (The mock above cannot report one.)
-struct FlakyBus<'a>(std::slice::Iter<'a, Option<[u8; FRAME_BYTES]>>);
+struct FlakyBus<'a>(std::slice::Iter<'a, Option<Bytes>>);
 
 impl ErrorType for FlakyBus<'_> {
     type Error = ErrorKind;
@@ -164,20 +283,106 @@ impl SpiDevice for FlakyBus<'_> {
 }
 
 #[test]
-fn a_bus_error_gives_no_sample_and_loses_no_angle() {
+fn after_failed_reads_only_what_they_do_not_explain_is_called_skipped() {
     let answers = [
         Some(frame(1, [0; 3], [0; 3])),
         None,
         Some(frame(3, [7, 7, 7], [1, 2, 3])),
+        None,
+        None,
+        Some(frame(8, [20, 7, 7], [1, 2, 3])),
     ];
-    let mut bank = CounterBank::new(FlakyBus(answers.iter()));
-    assert_eq!(bank.take(), Reading::default());
-    assert_eq!(bank.take(), faulty(SourceFault::Bus));
+    let mut bank = CounterBank::new(FlakyBus(answers.iter()), AccelerometerInput::default());
+    let seen: Vec<_> = answers.iter().map(|_| bank.take()).collect();
+    assert_eq!(seen[1], Reading::without_sample(SourceFault::Bus));
+    assert_eq!(seen[2], after_a_gap(2, None, good([7, 7, 7], [1, 2, 3])));
+    // Five periods: two failed, one is this frame's, two nobody asked for.
     assert_eq!(
-        bank.take(),
-        Reading {
-            fault: Some(SourceFault::Skipped(1)),
-            ..good([7, 7, 7], [1, 2, 3])
-        }
+        seen[5],
+        after_a_gap(
+            5,
+            Some(SourceFault::Skipped(2)),
+            good([13, 0, 0], [1, 2, 3])
+        )
     );
+}
+
+/// What one period does on the wire.
+#[derive(Debug, Clone, Copy)]
+enum Wire {
+    Good,
+    Flipped(usize),
+    Dead(bool),
+    Error,
+    /// The bank goes on, nobody asks.
+    Unasked,
+}
+
+fn wire() -> impl Strategy<Value = Wire> {
+    prop_oneof![
+        4 => Just(Wire::Good),
+        1 => (0..8 * FRAME_BYTES).prop_map(Wire::Flipped),
+        1 => any::<bool>().prop_map(Wire::Dead),
+        1 => Just(Wire::Error),
+        1 => Just(Wire::Unasked),
+    ]
+}
+
+proptest! {
+    /// However the frames come through, the counts of all readings add up to what the bank counted, and
+    /// their periods to what passed.
+    #[test]
+    fn no_pulse_is_lost_or_invented(
+        start in any::<[i32; 3]>(),
+        sequence in any::<u16>(),
+        periods in prop::collection::vec((wire(), any::<[i16; 3]>()), 1..60),
+    ) {
+        let mut bank = BankFrame { sequence, counters: start, ..BankFrame::default() };
+        let mut answers = vec![Some(bank.to_bytes())];
+        let mut unasked = 0;
+        for (wire, counts) in &periods {
+            let sample = Sample { pulse_counts: counts.map(i32::from), ..Sample::default() };
+            bank = bank.followed_by(&sample, AccelerometerInput::Counters);
+            let mut bytes = bank.to_bytes();
+            match wire {
+                Wire::Good => {}
+                Wire::Flipped(bit) => bytes[bit / 8] ^= 1 << (bit % 8),
+                Wire::Dead(high) => bytes = [if *high { 0xFF } else { 0 }; FRAME_BYTES],
+                Wire::Error => { answers.push(None); continue; }
+                Wire::Unasked => { unasked += 1; continue; }
+            }
+            answers.push(Some(bytes));
+        }
+        bank = bank.followed_by(&Sample::default(), AccelerometerInput::Counters);
+        answers.push(Some(bank.to_bytes()));
+
+        let mut driver = CounterBank::new(FlakyBus(answers.iter()), AccelerometerInput::Counters);
+        let (mut counted, mut passed, mut skipped) = (start, 0, 0);
+        for _ in &answers {
+            let reading = driver.take();
+            passed += reading.periods;
+            if let Some(sample) = reading.sample {
+                for (sum, pulses) in counted.iter_mut().zip(sample.pulse_counts) {
+                    *sum = sum.wrapping_add(pulses);
+                }
+            }
+            if let Some(SourceFault::Skipped(missing)) = reading.fault {
+                skipped += u32::from(missing);
+            }
+        }
+        prop_assert_eq!(counted, bank.counters);
+        prop_assert_eq!(passed as usize, periods.len() + 1);
+        prop_assert_eq!(skipped, unasked);
+    }
+
+    /// Any 40 bytes are a frame or a fault.
+    #[test]
+    fn any_bytes_are_survived(bytes in any::<[u8; 32]>(), tail in any::<[u8; 8]>()) {
+        let mut frame = [0; FRAME_BYTES];
+        frame[..32].copy_from_slice(&bytes);
+        frame[32..].copy_from_slice(&tail);
+        if let Ok(content) = BankFrame::from_bytes(&frame) {
+            prop_assert_eq!(content.to_bytes(), frame);
+        }
+    }
 }
