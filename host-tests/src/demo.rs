@@ -18,7 +18,6 @@ use trueaxis::{ParameterError, Parameters};
 use crate::diagnose::result::{Identifiable, NoiseEntry, ParameterEntry};
 use crate::diagnose::{Outcome, diagnose};
 use crate::error::InputError;
-use crate::model::compensation::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
 use crate::recording::{Axis, Recording, Segment};
 use crate::replay::drift::{
     DEG_H_PER_RAD_S, drift_deg_h, periods_in, reference_rotations_rad, segments,
@@ -137,10 +136,7 @@ pub fn tell(
     });
     let recording = &simulation.recording;
 
-    let setup = Setup {
-        samples_per_output: SAMPLES_PER_OUTPUT,
-        acceleration_order: ACCELERATION_ORDER,
-    };
+    let setup = Setup::STANDARD;
     let run = |input: &ReplayInput, core: Core| {
         let refused = |error: ParameterError| {
             InputError::new(model_file, format!("does not fit the chain: {error}"))

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use rlg::model::compensation::parameters_from_model;
+use rlg::model::compensation::{Unit, parameters_from_model};
 use rlg::model::{Dither, EffectValue, Gyro, Installation, Model, ModelEffect, MotionSource};
 
 /// Rounding of some thirty f64 operations on rates of order 1 rad/s: 30 · 2⁻⁵³ · 1 rad/s.
@@ -85,7 +85,7 @@ proptest! {
             sensed / (1.0 - scale[i]) + block
         };
         // Eq. (7) with the chain's parameters.
-        let (p, left) = parameters_from_model(&model, 4000.0, 10, 4).expect("in range");
+        let (p, left) = parameters_from_model(&model, &Unit::at(4000.0)).expect("in range");
         prop_assert!(left.is_empty());
         let corrected = |i: usize| {
             (1.0 - p.scale_error[i]) * (reading(i) - p.pickoff_gain[i] * pickoff_rate[i]) - p.bias_rad_s[i]
@@ -100,7 +100,7 @@ proptest! {
 fn a_model_without_effects_is_handed_on_as_it_is() {
     let angles = [1e-4, -2e-4, 3e-4, -4e-4, 5e-4, -6e-4];
     let model = model([0.0; 3], [1e-6, 2e-6, 3e-6], angles, [1.0, 1.01, 0.99]);
-    let (p, left) = parameters_from_model(&model, 4000.0, 10, 4).expect("in range");
+    let (p, left) = parameters_from_model(&model, &Unit::at(4000.0)).expect("in range");
     assert!(left.is_empty());
     assert_eq!(p.pickoff_gain, [1.0, 1.01, 0.99]);
     for (ours, given) in p.installation_rad.to_array().iter().zip(angles) {
@@ -116,7 +116,7 @@ fn the_flexure_is_handed_on_by_name_and_twice_listed_adds_up() {
         effect("axis_flexure", &SIX, &k),
         effect("axis_flexure", &["zy"], &[1e-8]),
     ];
-    let (p, left) = parameters_from_model(&model, 4000.0, 10, 4).expect("in range");
+    let (p, left) = parameters_from_model(&model, &Unit::at(4000.0)).expect("in range");
     assert!(left.is_empty());
     let (xy, zy) = (p.flexure_s2.xy, p.flexure_s2.zy);
     assert_eq!((xy, zy), (1e-8, 6e-8 + 1e-8));
@@ -132,7 +132,7 @@ fn what_the_chain_has_no_term_for_is_named_once_and_facts_of_the_recording_are_n
         effect("reference_delay", &["all"], &[1e-3]),
         effect("elastic_rate_by_jerk", &["xx"], &[0.0]),
     ];
-    let (_, left) = parameters_from_model(&model, 4000.0, 10, 4).expect("in range");
+    let (_, left) = parameters_from_model(&model, &Unit::at(4000.0)).expect("in range");
     assert_eq!(left, ["gyro_g_bias", "gyro_delay"]);
 }
 
@@ -140,6 +140,6 @@ fn what_the_chain_has_no_term_for_is_named_once_and_facts_of_the_recording_are_n
 fn gyros_without_dither_have_nothing_to_strip() {
     let mut model = model([0.0; 3], [0.0; 3], [0.0; 6], [1.0; 3]);
     model.dither = None;
-    let (p, _) = parameters_from_model(&model, 4000.0, 10, 4).expect("in range");
+    let (p, _) = parameters_from_model(&model, &Unit::at(4000.0)).expect("in range");
     assert_eq!(p.pickoff_gain, [0.0; 3]);
 }

@@ -2,11 +2,11 @@
 
 use assert_cmd::Command;
 use nalgebra::{UnitQuaternion, Vector3};
-use rlg::model::compensation::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
 use rlg::model::{Model, ModelEffect, MotionSource};
 use rlg::recording::{Quantity, Recording};
+use rlg::reference::adaptation::AdaptationCalibration;
 use rlg::reference::coning::Coning;
-use rlg::reference::{Calibration, ReferenceChain, Six, acceleration};
+use rlg::reference::{Calibration, Reading, ReferenceChain, Six, acceleration};
 use rlg::replay::drift::{DEG_H_PER_RAD_S, drift_deg_h, periods_in, reference_rotations_rad};
 use rlg::replay::samples::{
     INCREMENT_WEIGHT_RAD, PICKOFF_WEIGHT_RAD, Setup, samples_from_recording,
@@ -17,10 +17,7 @@ use rlg::simulate::{Simulation, coning_demo, simulate};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-const SETUP: Setup = Setup {
-    samples_per_output: SAMPLES_PER_OUTPUT,
-    acceleration_order: ACCELERATION_ORDER,
-};
+const SETUP: Setup = Setup::STANDARD;
 
 /// The agreement asked of both number systems with the f64 chain \[°/h\]: a tenth of the best bias
 /// stability a ring-laser gyro shows (0.01 °/h), so that arithmetic is never what limits the unit.
@@ -42,9 +39,24 @@ fn perfect(flexure_s2: Six) -> Calibration {
         installation_rad: Six::default(),
         flexure_s2,
         pickoff_gain: [0.0; 3],
+        pickoff_delay_s: [0.0; 3],
+        adaptation: AdaptationCalibration {
+            time_s: 0.0,
+            frequency_hz: [400.0; 3],
+            amplitude_rad: [0.0; 3],
+        },
+        accelerometers: None,
         period_s: 1.0 / 4000.0,
         periods_per_output: 10,
         acceleration_order: 4,
+    }
+}
+
+fn reading(sensed_rad: [f64; 3], pickoff_rad: [f64; 3]) -> Reading {
+    Reading {
+        sensed_rad,
+        pickoff_rad,
+        ..Reading::default()
     }
 }
 
@@ -105,7 +117,7 @@ fn f64_chain_takes_the_paper_s_drift_away_and_shows_it_without_its_coefficients(
             let case = coning_increment(row, omega, angle_rad);
             let mut sensed = case;
             sensed.x += flexed_x_increment(row, omega, angle_rad, &TABLE_3);
-            let step = chain.process(sensed.into(), [0.0; 3]);
+            let step = chain.process(&reading(sensed.into(), [0.0; 3]));
             if rows.contains(&row) {
                 sum += step.case_rad.x - case.x;
             }
@@ -130,7 +142,7 @@ fn f64_coning_brings_increments_to_the_output_rate_without_drift() {
     let mut begin = None;
     let seconds = 4.0;
     for row in 0..16400 {
-        if let Some(rotation) = coning.add(coning_increment(row, omega, angle_rad)) {
+        if let Some(rotation) = coning.turn(coning_increment(row, omega, angle_rad)) {
             attitude *= UnitQuaternion::from_scaled_axis(rotation);
         }
         // after 10 and 410 cycles the body is where it was
@@ -210,10 +222,10 @@ fn first_sample_primes_both_chains_and_turns_nothing() {
     });
     // without a pickoff reading before, this would be 100 µrad of dither
     assert_eq!(
-        chain.process([1e-4; 3], [1e-4; 3]).case_rad,
+        chain.process(&reading([1e-4; 3], [1e-4; 3])).case_rad,
         Vector3::zeros()
     );
-    let second = chain.process([3e-5; 3], [1.2e-4; 3]).case_rad;
+    let second = chain.process(&reading([3e-5; 3], [1.2e-4; 3])).case_rad;
     for axis in second.iter() {
         // no increment before it either: no acceleration, and Eq. (7) of a perfect triad is the identity
         assert!((axis - 1e-5).abs() < 1e-19);

@@ -48,6 +48,12 @@ pub struct OnTargetCommand {
     /// Terms of the acceleration filter, 1 to 4
     #[arg(long, default_value_t = ACCELERATION_ORDER)]
     order: u8,
+    /// Time in which the dither strip follows the pickoff's gain and delay [s]; 0: frozen
+    #[arg(long, default_value_t = 0.0)]
+    adapt_s: f64,
+    /// Take the recording's accelerometers through the chain, too
+    #[arg(long)]
+    accelerometers: bool,
 }
 
 /// `on_target.json`.
@@ -74,6 +80,8 @@ impl OnTargetCommand {
         let setup = Setup {
             samples_per_output: self.output_every,
             acceleration_order: self.order,
+            adaptation_time_s: self.adapt_s,
+            accelerometers: self.accelerometers,
         };
         let input = samples_from_recording(&recording, &model, &self.model, setup)?;
         spinner.set_message("building the image");

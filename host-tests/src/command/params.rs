@@ -1,4 +1,7 @@
 //! `rlg params`: a model as the parameter block that the firmware reads from flash.
+//!
+//! What a model does not say of the unit is asked for: the weights of pickoff and accelerometer codes, and
+//! the dither, best measured on a recording of the unit.
 
 use std::path::PathBuf;
 
@@ -7,13 +10,19 @@ use serde::Serialize;
 
 use super::inputs::read_model;
 use crate::error::InputError;
-use crate::model::compensation::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT, parameters_from_model};
+use crate::model::compensation::{
+    ACCELERATION_ORDER, SAMPLES_PER_OUTPUT, Unit, parameters_from_model,
+};
 use crate::output::write_file;
+use crate::recording::Recording;
+use crate::replay::samples::dither_of_recording;
 use crate::terminal::Terminal;
 
 /// Turn a model into the parameter block to flash, and say what the chain cannot compensate
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  rlg params report/model.toml --out params.bin")]
+#[command(
+    after_help = "Example:\n  rlg params report/model.toml --dither-from bench-17 --generation 2 --out params.bin"
+)]
 pub struct Params {
     /// The model
     model: PathBuf,
@@ -32,6 +41,19 @@ pub struct Params {
     /// Angle of one pickoff code [rad]
     #[arg(long, default_value_t = trueaxis::Parameters::default().pickoff_weight_rad)]
     pickoff_weight_rad: f64,
+    /// A recording of the unit, on whose pickoffs the dither's frequency and amplitude are measured;
+    /// without it the firmware neither watches nor follows the dither, and takes no dither_delay off
+    #[arg(long, value_name = "RECORDING")]
+    dither_from: Option<PathBuf>,
+    /// Time in which the dither strip follows the pickoff's gain and delay [s]; 0: frozen
+    #[arg(long, default_value_t = 0.0)]
+    adapt_s: f64,
+    /// Velocity of one accelerometer code, x y z [m/s]; without it the firmware has no accelerometers
+    #[arg(long, num_args = 3, value_names = ["X", "Y", "Z"])]
+    accelerometer_weight_m_s: Option<Vec<f64>>,
+    /// Number of the block: of two whole ones in flash the later counts
+    #[arg(long, default_value_t = 0)]
+    generation: u32,
 }
 
 #[derive(Serialize)]
@@ -39,6 +61,7 @@ struct Block {
     format: u32,
     version: &'static str,
     bytes: usize,
+    generation: u32,
     pulse_weight_rad: [f64; 3],
     bias_rad_s: [f64; 3],
     scale_error: [f64; 3],
@@ -50,8 +73,23 @@ struct Block {
     sample_rate_hz: f64,
     samples_per_output: u16,
     acceleration_order: u8,
+    pickoff_delay_s: [f64; 3],
+    dither_frequency_hz: [f64; 3],
+    dither_amplitude_rad: [f64; 3],
+    adaptation_time_s: f64,
+    accelerometers: Option<Accelerometers>,
     /// Kinds of the model's effects that the chain has no term for.
     uncompensated: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Accelerometers {
+    weight_m_s: [f64; 3],
+    bias_m_s2: [f64; 3],
+    scale_error: [f64; 3],
+    misalignment_rad: [f64; 6],
+    /// Row i: the position of accelerometer i.
+    lever_arm_m: [[f64; 3]; 3],
 }
 
 impl Params {
@@ -61,23 +99,40 @@ impl Params {
         let refused = |error: trueaxis::ParameterError| {
             InputError::new(&self.model, format!("does not fit the chain: {error}"))
         };
+        let dither = match &self.dither_from {
+            Some(folder) => Some(dither_of_recording(&Recording::read(folder)?, &model)?),
+            None => None,
+        };
+        let weights = self.accelerometer_weight_m_s.as_deref();
+        let unit = Unit {
+            samples_per_output: self.output_every,
+            acceleration_order: self.order,
+            adaptation_time_s: self.adapt_s,
+            dither,
+            // three, or clap would have refused them
+            accelerometer_weight_m_s: weights.and_then(|weights| weights.try_into().ok()),
+            ..Unit::at(self.rate_hz)
+        };
         let (mut parameters, uncompensated) =
-            parameters_from_model(&model, self.rate_hz, self.output_every, self.order)
-                .map_err(refused)?;
+            parameters_from_model(&model, &unit).map_err(refused)?;
         parameters.pickoff_weight_rad = self.pickoff_weight_rad;
         parameters.check().map_err(refused)?;
-        let block = parameters.to_block(0);
+        let block = parameters.to_block(self.generation);
         write_file(&self.out, &block)?;
         for kind in &uncompensated {
-            terminal.warn(format!(
-                "the chain has no term for {kind}: it stays in the output"
-            ));
+            terminal.warn(left(kind));
+        }
+        if self.adapt_s > 0.0 && dither.is_none() {
+            terminal.warn(
+                "the strip follows no dither that is not known (--dither-from RECORDING): it is frozen",
+            );
         }
         terminal.say(format!("{}: {} bytes", self.out.display(), block.len()));
         terminal.result(&Block {
             format: 1,
             version: env!("CARGO_PKG_VERSION"),
             bytes: block.len(),
+            generation: self.generation,
             pulse_weight_rad: parameters.pulse_weight_rad,
             bias_rad_s: parameters.bias_rad_s,
             scale_error: parameters.scale_error,
@@ -88,7 +143,32 @@ impl Params {
             sample_rate_hz: parameters.sample_rate_hz,
             samples_per_output: parameters.samples_per_output,
             acceleration_order: parameters.acceleration_order,
+            pickoff_delay_s: parameters.pickoff_delay_s,
+            dither_frequency_hz: parameters.dither_frequency_hz,
+            dither_amplitude_rad: parameters.dither_amplitude_rad,
+            adaptation_time_s: parameters.adaptation_time_s,
+            accelerometers: parameters.accelerometers.map(|known| Accelerometers {
+                weight_m_s: known.weight_m_s,
+                bias_m_s2: known.bias_m_s2,
+                scale_error: known.scale_error,
+                misalignment_rad: known.misalignment_rad.to_array(),
+                lever_arm_m: known.lever_arm_m,
+            }),
             uncompensated,
         })
+    }
+}
+
+/// What stays in the output, and what would take it out where something would.
+fn left(kind: &str) -> String {
+    match kind {
+        "dither_delay" => "dither_delay stays in the output: to take it off, the dither must be \
+             known (--dither-from RECORDING)"
+            .to_owned(),
+        "accel_bias" | "accel_scale" | "accel_misalignment" | "size_effect" => format!(
+            "{kind} stays in the output: the firmware is told of no accelerometers \
+             (--accelerometer-weight-m-s)"
+        ),
+        _ => format!("the chain has no term for {kind}: it stays in the output"),
     }
 }

@@ -1,7 +1,8 @@
 //! `rlg replay`: a recording through the chain on the host.
 //!
-//! Deliberately not here: velocity increments (`dvel_*`); the chain turns angles alone, so that
-//! `compensated.parquet` has `dtheta_*` only.
+//! `compensated.parquet` has `dtheta_*`, and `dvel_*` where the recording has accelerometers.
+//!
+//! Deliberately not here: a truth of the velocity. What drifts are given are those of the angle.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -50,6 +51,9 @@ pub struct ReplayCommand {
     /// Terms of the acceleration filter, 1 to 4
     #[arg(long, default_value_t = ACCELERATION_ORDER)]
     order: u8,
+    /// Time in which the dither strip follows the pickoff's gain and delay [s]; 0: frozen
+    #[arg(long, default_value_t = 0.0)]
+    adapt_s: f64,
 }
 
 #[derive(Serialize)]
@@ -61,11 +65,17 @@ struct Report {
     samples: usize,
     samples_per_output: u16,
     acceleration_order: u8,
+    adaptation_time_s: f64,
+    /// As measured on the pickoffs; null without dither.
+    dither_frequency_hz: Option<[f64; 3]>,
+    dither_amplitude_rad: Option<[f64; 3]>,
     ns_per_sample: f64,
     output_sha256: String,
     segments: Vec<SegmentReport>,
     /// Why the drifts are null although the recording has a reference.
     no_drift_because: Option<String>,
+    /// Why there is no `dvel_*` although the recording has accelerometers.
+    no_velocity_because: Option<String>,
     against_reference: AgainstReference,
     /// Complete output periods with at least one sample beyond the chain's ranges, per stage; absent for
     /// the reference.
@@ -109,6 +119,8 @@ impl ReplayCommand {
         let setup = Setup {
             samples_per_output: self.output_every,
             acceleration_order: self.order,
+            adaptation_time_s: self.adapt_s,
+            accelerometers: true,
         };
         let input = samples_from_recording(&recording, &model, &self.model, setup)?;
         spinner.set_message("replaying");
@@ -129,6 +141,9 @@ impl ReplayCommand {
         }
         if let Some(why) = &input.reference_refused {
             terminal.warn(format!("{why}: no drift is given"));
+        }
+        if let Some(why) = &input.velocity_refused {
+            terminal.warn(format!("{why}: no velocity is given"));
         }
         terminal.say(report.table());
         out.commit()?;
@@ -183,6 +198,7 @@ impl ReplayCommand {
                 drift_after_deg_h: drift(&done),
             });
         }
+        let dithered = input.parameters.dither_amplitude_rad != [0.0; 3];
         let report = Report {
             format: 1,
             recording: recording.name.clone(),
@@ -191,10 +207,14 @@ impl ReplayCommand {
             samples: input.samples.len(),
             samples_per_output: self.output_every,
             acceleration_order: self.order,
+            adaptation_time_s: input.parameters.adaptation_time_s,
+            dither_frequency_hz: dithered.then_some(input.parameters.dither_frequency_hz),
+            dither_amplitude_rad: dithered.then_some(input.parameters.dither_amplitude_rad),
             ns_per_sample: done.ns_per_sample,
             output_sha256: done.output_sha256.clone(),
             segments: reports,
             no_drift_because: input.reference_refused.clone(),
+            no_velocity_because: input.velocity_refused.clone(),
             against_reference: AgainstReference {
                 max_drift_deg_h: against,
             },
@@ -216,7 +236,8 @@ impl ReplayCommand {
     }
 }
 
-/// The output as a recording: `dtheta_x|y|z` \[rad\] per output period.
+/// The output as a recording: `dtheta_x|y|z` \[rad\] per output period, and `dvel_x|y|z` \[m/s\] where there
+/// are accelerometers.
 fn compensated(
     recording: &Recording,
     input: &ReplayInput,
@@ -224,18 +245,26 @@ fn compensated(
     done: &Replay,
 ) -> Recording {
     let parameters = &input.parameters;
-    let channel = |axis: Axis| Channel {
-        column: format!("dtheta_{}", axis.label()),
-        quantity: Quantity::GyroIncrement,
+    let channel = |stem: &str, quantity: Quantity, values: &[[f64; 3]], axis: Axis| Channel {
+        column: format!("{stem}_{}", axis.label()),
+        quantity,
         axis: Some(axis.label().to_owned()),
         scale: 1.0,
         offset: 0.0,
-        values: done
-            .rotations_rad
-            .iter()
-            .map(|rotation| rotation[axis.index()])
-            .collect(),
+        values: values.iter().map(|value| value[axis.index()]).collect(),
     };
+    let angle = |axis| {
+        let quantity = Quantity::GyroIncrement;
+        channel("dtheta", quantity, &done.rotations_rad, axis)
+    };
+    let velocity = |axis| {
+        let quantity = Quantity::VelocityIncrement;
+        channel("dvel", quantity, &done.velocities_m_s, axis)
+    };
+    let mut channels: Vec<Channel> = Axis::ALL.map(angle).into();
+    if parameters.accelerometers.is_some() {
+        channels.extend(Axis::ALL.map(velocity));
+    }
     Recording {
         name: format!("{}-compensated", recording.name),
         folder: PathBuf::new(),
@@ -247,7 +276,7 @@ fn compensated(
                 start_s: input.start_s,
             },
             rows: done.rotations_rad.len(),
-            channels: Axis::ALL.map(channel).into(),
+            channels,
         }],
         segments: segments.to_vec(),
     }

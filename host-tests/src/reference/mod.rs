@@ -1,29 +1,43 @@
 //! The chain in f64, written from the paper's equations: what the firmware's number systems are held to.
 //!
-//! Enters, per period T: sensed increment of each gyro \[rad\] and pickoff angle at the period's end \[rad\].
-//! Leaves: the case's increment \[rad\], body frame, and every N periods its rotation vector \[rad\].
+//! Enters, per period T: sensed increment of each gyro \[rad\], pickoff angle at the period's end \[rad\],
+//! velocity increment of each accelerometer \[m/s\]. Leaves: the case's increment \[rad\], body frame, and
+//! every N periods its rotation vector \[rad\] and velocity increment \[m/s\].
 //!
-//! Equations, D the sensed increment less gain · (pickoff difference), all per period:
+//! Equations, D the sensed increment less the block's (`strip`), all per period:
 //! 1. v = (1 − s) D − b T, the bracket of Eq. (7);
 //! 2. α̂T² from M₀v, M₀ the matrix of Eq. (7) with ε_ij0 (`acceleration`);
 //! 3. δ_ij = −K_ij α̂_j; ε_xy = ε_xy0 + δ_xy, ε_xz = ε_xz0 − δ_xz, and so on round the axes: Eq. (6) with
 //!    the tilt of gyro i about axis j as a right-hand rotation;
 //! 4. case increment = M(ε) v, Eq. (7);
-//! 5. rotation vector over N periods by two-speed coning (`coning`).
+//! 5. the body's velocity increment, size effect off (`velocity`);
+//! 6. rotation vector and velocity increment over N periods by two-speed coning and sculling (`coning`).
 //!
-//! The first period has no pickoff reading before it: it primes the strip and contributes no rotation. The
-//! second has no increment before it: its α̂ is zero.
+//! The strip's taps are followed in windows (`adaptation`).
+//!
+//! The first period has no pickoff reading before it: it primes the strip and contributes neither rotation
+//! nor velocity. The second has no increment before it: its α̂ is zero.
+//!
+//! Lost periods ([`ReferenceChain::lose`]) pass without an increment. The next reading's counts cover them
+//! too (the counters run on), so that the angle is kept; its course within is not known, and there is no
+//! dynamic term, no size effect and no coning within it. The period after it starts as the second did.
 //!
 //! Independent of the firmware core and of the simulator: it imports neither.
 //!
-//! Deliberately not here: any rounding. Numbers are f64 from end to end.
+//! Deliberately not here: any rounding; ranges and health. Numbers are f64 from end to end.
 
 pub mod acceleration;
+pub mod adaptation;
 pub mod coning;
+pub mod strip;
+pub mod velocity;
 
 use acceleration::Acceleration;
-use coning::Coning;
+use adaptation::{Adaptation, AdaptationCalibration};
+use coning::{Coning, Output};
 use nalgebra::{Matrix3, Vector3};
+use strip::Strip;
+use velocity::AccelerometerCalibration;
 
 /// Six numbers ij, gyro i and axis j.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -50,6 +64,12 @@ pub struct Calibration {
     pub flexure_s2: Six,
     /// Block angle over pickoff angle \[1\].
     pub pickoff_gain: [f64; 3],
+    /// The pickoff shows the block this much late \[s\].
+    pub pickoff_delay_s: [f64; 3],
+    /// How the strip follows the block.
+    pub adaptation: AdaptationCalibration,
+    /// The accelerometers, where there are any.
+    pub accelerometers: Option<AccelerometerCalibration>,
     /// T \[s\].
     pub period_s: f64,
     /// N \[periods\].
@@ -58,64 +78,149 @@ pub struct Calibration {
     pub acceleration_order: usize,
 }
 
+/// What is read at the end of a period.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Reading {
+    /// Angle that each gyro sensed, its block's dither included \[rad\].
+    pub sensed_rad: [f64; 3],
+    /// Pickoff angles at the end \[rad\].
+    pub pickoff_rad: [f64; 3],
+    /// Velocity increments of the accelerometers \[m/s\].
+    pub velocity_m_s: [f64; 3],
+}
+
 /// What one period gives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// Case increment \[rad\], body frame.
     pub case_rad: Vector3<f64>,
-    /// Rotation vector over the last N periods \[rad\], body frame at their start; at every N-th period.
-    pub rotation_rad: Option<Vector3<f64>>,
+    /// Rotation and velocity over the last N periods, at every N-th period.
+    pub output: Option<Output>,
 }
 
 /// The chain and what it remembers.
 #[derive(Debug, Clone)]
 pub struct ReferenceChain {
     calibration: Calibration,
-    pickoff_before_rad: Option<Vector3<f64>>,
+    strip: Strip,
+    adaptation: Adaptation,
     acceleration: Acceleration,
     coning: Coning,
+    lost_periods: usize,
 }
 
 impl ReferenceChain {
     /// Before the first period.
     pub fn new(calibration: &Calibration) -> Self {
+        let known = calibration;
+        let strip = Strip::new(
+            known.pickoff_gain,
+            known.pickoff_delay_s,
+            known.adaptation.frequency_hz,
+            known.period_s,
+        );
         Self {
-            calibration: *calibration,
-            pickoff_before_rad: None,
-            acceleration: Acceleration::new(calibration.acceleration_order),
-            coning: Coning::new(calibration.periods_per_output),
+            calibration: *known,
+            adaptation: Adaptation::new(
+                &known.adaptation,
+                strip.phasor(),
+                known.period_s,
+                known.periods_per_output,
+            ),
+            strip,
+            acceleration: Acceleration::new(known.acceleration_order),
+            coning: Coning::new(known.periods_per_output),
+            lost_periods: 0,
         }
     }
 
-    /// One period.
-    pub fn process(&mut self, sensed_rad: [f64; 3], pickoff_rad: [f64; 3]) -> Step {
-        let pickoff = Vector3::from(pickoff_rad);
-        let case_rad = match self.pickoff_before_rad.replace(pickoff) {
-            None => Vector3::zeros(),
-            Some(before) => self.case_increment(sensed_rad.into(), pickoff - before),
+    /// The strip's a and b as they are.
+    pub fn phasor(&self) -> strip::Phasor {
+        self.strip.phasor()
+    }
+
+    /// Periods whose reading did not come; gives the output where an interval ends in them.
+    pub fn lose(&mut self, periods: usize) -> Option<Output> {
+        self.lost_periods += periods;
+        self.adaptation.spoil();
+        let ends = self.coning.ends_in(periods);
+        (0..ends).for_each(|_| self.end_output());
+        self.coning.pass(periods)
+    }
+
+    /// One period, and those lost before it.
+    pub fn process(&mut self, reading: &Reading) -> Step {
+        let known = self.calibration;
+        let pickoff = Vector3::from(reading.pickoff_rad);
+        let lost = std::mem::take(&mut self.lost_periods);
+        let elapsed_s = (lost + 1) as f64 * known.period_s;
+
+        let block = if lost == 0 {
+            self.strip.add(pickoff)
+        } else {
+            self.strip.add_after_gap(pickoff)
         };
+        let (case, velocity) = match block {
+            None => (Vector3::zeros(), Vector3::zeros()),
+            Some(block) => {
+                let stripped = Vector3::from(reading.sensed_rad) - block;
+                let v = self.kept(&stripped) - Vector3::from(known.bias_rad_s) * elapsed_s;
+                let velocity = known.accelerometers.map_or(Vector3::zeros(), |known| {
+                    known.increment(reading.velocity_m_s, elapsed_s)
+                });
+                if lost == 0 {
+                    self.adaptation.add(v, pickoff);
+                    self.turned(v, velocity)
+                } else {
+                    self.acceleration = Acceleration::new(known.acceleration_order);
+                    (equation_7(&known.installation_rad) * v, velocity)
+                }
+            }
+        };
+        if lost == 0 {
+            self.coning.add(case, velocity);
+        } else {
+            self.coning.add_after_gap(case, velocity);
+        }
+        (0..self.coning.ends_in(1)).for_each(|_| self.end_output());
         Step {
-            case_rad,
-            rotation_rad: self.coning.add(case_rad),
+            case_rad: case,
+            output: self.coning.pass(1),
         }
     }
 
-    fn case_increment(
+    /// The case's increment and the body's, from v and from what the accelerometers read.
+    fn turned(
         &mut self,
-        sensed_rad: Vector3<f64>,
-        pickoff_step_rad: Vector3<f64>,
-    ) -> Vector3<f64> {
+        v: Vector3<f64>,
+        velocity_m_s: Vector3<f64>,
+    ) -> (Vector3<f64>, Vector3<f64>) {
         let known = &self.calibration;
-        let stripped =
-            sensed_rad - Vector3::from(known.pickoff_gain).component_mul(&pickoff_step_rad);
-        let v = stripped
-            - Vector3::from(known.scale_error).component_mul(&stripped)
-            - Vector3::from(known.bias_rad_s) * known.period_s;
-
         let at_rest = known.installation_rad;
         let turn_per_period2 = self.acceleration.add(equation_7(&at_rest) * v);
         let alpha_rad_s2 = turn_per_period2 / known.period_s.powi(2);
-        equation_7(&equation_6(&at_rest, &known.flexure_s2, &alpha_rad_s2)) * v
+        let case = equation_7(&equation_6(&at_rest, &known.flexure_s2, &alpha_rad_s2)) * v;
+        let size = known
+            .accelerometers
+            .map_or(Vector3::zeros(), |accelerometers| {
+                accelerometers.size_effect(&case, &turn_per_period2, known.period_s)
+            });
+        (case, velocity_m_s - size)
+    }
+
+    fn kept(&self, sensed: &Vector3<f64>) -> Vector3<f64> {
+        sensed - Vector3::from(self.calibration.scale_error).component_mul(sensed)
+    }
+
+    /// Closes the adaptation's window where it ends; the step of the block's angle goes the way of any angle.
+    fn end_output(&mut self) {
+        let gain = Vector3::from(self.calibration.pickoff_gain);
+        let Some(end) = self.adaptation.end_output(&gain, self.strip.phasor()) else {
+            return;
+        };
+        let block = self.strip.turn_taps(end.phasor, end.centre_rad);
+        let case = equation_7(&self.calibration.installation_rad) * self.kept(&block);
+        self.coning.shift(-case);
     }
 }
 

@@ -48,7 +48,7 @@ pub fn reference_rotations_rad(input: &ReplayInput) -> Option<Vec<[f64; 3]>> {
             .iter()
             .filter_map(|increment| {
                 let counts = std::mem::replace(&mut primed, true);
-                coning.add(if counts {
+                coning.turn(if counts {
                     Vector3::from(*increment)
                 } else {
                     Vector3::zeros()

@@ -2,7 +2,7 @@
 //!
 //! Enters: [`Recording`], [`Model`]. Leaves: [`ReplayInput`]: the core's [`Sample`]s and [`Parameters`],
 //! the same readings in f64 for the reference chain, and the case's increments from the recording's
-//! reference where it has one. Body frame, rad.
+//! reference where it has one; velocity increments where there are accelerometers. Body frame, rad, m/s.
 //!
 //! What is requantised, and what that costs:
 //! - `gyro_count` passes as it is.
@@ -10,6 +10,7 @@
 //!   it is bounded and drifts nothing (a pickoff's own noise is a thousand times larger).
 //! - `gyro_increment` and `gyro_rate` become counts of 2⁻³⁶ rad of the *running* angle: what one count
 //!   cannot hold goes into the next one, so that the sum stays within 1.5e-11 rad for ever.
+//! - `specific_force` and `velocity_increment` likewise, in codes of 2⁻²⁹ m/s (`accelerometers`).
 //!
 //! Missing values: rows at the beginning and at the end that lack a gyro or a pickoff are left out. Within
 //! the recording such a row is an error, because an angle that was not measured cannot be made up for. A
@@ -19,8 +20,13 @@
 
 use crate::error::InputError;
 use crate::model::Model;
-use crate::model::compensation::{reference_is_no_truth, unchecked_parameters};
+use crate::model::compensation::{
+    ACCELERATION_ORDER, DitherMotion, SAMPLES_PER_OUTPUT, Unit, reference_is_no_truth,
+    unchecked_parameters,
+};
 use crate::recording::{Axis, Channel, Clock, Quantity, Recording, Table};
+use crate::replay::accelerometers::{self, VELOCITY_WEIGHT_M_S, velocity_rows};
+use crate::replay::dither;
 use std::path::Path;
 use trueaxis::{CrossAxis, ParameterError, Parameters, Sample};
 
@@ -36,12 +42,26 @@ pub const INCREMENT_WEIGHT_RAD: f64 = 1.0 / (1u64 << 36) as f64;
 const STAMP_TOLERANCE_PERIODS: f64 = 0.01;
 
 /// How the chain is to be set up beyond what the model says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setup {
     /// Samples in one output period.
     pub samples_per_output: u16,
     /// Terms of the acceleration filter, 1 to 4.
     pub acceleration_order: u8,
+    /// Time in which the strip follows the pickoff's gain and delay \[s\]; 0: frozen.
+    pub adaptation_time_s: f64,
+    /// Whether the recording's accelerometers go through the chain.
+    pub accelerometers: bool,
+}
+
+impl Setup {
+    /// As the commands have it unless asked otherwise.
+    pub const STANDARD: Self = Self {
+        samples_per_output: SAMPLES_PER_OUTPUT,
+        acceleration_order: ACCELERATION_ORDER,
+        adaptation_time_s: 0.0,
+        accelerometers: true,
+    };
 }
 
 /// Everything a replay needs.
@@ -57,6 +77,10 @@ pub struct ReplayInput {
     pub sensed_rad: Vec<[f64; 3]>,
     /// Pickoff angles as recorded \[rad\]; zeros where there is no dither.
     pub pickoff_rad: Vec<[f64; 3]>,
+    /// Velocity increments as recorded \[m/s\], where there are accelerometers that can be used.
+    pub velocity_m_s: Option<Vec<[f64; 3]>>,
+    /// Why accelerometers that are there cannot be used.
+    pub velocity_refused: Option<String>,
     /// The case's increments by the recording's reference \[rad\], NaN where it was not measured.
     pub reference_rad: Option<Vec<[f64; 3]>>,
     /// Beginning of the first sample's period \[s\].
@@ -82,13 +106,32 @@ pub fn samples_from_recording(
     let rows_left_out = [kept.start, gyros.table.rows - kept.end];
     let start_s = gyros.table.start_s() + kept.start as f64 / rate_hz;
 
-    let (mut parameters, uncompensated) = unchecked_parameters(
-        model,
-        rate_hz,
-        setup.samples_per_output,
-        setup.acceleration_order,
-    )
-    .map_err(|error| {
+    let pickoff_rad: Vec<[f64; 3]> = kept
+        .clone()
+        .map(|row| pickoffs.map_or([0.0; 3], |found| found.map(|channel| channel.values[row])))
+        .collect();
+    let same_clock = |other: &Table| gyros.shares_clock(other, rate_hz);
+    let (velocity_m_s, velocity_refused) = if setup.accelerometers {
+        match velocity_rows(recording, kept.clone(), rate_hz, &same_clock) {
+            Ok(velocity) => (velocity, None),
+            Err(why) => (None, Some(why)),
+        }
+    } else {
+        (None, None)
+    };
+    let noise_rad = model
+        .dither
+        .as_ref()
+        .map_or([0.0; 3], |dither| dither.pickoff_noise_rad);
+    let unit = Unit {
+        sample_rate_hz: rate_hz,
+        samples_per_output: setup.samples_per_output,
+        acceleration_order: setup.acceleration_order,
+        adaptation_time_s: setup.adaptation_time_s,
+        dither: pickoffs.map(|_| dither::measure(&pickoff_rad, noise_rad, rate_hz)),
+        accelerometer_weight_m_s: velocity_m_s.as_ref().map(|_| [VELOCITY_WEIGHT_M_S; 3]),
+    };
+    let (mut parameters, uncompensated) = unchecked_parameters(model, &unit).map_err(|error| {
         InputError::new(model_file, format!("does not fit the chain: {error}"))
             .channel("installation_rad")
             .value(format!("{:?}", model.gyro.installation_rad.to_array()))
@@ -122,7 +165,9 @@ pub fn samples_from_recording(
     let mut input = ReplayInput {
         samples: vec![Sample::default(); kept.len()],
         sensed_rad: vec![[0.0; 3]; kept.len()],
-        pickoff_rad: vec![[0.0; 3]; kept.len()],
+        pickoff_rad,
+        velocity_m_s,
+        velocity_refused,
         reference_rad: None,
         parameters,
         uncompensated,
@@ -152,8 +197,13 @@ pub fn samples_from_recording(
                 .map_err(|row| beyond(recording, &gyros, channel, kept.start + row))?;
             for (row, code) in codes.into_iter().enumerate() {
                 input.samples[row].pickoff_codes[axis] = code;
-                input.pickoff_rad[row][axis] = values[row];
             }
+        }
+    }
+    if let Some(velocity) = &input.velocity_m_s {
+        let codes = accelerometers::codes(velocity);
+        for (sample, codes) in input.samples.iter_mut().zip(codes) {
+            sample.accelerometer_codes = codes;
         }
     }
     match (
@@ -165,6 +215,29 @@ pub fn samples_from_recording(
         (None, Ok(reference)) => input.reference_rad = reference,
     }
     Ok(input)
+}
+
+/// The dither that the pickoffs of a recording show.
+pub fn dither_of_recording(
+    recording: &Recording,
+    model: &Model,
+) -> Result<DitherMotion, InputError> {
+    let gyros = Gyros::find(recording)?;
+    let rate_hz = uniform_rate_hz(recording, gyros.table)?;
+    let (Some(pickoffs), Some(dither)) = (gyros.pickoffs(recording, model)?, &model.dither) else {
+        return Err(
+            InputError::new(&recording.folder, "shows no dither to measure")
+                .channel("dither_angle")
+                .expected(
+                    "gyro_count and dither_angle for x, y and z, and a [dither] in the model",
+                ),
+        );
+    };
+    let rows = kept_rows(recording, &gyros, &Some(pickoffs))?;
+    let angles: Vec<[f64; 3]> = rows
+        .map(|row| pickoffs.map(|channel| channel.values[row]))
+        .collect();
+    Ok(dither::measure(&angles, dither.pickoff_noise_rad, rate_hz))
 }
 
 /// Which of the inputs the chain's limits refuse, and what it says there (effects of the model included).
@@ -225,7 +298,7 @@ fn unfit(
             triad(parameters.dither_amplitude_rad),
         ),
         ParameterError::AdaptationTime => (
-            model_file,
+            Path::new("--adapt-s"),
             "adaptation_time_s",
             parameters.adaptation_time_s.to_string(),
         ),
@@ -274,6 +347,15 @@ impl<'a> Gyros<'a> {
         }
         Err(InputError::new(&recording.folder, "has no gyro channel")
             .expected("gyro_count, gyro_increment or gyro_rate for x, y and z"))
+    }
+
+    /// Whether a table's rows are the gyros' rows: within a hundredth of a period at both ends, nanoradians
+    /// of the fastest motion.
+    fn shares_clock(&self, other: &Table, rate_hz: f64) -> bool {
+        let tolerance_s = STAMP_TOLERANCE_PERIODS / rate_hz;
+        other.rows == self.table.rows
+            && (other.start_s() - self.table.start_s()).abs() < tolerance_s
+            && (other.end_s() - self.table.end_s()).abs() < tolerance_s
     }
 
     /// The pickoffs where the gyros are dithered; an error where the model and the recording disagree.
@@ -439,14 +521,8 @@ fn reference_rows(
         }
         return Ok(None);
     };
-    let same_clock = |other: &Table| {
-        // within a hundredth of a period at both ends: nanoradians of the fastest motion
-        let tolerance_s = STAMP_TOLERANCE_PERIODS / rate_hz;
-        other.rows == gyros.table.rows
-            && (other.start_s() - gyros.table.start_s()).abs() < tolerance_s
-            && (other.end_s() - gyros.table.end_s()).abs() < tolerance_s
-    };
-    if ![table, table_y, table_z].into_iter().all(same_clock) {
+    let mut tables = [table, table_y, table_z].into_iter();
+    if !tables.all(|table| gyros.shares_clock(table, rate_hz)) {
         return Err("the reference runs on another clock than the gyros".to_owned());
     }
     Ok(Some(

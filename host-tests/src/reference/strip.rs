@@ -1,0 +1,115 @@
+//! The dither strip: what a block turned, from a pickoff that shows it late.
+//!
+//! Enters: pickoff angles p_k at the ends of periods \[rad\]. Leaves: the block's increments \[rad\].
+//!
+//! A pickoff that shows the block d late makes the block at time t what the pickoff says at t + d. The
+//! block swings at one frequency F, Ω = 2πFT per period, so that the later angle follows from two readings:
+//!
+//! ```text
+//! block_k = g (a p_k + b u_k)      u_k = (cos Ω p_k − p_{k−1}) / sin Ω, a quarter turn ahead of p_k
+//!         = h₀ p_k + h₁ p_{k−1}    a = cos 2πFd, b = sin 2πFd
+//! ```
+//!
+//! exact for a pure tone. Where the amplitude changes at a zero crossing, u is wrong for that one
+//! reading; in *angle*, so that nothing is left of it later.
+//!
+//! When the taps change, the block's angle changes with them: [`Strip::turn_taps`] gives that step, round a
+//! centre c, so that the sum of all increments is h₀ (p − c) + h₁ (p − c) with the latest taps, whatever
+//! they were before.
+//!
+//! Before the first period there is one reading only; the one before it is taken as equal, which is one
+//! constant angle. A period after lost ones is treated likewise: the reading before the latest was lost.
+
+use nalgebra::Vector3;
+
+/// In phase and a quarter turn ahead, each gyro \[1\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Phasor {
+    /// a.
+    pub in_phase: Vector3<f64>,
+    /// b.
+    pub ahead: Vector3<f64>,
+}
+
+impl Phasor {
+    /// cos and sin of 2πFd.
+    pub fn of_delay(delay_s: [f64; 3], frequency_hz: [f64; 3]) -> Self {
+        let turn = Vector3::from(delay_s).component_mul(&Vector3::from(frequency_hz))
+            * std::f64::consts::TAU;
+        Self {
+            in_phase: turn.map(f64::cos),
+            ahead: turn.map(f64::sin),
+        }
+    }
+}
+
+/// The strip and the readings it remembers.
+#[derive(Debug, Clone)]
+pub struct Strip {
+    gain: Vector3<f64>,
+    /// Ω \[rad\].
+    turn_per_period_rad: Vector3<f64>,
+    phasor: Phasor,
+    /// p_k, p_{k−1} \[rad\].
+    readings_rad: Option<[Vector3<f64>; 2]>,
+}
+
+impl Strip {
+    /// `frequency_hz` matters only where there is a delay.
+    pub fn new(gain: [f64; 3], delay_s: [f64; 3], frequency_hz: [f64; 3], period_s: f64) -> Self {
+        Self {
+            gain: gain.into(),
+            turn_per_period_rad: Vector3::from(frequency_hz) * (std::f64::consts::TAU * period_s),
+            phasor: Phasor::of_delay(delay_s, frequency_hz),
+            readings_rad: None,
+        }
+    }
+
+    /// The block's increment since the last reading \[rad\]; `None` at the first.
+    pub fn add(&mut self, pickoff_rad: Vector3<f64>) -> Option<Vector3<f64>> {
+        let Some([last, before]) = self.readings_rad else {
+            self.readings_rad = Some([pickoff_rad; 2]);
+            return None;
+        };
+        let block = self.block_rad(pickoff_rad, last) - self.block_rad(last, before);
+        self.readings_rad = Some([pickoff_rad, last]);
+        Some(block)
+    }
+
+    /// The same after lost periods: the reading before this one is not known.
+    pub fn add_after_gap(&mut self, pickoff_rad: Vector3<f64>) -> Option<Vector3<f64>> {
+        let [last, before] = self.readings_rad.replace([pickoff_rad; 2])?;
+        Some(self.block_rad(pickoff_rad, pickoff_rad) - self.block_rad(last, before))
+    }
+
+    /// a and b as they are.
+    pub fn phasor(&self) -> Phasor {
+        self.phasor
+    }
+
+    /// New a and b; gives the step of the block's angle that they make round `centre_rad` \[rad\].
+    pub fn turn_taps(&mut self, phasor: Phasor, centre_rad: Vector3<f64>) -> Vector3<f64> {
+        let Some([last, before]) = self.readings_rad else {
+            self.phasor = phasor;
+            return Vector3::zeros();
+        };
+        let (last, before) = (last - centre_rad, before - centre_rad);
+        let old = self.block_rad(last, before);
+        self.phasor = phasor;
+        self.block_rad(last, before) - old
+    }
+
+    fn block_rad(&self, pickoff: Vector3<f64>, before: Vector3<f64>) -> Vector3<f64> {
+        Vector3::from_fn(|i, _| {
+            let (sin, cos) = self.turn_per_period_rad[i].sin_cos();
+            let ahead = self.phasor.ahead[i];
+            // without a delay the frequency need not be one that two samples resolve
+            let quarter = if ahead == 0.0 {
+                0.0
+            } else {
+                (cos * pickoff[i] - before[i]) / sin
+            };
+            self.gain[i] * (self.phasor.in_phase[i] * pickoff[i] + ahead * quarter)
+        })
+    }
+}
