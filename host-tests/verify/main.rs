@@ -68,6 +68,17 @@ fn main() -> ExitCode {
         "--target",
         TARGET,
     ]));
+    heading("no panic links into the interrupt's path");
+    tally.tests(&[
+        "test",
+        "--release",
+        "--package",
+        "firmware-tests",
+        "--test",
+        "interrupt_link",
+        "--",
+        "--ignored",
+    ]);
     heading("tests on the emulated target");
     tally.tests(&[
         "test",
