@@ -1,154 +1,54 @@
-//! What the sampling interrupt can reach, read off the linked image: no panic, no logging, no host call.
-//!
-//! Walks the direct calls and jumps (BL, B.W; ARMv7-M reference manual A7.7.12 and A7.7.18) from the symbol
-//! `TIM2`. A call through a register would hide its target, so there must be none. Data between
-//! instructions is told apart by the mapping symbols $t and $d (ELF for the Arm Architecture, 5.5.5).
+//! What the sampling interrupt can reach, read off the linked image: no panic, no logging, no host call; and
+//! how much stack everything can take.
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use object::{Object, ObjectSection, ObjectSymbol};
+use rlg::target::budgets::Budgets;
+use rlg::target::code::Code;
+use rlg::target::stack::{StackBound, StackError};
 use rlg::target::{Image, TargetCore};
 
-/// Code of the image and where things begin in it.
-struct Code {
-    begin: u64,
-    bytes: Vec<u8>,
-    /// Functions by address, without the Thumb bit.
-    functions: BTreeMap<u64, String>,
-    /// Whether what begins here is data, by address.
-    is_data: BTreeMap<u64, bool>,
+fn images() -> impl Iterator<Item = (TargetCore, Image)> {
+    [TargetCore::F32, TargetCore::Fixed]
+        .into_iter()
+        .map(|core| (core, Image::build(core).expect("the image builds")))
 }
 
-impl Code {
-    fn of(elf: &[u8]) -> Self {
-        let file = object::File::parse(elf).expect("an ELF file");
-        let text = file.section_by_name(".text").expect("code");
-        let mut functions = BTreeMap::new();
-        let mut is_data = BTreeMap::new();
-        for symbol in file.symbols() {
-            let name = symbol.name().unwrap_or_default();
-            if name.starts_with("$t") || name.starts_with("$d") {
-                is_data.insert(symbol.address(), name.starts_with("$d"));
-            } else if symbol.kind() == object::SymbolKind::Text && !name.is_empty() {
-                functions.insert(symbol.address() & !1, name.to_owned());
-            }
-        }
-        Self {
-            begin: text.address(),
-            bytes: text.data().expect("the code's bytes").to_vec(),
-            functions,
-            is_data,
-        }
-    }
-
-    fn halfword(&self, address: u64) -> u32 {
-        let at = (address - self.begin) as usize;
-        u32::from(u16::from_le_bytes([self.bytes[at], self.bytes[at + 1]]))
-    }
-
-    /// The function that holds `address`.
-    fn function(&self, address: u64) -> (u64, &str) {
-        let (begin, name) = self
-            .functions
-            .range(..=address)
-            .next_back()
-            .expect("a function");
-        (*begin, name)
-    }
-
-    /// Where the function at `begin` calls or jumps to; panics on a call through a register.
-    fn targets(&self, begin: u64) -> Vec<u64> {
-        let end = self
-            .functions
-            .range(begin + 1..)
-            .next()
-            .map_or(self.begin + self.bytes.len() as u64, |(next, _)| *next);
-        let mut targets = Vec::new();
-        let mut at = begin;
-        while at < end {
-            if self
-                .is_data
-                .range(..=at)
-                .next_back()
-                .is_some_and(|(_, data)| *data)
-            {
-                at += 2;
-                continue;
-            }
-            let first = self.halfword(at);
-            // BX and BLX Rm: 0100 0111 Lmmm m000; BX LR is the return.
+/// Names of everything that `from` reaches; none of it may call through a register, which would hide where.
+fn reached(code: &Code, from: &str, forbid_indirect: bool) -> Vec<String> {
+    let begin = code.find(from).expect("it is in the image");
+    code.reachable(begin)
+        .into_iter()
+        .map(|begin| {
+            let function = &code.functions[&begin];
             assert!(
-                first & 0xFF07 != 0x4700 || first == 0x4770,
-                "a call through a register at {at:#x} in {}",
-                self.function(at).1
+                !forbid_indirect || function.indirect.is_empty(),
+                "a call through a register in {} at {:#x?}",
+                function.name,
+                function.indirect
             );
-            // The first five bits 0b11101, 0b11110 and 0b11111 begin an instruction of two halfwords.
-            if first >> 11 < 0b11101 {
-                at += 2;
-                continue;
-            }
-            let second = self.halfword(at + 2);
-            if first & 0xF800 == 0xF000 && second & 0x9000 == 0x9000 {
-                targets.push(branch_target(at, first, second));
-            }
-            at += 4;
-        }
-        targets
-    }
-
-    /// Every function that `from` can reach.
-    fn reachable(&self, from: &str) -> BTreeSet<String> {
-        let (start, _) = self
-            .functions
-            .iter()
-            .find(|(_, name)| *name == from)
-            .expect("the interrupt is in the image");
-        let mut open = vec![*start];
-        let mut seen = BTreeSet::new();
-        while let Some(begin) = open.pop() {
-            if seen.insert(begin) {
-                open.extend(
-                    self.targets(begin)
-                        .into_iter()
-                        .map(|target| self.function(target).0),
-                );
-            }
-        }
-        seen.into_iter()
-            .map(|begin| self.functions[&begin].clone())
-            .collect()
-    }
-}
-
-/// Target of a BL or B.W (encoding T4): a signed offset of 25 bits from 4 beyond the instruction.
-fn branch_target(at: u64, first: u32, second: u32) -> u64 {
-    let sign = first >> 10 & 1;
-    let i1 = !(second >> 13 & 1 ^ sign) & 1;
-    let i2 = !(second >> 11 & 1 ^ sign) & 1;
-    let offset = sign << 24 | i1 << 23 | i2 << 22 | (first & 0x3FF) << 12 | (second & 0x7FF) << 1;
-    let offset = (offset << 7) as i32 >> 7;
-    at.wrapping_add(4).wrapping_add_signed(i64::from(offset))
+            function.name.clone()
+        })
+        .collect()
 }
 
 #[test]
 #[ignore = "needs the image's target; cargo verify runs it"]
 fn the_interrupt_reaches_no_panic_no_logging_and_no_host_call() {
-    for core in [TargetCore::F32, TargetCore::Fixed] {
-        let code = Code::of(&Image::build(core).expect("the image builds").elf);
-        let reached = code.reachable("TIM2");
+    for (core, image) in images() {
+        let code = Code::read(&image.elf).expect("the image's code");
+        let from_interrupt = reached(&code, "TIM2", true);
         assert!(
-            reached.iter().any(|name| name.contains("advance")),
-            "the walk misses the chain: {reached:?}"
+            from_interrupt.iter().any(|name| name.contains("advance")),
+            "the walk misses the chain: {from_interrupt:?}"
         );
         for forbidden in ["panic", "defmt", "semihosting", "fmt"] {
             assert!(
-                !reached.iter().any(|name| name.contains(forbidden)),
-                "{} reaches {forbidden}: {reached:?}",
+                !from_interrupt.iter().any(|name| name.contains(forbidden)),
+                "{} reaches {forbidden}: {from_interrupt:?}",
                 core.name()
             );
         }
         // The same walk from reset does find them: it can see what it must not find above.
-        let from_reset = code.reachable("main");
+        let from_reset = reached(&code, "main", false);
         for expected in ["panic", "defmt", "semihosting"] {
             assert!(
                 from_reset.iter().any(|name| name.contains(expected)),
@@ -156,4 +56,76 @@ fn the_interrupt_reaches_no_panic_no_logging_and_no_host_call() {
             );
         }
     }
+}
+
+#[test]
+#[ignore = "needs the image's target; cargo verify runs it"]
+fn every_image_keeps_its_memory_budgets_and_the_stack_fits() {
+    let budgets = Budgets::of_workspace().expect("the budgets");
+    for (core, image) in images() {
+        let stack = StackBound::of(&image.elf).expect("the stack has a bound");
+        println!(
+            "{}: flash {}, RAM {}, stack {} of {} bytes; main {} by {:?}",
+            core.name(),
+            image.flash_bytes,
+            image.ram_bytes,
+            stack.worst_bytes,
+            stack.available_bytes,
+            stack.main.bytes,
+            stack.main.path,
+        );
+        for handler in &stack.handlers {
+            println!("  {} {} by {:?}", handler.name, handler.bytes, handler.path);
+        }
+        let exceeded = budgets.exceeded_by_image(&image).expect("the stack");
+        assert!(exceeded.is_empty(), "{}: {exceeded:?}", core.name());
+        // What a budget of nothing must find: the comparison can fail.
+        let mut nothing = budgets.clone();
+        nothing.stack_bytes.at_most = 1.0;
+        assert_eq!(nothing.exceeded_by_image(&image).expect("it").len(), 1);
+    }
+}
+
+#[test]
+#[ignore = "needs the image's target; cargo verify runs it"]
+fn recursion_in_the_interrupt_has_no_bound_and_is_refused() {
+    let (_, image) = images().next().expect("an image");
+    // The interrupt's chain, made to call the interrupt: its first instruction becomes a jump back.
+    let code = Code::read(&image.elf).expect("the image's code");
+    let interrupt = code.find("TIM2").expect("the interrupt");
+    let callee = *code.functions[&interrupt]
+        .targets
+        .first()
+        .expect("the interrupt calls something");
+    let mut elf = image.elf.clone();
+    let at = file_offset(&elf, callee);
+    elf[at..at + 4].copy_from_slice(&branch(callee, interrupt));
+    match StackBound::of(&elf) {
+        Err(StackError::Recursion(names)) => {
+            assert!(names.contains(&"TIM2".to_owned()), "{names:?}");
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Where the code at `address` stands in the file.
+fn file_offset(elf: &[u8], address: u64) -> usize {
+    use object::{Object, ObjectSection};
+    let file = object::File::parse(elf).expect("an ELF file");
+    let text = file.section_by_name(".text").expect("code");
+    let (begin, _) = text.file_range().expect("content");
+    (begin + address - text.address()) as usize
+}
+
+/// B.W from one address to another (A7.7.12, encoding T4).
+fn branch(from: u64, to: u64) -> [u8; 4] {
+    let offset = to.wrapping_sub(from + 4) as u32;
+    let sign = offset >> 24 & 1;
+    let j1 = !(offset >> 23) & 1 ^ sign;
+    let j2 = !(offset >> 22) & 1 ^ sign;
+    let first = 0xF000 | sign << 10 | offset >> 12 & 0x3FF;
+    let second = 0x9000 | j1 << 13 | j2 << 11 | offset >> 1 & 0x7FF;
+    let [a, b] = (first as u16).to_le_bytes();
+    let [c, d] = (second as u16).to_le_bytes();
+    [a, b, c, d]
 }

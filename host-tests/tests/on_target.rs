@@ -257,10 +257,17 @@ fn the_command_writes_what_the_contract_names() {
         "/flash_bytes",
         "/ram_bytes",
         "/stack_bytes",
+        "/stack_painted_bytes",
     ] {
         let figure = result.pointer(pointer).and_then(serde_json::Value::as_f64);
         assert!(figure.is_some_and(|figure| figure > 0.0), "{pointer}");
     }
+    let bytes = |pointer: &str| result.pointer(pointer).and_then(serde_json::Value::as_u64);
+    assert!(
+        bytes("/stack_painted_bytes") <= bytes("/stack_bytes"),
+        "a run went deeper than the computed worst case"
+    );
+    assert!(bytes("/stack_bytes") < bytes("/stack_available_bytes"));
     assert!(
         result["emulator"]
             .as_str()

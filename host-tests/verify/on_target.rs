@@ -1,41 +1,21 @@
-//! A whole recording through both images, held against the project's marks.
+//! A whole recording through both images, held against the firmware's budgets.
 //!
 //! Enters: `bench-coning` from `RLG_RECORDINGS`, or else a recording that `rlg simulate` makes. Leaves:
-//! the figures, and a failure where an output differs or a mark is missed.
+//! the figures, and a failure where an output differs or a budget is exceeded.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use rlg::target::TargetCore;
+use rlg::target::budgets::Budgets;
+
 use crate::step::{cargo_command, recordings, run};
 
-/// A core and its mark.
-#[derive(Debug, Clone, Copy)]
-pub struct Core {
-    /// As the command line names it.
-    name: &'static str,
-    /// Most instructions a sample may take on average. At 4 kHz and 168 MHz a period has 42 000 cycles;
-    /// the marks leave it to navigation and telemetry, even at several cycles an instruction.
-    most_instructions: f64,
-}
-
 /// Both cores.
-pub const CORES: [Core; 2] = [
-    Core {
-        name: "f32",
-        most_instructions: 500.0,
-    },
-    Core {
-        name: "fixed",
-        most_instructions: 900.0,
-    },
-];
+pub const CORES: [TargetCore; 2] = [TargetCore::F32, TargetCore::Fixed];
 
 /// Fewer samples would not meet every phase of three dithers and the coning: 25 s.
 const LEAST_SAMPLES: u64 = 100_000;
-
-/// Most over least cost between outputs. No branch depends on data; what differs is only the stream's
-/// first samples, which fill the memory of the dither and acceleration stages.
-const MOST_SPREAD: f64 = 1.1;
 
 /// A recording and its model.
 #[derive(Debug)]
@@ -69,15 +49,16 @@ pub fn recording(root: &Path) -> Result<Recording, String> {
 }
 
 /// Runs `core` over the recording: every output equal, and the cost within its marks.
-pub fn holds_its_marks(recording: &Recording, core: Core) -> Result<(), String> {
-    let mut command = rlg(&["on-target", "--json", "--core", core.name]);
+pub fn holds_its_marks(recording: &Recording, core: TargetCore) -> Result<(), String> {
+    let mut command = rlg(&["on-target", "--json", "--core", core.name()]);
     command
         .arg("--model")
         .arg(&recording.model)
         .arg("--out")
-        .arg(recording.out.join(core.name))
+        .arg(recording.out.join(core.name()))
         .arg(&recording.folder)
         .stderr(Stdio::inherit());
+    let budgets = Budgets::of_workspace().map_err(|error| error.to_string())?;
     let output = command
         .output()
         .map_err(|error| format!("{command:?} cannot be started ({error})"))?;
@@ -96,31 +77,36 @@ pub fn holds_its_marks(recording: &Recording, core: Core) -> Result<(), String> 
     if result["bit_equal"] != true {
         return Err(format!(
             "{}: outputs differ, first {}",
-            core.name, result["first_difference"]
+            core.name(),
+            result["first_difference"]
         ));
     }
     let samples = figure("/samples")?;
     if samples < LEAST_SAMPLES as f64 {
-        return Err(format!("{}: only {samples} samples", core.name));
+        return Err(format!("{}: only {samples} samples", core.name()));
     }
+    let budgets = match core {
+        TargetCore::F32 => budgets.f32,
+        TargetCore::Fixed => budgets.fixed,
+    };
     let mean = figure("/instructions_per_sample/mean")?;
-    if mean > core.most_instructions {
-        return Err(format!(
-            "{}: {mean:.1} instructions a sample, at most {}",
-            core.name, core.most_instructions
-        ));
-    }
-    let least = figure("/instructions_between_outputs/min")?;
-    let most = figure("/instructions_between_outputs/max")?;
-    if most > MOST_SPREAD * least {
-        return Err(format!(
-            "{}: {least} to {most} instructions between outputs",
-            core.name
-        ));
+    let most_over_least =
+        figure("/instructions_between_outputs/max")? / figure("/instructions_between_outputs/min")?;
+    for (name, found, budget) in [
+        ("instructions_mean", mean, &budgets.instructions_mean),
+        (
+            "between_outputs_ratio",
+            most_over_least,
+            &budgets.between_outputs_ratio,
+        ),
+    ] {
+        if let Some(sentence) = budget.exceeded_by(name, found) {
+            return Err(format!("{}: {sentence}", core.name()));
+        }
     }
     for count in ["/starved", "/late", "/outputs_lost"] {
         if figure(count)? != 0.0 {
-            return Err(format!("{}: {count} is not 0", core.name));
+            return Err(format!("{}: {count} is not 0", core.name()));
         }
     }
     Ok(())

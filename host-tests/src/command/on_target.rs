@@ -161,8 +161,8 @@ fn words(result: &OnTarget) -> Vec<String> {
         .flatten(),
     );
     lines.push(format!(
-        "  flash {} bytes, RAM {} bytes, stack {} bytes (measured by painting)",
-        result.flash_bytes, result.ram_bytes, result.stack_bytes
+        "  flash {} bytes, RAM {} bytes, stack {} bytes at most (computed; {} seen in this run)",
+        result.flash_bytes, result.ram_bytes, result.stack_bytes, result.stack_painted_bytes
     ));
     lines.push(format!(
         "  periods without a sample {}, late {}, frames lost {}",

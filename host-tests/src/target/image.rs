@@ -85,7 +85,7 @@ impl Image {
 }
 
 /// The workspace that this tool was compiled from.
-fn workspace() -> PathBuf {
+pub(crate) fn workspace() -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     package.parent().unwrap_or(package).to_path_buf()
 }

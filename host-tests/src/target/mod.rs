@@ -13,11 +13,17 @@ pub mod core;
 
 pub mod image;
 
+pub mod code;
+
+pub mod stack;
+
 pub mod emulator;
 
 pub mod events;
 
 pub mod on_target;
+
+pub mod budgets;
 
 pub use self::core::TargetCore;
 pub use emulator::Emulation;

@@ -7,12 +7,9 @@ use serde::Serialize;
 use trueaxis::run_report::{CostRecord, RunOutcome, RunReport};
 use trueaxis::{OutputFrame, Parameters, Sample};
 
+use super::stack::{self, StackBound};
 use super::{Image, TargetCore, emulator, events};
 use crate::error::InputError;
-
-/// How `stack_bytes` was found. Until it is computed from the call graph, it is a lower bound.
-const STACK_METHOD: &str = "measured by painting the stack before the run and looking afterwards: the \
-                            deepest use in this run, main loop and interrupt together";
 
 /// What the figures are not.
 const COST_MEANING: &str = "instructions executed between entry and exit of the chain, counted by the \
@@ -88,10 +85,14 @@ pub struct OnTarget {
     pub flash_bytes: u64,
     /// Static variables.
     pub ram_bytes: u64,
-    /// Deepest stack.
+    /// The stack's worst case.
     pub stack_bytes: u32,
     /// How it was found.
     pub stack_method: &'static str,
+    /// Deepest use in this run, found by painting the stack before it: a lower bound, to hold beside.
+    pub stack_painted_bytes: u32,
+    /// What `memory.x` leaves the stack.
+    pub stack_available_bytes: u32,
     /// Periods in which no sample was ready; 0 unless the main loop is too slow.
     pub starved: u32,
     /// Periods that the interrupt overran.
@@ -118,6 +119,8 @@ pub fn compare(
             format!("cannot be given these parameters ({error:?})"),
         )
     })?;
+    let stack = StackBound::of(&image.elf)
+        .map_err(|error| InputError::new(&image.path, error.to_string()))?;
     let samples_per_output = u64::from(parameters.samples_per_output);
     let emulation = emulator::run(
         &image.path,
@@ -154,8 +157,10 @@ pub fn compare(
         instructions_meaning: COST_MEANING,
         flash_bytes: image.flash_bytes,
         ram_bytes: image.ram_bytes,
-        stack_bytes: report.stack_used_bytes,
-        stack_method: STACK_METHOD,
+        stack_bytes: stack.worst_bytes,
+        stack_method: stack::METHOD,
+        stack_painted_bytes: report.stack_used_bytes,
+        stack_available_bytes: stack.available_bytes,
         starved: report.starved,
         late: report.late,
         outputs_lost: report.outputs_lost,
