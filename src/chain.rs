@@ -47,6 +47,8 @@ enum Start {
     Unprimed,
     /// One sample: no increment yet to difference with.
     Primed,
+    /// Samples were lost: the next increment covers several periods, so it tells no acceleration.
+    Gap,
     Running,
 }
 
@@ -58,10 +60,9 @@ impl Start {
         case: Triad<Unrounded<N>>,
     ) -> (Triad<Unrounded<N>>, Status) {
         let unprimed = *self == Self::Unprimed;
-        *self = if unprimed {
-            Self::Primed
-        } else {
-            Self::Running
+        *self = match self {
+            Self::Unprimed | Self::Gap => Self::Primed,
+            Self::Primed | Self::Running => Self::Running,
         };
         let admitted = case.map(|d| if unprimed { Unrounded::default() } else { d });
         (admitted, Status::PRIMED.when(unprimed))
@@ -135,6 +136,7 @@ impl<N: NumberSystem> Chain<N> {
 
         let case = compensation::process(&installation, corrected);
 
+        let gap_status = Status::GAP.when(state.start == Start::Gap);
         let (case, priming_status) = state.start.admit::<N>(case);
         coning::process(&mut state.coning, case);
 
@@ -143,7 +145,8 @@ impl<N: NumberSystem> Chain<N> {
             .and(counts_status)
             .and(pickoff_status)
             .and(acceleration_status)
-            .and(priming_status);
+            .and(priming_status)
+            .and(gap_status);
         state.faults.watch(state.status);
         state.samples = state.samples.wrapping_add(1);
         state.samples_in_period = state.samples_in_period.wrapping_add(1);
@@ -152,10 +155,45 @@ impl<N: NumberSystem> Chain<N> {
         }
 
         state.samples_in_period = 0;
+        Some(self.end_period(state))
+    }
+
+    /// Lets `periods` sampling periods pass whose samples did not come; a frame where they end an output
+    /// period, one for all that they end, so that its sequence may jump.
+    ///
+    /// The next sample's counts cover these periods too, because the counters run freely: its angle is kept.
+    /// It and the one after it form no angular acceleration, so the flexure term is left out of them.
+    pub fn process_lost(&self, state: &mut ChainState<N>, periods: u32) -> Option<OutputFrame> {
+        if periods == 0 {
+            return None;
+        }
+        if state.start != Start::Unprimed {
+            state.start = Start::Gap;
+        }
+        state.status = state.status.and(Status::GAP);
+        state.faults.watch(state.status);
+        state.samples = state.samples.wrapping_add(periods);
+        let passed = state.samples_in_period.saturating_add(periods);
+        // Checked to be at least 1; said here so that the division needs no panic.
+        let samples_per_output = self.samples_per_output.max(1);
+        let ended = passed / samples_per_output;
+        state.samples_in_period = passed % samples_per_output;
+        if ended == 0 {
+            return None;
+        }
+        frame::skip(&mut state.frame, ended - 1);
+        let frame = self.end_period(state);
+        state.status = Status::GAP.when(state.samples_in_period > 0);
+        Some(frame)
+    }
+
+    /// Completes the output period.
+    #[inline(always)]
+    fn end_period(&self, state: &mut ChainState<N>) -> OutputFrame {
         let rotation = coning::finish(&mut state.coning);
         let status = core::mem::take(&mut state.status);
         let frame = frame::process(&mut state.frame, rotation, status);
         state.faults.record(frame.status);
-        Some(frame)
+        frame
     }
 }

@@ -48,6 +48,10 @@
 //! [`counter_bank`] is a driver for an SPI device that the emulated board does not have: the image takes its
 //! samples from a file. It is tested on the host only.
 //!
+//! # Around the chain
+//! [`processor::Processor`] is what the interrupt runs: it takes a reading of the counter bank and its own
+//! timing, tells the chain of samples that did not come, counts every fault and makes the telemetry frame.
+//!
 //! # What it does not do
 //! Sculling and accelerometers, temperature models, the navigation itself; effects other than bias, scale,
 //! installation, pickoff gain and axis flexure.
@@ -81,6 +85,10 @@ pub mod counter_bank;
 
 pub mod health;
 
+pub mod processor;
+
+pub mod trace;
+
 pub mod telemetry;
 
 pub mod run_report;
@@ -93,6 +101,7 @@ pub use health::{Health, HealthItem};
 pub use numbers::{F32, Fixed, NumberSystem};
 pub use parameter_block::{BlockError, PARAMETER_BLOCK_BYTES};
 pub use parameters::{AccelerometerParameters, ParameterError, Parameters};
+pub use processor::{BootReport, Processor, Timing};
 pub use sample::{FrameError, OutputFrame, Sample};
 pub use telemetry::{Decoder, TELEMETRY_BYTES, TelemetryError, TelemetryFrame};
 pub use triad::{CrossAxis, Triad};

@@ -41,3 +41,8 @@ pub fn process<N: NumberSystem>(
         status: status.and(Status::OUTPUT_SATURATED.when(held)),
     }
 }
+
+/// Passes over the numbers of output periods that have no frame of their own.
+pub fn skip<N: NumberSystem>(state: &mut FrameState<N>, frames: u32) {
+    state.sequence = state.sequence.wrapping_add(frames);
+}
