@@ -58,6 +58,16 @@ fn main() -> ExitCode {
 
     heading("tests");
     tally.tests(&["test", "--release", "--workspace", "--no-fail-fast"]);
+    heading("laws of the firmware, with overflow checks");
+    tally.tests(&[
+        "test",
+        "--profile",
+        "checked",
+        "--package",
+        "firmware-tests",
+        "--test",
+        "properties",
+    ]);
     heading("firmware image");
     tally.step(cargo(&[
         "build",
