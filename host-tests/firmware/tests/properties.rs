@@ -13,7 +13,9 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use trueaxis::counter_bank::{AccelerometerInput, BankFrame, CounterBank};
 use trueaxis::parameters::AccelerometerParameters;
-use trueaxis::sample_source::SampleSource;
+use trueaxis::processor::{BootReport, Processor, Timing};
+use trueaxis::sample_source::{Reading, SampleSource, SourceFault};
+use trueaxis::telemetry::TelemetryFrame;
 use trueaxis::{
     BlockError, Chain, ChainState, CrossAxis, F32, Fixed, NumberSystem, OUTPUT_RAD_PER_CODE,
     OutputFrame, PARAMETER_BLOCK_BYTES, Parameters, Sample,
@@ -349,6 +351,69 @@ fn the_edges_of_every_word_are_survived_together() {
         };
         survives::<F32>(&parameters, &samples);
         survives::<Fixed>(&parameters, &samples);
+    }
+}
+
+// ---- Laws of the processor
+
+fn reading() -> impl Strategy<Value = Reading> {
+    let faults = prop_oneof![
+        Just(SourceFault::Bus),
+        Just(SourceFault::StuckLine),
+        Just(SourceFault::Checksum),
+        Just(SourceFault::Repeated),
+        Just(SourceFault::Starved),
+        any::<u16>().prop_map(SourceFault::Skipped),
+    ];
+    // Also what the bank never says, such as a sample beside a bus fault.
+    (
+        prop::option::of(sample(word)),
+        any::<u32>(),
+        prop::option::of(faults),
+    )
+        .prop_map(|(sample, periods, fault)| Reading {
+            sample,
+            periods,
+            fault,
+        })
+}
+
+/// Mostly none, sometimes some, sometimes more than there can be.
+fn missed() -> impl Strategy<Value = u32> {
+    prop_oneof![4 => Just(0), 2 => 1..100u32, 1 => any::<u32>()]
+}
+
+fn processor_survives<N: NumberSystem>(
+    parameters: &Parameters,
+    periods: &[(Reading, u32, bool)],
+) -> usize {
+    let mut processor =
+        Processor::<N>::new(parameters, BootReport::default()).expect("parameters in range");
+    let mut frames = 0;
+    for (reading, missed, late) in periods {
+        let timing = Timing {
+            missed: *missed,
+            late: *late,
+        };
+        if let Some(frame) = processor.period(*reading, timing) {
+            assert_eq!(TelemetryFrame::from_bytes(&frame.to_bytes()), Ok(frame));
+            frames += 1;
+        }
+    }
+    frames
+}
+
+proptest! {
+    #[test]
+    fn any_readings_at_any_times_are_survived(
+        parameters in parameters(),
+        periods in vec((reading(), missed(), any::<bool>()), 1..200),
+    ) {
+        // The number of frames is a matter of time alone, so it is the same in both number systems.
+        prop_assert_eq!(
+            processor_survives::<F32>(&parameters, &periods),
+            processor_survives::<Fixed>(&parameters, &periods)
+        );
     }
 }
 

@@ -1,4 +1,5 @@
-//! The interrupt's path: bus → counter bank → chain → frame → queue.
+//! The interrupt's path: bus → counter bank → processor (chain, health) → trace and queue; and the frame's
+//! bytes, which the serial port's interrupt may ask for.
 
 use core::hint::assert_unchecked;
 use core::panic::PanicInfo;
@@ -6,8 +7,11 @@ use core::panic::PanicInfo;
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use heapless::spsc::Producer;
 use trueaxis::counter_bank::CounterBank;
+use trueaxis::processor::{Processor, Timing};
 use trueaxis::sample_source::SampleSource;
-use trueaxis::{Chain, ChainState, F32, Fixed, NumberSystem, OutputFrame};
+use trueaxis::telemetry::{TELEMETRY_BYTES, TelemetryFrame};
+use trueaxis::trace::{TraceEntry, TraceRing};
+use trueaxis::{F32, Fixed, NumberSystem};
 
 unsafe extern "C" {
     /// Defined nowhere: its name is the linker's message.
@@ -54,32 +58,38 @@ const OUTPUT_QUEUE: usize = 128;
 /// What the interrupt of one number system works on.
 pub struct Sampling<N: NumberSystem> {
     bank: CounterBank<Bus>,
-    chain: Chain<N>,
-    state: ChainState<N>,
-    outputs: Producer<'static, OutputFrame>,
-    lost: u32,
+    processor: Processor<N>,
+    trace: TraceRing<256>,
+    outputs: Producer<'static, TelemetryFrame>,
+    bytes: [u8; TELEMETRY_BYTES],
 }
 
 impl<N: NumberSystem> Sampling<N> {
-    fn tick(&mut self) {
+    fn tick(&mut self, timing: Timing) {
         let reading = self.bank.take();
-        let Some(sample) = reading.sample else {
+        inserted_panic(reading.sample.unwrap_or_default());
+        let frame = self.processor.period(reading, timing);
+        self.trace.record(TraceEntry::new(
+            self.processor.periods(),
+            self.processor.period_status(),
+            0,
+            reading.sample,
+        ));
+        let Some(frame) = frame else {
             return;
         };
-        inserted_panic(&sample);
-        if let Some(frame) = self.chain.process(&mut self.state, &sample) {
-            // SAFETY: never run; the image tells the compiler the same of its queue.
-            unsafe { assert_unchecked(self.outputs.capacity() == OUTPUT_QUEUE - 1) };
-            if self.outputs.enqueue(frame).is_err() {
-                self.lost = self.lost.saturating_add(1);
-            }
+        self.bytes = frame.to_bytes();
+        // SAFETY: never run; the image tells the compiler the same of its queue.
+        unsafe { assert_unchecked(self.outputs.capacity() == OUTPUT_QUEUE - 1) };
+        if self.outputs.enqueue(frame).is_err() {
+            self.processor.output_overrun();
         }
     }
 }
 
 /// What the features put in to see the check fail.
 #[inline(always)]
-fn inserted_panic(sample: &trueaxis::Sample) {
+fn inserted_panic(sample: trueaxis::Sample) {
     let [x, y, _] = sample.pulse_counts;
     if cfg!(feature = "panic-by-index") {
         core::hint::black_box(sample.pickoff_codes[x as usize]);
@@ -94,7 +104,12 @@ fn inserted_panic(sample: &trueaxis::Sample) {
 
 /// The linker's entry: reaches the path in both number systems, with arguments that nobody knows.
 #[unsafe(no_mangle)]
-pub extern "C" fn interrupt_path(f32: &mut Sampling<F32>, fixed: &mut Sampling<Fixed>) {
-    f32.tick();
-    fixed.tick();
+pub extern "C" fn interrupt_path(
+    f32: &mut Sampling<F32>,
+    fixed: &mut Sampling<Fixed>,
+    missed: u32,
+    late: bool,
+) {
+    f32.tick(Timing { missed, late });
+    fixed.tick(Timing { missed, late });
 }
