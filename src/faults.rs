@@ -65,6 +65,36 @@ impl Status {
     /// Every bit that is a fault in service: the chain's and the processor's, those of the boot apart.
     pub const IN_SERVICE_FAULTS: Self = Self(Self::FAULTS | 0x7F << 16);
 
+    /// What people call bit `bit`; `None` for bits without a meaning.
+    pub const fn name(bit: u8) -> Option<&'static str> {
+        Some(match bit {
+            0 => "counts saturated",
+            1 => "pickoff saturated",
+            2 => "acceleration saturated",
+            3 => "output saturated",
+            4 => "primed",
+            5 => "pickoff failed",
+            6 => "dither stopped",
+            7 => "dither out of band",
+            8 => "counter stuck",
+            9 => "velocity saturated",
+            10 => "dynamic term off",
+            11 => "adapting",
+            12 => "gap",
+            16 => "interrupt missed",
+            17 => "interrupt late",
+            18 => "sample repeated",
+            19 => "sample lost",
+            20 => "frame check sum",
+            21 => "bus fault",
+            22 => "output overrun",
+            23 => "clock fallback",
+            24 => "nominal parameters",
+            25 => "parameter slot bad",
+            _ => return None,
+        })
+    }
+
     /// As bits.
     #[inline(always)]
     pub const fn bits(self) -> u32 {

@@ -10,6 +10,8 @@ mod toml_file;
 
 pub mod recording;
 
+pub mod import;
+
 pub mod model;
 
 pub mod simulate;

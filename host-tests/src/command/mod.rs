@@ -16,6 +16,7 @@ use crate::terminal::Terminal;
 
 mod demo;
 mod diagnose;
+mod import;
 mod inputs;
 mod inspect;
 mod on_target;
@@ -48,6 +49,7 @@ struct Talk {
 enum Command {
     Demo(demo::DemoCommand),
     Diagnose(diagnose::Diagnose),
+    Import(import::Import),
     Inspect(inspect::Inspect),
     OnTarget(on_target::OnTargetCommand),
     Replay(replay::ReplayCommand),
@@ -60,6 +62,7 @@ impl Command {
         match self {
             Self::Demo(command) => command.run(terminal),
             Self::Diagnose(command) => command.run(terminal),
+            Self::Import(command) => command.run(terminal),
             Self::Inspect(command) => command.run(terminal),
             Self::OnTarget(command) => command.run(terminal),
             Self::Replay(command) => command.run(terminal),
