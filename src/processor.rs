@@ -72,6 +72,25 @@ pub struct Timing {
     pub late: bool,
 }
 
+/// Somebody who measures what the chain costs. The functions are inlined: one that does nothing costs
+/// nothing.
+pub trait ChainWatch {
+    /// The chain begins with a sample.
+    fn begin(&mut self);
+    /// It is through, and has completed an output frame or not.
+    fn end(&mut self, with_output: bool);
+}
+
+/// Nobody.
+struct Unwatched;
+
+impl ChainWatch for Unwatched {
+    #[inline(always)]
+    fn begin(&mut self) {}
+    #[inline(always)]
+    fn end(&mut self, _: bool) {}
+}
+
 /// The chain, its state, and the health around them.
 #[derive(Debug, Clone)]
 pub struct Processor<N: NumberSystem> {
@@ -146,6 +165,17 @@ impl<N: NumberSystem> Processor<N> {
     /// [`Status::OUTPUT_OVERRUN`].
     #[inline]
     pub fn period(&mut self, reading: Reading, timing: Timing) -> Option<TelemetryFrame> {
+        self.period_watched(reading, timing, &mut Unwatched)
+    }
+
+    /// [`Processor::period`], with `watch` told when the chain begins a sample and when it ends.
+    #[inline]
+    pub fn period_watched(
+        &mut self,
+        reading: Reading,
+        timing: Timing,
+        watch: &mut impl ChainWatch,
+    ) -> Option<TelemetryFrame> {
         let mut lost = timing.missed;
         self.of_period = Status::default();
         if timing.missed > 0 || timing.late || reading.fault.is_some() {
@@ -162,7 +192,9 @@ impl<N: NumberSystem> Processor<N> {
         }
         if let Some(sample) = reading.sample {
             self.unasked = 0;
+            watch.begin();
             let ended = self.chain.process(&mut self.state, &sample);
+            watch.end(ended.is_some());
             self.periods = self.periods.wrapping_add(1);
             if ended.is_some() {
                 self.finish(ended, &mut frame);
