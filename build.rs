@@ -1,4 +1,5 @@
-//! Hands the linker its scripts, for the image only: the host's binaries keep their own linker set-up.
+//! Hands the linker its scripts, for this package's own images only: the host's binaries keep their own
+//! linker set-up, and a firmware that uses the library keeps its own memory.x.
 
 use std::path::PathBuf;
 use std::{env, fs};
@@ -6,11 +7,10 @@ use std::{env, fs};
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=memory.x");
-    if env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
+    let is_image = env::var_os("CARGO_FEATURE_IMAGE").is_some();
+    if env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") || !is_image {
         return;
     }
-    // The image always logs, so the library's public types are loggable in it, feature or not.
-    println!("cargo:rustc-cfg=feature=\"defmt\"");
     // cortex-m-rt's link.x includes memory.x from the linker's search path; a copy in OUT_DIR is found
     // whatever folder cargo was started in.
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));

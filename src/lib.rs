@@ -44,10 +44,6 @@
 //! exact operations and must stay so. `micromath` in [`DitherMonitor`], whose amplitude is a health figure:
 //! its square root is measured in `host-tests/tests/core_chain/monitor.rs`.
 //!
-//! # What the QEMU image does not link
-//! [`counter_bank`] is a driver for an SPI device that the emulated board does not have: the image takes its
-//! samples from a file. It is tested on the host only.
-//!
 //! # Around the chain
 //! [`processor::Processor`] is what the interrupt runs: it takes a reading of the counter bank and its own
 //! timing, tells the chain of samples that did not come, counts every fault and makes the telemetry frame.
@@ -90,6 +86,8 @@ pub mod processor;
 pub mod trace;
 
 pub mod telemetry;
+
+pub mod bank_record;
 
 pub mod run_report;
 

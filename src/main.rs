@@ -1,6 +1,9 @@
-//! The firmware with the `f32` core. On the target: the image (`hardware`). On the host: the same binary
+//! The firmware of the board, with the f32 core. On the target: the image (`hardware`). On the host: the same binary
 //! prints what it was built with.
 #![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(all(target_os = "none", not(feature = "board")))]
+compile_error!("the image `firmware` needs the feature `board`");
 
 /// The number system of this image.
 type Core = trueaxis::F32;
@@ -13,5 +16,5 @@ mod settings;
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    settings::print::<Core>();
+    settings::print::<Core>("firmware");
 }

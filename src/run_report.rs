@@ -6,13 +6,13 @@
 //! "Instructions" are what the emulator executed. It knows nothing of cycles, flash wait states or caches,
 //! so none of these numbers is a time on the board.
 
-use crate::faults::{Faults, Status};
+use crate::health::HEALTH_ITEMS;
 
 /// "RLGR", so that a wrong file is seen at once.
 const MAGIC: [u8; 4] = *b"RLGR";
 
 /// Raised with every change of the layout.
-pub const RUN_REPORT_VERSION: u16 = 2;
+pub const RUN_REPORT_VERSION: u16 = 3;
 
 /// Least, most and sum over a set of measurements \[instructions\].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,72 +49,60 @@ impl CostRecord {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u16)]
 pub enum RunOutcome {
-    /// Every sample went through.
+    /// Every record was played.
     Complete = 0,
-    /// The parameter block was refused; nothing ran.
-    ParameterFault = 1,
     /// A file of the run is missing or cannot be written.
-    FileFault = 2,
+    FileFault = 1,
 }
+
+/// Every health item at the end, in the order of [`HEALTH_ITEMS`].
+pub type HealthTable = [u32; HEALTH_ITEMS.len()];
 
 /// The image's account of one run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RunReport {
     /// How it ended.
     pub outcome: RunOutcome,
-    /// 0 when the external oscillator answered; 1 on the internal one (always so in the emulator, which
-    /// does not model the clock tree).
-    pub clock_fallback: u16,
-    /// Samples that went through the chain.
-    pub samples: u32,
-    /// Output frames written.
+    /// Interrupts served.
+    pub periods: u32,
+    /// Telemetry frames sent.
     pub frames: u32,
-    /// Cost of the chain for samples that completed no output frame.
+    /// Cost of the chain for samples that completed no output.
     pub between_outputs: CostRecord,
     /// Cost of the chain for samples that completed one.
     pub with_output: CostRecord,
-    /// Cost of the whole interrupt body: source, chain, queue, bookkeeping.
+    /// Cost of the processor: the chain, the health around it, the telemetry frame.
+    pub processor: CostRecord,
+    /// Cost of the whole interrupt body: bus, processor, queue, bookkeeping.
     pub interrupt: CostRecord,
     /// Already subtracted from the costs above: what reading the counter itself costs \[instructions\].
     pub reading_overhead: u32,
-    /// Periods in which the source had no sample ready.
-    pub starved: u32,
-    /// Periods that ended before the interrupt for the previous one had returned.
-    pub late: u32,
-    /// Output frames lost because the queue to the main loop was full.
-    pub outputs_lost: u32,
-    /// Other faults of the source: bus, check sum, repeated, skipped.
-    pub source_faults: u32,
     /// Deepest use of the one stack, measured by painting \[bytes\]: a lower bound of the worst case.
     pub stack_used_bytes: u32,
     /// Memory that the stack may use \[bytes\].
     pub stack_size_bytes: u32,
-    /// The chain's own fault counters at the end.
-    pub faults: Faults,
+    /// The processor's health.
+    pub health: HealthTable,
 }
 
 impl RunReport {
     /// Bytes in the file.
-    pub const BYTES: usize = 156;
+    pub const BYTES: usize = 108 + 4 * HEALTH_ITEMS.len();
 
-    /// A report of a run in which no sample was processed.
+    /// A report of a run in which nothing was played.
     pub const fn empty(outcome: RunOutcome) -> Self {
         Self {
             outcome,
-            clock_fallback: 0,
-            samples: 0,
+            periods: 0,
             frames: 0,
             between_outputs: CostRecord::EMPTY,
             with_output: CostRecord::EMPTY,
+            processor: CostRecord::EMPTY,
             interrupt: CostRecord::EMPTY,
             reading_overhead: 0,
-            starved: 0,
-            late: 0,
-            outputs_lost: 0,
-            source_faults: 0,
             stack_used_bytes: 0,
             stack_size_bytes: 0,
-            faults: Faults::NONE,
+            health: [0; HEALTH_ITEMS.len()],
         }
     }
 
@@ -128,37 +116,24 @@ impl RunReport {
         writer.put(MAGIC);
         writer.put(RUN_REPORT_VERSION.to_le_bytes());
         writer.put((self.outcome as u16).to_le_bytes());
-        writer.put(u32::from(self.clock_fallback).to_le_bytes());
-        writer.put(self.samples.to_le_bytes());
+        writer.put(self.periods.to_le_bytes());
         writer.put(self.frames.to_le_bytes());
-        for cost in [&self.between_outputs, &self.with_output, &self.interrupt] {
+        for cost in [
+            &self.between_outputs,
+            &self.with_output,
+            &self.processor,
+            &self.interrupt,
+        ] {
             writer.put(cost.count.to_le_bytes());
             writer.put(cost.minimum.to_le_bytes());
             writer.put(cost.maximum.to_le_bytes());
             writer.put(cost.sum.to_le_bytes());
         }
-        for word in [
-            self.reading_overhead,
-            self.starved,
-            self.late,
-            self.outputs_lost,
-            self.source_faults,
-            self.stack_used_bytes,
-            self.stack_size_bytes,
-            self.faults.counts,
-            self.faults.pickoff,
-            self.faults.acceleration,
-            self.faults.output,
-            self.faults.pickoff_failed,
-            self.faults.dither_stopped,
-            self.faults.dither_out_of_band,
-            self.faults.counter_stuck,
-            self.faults.velocity,
-            self.faults.gap,
-            self.faults.first.stages.bits(),
-            self.faults.first.sample,
-        ] {
-            writer.put(word.to_le_bytes());
+        writer.put(self.reading_overhead.to_le_bytes());
+        writer.put(self.stack_used_bytes.to_le_bytes());
+        writer.put(self.stack_size_bytes.to_le_bytes());
+        for value in self.health {
+            writer.put(value.to_le_bytes());
         }
         bytes
     }
@@ -172,17 +147,16 @@ impl RunReport {
         }
         let outcome = match u16::from_le_bytes(reader.take()) {
             0 => RunOutcome::Complete,
-            1 => RunOutcome::ParameterFault,
-            2 => RunOutcome::FileFault,
+            1 => RunOutcome::FileFault,
             _ => return None,
         };
         let mut report = Self::empty(outcome);
-        report.clock_fallback = u16::try_from(reader.word()).ok()?;
-        report.samples = reader.word();
+        report.periods = reader.word();
         report.frames = reader.word();
         for cost in [
             &mut report.between_outputs,
             &mut report.with_output,
+            &mut report.processor,
             &mut report.interrupt,
         ] {
             cost.count = reader.word();
@@ -190,30 +164,19 @@ impl RunReport {
             cost.maximum = reader.word();
             cost.sum = u64::from_le_bytes(reader.take());
         }
-        for word in [
-            &mut report.reading_overhead,
-            &mut report.starved,
-            &mut report.late,
-            &mut report.outputs_lost,
-            &mut report.source_faults,
-            &mut report.stack_used_bytes,
-            &mut report.stack_size_bytes,
-            &mut report.faults.counts,
-            &mut report.faults.pickoff,
-            &mut report.faults.acceleration,
-            &mut report.faults.output,
-            &mut report.faults.pickoff_failed,
-            &mut report.faults.dither_stopped,
-            &mut report.faults.dither_out_of_band,
-            &mut report.faults.counter_stuck,
-            &mut report.faults.velocity,
-            &mut report.faults.gap,
-        ] {
-            *word = reader.word();
+        report.reading_overhead = reader.word();
+        report.stack_used_bytes = reader.word();
+        report.stack_size_bytes = reader.word();
+        for value in &mut report.health {
+            *value = reader.word();
         }
-        report.faults.first.stages = Status::from_bits(reader.word());
-        report.faults.first.sample = reader.word();
         Some(report)
+    }
+
+    /// The health item of `index`; `None` where it is none.
+    pub fn health_item(&self, index: u8) -> Option<u32> {
+        let place = HEALTH_ITEMS.iter().position(|item| *item == index)?;
+        self.health.get(place).copied()
     }
 }
 

@@ -9,10 +9,10 @@ use trueaxis::{
     PARAMETER_BLOCK_BYTES, Parameters, Sample, counter_bank, run_report, telemetry,
 };
 
-/// Prints the settings of the image with number system `N`.
-pub fn print<N: NumberSystem>() {
+/// Prints the settings of the image `binary` with number system `N`.
+pub fn print<N: NumberSystem>(binary: &str) {
     let defaults = Parameters::default();
-    println!("trueaxis {} firmware", env!("CARGO_PKG_VERSION"));
+    println!("trueaxis {} {binary}", env!("CARGO_PKG_VERSION"));
     println!("number system        {}", N::NAME);
     println!(
         "sample rate          {DESIGN_SAMPLE_RATE_HZ} Hz by design; the parameter block decides"

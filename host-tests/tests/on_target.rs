@@ -6,9 +6,10 @@ use std::path::Path;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rlg::target::{Image, OnTarget, TargetCore, emulator, events, on_target};
-use trueaxis::run_report::RunOutcome;
-use trueaxis::{CrossAxis, Parameters, Sample};
+use rlg::target::records::records_of;
+use rlg::target::{Image, OnTarget, Platform, SlotImages, TargetCore, emulator, on_target};
+use trueaxis::bank_record::BankRecord;
+use trueaxis::{CrossAxis, Decoder, Parameters, Sample, Status};
 
 /// Every parameter away from the value that would hide it.
 fn parameters() -> Parameters {
@@ -46,9 +47,20 @@ fn noisy_samples(count: usize, counts: i32, codes: i32) -> Vec<Sample> {
         .collect()
 }
 
+fn image(core: TargetCore) -> Image {
+    Image::build(Platform::Emulator, core).expect("the image builds")
+}
+
 fn run(core: TargetCore, samples: &[Sample]) -> OnTarget {
-    let image = Image::build(core).expect("the image builds");
-    on_target::compare(&image, core, &parameters(), samples, &mut |_| {}).expect("the image runs")
+    let samples = samples.iter().copied();
+    on_target::compare(&image(core), core, &parameters(), samples, &mut |_| {})
+        .expect("the image runs")
+}
+
+/// As [`run`], with the flash and the bank as they are given.
+fn play(core: TargetCore, slots: &SlotImages, records: &[BankRecord]) -> OnTarget {
+    on_target::compare_records(&image(core), core, slots, records, &mut |_| {})
+        .expect("the image runs")
 }
 
 /// Samples within every range, at the acceleration stage's limit, and far beyond all.
@@ -59,7 +71,7 @@ fn holds_bit_for_bit(core: TargetCore) {
         assert!(result.bit_equal, "{:?}", result.first_difference);
         assert_eq!(result.samples as usize, samples.len());
         assert_eq!(
-            (result.starved, result.late, result.outputs_lost),
+            (result.missed, result.late, result.outputs_lost),
             (0, 0, 0),
             "the interrupt lost something"
         );
@@ -94,13 +106,12 @@ fn instruction_counts_repeat_exactly() {
 fn a_wrong_output_of_the_image_is_seen() {
     // The f32 image held against the fixed-point host: the two round differently, so the comparison must
     // find a frame, or it finds nothing ever.
-    let image = Image::build(TargetCore::F32).expect("the image builds");
     let samples = noisy_samples(4_000, 220, 2_000_000);
     let result = on_target::compare(
-        &image,
+        &image(TargetCore::F32),
         TargetCore::Fixed,
         &parameters(),
-        &samples,
+        samples,
         &mut |_| {},
     )
     .expect("the image runs");
@@ -118,7 +129,7 @@ fn events_arrive_with_their_words() {
         quiet.events
     );
     let last = quiet.events.last().expect("an event at the end");
-    assert!(last.contains("end of stream: 2000 samples"), "{last}");
+    assert!(last.contains("end of stream: 2000 periods"), "{last}");
     assert!(
         !quiet
             .events
@@ -139,23 +150,109 @@ fn events_arrive_with_their_words() {
     );
 }
 
+/// Whether an event of the image contains `words`.
+fn logged(result: &OnTarget, words: &str) -> bool {
+    result.events.iter().any(|event| event.contains(words))
+}
+
+/// Status bits' counters among the health items.
+const REPEATED: u8 = 18;
+const CHECKSUMS: u8 = 20;
+const BUS_FAULTS: u8 = 21;
+
 #[test]
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
-fn a_damaged_parameter_block_is_refused_by_the_image() {
-    let image = Image::build(TargetCore::Fixed).expect("the image builds");
-    let mut block = parameters().to_block(0);
-    block[20] ^= 1;
-    let emulation = emulator::run(&image.path, &block, &noisy_samples(10, 1, 1), &mut |_| {})
-        .expect("the image reports");
-    assert_eq!(emulation.report.outcome, RunOutcome::ParameterFault);
-    assert!(emulation.outputs.is_empty());
-    let events = events::decode(&image.path, &image.elf, &emulation.events).expect("events");
+fn a_damaged_slot_leaves_the_other_in_force_and_two_leave_nominal_values() {
+    let records = records_of(noisy_samples(2_000, 20, 50_000));
+    let whole = SlotImages::both(&parameters());
+    let mut one_damaged = whole.clone();
+    one_damaged.0[0][20] ^= 1;
+    let result = play(TargetCore::Fixed, &one_damaged, &records);
+    assert!(result.bit_equal, "{:?}", result.first_difference);
+    assert!(logged(
+        &result,
+        "parameter generation 1, default values false"
+    ));
+    // The emulator's flash cannot be written; what the board's does is shown on the host.
+    assert!(logged(&result, "cannot be mended"), "{:?}", result.events);
+
+    let result = play(TargetCore::Fixed, &SlotImages::erased(), &records);
+    assert!(result.bit_equal, "{:?}", result.first_difference);
     assert!(
-        events
-            .iter()
-            .any(|event| event.contains("parameter block refused") && event.contains("Checksum")),
-        "{events:?}"
+        logged(&result, "default values true"),
+        "{:?}",
+        result.events
     );
+}
+
+#[test]
+#[ignore = "needs qemu-system-arm; cargo verify runs it"]
+fn late_missed_and_overrun_are_counted_as_they_were_asked_for() {
+    let mut records = records_of(noisy_samples(4_000, 20, 50_000));
+    // 1/4 of a period beyond its end: the next is late. 2 periods and a bit: one is missed, none late.
+    // 3 1/4: two missed and one late.
+    for (at, hold) in [(500, 40), (1_000, 65), (1_500, 104)] {
+        records[at].hold = hold;
+    }
+    // The link stands still for 20 output periods: the queue holds 15 frames.
+    let held = 20 * usize::from(parameters().samples_per_output);
+    for record in &mut records[2_000..2_000 + held] {
+        record.link_held = true;
+    }
+    let result = play(TargetCore::F32, &SlotImages::both(&parameters()), &records);
+    assert!(result.bit_equal, "{:?}", result.first_difference);
+    assert_eq!((result.missed, result.late), (3, 2));
+    assert_eq!(result.outputs_lost, 5);
+    assert!(logged(&result, "first fault"), "{:?}", result.events);
+}
+
+#[test]
+#[ignore = "needs qemu-system-arm; cargo verify runs it"]
+fn the_bus_drivers_faults_are_counted_in_the_image_as_on_the_host() {
+    let mut records = records_of(noisy_samples(4_000, 20, 50_000));
+    records[700].bus_error = true;
+    records[900].frame[5] ^= 0x40;
+    records[1_100] = records[1_099];
+    let result = play(
+        TargetCore::Fixed,
+        &SlotImages::both(&parameters()),
+        &records,
+    );
+    assert!(result.bit_equal, "{:?}", result.first_difference);
+    for item in [BUS_FAULTS, CHECKSUMS, REPEATED] {
+        assert_eq!(result.health[&item], 1, "item {item}: {:?}", result.health);
+    }
+}
+
+#[test]
+#[ignore = "needs qemu-system-arm; cargo verify runs it"]
+fn the_boards_image_sends_its_flags_without_crystal_bank_and_parameters() {
+    for core in [TargetCore::F32, TargetCore::Fixed] {
+        let image = Image::build(Platform::Board, core).expect("the image builds");
+        let sent = emulator::first_telemetry(&image.path, &SlotImages::erased(), 100)
+            .expect("the image sends");
+        let mut decoder = Decoder::new();
+        let frames: Vec<_> = sent.iter().filter_map(|byte| decoder.push(*byte)).collect();
+        assert!(frames.len() >= 100, "{} frames", frames.len());
+        assert_eq!(decoder.statistics().bytes_skipped, 0);
+        assert_eq!(decoder.statistics().frames_lost, 0);
+        // The emulator has neither a crystal nor a device on SPI1, whose line then reads zeros.
+        let flags = Status::CLOCK_FALLBACK
+            .and(Status::PARAMETERS_DEFAULT)
+            .and(Status::BUS_FAULT);
+        for frame in &frames {
+            assert!(frame.output.status.contains(flags), "{frame:?}");
+            assert_eq!(frame.output.dtheta_codes, [0; 3]);
+        }
+        // At 16 MHz a period has 4 000 ticks, in the emulator as many instructions: none may be missed.
+        let late = Status::INTERRUPT_LATE.bits() | Status::INTERRUPT_MISSED.bits();
+        assert!(
+            frames
+                .iter()
+                .all(|frame| frame.output.status.bits() & late == 0),
+            "the interrupt does not fit its period"
+        );
+    }
 }
 
 #[test]
@@ -280,7 +377,7 @@ fn the_command_writes_what_the_contract_names() {
 fn a_missing_emulator_is_answered_with_the_command_that_installs_it() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     recording_at_rest(folder.path());
-    let image = Image::build(TargetCore::F32).expect("the image builds");
+    let image = image(TargetCore::F32);
     let ended = on_target_command(folder.path())
         .arg("--image")
         .arg(&image.path)

@@ -104,7 +104,7 @@ pub fn holds_its_marks(recording: &Recording, core: TargetCore) -> Result<(), St
             return Err(format!("{}: {sentence}", core.name()));
         }
     }
-    for count in ["/starved", "/late", "/outputs_lost"] {
+    for count in ["/missed", "/late", "/outputs_lost"] {
         if figure(count)? != 0.0 {
             return Err(format!("{}: {count} is not 0", core.name()));
         }

@@ -1,30 +1,54 @@
-//! The image: everything that knows which processor it runs on. Exists only for `target_os = "none"`.
-//!
-//! Enters: `parameters.bin` (the parameter block) and `samples.bin` (samples in their fixed layout), read
-//! by semihosting from the emulator's working folder. Leaves, in the same folder: `outputs.bin` (output
-//! frames in their fixed layout) and `report.bin` ([`trueaxis::run_report`]); events by defmt on the
-//! semihosting console.
+//! The images: everything that knows which processor it runs on. Exists only for `target_os = "none"`.
 //!
 //! ```text
-//! samples.bin ──main loop──▶ queue ──▶ TIM2 interrupt: source → chain ──▶ queue ──main loop──▶ outputs.bin
+//!          TIM2, each period                                    main loop
+//! bank ──▶ CounterBank ─▶ Processor ─▶ queue ──────────────▶ Link ─▶ USART1
+//!  ▲ SPI                     └─▶ TRACE, WATCH ─────────────▶ Background ─▶ defmt
 //! ```
+//! Both images are this; what differs is at the two ends:
 //!
-//! Read in this order: [`run`] (the main loop), [`sampling`] (the interrupt and its deadline),
-//! [`sample_timer`], [`instruction_counter`], [`clock`], [`stack`], [`panic`].
+//! | | `board` | `emulator` |
+//! |---|---|---|
+//! | `SpiDevice` | SPI1 | records of `frames.bin` |
+//! | events | RTT | semihosting |
+//! | beside it | watchdog | run report, painted stack |
 //!
-//! Deliberately not here: the board's counter bank. Its driver is [`trueaxis::counter_bank`], which needs
-//! only an `SpiDevice`; the image for the board is its own step.
+//! Read in this order: [`board`] or [`emulator`] (the main loop), [`sampling`] (the interrupt and its
+//! deadline), [`sample_timer`], [`handover`], [`boot`], [`link`], [`background`], then the peripherals
+//! [`clock`], [`flash`], [`serial`], and [`failure`]. A port to another board changes only this folder and
+//! memory.x (docs/porting.md).
 
-mod run;
+#[cfg(all(feature = "board", feature = "emulator"))]
+compile_error!("one image at a time: feature `board` or feature `emulator`");
+
+#[cfg(feature = "board")]
+mod board;
+
+#[cfg(feature = "emulator")]
+mod emulator;
 
 mod sampling;
 
 mod sample_timer;
 
-mod instruction_counter;
+mod handover;
+
+mod boot;
+
+mod link;
+
+mod background;
 
 mod clock;
 
-mod stack;
+mod flash;
 
-mod panic;
+mod serial;
+
+mod failure;
+
+#[cfg(feature = "board")]
+use board::Spi;
+
+#[cfg(feature = "emulator")]
+use emulator::Spi;

@@ -1,52 +1,136 @@
-//! TIM2: one interrupt a sample period.
+//! TIM2 brings the interrupt and the bank's latch once a sample period; TIM5 tells how late it was served.
 //!
-//! Enters: nothing. Leaves: the TIM2 interrupt at the chain's design rate. Assumes the emulator's timer
-//! clock, which is 1 GHz whatever the clock tree says.
+//! Enters: the timers' clock \[Hz\] and the sample rate \[Hz\]. Leaves: the TIM2 interrupt, [`Timing`] of each
+//! one, readings of TIM5 \[ticks, modulo 2³²\], which runs freely on the same clock, and a pulse on PA0 whose
+//! rising edge is the period's end: there the bank latches, so that a late interrupt moves no sample.
+//!
+//! Both timers count the same clock, so the end of every period is known in TIM5's time exactly, and no
+//! period can be missed unseen: two update events that came to one interrupt leave it a whole period behind.
+//! Assumes that the interrupt is served at least once in 2³¹ ticks (25 s at 84 MHz).
 
-use stm32f4::stm32f405::{RCC, TIM2};
-use trueaxis::design_parameters::DESIGN_SAMPLE_RATE_HZ;
+use core::num::NonZeroU32;
+use core::sync::atomic::{Ordering, compiler_fence};
 
-/// The emulator's timer clock \[Hz\].
-const TIMER_CLOCK_HZ: u32 = 1_000_000_000;
+use stm32f4::stm32f405::{RCC, TIM2, TIM5};
+use trueaxis::design_parameters::LATE_SHARE;
+use trueaxis::processor::Timing;
 
-/// Ticks of the timer in a sample period.
-const PERIOD_TICKS: u32 = TIMER_CLOCK_HZ / DESIGN_SAMPLE_RATE_HZ as u32;
+/// Pairs of readings of which the cheapest is the cost of reading itself. Under emulation all are equal;
+/// a few guard against the first one carrying a start-up effect.
+const OVERHEAD_PAIRS: usize = 8;
 
-/// The running timer.
+/// The two timers.
 pub struct SampleTimer {
-    timer: TIM2,
+    periods: TIM2,
+    time: TIM5,
+    period_ticks: NonZeroU32,
+    /// When the period ends that the next interrupt is for \[ticks\].
+    due: u32,
+    reading_overhead: u32,
 }
 
 impl SampleTimer {
-    /// Sets the period; nothing runs yet.
-    pub fn new(timer: TIM2, rcc: &RCC) -> Self {
-        rcc.apb1enr().modify(|_, w| w.tim2en().enabled());
-        timer.psc().write(|w| w.psc().set(0));
-        timer.arr().write(|w| w.arr().set(PERIOD_TICKS - 1));
-        timer.dier().write(|w| w.uie().enabled());
-        Self { timer }
+    /// Starts TIM5 and sets TIM2's period; no interrupt yet. The period is whole ticks: at 84 MHz 4 kHz is
+    /// exact, and any rate up to 8 kHz to 50 ppm.
+    pub fn new(periods: TIM2, time: TIM5, rcc: &RCC, timer_hz: u32, sample_rate_hz: f64) -> Self {
+        rcc.apb1enr()
+            .modify(|_, w| w.tim2en().enabled().tim5en().enabled());
+        let ticks = libm::round(f64::from(timer_hz) / sample_rate_hz) as u32;
+        let period_ticks = NonZeroU32::new(ticks).unwrap_or(NonZeroU32::MIN);
+        time.psc().write(|w| w.psc().set(0));
+        time.arr().write(|w| w.arr().set(u32::MAX));
+        time.cr1().modify(|_, w| w.cen().enabled());
+        periods.psc().write(|w| w.psc().set(0));
+        periods.arr().write(|w| w.arr().set(period_ticks.get() - 1));
+        periods.dier().write(|w| w.uie().enabled());
+        // Output compare 1: high from the period's beginning on, for a sixteenth of it.
+        periods
+            .ccr1()
+            .write(|w| w.ccr().set(period_ticks.get() / 16));
+        periods.ccmr1_output().write(|w| w.oc1m().pwm_mode1());
+        periods.ccer().write(|w| w.cc1e().set_bit());
+        let mut timer = Self {
+            periods,
+            time,
+            period_ticks,
+            due: 0,
+            reading_overhead: 0,
+        };
+        timer.reading_overhead = (0..OVERHEAD_PAIRS)
+            .map(|_| {
+                let before = timer.now();
+                timer.now().wrapping_sub(before)
+            })
+            .min()
+            .unwrap_or(0);
+        timer
+    }
+
+    /// Lets the latch pulse out on PA0.
+    #[cfg(feature = "board")]
+    pub fn show_latch(&self, gpioa: &stm32f4::stm32f405::GPIOA) {
+        gpioa.afrl().modify(|_, w| w.afrl0().af1());
+        gpioa.moder().modify(|_, w| w.moder0().alternate());
+    }
+
+    /// A sample period \[ticks\].
+    #[cfg(feature = "emulator")]
+    pub fn period_ticks(&self) -> u32 {
+        self.period_ticks.get()
     }
 
     /// Starts the periods.
-    pub fn start(&self) {
-        self.timer.cr1().modify(|_, w| w.cen().enabled());
+    pub fn start(&mut self) {
+        self.periods.cr1().modify(|_, w| w.cen().enabled());
+        self.due = self.now().wrapping_add(self.period_ticks.get());
     }
 
-    /// No further interrupt.
-    pub fn stop(&self) {
-        self.timer.cr1().modify(|_, w| w.cen().disabled());
-        self.acknowledge();
-    }
-
-    /// Clears the request that brought the interrupt here.
+    /// Takes the interrupt's request and says how it stands in time.
+    ///
+    /// The time is read before the request is cleared: an event between the two is then a missed period of
+    /// the next interrupt, never a lost one.
     #[inline(always)]
-    pub fn acknowledge(&self) {
-        self.timer.sr().write(|w| w.uif().clear());
+    pub fn enter(&mut self) -> Timing {
+        let behind = self.now().wrapping_sub(self.due);
+        self.periods.sr().write(|w| w.uif().clear());
+        // `due` was read a few ticks after TIM2 began, so the entry may seem that much early.
+        let behind = if behind > i32::MAX as u32 { 0 } else { behind };
+        let period = self.period_ticks.get();
+        let missed = if behind < period {
+            0
+        } else {
+            behind / self.period_ticks
+        };
+        let latency = behind.wrapping_sub(missed.wrapping_mul(period));
+        self.due = self
+            .due
+            .wrapping_add(missed.wrapping_add(1).wrapping_mul(period));
+        Timing {
+            missed,
+            late: latency > period / LATE_SHARE,
+        }
     }
 
-    /// Whether the next period ended in the meantime.
+    /// TIM5 now \[ticks\]. The fences keep memory accesses on their side of the reading.
     #[inline(always)]
-    pub fn is_pending(&self) -> bool {
-        self.timer.sr().read().uif().is_update_pending()
+    pub fn now(&self) -> u32 {
+        compiler_fence(Ordering::SeqCst);
+        let count = self.time.cnt().read().bits();
+        compiler_fence(Ordering::SeqCst);
+        count
+    }
+
+    /// Ticks between two readings, without the cost of reading.
+    #[inline(always)]
+    pub fn between(&self, before: u32, after: u32) -> u32 {
+        after
+            .wrapping_sub(before)
+            .saturating_sub(self.reading_overhead)
+    }
+
+    /// What a reading costs \[ticks\].
+    #[cfg(feature = "emulator")]
+    pub fn reading_overhead(&self) -> u32 {
+        self.reading_overhead
     }
 }

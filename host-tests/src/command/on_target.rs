@@ -11,7 +11,8 @@ use crate::model::compensation::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
 use crate::recording::Recording;
 use crate::replay::samples::{Setup, samples_from_recording};
 use crate::target::on_target::{Instructions, compare};
-use crate::target::{Image, OnTarget, TargetCore};
+use crate::target::records::there_and_back;
+use crate::target::{Image, OnTarget, Platform, TargetCore};
 use crate::terminal::Terminal;
 
 /// What it writes.
@@ -42,6 +43,9 @@ pub struct OnTargetCommand {
     /// The image to run instead of building it: an ELF file of this version and number system
     #[arg(long)]
     image: Option<PathBuf>,
+    /// Samples to play: the recording forward, backward and so on, or its beginning. Without: all of it
+    #[arg(long)]
+    samples: Option<usize>,
     /// Samples in one output period
     #[arg(long, default_value_t = SAMPLES_PER_OUTPUT)]
     output_every: u16,
@@ -87,16 +91,17 @@ impl OnTargetCommand {
         spinner.set_message("building the image");
         let image = match &self.image {
             Some(path) => Image::read(path)?,
-            None => Image::build(self.core)?,
+            None => Image::build(Platform::Emulator, self.core)?,
         };
         spinner.finish_and_clear();
 
-        let bar = terminal.bar(input.samples.len() as u64, "on target");
+        let count = self.samples.unwrap_or(input.samples.len());
+        let bar = terminal.bar(count as u64, "on target");
         let result = compare(
             &image,
             self.core,
             &input.parameters,
-            &input.samples,
+            there_and_back(&input.samples, count),
             &mut |samples| bar.set_position(samples),
         )?;
         bar.finish_and_clear();
@@ -125,10 +130,12 @@ impl OnTargetCommand {
 /// The result in lines for people.
 fn words(result: &OnTarget) -> Vec<String> {
     let verdict = match &result.first_difference {
-        None if result.bit_equal => "every output equal to the host's, bit for bit".to_owned(),
-        None => "outputs equal, but samples, faults or frames were lost on the way".to_owned(),
+        None if result.bit_equal => "every frame equal to the host's, bit for bit".to_owned(),
+        None => {
+            "telemetry equal, but the health counters or the number of periods differ".to_owned()
+        }
         Some(difference) => format!(
-            "outputs DIFFER from the host's from frame {}",
+            "frames DIFFER from the host's from number {}",
             difference.frame
         ),
     };
@@ -155,6 +162,7 @@ fn words(result: &OnTarget) -> Vec<String> {
             cost("per sample", &result.instructions_per_sample),
             cost("between outputs", &result.instructions_between_outputs),
             cost("with an output", &result.instructions_with_output),
+            cost("processor", &result.instructions_per_processor),
             cost("whole interrupt", &result.instructions_per_interrupt),
         ]
         .into_iter()
@@ -165,9 +173,16 @@ fn words(result: &OnTarget) -> Vec<String> {
         result.flash_bytes, result.ram_bytes, result.stack_bytes, result.stack_painted_bytes
     ));
     lines.push(format!(
-        "  periods without a sample {}, late {}, frames lost {}",
-        result.starved, result.late, result.outputs_lost
+        "  interrupts missed {}, late {}, frames lost {}",
+        result.missed, result.late, result.outputs_lost
     ));
-    lines.extend(result.events.iter().map(|event| format!("  | {event}")));
+    // The image also logs once a second; on_target.json holds every event.
+    let last = result.events.len().saturating_sub(1);
+    let told = result
+        .events
+        .iter()
+        .enumerate()
+        .filter(|(at, event)| *at == 0 || *at == last || !event.starts_with("info"));
+    lines.extend(told.map(|(_, event)| format!("  | {event}")));
     lines
 }

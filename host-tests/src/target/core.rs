@@ -1,10 +1,6 @@
-//! Which of the two number systems: its image, and the same chain on the host.
+//! Which of the two number systems, and the names of its images.
 //!
-//! Enters: parameters and samples. Leaves: output frames in their byte layout, and the fault counters.
-
-use trueaxis::{
-    Chain, ChainState, F32, Faults, Fixed, NumberSystem, ParameterError, Parameters, Sample,
-};
+//! Enters and leaves: names.
 
 /// A number system that has an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -23,39 +19,33 @@ impl TargetCore {
             Self::Fixed => "fixed",
         }
     }
-
-    /// The name of its firmware binary.
-    pub fn binary(self) -> &'static str {
-        match self {
-            Self::F32 => "firmware",
-            Self::Fixed => "firmware-fixed",
-        }
-    }
-
-    /// What the chain makes of `samples` on this machine: the frames' bytes one after the other.
-    pub fn outputs_on_host(
-        self,
-        parameters: &Parameters,
-        samples: &[Sample],
-    ) -> Result<(Vec<u8>, Faults), ParameterError> {
-        match self {
-            Self::F32 => outputs::<F32>(parameters, samples),
-            Self::Fixed => outputs::<Fixed>(parameters, samples),
-        }
-    }
 }
 
-fn outputs<N: NumberSystem>(
-    parameters: &Parameters,
-    samples: &[Sample],
-) -> Result<(Vec<u8>, Faults), ParameterError> {
-    let chain = Chain::<N>::new(parameters)?;
-    let mut state = ChainState::<N>::default();
-    let mut bytes = Vec::new();
-    for sample in samples {
-        if let Some(frame) = chain.process(&mut state, sample) {
-            bytes.extend_from_slice(&frame.to_bytes());
+/// Where an image runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Platform {
+    /// On the reference board.
+    Board,
+    /// In QEMU, with a counter bank from a file.
+    Emulator,
+}
+
+impl Platform {
+    /// The cargo feature of its images.
+    pub fn feature(self) -> &'static str {
+        match self {
+            Self::Board => "board",
+            Self::Emulator => "emulator",
         }
     }
-    Ok((bytes, *state.faults()))
+
+    /// The binary of its image with `core`.
+    pub fn binary(self, core: TargetCore) -> &'static str {
+        match (self, core) {
+            (Self::Board, TargetCore::F32) => "firmware",
+            (Self::Board, TargetCore::Fixed) => "firmware-fixed",
+            (Self::Emulator, TargetCore::F32) => "emulated",
+            (Self::Emulator, TargetCore::Fixed) => "emulated-fixed",
+        }
+    }
 }

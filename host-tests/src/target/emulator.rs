@@ -1,20 +1,24 @@
 //! One run of an image in QEMU.
 //!
-//! Enters: the image, the parameter block and the samples as bytes. Leaves: [`Emulation`]: the bytes the
-//! image wrote, its report, and its raw event log. The emulated machine is an STM32F405 (`netduinoplus2`);
-//! `-icount shift=0` makes one instruction one nanosecond of its virtual time, so counts repeat exactly.
+//! Enters: the image, the content of its parameter slots, and the records that its counter bank plays.
+//! Leaves: [`Emulation`]: what the serial port sent, the image's report, and its raw event log. The emulated
+//! machine is an STM32F405 (`netduinoplus2`); `-icount shift=0` makes one instruction one nanosecond of its
+//! virtual time, so counts repeat exactly. [`first_telemetry`] runs the board's own image, whose bank is not
+//! there, until it has sent something.
 //!
-//! The image reads and writes plain files by semihosting, in a temporary folder that is gone afterwards.
+//! Files go through a temporary folder that is gone afterwards.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use trueaxis::TELEMETRY_BYTES;
+use trueaxis::bank_record::BankRecord;
 use trueaxis::run_report::{RunOutcome, RunReport};
-use trueaxis::{OutputFrame, Sample};
 
+use super::slots::{SLOT_ADDRESSES, SlotImages};
 use crate::error::InputError;
 
 /// The emulator's program.
@@ -22,7 +26,7 @@ pub const EMULATOR: &str = "qemu-system-arm";
 
 /// The machine and its clock. `sleep=off`: virtual time does not wait for the wall clock while the
 /// processor sleeps.
-const MACHINE: [&str; 12] = [
+const MACHINE: [&str; 10] = [
     "-M",
     "netduinoplus2",
     "-icount",
@@ -31,13 +35,11 @@ const MACHINE: [&str; 12] = [
     "none",
     "-monitor",
     "none",
-    "-serial",
-    "none",
     "-nodefaults",
     "-no-reboot",
 ];
 
-/// An image that has written nothing for this long hangs: it needs under 1 ms of wall time for an output.
+/// An image that has sent nothing for this long hangs: it needs under 1 ms of wall time for a frame.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// How often progress is looked at. Short beside a person's patience, long beside a file look-up.
@@ -46,8 +48,8 @@ const POLL: Duration = Duration::from_millis(50);
 /// What a run left behind.
 #[derive(Debug, Clone)]
 pub struct Emulation {
-    /// Output frames in their byte layout, one after the other.
-    pub outputs: Vec<u8>,
+    /// What left the serial port.
+    pub telemetry: Vec<u8>,
     /// The image's account of the run.
     pub report: RunReport,
     /// The event log as the image sent it.
@@ -64,68 +66,132 @@ pub fn version() -> Result<String, InputError> {
     Ok(words.lines().next().unwrap_or(EMULATOR).to_owned())
 }
 
-/// Runs `image` over `samples`. `progress` is called with the number of output frames so far.
+/// The files of a run, in its folder.
+const TELEMETRY: &str = "telemetry.bin";
+const EVENTS: &str = "events.bin";
+const REPORT: &str = "report.bin";
+const SLOTS: [&str; 2] = ["slot-0.bin", "slot-1.bin"];
+
+/// Runs the emulator's `image` over `records`. `progress` is called with the number of frames so far.
 pub fn run(
     image: &Path,
-    parameter_block: &[u8],
-    samples: &[Sample],
+    slots: &SlotImages,
+    records: &[BankRecord],
     progress: &mut dyn FnMut(u64),
 ) -> Result<Emulation, InputError> {
-    // The emulator works in another folder.
-    let image = fs::canonicalize(image)
-        .map_err(|error| InputError::new(image, format!("cannot be found ({error})")))?;
-    let folder = tempfile::tempdir().map_err(|error| {
-        InputError::new(std::env::temp_dir(), format!("cannot hold files ({error})"))
-    })?;
-    let at = |name: &str| folder.path().join(name);
-    let stream: Vec<u8> = samples.iter().flat_map(Sample::to_bytes).collect();
-    for (name, content) in [
-        ("parameters.bin", parameter_block),
-        ("samples.bin", stream.as_slice()),
-    ] {
-        fs::write(at(name), content)
-            .map_err(|error| InputError::new(at(name), format!("cannot be written ({error})")))?;
-    }
+    let folder = Folder::new()?;
+    let stream: Vec<u8> = records.iter().flat_map(BankRecord::to_bytes).collect();
+    folder.write("frames.bin", &stream)?;
+    let mut running = folder.start(image, slots, true)?;
+    let status = wait(
+        &mut running,
+        &folder.at(TELEMETRY),
+        image,
+        u64::MAX,
+        progress,
+    )?;
 
-    let log = fs::File::create(at("events.bin")).map_err(|error| {
-        InputError::new(at("events.bin"), format!("cannot be written ({error})"))
-    })?;
-    let child = Command::new(EMULATOR)
-        .current_dir(folder.path())
-        .args(MACHINE)
-        .args(["-semihosting-config", "enable=on,target=native"])
-        .arg("-kernel")
-        .arg(&image)
-        .stdin(Stdio::null())
-        // The image's semihosting console is the emulator's standard output: the event log. What the
-        // emulator itself says goes to ours.
-        .stdout(log)
-        .stderr(Stdio::inherit())
-        .spawn()
-        .map_err(|error| missing(&error))?;
-    let status = wait(Running(child), &at("outputs.bin"), &image, progress)?;
-
-    let report = fs::read(at("report.bin"))
+    let report = fs::read(folder.at(REPORT))
         .ok()
         .and_then(|bytes| RunReport::from_bytes(&bytes))
         .ok_or_else(|| {
-            InputError::new(&image, format!("ended without a report ({status})"))
+            let status = status.map_or_else(String::new, |status| format!(" ({status})"));
+            InputError::new(image, format!("ended without a report{status}"))
                 .expected("an image of this workspace's version that does not panic")
         })?;
     match report.outcome {
-        RunOutcome::FileFault => {
-            return Err(InputError::new(
-                &image,
-                "could not use the files of its run",
-            ));
-        }
-        RunOutcome::ParameterFault | RunOutcome::Complete => {}
+        RunOutcome::FileFault => Err(InputError::new(image, "could not use the files of its run")),
+        RunOutcome::Complete => Ok(Emulation {
+            telemetry: folder.read(TELEMETRY),
+            report,
+            events: folder.read(EVENTS),
+        }),
     }
-    Ok(Emulation {
-        outputs: fs::read(at("outputs.bin")).unwrap_or_default(),
-        report,
-        events: fs::read(at("events.bin")).unwrap_or_default(),
-    })
+}
+
+/// Runs the board's `image` until it has sent `frames` frames' worth of bytes, and ends it.
+pub fn first_telemetry(
+    image: &Path,
+    slots: &SlotImages,
+    frames: u64,
+) -> Result<Vec<u8>, InputError> {
+    let folder = Folder::new()?;
+    let mut running = folder.start(image, slots, false)?;
+    wait(
+        &mut running,
+        &folder.at(TELEMETRY),
+        image,
+        frames,
+        &mut |_| {},
+    )?;
+    drop(running);
+    Ok(folder.read(TELEMETRY))
+}
+
+/// The temporary folder of a run.
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Result<Self, InputError> {
+        tempfile::tempdir().map(Self).map_err(|error| {
+            InputError::new(std::env::temp_dir(), format!("cannot hold files ({error})"))
+        })
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, content: &[u8]) -> Result<(), InputError> {
+        fs::write(self.at(name), content)
+            .map_err(|error| InputError::new(self.at(name), format!("cannot be written ({error})")))
+    }
+
+    /// What the run wrote there; nothing where it did not.
+    fn read(&self, name: &str) -> Vec<u8> {
+        fs::read(self.at(name)).unwrap_or_default()
+    }
+
+    /// Starts the emulator in this folder.
+    fn start(
+        &self,
+        image: &Path,
+        slots: &SlotImages,
+        semihosting: bool,
+    ) -> Result<Running, InputError> {
+        // The emulator works in another folder.
+        let image = fs::canonicalize(image)
+            .map_err(|error| InputError::new(image, format!("cannot be found ({error})")))?;
+        let log = fs::File::create(self.at(EVENTS)).map_err(|error| {
+            InputError::new(self.at(EVENTS), format!("cannot be written ({error})"))
+        })?;
+        let mut command = Command::new(EMULATOR);
+        command
+            .current_dir(self.0.path())
+            .args(MACHINE)
+            .args(["-serial", &format!("file:{TELEMETRY}")])
+            .arg("-kernel")
+            .arg(&image);
+        for ((name, content), address) in SLOTS.iter().zip(&slots.0).zip(SLOT_ADDRESSES) {
+            self.write(name, content)?;
+            command.args([
+                "-device",
+                &format!("loader,file={name},addr={address:#x},force-raw=on"),
+            ]);
+        }
+        if semihosting {
+            command.args(["-semihosting-config", "enable=on,target=native"]);
+        }
+        command
+            .stdin(Stdio::null())
+            // The image's semihosting console is the emulator's standard output: the event log. What the
+            // emulator itself says goes to ours.
+            .stdout(log)
+            .stderr(Stdio::inherit())
+            .spawn()
+            .map(Running)
+            .map_err(|error| missing(&error))
+    }
 }
 
 /// A child that does not outlive this process's interest in it.
@@ -139,13 +205,14 @@ impl Drop for Running {
     }
 }
 
-/// Waits for the end, watching `outputs` grow.
+/// Waits for the end, or for `enough` frames in `telemetry`, watching it grow; the exit status at the end.
 fn wait(
-    mut running: Running,
-    outputs: &Path,
+    running: &mut Running,
+    telemetry: &Path,
     image: &Path,
+    enough: u64,
     progress: &mut dyn FnMut(u64),
-) -> Result<ExitStatus, InputError> {
+) -> Result<Option<ExitStatus>, InputError> {
     let mut length = 0;
     let mut grown = Instant::now();
     loop {
@@ -154,18 +221,22 @@ fn wait(
             .try_wait()
             .map_err(|error| InputError::new(EMULATOR, format!("was lost ({error})")))?
         {
-            return Ok(status);
+            return Ok(Some(status));
         }
-        let now = fs::metadata(outputs).map_or(0, |file| file.len());
+        let now = fs::metadata(telemetry).map_or(0, |file| file.len());
         if now != length {
             length = now;
             grown = Instant::now();
-            progress(length / OutputFrame::BYTES as u64);
+            let frames = length / TELEMETRY_BYTES as u64;
+            progress(frames);
+            if frames >= enough {
+                return Ok(None);
+            }
         } else if grown.elapsed() > PATIENCE {
             return Err(InputError::new(
                 image,
                 format!(
-                    "has written no output for {} s on the emulator",
+                    "has sent nothing for {} s on the emulator",
                     PATIENCE.as_secs()
                 ),
             )

@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 
 use object::{Object, ObjectSection, SectionFlags};
 
-use super::TargetCore;
+use super::{Platform, TargetCore};
 use crate::error::InputError;
 
 /// The target triple of the image: Cortex-M4 with its single-precision unit.
@@ -50,9 +50,9 @@ impl Image {
         })
     }
 
-    /// Builds the image of `core` in the workspace that this tool was compiled from. Cargo does nothing
+    /// Builds the image of `core` for `platform` in the workspace that this tool was compiled from. Cargo does nothing
     /// where it is up to date.
-    pub fn build(core: TargetCore) -> Result<Self, InputError> {
+    pub fn build(platform: Platform, core: TargetCore) -> Result<Self, InputError> {
         let workspace = workspace();
         if !workspace.join("memory.x").is_file() {
             return Err(
@@ -61,11 +61,13 @@ impl Image {
                 ),
             );
         }
+        let binary = platform.binary(core);
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
         let output = Command::new(cargo)
             .current_dir(&workspace)
             .args(["build", "--release", "--package", "trueaxis"])
-            .args(["--target", TARGET, "--bin", core.binary()])
+            .args(["--target", TARGET, "--bin", binary])
+            .args(["--features", platform.feature()])
             .arg("--message-format=json-render-diagnostics")
             .stdin(Stdio::null())
             .output()
@@ -75,11 +77,10 @@ impl Image {
                 )
             })?;
         if !output.status.success() {
-            return Err(build_failure(&workspace, &output.stderr));
+            return Err(build_failure(&workspace, platform, &output.stderr));
         }
-        let path = executable(&output.stdout, core.binary()).ok_or_else(|| {
-            InputError::new(&workspace, format!("gave no binary `{}`", core.binary()))
-        })?;
+        let path = executable(&output.stdout, binary)
+            .ok_or_else(|| InputError::new(&workspace, format!("gave no binary `{binary}`")))?;
         Self::read(&path)
     }
 }
@@ -91,7 +92,7 @@ pub(crate) fn workspace() -> PathBuf {
 }
 
 /// Names the one thing a user can do about a failed build.
-fn build_failure(workspace: &Path, stderr: &[u8]) -> InputError {
+fn build_failure(workspace: &Path, platform: Platform, stderr: &[u8]) -> InputError {
     let words = String::from_utf8_lossy(stderr);
     if words.contains("target may not be installed") || words.contains("E0463") {
         return InputError::new(TARGET, "the compiler has no core library for this target")
@@ -101,9 +102,8 @@ fn build_failure(workspace: &Path, stderr: &[u8]) -> InputError {
         .lines()
         .find(|line| line.starts_with("error"))
         .unwrap_or("cargo gave no reason");
-    InputError::new(workspace, format!("the image does not build: {reason}")).expected(format!(
-        "`cargo build --release --target {TARGET}` to succeed"
-    ))
+    InputError::new(workspace, format!("the image does not build: {reason}"))
+        .expected(format!("`cargo {}` to succeed", platform.feature()))
 }
 
 /// The path of the binary in cargo's messages, one JSON object a line.

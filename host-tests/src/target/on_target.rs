@@ -1,19 +1,30 @@
-//! The comparison: the image's outputs against the host's, and what the image costs.
+//! The comparison: the image's telemetry against the host's, and what the image costs.
 //!
-//! Enters: an image, parameters, samples. Leaves: [`OnTarget`], which serialises to `on_target.json`.
-//! Equal means equal bytes of every output frame, the same number of them, and equal fault counters.
+//! Enters: an image, its parameter slots, what its bank plays. Leaves: [`OnTarget`], which serialises to
+//! `on_target.json`. Equal means equal bytes of every telemetry frame, the same number of them, and equal
+//! health items at the end.
+
+use std::collections::BTreeMap;
 
 use serde::Serialize;
-use trueaxis::run_report::{CostRecord, RunOutcome, RunReport};
-use trueaxis::{OutputFrame, Parameters, Sample};
+use trueaxis::bank_record::BankRecord;
+use trueaxis::health::HEALTH_ITEMS;
+use trueaxis::run_report::CostRecord;
+use trueaxis::{Parameters, Sample, TELEMETRY_BYTES, TelemetryFrame};
 
+use super::records::records_of;
 use super::stack::{self, StackBound};
-use super::{Image, TargetCore, emulator, events};
+use super::{Image, SlotImages, TargetCore, emulator, events, twin};
 use crate::error::InputError;
 
 /// What the figures are not.
 const COST_MEANING: &str = "instructions executed between entry and exit of the chain, counted by the \
                             emulator; not cycles: it knows no flash wait states, pipeline or cache";
+
+/// Health items that are status bits' counters ([`trueaxis::health`]).
+const MISSED: u8 = 16;
+const LATE: u8 = 17;
+const OVERRUNS: u8 = 22;
 
 /// Least, mean and most \[instructions\].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -77,7 +88,9 @@ pub struct OnTarget {
     pub instructions_between_outputs: Option<Instructions>,
     /// Over samples that complete one.
     pub instructions_with_output: Option<Instructions>,
-    /// The whole interrupt: source, chain, queue and the measurement itself.
+    /// The processor: the chain, the health around it, the telemetry frame.
+    pub instructions_per_processor: Option<Instructions>,
+    /// The whole interrupt: bus driver, processor, queue, trace and the measurement itself.
     pub instructions_per_interrupt: Option<Instructions>,
     /// What an instruction count is.
     pub instructions_meaning: &'static str,
@@ -93,12 +106,14 @@ pub struct OnTarget {
     pub stack_painted_bytes: u32,
     /// What `memory.x` leaves the stack.
     pub stack_available_bytes: u32,
-    /// Periods in which no sample was ready; 0 unless the main loop is too slow.
-    pub starved: u32,
-    /// Periods that the interrupt overran.
+    /// Periods whose interrupt never came.
+    pub missed: u32,
+    /// Interrupts that came late.
     pub late: u32,
     /// Output frames that found the queue full.
     pub outputs_lost: u32,
+    /// Every health item at the end, by its index.
+    pub health: BTreeMap<u8, u32>,
     /// Name and version of the emulator.
     pub emulator: String,
     /// What the image logged.
@@ -110,10 +125,28 @@ pub fn compare(
     image: &Image,
     core: TargetCore,
     parameters: &Parameters,
-    samples: &[Sample],
+    samples: impl IntoIterator<Item = Sample>,
     progress: &mut dyn FnMut(u64),
 ) -> Result<OnTarget, InputError> {
-    let (host, faults) = core.outputs_on_host(parameters, samples).map_err(|error| {
+    let records = records_of(samples);
+    compare_records(
+        image,
+        core,
+        &SlotImages::both(parameters),
+        &records,
+        progress,
+    )
+}
+
+/// As [`compare`], with the flash and the bank as they are given.
+pub fn compare_records(
+    image: &Image,
+    core: TargetCore,
+    slots: &SlotImages,
+    records: &[BankRecord],
+    progress: &mut dyn FnMut(u64),
+) -> Result<OnTarget, InputError> {
+    let host = twin::run(core, slots, records).map_err(|error| {
         InputError::new(
             &image.path,
             format!("cannot be given these parameters ({error:?})"),
@@ -121,31 +154,21 @@ pub fn compare(
     })?;
     let stack = StackBound::of(&image.elf)
         .map_err(|error| InputError::new(&image.path, error.to_string()))?;
-    let samples_per_output = u64::from(parameters.samples_per_output);
-    let emulation = emulator::run(
-        &image.path,
-        &parameters.to_block(0),
-        samples,
-        &mut |frames| progress(frames * samples_per_output),
-    )?;
+    let samples_per_output = u64::from(slots.load().parameters.samples_per_output);
+    let emulation = emulator::run(&image.path, slots, records, &mut |frames| {
+        progress(frames * samples_per_output)
+    })?;
     let events = events::decode(&image.path, &image.elf, &emulation.events)?;
     let report = &emulation.report;
-    if report.outcome == RunOutcome::ParameterFault {
-        return Err(InputError::new(
-            &image.path,
-            format!("refuses the parameter block: {}", events.join("; ")),
-        )
-        .expected("an image of this workspace's version"));
-    }
-    let first_difference = first_difference(&host, &emulation.outputs);
+    let first_difference = first_difference(&host.telemetry, &emulation.telemetry);
+    let health = |index| report.health_item(index).unwrap_or(u32::MAX);
     Ok(OnTarget {
         core: core.name(),
-        samples: report.samples,
+        samples: report.periods,
         frames: report.frames,
         bit_equal: first_difference.is_none()
-            && report.faults == faults
-            && report.samples as usize == samples.len()
-            && is_complete(report),
+            && report.health == host.health
+            && report.periods as usize == records.len(),
         first_difference,
         instructions_per_sample: Instructions::over(&[
             &report.between_outputs,
@@ -153,6 +176,7 @@ pub fn compare(
         ]),
         instructions_between_outputs: Instructions::over(&[&report.between_outputs]),
         instructions_with_output: Instructions::over(&[&report.with_output]),
+        instructions_per_processor: Instructions::over(&[&report.processor]),
         instructions_per_interrupt: Instructions::over(&[&report.interrupt]),
         instructions_meaning: COST_MEANING,
         flash_bytes: image.flash_bytes,
@@ -161,9 +185,10 @@ pub fn compare(
         stack_method: stack::METHOD,
         stack_painted_bytes: report.stack_used_bytes,
         stack_available_bytes: stack.available_bytes,
-        starved: report.starved,
-        late: report.late,
-        outputs_lost: report.outputs_lost,
+        missed: health(MISSED),
+        late: health(LATE),
+        outputs_lost: health(OVERRUNS),
+        health: HEALTH_ITEMS.into_iter().zip(report.health).collect(),
         emulator: format!(
             "{}, machine netduinoplus2 (STM32F405), -icount shift=0",
             emulator::version()?
@@ -172,18 +197,13 @@ pub fn compare(
     })
 }
 
-/// Whether nothing was lost between the files and the chain.
-fn is_complete(report: &RunReport) -> bool {
-    report.outputs_lost == 0 && report.source_faults == 0
-}
-
 /// The first frame in which two streams differ.
 fn first_difference(host: &[u8], image: &[u8]) -> Option<Difference> {
-    let frames = host.len().max(image.len()).div_ceil(OutputFrame::BYTES);
+    let frames = host.len().max(image.len()).div_ceil(TELEMETRY_BYTES);
     (0..frames).find_map(|frame| {
         let at = |stream: &[u8]| {
-            let begin = (frame * OutputFrame::BYTES).min(stream.len());
-            let end = (begin + OutputFrame::BYTES).min(stream.len());
+            let begin = (frame * TELEMETRY_BYTES).min(stream.len());
+            let end = (begin + TELEMETRY_BYTES).min(stream.len());
             stream[begin..end].to_vec()
         };
         let (host, image) = (at(host), at(image));
@@ -197,6 +217,6 @@ fn first_difference(host: &[u8], image: &[u8]) -> Option<Difference> {
 
 /// A frame in words.
 fn words(bytes: &[u8]) -> Option<String> {
-    let bytes: &[u8; OutputFrame::BYTES] = bytes.try_into().ok()?;
-    Some(format!("{:?}", OutputFrame::from_bytes(bytes)))
+    let bytes: &[u8; TELEMETRY_BYTES] = bytes.try_into().ok()?;
+    Some(format!("{:?}", TelemetryFrame::from_bytes(bytes)))
 }

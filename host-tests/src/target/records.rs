@@ -1,0 +1,75 @@
+//! Samples as an emulated counter bank plays them.
+//!
+//! Enters: samples. Leaves: bank records: free-running counters, sequence numbers, check sums; block frame.
+
+use trueaxis::Sample;
+use trueaxis::bank_record::BankRecord;
+use trueaxis::counter_bank::{AccelerometerInput, BankFrame};
+
+/// One ordinary record a sample. The counts of the first are lost: a bank's first frame only primes the
+/// differences, and the chain's first sample adds no rotation either.
+pub fn records_of(samples: impl IntoIterator<Item = Sample>) -> Vec<BankRecord> {
+    samples
+        .into_iter()
+        .scan(BankFrame::default(), |bank, sample| {
+            *bank = bank.followed_by(&sample, AccelerometerInput::Counters);
+            Some(BankRecord::ordinary(bank.to_bytes()))
+        })
+        .collect()
+}
+
+/// `samples` played forward, backward, forward and so on, `count` in all.
+///
+/// Backward, a period's pulses change their sign and its end is the beginning it had: so pulses and pickoffs
+/// fit together at every sample, at the turns too, where only the rate reverses, within one period. What a
+/// turn is not: a motion of the unit. Accelerometer codes keep their sign, as a specific force does.
+pub fn there_and_back(samples: &[Sample], count: usize) -> impl Iterator<Item = Sample> {
+    let legs = samples.len().saturating_sub(1).max(1);
+    (0..count).map_while(move |at| {
+        let Some(step) = at.checked_sub(1) else {
+            return samples.first().copied();
+        };
+        let (leg, step) = (step / legs, step % legs);
+        if leg.is_multiple_of(2) {
+            return samples.get(step + 1).copied();
+        }
+        let undone = samples.get(legs - step)?;
+        let beginning = samples.get(legs - step - 1)?;
+        Some(Sample {
+            pulse_counts: undone.pulse_counts.map(i32::wrapping_neg),
+            pickoff_codes: beginning.pickoff_codes,
+            accelerometer_codes: undone.accelerometer_codes,
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::there_and_back;
+    use trueaxis::Sample;
+
+    #[test]
+    fn there_and_back_keeps_counts_and_pickoffs_together() {
+        // A block that only dithers: the running count is the pickoff.
+        let angle = [0, 5, 9, 4, -3, -8];
+        let samples: Vec<Sample> = (0..angle.len())
+            .map(|at| Sample {
+                pulse_counts: [angle[at] - angle[at.saturating_sub(1)]; 3],
+                pickoff_codes: [angle[at]; 3],
+                accelerometer_codes: [7; 3],
+            })
+            .collect();
+        let played: Vec<Sample> = there_and_back(&samples, 23).collect();
+        assert_eq!(played.len(), 23);
+        let mut count = 0;
+        for sample in &played {
+            count += sample.pulse_counts[0];
+            assert_eq!(count, sample.pickoff_codes[0]);
+        }
+        let shown: Vec<i32> = played
+            .iter()
+            .map(|sample| sample.pickoff_codes[0])
+            .collect();
+        assert_eq!(shown[..12], [0, 5, 9, 4, -3, -8, -3, 4, 9, 5, 0, 5]);
+    }
+}

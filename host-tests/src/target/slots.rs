@@ -1,0 +1,60 @@
+//! The parameter slots of the image, as flash content.
+//!
+//! Enters: parameter blocks. Leaves: the bytes at each slot, for the emulator to load, and the same bytes as
+//! a flash that can be read, so that the host chooses between them by the firmware's own code.
+
+use embedded_storage::nor_flash::{ErrorType, NorFlashErrorKind, ReadNorFlash};
+use trueaxis::parameter_slots::{Loaded, ParameterSlots};
+use trueaxis::{PARAMETER_BLOCK_BYTES, Parameters};
+
+/// Where the slots begin in the image's address space: SLOTS in memory.x.
+pub const SLOT_ADDRESSES: [u32; 2] = [0x080C_0000, 0x080E_0000];
+
+/// What is left for a slot on the host: it is read no further than a block and its last unit.
+const SLOT_BYTES: usize = 2 * PARAMETER_BLOCK_BYTES;
+
+/// Flash that was erased and not written.
+const ERASED: u8 = 0xFF;
+
+/// The content of both slots.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SlotImages(pub [Vec<u8>; 2]);
+
+impl SlotImages {
+    /// The same block in both: a unit that is well.
+    pub fn both(parameters: &Parameters) -> Self {
+        let block = parameters.to_block(1).to_vec();
+        Self([block.clone(), block])
+    }
+
+    /// Nothing in either: a new unit.
+    pub fn erased() -> Self {
+        Self([vec![ERASED; SLOT_BYTES], vec![ERASED; SLOT_BYTES]])
+    }
+
+    /// What the firmware makes of them.
+    pub fn load(&self) -> Loaded {
+        ParameterSlots::new(self, [0, SLOT_BYTES as u32]).load()
+    }
+}
+
+impl ErrorType for &SlotImages {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for &SlotImages {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        let (slot, from) = (offset as usize / SLOT_BYTES, offset as usize % SLOT_BYTES);
+        let content = self.0.get(slot).ok_or(NorFlashErrorKind::OutOfBounds)?;
+        for (at, byte) in (from..).zip(bytes) {
+            *byte = content.get(at).copied().unwrap_or(ERASED);
+        }
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        2 * SLOT_BYTES
+    }
+}

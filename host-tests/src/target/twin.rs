@@ -1,0 +1,104 @@
+//! The image's interrupt on the host: the same bank driver and processor over the same records.
+//!
+//! Enters: parameter slots, bank records. Leaves: [`TwinRun`]: the telemetry frames as they leave the serial
+//! port, byte for byte, and every health item at the end. What is imitated and not shared is small: an
+//! `SpiDevice` over a slice, when interrupts come ([`BankRecord::timing_of_the_next`]), and the queue's room.
+
+use std::cell::Cell;
+
+use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
+use trueaxis::bank_record::{BankRecord, HOLD_PARTS};
+use trueaxis::counter_bank::{AccelerometerInput, CounterBank, FRAME_BYTES};
+use trueaxis::processor::{BootReport, Processor, Timing};
+use trueaxis::run_report::HealthTable;
+use trueaxis::sample_source::SampleSource;
+use trueaxis::{F32, Fixed, NumberSystem, ParameterError};
+
+use super::TargetCore;
+use super::slots::SlotImages;
+
+/// Frames that the image's queue holds (FRAME_QUEUE in src/hardware/sampling.rs, less the empty slot).
+const QUEUED_FRAMES: usize = 15;
+
+/// What the host made of the records.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TwinRun {
+    /// The serial port's bytes.
+    pub telemetry: Vec<u8>,
+    /// The health items at the end.
+    pub health: HealthTable,
+}
+
+/// Runs `records` through `core` on this machine.
+pub fn run(
+    core: TargetCore,
+    slots: &SlotImages,
+    records: &[BankRecord],
+) -> Result<TwinRun, ParameterError> {
+    match core {
+        TargetCore::F32 => run_in::<F32>(slots, records),
+        TargetCore::Fixed => run_in::<Fixed>(slots, records),
+    }
+}
+
+fn run_in<N: NumberSystem>(
+    slots: &SlotImages,
+    records: &[BankRecord],
+) -> Result<TwinRun, ParameterError> {
+    let loaded = slots.load();
+    let boot = BootReport {
+        // The emulator does not model the clock tree, so its image always falls back.
+        clock_fallback: true,
+        parameters_default: loaded.parameters_default(),
+        slot_bad: loaded.slot_bad,
+        generation: loaded.generation,
+    };
+    let mut processor = Processor::<N>::new(&loaded.parameters, boot)?;
+    let wire = Cell::new(None);
+    let mut bank = CounterBank::new(Wire(&wire), AccelerometerInput::Counters);
+    let mut timing = Timing::default();
+    let mut queued = 0;
+    let mut telemetry = Vec::new();
+    for record in records {
+        wire.set((!record.bus_error).then_some(record.frame));
+        if let Some(frame) = processor.period(bank.take(), timing) {
+            if queued < QUEUED_FRAMES {
+                queued += 1;
+                telemetry.extend_from_slice(&frame.to_bytes());
+            } else {
+                processor.output_overrun();
+            }
+        }
+        // The main loop empties the queue before the next interrupt, unless that is already waiting.
+        if !record.link_held && u32::from(record.hold) < HOLD_PARTS {
+            queued = 0;
+        }
+        timing = record.timing_of_the_next();
+    }
+    Ok(TwinRun {
+        telemetry,
+        health: processor.health_items(),
+    })
+}
+
+/// A bus on which one record's frame stands, once.
+#[derive(Debug)]
+struct Wire<'a>(&'a Cell<Option<[u8; FRAME_BYTES]>>);
+
+impl ErrorType for Wire<'_> {
+    type Error = ErrorKind;
+}
+
+impl SpiDevice for Wire<'_> {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
+        let frame = self.0.take().ok_or(ErrorKind::Other)?;
+        for operation in operations {
+            if let Operation::Read(bytes) = operation {
+                for (byte, wire) in bytes.iter_mut().zip(frame) {
+                    *byte = wire;
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,85 @@
+//! What the main loop does beside sending: the event log and the dither's amplitude.
+//!
+//! Enters: [`WATCH`]. Leaves: events by defmt: the first fault when it appears, and once a second the
+//! amplitude of each block's dither \[arcsec\] and the longest interrupt so far \[ticks of TIM5\]. It looks
+//! at most once a period; what it overlooks, the frames still carry.
+
+use core::sync::atomic::Ordering;
+
+use trueaxis::{DitherMonitor, Parameters, Status};
+
+use super::sampling::WATCH;
+
+/// The main loop's view.
+pub struct Background {
+    dither: DitherMonitor,
+    pickoff_weight_rad: f32,
+    samples_a_second: u32,
+    seen: u32,
+    reported: u32,
+    fault_logged: bool,
+}
+
+impl Background {
+    /// Nothing seen yet.
+    pub fn new(parameters: &Parameters) -> Self {
+        Self {
+            dither: DitherMonitor::new(),
+            pickoff_weight_rad: parameters.pickoff_weight_rad as f32,
+            samples_a_second: parameters.sample_rate_hz as u32,
+            seen: 0,
+            reported: 0,
+            fault_logged: false,
+        }
+    }
+
+    /// Looks at what the interrupt shows; returns the interrupts served so far.
+    pub fn poll(&mut self) -> u32 {
+        let served = WATCH.served.load(Ordering::Acquire);
+        if served == self.seen {
+            return served;
+        }
+        self.seen = served;
+        let codes = WATCH.pickoff_codes.each_ref();
+        self.dither
+            .observe(codes.map(|code| code.load(Ordering::Relaxed)));
+        if !self.fault_logged {
+            self.log_first_fault();
+        }
+        if served.wrapping_sub(self.reported) >= self.samples_a_second {
+            self.reported = served;
+            self.log_second();
+        }
+        served
+    }
+
+    /// The interrupts that [`Self::poll`] has looked at.
+    #[cfg(feature = "emulator")]
+    pub fn seen(&self) -> u32 {
+        self.seen
+    }
+
+    fn log_first_fault(&mut self) {
+        let bits = WATCH.first_fault.load(Ordering::Acquire);
+        if bits != 0 {
+            self.fault_logged = true;
+            defmt::warn!(
+                "first fault: {}, in period {=u32}",
+                Status::from_bits(bits),
+                WATCH.first_fault_period.load(Ordering::Relaxed)
+            );
+        }
+    }
+
+    fn log_second(&mut self) {
+        if let Some([x, y, z]) = self.dither.amplitude_arcsec(self.pickoff_weight_rad) {
+            defmt::info!(
+                "dither {=f32} {=f32} {=f32} arcsec, longest interrupt {=u32} ticks",
+                x,
+                y,
+                z,
+                WATCH.longest.load(Ordering::Relaxed)
+            );
+        }
+    }
+}

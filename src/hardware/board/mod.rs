@@ -1,0 +1,87 @@
+//! The reference board: STM32F405, counter bank on SPI1, telemetry on USART1, events by RTT.
+//!
+//! Enters: the board's pins (table in docs/board.md). Leaves: telemetry frames, and events for a probe. The
+//! main loop sends, logs and feeds the watchdog; it sleeps while there is nothing to send.
+
+mod spi_bus;
+
+mod watchdog;
+
+use core::sync::atomic::Ordering;
+
+use cortex_m_rt::entry;
+use defmt_rtt as _;
+use heapless::spsc::Queue;
+use stm32f4::stm32f405::Peripherals;
+use trueaxis::TelemetryFrame;
+use trueaxis::counter_bank::{AccelerometerInput, CounterBank};
+
+use self::watchdog::Watchdog;
+use super::background::Background;
+use super::boot::boot;
+use super::clock;
+use super::failure;
+use super::flash::SlotFlash;
+use super::link::Link;
+use super::sample_timer::SampleTimer;
+use super::sampling::{FRAME_QUEUE, SAMPLING, Sampling, WATCH};
+use super::serial::Serial;
+
+pub use self::spi_bus::SpiBus as Spi;
+
+/// What this board's bank sends for the accelerometers.
+const ACCELEROMETERS: AccelerometerInput = AccelerometerInput::Counters;
+
+defmt::timestamp!("period {=u32}", WATCH.served.load(Ordering::Relaxed));
+
+#[entry]
+fn main() -> ! {
+    // `entry` makes this a reference that lives for ever, and runs once.
+    static mut FRAMES: Queue<TelemetryFrame, FRAME_QUEUE> = Queue::new();
+
+    let Some(peripherals) = Peripherals::take() else {
+        panic!("the peripherals were taken before main");
+    };
+    let rcc = peripherals.RCC;
+    let clocks = clock::start(&rcc, &peripherals.FLASH, &peripherals.PWR);
+    let reset = rcc.csr().read();
+    defmt::info!(
+        "clock {}, reset by watchdog {=bool}, by software {=bool}",
+        clocks,
+        reset.wdgrstf().bit(),
+        reset.sftrstf().bit()
+    );
+    rcc.csr().modify(|_, w| w.rmvf().clear());
+    if let Some((kind, place)) = failure::take_report() {
+        defmt::error!("the previous run ended in {} at {=u32:#x}", kind, place);
+    }
+
+    let booted = boot(SlotFlash::new(peripherals.FLASH), clocks.is_fallback());
+
+    let (frames, queued) = FRAMES.split();
+    let serial = Serial::new(peripherals.USART1, &peripherals.GPIOA, &rcc, clocks.apb2_hz);
+    let mut timer = SampleTimer::new(
+        peripherals.TIM2,
+        peripherals.TIM5,
+        &rcc,
+        clocks.timer_hz,
+        booted.parameters.sample_rate_hz,
+    );
+    timer.show_latch(&peripherals.GPIOA);
+    let bus = Spi::new(peripherals.SPI1, peripherals.GPIOA, &rcc, clocks.apb2_hz);
+    let bank = CounterBank::new(bus, ACCELEROMETERS);
+    let mut link = Link::new(queued, serial);
+    let mut background = Background::new(&booted.parameters);
+    let mut watchdog = Watchdog::start(peripherals.IWDG, &peripherals.DBGMCU);
+
+    timer.start();
+    SAMPLING.lend(Sampling::new(bank, booted.processor, frames, timer));
+    loop {
+        let served = background.poll();
+        watchdog.feed(served);
+        if !link.poll() {
+            // A frame that is queued between the look and the sleep waits for the next interrupt, 250 µs.
+            cortex_m::asm::wfi();
+        }
+    }
+}

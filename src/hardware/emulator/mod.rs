@@ -1,0 +1,139 @@
+//! The image for QEMU (`-M netduinoplus2`, an STM32F405): the board's interrupt, with a bank from a file.
+//!
+//! Enters: `frames.bin` ([`trueaxis::bank_record`]) by semihosting from the emulator's working folder, and the
+//! parameter slots, which the emulator loads into flash. Leaves: telemetry frames on USART1, events and
+//! `report.bin` ([`trueaxis::run_report`]) by semihosting.
+//!
+//! Virtual time stands still during a semihosting call, so reading ahead delays nothing. Under
+//! `-icount shift=0` one instruction is one nanosecond of it, and the emulator's timers count at 1 GHz
+//! whatever the clock tree says: so TIM5 counts instructions, exactly and repeatably, and a period of 250 µs
+//! has 250 000. The loop sleeps between interrupts; a busy one would cost the emulator all of them.
+
+mod bank_file;
+
+mod stack;
+
+use core::sync::atomic::Ordering;
+
+use cortex_m_rt::entry;
+use defmt_semihosting as _;
+use heapless::spsc::{Consumer, Producer, Queue};
+use semihosting::fs::File;
+use semihosting::io::{self, Write};
+use stm32f4::stm32f405::Peripherals;
+use trueaxis::TelemetryFrame;
+use trueaxis::bank_record::BankRecord;
+use trueaxis::counter_bank::{AccelerometerInput, CounterBank};
+use trueaxis::run_report::{RunOutcome, RunReport};
+
+use self::bank_file::{BankFile, LINK_HELD, Records, read_ahead};
+use super::background::Background;
+use super::boot::boot;
+use super::clock;
+use super::flash::SlotFlash;
+use super::link::Link;
+use super::sample_timer::SampleTimer;
+use super::sampling::{FRAME_QUEUE, SAMPLING, Sampling, WATCH};
+use super::serial::Serial;
+
+pub use self::bank_file::BankFile as Spi;
+
+/// The emulator's timer clock \[Hz\].
+const TIMER_HZ: u32 = 1_000_000_000;
+
+defmt::timestamp!("period {=u32}", WATCH.served.load(Ordering::Relaxed));
+
+#[entry]
+fn main() -> ! {
+    // `entry` makes these references that live for ever, and runs once.
+    static mut RECORDS: Records = Queue::new();
+    static mut FRAMES: Queue<TelemetryFrame, FRAME_QUEUE> = Queue::new();
+
+    let report = match run(RECORDS.split(), FRAMES.split()) {
+        Ok(report) => report,
+        Err(error) => {
+            defmt::error!(
+                "file of the run: error {=i32}",
+                error.raw_os_error().unwrap_or(0)
+            );
+            RunReport::empty(RunOutcome::FileFault)
+        }
+    };
+    let written = File::create(c"report.bin").and_then(|mut f| f.write_all(&report.to_bytes()));
+    semihosting::process::exit(match (report.outcome, written) {
+        (RunOutcome::Complete, Ok(())) => 0,
+        _ => 1,
+    })
+}
+
+/// The filling and the emptying end of a queue.
+type Ends<T> = (Producer<'static, T>, Consumer<'static, T>);
+
+/// The run from reset to the last frame.
+fn run(
+    (mut records, record_queue): Ends<BankRecord>,
+    (frames, queued): Ends<TelemetryFrame>,
+) -> io::Result<RunReport> {
+    let Some(peripherals) = Peripherals::take() else {
+        panic!("the peripherals were taken before main");
+    };
+    let rcc = peripherals.RCC;
+    let clocks = clock::start(&rcc, &peripherals.FLASH, &peripherals.PWR);
+    let booted = boot(SlotFlash::new(peripherals.FLASH), clocks.is_fallback());
+
+    let mut input = File::open(c"frames.bin")?;
+    let total = (input.metadata()?.len() / BankRecord::BYTES as u64) as u32;
+    read_ahead(&mut input, &mut records)?;
+
+    let serial = Serial::new(peripherals.USART1, &peripherals.GPIOA, &rcc, clocks.apb2_hz);
+    let mut link = Link::new(queued, serial);
+    let mut background = Background::new(&booted.parameters);
+    let mut timer = SampleTimer::new(
+        peripherals.TIM2,
+        peripherals.TIM5,
+        &rcc,
+        TIMER_HZ,
+        booted.parameters.sample_rate_hz,
+    );
+    if total > 0 {
+        let bus = BankFile::new(record_queue, timer.period_ticks());
+        let bank = CounterBank::new(bus, AccelerometerInput::Counters);
+        timer.start();
+        SAMPLING.lend(Sampling::new(bank, booted.processor, frames, timer));
+    }
+    while background.poll() < total {
+        // Test and sleep with interrupts held: one must not slip in between. A held one ends the sleep.
+        cortex_m::interrupt::free(|_| {
+            if WATCH.served.load(Ordering::Acquire) == background.seen() {
+                cortex_m::asm::wfi();
+            }
+        });
+        read_ahead(&mut input, &mut records)?;
+        if !LINK_HELD.load(Ordering::Relaxed) {
+            link.poll();
+        }
+    }
+    // The last record must not hold the interrupt beyond its period, or one more would slip in here.
+    let sampling = SAMPLING.take_back();
+    while link.poll() {}
+
+    let mut report = RunReport::empty(RunOutcome::Complete);
+    if let Some(sampling) = &sampling {
+        report.between_outputs = sampling.costs.chain_between_outputs;
+        report.with_output = sampling.costs.chain_with_output;
+        report.processor = sampling.costs.processor;
+        report.interrupt = sampling.costs.interrupt;
+        report.reading_overhead = sampling.timer.reading_overhead();
+        report.health = sampling.processor.health_items();
+    }
+    report.periods = WATCH.served.load(Ordering::Relaxed);
+    report.frames = link.frames_sent();
+    report.stack_used_bytes = stack::used_bytes();
+    report.stack_size_bytes = stack::size_bytes();
+    defmt::info!(
+        "end of stream: {=u32} periods, {=u32} frames",
+        report.periods,
+        report.frames
+    );
+    Ok(report)
+}

@@ -1,0 +1,203 @@
+//! The two flash sectors of the parameter slots, as `embedded-storage` sees NOR flash.
+//!
+//! Enters: offsets into the two sectors, slot A at 0, slot B at [`SECTOR_BYTES`]. Leaves: their bytes, or
+//! [`FlashFault`]. Sectors 10 and 11 of the STM32F405 (RM0090 section 3.3), 128 KiB each, set apart in
+//! memory.x. Every wait is bounded.
+//!
+//! Writing and erasing hold the processor (the flash is one bank: instructions cannot be fetched meanwhile),
+//! up to 4 s for a sector: at boot only, before sampling and the watchdog start. Assumes a supply of 2.7 V to
+//! 3.6 V, for words of 32 bits at a time. The emulator's flash is read-only: there a write changes nothing,
+//! and reading back shows it.
+
+use core::ptr;
+
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
+};
+use stm32f4::stm32f405::FLASH;
+
+/// One sector \[bytes\].
+pub const SECTOR_BYTES: u32 = 128 * 1024;
+
+/// Both.
+const CAPACITY: u32 = 2 * SECTOR_BYTES;
+
+/// Number of the sector at offset 0.
+const FIRST_SECTOR: u8 = 10;
+
+/// RM0090 3.6.1: these two, in this order, unlock the control register until the next reset or lock.
+const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
+
+/// Polls while an erase is under way. A poll takes at least 4 cycles at 168 MHz, so this waits at least
+/// 4.7 s; a sector takes at most 4 s (t_ERASE128KB at 8 bits, data sheet 5.3.12; 2 s at 32 bits).
+const ERASE_POLLS: u32 = 200_000_000;
+
+/// Polls while a word is written: 2.3 ms; it takes at most 100 µs.
+const WRITE_POLLS: u32 = 100_000;
+
+unsafe extern "C" {
+    /// Where the slots begin, from memory.x.
+    static _parameter_slots: u8;
+}
+
+/// The flash refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
+pub enum FlashFault {
+    /// Beyond the two sectors.
+    OutOfBounds,
+    /// Not whole words, or not whole sectors.
+    NotAligned,
+    /// The controller did not finish within its bound.
+    Timeout,
+    /// The controller reported an error of programming or protection.
+    Refused,
+}
+
+impl NorFlashError for FlashFault {
+    fn kind(&self) -> NorFlashErrorKind {
+        match self {
+            Self::OutOfBounds => NorFlashErrorKind::OutOfBounds,
+            Self::NotAligned => NorFlashErrorKind::NotAligned,
+            Self::Timeout | Self::Refused => NorFlashErrorKind::Other,
+        }
+    }
+}
+
+/// The two sectors.
+pub struct SlotFlash {
+    controller: FLASH,
+}
+
+impl SlotFlash {
+    /// Locked, as after reset.
+    pub fn new(controller: FLASH) -> Self {
+        Self { controller }
+    }
+
+    /// Where `offset` lies.
+    fn address(offset: u32) -> *mut u8 {
+        (&raw const _parameter_slots)
+            .cast_mut()
+            .wrapping_add(offset as usize)
+    }
+
+    /// Runs `work` with the controller unlocked.
+    fn unlocked(
+        &mut self,
+        work: impl FnOnce(&FLASH) -> Result<(), FlashFault>,
+    ) -> Result<(), FlashFault> {
+        for key in KEYS {
+            self.controller.keyr().write(|w| w.key().set(key));
+        }
+        // Writing a flag clears it: errors of an earlier attempt must not be taken for this one's.
+        // SAFETY: every bit of the register is a flag that is cleared by writing 1.
+        self.controller
+            .sr()
+            .write(|w| unsafe { w.bits(ERROR_FLAGS) });
+        let outcome = work(&self.controller);
+        self.controller.cr().write(|w| w.lock().locked());
+        // The data cache still holds what the sectors were; it may be emptied only while it is off
+        // (RM0090 3.5.2).
+        let cache = self.controller.acr();
+        cache.modify(|_, w| w.dcen().disabled());
+        cache.modify(|_, w| w.dcrst().reset());
+        cache.modify(|_, w| w.dcrst().no_reset());
+        cache.modify(|_, w| w.dcen().enabled());
+        outcome
+    }
+}
+
+/// OPERR, WRPERR, PGAERR, PGPERR, PGSERR (RM0090 3.9.4).
+const ERROR_FLAGS: u32 = 0b1111_0010;
+
+/// Waits for the controller, at most `polls`.
+fn finished(controller: &FLASH, polls: u32) -> Result<(), FlashFault> {
+    let idle = (0..polls).any(|_| !controller.sr().read().bsy().bit());
+    if !idle {
+        Err(FlashFault::Timeout)
+    } else if controller.sr().read().bits() & ERROR_FLAGS != 0 {
+        Err(FlashFault::Refused)
+    } else {
+        Ok(())
+    }
+}
+
+/// Whether `length` bytes from `offset` lie within the two sectors.
+fn check_bounds(offset: u32, length: usize) -> Result<(), FlashFault> {
+    let end = (offset as usize).saturating_add(length);
+    (end <= CAPACITY as usize)
+        .then_some(())
+        .ok_or(FlashFault::OutOfBounds)
+}
+
+impl ErrorType for SlotFlash {
+    type Error = FlashFault;
+}
+
+impl ReadNorFlash for SlotFlash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashFault> {
+        check_bounds(offset, bytes.len())?;
+        for (at, byte) in (offset..).zip(bytes) {
+            // SAFETY: within the two sectors, which are readable memory; volatile, because they change
+            // behind the compiler's back.
+            *byte = unsafe { ptr::read_volatile(Self::address(at)) };
+        }
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        CAPACITY as usize
+    }
+}
+
+impl NorFlash for SlotFlash {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = SECTOR_BYTES as usize;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashFault> {
+        check_bounds(to, 0)?;
+        if from > to {
+            return Err(FlashFault::OutOfBounds);
+        }
+        if !from.is_multiple_of(SECTOR_BYTES) || !to.is_multiple_of(SECTOR_BYTES) {
+            return Err(FlashFault::NotAligned);
+        }
+        self.unlocked(|controller| {
+            for sector in from / SECTOR_BYTES..to / SECTOR_BYTES {
+                controller.cr().write(|w| {
+                    // SAFETY: 10 or 11, the slots' sectors.
+                    unsafe { w.snb().bits(FIRST_SECTOR + sector as u8) };
+                    w.ser().sector_erase().psize().psize32().strt().start()
+                });
+                finished(controller, ERASE_POLLS)?;
+            }
+            Ok(())
+        })
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashFault> {
+        check_bounds(offset, bytes.len())?;
+        let (words, rest) = bytes.as_chunks::<4>();
+        if !offset.is_multiple_of(4) || !rest.is_empty() {
+            return Err(FlashFault::NotAligned);
+        }
+        self.unlocked(|controller| {
+            controller
+                .cr()
+                .write(|w| w.pg().program().psize().psize32());
+            for (at, word) in (offset..).step_by(4).zip(words) {
+                // SAFETY: aligned and within the sectors; the controller is in programming mode, where a
+                // store of a word is how flash is written.
+                unsafe {
+                    ptr::write_volatile(Self::address(at).cast::<u32>(), u32::from_le_bytes(*word));
+                }
+                // The write must have left the processor before its end is waited for.
+                cortex_m::asm::dsb();
+                finished(controller, WRITE_POLLS)?;
+            }
+            Ok(())
+        })
+    }
+}

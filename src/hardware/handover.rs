@@ -1,0 +1,64 @@
+//! A place whose content belongs to the sampling interrupt while that is unmasked, and to the main loop
+//! otherwise.
+//!
+//! Enters and leaves: the value. Nothing is shared, so nothing is locked: what the two exchange while both
+//! run goes through queues and atomics.
+
+use core::cell::UnsafeCell;
+use core::sync::atomic::{Ordering, compiler_fence};
+
+use stm32f4::stm32f405::{NVIC, interrupt};
+
+/// The place.
+pub struct Handover<T>(UnsafeCell<Option<T>>);
+
+// SAFETY: one core; `lend` and `take_back` change the owner only while the interrupt is masked.
+unsafe impl<T: Send> Sync for Handover<T> {}
+
+impl<T> Handover<T> {
+    /// Nothing in it.
+    pub const fn empty() -> Self {
+        Self(UnsafeCell::new(None))
+    }
+
+    /// Puts `value` in and unmasks the interrupt: from here it belongs to the interrupt.
+    pub fn lend(&self, value: T) {
+        NVIC::mask(interrupt::TIM2);
+        wait_for_mask();
+        // SAFETY: the interrupt, the only other user, is masked.
+        unsafe { *self.0.get() = Some(value) };
+        // The value must be in its place before the interrupt may come: for the compiler, which may move
+        // the plain store past a register's volatile one, and for the processor.
+        compiler_fence(Ordering::SeqCst);
+        cortex_m::asm::dmb();
+        // SAFETY: nothing holds a critical section that relies on this interrupt being masked.
+        unsafe { NVIC::unmask(interrupt::TIM2) };
+    }
+
+    /// Masks the interrupt and takes the value out.
+    #[cfg_attr(
+        feature = "board",
+        expect(dead_code, reason = "the board samples until it is switched off")
+    )]
+    pub fn take_back(&self) -> Option<T> {
+        NVIC::mask(interrupt::TIM2);
+        wait_for_mask();
+        // SAFETY: the interrupt, the only other user, is masked.
+        unsafe { (*self.0.get()).take() }
+    }
+
+    /// The place itself, for the interrupt: while that runs it is unmasked, so the value belongs to it, and
+    /// it does not nest. Anybody else has no right to read or write through the pointer.
+    #[inline(always)]
+    pub fn place(&self) -> *mut Option<T> {
+        self.0.get()
+    }
+}
+
+/// The barriers of the architecture's reference manual (B3.5.3): no TIM2 entry after this point, and no
+/// access of what follows, nor the compiler's move of one, before it.
+fn wait_for_mask() {
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
+    compiler_fence(Ordering::SeqCst);
+}

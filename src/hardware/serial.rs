@@ -1,0 +1,41 @@
+//! USART1, sending only: telemetry frames leave the board here, PA9.
+//!
+//! Enters: bytes. Leaves: 8 data bits, no parity, 1 stop bit at [`BAUD`]. Nothing waits: [`Serial::send`]
+//! takes a byte if there is room and says so, and the main loop comes again.
+
+use stm32f4::stm32f405::{GPIOA, RCC, USART1};
+
+/// Bits a second. Not 921 600: a million divides both 84 MHz and the fallback's 16 MHz without a rest, so
+/// the line stays readable after a dead crystal, and the usual USB adapters know it.
+pub const BAUD: u32 = 1_000_000;
+
+/// The transmitter.
+pub struct Serial {
+    usart: USART1,
+}
+
+impl Serial {
+    /// Sets pin and rate.
+    pub fn new(usart: USART1, gpioa: &GPIOA, rcc: &RCC, apb2_hz: u32) -> Self {
+        rcc.ahb1enr().modify(|_, w| w.gpioaen().enabled());
+        rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
+        gpioa.afrh().modify(|_, w| w.afrh9().af7());
+        gpioa.moder().modify(|_, w| w.moder9().alternate());
+        // SAFETY: with 16-fold oversampling the register holds the clock over the baud rate in sixteenths
+        // (RM0090 30.3.4): 84 or 16, within its 16 bits.
+        usart
+            .brr()
+            .write(|w| unsafe { w.bits((apb2_hz / BAUD) as u16) });
+        usart.cr1().write(|w| w.ue().enabled().te().enabled());
+        Self { usart }
+    }
+
+    /// Sends `byte` if the transmitter has room.
+    pub fn send(&mut self, byte: u8) -> bool {
+        let has_room = self.usart.sr().read().txe().bit();
+        if has_room {
+            self.usart.dr().write(|w| w.dr().set(u16::from(byte)));
+        }
+        has_room
+    }
+}
