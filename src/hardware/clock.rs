@@ -1,7 +1,7 @@
 //! The clock tree: 168 MHz from the crystal, or the best that starts.
 //!
 //! Enters: nothing. Leaves: [`Clocks`]: which source runs, and the frequencies \[Hz\] that timers, SPI and
-//! USART divide. Tried in this order (RM0090 sections 6.2 and 7.3):
+//! USART divide. Tried in this order (RM0090 section 7.2):
 //!
 //! | source | core | APB1, its timers | APB2 | flag |
 //! |---|---|---|---|---|
@@ -28,6 +28,9 @@ const PLL_POLLS: u32 = 4_000;
 
 /// Polls for a register to show what was written to it: it takes a few bus cycles.
 const REGISTER_POLLS: u32 = 1_000;
+
+/// Cycles that a new bus divider takes to act, at most.
+const DIVIDER_CYCLES: u32 = 16;
 
 /// The internal RC oscillator \[Hz\].
 const INTERNAL_HZ: u32 = 16_000_000;
@@ -102,7 +105,7 @@ pub fn start(rcc: &RCC, flash: &FLASH, pwr: &PWR) -> Clocks {
 /// Tries to run from the PLL behind `source`; on failure the internal oscillator runs as after reset.
 fn runs_from_pll(rcc: &RCC, flash: &FLASH, source: ClockSource) -> bool {
     rcc.pllcfgr().write(|w| {
-        // SAFETY: VCO input 1 MHz, output 336 MHz and USB divider 7 are within RM0090 6.3.2.
+        // SAFETY: VCO input 1 MHz, output 336 MHz and USB divider 7 are within RM0090 7.3.2.
         unsafe {
             w.plln().bits(VCO_MULTIPLIER).pllq().bits(USB_DIVIDER);
             w.pllm().bits(match source {
@@ -126,18 +129,17 @@ fn runs_from_pll(rcc: &RCC, flash: &FLASH, source: ClockSource) -> bool {
     });
     let slow_enough = within(REGISTER_POLLS, || flash.acr().read().latency().is_ws5());
     if locked && slow_enough {
-        rcc.cfgr().modify(|_, w| {
-            w.ppre1().div4().ppre2().div2();
-            w.sw().pll()
-        });
+        // The dividers first: they take up to 16 cycles to act (RM0090 7.3.3), and the buses must not be
+        // driven beyond their limits meanwhile.
+        rcc.cfgr().modify(|_, w| w.ppre1().div4().ppre2().div2());
+        cortex_m::asm::delay(DIVIDER_CYCLES);
+        rcc.cfgr().modify(|_, w| w.sw().pll());
         if within(REGISTER_POLLS, || rcc.cfgr().read().sws().is_pll()) {
             return true;
         }
     }
-    rcc.cfgr().modify(|_, w| {
-        w.ppre1().div1().ppre2().div1();
-        w.sw().hsi()
-    });
+    rcc.cfgr().modify(|_, w| w.sw().hsi());
+    rcc.cfgr().modify(|_, w| w.ppre1().div1().ppre2().div1());
     rcc.cr().modify(|_, w| w.pllon().off());
     // The next attempt may write the PLL's configuration only when it has stopped.
     within(REGISTER_POLLS, || rcc.cr().read().pllrdy().is_not_ready());

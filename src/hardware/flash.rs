@@ -166,11 +166,16 @@ impl NorFlash for SlotFlash {
         }
         self.unlocked(|controller| {
             for sector in from / SECTOR_BYTES..to / SECTOR_BYTES {
+                // The lock bit is set after reset, so a write that does not name it would lock.
                 controller.cr().write(|w| {
+                    w.lock().unlocked();
                     // SAFETY: 10 or 11, the slots' sectors.
                     unsafe { w.snb().bits(FIRST_SECTOR + sector as u8) };
-                    w.ser().sector_erase().psize().psize32().strt().start()
+                    w.ser().sector_erase().psize().psize32()
                 });
+                controller
+                    .cr()
+                    .modify(|_, w| w.lock().unlocked().strt().start());
                 finished(controller, ERASE_POLLS)?;
             }
             Ok(())
@@ -184,9 +189,10 @@ impl NorFlash for SlotFlash {
             return Err(FlashFault::NotAligned);
         }
         self.unlocked(|controller| {
-            controller
-                .cr()
-                .write(|w| w.pg().program().psize().psize32());
+            controller.cr().write(|w| {
+                w.lock().unlocked();
+                w.pg().program().psize().psize32()
+            });
             for (at, word) in (offset..).step_by(4).zip(words) {
                 // SAFETY: aligned and within the sectors; the controller is in programming mode, where a
                 // store of a word is how flash is written.

@@ -43,6 +43,9 @@ fn main() -> ! {
         panic!("the peripherals were taken before main");
     };
     let rcc = peripherals.RCC;
+    // Without it a sleeping core is deaf to the probe, and RTT with it (RM0090 38.16.1).
+    let debug = peripherals.DBGMCU;
+    debug.cr().modify(|_, w| w.dbg_sleep().set_bit());
     let clocks = clock::start(&rcc, &peripherals.FLASH, &peripherals.PWR);
     let reset = rcc.csr().read();
     defmt::info!(
@@ -72,7 +75,7 @@ fn main() -> ! {
     let bank = CounterBank::new(bus, ACCELEROMETERS);
     let mut link = Link::new(queued, serial);
     let mut background = Background::new(&booted.parameters);
-    let mut watchdog = Watchdog::start(peripherals.IWDG, &peripherals.DBGMCU);
+    let mut watchdog = Watchdog::start(peripherals.IWDG, &debug);
 
     timer.start();
     SAMPLING.lend(Sampling::new(bank, booted.processor, frames, timer));

@@ -1,8 +1,8 @@
 //! SPI1 as the `SpiDevice` of the counter bank: PA5 clock, PA6 in, PA7 out, PA4 chip select.
 //!
 //! Enters: `embedded-hal` transactions. Leaves: bytes, mode 0, most significant bit first, at no more than
-//! [`SPI_LIMIT_HZ`]; [`BusFault`] where the peripheral does not answer. The bank latches its counters when
-//! chip select falls.
+//! [`SPI_LIMIT_HZ`]; [`BusFault`] where the peripheral does not answer. The bank has latched its counters by
+//! then, on the edge of [`SampleTimer`](crate::hardware::sample_timer::SampleTimer).
 //!
 //! It is polled: a frame of 40 bytes takes 30 µs on the wire at 10.5 MHz, which is the interrupt's own time,
 //! but leaves nothing that could come late or in the wrong order, as DMA could. Every wait is bounded.
@@ -14,15 +14,16 @@ use embedded_hal::spi::{Error, ErrorKind, ErrorType, Operation, SpiDevice};
 use stm32f4::stm32f405::{GPIOA, RCC, SPI1};
 
 /// Fastest clock \[Hz\]: an eighth of 84 MHz, so that a bit lasts 95 ns and a metre of cable with its
-/// buffers (some 20 ns there and back) still leaves half a bit of margin.
+/// buffers (some 20 ns there and back) leaves half a bit less 20 ns between edge and sample.
 const SPI_LIMIT_HZ: u32 = 10_500_000;
 
 /// Polls for one byte. A byte takes 8 bits of at most 16 core cycles each, 128 cycles, and a poll at least 4,
 /// so it is there within 32; four times as much is a fault.
 const BYTE_POLLS: u32 = 128;
 
-/// Core cycles between chip select and the first clock edge: 100 ns at 168 MHz, for the bank to latch.
-const LATCH_CYCLES: u32 = 17;
+/// Core cycles between chip select and the first clock edge: 100 ns at 168 MHz, for the bank to drive its
+/// line.
+const SELECT_CYCLES: u32 = 17;
 
 /// Core cycles in a microsecond at full speed; slower clocks make a delay longer, never shorter.
 const CYCLES_PER_US: u32 = 168;
@@ -105,9 +106,10 @@ impl SpiBus {
         }
         self.spi.dr().write(|w| w.dr().set(u16::from(byte)));
         let has_come = (0..BYTE_POLLS).any(|_| self.spi.sr().read().rxne().bit());
-        // Read in any case: a byte that is left behind would shift every later frame by one.
-        let received = self.spi.dr().read().dr().bits() as u8;
-        has_come.then_some(received).ok_or(BusFault)
+        if !has_come {
+            return Err(BusFault);
+        }
+        Ok(self.spi.dr().read().dr().bits() as u8)
     }
 
     /// One operation of a transaction.
@@ -158,7 +160,11 @@ impl SpiDevice for SpiBus {
     #[inline]
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), BusFault> {
         let Ok(()) = self.select.set_low();
-        cortex_m::asm::delay(LATCH_CYCLES);
+        cortex_m::asm::delay(SELECT_CYCLES);
+        // What a transfer that failed may have left behind would shift this one by a byte: reading data and
+        // then status clears both the byte and an overrun (RM0090 28.3.10).
+        let _ = self.spi.dr().read();
+        let _ = self.spi.sr().read();
         let outcome = operations
             .iter_mut()
             .try_for_each(|operation| self.operate(operation));
