@@ -17,11 +17,11 @@
 //!
 //! On the wire, 8 data bits, 1 start and 1 stop bit, none for parity:
 //!
-//! | frames a second | bytes/s | baud needed | of 921 600 baud |
+//! | frames a second | bytes/s | baud needed | of the board's 1 000 000 baud |
 //! |---|---|---|---|
 //! | 200 | 8 600 | 86 000 | 9 % |
-//! | 400 | 17 200 | 172 000 | 19 % |
-//! | 1000 | 43 000 | 430 000 | 47 % |
+//! | 400 | 17 200 | 172 000 | 17 % |
+//! | 1000 | 43 000 | 430 000 | 43 % |
 //!
 //! A frame goes whole or not at all: where the queue to the port is full it is dropped and counted, and the
 //! sequence number shows the gap. [`Decoder`] finds the frames in any byte stream: it assumes nothing of

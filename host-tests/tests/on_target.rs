@@ -9,6 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rlg::target::records::records_of;
 use rlg::target::{Image, OnTarget, Platform, SlotImages, TargetCore, emulator, on_target};
 use trueaxis::bank_record::BankRecord;
+use trueaxis::health::{HEALTH_ITEMS, item};
 use trueaxis::{CrossAxis, Decoder, Parameters, Sample, Status};
 
 /// Every parameter away from the value that would hide it.
@@ -253,6 +254,28 @@ fn the_boards_image_sends_its_flags_without_crystal_bank_and_parameters() {
             "the interrupt does not fit its period"
         );
     }
+}
+
+#[test]
+#[ignore = "needs qemu-system-arm; cargo verify runs it"]
+fn the_boards_image_takes_its_parameters_from_the_slots() {
+    let image = Image::build(Platform::Board, TargetCore::F32).expect("the image builds");
+    // Every health item has had its turn by then.
+    let frames = HEALTH_ITEMS.len() as u64 + 1;
+    let sent = emulator::first_telemetry(&image.path, &SlotImages::both(&parameters()), frames)
+        .expect("the image sends");
+    let mut decoder = Decoder::new();
+    let frames: Vec<_> = sent.iter().filter_map(|byte| decoder.push(*byte)).collect();
+    let shown = |index| {
+        let frame = frames.iter().find(|frame| frame.health.index == index);
+        frame.map(|frame| frame.health.value)
+    };
+    assert_eq!(shown(item::GENERATION), Some(1));
+    assert!(
+        frames
+            .iter()
+            .all(|frame| !frame.output.status.contains(Status::PARAMETERS_DEFAULT))
+    );
 }
 
 #[test]

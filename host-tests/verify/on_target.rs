@@ -14,8 +14,9 @@ use crate::step::{cargo_command, recordings, run};
 /// Both cores.
 pub const CORES: [TargetCore; 2] = [TargetCore::F32, TargetCore::Fixed];
 
-/// Fewer samples would not meet every phase of three dithers and the coning: 25 s.
-const LEAST_SAMPLES: u64 = 100_000;
+/// 250 s of the unit's time: every phase of three dithers and the coning against each other. The recording
+/// is played there and back until it is so many.
+const SAMPLES: u64 = 1_000_000;
 
 /// A recording and its model.
 #[derive(Debug)]
@@ -52,6 +53,7 @@ pub fn recording(root: &Path) -> Result<Recording, String> {
 pub fn holds_its_marks(recording: &Recording, core: TargetCore) -> Result<(), String> {
     let mut command = rlg(&["on-target", "--json", "--core", core.name()]);
     command
+        .args(["--samples", &SAMPLES.to_string()])
         .arg("--model")
         .arg(&recording.model)
         .arg("--out")
@@ -82,8 +84,8 @@ pub fn holds_its_marks(recording: &Recording, core: TargetCore) -> Result<(), St
         ));
     }
     let samples = figure("/samples")?;
-    if samples < LEAST_SAMPLES as f64 {
-        return Err(format!("{}: only {samples} samples", core.name()));
+    if samples != SAMPLES as f64 {
+        return Err(format!("{}: {samples} samples", core.name()));
     }
     let budgets = match core {
         TargetCore::F32 => budgets.f32,

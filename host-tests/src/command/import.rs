@@ -20,7 +20,7 @@ const RATE_MISMATCH: f64 = 0.02;
 /// Read a captured stream into a recording
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  rlg import capture.bin --format frames --out flight\n\nCapture the unit's serial port as it is, e.g.\n  stty -F /dev/ttyUSB0 921600 raw && cat /dev/ttyUSB0 > capture.bin"
+    after_help = "Example:\n  rlg import capture.bin --format frames --out flight\n\nCapture the unit's serial port as it is, e.g.\n  stty -F /dev/ttyUSB0 1000000 raw && cat /dev/ttyUSB0 > capture.bin"
 )]
 pub struct Import {
     /// The file
