@@ -92,6 +92,22 @@ fn every_image_keeps_its_memory_budgets_and_the_stack_fits() {
 
 #[test]
 #[ignore = "needs the image's target; cargo verify runs it"]
+fn what_a_debugger_looks_for_is_in_every_image_by_its_name_and_whole() {
+    use object::{Object, ObjectSymbol};
+    /// A trace of 256 entries of 52 bytes behind 20; five words of the last failure.
+    const RECORDS: [(&str, u64); 2] = [("TRACE", 20 + 256 * 52), ("LAST_FAILURE", 20)];
+    for (image_name, image) in images() {
+        let file = object::File::parse(image.elf.as_slice()).expect("an ELF file");
+        for (name, bytes) in RECORDS {
+            let symbol = file.symbols().find(|symbol| symbol.name() == Ok(name));
+            let size = symbol.map(|symbol| symbol.size());
+            assert_eq!(size, Some(bytes), "{name} in {image_name}");
+        }
+    }
+}
+
+#[test]
+#[ignore = "needs the image's target; cargo verify runs it"]
 fn recursion_in_the_interrupt_has_no_bound_and_is_refused() {
     let (_, image) = images().next().expect("an image");
     // The interrupt's chain, made to call the interrupt: its first instruction becomes a jump back.

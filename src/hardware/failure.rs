@@ -52,7 +52,9 @@ pub struct Failure {
     file_bytes: AtomicU32,
 }
 
-/// The record. `.uninit` is neither cleared nor loaded at boot.
+/// The record. `.uninit` is neither cleared nor loaded at boot. Without `no_mangle` the compiler would split
+/// it into words and drop those that no code reads back.
+#[unsafe(no_mangle)]
 #[unsafe(link_section = ".uninit.LAST_FAILURE")]
 static LAST_FAILURE: Failure = Failure {
     state: AtomicU32::new(0),
