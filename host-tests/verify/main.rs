@@ -14,6 +14,8 @@ mod set_up;
 
 mod on_target;
 
+mod fuzz;
+
 use std::process::ExitCode;
 
 use step::{Tally, cargo, heading, root};
@@ -34,6 +36,8 @@ fn main() -> ExitCode {
     tally.step(set_up::compiler());
     heading("emulator");
     tally.step(set_up::emulator());
+    heading("C++ compiler");
+    tally.step(set_up::cxx());
 
     heading("formatting");
     tally.step(cargo(&["fmt", "--all", "--check"]));
@@ -81,6 +85,15 @@ fn main() -> ExitCode {
         "--test",
         "properties",
     ]);
+    heading("fuzzing");
+    match fuzz::build() {
+        Ok(built) => {
+            for name in fuzz::TARGETS {
+                tally.step(fuzz::target(&built, name));
+            }
+        }
+        Err(reason) => tally.step(Err(reason)),
+    }
     heading("firmware images");
     for (feature, _) in IMAGES {
         // Aliases of .cargo/config.toml: what the documents tell people to type.

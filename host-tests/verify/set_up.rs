@@ -1,4 +1,4 @@
-//! What the other steps need: the target's core library, rustfmt and clippy, the emulator.
+//! What the other steps need: the target's core library, rustfmt and clippy, the emulator, a C++ compiler.
 //!
 //! Each is looked for first; nothing is downloaded where it is there. Where this program may not install
 //! (no root), it says the exact command and the step fails.
@@ -35,16 +35,26 @@ pub fn compiler() -> Result<(), String> {
 
 /// Installs the emulator where it is missing and this may be done.
 pub fn emulator() -> Result<(), String> {
-    if starts(EMULATOR) {
+    program(EMULATOR, EMULATOR)
+}
+
+/// The compiler of the fuzzer's runtime.
+pub fn cxx() -> Result<(), String> {
+    program("c++", "g++")
+}
+
+/// Installs the Debian package `package` where `program` is missing and this may be done.
+fn program(program: &str, package: &str) -> Result<(), String> {
+    if starts(program) {
         return Ok(());
     }
-    let hint = format!("sudo apt-get update && sudo apt-get install -y {EMULATOR}");
+    let hint = format!("sudo apt-get update && sudo apt-get install -y {package}");
     if !is_root() {
-        return Err(format!("{EMULATOR} is missing; install it with: {hint}"));
+        return Err(format!("{program} is missing; install it with: {hint}"));
     }
     for arguments in [
         &["update"][..],
-        &["install", "-y", "--no-install-recommends", EMULATOR],
+        &["install", "-y", "--no-install-recommends", package],
     ] {
         let mut command = Command::new("apt-get");
         command
@@ -52,10 +62,10 @@ pub fn emulator() -> Result<(), String> {
             .args(arguments);
         run(command)?;
     }
-    if starts(EMULATOR) {
+    if starts(program) {
         Ok(())
     } else {
-        Err(format!("{EMULATOR} is installed but does not start"))
+        Err(format!("{program} is installed but does not start"))
     }
 }
 

@@ -1,0 +1,80 @@
+//! Any frames, errors and check sums from the bus of the counter bank, into the processor.
+//!
+//! Holds: no panic; a sample comes only from a frame whose check sum fits; a frame that is read encodes to
+//! the bytes it came from.
+#![no_main]
+
+use std::collections::VecDeque;
+
+use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
+use libfuzzer_sys::fuzz_target;
+use trueaxis::counter_bank::{AccelerometerInput, BankFrame, CounterBank, FRAME_BYTES, checksum};
+use trueaxis::processor::{BootReport, Processor, Timing};
+use trueaxis::sample_source::SampleSource;
+use trueaxis::{Fixed, Parameters};
+
+fuzz_target!(|data: &[u8]| {
+    let [options, data @ ..] = data else {
+        return;
+    };
+    let input = match options & 1 {
+        0 => AccelerometerInput::Counters,
+        _ => AccelerometerInput::Codes,
+    };
+    let parameters = Parameters {
+        samples_per_output: 1 + u16::from(options >> 1) % 40,
+        ..Parameters::default()
+    };
+    let mut processor =
+        Processor::<Fixed>::new(&parameters, BootReport::default()).expect("parameters in range");
+    let transfers: Vec<&[u8]> = data.chunks_exact(1 + FRAME_BYTES).collect();
+    let wire: VecDeque<_> = transfers.iter().map(|transfer| on_wire(transfer)).collect();
+    let mut bank = CounterBank::new(Bus(wire.clone()), input);
+    for (transfer, bytes) in transfers.iter().zip(wire) {
+        let frame = bytes.map(|bytes| BankFrame::from_bytes(&bytes));
+        if let (Some(bytes), Some(Ok(frame))) = (bytes, frame) {
+            assert_eq!(frame.to_bytes(), bytes);
+        }
+        let reading = bank.take();
+        assert!(reading.sample.is_none() || matches!(frame, Some(Ok(_))));
+        let timing = Timing {
+            missed: u32::from(transfer[0] >> 4),
+            late: transfer[0] & 8 != 0,
+        };
+        processor.period(reading, timing);
+    }
+});
+
+/// What the first byte makes of the others: a bus error, the bytes as they are, or a whole frame of them.
+fn on_wire(transfer: &[u8]) -> Option<[u8; FRAME_BYTES]> {
+    let mut bytes = [0; FRAME_BYTES];
+    bytes.copy_from_slice(&transfer[1..]);
+    match transfer[0] & 7 {
+        0 => return None,
+        1 => {}
+        _ => {
+            let crc = checksum(&bytes).to_le_bytes();
+            bytes[FRAME_BYTES - 2..].copy_from_slice(&crc);
+        }
+    }
+    Some(bytes)
+}
+
+/// Yields one transfer after the other, or an error where there is none.
+struct Bus(VecDeque<Option<[u8; FRAME_BYTES]>>);
+
+impl ErrorType for Bus {
+    type Error = ErrorKind;
+}
+
+impl SpiDevice for Bus {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
+        let bytes = self.0.pop_front().flatten().ok_or(ErrorKind::Other)?;
+        for operation in operations {
+            if let Operation::Read(wanted) = operation {
+                wanted.copy_from_slice(&bytes);
+            }
+        }
+        Ok(())
+    }
+}
