@@ -134,6 +134,9 @@ fn main() -> ExitCode {
         Err(reason) => tally.step(Err(reason)),
     }
 
+    heading("instructions by stage");
+    tally.step(cargo(&["stages"]));
+
     println!("\n{} passed, {} failed", tally.passed, tally.failed);
     if tally.failed == 0 {
         ExitCode::SUCCESS

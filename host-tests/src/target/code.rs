@@ -17,7 +17,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use gimli::{BaseAddresses, CfaRule, DebugFrame, LittleEndian, UnwindContext, UnwindSection};
+use addr2line::gimli::{
+    self, BaseAddresses, CfaRule, DebugFrame, LittleEndian, UnwindContext, UnwindSection,
+};
 use object::{Object, ObjectSection, ObjectSymbol};
 
 /// A function of the image.
@@ -29,6 +31,8 @@ pub struct Function {
     pub targets: BTreeSet<u64>,
     /// Addresses of its calls through a register.
     pub indirect: Vec<u64>,
+    /// Bytes from its begin to its end, constants between instructions included.
+    pub size: u64,
     /// Most it lowers the stack pointer by \[bytes\].
     pub frame_bytes: u32,
 }
@@ -251,6 +255,7 @@ impl Text {
         };
         let mut function = Function {
             name: name.to_owned(),
+            size: end - begin,
             ..Function::default()
         };
         let mut at = begin;

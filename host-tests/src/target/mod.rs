@@ -31,6 +31,10 @@ pub mod on_target;
 
 pub mod budgets;
 
+pub mod stages;
+
+pub mod cycles;
+
 pub use self::core::{Platform, TargetCore};
 pub use emulator::Emulation;
 pub use image::Image;
