@@ -1,25 +1,26 @@
 //! The whole chain: the stages in the order of the data.
 
 use crate::faults::{Faults, Status};
-use crate::numbers::{NumberSystem, Unrounded};
+use crate::numbers::NumberSystem;
 use crate::parameters::{ParameterError, Parameters};
 use crate::sample::{OutputFrame, Sample};
 use crate::stages::acceleration::{Acceleration, AccelerationState};
+use crate::stages::adaptation::{Adaptation, AdaptationState};
 use crate::stages::compensation;
 use crate::stages::coning::{self, ConingState};
-use crate::stages::counts::Counts;
+use crate::stages::counts::{Counts, CountsState};
 use crate::stages::dither::{Dither, DitherState};
 use crate::stages::frame::{self, FrameState};
-use crate::stages::installation::Installation;
-use crate::stages::rate_correction::RateCorrection;
-use crate::triad::Triad;
+use crate::stages::installation::{self, Installation, SignedFlexure};
+use crate::stages::limits::Limits;
 
 /// The configuration of every stage: checked once when built, constant afterwards.
 #[derive(Debug, Clone, Copy)]
 pub struct Chain<N: NumberSystem> {
+    limits: Limits,
     counts: Counts<N>,
     dither: Dither<N>,
-    rate_correction: RateCorrection<N>,
+    adaptation: Adaptation,
     acceleration: Acceleration<N>,
     installation: Installation<N>,
     samples_per_output: u32,
@@ -28,45 +29,37 @@ pub struct Chain<N: NumberSystem> {
 /// What the chain remembers between samples. One state belongs to one stream of samples.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ChainState<N: NumberSystem> {
-    dither: DitherState,
+    counts: CountsState,
+    dither: DitherState<N>,
+    adaptation: AdaptationState<N>,
     acceleration: AccelerationState<N>,
+    /// The flexure at work: none while a fault has it switched off.
+    flexure: SignedFlexure<N>,
     coning: ConingState<N>,
-    frame: FrameState<N>,
-    start: Start,
-    samples_in_period: u32,
-    samples: u32,
+    frame: FrameState,
+    next: Next,
+    periods_in_output: u32,
+    /// Periods before the present output period.
+    periods_before: u32,
+    /// Periods of the present output period without rotation, nor bias: the stream's first.
+    periods_without: u32,
     status: Status,
+    /// What the last adaptation window found; stands until the next one.
+    health: Status,
     faults: Faults,
 }
 
-/// How much of the stream's beginning is behind.
+/// What the next sample is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-enum Start {
-    /// No sample yet: no pickoff reading to difference with.
+enum Next {
+    /// The stream's first: no pickoff reading to difference with.
     #[default]
-    Unprimed,
-    /// One sample: no increment yet to difference with.
-    Primed,
-    /// Samples were lost: the next increment covers several periods, so it tells no acceleration.
-    Gap,
-    Running,
-}
-
-impl Start {
-    /// Lets an increment pass unless it is the stream's first.
-    #[inline(always)]
-    fn admit<N: NumberSystem>(
-        &mut self,
-        case: Triad<Unrounded<N>>,
-    ) -> (Triad<Unrounded<N>>, Status) {
-        let unprimed = *self == Self::Unprimed;
-        *self = match self {
-            Self::Unprimed | Self::Gap => Self::Primed,
-            Self::Primed | Self::Running => Self::Running,
-        };
-        let admitted = case.map(|d| if unprimed { Unrounded::default() } else { d });
-        (admitted, Status::PRIMED.when(unprimed))
-    }
+    First,
+    /// The first increment, or the first after a gap: none to difference with.
+    Second,
+    /// The first after this many lost ones.
+    AfterLost(u32),
+    Ordinary,
 }
 
 impl<N: NumberSystem> ChainState<N> {
@@ -82,9 +75,25 @@ impl<N: NumberSystem> ChainState<N> {
         &self.faults
     }
 
-    /// Samples taken since start, wrapping.
+    /// Sample periods since start, lost ones included, wrapping.
     pub fn samples(&self) -> u32 {
-        self.samples
+        self.periods_before.wrapping_add(self.periods_in_output)
+    }
+
+    /// What the last adaptation window found of gyros x, y, z.
+    pub fn health(&self) -> [Status; 3] {
+        self.adaptation.health()
+    }
+
+    /// Tracked pickoff gain and quadrature of gyros x, y, z, over and above nominal \[1\].
+    pub fn tracked(&self) -> [[f32; 2]; 3] {
+        self.adaptation.tracked()
+    }
+
+    /// Adds bits to the present output period.
+    fn raise(&mut self, status: Status) {
+        self.faults.watch(self.status, status, self.samples());
+        self.status = self.status.and(status);
     }
 }
 
@@ -92,108 +101,218 @@ impl<N: NumberSystem> Chain<N> {
     /// Checks the parameters and turns them into this number system's coefficients. Runs at boot.
     pub fn new(parameters: &Parameters) -> Result<Self, ParameterError> {
         parameters.check()?;
+        let limits = Limits::new(parameters);
+        let dither = Dither::new(parameters, &limits);
         Ok(Self {
-            counts: Counts::new(parameters),
-            dither: Dither::new(parameters),
-            rate_correction: RateCorrection::new(parameters),
+            counts: Counts::new(parameters, &limits),
+            adaptation: Adaptation::new(parameters, &dither),
             acceleration: Acceleration::new(parameters),
             installation: Installation::new(parameters),
             samples_per_output: u32::from(parameters.samples_per_output),
+            limits,
+            dither,
         })
     }
 
     /// Takes one sample through the chain; every `samples_per_output`-th gives a frame.
     ///
-    /// Deadline contract: called once per period T from the sampling interrupt. No allocation, no panic,
-    /// no branch on data; besides the output period's last sample only the stream's first two differ (they
-    /// fill the memory of the dither and acceleration stages, some 20 instructions). The stream's first
-    /// sample only primes the dither strip: it counts as a sample of its period, adds no rotation, and its
-    /// frame says [`Status::PRIMED`].
+    /// Deadline contract: called once per period T from the sampling interrupt, or
+    /// [`process_lost`](Self::process_lost) is. No allocation, no panic, no loop over data. The cost of a
+    /// sample does not depend on its readings while they are in range; besides the output period's last
+    /// sample, those cost more that follow a start or a gap, or are held at a limit (at most half as much
+    /// again). The stream's first sample only primes the dither strip: it counts as a sample of its period,
+    /// adds no rotation, and its frame says [`Status::PRIMED`].
     #[inline]
     pub fn process(&self, state: &mut ChainState<N>, sample: &Sample) -> Option<OutputFrame> {
-        let (sensed, counts_status) = self.counts.process(sample.pulse_counts);
+        let brought_into_range;
+        let ordinary = matches!(state.next, Next::Second | Next::Ordinary)
+            && self.limits.fit(state.dither.previous(), sample);
+        let sample = if ordinary {
+            sample
+        } else {
+            core::hint::cold_path();
+            match self.prepare(state, sample) {
+                Some(held) => {
+                    brought_into_range = held;
+                    &brought_into_range
+                }
+                None => return self.pass(state, 1),
+            }
+        };
 
-        if state.start == Start::Unprimed {
-            self.dither.prime(&mut state.dither, sample.pickoff_codes);
+        self.adaptation.observe(
+            &mut state.adaptation,
+            (&self.dither, &state.dither),
+            &state.acceleration,
+            sample,
+        );
+
+        let sensed = self.counts.process(&mut state.counts, sample.pulse_counts);
+
+        let stripped = self
+            .dither
+            .process(&mut state.dither, sensed, sample.pickoff_codes);
+
+        let at_rest = compensation::at_rest::<N>(self.installation.at_rest(), stripped);
+
+        if state.next == Next::Second {
+            core::hint::cold_path();
+            self.acceleration.start(&mut state.acceleration, at_rest);
+            state.next = Next::Ordinary;
         }
-        let (stripped, pickoff_status) =
-            self.dither
-                .process(&mut state.dither, sensed, sample.pickoff_codes);
-
-        let corrected = self.rate_correction.process(stripped);
-
-        let nearly_case = compensation::process(self.installation.at_rest(), corrected);
-        let nearly_case = nearly_case.map(N::rounded);
-        if state.start != Start::Running {
-            self.acceleration
-                .start(&mut state.acceleration, nearly_case);
-        }
-        let (acceleration, acceleration_status) = self
-            .acceleration
-            .process(&mut state.acceleration, nearly_case);
-
-        let installation = self.installation.process(acceleration);
-
-        let case = compensation::process(&installation, corrected);
-
-        let gap_status = Status::GAP.when(state.start == Start::Gap);
-        let (case, priming_status) = state.start.admit::<N>(case);
-        coning::process(&mut state.coning, case);
-
-        state.status = state
-            .status
-            .and(counts_status)
-            .and(pickoff_status)
-            .and(acceleration_status)
-            .and(priming_status)
-            .and(gap_status);
-        state.faults.watch(state.status);
-        state.samples = state.samples.wrapping_add(1);
-        state.samples_in_period = state.samples_in_period.wrapping_add(1);
-        if state.samples_in_period < self.samples_per_output {
-            return None;
+        let (acceleration, saturated) = self.acceleration.process(&mut state.acceleration, at_rest);
+        if saturated != Status::default() {
+            core::hint::cold_path();
+            state.raise(saturated);
         }
 
-        state.samples_in_period = 0;
-        Some(self.end_period(state))
+        let tilts = installation::process::<N>(&state.flexure, acceleration);
+
+        let tilted = compensation::tilted::<N>(&tilts, stripped);
+
+        coning::process(&mut state.coning, at_rest, tilted);
+
+        self.pass(state, 1)
     }
 
-    /// Lets `periods` sampling periods pass whose samples did not come; a frame where they end an output
-    /// period, one for all that they end, so that its sequence may jump.
+    /// Lets `periods` periods pass whose sample did not come. If they end output periods, the frame is the
+    /// last of those, and its sequence number says so.
     ///
-    /// The next sample's counts cover these periods too, because the counters run freely: its angle is kept.
-    /// It and the one after it form no angular acceleration, so the flexure term is left out of them.
+    /// The next sample's counts are taken to cover them (free-running counters), so that no angle is lost;
+    /// acceleration, coning within samples and tap adaptation begin anew after it.
+    #[inline(never)]
     pub fn process_lost(&self, state: &mut ChainState<N>, periods: u32) -> Option<OutputFrame> {
         if periods == 0 {
             return None;
         }
-        if state.start != Start::Unprimed {
-            state.start = Start::Gap;
-        }
-        state.status = state.status.and(Status::GAP);
-        state.faults.watch(state.status);
-        state.samples = state.samples.wrapping_add(periods);
-        let passed = state.samples_in_period.saturating_add(periods);
-        // Checked to be at least 1; said here so that the division needs no panic.
-        let samples_per_output = self.samples_per_output.max(1);
-        let ended = passed / samples_per_output;
-        state.samples_in_period = passed % samples_per_output;
-        if ended == 0 {
-            return None;
-        }
-        frame::skip(&mut state.frame, ended - 1);
-        let frame = self.end_period(state);
-        state.status = Status::GAP.when(state.samples_in_period > 0);
-        Some(frame)
+        state.raise(Status::GAP);
+        state.next = match state.next {
+            Next::First => Next::First,
+            Next::AfterLost(before) => Next::AfterLost(before.saturating_add(periods)),
+            Next::Second | Next::Ordinary => Next::AfterLost(periods),
+        };
+        self.pass(state, periods)
     }
 
-    /// Completes the output period.
+    /// What a sample needs that is not an ordinary one; it goes on as the sample returned, if any.
+    #[cold]
+    #[inline(never)]
+    fn prepare(&self, state: &mut ChainState<N>, sample: &Sample) -> Option<Sample> {
+        if state.next == Next::First {
+            let held = self.limits.hold(&sample.pickoff_codes, sample, 1);
+            state.raise(held.status.and(Status::PRIMED));
+            self.dither.start(&mut state.dither, sample.pickoff_codes);
+            state.flexure = *self.installation.flexure();
+            state.periods_without = 1;
+            state.next = Next::Second;
+            return None;
+        }
+        let periods = match state.next {
+            Next::AfterLost(lost) => lost.saturating_add(1),
+            _ => 1,
+        };
+        let held = self.limits.hold(state.dither.previous(), sample, periods);
+        if held.status != Status::default() {
+            state.raise(held.status);
+            state.adaptation.disturb();
+            state.dither.shift(held.pickoff_excess);
+        }
+        let sample = held.sample;
+        if periods > 1 {
+            // Only sums: this increment is none of one period, so nothing is multiplied by it.
+            state.raise(Status::GAP);
+            state.adaptation.disturb();
+            let turned = self.counts.exact(sample.pulse_counts);
+            state.counts.add(sample.pulse_counts);
+            let stripped = self.dither.exact(&state.dither, sample.pickoff_codes);
+            self.dither.resume(&mut state.dither, sample.pickoff_codes);
+            let angle = [0, 1, 2].map(|axis| turned[axis].wrapping_sub(stripped[axis]));
+            coning::resume(&mut state.coning, angle);
+            state.next = Next::Second;
+            return None;
+        }
+        Some(sample)
+    }
+
+    /// Lets time pass; the frame, if an output period ends.
     #[inline(always)]
-    fn end_period(&self, state: &mut ChainState<N>) -> OutputFrame {
-        let rotation = coning::finish(&mut state.coning);
-        let status = core::mem::take(&mut state.status);
-        let frame = frame::process(&mut state.frame, rotation, status);
+    fn pass(&self, state: &mut ChainState<N>, periods: u32) -> Option<OutputFrame> {
+        state.periods_in_output = state.periods_in_output.wrapping_add(periods);
+        if state.periods_in_output < self.samples_per_output {
+            return None;
+        }
+        Some(self.finish(state))
+    }
+
+    /// Ends the output period, or several that passed without a sample.
+    #[inline(never)]
+    fn finish(&self, state: &mut ChainState<N>) -> OutputFrame {
+        // An ordinary period needs no division.
+        let outputs = if state.periods_in_output == self.samples_per_output {
+            1
+        } else {
+            state
+                .periods_in_output
+                .checked_div(self.samples_per_output)
+                .unwrap_or(1)
+        };
+        let periods = outputs.wrapping_mul(self.samples_per_output);
+        let with_rotation = periods.wrapping_sub(core::mem::take(&mut state.periods_without));
+
+        let sensed = self.counts.finish(&mut state.counts, with_rotation);
+        let stripped = self.dither.finish(&mut state.dither);
+        let verdict = self.adaptation.finish(
+            &mut state.adaptation,
+            &self.dither,
+            &mut state.dither,
+            outputs,
+        );
+        let moved = match verdict {
+            Some(verdict) => {
+                self.degrade(state, verdict.status);
+                verdict.angle
+            }
+            None => [0; 3],
+        };
+        let mut sensing_axes = moved;
+        for axis in 0..3 {
+            sensing_axes[axis] = sensing_axes[axis]
+                .wrapping_add(sensed[axis])
+                .wrapping_sub(stripped[axis]);
+        }
+        let case = compensation::at_rest_exactly(self.installation.exact_at_rest(), sensing_axes);
+        let beside = coning::finish(&mut state.coning);
+        let mut rotation = case;
+        for (rotation, beside) in rotation.iter_mut().zip(beside) {
+            *rotation = rotation.wrapping_add(beside);
+        }
+
+        let before = core::mem::take(&mut state.status);
+        let status = before.and(state.health);
+        let frame = frame::process(&mut state.frame, rotation, status, outputs);
+        let last = state.periods_before.wrapping_add(periods).wrapping_sub(1);
+        state.faults.watch(before, frame.status, last);
         state.faults.record(frame.status);
+
+        state.periods_before = state.periods_before.wrapping_add(periods);
+        state.periods_in_output = state.periods_in_output.wrapping_sub(periods);
+        if let Next::AfterLost(_) = state.next
+            && state.periods_in_output > 0
+        {
+            state.status = Status::GAP;
+        }
         frame
+    }
+
+    /// Switches the flexure term off while a gyro's increments hold its dither, and on again.
+    fn degrade(&self, state: &mut ChainState<N>, health: Status) {
+        let unusable = Status::PICKOFF_FAILED.and(Status::COUNTER_STUCK);
+        let off = health.bits() & unusable.bits() != 0;
+        state.flexure = if off {
+            SignedFlexure::<N>::default()
+        } else {
+            *self.installation.flexure()
+        };
+        state.health = health.and(Status::DYNAMIC_TERM_OFF.when(off));
     }
 }

@@ -9,7 +9,7 @@ pub const DESIGN_SAMPLE_RATE_HZ: f64 = 4000.0;
 pub const SAMPLE_RATE_RANGE_HZ: (f64, f64) = (500.0, 8000.0);
 
 /// Most samples in one output period \[samples\]: with [`CASE_LIMIT_RAD`] each, their sum stays within
-/// ±0.16 rad, inside the ±0.25 rad of the fixed-point coning lever.
+/// ±0.16 rad, inside the ±0.5 rad of the exact sums and of the fixed-point coning lever.
 pub const MAX_SAMPLES_PER_OUTPUT: u16 = 40;
 
 /// Angle of one output code \[rad\]: 2⁻³⁵ = 6e-6 arcsec. One code per 5 ms is 0.0012 °/h, and the part of a
@@ -20,21 +20,28 @@ pub const OUTPUT_RAD_PER_CODE: f64 = 1.0 / (1u64 << 35) as f64;
 /// them spans ±16 m/s, 65 g over 25 ms.
 pub const OUTPUT_M_S_PER_CODE: f64 = 1.0 / (1u64 << 27) as f64;
 
-/// Largest magnitude of any increment after the strip \[rad per sample\]: 2⁻⁸, the end of the fixed-point
-/// format (LSB 2⁻³⁹ rad, 1.8e-12): 895 °/s at 4 kHz.
-pub const INCREMENT_LIMIT_RAD: f64 = 1.0 / 256.0;
+/// Fine units in one output code, as an exponent: what is summed exactly is an `i64` of 2⁻²⁹ of a code
+/// (2⁻⁶⁴ rad, 2⁻⁵⁶ m/s), which spans eight times the range of a frame.
+pub const FINE_PER_CODE_LOG2: u32 = 29;
 
-/// Largest sensed increment \[rad per sample\]: 5/8 of the format, 559 °/s at 4 kHz: the case's 400 °/s
+/// Part of a rotation beyond a frame's range that later frames still show \[codes\]: as much as one frame
+/// holds. More can only come of a rate beyond the sensor's.
+pub const LARGEST_CARRY_CODES: i64 = 1 << 31;
+
+/// Largest sensed increment \[rad per sample\]: 5/8 of 2⁻⁸, 559 °/s at 4 kHz: the case's 400 °/s
 /// plus the dither's 100 °/s, with margin.
-pub const SENSED_LIMIT_RAD: f64 = INCREMENT_LIMIT_RAD * 5.0 / 8.0;
+pub const SENSED_LIMIT_RAD: f64 = 5.0 / 8.0 / 256.0;
 
-/// Largest dither increment \[rad per sample\]: 2/8 of the format, 223 °/s at 4 kHz: 200″ at 500 Hz peaks
-/// at 175 °/s. With [`SENSED_LIMIT_RAD`] it leaves 1/8 of the format for bias, scale and tilt terms, so
-/// that no later sum can overflow and none needs a saturation of its own.
-pub const DITHER_LIMIT_RAD: f64 = INCREMENT_LIMIT_RAD * 2.0 / 8.0;
+/// Largest dither increment \[rad per sample\]: 2⁻¹⁰, 223 °/s at 4 kHz: 200″ at 500 Hz peaks at 175 °/s.
+pub const DITHER_LIMIT_RAD: f64 = 2.0 / 8.0 / 256.0;
 
-/// Largest compensated increment \[rad per sample\]: 7/8 (1 + 1/64)(1 + 2/64) + bias, of 2⁻⁸, rounded up.
-pub const CASE_LIMIT_RAD: f64 = INCREMENT_LIMIT_RAD * 60.0 / 64.0;
+/// Largest angle of the first sample after lost ones \[rad\]: 1/4. With an output period's own 0.16 rad and
+/// the carry's 0.06 rad it stays inside the ±0.5 rad of the exact sums: 143 ms at 100 °/s.
+pub const GAP_LIMIT_RAD: f64 = 0.25;
+
+/// Largest compensated increment \[rad per sample\]: 7/8 of 2⁻⁸ times (1 + 1/64)(1 + 2/64), and bias,
+/// rounded up. (A strip with delay can ask for up to three times its own limit; a real dither does not.)
+pub const CASE_LIMIT_RAD: f64 = 60.0 / 64.0 / 256.0;
 
 /// Largest angular acceleration the compensation follows \[rad per sample²\]: 2⁻¹⁰, 15 600 rad/s² at
 /// 4 kHz. Shaker tests reach 100 rad/s²; pulse quantisation of 1″ adds some 100 rad/s².
@@ -45,24 +52,18 @@ pub const ACCELERATION_LIMIT_RAD: f64 = 1.0 / 1024.0;
 pub const FLEXURE_LIMIT: f64 = 8.0;
 
 /// Largest known installation angle |ε_ij0| \[rad\]: 1/128 (0.45°); real ones stay within 1e-3 rad. With the
-/// largest tilt a matrix term stays within 1/64, and all small terms of a gyro together (one scale error,
-/// two matrix terms) within 3/64 of an increment, inside the 4/64 of the fixed-point correction.
+/// largest tilt a matrix term stays within 1/64.
 pub const INSTALLATION_LIMIT_RAD: f64 = 1.0 / 128.0;
 
-/// Largest |scale error| \[1\]: 1/128; real ones are below 1e-3. The other half of 1/64 is for what the
-/// short pulse weight leaves to the scale term ([`SHORT_WEIGHT_BITS`]).
+/// Largest |scale error| \[1\]: 1/128; real ones are below 1e-3.
 pub const SCALE_ERROR_LIMIT: f64 = 1.0 / 128.0;
 
 /// Largest |bias| \[rad/s\]: 0.01 (2000 °/h); real ones are below 1 °/h.
 pub const BIAS_LIMIT_RAD_S: f64 = 0.01;
 
-/// Significant bits of the pulse weight that multiplies the counts \[bits\]: 11, so that its product with
-/// up to 2¹³ counts fits the 24 bits of an f32 exactly. A full f32 weight would be wrong by up to 6e-8:
-/// 0.02 °/h at 100 °/s. What the short weight leaves (≤ 2⁻¹² of it) goes into the scale term.
-pub const SHORT_WEIGHT_BITS: i32 = 11;
-
-/// Pulse weights a configuration may ask for \[rad\]: the fixed-point LSB up to 20″.
-pub const PULSE_WEIGHT_RANGE_RAD: (f64, f64) = (1.0 / (1u64 << 39) as f64, 1e-4);
+/// Pulse weights a configuration may ask for \[rad\]: with 2⁻³⁴ (1.2e-5″, resampled recordings) the counts of
+/// 40 samples at the sensed limit are 1.7e9, and their sum fits an `i32`; up to 20″.
+pub const PULSE_WEIGHT_RANGE_RAD: (f64, f64) = (1.0 / (1u64 << 34) as f64, 1e-4);
 
 /// Pickoff codes a configuration may ask for \[rad\]: below 1e-12 the fixed-point gain has fewer than 30
 /// bits; 1e-4 rad is a sixth of the dither's amplitude, useless beyond.
@@ -80,7 +81,7 @@ pub const DITHER_FREQUENCY_RANGE_HZ: (f64, f64) = (1.0, 4000.0);
 
 /// Dither frequencies a configuration may ask for \[cycles per sample\], where the frequency is used: the
 /// quadrature formed from two samples loses its footing near 0 and near ½.
-pub const DITHER_CYCLES_RANGE: (f64, f64) = (0.02, 0.4);
+pub const DITHER_CYCLES_RANGE: (f64, f64) = (0.04, 0.4);
 
 /// Largest dither amplitude \[rad\]: 0.01 (34′), ten times the largest in use.
 pub const DITHER_AMPLITUDE_LIMIT_RAD: f64 = 0.01;
@@ -98,6 +99,40 @@ pub const ACCELEROMETER_BIAS_LIMIT_M_S2: f64 = 1.0;
 
 /// Largest distance of an accelerometer from the body origin \[m\], each coordinate.
 pub const LEVER_ARM_LIMIT_M: f64 = 0.5;
+
+/// Length of an adaptation window \[s\]: a dozen dither periods, short beside what a fault may cost.
+pub const ADAPTATION_WINDOW_S: f64 = 0.03;
+
+/// Fewest samples of a window \[samples\]: each axis is looked at in every third, and 24 looks are six times
+/// the unknowns that they settle.
+pub const LEAST_WINDOW_SAMPLES: f64 = 72.0;
+
+/// Most of a window's estimate that is followed at once \[1\]: half, so that noise is averaged even with the
+/// shortest adaptation time.
+pub const LARGEST_ADAPTATION_SHARE: f64 = 0.5;
+
+/// Largest step of the tracked gain and quadrature in one window \[1\]: 1 %, 0.3 a second. A real drift takes
+/// minutes; a disturbed window can do no more than this.
+pub const ADAPTATION_STEP_LIMIT: f32 = 0.01;
+
+/// How far gain and quadrature may be tracked from their nominal values \[1\]: 20 % is beyond any pickoff's
+/// tolerance; a quadrature of 0.2 at 400 Hz is a delay of 80 µs.
+pub const ADAPTATION_RANGE: f32 = 0.2;
+
+/// Dither amplitude over nominal that is healthy \[1\]: randomised amplitudes wander by a third.
+pub const HEALTHY_AMPLITUDE: (f32, f32) = (0.5, 1.5);
+
+/// Dither amplitude over nominal below which a pickoff stands still \[1\].
+pub const STILL_AMPLITUDE: f32 = 0.1;
+
+/// Dither frequency over nominal that is healthy \[1\]: the drive's loop keeps the suspension's resonance,
+/// which moves by parts of a per cent; 20 % is another mode or another unit. The ends of a window alone can
+/// look like 8 %.
+pub const HEALTHY_FREQUENCY: (f64, f64) = (0.8, 1.2);
+
+/// Part of the dither's own energy in the stripped increments from which a still pickoff counts as failed \[1\]:
+/// half the amplitude.
+pub const UNSTRIPPED_ENERGY: f32 = 0.25;
 
 /// Terms of the acceleration filter: orders 1 to 4.
 pub const ACCELERATION_TERMS: usize = 4;

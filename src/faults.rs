@@ -135,7 +135,8 @@ impl Status {
 pub struct FirstFault {
     /// The stages that raised a fault in the first output period that had one; empty before its end.
     pub stages: Status,
-    /// Number of the first faulty sample since start, wrapping; of the present one while there was none.
+    /// Number of the first faulty sample since start, wrapping; 0 while there was none. What a frame or an
+    /// adaptation window finds has the number of its last sample.
     pub sample: u32,
 }
 
@@ -189,16 +190,21 @@ impl Faults {
         },
     };
 
-    /// Counts samples up to the first fault; `period` holds the bits of the present period so far.
-    #[inline(always)]
-    pub(crate) fn watch(&mut self, period: Status) {
-        let clean = (self.first.stages.0 | period.0) & Status::FAULTS == 0;
-        self.first.sample = self.first.sample.wrapping_add(u32::from(clean));
+    /// Latches the sample of the first fault: `before` holds the bits of the output period so far.
+    pub(crate) fn watch(&mut self, before: Status, raised: Status, sample: u32) {
+        let clean = (self.first.stages.0 | before.0) & Status::FAULTS == 0;
+        if clean && raised.0 & Status::FAULTS != 0 {
+            self.first.sample = sample;
+        }
     }
 
     /// Adds one output period's bits.
     #[inline(always)]
     pub(crate) fn record(&mut self, period: Status) {
+        if period.0 & Status::FAULTS == 0 {
+            return;
+        }
+        core::hint::cold_path();
         for (counter, mask) in [
             (&mut self.counts, Status::COUNTS_SATURATED),
             (&mut self.pickoff, Status::PICKOFF_SATURATED),
@@ -215,10 +221,6 @@ impl Faults {
         }
         if self.first.stages == Status::default() {
             self.first.stages.0 = period.0 & Status::FAULTS;
-            // A frame's own fault shows only after its last sample was taken for clean.
-            if period.0 & Status::FAULTS == Status::OUTPUT_SATURATED.0 {
-                self.first.sample = self.first.sample.wrapping_sub(1);
-            }
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::triad::CrossAxis;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameters {
-    /// Angle of one pulse \[rad\]: 1.9e-9 to 1e-4, or a power of two from 2⁻³⁹ up (resampled recordings).
+    /// Angle of one pulse \[rad\]: 2⁻³⁴ (5.8e-11, resampled recordings) to 1e-4.
     pub pulse_weight_rad: [f64; 3],
     /// Bias b_i \[rad/s\], within ±0.01.
     pub bias_rad_s: [f64; 3],
@@ -34,7 +34,7 @@ pub struct Parameters {
     pub acceleration_order: u8,
     /// The pickoff shows the block this much late \[s\], within ±1e-4 (`dither_delay` of the contract).
     pub pickoff_delay_s: [f64; 3],
-    /// Nominal dither frequency \[Hz\], 1 to 4000; 0.02 to 0.4 of the sample rate where it is used: with a
+    /// Nominal dither frequency \[Hz\], 1 to 4000; 0.04 to 0.4 of the sample rate where it is used: with a
     /// delay, an amplitude or an adaptation time.
     pub dither_frequency_hz: [f64; 3],
     /// Nominal dither amplitude \[rad\], 0 to 0.01; 0: not dithered, neither watched nor tracked.
@@ -135,7 +135,7 @@ impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::PulseWeight => {
-                "pulse_weight_rad must be 1.9e-9 to 1e-4 rad, or a power of two from 2^-39 rad up"
+                "pulse_weight_rad must be 5.9e-11 (2^-34) to 1e-4 rad"
             }
             Self::Bias => "bias_rad_s must be within +-0.01 rad/s",
             Self::ScaleError => "scale_error must be within +-1/128",
@@ -148,7 +148,7 @@ impl fmt::Display for ParameterError {
             Self::AccelerationOrder => "acceleration_order must be 1 to 4",
             Self::PickoffDelay => "pickoff_delay_s must be within +-1e-4 s",
             Self::DitherFrequency => {
-                "dither_frequency_hz must be 1 to 4000 Hz, and 0.02 to 0.4 of the sample rate where \
+                "dither_frequency_hz must be 1 to 4000 Hz, and 0.04 to 0.4 of the sample rate where \
                  it is used"
             }
             Self::DitherAmplitude => "dither_amplitude_rad must be 0 to 0.01 rad",
@@ -187,14 +187,6 @@ impl Parameters {
         all(
             &self.pulse_weight_rad,
             design::PULSE_WEIGHT_RANGE_RAD,
-            E::PulseWeight,
-        )?;
-        let weight_left = self
-            .pulse_weight_rad
-            .map(|w| w / ShortWeight::of(w).short_rad - 1.0);
-        all(
-            &weight_left,
-            within(design::SCALE_ERROR_LIMIT / 2.0),
             E::PulseWeight,
         )?;
         all(&self.bias_rad_s, within(design::BIAS_LIMIT_RAD_S), E::Bias)?;
@@ -292,6 +284,11 @@ impl Parameters {
         )
     }
 
+    /// Pickoff gain in the unit of the sensed angle after scale correction \[rad per code\].
+    pub(crate) fn strip_rad_per_code(&self, axis: usize) -> f64 {
+        self.pickoff_gain[axis] * self.pickoff_weight_rad * (1.0 - self.scale_error[axis])
+    }
+
     /// The filter row of `acceleration_order`; order 4 where the order is out of range.
     pub(crate) fn acceleration_coefficients(&self) -> [f64; design::ACCELERATION_TERMS] {
         let [one, two, three, four] = design::ACCELERATION_COEFFICIENTS;
@@ -300,29 +297,6 @@ impl Parameters {
             2 => two,
             3 => three,
             _ => four,
-        }
-    }
-}
-
-/// A pulse weight split into a short number that multiplies counts exactly in both number systems, and
-/// the factor that is left to later stages.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct ShortWeight {
-    /// At most 11 significant bits, a multiple of 2⁻³⁹ rad.
-    pub short_rad: f64,
-    /// weight / short_rad, 1 ± 2⁻¹².
-    pub left: f64,
-}
-
-impl ShortWeight {
-    pub fn of(weight_rad: f64) -> Self {
-        const LSB_EXPONENT: i32 = -39;
-        let (_, exponent) = libm::frexp(weight_rad);
-        let last_bit = (exponent - design::SHORT_WEIGHT_BITS).max(LSB_EXPONENT);
-        let short_rad = libm::ldexp(libm::rint(libm::ldexp(weight_rad, -last_bit)), last_bit);
-        Self {
-            short_rad,
-            left: weight_rad / short_rad,
         }
     }
 }

@@ -1,121 +1,82 @@
 //! The chain's numbers as integers.
 //!
-//! `Q32<F>` and `Q64<F>` are an `i32` and an `i64` whose LSB is 2⁻ᶠ of the unit.
+//! A number is an `i32` or `i64` whose LSB is 2⁻ᶠ of the unit; F stands in the table and in the constants.
+//! On a Cortex-M4 a product of which the upper word is kept is one `SMMUL`, with its sum one `SMMLA`, and a
+//! product with a 64-bit sum one `SMLAL`: the formats are chosen so that the upper word is the result.
 //!
-//! | quantity | format | LSB | range | rounding |
+//! | quantity | F | LSB | range | rounding |
 //! |---|---|---|---|---|
-//! | short pulse weight, increment | Q32<39> | 1.8e-12 rad | ±2⁻⁸ rad, 895 °/s at 4 kHz | counts × weight exact |
-//! | pickoff gain | Q64<71> | 4e-22 rad | ±2⁻⁸ rad per code | at boot, to nearest |
-//! | scale error, matrix term | Q32<36> | 1.5e-11 | ±1/32 | at boot, to nearest; tilts down (2⁻³⁷ rad of bias on a tilt) |
-//! | correction | Q64<75> | 2.6e-23 rad | ±2⁻¹² rad | products exact; to nearest for an increment |
-//! | K/T² | Q32<27> | 7.5e-9 | ±16 | at boot |
-//! | filter coefficient | Q32<30> | 9.3e-10 | ±2 | at boot |
-//! | filter sum | Q64<69> | 1.7e-21 rad | ±2⁻⁶ rad per sample² | products exact |
-//! | acceleration × T² | Q32<37> | 7.3e-12 rad | held at ±2⁻¹⁰ | to nearest |
-//! | summed angle | Q64<39> + Q64<75> | 2.6e-23 rad | ±0.16 rad occurs | exact: the second takes what rounding left |
-//! | lever | Q32<33> | 1.2e-10 rad | ±0.25 rad | to nearest |
-//! | coning | Q64<67> | 6.8e-21 rad | ±0.06 rad | products down by 2⁻⁶⁸ rad in the mean |
-//! | output carry | Q64<67> | 6.8e-21 rad | one code | to nearest, 2⁻⁶⁸ rad a frame |
+//! | counts, pickoff steps | — | 1 | shifted up at boot's choice to fill 31 bits | exact |
+//! | weight, tap | mantissa | 2⁻²⁹ of it or better | that of the counts and steps | to nearest |
+//! | increment | 37 | 7.3e-12 rad | ±2⁻⁶ rad; 2⁻⁸ is the design's largest | products down |
+//! | matrix term | 32 | 2.3e-10 | ±1/2 | at boot |
+//! | filter coefficient | 30 | 9.3e-10 | ±2 | at boot |
+//! | filter sum | 67 | 6.8e-21 rad | ±2⁻⁴ rad per sample² | exact |
+//! | acceleration × T² | 40 | 9.1e-13 rad | ±2⁻¹⁰, held | down |
+//! | K/T² | 26 | 1.5e-8 | ±32 | at boot |
+//! | tilt | 34 | 5.8e-11 rad | ±1/8 rad | down |
+//! | tilt × increment, summed | 71 | 4.2e-22 rad | ±2⁻⁸ rad | exact |
+//! | angle, lever | 33 | 1.2e-10 rad | ±0.25 rad | down; the angle keeps the rest |
+//! | factor of a correlation | 29 | 1.9e-9 rad | ±2⁻⁶ rad | down |
+//! | lever × increment, summed | 70 | 8.5e-22 rad | ±2⁻⁷ rad: a half circle of 40 samples at 500 °/s | exact |
 //!
-//! Every sum fits by the limits in `design_parameters`; the additions are still wrapping ones, so that a
-//! wrong limit could give a wrong number but never a panic. On a Cortex-M4 a product with its sum is one
-//! `SMLAL`, and dropping 36 bits is one shift of the high word.
+//! Rounding *down* moves a factor by half an LSB in the mean: as much as a rate error of 3e-3 °/h (increment)
+//! or a tilt error of 3e-11 rad, which reach an output only through products, as 1e-5 °/h at 100 °/s.
+//!
+//! Every sum fits by the limits in `design_parameters`; the additions still wrap, so that a wrong limit could
+//! give a wrong number but never a panic.
 
-use core::ops::{Add, Sub};
-
-use super::{NumberSystem, Unrounded};
-use crate::design_parameters::{ACCELERATION_LIMIT_RAD, CONING_COEFFICIENTS};
+use super::NumberSystem;
+use super::exact::FINE_PER_RAD_LOG2;
+use crate::design_parameters::{ACCELERATION_LIMIT_RAD, ACCELERATION_TERMS, CONING_COEFFICIENTS};
 
 /// Fixed point, for processors without a floating-point unit and for proofs of exactness.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Fixed;
 
-/// `i32` with LSB 2⁻ᶠ.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Q32<const F: u32>(i32);
-
-/// A summed angle \[rad\]: what rounding left of its increments is in `low`.
+/// Counts × weight: counts × 2^shift fill 31 bits, and the mantissa's product has its result in the upper
+/// word. The shift is kept as a factor: a multiplication costs what a shift does.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct AnglePair {
-    sum: Q64<INCREMENT>,
-    low: Q64<CORRECTION>,
+pub struct Scaled {
+    factor: i32,
+    mantissa: i32,
 }
 
-/// `i64` with LSB 2⁻ᶠ.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Q64<const F: u32>(i64);
-
-impl<const F: u32> Q32<F> {
-    /// To nearest; held at the ends of the range.
-    const fn of(value: f64) -> Self {
-        let rounded = round_to_i64(value, F);
-        // `Ord::clamp` is no const function.
-        Self(if rounded > i32::MAX as i64 {
-            i32::MAX
-        } else if rounded < i32::MIN as i64 {
-            i32::MIN
-        } else {
-            rounded as i32
-        })
-    }
+/// An angle, and the rest of its increments that is finer than its LSB: without it a steady turn would round
+/// the same way each time.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Summed {
+    sum: i32,
+    rest: i32,
 }
 
-impl<const F: u32> Q64<F> {
-    fn of(value: f64) -> Self {
-        Self(round_to_i64(value, F))
-    }
-}
-
-/// value × 2^fraction, halves away from zero: usable for constants, where `libm` is not.
-const fn round_to_i64(value: f64, fraction: u32) -> i64 {
-    // Two factors, because 2^75 does not fit an integer.
-    let scaled =
-        value * (1u64 << (fraction / 2)) as f64 * (1u64 << (fraction - fraction / 2)) as f64;
-    let half = if scaled < 0.0 { -0.5 } else { 0.5 };
-    (scaled + half) as i64
-}
-
-impl<const F: u32> Add for Q32<F> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self(self.0.wrapping_add(other.0))
-    }
-}
-
-impl<const F: u32> Sub for Q32<F> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self(self.0.wrapping_sub(other.0))
-    }
-}
-
-impl<const F: u32> Add for Q64<F> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self(self.0.wrapping_add(other.0))
-    }
-}
-
-const INCREMENT: u32 = 39;
-const COEFFICIENT: u32 = 36;
-const CORRECTION: u32 = INCREMENT + COEFFICIENT;
-const PICKOFF: u32 = INCREMENT + 32;
-const FLEXURE: u32 = 27;
+const INCREMENT: u32 = 37;
+const COEFFICIENT: u32 = 32;
 const FILTER: u32 = 30;
-const ACCELERATION: u32 = 37;
-const LEVER: u32 = 33;
-const CONING: u32 = 67;
-const OUTPUT: u32 = 35;
+const ACCELERATION: u32 = 40;
+const FLEXURE: u32 = 26;
+const TILT: u32 = FLEXURE + ACCELERATION - 32;
+const TILTED: u32 = TILT + INCREMENT;
+const ANGLE: u32 = 33;
+const CROSS: u32 = ANGLE + INCREMENT;
+/// Bits that correlations drop of both factors, so that a window's sum fits: 2 · 23 bits and 2⁷ terms.
+const REDUCED: u32 = 8;
+const FINE: u32 = FINE_PER_RAD_LOG2 as u32;
 
-const ACCELERATION_LIMIT: i32 = Q32::<ACCELERATION>::of(ACCELERATION_LIMIT_RAD).0;
-/// Twice the coning coefficients, Q31: they multiply into twice the lever.
+/// 2c, so that its upper word with an increment is an angle.
 const TWICE_CONING: [i32; 2] = [
-    Q32::<31>::of(2.0 * CONING_COEFFICIENTS[0]).0,
-    Q32::<31>::of(2.0 * CONING_COEFFICIENTS[1]).0,
+    twice_coning(CONING_COEFFICIENTS[0]),
+    twice_coning(CONING_COEFFICIENTS[1]),
 ];
+
+const fn twice_coning(c: f64) -> i32 {
+    let scaled = 2.0 * c * (1u64 << (ANGLE + 32 - INCREMENT)) as f64;
+    (scaled + if scaled < 0.0 { -0.5 } else { 0.5 }) as i32
+}
+
+/// Half the limit's span in the filter sum's upper word.
+const ACCELERATION_LIMIT: i32 =
+    (ACCELERATION_LIMIT_RAD * (1u64 << (INCREMENT + FILTER - 32)) as f64) as i32;
 
 /// a × b, exact.
 #[inline(always)]
@@ -123,154 +84,187 @@ fn wide(a: i32, b: i32) -> i64 {
     i64::from(a) * i64::from(b)
 }
 
+/// The upper word of a × b.
+#[inline(always)]
+fn upper(a: i32, b: i32) -> i32 {
+    (wide(a, b) >> 32) as i32
+}
+
+/// The largest power of two by which `limit` still fits an `i32`.
+fn filling(limit: i32) -> u32 {
+    limit.max(1).leading_zeros() - 1
+}
+
+/// To the nearest `i32`.
+fn nearest(value: f64, exponent: u32) -> i32 {
+    // A float's conversion holds at the ends.
+    libm::rint(libm::ldexp(value, exponent as i32)) as i32
+}
+
 impl NumberSystem for Fixed {
     const NAME: &'static str = "fixed";
 
-    type PulseWeight = Q32<INCREMENT>;
-    type PickoffGain = Q64<PICKOFF>;
-    type Increment = Q32<INCREMENT>;
-    type Coefficient = Q32<COEFFICIENT>;
-    type Correction = Q64<CORRECTION>;
-    type Flexure = Q32<FLEXURE>;
-    type FilterCoefficient = Q32<FILTER>;
-    type FilterSum = Q64<{ INCREMENT + FILTER }>;
-    type Acceleration = Q32<ACCELERATION>;
-    type Angle = AnglePair;
-    type Lever = Q32<LEVER>;
-    type Coning = Q64<CONING>;
-    type OutputCarry = Q64<CONING>;
+    type PulseWeight = Scaled;
+    type StepScale = i32;
+    type Step = i32;
+    type Tap = i32;
+    type Increment = i32;
+    type Coefficient = i32;
+    type FilterCoefficient = i32;
+    type FilterSum = i64;
+    type Acceleration = i32;
+    type Flexure = i32;
+    type Tilt = i32;
+    type Tilted = i64;
+    type Angle = Summed;
+    type Lever = i32;
+    type Cross = i64;
+    type Factor = i32;
+    type Correlation = i64;
 
-    fn pulse_weight(short_rad: f64) -> Self::PulseWeight {
-        Q32::of(short_rad)
-    }
-    fn pickoff_gain(rad_per_code: f64) -> Self::PickoffGain {
-        Q64::of(rad_per_code)
-    }
-    fn coefficient(value: f64) -> Self::Coefficient {
-        Q32::of(value)
-    }
-    fn correction(value_rad: f64) -> Self::Correction {
-        Q64::of(value_rad)
-    }
-    fn flexure(value: f64) -> Self::Flexure {
-        Q32::of(value)
-    }
-    fn filter_coefficient(value: f64) -> Self::FilterCoefficient {
-        Q32::of(value)
-    }
+    const RAD_PER_FACTOR: f64 = (1u64 << REDUCED) as f64 / (1u64 << INCREMENT) as f64;
 
-    #[inline(always)]
-    fn pulses(weight: Self::PulseWeight, counts: i32) -> Self::Increment {
-        Q32(weight.0.wrapping_mul(counts))
-    }
-
-    #[inline(always)]
-    fn strip(sensed: Self::Increment, gain: Self::PickoffGain, codes: i32) -> Unrounded<Self> {
-        let strip = gain.0.wrapping_mul(i64::from(codes)).wrapping_neg();
-        let down = Q32((strip >> (PICKOFF - INCREMENT)) as i32);
-        let left = (strip & 0xFFFF_FFFF) << (CORRECTION - PICKOFF);
-        Unrounded {
-            increment: sensed + down,
-            small: Q64(left),
+    fn pulse_weight(weight_rad: f64, limit_counts: i32) -> Scaled {
+        let shift = filling(limit_counts);
+        Scaled {
+            factor: 1 << shift,
+            mantissa: nearest(weight_rad, INCREMENT + 32 - shift),
         }
     }
-
-    #[inline(always)]
-    fn product(coefficient: Self::Coefficient, increment: Self::Increment) -> Self::Correction {
-        Q64(wide(coefficient.0, increment.0))
+    fn step_scale(limit_codes: i32) -> i32 {
+        1 << filling(limit_codes)
+    }
+    fn tap(fine_per_code: i64, scale: i32) -> i32 {
+        // Negative, so that stripping is an addition.
+        let shift = scale.trailing_zeros();
+        let up = INCREMENT + 32 - FINE;
+        let mantissa = (fine_per_code.wrapping_neg() << up) >> shift;
+        mantissa.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+    }
+    fn coefficient(value: f64) -> i32 {
+        nearest(value, COEFFICIENT)
+    }
+    fn filter_coefficient(value: f64) -> i32 {
+        nearest(value, FILTER)
+    }
+    fn flexure(value: f64) -> i32 {
+        nearest(value, FLEXURE)
     }
 
     #[inline(always)]
-    fn rounded(value: Unrounded<Self>) -> Self::Increment {
-        let half = Q64(1 << (COEFFICIENT - 1));
-        value.increment + Q32(((value.small + half).0 >> COEFFICIENT) as i32)
+    fn pulses(weight: Scaled, counts: i32) -> i32 {
+        upper(weight.factor.wrapping_mul(counts), weight.mantissa)
+    }
+    #[inline(always)]
+    fn step(scale: i32, codes: i32) -> i32 {
+        scale.wrapping_mul(codes)
+    }
+    #[inline(always)]
+    fn strip(increment: i32, tap: i32, step: i32) -> i32 {
+        increment.wrapping_add(upper(tap, step))
+    }
+    #[inline(always)]
+    fn add_product(to: i32, coefficient: i32, increment: i32) -> i32 {
+        to.wrapping_add(upper(coefficient, increment))
+    }
+    #[inline(always)]
+    fn difference(now: i32, past: i32) -> i32 {
+        now.saturating_sub(past)
     }
 
     #[inline(always)]
-    fn difference(
-        coefficient: Self::FilterCoefficient,
-        now: Self::Increment,
-        past: Self::Increment,
-    ) -> Self::FilterSum {
-        // Two increments of opposite sign near the limit differ by more than the format: such a step is
-        // far beyond the acceleration limit whatever it saturates to.
-        Q64(wide(coefficient.0, now.0.saturating_sub(past.0)))
+    fn filter(
+        [c1, c2, c3, c4]: &[i32; ACCELERATION_TERMS],
+        [d1, d2, d3, d4]: [i32; ACCELERATION_TERMS],
+    ) -> i64 {
+        wide(*c1, d1)
+            .wrapping_add(wide(*c2, d2))
+            .wrapping_add(wide(*c3, d3))
+            .wrapping_add(wide(*c4, d4))
+    }
+    #[inline(always)]
+    fn beyond(sum: i64) -> bool {
+        let upper = (sum >> 32) as i32;
+        upper.wrapping_add(ACCELERATION_LIMIT) as u32 >= 2 * ACCELERATION_LIMIT as u32
+    }
+    #[inline(always)]
+    fn held(sum: i64) -> i64 {
+        // One LSB of the acceleration inside, so that the end itself is no overflow.
+        let limit =
+            (i64::from(ACCELERATION_LIMIT) << 32) - (1 << (INCREMENT + FILTER - ACCELERATION));
+        sum.clamp(-limit, limit)
+    }
+    #[inline(always)]
+    fn acceleration(sum: i64) -> i32 {
+        (sum >> (INCREMENT + FILTER - ACCELERATION)) as i32
+    }
+    #[inline(always)]
+    fn tilt(flexure: i32, acceleration: i32) -> i32 {
+        upper(flexure, acceleration)
+    }
+    #[inline(always)]
+    fn tilted(t_a: i32, r_a: i32, t_b: i32, r_b: i32) -> i64 {
+        wide(t_a, r_a).wrapping_add(wide(t_b, r_b))
+    }
+    #[inline(always)]
+    fn add_tilted(a: i64, b: i64) -> i64 {
+        a.wrapping_add(b)
+    }
+    #[inline(always)]
+    fn turn(increment: i32, tilted: i64) -> i32 {
+        increment.wrapping_add((tilted >> (TILTED - INCREMENT)) as i32)
     }
 
     #[inline(always)]
-    fn acceleration(sum: Self::FilterSum) -> (Self::Acceleration, bool) {
-        // |c| sum to less than 3, and a difference is within 2⁻⁸ rad: within the i32 of 2⁻³⁷ rad.
-        const DROP: u32 = INCREMENT + FILTER - ACCELERATION;
-        let rounded = (sum.0.wrapping_add(1 << (DROP - 1)) >> DROP) as i32;
-        let held = rounded.clamp(-ACCELERATION_LIMIT, ACCELERATION_LIMIT);
-        (Q32(held), held != rounded)
+    fn advance(angle: Summed, increment: i32) -> Summed {
+        const DROP: u32 = INCREMENT - ANGLE;
+        let wanted = increment.wrapping_add(angle.rest);
+        Summed {
+            sum: angle.sum.wrapping_add(wanted >> DROP),
+            rest: wanted & ((1 << DROP) - 1),
+        }
     }
-
     #[inline(always)]
-    fn tilt(flexure: Self::Flexure, acceleration: Self::Acceleration) -> Self::Coefficient {
-        const DROP: u32 = FLEXURE + ACCELERATION - COEFFICIENT;
-        Q32((wide(flexure.0, acceleration.0) >> DROP) as i32)
+    fn lever(angle: Summed, previous: i32, before_previous: i32) -> i32 {
+        angle
+            .sum
+            .wrapping_add(upper(TWICE_CONING[0], previous))
+            .wrapping_add(upper(TWICE_CONING[1], before_previous))
     }
-
     #[inline(always)]
-    fn accumulate(angle: AnglePair, value: Unrounded<Self>) -> (AnglePair, Self::Increment) {
-        // Down and not to nearest: the half LSB of mean error reaches only the coning products, as 2⁻⁴⁰
-        // rad times the lever, 2e-6 °/h at 100 °/s.
-        let small = value.small.0;
-        let increment = value.increment + Q32((small >> COEFFICIENT) as i32);
-        let left = small & ((1 << COEFFICIENT) - 1);
-        let pair = AnglePair {
-            sum: angle.sum + Q64(i64::from(increment.0)),
-            low: angle.low + Q64(left),
-        };
-        (pair, increment)
+    fn add_cross(sum: i64, u_a: i32, d_b: i32, u_b: i32, d_a: i32) -> i64 {
+        sum.wrapping_add(wide(u_a, d_b))
+            .wrapping_add(wide(u_b.wrapping_neg(), d_a))
     }
-
     #[inline(always)]
-    fn lever(
-        angle: AnglePair,
-        previous: Self::Increment,
-        before_previous: Self::Increment,
-    ) -> Self::Lever {
-        const DROP: u32 = INCREMENT + 1 - LEVER;
-        let within = wide(TWICE_CONING[0], previous.0)
-            .wrapping_add(wide(TWICE_CONING[1], before_previous.0));
-        // The angle's LSB read as half an increment's is half the angle.
-        let lever = angle.sum.0.wrapping_add(within >> 31);
-        Q32((lever.wrapping_add(1 << (DROP - 1)) >> DROP) as i32)
+    fn fine(tilted: i64, cross: i64) -> i64 {
+        (tilted >> (TILTED - FINE)).wrapping_add(cross >> (CROSS + 1 - FINE))
     }
-
     #[inline(always)]
-    fn cross(
-        u_a: Self::Lever,
-        d_b: Self::Increment,
-        u_b: Self::Lever,
-        d_a: Self::Increment,
-    ) -> Self::Coning {
-        let cross = wide(u_a.0, d_b.0).wrapping_sub(wide(u_b.0, d_a.0));
-        Q64(cross >> (LEVER + INCREMENT - CONING))
+    fn turned(angle: Summed, fine: i64) -> Summed {
+        Summed {
+            sum: angle.sum.wrapping_add((fine >> (FINE - ANGLE)) as i32),
+            ..angle
+        }
     }
-
     #[inline(always)]
-    fn output_code(
-        angle: AnglePair,
-        coning: Self::Coning,
-        carry: &mut Self::OutputCarry,
-    ) -> (i32, bool) {
-        const BELOW_CODE: u32 = INCREMENT - OUTPUT;
-        const CARRY_BITS: u32 = CONING - OUTPUT;
-        const BELOW_FINE: u32 = CORRECTION - CONING;
-        let part = (angle.sum.0 & ((1 << BELOW_CODE) - 1)) << (CONING - INCREMENT);
-        let low = angle.low.0.wrapping_add(1 << (BELOW_FINE - 1)) >> BELOW_FINE;
-        let fine = coning
-            .0
-            .wrapping_add(carry.0)
-            .wrapping_add(part)
-            .wrapping_add(low);
-        carry.0 = fine & ((1 << CARRY_BITS) - 1);
-        let code = (angle.sum.0 >> BELOW_CODE).wrapping_add(fine >> CARRY_BITS);
-        let limit = i64::from(i32::MAX);
-        let held = code.clamp(-limit, limit);
-        (held as i32, held != code)
+    fn step_factor(step: i32) -> i32 {
+        step >> REDUCED
+    }
+    fn codes_per_factor(scale: i32) -> f64 {
+        (1u32 << REDUCED) as f64 / scale as f64
+    }
+    #[inline(always)]
+    fn increment_factor(increment: i32) -> i32 {
+        increment >> REDUCED
+    }
+    #[inline(always)]
+    fn add_correlation(sum: i64, a: i32, b: i32) -> i64 {
+        sum.wrapping_add(wide(a, b))
+    }
+    #[inline(always)]
+    fn correlation(sum: i64) -> f32 {
+        // Once a window, and no angle: where there is no floating-point unit, some hundred instructions.
+        sum as f32
     }
 }

@@ -1,13 +1,13 @@
 //! What a number is: the words in which the stages are written, and their two meanings.
 //!
-//! An *increment* is an angle over one sample \[rad\]; a *coefficient* a dimensionless term of the
-//! installation matrix or a scale error (within ±1/64); a *correction* a sum of their products, finer than
-//! an increment, that is not yet rounded. Increments larger than
-//! [`INCREMENT_LIMIT_RAD`](crate::design_parameters::INCREMENT_LIMIT_RAD) do not occur: the counts and
-//! dither stages hold theirs, and the design parameters leave room for what is added after.
+//! An *increment* is an angle over one sample \[rad\]. Increments are factors of products (acceleration,
+//! tilt, coning) and are rounded; nothing sums them for its own sake. What is summed over an output period
+//! is exact and common to both systems ([`exact`]).
 //!
 //! It deliberately is not a general arithmetic: each operation is one that a stage needs, so that each has
 //! its own format, rounding and range.
+
+pub mod exact;
 
 pub mod fixed;
 
@@ -17,7 +17,8 @@ pub use fixed::Fixed;
 pub use float::F32;
 
 use core::fmt::Debug;
-use core::ops::{Add, Sub};
+
+use crate::design_parameters::ACCELERATION_TERMS;
 
 mod sealed {
     pub trait Sealed {}
@@ -25,108 +26,135 @@ mod sealed {
     impl Sealed for super::F32 {}
 }
 
-/// An increment and the small terms that are still to be added to it \[rad\]: their sum, not yet rounded.
-///
-/// The stages pass this on and add their terms, so that what is summed in the end is rounded once.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Unrounded<N: NumberSystem> {
-    /// The large part.
-    pub increment: N::Increment,
-    /// Bias, scale, misalignment and remainders: at most 1/16 of the increment's range.
-    pub small: N::Correction,
-}
-
 /// A number system of the chain: [`F32`] or [`Fixed`]. Conversions from `f64` run at boot only.
 pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'static {
     /// As users call it: `f32` or `fixed`.
     const NAME: &'static str;
 
-    /// Short pulse weight \[rad per pulse\].
+    /// Pulse weight \[rad per pulse\].
     type PulseWeight: Debug + Clone + Copy + Default;
-    /// Pickoff gain times code weight \[rad per code\].
-    type PickoffGain: Debug + Clone + Copy + Default;
+    /// How a pickoff step is scaled for its taps.
+    type StepScale: Debug + Clone + Copy + Default;
+    /// Difference of two pickoff readings \[codes\], scaled.
+    type Step: Debug + Clone + Copy + Default;
+    /// Strip per pickoff code \[rad\], scaled.
+    type Tap: Debug + Clone + Copy + Default;
     /// Angle over one sample \[rad\].
     type Increment: Debug + Clone + Copy + Default + PartialEq;
-    /// Scale error or matrix term \[1\], within ±1/64.
-    type Coefficient: Debug
-        + Clone
-        + Copy
-        + Default
-        + PartialEq
-        + Add<Output = Self::Coefficient>
-        + Sub<Output = Self::Coefficient>;
-    /// Sum of coefficient × increment \[rad\], not yet rounded to an increment.
-    type Correction: Debug + Clone + Copy + Default + Add<Output = Self::Correction>;
+    /// Term of the matrix at rest \[1\], within ±1/64.
+    type Coefficient: Debug + Clone + Copy + Default;
+    /// Coefficient of the acceleration filter \[1\], within ±2.
+    type FilterCoefficient: Debug + Clone + Copy + Default;
+    /// Angular acceleration × T² \[rad per sample²\], not yet held.
+    type FilterSum: Debug + Clone + Copy + Default;
+    /// Angular acceleration × T² \[rad per sample²\], held.
+    type Acceleration: Debug + Clone + Copy + Default;
     /// K/T² \[1\], within ±8.
     type Flexure: Debug + Clone + Copy + Default;
-    /// Coefficient c_p of the acceleration filter \[1\], within ±2.
-    type FilterCoefficient: Debug + Clone + Copy + Default;
-    /// Sum of filter products \[rad per sample²\].
-    type FilterSum: Debug + Clone + Copy + Default + Add<Output = Self::FilterSum>;
-    /// Angular acceleration × T² \[rad per sample²\].
-    type Acceleration: Debug + Clone + Copy + Default + PartialEq;
-    /// Angle summed over an output period \[rad\].
+    /// Flexure × acceleration \[rad\], within 1/128.
+    type Tilt: Debug + Clone + Copy + Default;
+    /// Tilt × increment, and its sum over an output period \[rad\].
+    type Tilted: Debug + Clone + Copy + Default;
+    /// Angle since the output period's start \[rad\].
     type Angle: Debug + Clone + Copy + Default;
-    /// Half the summed angle plus the within-sample terms \[rad\]: what the increment is crossed with.
+    /// Angle with the terms within a sample \[rad\]: what an increment is crossed with.
     type Lever: Debug + Clone + Copy + Default;
-    /// Coning correction summed over an output period \[rad\].
-    type Coning: Debug + Clone + Copy + Default + Add<Output = Self::Coning>;
-    /// What rounding an output left \[parts of a code\].
-    type OutputCarry: Debug + Clone + Copy + Default;
+    /// Lever × increment, and its sum over an output period \[rad²\].
+    type Cross: Debug + Clone + Copy + Default;
+    /// A step or increment as a factor of a correlation.
+    type Factor: Debug + Clone + Copy + Default;
+    /// Sum of products of factors over an adaptation window.
+    type Correlation: Debug + Clone + Copy + Default;
 
-    /// From a short weight \[rad\]: exact.
-    fn pulse_weight(short_rad: f64) -> Self::PulseWeight;
-    /// From rad per code.
-    fn pickoff_gain(rad_per_code: f64) -> Self::PickoffGain;
+    /// Increment of one unit of a factor \[rad\].
+    const RAD_PER_FACTOR: f64;
+
+    /// From rad per pulse, for up to this many pulses.
+    fn pulse_weight(weight_rad: f64, limit_counts: i32) -> Self::PulseWeight;
+    /// For steps of up to this many codes.
+    fn step_scale(limit_codes: i32) -> Self::StepScale;
+    /// From fine units per code.
+    fn tap(fine_per_code: i64, scale: Self::StepScale) -> Self::Tap;
     /// From a number within ±1/64.
     fn coefficient(value: f64) -> Self::Coefficient;
-    /// From rad per sample, well within the increment's range.
-    fn correction(value_rad: f64) -> Self::Correction;
-    /// From K/T².
-    fn flexure(value: f64) -> Self::Flexure;
     /// From a number within ±2.
     fn filter_coefficient(value: f64) -> Self::FilterCoefficient;
+    /// From K/T².
+    fn flexure(value: f64) -> Self::Flexure;
 
-    /// weight × counts; counts are within the sensed limit.
+    /// weight × counts; counts are within their limit.
     fn pulses(weight: Self::PulseWeight, counts: i32) -> Self::Increment;
-    /// sensed − gain × codes; codes are within the dither limit.
-    fn strip(sensed: Self::Increment, gain: Self::PickoffGain, codes: i32) -> Unrounded<Self>;
-    /// coefficient × increment.
-    fn product(coefficient: Self::Coefficient, increment: Self::Increment) -> Self::Correction;
-    /// Rounded to nearest: for factors of products and for differences, whose roundings do not add up.
-    fn rounded(value: Unrounded<Self>) -> Self::Increment;
+    /// Scaled codes; codes are within their limit.
+    fn step(scale: Self::StepScale, codes: i32) -> Self::Step;
+    /// increment − tap × step.
+    fn strip(increment: Self::Increment, tap: Self::Tap, step: Self::Step) -> Self::Increment;
+    /// to + coefficient × increment.
+    fn add_product(
+        to: Self::Increment,
+        coefficient: Self::Coefficient,
+        increment: Self::Increment,
+    ) -> Self::Increment;
+    /// now − past.
+    fn difference(now: Self::Increment, past: Self::Increment) -> Self::Increment;
 
-    /// coefficient × (now − past).
-    fn difference(
-        coefficient: Self::FilterCoefficient,
-        now: Self::Increment,
-        past: Self::Increment,
+    /// Σ coefficient × difference.
+    fn filter(
+        coefficients: &[Self::FilterCoefficient; ACCELERATION_TERMS],
+        differences: [Self::Increment; ACCELERATION_TERMS],
     ) -> Self::FilterSum;
-    /// The filter's sum as an acceleration, held within the acceleration limit, and whether it was held.
-    fn acceleration(sum: Self::FilterSum) -> (Self::Acceleration, bool);
-    /// flexure × acceleration \[rad\].
-    fn tilt(flexure: Self::Flexure, acceleration: Self::Acceleration) -> Self::Coefficient;
+    /// Whether the sum is beyond the acceleration limit.
+    fn beyond(sum: Self::FilterSum) -> bool;
+    /// The sum at the limit's near end.
+    fn held(sum: Self::FilterSum) -> Self::FilterSum;
+    /// The sum as a factor; the sum is within the limit.
+    fn acceleration(sum: Self::FilterSum) -> Self::Acceleration;
+    /// flexure × acceleration.
+    fn tilt(flexure: Self::Flexure, acceleration: Self::Acceleration) -> Self::Tilt;
+    /// t_a r_a + t_b r_b.
+    fn tilted(
+        t_a: Self::Tilt,
+        r_a: Self::Increment,
+        t_b: Self::Tilt,
+        r_b: Self::Increment,
+    ) -> Self::Tilted;
+    /// a + b.
+    fn add_tilted(a: Self::Tilted, b: Self::Tilted) -> Self::Tilted;
+    /// increment + tilted.
+    fn turn(increment: Self::Increment, tilted: Self::Tilted) -> Self::Increment;
 
-    /// angle + value with nothing lost, and the value rounded.
-    fn accumulate(angle: Self::Angle, value: Unrounded<Self>) -> (Self::Angle, Self::Increment);
-    /// angle/2 + c₁ D_{k−1} + c₂ D_{k−2}, c of
+    /// angle + increment.
+    fn advance(angle: Self::Angle, increment: Self::Increment) -> Self::Angle;
+    /// angle + 2 c₁ D_{k−1} + 2 c₂ D_{k−2}, c of
     /// [`CONING_COEFFICIENTS`](crate::design_parameters::CONING_COEFFICIENTS).
     fn lever(
         angle: Self::Angle,
         previous: Self::Increment,
         before_previous: Self::Increment,
     ) -> Self::Lever;
-    /// u_a D_b − u_b D_a: one component of lever × increment.
-    fn cross(
+    /// sum + u_a D_b − u_b D_a: one component of lever × increment.
+    fn add_cross(
+        sum: Self::Cross,
         u_a: Self::Lever,
         d_b: Self::Increment,
         u_b: Self::Lever,
         d_a: Self::Increment,
-    ) -> Self::Coning;
-    /// (angle + coning + carry) in output codes, held within ±(2³¹ − 1); the part of a code goes to `carry`.
-    fn output_code(
-        angle: Self::Angle,
-        coning: Self::Coning,
-        carry: &mut Self::OutputCarry,
-    ) -> (i32, bool);
+    ) -> Self::Cross;
+    /// tilted + cross/2 \[fine units\].
+    fn fine(tilted: Self::Tilted, cross: Self::Cross) -> i64;
+    /// angle + an angle of the exact sums \[fine units\].
+    fn turned(angle: Self::Angle, fine: i64) -> Self::Angle;
+    /// A step as a factor.
+    fn step_factor(step: Self::Step) -> Self::Factor;
+    /// Codes of one unit of such a factor.
+    fn codes_per_factor(scale: Self::StepScale) -> f64;
+    /// An increment as a factor.
+    fn increment_factor(increment: Self::Increment) -> Self::Factor;
+    /// sum + a b.
+    fn add_correlation(
+        sum: Self::Correlation,
+        a: Self::Factor,
+        b: Self::Factor,
+    ) -> Self::Correlation;
+    /// The sum \[factor units²\], once per window.
+    fn correlation(sum: Self::Correlation) -> f32;
 }

@@ -1,69 +1,90 @@
-//! Case increments → rotation vector of the output period.
+//! Case increments → what the output period's rotation vector is beside their exact sum.
 //!
-//! Enters: case increments D_k \[rad\], body frame, every sample, not yet rounded: here they are, once, and
-//! what that leaves is summed too. Leaves: θ = Σ D_k and the coning
-//! correction β \[rad\], whose sum is the rotation vector from the period's start to its end.
+//! Enters: increments at rest D \[rad\] and what the tilts add to them, every sample, body frame. Leaves,
+//! once per output period: the sum of what the tilts added, and the coning correction β \[fine units\].
 //!
-//! Two speeds (Savage 1998): β = Σ_k (½ θ_{k−1} + c₁ D_{k−1} + c₂ D_{k−2}) × D_k, θ summed since the
+//! Two speeds (Savage 1998): β = ½ Σ_k (θ_{k−1} + 2c₁ D_{k−1} + 2c₂ D_{k−2}) × D_k, θ summed since the
 //! period's start, D over its bounds. The first term is the coning between samples, the others that within
-//! a sample ([`CONING_COEFFICIENTS`](crate::design_parameters::CONING_COEFFICIENTS)).
+//! a sample ([`CONING_COEFFICIENTS`](crate::design_parameters::CONING_COEFFICIENTS)); the half is taken
+//! once, at the end.
+//!
+//! θ here is a lever, not an output: a rounded one will do.
 //!
 //! It leaves out the rotation vector equation's terms of third order, θ × (θ × ω)/12: nothing for a fixed
 //! axis, at most Ωφ⁴/3 for coning of angle φ at Ω when a period holds half a swing. At 100 Hz, 0.1° the mean
 //! is 2e-5 °/h with 10 samples a period and 1.5e-4 °/h with 20; choose short periods for hard vibration.
 
-use crate::numbers::{NumberSystem, Unrounded};
+use crate::numbers::NumberSystem;
 use crate::triad::Triad;
 
 /// Sums since the period's start, and the last two increments \[rad\].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ConingState<N: NumberSystem> {
     angle: Triad<N::Angle>,
-    coning: Triad<N::Coning>,
+    tilted: Triad<N::Tilted>,
+    cross: Triad<N::Cross>,
     previous: Triad<N::Increment>,
     before_previous: Triad<N::Increment>,
 }
 
-/// The rotation of one output period: `angle + coning` is the rotation vector \[rad\].
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Rotation<N: NumberSystem> {
-    /// Σ D.
-    pub angle: Triad<N::Angle>,
-    /// β.
-    pub coning: Triad<N::Coning>,
-}
-
 /// Adds one sample.
 #[inline(always)]
-pub fn process<N: NumberSystem>(state: &mut ConingState<N>, case: Triad<Unrounded<N>>) {
-    let (one, two) = (state.previous, state.before_previous);
+pub fn process<N: NumberSystem>(
+    state: &mut ConingState<N>,
+    at_rest: Triad<N::Increment>,
+    tilted: Triad<N::Tilted>,
+) {
+    let d = Triad {
+        x: N::turn(at_rest.x, tilted.x),
+        y: N::turn(at_rest.y, tilted.y),
+        z: N::turn(at_rest.z, tilted.z),
+    };
+    let (one, two, angle) = (state.previous, state.before_previous, state.angle);
     let u = Triad {
-        x: N::lever(state.angle.x, one.x, two.x),
-        y: N::lever(state.angle.y, one.y, two.y),
-        z: N::lever(state.angle.z, one.z, two.z),
+        x: N::lever(angle.x, one.x, two.x),
+        y: N::lever(angle.y, one.y, two.y),
+        z: N::lever(angle.z, one.z, two.z),
     };
-    let (angle_x, x) = N::accumulate(state.angle.x, case.x);
-    let (angle_y, y) = N::accumulate(state.angle.y, case.y);
-    let (angle_z, z) = N::accumulate(state.angle.z, case.z);
     state.angle = Triad {
-        x: angle_x,
-        y: angle_y,
-        z: angle_z,
+        x: N::advance(angle.x, d.x),
+        y: N::advance(angle.y, d.y),
+        z: N::advance(angle.z, d.z),
     };
-    state.coning = Triad {
-        x: state.coning.x + N::cross(u.y, z, u.z, y),
-        y: state.coning.y + N::cross(u.z, x, u.x, z),
-        z: state.coning.z + N::cross(u.x, y, u.y, x),
+    state.tilted = Triad {
+        x: N::add_tilted(state.tilted.x, tilted.x),
+        y: N::add_tilted(state.tilted.y, tilted.y),
+        z: N::add_tilted(state.tilted.z, tilted.z),
+    };
+    state.cross = Triad {
+        x: N::add_cross(state.cross.x, u.y, d.z, u.z, d.y),
+        y: N::add_cross(state.cross.y, u.z, d.x, u.x, d.z),
+        z: N::add_cross(state.cross.z, u.x, d.y, u.y, d.x),
     };
     state.before_previous = one;
-    state.previous = Triad { x, y, z };
+    state.previous = d;
 }
 
-/// Takes the period's rotation and starts the next one.
+/// Goes on after lost samples with the angle \[fine units\] of the one that covers them: it turns the lever,
+/// and its own coning is not known.
+pub fn resume<N: NumberSystem>(state: &mut ConingState<N>, [x, y, z]: [i64; 3]) {
+    state.angle = Triad {
+        x: N::turned(state.angle.x, x),
+        y: N::turned(state.angle.y, y),
+        z: N::turned(state.angle.z, z),
+    };
+    state.previous = Triad::default();
+    state.before_previous = Triad::default();
+}
+
+/// Takes the period's sums \[fine units\] and starts the next ones.
 #[inline(always)]
-pub fn finish<N: NumberSystem>(state: &mut ConingState<N>) -> Rotation<N> {
-    Rotation {
-        angle: core::mem::take(&mut state.angle),
-        coning: core::mem::take(&mut state.coning),
-    }
+pub fn finish<N: NumberSystem>(state: &mut ConingState<N>) -> [i64; 3] {
+    let tilted = core::mem::take(&mut state.tilted);
+    let cross = core::mem::take(&mut state.cross);
+    state.angle = Triad::default();
+    [
+        N::fine(tilted.x, cross.x),
+        N::fine(tilted.y, cross.y),
+        N::fine(tilted.z, cross.z),
+    ]
 }

@@ -1,64 +1,88 @@
-//! Pulse counts → sensed increments.
+//! Pulse counts → sensed increments, and their sum over the output period.
 //!
-//! Enters: pulses over one sample \[1\]. Leaves: sensed angle increments about the three sensing axes
-//! \[rad\], dither included, **in units of the short pulse weight**.
+//! Enters: pulses over one sample \[1\], within their limits. Leaves: D = W n, sensed angle increments about
+//! the three sensing axes after scale correction \[rad\], dither included; once per output period W Σn − b t
+//! \[fine units\].
 //!
-//! D = w n. The weight w is used as w = λ v: v of at most 11 bits multiplies the counts exactly in both
-//! number systems, and λ = 1 ± 2⁻¹² is left to the rate correction, (1 − s) λ = 1 − s'.
+//! W = (1 − s) × pulse weight. The sum is taken of the counts, as integers, and multiplied once: nothing is
+//! rounded on the way. The increment is for products alone, so it leaves the bias out: a constant rate of
+//! 1e-8 rad/s does not show in α, nor does it rectify with anything that oscillates.
 //!
-//! Counts beyond ±[`SENSED_LIMIT_RAD`] are held there and flagged.
-//!
-//! It does not judge lost or stuck pulses.
+//! It does not judge lost or stuck pulses, and has no temperature terms.
 
-use crate::design_parameters::SENSED_LIMIT_RAD;
-use crate::faults::Status;
 use crate::numbers::NumberSystem;
-use crate::parameters::{Parameters, ShortWeight};
+use crate::numbers::exact::{ExactWeight, FINE_PER_RAD_LOG2, fine};
+use crate::parameters::Parameters;
+use crate::stages::limits::Limits;
 use crate::triad::Triad;
-
-/// One axis: v and the counts that reach the limit.
-#[derive(Debug, Clone, Copy, Default)]
-struct Axis<N: NumberSystem> {
-    weight: N::PulseWeight,
-    limit_counts: i32,
-}
 
 /// Configuration.
 #[derive(Debug, Clone, Copy)]
 pub struct Counts<N: NumberSystem> {
-    axes: Triad<Axis<N>>,
+    weights: Triad<N::PulseWeight>,
+    exact: [ExactWeight; 3],
+    /// b T \[fine units\].
+    bias: [i64; 3],
+}
+
+/// Σn since the output period's start.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct CountsState {
+    sums: [i32; 3],
 }
 
 impl<N: NumberSystem> Counts<N> {
-    pub(crate) fn new(parameters: &Parameters) -> Self {
-        let axis = |weight_rad: f64| {
-            let short_rad = ShortWeight::of(weight_rad).short_rad;
-            Axis {
-                weight: N::pulse_weight(short_rad),
-                limit_counts: (SENSED_LIMIT_RAD / short_rad) as i32,
-            }
-        };
+    pub(crate) fn new(parameters: &Parameters, limits: &Limits) -> Self {
+        let weight =
+            |axis: usize| parameters.pulse_weight_rad[axis] * (1.0 - parameters.scale_error[axis]);
+        let limits = limits.counts();
         Self {
-            axes: Triad::from_array(parameters.pulse_weight_rad).map(axis),
+            weights: Triad::from_array([0, 1, 2])
+                .map(|axis| N::pulse_weight(weight(axis), limits[axis])),
+            exact: [0, 1, 2].map(|axis| ExactWeight::of(weight(axis), FINE_PER_RAD_LOG2)),
+            bias: parameters
+                .bias_rad_s
+                .map(|bias| fine(bias / parameters.sample_rate_hz, FINE_PER_RAD_LOG2)),
         }
     }
 
-    /// Sensed increments of one sample, and whether a count was held.
+    /// Sensed increments of one sample.
     #[inline(always)]
-    pub fn process(&self, pulse_counts: [i32; 3]) -> (Triad<N::Increment>, Status) {
-        let [x, y, z] = pulse_counts;
-        let (x, x_held) = pulses::<N>(&self.axes.x, x);
-        let (y, y_held) = pulses::<N>(&self.axes.y, y);
-        let (z, z_held) = pulses::<N>(&self.axes.z, z);
-        let held = x_held | y_held | z_held;
-        (Triad { x, y, z }, Status::COUNTS_SATURATED.when(held))
+    pub fn process(&self, state: &mut CountsState, counts: [i32; 3]) -> Triad<N::Increment> {
+        state.add(counts);
+        let [x, y, z] = counts;
+        Triad {
+            x: N::pulses(self.weights.x, x),
+            y: N::pulses(self.weights.y, y),
+            z: N::pulses(self.weights.z, z),
+        }
+    }
+
+    /// W n \[fine units\].
+    pub fn exact(&self, counts: [i32; 3]) -> [i64; 3] {
+        [0, 1, 2].map(|axis| self.exact[axis].times(counts[axis]))
+    }
+
+    /// W Σn − b t over `periods` sample periods \[fine units\]; starts the next sum.
+    #[inline(always)]
+    pub fn finish(&self, state: &mut CountsState, periods: u32) -> [i64; 3] {
+        let sums = core::mem::take(&mut state.sums);
+        let mut angle = [0; 3];
+        // A loop and not `map`, which is a function of its own in the image.
+        for axis in 0..3 {
+            let bias = self.bias[axis].wrapping_mul(i64::from(periods));
+            angle[axis] = self.exact[axis].times(sums[axis]).wrapping_sub(bias);
+        }
+        angle
     }
 }
 
-#[inline(always)]
-fn pulses<N: NumberSystem>(axis: &Axis<N>, counts: i32) -> (N::Increment, bool) {
-    let held = counts
-        .min(axis.limit_counts)
-        .max(axis.limit_counts.wrapping_neg());
-    (N::pulses(axis.weight, held), held != counts)
+impl CountsState {
+    /// Adds counts to the period's sum.
+    #[inline(always)]
+    pub fn add(&mut self, counts: [i32; 3]) {
+        for (sum, counts) in self.sums.iter_mut().zip(counts) {
+            *sum = sum.wrapping_add(counts);
+        }
+    }
 }

@@ -1,96 +1,228 @@
 //! Sensed increments → increments of the case: each block's own motion stripped.
 //!
-//! Enters: sensed increments \[rad, short units\]; block angles relative to the case at the sample's end
-//! \[pickoff codes\]. Leaves: D = D_sensed − g (pickoff_k − pickoff_{k−1}) \[rad, short units\], not
-//! yet rounded.
+//! Enters: sensed increments \[rad\]; block angles relative to the case at the sample's end \[pickoff codes\].
+//! Leaves: r = D − h₀ (p_k − p_{k−1}) − h₁ (p_{k−1} − p_{k−2}) \[rad\]; once per output period the strip's
+//! angle over it \[fine units\].
 //!
 //! The strip comes before the acceleration: 150″ at 400 Hz is 4600 rad/s² of block motion that the other
 //! gyros do not feel, and a matrix that followed it would inject it.
 //!
-//! The codes are differenced as integers, so that the strip telescopes. A step beyond
-//! ±[`DITHER_LIMIT_RAD`] is held there and flagged. The first sample has no previous reading; it only
-//! primes the state (`Chain` drops that sample's increment).
+//! A pickoff that shows the block d late shows, at the dither frequency, cos Ωd of the block and its
+//! quadrature. With Ω the dither's phase over one sample, q_k = cos Ω dp_k − dp_{k−1} is −sin Ω times that
+//! quadrature, exactly, so the block's increment is G (a dp_k + b q_k / sin Ω), a = cos Ωd/T, b = sin Ωd/T, or
 //!
-//! It does not filter the pickoff, nor correct its delay or nonlinearity.
+//! ```text
+//! h₀ = G (a + b cot Ω)        h₁ = −G b / sin Ω        G = gain × code weight × (1 − s)
+//! ```
+//!
+//! Both taps act on differences of codes, so the strip telescopes: over a period it is h₀ and h₁ times the
+//! difference of two readings, whatever was in between, and adds no drift. `adaptation.rs` moves the taps.
+//!
+//! It does not filter the pickoff, nor correct its nonlinearity.
 
-use crate::design_parameters::DITHER_LIMIT_RAD;
-use crate::faults::Status;
-use crate::numbers::{NumberSystem, Unrounded};
-use crate::parameters::{Parameters, ShortWeight};
+use crate::numbers::NumberSystem;
+use crate::numbers::exact::{FINE_PER_RAD_LOG2, fine};
+use crate::parameters::Parameters;
+use crate::stages::limits::Limits;
 use crate::triad::Triad;
 
-/// One axis: gain × code weight, and the step that reaches the limit.
-#[derive(Debug, Clone, Copy, Default)]
-struct Axis<N: NumberSystem> {
-    gain: N::PickoffGain,
-    limit_codes: i32,
-}
+/// The strip's two taps \[fine units per code\], exactly as used.
+pub type ExactTaps = [i64; 2];
 
 /// Configuration.
 #[derive(Debug, Clone, Copy)]
 pub struct Dither<N: NumberSystem> {
-    axes: Triad<Axis<N>>,
+    scales: [N::StepScale; 3],
+    nominal: [ExactTaps; 3],
 }
 
-/// The previous sample's readings \[codes\].
+/// Readings of the last samples, and the taps at work.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct DitherState {
+pub struct DitherState<N: NumberSystem> {
+    /// p_{k−1} \[codes\].
     previous: [i32; 3],
+    /// p_{k−2} \[codes\].
+    before_previous: [i32; 3],
+    /// p_{k−1} − p_{k−2}.
+    step: [N::Step; 3],
+    taps: [[N::Tap; 2]; 3],
+    exact_taps: [ExactTaps; 3],
+    /// The last reading before the output period, and the one before that.
+    start: [[i32; 3]; 2],
+    /// p₀, the stream's first reading.
+    origin: [i32; 3],
 }
 
 impl<N: NumberSystem> Dither<N> {
-    pub(crate) fn new(parameters: &Parameters) -> Self {
-        let axis = |index: usize| {
-            let left = ShortWeight::of(parameters.pulse_weight_rad[index]).left;
-            let rad_per_code =
-                parameters.pickoff_gain[index] * parameters.pickoff_weight_rad / left;
-            Axis {
-                gain: N::pickoff_gain(rad_per_code),
-                // A zero gain divides to infinity, which converts to i32::MAX: only a step that `i32`
-                // cannot show is beyond it (i32::MIN), and it is stripped as nothing.
-                limit_codes: (DITHER_LIMIT_RAD / rad_per_code) as i32,
-            }
-        };
+    pub(crate) fn new(parameters: &Parameters, limits: &Limits) -> Self {
         Self {
-            axes: Triad::from_array([0, 1, 2]).map(axis),
+            scales: limits.codes().map(N::step_scale),
+            nominal: [0, 1, 2].map(|axis| {
+                let gain = parameters.strip_rad_per_code(axis);
+                let phase = Phase::of(parameters, axis);
+                let lag =
+                    phase.omega * parameters.pickoff_delay_s[axis] * parameters.sample_rate_hz;
+                let (a, b) = (libm::cos(lag), libm::sin(lag));
+                [gain * (a + b * phase.cot()), -gain * b * phase.cosec()]
+                    .map(|tap| fine(tap, FINE_PER_RAD_LOG2))
+            }),
         }
     }
 
-    /// Makes the stream's first readings the previous ones, so that the first step is zero.
-    #[inline(always)]
-    pub fn prime(&self, state: &mut DitherState, pickoff_codes: [i32; 3]) {
-        state.previous = pickoff_codes;
+    /// The taps that the parameters ask for.
+    pub(crate) fn nominal(&self) -> &[ExactTaps; 3] {
+        &self.nominal
     }
 
-    /// Strips one sample; flagged where a step was held.
+    /// How steps are scaled.
+    pub(crate) fn scales(&self) -> &[N::StepScale; 3] {
+        &self.scales
+    }
+
+    /// Begins at these readings: what they were before is not known, so the first step is none.
+    pub fn start(&self, state: &mut DitherState<N>, codes: [i32; 3]) {
+        *state = DitherState {
+            previous: codes,
+            before_previous: codes,
+            start: [codes; 2],
+            origin: codes,
+            ..DitherState::default()
+        };
+        self.set_taps(state, &self.nominal);
+    }
+
+    /// Goes on at these readings after ones that never came.
+    pub fn resume(&self, state: &mut DitherState<N>, codes: [i32; 3]) {
+        state.previous = codes;
+        state.before_previous = codes;
+        state.step = Default::default();
+    }
+
+    /// Uses these taps from the next sample on.
+    pub(crate) fn set_taps(&self, state: &mut DitherState<N>, taps: &[ExactTaps; 3]) {
+        state.exact_taps = *taps;
+        for (axis, taps) in taps.iter().enumerate() {
+            state.taps[axis] = taps.map(|tap| N::tap(tap, self.scales[axis]));
+        }
+    }
+
+    /// Strips one sample.
     #[inline(always)]
     pub fn process(
         &self,
-        state: &mut DitherState,
+        state: &mut DitherState<N>,
         sensed: Triad<N::Increment>,
-        pickoff_codes: [i32; 3],
-    ) -> (Triad<Unrounded<N>>, Status) {
-        let [x, y, z] = pickoff_codes;
-        let [x_before, y_before, z_before] = state.previous;
-        state.previous = pickoff_codes;
-        let (x, x_held) = strip::<N>(&self.axes.x, sensed.x, x, x_before);
-        let (y, y_held) = strip::<N>(&self.axes.y, sensed.y, y, y_before);
-        let (z, z_held) = strip::<N>(&self.axes.z, sensed.z, z, z_before);
-        let held = x_held | y_held | z_held;
-        (Triad { x, y, z }, Status::PICKOFF_SATURATED.when(held))
+        codes: [i32; 3],
+    ) -> Triad<N::Increment> {
+        let sensed = sensed.to_array();
+        let mut stripped = sensed;
+        for axis in 0..3 {
+            let previous = state.previous[axis];
+            let step = N::step(self.scales[axis], codes[axis].wrapping_sub(previous));
+            let [now, past] = state.taps[axis];
+            stripped[axis] = N::strip(N::strip(sensed[axis], now, step), past, state.step[axis]);
+            state.step[axis] = step;
+            state.before_previous[axis] = previous;
+            state.previous[axis] = codes[axis];
+        }
+        Triad::from_array(stripped)
+    }
+
+    /// The strip's angle from the last reading to this one \[fine units\], as the first tap has it.
+    pub fn exact(&self, state: &DitherState<N>, codes: [i32; 3]) -> [i64; 3] {
+        [0, 1, 2].map(|axis| {
+            let [now, _] = state.exact_taps[axis];
+            now.wrapping_mul(i64::from(codes[axis].wrapping_sub(state.previous[axis])))
+        })
+    }
+
+    /// The strip's angle over the output period \[fine units\]; starts the next one.
+    #[inline(always)]
+    pub fn finish(&self, state: &mut DitherState<N>) -> [i64; 3] {
+        let [start, before_start] = state.start;
+        state.start = [state.previous, state.before_previous];
+        let mut angle = [0; 3];
+        for axis in 0..3 {
+            let [now, past] = state.exact_taps[axis];
+            let difference = |end: i32, start: i32| i64::from(end.wrapping_sub(start));
+            let late = difference(state.before_previous[axis], before_start[axis]);
+            angle[axis] = now
+                .wrapping_mul(difference(state.previous[axis], start[axis]))
+                .wrapping_add(past.wrapping_mul(late));
+        }
+        angle
     }
 }
 
-#[inline(always)]
-fn strip<N: NumberSystem>(
-    axis: &Axis<N>,
-    sensed: N::Increment,
-    code: i32,
-    code_before: i32,
-) -> (Unrounded<N>, bool) {
-    let step = code.saturating_sub(code_before);
-    let held = step
-        .min(axis.limit_codes)
-        .max(axis.limit_codes.wrapping_neg());
-    (N::strip(sensed, axis.gain, held), held != step)
+impl<N: NumberSystem> DitherState<N> {
+    /// p_{k−1} \[codes\].
+    #[inline(always)]
+    pub fn previous(&self) -> &[i32; 3] {
+        &self.previous
+    }
+
+    /// p_{k−2} \[codes\].
+    pub(crate) fn before_previous(&self) -> &[i32; 3] {
+        &self.before_previous
+    }
+
+    /// p_{k−1} − p_{k−2}.
+    #[inline(always)]
+    pub(crate) fn step(&self) -> &[N::Step; 3] {
+        &self.step
+    }
+
+    /// The stream's first reading \[codes\].
+    pub(crate) fn origin(&self) -> &[i32; 3] {
+        &self.origin
+    }
+
+    /// The taps at work.
+    pub(crate) fn exact_taps(&self) -> &[ExactTaps; 3] {
+        &self.exact_taps
+    }
+
+    /// Moves the origin of the codes.
+    pub fn shift(&mut self, by: [i32; 3]) {
+        let [start, before_start] = &mut self.start;
+        for codes in [
+            &mut self.previous,
+            &mut self.before_previous,
+            start,
+            before_start,
+            &mut self.origin,
+        ] {
+            for (code, by) in codes.iter_mut().zip(by) {
+                *code = code.wrapping_add(by);
+            }
+        }
+    }
+}
+
+/// The dither's phase over one sample.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Phase {
+    /// Ω \[rad\].
+    pub omega: f64,
+}
+
+impl Phase {
+    /// At the nominal frequency.
+    pub fn of(parameters: &Parameters, axis: usize) -> Self {
+        let cycles = parameters.dither_frequency_hz[axis] / parameters.sample_rate_hz;
+        Self {
+            omega: core::f64::consts::TAU * cycles,
+        }
+    }
+
+    /// 1 / sin Ω; 0 where the parameters cannot use the frequency.
+    pub fn cosec(self) -> f64 {
+        let sin = libm::sin(self.omega);
+        if sin.abs() < 1e-3 { 0.0 } else { 1.0 / sin }
+    }
+
+    /// cot Ω; likewise.
+    pub fn cot(self) -> f64 {
+        libm::cos(self.omega) * self.cosec()
+    }
 }

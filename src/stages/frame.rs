@@ -1,48 +1,69 @@
 //! Rotation of the output period → output frame.
 //!
-//! Enters: θ and β \[rad\], body frame; the period's status. Leaves: [`OutputFrame`], θ + β in codes of
-//! [`OUTPUT_RAD_PER_CODE`](crate::OUTPUT_RAD_PER_CODE).
+//! Enters: the rotation vector \[fine units\], body frame; the period's status. Leaves: [`OutputFrame`], in
+//! codes of [`OUTPUT_RAD_PER_CODE`](crate::OUTPUT_RAD_PER_CODE).
 //!
-//! The part of a code that a frame cannot show is carried into the next one, so the sum of all frames is
-//! never more than one code from the sum of all rotations. Beyond ±(2³¹ − 1) codes it is held, flagged, and
-//! the excess is lost.
+//! What a frame cannot show is carried into the next one: the part of a code, so that the sum of all frames
+//! is never more than half a code from the sum of all rotations; and beyond an `i32` of codes, flagged, up to
+//! as much again ([`LARGEST_CARRY_CODES`]). More than that is lost.
 
+use crate::design_parameters::{FINE_PER_CODE_LOG2, LARGEST_CARRY_CODES};
 use crate::faults::Status;
-use crate::numbers::NumberSystem;
 use crate::sample::OutputFrame;
-use crate::stages::coning::Rotation;
-use crate::triad::Triad;
 
-/// Number of the next frame, and what the last one could not show.
+/// Upper words of fine units whose codes fit an `i32`: −`FITS` to `FITS` − 1.
+const FITS: i32 = 1 << (FINE_PER_CODE_LOG2 - 1);
+
+/// Number of the next frame, and what the last one could not show \[fine units\].
 #[derive(Debug, Clone, Copy, Default)]
-pub struct FrameState<N: NumberSystem> {
+pub struct FrameState {
     sequence: u32,
-    carry: Triad<N::OutputCarry>,
+    rotation_carry: [i64; 3],
 }
 
-/// Makes one frame.
+/// Makes the frame of the last of `periods` output periods.
 #[inline(always)]
-pub fn process<N: NumberSystem>(
-    state: &mut FrameState<N>,
-    rotation: Rotation<N>,
+pub fn process(
+    state: &mut FrameState,
+    rotation: [i64; 3],
     status: Status,
+    periods: u32,
 ) -> OutputFrame {
-    let Rotation { angle, coning } = rotation;
-    let (x, x_held) = N::output_code(angle.x, coning.x, &mut state.carry.x);
-    let (y, y_held) = N::output_code(angle.y, coning.y, &mut state.carry.y);
-    let (z, z_held) = N::output_code(angle.z, coning.z, &mut state.carry.z);
-    let held = x_held | y_held | z_held;
-    let sequence = state.sequence;
+    let sequence = state.sequence.wrapping_add(periods.wrapping_sub(1));
     state.sequence = sequence.wrapping_add(1);
+    let (dtheta_codes, held) = codes(&mut state.rotation_carry, rotation);
     OutputFrame {
         sequence,
-        dtheta_codes: [x, y, z],
+        dtheta_codes,
         dvel_codes: [0; 3],
         status: status.and(Status::OUTPUT_SATURATED.when(held)),
     }
 }
 
-/// Passes over the numbers of output periods that have no frame of their own.
-pub fn skip<N: NumberSystem>(state: &mut FrameState<N>, frames: u32) {
-    state.sequence = state.sequence.wrapping_add(frames);
+/// Three values as codes; whether one was held.
+#[inline(always)]
+fn codes(carry: &mut [i64; 3], value: [i64; 3]) -> ([i32; 3], bool) {
+    let mut any_held = false;
+    let mut codes = [0; 3];
+    for axis in 0..3 {
+        let whole = value[axis].wrapping_add(carry[axis]);
+        let rounded = whole.wrapping_add(1 << (FINE_PER_CODE_LOG2 - 1));
+        codes[axis] = (rounded >> FINE_PER_CODE_LOG2) as i32;
+        carry[axis] = whole.wrapping_sub(i64::from(codes[axis]) << FINE_PER_CODE_LOG2);
+        // The upper word alone tells whether the code fits: one comparison.
+        let upper = (rounded >> 32) as i32;
+        if upper.wrapping_add(FITS) as u32 >= 2 * FITS as u32 {
+            core::hint::cold_path();
+            any_held = true;
+            let limit = i64::from(i32::MAX);
+            let held = (rounded >> FINE_PER_CODE_LOG2).max(-limit).min(limit);
+            let largest = LARGEST_CARRY_CODES << FINE_PER_CODE_LOG2;
+            codes[axis] = held as i32;
+            carry[axis] = whole
+                .wrapping_sub(held << FINE_PER_CODE_LOG2)
+                .max(-largest)
+                .min(largest);
+        }
+    }
+    (codes, any_held)
 }

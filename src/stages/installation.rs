@@ -1,7 +1,7 @@
 //! Angular acceleration → the installation matrix of this sample, Eq. (6).
 //!
-//! Enters: α̂ T² \[rad per sample²\] of the case, body frame. Leaves: ε_ij \[rad\], the six small angles of
-//! Eq. (7).
+//! Enters: α̂ T² \[rad per sample²\] of the case, body frame. Leaves: ε_ij − ε_ij0 \[rad\], what the
+//! acceleration adds to the six small angles of Eq. (7).
 //!
 //! A tilt δ_ij = −K_ij α_j turns gyro i's sensing axis about body axis j, and gyro x then senses
 //! δ_xz ω_y − δ_xy ω_z more (y: δ_yx ω_z − δ_yz ω_x, z: δ_zy ω_x − δ_zx ω_y). Eq. (7) undoes this with ε_xy on the z rate, so
@@ -14,43 +14,71 @@
 //! It assumes that the block follows quasi-statically (suspension modes far above the motion).
 
 use crate::numbers::NumberSystem;
+use crate::numbers::exact::ExactCoefficient;
 use crate::parameters::Parameters;
 use crate::triad::{CrossAxis, Triad};
+
+/// K_ij/T², each with the sign with which its tilt enters Eq. (7).
+pub type SignedFlexure<N> = CrossAxis<<N as NumberSystem>::Flexure>;
 
 /// Configuration.
 #[derive(Debug, Clone, Copy)]
 pub struct Installation<N: NumberSystem> {
     at_rest: CrossAxis<N::Coefficient>,
-    /// K_ij / T².
-    flexure: CrossAxis<N::Flexure>,
+    exact_at_rest: CrossAxis<ExactCoefficient>,
+    flexure: SignedFlexure<N>,
 }
 
 impl<N: NumberSystem> Installation<N> {
     pub(crate) fn new(parameters: &Parameters) -> Self {
         let rate_squared = parameters.sample_rate_hz * parameters.sample_rate_hz;
+        let k = &parameters.flexure_s2;
+        let signed = CrossAxis {
+            xy: -k.xy,
+            xz: k.xz,
+            yx: k.yx,
+            yz: -k.yz,
+            zx: -k.zx,
+            zy: k.zy,
+        };
         Self {
             at_rest: parameters.installation_rad.map(N::coefficient),
-            flexure: parameters.flexure_s2.map(|k| N::flexure(k * rate_squared)),
+            exact_at_rest: parameters.installation_rad.map(ExactCoefficient::of),
+            flexure: signed.map(|k| N::flexure(k * rate_squared)),
         }
     }
 
-    /// ε_ij0: the matrix without acceleration.
+    /// ε_ij0: the matrix without acceleration, for products.
     #[inline(always)]
     pub fn at_rest(&self) -> &CrossAxis<N::Coefficient> {
         &self.at_rest
     }
 
-    /// ε_ij under this acceleration.
+    /// The same for the exact sums.
     #[inline(always)]
-    pub fn process(&self, acceleration: Triad<N::Acceleration>) -> CrossAxis<N::Coefficient> {
-        let (rest, k) = (&self.at_rest, &self.flexure);
-        CrossAxis {
-            xy: rest.xy - N::tilt(k.xy, acceleration.y),
-            xz: rest.xz + N::tilt(k.xz, acceleration.z),
-            yx: rest.yx + N::tilt(k.yx, acceleration.x),
-            yz: rest.yz - N::tilt(k.yz, acceleration.z),
-            zx: rest.zx - N::tilt(k.zx, acceleration.x),
-            zy: rest.zy + N::tilt(k.zy, acceleration.y),
-        }
+    pub fn exact_at_rest(&self) -> &CrossAxis<ExactCoefficient> {
+        &self.exact_at_rest
+    }
+
+    /// The flexure that the parameters ask for.
+    pub fn flexure(&self) -> &SignedFlexure<N> {
+        &self.flexure
+    }
+}
+
+/// ε_ij − ε_ij0 under this acceleration.
+#[inline(always)]
+pub fn process<N: NumberSystem>(
+    flexure: &SignedFlexure<N>,
+    acceleration: Triad<N::Acceleration>,
+) -> CrossAxis<N::Tilt> {
+    let (k, a) = (flexure, acceleration);
+    CrossAxis {
+        xy: N::tilt(k.xy, a.y),
+        xz: N::tilt(k.xz, a.z),
+        yx: N::tilt(k.yx, a.x),
+        yz: N::tilt(k.yz, a.z),
+        zx: N::tilt(k.zx, a.x),
+        zy: N::tilt(k.zy, a.y),
     }
 }

@@ -1,10 +1,12 @@
 //! The stages, in the order of the data flow.
 
+pub mod limits;
+
 pub mod counts;
 
 pub mod dither;
 
-pub mod rate_correction;
+pub mod adaptation;
 
 pub mod acceleration;
 

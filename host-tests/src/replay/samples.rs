@@ -8,8 +8,8 @@
 //! - `gyro_count` passes as it is.
 //! - `dither_angle` becomes codes of 2⁻³² rad: an error of 2⁻³²/√12 = 6.7e-11 rad, white in *angle*, so that
 //!   it is bounded and drifts nothing (a pickoff's own noise is a thousand times larger).
-//! - `gyro_increment` and `gyro_rate` become counts of 2⁻³⁶ rad of the *running* angle: what one count
-//!   cannot hold goes into the next one, so that the sum stays within 1.5e-11 rad for ever.
+//! - `gyro_increment` and `gyro_rate` become counts of 2⁻³⁴ rad of the *running* angle: what one count
+//!   cannot hold goes into the next one, so that the sum stays within 6e-11 rad for ever.
 //! - `specific_force` and `velocity_increment` likewise, in codes of 2⁻²⁹ m/s (`accelerometers`).
 //!
 //! Missing values: rows at the beginning and at the end that lack a gyro or a pickoff are left out. Within
@@ -33,9 +33,9 @@ use trueaxis::{CrossAxis, ParameterError, Parameters, Sample};
 /// Angle of one pickoff code \[rad\]: ±0.5 rad fit an `i32`, hundreds of times the amplitude of any dither.
 pub const PICKOFF_WEIGHT_RAD: f64 = 1.0 / (1u64 << 32) as f64;
 
-/// Angle of one count of a gyro that was not recorded in pulses \[rad\]: ±0.03 rad a period fit an `i32`,
-/// 125 rad/s at 4 kHz, and a power of two is exact in both number systems.
-pub const INCREMENT_WEIGHT_RAD: f64 = 1.0 / (1u64 << 36) as f64;
+/// Angle of one count of a gyro that was not recorded in pulses \[rad\]: the finest that the chain takes,
+/// 1.2e-5″; ±0.125 rad a period fit an `i32`.
+pub const INCREMENT_WEIGHT_RAD: f64 = 1.0 / (1u64 << 34) as f64;
 
 /// Stamps may stray this far from a uniform clock \[periods\] and still be taken as one: K/T² enters
 /// the compensation squared, so that a hundredth of a period shows as at most 2 % of a small term.

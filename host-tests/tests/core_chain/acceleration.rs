@@ -25,15 +25,25 @@ fn product_error(order: u8, x: f64) -> f64 {
     sum * 2.0 * (1.0 - x.cos()) / x.powi(3) - 1.0
 }
 
-/// How far the measured share may be from the formula \[1\]: increments of 2⁻³⁹ rad against a tilt of 4e-4
-/// rad, and the tilts' second order: 1e-5.
+/// How far the measured share may be from the formula \[1\]: the ends of 10 s are known to a pulse and a code,
+/// 9e-11 rad or 2e-6 °/h, against drifts of 0.9 °/h and more; the tilts' second order is 4e-6 at 1e-3 rad.
 const SHARE_TOLERANCE: f64 = 1e-5;
+
+/// Coning angles by frequency \[°\]: as large as the drift's measurement needs and the acceleration limit
+/// allows.
+fn angle_deg(frequency_hz: f64) -> f64 {
+    match frequency_hz {
+        ..20.0 => 1.0,
+        ..200.0 => 0.3,
+        _ => 0.05,
+    }
+}
 
 /// (share of the flexure's drift that stays) = −product error, through the chain.
 fn share_left(order: u8, frequency_hz: f64) -> f64 {
     let coning = Coning {
         frequency_hz,
-        angle_rad: 0.05f64.to_radians(),
+        angle_rad: angle_deg(frequency_hz).to_radians(),
     };
     let rate = |truth, followed| {
         let with = |flexure_s2| Parameters {

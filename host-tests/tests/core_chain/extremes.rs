@@ -18,7 +18,7 @@ const F32_FRAME_CODES: i64 = 80;
 fn worst_parameters() -> Parameters {
     let end = |value: f64| CrossAxis::from_array([value, -value, value, -value, value, -value]);
     Parameters {
-        pulse_weight_rad: [3.9e-6, 1e-4, 1.0 / (1u64 << 39) as f64],
+        pulse_weight_rad: [3.9e-6, 1e-4, 1.0 / (1u64 << 34) as f64],
         bias_rad_s: [0.01, -0.01, 0.01],
         scale_error: [1.0 / 128.0, -1.0 / 128.0, 1.0 / 128.0],
         installation_rad: end(1.0 / 128.0),

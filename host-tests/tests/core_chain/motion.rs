@@ -101,10 +101,10 @@ pub const TABLE_3_S2: CrossAxis<f64> = CrossAxis {
     zy: 7.6e-8,
 };
 
-/// Pulses of 2⁻³⁶ rad, no dither: counts that hold the motion to 1.5e-11 rad, for tests of the algorithm.
+/// Pulses of 2⁻³⁴ rad, no dither: counts that hold the motion to 6e-11 rad, for tests of the algorithm.
 pub fn fine() -> Parameters {
     Parameters {
-        pulse_weight_rad: [1.0 / (1u64 << 36) as f64; 3],
+        pulse_weight_rad: [1.0 / (1u64 << 34) as f64; 3],
         ..Parameters::default()
     }
 }

@@ -68,9 +68,9 @@ fn a_million_equal_samples_do_not_drift() {
 
 #[test]
 fn the_frames_sum_to_the_angle_within_one_code() {
-    // Weights that are exact in both systems and no small terms: every digit must come out.
+    // Weights that are exact and no small terms: every digit must come out.
     let parameters = Parameters {
-        pulse_weight_rad: [3.0 / (1u64 << 39) as f64; 3],
+        pulse_weight_rad: [33.0 / (1u64 << 39) as f64; 3],
         samples_per_output: 7,
         ..Parameters::default()
     };
@@ -79,7 +79,7 @@ fn the_frames_sum_to_the_angle_within_one_code() {
         ..Sample::default()
     };
     let samples = 7 * 9001;
-    let exact = [1.0, 5.0, -3.0].map(|n| n * 3.0 / 16.0 * f64::from(samples - 1));
+    let exact = [1.0, 5.0, -3.0].map(|n| n * 33.0 / 16.0 * f64::from(samples - 1));
     let codes = |frames: Vec<OutputFrame>| total_rad(&frames).map(|rad| rad / CODE_RAD);
     for total in [
         codes(run::<F32>(&parameters, std::iter::repeat_n(sample, samples as usize)).0),
