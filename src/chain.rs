@@ -80,6 +80,11 @@ impl<N: NumberSystem> ChainState<N> {
         self.periods_before.wrapping_add(self.periods_in_output)
     }
 
+    /// Whether the next sample is one of those that follow a start or a gap.
+    pub fn is_beginning(&self) -> bool {
+        self.next != Next::Ordinary
+    }
+
     /// What the last adaptation window found of gyros x, y, z.
     pub fn health(&self) -> [Status; 3] {
         self.adaptation.health()
@@ -226,7 +231,10 @@ impl<N: NumberSystem> Chain<N> {
             state.counts.add(sample.pulse_counts);
             let stripped = self.dither.exact(&state.dither, sample.pickoff_codes);
             self.dither.resume(&mut state.dither, sample.pickoff_codes);
-            let angle = [0, 1, 2].map(|axis| turned[axis].wrapping_sub(stripped[axis]));
+            let mut angle = turned;
+            for (angle, stripped) in angle.iter_mut().zip(stripped) {
+                *angle = angle.wrapping_sub(stripped);
+            }
             coning::resume(&mut state.coning, angle);
             state.next = Next::Second;
             return None;

@@ -77,8 +77,19 @@ pub struct Timing {
 pub trait ChainWatch {
     /// The chain begins with a sample.
     fn begin(&mut self);
-    /// It is through, and has completed an output frame or not.
-    fn end(&mut self, with_output: bool);
+    /// It is through.
+    fn end(&mut self, course: Course);
+}
+
+/// What a sample was to the chain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Course {
+    /// It completed no output frame.
+    BetweenOutputs,
+    /// It completed one.
+    WithOutput,
+    /// It completed none, and followed a start or a gap: one of the two in which the chain begins anew.
+    Beginning,
 }
 
 /// Nobody.
@@ -88,7 +99,7 @@ impl ChainWatch for Unwatched {
     #[inline(always)]
     fn begin(&mut self) {}
     #[inline(always)]
-    fn end(&mut self, _: bool) {}
+    fn end(&mut self, _: Course) {}
 }
 
 /// The chain, its state, and the health around them.
@@ -192,9 +203,15 @@ impl<N: NumberSystem> Processor<N> {
         }
         if let Some(sample) = reading.sample {
             self.unasked = 0;
+            // The chain decides for itself: a decision shared with it costs it registers.
+            let beginning = core::hint::black_box(self.state.is_beginning());
             watch.begin();
             let ended = self.chain.process(&mut self.state, &sample);
-            watch.end(ended.is_some());
+            watch.end(match (ended.is_some(), beginning) {
+                (true, _) => Course::WithOutput,
+                (false, true) => Course::Beginning,
+                (false, false) => Course::BetweenOutputs,
+            });
             self.periods = self.periods.wrapping_add(1);
             if ended.is_some() {
                 self.finish(ended, &mut frame);

@@ -12,7 +12,7 @@ use crate::health::HEALTH_ITEMS;
 const MAGIC: [u8; 4] = *b"RLGR";
 
 /// Raised with every change of the layout.
-pub const RUN_REPORT_VERSION: u16 = 3;
+pub const RUN_REPORT_VERSION: u16 = 4;
 
 /// Least, most and sum over a set of measurements \[instructions\].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,6 +71,8 @@ pub struct RunReport {
     pub between_outputs: CostRecord,
     /// Cost of the chain for samples that completed one.
     pub with_output: CostRecord,
+    /// Cost of the chain for samples that completed none and followed a start or a gap.
+    pub beginning: CostRecord,
     /// Cost of the processor: the chain, the health around it, the telemetry frame.
     pub processor: CostRecord,
     /// Cost of the whole interrupt body: bus, processor, queue, bookkeeping.
@@ -87,7 +89,7 @@ pub struct RunReport {
 
 impl RunReport {
     /// Bytes in the file.
-    pub const BYTES: usize = 108 + 4 * HEALTH_ITEMS.len();
+    pub const BYTES: usize = 128 + 4 * HEALTH_ITEMS.len();
 
     /// A report of a run in which nothing was played.
     pub const fn empty(outcome: RunOutcome) -> Self {
@@ -97,6 +99,7 @@ impl RunReport {
             frames: 0,
             between_outputs: CostRecord::EMPTY,
             with_output: CostRecord::EMPTY,
+            beginning: CostRecord::EMPTY,
             processor: CostRecord::EMPTY,
             interrupt: CostRecord::EMPTY,
             reading_overhead: 0,
@@ -121,6 +124,7 @@ impl RunReport {
         for cost in [
             &self.between_outputs,
             &self.with_output,
+            &self.beginning,
             &self.processor,
             &self.interrupt,
         ] {
@@ -156,6 +160,7 @@ impl RunReport {
         for cost in [
             &mut report.between_outputs,
             &mut report.with_output,
+            &mut report.beginning,
             &mut report.processor,
             &mut report.interrupt,
         ] {

@@ -116,8 +116,14 @@ fn figures(core: TargetCore) -> Result<Figures, InputError> {
     )
     .map_err(|error| wrong(&error))?;
     let report = &emulation.report;
-    let measured = (report.between_outputs.sum + report.with_output.sum) as f64
-        / f64::from(report.between_outputs.count + report.with_output.count);
+    let parts = [
+        &report.between_outputs,
+        &report.with_output,
+        &report.beginning,
+    ];
+    let instructions: u64 = parts.iter().map(|part| part.sum).sum();
+    let samples: u32 = parts.iter().map(|part| part.count).sum();
+    let measured = instructions as f64 / f64::from(samples);
     let sorted = costs.chain_mean();
     if (sorted - measured).abs() > MOST_APART * measured {
         return Err(wrong(&format!(

@@ -14,7 +14,7 @@ use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
 use stm32f4::stm32f405::interrupt;
 use trueaxis::counter_bank::CounterBank;
-use trueaxis::processor::{ChainWatch, Processor, Timing};
+use trueaxis::processor::{ChainWatch, Course, Processor, Timing};
 use trueaxis::run_report::CostRecord;
 use trueaxis::sample_source::{Reading, SampleSource};
 use trueaxis::trace::{TraceEntry, TraceRing};
@@ -88,6 +88,8 @@ pub struct Costs {
     pub chain_between_outputs: CostRecord,
     /// The chain alone, for samples that complete one.
     pub chain_with_output: CostRecord,
+    /// The chain alone, for samples that complete none and follow a start or a gap.
+    pub chain_beginning: CostRecord,
     /// The processor: the chain, the health around it, the frame; and the measuring of the chain.
     pub processor: CostRecord,
     /// The whole interrupt: bus, processor, queue, trace.
@@ -99,6 +101,7 @@ impl Costs {
     const NONE: Self = Self {
         chain_between_outputs: CostRecord::EMPTY,
         chain_with_output: CostRecord::EMPTY,
+        chain_beginning: CostRecord::EMPTY,
         processor: CostRecord::EMPTY,
         interrupt: CostRecord::EMPTY,
     };
@@ -118,12 +121,12 @@ impl ChainWatch for Stopwatch<'_> {
     }
 
     #[inline(always)]
-    fn end(&mut self, with_output: bool) {
+    fn end(&mut self, course: Course) {
         let cost = self.timer.between(self.begun, self.timer.now());
-        if with_output {
-            self.costs.chain_with_output.record(cost);
-        } else {
-            self.costs.chain_between_outputs.record(cost);
+        match course {
+            Course::BetweenOutputs => self.costs.chain_between_outputs.record(cost),
+            Course::WithOutput => self.costs.chain_with_output.record(cost),
+            Course::Beginning => self.costs.chain_beginning.record(cost),
         }
     }
 }

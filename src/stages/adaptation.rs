@@ -264,7 +264,10 @@ impl Adaptation {
             if axis.dithered && good && !state.disturbed {
                 axis.follow(sums, tracked);
                 let moved = axis.taps(tracked);
-                let [now, past] = [0, 1].map(|tap| moved[tap].wrapping_sub(taps[index][tap]));
+                let [new_now, new_past] = moved;
+                let [old_now, old_past] = taps[index];
+                let now = new_now.wrapping_sub(old_now);
+                let past = new_past.wrapping_sub(old_past);
                 let since_start = |codes: &[i32; 3]| {
                     i64::from(codes[index].wrapping_sub(strip_state.origin()[index]))
                 };

@@ -60,7 +60,11 @@ impl<N: NumberSystem> Counts<N> {
 
     /// W n \[fine units\].
     pub fn exact(&self, counts: [i32; 3]) -> [i64; 3] {
-        [0, 1, 2].map(|axis| self.exact[axis].times(counts[axis]))
+        let mut angle = [0; 3];
+        for (angle, (weight, counts)) in angle.iter_mut().zip(self.exact.iter().zip(counts)) {
+            *angle = weight.times(counts);
+        }
+        angle
     }
 
     /// W Σn − b t over `periods` sample periods \[fine units\]; starts the next sum.

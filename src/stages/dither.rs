@@ -130,10 +130,13 @@ impl<N: NumberSystem> Dither<N> {
 
     /// The strip's angle from the last reading to this one \[fine units\], as the first tap has it.
     pub fn exact(&self, state: &DitherState<N>, codes: [i32; 3]) -> [i64; 3] {
-        [0, 1, 2].map(|axis| {
+        let mut angle = [0; 3];
+        for axis in 0..3 {
             let [now, _] = state.exact_taps[axis];
-            now.wrapping_mul(i64::from(codes[axis].wrapping_sub(state.previous[axis])))
-        })
+            angle[axis] =
+                now.wrapping_mul(i64::from(codes[axis].wrapping_sub(state.previous[axis])));
+        }
+        angle
     }
 
     /// The strip's angle over the output period \[fine units\]; starts the next one.

@@ -161,6 +161,7 @@ fn words(result: &OnTarget) -> Vec<String> {
         [
             cost("per sample", &result.instructions_per_sample),
             cost("between outputs", &result.instructions_between_outputs),
+            cost("after start or gap", &result.instructions_beginning),
             cost("with an output", &result.instructions_with_output),
             cost("processor", &result.instructions_per_processor),
             cost("whole interrupt", &result.instructions_per_interrupt),

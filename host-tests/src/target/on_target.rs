@@ -84,8 +84,10 @@ pub struct OnTarget {
     pub first_difference: Option<Difference>,
     /// The chain's cost over all samples.
     pub instructions_per_sample: Option<Instructions>,
-    /// Over samples that complete no output.
+    /// Over samples that complete no output and follow no start or gap.
     pub instructions_between_outputs: Option<Instructions>,
+    /// Over samples that complete no output and follow a start or a gap: two for each.
+    pub instructions_beginning: Option<Instructions>,
     /// Over samples that complete one.
     pub instructions_with_output: Option<Instructions>,
     /// The processor: the chain, the health around it, the telemetry frame.
@@ -173,8 +175,10 @@ pub fn compare_records(
         instructions_per_sample: Instructions::over(&[
             &report.between_outputs,
             &report.with_output,
+            &report.beginning,
         ]),
         instructions_between_outputs: Instructions::over(&[&report.between_outputs]),
+        instructions_beginning: Instructions::over(&[&report.beginning]),
         instructions_with_output: Instructions::over(&[&report.with_output]),
         instructions_per_processor: Instructions::over(&[&report.processor]),
         instructions_per_interrupt: Instructions::over(&[&report.interrupt]),

@@ -97,7 +97,7 @@ impl SpiDevice for BankFile {
 }
 
 /// TIM5 now.
-fn ticks() -> u32 {
+pub fn ticks() -> u32 {
     // SAFETY: reading the count has no effect; the sample timer, which owns the peripheral, has started it.
     unsafe { (*TIM5::ptr()).cnt().read().bits() }
 }

@@ -29,8 +29,8 @@ fn apart(a: &[OutputFrame], b: &[OutputFrame]) -> Vec<[f64; 3]> {
     a.iter()
         .zip(b)
         .map(|(a, b)| {
-            for axis in 0..3 {
-                angle[axis] += i64::from(a.dtheta_codes[axis]) - i64::from(b.dtheta_codes[axis]);
+            for (axis, angle) in angle.iter_mut().enumerate() {
+                *angle += i64::from(a.dtheta_codes[axis]) - i64::from(b.dtheta_codes[axis]);
             }
             angle.map(|codes| codes as f64 * OUTPUT_RAD_PER_CODE)
         })

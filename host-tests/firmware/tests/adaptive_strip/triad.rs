@@ -132,14 +132,14 @@ impl Iterator for Stream {
         let triad = &self.triad;
         let case_rad = triad.case_rad(t);
         let mut sample = Sample::default();
-        for axis in 0..3 {
+        for (axis, case_rad) in case_rad.iter().enumerate() {
             let [now, before] = self.wander[axis];
             let omega = TAU * triad.frequency_hz[axis];
             let block = |late_s: f64| {
                 let modulation = now + (before - now) * late_s / PERIOD_S;
                 triad.amplitude_rad[axis] * (1.0 + modulation) * (omega * (t - late_s)).sin()
             };
-            let angle = case_rad[axis] + block(0.0);
+            let angle = case_rad + block(0.0);
             let total = (angle / triad.pulse_rad).floor() as i64;
             sample.pulse_counts[axis] = (total - self.pulses[axis]) as i32;
             self.pulses[axis] = total;
