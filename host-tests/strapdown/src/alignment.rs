@@ -1,0 +1,124 @@
+//! Initial alignment at rest: coarse levelling by gravity, gyrocompassing by the Earth's rotation.
+//!
+//! Enters: increments of a unit at rest on the Earth; it may rock between, if it ends as it began. Leaves:
+//! [`Alignment`], the attitude on the Earth, the same at the interval's beginning and end.
+//!
+//! The body is tracked by its own gyros. Over the interval of length T the mean turn ω = Φ/T against inertial
+//! space is the Earth's, and the velocity increments, turned back by ωt to where the body stood at the
+//! beginning, add up to the reaction to gravity, f. Then down = −f/|f|, north = the part of ω that is
+//! across down, east = down × north. Groves 2013, section 5.6.1 and 5.6.2.
+//!
+//! What the sensors' biases b leave: tilt about east b_N/g, about north −b_E/g; heading −b_E/(Ω cos L) from
+//! the east gyro and + tan L b_E/g from the east accelerometer (`tests/initial_alignment.rs`).
+//!
+//! Deliberately not here: fine alignment, and alignment while the unit travels. Noise is averaged over the
+//! interval: angle random walk N leaves N/√T/(Ω cos L) in heading.
+
+use std::fmt;
+
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+
+use crate::mechanisation::Increment;
+
+/// What an interval of rest tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Alignment {
+    /// Attitude at the interval's beginning, and so at its end.
+    pub ned_from_body: UnitQuaternion<f64>,
+    /// Mean rate against inertial space, body frame at the beginning \[rad/s\].
+    pub rate_rad_s: Vector3<f64>,
+    /// Mean specific force, same frame \[m/s²\].
+    pub specific_force_m_s2: Vector3<f64>,
+    /// Length of the interval \[s\].
+    pub duration_s: f64,
+}
+
+/// Why an interval cannot be aligned on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum AlignmentError {
+    /// No increments, or no time in them.
+    Empty,
+    /// A mean specific force \[m/s²\] that is no gravity.
+    NoGravity(f64),
+    /// A mean rate across the vertical \[rad/s\] too small to tell north.
+    NoNorth(f64),
+}
+
+impl fmt::Display for AlignmentError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => write!(f, "there are no increments to align on"),
+            Self::NoGravity(force_m_s2) => {
+                write!(
+                    f,
+                    "the mean specific force is {force_m_s2:.3} m/s², no gravity"
+                )
+            }
+            Self::NoNorth(rate_rad_s) => write!(
+                f,
+                "the mean rate across the vertical is {rate_rad_s:.1e} rad/s, too small to tell north"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for AlignmentError {}
+
+/// Less than this \[m/s²\] is a unit in free fall or one without accelerometers.
+const LEAST_FORCE_M_S2: f64 = 1.0;
+
+/// Less than this across the vertical \[rad/s\] tells no north: a hundredth of the Earth's rate, the poles'
+/// last half degree, or a recording in which the Earth stands still.
+const LEAST_RATE_RAD_S: f64 = 7.3e-7;
+
+/// Aligns on an interval of rest.
+pub fn align(interval: &[Increment]) -> Result<Alignment, AlignmentError> {
+    let duration_s: f64 = interval.iter().map(|increment| increment.period_s).sum();
+    if duration_s.is_nan() || duration_s <= 0.0 {
+        return Err(AlignmentError::Empty);
+    }
+    let mut start_from_body = UnitQuaternion::identity();
+    for increment in interval {
+        start_from_body *= UnitQuaternion::from_scaled_axis(increment.rotation_rad);
+        start_from_body.renormalize_fast();
+    }
+    let rate_rad_s = start_from_body.scaled_axis() / duration_s;
+
+    let mut start_from_body = UnitQuaternion::identity();
+    let mut elapsed_s = 0.0;
+    let mut felt_m_s = Vector3::zeros();
+    for increment in interval {
+        // the increment stands at its period's beginning, its mean half a period later
+        let middle_s = elapsed_s + 0.5 * increment.period_s;
+        felt_m_s += UnitQuaternion::from_scaled_axis(-rate_rad_s * middle_s)
+            * (start_from_body * increment.velocity_m_s);
+        start_from_body *= UnitQuaternion::from_scaled_axis(increment.rotation_rad);
+        start_from_body.renormalize_fast();
+        elapsed_s += increment.period_s;
+    }
+    let specific_force_m_s2 = felt_m_s / duration_s;
+    let force_m_s2 = specific_force_m_s2.norm();
+    if force_m_s2.is_nan() || force_m_s2 < LEAST_FORCE_M_S2 {
+        return Err(AlignmentError::NoGravity(force_m_s2));
+    }
+    let down = -specific_force_m_s2 / force_m_s2;
+    let across = rate_rad_s - down * rate_rad_s.dot(&down);
+    let across_rad_s = across.norm();
+    if across_rad_s.is_nan() || across_rad_s < LEAST_RATE_RAD_S {
+        return Err(AlignmentError::NoNorth(across_rad_s));
+    }
+    let north = across / across_rad_s;
+    let ned_from_start = Matrix3::from_rows(&[
+        north.transpose(),
+        down.cross(&north).transpose(),
+        down.transpose(),
+    ]);
+    let ned_from_start =
+        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(ned_from_start));
+    Ok(Alignment {
+        ned_from_body: ned_from_start,
+        rate_rad_s,
+        specific_force_m_s2,
+        duration_s,
+    })
+}
