@@ -54,6 +54,8 @@ pub fn holds_its_marks(recording: &Recording, core: TargetCore) -> Result<(), St
     let mut command = rlg(&["on-target", "--json", "--core", core.name()]);
     command
         .args(["--samples", &SAMPLES.to_string()])
+        // The strip follows the pickoff, as it would on the unit.
+        .args(["--adapt-s", "2"])
         .arg("--model")
         .arg(&recording.model)
         .arg("--out")
