@@ -41,7 +41,7 @@
 //!
 //! Assumes that nothing else moves at the block's own frequency and in its phase: the case's answer to the
 //! dither's torque is taken for pickoff gain. It does not track the dither's frequency. Around lost or held
-//! samples the taps rest, and the window is judged by what it has.
+//! samples the taps rest for two windows, and the first is judged by what it has.
 
 use crate::design_parameters::{
     ADAPTATION_RANGE, ADAPTATION_STEP_LIMIT, ADAPTATION_WINDOW_S, HEALTHY_AMPLITUDE,
@@ -54,6 +54,10 @@ use crate::parameters::Parameters;
 use crate::sample::Sample;
 use crate::stages::acceleration::AccelerationState;
 use crate::stages::dither::{Dither, DitherState, ExactTaps, Phase};
+
+/// Windows in which the taps rest from a disturbance on: if it comes with the window's last sample, the next
+/// one begins with its increment.
+const DISTURBED_WINDOWS: u8 = 2;
 
 /// One gyro's configuration; all zeros without dither.
 #[derive(Debug, Clone, Copy, Default)]
@@ -111,7 +115,8 @@ pub struct AdaptationState<N: NumberSystem> {
     tracked: [Tracked; 3],
     turn: usize,
     frames: u32,
-    disturbed: bool,
+    /// Windows, this one included, in which the taps rest.
+    disturbed: u8,
 }
 
 /// What a closed window asks for.
@@ -261,7 +266,7 @@ impl Adaptation {
             tracked.health = axis.judge(sums);
             verdict.status = verdict.status.and(tracked.health);
             let good = tracked.health.and(before) == Status::default();
-            if axis.dithered && good && !state.disturbed {
+            if axis.dithered && good && state.disturbed == 0 {
                 axis.follow(sums, tracked);
                 let moved = axis.taps(tracked);
                 let [new_now, new_past] = moved;
@@ -286,7 +291,7 @@ impl Adaptation {
             strip.set_taps(strip_state, &taps);
         }
         state.frames = 0;
-        state.disturbed = false;
+        state.disturbed = state.disturbed.saturating_sub(1);
         verdict
     }
 }
@@ -345,9 +350,9 @@ impl Axis {
 }
 
 impl<N: NumberSystem> AdaptationState<N> {
-    /// The window holds lost or held samples: it may judge, but moves nothing.
+    /// The window holds lost or held samples: it may judge, but moves nothing; nor does the next one.
     pub fn disturb(&mut self) {
-        self.disturbed = true;
+        self.disturbed = DISTURBED_WINDOWS;
     }
 
     /// What the last window found of each gyro.

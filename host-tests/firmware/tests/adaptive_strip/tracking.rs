@@ -1,6 +1,6 @@
 //! Tracking of pickoff gain and delay against the strip that knows them.
 
-use trueaxis::{F32, Fixed, NumberSystem, OUTPUT_RAD_PER_CODE, OutputFrame, Parameters};
+use trueaxis::{F32, Fixed, NumberSystem, OUTPUT_RAD_PER_CODE, OutputFrame, Parameters, Sample};
 
 use crate::frames;
 use crate::triad::{ARCSEC, DEG_H, Triad};
@@ -209,4 +209,36 @@ fn a_disturbed_second_moves_the_taps_by_no_more_than_their_steps() {
     for value in [gain, quadrature] {
         assert!(f64::from(value.abs()) <= 0.01 * windows + 0.005);
     }
+}
+
+/// Samples in an adaptation window: 30 ms.
+const WINDOW: usize = 120;
+
+fn assert_rests<N: NumberSystem>() {
+    let parameters = Parameters {
+        adaptation_time_s: ADAPTATION_TIME_S,
+        ..off().parameters()
+    };
+    let begin = 50 * WINDOW;
+    let samples: Vec<_> = off().stream().take(begin + 2 * WINDOW).collect();
+    let tracked = |samples: &[Sample]| {
+        let (_, state) = frames::<N>(&parameters, samples.iter().copied());
+        state.tracked()
+    };
+    let before = tracked(&samples[..begin]);
+    assert_ne!(before, tracked(&samples), "well, it tracks");
+    for place in [0, 1, 2, 57, 58, 59, 117, 118, 119] {
+        let mut held = samples.clone();
+        for count in &mut held[begin + place].pulse_counts {
+            *count += 100_000;
+        }
+        assert_eq!(before, tracked(&held), "{}: at {place}", N::NAME);
+    }
+}
+
+/// Three neighbours each, because the gyros take turns.
+#[test]
+fn a_count_beyond_the_rate_moves_no_tap_wherever_in_its_window_it_comes() {
+    assert_rests::<F32>();
+    assert_rests::<Fixed>();
 }
