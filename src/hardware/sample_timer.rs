@@ -91,10 +91,15 @@ impl SampleTimer {
     /// the next interrupt, never a lost one.
     #[inline(always)]
     pub fn enter(&mut self) -> Timing {
-        let behind = self.now().wrapping_sub(self.due);
+        let now = self.now();
         self.periods.sr().write(|w| w.uif().clear());
-        // `due` was read a few ticks after TIM2 began, so the entry may seem that much early.
-        let behind = if behind > i32::MAX as u32 { 0 } else { behind };
+        // An entry that seems early corrects the end of the period: `due` was read a few ticks after TIM2
+        // began, and the emulator's TIM2 counts to ARR in one tick less than the hardware, so that 9 000
+        // periods put it by 1/32 of a period off.
+        if now.wrapping_sub(self.due) > i32::MAX as u32 {
+            self.due = now;
+        }
+        let behind = now.wrapping_sub(self.due);
         let period = self.period_ticks.get();
         let missed = if behind < period {
             0

@@ -7,7 +7,8 @@
 //! Virtual time stands still during a semihosting call, so reading ahead delays nothing. Under
 //! `-icount shift=0` one instruction is one nanosecond of it, and the emulator's timers count at 1 GHz
 //! whatever the clock tree says: so TIM5 counts instructions, exactly and repeatably, and a period of 250 µs
-//! has 250 000. The loop sleeps between interrupts; a busy one would cost the emulator all of them.
+//! has 250 000 (between interrupts 249 999: the emulator's TIM2 leaves out the tick at 0). The loop sleeps
+//! between interrupts; a busy one would cost the emulator all of them.
 
 mod bank_file;
 
