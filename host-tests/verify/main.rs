@@ -120,6 +120,8 @@ fn main() -> ExitCode {
         "on_target",
         "--test",
         "interrupt_calls",
+        "--test",
+        "fault_campaign",
         "--",
         "--ignored",
     ]);

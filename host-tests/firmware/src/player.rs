@@ -1,0 +1,97 @@
+//! A campaign played into the firmware's own bank driver and processor, on this machine.
+//!
+//! Enters: [`Interrupt`]s. Leaves: [`Played`]: the frames that left, and the health items at moments that
+//! the caller names. Imitated and not shared with the image: the bus, and the room of the queue.
+
+use std::cell::Cell;
+
+use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
+use trueaxis::counter_bank::{AccelerometerInput, CounterBank, FRAME_BYTES};
+use trueaxis::health::HEALTH_ITEMS;
+use trueaxis::processor::{BootReport, Processor};
+use trueaxis::sample_source::{Reading, SampleSource, SourceFault};
+use trueaxis::{NumberSystem, Parameters, TelemetryFrame};
+
+use crate::campaign::{Interrupt, QUEUED_FRAMES, Wire};
+
+/// Every health item, in the order of [`HEALTH_ITEMS`].
+pub type HealthItems = [u32; HEALTH_ITEMS.len()];
+
+/// What came of it.
+#[derive(Debug, Clone)]
+pub struct Played {
+    /// Every frame that found room.
+    pub frames: Vec<TelemetryFrame>,
+    /// The health items before the first interrupt of each period named.
+    pub health_at: Vec<HealthItems>,
+    /// At the end.
+    pub health: HealthItems,
+}
+
+/// Plays `interrupts` into a unit with `parameters`; `moments` are periods in rising order.
+pub fn play<N: NumberSystem>(
+    parameters: &Parameters,
+    boot: BootReport,
+    interrupts: &[Interrupt],
+    moments: impl IntoIterator<Item = u32>,
+) -> Played {
+    let mut processor = Processor::<N>::new(parameters, boot).expect("parameters in range");
+    let line = Cell::new(None);
+    let mut bank = CounterBank::new(Line(&line), AccelerometerInput::Counters);
+    let mut moments = moments.into_iter().peekable();
+    let mut queued = 0;
+    let mut frames = Vec::new();
+    let mut health_at = Vec::new();
+    for interrupt in interrupts {
+        while moments.next_if(|at| *at <= interrupt.period).is_some() {
+            health_at.push(processor.health_items());
+        }
+        let reading = match interrupt.wire {
+            Wire::Starved => Reading::without_sample(SourceFault::Starved),
+            Wire::Error => {
+                line.set(None);
+                bank.take()
+            }
+            Wire::Frame(bytes) => {
+                line.set(Some(bytes));
+                bank.take()
+            }
+        };
+        if let Some(frame) = processor.period(reading, interrupt.timing) {
+            if queued < QUEUED_FRAMES {
+                queued += 1;
+                frames.push(frame);
+            } else {
+                processor.output_overrun();
+            }
+        }
+        if !interrupt.link_held {
+            queued = 0;
+        }
+    }
+    health_at.extend(moments.map(|_| processor.health_items()));
+    Played {
+        frames,
+        health_at,
+        health: processor.health_items(),
+    }
+}
+
+/// A bus on which one frame stands, once; an error without.
+struct Line<'a>(&'a Cell<Option<[u8; FRAME_BYTES]>>);
+
+impl ErrorType for Line<'_> {
+    type Error = ErrorKind;
+}
+
+impl SpiDevice for Line<'_> {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
+        let frame = self.0.take().ok_or(ErrorKind::Other)?;
+        for operation in operations {
+            if let Operation::Read(bytes) = operation {
+                bytes.copy_from_slice(frame.get(..bytes.len()).ok_or(ErrorKind::Other)?);
+            }
+        }
+        Ok(())
+    }
+}
