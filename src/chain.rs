@@ -224,22 +224,33 @@ impl<N: NumberSystem> Chain<N> {
         }
         let sample = held.sample;
         if periods > 1 {
-            // Only sums: this increment is none of one period, so nothing is multiplied by it.
+            // Sums and the coning across: this increment is none of one period, and serves no other product.
             state.raise(Status::GAP);
             state.adaptation.disturb();
-            let turned = self.counts.exact(sample.pulse_counts);
+            let before = self.exact_case(
+                self.counts.since_start(&state.counts),
+                self.dither.since_start(&state.dither),
+            );
+            let angle = self.exact_case(
+                self.counts.exact(sample.pulse_counts),
+                self.dither.exact(&state.dither, sample.pickoff_codes),
+            );
             state.counts.add(sample.pulse_counts);
-            let stripped = self.dither.exact(&state.dither, sample.pickoff_codes);
             self.dither.resume(&mut state.dither, sample.pickoff_codes);
-            let mut angle = turned;
-            for (angle, stripped) in angle.iter_mut().zip(stripped) {
-                *angle = angle.wrapping_sub(stripped);
-            }
-            coning::resume(&mut state.coning, angle);
+            let beside = coning::resume(&mut state.coning, before, angle);
+            frame::carry(&mut state.frame, beside);
             state.next = Next::Second;
             return None;
         }
         Some(sample)
+    }
+
+    /// The case's angle at rest \[fine units\].
+    fn exact_case(&self, mut sensed: [i64; 3], stripped: [i64; 3]) -> [i64; 3] {
+        for (sensed, stripped) in sensed.iter_mut().zip(stripped) {
+            *sensed = sensed.wrapping_sub(stripped);
+        }
+        compensation::at_rest_exactly(self.installation.exact_at_rest(), sensed)
     }
 
     /// Lets time pass; the frame, if an output period ends.

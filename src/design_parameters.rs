@@ -35,9 +35,10 @@ pub const SENSED_LIMIT_RAD: f64 = 5.0 / 8.0 / 256.0;
 /// Largest dither increment \[rad per sample\]: 2⁻¹⁰, 223 °/s at 4 kHz: 200″ at 500 Hz peaks at 175 °/s.
 pub const DITHER_LIMIT_RAD: f64 = 2.0 / 8.0 / 256.0;
 
-/// Largest angle of the first sample after lost ones \[rad\]: 1/4. With an output period's own 0.16 rad and
-/// the carry's 0.06 rad it stays inside the ±0.5 rad of the exact sums: 143 ms at 100 °/s.
-pub const GAP_LIMIT_RAD: f64 = 0.25;
+/// Largest angle of the first sample after lost ones \[rad\]: 7/32. With an output period's own 0.16 rad, the
+/// carry's 0.06 rad and the coning across both of 0.04 rad it stays inside the ±0.5 rad of the exact sums:
+/// 125 ms at 100 °/s.
+pub const GAP_LIMIT_RAD: f64 = 7.0 / 32.0;
 
 /// Largest compensated increment \[rad per sample\]: 7/8 of 2⁻⁸ times (1 + 1/64)(1 + 2/64), and bias,
 /// rounded up. (A strip with delay can ask for up to three times its own limit; a real dither does not.)

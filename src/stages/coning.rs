@@ -64,9 +64,15 @@ pub fn process<N: NumberSystem>(
     state.previous = d;
 }
 
-/// Goes on after lost samples with the angle \[fine units\] of the one that covers them: it turns the lever,
-/// and its own coning is not known.
-pub fn resume<N: NumberSystem>(state: &mut ConingState<N>, [x, y, z]: [i64; 3]) {
+/// Goes on after lost samples with the angle of the one that covers them, after `before` since the period's
+/// start; gives what that is worth beside their sum \[all fine units\]: ½ before × angle. It turns the lever;
+/// its own coning is not known.
+pub fn resume<N: NumberSystem>(
+    state: &mut ConingState<N>,
+    before: [i64; 3],
+    angle: [i64; 3],
+) -> [i64; 3] {
+    let [x, y, z] = angle;
     state.angle = Triad {
         x: N::turned(state.angle.x, x),
         y: N::turned(state.angle.y, y),
@@ -74,6 +80,17 @@ pub fn resume<N: NumberSystem>(state: &mut ConingState<N>, [x, y, z]: [i64; 3]) 
     };
     state.previous = Triad::default();
     state.before_previous = Triad::default();
+    // Upper words are units of 2⁻³² rad, and their products of 2⁻⁶⁴.
+    let [bx, by, bz] = before;
+    let across = |one: (i64, i64), other: (i64, i64)| {
+        let product = |(a, b): (i64, i64)| (a >> 32).wrapping_mul(b >> 32);
+        product(one).wrapping_sub(product(other)) >> 1
+    };
+    [
+        across((by, z), (bz, y)),
+        across((bz, x), (bx, z)),
+        across((bx, y), (by, x)),
+    ]
 }
 
 /// Takes the period's sums \[fine units\] and starts the next ones.

@@ -67,6 +67,11 @@ impl<N: NumberSystem> Counts<N> {
         angle
     }
 
+    /// W Σn since the output period's start \[fine units\].
+    pub fn since_start(&self, state: &CountsState) -> [i64; 3] {
+        self.exact(state.sums)
+    }
+
     /// W Σn − b t over `periods` sample periods \[fine units\]; starts the next sum.
     #[inline(always)]
     pub fn finish(&self, state: &mut CountsState, periods: u32) -> [i64; 3] {

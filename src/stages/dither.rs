@@ -128,13 +128,16 @@ impl<N: NumberSystem> Dither<N> {
         Triad::from_array(stripped)
     }
 
-    /// The strip's angle from the last reading to this one \[fine units\], as the first tap has it.
+    /// The strip's angle from the last reading to this one after lost ones \[fine units\], as
+    /// [`resume`](Self::resume) leaves it: both taps stand on this reading.
     pub fn exact(&self, state: &DitherState<N>, codes: [i32; 3]) -> [i64; 3] {
         let mut angle = [0; 3];
         for axis in 0..3 {
-            let [now, _] = state.exact_taps[axis];
-            angle[axis] =
-                now.wrapping_mul(i64::from(codes[axis].wrapping_sub(state.previous[axis])));
+            let [now, past] = state.exact_taps[axis];
+            let step = |from: i32| i64::from(codes[axis].wrapping_sub(from));
+            angle[axis] = now
+                .wrapping_mul(step(state.previous[axis]))
+                .wrapping_add(past.wrapping_mul(step(state.before_previous[axis])));
         }
         angle
     }
@@ -142,8 +145,18 @@ impl<N: NumberSystem> Dither<N> {
     /// The strip's angle over the output period \[fine units\]; starts the next one.
     #[inline(always)]
     pub fn finish(&self, state: &mut DitherState<N>) -> [i64; 3] {
-        let [start, before_start] = state.start;
+        let start = state.start;
         state.start = [state.previous, state.before_previous];
+        Self::since(state, start)
+    }
+
+    /// The strip's angle since the output period's start \[fine units\].
+    pub fn since_start(&self, state: &DitherState<N>) -> [i64; 3] {
+        Self::since(state, state.start)
+    }
+
+    #[inline(always)]
+    fn since(state: &DitherState<N>, [start, before_start]: [[i32; 3]; 2]) -> [i64; 3] {
         let mut angle = [0; 3];
         for axis in 0..3 {
             let [now, past] = state.exact_taps[axis];

@@ -21,6 +21,13 @@ pub struct FrameState {
     rotation_carry: [i64; 3],
 }
 
+/// Adds to the rotation that the next frame shows \[fine units\].
+pub fn carry(state: &mut FrameState, rotation: [i64; 3]) {
+    for (carry, rotation) in state.rotation_carry.iter_mut().zip(rotation) {
+        *carry = carry.wrapping_add(rotation);
+    }
+}
+
 /// Makes the frame of the last of `periods` output periods.
 #[inline(always)]
 pub fn process(
