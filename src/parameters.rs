@@ -37,7 +37,8 @@ pub struct Parameters {
     /// Nominal dither frequency \[Hz\], 1 to 4000; 0.04 to 0.4 of the sample rate where it is used: with a
     /// delay, an amplitude or an adaptation time.
     pub dither_frequency_hz: [f64; 3],
-    /// Nominal dither amplitude \[rad\], 0 to 0.01; 0: not dithered, neither watched nor tracked.
+    /// Nominal dither amplitude, as the pickoff shows it \[rad\], 0 to 0.01; 0: not dithered, neither watched
+    /// nor tracked.
     pub dither_amplitude_rad: [f64; 3],
     /// Time in which the strip follows a change of pickoff gain or delay \[s\], 0.1 to 1000; 0: frozen.
     pub adaptation_time_s: f64,

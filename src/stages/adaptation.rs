@@ -150,10 +150,11 @@ impl Adaptation {
             let phase = Phase::of(parameters, axis);
             let (sin, cos) = (libm::sin(phase.omega), libm::cos(phase.omega));
             let square_of_z = 2.0 * (1.0 - cos);
-            // Of the block, in rad, and of its pickoff in the correlations' units.
-            let step_rad = amplitude_rad * libm::sqrt(square_of_z);
-            let per_factor = N::codes_per_factor(dither.scales()[axis]);
-            let step = step_rad / gain / per_factor;
+            // Of the pickoff in codes, then in the correlations' units, and of the block in rad.
+            let step_codes =
+                amplitude_rad / parameters.pickoff_weight_rad * libm::sqrt(square_of_z);
+            let step_rad = step_codes * gain;
+            let step = step_codes / N::codes_per_factor(dither.scales()[axis]);
             let correlation = looks * 0.5 * step_rad / N::RAD_PER_FACTOR * step;
             // y and 1/z as real matrices, one after the other.
             let y = [[1.0, 0.0], [-cos / sin, 1.0 / sin]];
