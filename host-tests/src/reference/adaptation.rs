@@ -1,29 +1,54 @@
 //! The strip's gain and delay, followed by least mean squares in blocks.
 //!
-//! Enters, per period: stripped increments of the gyros' own axes \[rad\], pickoff angles \[rad\]. Leaves, at the
-//! end of a window: the phasor (a, b) of [`super::strip`] to go on with, and the window's centre.
+//! Enters, per period: stripped increments r_k of the gyros' own axes \[rad\], pickoff angles p_k \[rad\].
+//! Leaves, at the end of a window: the phasor (a, b) of [`super::strip`] to go on with.
 //!
-//! A strip whose phasor is wrong by (Δa, Δb) leaves g (Δa p + Δb u) of the block's angle in its gyro. Seen in
-//! second differences of angle, where the motion is small beside the dither: e_k = r_k − r_{k−1} against
-//! x_k = p_k − 2 p_{k−1} + p_{k−2} and the same a quarter turn ahead,
+//! A strip whose phasor is wrong by Δ = Δa + iΔb leaves Re{g P Δ e^{iΩk}} in its gyro, where the pickoff
+//! steps by dp_k = Re{P e^{iΩk}}; the difference d_k = r_k − r_{k−1}, in which the motion is small, holds
+//! z = 1 − e^{−iΩ} times that. So, over the n looks of a window,
 //!
 //! ```text
-//! c₀ = Σ e_k x_k = g Δa X      c_q = (cos Ω Σ e_k x_k − Σ e_k x_{k−1}) / sin Ω = g Δb X
-//! X = n ½ A² (2 sin Ω/2)⁴      the nominal Σ x², of n products at the dither's nominal amplitude A
-//! a += μ c₀ / (g X)            b += μ c_q / (g X)            μ = window / adaptation time
+//! C₀ = Σ d_{k−1} dp_{k−1}     C₁ = Σ d_{k−1} dp_k     both over ½ n g P²,  P = 2 A sin Ω/2
+//! y = C₀ + i (C₁ − C₀ cos Ω)/sin Ω        Δ = y / z        a + ib += μ Δ,  μ = window / adaptation time
 //! ```
 //!
-//! The products of period k are taken of gyro k mod 3 only. A window is a whole number of output intervals,
-//! the nearest to 30 ms and at least one. Steps and the way from the nominal phasor are bounded.
+//! with A the nominal amplitude. A period looks at one gyro only: the stream's second one at x, the next at y,
+//! and so on round; periods that primed, were lost or came after lost ones have no look. A window is the least
+//! whole number of output intervals that lasts 30 ms and has 72 periods. Steps and the way from the nominal
+//! phasor are bounded, μ is at most one half.
 //!
-//! A window that lost a period is thrown away, and so is one whose gyro saw no dither
-//! (X below a quarter of its nominal value): nothing could be learnt from it.
+//! A window with a reading that came after lost ones moves nothing, nor the next (the reading may have been the
+//! window's last), nor one whose dither is not within half and one and a half of its nominal amplitude: nothing
+//! could be learnt from it.
+//!
+//! Deliberately not here: health, and whatever follows from it; the dither's frequency is taken as known.
+//!
+//! # What following costs
+//! Motion that leaks through a window is written on the taps and comes back through them at its own
+//! frequency, as a scale error of that motion alone that falls with the time: 4e-8 for 15 Hz coning and 2 s. At
+//! 0.37° that coning is 400 °/h, so it adds 1.6e-5 °/h (tests/chain_against_reference/strip.rs).
 
 use super::strip::Phasor;
-use nalgebra::Vector3;
+use nalgebra::{Complex, Vector3};
 
-/// Length of a window \[s\]: some ten cycles of a 350–500 Hz dither.
+/// Least length of a window \[s\]: some ten cycles of a 350–500 Hz dither.
 const WINDOW_S: f64 = 0.03;
+
+/// Least periods of a window: 24 looks a gyro, for two unknowns.
+const WINDOW_PERIODS: f64 = 72.0;
+
+/// Most of a window's estimate that is followed at once \[1\].
+const SHARE_LIMIT: f64 = 0.5;
+
+/// Largest step of a or b in one window \[1\]: a hundredth of the block's angle. With 1 s a window moves
+/// by 3 % of the error, so that only errors beyond a third are slowed down.
+const STEP_LIMIT: f64 = 0.01;
+
+/// Farthest that a and b may go from their nominal values \[1\]: a pickoff that is a fifth wrong is broken.
+const RANGE_LIMIT: f64 = 0.2;
+
+/// Amplitudes over the nominal one that are a dither to learn from.
+const LIVELY: std::ops::Range<f64> = 0.5..1.5;
 
 /// How the strip is to be followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,22 +61,12 @@ pub struct AdaptationCalibration {
     pub amplitude_rad: [f64; 3],
 }
 
-/// Largest step of a or b in one window \[1\]: a hundredth of the block's angle. At 0.5 s and 30 ms a window
-/// moves by 6 % of the error, so that only errors beyond 17 % are slowed down.
-const STEP_LIMIT: f64 = 0.01;
-
-/// Farthest that a and b may go from their nominal values \[1\]: a pickoff that is a fifth wrong is broken.
-const RANGE_LIMIT: f64 = 0.2;
-
-/// Least share of the nominal Σ x² that is a dither.
-const LEAST_DITHER: f64 = 0.25;
-
-/// The products of one gyro in one window.
+/// The looks at one gyro in one window.
 #[derive(Debug, Clone, Copy, Default)]
-struct Products {
-    with_reference: f64,
-    with_reference_before: f64,
-    reference_square: f64,
+struct Looks {
+    /// Σ d_{k−1} dp_{k−1}, Σ d_{k−1} dp_k.
+    products: [f64; 2],
+    step_square: f64,
     number: f64,
 }
 
@@ -61,25 +76,16 @@ pub struct Adaptation {
     calibration: AdaptationCalibration,
     nominal: Phasor,
     period_s: f64,
+    periods_per_window: f64,
     outputs_per_window: usize,
     outputs: usize,
-    spoiled: bool,
-    products: [Products; 3],
-    pickoff_sum_rad: Vector3<f64>,
-    periods: f64,
+    /// Windows that move nothing, this one included.
+    spoiled: usize,
+    looks: [Looks; 3],
     next_axis: usize,
-    increment_before_rad: Option<Vector3<f64>>,
-    /// The latest pickoff readings, newest first \[rad\].
+    /// r_{k−1}, r_{k−2}, … and p_k, p_{k−1}, …, newest first \[rad\].
+    increments_rad: Vec<Vector3<f64>>,
     readings_rad: Vec<Vector3<f64>>,
-}
-
-/// What a window's end says.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WindowEnd {
-    /// a and b to go on with.
-    pub phasor: Phasor,
-    /// Mean pickoff angle of the window \[rad\].
-    pub centre_rad: Vector3<f64>,
 }
 
 impl Adaptation {
@@ -90,104 +96,104 @@ impl Adaptation {
         period_s: f64,
         periods_per_output: usize,
     ) -> Self {
-        let output_s = period_s * periods_per_output as f64;
+        let least_periods = (WINDOW_S / period_s).max(WINDOW_PERIODS);
+        let outputs_per_window = (least_periods / periods_per_output as f64).ceil() as usize;
         Self {
             calibration: *calibration,
             nominal,
             period_s,
-            outputs_per_window: (WINDOW_S / output_s).round().max(1.0) as usize,
+            periods_per_window: (outputs_per_window * periods_per_output) as f64,
+            outputs_per_window,
             outputs: 0,
-            spoiled: false,
-            products: Default::default(),
-            pickoff_sum_rad: Vector3::zeros(),
-            periods: 0.0,
+            spoiled: 0,
+            looks: Default::default(),
             next_axis: 0,
-            increment_before_rad: None,
+            increments_rad: Vec::new(),
             readings_rad: Vec::new(),
         }
+    }
+
+    /// The pickoffs at the end of a period without increment: the first, or the first after lost ones.
+    pub fn prime(&mut self, pickoff_rad: Vector3<f64>) {
+        self.readings_rad.insert(0, pickoff_rad);
     }
 
     /// One period: what each gyro sensed with its block's turn taken off, and the pickoffs at its end.
     pub fn add(&mut self, stripped_rad: Vector3<f64>, pickoff_rad: Vector3<f64>) {
         self.readings_rad.insert(0, pickoff_rad);
-        self.readings_rad.truncate(4);
-        self.pickoff_sum_rad += pickoff_rad;
-        self.periods += 1.0;
+        self.readings_rad.truncate(3);
         let axis = self.next_axis;
         self.next_axis = (axis + 1) % 3;
-        let before = self.increment_before_rad.replace(stripped_rad);
-        let (Some(before), [p0, p1, p2, p3]) = (before, self.readings_rad.as_slice()) else {
-            return;
-        };
-        let error = stripped_rad[axis] - before[axis];
-        let reference = p0[axis] - 2.0 * p1[axis] + p2[axis];
-        let reference_before = p1[axis] - 2.0 * p2[axis] + p3[axis];
-        let products = &mut self.products[axis];
-        products.with_reference += error * reference;
-        products.with_reference_before += error * reference_before;
-        products.reference_square += reference * reference;
-        products.number += 1.0;
+        self.look(axis);
+        self.increments_rad.insert(0, stripped_rad);
+        self.increments_rad.truncate(2);
     }
 
-    /// Periods were lost: what this window holds is not to be learnt from.
+    fn look(&mut self, axis: usize) {
+        let looks = &mut self.looks[axis];
+        looks.number += 1.0;
+        let (&[last, before], &[p0, p1, p2]) =
+            (self.increments_rad.as_slice(), self.readings_rad.as_slice())
+        else {
+            return;
+        };
+        let difference = last[axis] - before[axis];
+        let step = p0[axis] - p1[axis];
+        looks.products[0] += difference * (p1[axis] - p2[axis]);
+        looks.products[1] += difference * step;
+        looks.step_square += step * step;
+    }
+
+    /// Periods were lost before this one: its window and the next are not to be learnt from, and
+    /// differences begin anew.
     pub fn spoil(&mut self) {
-        self.spoiled = true;
-        self.increment_before_rad = None;
+        self.spoiled = 2;
+        self.increments_rad.clear();
         self.readings_rad.clear();
     }
 
     /// An output interval ends; the phasor to go on with where a window ends with it.
-    pub fn end_output(&mut self, gain: &Vector3<f64>, phasor: Phasor) -> Option<WindowEnd> {
+    pub fn end_output(&mut self, gain: &Vector3<f64>, mut phasor: Phasor) -> Option<Phasor> {
         self.outputs += 1;
         if self.outputs < self.outputs_per_window {
             return None;
         }
-        let end = WindowEnd {
-            phasor: if self.spoiled {
-                phasor
-            } else {
-                self.step(gain, phasor)
-            },
-            centre_rad: self.pickoff_sum_rad / self.periods.max(1.0),
-        };
         self.outputs = 0;
-        self.spoiled = false;
-        self.products = Default::default();
-        self.pickoff_sum_rad = Vector3::zeros();
-        self.periods = 0.0;
-        Some(end)
+        let looks = std::mem::take(&mut self.looks);
+        let spoiled = self.spoiled > 0;
+        self.spoiled = self.spoiled.saturating_sub(1);
+        if spoiled || self.calibration.time_s == 0.0 {
+            return None;
+        }
+        let share = self.periods_per_window * self.period_s / self.calibration.time_s;
+        let share = share.min(SHARE_LIMIT);
+        let follow = |value: &mut f64, error: f64, nominal: f64| {
+            let step = (share * error).clamp(-STEP_LIMIT, STEP_LIMIT);
+            *value = (*value + step).clamp(nominal - RANGE_LIMIT, nominal + RANGE_LIMIT);
+        };
+        for axis in 0..3 {
+            if let Some(error) = self.error(axis, &looks[axis], gain[axis]) {
+                let nominal = &self.nominal;
+                follow(&mut phasor.in_phase[axis], error.re, nominal.in_phase[axis]);
+                follow(&mut phasor.ahead[axis], error.im, nominal.ahead[axis]);
+            }
+        }
+        Some(phasor)
     }
 
-    fn step(&self, gain: &Vector3<f64>, mut phasor: Phasor) -> Phasor {
-        let calibration = &self.calibration;
-        if calibration.time_s == 0.0 {
-            return phasor;
+    /// Δ of one gyro, by this window; `None` where it shows no dither to learn from.
+    fn error(&self, axis: usize, looks: &Looks, gain: f64) -> Option<Complex<f64>> {
+        let turn = std::f64::consts::TAU * self.calibration.frequency_hz[axis] * self.period_s;
+        let (sin, cos) = turn.sin_cos();
+        let step_rad = 2.0 * self.calibration.amplitude_rad[axis] * (0.5 * turn).sin();
+        let mean_square = looks.step_square / looks.number.max(1.0);
+        // NaN, of an amplitude of 0, is outside; a gain of 0 is a gyro without dither
+        if gain == 0.0 || !LIVELY.contains(&((2.0 * mean_square).sqrt() / step_rad)) {
+            return None;
         }
-        let share = self.periods * self.period_s / calibration.time_s;
-        for axis in 0..3 {
-            let sums = &self.products[axis];
-            let turn = std::f64::consts::TAU * calibration.frequency_hz[axis] * self.period_s;
-            let amplitude = calibration.amplitude_rad[axis];
-            let nominal =
-                sums.number * 0.5 * amplitude.powi(2) * (2.0 * (0.5 * turn).sin()).powi(4);
-            if nominal == 0.0 || gain[axis] == 0.0 || sums.reference_square < LEAST_DITHER * nominal
-            {
-                continue;
-            }
-            let (sin, cos) = turn.sin_cos();
-            let ahead = (cos * sums.with_reference - sums.with_reference_before) / sin;
-            let follow = |value: f64, correlation: f64, from: f64| {
-                let step = share * correlation / (gain[axis] * nominal);
-                let step = step.clamp(-STEP_LIMIT, STEP_LIMIT);
-                (value + step).clamp(from - RANGE_LIMIT, from + RANGE_LIMIT)
-            };
-            phasor.in_phase[axis] = follow(
-                phasor.in_phase[axis],
-                sums.with_reference,
-                self.nominal.in_phase[axis],
-            );
-            phasor.ahead[axis] = follow(phasor.ahead[axis], ahead, self.nominal.ahead[axis]);
-        }
-        phasor
+        let nominal = 0.5 * self.periods_per_window / 3.0 * gain * step_rad.powi(2);
+        let [zero, one] = looks.products.map(|product| product / nominal);
+        let seen = Complex::new(zero, (one - zero * cos) / sin);
+        Some(seen / (1.0 - Complex::new(cos, -sin)))
     }
 }

@@ -142,7 +142,6 @@ impl ReferenceChain {
     /// Periods whose reading did not come; gives the output where an interval ends in them.
     pub fn lose(&mut self, periods: usize) -> Option<Output> {
         self.lost_periods += periods;
-        self.adaptation.spoil();
         let ends = self.coning.ends_in(periods);
         (0..ends).for_each(|_| self.end_output());
         self.coning.pass(periods)
@@ -161,7 +160,10 @@ impl ReferenceChain {
             self.strip.add_after_gap(pickoff)
         };
         let (case, velocity) = match block {
-            None => (Vector3::zeros(), Vector3::zeros()),
+            None => {
+                self.adaptation.prime(pickoff);
+                (Vector3::zeros(), Vector3::zeros())
+            }
             Some(block) => {
                 let stripped = Vector3::from(reading.sensed_rad) - block;
                 let v = self.kept(&stripped) - Vector3::from(known.bias_rad_s) * elapsed_s;
@@ -172,6 +174,8 @@ impl ReferenceChain {
                     self.adaptation.add(v, pickoff);
                     self.turned(v, velocity)
                 } else {
+                    self.adaptation.spoil();
+                    self.adaptation.prime(pickoff);
                     self.acceleration = Acceleration::new(known.acceleration_order);
                     (equation_7(&known.installation_rad) * v, velocity)
                 }
@@ -215,10 +219,10 @@ impl ReferenceChain {
     /// Closes the adaptation's window where it ends; the step of the block's angle goes the way of any angle.
     fn end_output(&mut self) {
         let gain = Vector3::from(self.calibration.pickoff_gain);
-        let Some(end) = self.adaptation.end_output(&gain, self.strip.phasor()) else {
+        let Some(phasor) = self.adaptation.end_output(&gain, self.strip.phasor()) else {
             return;
         };
-        let block = self.strip.turn_taps(end.phasor, end.centre_rad);
+        let block = self.strip.turn_taps(phasor);
         let case = equation_7(&self.calibration.installation_rad) * self.kept(&block);
         self.coning.shift(-case);
     }

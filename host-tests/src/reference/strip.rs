@@ -13,9 +13,9 @@
 //! exact for a pure tone. Where the amplitude changes at a zero crossing, u is wrong for that one
 //! reading; in *angle*, so that nothing is left of it later.
 //!
-//! When the taps change, the block's angle changes with them: [`Strip::turn_taps`] gives that step, round a
-//! centre c, so that the sum of all increments is h₀ (p − c) + h₁ (p − c) with the latest taps, whatever
-//! they were before.
+//! When the taps change, the block's angle since the first reading changes with them: [`Strip::turn_taps`]
+//! gives that step, so that the sum of all increments is always what the latest taps would have given from
+//! the first reading on, whatever they were before.
 //!
 //! Before the first period there is one reading only; the one before it is taken as equal, which is one
 //! constant angle. A period after lost ones is treated likewise: the reading before the latest was lost.
@@ -50,8 +50,8 @@ pub struct Strip {
     /// Ω \[rad\].
     turn_per_period_rad: Vector3<f64>,
     phasor: Phasor,
-    /// p_k, p_{k−1} \[rad\].
-    readings_rad: Option<[Vector3<f64>; 2]>,
+    /// p_k, p_{k−1}, p_0 \[rad\].
+    readings_rad: Option<[Vector3<f64>; 3]>,
 }
 
 impl Strip {
@@ -67,18 +67,19 @@ impl Strip {
 
     /// The block's increment since the last reading \[rad\]; `None` at the first.
     pub fn add(&mut self, pickoff_rad: Vector3<f64>) -> Option<Vector3<f64>> {
-        let Some([last, before]) = self.readings_rad else {
-            self.readings_rad = Some([pickoff_rad; 2]);
+        let Some([last, before, first]) = self.readings_rad else {
+            self.readings_rad = Some([pickoff_rad; 3]);
             return None;
         };
         let block = self.block_rad(pickoff_rad, last) - self.block_rad(last, before);
-        self.readings_rad = Some([pickoff_rad, last]);
+        self.readings_rad = Some([pickoff_rad, last, first]);
         Some(block)
     }
 
     /// The same after lost periods: the reading before this one is not known.
     pub fn add_after_gap(&mut self, pickoff_rad: Vector3<f64>) -> Option<Vector3<f64>> {
-        let [last, before] = self.readings_rad.replace([pickoff_rad; 2])?;
+        let [last, before, first] = self.readings_rad?;
+        self.readings_rad = Some([pickoff_rad, pickoff_rad, first]);
         Some(self.block_rad(pickoff_rad, pickoff_rad) - self.block_rad(last, before))
     }
 
@@ -87,13 +88,10 @@ impl Strip {
         self.phasor
     }
 
-    /// New a and b; gives the step of the block's angle that they make round `centre_rad` \[rad\].
-    pub fn turn_taps(&mut self, phasor: Phasor, centre_rad: Vector3<f64>) -> Vector3<f64> {
-        let Some([last, before]) = self.readings_rad else {
-            self.phasor = phasor;
-            return Vector3::zeros();
-        };
-        let (last, before) = (last - centre_rad, before - centre_rad);
+    /// New a and b; gives the step of the block's angle since the first reading that they make \[rad\].
+    pub fn turn_taps(&mut self, phasor: Phasor) -> Vector3<f64> {
+        let [last, before, first] = self.readings_rad.unwrap_or_default();
+        let (last, before) = (last - first, before - first);
         let old = self.block_rad(last, before);
         self.phasor = phasor;
         self.block_rad(last, before) - old

@@ -77,3 +77,27 @@ fn with_long_periods_only_the_third_order_is_left_out() {
         assert_residual(100.0, 0.1, samples_per_output, 1.0);
     }
 }
+
+/// What navigation at 200 to 1000 Hz may see of coning at 0.1°: at 50 Hz and at 200 Hz \[°/h\].
+const MARKS: [(f64, f64); 2] = [(50.0, 1e-4), (200.0, 1e-2)];
+
+#[test]
+fn coning_at_50_and_200_hz_leaves_less_than_its_marks_at_output_rates_of_200_to_1000_hz() {
+    for (frequency_hz, mark_deg_h) in MARKS {
+        let coning = Coning {
+            frequency_hz,
+            angle_rad: f64::to_radians(0.1),
+        };
+        for samples_per_output in [4, 5, 8, 10, 16, 20] {
+            let rate_hz = 4000.0 / f64::from(samples_per_output);
+            let f32_left = residual_deg_h::<F32>(&coning, samples_per_output);
+            let fixed_left = residual_deg_h::<Fixed>(&coning, samples_per_output);
+            println!(
+                "{frequency_hz} Hz, 0.1 deg, out at {rate_hz} Hz: f32 {f32_left:.1e}, \
+                 fixed {fixed_left:.1e} deg/h"
+            );
+            assert!(f32_left.abs() <= mark_deg_h, "f32 {f32_left}");
+            assert!(fixed_left.abs() <= mark_deg_h, "fixed {fixed_left}");
+        }
+    }
+}
