@@ -18,6 +18,7 @@ use std::fmt;
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
+use crate::attitude::EulerAngles;
 use crate::mechanisation::Increment;
 
 /// What an interval of rest tells.
@@ -73,52 +74,86 @@ const LEAST_RATE_RAD_S: f64 = 7.3e-7;
 
 /// Aligns on an interval of rest.
 pub fn align(interval: &[Increment]) -> Result<Alignment, AlignmentError> {
-    let duration_s: f64 = interval.iter().map(|increment| increment.period_s).sum();
-    if duration_s.is_nan() || duration_s <= 0.0 {
-        return Err(AlignmentError::Empty);
-    }
-    let mut start_from_body = UnitQuaternion::identity();
-    for increment in interval {
-        start_from_body *= UnitQuaternion::from_scaled_axis(increment.rotation_rad);
-        start_from_body.renormalize_fast();
-    }
-    let rate_rad_s = start_from_body.scaled_axis() / duration_s;
-
-    let mut start_from_body = UnitQuaternion::identity();
-    let mut elapsed_s = 0.0;
-    let mut felt_m_s = Vector3::zeros();
-    for increment in interval {
-        // the increment stands at its period's beginning, its mean half a period later
-        let middle_s = elapsed_s + 0.5 * increment.period_s;
-        felt_m_s += UnitQuaternion::from_scaled_axis(-rate_rad_s * middle_s)
-            * (start_from_body * increment.velocity_m_s);
-        start_from_body *= UnitQuaternion::from_scaled_axis(increment.rotation_rad);
-        start_from_body.renormalize_fast();
-        elapsed_s += increment.period_s;
-    }
-    let specific_force_m_s2 = felt_m_s / duration_s;
-    let force_m_s2 = specific_force_m_s2.norm();
-    if force_m_s2.is_nan() || force_m_s2 < LEAST_FORCE_M_S2 {
-        return Err(AlignmentError::NoGravity(force_m_s2));
-    }
-    let down = -specific_force_m_s2 / force_m_s2;
-    let across = rate_rad_s - down * rate_rad_s.dot(&down);
+    let mean = Mean::of(interval)?;
+    let across = mean.rate_rad_s - mean.down * mean.rate_rad_s.dot(&mean.down);
     let across_rad_s = across.norm();
     if across_rad_s.is_nan() || across_rad_s < LEAST_RATE_RAD_S {
         return Err(AlignmentError::NoNorth(across_rad_s));
     }
     let north = across / across_rad_s;
-    let ned_from_start = Matrix3::from_rows(&[
+    let ned_from_body = Matrix3::from_rows(&[
         north.transpose(),
-        down.cross(&north).transpose(),
-        down.transpose(),
+        mean.down.cross(&north).transpose(),
+        mean.down.transpose(),
     ]);
-    let ned_from_start =
-        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(ned_from_start));
-    Ok(Alignment {
-        ned_from_body: ned_from_start,
-        rate_rad_s,
-        specific_force_m_s2,
-        duration_s,
-    })
+    let rotation = Rotation3::from_matrix_unchecked(ned_from_body);
+    Ok(mean.alignment(UnitQuaternion::from_rotation_matrix(&rotation)))
+}
+
+/// Levels on an interval of rest, the heading known from elsewhere: where the interval is too short, or the
+/// latitude too high, for the Earth's rotation to tell north.
+pub fn level(interval: &[Increment], heading_rad: f64) -> Result<Alignment, AlignmentError> {
+    let mean = Mean::of(interval)?;
+    let angles = EulerAngles {
+        roll_rad: mean.down.y.atan2(mean.down.z),
+        pitch_rad: (-mean.down.x).atan2(mean.down.y.hypot(mean.down.z)),
+        heading_rad,
+    };
+    Ok(mean.alignment(angles.attitude()))
+}
+
+/// What the increments of an interval add up to, seen in the body at its beginning.
+struct Mean {
+    rate_rad_s: Vector3<f64>,
+    specific_force_m_s2: Vector3<f64>,
+    down: Vector3<f64>,
+    duration_s: f64,
+}
+
+impl Mean {
+    fn of(interval: &[Increment]) -> Result<Self, AlignmentError> {
+        let duration_s: f64 = interval.iter().map(|increment| increment.period_s).sum();
+        if duration_s.is_nan() || duration_s <= 0.0 {
+            return Err(AlignmentError::Empty);
+        }
+        let mut start_from_body = UnitQuaternion::identity();
+        for increment in interval {
+            start_from_body *= UnitQuaternion::from_scaled_axis(increment.rotation_rad);
+            start_from_body.renormalize_fast();
+        }
+        let rate_rad_s = start_from_body.scaled_axis() / duration_s;
+
+        let mut start_from_body = UnitQuaternion::identity();
+        let mut elapsed_s = 0.0;
+        let mut felt_m_s = Vector3::zeros();
+        for increment in interval {
+            // the increment stands at its period's beginning, its mean half a period later
+            let middle_s = elapsed_s + 0.5 * increment.period_s;
+            let back = UnitQuaternion::from_scaled_axis(-rate_rad_s * middle_s);
+            felt_m_s += back * (start_from_body * increment.velocity_m_s);
+            start_from_body *= UnitQuaternion::from_scaled_axis(increment.rotation_rad);
+            start_from_body.renormalize_fast();
+            elapsed_s += increment.period_s;
+        }
+        let specific_force_m_s2 = felt_m_s / duration_s;
+        let force_m_s2 = specific_force_m_s2.norm();
+        if force_m_s2.is_nan() || force_m_s2 < LEAST_FORCE_M_S2 {
+            return Err(AlignmentError::NoGravity(force_m_s2));
+        }
+        Ok(Self {
+            rate_rad_s,
+            specific_force_m_s2,
+            down: -specific_force_m_s2 / force_m_s2,
+            duration_s,
+        })
+    }
+
+    fn alignment(&self, ned_from_body: UnitQuaternion<f64>) -> Alignment {
+        Alignment {
+            ned_from_body,
+            rate_rad_s: self.rate_rad_s,
+            specific_force_m_s2: self.specific_force_m_s2,
+            duration_s: self.duration_s,
+        }
+    }
 }

@@ -29,7 +29,7 @@ pub mod earth;
 pub mod mechanisation;
 pub mod vertical;
 
-pub use alignment::{Alignment, AlignmentError, align};
+pub use alignment::{Alignment, AlignmentError, align, level};
 pub use attitude::EulerAngles;
 pub use mechanisation::{Increment, Navigator, Solution};
 pub use vertical::VerticalChannel;

@@ -1,7 +1,7 @@
 //! Alignment at rest: the errors that biases leave against their analytic sensitivities.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use strapdown::{Alignment, AlignmentError, EulerAngles, Increment, align, earth};
+use strapdown::{Alignment, AlignmentError, EulerAngles, Increment, align, earth, level};
 
 const LATITUDE_RAD: f64 = 0.7;
 
@@ -87,6 +87,9 @@ fn without_errors_any_attitude_is_found() {
         // rounding of 6000 turns, seen through 1/(Ω t cos L) = 300
         assert!(error_rad(&found, angles).norm() < 1e-9);
         assert!((found.rate_rad_s.norm() - earth::ROTATION_RAD_S).abs() < 1e-14);
+        let rows = measured(angles, Vector3::zeros(), Vector3::zeros(), 100, no_rocking);
+        let levelled = level(&rows, heading_rad).expect("a second at rest");
+        assert!(error_rad(&levelled, angles).norm() < 1e-9);
     }
 }
 
