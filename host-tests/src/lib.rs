@@ -20,6 +20,8 @@ pub mod reference;
 
 pub mod replay;
 
+pub mod navigate;
+
 pub mod target;
 
 pub mod terminal;

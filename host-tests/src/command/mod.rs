@@ -19,6 +19,7 @@ mod diagnose;
 mod import;
 mod inputs;
 mod inspect;
+mod navigate;
 mod on_target;
 mod params;
 mod replay;
@@ -51,6 +52,7 @@ enum Command {
     Diagnose(diagnose::Diagnose),
     Import(import::Import),
     Inspect(inspect::Inspect),
+    Navigate(navigate::NavigateCommand),
     OnTarget(on_target::OnTargetCommand),
     Replay(replay::ReplayCommand),
     Simulate(simulate::Simulate),
@@ -64,6 +66,7 @@ impl Command {
             Self::Diagnose(command) => command.run(terminal),
             Self::Import(command) => command.run(terminal),
             Self::Inspect(command) => command.run(terminal),
+            Self::Navigate(command) => command.run(terminal),
             Self::OnTarget(command) => command.run(terminal),
             Self::Replay(command) => command.run(terminal),
             Self::Simulate(command) => command.run(terminal),

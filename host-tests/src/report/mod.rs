@@ -16,6 +16,7 @@ mod facts;
 mod findings;
 mod limits;
 mod map;
+pub mod navigation;
 mod plot;
 mod proof;
 pub mod words;

@@ -68,6 +68,15 @@ pub fn plot(label: &str, height: u32, draw: impl FnOnce(&Area) -> Drawn) -> Mark
     }
 }
 
+/// A short line as a legend shows it.
+pub fn swatch(colour: &str, dash: &str, width: &str) -> Markup {
+    html! {
+        svg.swatch viewBox="0 0 22 14" aria-hidden="true" {
+            line x1="0" x2="22" y1="7" y2="7" stroke=(colour) stroke-width=(width) stroke-dasharray=(dash) {}
+        }
+    }
+}
+
 /// Titles and numbers of the axes.
 pub struct Axes<'a> {
     /// Under the plot.

@@ -5,6 +5,7 @@
 
 use maud::{Markup, html};
 
+use super::plot::swatch;
 use super::words::{chance, for_people, number, spaced, with_spread};
 use super::{corrected, curves};
 use crate::diagnose::pictures::Pictures;
@@ -83,22 +84,15 @@ fn table(channels: &[ChannelEntry], both: bool) -> Markup {
 }
 
 fn legend(both: bool) -> Markup {
-    let line = |colour: &str, dash: &str, width: &str| {
-        html! {
-            svg.swatch viewBox="0 0 22 14" aria-hidden="true" {
-                line x1="0" x2="22" y1="7" y2="7" stroke=(colour) stroke-width=(width) stroke-dasharray=(dash) {}
-            }
-        }
-    };
     html! {
         p.legend {
             @if both {
-                span.key { (line("#D55E00", "none", "1.5")) "before: the model as it was" }
-                span.key { (line("#0072B2", "none", "2.5")) "after: with what was found" }
+                span.key { (swatch("#D55E00", "none", "1.5")) "before: the model as it was" }
+                span.key { (swatch("#0072B2", "none", "2.5")) "after: with what was found" }
             } @else {
-                span.key { (line("#0072B2", "none", "2.5")) "residual" }
+                span.key { (swatch("#0072B2", "none", "2.5")) "residual" }
             }
-            span.key { (line("#222222", "6 4", "2")) "noise model" }
+            span.key { (swatch("#222222", "6 4", "2")) "noise model" }
             span.key {
                 svg.swatch viewBox="0 0 22 14" aria-hidden="true" { rect width="22" height="14" fill="#E6ECF2" {} }
                 "held-out time"

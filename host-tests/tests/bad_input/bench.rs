@@ -10,8 +10,8 @@ use tempfile::TempDir;
 /// The arguments of a command, from a recording, a model and an output.
 pub type Arguments = fn(&Path, &Path, &Path) -> Vec<OsString>;
 
-pub const READERS_OF_RECORDINGS: &[Arguments] = &[inspect, diagnose, replay];
-pub const READERS_OF_MODELS: &[Arguments] = &[params, diagnose, replay];
+pub const READERS_OF_RECORDINGS: &[Arguments] = &[inspect, diagnose, replay, navigate];
+pub const READERS_OF_MODELS: &[Arguments] = &[params, diagnose, replay, navigate];
 
 /// The good recording has a single gyro, to keep every case short: these take it, the others refuse it for
 /// that alone and are held to good recordings in their own tests.
@@ -37,6 +37,12 @@ pub fn replay(recording: &Path, model: &Path, out: &Path) -> Vec<OsString> {
     let mut arguments = diagnose(recording, model, out);
     arguments[0] = "replay".into();
     arguments.extend(["--core".into(), "f32".into()]);
+    arguments
+}
+
+pub fn navigate(recording: &Path, model: &Path, out: &Path) -> Vec<OsString> {
+    let mut arguments = diagnose(recording, model, out);
+    arguments[0] = "navigate".into();
     arguments
 }
 

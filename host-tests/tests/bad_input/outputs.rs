@@ -5,7 +5,7 @@ use std::path::Path;
 
 use assert_cmd::Command;
 
-use crate::bench::{Arguments, Bench, diagnose, on_target, replay};
+use crate::bench::{Arguments, Bench, diagnose, navigate, on_target, replay};
 
 #[test]
 fn an_output_that_cannot_be_written() {
@@ -76,7 +76,7 @@ fn is_kept(bench: &Bench, command: Arguments, model: &Path, out: &Path, part: &s
 fn an_output_folder_that_is_an_input() {
     let bench = Bench::new();
     let roundabout = bench.recording().join("..").join("recording");
-    for command in [diagnose, replay, on_target] {
+    for command in [diagnose, replay, on_target, navigate] {
         for out in [&bench.recording(), &roundabout] {
             is_kept(&bench, command, &bench.model(), out, "recording itself");
         }
