@@ -1,8 +1,9 @@
-//! What the sampling interrupt can reach, read off the linked image: no panic, no logging, no host call; and
-//! how much stack everything can take.
+//! What the sampling interrupt can reach, read off the linked image: no panic, no logging, no host call, no
+//! loop without a bound; and how much stack everything can take.
 
 use rlg::target::budgets::Budgets;
 use rlg::target::code::Code;
+use rlg::target::lines::Lines;
 use rlg::target::stack::{StackBound, StackError};
 use rlg::target::{Image, Platform, TargetCore};
 
@@ -59,6 +60,102 @@ fn the_interrupt_reaches_no_panic_no_logging_and_no_host_call() {
                 "the walk from main misses {expected}: {from_reset:?}"
             );
         }
+    }
+}
+
+/// Loops that the interrupt may have: function of the source, or of the image where there is no source of
+/// ours; how many at most; what bounds each.
+const BOUNDED: [(&str, usize, &str); 7] = [
+    ("delay", 1, "SELECT_CYCLES, a constant"),
+    ("operate", 1, "the bytes of one operation: a bank frame's"),
+    (
+        "exchange",
+        2,
+        "BYTE_POLLS of the status register, once to send and once to receive",
+    ),
+    (
+        "transaction",
+        1,
+        "emulator: a record's hold, at most 255/32 of a period",
+    ),
+    ("close", 1, "the three gyros"),
+    ("memcpy", 5, "the size of a value, known where it is copied"),
+    (
+        "memclr",
+        4,
+        "the size of a value, known where it is cleared",
+    ),
+];
+
+/// The entry of [`BOUNDED`] that a loop is of: the innermost function that has one.
+fn bounded(lines: &Lines, symbol: &str, head: u64) -> Option<usize> {
+    let of_source = lines.places(head).into_iter().map(|place| place.function);
+    of_source
+        .filter_map(|name| BOUNDED.iter().position(|(known, ..)| *known == name))
+        .next()
+        .or_else(|| {
+            let memory = symbol.contains("::mem::") || symbol.starts_with("__aeabi_mem");
+            BOUNDED
+                .iter()
+                .position(|(known, ..)| memory && symbol.contains(known))
+        })
+}
+
+/// Loops of the interrupt that [`BOUNDED`] does not know, or knows fewer of; and what it knows and found.
+fn loops(elf: &[u8]) -> (Vec<String>, [usize; BOUNDED.len()]) {
+    let code = Code::read(elf).expect("the image's code");
+    let lines = Lines::of(elf).expect("debug information");
+    let mut unknown = Vec::new();
+    let mut found = [0; BOUNDED.len()];
+    for begin in code.reachable(code.find("TIM2").expect("the interrupt")) {
+        let function = &code.functions[&begin];
+        for head in &function.loops {
+            match bounded(&lines, &function.name, *head) {
+                Some(known) => found[known] += 1,
+                None => unknown.push(format!("{} at {head:#x}", function.name)),
+            }
+        }
+    }
+    for (found, (name, most, _)) in found.iter().zip(BOUNDED) {
+        if *found > most {
+            unknown.push(format!("{found} loops in {name}"));
+        }
+    }
+    (unknown, found)
+}
+
+#[test]
+#[ignore = "needs the image's target; cargo verify runs it"]
+fn every_loop_of_the_interrupt_is_known_with_its_bound() {
+    let mut ever = [0; BOUNDED.len()];
+    for (name, image) in images() {
+        let (unknown, found) = loops(&image.elf);
+        println!("{name}: {found:?}");
+        assert!(unknown.is_empty(), "{name}: {unknown:?}");
+        for (ever, found) in ever.iter_mut().zip(found) {
+            *ever += found;
+        }
+    }
+    for (found, (name, ..)) in ever.iter().zip(BOUNDED) {
+        assert!(*found > 0, "no image has a loop in {name} any more");
+    }
+}
+
+#[test]
+#[ignore = "needs the image's target; cargo verify runs it"]
+fn a_loop_that_nobody_bounded_is_found() {
+    for (name, image) in images() {
+        // The chain, made to wait for ever: its first instruction becomes a jump to itself.
+        let code = Code::read(&image.elf).expect("the image's code");
+        let mut functions = code.functions.iter();
+        let chain = functions.find(|(_, function)| function.name.ends_with("sampling::advance"));
+        let chain = *chain.expect("the chain").0;
+        let mut elf = image.elf.clone();
+        let at = file_offset(&elf, chain);
+        elf[at..at + 4].copy_from_slice(&branch(chain, chain));
+        let (unknown, _) = loops(&elf);
+        let due = format!("{} at {chain:#x}", code.functions[&chain].name);
+        assert_eq!(unknown, [due], "{name}");
     }
 }
 

@@ -13,7 +13,7 @@
 //! instruction is refused. The compiler's own account, the call frame information in `.debug_frame` (DWARF
 //! 6.4), must not say more: that would mean this reading missed something.
 //!
-//! It leaves out: tables of branches (TBB, TBH), which stay within their function.
+//! Tables of branches (TBB, TBH) stay within their function; they count for its loops ([`flow`](super::flow)).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,6 +21,8 @@ use addr2line::gimli::{
     self, BaseAddresses, CfaRule, DebugFrame, LittleEndian, UnwindContext, UnwindSection,
 };
 use object::{Object, ObjectSection, ObjectSymbol};
+
+use super::flow::{self, Instruction};
 
 /// A function of the image.
 #[derive(Debug, Clone, Default)]
@@ -33,6 +35,8 @@ pub struct Function {
     pub indirect: Vec<u64>,
     /// Bytes from its begin to its end, constants between instructions included.
     pub size: u64,
+    /// Heads of its loops.
+    pub loops: BTreeSet<u64>,
     /// Most it lowers the stack pointer by \[bytes\].
     pub frame_bytes: u32,
 }
@@ -241,6 +245,29 @@ impl Text {
             .is_some_and(|(_, data)| *data)
     }
 
+    /// Targets of TBB or TBH (A7.7.185): the compiler puts the table behind it.
+    fn branch_table(&self, at: u64, first: u32, second: u32) -> Vec<u64> {
+        if first != 0xE8DF || second & 0xFFE0 != 0xF000 {
+            return Vec::new();
+        }
+        let begin = at + 4;
+        let end = self
+            .is_data
+            .range(begin + 1..)
+            .find(|(_, data)| !**data)
+            .map_or(begin, |(end, _)| *end);
+        let halfwords = (begin..end).step_by(2).map(|at| self.halfword(at));
+        let entries: Vec<u32> = if second & 0x10 != 0 {
+            halfwords.collect()
+        } else {
+            halfwords.flat_map(|two| [two & 0xFF, two >> 8]).collect()
+        };
+        entries
+            .into_iter()
+            .map(|entry| begin + 2 * u64::from(entry))
+            .collect()
+    }
+
     fn function(&self, begin: u64, name: &str, size: u64) -> Result<Function, CodeError> {
         let next = self
             .names
@@ -258,6 +285,7 @@ impl Text {
             size: end - begin,
             ..Function::default()
         };
+        let mut instructions = Vec::new();
         let mut at = begin;
         while at < end {
             if self.is_data(at) {
@@ -292,14 +320,28 @@ impl Text {
                     });
                 }
             };
+            let is_call = first & 0xF800 == 0xF000 && second & 0xD000 == 0xD000;
+            instructions.push(Instruction {
+                address: at,
+                first,
+                second,
+                jump: target.filter(|_| !is_call),
+                table: self.branch_table(at, first, second),
+            });
             at += if wide { 4 } else { 2 };
         }
+        function.loops = flow::loop_heads(&instructions);
         Ok(function)
     }
 }
 
-/// Target of B (A7.7.12, encodings T1 and T2), of which the compiler makes jumps within a function.
+/// Target of B (A7.7.12, encodings T1 and T2), CBZ and CBNZ (A7.7.21), of which the compiler makes jumps
+/// within a function.
 fn branch_narrow(at: u64, first: u32) -> Option<u64> {
+    if first & 0xF500 == 0xB100 {
+        let offset = (first >> 9 & 1) << 6 | (first >> 3 & 0x1F) << 1;
+        return Some(at + 4 + u64::from(offset));
+    }
     let offset = if first & 0xF000 == 0xD000 && first & 0x0F00 < 0x0E00 {
         sign_extended((first & 0xFF) << 1, 9)
     } else if first & 0xF800 == 0xE000 {
@@ -446,6 +488,8 @@ mod tests {
         assert_eq!(branch_narrow(0x100, 0xE7FE), Some(0x100)); // b .
         assert_eq!(branch_narrow(0x100, 0xD0FE), Some(0x100)); // beq .
         assert_eq!(branch_narrow(0x100, 0xDF00), None); // svc 0
+        assert_eq!(branch_narrow(0x100, 0xB108), Some(0x106)); // cbz r0, . + 6
+        assert_eq!(branch_narrow(0x100, 0xBBF8), Some(0x182)); // cbnz r0, . + 130
         assert_eq!(branch_wide(0x100, 0xF7FF, 0xFFFE), Some(0x100)); // bl .
         assert_eq!(branch_wide(0x100, 0xF7FF, 0xBFFE), Some(0x100)); // b.w .
         assert_eq!(branch_wide(0x100, 0xF43F, 0xAFFE), Some(0x100)); // beq.w .

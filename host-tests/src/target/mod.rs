@@ -21,6 +21,10 @@ pub mod image;
 
 pub mod code;
 
+pub mod flow;
+
+pub mod lines;
+
 pub mod stack;
 
 pub mod emulator;

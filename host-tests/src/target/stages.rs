@@ -16,10 +16,8 @@
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
-use addr2line::gimli::{Dwarf, EndianSlice, LittleEndian, SectionId};
-use object::{Object, ObjectSection};
-
 use super::code::Code;
+use super::lines::Lines;
 
 /// The interrupt, and the function of the image that holds the processor and the chain.
 const INTERRUPT: &str = "TIM2";
@@ -238,25 +236,14 @@ impl StageCosts {
 
 /// Addresses to rows, by the image's debug information.
 struct Rows<'a> {
-    context: addr2line::Context<EndianSlice<'a, LittleEndian>>,
+    lines: Lines<'a>,
     known: HashMap<u64, Option<Row>>,
 }
 
 impl<'a> Rows<'a> {
     fn of(elf: &'a [u8]) -> Result<Self, StageError> {
-        let file = object::File::parse(elf).map_err(|_| StageError("is no ELF file"))?;
-        let load = |id: SectionId| -> Result<_, addr2line::gimli::Error> {
-            let data = file
-                .section_by_name(id.name())
-                .and_then(|section| section.data().ok())
-                .unwrap_or_default();
-            Ok(EndianSlice::new(data, LittleEndian))
-        };
-        let dwarf = Dwarf::load(load).map_err(|_| StageError("has no debug information"))?;
-        let context = addr2line::Context::from_dwarf(dwarf)
-            .map_err(|_| StageError("has no debug information"))?;
         Ok(Self {
-            context,
+            lines: Lines::of(elf).map_err(|_| StageError("has no debug information"))?,
             known: HashMap::new(),
         })
     }
@@ -273,13 +260,9 @@ impl<'a> Rows<'a> {
 
     fn look_up(&self, address: u64) -> Option<Row> {
         let mut found = None;
-        let mut frames = self.context.find_frames(address).skip_all_loads().ok()?;
         // From the innermost outwards.
-        while let Ok(Some(frame)) = frames.next() {
-            let row = frame
-                .location
-                .and_then(|location| location.file)
-                .and_then(Row::of_file);
+        for place in self.lines.places(address) {
+            let row = Row::of_file(&place.file);
             found = match (found, row) {
                 // A stage in a stage: the outer one called it.
                 (_, Some(Row::Stage(stage))) => Some(Row::Stage(stage)),

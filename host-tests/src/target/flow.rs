@@ -1,0 +1,171 @@
+//! Loops of a function, by its instructions.
+//!
+//! Enters: a function's instructions in address order. Leaves: the address of each loop's head: what a jump
+//! leads back to while it is still on the way from the function's begin.
+//!
+//! An instruction's ways on: the next one, the target of a branch, the entries of a table of branches (TBB,
+//! TBH). A conditional instruction of an IT block has the next one as a way on in any case (ARMv7-M
+//! reference manual, A7.3). Blocks that the compiler moved to the end and that jump back to where they were
+//! left are no loops, and are not taken for any.
+//!
+//! It leaves out: how often a loop turns. That is for the reader of its source to say.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+/// One instruction.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Instruction {
+    /// Where it stands.
+    pub address: u64,
+    /// Its first halfword.
+    pub first: u32,
+    /// Its second; 0 for a narrow one.
+    pub second: u32,
+    /// Target of a branch that is no call.
+    pub jump: Option<u64>,
+    /// Targets of a table of branches.
+    pub table: Vec<u64>,
+}
+
+impl Instruction {
+    fn bytes(&self) -> u64 {
+        if self.first >> 11 >= 0b11101 { 4 } else { 2 }
+    }
+
+    /// Whether the next one never follows: B, BX, POP or LDM or LDR of the program counter, UDF, TBB, TBH.
+    fn ends(&self) -> bool {
+        let (first, second) = (self.first, self.second);
+        first & 0xF800 == 0xE000
+            || first & 0xFF87 == 0x4700
+            || first & 0xFF00 == 0xBD00
+            || first & 0xFF00 == 0xDE00
+            || first == 0xE8BD && second & 0x8000 != 0
+            || first & 0xFFF0 == 0xF850 && second & 0xF000 == 0xF000
+            || first & 0xFFF0 == 0xE8D0 && second & 0xFFE0 == 0xF000
+            || first & 0xFFF0 == 0xF7F0 && second & 0xF000 == 0xA000
+            || first & 0xF800 == 0xF000 && second & 0xD000 == 0x9000
+    }
+
+    /// Instructions that the IT block beginning here makes conditional.
+    fn conditional_after(&self) -> u32 {
+        if self.first & 0xFF00 == 0xBF00 && self.first & 0xF != 0 {
+            4 - (self.first & 0xF).trailing_zeros()
+        } else {
+            0
+        }
+    }
+}
+
+/// Heads of the loops among `instructions`, which begin with the function's first.
+pub fn loop_heads(instructions: &[Instruction]) -> BTreeSet<u64> {
+    let mut ways: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
+    let mut conditional = 0u32;
+    for instruction in instructions {
+        let mut on: Vec<u64> = instruction
+            .jump
+            .into_iter()
+            .chain(instruction.table.iter().copied())
+            .collect();
+        if conditional > 0 || !instruction.ends() {
+            on.push(instruction.address + instruction.bytes());
+        }
+        conditional = match instruction.conditional_after() {
+            0 => conditional.saturating_sub(1),
+            beginning => beginning,
+        };
+        ways.insert(instruction.address, on);
+    }
+
+    let mut heads = BTreeSet::new();
+    let mut done = BTreeSet::new();
+    let mut on_the_way = BTreeSet::new();
+    // Depth first; what is left to try of each instruction on the way.
+    let mut path: Vec<(u64, Vec<u64>)> = Vec::new();
+    if let Some(begin) = instructions.first() {
+        on_the_way.insert(begin.address);
+        path.push((begin.address, ways[&begin.address].clone()));
+    }
+    while let Some((at, left)) = path.last_mut() {
+        let Some(next) = left.pop() else {
+            on_the_way.remove(at);
+            done.insert(*at);
+            path.pop();
+            continue;
+        };
+        if on_the_way.contains(&next) {
+            heads.insert(next);
+        } else if !done.contains(&next)
+            && let Some(on) = ways.get(&next)
+        {
+            on_the_way.insert(next);
+            path.push((next, on.clone()));
+        }
+    }
+    heads
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Instruction, loop_heads};
+
+    /// Instructions of two bytes from 0x100 on; each with where it jumps to, if it does.
+    fn function(instructions: &[(u32, Option<u64>)]) -> Vec<Instruction> {
+        instructions
+            .iter()
+            .enumerate()
+            .map(|(at, (first, jump))| Instruction {
+                address: 0x100 + 2 * at as u64,
+                first: *first,
+                second: 0,
+                jump: *jump,
+                table: Vec::new(),
+            })
+            .collect()
+    }
+
+    const NOP: u32 = 0xBF00;
+    const RETURN: u32 = 0x4770;
+    const BRANCH: u32 = 0xE000;
+    const BRANCH_IF_EQUAL: u32 = 0xD000;
+
+    #[test]
+    fn a_jump_back_on_the_way_is_a_loop() {
+        let code = [
+            (NOP, None),
+            (NOP, None),
+            (BRANCH_IF_EQUAL, Some(0x102)),
+            (RETURN, None),
+        ];
+        assert_eq!(
+            loop_heads(&function(&code)).into_iter().collect::<Vec<_>>(),
+            [0x102]
+        );
+    }
+
+    #[test]
+    fn a_block_moved_to_the_end_that_jumps_back_is_none() {
+        let code = [
+            (BRANCH_IF_EQUAL, Some(0x106)),
+            (NOP, None),
+            (RETURN, None),
+            (NOP, None),
+            (BRANCH, Some(0x102)),
+        ];
+        assert!(loop_heads(&function(&code)).is_empty());
+    }
+
+    #[test]
+    fn a_conditional_return_lets_the_next_instruction_follow() {
+        const IF_EQUAL: u32 = 0xBF08;
+        let code = [
+            (NOP, None),
+            (IF_EQUAL, None),
+            (RETURN, None),
+            (BRANCH, Some(0x100)),
+        ];
+        assert_eq!(loop_heads(&function(&code)).len(), 1);
+        // Without the condition nothing follows a return.
+        let code = [(NOP, None), (RETURN, None), (BRANCH, Some(0x100))];
+        assert!(loop_heads(&function(&code)).is_empty());
+    }
+}
