@@ -73,8 +73,8 @@ impl Triad {
             sensing_from_case: matrix.try_inverse().unwrap(),
             blocks: [0, 1, 2].map(|i| {
                 BlockDither::new(
-                    DITHER_HZ[i],
-                    DITHER_RAD[i] * known.pickoff_gain[i],
+                    known.dither_frequency_hz[i],
+                    known.dither_amplitude_rad[i] * known.pickoff_gain[i],
                     DITHER_SPREAD,
                     -1.0,
                     duration_s + 2.0,
