@@ -1,7 +1,7 @@
 //! From flash to a processor that is ready: what both images do before the first sample.
 //!
 //! Enters: the parameter slots, and whether the clock is the one that was asked for. Leaves: the parameters
-//! and the [`Processor`], which says in every frame what was wrong at boot.
+//! and, when it is asked for, the [`Processor`], which says in every frame what was wrong at boot.
 
 use trueaxis::parameter_slots::ParameterSlots;
 use trueaxis::processor::{BootReport, Processor};
@@ -14,11 +14,25 @@ use crate::Core;
 pub struct Booted {
     /// In force.
     pub parameters: Parameters,
-    /// The chain with its health.
-    pub processor: Processor<Core>,
+    report: BootReport,
 }
 
-/// Loads the parameters, mends a slot that is bad, and builds the chain.
+impl Booted {
+    /// The chain with its health. Not made before it has a place: it is large, and would lie on the stack
+    /// below all that the boot calls.
+    #[inline]
+    pub fn processor(&self) -> Processor<Core> {
+        // Parameters from a slot were checked, and the default ones pass (host-tests); a panic here would be
+        // latched and seen.
+        let Ok(processor) = Processor::new(&self.parameters, self.report) else {
+            panic!("the parameters in force are refused");
+        };
+        processor
+    }
+}
+
+/// Loads the parameters and mends a slot that is bad.
+#[inline(never)]
 pub fn boot(flash: SlotFlash, clock_fallback: bool) -> Booted {
     let mut slots = ParameterSlots::new(flash, [0, SECTOR_BYTES]);
     let loaded = slots.load();
@@ -41,13 +55,8 @@ pub fn boot(flash: SlotFlash, clock_fallback: bool) -> Booted {
         slot_bad: loaded.slot_bad,
         generation: loaded.generation,
     };
-    // Parameters from a slot were checked, and the default ones pass (host-tests); a panic here would be
-    // latched and seen.
-    let Ok(processor) = Processor::new(&loaded.parameters, report) else {
-        panic!("the parameters in force are refused");
-    };
     Booted {
         parameters: loaded.parameters,
-        processor,
+        report,
     }
 }

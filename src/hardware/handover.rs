@@ -21,12 +21,14 @@ impl<T> Handover<T> {
         Self(UnsafeCell::new(None))
     }
 
-    /// Puts `value` in and unmasks the interrupt: from here it belongs to the interrupt.
-    pub fn lend(&self, value: T) {
+    /// Puts in what `make` makes and unmasks the interrupt: from here it belongs to the interrupt. What
+    /// lies on the stack on its way there is gone from it when this returns.
+    #[inline(never)]
+    pub fn lend(&self, make: impl FnOnce() -> T) {
         NVIC::mask(interrupt::TIM2);
         wait_for_mask();
         // SAFETY: the interrupt, the only other user, is masked.
-        unsafe { *self.0.get() = Some(value) };
+        unsafe { *self.0.get() = Some(make()) };
         // The value must be in its place before the interrupt may come: for the compiler, which may move
         // the plain store past a register's volatile one, and for the processor.
         compiler_fence(Ordering::SeqCst);

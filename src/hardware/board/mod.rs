@@ -78,7 +78,7 @@ fn main() -> ! {
     let mut watchdog = Watchdog::start(peripherals.IWDG, &debug);
 
     timer.start();
-    SAMPLING.lend(Sampling::new(bank, booted.processor, frames, timer));
+    SAMPLING.lend(|| Sampling::new(bank, booted.processor(), frames, timer));
     loop {
         let served = background.poll();
         watchdog.feed(served);

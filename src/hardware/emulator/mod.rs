@@ -100,7 +100,7 @@ fn run(
         let bus = BankFile::new(record_queue, timer.period_ticks());
         let bank = CounterBank::new(bus, AccelerometerInput::Counters);
         timer.start();
-        SAMPLING.lend(Sampling::new(bank, booted.processor, frames, timer));
+        SAMPLING.lend(|| Sampling::new(bank, booted.processor(), frames, timer));
     }
     while background.poll() < total {
         // Test and sleep with interrupts held: one must not slip in between. A held one ends the sleep.
