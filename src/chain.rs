@@ -13,21 +13,39 @@ use crate::stages::dither::{Dither, DitherState};
 use crate::stages::frame::{self, FrameState};
 use crate::stages::installation::{self, Installation, SignedFlexure};
 use crate::stages::limits::Limits;
+use crate::stages::sculling::{self, ScullingState};
+use crate::stages::size_effect::{self, SizeEffect, SizeEffectState};
+use crate::stages::turning;
+use crate::stages::velocity::{Velocity, VelocityState};
 
 /// The configuration of every stage: checked once when built, constant afterwards.
+///
+/// In memory as declared, here, in the state and in the processor, which holds the state before the chain:
+/// a float is loaded from at most 1020 bytes above a base, and the two share one. What is multiplied at every
+/// sample stands first here, what only accelerometers need last there: 20 instructions a sample.
 #[derive(Debug, Clone, Copy)]
+#[repr(C)]
 pub struct Chain<N: NumberSystem> {
-    limits: Limits,
-    counts: Counts<N>,
-    dither: Dither<N>,
-    adaptation: Adaptation,
     acceleration: Acceleration<N>,
+    counts: Counts<N>,
     installation: Installation<N>,
+    dither: Dither<N>,
+    limits: Limits,
+    adaptation: Adaptation,
     samples_per_output: u32,
+    accelerometers: Option<Accelerometers<N>>,
+}
+
+/// The stages of the velocity.
+#[derive(Debug, Clone, Copy)]
+struct Accelerometers<N: NumberSystem> {
+    velocity: Velocity<N>,
+    size_effect: SizeEffect,
 }
 
 /// What the chain remembers between samples. One state belongs to one stream of samples.
 #[derive(Debug, Clone, Copy, Default)]
+#[repr(C)]
 pub struct ChainState<N: NumberSystem> {
     counts: CountsState,
     dither: DitherState<N>,
@@ -41,12 +59,15 @@ pub struct ChainState<N: NumberSystem> {
     periods_in_output: u32,
     /// Periods before the present output period.
     periods_before: u32,
-    /// Periods of the present output period without rotation, nor bias: the stream's first.
+    /// Periods of the present output period without rotation and velocity, nor bias: the stream's first.
     periods_without: u32,
     status: Status,
     /// What the last adaptation window found; stands until the next one.
     health: Status,
     faults: Faults,
+    velocity: VelocityState,
+    sculling: ScullingState<N>,
+    size_effect: SizeEffectState<N>,
 }
 
 /// What the next sample is.
@@ -113,6 +134,12 @@ impl<N: NumberSystem> Chain<N> {
             adaptation: Adaptation::new(parameters, &dither),
             acceleration: Acceleration::new(parameters),
             installation: Installation::new(parameters),
+            accelerometers: parameters.accelerometers.as_ref().map(|accelerometers| {
+                Accelerometers {
+                    velocity: Velocity::new(parameters, accelerometers),
+                    size_effect: SizeEffect::new(parameters, accelerometers),
+                }
+            }),
             samples_per_output: u32::from(parameters.samples_per_output),
             limits,
             dither,
@@ -126,7 +153,7 @@ impl<N: NumberSystem> Chain<N> {
     /// sample does not depend on its readings while they are in range; besides the output period's last
     /// sample, those cost more that follow a start or a gap, or are held at a limit (at most half as much
     /// again). The stream's first sample only primes the dither strip: it counts as a sample of its period,
-    /// adds no rotation, and its frame says [`Status::PRIMED`].
+    /// adds neither rotation nor velocity, and its frame says [`Status::PRIMED`].
     #[inline]
     pub fn process(&self, state: &mut ChainState<N>, sample: &Sample) -> Option<OutputFrame> {
         let brought_into_range;
@@ -163,6 +190,10 @@ impl<N: NumberSystem> Chain<N> {
         if state.next == Next::Second {
             core::hint::cold_path();
             self.acceleration.start(&mut state.acceleration, at_rest);
+            if let Some(accelerometers) = &self.accelerometers {
+                let size_effect = &accelerometers.size_effect;
+                size_effect.start(&mut state.size_effect, at_rest);
+            }
             state.next = Next::Ordinary;
         }
         let (acceleration, saturated) = self.acceleration.process(&mut state.acceleration, at_rest);
@@ -177,20 +208,26 @@ impl<N: NumberSystem> Chain<N> {
 
         coning::process(&mut state.coning, at_rest, tilted);
 
+        if let Some(accelerometers) = &self.accelerometers {
+            accelerometers.process(state, sample.accelerometer_codes);
+        }
+
         self.pass(state, 1)
     }
 
     /// Lets `periods` periods pass whose sample did not come. If they end output periods, the frame is the
     /// last of those, and its sequence number says so.
     ///
-    /// The next sample's counts are taken to cover them (free-running counters), so that no angle is lost;
-    /// acceleration, coning within samples and tap adaptation begin anew after it.
+    /// The next sample's counts and accelerometer codes are taken to cover them (free-running counters), so
+    /// that no angle and no velocity is lost; acceleration, coning and sculling within samples, the size
+    /// effect's squares and tap adaptation begin anew after it.
     #[inline(never)]
     pub fn process_lost(&self, state: &mut ChainState<N>, periods: u32) -> Option<OutputFrame> {
         if periods == 0 {
             return None;
         }
         state.raise(Status::GAP);
+        size_effect::interrupt(&mut state.size_effect);
         state.next = match state.next {
             Next::First => Next::First,
             Next::AfterLost(before) => Next::AfterLost(before.saturating_add(periods)),
@@ -239,6 +276,19 @@ impl<N: NumberSystem> Chain<N> {
             self.dither.resume(&mut state.dither, sample.pickoff_codes);
             let beside = coning::resume(&mut state.coning, before, angle);
             frame::carry(&mut state.frame, beside);
+            if let Some(accelerometers) = &self.accelerometers {
+                let velocity = &accelerometers.velocity;
+                let codes = sample.accelerometer_codes;
+                let gained_before = velocity.since_start(&state.velocity);
+                let (gained, saturated) = velocity.resume(&mut state.velocity, codes, periods);
+                state.raise(saturated);
+                sculling::resume(
+                    &mut state.sculling,
+                    &state.coning,
+                    (before, angle),
+                    (gained_before, gained),
+                );
+            }
             state.next = Next::Second;
             return None;
         }
@@ -305,10 +355,14 @@ impl<N: NumberSystem> Chain<N> {
         for (rotation, beside) in rotation.iter_mut().zip(beside) {
             *rotation = rotation.wrapping_add(beside);
         }
+        let velocity = self
+            .accelerometers
+            .as_ref()
+            .map(|accelerometers| accelerometers.finish(state, rotation, with_rotation));
 
         let before = core::mem::take(&mut state.status);
         let status = before.and(state.health);
-        let frame = frame::process(&mut state.frame, rotation, status, outputs);
+        let frame = frame::process(&mut state.frame, rotation, velocity, status, outputs);
         let last = state.periods_before.wrapping_add(periods).wrapping_sub(1);
         state.faults.watch(before, frame.status, last);
         state.faults.record(frame.status);
@@ -333,5 +387,42 @@ impl<N: NumberSystem> Chain<N> {
             *self.installation.flexure()
         };
         state.health = health.and(Status::DYNAMIC_TERM_OFF.when(off));
+    }
+}
+
+impl<N: NumberSystem> Accelerometers<N> {
+    /// One sample, after its rotation. A function of its own, so that the chain without accelerometers pays for
+    /// a branch alone: inlined, it costs 26 instructions more where it is not taken.
+    #[inline(never)]
+    fn process(&self, state: &mut ChainState<N>, codes: [i32; 3]) {
+        let (increment, saturated) = self.velocity.process(&mut state.velocity, codes);
+        if saturated != Status::default() {
+            core::hint::cold_path();
+            state.raise(saturated);
+        }
+
+        sculling::process(&mut state.sculling, &state.coning, increment);
+
+        size_effect::process(&mut state.size_effect, state.coning.latest());
+    }
+
+    /// The velocity increment of the output period that turned by `rotation`, in the body frame at its start
+    /// \[fine units\].
+    #[inline(never)]
+    fn finish(&self, state: &mut ChainState<N>, rotation: [i64; 3], periods: u32) -> [i64; 3] {
+        let felt = self.velocity.finish(&mut state.velocity, periods);
+        // Without the dynamic term the increments are not the case's.
+        let known = !state.health.contains(Status::DYNAMIC_TERM_OFF);
+        let owed = self.size_effect.finish(&mut state.size_effect, known);
+        let rectified = sculling::finish(&mut state.sculling);
+
+        let evenly = turning::add(turning::add(felt, rectified), owed.gathered);
+        let mut velocity = turning::gathered(rotation, evenly);
+        let swung = turning::at_end(rotation, owed.end);
+        for axis in 0..3 {
+            let swing = swung[axis].wrapping_sub(owed.start[axis]);
+            velocity[axis] = velocity[axis].wrapping_sub(swing);
+        }
+        velocity
     }
 }

@@ -101,6 +101,19 @@ pub const ACCELEROMETER_BIAS_LIMIT_M_S2: f64 = 1.0;
 /// Largest distance of an accelerometer from the body origin \[m\], each coordinate.
 pub const LEVER_ARM_LIMIT_M: f64 = 0.5;
 
+/// Largest velocity of one sample \[m/s\]: 1/4, 102 g at 4 kHz; 40 samples of it reach 10 m/s, inside a frame's
+/// 16 m/s. The codes of an output period sum in an `i32`: with the finest weights the limit is
+/// [`ACCELEROMETER_SUM_CODES`].
+pub const VELOCITY_LIMIT_M_S: f64 = 0.25;
+
+/// Largest velocity of the first sample after lost ones \[m/s\]: 32, 3.2 s at 1 g. With an output period's own
+/// 10 m/s and the carry's 16 m/s it stays inside the ±128 m/s of the exact sums.
+pub const VELOCITY_GAP_LIMIT_M_S: f64 = 32.0;
+
+/// Most accelerometer codes of an output period's samples, and of a reading after lost ones \[codes\]: both
+/// together fit an `i32`. With codes of 2⁻²⁹ m/s (replayed recordings) and ten samples 81 g at 4 kHz.
+pub const ACCELEROMETER_SUM_CODES: i32 = 1 << 30;
+
 /// Length of an adaptation window \[s\]: a dozen dither periods, short beside what a fault may cost.
 pub const ADAPTATION_WINDOW_S: f64 = 0.03;
 
@@ -152,6 +165,11 @@ pub const ACCELERATION_COEFFICIENTS: [[f64; ACCELERATION_TERMS]; 4] = [
 /// ½(x − sin x), x = ΩT, matched to x⁵. With c₁ alone (1/12, matched to x³) the residual at 4 kHz, 100 Hz,
 /// 0.1° is 4e-3 °/h; with both 2.1e-5 °/h, for a multiplication and an addition more per axis.
 pub const CONING_COEFFICIENTS: [f64; 2] = [7.0 / 60.0, -1.0 / 60.0];
+
+/// κ = 1/√12: the mean of D D + (κ ΔD) (κ ΔD) is T² times that of ω ω, D the increments and ΔD their
+/// differences; D D alone lacks what a sample averages out, x²/12 (x = ΩT; 3.3 % at 400 Hz and 4 kHz). What is left
+/// is x⁴/90: 0.17 % at 400 Hz. A correction by D ΔD would cost less, and shift ω ω in time.
+pub const WITHIN_SAMPLE: f64 = 0.288_675_134_594_812_9;
 
 /// An interrupt that is entered later than this share of a period after the period's end counts as late
 /// \[1\]: 1/16, 15.6 µs at 4 kHz. Nothing in the image holds it that long (only the reset handlers mask it),

@@ -5,22 +5,27 @@
 //!
 //! # What enters, what leaves
 //! Every period T (250 µs at 4 kHz) one [`Sample`] enters: the pulses each gyro counted over the period
-//! (block dither included) and the pickoff's reading of each block's angle at the period's end. Every
-//! `samples_per_output` periods one [`OutputFrame`] leaves: the rotation vector of the case over those
-//! periods, in the body frame at their start, in codes of [`OUTPUT_RAD_PER_CODE`].
+//! (block dither included), the pickoff's reading of each block's angle at the period's end, and the codes of
+//! accelerometers, where there are any. Every `samples_per_output` periods one [`OutputFrame`] leaves: the
+//! rotation vector of the case over those periods and the velocity increment by specific force, both in the
+//! body frame at their start, in codes of [`OUTPUT_RAD_PER_CODE`] and [`OUTPUT_M_S_PER_CODE`].
 //!
 //! # The data flow
 //! [`Chain::process`] in `chain.rs` is this list, line by line; each stage is a file of `stages/`, a
 //! configuration that was checked once and (where it remembers) a state, joined by a pure `process`.
 //!
 //! ```text
-//!  pulse counts ─ counts ─▶ Δθ sensed ─ dither ─▶ − g Δpickoff ─ rate_correction ─▶ (1−s)D − bT
-//!                                                                      │
-//!          ┌───────────────────────────────────────────────────────────┤
-//!          ▼                                                           ▼
+//!  pulse counts ─ counts ─▶ Δθ sensed ─ dither, adaptation ─▶ − h Δpickoff
+//!                                                                 │
+//!          ┌──────────────────────────────────────────────────────┤
+//!          ▼                                                      ▼
 //!  compensation(ε0) ─ acceleration ─▶ α̂T² ─ installation ─▶ ε(α̂) ─ compensation ─▶ case Δθ
-//!                                                                                    │
-//!                           OutputFrame ◀─ frame ◀─ Σ Δθ + β ◀─ coning ◀─────────────┘
+//!                                                                                   │
+//!          ┌─────────────────────────────────────────────────────────── coning ◀─────┤
+//!          ▼                                                                         │
+//!      Σ Δθ + β ─ frame ─▶ OutputFrame ◀─ frame ─ C (Σ Δv + S) − [C L ω]             │
+//!                                                      ▲                             │
+//!  accelerometer codes ─ velocity ─▶ Δv ─ sculling, size_effect, turning ◀───────────┘
 //! ```
 //! Equation numbers are those of Cheng et al. 2023, with the signs of its Eq. (6) settled as in
 //! [`stages::installation`].
@@ -49,8 +54,8 @@
 //! timing, tells the chain of samples that did not come, counts every fault and makes the telemetry frame.
 //!
 //! # What it does not do
-//! Sculling and accelerometers, temperature models, the navigation itself; effects other than bias, scale,
-//! installation, pickoff gain and axis flexure.
+//! Temperature models, the navigation itself; effects other than bias, scale, installation, pickoff gain and
+//! delay and axis flexure, and of accelerometers bias, scale, misalignment and size effect.
 #![no_std]
 
 pub mod design_parameters;

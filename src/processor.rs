@@ -23,7 +23,7 @@
 //! | bus error, stuck line | 21 | period lost | as above |
 //! | no room for a frame | 22 | the frame is dropped with its angle; the next ones say so and the sequence shows it | with the next frame that finds room |
 //! | count, pickoff step, acceleration, velocity, output beyond range | 0 1 2 9 3 | held at the range's end; the excess is lost | with the next sample in range |
-//! | pickoff failed, counter stuck | 5 8 | no dynamic term ([`Status::DYNAMIC_TERM_OFF`]), that axis's strip is not adapted | after one whole good window |
+//! | pickoff failed, counter stuck | 5 8 | no dynamic term ([`Status::DYNAMIC_TERM_OFF`]) and no size effect, that axis's strip is not adapted | after one whole good window |
 //! | dither stopped, out of band | 6 7 | nothing is switched off: lock-in spoils the gyro, not the chain | with the next good window |
 //! | clock fallback | 23 | runs on the internal oscillator, 1 % off: angles right, times not | reset |
 //! | no parameter slot good | 24 | nominal parameters, nothing compensated | reset with a good slot |
@@ -103,10 +103,13 @@ impl ChainWatch for Unwatched {
 }
 
 /// The chain, its state, and the health around them.
+///
+/// In memory as declared, for the reason that [`Chain`] states.
 #[derive(Debug, Clone)]
+#[repr(C)]
 pub struct Processor<N: NumberSystem> {
-    chain: Chain<N>,
     state: ChainState<N>,
+    chain: Chain<N>,
     health: Health,
     settings: Settings,
     /// Boot bits: in every frame.

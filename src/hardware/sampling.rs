@@ -68,12 +68,14 @@ pub static WATCH: Watch = Watch {
     longest: AtomicU32::new(0),
 };
 
-/// Everything the interrupt works on.
+/// Everything the interrupt works on; in memory as declared, the processor within reach of the one base
+/// (`chain.rs` says of what).
+#[repr(C)]
 pub struct Sampling<Spi> {
-    /// Where samples come from.
-    pub bank: CounterBank<Spi>,
     /// The chain with its health.
     pub processor: Processor<Core>,
+    /// Where samples come from.
+    pub bank: CounterBank<Spi>,
     /// Where frames go.
     pub frames: Producer<'static, TelemetryFrame>,
     /// The timer that brings the interrupt.

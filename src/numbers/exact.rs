@@ -10,18 +10,28 @@
 //! | tap of a pickoff code | half a fine unit; multiplies differences that telescope |
 //! | coefficient (scale, matrix term) | 2⁻³⁸: 1.3e-6 °/h at 100 °/s |
 //! | coefficient × angle | below 2 fine units a period |
+//! | lever of an accelerometer | 2⁻¹⁸ m/s per rad: 1e-9 m of arm at 4 kHz |
 //! | from f32 | exact below 2⁻⁵ of the value's unit |
 //!
 //! Everything wraps: a value beyond the range is wrong, but nothing panics.
 
-use crate::design_parameters::{FINE_PER_CODE_LOG2, OUTPUT_RAD_PER_CODE};
+use crate::design_parameters::{FINE_PER_CODE_LOG2, OUTPUT_M_S_PER_CODE, OUTPUT_RAD_PER_CODE};
 
 /// Fine units in one rad: 2⁶⁴, as an exponent.
 pub const FINE_PER_RAD_LOG2: i32 = 64;
 
-// The two ways to say it agree: a code is 2⁻³⁵ rad and 2²⁹ fine units.
+/// Fine units in one m/s: 2⁵⁶, as an exponent.
+pub const FINE_PER_M_S_LOG2: i32 = 56;
+
+/// What a number system's velocity counts in \[m/s\]: in it 2⁶⁴ fine units are 1, as of an angle, so that
+/// velocities have the angles' formats and ranges: 1 g over 250 µs is 9.6e-6, as 2.2 °/s.
+pub const VELOCITY_UNIT_M_S: f64 = (1u64 << (FINE_PER_RAD_LOG2 - FINE_PER_M_S_LOG2)) as f64;
+
+// The two ways to say it agree: a code is 2⁻³⁵ rad or 2⁻²⁷ m/s, and 2²⁹ fine units.
 const _: () = assert!(
     OUTPUT_RAD_PER_CODE * (1u64 << (FINE_PER_RAD_LOG2 - FINE_PER_CODE_LOG2 as i32)) as f64 == 1.0
+        && OUTPUT_M_S_PER_CODE * (1u64 << (FINE_PER_M_S_LOG2 - FINE_PER_CODE_LOG2 as i32)) as f64
+            == 1.0
 );
 
 /// value \[rad or m/s\] in units of 2^−exponent, to nearest.
@@ -77,6 +87,28 @@ impl ExactCoefficient {
         // 31 bits, so that the factor is a signed word; the 32nd is half a fine unit times 1/64.
         let low = i64::from(((value as u32) >> 1) as i32) * c;
         high.wrapping_add(low >> 31) >> (COEFFICIENT_BITS - 32)
+    }
+}
+
+/// A velocity per angle or per square of an angle, within ±2¹⁴ m/s, in the velocity unit and Q25.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ExactLever(i32);
+
+const LEVER_BITS: u32 = 25;
+
+impl ExactLever {
+    /// To nearest, from m/s per rad or per rad².
+    pub fn of(value: f64) -> Self {
+        Self(fine(value / VELOCITY_UNIT_M_S, LEVER_BITS as i32) as i32)
+    }
+
+    /// lever × value \[fine units\], down.
+    #[inline(always)]
+    pub fn times(self, value: i64) -> i64 {
+        let c = i64::from(self.0);
+        let high = i64::from((value >> 32) as i32) * c;
+        let low = i64::from(((value as u32) >> 1) as i32) * c;
+        (high << (32 - LEVER_BITS)).wrapping_add(low >> (LEVER_BITS - 1))
     }
 }
 

@@ -19,6 +19,8 @@
 //! | angle, lever | 33 | 1.2e-10 rad | ±0.25 rad | down; the angle keeps the rest |
 //! | factor of a correlation | 29 | 1.9e-9 rad | ±2⁻⁶ rad | down |
 //! | lever × increment, summed | 70 | 8.5e-22 rad | ±2⁻⁷ rad: a half circle of 40 samples at 500 °/s | exact |
+//! | square of an increment, summed | 70 | 8.5e-22 rad² | ±2⁻⁷ rad²; one factor at F = 33 | down |
+//! | velocity | as an angle's increment and sum, in units of 2⁸ m/s | | | |
 //!
 //! Rounding *down* moves a factor by half an LSB in the mean: as much as a rate error of 3e-3 °/h (increment)
 //! or a tilt error of 3e-11 rad, which reach an output only through products, as 1e-5 °/h at 100 °/s.
@@ -28,7 +30,9 @@
 
 use super::NumberSystem;
 use super::exact::FINE_PER_RAD_LOG2;
-use crate::design_parameters::{ACCELERATION_LIMIT_RAD, ACCELERATION_TERMS, CONING_COEFFICIENTS};
+use crate::design_parameters::{
+    ACCELERATION_LIMIT_RAD, ACCELERATION_TERMS, CONING_COEFFICIENTS, WITHIN_SAMPLE,
+};
 
 /// Fixed point, for processors without a floating-point unit and for proofs of exactness.
 #[derive(Debug, Clone, Copy, Default)]
@@ -73,6 +77,9 @@ const fn twice_coning(c: f64) -> i32 {
     let scaled = 2.0 * c * (1u64 << (ANGLE + 32 - INCREMENT)) as f64;
     (scaled + if scaled < 0.0 { -0.5 } else { 0.5 }) as i32
 }
+
+/// Below 1/2, so that the upper word with an increment is an increment.
+const KAPPA: i32 = (WITHIN_SAMPLE * (1u64 << 32) as f64) as i32;
 
 /// Half the limit's span in the filter sum's upper word.
 const ACCELERATION_LIMIT: i32 =
@@ -235,6 +242,19 @@ impl NumberSystem for Fixed {
     fn add_cross(sum: i64, u_a: i32, d_b: i32, u_b: i32, d_a: i32) -> i64 {
         sum.wrapping_add(wide(u_a, d_b))
             .wrapping_add(wide(u_b.wrapping_neg(), d_a))
+    }
+    #[inline(always)]
+    fn add_product_of(sum: i64, a: i32, b: i32) -> i64 {
+        sum.wrapping_add(wide(a >> (INCREMENT - ANGLE), b))
+    }
+    #[inline(always)]
+    fn within_sample(difference: i32) -> i32 {
+        upper(KAPPA, difference)
+    }
+    #[inline(always)]
+    fn at_end(now: i32, past: i32) -> i64 {
+        let twice = 3 * i64::from(now) - i64::from(past);
+        twice << (FINE - INCREMENT - 1)
     }
     #[inline(always)]
     fn fine(tilted: i64, cross: i64) -> i64 {

@@ -11,7 +11,9 @@
 
 use super::NumberSystem;
 use super::exact::{FINE_PER_RAD_LOG2, fine_of_f32};
-use crate::design_parameters::{ACCELERATION_LIMIT_RAD, ACCELERATION_TERMS, CONING_COEFFICIENTS};
+use crate::design_parameters::{
+    ACCELERATION_LIMIT_RAD, ACCELERATION_TERMS, CONING_COEFFICIENTS, WITHIN_SAMPLE,
+};
 
 /// f32, for processors with a single-precision unit.
 #[derive(Debug, Clone, Copy, Default)]
@@ -29,6 +31,7 @@ const TWICE_CONING: [f32; 2] = [
     2.0 * CONING_COEFFICIENTS[0] as f32,
     2.0 * CONING_COEFFICIENTS[1] as f32,
 ];
+const KAPPA: f32 = WITHIN_SAMPLE as f32;
 const RAD_PER_FINE: f32 = 1.0 / (1u128 << FINE_PER_RAD_LOG2) as f32;
 
 impl NumberSystem for F32 {
@@ -146,6 +149,18 @@ impl NumberSystem for F32 {
     fn add_cross(sum: f32, u_a: f32, d_b: f32, u_b: f32, d_a: f32) -> f32 {
         // The difference first: on a steady turn it is a small one of large products.
         sum + (u_a * d_b - u_b * d_a)
+    }
+    #[inline(always)]
+    fn add_product_of(sum: f32, a: f32, b: f32) -> f32 {
+        sum + a * b
+    }
+    #[inline(always)]
+    fn within_sample(difference: f32) -> f32 {
+        KAPPA * difference
+    }
+    #[inline(always)]
+    fn at_end(now: f32, past: f32) -> i64 {
+        fine_of_f32(now + 0.5 * (now - past))
     }
     #[inline(always)]
     fn fine(tilted: f32, cross: f32) -> i64 {

@@ -2,7 +2,9 @@
 //!
 //! An *increment* is an angle over one sample \[rad\]. Increments are factors of products (acceleration,
 //! tilt, coning) and are rounded; nothing sums them for its own sake. What is summed over an output period
-//! is exact and common to both systems ([`exact`]).
+//! is exact and common to both systems ([`exact`]). A velocity over one sample is an increment too, in units
+//! of [`VELOCITY_UNIT_M_S`](exact::VELOCITY_UNIT_M_S): it has an angle's formats, and its products with angles
+//! those of angles with angles.
 //!
 //! It deliberately is not a general arithmetic: each operation is one that a stage needs, so that each has
 //! its own format, rounding and range.
@@ -139,6 +141,12 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
         u_b: Self::Lever,
         d_a: Self::Increment,
     ) -> Self::Cross;
+    /// sum + a b, in the format of the sum of crossed increments.
+    fn add_product_of(sum: Self::Cross, a: Self::Increment, b: Self::Increment) -> Self::Cross;
+    /// κ × difference, κ of [`WITHIN_SAMPLE`](crate::design_parameters::WITHIN_SAMPLE).
+    fn within_sample(difference: Self::Increment) -> Self::Increment;
+    /// now + ½ (now − past) \[fine units\].
+    fn at_end(now: Self::Increment, past: Self::Increment) -> i64;
     /// tilted + cross/2 \[fine units\].
     fn fine(tilted: Self::Tilted, cross: Self::Cross) -> i64;
     /// angle + an angle of the exact sums \[fine units\].

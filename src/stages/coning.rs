@@ -105,3 +105,23 @@ pub fn finish<N: NumberSystem>(state: &mut ConingState<N>) -> [i64; 3] {
         N::fine(tilted.z, cross.z),
     ]
 }
+
+impl<N: NumberSystem> ConingState<N> {
+    /// D of the latest sample \[rad\].
+    #[inline(always)]
+    pub(crate) fn latest(&self) -> Triad<N::Increment> {
+        self.previous
+    }
+
+    /// D of the sample before it \[rad\].
+    #[inline(always)]
+    pub(crate) fn before_latest(&self) -> Triad<N::Increment> {
+        self.before_previous
+    }
+
+    /// θ since the period's start.
+    #[inline(always)]
+    pub(crate) fn angle(&self) -> Triad<N::Angle> {
+        self.angle
+    }
+}

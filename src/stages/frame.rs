@@ -1,10 +1,12 @@
-//! Rotation of the output period → output frame.
+//! Rotation and velocity increment of the output period → output frame.
 //!
-//! Enters: the rotation vector \[fine units\], body frame; the period's status. Leaves: [`OutputFrame`], in
-//! codes of [`OUTPUT_RAD_PER_CODE`](crate::OUTPUT_RAD_PER_CODE).
+//! Enters: the rotation vector and, with accelerometers, the velocity increment \[fine units\], body frame at
+//! the period's start; the period's status. Leaves: [`OutputFrame`], in codes of
+//! [`OUTPUT_RAD_PER_CODE`](crate::OUTPUT_RAD_PER_CODE) and
+//! [`OUTPUT_M_S_PER_CODE`](crate::OUTPUT_M_S_PER_CODE).
 //!
 //! What a frame cannot show is carried into the next one: the part of a code, so that the sum of all frames
-//! is never more than half a code from the sum of all rotations; and beyond an `i32` of codes, flagged, up to
+//! is never more than half a code from the sum of all increments; and beyond an `i32` of codes, flagged, up to
 //! as much again ([`LARGEST_CARRY_CODES`]). More than that is lost.
 
 use crate::design_parameters::{FINE_PER_CODE_LOG2, LARGEST_CARRY_CODES};
@@ -19,6 +21,7 @@ const FITS: i32 = 1 << (FINE_PER_CODE_LOG2 - 1);
 pub struct FrameState {
     sequence: u32,
     rotation_carry: [i64; 3],
+    velocity_carry: [i64; 3],
 }
 
 /// Adds to the rotation that the next frame shows \[fine units\].
@@ -33,17 +36,22 @@ pub fn carry(state: &mut FrameState, rotation: [i64; 3]) {
 pub fn process(
     state: &mut FrameState,
     rotation: [i64; 3],
+    velocity: Option<[i64; 3]>,
     status: Status,
     periods: u32,
 ) -> OutputFrame {
     let sequence = state.sequence.wrapping_add(periods.wrapping_sub(1));
     state.sequence = sequence.wrapping_add(1);
-    let (dtheta_codes, held) = codes(&mut state.rotation_carry, rotation);
+    let (dtheta_codes, rotation_held) = codes(&mut state.rotation_carry, rotation);
+    let (dvel_codes, velocity_held) = match velocity {
+        Some(velocity) => codes(&mut state.velocity_carry, velocity),
+        None => ([0; 3], false),
+    };
     OutputFrame {
         sequence,
         dtheta_codes,
-        dvel_codes: [0; 3],
-        status: status.and(Status::OUTPUT_SATURATED.when(held)),
+        dvel_codes,
+        status: status.and(Status::OUTPUT_SATURATED.when(rotation_held | velocity_held)),
     }
 }
 

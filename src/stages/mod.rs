@@ -16,4 +16,12 @@ pub mod compensation;
 
 pub mod coning;
 
+pub mod velocity;
+
+pub mod sculling;
+
+pub mod size_effect;
+
+pub mod turning;
+
 pub mod frame;

@@ -37,16 +37,19 @@ pub enum Row {
 }
 
 /// The stages in the order of the data; files that are not in the chain have no instructions.
-const STAGES: [&str; 10] = [
+const STAGES: [&str; 13] = [
     "limits",
     "adaptation",
     "counts",
     "dither",
-    "rate_correction",
     "compensation",
     "acceleration",
     "installation",
     "coning",
+    "velocity",
+    "sculling",
+    "size_effect",
+    "turning",
     "frame",
 ];
 
