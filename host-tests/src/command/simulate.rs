@@ -7,9 +7,9 @@ use serde_json::json;
 
 use crate::error::InputError;
 use crate::output::OutputFile;
-use crate::recording::Recording;
+use crate::recording::{Recording, RecordingStream};
 use crate::simulate::scenario::Scenario;
-use crate::simulate::simulate;
+use crate::simulate::{Simulator, Truth, model_of};
 use crate::terminal::Terminal;
 
 /// Make a recording of a dithered ring-laser triad from a scenario
@@ -38,23 +38,32 @@ impl Simulate {
         let mut out = Recording::create_folder(&self.out)?;
         let truth_path = truth_path(&self.out)?;
 
+        // before the work: where the truth has no place there is nothing to simulate
+        let truth = Truth::of(&scenario, self.seed).to_json();
+        let truth = OutputFile::create(&truth_path, truth.as_bytes())?;
+        let mut simulator = Simulator::new(&scenario, self.seed);
+        let recording = simulator.recording();
+        let layouts = simulator.tables().to_vec();
+        let mut stream = RecordingStream::create(&recording, &mut out, |table, column| {
+            layouts[table].columns[column].weight.is_some()
+        })?;
         let bar = terminal.bar(scenario.rows() as u64, "simulating");
-        let simulation = simulate(&scenario, self.seed, |rows| bar.set_position(rows as u64));
+        while let Some(block) = simulator.next_block() {
+            stream.write(&block.tables)?;
+            bar.set_position(block.end_row as u64);
+        }
+        stream.finish(&mut out)?;
         bar.finish_and_clear();
-
-        let spinner = terminal.spinner("writing");
-        simulation.recording.write_into(&mut out)?;
-        out.write("model.toml", simulation.model.to_toml().as_bytes())?;
-        let truth = OutputFile::create(&truth_path, simulation.truth.to_json().as_bytes())?;
+        out.write("model.toml", model_of(&scenario).to_toml().as_bytes())?;
         out.commit()?;
         truth.commit()?;
-        spinner.finish_and_clear();
 
+        let channels: usize = layouts.iter().map(|table| table.columns.len()).sum();
         terminal.say(format!(
             "{}: {} s, {} channels in {}; model in {}, truth in {}",
             scenario.name,
             scenario.rows() as f64 / scenario.rate_hz,
-            simulation.recording.tables[0].channels.len(),
+            channels,
             self.out.display(),
             self.out.join("model.toml").display(),
             truth_path.display()

@@ -16,8 +16,10 @@ mod manifest_text;
 mod parquet_table;
 pub mod quantity;
 mod storage;
+mod streamed;
 
 pub use manifest::MANIFEST;
+pub use streamed::RecordingStream;
 
 /// Where the recording was made.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,8 +1,8 @@
 //! Attitude of the case over the ground, and what the Earth adds: its rotation and gravity.
 //!
 //! Enters: body rates relative to the ground at the quadrature nodes of one period (rad/s, body frame).
-//! Leaves: at the same nodes, Earth's rotation (rad/s) and specific force at rest (m/s²), body frame; and
-//! the attitude carried to the period's end.
+//! Leaves: at the same nodes, Earth's rotation (rad/s), specific force at rest (m/s²) and its magnetic field
+//! (T), body frame; and the attitude carried to the period's end.
 //!
 //! Frame: navigation frame n = north, west, up; a body at identity has z up. With latitude L,
 //! ω_ie = ω_E (cos L, 0, sin L) and specific force at rest is (0, 0, +g).
@@ -41,22 +41,32 @@ impl Quadrature {
         );
         let nodes = [-outer, -inner, inner, outer].map(|x| 0.5 * (1.0 + x));
         let weights = [light, heavy, heavy, light].map(|w| 0.5 * w);
+        let mut rule = Self {
+            nodes,
+            weights,
+            collocation: Matrix4::zeros(),
+        };
+        for (i, end) in nodes.into_iter().enumerate() {
+            for (j, weight) in rule.weights_until(end).into_iter().enumerate() {
+                rule.collocation[(i, j)] = weight;
+            }
+        }
+        rule
+    }
+
+    /// ∫₀^end ℓ_j: the weights of an integral over the first part of a period, `end` in periods.
+    pub fn weights_until(&self, end: f64) -> [f64; 4] {
         let lagrange = |j: usize, x: f64| -> f64 {
             (0..4)
                 .filter(|m| *m != j)
-                .map(|m| (x - nodes[m]) / (nodes[j] - nodes[m]))
+                .map(|m| (x - self.nodes[m]) / (self.nodes[j] - self.nodes[m]))
                 .product()
         };
-        let collocation = Matrix4::from_fn(|i, j| {
+        std::array::from_fn(|j| {
             (0..4)
-                .map(|n| nodes[i] * weights[n] * lagrange(j, nodes[i] * nodes[n]))
+                .map(|n| end * self.weights[n] * lagrange(j, end * self.nodes[n]))
                 .sum()
-        });
-        Self {
-            nodes,
-            weights,
-            collocation,
-        }
+        })
     }
 
     /// ∫ over one period of length `period_s` of a vector known at the nodes.
@@ -82,10 +92,15 @@ pub struct Ground {
     pub earth_rate_rad_s: Vector3<f64>,
     /// Specific force at rest \[m/s²\].
     pub specific_force_m_s2: Vector3<f64>,
+    /// Magnetic flux density \[T\].
+    pub field_t: Vector3<f64>,
+    /// A rotation of the Earth that the reference does not show \[rad/s\].
+    pub unreferenced_rate_rad_s: Vector3<f64>,
 }
 
 impl Ground {
-    /// At a latitude and a local gravity; `turning` = false leaves the Earth's rotation out.
+    /// At a latitude and a local gravity, without a magnetic field; `turning` = false leaves the Earth's
+    /// rotation out.
     pub fn at(latitude_rad: f64, gravity_m_s2: f64, turning: bool) -> Self {
         let rate = if turning { EARTH_RATE_RAD_S } else { 0.0 };
         Self {
@@ -95,6 +110,7 @@ impl Ground {
                 rate * latitude_rad.sin(),
             ),
             specific_force_m_s2: Vector3::new(0.0, 0.0, gravity_m_s2),
+            ..Self::default()
         }
     }
 }
@@ -106,6 +122,10 @@ pub struct GroundInBody {
     pub earth_rate_rad_s: Vector3<f64>,
     /// \[m/s²\].
     pub specific_force_m_s2: Vector3<f64>,
+    /// \[T\].
+    pub field_t: Vector3<f64>,
+    /// \[rad/s\].
+    pub unreferenced_rate_rad_s: Vector3<f64>,
 }
 
 /// Attitude, body to navigation frame.
@@ -135,6 +155,8 @@ impl Attitude {
         let body_from_navigation = self.navigation_from_body.inverse();
         let earth = body_from_navigation * ground.earth_rate_rad_s;
         let force = body_from_navigation * ground.specific_force_m_s2;
+        let field = body_from_navigation * ground.field_t;
+        let unreferenced = body_from_navigation * ground.unreferenced_rate_rad_s;
         let angles: [Vector3<f64>; 4] = std::array::from_fn(|i| {
             (0..4)
                 .map(|j| rates_rad_s[j] * (period_s * quadrature.collocation[(i, j)]))
@@ -148,6 +170,8 @@ impl Attitude {
         let seen = std::array::from_fn(|i| GroundInBody {
             earth_rate_rad_s: turn(&earth, &angles[i]),
             specific_force_m_s2: turn(&force, &angles[i]),
+            field_t: turn(&field, &angles[i]),
+            unreferenced_rate_rad_s: turn(&unreferenced, &angles[i]),
         });
         let noncommuting = std::array::from_fn(|i| 0.5 * angles[i].cross(&rates_rad_s[i]));
         let rotation = quadrature.integrate(rates_rad_s, period_s)

@@ -8,7 +8,8 @@
 //! passes through rest position. Amplitudes wander as a first-order Gauss–Markov sequence, which is what a
 //! resonator of finite Q makes of a random drive; without it lock-in would leave dead bands.
 //!
-//! Deliberately not here: lock-in itself, frequency wander, the reaction torque on the case.
+//! Deliberately not here: lock-in itself (`lock_in.rs`), the reaction on the case (`case.rs`), wander of the
+//! frequency.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -19,7 +20,7 @@ use std::f64::consts::{PI, TAU};
 const AMPLITUDE_MEMORY_HALF_CYCLES: f64 = 20.0;
 
 /// Amplitudes further than this many spreads from the mean are drawn to it: no block stops or hits its stop.
-const AMPLITUDE_LIMIT_SPREADS: f64 = 3.0;
+pub const AMPLITUDE_LIMIT_SPREADS: f64 = 3.0;
 
 /// The angle of one dithered block over a whole recording.
 #[derive(Debug, Clone)]
@@ -62,10 +63,30 @@ impl BlockDither {
 
     /// p(t) \[rad\]; before the begin and after the end the outermost amplitude holds.
     pub fn angle_rad(&self, time_s: f64) -> f64 {
+        let (amplitude_rad, phase) = self.swing(time_s);
+        amplitude_rad * phase.sin()
+    }
+
+    /// p(t) and its first three derivatives. The rate steps where the amplitude changes, by that change: what
+    /// the derivatives beyond it miss there is the drive's kick.
+    pub fn jet_rad(&self, time_s: f64) -> [f64; 4] {
+        let (amplitude_rad, phase) = self.swing(time_s);
+        let omega = TAU * self.frequency_hz;
+        let (sin, cos) = phase.sin_cos();
+        [
+            amplitude_rad * sin,
+            amplitude_rad * omega * cos,
+            -amplitude_rad * omega.powi(2) * sin,
+            -amplitude_rad * omega.powi(3) * cos,
+        ]
+    }
+
+    /// Amplitude and phase at an instant \[rad\].
+    fn swing(&self, time_s: f64) -> (f64, f64) {
         let phase = TAU * self.frequency_hz * (time_s - self.begin_s) + self.phase_rad;
         let first = (self.phase_rad / PI).floor();
         let half_cycle = ((phase / PI).floor() - first).max(0.0) as usize;
         let last = self.amplitudes_rad.len() - 1;
-        self.amplitudes_rad[half_cycle.min(last)] * phase.sin()
+        (self.amplitudes_rad[half_cycle.min(last)], phase)
     }
 }

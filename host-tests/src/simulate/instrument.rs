@@ -29,6 +29,18 @@ pub enum Stream {
     Reference = 40,
     /// Accelerometer noise.
     Accelerometer = 50,
+    /// Phase of the backscatter behind lock-in.
+    LockIn = 60,
+    /// Noise of a fibre-optic gyro.
+    FibreOptic = 70,
+    /// Noise of a table's encoders.
+    Encoder = 80,
+    /// Noise of thermometers.
+    Thermometer = 90,
+    /// Noise of magnetometers.
+    Magnetometer = 100,
+    /// First place inside a coarser pulse.
+    Converter = 110,
 }
 
 /// The generator of one stream for one axis.

@@ -1,13 +1,16 @@
-//! One `[[motion]]` or `[[effect]]` of a scenario, read key by key.
+//! One section, `[[motion]]` or `[[effect]]` of a scenario or instrument, read key by key.
 //!
 //! Enters: the parsed table and where it stands. Leaves: its values, each asked for once; what nobody
 //! asked for is an unknown key, reported with its line.
 
-use super::scenario::line_of;
 use crate::error::InputError;
 use std::path::Path;
 
+/// Letters by which a misspelt key, or one in another unit, differs from the one that is meant.
+const MISSPELT: usize = 3;
+
 /// A table of which every key must be asked for.
+#[derive(Debug, Clone)]
 pub struct Entry<'a> {
     path: &'a Path,
     text: &'a str,
@@ -52,9 +55,19 @@ impl<'a> Entry<'a> {
     }
 
     fn take(&mut self, key: &str) -> Result<toml::Value, InputError> {
-        self.remaining
-            .remove(key)
-            .ok_or_else(|| self.error(key, "is missing"))
+        self.remaining.remove(key).ok_or_else(|| self.missing(key))
+    }
+
+    /// A key that is absent; if one is there that reads like it, that one is the news: `angle_deg` where
+    /// `angle_rad` is expected.
+    fn missing(&self, key: &str) -> InputError {
+        let near = |other: &&String| strsim::damerau_levenshtein(other, key) <= MISSPELT;
+        match self.remaining.keys().find(near) {
+            Some(other) => self
+                .error(other, "is an unknown key here")
+                .expected(format!("`{key}`")),
+            None => self.error(key, "is missing"),
+        }
     }
 
     fn to_number(&self, key: &str, value: &toml::Value) -> Result<f64, InputError> {
@@ -122,6 +135,136 @@ impl<'a> Entry<'a> {
         Ok(numbers)
     }
 
+    /// One finite number or more.
+    pub fn list(&mut self, key: &str) -> Result<Vec<f64>, InputError> {
+        let value = self.take(key)?;
+        match value.as_array().filter(|list| !list.is_empty()) {
+            Some(list) => list.iter().map(|item| self.to_number(key, item)).collect(),
+            None => Err(self
+                .error(key, "is not a list of numbers")
+                .value(value)
+                .expected("[first, second, ...]")),
+        }
+    }
+
+    /// A table of its own under `key`, as rows of two numbers; none where it is absent.
+    pub fn pairs(&mut self, key: &str) -> Result<Vec<[f64; 2]>, InputError> {
+        if !self.has(key) {
+            return Ok(Vec::new());
+        }
+        let value = self.take(key)?;
+        let fault = |entry: &Self| {
+            entry
+                .error(key, "is not a table of pairs")
+                .value(&value)
+                .expected("[[Hz, density], [Hz, density], ...]")
+        };
+        let rows = value.as_array().ok_or_else(|| fault(self))?;
+        rows.iter()
+            .map(|row| {
+                let pair = row.as_array().filter(|pair| pair.len() == 2);
+                let pair = pair.ok_or_else(|| fault(self))?;
+                Ok([
+                    self.to_number(key, &pair[0])?,
+                    self.to_number(key, &pair[1])?,
+                ])
+            })
+            .collect()
+    }
+
+    /// A finite number from `low` to `high` \[`unit`\].
+    pub fn within(
+        &mut self,
+        key: &str,
+        [low, high]: [f64; 2],
+        unit: &str,
+    ) -> Result<f64, InputError> {
+        let number = self.number(key)?;
+        self.check(key, number, [low, high], unit)?;
+        Ok(number)
+    }
+
+    /// The same, `default` where the key is absent.
+    pub fn within_or(
+        &mut self,
+        key: &str,
+        range: [f64; 2],
+        unit: &str,
+        default: f64,
+    ) -> Result<f64, InputError> {
+        if self.has(key) {
+            self.within(key, range, unit)
+        } else {
+            Ok(default)
+        }
+    }
+
+    /// Three numbers from `low` to `high` \[`unit`\].
+    pub fn triple_within(
+        &mut self,
+        key: &str,
+        range: [f64; 2],
+        unit: &str,
+    ) -> Result<[f64; 3], InputError> {
+        let numbers = self.triple(key)?;
+        for number in numbers {
+            self.check(key, number, range, unit)?;
+        }
+        Ok(numbers)
+    }
+
+    /// The same, `default` where the key is absent.
+    pub fn triple_within_or(
+        &mut self,
+        key: &str,
+        range: [f64; 2],
+        unit: &str,
+        default: [f64; 3],
+    ) -> Result<[f64; 3], InputError> {
+        if self.has(key) {
+            self.triple_within(key, range, unit)
+        } else {
+            Ok(default)
+        }
+    }
+
+    /// Whether a value of `key` is in its range.
+    pub fn check(
+        &self,
+        key: &str,
+        number: f64,
+        [low, high]: [f64; 2],
+        unit: &str,
+    ) -> Result<(), InputError> {
+        if (low..=high).contains(&number) {
+            return Ok(());
+        }
+        Err(self.error(key, "is out of range").value(number).expected(
+            if low == f64::MIN_POSITIVE {
+                format!("above 0 and at most {high} {unit}")
+            } else {
+                format!("{low} to {high} {unit}")
+            },
+        ))
+    }
+
+    /// A table inside this one, as an entry that stands at the same place; absent: none.
+    pub fn inner(&mut self, key: &str) -> Result<Option<Self>, InputError> {
+        if !self.has(key) {
+            return Ok(None);
+        }
+        match self.take(key)? {
+            toml::Value::Table(remaining) => Ok(Some(Self {
+                remaining,
+                ..self.clone()
+            })),
+            other => Err(self
+                .error(key, "is not a table")
+                .value(other)
+                .expected("{ ... }")),
+        }
+    }
+
     /// Text.
     pub fn text(&mut self, key: &str) -> Result<String, InputError> {
         match self.take(key)? {
@@ -159,6 +302,11 @@ impl<'a> Entry<'a> {
         }
     }
 
+    /// Where it stands, for an error that is found later.
+    pub fn begin(&self) -> usize {
+        self.begin
+    }
+
     /// Every key must have been asked for.
     pub fn finish(self) -> Result<(), InputError> {
         match self.remaining.keys().next() {
@@ -166,4 +314,9 @@ impl<'a> Entry<'a> {
             Some(key) => Err(self.error(key, "is an unknown key here")),
         }
     }
+}
+
+/// The line on which a byte of `text` stands, from 1.
+pub fn line_of(text: &str, byte: usize) -> usize {
+    1 + text[..byte.min(text.len())].matches('\n').count()
 }

@@ -1,0 +1,52 @@
+//! What effects do to the reference's reading.
+//!
+//! Enters: the increment that the reference is exposed to, body frame, and the table's angle, in rad. Leaves: the
+//! increment it reads, in rad.
+//!
+//! Equations: turned by r (right-hand rotation) it reads ω − r × ω; with a scale error (1 + r_i) times that; an
+//! encoder adds the increments of cos · cos nθ + sin · sin nθ at the table angle θ, which is 0 at the start.
+
+use super::Effects;
+use nalgebra::Vector3;
+
+/// `reference_harmonic`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Harmonic {
+    /// Axis of the encoder.
+    pub axis: usize,
+    /// n.
+    pub order: f64,
+    /// \[rad\].
+    pub cos: f64,
+    /// \[rad\].
+    pub sin: f64,
+}
+
+impl Effects {
+    /// What the reference reads of an increment, without its harmonics \[rad\].
+    pub fn reference_reads(&self, case_rad: &Vector3<f64>) -> Vector3<f64> {
+        let mut turned = *case_rad;
+        // a product with zeros would still round −0.0 away
+        if self.reference_misalignment_rad != Vector3::zeros() {
+            turned -= self.reference_misalignment_rad.cross(case_rad);
+        }
+        turned + self.reference_scale.component_mul(&turned)
+    }
+
+    /// Error of the encoder of `axis` at a table angle \[rad\].
+    pub fn encoder_error_rad(&self, axis: usize, table_rad: f64) -> f64 {
+        self.harmonics
+            .iter()
+            .filter(|harmonic| harmonic.axis == axis)
+            .map(|harmonic| {
+                let (sin, cos) = (harmonic.order * table_rad).sin_cos();
+                harmonic.cos * cos + harmonic.sin * sin
+            })
+            .sum()
+    }
+
+    /// How late the reference is \[s\].
+    pub fn reference_delay_s(&self) -> f64 {
+        self.reference_delay_s
+    }
+}
