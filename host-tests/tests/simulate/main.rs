@@ -6,6 +6,8 @@ mod effects;
 mod errors;
 mod gyro_effects;
 mod lock_in;
+mod motion;
+mod statistics;
 mod support;
 
 use std::path::Path;

@@ -270,7 +270,7 @@ impl Scenario {
             return Ok([0.0; 3]);
         };
         let mut peaks_rad = [0.0; 3];
-        for axis in 0..3 {
+        for (axis, peak) in peaks_rad.iter_mut().enumerate() {
             let swing = 2.0 * (PI * dither.frequency_hz[axis] / self.rate_hz).sin();
             let largest = 1.0 + AMPLITUDE_LIMIT_SPREADS * dither.amplitude_spread;
             let peak_rad = swing * largest * dither.amplitude_rad[axis] * dither.pickoff_gain[axis];
@@ -285,7 +285,7 @@ impl Scenario {
                         capacity_rad / weight_rad
                     )));
             }
-            peaks_rad[axis] = peak_rad;
+            *peak = peak_rad;
         }
         Ok(peaks_rad)
     }
