@@ -14,6 +14,7 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use std::collections::VecDeque;
 use std::f64::consts::{PI, TAU};
 
 /// Half-cycles over which the amplitude forgets itself: Q/π for the Q of about 60 that dither springs show.
@@ -22,13 +23,25 @@ const AMPLITUDE_MEMORY_HALF_CYCLES: f64 = 20.0;
 /// Amplitudes further than this many spreads from the mean are drawn to it: no block stops or hits its stop.
 pub const AMPLITUDE_LIMIT_SPREADS: f64 = 3.0;
 
-/// The angle of one dithered block over a whole recording.
+/// Amplitudes are kept this long behind the instant reached \[s\]: pickoffs and gyros may be a tenth of a second
+/// late, and what looks ahead runs a tenth of a second before them.
+const KEPT_S: f64 = 0.5;
+
+/// The angle of one dithered block, as far as [`BlockDither::reach`] was told to go.
 #[derive(Debug, Clone)]
 pub struct BlockDither {
     frequency_hz: f64,
     phase_rad: f64,
     begin_s: f64,
-    amplitudes_rad: Vec<f64>,
+    mean_rad: f64,
+    spread: f64,
+    rng: ChaCha8Rng,
+    deviation: f64,
+    /// Half-cycles still to be drawn.
+    left: usize,
+    /// Number of the half-cycle that `amplitudes_rad` begins with.
+    first: usize,
+    amplitudes_rad: VecDeque<f64>,
 }
 
 impl BlockDither {
@@ -42,26 +55,53 @@ impl BlockDither {
         rng: &mut ChaCha8Rng,
     ) -> Self {
         let half_cycles = (2.0 * frequency_hz * duration_s).ceil() as usize + 3;
+        let amplitudes = rng.clone();
+        // the phase is drawn after all amplitudes: they are drawn twice rather than kept
+        for _ in 0..=half_cycles {
+            let _: f64 = rng.sample(StandardNormal);
+        }
+        let phase_rad = rng.random::<f64>() * TAU;
+        let mut dither = Self {
+            frequency_hz,
+            phase_rad,
+            begin_s,
+            mean_rad: amplitude_rad,
+            spread,
+            rng: amplitudes,
+            deviation: 0.0,
+            left: half_cycles,
+            first: 0,
+            amplitudes_rad: VecDeque::new(),
+        };
+        dither.deviation = dither.rng.sample(StandardNormal);
+        dither.reach(begin_s);
+        dither
+    }
+
+    /// Draws the amplitudes until `time_s`; those more than [`KEPT_S`] before it are forgotten.
+    pub fn reach(&mut self, time_s: f64) {
         let keep = (-1.0 / AMPLITUDE_MEMORY_HALF_CYCLES).exp();
         let drive = (1.0 - keep * keep).sqrt();
-        let mut deviation: f64 = rng.sample(StandardNormal);
-        let amplitudes_rad = (0..half_cycles)
-            .map(|_| {
-                let draw: f64 = rng.sample(StandardNormal);
-                deviation = keep * deviation + drive * draw;
-                let limited = deviation.clamp(-AMPLITUDE_LIMIT_SPREADS, AMPLITUDE_LIMIT_SPREADS);
-                amplitude_rad * (1.0 + spread * limited)
-            })
-            .collect();
-        Self {
-            frequency_hz,
-            phase_rad: rng.random::<f64>() * TAU,
-            begin_s,
-            amplitudes_rad,
+        // one more than asked for: rounding may put the instant behind the next crossing
+        let wanted = self.half_cycle(time_s) + 2;
+        while self.first + self.amplitudes_rad.len() < wanted && self.left > 0 {
+            let draw: f64 = self.rng.sample(StandardNormal);
+            self.deviation = keep * self.deviation + drive * draw;
+            let limited = self
+                .deviation
+                .clamp(-AMPLITUDE_LIMIT_SPREADS, AMPLITUDE_LIMIT_SPREADS);
+            self.amplitudes_rad
+                .push_back(self.mean_rad * (1.0 + self.spread * limited));
+            self.left -= 1;
+        }
+        let oldest = self.half_cycle(time_s - KEPT_S);
+        while self.first < oldest && self.amplitudes_rad.len() > 1 {
+            self.amplitudes_rad.pop_front();
+            self.first += 1;
         }
     }
 
-    /// p(t) \[rad\]; before the begin and after the end the outermost amplitude holds.
+    /// p(t) \[rad\], not beyond what was reached; before the begin and after the end the outermost amplitude holds.
     pub fn angle_rad(&self, time_s: f64) -> f64 {
         let (amplitude_rad, phase) = self.swing(time_s);
         amplitude_rad * phase.sin()
@@ -81,12 +121,21 @@ impl BlockDither {
         ]
     }
 
+    fn phase(&self, time_s: f64) -> f64 {
+        TAU * self.frequency_hz * (time_s - self.begin_s) + self.phase_rad
+    }
+
+    /// Number of the half-cycle at an instant.
+    fn half_cycle(&self, time_s: f64) -> usize {
+        let first = (self.phase_rad / PI).floor();
+        ((self.phase(time_s) / PI).floor() - first).max(0.0) as usize
+    }
+
     /// Amplitude and phase at an instant \[rad\].
     fn swing(&self, time_s: f64) -> (f64, f64) {
-        let phase = TAU * self.frequency_hz * (time_s - self.begin_s) + self.phase_rad;
-        let first = (self.phase_rad / PI).floor();
-        let half_cycle = ((phase / PI).floor() - first).max(0.0) as usize;
+        let place = self.half_cycle(time_s).saturating_sub(self.first);
         let last = self.amplitudes_rad.len() - 1;
-        (self.amplitudes_rad[half_cycle.min(last)], phase)
+        debug_assert!(place <= last || self.left == 0, "not reached yet");
+        (self.amplitudes_rad[place.min(last)], self.phase(time_s))
     }
 }

@@ -19,6 +19,9 @@ use std::sync::OnceLock;
 /// Rows in a block: some reports of progress a second, a megabyte of columns.
 const ROWS_PER_BLOCK: usize = 8192;
 
+/// A pickoff may be early by the longest delay that an effect may have, and some rows.
+const EARLIEST_PICKOFF_S: f64 = 0.15;
+
 /// The quadrature has no settings: one for every simulation.
 fn quadrature() -> &'static Quadrature {
     static RULE: OnceLock<Quadrature> = OnceLock::new();
@@ -44,7 +47,10 @@ pub struct Simulator<'a> {
     triad: Triad<'a>,
     window: Window,
     motion: Motion<'a>,
+    /// Rows made.
     row: usize,
+    /// Periods that the case has moved through: ahead of the rows where an instrument is early.
+    periods: usize,
 }
 
 impl<'a> Simulator<'a> {
@@ -61,6 +67,7 @@ impl<'a> Simulator<'a> {
             motion: Motion::new(scenario, seed),
             tables,
             row: 0,
+            periods: 0,
         }
     }
 
@@ -92,6 +99,11 @@ impl<'a> Simulator<'a> {
         let period_s = 1.0 / self.scenario.rate_hz;
         let mut rows = vec![Vec::new(); self.tables.len()];
         while self.row < end {
+            self.periods += 1;
+            let end_s = self.scenario.start_s + self.periods as f64 * period_s;
+            for dither in &mut self.triad.dithers {
+                dither.reach(end_s + EARLIEST_PICKOFF_S);
+            }
             let base = self.motion.next_period();
             let period = self.case.advance(quadrature(), &base, &self.triad.dithers);
             if !self.window.push(period) {

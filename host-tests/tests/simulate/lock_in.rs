@@ -129,7 +129,7 @@ fn random_walk_of_the_beat_is_the_threshold_over_the_root_of_s_times_the_dither_
     for setting in SETTINGS {
         let (pulse, amplitude, frequency_hz, threshold) = setting;
         let mut rng = stream(9, Stream::Dither, 0);
-        let dither = BlockDither::new(frequency_hz, amplitude, 0.15, 0.0, SECONDS, &mut rng);
+        let mut dither = BlockDither::new(frequency_hz, amplitude, 0.15, 0.0, SECONDS, &mut rng);
         let mut beat = BeatPhase::new(pulse, threshold, 1.0);
         let acceleration = 1.15 * amplitude * (TAU * frequency_hz).powi(2);
         let steps = 200 * sub_steps(acceleration, pulse, SPAN_S / 200.0);
@@ -138,6 +138,7 @@ fn random_walk_of_the_beat_is_the_threshold_over_the_root_of_s_times_the_dither_
         let mut square = 0.0;
         for span in 0..spans {
             let begin_s = span as f64 * SPAN_S;
+            dither.reach(begin_s + SPAN_S);
             let mut before = dither.angle_rad(begin_s);
             let mut error = 0.0;
             for step in 1..=steps {
