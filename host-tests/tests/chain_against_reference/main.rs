@@ -10,6 +10,7 @@ mod arithmetic;
 mod flexure;
 mod lost;
 mod strip;
+mod velocity;
 
 /// T of every stream here \[s\].
 pub const PERIOD_S: f64 = 1.0 / 4000.0;
