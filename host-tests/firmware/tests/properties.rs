@@ -197,7 +197,7 @@ fn survives<N: NumberSystem>(parameters: &Parameters, samples: &[Sample]) {
         .filter_map(|_| chain.process(&mut state, &still))
         .last()
         .expect("a frame in every period");
-    for code in last.dtheta_codes {
+    for code in last.dtheta_codes.into_iter().chain(last.dvel_codes) {
         assert!((-1..=1).contains(&code), "{} drifts on: {last:?}", N::NAME);
     }
 }

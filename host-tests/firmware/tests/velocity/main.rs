@@ -1,5 +1,6 @@
 //! The accelerometers' way through the chain.
 
+mod degraded;
 mod exact;
 mod gaps;
 mod limits;
