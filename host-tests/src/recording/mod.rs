@@ -17,9 +17,11 @@ mod parquet_table;
 pub mod quantity;
 mod storage;
 mod streamed;
+mod table_stream;
 
 pub use manifest::MANIFEST;
 pub use streamed::RecordingStream;
+pub use table_stream::TableStream;
 
 /// Where the recording was made.
 #[derive(Debug, Clone, Copy, PartialEq)]

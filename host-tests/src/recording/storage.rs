@@ -61,6 +61,16 @@ impl Recording {
         OutputFolder::create(folder)
     }
 
+    /// Adds `recording.toml` alone, for tables that were written row by row as their channels' scales say.
+    pub fn write_manifest_into(&self, out: &mut OutputFolder) -> Result<(), InputError> {
+        let text = manifest_text(self, |table, channel| {
+            let channel = &self.tables[table].channels[channel];
+            (channel.scale, channel.offset)
+        });
+        Manifest::from_text(&out.target().join(MANIFEST), &text)?;
+        out.write(MANIFEST, text.as_bytes())
+    }
+
     /// Adds its files to `out`, `recording.toml` last.
     pub fn write_into(&self, out: &mut OutputFolder) -> Result<(), InputError> {
         let mut stored = Vec::with_capacity(self.tables.len());
@@ -170,19 +180,23 @@ fn write_parquet(
     };
     let schema = Arc::new(Schema::new(fields));
     let batch = RecordBatch::try_new(Arc::clone(&schema), arrays).map_err(|error| fault(&error))?;
+    let file = out.file(&table.file)?;
+    let mut writer = ArrowWriter::try_new_with_options(file, schema, writer_options())
+        .map_err(|error| fault(&error))?;
+    writer.write(&batch).map_err(|error| fault(&error))?;
+    writer.close().map_err(|error| fault(&error))?;
+    Ok(())
+}
+
+/// How every table is packed; nothing of the machine or the moment goes in.
+pub(super) fn writer_options() -> ArrowWriterOptions {
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
         .set_created_by(concat!("rlg ", env!("CARGO_PKG_VERSION")).to_owned())
         .build();
-    let options = ArrowWriterOptions::new()
+    ArrowWriterOptions::new()
         .with_properties(properties)
-        .with_skip_arrow_metadata(true);
-    let file = out.file(&table.file)?;
-    let mut writer =
-        ArrowWriter::try_new_with_options(file, schema, options).map_err(|error| fault(&error))?;
-    writer.write(&batch).map_err(|error| fault(&error))?;
-    writer.close().map_err(|error| fault(&error))?;
-    Ok(())
+        .with_skip_arrow_metadata(true)
 }
 
 fn csv_bytes(table: &Table, stored: &[Stored]) -> Vec<u8> {

@@ -1,0 +1,54 @@
+//! A file read once from front to back, its SHA-256 formed on the way.
+//!
+//! Enters: the file. Leaves: its bytes as a buffered reader, then the sum in hexadecimal.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read};
+use std::path::Path;
+
+use indicatif::ProgressBar;
+use sha2::{Digest as _, Sha256};
+
+use crate::error::InputError;
+
+/// A reader that remembers the hash of what went through it.
+pub struct Hashed {
+    file: File,
+    hash: Sha256,
+    bar: ProgressBar,
+}
+
+impl Hashed {
+    /// Opens `path`; its length in bytes beside it. `bar` moves with the bytes.
+    pub fn open(path: &Path, bar: &ProgressBar) -> Result<(BufReader<Self>, u64), InputError> {
+        let file = File::open(path).map_err(|error| InputError::unreadable(path, &error))?;
+        let about = file
+            .metadata()
+            .map_err(|error| InputError::unreadable(path, &error))?;
+        if !about.is_file() {
+            return Err(InputError::new(path, "is not a file").expected("a recording by others"));
+        }
+        bar.set_length(about.len());
+        let hashed = Self {
+            file,
+            hash: Sha256::new(),
+            bar: bar.clone(),
+        };
+        Ok((BufReader::new(hashed), about.len()))
+    }
+
+    /// The sum of all that was read, in hexadecimal.
+    pub fn sum(self) -> String {
+        let bytes = self.hash.finalize();
+        bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+}
+
+impl Read for Hashed {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let count = self.file.read(into)?;
+        self.hash.update(&into[..count]);
+        self.bar.inc(count as u64);
+        Ok(count)
+    }
+}

@@ -1,0 +1,79 @@
+//! The model that a foreign recording starts from: at rest on the turning Earth, white noise, nominal clock.
+//!
+//! Enters: what the file itself tells. Leaves: [`Model`]. Everything else is left for the diagnosis to find,
+//! so nothing here is taken from the data except the resolution in which they are written.
+
+use crate::model::{Gyro, Installation, Model, MotionSource};
+use crate::recording::{Axis, Channel, Clock, Quantity, Recording, Site, Table};
+
+/// What a foreign file turned out to hold.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Foreign {
+    /// The recording's description; its table holds no rows in memory.
+    pub recording: Recording,
+    /// Rows written.
+    pub rows: usize,
+    /// Nominal rows a second \[Hz\].
+    pub rate_hz: f64,
+    /// Rows a second by the file's own stamps \[Hz\], where it has them.
+    pub stamped_rate_hz: Option<f64>,
+    /// Angle of the smallest step in which the gyros are written \[rad\].
+    pub resolution_rad: [f64; 3],
+}
+
+/// The table's file.
+pub const TABLE: &str = "samples.parquet";
+
+/// The model of a unit that lay still.
+pub fn model(resolution_rad: [f64; 3]) -> Model {
+    Model {
+        motion: MotionSource::Static,
+        earth_rate_in_reference: false,
+        gyro: Gyro {
+            pulse_weight_rad: resolution_rad,
+            bias_rad_s: [0.0; 3],
+            scale_error: [0.0; 3],
+            angle_random_walk_rad_sqrt_s: None,
+            installation_rad: Installation::default(),
+        },
+        dither: None,
+        reference: None,
+        accelerometer: None,
+        effects: Vec::new(),
+    }
+}
+
+/// A column without its values, which are on disk already.
+pub fn column(name: &str, quantity: Quantity, axis: Option<Axis>, scale: f64) -> Channel {
+    Channel {
+        column: name.to_owned(),
+        quantity,
+        axis: axis.map(|axis| axis.label().to_owned()),
+        scale,
+        offset: 0.0,
+        values: Vec::new(),
+    }
+}
+
+/// A recording of one table whose rows are on disk already.
+pub fn recording(
+    file: &std::path::Path,
+    site: Option<Site>,
+    clock: Clock,
+    channels: Vec<Channel>,
+) -> Recording {
+    Recording {
+        name: file
+            .file_stem()
+            .map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+        folder: std::path::PathBuf::new(),
+        site,
+        tables: vec![Table {
+            file: TABLE.to_owned(),
+            clock,
+            rows: 0,
+            channels,
+        }],
+        segments: Vec::new(),
+    }
+}

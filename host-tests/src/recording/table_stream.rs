@@ -1,0 +1,108 @@
+//! A table of f64 columns on its way to disk, row by row, in bounded memory.
+//!
+//! Enters: rows as they are stored (before scale and offset), NaN where nothing was measured. Leaves: one
+//! Parquet file of the folder under way. The same rows give the same bytes.
+//!
+//! Unlike `streamed.rs` it needs nothing of the recording beforehand: a foreign file tells its rate and site only
+//! on the way. Deliberately not here: integer columns; zstd makes whole numbers in f64 small.
+
+use std::fs::File;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use arrow_array::{ArrayRef, Float64Array, RecordBatch};
+use arrow_schema::{DataType, Field, Schema};
+use parquet::arrow::ArrowWriter;
+
+use super::storage::writer_options;
+use crate::error::InputError;
+use crate::output::OutputFolder;
+
+/// Rows held before they are handed on: half a megabyte a column, and few enough writes to cost nothing.
+const BATCH_ROWS: usize = 65_536;
+
+/// See the page above.
+pub struct TableStream {
+    path: PathBuf,
+    schema: Arc<Schema>,
+    writer: ArrowWriter<File>,
+    columns: Vec<Vec<f64>>,
+    rows: usize,
+}
+
+impl TableStream {
+    /// Opens the table `file` of the folder `out` with these columns.
+    pub fn create(
+        out: &mut OutputFolder,
+        file: &str,
+        columns: &[&str],
+    ) -> Result<Self, InputError> {
+        let path = out.target().join(file);
+        let fields: Vec<Field> = columns
+            .iter()
+            .map(|name| Field::new(*name, DataType::Float64, true))
+            .collect();
+        let schema = Arc::new(Schema::new(fields));
+        let writer = ArrowWriter::try_new_with_options(
+            out.file(file)?,
+            Arc::clone(&schema),
+            writer_options(),
+        )
+        .map_err(|error| fault(&path, &error))?;
+        Ok(Self {
+            path,
+            schema,
+            writer,
+            columns: vec![Vec::with_capacity(BATCH_ROWS); columns.len()],
+            rows: 0,
+        })
+    }
+
+    /// Adds one row, a value a column.
+    pub fn push(&mut self, row: &[f64]) -> Result<(), InputError> {
+        for (column, value) in self.columns.iter_mut().zip(row) {
+            column.push(*value);
+        }
+        self.rows += 1;
+        if self
+            .columns
+            .first()
+            .is_some_and(|column| column.len() >= BATCH_ROWS)
+        {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Ends the file; the number of its rows.
+    pub fn finish(mut self) -> Result<usize, InputError> {
+        self.flush()?;
+        self.writer
+            .close()
+            .map_err(|error| fault(&self.path, &error))?;
+        Ok(self.rows)
+    }
+
+    fn flush(&mut self) -> Result<(), InputError> {
+        let arrays: Vec<ArrayRef> = self
+            .columns
+            .iter()
+            .map(|column| {
+                let measured = column
+                    .iter()
+                    .map(|value| (!value.is_nan()).then_some(*value));
+                Arc::new(measured.collect::<Float64Array>()) as ArrayRef
+            })
+            .collect();
+        self.columns.iter_mut().for_each(Vec::clear);
+        let batch = RecordBatch::try_new(Arc::clone(&self.schema), arrays)
+            .map_err(|error| fault(&self.path, &error))?;
+        self.writer
+            .write(&batch)
+            .map_err(|error| fault(&self.path, &error))
+    }
+}
+
+fn fault(path: &std::path::Path, error: &dyn std::fmt::Display) -> InputError {
+    InputError::new(path, format!("cannot be written ({error})"))
+}
