@@ -99,6 +99,8 @@ impl Triad {
         let sensing = self.sensing_from_case * case_rad;
         let mut sample = Sample::default();
         for i in 0..3 {
+            // a negative delay looks ahead, by less than a period
+            self.blocks[i].reach(end_s + PERIOD_S);
             let scale = 1.0 - known.scale_error[i];
             self.angle_rad[i] += (sensing[i] + known.bias_rad_s[i] * PERIOD_S) / scale;
             let block = self.blocks[i].angle_rad(end_s);
