@@ -309,7 +309,14 @@ fn concealed_effects_stand_in_the_truth_and_not_in_the_model() {
 
 #[test]
 fn scenarios_that_come_with_the_tool_are_read() {
-    for name in ["coning", "vibration", "null", "spin"] {
+    for name in [
+        "coning",
+        "vibration",
+        "null",
+        "spin",
+        "shaker",
+        "beside-fibre-optic",
+    ] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenarios/{name}.toml"));
         assert_eq!(Scenario::read(path).unwrap().name, name);
     }

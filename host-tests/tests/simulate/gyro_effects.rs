@@ -11,7 +11,6 @@ use std::f64::consts::TAU;
 const RATE_RAD_S: [f64; 3] = [1.0, -0.8, 0.6];
 const FREQUENCY_HZ: [f64; 3] = [0.31, 0.23, 0.17];
 const PHASE_RAD: [f64; 3] = [0.2, 1.1, 2.3];
-const T: f64 = 1.0 / 4000.0;
 
 /// What the effect may depend on, at a row's middle.
 struct Middle {

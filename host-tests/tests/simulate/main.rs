@@ -1,6 +1,7 @@
 //! The simulator against formulas written here, not against itself.
 
 mod basics;
+mod beside;
 mod command;
 mod effects;
 mod errors;

@@ -11,8 +11,6 @@ use rlg::simulate::motion::vibration::Spectrum;
 use rlg::simulate::motion::{BaseMotion, Profile, SegmentMotion};
 use std::f64::consts::{PI, TAU};
 
-const T: f64 = 1.0 / 4000.0;
-
 fn periods(profile: &Profile, rows: usize) -> Vec<[BaseMotion; 4]> {
     let nodes = Quadrature::new().nodes;
     let mut rng = stream(3, Stream::Motion, 0);

@@ -27,7 +27,7 @@ fn allowed(rows: usize, m: usize) -> f64 {
     4.0 * (2.0 * m as f64 / rows as f64).sqrt()
 }
 
-fn still(seconds: f64) -> String {
+fn standing(seconds: f64) -> String {
     format!("[[motion]]\nkind = \"still\"\nduration_s = {seconds}\n")
 }
 
@@ -43,7 +43,7 @@ fn allan_curve_of_a_dithered_gyro_is_its_walk_its_pulses_and_its_pickoff() {
             "angle_random_walk_rad_sqrt_s = [5.8e-7, 5.8e-7, 5.8e-7]",
         )
         + &DITHER.replace("[0.0, 0.0, 0.0]", "[6e-7, 6e-7, 6e-7]")
-        + &still(120.0);
+        + &standing(120.0);
     let simulation = run(&text, 7);
     for (axis, gain) in [1.0, 1.01, 0.99].into_iter().enumerate() {
         let pickoff = channel(&simulation.recording, Quantity::DitherAngle, axis);
@@ -80,7 +80,7 @@ fn allan_curves_of_undithered_gyros_show_walk_and_wander_of_the_bias() {
         )
         + "[fibre_optic]\nangle_random_walk_rad_sqrt_s = 2e-6\nrate_random_walk_rad_s_sqrt_s = 3e-7\n\
            angle_noise_rad = 1e-6\nweight_rad = 1e-9\n"
-        + &still(7200.0);
+        + &standing(7200.0);
     let simulation = run(&text, 3);
     let ours: Vec<&[f64]> = (0..3)
         .map(|axis| channel(&simulation.recording, Quantity::GyroIncrement, axis))
@@ -114,7 +114,7 @@ fn sensors_have_the_density_that_the_instrument_states_in_every_octave() {
     let text = PERFECT.to_owned()
         + "[accelerometer]\nbias_m_s2 = [0.0, 0.0, 0.0]\nscale_error = [0.0, 0.0, 0.0]\n\
            noise_m_s2_sqrt_hz = 4.5e-5\nweight_m_s2 = 1e-9\n"
-        + &still(60.0);
+        + &standing(60.0);
     let simulation = run(&text, 3);
     for axis in 0..3 {
         let values = channel(&simulation.recording, Quantity::SpecificForce, axis);
@@ -145,7 +145,7 @@ fn pulses_of_a_steady_rate_come_in_two_neighbouring_counts_in_the_right_proporti
     let text = PERFECT
         .replace("1e-13, 1e-13, 1e-13", "2e-6, 2e-6, 2e-6")
         .replace("bias_rad_s = [0.0", &format!("bias_rad_s = [{rate}"))
-        + &still(10.0);
+        + &standing(10.0);
     let simulation = run(&text, 1);
     let counts = channel(&simulation.recording, Quantity::GyroCount, 0);
     let fours = counts.iter().filter(|count| **count == 4.0).count() as f64;
@@ -157,7 +157,8 @@ fn pulses_of_a_steady_rate_come_in_two_neighbouring_counts_in_the_right_proporti
 
 #[test]
 fn pulses_of_a_dithered_gyro_err_as_the_difference_of_two_uniform_remainders() {
-    let text = PERFECT.replace("1e-13, 1e-13, 1e-13", "2e-6, 2e-6, 2e-6") + DITHER + &still(20.0);
+    let text =
+        PERFECT.replace("1e-13, 1e-13, 1e-13", "2e-6, 2e-6, 2e-6") + DITHER + &standing(20.0);
     let simulation = run(&text, 5);
     let pickoff = channel(&simulation.recording, Quantity::DitherAngle, 0);
     let counts = channel(&simulation.recording, Quantity::GyroCount, 0);

@@ -1,5 +1,6 @@
 //! A perfect instrument, and what the tests read of a simulation.
 
+use nalgebra::Vector3;
 use rlg::recording::{Quantity, Recording};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::{Simulation, simulate};
@@ -76,4 +77,26 @@ pub fn drift_deg_h(simulation: &Simulation, axis: usize) -> f64 {
         .map(|row| sensed[row] - simulation.case_increments_rad[row][axis])
         .sum();
     error / 4.0 * DEG_H_PER_RAD_S
+}
+
+/// A row \[s\].
+pub const T: f64 = 1.0 / 4000.0;
+pub const SITE: &str = "[site]\nlatitude_rad = 0.6\ngravity_m_s2 = 9.8\n";
+pub const TUMBLE: &str = "[[motion]]\nkind = \"tumble\"\nrate_rad_s = [1.0, -0.8, 0.6]\n\
+    frequency_hz = [0.31, 0.23, 0.17]\nramp_s = 0.5\nduration_s = 3.0\n";
+pub const STILL: &str = "[[motion]]\nkind = \"still\"\nduration_s = 2.0\n";
+pub const REFERENCE: &str = "[reference]\nangle_noise_rad = 0.0\nangle_random_walk_rad_sqrt_s = 0.0\n\
+    weight_rad = 1e-13\n";
+
+/// `parameters` separated by commas.
+pub fn effect(kind: &str, parameters: &str) -> String {
+    format!(
+        "[[effect]]\nkind = \"{kind}\"\n{}\n",
+        parameters.replace(", ", "\n")
+    )
+}
+
+/// The three channels of a quantity, by row.
+pub fn triad(recording: &Recording, quantity: Quantity) -> impl Fn(usize) -> Vector3<f64> + '_ {
+    move |row| Vector3::from_fn(|axis, _| channel(recording, quantity.clone(), axis)[row])
 }

@@ -15,6 +15,7 @@
 
 mod coning;
 pub mod jet;
+mod peak;
 pub mod rotation_vector;
 pub mod vibration;
 

@@ -9,9 +9,12 @@
 //!
 //! Deliberately not here: defaults for the instrument. A scenario says what it simulates.
 
+mod around;
+mod beside;
 mod entry;
 mod instrument;
 mod segment;
+mod source;
 
 use super::attitude::{Attitude, Ground};
 use super::dither::AMPLITUDE_LIMIT_SPREADS;
@@ -21,18 +24,14 @@ use super::layout;
 use super::surroundings::{MagneticEntry, ThermalEntry};
 use crate::error::InputError;
 use crate::model::{EffectValue, ModelEffect};
+pub use beside::{AccelerometerEntry, EncoderEntry, FibreOpticEntry, ReferenceEntry};
 pub use entry::Entry;
-use entry::line_of;
-pub use instrument::{
-    AccelerometerEntry, DitherEntry, EncoderEntry, FibreOpticEntry, GyroEntry, GyroOutput,
-    ReferenceEntry,
-};
+pub use instrument::{DitherEntry, GyroEntry, GyroOutput};
 pub use segment::SegmentEntry;
-use serde::Deserialize;
+use source::{SECTIONS, Source, instrument_of, text_of};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
-use std::path::{Path, PathBuf};
-use toml::Spanned;
+use std::path::Path;
 
 /// A scenario, checked.
 #[derive(Debug, Clone)]
@@ -85,89 +84,8 @@ pub struct SiteEntry {
     pub earth_rate: bool,
 }
 
-/// A file's sections with their places.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    format: i64,
-    name: Option<String>,
-    rate_hz: Option<Spanned<f64>>,
-    start_s: Option<f64>,
-    attitude_wxyz: Option<[f64; 4]>,
-    instrument: Option<Spanned<String>>,
-    site: Option<Spanned<toml::Table>>,
-    gyro: Option<Spanned<toml::Table>>,
-    dither: Option<Spanned<toml::Table>>,
-    reference: Option<Spanned<toml::Table>>,
-    fibre_optic: Option<Spanned<toml::Table>>,
-    encoder: Option<Spanned<toml::Table>>,
-    accelerometer: Option<Spanned<toml::Table>>,
-    thermal: Option<Spanned<toml::Table>>,
-    magnetic: Option<Spanned<toml::Table>>,
-    isolator: Option<Spanned<toml::Table>>,
-    #[serde(default)]
-    motion: Vec<Spanned<toml::Table>>,
-    #[serde(default)]
-    effect: Vec<Spanned<toml::Table>>,
-}
-
-/// A file that was read: its sections, and its text to name lines by.
-struct Source {
-    path: PathBuf,
-    text: String,
-    file: File,
-}
-
-impl Source {
-    fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
-        let file: File = toml::from_str(text).map_err(|error| {
-            let line = error.span().map_or(1, |span| line_of(text, span.start));
-            InputError::new(path, format!("line {line}: {}", error.message()))
-        })?;
-        if file.format != 1 {
-            return Err(InputError::new(path, "is of another format number")
-                .channel("format")
-                .value(file.format)
-                .expected("1"));
-        }
-        Ok(Self {
-            path: path.to_path_buf(),
-            text: text.to_owned(),
-            file,
-        })
-    }
-
-    fn entry<'a>(&'a self, table: &Spanned<toml::Table>) -> Entry<'a> {
-        Entry::new(&self.path, &self.text, table.span().start, table.get_ref())
-    }
-
-    /// An error at a key of the top.
-    fn error(&self, key: &str, problem: &str) -> InputError {
-        Entry::new(&self.path, &self.text, 0, &toml::Table::new()).error(key, problem)
-    }
-}
-
-/// Rows of a recording that is held in memory: an hour and a half at 4 kHz; beyond it the channels no longer
-/// fit in 3 GB. To a folder, a recording is streamed.
-pub const MOST_ROWS_IN_MEMORY: usize = 22_000_000;
-
 /// Rows a recording may have: two days at 4 kHz.
 const MOST_ROWS: usize = 700_000_000;
-
-type Section = fn(&File) -> Option<&Spanned<toml::Table>>;
-
-/// The sections of an instrument by name.
-const SECTIONS: [(&str, Section); 9] = [
-    ("gyro", |file| file.gyro.as_ref()),
-    ("dither", |file| file.dither.as_ref()),
-    ("reference", |file| file.reference.as_ref()),
-    ("fibre_optic", |file| file.fibre_optic.as_ref()),
-    ("encoder", |file| file.encoder.as_ref()),
-    ("accelerometer", |file| file.accelerometer.as_ref()),
-    ("thermal", |file| file.thermal.as_ref()),
-    ("magnetic", |file| file.magnetic.as_ref()),
-    ("isolator", |file| file.isolator.as_ref()),
-];
 
 impl Scenario {
     /// Reads and checks a scenario file and its instrument.
@@ -221,16 +139,16 @@ impl Scenario {
                 .map(AccelerometerEntry::read)
                 .transpose()?,
             thermal: section("thermal")
-                .map(|entry| instrument::thermal(entry, rate_hz))
+                .map(|entry| around::thermal(entry, rate_hz))
                 .transpose()?,
             magnetic: section("magnetic")
-                .map(|entry| instrument::magnetic(entry, rate_hz))
+                .map(|entry| around::magnetic(entry, rate_hz))
                 .transpose()?,
             segments: Vec::new(),
             known_effects: Vec::new(),
             concealed_effects: Vec::new(),
             effects: Effects::default(),
-            mounts: section("isolator").map(instrument::isolator).transpose()?,
+            mounts: section("isolator").map(around::isolator).transpose()?,
         };
         if scenario.dither.is_some() && scenario.gyro.output == GyroOutput::Increment {
             return Err(gyro_entry
@@ -390,49 +308,6 @@ impl Scenario {
             });
         }
     }
-}
-
-fn text_of(path: &Path) -> Result<String, InputError> {
-    std::fs::read_to_string(path).map_err(|error| InputError::unreadable(path, &error))
-}
-
-/// The instrument's file, if the scenario names one.
-fn instrument_of(own: &Source) -> Result<Option<Source>, InputError> {
-    let Some(name) = &own.file.instrument else {
-        return Ok(None);
-    };
-    let path = own
-        .path
-        .parent()
-        .unwrap_or(Path::new(""))
-        .join(name.get_ref());
-    let source = Source::parse(&text_of(&path)?, &path)?;
-    let file = &source.file;
-    for (key, there) in [
-        ("name", false),
-        ("rate_hz", file.rate_hz.is_some()),
-        ("start_s", file.start_s.is_some()),
-        ("attitude_wxyz", file.attitude_wxyz.is_some()),
-        ("instrument", file.instrument.is_some()),
-        ("site", file.site.is_some()),
-        ("motion", !file.motion.is_empty()),
-    ] {
-        if there {
-            return Err(source
-                .error(key, "belongs to a scenario")
-                .expected("an instrument: gyro, dither, reference, ..., effect"));
-        }
-    }
-    for (name, find) in SECTIONS {
-        if let Some((table, _)) = find(&own.file).zip(find(file)) {
-            return Err(own
-                .entry(table)
-                .error(name, "stands in the instrument too")
-                .value(path.display())
-                .expected("one of them"));
-        }
-    }
-    Ok(Some(source))
 }
 
 fn top<T>(own: &Source, key: &str, value: Option<T>) -> Result<T, InputError> {
