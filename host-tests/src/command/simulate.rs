@@ -21,7 +21,7 @@ use crate::terminal::Terminal;
     after_help = "Example:\n  rlg simulate host-tests/scenarios/coning.toml --out /tmp/coning --seed 7"
 )]
 pub struct Simulate {
-    /// Scenario file; its keys are explained in host-tests/scenarios
+    /// Scenario file; host-tests/scenarios/README.md explains its keys
     scenario: PathBuf,
     /// Folder for the recording: new, empty, or a recording to replace
     #[arg(long)]
