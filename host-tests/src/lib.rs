@@ -30,6 +30,8 @@ pub mod command;
 
 pub mod diagnose;
 
+pub mod calibrate;
+
 pub mod report;
 
 pub mod demo;

@@ -14,6 +14,7 @@ use clap::{Args, Parser, Subcommand};
 use crate::error::InputError;
 use crate::terminal::Terminal;
 
+mod calibrate;
 mod demo;
 mod diagnose;
 mod import;
@@ -48,6 +49,7 @@ struct Talk {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Calibrate(calibrate::Calibrate),
     Demo(demo::DemoCommand),
     Diagnose(diagnose::Diagnose),
     Import(import::Import),
@@ -62,6 +64,7 @@ enum Command {
 impl Command {
     fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         match self {
+            Self::Calibrate(command) => command.run(terminal),
             Self::Demo(command) => command.run(terminal),
             Self::Diagnose(command) => command.run(terminal),
             Self::Import(command) => command.run(terminal),

@@ -338,7 +338,7 @@ fn subtract_terms(scene: &Scene, left: &mut streams::Triad, terms: &[hunt::Found
 
 /// Noise that the model declares, as θ: pulses, pickoff and reference make white angle noise, gyro and
 /// reference walk at random. Excess found earlier stands in the model as effects.
-fn declared_noise(model: &Model, rate_hz: f64) -> [Declared; 3] {
+pub fn declared_noise(model: &Model, rate_hz: f64) -> [Declared; 3] {
     let effect = |kind: &str, axis: usize| -> f64 {
         model
             .effects

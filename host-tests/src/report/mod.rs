@@ -11,6 +11,7 @@
 //! page ends with that file word for word.
 
 mod bars;
+pub mod calibration;
 mod curves;
 mod facts;
 mod findings;

@@ -10,8 +10,8 @@ use tempfile::TempDir;
 /// The arguments of a command, from a recording, a model and an output.
 pub type Arguments = fn(&Path, &Path, &Path) -> Vec<OsString>;
 
-pub const READERS_OF_RECORDINGS: &[Arguments] = &[inspect, diagnose, replay, navigate];
-pub const READERS_OF_MODELS: &[Arguments] = &[params, diagnose, replay, navigate];
+pub const READERS_OF_RECORDINGS: &[Arguments] = &[inspect, diagnose, calibrate, replay, navigate];
+pub const READERS_OF_MODELS: &[Arguments] = &[params, diagnose, calibrate, replay, navigate];
 
 /// The good recording has a single gyro, to keep every case short: these take it, the others refuse it for
 /// that alone and are held to good recordings in their own tests.
@@ -31,6 +31,12 @@ pub fn diagnose(recording: &Path, model: &Path, out: &Path) -> Vec<OsString> {
         out_flag,
         out.into(),
     ]
+}
+
+pub fn calibrate(recording: &Path, model: &Path, out: &Path) -> Vec<OsString> {
+    let mut arguments = diagnose(recording, model, out);
+    arguments[0] = "calibrate".into();
+    arguments
 }
 
 pub fn replay(recording: &Path, model: &Path, out: &Path) -> Vec<OsString> {

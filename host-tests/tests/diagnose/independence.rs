@@ -7,9 +7,9 @@ use assert_cmd::Command;
 use rlg::simulate::coning_demo;
 
 #[test]
-fn diagnosis_imports_neither_simulator_nor_core_nor_truth() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/diagnose");
-    let mut folders = vec![root];
+fn diagnosis_and_calibration_import_neither_simulator_nor_core_nor_truth() {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut folders = vec![source.join("diagnose"), source.join("calibrate")];
     let mut read = 0;
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).expect("a folder") {

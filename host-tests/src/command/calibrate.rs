@@ -1,0 +1,111 @@
+//! `rlg calibrate`: the flexure coefficients K_ij, what is not identifiable, and the programme that tells.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::inputs::{read_model, results_folder};
+use crate::calibrate::calibrate;
+use crate::calibrate::plan::limits::Limits;
+use crate::calibrate::plan::plan;
+use crate::error::InputError;
+use crate::model::Model;
+use crate::recording::Recording;
+use crate::report::calibration;
+use crate::terminal::Terminal;
+
+/// What it writes.
+const RESULTS: &[&str] = &["calibration.json", "model.toml", "report.html"];
+
+/// What it writes with `--plan`.
+const PLANNED: &[&str] = &["plan.json", "scenario.toml"];
+
+/// Calibrate how far the dither suspensions bend (K_ij)
+///
+/// Recordings of one instrument are taken together: with a rate reference, or with attitude samples before and
+/// after coning. Writes OUT/calibration.json (every number), OUT/report.html and OUT/model.toml (the model with
+/// the flexure that the recordings fix).
+///
+/// With --plan it needs no recording: it proposes the turntable programme that fixes all six K within the limits
+/// of a table (greatest_rate_rad_s, greatest_acceleration_rad_s2, table_time_s; optional greatest_angle_rad,
+/// greatest_frequency_hz, rate_hz), predicts how well, and writes OUT/plan.json and OUT/scenario.toml for `rlg
+/// simulate`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  rlg calibrate recordings/coning-x recordings/coning-y --model model.toml --out out/k\n  rlg calibrate --plan limits.toml --model model.toml --out out/plan"
+)]
+pub struct Calibrate {
+    /// Folders with recording.toml
+    #[arg(required_unless_present = "plan")]
+    recordings: Vec<PathBuf>,
+    /// Propose a programme within the limits of this file instead
+    #[arg(long, value_name = "LIMITS", conflicts_with = "recordings")]
+    plan: Option<PathBuf>,
+    /// The instrument: what its compensation already contains
+    #[arg(long)]
+    model: PathBuf,
+    /// Folder for the results
+    #[arg(long)]
+    out: PathBuf,
+}
+
+impl Calibrate {
+    /// Calibrates or plans, and writes.
+    pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
+        let model = read_model(&self.model, terminal)?;
+        if let Some(limits) = &self.plan {
+            return self.propose(limits, &model, terminal);
+        }
+        let mut out = results_folder(&self.out, &self.recordings[0], &self.model, RESULTS)?;
+        for recording in &self.recordings[1..] {
+            results_folder(&self.out, recording, &self.model, RESULTS)?;
+        }
+        let spinner = terminal.spinner("reading");
+        let recordings = self
+            .recordings
+            .iter()
+            .map(Recording::read)
+            .collect::<Result<Vec<_>, _>>()?;
+        let progress = |stage: &str| spinner.set_message(stage.to_string());
+        let outcome = calibrate(&recordings, &model, &self.model, &progress)?;
+        spinner.finish_and_clear();
+        let mut json = serde_json::to_string_pretty(&outcome.calibration).map_err(|error| {
+            InputError::new(&self.out, format!("the result has no JSON form ({error})"))
+        })?;
+        json.push('\n');
+        out.write("calibration.json", json.as_bytes())?;
+        out.write("model.toml", outcome.model.to_toml().as_bytes())?;
+        let page = calibration::page(&outcome.calibration);
+        out.write("report.html", page.as_bytes())?;
+        out.commit()?;
+        for line in &outcome.calibration.summary {
+            terminal.say(line);
+        }
+        let report = self.out.join("report.html");
+        terminal.say(format!("To read: {}", report.display()));
+        terminal.result(&outcome.calibration)
+    }
+    fn propose(
+        &self,
+        limits_file: &Path,
+        model: &Model,
+        terminal: &Terminal,
+    ) -> Result<(), InputError> {
+        let limits = Limits::read(limits_file)?;
+        let mut out = results_folder(&self.out, limits_file, &self.model, PLANNED)?;
+        let plan = plan(&limits, limits_file, model, &self.model)?;
+        let mut json = serde_json::to_string_pretty(&plan.entry).map_err(|error| {
+            InputError::new(&self.out, format!("the result has no JSON form ({error})"))
+        })?;
+        json.push('\n');
+        out.write("plan.json", json.as_bytes())?;
+        out.write("scenario.toml", plan.scenario.as_bytes())?;
+        out.commit()?;
+        for line in &plan.entry.summary {
+            terminal.say(line);
+        }
+        let scenario = self.out.join("scenario.toml");
+        terminal.say(format!("To simulate: {}", scenario.display()));
+        terminal.result(&plan.entry)
+    }
+}

@@ -1,0 +1,9 @@
+//! `rlg calibrate` against recordings whose coefficients are known to these tests and to nothing they test.
+
+mod bench_recordings;
+mod closed_form;
+mod coverage;
+mod planner;
+mod refusals;
+mod table_three;
+mod what_is_known;
