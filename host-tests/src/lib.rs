@@ -35,3 +35,5 @@ pub mod calibrate;
 pub mod report;
 
 pub mod demo;
+
+pub mod paper;

@@ -22,6 +22,7 @@ mod inputs;
 mod inspect;
 mod navigate;
 mod on_target;
+mod paper;
 mod params;
 mod replay;
 mod simulate;
@@ -56,6 +57,7 @@ enum Command {
     Inspect(inspect::Inspect),
     Navigate(navigate::NavigateCommand),
     OnTarget(on_target::OnTargetCommand),
+    Paper(paper::PaperCommand),
     Replay(replay::ReplayCommand),
     Simulate(simulate::Simulate),
     Params(params::Params),
@@ -71,6 +73,7 @@ impl Command {
             Self::Inspect(command) => command.run(terminal),
             Self::Navigate(command) => command.run(terminal),
             Self::OnTarget(command) => command.run(terminal),
+            Self::Paper(command) => command.run(terminal),
             Self::Replay(command) => command.run(terminal),
             Self::Simulate(command) => command.run(terminal),
             Self::Params(command) => command.run(terminal),

@@ -18,6 +18,7 @@ mod findings;
 mod limits;
 mod map;
 pub mod navigation;
+pub mod paper;
 mod plot;
 mod proof;
 pub mod words;

@@ -1,0 +1,136 @@
+//! Fig. 4 and 5: a laser gyro beside a fibre-optic gyro on a coning table, at 15 Hz and at 1 Hz.
+//!
+//! Enters: a seed. Leaves: [`Figure`]: both gyros' mean rates over time \[°/h\], axis of the cone, and the difference
+//! while coning.
+//!
+//! Expected: Ω³φ²/2 (K_xy + K_xz), physics of the README's "sums": 0.495 °/h at 15 Hz and 0.367°, 0.027 °/h at 1 Hz
+//! and 5°. The paper prints neither cone angle. 15 Hz: 0.367° is what its 0.5 °/h asks of its own Table 3. 1 Hz:
+//! "larger", 5° is what a table does without effort.
+//!
+//! As in the paper, the gyros' rates are set side by side and not their attitudes: the cone's own −2Ω sin²(φ/2) stays.
+
+use super::printed::TABLE_3_S2;
+use super::run::{Correction, Curve, Progress, Run, run};
+use super::unit::{ANGLE_RANDOM_WALK_RAD_SQRT_S, Grade, RAMP_S, coning, sections, still};
+use crate::error::InputError;
+use crate::replay::drift::DEG_H_PER_RAD_S;
+
+/// Cone frequencies \[Hz\] and half-angles \[°\] of the two figures.
+pub const CONES: [(f64, f64); 2] = [(15.0, 0.367), (1.0, 5.0)];
+
+/// Rest before and after the motion, and the motion itself \[s\]: two random walks of 0.0015 °/√h leave
+/// 0.007 °/h in a mean over 300 s, a seventh of what Fig. 5 may differ by.
+const REST_S: f64 = 30.0;
+/// See [`REST_S`].
+const CONING_S: f64 = 302.0;
+
+/// Means in the curves \[s\]: whole cycles of both motions.
+const WINDOW_S: f64 = 1.0;
+
+/// Motion of a run that asks for the flexure alone \[s\]: whole cycles are enough where there is no noise.
+const SENSITIVITY_S: f64 = 12.0;
+
+/// Output of one coning experiment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// \[Hz\].
+    pub frequency_hz: f64,
+    /// \[°\].
+    pub angle_deg: f64,
+    /// The laser gyro with Eq. (7), less its mean at rest \[°/h\].
+    pub laser: Curve,
+    /// The fibre-optic gyro likewise.
+    pub fibre_optic: Curve,
+    /// Laser less fibre-optic while coning \[°/h\], and the standard deviation that both random walks give it.
+    pub difference_deg_h: f64,
+    /// See `difference_deg_h`.
+    pub std_deg_h: f64,
+    /// What of it Table 3 takes out, with rotation-consistent signs.
+    pub flexure_deg_h: f64,
+    /// The difference that is left with them.
+    pub compensated_deg_h: f64,
+    /// The difference that is left with Eq. (6) as it is printed.
+    pub literal_deg_h: f64,
+    /// Cone angle \[°\] and flexure's drift \[°/h\] at half and twice the angle.
+    pub sensitivity: [[f64; 2]; 2],
+}
+
+/// Rows that both figures simulate.
+pub fn rows() -> usize {
+    let one = 2.0 * REST_S + CONING_S + 2.0 * SENSITIVITY_S;
+    (2.0 * one * super::unit::RATE_HZ) as usize
+}
+
+/// Both experiments.
+pub fn figures(seed: u64, progress: &Progress) -> Result<[Figure; 2], InputError> {
+    let [first, second] = CONES;
+    Ok([
+        figure(first, seed, progress)?,
+        figure(second, seed, progress)?,
+    ])
+}
+
+fn figure(
+    (frequency_hz, angle_deg): (f64, f64),
+    seed: u64,
+    progress: &Progress,
+) -> Result<Figure, InputError> {
+    let cone = |angle_deg: f64, duration_s: f64| coning("x", frequency_hz, angle_deg, duration_s);
+    let text = sections("gyros", Grade::Navigation, &TABLE_3_S2)
+        + &still(REST_S)
+        + &cone(angle_deg, CONING_S)
+        + &still(REST_S);
+    // one output a sample: the chain corrects no coning of its own, and rates stay rates
+    let bench = run(&text, seed, 1, progress)?;
+    let laser = bench.chain(Correction::Static)?.rotations_rad;
+    let fibre_optic = bench.fibre_optic_rad()?;
+    let mean = |rotations: &[[f64; 3]]| bench.mean_deg_h(rotations, bench.periods(1, RAMP_S)).x;
+    let left = |correction| -> Result<f64, InputError> {
+        Ok(mean(&bench.chain(correction)?.rotations_rad) - mean(&fibre_optic))
+    };
+    let difference_deg_h = mean(&laser) - mean(&fibre_optic);
+    let compensated_deg_h = left(Correction::Dynamic(TABLE_3_S2))?;
+    let mean_s = CONING_S - 2.0 * RAMP_S;
+    let mut sensitivity = [[0.0; 2]; 2];
+    for (row, factor) in sensitivity.iter_mut().zip([0.5, 2.0]) {
+        *row = [
+            factor * angle_deg,
+            flexure_deg_h(&cone(factor * angle_deg, SENSITIVITY_S), progress)?,
+        ];
+    }
+    Ok(Figure {
+        frequency_hz,
+        angle_deg,
+        laser: shown(&bench, &laser),
+        fibre_optic: shown(&bench, &fibre_optic),
+        difference_deg_h,
+        std_deg_h: (2.0 / mean_s).sqrt() * ANGLE_RANDOM_WALK_RAD_SQRT_S * DEG_H_PER_RAD_S,
+        flexure_deg_h: difference_deg_h - compensated_deg_h,
+        compensated_deg_h,
+        literal_deg_h: left(Correction::Literal(TABLE_3_S2))?,
+        sensitivity,
+    })
+}
+
+/// What Table 3 takes out of one motion \[°/h\]: two chains on the same pulses, so that no noise is in it.
+fn flexure_deg_h(motion: &str, progress: &Progress) -> Result<f64, InputError> {
+    let text = sections("sensitivity", Grade::Noiseless, &TABLE_3_S2) + motion;
+    let bench = run(&text, 0, 1, progress)?;
+    let mean = |correction| -> Result<f64, InputError> {
+        let rotations_rad = bench.chain(correction)?.rotations_rad;
+        Ok(bench.mean_deg_h(&rotations_rad, bench.periods(0, RAMP_S)).x)
+    };
+    Ok(mean(Correction::Static)? - mean(Correction::Dynamic(TABLE_3_S2))?)
+}
+
+/// The curve of the cone's axis, less its mean at rest before the motion.
+fn shown(bench: &Run, rotations_rad: &[[f64; 3]]) -> Curve {
+    // the first period only primes the chain
+    let rest = bench.periods(0, WINDOW_S);
+    let at_rest = bench.mean_deg_h(rotations_rad, rest).x;
+    let curve = bench.curve(rotations_rad, 0, WINDOW_S).into_iter();
+    curve
+        .skip(1)
+        .map(|(time_s, rate)| (time_s, rate - at_rest))
+        .collect()
+}
