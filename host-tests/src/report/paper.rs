@@ -277,8 +277,8 @@ fn curves(name: &str, y_title: &str, lines: &[Line]) -> Markup {
         let all = || lines.iter().flat_map(|line| line.points.iter());
         let x = range(all().map(|(x, _)| *x));
         let y = range(all().map(|(_, y)| *y));
-        // all numbers of an axis alike, to a hundredth of its length
-        let decimals = (2.0 - (y.end - y.start).log10().floor()).clamp(0.0, 6.0) as usize;
+        // all numbers of an axis alike, to a tenth of its length; with a fifth they would run into the title
+        let decimals = (1.0 - (y.end - y.start).log10().floor()).clamp(0.0, 4.0) as usize;
         let nothing = 1e-9 * (y.end - y.start);
         let mut chart = builder(area).build_cartesian_2d(x, y)?;
         let axes = Axes {
