@@ -114,6 +114,7 @@ fn an_unusable_recording_has_a_page_without_pictures() {
         noise: Vec::new(),
         runners_up: Vec::new(),
         sensitivity: Vec::new(),
+        control: None,
         not_excluded: vec!["every kind: too short".to_string()],
         ..explained()
     };
@@ -299,6 +300,7 @@ fn explained() -> Diagnosis {
             unit: "s^2".to_string(),
             snr: 29.834,
         }],
+        control: None,
     }
 }
 

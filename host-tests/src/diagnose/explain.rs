@@ -5,6 +5,9 @@
 
 use std::collections::BTreeMap;
 
+use super::clock::Clock;
+use super::control::Control;
+use super::cycle::Cycle;
 use super::declare::FAMILY_SIGNIFICANCE;
 use super::excess::{Excess, NOISE_KINDS};
 use super::hunt::{Catch, FoundTerm};
@@ -18,6 +21,7 @@ use super::result::*;
 use super::scene::Scene;
 use super::select::Chosen;
 use super::split::Split;
+use super::still_words::line_of;
 use super::streams::{AXES, Streams};
 use super::validate::{Figures, Validation};
 use crate::model::{EffectValue, Model, ModelEffect};
@@ -55,6 +59,35 @@ pub struct Findings<'a> {
     pub validations: &'a [Validation],
     /// Effects that were tried.
     pub candidates: &'a [usize],
+    /// What the rows themselves show.
+    pub rows_found: &'a RowsFound,
+}
+
+/// What the rows of a unit at rest show of their own making.
+#[derive(Default)]
+pub struct RowsFound {
+    /// The stamps against the nominal clock.
+    pub clock: Option<Clock>,
+    /// Cycles of the noise's power.
+    pub cycles: Vec<Cycle>,
+    /// The same search on shuffled rows.
+    pub control: Option<Control>,
+    /// Root mean square rate of the held-out rows about the model, before and after \[rad/s\].
+    pub held_out_rad_s: [[f64; 3]; 2],
+    /// What was dropped because the control shows as much.
+    pub dropped: usize,
+}
+
+/// How a cycle stands in a model file.
+pub fn cycle_expression(cycle: &Cycle) -> String {
+    format!("noise_cycle({}/{})", cycle.turns, cycle.rows)
+}
+
+/// Whether the model has an unlisted effect whose expression begins so.
+pub fn has_expression(model: &Model, stem: &str) -> bool {
+    model.effects.iter().any(|effect| {
+        matches!(effect.parameters.get("expression"), Some(EffectValue::Text(text)) if text.starts_with(stem))
+    })
 }
 
 /// Says how each location goes with the motion: the product of channels that follows it best.
@@ -99,6 +132,7 @@ pub fn unusable(
         trials: 0,
         runners_up: Vec::new(),
         sensitivity: Vec::new(),
+        control: None,
     }
 }
 
@@ -164,6 +198,16 @@ impl Findings<'_> {
                     }
                 })
                 .collect(),
+            control: self
+                .rows_found
+                .control
+                .as_ref()
+                .map(|control| ControlEntry {
+                    lines: control.lines,
+                    strongest: control.strongest,
+                    cycles: control.cycles.len(),
+                    dropped: self.rows_found.dropped,
+                }),
             effects,
         }
     }
@@ -214,6 +258,7 @@ impl Findings<'_> {
         for found in &self.catch.terms {
             add(found.term.to_effect(found.size));
         }
+        self.rows_effects().into_iter().for_each(&mut add);
         for fault in self.faults {
             let parameters = BTreeMap::from([
                 (
@@ -308,10 +353,40 @@ impl Findings<'_> {
                     .collect();
                 entry
             });
-        let unexplained = self.left.iter().map(|location| self.unexplained(location));
+        let still = self.scene.streams.at_rest.is_some();
+        let unexplained: Vec<EffectEntry> = if still {
+            self.unexplained_at_rest()
+        } else {
+            self.left
+                .iter()
+                .map(|location| self.unexplained(location))
+                .collect()
+        };
+        let (lines, terms): (Vec<&FoundTerm>, Vec<&FoundTerm>) = self
+            .catch
+            .terms
+            .iter()
+            .partition(|found| still && line_of(found).is_some());
+        let named: Vec<EffectEntry> = named
+            .map(|entry| {
+                if still {
+                    self.confused_at_rest(entry)
+                } else {
+                    entry
+                }
+            })
+            .collect();
         named
-            .chain(self.catch.terms.iter().map(term))
-            .chain(self.excess.iter().map(noise))
+            .into_iter()
+            .chain(self.rows_entries())
+            .chain(self.line_entries(&lines))
+            .chain(terms.into_iter().map(term))
+            .chain(
+                self.excess
+                    .iter()
+                    .map(noise)
+                    .map(|entry| self.coarse_at_rest(entry)),
+            )
             .chain(
                 self.faults
                     .iter()

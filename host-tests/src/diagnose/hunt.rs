@@ -10,10 +10,9 @@ use super::empirical::{Form, Term};
 use super::events;
 use super::information::{Information, Solution};
 use super::invariance::{self, Verdict};
-use super::noise::Declared;
 use super::products::{Products, Survey};
+use super::readings::Hunt;
 use super::select::{self, Choice, prior_width};
-use super::split::Regime;
 use super::workbench::{Parameters, Workbench};
 
 /// Terms found in the data, at most; each must be significant by itself, so a recording with more than
@@ -66,20 +65,26 @@ pub struct FoundTerm {
     pub p_value: f64,
 }
 
-/// Searches until nothing changes. With `declared` the noise is refitted to what the choice leaves; without
-/// it stays as it is.
+/// Searches until nothing changes. The noise is refitted to what the choice leaves, or stays as it is.
 pub fn hunt(
     bench: &mut Workbench,
-    parameters: &Parameters,
-    candidates: &[usize],
-    declared: Option<&[Declared; 3]>,
-    regimes: &[Regime],
-    products: &Products,
+    search: &Hunt,
+    refit_noise: bool,
     progress: &dyn Fn(&str),
 ) -> Result<Catch, String> {
+    let Hunt {
+        parameters,
+        candidates,
+        regimes,
+        products,
+        given,
+        ..
+    } = *search;
+    let declared = refit_noise.then_some(search.declared);
     let mut allowed: Vec<usize> = candidates.to_vec();
     let mut vetoed: Vec<(usize, String)> = Vec::new();
-    let mut entered: Vec<(f64, f64)> = Vec::new();
+    let mut entered: Vec<(f64, f64)> = given.to_vec();
+    let most_terms = MOST_TERMS + given.len();
     let mut left_idle: Vec<Term> = Vec::new();
     let mut trials = 0;
     loop {
@@ -110,7 +115,7 @@ pub fn hunt(
             continue;
         }
         let fresh = |term: &Term| !bench.terms().contains(term) && !left_idle.contains(term);
-        let room = bench.terms().len() < MOST_TERMS;
+        let room = bench.terms().len() < most_terms;
         let sight = Sight {
             bench: &*bench,
             parameters,
@@ -274,7 +279,15 @@ impl Sight<'_> {
             .into_iter()
             .chain(events::slips(self.bench, &left))
             .map(|event| one(event.term, event.ratio + PLAINER, event.p_value));
-        let lines = events::lines(self.bench, &left).into_iter().map(|pair| {
+        // At rest the lines are in the bench already, and no reference tells a jump of the gyro from a nudge.
+        let moving = self.bench.scene().streams.at_rest.is_none();
+        let events = events.filter(|_| moving);
+        let lines = if moving {
+            events::lines(self.bench, &left)
+        } else {
+            Vec::new()
+        };
+        let lines = lines.into_iter().map(|pair| {
             pair.into_iter()
                 .map(|e| (e.term, e.ratio, e.p_value))
                 .collect()

@@ -3,6 +3,9 @@
 //! declare → streams → qualify → scene (motion, signals) → residual → split → portion → noise → locate →
 //! hypotheses → workbench → select, hunt (events, products, invariance) → identify → validate → explain
 //!
+//! At rest on the Earth (still) the motion is known without a reference: clock, cycle and lines come before the
+//! hunt, and control repeats them on shuffled rows.
+//!
 //! Enters: a recording and the model that predicts it. Leaves: [`Outcome`]. Nothing here reads truth files or
 //! imports the simulator.
 
@@ -40,6 +43,16 @@ pub mod select;
 
 pub mod events;
 
+pub mod still;
+
+pub mod lines;
+
+pub mod clock;
+
+pub mod cycle;
+
+pub mod control;
+
 pub mod products;
 
 pub mod invariance;
@@ -61,6 +74,8 @@ pub mod result;
 pub mod explain;
 
 mod sentences;
+
+mod still_words;
 
 pub mod pictures;
 
@@ -155,6 +170,9 @@ pub fn diagnose_without(
             CATALOGUE[effect].card().kind != "earth_rate" || !model.earth_rate_in_reference
         })
         .filter(|&effect| !left_out.contains(&CATALOGUE[effect].card().kind))
+        .filter(|&effect| {
+            scene.streams.at_rest.is_none() || still::KINDS.contains(&CATALOGUE[effect].card().kind)
+        })
         .collect();
     let nothing: Vec<Vec<f64>> = CATALOGUE
         .iter()
@@ -176,6 +194,51 @@ pub fn diagnose_without(
     progress("fitting the noise");
     bench.refit_noise(&candidates, &declared, true);
 
+    let mut rows_found = explain::RowsFound::default();
+    let mut given: Vec<(f64, f64)> = Vec::new();
+    if scene.streams.at_rest.is_some() {
+        progress("looking at the clock");
+        let unusable = |problem| InputError::new(model_file, problem);
+        let known = |stem: &str| explain::has_expression(model, stem);
+        rows_found.clock = clock::clock(&scene.streams, &split.fitted, &split.held_out)
+            .filter(|_| !known("row_rate("));
+        progress("taking out steady lines");
+        let lines =
+            lines::search(&mut bench, &parameters, &candidates, &declared).map_err(unusable)?;
+        progress("searching the same rows shuffled");
+        let control = control::shuffled(
+            &scene,
+            &before_rad,
+            &parameters,
+            &candidates,
+            &declared,
+            &split,
+            seed,
+        )
+        .map_err(unusable)?;
+        // Two terms a line, in its order.
+        for (place, line) in lines.iter().enumerate().rev() {
+            if line.ratio <= control.strongest {
+                bench.remove_term(2 * place + 1);
+                bench.remove_term(2 * place);
+                rows_found.dropped += 1;
+            }
+        }
+        let kept = lines.iter().filter(|line| line.ratio > control.strongest);
+        given = kept
+            .flat_map(|line| [(line.ratio, line.p_value); 2])
+            .collect();
+        let cycles = cycle::cycles(&before_rad, &split.fitted, &split.held_out);
+        for cycle in cycles {
+            if control.cycles.contains(&(cycle.turns, cycle.rows)) {
+                rows_found.dropped += 1;
+            } else if !known(&explain::cycle_expression(&cycle)) {
+                rows_found.cycles.push(cycle);
+            }
+        }
+        rows_found.control = Some(control);
+    }
+
     let products = Products::new(&scene);
     let mut catch = readings::best(
         &mut bench,
@@ -185,6 +248,7 @@ pub fn diagnose_without(
             declared: &declared,
             regimes: &split.regimes,
             products: &products,
+            given: &given,
         },
         progress,
     )
@@ -195,13 +259,16 @@ pub fn diagnose_without(
     catch
         .terms
         .retain(|found| !timing::is_event(&found.term.form));
-    let events = timing::settle(
-        &scene,
-        &after_rad(&scene, &before_rad, &catch),
-        noise,
-        &parameters,
-    );
-    catch.terms.extend(events);
+    // Without a reference a jump of the gyro is not told from a nudge of the case: it stays a location.
+    if scene.streams.at_rest.is_none() {
+        let events = timing::settle(
+            &scene,
+            &after_rad(&scene, &before_rad, &catch),
+            noise,
+            &parameters,
+        );
+        catch.terms.extend(events);
+    }
 
     progress("locating");
     let all_rows: Vec<std::ops::Range<usize>> = split
@@ -227,7 +294,7 @@ pub fn diagnose_without(
     // What no physics explains is still modelled, as a labelled constant over its stretch of time.
     let stretches: Vec<Term> = left
         .iter()
-        .filter(|location| location.band_hz.0 == 0.0)
+        .filter(|location| location.band_hz.0 == 0.0 && scene.streams.at_rest.is_none())
         .map(|location| {
             let end_s = |row: usize| scene.streams.begin_s(row);
             let expression = format!(
@@ -257,6 +324,15 @@ pub fn diagnose_without(
         &locations,
         rate_hz,
     );
+    rows_found.held_out_rad_s = [&before_rad, &after_rad].map(|residual_rad| {
+        [0, 1, 2].map(|axis: usize| {
+            let rows = split.held_out.iter().flat_map(Clone::clone);
+            let (sum, count) = rows.fold((0.0, 0.0), |(sum, count), row| {
+                (sum + residual_rad[axis][row].powi(2), count + 1.0)
+            });
+            f64::sqrt(sum / f64::max(count, 1.0)) * rate_hz
+        })
+    });
     let excess = excess::excess(&noise, &declared, bench.portion.seconds());
     let everything = vec![std::ops::Range {
         start: 0,
@@ -297,6 +373,7 @@ pub fn diagnose_without(
         left: &left,
         validations: &validations,
         candidates: &candidates,
+        rows_found: &rows_found,
     };
     Ok(Outcome {
         diagnosis: findings.diagnosis(),

@@ -269,6 +269,10 @@ fn keep_declared(
         let Some(level) = level.filter(|level| *level > 0.0) else {
             continue;
         };
+        /// A declared level this much below the fitted one has no share in the spectrum by which to judge it.
+        const FAR_BELOW: f64 = 10.0;
+        let far = noise.theta[term] > FAR_BELOW * level;
+        let weighed = if far { noise.theta[term] } else { level };
         // Whittle information on ln θ: half the degrees of freedom, weighted by the term's share squared.
         let information: f64 = shapes
             .iter()
@@ -279,7 +283,7 @@ fn keep_declared(
                     .zip(noise.theta)
                     .map(|(shape, theta)| shape * theta)
                     .sum();
-                0.5 * portion.degrees(bin) * (shape[term] * level / total).powi(2)
+                0.5 * portion.degrees(bin) * (shape[term] * weighed / total).powi(2)
             })
             .sum();
         let error = information.max(1e-12).sqrt().recip();

@@ -51,11 +51,14 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
             &streams.sensed_rad[axis],
             &streams.measured,
         ));
-        faults.extend(of_channel(
-            &name("reference"),
-            &streams.case_rad[axis],
-            &streams.measured,
-        ));
+        // At rest the case's motion is computed, and the same in every row.
+        if streams.at_rest.is_none() {
+            faults.extend(of_channel(
+                &name("reference"),
+                &streams.case_rad[axis],
+                &streams.measured,
+            ));
+        }
         if let Some(pickoff) = &streams.pickoff_rad {
             faults.extend(of_channel(
                 &name("dither"),
@@ -64,6 +67,9 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
             ));
         }
     }
+    if streams.at_rest.is_some() {
+        faults = stopped_together(faults);
+    }
     for fault in &faults {
         let guarded =
             fault.rows.start.saturating_sub(GUARD_ROWS)..(fault.rows.end + GUARD_ROWS).min(rows);
@@ -71,6 +77,26 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
     }
     faults.extend(lost(streams));
     faults
+}
+
+/// At rest a coarse gyro with next to no input is silent as long as it likes, in quiet times longer than chance
+/// allows in others. Only where all three stop at once are samples missing.
+fn stopped_together(faults: Vec<Fault>) -> Vec<Fault> {
+    let at_once = |fault: &Fault, stem: &str| {
+        AXES.iter().all(|axis| {
+            faults.iter().any(|other| {
+                other.channel == format!("{stem}_{axis}")
+                    && other.rows.start < fault.rows.end
+                    && fault.rows.start < other.rows.end
+            })
+        })
+    };
+    let kept: Vec<Fault> = faults
+        .iter()
+        .filter(|fault| fault.kind == "saturation" || at_once(fault, "gyro"))
+        .cloned()
+        .collect();
+    kept
 }
 
 /// Stretches without a value, inside the record.

@@ -37,6 +37,8 @@ pub struct Hunt<'a> {
     pub regimes: &'a [Regime],
     /// Unlisted expressions.
     pub products: &'a Products,
+    /// Likelihood ratio and chance of the terms that the bench has already.
+    pub given: &'a [(f64, f64)],
 }
 
 /// The better reading.
@@ -54,12 +56,13 @@ pub fn best(bench: &mut Workbench, hunt: &Hunt, progress: &dyn Fn(&str)) -> Resu
     let drifts = fitted
         .iter()
         .any(|noise| inflation(noise, seconds) > INFLATED);
-    let as_noise = run(bench, hunt, true, progress)?;
+    let as_noise = hunt::hunt(bench, hunt, true, progress)?;
     let known = hunt
         .declared
         .iter()
         .all(|declared| declared.random_walk.is_some());
-    if !drifts || !known {
+    // Terms that came with the bench were found in the noise as fitted.
+    if !drifts || !known || !hunt.given.is_empty() {
         return Ok(as_noise);
     }
     let price = |bench: &Workbench, catch: &Catch| {
@@ -89,28 +92,11 @@ pub fn best(bench: &mut Workbench, hunt: &Hunt, progress: &dyn Fn(&str)) -> Resu
             ..fitted[axis]
         }
     });
-    let as_physics = run(bench, hunt, false, progress)?;
+    let as_physics = hunt::hunt(bench, hunt, false, progress)?;
     let physics_score = price(bench, &as_physics);
     if physics_score > noise_score + CLEAR_WIN {
         return Ok(as_physics);
     }
     bench.restore(kept)?;
     Ok(as_noise)
-}
-
-fn run(
-    bench: &mut Workbench,
-    hunt: &Hunt,
-    refit_noise: bool,
-    progress: &dyn Fn(&str),
-) -> Result<Catch, String> {
-    hunt::hunt(
-        bench,
-        hunt.parameters,
-        hunt.candidates,
-        refit_noise.then_some(hunt.declared),
-        hunt.regimes,
-        hunt.products,
-        progress,
-    )
 }

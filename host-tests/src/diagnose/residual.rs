@@ -77,11 +77,22 @@ pub fn residual_rad(
 /// Effects of the noise, of the accelerometers and faults of the data add nothing to what a gyro senses.
 fn predicts_something(effect: &ModelEffect) -> bool {
     let kind = effect.kind.as_str();
+    if matches!(effect.parameters.get("expression"), Some(EffectValue::Text(text)) if is_of_rows(text))
+    {
+        return false;
+    }
     let of_accelerometer = kind.starts_with("accel_") || kind == "size_effect";
     !NOISE_KINDS.contains(&kind)
         && !FAULT_KINDS.contains(&kind)
         && !of_accelerometer
         && kind != "lock_in"
+}
+
+/// Expressions about when and how rows were taken: they say nothing of what a gyro sensed.
+pub fn is_of_rows(expression: &str) -> bool {
+    ["row_rate(", "noise_cycle("]
+        .iter()
+        .any(|stem| expression.starts_with(stem))
 }
 
 /// What an effect of the model adds to the sensed increments \[rad\].

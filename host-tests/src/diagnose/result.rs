@@ -54,6 +54,22 @@ pub struct Diagnosis {
     pub runners_up: Vec<RunnerUp>,
     /// Addition: each tested kind's matched-filter SNR in this recording if it had its typical size.
     pub sensitivity: Vec<Sensitivity>,
+    /// Addition: what the same search finds in the same rows in shuffled order; for units at rest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub control: Option<ControlEntry>,
+}
+
+/// The shuffled control.
+#[derive(Debug, Clone, Serialize)]
+pub struct ControlEntry {
+    /// Lines found in shuffled rows.
+    pub lines: usize,
+    /// 2 Δ ln L of the strongest.
+    pub strongest: f64,
+    /// Cycles of the noise's power found in shuffled rows.
+    pub cycles: usize,
+    /// Lines and cycles of the recording that were dropped because the control shows as much.
+    pub dropped: usize,
 }
 
 /// One location.

@@ -27,7 +27,22 @@ impl Findings<'_> {
             }
             Verdict::Unusable => "Nothing can be said of this recording.".to_string(),
         });
-        for location in self.locations {
+        if let Some(rest) = &self.scene.streams.at_rest {
+            lines.extend(self.still_summary(rest));
+        }
+        /// Of a unit at rest that was disturbed: more places than anyone reads.
+        const MOST_AT_REST: usize = 4;
+        let shown = match self.scene.streams.at_rest {
+            Some(_) => MOST_AT_REST.min(self.locations.len()),
+            None => self.locations.len(),
+        };
+        if shown < self.locations.len() {
+            lines.push(format!(
+                "Where: {} places, all in diagnosis.json; the first {shown}:",
+                self.locations.len()
+            ));
+        }
+        for location in &self.locations[..shown] {
             let regime = if location.regime.is_empty() {
                 String::new()
             } else {
@@ -97,7 +112,14 @@ impl Findings<'_> {
             .enumerate()
             .filter(|(effect, _)| !self.candidates.contains(effect))
             .map(|(_, entry)| {
-                let why = entry.missing(self.scene).unwrap_or("not tried");
+                let why =
+                    entry
+                        .missing(self.scene)
+                        .unwrap_or(if self.scene.streams.at_rest.is_some() {
+                            "needs motion, and the unit stood still"
+                        } else {
+                            "not tried"
+                        });
                 format!("{}: {why}", entry.card().kind)
             });
         let weak = self.catch.choice.reach.iter().filter(|(_, snr)| *snr < NEEDED_SNR).map(|(effect, snr)| {
@@ -110,7 +132,13 @@ impl Findings<'_> {
         let untested = NOT_TESTED
             .iter()
             .map(|kind| format!("{kind}: not tested by this version"));
-        missing.chain(weak).chain(untested).collect()
+        let jumps = ["gyro_bias_step", "counter_slip"]
+            .into_iter()
+            .filter(|_| self.scene.streams.at_rest.is_some())
+            .map(|kind| {
+                format!("{kind}: no reference tells it from a nudge of the case; such places are located")
+            });
+        missing.chain(weak).chain(untested).chain(jumps).collect()
     }
 
     pub(super) fn next_experiment(&self) -> String {

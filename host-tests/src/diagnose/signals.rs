@@ -150,14 +150,17 @@ pub fn vocabulary(scene: &Scene) -> (Vec<Signal>, Vec<Signal>) {
         // A slow channel's mean is a bias; only its changes can be recognised.
         values: values.clone(),
     });
-    let mut factors = named(&["omega", "alpha", "force", "temperature", "field"]);
+    // At rest the force is what the dither and the ground do to the case: a companion, no cause.
+    let stems: &[&str] = match scene.streams.at_rest {
+        Some(_) => &["temperature", "field"],
+        None => &["omega", "alpha", "force", "temperature", "field"],
+    };
+    let mut factors = named(stems);
     factors.extend(others);
-    let mut alone = named(&[
-        "abs_omega",
-        "temperature_rate",
-        "dither_rate",
-        "dither_angle",
-    ]);
+    let mut alone = named(&["temperature_rate", "dither_rate", "dither_angle"]);
+    if scene.streams.at_rest.is_none() {
+        alone.splice(0..0, named(&["abs_omega"]));
+    }
     // Warming up, settling: a decay within the record, in steps of an octave.
     let decays = [1, 2, 4, 8, 16, 32].map(|constant_s| format!("decay({constant_s})"));
     alone.extend(decays.into_iter().filter_map(|name| {

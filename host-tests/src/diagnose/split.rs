@@ -30,6 +30,9 @@ pub struct Split {
 
 /// Cuts the recording.
 pub fn split(streams: &Streams, segments: &[Segment]) -> Split {
+    if streams.at_rest.is_some() {
+        return in_halves(streams);
+    }
     let mut cuts: Vec<usize> = segments
         .iter()
         .flat_map(|segment| [segment.start_s, segment.end_s])
@@ -72,6 +75,33 @@ pub fn split(streams: &Streams, segments: &[Segment]) -> Split {
         regimes,
         fitted: join_touching(fitted),
         held_out: join_touching(held_out),
+    }
+}
+
+/// A unit at rest has one motion: the first half is fitted, the second held out, so that what is found must
+/// go on as it was.
+fn in_halves(streams: &Streams) -> Split {
+    /// Stretches to locate in; few enough that each holds many periods of what drifts.
+    const STRETCHES: usize = 16;
+    let stretch = (UNNAMED_STRETCH_S * streams.rate_hz) as usize;
+    let stretch = stretch.max(streams.rows.div_ceil(STRETCHES)).max(1);
+    let regimes = (0..streams.rows)
+        .step_by(stretch)
+        .map(|start| {
+            let rows = start..(start + stretch).min(streams.rows);
+            let name = format!(
+                "{:.0} to {:.0} s",
+                streams.middle_s(rows.start),
+                streams.middle_s(rows.end - 1)
+            );
+            Regime { name, rows }
+        })
+        .collect();
+    let half = streams.rows / 2;
+    Split {
+        regimes,
+        fitted: usable_runs(&streams.usable, 0..half),
+        held_out: usable_runs(&streams.usable, half..streams.rows),
     }
 }
 

@@ -4,16 +4,22 @@
 //! \[start + k/rate, start + (k+1)/rate), increments in rad (body axes), slow channels interpolated to the
 //! row's middle, and a mask of the rows in which everything needed was measured.
 //!
+//! At rest on the Earth the case's motion is the Earth's rotation (still.rs), and no reference is needed.
+//!
 //! The first row of a dithered recording is dropped: its increment needs the pickoff before it.
 //! Deliberately not here: filling gaps with anything but a straight line (those rows are masked), and
 //! references slower than the gyros.
 
+use super::still::AtRest;
 use crate::error::InputError;
 use crate::model::{Model, MotionSource};
 use crate::recording::{Channel, Clock, Quantity, Recording, Table};
 
 /// Axis names in index order.
 pub const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Quantity of the recorder's own times, beside a nominal clock \[s\].
+const TIME_STAMP: &str = "time_stamp";
 
 /// Channels of one kind on the three body axes, `[axis][row]`.
 pub type Triad = [Vec<f64>; 3];
@@ -33,8 +39,12 @@ pub struct Streams {
     /// Block relative to case at the row's end \[rad\], as the pickoff says; one entry more than rows, the
     /// first being the end of the row before. `None` for gyros without dither channels.
     pub pickoff_rad: Option<Triad>,
-    /// The case's angle over the row \[rad\], as the reference says.
+    /// The case's angle over the row \[rad\], as the reference says, or as the Earth turns.
     pub case_rad: Triad,
+    /// What is known of a unit that stands still; `None` where a reference tells its motion.
+    pub at_rest: Option<AtRest>,
+    /// The recorder's own time at each row's end \[s\], NaN in gaps.
+    pub stamps_s: Option<Vec<f64>>,
     /// Mean specific force \[m/s²\].
     pub force_m_s2: Option<Triad>,
     /// Temperature \[K\].
@@ -55,11 +65,19 @@ impl Streams {
     /// Puts the recording's channels on the gyros' rows.
     pub fn align(recording: &Recording, model: &Model) -> Result<Self, InputError> {
         let file = recording.folder.join("recording.toml");
-        if model.motion == MotionSource::Static {
-            return Err(InputError::new(&file, "the model's motion is static on the Earth")
-                .channel("motion.source")
-                .expected("motion from a reference; this version diagnoses against reference increments"));
-        }
+        let site = match (model.motion, recording.site) {
+            (MotionSource::Reference, _) => None,
+            (MotionSource::Static, Some(site)) => Some(site),
+            (MotionSource::Static, None) => {
+                return Err(
+                    InputError::new(&file, "does not say where the unit stood still")
+                        .channel("site")
+                        .expected(
+                            "latitude_rad and gravity_m_s2, for the model's motion is static",
+                        ),
+                );
+            }
+        };
         let finder = Finder::new(recording);
         let gyro = finder.gyro(&file)?;
         let (rate_hz, table_start_s) = gyro.clock;
@@ -74,11 +92,16 @@ impl Streams {
             .channel("dither_angle")
             .expected("dither_angle channels on x, y and z"));
         }
-        let reference = finder.triad(&Quantity::ReferenceIncrement).ok_or_else(|| {
-            InputError::new(&file, "no reference to predict the gyros from")
-                .channel("reference_increment")
-                .expected("reference_increment channels on x, y and z")
-        })?;
+        let reference = match site {
+            Some(_) => None,
+            None => Some(finder.triad(&Quantity::ReferenceIncrement).ok_or_else(|| {
+                InputError::new(&file, "no reference to predict the gyros from")
+                    .channel("reference_increment")
+                    .expected(
+                        "reference_increment channels on x, y and z, or a model with static motion",
+                    )
+            })?),
+        };
         let skip = usize::from(pickoff.is_some());
         let table_rows = gyro.channels[0].values.len();
         if table_rows < skip + 2 {
@@ -124,7 +147,10 @@ impl Streams {
             Quantity::GyroRate => increments("gyro", &gyro_pairs, &|_| 1.0 / rate_hz)?,
             _ => increments("gyro", &gyro_pairs, &|_| 1.0)?,
         };
-        let case_rad = increments("reference", &reference, &|_| 1.0)?;
+        let mut case_rad: Triad = match &reference {
+            Some(reference) => increments("reference", reference, &|_| 1.0)?,
+            None => Default::default(),
+        };
         let pickoff_rad = match &pickoff {
             None => None,
             Some(channels) => {
@@ -184,7 +210,9 @@ impl Streams {
             .tables
             .iter()
             .flat_map(|table| table.channels.iter().map(move |channel| (channel, table)))
-            .filter(|(channel, _)| matches!(channel.quantity, Quantity::Other(_)))
+            .filter(|(channel, _)| {
+                matches!(&channel.quantity, Quantity::Other(name) if name != TIME_STAMP)
+            })
             .map(|(channel, table)| {
                 let axis = channel
                     .axis
@@ -224,6 +252,27 @@ impl Streams {
                     others
                 },
             );
+        let at_rest = site.map(|site| {
+            // Nothing is taken from rows that will be held out.
+            let fitted = 0..rows / 2;
+            AtRest::new(
+                &sensed_rad,
+                force_m_s2.as_ref(),
+                &usable,
+                fitted,
+                rate_hz,
+                site,
+            )
+        });
+        if let Some(rest) = &at_rest {
+            case_rad = [0, 1, 2].map(|axis: usize| vec![rest.earth_rad_s[axis] / rate_hz; rows]);
+        }
+        let stamps_s = gyro
+            .table
+            .channels
+            .iter()
+            .find(|channel| channel.quantity == Quantity::Other(TIME_STAMP.to_string()))
+            .map(|channel| channel.values[skip..].to_vec());
         Ok(Self {
             rate_hz,
             start_s: table_start_s + skip as f64 / rate_hz,
@@ -236,6 +285,8 @@ impl Streams {
             sensed_rad,
             pickoff_rad,
             case_rad,
+            at_rest,
+            stamps_s,
             force_m_s2,
             temperature_k,
             magnetic_t,

@@ -6,6 +6,7 @@ use maud::{Markup, html};
 
 use super::bars::error_bar;
 use super::corrected;
+use super::lines;
 use super::map;
 use super::words::{band, chance, for_people, number, seconds, spaced, symbols, with_spread};
 use crate::diagnose::explain::combination;
@@ -159,8 +160,10 @@ pub fn effects(diagnosis: &Diagnosis) -> Markup {
         @if !diagnosis.effects.is_empty() {
             section {
                 h2 { "What was left out" }
-                @for effect in diagnosis.effects.iter().take(MOST_ROWS) { (one(effect)) }
-                (and_more(diagnosis.effects.len()))
+                @let (lines, others): (Vec<_>, Vec<_>) = diagnosis.effects.iter().partition(|effect| lines::is_line(effect));
+                @for effect in others.iter().take(MOST_ROWS) { (one(effect)) }
+                (and_more(others.len()))
+                @if !lines.is_empty() { (lines::table(diagnosis)) }
             }
         }
     }

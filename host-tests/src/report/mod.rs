@@ -16,6 +16,8 @@ mod curves;
 mod facts;
 mod findings;
 mod limits;
+
+mod lines;
 mod map;
 pub mod navigation;
 pub mod paper;

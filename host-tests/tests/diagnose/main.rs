@@ -1,5 +1,7 @@
 //! The mismatch tool against recordings whose truth is known to these tests and to nothing they test.
 
+mod at_rest;
+
 mod bench_recordings;
 mod concealed_effects;
 mod independence;

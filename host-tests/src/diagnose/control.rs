@@ -1,0 +1,82 @@
+//! The same search on the same rows in shuffled order: whatever it still finds is no matter of time.
+//!
+//! Enters: the residual \[rad per row\] and the seed. Leaves: the strongest line and the cycles found in it. All three
+//! gyros are shuffled alike, and fitted and held-out rows each among themselves, so that only order is lost.
+
+use rand::SeedableRng as _;
+use rand::seq::SliceRandom as _;
+use rand_chacha::ChaCha8Rng;
+use std::ops::Range;
+
+use super::cycle;
+use super::hypotheses::CATALOGUE;
+use super::lines;
+use super::noise::{Declared, Noise};
+use super::portion::Portion;
+use super::scene::Scene;
+use super::split::Split;
+use super::streams::Triad;
+use super::workbench::{Parameters, Workbench};
+
+/// What the shuffled rows show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Control {
+    /// Lines found.
+    pub lines: usize,
+    /// 2 Δ ln L of the strongest, 0 without any.
+    pub strongest: f64,
+    /// Cycles found, as (turns, rows).
+    pub cycles: Vec<(usize, usize)>,
+}
+
+/// Searches the shuffled rows.
+pub fn shuffled(
+    scene: &Scene,
+    residual_rad: &Triad,
+    parameters: &Parameters,
+    effects: &[usize],
+    declared: &[Declared; 3],
+    split: &Split,
+    seed: u64,
+) -> Result<Control, String> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut shuffled = residual_rad.clone();
+    for ranges in [&split.fitted, &split.held_out] {
+        let rows: Vec<usize> = ranges.iter().flat_map(Range::clone).collect();
+        let mut order = rows.clone();
+        order.shuffle(&mut random);
+        for (values, original) in shuffled.iter_mut().zip(residual_rad) {
+            for (to, from) in rows.iter().zip(&order) {
+                values[*to] = original[*from];
+            }
+        }
+    }
+    let rate_hz = scene.streams.rate_hz;
+    let portion = Portion::new(split.fitted.clone(), rate_hz)
+        .ok_or_else(|| "nothing to shuffle".to_string())?;
+    let nothing: Vec<Vec<f64>> = CATALOGUE
+        .iter()
+        .map(|entry| vec![0.0; entry.card().shape.count()])
+        .collect();
+    let unit_noise = Noise {
+        theta: [1.0, 0.0, 0.0, 0.0],
+        rate_hz,
+    };
+    let mut bench = Workbench::new(
+        scene,
+        &shuffled,
+        parameters,
+        portion,
+        [unit_noise; 3],
+        effects,
+        &nothing,
+    );
+    bench.refit_noise(effects, declared, true);
+    let lines = lines::search(&mut bench, parameters, effects, declared)?;
+    let cycles = cycle::cycles(&shuffled, &split.fitted, &split.held_out);
+    Ok(Control {
+        lines: lines.len(),
+        strongest: lines.iter().map(|line| line.ratio).fold(0.0, f64::max),
+        cycles: cycles.iter().map(|c| (c.turns, c.rows)).collect(),
+    })
+}

@@ -1,0 +1,115 @@
+//! What a unit at rest on the Earth should sense, where nothing else says how it moved.
+//!
+//! Enters: sensed increments \[rad\] and specific force \[m/s²\] of the rows to fit on, the site. Leaves: the Earth's
+//! rotation along the body axes \[rad/s\]. Its length is known, and by the accelerometers its part along the
+//! vertical, Ω sin φ; the azimuth is not, so the level part, Ω cos φ, is laid where the gyros show theirs. That
+//! is one number taken from the gyros (two without accelerometers): a bias along it shows only as a wrong
+//! length.
+//!
+//! Source: Groves 2013, sec. 5.6. Rotation and gravity: WGS-84. Not here: polar motion, tides, a site that turns.
+
+use nalgebra::Vector3;
+use std::ops::Range;
+use strapdown::earth::ROTATION_RAD_S;
+
+use super::streams::Triad;
+use crate::recording::Site;
+
+/// Kinds that show without motion.
+pub const KINDS: [&str; 8] = [
+    "gyro_bias",
+    "gyro_bias_temperature",
+    "gyro_bias_temperature_rate",
+    "gyro_bias_magnetic",
+    "dither_gain",
+    "dither_delay",
+    "dither_cubic",
+    "dither_crosstalk",
+];
+
+/// A unit that stands still.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AtRest {
+    /// The Earth's rotation along the body axes \[rad/s\].
+    pub earth_rad_s: Vector3<f64>,
+    /// What the gyros show on average over the fitted rows \[rad/s\].
+    pub mean_rad_s: Vector3<f64>,
+    /// Upwards in the body, from the accelerometers.
+    pub up: Option<Vector3<f64>>,
+    /// Mean specific force over the site's gravity \[1\].
+    pub force_over_gravity: Option<f64>,
+    /// The site's latitude \[rad\].
+    pub latitude_rad: f64,
+}
+
+impl AtRest {
+    /// Looks at the usable rows of `fitted` only.
+    pub fn new(
+        sensed_rad: &Triad,
+        force_m_s2: Option<&Triad>,
+        usable: &[bool],
+        fitted: Range<usize>,
+        rate_hz: f64,
+        site: Site,
+    ) -> Self {
+        let rows: Vec<usize> = fitted.filter(|&row| usable[row]).collect();
+        let mean = |triad: &Triad| {
+            Vector3::from_fn(|axis, _| {
+                let sum: f64 = rows.iter().map(|&row| triad[axis][row]).sum();
+                sum / rows.len().max(1) as f64
+            })
+        };
+        let mean_rad_s = mean(sensed_rad) * rate_hz;
+        let force = force_m_s2.map(mean);
+        let up = force.and_then(|force| force.try_normalize(f64::MIN_POSITIVE));
+        let along = |direction: Vector3<f64>| {
+            direction
+                .try_normalize(f64::MIN_POSITIVE)
+                .unwrap_or_default()
+        };
+        let (sin, cos) = site.latitude_rad.sin_cos();
+        let earth_rad_s = ROTATION_RAD_S
+            * match up {
+                Some(up) => sin * up + cos * along(mean_rad_s - up * up.dot(&mean_rad_s)),
+                None => along(mean_rad_s),
+            };
+        Self {
+            earth_rad_s,
+            mean_rad_s,
+            up,
+            force_over_gravity: force.map(|force| force.norm() / site.gravity_m_s2),
+            latitude_rad: site.latitude_rad,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_vertical_part_is_known_and_the_level_part_lies_where_the_gyros_show_theirs() {
+        let site = Site {
+            latitude_rad: 0.6,
+            gravity_m_s2: 9.8,
+        };
+        let rows = 100;
+        let force: Triad = [vec![9.8; rows], vec![0.0; rows], vec![0.0; rows]];
+        // 50 rows a second; the vertical is a tenth too much, the level part half of what it should be.
+        let rate = ROTATION_RAD_S / 50.0;
+        let (sin, cos) = 0.6_f64.sin_cos();
+        let sensed = [1.1 * sin, 0.3 * cos, -0.4 * cos].map(|part| vec![part * rate; rows]);
+        let rest = AtRest::new(
+            &sensed,
+            Some(&force),
+            &vec![true; rows],
+            0..rows,
+            50.0,
+            site,
+        );
+        let expected = ROTATION_RAD_S * Vector3::new(sin, 0.6 * cos, -0.8 * cos);
+        assert!((rest.earth_rad_s - expected).norm() < 1e-12 * ROTATION_RAD_S);
+        let without = AtRest::new(&sensed, None, &vec![true; rows], 0..rows, 50.0, site);
+        assert!((without.earth_rad_s.norm() / ROTATION_RAD_S - 1.0).abs() < 1e-12);
+    }
+}
