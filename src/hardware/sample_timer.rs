@@ -68,7 +68,7 @@ impl SampleTimer {
 
     /// Lets the latch pulse out on PA0.
     #[cfg(feature = "board")]
-    pub fn show_latch(&self, gpioa: &stm32f4::stm32f405::GPIOA) {
+    pub fn show_latch(gpioa: &stm32f4::stm32f405::GPIOA) {
         gpioa.afrl().modify(|_, w| w.afrl0().af1());
         gpioa.moder().modify(|_, w| w.moder0().alternate());
     }
@@ -79,10 +79,11 @@ impl SampleTimer {
         self.period_ticks.get()
     }
 
-    /// Starts the periods.
-    pub fn start(&mut self) {
+    /// Starts the periods. Whatever serves them must be ready within the first one.
+    pub fn started(mut self) -> Self {
         self.periods.cr1().modify(|_, w| w.cen().enabled());
         self.due = self.now().wrapping_add(self.period_ticks.get());
+        self
     }
 
     /// Takes the interrupt's request and says how it stands in time.

@@ -63,22 +63,25 @@ fn main() -> ! {
 
     let (frames, queued) = FRAMES.split();
     let serial = Serial::new(peripherals.USART1, &peripherals.GPIOA, &rcc, clocks.apb2_hz);
-    let mut timer = SampleTimer::new(
-        peripherals.TIM2,
-        peripherals.TIM5,
-        &rcc,
-        clocks.timer_hz,
-        booted.parameters.sample_rate_hz,
-    );
-    timer.show_latch(&peripherals.GPIOA);
+    SampleTimer::show_latch(&peripherals.GPIOA);
     let bus = Spi::new(peripherals.SPI1, peripherals.GPIOA, &rcc, clocks.apb2_hz);
     let bank = CounterBank::new(bus, ACCELEROMETERS);
     let mut link = Link::new(queued, serial);
     let mut background = Background::new(&booted.parameters);
     let mut watchdog = Watchdog::start(peripherals.IWDG, &debug);
 
-    timer.start();
-    SAMPLING.lend(|| Sampling::new(bank, booted.processor(), frames, timer));
+    SAMPLING.lend(|| {
+        // First: it takes more than a period to make.
+        let processor = booted.processor();
+        let timer = SampleTimer::new(
+            peripherals.TIM2,
+            peripherals.TIM5,
+            &rcc,
+            clocks.timer_hz,
+            booted.parameters.sample_rate_hz,
+        );
+        Sampling::new(bank, processor, frames, timer.started())
+    });
     loop {
         let served = background.poll();
         watchdog.feed(served);

@@ -89,18 +89,21 @@ fn run(
     let serial = Serial::new(peripherals.USART1, &peripherals.GPIOA, &rcc, clocks.apb2_hz);
     let mut link = Link::new(queued, serial);
     let mut background = Background::new(&booted.parameters);
-    let mut timer = SampleTimer::new(
-        peripherals.TIM2,
-        peripherals.TIM5,
-        &rcc,
-        TIMER_HZ,
-        booted.parameters.sample_rate_hz,
-    );
     if total > 0 {
-        let bus = BankFile::new(record_queue, timer.period_ticks());
-        let bank = CounterBank::new(bus, AccelerometerInput::Counters);
-        timer.start();
-        SAMPLING.lend(|| Sampling::new(bank, booted.processor(), frames, timer));
+        SAMPLING.lend(|| {
+            // First: it takes more than a period of the board's slowest clock to make.
+            let processor = booted.processor();
+            let timer = SampleTimer::new(
+                peripherals.TIM2,
+                peripherals.TIM5,
+                &rcc,
+                TIMER_HZ,
+                booted.parameters.sample_rate_hz,
+            );
+            let bus = BankFile::new(record_queue, timer.period_ticks());
+            let bank = CounterBank::new(bus, AccelerometerInput::Counters);
+            Sampling::new(bank, processor, frames, timer.started())
+        });
     }
     while background.poll() < total {
         // Test and sleep with interrupts held: one must not slip in between. A held one ends the sleep.
