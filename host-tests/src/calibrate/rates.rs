@@ -11,7 +11,7 @@
 use std::path::Path;
 
 use super::unknowns::{RIVAL, Unknowns, effect};
-use crate::diagnose::hypotheses::CATALOGUE;
+use crate::diagnose::hypotheses::{CATALOGUE, no_effects};
 use crate::diagnose::information::Information;
 use crate::diagnose::noise::Noise;
 use crate::diagnose::portion::Portion;
@@ -82,22 +82,14 @@ pub fn hear(
     fitted.retain(|&effect| CATALOGUE[effect].missing(&scene).is_none());
     let mut all = fitted.clone();
     all.push(effect(RIVAL));
-    let nothing: Vec<Vec<f64>> = CATALOGUE
-        .iter()
-        .map(|entry| vec![0.0; entry.card().shape.count()])
-        .collect();
-    let unit_noise = Noise {
-        theta: [1.0, 0.0, 0.0, 0.0],
-        rate_hz,
-    };
     let mut bench = Workbench::new(
         &scene,
         &residual_rad,
         catalogue,
         portion,
-        [unit_noise; 3],
+        [Noise::unit(rate_hz); 3],
         &all,
-        &nothing,
+        &no_effects(),
     );
     bench.refit_noise(&fitted, &declared_noise(model, rate_hz), true);
     let joints = bench.joints().len();

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use std::ops::Range;
 
 use super::cycle;
-use super::hypotheses::CATALOGUE;
+use super::hypotheses::no_effects;
 use super::lines;
 use super::noise::{Declared, Noise};
 use super::portion::Portion;
@@ -54,22 +54,14 @@ pub fn shuffled(
     let rate_hz = scene.streams.rate_hz;
     let portion = Portion::new(split.fitted.clone(), rate_hz)
         .ok_or_else(|| "nothing to shuffle".to_string())?;
-    let nothing: Vec<Vec<f64>> = CATALOGUE
-        .iter()
-        .map(|entry| vec![0.0; entry.card().shape.count()])
-        .collect();
-    let unit_noise = Noise {
-        theta: [1.0, 0.0, 0.0, 0.0],
-        rate_hz,
-    };
     let mut bench = Workbench::new(
         scene,
         &shuffled,
         parameters,
         portion,
-        [unit_noise; 3],
+        [Noise::unit(rate_hz); 3],
         effects,
-        &nothing,
+        &no_effects(),
     );
     bench.refit_noise(effects, declared, true);
     let lines = lines::search(&mut bench, parameters, effects, declared)?;

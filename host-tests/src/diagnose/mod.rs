@@ -86,7 +86,7 @@ use crate::model::{EffectValue, Model};
 use crate::recording::Recording;
 
 use empirical::{Form, Term};
-use hypotheses::CATALOGUE;
+use hypotheses::{CATALOGUE, no_effects};
 use noise::{Declared, Noise};
 use portion::Portion;
 use products::Products;
@@ -174,22 +174,14 @@ pub fn diagnose_without(
             scene.streams.at_rest.is_none() || still::KINDS.contains(&CATALOGUE[effect].card().kind)
         })
         .collect();
-    let nothing: Vec<Vec<f64>> = CATALOGUE
-        .iter()
-        .map(|entry| vec![0.0; entry.card().shape.count()])
-        .collect();
-    let unit_noise = Noise {
-        theta: [1.0, 0.0, 0.0, 0.0],
-        rate_hz,
-    };
     let mut bench = Workbench::new(
         &scene,
         &before_rad,
         &parameters,
         portion,
-        [unit_noise; 3],
+        [Noise::unit(rate_hz); 3],
         &candidates,
-        &nothing,
+        &no_effects(),
     );
     progress("fitting the noise");
     bench.refit_noise(&candidates, &declared, true);

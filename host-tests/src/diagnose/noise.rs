@@ -47,6 +47,14 @@ pub struct Noise {
 }
 
 impl Noise {
+    /// White noise of angle of 1 rad²: weighs all rows alike where no noise is known yet.
+    pub fn unit(rate_hz: f64) -> Self {
+        Self {
+            theta: [1.0, 0.0, 0.0, 0.0],
+            rate_hz,
+        }
+    }
+
     /// The terms at a frequency. Below `floor_hz` the drifting terms stay at their value there.
     fn terms(frequency_hz: f64, rate_hz: f64, floor_hz: f64) -> [f64; TERMS] {
         let differenced = |frequency_hz: f64| 4.0 * (PI * frequency_hz / rate_hz).sin().powi(2);

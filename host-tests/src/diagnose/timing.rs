@@ -8,7 +8,7 @@ use super::declare::FAMILY_SIGNIFICANCE;
 use super::empirical::{Form, Term};
 use super::events;
 use super::hunt::FoundTerm;
-use super::hypotheses::CATALOGUE;
+use super::hypotheses::no_effects;
 use super::noise::Noise;
 use super::portion::Portion;
 use super::scene::Scene;
@@ -123,10 +123,6 @@ fn bench_of_all_rows<'a>(
     let streams = &scene.streams;
     let runs = usable_runs(&streams.usable, 0..streams.rows);
     let portion = Portion::new(runs, streams.rate_hz)?;
-    let nothing: Vec<Vec<f64>> = CATALOGUE
-        .iter()
-        .map(|entry| vec![0.0; entry.card().shape.count()])
-        .collect();
     Some(Workbench::new(
         scene,
         left_rad,
@@ -134,6 +130,6 @@ fn bench_of_all_rows<'a>(
         portion,
         noise,
         &[],
-        &nothing,
+        &no_effects(),
     ))
 }

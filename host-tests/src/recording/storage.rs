@@ -12,7 +12,7 @@ use arrow_schema::{DataType, Field, Schema};
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_writer::ArrowWriterOptions;
 use parquet::basic::{Compression, ZstdLevel};
-use parquet::file::properties::WriterProperties;
+use parquet::file::properties::{DEFAULT_MAX_ROW_GROUP_ROW_COUNT, WriterProperties};
 
 use super::manifest::{MANIFEST, Manifest};
 use super::manifest_text::manifest_text;
@@ -181,17 +181,23 @@ fn write_parquet(
     let schema = Arc::new(Schema::new(fields));
     let batch = RecordBatch::try_new(Arc::clone(&schema), arrays).map_err(|error| fault(&error))?;
     let file = out.file(&table.file)?;
-    let mut writer = ArrowWriter::try_new_with_options(file, schema, writer_options())
-        .map_err(|error| fault(&error))?;
+    let mut writer = ArrowWriter::try_new_with_options(
+        file,
+        schema,
+        writer_options(DEFAULT_MAX_ROW_GROUP_ROW_COUNT),
+    )
+    .map_err(|error| fault(&error))?;
     writer.write(&batch).map_err(|error| fault(&error))?;
     writer.close().map_err(|error| fault(&error))?;
     Ok(())
 }
 
-/// How every table is packed; nothing of the machine or the moment goes in.
-pub(super) fn writer_options() -> ArrowWriterOptions {
+/// How every table is packed, in row groups of at most `rows_per_group`; nothing of the machine or the moment
+/// goes in.
+pub(super) fn writer_options(rows_per_group: usize) -> ArrowWriterOptions {
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
+        .set_max_row_group_row_count(Some(rows_per_group))
         .set_created_by(concat!("rlg ", env!("CARGO_PKG_VERSION")).to_owned())
         .build();
     ArrowWriterOptions::new()

@@ -11,13 +11,11 @@ use std::sync::Arc;
 use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch};
 use arrow_schema::{DataType, Field, Schema};
 use parquet::arrow::ArrowWriter;
-use parquet::arrow::arrow_writer::ArrowWriterOptions;
-use parquet::basic::{Compression, ZstdLevel};
-use parquet::file::properties::WriterProperties;
 
 use super::Recording;
 use super::manifest::{MANIFEST, Manifest};
 use super::manifest_text::manifest_text;
+use super::storage::writer_options;
 use crate::error::InputError;
 use crate::output::OutputFolder;
 
@@ -70,14 +68,7 @@ impl RecordingStream {
                 scales.push(whole.then_some(channel.scale));
             }
             let schema = Arc::new(Schema::new(fields));
-            let properties = WriterProperties::builder()
-                .set_compression(Compression::ZSTD(ZstdLevel::default()))
-                .set_max_row_group_row_count(Some(ROWS_PER_GROUP))
-                .set_created_by(concat!("rlg ", env!("CARGO_PKG_VERSION")).to_owned())
-                .build();
-            let options = ArrowWriterOptions::new()
-                .with_properties(properties)
-                .with_skip_arrow_metadata(true);
+            let options = writer_options(ROWS_PER_GROUP);
             let file = out.file(&table.file)?;
             let writer = ArrowWriter::try_new_with_options(file, Arc::clone(&schema), options)
                 .map_err(|error| unwritten(&path, &error))?;

@@ -13,6 +13,7 @@ use std::sync::Arc;
 use arrow_array::{ArrayRef, Float64Array, RecordBatch};
 use arrow_schema::{DataType, Field, Schema};
 use parquet::arrow::ArrowWriter;
+use parquet::file::properties::DEFAULT_MAX_ROW_GROUP_ROW_COUNT;
 
 use super::storage::writer_options;
 use crate::error::InputError;
@@ -46,7 +47,7 @@ impl TableStream {
         let writer = ArrowWriter::try_new_with_options(
             out.file(file)?,
             Arc::clone(&schema),
-            writer_options(),
+            writer_options(DEFAULT_MAX_ROW_GROUP_ROW_COUNT),
         )
         .map_err(|error| fault(&path, &error))?;
         Ok(Self {

@@ -5,7 +5,7 @@
 //! An ellipse holds a pair K_ij, K_ik with 95 %: thin for each recording, thick for all together. Coning alone
 //! draws a band along which the difference is free; a spin-synchronous run closes it.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 use plotters::prelude::*;
 
 use super::plot::{AFTER, Axes, BEFORE, FINE, builder, frame, plot};
@@ -26,43 +26,29 @@ const SHOWN_E8: f64 = 15.0;
 
 /// The whole page.
 pub fn page(calibration: &Calibration) -> String {
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { "Calibration of flexure" }
-                style { (PreEscaped(include_str!("style.css"))) }
+    let main = html! {
+            header {
+                p.kicker { "How far do the dither suspensions bend?" }
+                h1 { "Calibration of K" }
             }
-            body {
-                main {
-                    header {
-                        p.kicker { "How far do the dither suspensions bend?" }
-                        h1 { "Calibration of K" }
-                    }
-                    section {
-                        h2 { "Result" }
-                        @for line in &calibration.summary { p { (line) } }
-                    }
-                    section {
-                        h2 { "What is known of each gyro" }
-                        p {
-                            "95 % ellipses of its two coefficients, in 10" sup { "−8" } " s²: blue for all
-                            recordings together, orange for each alone. A band means that only the sum is known."
-                        }
-                        @for gyro in 0..3 { (ellipses(calibration, gyro)) }
-                    }
-                    section {
-                        h2 { "Everything" }
-                        pre { (serde_json::to_string_pretty(calibration).unwrap_or_default()) }
-                    }
+            section {
+                h2 { "Result" }
+                @for line in &calibration.summary { p { (line) } }
+            }
+            section {
+                h2 { "What is known of each gyro" }
+                p {
+                    "95 % ellipses of its two coefficients, in 10" sup { "−8" } " s²: blue for all
+                    recordings together, orange for each alone. A band means that only the sum is known."
                 }
+                @for gyro in 0..3 { (ellipses(calibration, gyro)) }
             }
-        }
+            section {
+                h2 { "Everything" }
+                pre { (serde_json::to_string_pretty(calibration).unwrap_or_default()) }
+            }
     };
-    page.into_string()
+    super::document("Calibration of flexure", &main)
 }
 
 fn ellipses(calibration: &Calibration, gyro: usize) -> Markup {

@@ -33,6 +33,23 @@ use crate::diagnose::result::{Diagnosis, Verdict};
 /// The whole page.
 pub fn page(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> String {
     let title = format!("{}: {}", diagnosis.recording, word(diagnosis.verdict));
+    let main = html! {
+            (verdict(diagnosis))
+            (findings::differences(diagnosis, pictures))
+            (findings::effects(diagnosis))
+            (proof::proof(diagnosis, pictures))
+            (limits::considered(diagnosis))
+            (limits::sensitivity(diagnosis))
+            (limits::not_excluded(diagnosis))
+            (limits::next_experiment(diagnosis))
+            (facts::facts(diagnosis))
+            (facts::everything(diagnosis))
+    };
+    document(&title, &main)
+}
+
+/// A page of this tool: needs no network, and follows the reader's colours and width.
+fn document(title: &str, main: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -44,18 +61,7 @@ pub fn page(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> String {
                 style { (PreEscaped(include_str!("style.css"))) }
             }
             body {
-                main {
-                    (verdict(diagnosis))
-                    (findings::differences(diagnosis, pictures))
-                    (findings::effects(diagnosis))
-                    (proof::proof(diagnosis, pictures))
-                    (limits::considered(diagnosis))
-                    (limits::sensitivity(diagnosis))
-                    (limits::not_excluded(diagnosis))
-                    (limits::next_experiment(diagnosis))
-                    (facts::facts(diagnosis))
-                    (facts::everything(diagnosis))
-                }
+                main { (main) }
             }
         }
     };

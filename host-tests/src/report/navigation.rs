@@ -5,7 +5,7 @@
 //!
 //! Curves are smoothed by a window of a second or more, so that a vibration does not hide what remains of it.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 use plotters::prelude::*;
 
 use super::plot::{AFTER, Axes, BEFORE, Drawn, FINE, builder, frame, plot, range, swatch};
@@ -40,64 +40,50 @@ pub struct Navigation<'a> {
 pub fn page(navigation: &Navigation) -> String {
     let title = format!("{}: navigation", navigation.recording);
     let with_reference = navigation.after.0.attitude_error_rad.is_some();
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { (title) }
-                style { (PreEscaped(include_str!("style.css"))) }
+    let main = html! {
+            header {
+                p.kicker { "What does a navigator make of it?" }
+                h1 { (navigation.recording) }
+                p.lead { (sentence(navigation)) }
             }
-            body {
-                main {
-                    header {
-                        p.kicker { "What does a navigator make of it?" }
-                        h1 { (navigation.recording) }
-                        p.lead { (sentence(navigation)) }
-                    }
-                    (legend(navigation.before.is_some()))
-                    section {
-                        h2 { "Attitude" }
-                        p.note { "Change since the alignment, smoothed over "
-                            (number(navigation.window_s())) " s, as all curves are." }
-                        div.pair {
-                            (attitude(navigation, "Pitch", 1))
-                            (attitude(navigation, "Roll", 0))
-                            (attitude(navigation, "Heading", 2))
-                        }
-                    }
-                    @if with_reference {
-                        section {
-                            h2 { "Attitude against the reference" }
-                            p.note { "The motion itself is taken out: what is left is what the gyros add." }
-                            div.pair {
-                                (attitude_error(navigation, "north", 0))
-                                (attitude_error(navigation, "east", 1))
-                                (attitude_error(navigation, "down", 2))
-                            }
-                        }
-                    }
-                    section {
-                        h2 { "Velocity" }
-                        p.note { "The unit did not travel: all of it is error." }
-                        div.pair {
-                            (velocity(navigation, "East", 1))
-                            (velocity(navigation, "North", 0))
-                        }
-                    }
-                    section.data {
-                        details {
-                            summary { "All numbers (navigation.json)" }
-                            pre { (navigation.json) }
-                        }
+            (legend(navigation.before.is_some()))
+            section {
+                h2 { "Attitude" }
+                p.note { "Change since the alignment, smoothed over "
+                    (number(navigation.window_s())) " s, as all curves are." }
+                div.pair {
+                    (attitude(navigation, "Pitch", 1))
+                    (attitude(navigation, "Roll", 0))
+                    (attitude(navigation, "Heading", 2))
+                }
+            }
+            @if with_reference {
+                section {
+                    h2 { "Attitude against the reference" }
+                    p.note { "The motion itself is taken out: what is left is what the gyros add." }
+                    div.pair {
+                        (attitude_error(navigation, "north", 0))
+                        (attitude_error(navigation, "east", 1))
+                        (attitude_error(navigation, "down", 2))
                     }
                 }
             }
-        }
+            section {
+                h2 { "Velocity" }
+                p.note { "The unit did not travel: all of it is error." }
+                div.pair {
+                    (velocity(navigation, "East", 1))
+                    (velocity(navigation, "North", 0))
+                }
+            }
+            section.data {
+                details {
+                    summary { "All numbers (navigation.json)" }
+                    pre { (navigation.json) }
+                }
+            }
     };
-    page.into_string()
+    super::document(&title, &main)
 }
 
 fn sentence(navigation: &Navigation) -> String {

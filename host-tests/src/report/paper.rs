@@ -6,7 +6,7 @@
 //!
 //! Deliberately not here: any judgement that `paper.json` does not contain, and the paper's own plots.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 use plotters::prelude::*;
 
 use super::plot::{AFTER, Axes, BEFORE, Drawn, FINE, INK, builder, frame, plot, range, swatch};
@@ -48,50 +48,36 @@ pub fn page(paper: &Paper, json: &str) -> String {
     let results = &paper.results;
     let [done, could] = results.score();
     let entries = &results.entries;
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { "The paper's experiments, run again" }
-                style { (PreEscaped(include_str!("style.css"))) }
+    let main = html! {
+            header {
+                p.kicker { "Cheng et al., Dynamic Coning Error Modeling Analysis of Laser Strapdown Inertial Navigation System, 2023" }
+                h1 { "The paper's experiments, run again" }
+                p.verdict { (done) " of " (could) " reproduced" }
+                p.lead { "A simulated dithered triad whose blocks bend, the firmware's chain in f32, a strapdown navigator: "
+                    "each table and figure beside what is printed. Fig. 1 to 3 are drawings." }
             }
-            body {
-                main {
-                    header {
-                        p.kicker { "Cheng et al., Dynamic Coning Error Modeling Analysis of Laser Strapdown Inertial Navigation System, 2023" }
-                        h1 { "The paper's experiments, run again" }
-                        p.verdict { (done) " of " (could) " reproduced" }
-                        p.lead { "A simulated dithered triad whose blocks bend, the firmware's chain in f32, a strapdown navigator: "
-                            "each table and figure beside what is printed. Fig. 1 to 3 are drawings." }
-                    }
-                    (overview(entries))
-                    section {
-                        h2 { "Eq. (6) with its signs as printed" }
-                        p.caution { (results.literal_signs) }
-                    }
-                    section {
-                        h2 { "Tables 1 to 3: the coefficient" }
-                        (why(entries, "Table 1")) (why(entries, "Table 3"))
-                    }
-                    @for (figure, item) in paper.gyros.iter().zip(["Fig. 4", "Fig. 5"]) { (gyros(figure, item, entries)) }
-                    (systems(paper, entries))
-                    @for (vibration, place) in paper.vibration.iter().zip([0, 1]) { (shaken(vibration, place, entries)) }
-                    (table("Table 4: attitude errors after vibration", &paper.tables[0], why(entries, "Table 4")))
-                    (table("Table 5: largest velocity errors during vibration", &paper.tables[1], why(entries, "Table 5")))
-                    section.data {
-                        details {
-                            summary { "All numbers (paper.json)" }
-                            pre { (json) }
-                        }
-                    }
+            (overview(entries))
+            section {
+                h2 { "Eq. (6) with its signs as printed" }
+                p.caution { (results.literal_signs) }
+            }
+            section {
+                h2 { "Tables 1 to 3: the coefficient" }
+                (why(entries, "Table 1")) (why(entries, "Table 3"))
+            }
+            @for (figure, item) in paper.gyros.iter().zip(["Fig. 4", "Fig. 5"]) { (gyros(figure, item, entries)) }
+            (systems(paper, entries))
+            @for (vibration, place) in paper.vibration.iter().zip([0, 1]) { (shaken(vibration, place, entries)) }
+            (table("Table 4: attitude errors after vibration", &paper.tables[0], why(entries, "Table 4")))
+            (table("Table 5: largest velocity errors during vibration", &paper.tables[1], why(entries, "Table 5")))
+            section.data {
+                details {
+                    summary { "All numbers (paper.json)" }
+                    pre { (json) }
                 }
             }
-        }
     };
-    page.into_string()
+    super::document("The paper's experiments, run again", &main)
 }
 
 fn overview(entries: &[Entry]) -> Markup {

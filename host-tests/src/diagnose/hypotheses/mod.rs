@@ -207,6 +207,14 @@ pub const CATALOGUE: &[&dyn Hypothesis] = &[
     &earth_rate::EarthRate,
 ];
 
+/// Parameters of every entry at which it has no effect.
+pub fn no_effects() -> Vec<Vec<f64>> {
+    CATALOGUE
+        .iter()
+        .map(|entry| vec![0.0; entry.card().shape.count()])
+        .collect()
+}
+
 /// The entry of a kind, with its place in [`CATALOGUE`].
 pub fn find(kind: &str) -> Option<(usize, &'static dyn Hypothesis)> {
     CATALOGUE
