@@ -37,6 +37,8 @@ pub mod hypotheses;
 
 pub mod empirical;
 
+pub mod bench;
+
 pub mod workbench;
 
 pub mod select;

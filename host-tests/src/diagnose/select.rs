@@ -1,6 +1,6 @@
 //! Which effects, if any.
 //!
-//! Enters: a [`Workbench`] on the fitted rows. Leaves: [`Choice`]: effects, their joint fit, the trials made
+//! Enters: a [`Bench`] of the fitted part. Leaves: [`Choice`]: effects, their joint fit, the trials made
 //! and the rivals that cannot be told from each effect.
 //!
 //! Forwards by evidence, backwards by likelihood ratio, then exchanges, until nothing changes. "Nothing" is
@@ -10,11 +10,11 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::bench::Bench;
 use super::declare::{FAMILY_SIGNIFICANCE, FIT_PRIOR, REGRESSOR_FIDELITY, SEPARATION};
 use super::hypotheses::CATALOGUE;
 use super::information::{Information, Solution};
-use super::noise::Declared;
-use super::workbench::{Parameters, Workbench};
+use super::workbench::Parameters;
 
 /// Rounds of exchange; each must improve the evidence, so they end by themselves long before.
 const MOST_ROUNDS: usize = 12;
@@ -55,11 +55,11 @@ pub struct Choice {
 }
 
 /// Searches. `candidates` are the effects whose columns are on the bench.
-pub fn select(
-    bench: &mut Workbench,
+pub fn select<B: Bench>(
+    bench: &mut B,
     parameters: &Parameters,
     candidates: &[usize],
-    declared: Option<&[Declared; 3]>,
+    declared: Option<&B::Declared>,
 ) -> Choice {
     let mut search = Search {
         parameters,
@@ -74,7 +74,7 @@ pub fn select(
         set = search.run(bench, &mut information, set);
         // The first noise model was fitted under a generous library; now only what was selected.
         if let (0, Some(declared)) = (round, declared) {
-            bench.refit_noise(&set, declared, false);
+            bench.refit_noise(&set, declared);
             information = bench.information();
         }
     }
@@ -123,7 +123,7 @@ struct Search<'a> {
 impl Search<'_> {
     fn run(
         &mut self,
-        bench: &mut Workbench,
+        bench: &mut impl Bench,
         information: &mut Information,
         mut set: Vec<usize>,
     ) -> Vec<usize> {
@@ -153,7 +153,7 @@ impl Search<'_> {
     }
 
     /// Puts a nonlinear effect that left the set back to being linearised at nothing.
-    fn forget(&self, bench: &mut Workbench, information: &mut Information, effect: usize) {
+    fn forget(&self, bench: &mut impl Bench, information: &mut Information, effect: usize) {
         if !CATALOGUE[effect].is_linear() {
             bench.relinearise(effect, &vec![0.0; CATALOGUE[effect].card().shape.count()]);
             *information = bench.information();
@@ -161,7 +161,7 @@ impl Search<'_> {
     }
 
     /// Gauss–Newton on the effects that are not linear.
-    fn settle(&self, bench: &mut Workbench, information: &mut Information, set: &[usize]) {
+    fn settle(&self, bench: &mut impl Bench, information: &mut Information, set: &[usize]) {
         let bent: Vec<usize> = set
             .iter()
             .copied()

@@ -5,6 +5,7 @@
 
 use rayon::prelude::*;
 
+use super::bench::Bench;
 use super::empirical::Term;
 use super::hypotheses::CATALOGUE;
 use super::information::Information;
@@ -413,5 +414,25 @@ impl<'a> Workbench<'a> {
     /// One unit jump of angle at the start of each stretch.
     pub fn joints(&self) -> &[Bins] {
         &self.joints
+    }
+}
+
+impl Bench for Workbench<'_> {
+    type Declared = [Declared; 3];
+
+    fn information(&self) -> Information {
+        Workbench::information(self)
+    }
+
+    fn relinearise(&mut self, effect: usize, at: &[f64]) {
+        Workbench::relinearise(self, effect, at);
+    }
+
+    fn linearise_at_nothing(&mut self) {
+        Workbench::linearise_at_nothing(self);
+    }
+
+    fn refit_noise(&mut self, effects: &[usize], declared: &[Declared; 3]) {
+        Workbench::refit_noise(self, effects, declared, false);
     }
 }

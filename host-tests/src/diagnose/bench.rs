@@ -1,0 +1,25 @@
+//! What a selection needs of the data, whatever they are compared with: increments row by row
+//! ([`super::workbench::Workbench`]) or attitudes now and then.
+//!
+//! Enters: effects and where they are linearised. Leaves: [`Information`] over all parameters of the catalogue,
+//! the sizes of found terms behind them. Deliberately not here: rows, bins, stamps, shapes of noise.
+
+use super::information::Information;
+
+/// Data under a noise model, linearised at some values of the effects.
+pub trait Bench {
+    /// What the model declares of the noise.
+    type Declared: ?Sized;
+
+    /// Information about all parameters whose columns are here.
+    fn information(&self) -> Information;
+
+    /// Moves the point at which a nonlinear effect is linearised.
+    fn relinearise(&mut self, effect: usize, at: &[f64]);
+
+    /// Puts every nonlinear effect back to being linearised at nothing.
+    fn linearise_at_nothing(&mut self);
+
+    /// Refits the noise to what `effects` leave, from where it is.
+    fn refit_noise(&mut self, effects: &[usize], declared: &Self::Declared);
+}
