@@ -52,6 +52,10 @@ fn findings_stand_on_the_page_as_people_read_them() {
         "0.002022",
         "319 hypotheses",
         "15.9–21.0 s",
+        // 31 and 30 of 42
+        "it found 74 % and rightly named 71 %",
+        "gyro scale in 1",
+        "below 2.3 % with 95 % confidence",
     ] {
         assert!(page.contains(expected), "the page lacks {expected}");
     }
@@ -115,6 +119,7 @@ fn an_unusable_recording_has_a_page_without_pictures() {
         runners_up: Vec::new(),
         sensitivity: Vec::new(),
         control: None,
+        self_test: None,
         not_excluded: vec!["every kind: too short".to_string()],
         ..explained()
     };
@@ -301,6 +306,26 @@ fn explained() -> Diagnosis {
             snr: 29.834,
         }],
         control: None,
+        self_test: Some(SelfTestEntry {
+            slides: 200,
+            false_names: 1,
+            upper_limit_95: 0.023_4,
+            curve: [(4.0, 3, 0.14), (6.0, 31, 0.78), (8.0, 40, 0.996)]
+                .map(|(rho, detected, theory)| SelfTestPoint {
+                    rho,
+                    injections: 42,
+                    detected,
+                    named: detected - 1,
+                    theory,
+                })
+                .into(),
+            kinds: vec![SelfTestKind {
+                kind: "gyro_scale".to_string(),
+                false_names: 1,
+                detected: vec![Some(0), Some(2), None],
+                named: vec![Some(0), Some(2), None],
+            }],
+        }),
     }
 }
 

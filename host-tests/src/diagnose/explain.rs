@@ -20,6 +20,7 @@ use super::qualify::{FAULT_KINDS, Fault};
 use super::result::*;
 use super::scene::Scene;
 use super::select::Chosen;
+use super::self_test::SelfTest;
 use super::split::Split;
 use super::still_words::line_of;
 use super::streams::{AXES, Streams};
@@ -61,6 +62,8 @@ pub struct Findings<'a> {
     pub candidates: &'a [usize],
     /// What the rows themselves show.
     pub rows_found: &'a RowsFound,
+    /// Time slides and injections.
+    pub self_test: &'a SelfTest,
 }
 
 /// What the rows of a unit at rest show of their own making.
@@ -133,6 +136,7 @@ pub fn unusable(
         runners_up: Vec::new(),
         sensitivity: Vec::new(),
         control: None,
+        self_test: None,
     }
 }
 
@@ -208,6 +212,7 @@ impl Findings<'_> {
                     cycles: control.cycles.len(),
                     dropped: self.rows_found.dropped,
                 }),
+            self_test: Some(self_test_entry(self.self_test)),
             effects,
         }
     }
@@ -418,6 +423,43 @@ impl Findings<'_> {
             expression: None,
             regimes: Vec::new(),
         }
+    }
+}
+
+fn self_test_entry(test: &SelfTest) -> SelfTestEntry {
+    SelfTestEntry {
+        slides: test.slides,
+        false_names: test.false_names,
+        upper_limit_95: test.upper_limit,
+        curve: test
+            .curve
+            .iter()
+            .map(|point| SelfTestPoint {
+                rho: point.rho,
+                injections: point.injections,
+                detected: point.detected,
+                named: point.named,
+                theory: point.theory,
+            })
+            .collect(),
+        kinds: test
+            .kinds
+            .iter()
+            .map(|kind| SelfTestKind {
+                kind: CATALOGUE[kind.effect].card().kind.to_string(),
+                false_names: kind.false_names,
+                detected: kind
+                    .by_rho
+                    .iter()
+                    .map(|found| found.map(|[detected, _]| detected))
+                    .collect(),
+                named: kind
+                    .by_rho
+                    .iter()
+                    .map(|found| found.map(|[_, named]| named))
+                    .collect(),
+            })
+            .collect(),
     }
 }
 

@@ -44,6 +44,8 @@ pub struct Catch {
     pub vetoed: Vec<(usize, String)>,
     /// All fitted (parameter index, value).
     pub values: Vec<(usize, f64)>,
+    /// What the fitted rows say about all parameters, at the values above.
+    pub information: Information,
     /// What the products say of the whole residual.
     pub survey: Survey,
     /// Hypotheses, expressions and instants tried.
@@ -174,6 +176,7 @@ pub fn hunt(
             terms,
             vetoed,
             values,
+            information,
             survey,
             trials,
         });

@@ -1,7 +1,8 @@
 //! The mismatch tool. The road, in order; each stage is a file that can be read and tested alone:
 //!
 //! declare → streams → qualify → scene (motion, signals) → residual → split → portion → noise → locate →
-//! hypotheses → workbench → select, hunt (events, products, invariance) → identify → validate → explain
+//! hypotheses → workbench → select, hunt (events, products, invariance) → self_test → identify → validate →
+//! explain
 //!
 //! At rest on the Earth (still) the motion is known without a reference: clock, cycle and lines come before the
 //! hunt, and control repeats them on shuffled rows.
@@ -70,6 +71,8 @@ pub mod excess;
 pub mod identify;
 
 pub mod validate;
+
+pub mod self_test;
 
 pub mod result;
 
@@ -248,6 +251,9 @@ pub fn diagnose_without(
     )
     .map_err(|problem| InputError::new(model_file, problem))?;
 
+    progress("sliding and injecting");
+    let self_test = self_test::self_test(&bench, &parameters, &candidates, &catch, seed);
+
     progress("settling events");
     let noise = bench.noise;
     catch
@@ -368,6 +374,7 @@ pub fn diagnose_without(
         validations: &validations,
         candidates: &candidates,
         rows_found: &rows_found,
+        self_test: &self_test,
     };
     Ok(Outcome {
         diagnosis: findings.diagnosis(),

@@ -30,7 +30,7 @@ pub struct Diagnosis {
     pub recording: String,
     /// Version of the tool.
     pub version: String,
-    /// Seed (nothing random enters yet; kept for the contract).
+    /// Seed of the self-test and the control; nothing random enters the findings.
     pub seed: u64,
     /// One word.
     pub verdict: Verdict,
@@ -57,6 +57,52 @@ pub struct Diagnosis {
     /// Addition: what the same search finds in the same rows in shuffled order; for units at rest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub control: Option<ControlEntry>,
+    /// Addition: false names and sensitivity of this search on this recording's own noise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub self_test: Option<SelfTestEntry>,
+}
+
+/// What time slides and injections showed.
+#[derive(Debug, Clone, Serialize)]
+pub struct SelfTestEntry {
+    /// Slides of what the fit left against the regressors, by at least a second.
+    pub slides: usize,
+    /// Slides in which a listed effect was named.
+    pub false_names: usize,
+    /// Upper limit of their share, 95 % confidence.
+    pub upper_limit_95: f64,
+    /// Detection by strength, all kinds together.
+    pub curve: Vec<SelfTestPoint>,
+    /// The same by kind.
+    pub kinds: Vec<SelfTestKind>,
+}
+
+/// One strength of injected patterns.
+#[derive(Debug, Clone, Serialize)]
+pub struct SelfTestPoint {
+    /// Matched-filter SNR.
+    pub rho: f64,
+    /// Patterns injected into slid residuals.
+    pub injections: usize,
+    /// Trials that named something.
+    pub detected: usize,
+    /// Trials that named the kind, alone or in its class.
+    pub named: usize,
+    /// Share that theory would detect in noise as modelled.
+    pub theory: f64,
+}
+
+/// One kind in the self-test.
+#[derive(Debug, Clone, Serialize)]
+pub struct SelfTestKind {
+    /// Kind.
+    pub kind: String,
+    /// Slides in which it was named.
+    pub false_names: usize,
+    /// Injections detected, in the order of the curve; null where its size would not be credible physics.
+    pub detected: Vec<Option<usize>>,
+    /// Injections rightly named.
+    pub named: Vec<Option<usize>>,
 }
 
 /// The shuffled control.

@@ -97,6 +97,7 @@ impl Findings<'_> {
                 ));
             }
         }
+        lines.push(self.self_test_line());
         for (effect, reason) in &self.catch.vetoed {
             lines.push(format!(
                 "Not named: {} fits in part, but {reason}.",
@@ -104,6 +105,31 @@ impl Findings<'_> {
             ));
         }
         lines
+    }
+
+    /// The self-test in a sentence.
+    fn self_test_line(&self) -> String {
+        let test = self.self_test;
+        let shares: Vec<String> = test
+            .curve
+            .iter()
+            .filter(|point| point.injections > 0)
+            .map(|point| {
+                let percent = |count: usize| 100.0 * count as f64 / point.injections as f64;
+                format!("{:.0} % at SNR {}", percent(point.detected), point.rho)
+            })
+            .collect();
+        let found = if shares.is_empty() {
+            String::new()
+        } else {
+            format!("; of patterns injected, found {}", shares.join(", "))
+        };
+        format!(
+            "Self-test: {} false names in {} time slides of this recording (at most {:.1} %, 95 % confidence){found}.",
+            test.false_names,
+            test.slides,
+            100.0 * test.upper_limit
+        )
     }
 
     pub(super) fn not_excluded(&self) -> Vec<String> {

@@ -5,6 +5,7 @@
 use maud::{Markup, html};
 
 use super::bars::log_bar;
+use super::self_test::self_test;
 use super::words::{for_people, number, raised, spaced};
 use crate::diagnose::explain::NEEDED_SNR;
 use crate::diagnose::result::{Diagnosis, Verdict};
@@ -96,6 +97,7 @@ pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
                         }
                     }
                 } }
+                @if let Some(test) = &diagnosis.self_test { (self_test(test)) }
             }
         }
     }

@@ -23,6 +23,7 @@ pub mod navigation;
 pub mod paper;
 mod plot;
 mod proof;
+mod self_test;
 pub mod words;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};

@@ -80,6 +80,16 @@ fn nothing_concealed_is_nothing_found() {
             diagnosis.summary
         );
         assert!(diagnosis.effects.is_empty());
+        let test = diagnosis.self_test.expect("a self-test");
+        // One in 1e4 slides may name something: three of 200 would come once in a million recordings.
+        assert!(test.false_names < 3, "seed {seed}: {test:#?}");
+        let (weak, strong) = (&test.curve[0], &test.curve[3]);
+        // Theory: one in seven of the weakest, all of the strongest.
+        assert!(2 * weak.detected < weak.injections, "seed {seed}: {weak:?}");
+        assert!(
+            10 * strong.named > 9 * strong.injections,
+            "seed {seed}: {strong:?}"
+        );
     }
 }
 
