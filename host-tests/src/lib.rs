@@ -32,6 +32,8 @@ pub mod diagnose;
 
 pub mod calibrate;
 
+pub mod challenge;
+
 pub mod report;
 
 pub mod demo;

@@ -15,6 +15,7 @@ use crate::error::InputError;
 use crate::terminal::Terminal;
 
 mod calibrate;
+mod challenge;
 mod demo;
 mod diagnose;
 mod import;
@@ -51,6 +52,7 @@ struct Talk {
 #[derive(Debug, Subcommand)]
 enum Command {
     Calibrate(calibrate::Calibrate),
+    Challenge(challenge::ChallengeCommand),
     Demo(demo::DemoCommand),
     Diagnose(diagnose::Diagnose),
     Import(import::Import),
@@ -67,6 +69,7 @@ impl Command {
     fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         match self {
             Self::Calibrate(command) => command.run(terminal),
+            Self::Challenge(command) => command.run(terminal),
             Self::Demo(command) => command.run(terminal),
             Self::Diagnose(command) => command.run(terminal),
             Self::Import(command) => command.run(terminal),

@@ -12,6 +12,7 @@
 
 mod bars;
 pub mod calibration;
+pub mod challenge;
 mod curves;
 mod facts;
 mod findings;

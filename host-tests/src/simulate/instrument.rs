@@ -43,8 +43,31 @@ pub enum Stream {
     Converter = 110,
 }
 
+/// Seeds of a simulation: what moves, and what disturbs the instruments. One number for both, as a rule.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Seeds {
+    /// Of vibrations, dithers and the phase of the backscatter: what a recording without noise has, too.
+    pub motion: u64,
+    /// Of every other stream.
+    pub noise: u64,
+}
+
+impl From<u64> for Seeds {
+    fn from(seed: u64) -> Self {
+        Self {
+            motion: seed,
+            noise: seed,
+        }
+    }
+}
+
 /// The generator of one stream for one axis.
-pub fn stream(seed: u64, stream: Stream, axis: usize) -> ChaCha8Rng {
+pub fn stream(seeds: impl Into<Seeds>, stream: Stream, axis: usize) -> ChaCha8Rng {
+    let seeds = seeds.into();
+    let seed = match stream {
+        Stream::Motion | Stream::Dither | Stream::LockIn => seeds.motion,
+        _ => seeds.noise,
+    };
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(stream as u64 + axis as u64);
     rng

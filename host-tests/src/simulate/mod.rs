@@ -36,6 +36,7 @@ pub mod window;
 use crate::error::InputError;
 use crate::model::{self, EffectValue, Model, ModelEffect, MotionSource};
 use crate::recording::{Channel, Clock, Recording, Segment, Site, Table};
+pub use instrument::Seeds;
 use layout::{ReferenceKind, TableLayout};
 pub use run::{Block, Simulator};
 use scenario::Scenario;
@@ -113,8 +114,13 @@ pub fn coning_demo(seed: u64) -> Result<Simulation, InputError> {
 }
 
 /// Runs a scenario in memory. `progress` is told the rows done. The same scenario and seed give the same values.
-pub fn simulate(scenario: &Scenario, seed: u64, mut progress: impl FnMut(usize)) -> Simulation {
-    let mut simulator = Simulator::new(scenario, seed);
+pub fn simulate(
+    scenario: &Scenario,
+    seeds: impl Into<Seeds>,
+    mut progress: impl FnMut(usize),
+) -> Simulation {
+    let seeds = seeds.into();
+    let mut simulator = Simulator::new(scenario, seeds);
     let mut recording = simulator.recording();
     let mut case_increments_rad = Vec::with_capacity(scenario.rows());
     for (table, layout) in recording.tables.iter_mut().zip(simulator.tables()) {
@@ -134,7 +140,7 @@ pub fn simulate(scenario: &Scenario, seed: u64, mut progress: impl FnMut(usize))
     }
     Simulation {
         model: model_of(scenario),
-        truth: Truth::of(scenario, seed),
+        truth: Truth::of(scenario, seeds.noise),
         case_increments_rad,
         recording,
     }

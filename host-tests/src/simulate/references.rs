@@ -6,7 +6,7 @@
 //! an isolator; encoders the base relative to the ground. Effects on the reference act on the first one.
 
 use super::attitude::Quadrature;
-use super::instrument::{AngleEncoder, Stream, normal, stream};
+use super::instrument::{AngleEncoder, Seeds, Stream, normal, stream};
 use super::layout::{self, ReferenceKind};
 use super::scenario::Scenario;
 use super::window::{Shift, Window};
@@ -33,10 +33,10 @@ pub struct ReferenceTriad<'a> {
 
 impl<'a> ReferenceTriad<'a> {
     /// Every reference of the scenario.
-    pub fn all(scenario: &'a Scenario, seed: u64, quadrature: &Quadrature) -> Vec<Self> {
+    pub fn all(scenario: &'a Scenario, seeds: Seeds, quadrature: &Quadrature) -> Vec<Self> {
         layout::references(scenario)
             .enumerate()
-            .map(|(index, kind)| Self::new(scenario, kind, index == 0, seed, quadrature))
+            .map(|(index, kind)| Self::new(scenario, kind, index == 0, seeds, quadrature))
             .collect()
     }
 
@@ -44,7 +44,7 @@ impl<'a> ReferenceTriad<'a> {
         scenario: &'a Scenario,
         kind: ReferenceKind,
         first: bool,
-        seed: u64,
+        seeds: Seeds,
         quadrature: &Quadrature,
     ) -> Self {
         let period_s = 1.0 / scenario.rate_hz;
@@ -70,7 +70,7 @@ impl<'a> ReferenceTriad<'a> {
             ReferenceKind::Gyro => {
                 let entry = scenario.reference.expect("this kind is there");
                 if entry.attitude {
-                    let rng = stream(seed, Stream::Reference, 3);
+                    let rng = stream(seeds, Stream::Reference, 3);
                     triad.attitude_rng = Some((rng, entry.angle_noise_rad));
                 }
                 (
@@ -86,7 +86,7 @@ impl<'a> ReferenceTriad<'a> {
                 triad.bias_rad_s = Vector3::from(entry.bias_rad_s);
                 triad.rate_walk_rad_s = entry.rate_random_walk_rad_s_sqrt_s * period_s.sqrt();
                 triad.rate_rngs = (3..6)
-                    .map(|number| stream(seed, Stream::FibreOptic, number))
+                    .map(|number| stream(seeds, Stream::FibreOptic, number))
                     .collect();
                 (
                     Stream::FibreOptic,
@@ -108,7 +108,7 @@ impl<'a> ReferenceTriad<'a> {
         triad.weight_rad = weight_rad;
         triad.encoders = (0..3)
             .map(|axis| {
-                let rng = stream(seed, from, axis);
+                let rng = stream(seeds, from, axis);
                 AngleEncoder::new(weight_rad, noise_rad, walk * period_s.sqrt(), rng)
             })
             .collect();

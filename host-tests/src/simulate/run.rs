@@ -5,7 +5,7 @@
 
 use super::attitude::Quadrature;
 use super::case::Case;
-use super::instrument::{Stream, stream};
+use super::instrument::{Seeds, Stream, stream};
 use super::layout::{self, TableLayout};
 use super::motion::{BaseMotion, SegmentMotion};
 use super::recording_of;
@@ -55,16 +55,17 @@ pub struct Simulator<'a> {
 
 impl<'a> Simulator<'a> {
     /// Before the first row.
-    pub fn new(scenario: &'a Scenario, seed: u64) -> Self {
+    pub fn new(scenario: &'a Scenario, seeds: impl Into<Seeds>) -> Self {
+        let seeds = seeds.into();
         let tables = layout::tables(scenario);
-        let triad = Triad::new(scenario, &tables, seed, quadrature());
+        let triad = Triad::new(scenario, &tables, seeds, quadrature());
         let (behind, ahead) = triad.reach();
         Self {
             scenario,
             case: Case::new(scenario, quadrature()),
             triad,
             window: Window::new(behind, ahead),
-            motion: Motion::new(scenario, seed),
+            motion: Motion::new(scenario, seeds),
             tables,
             row: 0,
             periods: 0,
@@ -133,10 +134,10 @@ struct Motion<'a> {
 }
 
 impl<'a> Motion<'a> {
-    fn new(scenario: &'a Scenario, seed: u64) -> Self {
+    fn new(scenario: &'a Scenario, seeds: Seeds) -> Self {
         Self {
             scenario,
-            rng: stream(seed, Stream::Motion, 0),
+            rng: stream(seeds, Stream::Motion, 0),
             segment: 0,
             rows_left: 0,
             motion: None,

@@ -9,7 +9,7 @@
 use super::attitude::Quadrature;
 use super::dither::BlockDither;
 use super::effects::faults::Fault;
-use super::instrument::{PulseCounter, Stream, normal, stream};
+use super::instrument::{PulseCounter, Seeds, Stream, normal, stream};
 use super::layout::TableLayout;
 use super::lock_in::{BeatPhase, sub_steps};
 use super::references::ReferenceTriad;
@@ -55,13 +55,13 @@ impl<'a> Triad<'a> {
     pub fn new(
         scenario: &'a Scenario,
         tables: &[TableLayout],
-        seed: u64,
+        seeds: Seeds,
         quadrature: &'a Quadrature,
     ) -> Self {
         let period_s = 1.0 / scenario.rate_hz;
         let effects = &scenario.effects;
         let duration_s = scenario.rows() as f64 * period_s;
-        let streams = |kind| (0..3).map(move |axis| stream(seed, kind, axis));
+        let streams = |kind| (0..3).map(move |axis| stream(seeds, kind, axis));
         let mut gyro_rngs: Vec<_> = streams(Stream::Gyro).collect();
         let counters = gyro_rngs
             .iter_mut()
@@ -102,7 +102,7 @@ impl<'a> Triad<'a> {
                     })
             })
         });
-        let (lasers, steps) = lasers(scenario, seed, period_s);
+        let (lasers, steps) = lasers(scenario, seeds, period_s);
         let mut triad = Self {
             scenario,
             quadrature,
@@ -120,7 +120,7 @@ impl<'a> Triad<'a> {
             dithers: dithers.collect(),
             pickoff_rngs: streams(Stream::Pickoff).collect(),
             block_before_rad: [0.0; 3],
-            references: ReferenceTriad::all(scenario, seed, quadrature),
+            references: ReferenceTriad::all(scenario, seeds, quadrature),
             accelerometer_rngs: streams(Stream::Accelerometer).collect(),
             accelerometer_shifts: [0, 1, 2].map(|axis| shift(effects.accelerometer_delay_s(axis))),
             thermometer_rngs: streams(Stream::Thermometer).collect(),
@@ -317,7 +317,7 @@ impl<'a> Triad<'a> {
 }
 
 /// The beats with lock-in, and the sub-steps a row that the fastest of them needs.
-fn lasers(scenario: &Scenario, seed: u64, period_s: f64) -> ([Option<BeatPhase>; 3], usize) {
+fn lasers(scenario: &Scenario, seeds: Seeds, period_s: f64) -> ([Option<BeatPhase>; 3], usize) {
     let mut steps = 0;
     let lasers = [0, 1, 2].map(|axis| {
         let threshold_rad_s = scenario.effects.lock_in_rad_s(axis);
@@ -333,7 +333,7 @@ fn lasers(scenario: &Scenario, seed: u64, period_s: f64) -> ([Option<BeatPhase>;
         let pulse_rad = scenario.gyro.pulse_weight_rad[axis];
         let acceleration = dithered + CASE_ACCELERATION_RAD_S2;
         steps = steps.max(sub_steps(acceleration, pulse_rad, period_s));
-        let phase_rad = stream(seed, Stream::LockIn, axis).random::<f64>() * TAU;
+        let phase_rad = stream(seeds, Stream::LockIn, axis).random::<f64>() * TAU;
         Some(BeatPhase::new(pulse_rad, threshold_rad_s, phase_rad))
     });
     (lasers, steps)

@@ -1,0 +1,92 @@
+//! What can be known: strengths, separations and the Cramér–Rao bound, from inner products of predictions.
+//!
+//! Enters: Fisher information of the catalogue ([`Book`]) and an effect's prediction. Leaves: the matched-filter SNR
+//! ρ = |s|, what is left of it beside other effects |(I − P)s|, and the joint bound of the parameters.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::kinds::LINEAR;
+use super::predict::Book;
+
+/// A direction that the data fix worse than this many typical sizes counts as not fixed at all; it keeps inverses
+/// finite and leaves bounds alone by a part in a million.
+const UNFIXED: f64 = 1e3;
+
+/// |(I − P)s|² where P projects on the parameters at `places`, from inner products.
+pub fn beside(gram: &DMatrix<f64>, power: f64, against: &DVector<f64>, places: &[usize]) -> f64 {
+    if places.is_empty() {
+        return power;
+    }
+    let scale = |place: usize| gram[(place, place)].max(f64::MIN_POSITIVE).sqrt().recip();
+    // Directions below this share of the largest are rounding of the simulations' differences.
+    const ROUNDING: f64 = 1e-9;
+    let count = places.len();
+    let inside = DMatrix::from_fn(count, count, |a, b| {
+        gram[(places[a], places[b])] * scale(places[a]) * scale(places[b])
+    });
+    let right = DVector::from_fn(count, |a, _| against[places[a]] * scale(places[a]));
+    let root = inside.symmetric_eigen();
+    let largest = root.eigenvalues.iter().copied().fold(0.0, f64::max);
+    let rotated = root.eigenvectors.transpose() * right;
+    let explained: f64 = rotated
+        .iter()
+        .zip(root.eigenvalues.iter())
+        .filter(|(_, value)| **value > ROUNDING * largest)
+        .map(|(part, value)| part * part / value)
+        .sum();
+    (power - explained).max(0.0)
+}
+
+/// The rival that comes closest to an effect: its kind and |(I − P)s|, P on the rival and the `others` that are true.
+pub fn nearest(
+    book: &Book,
+    power: f64,
+    against: &DVector<f64>,
+    own: &str,
+    others: &[&str],
+) -> Option<(&'static str, f64)> {
+    let given: Vec<usize> = others.iter().flat_map(|kind| book.of(kind)).collect();
+    book.kinds()
+        .into_iter()
+        .filter(|rival| rival.kind != own && !others.contains(&rival.kind))
+        .map(|rival| {
+            let mut places = given.clone();
+            places.extend(book.of(rival.kind));
+            (
+                rival.kind,
+                beside(&book.gram[0], power, against, &places).sqrt(),
+            )
+        })
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// Joint covariance bound of the parameters at `places`.
+pub fn bound(book: &Book, places: &[usize]) -> DMatrix<f64> {
+    let width = |place: usize| UNFIXED * LINEAR[book.names[places[place]].entry].typical;
+    let count = places.len();
+    if count == 0 {
+        return DMatrix::zeros(0, 0);
+    }
+    let scaled = DMatrix::from_fn(count, count, |a, b| {
+        let own = if a == b { 1.0 } else { 0.0 };
+        book.gram[0][(places[a], places[b])] * width(a) * width(b) + own
+    });
+    let root = scaled.symmetric_eigen();
+    let inverse = &root.eigenvectors
+        * DMatrix::from_diagonal(&root.eigenvalues.map(|value| value.max(1.0).recip()))
+        * root.eigenvectors.transpose();
+    DMatrix::from_fn(count, count, |a, b| inverse[(a, b)] * width(a) * width(b))
+}
+
+/// Directions that the data fix better than `widths` of typical size.
+pub fn degrees(book: &Book, places: &[usize], widths: f64) -> usize {
+    let width = |place: usize| widths * LINEAR[book.names[places[place]].entry].typical;
+    if places.is_empty() {
+        return 0;
+    }
+    let scaled = DMatrix::from_fn(places.len(), places.len(), |a, b| {
+        book.gram[0][(places[a], places[b])] * width(a) * width(b)
+    });
+    let values = scaled.symmetric_eigenvalues();
+    values.iter().filter(|value| **value > 1.0).count()
+}
