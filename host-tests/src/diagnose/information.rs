@@ -9,7 +9,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::portion::{Bins, inner};
+use super::portion::Bins;
+use super::regressor::{Regressor, gram};
 
 /// Information about all parameters.
 #[derive(Clone)]
@@ -32,38 +33,32 @@ impl Information {
         }
     }
 
-    /// Adds what one axis says. `columns` are (parameter index, bins).
+    /// Adds what one axis says. `columns` are (parameter index, column).
     pub fn add_axis(
         &mut self,
-        joints: &[Bins],
+        joints: &[Regressor],
         residual: &Bins,
-        columns: &[(usize, &Bins)],
+        columns: &[(usize, &Regressor)],
         weights: &[f64],
     ) {
-        let joint_gram = DMatrix::from_fn(joints.len(), joints.len(), |a, b| {
-            inner(&joints[a], &joints[b], weights)
-        });
-        let joint_inverse = stable_inverse(&joint_gram);
-        let against_joints: Vec<DVector<f64>> = columns
+        let all: Vec<&Regressor> = joints
             .iter()
-            .map(|(_, bins)| {
-                DVector::from_iterator(joints.len(), joints.iter().map(|j| inner(j, bins, weights)))
-            })
+            .chain(columns.iter().map(|(_, column)| *column))
             .collect();
-        let residual_joints = DVector::from_iterator(
-            joints.len(),
-            joints.iter().map(|j| inner(j, residual, weights)),
-        );
-        let fitted_residual = &joint_inverse * &residual_joints;
-        self.power += inner(residual, residual, weights) - residual_joints.dot(&fitted_residual);
-        for (a, (index_a, bins_a)) in columns.iter().enumerate() {
-            let fitted = &joint_inverse * &against_joints[a];
-            self.right[*index_a] += inner(bins_a, residual, weights) - fitted.dot(&residual_joints);
-            for (b, (index_b, bins_b)) in columns.iter().enumerate().take(a + 1) {
-                let value = inner(bins_a, bins_b, weights) - fitted.dot(&against_joints[b]);
-                self.fisher[(*index_a, *index_b)] += value;
+        let gram = gram(&all, residual, weights);
+        // What is left of everything once the jumps at the joints are fitted away.
+        let (first, rest) = (joints.len(), columns.len() + 1);
+        let joint_inverse = stable_inverse(&gram.view((0, 0), (first, first)).into_owned());
+        let against_joints = gram.view((first, 0), (rest, first));
+        let left = gram.view((first, first), (rest, rest))
+            - against_joints * joint_inverse * against_joints.transpose();
+        self.power += left[(rest - 1, rest - 1)];
+        for (a, (index_a, _)) in columns.iter().enumerate() {
+            self.right[*index_a] += left[(rest - 1, a)];
+            for (b, (index_b, _)) in columns.iter().enumerate().take(a + 1) {
+                self.fisher[(*index_a, *index_b)] += left[(a, b)];
                 if index_a != index_b {
-                    self.fisher[(*index_b, *index_a)] += value;
+                    self.fisher[(*index_b, *index_a)] += left[(a, b)];
                 }
             }
         }
@@ -130,33 +125,20 @@ pub struct Solution {
 }
 
 /// Takes the columns out of `left` by weighted least squares and returns their sizes.
-pub fn fit_away(left: &mut Bins, columns: &[Bins], weights: &[f64]) -> Vec<f64> {
-    let scale: Vec<f64> = columns
-        .iter()
-        .map(|column| {
-            inner(column, column, weights)
-                .max(f64::MIN_POSITIVE)
-                .sqrt()
-                .recip()
-        })
+pub fn fit_away(left: &mut Bins, columns: &[Regressor], weights: &[f64]) -> Vec<f64> {
+    let count = columns.len();
+    let gram = gram(&columns.iter().collect::<Vec<_>>(), left, weights);
+    let scale: Vec<f64> = (0..count)
+        .map(|a| gram[(a, a)].max(f64::MIN_POSITIVE).sqrt().recip())
         .collect();
-    let gram = DMatrix::from_fn(columns.len(), columns.len(), |a, b| {
-        inner(&columns[a], &columns[b], weights) * scale[a] * scale[b]
-    });
-    let right = DVector::from_fn(columns.len(), |a, _| {
-        inner(&columns[a], left, weights) * scale[a]
-    });
-    let sizes = stable_inverse(&gram) * right;
-    for (column, (size, scale)) in columns.iter().zip(sizes.iter().zip(&scale)) {
-        for (bin, part) in left.iter_mut().zip(column) {
-            *bin -= part * (size * scale);
-        }
+    let scaled = DMatrix::from_fn(count, count, |a, b| gram[(a, b)] * scale[a] * scale[b]);
+    let right = DVector::from_fn(count, |a, _| gram[(count, a)] * scale[a]);
+    let sizes = stable_inverse(&scaled) * right;
+    let sizes: Vec<f64> = sizes.iter().zip(&scale).map(|(a, b)| a * b).collect();
+    for (column, size) in columns.iter().zip(&sizes) {
+        column.add_to(left, -size);
     }
     sizes
-        .iter()
-        .zip(&scale)
-        .map(|(size, scale)| size * scale)
-        .collect()
 }
 
 /// Inverse of a positive semidefinite matrix; directions below 1e-12 of the largest are left out, being

@@ -28,6 +28,8 @@ pub mod split;
 
 pub mod portion;
 
+pub mod regressor;
+
 pub mod noise;
 
 pub mod locate;

@@ -24,6 +24,7 @@ const STOP_BEYOND: f64 = 1.6;
 
 /// A signal in the frequency domain, ready to be differentiated and delayed.
 pub struct Spectrum {
+    /// Up to the end of the stop band; above it there is nothing to keep.
     bins: Vec<Complex64>,
     rows: usize,
     length: usize,
@@ -71,6 +72,9 @@ impl Spectrum {
         forward
             .process(&mut padded, &mut bins)
             .expect("lengths come from the plan");
+        let stop = (edge_hz * STOP_BEYOND * length as f64 / rate_hz).ceil() as usize;
+        bins.truncate(stop.saturating_add(1));
+        bins.shrink_to_fit();
         Self {
             bins,
             rows,
@@ -85,29 +89,22 @@ impl Spectrum {
     pub fn read(&self, reading: Reading) -> Vec<f64> {
         let margin = MARGIN_ROWS.min(self.rows - 1);
         let half = self.length / 2;
-        let mut bins: Vec<Complex64> = self
-            .bins
-            .iter()
-            .enumerate()
-            .map(|(bin, value)| {
-                let frequency_hz = bin as f64 * self.rate_hz / self.length as f64;
-                if bin == half && self.length.is_multiple_of(2) {
-                    return Complex64::new(0.0, 0.0);
-                }
-                let weight = self.pass(frequency_hz)
-                    / if reading.undo_row_mean {
-                        sinc(frequency_hz / self.rate_hz)
-                    } else {
-                        1.0
-                    };
-                let slope = Complex64::new(0.0, TAU * frequency_hz).powi(reading.derivative);
-                value * slope * Complex64::from_polar(weight, TAU * frequency_hz * reading.ahead_s)
-            })
-            .collect();
-        bins[0].im = 0.0;
-        if let Some(last) = bins.last_mut() {
-            last.im = 0.0;
+        let mut bins = self.inverse.make_input_vec();
+        let unit = Complex64::new(0.0, 1.0).powi(reading.derivative);
+        for (bin, (slot, value)) in bins.iter_mut().zip(&self.bins).enumerate() {
+            let frequency_hz = bin as f64 * self.rate_hz / self.length as f64;
+            let mut weight = self.pass(frequency_hz) * (TAU * frequency_hz).powi(reading.derivative);
+            if reading.undo_row_mean {
+                weight /= sinc(frequency_hz / self.rate_hz);
+            }
+            *slot = value * unit * weight;
+            if reading.ahead_s != 0.0 {
+                *slot *= Complex64::cis(TAU * frequency_hz * reading.ahead_s);
+            }
         }
+        // Neither the mean nor the highest bin has a phase; the latter has no derivative either.
+        bins[0].im = 0.0;
+        bins[half] = Complex64::new(0.0, 0.0);
         let mut padded = self.inverse.make_output_vec();
         self.inverse
             .process(&mut bins, &mut padded)

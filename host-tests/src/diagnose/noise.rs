@@ -13,8 +13,9 @@
 
 use std::f64::consts::PI;
 
-use super::portion::{Bins, Portion, inner};
-use nalgebra::DMatrix;
+use super::portion::{Bins, Portion};
+use super::regressor::{Regressor, gram, leverage};
+use nalgebra::{DMatrix, DVector};
 
 /// Number of noise terms.
 pub const TERMS: usize = 4;
@@ -123,7 +124,7 @@ pub struct Declared {
 pub fn fit(
     portion: &Portion,
     residual: &Bins,
-    columns: &[&Bins],
+    columns: &[&Regressor],
     declared: Declared,
     start: Option<Noise>,
 ) -> Noise {
@@ -182,53 +183,32 @@ pub fn fit(
 fn project_out(
     portion: &Portion,
     residual: &Bins,
-    columns: &[&Bins],
+    columns: &[&Regressor],
     weights: &[f64],
 ) -> (Vec<f64>, Vec<f64>) {
     let count = columns.len();
-    let scales: Vec<f64> = columns
-        .iter()
-        .map(|column| inner(column, column, weights).sqrt().max(f64::MIN_POSITIVE))
+    let gram = gram(columns, residual, weights);
+    let scales: Vec<f64> = (0..count)
+        .map(|a| gram[(a, a)].sqrt().max(f64::MIN_POSITIVE))
         .collect();
-    let mut gram = DMatrix::zeros(count, count);
-    let mut right = nalgebra::DVector::zeros(count);
-    for a in 0..count {
-        for b in 0..=a {
-            let value = inner(columns[a], columns[b], weights) / (scales[a] * scales[b]);
-            gram[(a, b)] = value;
-            gram[(b, a)] = value;
-        }
-        right[a] = inner(columns[a], residual, weights) / scales[a];
-    }
-    let inverse = super::information::stable_inverse(&gram);
+    let scaled = DMatrix::from_fn(count, count, |a, b| {
+        gram[(a, b)] / (scales[a] * scales[b])
+    });
+    let right = DVector::from_fn(count, |a, _| gram[(count, a)] / scales[a]);
+    let inverse = super::information::stable_inverse(&scaled);
     let solution = &inverse * right;
     let root = inverse.symmetric_eigen();
-    let half = &root.eigenvectors
-        * DMatrix::from_diagonal(&root.eigenvalues.map(|value| value.max(0.0).sqrt()));
-    let mut left = Vec::with_capacity(portion.bins());
-    let mut leverage = Vec::with_capacity(portion.bins());
-    let (mut re, mut im) = (vec![0.0; count], vec![0.0; count]);
-    for bin in 0..portion.bins() {
-        let mut value = residual[bin];
-        for column in 0..count {
-            let entry = columns[column][bin] / scales[column];
-            (re[column], im[column]) = (entry.re, entry.im);
-            value -= entry * solution[column];
-        }
-        left.push(value.norm_sqr());
-        let mut taken = 0.0;
-        if count > 0 {
-            for direction in 0..count {
-                let (mut a, mut b) = (0.0, 0.0);
-                for column in 0..count {
-                    a += half[(column, direction)] * re[column];
-                    b += half[(column, direction)] * im[column];
-                }
-                taken += a * a + b * b;
-            }
-            taken *= weights[bin];
-        }
-        leverage.push(taken.min(portion.degrees(bin)));
+    let half = DMatrix::from_fn(count, count, |a, direction| {
+        root.eigenvectors[(a, direction)] * root.eigenvalues[direction].max(0.0).sqrt() / scales[a]
+    });
+    let mut left = residual.clone();
+    for (column, (size, scale)) in columns.iter().zip(solution.iter().zip(&scales)) {
+        column.add_to(&mut left, -size / scale);
+    }
+    let left = left.iter().map(|value| value.norm_sqr()).collect();
+    let mut leverage = leverage(columns, &half, weights);
+    for (bin, taken) in leverage.iter_mut().enumerate() {
+        *taken = taken.min(portion.degrees(bin));
     }
     (left, leverage)
 }

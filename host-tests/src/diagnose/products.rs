@@ -13,10 +13,15 @@ use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::information::stable_inverse;
-use super::portion::{Bins, inner};
+use super::portion::inner;
+use super::regressor::{Regressor, gram, reach};
 use super::scene::Scene;
 use super::signals::{Signal, vocabulary};
 use super::workbench::Workbench;
+
+/// Whitened power of a product that is left out at its highest frequencies: what a residual of a thousand times its
+/// noise has there adds 0.01 to a likelihood ratio of 20 at the most.
+const NEGLIGIBLE: f64 = 1e-10;
 
 /// All expressions that are tried, with their factors by index.
 pub struct Products {
@@ -106,28 +111,25 @@ impl Products {
     /// Measures every product against the residual and the chosen parameters.
     pub fn survey(&self, bench: &Workbench, chosen: &[usize]) -> Survey {
         let portion = &bench.portion;
-        let joints = bench.joints();
         let residual = bench.residual();
         let weights = [0, 1, 2].map(|axis| bench.noise[axis].weights(portion));
-        let known: [Vec<(Option<usize>, &Bins)>; 3] = [0, 1, 2].map(|axis| {
+        let known: [Vec<(Option<usize>, &Regressor)>; 3] = [0, 1, 2].map(|axis| {
             let chosen = bench
                 .columns_of(chosen, axis)
                 .into_iter()
-                .map(|(index, bins)| (Some(index), bins));
-            joints
-                .iter()
-                .map(|joint| (None, joint))
-                .chain(chosen)
-                .collect()
+                .map(|(index, column)| (Some(index), column));
+            let joints = bench.joints().iter().map(|joint| (None, joint));
+            joints.chain(chosen).collect()
         });
-        let axes = [0, 1, 2].map(|axis| KnownAxis {
-            indices: known[axis].iter().map(|(index, _)| *index).collect(),
-            gram: DMatrix::from_fn(known[axis].len(), known[axis].len(), |a, b| {
-                inner(known[axis][a].1, known[axis][b].1, &weights[axis])
-            }),
-            residual: DVector::from_fn(known[axis].len(), |a, _| {
-                inner(known[axis][a].1, &residual[axis], &weights[axis])
-            }),
+        let axes = [0, 1, 2].map(|axis: usize| {
+            let columns: Vec<&Regressor> = known[axis].iter().map(|(_, column)| *column).collect();
+            let gram = gram(&columns, &residual[axis], &weights[axis]);
+            let count = columns.len();
+            KnownAxis {
+                indices: known[axis].iter().map(|(index, _)| *index).collect(),
+                gram: gram.view((0, 0), (count, count)).into_owned(),
+                residual: DVector::from_fn(count, |a, _| gram[(count, a)]),
+            }
         });
         let period_s = bench.scene().period_s();
         let measured: Vec<[Option<Measured>; 3]> = (0..self.names.len())
@@ -135,13 +137,16 @@ impl Products {
             .map(|product| {
                 let bins = portion.transform(&self.values(product, period_s));
                 [0, 1, 2].map(|axis: usize| {
-                    let own = inner(&bins, &bins, &weights[axis]);
+                    let weights = &weights[axis];
+                    let power = |bin: usize| bins[bin].norm_sqr() * weights[bin];
+                    let bins = &bins[..reach(bins.len(), power, NEGLIGIBLE)];
+                    let own = inner(bins, bins, weights);
                     (own > 0.0 && own.is_finite()).then(|| Measured {
                         own,
-                        residual: inner(&bins, &residual[axis], &weights[axis]),
+                        residual: inner(bins, &residual[axis], weights),
                         known: known[axis]
                             .iter()
-                            .map(|(_, other)| inner(&bins, other, &weights[axis]))
+                            .map(|(_, other)| other.inner(bins, weights))
                             .collect(),
                     })
                 })

@@ -14,6 +14,7 @@ use super::information::fit_away;
 use super::locate::Location;
 use super::noise::Noise;
 use super::portion::{Portion, inner};
+use super::regressor::regressors;
 use super::split::intersect;
 use super::streams::Triad;
 
@@ -122,7 +123,7 @@ fn union(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
 
 fn judge(portion: &Portion, values: &[f64], noise: &Noise, bins: Range<usize>) -> Figures {
     let weights = noise.weights(portion);
-    let joints = portion.joints();
+    let joints = regressors(&portion.joints());
     let residual = portion.transform(values);
     let period_s = portion.seconds() / portion.rows() as f64;
     let constant = portion.transform(&vec![period_s; values.len()]);
@@ -143,11 +144,11 @@ fn judge(portion: &Portion, values: &[f64], noise: &Noise, bins: Range<usize>) -
 /// Power over noise in some bins, joints fitted away, and the ratio in each bin.
 fn power(portion: &Portion, values: &[f64], noise: &Noise, bins: Range<usize>) -> (f64, Vec<f64>) {
     let weights = noise.weights(portion);
-    let joints = portion.joints();
+    let joints = regressors(&portion.joints());
     let mut residual = portion.transform(values);
     let scale: Vec<f64> = joints
         .iter()
-        .map(|j| inner(j, j, &weights).sqrt().recip())
+        .map(|joint| joint.power(&weights).sqrt().recip())
         .collect();
     fit_away(&mut residual, &joints, &weights);
     // Each joint takes one degree of freedom out of all bins together, most of it at low frequency where
@@ -158,7 +159,7 @@ fn power(portion: &Portion, values: &[f64], noise: &Noise, bins: Range<usize>) -
             joints
                 .iter()
                 .zip(&scale)
-                .map(|(j, s)| j[bin].norm_sqr() * s * s)
+                .map(|(joint, s)| joint.at(bin).norm_sqr() * s * s)
                 .sum::<f64>()
                 * weights[bin]
         })

@@ -11,6 +11,7 @@ use super::hypotheses::CATALOGUE;
 use super::information::Information;
 use super::noise::{self, Declared, Noise};
 use super::portion::{Bins, Portion};
+use super::regressor::{Regressor, regressors};
 use super::scene::Scene;
 use super::streams::Triad;
 
@@ -68,7 +69,7 @@ impl Parameters {
 struct Column {
     axis: usize,
     index: usize,
-    bins: Bins,
+    bins: Regressor,
 }
 
 /// What a search changes on a [`Workbench`].
@@ -88,7 +89,7 @@ pub struct Workbench<'a> {
     /// Noise of each axis.
     pub noise: [Noise; 3],
     residual: [Bins; 3],
-    joints: Vec<Bins>,
+    joints: Vec<Regressor>,
     columns: Vec<Column>,
     terms: Vec<Term>,
     /// Where each effect is linearised.
@@ -111,7 +112,7 @@ impl<'a> Workbench<'a> {
             residual_rad,
             parameters,
             residual: [0, 1, 2].map(|axis| portion.transform(&residual_rad[axis])),
-            joints: portion.joints(),
+            joints: regressors(&portion.joints()),
             portion,
             noise,
             columns: Vec::new(),
@@ -145,7 +146,7 @@ impl<'a> Workbench<'a> {
                 Some(Column {
                     axis,
                     index,
-                    bins: self.portion.transform(&values),
+                    bins: Regressor::new(&self.portion.transform(&values)),
                 })
             })
             .collect()
@@ -189,7 +190,7 @@ impl<'a> Workbench<'a> {
         self.columns.push(Column {
             axis: term.axis,
             index,
-            bins: self.portion.transform(&values),
+            bins: Regressor::new(&self.portion.transform(&values)),
         });
         self.columns
             .sort_by_key(|column| (column.axis, column.index));
@@ -281,7 +282,7 @@ impl<'a> Workbench<'a> {
     }
 
     /// The columns of some parameters on one axis, as (parameter index, bins).
-    pub fn columns_of(&self, indices: &[usize], axis: usize) -> Vec<(usize, &Bins)> {
+    pub fn columns_of(&self, indices: &[usize], axis: usize) -> Vec<(usize, &Regressor)> {
         self.columns
             .iter()
             .filter(|column| column.axis == axis && indices.contains(&column.index))
@@ -312,9 +313,7 @@ impl<'a> Workbench<'a> {
             if CATALOGUE[effect].is_linear() || value == 0.0 {
                 continue;
             }
-            for (bin, slope) in self.residual[column.axis].iter_mut().zip(&column.bins) {
-                *bin += slope * value;
-            }
+            column.bins.add_to(&mut self.residual[column.axis], value);
         }
     }
 
@@ -324,7 +323,7 @@ impl<'a> Workbench<'a> {
         let fitted: Vec<Noise> = (0..3_usize)
             .into_par_iter()
             .map(|axis| {
-                let columns: Vec<&Bins> = joints
+                let columns: Vec<&Regressor> = joints
                     .iter()
                     .chain(
                         self.columns
@@ -357,7 +356,7 @@ impl<'a> Workbench<'a> {
             .into_par_iter()
             .map(|axis| {
                 let weights = self.noise[axis].weights(&self.portion);
-                let columns: Vec<(usize, &Bins)> = self
+                let columns: Vec<(usize, &Regressor)> = self
                     .columns
                     .iter()
                     .filter(|column| column.axis == axis)
@@ -382,9 +381,7 @@ impl<'a> Workbench<'a> {
         let mut left = self.residual.clone();
         for column in &self.columns {
             if let Some((_, value)) = values.iter().find(|(index, _)| *index == column.index) {
-                for (bin, slope) in left[column.axis].iter_mut().zip(&column.bins) {
-                    *bin -= slope * *value;
-                }
+                column.bins.add_to(&mut left[column.axis], -value);
             }
         }
         for (axis, left) in left.iter_mut().enumerate() {
@@ -412,7 +409,7 @@ impl<'a> Workbench<'a> {
     }
 
     /// One unit jump of angle at the start of each stretch.
-    pub fn joints(&self) -> &[Bins] {
+    pub fn joints(&self) -> &[Regressor] {
         &self.joints
     }
 }

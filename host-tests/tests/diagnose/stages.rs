@@ -7,6 +7,7 @@ use rlg::diagnose::information::Information;
 use rlg::diagnose::motion::{Reading, Spectrum, smooth_length};
 use rlg::diagnose::noise::{Declared, Noise, fit};
 use rlg::diagnose::portion::{Bins, Portion, inner};
+use rlg::diagnose::regressor::{Regressor, regressors};
 use std::f64::consts::TAU;
 
 const RATE_HZ: f64 = 4000.0;
@@ -65,9 +66,9 @@ fn the_standard_deviation_of_a_mean_rate_is_what_many_records_scatter_by() {
         let constant = portion.transform(&vec![1.0 / RATE_HZ; rows.len()]);
         let mut information = Information::empty(1);
         information.add_axis(
-            &portion.joints(),
+            &regressors(&portion.joints()),
             &portion.transform(&rows),
-            &[(0, &constant)],
+            &[(0, &Regressor::new(&constant))],
             &weights,
         );
         let solution = information.solve(&[0], &|_| 1.0);
@@ -87,7 +88,7 @@ fn the_noise_fit_does_not_come_out_low_under_a_library() {
     let portion = Portion::new(std::iter::once(0..160_000).collect(), RATE_HZ).expect("rows");
     let residual = portion.transform(&rows);
     // A library that eats most of the lowest bins: what is left there looks quiet.
-    let library: Vec<Bins> = (1..60)
+    let mut columns: Vec<Bins> = (1..60)
         .map(|k| {
             let turn = TAU * f64::from(k) / 160_000.0;
             portion.transform(
@@ -97,8 +98,9 @@ fn the_noise_fit_does_not_come_out_low_under_a_library() {
             )
         })
         .collect();
-    let joints = portion.joints();
-    let columns: Vec<&Bins> = joints.iter().chain(&library).collect();
+    columns.extend(portion.joints());
+    let columns = regressors(&columns);
+    let columns: Vec<&Regressor> = columns.iter().collect();
     let unknown = Declared {
         random_walk: None,
         white_angle: None,
@@ -120,8 +122,8 @@ fn a_declared_level_stands_until_the_data_contradict_it() {
     let rows = increments(160_000, 4);
     let portion = Portion::new(std::iter::once(0..160_000).collect(), RATE_HZ).expect("rows");
     let residual = portion.transform(&rows);
-    let joints = portion.joints();
-    let columns: Vec<&Bins> = joints.iter().collect();
+    let joints = regressors(&portion.joints());
+    let columns: Vec<&Regressor> = joints.iter().collect();
     let right = Declared {
         random_walk: Some(WALK),
         white_angle: Some(WHITE),

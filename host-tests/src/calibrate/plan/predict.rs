@@ -15,6 +15,7 @@ use crate::calibrate::unknowns::{COEFFICIENTS, Unknowns};
 use crate::diagnose::information::Information;
 use crate::diagnose::noise::Noise;
 use crate::diagnose::portion::Portion;
+use crate::diagnose::regressor::{Regressor, regressors};
 use crate::diagnose::scene::tilt_senses;
 use crate::diagnose::streams::Triad;
 
@@ -38,7 +39,7 @@ pub fn covariance(moves: &[Move], limits: &Limits, noise: &[Noise; 3]) -> Option
     }
     let rows = rate[0].len();
     let portion = Portion::new(std::iter::once(0..rows).collect(), rate_hz)?;
-    let joints = portion.joints();
+    let joints = regressors(&portion.joints());
     let unknowns = Unknowns::of(1);
     let mut information = Information::empty(unknowns.count());
     let nothing = vec![0.0; rows];
@@ -59,12 +60,14 @@ pub fn covariance(moves: &[Move], limits: &Limits, noise: &[Noise; 3]) -> Option
                 Some((index, column.iter().map(|value| value / rate_hz).collect()))
             })
             .collect();
-        let columns: Vec<(usize, Vec<_>)> = columns
+        let columns: Vec<(usize, Regressor)> = columns
             .iter()
-            .map(|(index, values)| (*index, portion.transform(values)))
+            .map(|(index, values)| (*index, Regressor::new(&portion.transform(values))))
             .collect();
-        let columns: Vec<(usize, &Vec<_>)> =
-            columns.iter().map(|(index, bins)| (*index, bins)).collect();
+        let columns: Vec<(usize, &Regressor)> = columns
+            .iter()
+            .map(|(index, column)| (*index, column))
+            .collect();
         information.add_axis(
             &joints,
             &portion.transform(&nothing),
