@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::inputs::{read_model, results_folder};
-use crate::diagnose::diagnose;
+use crate::diagnose::diagnose_aligned;
+use crate::diagnose::streams::Streams;
 use crate::error::InputError;
 use crate::recording::Recording;
 use crate::report::page;
@@ -45,9 +46,15 @@ impl Diagnose {
         let model = read_model(&self.model, terminal)?;
         let mut out = results_folder(&self.out, &self.recording, &self.model, RESULTS)?;
         let spinner = terminal.spinner("reading");
-        let recording = Recording::read(&self.recording)?;
+        let mut recording = Recording::read(&self.recording)?;
         let progress = |stage: &str| spinner.set_message(stage.to_string());
-        let work = || diagnose(&recording, &model, &self.model, self.seed, &progress);
+        let mut work = || {
+            let streams = Streams::align(&recording, &model)?;
+            // From here on the rows live in the streams alone.
+            recording.tables.clear();
+            let (seed, file) = (self.seed, &self.model);
+            diagnose_aligned(&[], &recording, streams, &model, file, seed, &progress)
+        };
         let outcome = match self.threads {
             None => work(),
             Some(threads) => rayon::ThreadPoolBuilder::new()

@@ -131,7 +131,8 @@ pub fn steps(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
                 begin + row.saturating_sub(range.start)
             })
     };
-    let step = |place: usize| step_bins(portion.rows(), place, bins);
+    let shape = StepShape::new(portion.rows(), bins);
+    let step = |place: usize| shape.bins(place);
     let nuisance: Vec<Bins> = std::iter::once(step(0))
         .chain(
             begins
@@ -256,21 +257,37 @@ fn event(term: Term, ratio: f64, trials: f64) -> Event {
     }
 }
 
-/// Low bins of a series that is 1 from `place` on, in closed form.
-fn step_bins(rows: usize, place: usize, bins: usize) -> Bins {
-    let scale = 1.0 / (rows as f64).sqrt();
-    (0..bins)
-        .map(|bin| {
-            if bin == 0 {
-                return Complex64::new((rows - place) as f64 * scale, 0.0);
-            }
-            let turn = -TAU * bin as f64 / rows as f64;
-            let from = Complex64::from_polar(1.0, turn * place as f64);
-            (from - 1.0) / (Complex64::new(1.0, 0.0) - Complex64::from_polar(1.0, turn))
-                * scale
-                * SQRT_2
-        })
-        .collect()
+/// Low bins of a series that is 1 from a place on, in closed form.
+struct StepShape {
+    rows: usize,
+    /// √2/((1 − e^(−2πi bin/rows)) √rows) of each bin but the lowest.
+    sums: Bins,
+}
+
+impl StepShape {
+    fn new(rows: usize, bins: usize) -> Self {
+        let scale = (2.0 / rows as f64).sqrt();
+        let sum = |bin: usize| {
+            let turn = Complex64::cis(-TAU * bin as f64 / rows as f64);
+            scale / (Complex64::new(1.0, 0.0) - turn)
+        };
+        Self {
+            rows,
+            sums: (1..bins).map(sum).collect(),
+        }
+    }
+
+    fn bins(&self, place: usize) -> Bins {
+        let mean = (self.rows - place) as f64 / (self.rows as f64).sqrt();
+        // One turn a bin; over a few thousand bins the product stays exact to 1e-12.
+        let turn = Complex64::cis(-TAU * place as f64 / self.rows as f64);
+        let mut from = Complex64::new(1.0, 0.0);
+        let rest = self.sums.iter().map(|sum| {
+            from *= turn;
+            (from - 1.0) * sum
+        });
+        std::iter::once(Complex64::new(mean, 0.0)).chain(rest).collect()
+    }
 }
 
 /// Low bins of a series that is 1 at `place` alone.

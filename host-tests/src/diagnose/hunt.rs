@@ -214,7 +214,7 @@ struct Sight<'a> {
     bench: &'a Workbench<'a>,
     parameters: &'a Parameters,
     survey: &'a Survey,
-    products: &'a Products,
+    products: &'a Products<'a>,
 }
 
 impl Sight<'_> {

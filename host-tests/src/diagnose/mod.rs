@@ -135,7 +135,22 @@ pub fn diagnose_without(
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
     progress("aligning the channels");
-    let mut streams = Streams::align(recording, model)?;
+    let streams = Streams::align(recording, model)?;
+    diagnose_aligned(
+        left_out, recording, streams, model, model_file, seed, progress,
+    )
+}
+
+/// The same on channels aligned before, so that the recording's own tables need not stay in memory.
+pub fn diagnose_aligned(
+    left_out: &[&str],
+    recording: &Recording,
+    mut streams: Streams,
+    model: &Model,
+    model_file: &Path,
+    seed: u64,
+    progress: &dyn Fn(&str),
+) -> Result<Outcome, InputError> {
     progress("qualifying the data");
     let faults: Vec<qualify::Fault> = qualify::qualify(&mut streams)
         .into_iter()

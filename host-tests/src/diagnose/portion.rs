@@ -22,6 +22,15 @@ const MOST_STRETCHES: usize = 40;
 /// Bins of one series.
 pub type Bins = Vec<Complex64>;
 
+/// Room for transforms.
+#[derive(Default)]
+pub struct Room {
+    gathered: Vec<f64>,
+    /// What the last transform left.
+    pub bins: Bins,
+    scratch: Bins,
+}
+
 /// Stretches of the recording.
 pub struct Portion {
     /// The stretches, in order, without overlap.
@@ -89,24 +98,32 @@ impl Portion {
         bin as f64 * self.rate_hz / self.length as f64
     }
 
-    /// Values of the rows of this portion, end to end.
-    pub fn gather(&self, values: &[f64]) -> Vec<f64> {
-        let mut gathered = Vec::with_capacity(self.length);
-        for range in &self.ranges {
-            gathered.extend_from_slice(&values[range.clone()]);
-        }
-        gathered
-    }
-
     /// The transform of `values` (by row of the recording).
     pub fn transform(&self, values: &[f64]) -> Bins {
-        self.transform_gathered(self.gather(values))
+        let mut room = Room::default();
+        self.transform_in(&mut room, values);
+        room.bins
     }
 
-    fn transform_gathered(&self, mut gathered: Vec<f64>) -> Bins {
-        let mut bins = self.forward.make_output_vec();
+    /// The same in `room`, whose bins it leaves; for many transforms one after another.
+    pub fn transform_in(&self, room: &mut Room, values: &[f64]) {
+        room.gathered.clear();
+        for range in &self.ranges {
+            room.gathered.extend_from_slice(&values[range.clone()]);
+        }
+        self.transform_gathered(room);
+    }
+
+    fn transform_gathered(&self, room: &mut Room) {
+        let Room {
+            gathered,
+            bins,
+            scratch,
+        } = room;
+        bins.resize(self.bins(), Complex64::default());
+        scratch.resize(self.forward.get_scratch_len(), Complex64::default());
         self.forward
-            .process(&mut gathered, &mut bins)
+            .process_with_scratch(gathered, bins, scratch)
             .expect("lengths come from the plan");
         let scale = 1.0 / (self.length as f64).sqrt();
         let last = bins.len() - 1;
@@ -118,7 +135,6 @@ impl Portion {
                 scale * std::f64::consts::SQRT_2
             };
         }
-        bins
     }
 
     /// Only the bins around `bin`, back in time, as (row of the recording, value).
@@ -149,10 +165,14 @@ impl Portion {
         self.ranges
             .iter()
             .map(|range| {
-                let mut impulse = vec![0.0; self.length];
-                impulse[first] = 1.0;
+                let mut room = Room {
+                    gathered: vec![0.0; self.length],
+                    ..Room::default()
+                };
+                room.gathered[first] = 1.0;
                 first += range.len();
-                self.transform_gathered(impulse)
+                self.transform_gathered(&mut room);
+                room.bins
             })
             .collect()
     }
@@ -169,9 +189,21 @@ impl Portion {
 
 /// Σ Re(conj(a)·b) · weight over bins.
 pub fn inner(a: &[Complex64], b: &[Complex64], weight: &[f64]) -> f64 {
-    a.iter()
-        .zip(b)
-        .zip(weight)
-        .map(|((a, b), w)| (a.re * b.re + a.im * b.im) * w)
-        .sum()
+    let length = a.len().min(b.len()).min(weight.len());
+    lanes(length, |bin| {
+        (a[bin].re * b[bin].re + a[bin].im * b[bin].im) * weight[bin]
+    })
+}
+
+/// Σ term(k) in eight interleaved sums, which do not wait for one another.
+pub fn lanes(length: usize, term: impl Fn(usize) -> f64) -> f64 {
+    const LANES: usize = 8;
+    let mut sums = [0.0; LANES];
+    let whole = length - length % LANES;
+    for first in (0..whole).step_by(LANES) {
+        for (lane, sum) in sums.iter_mut().enumerate() {
+            *sum += term(first + lane);
+        }
+    }
+    sums.iter().sum::<f64>() + (whole..length).map(term).sum::<f64>()
 }

@@ -13,20 +13,20 @@ use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::information::stable_inverse;
-use super::portion::inner;
+use super::portion::{Room, inner};
 use super::regressor::{Regressor, gram, reach};
 use super::scene::Scene;
-use super::signals::{Signal, vocabulary};
+use super::signals::{Signal, signal, vocabulary};
 use super::workbench::Workbench;
 
-/// Whitened power of a product that is left out at its highest frequencies: what a residual of a thousand times its
-/// noise has there adds 0.01 to a likelihood ratio of 20 at the most.
+/// Share of a product's whitened power that is left out at its highest frequencies: what a residual of a thousand
+/// times its noise has there moves the product's size by a hundredth of its standard error.
 const NEGLIGIBLE: f64 = 1e-10;
 
 /// All expressions that are tried, with their factors by index.
-pub struct Products {
-    factors: Vec<Signal>,
-    alone: Vec<Signal>,
+pub struct Products<'a> {
+    scene: &'a Scene,
+    factors: Vec<Signal<'a>>,
     /// Names, in order of trial.
     pub names: Vec<String>,
     pairs: Vec<(usize, Option<usize>)>,
@@ -65,9 +65,9 @@ pub struct Best {
     pub p_value: f64,
 }
 
-impl Products {
+impl<'a> Products<'a> {
     /// Names every expression of the scene's vocabulary: each signal, and each product of two.
-    pub fn new(scene: &Scene) -> Self {
+    pub fn new(scene: &'a Scene) -> Self {
         let (factors, alone) = vocabulary(scene);
         let mut names = Vec::new();
         let mut pairs = Vec::new();
@@ -79,32 +79,32 @@ impl Products {
                 pairs.push((a, Some(b)));
             }
         }
-        for (index, signal) in alone.iter().enumerate() {
-            names.push(signal.name.clone());
-            pairs.push((factors.len() + index, None));
-        }
+        names.extend(alone);
         Self {
+            scene,
             factors,
-            alone,
             names,
             pairs,
         }
     }
 
-    fn values(&self, product: usize, period_s: f64) -> Vec<f64> {
-        let (a, b) = self.pairs[product];
-        let first = self
-            .factors
-            .get(a)
-            .unwrap_or_else(|| &self.alone[a - self.factors.len()]);
-        match b {
-            None => first.values.iter().map(|value| value * period_s).collect(),
-            Some(b) => first
-                .values
-                .iter()
-                .zip(&self.factors[b].values)
-                .map(|(a, b)| a * b * period_s)
-                .collect(),
+    /// A product's value in each row × one row's period, into `values`.
+    fn evaluate(&self, product: usize, values: &mut Vec<f64>) {
+        let period_s = self.scene.period_s();
+        values.clear();
+        match self.pairs.get(product) {
+            None => {
+                let alone = signal(self.scene, &self.names[product]).unwrap_or_default();
+                values.extend(alone.into_iter().map(|value| value * period_s));
+            }
+            Some((a, None)) => {
+                let a = self.factors[*a].values.iter();
+                values.extend(a.map(|value| value * period_s));
+            }
+            Some((a, Some(b))) => {
+                let (a, b) = (self.factors[*a].values.iter(), &self.factors[*b].values);
+                values.extend(a.zip(b.iter()).map(|(a, b)| a * b * period_s));
+            }
         }
     }
 
@@ -131,11 +131,12 @@ impl Products {
                 residual: DVector::from_fn(count, |a, _| gram[(count, a)]),
             }
         });
-        let period_s = bench.scene().period_s();
         let measured: Vec<[Option<Measured>; 3]> = (0..self.names.len())
             .into_par_iter()
-            .map(|product| {
-                let bins = portion.transform(&self.values(product, period_s));
+            .map_init(Default::default, |(values, room): &mut (Vec<f64>, Room), product| {
+                self.evaluate(product, values);
+                portion.transform_in(room, values);
+                let bins = &room.bins;
                 [0, 1, 2].map(|axis: usize| {
                     let weights = &weights[axis];
                     let power = |bin: usize| bins[bin].norm_sqr() * weights[bin];

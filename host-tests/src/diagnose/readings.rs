@@ -36,7 +36,7 @@ pub struct Hunt<'a> {
     /// Stretches of like motion.
     pub regimes: &'a [Regime],
     /// Unlisted expressions.
-    pub products: &'a Products,
+    pub products: &'a Products<'a>,
     /// Likelihood ratio and chance of the terms that the bench has already.
     pub given: &'a [(f64, f64)],
 }

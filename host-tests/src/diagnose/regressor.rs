@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 use realfft::num_complex::{Complex32, Complex64};
 
-use super::portion::Bins;
+use super::portion::{Bins, lanes};
 
 /// Bins of one step of the sums: with a hundred columns, a block stays in the second-level cache.
 const BLOCK_BINS: usize = 512;
@@ -60,36 +60,38 @@ impl Regressor {
 
     /// Σ Re(conj(a)·b) · weight over the bins that `other` has.
     pub fn inner(&self, other: &[Complex64], weights: &[f64]) -> f64 {
-        let pairs = self.bins.iter().zip(other).zip(weights);
-        self.scale
-            * pairs
-                .map(|((a, b), w)| (f64::from(a.re) * b.re + f64::from(a.im) * b.im) * w)
-                .sum::<f64>()
+        let (own, weights) = (&self.bins[..other.len()], &weights[..other.len()]);
+        let sum = lanes(other.len(), |bin| {
+            let (a, b) = (own[bin], other[bin]);
+            (f64::from(a.re) * b.re + f64::from(a.im) * b.im) * weights[bin]
+        });
+        self.scale * sum
     }
 
     /// Σ |a|² · weight.
     pub fn power(&self, weights: &[f64]) -> f64 {
-        let pairs = self.bins.iter().zip(weights);
-        let sum: f64 = pairs.map(|(a, w)| f64::from(a.norm_sqr()) * w).sum();
+        let bins = &self.bins[..weights.len()];
+        let sum = lanes(bins.len(), |bin| f64::from(bins[bin].norm_sqr()) * weights[bin]);
         self.scale * self.scale * sum
     }
 
     /// The number of low bins that hold all but [`BEYOND_REACH`] of its whitened power.
     fn reach(&self, weights: &[f64]) -> usize {
-        let power = |bin: usize| f64::from(self.bins[bin].norm_sqr()) * weights[bin];
-        reach(self.bins.len(), power, BEYOND_REACH)
+        let bins = &self.bins[..weights.len()];
+        let power = |bin: usize| f64::from(bins[bin].norm_sqr()) * weights[bin];
+        reach(bins.len(), power, BEYOND_REACH)
     }
 }
 
 /// The number of low bins that hold all but a share `beyond` of the power.
 pub fn reach(bins: usize, power: impl Fn(usize) -> f64, beyond: f64) -> usize {
-    let total: f64 = (0..bins).map(&power).sum();
+    let least = beyond * lanes(bins, &power);
     let mut left = 0.0;
     (0..bins)
         .rev()
         .find(|&bin| {
             left += power(bin);
-            left > beyond * total
+            left > least
         })
         .map_or(0, |bin| bin + 1)
 }

@@ -6,15 +6,17 @@
 //! `field_x` \[T\], `dither_rate_x` \[rad/s\], `dither_angle_x` \[rad\], `time` \[s since the start\],
 //! `window(a,b)` (1 between a and b s), `sine(f)` and `cosine(f)` (f in Hz, from the start), `decay(s)` (exp(−t/s)), and every channel of unknown quantity under its own name.
 
+use std::borrow::Cow;
+
 use super::scene::Scene;
-use super::streams::AXES;
+use super::streams::{AXES, Triad};
 
 /// A factor: how it is written and what it is worth in each row.
-pub struct Signal {
+pub struct Signal<'a> {
     /// Its name.
     pub name: String,
     /// Its values.
-    pub values: Vec<f64>,
+    pub values: Cow<'a, [f64]>,
 }
 
 /// The value of a product such as `omega_x*force_z`, one a row.
@@ -112,17 +114,33 @@ pub fn signal(scene: &Scene, name: &str) -> Option<Vec<f64>> {
     }
 }
 
+/// The same, borrowed where the scene holds it as it is.
+fn borrowed<'a>(scene: &'a Scene, name: &str) -> Option<Cow<'a, [f64]>> {
+    let of = |triad: &'a Triad, axis: &str| {
+        let axis = AXES.iter().position(|known| *known == axis)?;
+        Some(Cow::Borrowed(triad[axis].as_slice()))
+    };
+    if let Some((_, values)) = scene.streams.others.iter().find(|(other, _)| other == name) {
+        return Some(Cow::Borrowed(values));
+    }
+    match name.rsplit_once('_') {
+        Some(("omega", axis)) => of(&scene.rate_rad_s, axis),
+        Some(("alpha", axis)) => of(&scene.acceleration_rad_s2, axis),
+        Some(("field", axis)) => of(scene.streams.magnetic_t.as_ref()?, axis),
+        _ => signal(scene, name).map(Cow::Owned),
+    }
+}
+
 /// Whether a channel moved enough to be recognised. Less than a twentieth of a kelvin is converter noise:
 /// no gyro coefficient turns it into a hundredth of a degree per hour.
-fn moves(signal: &Signal) -> bool {
+fn moves(name: &str, values: &[f64]) -> bool {
     const LEAST_SPAN_K: f64 = 0.05;
-    let (least, most) = signal
-        .values
+    let (least, most) = values
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| {
             (least.min(*v), most.max(*v))
         });
-    let needed = if signal.name.starts_with("temperature_") {
+    let needed = if name.starts_with("temperature_") {
         LEAST_SPAN_K
     } else {
         0.0
@@ -130,48 +148,39 @@ fn moves(signal: &Signal) -> bool {
     most - least > needed
 }
 
-/// The signals from which products are formed, and those that stand alone.
-pub fn vocabulary(scene: &Scene) -> (Vec<Signal>, Vec<Signal>) {
-    let named = |stems: &[&str]| -> Vec<Signal> {
+/// The signals from which products are formed, and the names of those that stand alone, which are formed when
+/// they are looked at.
+pub fn vocabulary(scene: &Scene) -> (Vec<Signal<'_>>, Vec<String>) {
+    let named = |stems: &[&str]| -> Vec<String> {
         stems
             .iter()
             .flat_map(|stem| AXES.iter().map(move |axis| format!("{stem}_{axis}")))
-            .filter_map(|name| {
-                Some(Signal {
-                    values: signal(scene, &name)?,
-                    name,
-                })
-            })
-            .filter(moves)
             .collect()
     };
-    let others = scene.streams.others.iter().map(|(name, values)| Signal {
-        name: name.clone(),
-        // A slow channel's mean is a bias; only its changes can be recognised.
-        values: values.clone(),
-    });
     // At rest the force is what the dither and the ground do to the case: a companion, no cause.
     let stems: &[&str] = match scene.streams.at_rest {
         Some(_) => &["temperature", "field"],
         None => &["omega", "alpha", "force", "temperature", "field"],
     };
-    let mut factors = named(stems);
-    factors.extend(others);
-    let mut alone = named(&["temperature_rate", "dither_rate", "dither_angle"]);
-    if scene.streams.at_rest.is_none() {
-        alone.splice(0..0, named(&["abs_omega"]));
-    }
-    // Warming up, settling: a decay within the record, in steps of an octave.
-    let decays = [1, 2, 4, 8, 16, 32].map(|constant_s| format!("decay({constant_s})"));
-    alone.extend(decays.into_iter().filter_map(|name| {
-        Some(Signal {
-            values: signal(scene, &name)?,
-            name,
+    let others = scene.streams.others.iter().map(|(name, _)| name.clone());
+    let moving = |name: &String| borrowed(scene, name).is_some_and(|values| moves(name, &values));
+    let factors = named(stems)
+        .into_iter()
+        .filter(moving)
+        .chain(others)
+        .filter_map(|name| {
+            let values = borrowed(scene, &name)?;
+            Some(Signal { name, values })
         })
-    }));
-    alone.push(Signal {
-        name: "time".to_string(),
-        values: signal(scene, "time").expect("time is always known"),
-    });
+        .collect();
+    let mut alone = match scene.streams.at_rest {
+        Some(_) => Vec::new(),
+        None => named(&["abs_omega"]),
+    };
+    alone.extend(named(&["temperature_rate", "dither_rate", "dither_angle"]));
+    alone.retain(moving);
+    // Warming up, settling: a decay within the record, in steps of an octave.
+    alone.extend([1, 2, 4, 8, 16, 32].map(|constant_s| format!("decay({constant_s})")));
+    alone.push("time".to_string());
     (factors, alone)
 }
