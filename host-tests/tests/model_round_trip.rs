@@ -50,6 +50,7 @@ fn every_kind(number: f64) -> Vec<ModelEffect> {
                 let value = match group.value {
                     Value::Axis => EffectValue::Text("y".to_owned()),
                     Value::Channel => EffectValue::Text("gyro_x".to_owned()),
+                    Value::Recording => EffectValue::Text("bench-17".to_owned()),
                     Value::Number => EffectValue::Number(number),
                     Value::Positive | Value::NotNegative => EffectValue::Number(number.abs() + 1.0),
                 };

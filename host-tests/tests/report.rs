@@ -111,6 +111,7 @@ fn an_unusable_recording_has_a_page_without_pictures() {
         locations: Vec::new(),
         effects: Vec::new(),
         fit: FitEntry {
+            recordings: Vec::new(),
             fitted_on: Vec::new(),
             held_out: Vec::new(),
             channels: Vec::new(),
@@ -244,6 +245,7 @@ fn explained() -> Diagnosis {
             "Not named: reference_delay fits in part, but not in every regime.".to_string(),
         ],
         locations: vec![LocationEntry {
+            recording: None,
             channel: "gyro_x".to_string(),
             start_s: 4.0,
             end_s: 21.0,
@@ -275,6 +277,7 @@ fn explained() -> Diagnosis {
             }],
         }],
         fit: FitEntry {
+            recordings: Vec::new(),
             fitted_on: vec![[0.00225, 2.80075], [4.0, 15.9]],
             held_out: vec![[15.9, 21.0]],
             channels: ["gyro_x", "gyro_y", "gyro_z"]

@@ -21,11 +21,15 @@ const RESULTS: &[&str] = &["diagnosis.json", "model.toml", "report.html"];
 /// (the model with the found effects switched on: diagnosed again, it matches).
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  rlg diagnose recordings/bench-17 --model recordings/bench-17/model.toml --out out/bench-17"
+    after_help = "Example:\n  rlg diagnose recordings/bench-17 --model recordings/bench-17/model.toml --out out/bench-17\n  rlg diagnose monday tuesday friday --model unit.toml --hold-out friday --out out/unit"
 )]
 pub struct Diagnose {
-    /// Folder with recording.toml
-    recording: PathBuf,
+    /// Folders with recording.toml; several are explained together
+    #[arg(required = true)]
+    recordings: Vec<PathBuf>,
+    /// A recording of several to validate on alone, by its folder; again for more [default: the last]
+    #[arg(long, value_name = "RECORDING")]
+    hold_out: Vec<PathBuf>,
     /// What the simulation of this recording already contains
     #[arg(long)]
     model: PathBuf,
@@ -41,19 +45,50 @@ pub struct Diagnose {
 }
 
 impl Diagnose {
+    /// Which of the recordings are held out as a whole.
+    fn held_out(&self) -> Result<Vec<bool>, InputError> {
+        let mut held_out = vec![false; self.recordings.len()];
+        for folder in &self.hold_out {
+            let place = self.recordings.iter().position(|given| given == folder);
+            let place = place.ok_or_else(|| {
+                InputError::new(
+                    folder,
+                    "is to be held out, but is no recording of this list",
+                )
+                .channel("--hold-out")
+                .expected("one of the RECORDING folders, written the same way")
+            })?;
+            held_out[place] = true;
+        }
+        if let (true, [_, .., last]) = (self.hold_out.is_empty(), held_out.as_mut_slice()) {
+            *last = true;
+        }
+        if held_out.iter().all(|held_out| *held_out) {
+            return Err(InputError::new("--hold-out", "leaves no recording to fit")
+                .expected("at least one recording that is not held out"));
+        }
+        Ok(held_out)
+    }
+
     /// Diagnoses and writes; the verdict does not change the exit code.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let model = read_model(&self.model, terminal)?;
-        let mut out = results_folder(&self.out, &self.recording, &self.model, RESULTS)?;
+        let mut out = results_folder(&self.out, &self.recordings[0], &self.model, RESULTS)?;
+        for recording in &self.recordings[1..] {
+            results_folder(&self.out, recording, &self.model, RESULTS)?;
+        }
         let spinner = terminal.spinner("reading");
-        let mut recording = Recording::read(&self.recording)?;
         let progress = |stage: &str| spinner.set_message(stage.to_string());
-        let mut work = || {
-            let streams = Streams::align(&recording, &model)?;
-            // From here on the rows live in the streams alone.
-            recording.tables.clear();
-            let (seed, file) = (self.seed, &self.model);
-            diagnose_aligned(&[], &recording, streams, &model, file, seed, &progress)
+        let held_out = self.held_out()?;
+        let work = || {
+            let mut aligned = Vec::with_capacity(self.recordings.len());
+            for (folder, held_out) in self.recordings.iter().zip(&held_out) {
+                // The recording's own tables go before the next is read; the rows live in the streams.
+                let mut streams = Streams::align(&Recording::read(folder)?, &model)?;
+                streams.pieces[0].held_out = *held_out;
+                aligned.push(streams);
+            }
+            diagnose_aligned(&[], aligned, &model, &self.model, self.seed, &progress)
         };
         let outcome = match self.threads {
             None => work(),

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use super::scene::Scene;
 use super::signals;
-use super::streams::{AXES, Triad};
+use super::streams::{AXES, Streams, Triad};
 use crate::model::{EffectValue, ModelEffect};
 
 /// What kind of term.
@@ -77,9 +77,11 @@ impl Term {
         match &self.form {
             Form::Step { time_s } => {
                 let first = scene.streams.row_at(*time_s);
+                // The next recording starts with a bias of its own.
+                let after = first..scene.streams.piece_of(first).rows.end;
                 Ok(scene.sensed_from_rate(
                     self.axis,
-                    (0..rows).map(|row| f64::from(u8::from(row >= first))),
+                    (0..rows).map(|row| f64::from(u8::from(after.contains(&row)))),
                 ))
             }
             Form::Slip { time_s } => {
@@ -100,7 +102,7 @@ impl Term {
     }
 
     /// The term in a model file.
-    pub fn to_effect(&self, size: f64) -> ModelEffect {
+    pub fn to_effect(&self, size: f64, streams: &Streams) -> ModelEffect {
         let mut parameters = BTreeMap::new();
         parameters.insert(
             "axis".to_string(),
@@ -109,7 +111,12 @@ impl Term {
         parameters.insert(self.size().0.to_string(), EffectValue::Number(size));
         match &self.form {
             Form::Step { time_s } | Form::Slip { time_s } => {
-                parameters.insert("time_s".to_string(), EffectValue::Number(*time_s));
+                let (recording, own_s) = streams.own_time(*time_s);
+                parameters.insert("time_s".to_string(), EffectValue::Number(own_s));
+                if streams.is_joined() {
+                    let name = EffectValue::Text(recording.to_string());
+                    parameters.insert("recording".to_string(), name);
+                }
             }
             Form::Product { expression } => {
                 parameters.insert(
@@ -141,27 +148,34 @@ pub fn prediction(scene: &Scene, effect: &ModelEffect) -> Option<Result<Triad, S
             .iter()
             .position(|axis| *axis == axis_name)
             .ok_or_else(|| format!("axis `{axis_name}` is not x, y or z"))?;
-        let (form, size) = match effect.kind.as_str() {
-            "gyro_bias_step" => (
-                Form::Step {
-                    time_s: number("time_s")?,
-                },
-                number("size")?,
-            ),
-            "counter_slip" => (
-                Form::Slip {
-                    time_s: number("time_s")?,
-                },
-                number("size")?,
-            ),
-            _ => (
-                Form::Product {
-                    expression: text("expression")?,
-                },
-                number("coefficient")?,
-            ),
+        // Where no recording is named, the event is in each that was running at that time.
+        let times = || -> Result<Vec<f64>, String> {
+            let recording = text("recording").ok();
+            let own_s = number("time_s")?;
+            Ok(scene.streams.joined_times(recording.as_deref(), own_s))
         };
-        let column = Term { axis, form }.column(scene)?;
+        let (forms, size): (Vec<Form>, f64) = match effect.kind.as_str() {
+            "gyro_bias_step" => {
+                let steps = times()?.into_iter().map(|time_s| Form::Step { time_s });
+                (steps.collect(), number("size")?)
+            }
+            "counter_slip" => {
+                let slips = times()?.into_iter().map(|time_s| Form::Slip { time_s });
+                (slips.collect(), number("size")?)
+            }
+            _ => {
+                let expression = text("expression")?;
+                (vec![Form::Product { expression }], number("coefficient")?)
+            }
+        };
+        let mut column = vec![0.0; scene.streams.rows];
+        for form in forms {
+            let more = Term { axis, form }.column(scene)?;
+            column
+                .iter_mut()
+                .zip(more)
+                .for_each(|(sum, more)| *sum += more);
+        }
         let mut part: Triad = Default::default();
         for (index, values) in part.iter_mut().enumerate() {
             *values = if index == axis {

@@ -15,6 +15,7 @@ use std::f64::consts::{SQRT_2, TAU};
 use super::empirical::{Form, Term};
 use super::information::stable_inverse;
 use super::portion::Bins;
+use super::tone::Tone;
 use super::workbench::Workbench;
 
 /// A step's power above this frequency is lost in white angle noise.
@@ -122,8 +123,7 @@ pub fn steps(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
             (begin, range.clone())
         })
         .collect();
-    let place = |time_s: f64| {
-        let row = streams.row_at(time_s);
+    let place = |row: usize| {
         begins
             .iter()
             .find(|(_, range)| row < range.end)
@@ -132,8 +132,20 @@ pub fn steps(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
             })
     };
     let shape = StepShape::new(portion.rows(), bins);
-    let step = |place: usize| shape.bins(place);
-    let nuisance: Vec<Bins> = std::iter::once(step(0))
+    // A step lasts until its recording ends.
+    let step_at = |time_s: f64| {
+        let row = streams.row_at(time_s);
+        let mut step = shape.bins(place(row));
+        let end = place(streams.piece_of(row).rows.end);
+        if end < portion.rows() {
+            let beyond = shape.bins(end);
+            step.iter_mut()
+                .zip(beyond)
+                .for_each(|(step, beyond)| *step -= beyond);
+        }
+        step
+    };
+    let nuisance: Vec<Bins> = std::iter::once(shape.bins(0))
         .chain(
             begins
                 .iter()
@@ -158,13 +170,13 @@ pub fn steps(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
             });
             let fitted = &inverse * against;
             let ratio_at = |time_s: f64| {
-                let column = step(place(time_s));
+                let column = step_at(time_s);
                 let cross = DVector::from_fn(nuisance.len(), |a, _| {
                     product(&nuisance[a], &column) * scale[a]
                 });
                 let own = product(&column, &column);
                 let free = own - cross.dot(&(&inverse * &cross));
-                if free < 1e-3 * own {
+                if free <= 1e-3 * own {
                     return 0.0;
                 }
                 (product(&column, residual) - cross.dot(&fitted)).powi(2) / free
@@ -211,24 +223,17 @@ pub fn lines(bench: &Workbench, left: &[Bins; 3]) -> Vec<[Event; 2]> {
                 .max_by(|a, b| a.1.total_cmp(&b.1))?;
             // Between the bins, over the true times of the rows: the stretches are not on one clock.
             let whitened = bench.whitened_in_time(axis, &left[axis], bin);
-            let ratio_at = |frequency_hz: f64| {
-                let (mut re, mut im) = (0.0, 0.0);
-                for (row, value) in &whitened {
-                    let turn = TAU * frequency_hz * (streams.middle_s(*row) - streams.start_s);
-                    re += value * turn.cos();
-                    im += value * turn.sin();
-                }
-                2.0 * (re * re + im * im) / portion.rows() as f64
-            };
             let span_s = streams.end_s() - streams.start_s;
             let around = portion.frequency_hz(bin);
+            let since_start_s = |row: usize| streams.middle_s(row) - streams.start_s;
+            let tone = Tone::new(&whitened, around, since_start_s);
             let width = 2.0 / portion.seconds();
             let spacing = 0.1 / span_s;
             let count = (2.0 * width / spacing) as usize;
             let (frequency_hz, ratio) = (0..=count)
                 .map(|k| around - width + k as f64 * spacing)
                 .filter(|frequency_hz| *frequency_hz > 0.0)
-                .map(|frequency_hz| (frequency_hz, ratio_at(frequency_hz)))
+                .map(|frequency_hz| (frequency_hz, tone.ratio(frequency_hz)))
                 .max_by(|a, b| a.1.total_cmp(&b.1))?;
             let chance = (-0.5 * ratio).exp();
             // About three independent frequencies a bin once gaps are inside.
@@ -286,7 +291,9 @@ impl StepShape {
             from *= turn;
             (from - 1.0) * sum
         });
-        std::iter::once(Complex64::new(mean, 0.0)).chain(rest).collect()
+        std::iter::once(Complex64::new(mean, 0.0))
+            .chain(rest)
+            .collect()
     }
 }
 

@@ -26,7 +26,6 @@ use super::still_words::line_of;
 use super::streams::{AXES, Streams};
 use super::validate::{Figures, Validation};
 use crate::model::{EffectValue, Model, ModelEffect};
-use crate::recording::Recording;
 
 /// rad/s to degrees per hour.
 pub const DEG_H: f64 = 180.0 / std::f64::consts::PI * 3600.0;
@@ -36,8 +35,8 @@ pub const NEEDED_SNR: f64 = 7.0;
 
 /// Everything the stages found.
 pub struct Findings<'a> {
-    /// The recording.
-    pub recording: &'a Recording,
+    /// Name of the recording, or names of several.
+    pub recording: &'a str,
     /// The seed, for the file.
     pub seed: u64,
     /// Channels and motion.
@@ -60,6 +59,8 @@ pub struct Findings<'a> {
     pub validations: &'a [Validation],
     /// Effects that were tried.
     pub candidates: &'a [usize],
+    /// What was fitted and held out of each recording, where there are several.
+    pub by_recording: &'a [RecordingEntry],
     /// What the rows themselves show.
     pub rows_found: &'a RowsFound,
     /// Time slides and injections.
@@ -108,15 +109,10 @@ pub fn name_regimes(locations: &mut [Location], catch: &Catch, products: &Produc
 }
 
 /// The result of a recording from which nothing can be said.
-pub fn unusable(
-    recording: &Recording,
-    seed: u64,
-    why: &str,
-    faults: Vec<EffectEntry>,
-) -> Diagnosis {
+pub fn unusable(recording: &str, seed: u64, why: &str, faults: Vec<EffectEntry>) -> Diagnosis {
     Diagnosis {
         format: 1,
-        recording: recording.name.clone(),
+        recording: recording.to_string(),
         version: env!("CARGO_PKG_VERSION").to_string(),
         seed,
         verdict: Verdict::Unusable,
@@ -126,6 +122,7 @@ pub fn unusable(
         fit: FitEntry {
             fitted_on: Vec::new(),
             held_out: Vec::new(),
+            recordings: Vec::new(),
             channels: Vec::new(),
         },
         not_excluded: vec![format!("every kind: {why}")],
@@ -145,14 +142,15 @@ impl Findings<'_> {
     pub fn diagnosis(&self) -> Diagnosis {
         let effects = self.effects();
         let verdict = self.verdict(&effects);
+        let streams = &self.scene.streams;
         let times = |rows: &[std::ops::Range<usize>]| {
             rows.iter()
-                .map(|rows| [self.time_s(rows.start), self.time_s(rows.end)])
+                .map(|rows| [streams.begin_s(rows.start), streams.begin_s(rows.end)])
                 .collect()
         };
         Diagnosis {
             format: 1,
-            recording: self.recording.name.clone(),
+            recording: self.recording.to_string(),
             version: env!("CARGO_PKG_VERSION").to_string(),
             seed: self.seed,
             verdict,
@@ -167,6 +165,7 @@ impl Findings<'_> {
             fit: FitEntry {
                 fitted_on: times(&self.split.fitted),
                 held_out: times(&self.split.held_out),
+                recordings: self.by_recording.to_vec(),
                 channels: self.validations.iter().map(channel).collect(),
             },
             noise: (0..3)
@@ -261,24 +260,24 @@ impl Findings<'_> {
             });
         }
         for found in &self.catch.terms {
-            add(found.term.to_effect(found.size));
+            add(found.term.to_effect(found.size, &self.scene.streams));
         }
         self.rows_effects().into_iter().for_each(&mut add);
         for fault in self.faults {
-            let parameters = BTreeMap::from([
+            let streams = &self.scene.streams;
+            let (recording, [start_s, end_s]) = streams.own_span(&fault.rows);
+            let mut parameters = BTreeMap::from([
                 (
                     "channel".to_string(),
                     EffectValue::Text(fault.channel.clone()),
                 ),
-                (
-                    "start_s".to_string(),
-                    EffectValue::Number(self.time_s(fault.rows.start)),
-                ),
-                (
-                    "end_s".to_string(),
-                    EffectValue::Number(self.time_s(fault.rows.end)),
-                ),
+                ("start_s".to_string(), EffectValue::Number(start_s)),
+                ("end_s".to_string(), EffectValue::Number(end_s)),
             ]);
+            if streams.is_joined() {
+                let name = EffectValue::Text(recording.to_string());
+                parameters.insert("recording".to_string(), name);
+            }
             add(ModelEffect {
                 kind: fault.kind.to_string(),
                 parameters,
@@ -301,15 +300,25 @@ impl Findings<'_> {
         explained
     }
 
-    pub(super) fn time_s(&self, row: usize) -> f64 {
-        self.scene.streams.start_s + row as f64 / self.scene.streams.rate_hz
+    /// "3.0 and 5.0 s", with the recording's name where there are several.
+    pub(super) fn between(&self, rows: &std::ops::Range<usize>) -> String {
+        let streams = &self.scene.streams;
+        let (recording, [start_s, end_s]) = streams.own_span(rows);
+        let of = match streams.is_joined() {
+            true => format!(" of {recording}"),
+            false => String::new(),
+        };
+        format!("{start_s:.1} and {end_s:.1} s{of}")
     }
 
     fn location(&self, location: &Location) -> LocationEntry {
+        let streams = &self.scene.streams;
+        let (recording, [start_s, end_s]) = streams.own_span(&location.rows);
         LocationEntry {
             channel: format!("gyro_{}", AXES[location.axis]),
-            start_s: self.time_s(location.rows.start),
-            end_s: self.time_s(location.rows.end),
+            recording: streams.is_joined().then(|| recording.to_string()),
+            start_s,
+            end_s,
             low_hz: location.band_hz.0,
             high_hz: location.band_hz.1,
             regime: location.regime.clone(),
@@ -385,7 +394,11 @@ impl Findings<'_> {
             .into_iter()
             .chain(self.rows_entries())
             .chain(self.line_entries(&lines))
-            .chain(terms.into_iter().map(term))
+            .chain(
+                terms
+                    .into_iter()
+                    .map(|found| term(found, &self.scene.streams)),
+            )
             .chain(
                 self.excess
                     .iter()
@@ -414,9 +427,8 @@ impl Findings<'_> {
             log_evidence_gain: 0.0,
             p_value: location.p_value,
             what_was_left_out: format!(
-                "Gyro {axis} shows more than its noise between {:.1} and {:.1} s, {:.1} to {:.0} Hz, and no measured channel explains it.",
-                self.time_s(location.rows.start),
-                self.time_s(location.rows.end),
+                "Gyro {axis} shows more than its noise between {}, {:.1} to {:.0} Hz, and no measured channel explains it.",
+                self.between(&location.rows),
                 location.band_hz.0,
                 location.band_hz.1
             ),
@@ -465,10 +477,11 @@ fn self_test_entry(test: &SelfTest) -> SelfTestEntry {
 
 /// A fault of the data.
 pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
-    let (start_s, end_s) = (
-        streams.begin_s(fault.rows.start),
-        streams.begin_s(fault.rows.end),
-    );
+    let (recording, [start_s, end_s]) = streams.own_span(&fault.rows);
+    let named = streams.is_joined().then(|| ParameterEntry::Text {
+        name: "recording".to_string(),
+        value: recording.to_string(),
+    });
     // A fault is located to the row.
     let std = 1.0 / streams.rate_hz;
     let number = |name: &str, value: f64| ParameterEntry::Number {
@@ -485,14 +498,17 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
             .map(|kind| (*kind).to_string())
             .collect(),
         equation: String::new(),
-        parameters: vec![
+        parameters: [
             ParameterEntry::Text {
                 name: "channel".to_string(),
                 value: fault.channel.clone(),
             },
             number("start_s", start_s),
             number("end_s", end_s),
-        ],
+        ]
+        .into_iter()
+        .chain(named)
+        .collect(),
         covariance: vec![vec![std * std, 0.0], vec![0.0, std * std]],
         identifiable: Vec::new(),
         log_evidence_gain: 0.0,
@@ -560,9 +576,9 @@ fn listed(one: &Chosen) -> EffectEntry {
     }
 }
 
-fn term(found: &FoundTerm) -> EffectEntry {
+fn term(found: &FoundTerm, streams: &Streams) -> EffectEntry {
     let (name, unit) = found.term.size();
-    let effect = found.term.to_effect(found.size);
+    let effect = found.term.to_effect(found.size, streams);
     let mut parameters = vec![ParameterEntry::Number {
         name: name.to_string(),
         value: found.size,

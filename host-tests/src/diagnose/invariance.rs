@@ -80,44 +80,70 @@ pub fn test(
                 .for_each(|(left, slope)| *left -= size * slope);
         }
     }
+    let whole: Vec<Regime> = whole_recordings(scene);
     chosen
         .iter()
         .zip(&predictions)
         .map(|(_, prediction)| {
-            let measured: Vec<(f64, Amplitude)> = regimes
-                .iter()
-                .filter_map(|regime| {
-                    let rows = intersect(std::slice::from_ref(&regime.rows), &bench.portion.ranges);
-                    let portion = Portion::new(rows, scene.streams.rate_hz)?;
-                    let amplitude = amplitude(bench, &portion, prediction, &left, regime)?;
-                    Some((amplitude.std.powi(-2) / portion.seconds(), amplitude))
-                })
-                .collect();
-            let strongest = measured
-                .iter()
-                .map(|(density, _)| *density)
-                .fold(0.0, f64::max);
-            let amplitudes: Vec<Amplitude> = measured
-                .into_iter()
-                .filter(|(density, _)| *density > LEAST_SHARE * strongest)
-                .map(|(_, amplitude)| amplitude)
-                .collect();
-            let scatter: f64 = amplitudes
-                .iter()
-                .map(|a| (a.value - 1.0).powi(2) / (a.std * a.std + SYSTEMATIC * SYSTEMATIC))
-                .sum();
-            let degrees = (amplitudes.len() as f64 - 1.0).max(1.0);
-            let p_value = if amplitudes.len() < 2 {
-                1.0
-            } else {
-                ChiSquared::new(degrees).map_or(1.0, |law| law.sf(scatter))
-            };
-            Verdict {
-                amplitudes,
-                p_value,
+            let of = |regimes: &[Regime]| scatter(bench, prediction, &left, regimes);
+            let mut verdict = of(regimes);
+            if scene.streams.is_joined() {
+                // The same effect must have the same size in each recording; two tests of one question.
+                let between = of(&whole);
+                verdict.p_value = (2.0 * verdict.p_value.min(between.p_value)).min(1.0);
+                verdict.amplitudes.extend(between.amplitudes);
             }
+            verdict
         })
         .collect()
+}
+
+/// Each recording as one stretch.
+fn whole_recordings(scene: &Scene) -> Vec<Regime> {
+    let pieces = scene.streams.pieces.iter();
+    pieces
+        .map(|piece| Regime {
+            name: piece.recording.clone(),
+            rows: piece.rows.clone(),
+        })
+        .collect()
+}
+
+/// Amplitudes of one effect in some regimes, and the chance that they scatter so.
+fn scatter(bench: &Workbench, prediction: &Triad, left: &Triad, regimes: &[Regime]) -> Verdict {
+    let rate_hz = bench.scene().streams.rate_hz;
+    let measured: Vec<(f64, Amplitude)> = regimes
+        .iter()
+        .filter_map(|regime| {
+            let rows = intersect(std::slice::from_ref(&regime.rows), &bench.portion.ranges);
+            let portion = Portion::new(rows, rate_hz)?;
+            let amplitude = amplitude(bench, &portion, prediction, left, regime)?;
+            Some((amplitude.std.powi(-2) / portion.seconds(), amplitude))
+        })
+        .collect();
+    let strongest = measured
+        .iter()
+        .map(|(density, _)| *density)
+        .fold(0.0, f64::max);
+    let amplitudes: Vec<Amplitude> = measured
+        .into_iter()
+        .filter(|(density, _)| *density > LEAST_SHARE * strongest)
+        .map(|(_, amplitude)| amplitude)
+        .collect();
+    let scatter: f64 = amplitudes
+        .iter()
+        .map(|a| (a.value - 1.0).powi(2) / (a.std * a.std + SYSTEMATIC * SYSTEMATIC))
+        .sum();
+    let degrees = (amplitudes.len() as f64 - 1.0).max(1.0);
+    let p_value = if amplitudes.len() < 2 {
+        1.0
+    } else {
+        ChiSquared::new(degrees).map_or(1.0, |law| law.sf(scatter))
+    };
+    Verdict {
+        amplitudes,
+        p_value,
+    }
 }
 
 /// λ − 1 is what the prediction still finds in what is left, with joints and a free mean rate fitted away.

@@ -13,6 +13,7 @@ use std::f64::consts::TAU;
 use super::declare::FAMILY_SIGNIFICANCE;
 use super::empirical::{Form, Term};
 use super::noise::Declared;
+use super::tone::Tone;
 use super::workbench::{Parameters, Workbench};
 
 /// Lines a gyro, at most: each is significant by itself; beyond this a spectrum is no set of lines.
@@ -128,15 +129,8 @@ fn strongest(
         let turn = |frequency_hz: f64, row: usize| {
             (TAU * frequency_hz * (streams.middle_s(row) - streams.start_s)).sin_cos()
         };
-        let ratio_at = |frequency_hz: f64| {
-            let (mut re, mut im) = (0.0, 0.0);
-            for (row, value) in &whitened {
-                let (sin, cos) = turn(frequency_hz, *row);
-                re += value * cos;
-                im += value * sin;
-            }
-            2.0 * (re * re + im * im) / portion.rows() as f64
-        };
+        let since_start_s = |row: usize| streams.middle_s(row) - streams.start_s;
+        let tone = Tone::new(&whitened, portion.frequency_hz(bin), since_start_s);
         // A tenth of the resolution of the fitted time, then a hundredth of that: strong lines are known so well.
         let mut best = (portion.frequency_hz(bin), 0.0);
         let mut width = 1.0 / portion.seconds();
@@ -144,7 +138,7 @@ fn strongest(
             let around = best.0;
             best = (-10..=10)
                 .map(|k| around + width * f64::from(k) / 10.0)
-                .map(|frequency_hz| (frequency_hz, ratio_at(frequency_hz)))
+                .map(|frequency_hz| (frequency_hz, tone.ratio(frequency_hz)))
                 .max_by(|a, b| a.1.total_cmp(&b.1))?;
             width /= 10.0;
         }

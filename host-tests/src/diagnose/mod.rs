@@ -12,6 +12,8 @@
 
 pub mod declare;
 
+pub mod pieces;
+
 pub mod streams;
 
 pub mod qualify;
@@ -45,6 +47,8 @@ pub mod bench;
 pub mod workbench;
 
 pub mod select;
+
+pub mod tone;
 
 pub mod events;
 
@@ -135,30 +139,35 @@ pub fn diagnose_without(
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
     progress("aligning the channels");
-    let streams = Streams::align(recording, model)?;
-    diagnose_aligned(
-        left_out, recording, streams, model, model_file, seed, progress,
-    )
+    let streams = vec![Streams::align(recording, model)?];
+    diagnose_aligned(left_out, streams, model, model_file, seed, progress)
 }
 
-/// The same on channels aligned before, so that the recording's own tables need not stay in memory.
+/// The same on the channels of one or several recordings, aligned before, so that the recordings' own tables need not
+/// stay in memory. Pieces that are marked so are held out as a whole.
 pub fn diagnose_aligned(
     left_out: &[&str],
-    recording: &Recording,
-    mut streams: Streams,
+    aligned: Vec<Streams>,
     model: &Model,
     model_file: &Path,
     seed: u64,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
     progress("qualifying the data");
-    let faults: Vec<qualify::Fault> = qualify::qualify(&mut streams)
+    let qualified = aligned
         .into_iter()
-        .filter(|fault| !qualify::is_known(fault, &streams, &model.effects))
+        .map(|mut streams| {
+            let mut faults = qualify::qualify(&mut streams);
+            faults.retain(|fault| !qualify::is_known(fault, &streams, &model.effects));
+            (streams, faults)
+        })
         .collect();
+    let (streams, faults) = pieces::join(qualified)?;
+    let names: Vec<&str> = streams.pieces.iter().map(|one| &*one.recording).collect();
+    let recording = names.join(" + ");
     let rate_hz = streams.rate_hz;
     let declared = declared_noise(model, rate_hz);
-    let split = split::split(&streams, &recording.segments);
+    let split = split::split(&streams);
     let reference_noise = model
         .reference
         .as_ref()
@@ -168,7 +177,7 @@ pub fn diagnose_aligned(
     else {
         return Ok(Outcome {
             diagnosis: explain::unusable(
-                recording,
+                &recording,
                 seed,
                 "fewer than two seconds of rows with all channels measured",
                 faults
@@ -313,12 +322,12 @@ pub fn diagnose_aligned(
         .iter()
         .filter(|location| location.band_hz.0 == 0.0 && scene.streams.at_rest.is_none())
         .map(|location| {
-            let end_s = |row: usize| scene.streams.begin_s(row);
-            let expression = format!(
-                "window({:.3},{:.3})",
-                end_s(location.rows.start),
-                end_s(location.rows.end)
-            );
+            let (recording, [start_s, end_s]) = scene.streams.own_span(&location.rows);
+            let mut expression = format!("window({start_s:.3},{end_s:.3})");
+            if scene.streams.is_joined() {
+                let name = pieces::name_in_expression(recording);
+                expression += &format!("*recording({name})");
+            }
             Term {
                 axis: location.axis,
                 form: Form::Product { expression },
@@ -377,8 +386,10 @@ pub fn diagnose_aligned(
         (tiles_before, tiles_after),
         &split.held_out,
     );
+    let by_recording = validate::by_recording(&scene.streams, &split, &after_rad, &noise);
     let findings = explain::Findings {
-        recording,
+        recording: &recording,
+        by_recording: &by_recording,
         seed,
         scene: &scene,
         split: &split,

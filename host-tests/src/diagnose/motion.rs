@@ -12,6 +12,7 @@
 use realfft::num_complex::Complex64;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Rows of odd reflection at either end, so that a motion that does not end at rest does not ring.
@@ -93,7 +94,8 @@ impl Spectrum {
         let unit = Complex64::new(0.0, 1.0).powi(reading.derivative);
         for (bin, (slot, value)) in bins.iter_mut().zip(&self.bins).enumerate() {
             let frequency_hz = bin as f64 * self.rate_hz / self.length as f64;
-            let mut weight = self.pass(frequency_hz) * (TAU * frequency_hz).powi(reading.derivative);
+            let mut weight =
+                self.pass(frequency_hz) * (TAU * frequency_hz).powi(reading.derivative);
             if reading.undo_row_mean {
                 weight /= sinc(frequency_hz / self.rate_hz);
             }
@@ -123,6 +125,25 @@ impl Spectrum {
             0.0
         } else {
             0.5 + 0.5 * (PI * (frequency_hz - pass) / (stop - pass)).cos()
+        }
+    }
+}
+
+/// The spectra of a channel's pieces, between which nothing leaks; read, they stand end to end.
+pub struct Spectra(Vec<Spectrum>);
+
+impl Spectra {
+    /// Takes the transform of each piece of `values`.
+    pub fn new(values: &[f64], pieces: &[Range<usize>], rate_hz: f64, edge_hz: f64) -> Self {
+        let of = |rows: &Range<usize>| Spectrum::new(&values[rows.clone()], rate_hz, edge_hz);
+        Self(pieces.iter().map(of).collect())
+    }
+
+    /// See [`Spectrum::read`].
+    pub fn read(&self, reading: Reading) -> Vec<f64> {
+        match self.0.as_slice() {
+            [only] => only.read(reading),
+            several => several.iter().flat_map(|one| one.read(reading)).collect(),
         }
     }
 }
@@ -199,6 +220,7 @@ pub enum NoiseShape {
 /// noise, which also serves where the declared noise is far below what is seen there.
 pub fn last_clear_hz(
     triad: &[Vec<f64>; 3],
+    pieces: &[Range<usize>],
     rate_hz: f64,
     shape: NoiseShape,
     declared: Option<f64>,
@@ -211,8 +233,10 @@ pub fn last_clear_hz(
     const LOWEST_HZ: f64 = 10.0;
     let piece = smooth_length((rate_hz / BIN_HZ) as usize);
     let mut edge_hz = LOWEST_HZ;
-    for values in triad {
-        let power = mean_periodogram(values, piece);
+    let of_pieces = |values| pieces.iter().map(move |rows| (values, rows.clone()));
+    for (values, rows) in triad.iter().flat_map(of_pieces) {
+        let values: &Vec<f64> = values;
+        let power = mean_periodogram(&values[rows], piece);
         let bins = power.len() - 1;
         let shape = |bin: usize| match shape {
             NoiseShape::White => 1.0,

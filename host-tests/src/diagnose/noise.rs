@@ -191,9 +191,7 @@ fn project_out(
     let scales: Vec<f64> = (0..count)
         .map(|a| gram[(a, a)].sqrt().max(f64::MIN_POSITIVE))
         .collect();
-    let scaled = DMatrix::from_fn(count, count, |a, b| {
-        gram[(a, b)] / (scales[a] * scales[b])
-    });
+    let scaled = DMatrix::from_fn(count, count, |a, b| gram[(a, b)] / (scales[a] * scales[b]));
     let right = DVector::from_fn(count, |a, _| gram[(count, a)] / scales[a]);
     let inverse = super::information::stable_inverse(&scaled);
     let solution = &inverse * right;

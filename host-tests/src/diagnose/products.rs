@@ -133,25 +133,28 @@ impl<'a> Products<'a> {
         });
         let measured: Vec<[Option<Measured>; 3]> = (0..self.names.len())
             .into_par_iter()
-            .map_init(Default::default, |(values, room): &mut (Vec<f64>, Room), product| {
-                self.evaluate(product, values);
-                portion.transform_in(room, values);
-                let bins = &room.bins;
-                [0, 1, 2].map(|axis: usize| {
-                    let weights = &weights[axis];
-                    let power = |bin: usize| bins[bin].norm_sqr() * weights[bin];
-                    let bins = &bins[..reach(bins.len(), power, NEGLIGIBLE)];
-                    let own = inner(bins, bins, weights);
-                    (own > 0.0 && own.is_finite()).then(|| Measured {
-                        own,
-                        residual: inner(bins, &residual[axis], weights),
-                        known: known[axis]
-                            .iter()
-                            .map(|(_, other)| other.inner(bins, weights))
-                            .collect(),
+            .map_init(
+                Default::default,
+                |(values, room): &mut (Vec<f64>, Room), product| {
+                    self.evaluate(product, values);
+                    portion.transform_in(room, values);
+                    let bins = &room.bins;
+                    [0, 1, 2].map(|axis: usize| {
+                        let weights = &weights[axis];
+                        let power = |bin: usize| bins[bin].norm_sqr() * weights[bin];
+                        let bins = &bins[..reach(bins.len(), power, NEGLIGIBLE)];
+                        let own = inner(bins, bins, weights);
+                        (own > 0.0 && own.is_finite()).then(|| Measured {
+                            own,
+                            residual: inner(bins, &residual[axis], weights),
+                            known: known[axis]
+                                .iter()
+                                .map(|(_, other)| other.inner(bins, weights))
+                                .collect(),
+                        })
                     })
-                })
-            })
+                },
+            )
             .collect();
         let trials = 3.0 * self.names.len() as f64;
         Survey {

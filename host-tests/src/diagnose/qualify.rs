@@ -247,8 +247,12 @@ pub fn is_known(fault: &Fault, streams: &Streams, effects: &[ModelEffect]) -> bo
             effect.parameters.get("channel"),
             Some(EffectValue::Text(channel)) if *channel == fault.channel
         );
+        let here = effect
+            .text("recording")
+            .is_none_or(|name| name == streams.pieces[0].recording);
         effect.kind == fault.kind
             && channel
+            && here
             && number("start_s").is_some_and(|start| start < end_s)
             && number("end_s").is_some_and(|end| end > start_s)
     })

@@ -30,17 +30,21 @@ pub struct Regressor {
 impl Regressor {
     /// Takes over a column.
     pub fn new(bins: &[Complex64]) -> Self {
-        let largest = bins
-            .iter()
-            .fold(0.0, |most: f64, bin| most.max(bin.re.abs()).max(bin.im.abs()));
+        let largest = bins.iter().fold(0.0, |most: f64, bin| {
+            most.max(bin.re.abs()).max(bin.im.abs())
+        });
         let scale = if largest > 0.0 { largest } else { 1.0 };
-        let narrow = |bin: &Complex64| {
-            Complex32::new((bin.re / scale) as f32, (bin.im / scale) as f32)
-        };
+        let narrow =
+            |bin: &Complex64| Complex32::new((bin.re / scale) as f32, (bin.im / scale) as f32);
         Self {
             scale,
             bins: bins.iter().map(narrow).collect(),
         }
+    }
+
+    /// All bins.
+    pub fn to_bins(&self) -> Bins {
+        (0..self.bins.len()).map(|bin| self.at(bin)).collect()
     }
 
     /// One bin.
@@ -71,7 +75,9 @@ impl Regressor {
     /// Σ |a|² · weight.
     pub fn power(&self, weights: &[f64]) -> f64 {
         let bins = &self.bins[..weights.len()];
-        let sum = lanes(bins.len(), |bin| f64::from(bins[bin].norm_sqr()) * weights[bin]);
+        let sum = lanes(bins.len(), |bin| {
+            f64::from(bins[bin].norm_sqr()) * weights[bin]
+        });
         self.scale * self.scale * sum
     }
 
@@ -175,7 +181,10 @@ fn tasks(regressors: &[&Regressor], weights: &[f64]) -> Vec<Task> {
         .step_by(TASK_BINS)
         .map(|first| {
             let active = (0..regressors.len()).filter(|&place| reaches[place] > first);
-            (first..(first + TASK_BINS).min(weights.len()), active.collect())
+            (
+                first..(first + TASK_BINS).min(weights.len()),
+                active.collect(),
+            )
         })
         .collect()
 }
@@ -260,7 +269,13 @@ mod tests {
         let made: Vec<&Regressor> = made.iter().collect();
         let gram = gram(&made, &vec![Complex64::default(); 20_000], &weights);
         let gram = gram.view((0, 0), (3, 3)).into_owned();
-        let half = gram.cholesky().expect("independent").l().try_inverse().expect("regular").transpose();
+        let half = gram
+            .cholesky()
+            .expect("independent")
+            .l()
+            .try_inverse()
+            .expect("regular")
+            .transpose();
         let total: f64 = leverage(&made, &half, &weights).iter().sum();
         assert!((total - 3.0).abs() < 1e-6, "{total}");
     }

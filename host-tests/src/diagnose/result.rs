@@ -123,6 +123,9 @@ pub struct ControlEntry {
 pub struct LocationEntry {
     /// `gyro_x`, ...
     pub channel: String,
+    /// Addition, where there are several: the recording whose clock the times are read on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recording: Option<String>,
     /// Begin \[s\].
     pub start_s: f64,
     /// End \[s\].
@@ -221,8 +224,27 @@ pub struct FitEntry {
     pub fitted_on: Vec<[f64; 2]>,
     /// Held-out times \[s\].
     pub held_out: Vec<[f64; 2]>,
+    /// Addition, where there are several recordings: the same on each one's own clock; `fitted_on` and `held_out`
+    /// then count on from the first recording's clock without a gap.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub recordings: Vec<RecordingEntry>,
     /// Gyros.
     pub channels: Vec<ChannelEntry>,
+}
+
+/// One recording of several.
+#[derive(Debug, Clone, Serialize)]
+pub struct RecordingEntry {
+    /// Its name.
+    pub recording: String,
+    /// Whether it was held out as a whole.
+    pub held_out_whole: bool,
+    /// Fitted times \[s\].
+    pub fitted_on: Vec<[f64; 2]>,
+    /// Held-out times \[s\].
+    pub held_out: Vec<[f64; 2]>,
+    /// Power of what is left over the shared noise in its held-out rows, x, y, z (1 = nothing left).
+    pub normalised_power: [Option<f64>; 3],
 }
 
 /// One gyro before and after.

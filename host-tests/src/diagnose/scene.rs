@@ -3,9 +3,11 @@
 //! Enters: [`Streams`]. Leaves: [`Scene`] with body rate ω \[rad/s\], angular acceleration α \[rad/s²\] at row
 //! middles, dither increments \[rad\], and spectra for further derivatives and delays.
 
+use std::ops::Range;
+
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use super::motion::{NoiseShape, Reading, Spectrum, last_clear_hz};
+use super::motion::{NoiseShape, Reading, Spectra, last_clear_hz};
 use super::streams::{Streams, Triad};
 
 /// Temperature changes slower than this in a gyro block; faster ones are converter noise.
@@ -24,10 +26,10 @@ pub struct Scene {
     /// Scale error of the model, for the 1/(1 − s_i) of the sensed increment.
     pub scale_error: [f64; 3],
     body_from_start: Vec<UnitQuaternion<f64>>,
-    case: [Spectrum; 3],
-    pickoff: Option<[Spectrum; 3]>,
-    force: Option<[Spectrum; 3]>,
-    temperature: Option<[Spectrum; 3]>,
+    case: [Spectra; 3],
+    pickoff: Option<[Spectra; 3]>,
+    force: Option<[Spectra; 3]>,
+    temperature: Option<[Spectra; 3]>,
 }
 
 impl Scene {
@@ -38,13 +40,16 @@ impl Scene {
         scale_error: [f64; 3],
     ) -> Self {
         let rate_hz = streams.rate_hz;
+        let pieces: Vec<Range<usize>> = streams.pieces.iter().map(|one| one.rows.clone()).collect();
         let edge_hz = last_clear_hz(
             &streams.case_rad,
+            &pieces,
             rate_hz,
             NoiseShape::Angle,
             reference_angle_noise_rad.map(|noise| noise * noise),
         );
-        let case = [0, 1, 2].map(|axis| Spectrum::new(&streams.case_rad[axis], rate_hz, edge_hz));
+        let case =
+            [0, 1, 2].map(|axis| Spectra::new(&streams.case_rad[axis], &pieces, rate_hz, edge_hz));
         let read = |derivative| {
             [0, 1, 2].map(|axis: usize| {
                 let mut values = case[axis].read(Reading {
@@ -56,25 +61,29 @@ impl Scene {
                 values
             })
         };
-        let spectra = |triad: &Option<Triad>, edge_hz: f64| {
-            triad
-                .as_ref()
-                .map(|triad| [0, 1, 2].map(|axis| Spectrum::new(&triad[axis], rate_hz, edge_hz)))
+        let spectra = |triad: &Option<Triad>, pieces: &[Range<usize>], edge_hz: f64| {
+            let triad = triad.as_ref()?;
+            Some([0, 1, 2].map(|axis| Spectra::new(&triad[axis], pieces, rate_hz, edge_hz)))
         };
+        // The pickoff's angles stand at the rows' ends, after the one before the first row.
+        let angles: Vec<Range<usize>> = pieces
+            .iter()
+            .map(|rows| (if rows.start == 0 { 0 } else { rows.start + 1 })..rows.end + 1)
+            .collect();
         let whole_band_hz = rate_hz;
         let force_edge_hz = streams.force_m_s2.as_ref().map_or(edge_hz, |force| {
-            last_clear_hz(force, rate_hz, NoiseShape::White, None)
+            last_clear_hz(force, &pieces, rate_hz, NoiseShape::White, None)
         });
         Self {
             motion_edge_hz: edge_hz,
             rate_rad_s: read(0),
             acceleration_rad_s2: read(1),
-            pickoff: spectra(&streams.pickoff_rad, whole_band_hz),
-            force: spectra(&streams.force_m_s2, force_edge_hz),
-            temperature: spectra(&streams.temperature_k, THERMAL_EDGE_HZ),
+            pickoff: spectra(&streams.pickoff_rad, &angles, whole_band_hz),
+            force: spectra(&streams.force_m_s2, &pieces, force_edge_hz),
+            temperature: spectra(&streams.temperature_k, &pieces, THERMAL_EDGE_HZ),
             case,
             scale_error,
-            body_from_start: integrate_attitude(&streams.case_rad),
+            body_from_start: integrate_attitude(&streams.case_rad, &pieces),
             streams,
         }
     }
@@ -148,8 +157,11 @@ impl Scene {
         };
         let mut values = self.temperature.as_ref()?[axis].read(reading);
         if derivative == 0 {
-            let start = values[0];
-            values.iter_mut().for_each(|value| *value -= start);
+            for piece in &self.streams.pieces {
+                let values = &mut values[piece.rows.clone()];
+                let start = values[0];
+                values.iter_mut().for_each(|value| *value -= start);
+            }
         }
         Some(values)
     }
@@ -174,10 +186,13 @@ impl Scene {
 
 /// Attitude at each row's end against the beginning, from the increments alone: good to what coning
 /// within a row would add (parts in 1e4 of the angle), plenty for carrying a vector along.
-fn integrate_attitude(case_rad: &Triad) -> Vec<UnitQuaternion<f64>> {
+fn integrate_attitude(case_rad: &Triad, pieces: &[Range<usize>]) -> Vec<UnitQuaternion<f64>> {
     let mut start_from_body = UnitQuaternion::identity();
     (0..case_rad[0].len())
         .map(|row| {
+            if pieces.iter().any(|rows| rows.start == row) {
+                start_from_body = UnitQuaternion::identity();
+            }
             let turn = Vector3::new(case_rad[0][row], case_rad[1][row], case_rad[2][row]);
             start_from_body *= UnitQuaternion::from_scaled_axis(turn);
             start_from_body.inverse()

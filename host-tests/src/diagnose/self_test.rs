@@ -28,7 +28,7 @@ use super::declare::FAMILY_SIGNIFICANCE;
 use super::hunt::Catch;
 use super::hypotheses::CATALOGUE;
 use super::information::{Information, stable_inverse};
-use super::portion::{Bins, inner};
+use super::portion::Bins;
 use super::select::{self, prior_width};
 use super::workbench::{Parameters, Workbench};
 
@@ -231,18 +231,22 @@ fn slid_rights(
             let at_shift = slid_inner(&*inverse, column, left, &weights);
             DVector::from_iterator(shifts.len(), shifts.iter().map(|&shift| at_shift[shift]))
         };
-        let joint_rights: Vec<DVector<f64>> = joints.par_iter().map(&against).collect();
+        let joint_rights: Vec<DVector<f64>> = joints
+            .par_iter()
+            .map(|joint| against(&joint.to_bins()))
+            .collect();
         let joint_inverse =
             stable_inverse(&DMatrix::from_fn(joints.len(), joints.len(), |a, b| {
-                inner(&joints[a], &joints[b], &weights)
+                joints[a].inner(&joints[b].to_bins(), &weights)
             }));
         let rights: Vec<(usize, DVector<f64>)> = bench
             .columns_of(&everything, axis)
             .into_par_iter()
             .map(|(index, column)| {
-                let on_joints = joints.iter().map(|joint| inner(joint, column, &weights));
+                let column = column.to_bins();
+                let on_joints = joints.iter().map(|joint| joint.inner(&column, &weights));
                 let fitted = &joint_inverse * DVector::from_iterator(joints.len(), on_joints);
-                let mut right = against(column);
+                let mut right = against(&column);
                 for (size, joint) in fitted.iter().zip(&joint_rights) {
                     right.axpy(-size, joint, 1.0);
                 }
@@ -389,6 +393,7 @@ fn beyond(threshold: f64, degrees: f64, noncentrality: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::diagnose::portion::Portion;
+    use crate::diagnose::portion::inner;
 
     #[test]
     fn none_in_two_hundred_bounds_the_rate_to_three_in_two_hundred() {

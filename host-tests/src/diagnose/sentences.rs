@@ -49,10 +49,9 @@ impl Findings<'_> {
                 format!(", and {}", location.regime)
             };
             lines.push(format!(
-                "Where: gyro {} between {:.1} and {:.1} s, {:.0} to {:.0} Hz, {:.3} °/h{regime}.",
+                "Where: gyro {} between {}, {:.0} to {:.0} Hz, {:.3} °/h{regime}.",
                 AXES[location.axis],
-                self.time_s(location.rows.start),
-                self.time_s(location.rows.end),
+                self.between(&location.rows),
                 location.band_hz.0,
                 location.band_hz.1,
                 location.size_rad_s * DEG_H,

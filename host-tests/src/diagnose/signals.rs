@@ -4,10 +4,11 @@
 //! expression found in one recording can be evaluated in another: `omega_x` \[rad/s\], `abs_omega_x`,
 //! `alpha_x` \[rad/s²\], `force_x` \[m/s²\], `temperature_x` \[K since the start\], `temperature_rate_x` \[K/s\],
 //! `field_x` \[T\], `dither_rate_x` \[rad/s\], `dither_angle_x` \[rad\], `time` \[s since the start\],
-//! `window(a,b)` (1 between a and b s), `sine(f)` and `cosine(f)` (f in Hz, from the start), `decay(s)` (exp(−t/s)), and every channel of unknown quantity under its own name.
+//! `window(a,b)` (1 between a and b s), `recording(NAME)` (1 in that recording of several), `sine(f)` and `cosine(f)` (f in Hz, from the start), `decay(s)` (exp(−t/s)), and every channel of unknown quantity under its own name.
 
 use std::borrow::Cow;
 
+use super::pieces::{Piece, name_in_expression};
 use super::scene::Scene;
 use super::streams::{AXES, Triad};
 
@@ -44,7 +45,7 @@ pub fn signal(scene: &Scene, name: &str) -> Option<Vec<f64>> {
     if name == "time" {
         return Some(
             (0..streams.rows)
-                .map(|row| (row as f64 + 0.5) / streams.rate_hz)
+                .map(|row| streams.since_start_s(row))
                 .collect(),
         );
     }
@@ -55,7 +56,7 @@ pub fn signal(scene: &Scene, name: &str) -> Option<Vec<f64>> {
         let (from, to) = limits.split_once(',')?;
         let (from_s, to_s): (f64, f64) = (from.trim().parse().ok()?, to.trim().parse().ok()?);
         let inside = |row: usize| {
-            let time_s = streams.middle_s(row);
+            let time_s = streams.piece_of(row).start_s + streams.since_start_s(row);
             f64::from(u8::from(from_s <= time_s && time_s < to_s))
         };
         return Some((0..streams.rows).map(inside).collect());
@@ -79,8 +80,19 @@ pub fn signal(scene: &Scene, name: &str) -> Option<Vec<f64>> {
             .parse::<f64>()
             .ok()
             .filter(|constant_s| *constant_s > 0.0)?;
-        let at = |row: usize| (-(streams.middle_s(row) - streams.start_s) / constant_s).exp();
+        let at = |row: usize| (-streams.since_start_s(row) / constant_s).exp();
         return Some((0..streams.rows).map(at).collect());
+    }
+    if let Some(recording) = name
+        .strip_prefix("recording(")
+        .and_then(|rest| rest.strip_suffix(')'))
+    {
+        let mut inside = vec![0.0; streams.rows];
+        let own = |piece: &&Piece| name_in_expression(&piece.recording) == recording;
+        for piece in streams.pieces.iter().filter(own) {
+            inside[piece.rows.clone()].fill(1.0);
+        }
+        return Some(inside);
     }
     if let Some((_, values)) = streams.others.iter().find(|(other, _)| other == name) {
         return Some(values.clone());

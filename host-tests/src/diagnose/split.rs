@@ -6,8 +6,8 @@
 use std::ops::Range;
 
 use super::declare::{HELD_OUT_SHARE, SHORTEST_SPLIT_S, UNNAMED_STRETCH_S};
+use super::pieces::Piece;
 use super::streams::Streams;
-use crate::recording::Segment;
 
 /// A stretch of like motion.
 #[derive(Debug, Clone)]
@@ -28,54 +28,78 @@ pub struct Split {
     pub held_out: Vec<Range<usize>>,
 }
 
-/// Cuts the recording.
-pub fn split(streams: &Streams, segments: &[Segment]) -> Split {
+/// Cuts the recordings. One that is held out as a whole is not fitted anywhere.
+pub fn split(streams: &Streams) -> Split {
     if streams.at_rest.is_some() {
         return in_halves(streams);
     }
-    let mut cuts: Vec<usize> = segments
-        .iter()
-        .flat_map(|segment| [segment.start_s, segment.end_s])
-        .map(|time_s| streams.row_at(time_s))
-        .chain([0, streams.rows])
-        .collect();
-    if segments.is_empty() {
-        let stretch = (UNNAMED_STRETCH_S * streams.rate_hz) as usize;
-        cuts.extend((0..streams.rows).step_by(stretch.max(1)));
-    }
-    cuts.sort_unstable();
-    cuts.dedup();
-    let shortest = (SHORTEST_SPLIT_S * streams.rate_hz) as usize;
     let mut regimes = Vec::new();
     let (mut fitted, mut held_out) = (Vec::new(), Vec::new());
-    for pair in cuts.windows(2) {
-        let rows = pair[0]..pair[1];
-        let middle_s = streams.middle_s((rows.start + rows.end) / 2);
-        let name = segments
-            .iter()
-            .find(|segment| segment.start_s <= middle_s && middle_s < segment.end_s)
-            .map(|segment| segment.name.clone());
-        let name = name.unwrap_or_else(|| {
-            format!(
-                "{:.0} to {:.0} s",
-                streams.middle_s(rows.start),
-                streams.middle_s(rows.end - 1)
-            )
-        });
-        let cut = if rows.len() < shortest {
-            rows.end
-        } else {
-            rows.end - (rows.len() as f64 * HELD_OUT_SHARE) as usize
-        };
-        fitted.extend(usable_runs(&streams.usable, rows.start..cut));
-        held_out.extend(usable_runs(&streams.usable, cut..rows.end));
-        regimes.push(Regime { name, rows });
+    for piece in &streams.pieces {
+        for regime in regimes_of(streams, piece) {
+            let rows = regime.rows.clone();
+            let shortest = (SHORTEST_SPLIT_S * streams.rate_hz) as usize;
+            let cut = if piece.held_out {
+                rows.start
+            } else if rows.len() < shortest {
+                rows.end
+            } else {
+                rows.end - (rows.len() as f64 * HELD_OUT_SHARE) as usize
+            };
+            fitted.extend(usable_runs(&streams.usable, rows.start..cut));
+            held_out.extend(usable_runs(&streams.usable, cut..rows.end));
+            regimes.push(regime);
+        }
     }
     Split {
         regimes,
-        fitted: join_touching(fitted),
-        held_out: join_touching(held_out),
+        fitted: join_touching(fitted, &streams.pieces),
+        held_out: join_touching(held_out, &streams.pieces),
     }
+}
+
+/// The stretches of like motion of one recording.
+fn regimes_of(streams: &Streams, piece: &Piece) -> Vec<Regime> {
+    let (segments, rate_hz) = (&piece.segments, streams.rate_hz);
+    let own_s = |row: f64| piece.start_s + (row - piece.rows.start as f64) / rate_hz;
+    let row_at = |time_s: f64| {
+        let row = ((time_s - piece.start_s) * rate_hz).round().max(0.0) as usize;
+        piece.rows.start + row.min(piece.rows.len())
+    };
+    let mut cuts: Vec<usize> = segments
+        .iter()
+        .flat_map(|segment| [segment.start_s, segment.end_s])
+        .map(row_at)
+        .chain([piece.rows.start, piece.rows.end])
+        .collect();
+    if segments.is_empty() {
+        let stretch = (UNNAMED_STRETCH_S * rate_hz) as usize;
+        cuts.extend(piece.rows.clone().step_by(stretch.max(1)));
+    }
+    cuts.sort_unstable();
+    cuts.dedup();
+    cuts.windows(2)
+        .map(|pair| {
+            let rows = pair[0]..pair[1];
+            let middle_s = own_s(((rows.start + rows.end) / 2) as f64 + 0.5);
+            let name = segments
+                .iter()
+                .find(|segment| segment.start_s <= middle_s && middle_s < segment.end_s)
+                .map(|segment| segment.name.clone());
+            let name = name.unwrap_or_else(|| {
+                format!(
+                    "{:.0} to {:.0} s",
+                    own_s(rows.start as f64 + 0.5),
+                    own_s(rows.end as f64 - 0.5)
+                )
+            });
+            let name = match streams.is_joined() {
+                true => format!("{}: {name}", piece.recording),
+                false => name,
+            };
+            Regime { name, rows }
+        })
+        .collect()
 }
 
 /// A unit at rest has one motion: the first half is fitted, the second held out, so that what is found must
@@ -127,11 +151,17 @@ pub fn usable_runs(usable: &[bool], rows: Range<usize>) -> Vec<Range<usize>> {
     runs
 }
 
-fn join_touching(ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
+/// Ranges that touch become one, except across the break between two recordings.
+fn join_touching(ranges: Vec<Range<usize>>, pieces: &[Piece]) -> Vec<Range<usize>> {
     let mut joined: Vec<Range<usize>> = Vec::new();
     for range in ranges {
         match joined.last_mut() {
-            Some(last) if last.end == range.start => last.end = range.end,
+            Some(last)
+                if last.end == range.start
+                    && !pieces.iter().any(|piece| piece.rows.start == range.start) =>
+            {
+                last.end = range.end;
+            }
             _ => joined.push(range),
         }
     }

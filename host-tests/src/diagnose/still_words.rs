@@ -216,8 +216,8 @@ impl Findings<'_> {
                             "Gyro {} shows more than its noise in {} places between {:.1} and {:.1} s, {low_hz:.0} to {high_hz:.0} Hz, and nothing measured explains it: located only.",
                             AXES[axis],
                             here.len(),
-                            self.time_s(first.rows.start),
-                            self.time_s(end),
+                            self.scene.streams.begin_s(first.rows.start),
+                            self.scene.streams.begin_s(end),
                         ),
                     )
                 })

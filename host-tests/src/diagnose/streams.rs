@@ -10,6 +10,7 @@
 //! Deliberately not here: filling gaps with anything but a straight line (those rows are masked), and
 //! references slower than the gyros.
 
+use super::pieces::Piece;
 use super::still::AtRest;
 use crate::error::InputError;
 use crate::model::{Model, MotionSource};
@@ -57,6 +58,8 @@ pub struct Streams {
     pub usable: Vec<bool>,
     /// The same before faults of the data took rows out of use.
     pub measured: Vec<bool>,
+    /// Which rows come from which recording; one piece, all rows, unless they were joined (pieces.rs).
+    pub pieces: Vec<Piece>,
     /// Channels with rows that were not measured, with those rows.
     unmeasured: Vec<(String, Vec<bool>)>,
 }
@@ -293,8 +296,32 @@ impl Streams {
             others,
             usable,
             measured,
+            pieces: vec![Piece {
+                recording: recording.name.clone(),
+                rows: 0..rows,
+                start_s: table_start_s + skip as f64 / rate_hz,
+                segments: recording.segments.clone(),
+                held_out: false,
+            }],
             unmeasured,
         })
+    }
+
+    /// Takes over which rows of `further` were not measured, behind its own.
+    pub(super) fn append_unmeasured(&mut self, further: &Self) {
+        let (before, rows) = (self.rows, further.rows);
+        for (_, missing) in &mut self.unmeasured {
+            missing.resize(before + rows, false);
+        }
+        for (channel, missing) in &further.unmeasured {
+            let place = self.unmeasured.iter().position(|(name, _)| name == channel);
+            let place = place.unwrap_or_else(|| {
+                self.unmeasured
+                    .push((channel.clone(), vec![false; before + rows]));
+                self.unmeasured.len() - 1
+            });
+            self.unmeasured[place].1[before..].copy_from_slice(missing);
+        }
     }
 
     /// Beginning of a row \[s\].

@@ -13,10 +13,12 @@ use std::ops::Range;
 use super::information::fit_away;
 use super::locate::Location;
 use super::noise::Noise;
+use super::pieces::Piece;
 use super::portion::{Portion, inner};
 use super::regressor::regressors;
-use super::split::intersect;
-use super::streams::Triad;
+use super::result::RecordingEntry;
+use super::split::{Split, intersect};
+use super::streams::{Streams, Triad};
 
 /// Bins needed to tell a tenth of power by four standard deviations.
 const ENOUGH_BINS: usize = 1600;
@@ -107,6 +109,37 @@ pub fn validate(
             })
         })
         .collect()
+}
+
+/// What was fitted and held out of each of several recordings, and how much of its held-out power is left; empty for
+/// one alone. The noise is that of all together: a recording whose own differs shows here.
+pub fn by_recording(
+    streams: &Streams,
+    split: &Split,
+    after_rad: &Triad,
+    noise: &[Noise; 3],
+) -> Vec<RecordingEntry> {
+    if !streams.is_joined() {
+        return Vec::new();
+    }
+    let of_piece = |piece: &Piece| {
+        let own = std::slice::from_ref(&piece.rows);
+        let held_out = intersect(&split.held_out, own);
+        let times = |rows: &[Range<usize>]| rows.iter().map(|r| streams.own_span(r).1).collect();
+        let portion = Portion::new(held_out.clone(), streams.rate_hz);
+        RecordingEntry {
+            recording: piece.recording.clone(),
+            held_out_whole: piece.held_out,
+            fitted_on: times(&intersect(&split.fitted, own)),
+            held_out: times(&held_out),
+            normalised_power: [0, 1, 2].map(|axis: usize| {
+                let portion = portion.as_ref()?;
+                let everything = 0..portion.bins();
+                Some(power(portion, &after_rad[axis], &noise[axis], everything).0)
+            }),
+        }
+    };
+    streams.pieces.iter().map(of_piece).collect()
 }
 
 fn union(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {

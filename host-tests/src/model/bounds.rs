@@ -174,6 +174,10 @@ fn check_effect(path: &Path, index: usize, effect: &ModelEffect) -> Result<(), I
                 (label, "\"x\", \"y\" or \"z\"".to_owned())
             }
             (Value::Channel, _) => (effect.text(name).is_some(), "a channel's name".to_owned()),
+            (Value::Recording, _) => {
+                let named = effect.text(name).is_some();
+                (named, "a recording's name".to_owned())
+            }
         };
         if !fits {
             let found = match value {

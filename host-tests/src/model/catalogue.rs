@@ -15,6 +15,8 @@ pub enum Value {
     Axis,
     /// The name of a channel.
     Channel,
+    /// The name of a recording.
+    Recording,
 }
 
 /// Parameters of one kind that share a unit.
@@ -77,7 +79,9 @@ const AXIS: Group = needed(&["axis"], "", Value::Axis);
 const CHANNEL: Group = needed(&["channel"], "", Value::Channel);
 const TIME: Group = needed(&["time_s"], "s", Value::Number);
 const SPAN: Group = needed(&["start_s", "end_s"], "s", Value::Number);
-const FAULT: &[Group] = &[CHANNEL, SPAN];
+/// Which of several recordings an event is in; absent: any that was running then.
+const RECORDING: Group = bounded(&["recording"], "", Value::Recording);
+const FAULT: &[Group] = &[CHANNEL, SPAN, RECORDING];
 
 const fn kind(name: &'static str, groups: &'static [Group]) -> Kind {
     Kind { name, groups }
@@ -88,7 +92,12 @@ pub const CATALOGUE: &[Kind] = &[
     kind("gyro_bias", &[of(XYZ, "rad/s")]),
     kind(
         "gyro_bias_step",
-        &[AXIS, TIME, needed(&["size"], "rad/s", Value::Number)],
+        &[
+            AXIS,
+            TIME,
+            needed(&["size"], "rad/s", Value::Number),
+            RECORDING,
+        ],
     ),
     kind("gyro_bias_temperature", &[of(XYZ, "rad/s/K")]),
     kind("gyro_bias_temperature_rate", &[of(XYZ, "rad/K")]),
@@ -130,7 +139,12 @@ pub const CATALOGUE: &[Kind] = &[
     ),
     kind(
         "counter_slip",
-        &[AXIS, TIME, needed(&["size"], "rad", Value::Number)],
+        &[
+            AXIS,
+            TIME,
+            needed(&["size"], "rad", Value::Number),
+            RECORDING,
+        ],
     ),
     kind("lost_samples", FAULT),
     kind("stuck_channel", FAULT),

@@ -1,7 +1,7 @@
 //! The tool never sees the answer, and its answer does not depend on the machine.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use rlg::simulate::coning_demo;
@@ -49,14 +49,26 @@ fn any_number_of_threads_writes_the_same_bytes() {
         .expect("a recording");
     let model = folder.path().join("model.toml");
     simulation.model.write(&model).expect("a model");
+    let mut second = coning_demo(4).expect("the demo's scenario");
+    second.recording.name += " again";
+    let several = folder.path().join("several");
+    second.recording.write_to(&several).expect("a recording");
+    same_bytes(&folder, &model, &[&recording]);
+    same_bytes(&folder, &model, &[&recording, &several]);
+}
+
+/// Diagnoses with one, two and three threads.
+fn same_bytes(folder: &tempfile::TempDir, model: &Path, recordings: &[&PathBuf]) {
     let written: Vec<Vec<(String, Vec<u8>)>> = ["1", "2", "3"]
         .iter()
         .map(|threads| {
-            let out = folder.path().join(format!("out-{threads}"));
+            let count = recordings.len();
+            let out = folder.path().join(format!("out-{count}-{threads}"));
             Command::cargo_bin("rlg")
                 .expect("the command is built")
                 .args(["diagnose", "--quiet", "--threads", threads, "--model"])
-                .args([&model, &recording])
+                .arg(model)
+                .args(recordings)
                 .arg("--out")
                 .arg(&out)
                 .assert()

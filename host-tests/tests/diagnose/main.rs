@@ -5,4 +5,5 @@ mod at_rest;
 mod bench_recordings;
 mod concealed_effects;
 mod independence;
+mod several;
 mod stages;
