@@ -1,4 +1,5 @@
 //! A short challenge: commitments come first, shards give the bytes of the whole, and scores are of what was said.
+//! Recordings with a truth file, as others bring them, are scored the same way.
 
 use std::fs;
 use std::path::Path;
@@ -105,4 +106,99 @@ fn a_trial_repeated_alone_is_the_same_trial() {
             .map(|name| fs::read_to_string(at.join(name).join(file)).expect("written"));
         assert_eq!(all.lines().nth(3), one.lines().next(), "{file}");
     }
+}
+
+/// A triad on a table with a bias of 1 deg/h on gyro y that its model does not have.
+const BIASED: &str = r#"
+format = 1
+name = "biased"
+rate_hz = 200.0
+[gyro]
+pulse_weight_rad = [1e-9, 1e-9, 1e-9]
+bias_rad_s = [0.0, 0.0, 0.0]
+scale_error = [0.0, 0.0, 0.0]
+angle_random_walk_rad_sqrt_s = [5e-7, 5e-7, 5e-7]
+installation_rad = {}
+output = "increment"
+[reference]
+angle_noise_rad = 2e-7
+angle_random_walk_rad_sqrt_s = 1e-7
+weight_rad = 1e-9
+[[motion]]
+kind = "slew"
+axis = "x"
+angle_rad = 1.0
+duration_s = 10.0
+[[motion]]
+kind = "slew"
+axis = "z"
+angle_rad = 1.0
+duration_s = 10.0
+[[effect]]
+kind = "gyro_bias"
+y = 4.8e-6
+"#;
+
+#[test]
+fn a_recording_of_others_is_committed_to_and_scored_against_its_truth() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    fs::write(at.join("biased.toml"), BIASED).expect("writable");
+    let made = Command::cargo_bin("rlg")
+        .expect("the binary")
+        .current_dir(at)
+        .args(["simulate", "biased.toml", "--out", "biased"])
+        .output()
+        .expect("it starts");
+    assert!(
+        made.status.success(),
+        "{}",
+        String::from_utf8_lossy(&made.stderr)
+    );
+    let given = [
+        "--recording",
+        "biased",
+        "--truth",
+        "biased.truth.json",
+        "--out",
+    ];
+    let output = rlg(at, &[&given[..], &["scored"]].concat());
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+
+    let truth = fs::read(at.join("biased.truth.json")).expect("written");
+    let committed = fs::read_to_string(at.join("scored/commitments.txt")).expect("written");
+    let hash = rlg::challenge::commit::sha256(&truth);
+    assert_eq!(committed, format!("biased.truth.json {hash}\n"));
+    let read = |name: &str| -> serde_json::Value {
+        let bytes = fs::read(at.join(name).join("challenge.json")).expect("written");
+        serde_json::from_slice(&bytes).expect("JSON")
+    };
+    let scored = &read("scored")["given"][0];
+    assert_eq!(scored["right"], true, "{scored:#}");
+    let known = scored["known"].as_array().expect("a list");
+    let y = known
+        .iter()
+        .find(|one| one["combination"] == "y")
+        .expect("y is known");
+    let number = |key: &str| y[key].as_f64().expect("a number");
+    // Five deviations: less than once in a million runs by chance, and the seed is fixed.
+    assert!(
+        (number("value") - 4.8e-6).abs() < 5.0 * number("std"),
+        "{y}"
+    );
+
+    // A truth that holds something else makes the same recording's score wrong.
+    fs::write(at.join("biased.truth.json"), r#"{"effects": []}"#).expect("writable");
+    let output = rlg(at, &[&given[..], &["otherwise"]].concat());
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert_eq!(read("otherwise")["given"][0]["right"], false);
+    assert_eq!(read("otherwise")["given"][0]["wrong"][0], "gyro_bias");
 }

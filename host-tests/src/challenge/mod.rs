@@ -4,6 +4,8 @@
 //! (`kinds`, `answer`) → commitments (`commit`) → recordings and diagnoses (`examine`) → scores (`score`, `marks`,
 //! `chance`)
 //!
+//! Recordings of others, each with a truth file, go the same way (`given`).
+//!
 //! Enters: a [`Plan`]. Leaves: answers, commitments to them, outcomes and [`score::Scores`]. The examiner knows the
 //! simulator and calls the diagnosis; the diagnosis gets a recording and a model, and nothing else.
 //!
@@ -15,6 +17,7 @@ pub mod bounds;
 pub mod chance;
 pub mod commit;
 pub mod examine;
+pub mod given;
 pub mod kinds;
 pub mod marks;
 pub mod predict;

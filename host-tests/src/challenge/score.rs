@@ -275,7 +275,7 @@ pub fn score(plan: &Plan, answers: &[Answer], outcomes: &[Outcome]) -> Scores {
         strength([rho, rho], singles.iter().filter(inside).copied())
     });
     let wrong = cases.iter().filter(|case| match case.answer.family {
-        Family::Null => case.is_false(),
+        Family::Null => case.is_false() || unread(case.outcome),
         _ => case.wrong().next().is_some() || unread(case.outcome),
     });
     Scores {

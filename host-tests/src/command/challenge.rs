@@ -8,6 +8,7 @@ use clap::Args;
 use crate::challenge::answer::Answer;
 use crate::challenge::commit::{ANSWERS, COMMITMENTS, OUTCOMES, check, commitments};
 use crate::challenge::examine::Outcome;
+use crate::challenge::given::Pair;
 use crate::challenge::score::{Scores, score};
 use crate::challenge::trial::{Family, MIX};
 use crate::challenge::{Plan, Share, lines_of, prepare};
@@ -34,7 +35,7 @@ const PAGE: &str = "report.html";
 #[derive(Debug, Args)]
 #[command(
     name = "challenge",
-    after_help = "Examples:\n  rlg challenge --out out/challenge --trials 200\n  rlg challenge --out out/one --trials 200 --trial 17\n  rlg challenge --out out/s3 --trials 2000 --shard 3/8\n  rlg challenge --out out/all --merge out/s0 out/s1 out/s2\n  rlg challenge --check out/all"
+    after_help = "Examples:\n  rlg challenge --out out/challenge --trials 200\n  rlg challenge --out out/one --trials 200 --trial 17\n  rlg challenge --out out/s3 --trials 2000 --shard 3/8\n  rlg challenge --out out/all --merge out/s0 out/s1 out/s2\n  rlg challenge --check out/all\n  rlg challenge --recording R/bench-17 --truth truth/bench-17.json --out out/bench-17"
 )]
 pub struct ChallengeCommand {
     /// Folder for the results
@@ -61,6 +62,12 @@ pub struct ChallengeCommand {
     /// Put folders of shards together instead of running anything
     #[arg(long, num_args = 1.., value_name = "DIR", conflicts_with_all = ["shard", "trial", "families"])]
     merge: Vec<PathBuf>,
+    /// A recording of others instead, with its model.toml beside it; several may be given
+    #[arg(long, value_name = "DIR", requires = "truth", conflicts_with_all = ["merge", "shard", "trial", "families"])]
+    recording: Vec<PathBuf>,
+    /// What that recording conceals: committed to before, opened after the diagnosis; one a recording, in order
+    #[arg(long, value_name = "FILE", requires = "recording")]
+    truth: Vec<PathBuf>,
     /// Check a folder's answers against its commitments, and stop
     #[arg(long, value_name = "DIR", conflicts_with = "merge")]
     check: Option<PathBuf>,
@@ -90,6 +97,9 @@ impl ChallengeCommand {
         }
         // clap asks for it unless --check is there
         let out = self.out.as_deref().unwrap_or(Path::new(""));
+        if !self.recording.is_empty() {
+            return self.others(out, terminal);
+        }
         let work = || {
             if self.merge.is_empty() {
                 self.challenge(out, terminal)
@@ -110,6 +120,69 @@ impl ChallengeCommand {
         say(&scores, terminal);
         terminal.say(format!("To read: {}", out.join(PAGE).display()));
         terminal.result(&scores)
+    }
+
+    /// Recordings of others.
+    fn others(&self, out: &Path, terminal: &Terminal) -> Result<(), InputError> {
+        if self.recording.len() != self.truth.len() {
+            return Err(
+                InputError::new("--truth", "does not go with the recordings")
+                    .value(self.truth.len())
+                    .expected(format!("{}, one a --recording", self.recording.len())),
+            );
+        }
+        let pairs = self.recording.iter().zip(&self.truth);
+        let pairs: Vec<Pair> = pairs
+            .map(|(recording, truth)| Pair::new(recording, truth))
+            .collect::<Result<_, _>>()?;
+        let mut first = OutputFolder::create(out)?;
+        let lines: String = pairs
+            .iter()
+            .map(Pair::commitment)
+            .map(|(name, hash)| format!("{name} {hash}\n"))
+            .collect();
+        first.write(COMMITMENTS, lines.as_bytes())?;
+        first.commit()?;
+        let bar = terminal.bar(pairs.len() as u64, "diagnosing");
+        let mut scores = Vec::new();
+        for pair in &pairs {
+            scores.push(pair.score(self.leave_one_out)?);
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        let result = serde_json::json!({
+            "format": 1,
+            "version": env!("CARGO_PKG_VERSION"),
+            "given": scores,
+        });
+        let mut folder = OutputFolder::create(out)?;
+        folder.write(SCORES, format!("{result:#}\n").as_bytes())?;
+        folder.commit()?;
+        for one in &scores {
+            let word = if one.right { "right" } else { "WRONG" };
+            let kinds = |kinds: &[String]| {
+                if kinds.is_empty() {
+                    "nothing".to_owned()
+                } else {
+                    kinds.join(", ")
+                }
+            };
+            let found: Vec<String> = one.found.iter().map(|one| one.kind.clone()).collect();
+            terminal.say(format!(
+                "{word} {}: concealed {}, found {} ({})",
+                one.recording,
+                kinds(&one.concealed),
+                kinds(&found),
+                one.verdict
+            ));
+            for known in &one.known {
+                terminal.say(format!(
+                    "      {} {} = {:.4e} ± {:.1e}, concealed {:.4e}",
+                    known.kind, known.combination, known.value, known.std, known.truth
+                ));
+            }
+        }
+        terminal.result(&result)
     }
 
     fn challenge(&self, out: &Path, terminal: &Terminal) -> Result<Scores, InputError> {
