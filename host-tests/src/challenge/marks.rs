@@ -24,7 +24,12 @@ pub struct Mark {
     pub trials: usize,
     /// Whether it is met.
     pub met: Option<bool>,
+    /// Whether the limits say so too: otherwise more trials may turn it.
+    pub sure: bool,
 }
+
+/// What "none" can mean: none in a thousand trials bounds the share by this.
+const NONE: f64 = 3e-3;
 
 /// How a figure must lie.
 enum Need {
@@ -35,10 +40,23 @@ enum Need {
 
 fn mark(name: &str, need: Need, measured: f64, limits: [f64; 2], trials: usize) -> Mark {
     let some = trials > 0 && measured.is_finite();
-    let (needed, met) = match need {
-        Need::AtLeast(least) => (format!("≥ {least}"), measured >= least),
-        Need::AtMost(most) => (format!("≤ {most}"), measured <= most),
-        Need::Within(at, by) => (format!("{at} ± {by}"), (measured - at).abs() <= by),
+    let [low, high] = limits;
+    let (needed, met, sure) = match need {
+        Need::AtLeast(least) => (
+            format!("≥ {least}"),
+            measured >= least,
+            low >= least || high < least,
+        ),
+        Need::AtMost(most) => (
+            format!("≤ {most}"),
+            measured <= most,
+            high <= most.max(NONE) || low > most,
+        ),
+        Need::Within(at, by) => (
+            format!("{at} ± {by}"),
+            (measured - at).abs() <= by,
+            (low >= at - by && high <= at + by) || low > at + by || high < at - by,
+        ),
     };
     Mark {
         mark: name.to_owned(),
@@ -47,6 +65,7 @@ fn mark(name: &str, need: Need, measured: f64, limits: [f64; 2], trials: usize) 
         limits,
         trials,
         met: some.then_some(met),
+        sure: some && sure,
     }
 }
 
@@ -103,7 +122,10 @@ pub fn marks(plan: &Plan, cases: &[Case]) -> Vec<Mark> {
         "false name on effect-free records",
         Need::AtMost(0.0),
         false_names as f64 / nulls.len().max(1) as f64,
-        [0.0, upper_limit(false_names, nulls.len())],
+        [
+            limits(false_names, nulls.len())[0],
+            upper_limit(false_names, nulls.len()),
+        ],
         nulls.len(),
     )];
     for (rho, least) in [(6.0, 0.85), (7.0, 0.97), (10.0, 0.995)] {

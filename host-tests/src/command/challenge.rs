@@ -357,10 +357,12 @@ fn merge(folders: &[PathBuf], out: &Path) -> Result<Scores, InputError> {
 fn say(scores: &Scores, terminal: &Terminal) {
     terminal.say(format!("{} trials scored", scores.scored));
     for mark in &scores.marks {
-        let word = match mark.met {
-            Some(true) => "met   ",
-            Some(false) => "MISSED",
-            None => "      ",
+        let word = match (mark.met, mark.sure) {
+            (Some(true), true) => "met",
+            (Some(true), false) => "met?",
+            (Some(false), true) => "MISSED",
+            (Some(false), false) => "missed?",
+            (None, _) => "",
         };
         let measured = mark.measured.map_or("not measured".to_owned(), |measured| {
             format!(
@@ -369,7 +371,7 @@ fn say(scores: &Scores, terminal: &Terminal) {
             )
         });
         terminal.say(format!(
-            "{word} {:<72} {:<14} {measured}, {} trials",
+            "{word:<7} {:<72} {:<14} {measured}, {} trials",
             mark.mark, mark.needed, mark.trials
         ));
     }

@@ -41,7 +41,11 @@ pub fn page(scores: &Scores, json: &str) -> String {
                 p.caution { "The concealed kind was taken out of the tool's catalogue in every trial." }
             }
         }
-        section { h2 { "Marks" } (marks(&scores.marks)) }
+        section {
+            h2 { "Marks" }
+            (marks(&scores.marks))
+            p.note { "So far: the limits leave it open, more trials may turn it. None is taken for none in a thousand." }
+        }
         section {
             h2 { "Detection against theory" }
             p { "Strength is the matched-filter SNR ρ over the rows that the tool fits. Theory: a noncentral chi-squared "
@@ -99,7 +103,10 @@ fn marks(marks: &[Mark]) -> Markup {
                     td.number { @if let Some(measured) = mark.measured { (number(measured)) } @else { "–" } }
                     td.number { @if mark.measured.is_some() { (number(mark.limits[0])) " to " (number(mark.limits[1])) } }
                     td.number { (mark.trials) }
-                    td { @match mark.met { Some(true) => "met", Some(false) => { b { "missed" } }, None => "no trials" } }
+                    td {
+                        @match mark.met { Some(true) => "met", Some(false) => { b { "missed" } }, None => "no trials" }
+                        @if mark.met.is_some() && !mark.sure { " so far" }
+                    }
                 }
             } }
         } }
