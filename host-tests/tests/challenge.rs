@@ -125,15 +125,12 @@ angle_noise_rad = 2e-7
 angle_random_walk_rad_sqrt_s = 1e-7
 weight_rad = 1e-9
 [[motion]]
-kind = "slew"
-axis = "x"
-angle_rad = 1.0
-duration_s = 10.0
-[[motion]]
-kind = "slew"
-axis = "z"
-angle_rad = 1.0
-duration_s = 10.0
+kind = "vibration"
+low_hz = 2.0
+high_hz = 60.0
+rate_rms_rad_s = [0.1, 0.1, 0.1]
+duration_s = 20.0
+ramp_s = 0.5
 [[effect]]
 kind = "gyro_bias"
 y = 4.8e-6

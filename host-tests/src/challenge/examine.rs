@@ -224,11 +224,9 @@ pub fn outcome_of(trial: u64, said: &Diagnosis) -> Outcome {
 
 /// |s − ŝ|² over the fitted and the held-out rows.
 fn leaves(answer: &Answer, outcome: &Outcome, book: &Book) -> Option<[f64; 2]> {
-    let physics: Vec<&Finding> = outcome
-        .findings
-        .iter()
-        .filter(|one| !one.is_fault())
-        .collect();
+    // More noise predicts nothing, and rows left out predict nothing.
+    let predicts = |one: &&Finding| one.is_physics() || one.kind == "unlisted";
+    let physics: Vec<&Finding> = outcome.findings.iter().filter(predicts).collect();
     if answer.effects.is_empty() || physics.is_empty() {
         return None;
     }
