@@ -308,7 +308,7 @@ impl AttitudeRecord {
 
     /// ∫ C · (column in the case's increments) over every step of a chain.
     fn column(&self, chain: &Chain, effect: usize, parameter: usize) -> Vec<Vector3<f64>> {
-        let nothing = vec![0.0; CATALOGUE[effect].card().shape.count()];
+        let nothing = vec![0.0; CATALOGUE[effect].card().count()];
         let sensed: [Option<Vec<f64>>; 3] =
             [0, 1, 2].map(|axis| CATALOGUE[effect].column(&self.scene, &nothing, parameter, axis));
         let in_row = |row: usize| -> Vector3<f64> {

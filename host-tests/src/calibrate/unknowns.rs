@@ -60,7 +60,7 @@ impl Unknown {
 
     /// The contract's name of the parameter.
     pub fn name(&self) -> String {
-        CATALOGUE[self.effect].card().shape.name(self.parameter)
+        CATALOGUE[self.effect].card().name(self.parameter)
     }
 
     /// How far from nothing it may credibly be (one standard deviation), in the parameter's unit.
@@ -94,7 +94,7 @@ impl Unknowns {
     pub fn of(recordings: usize) -> Self {
         let all = |kind: &str, recording: Option<usize>| {
             let effect = effect(kind);
-            (0..CATALOGUE[effect].card().shape.count()).map(move |parameter| Unknown {
+            (0..CATALOGUE[effect].card().count()).map(move |parameter| Unknown {
                 effect,
                 parameter,
                 recording,

@@ -288,7 +288,12 @@ fn linear(rng: &mut ChaCha8Rng, shop: &Workshop, entry: &Linear) -> Draft {
     let places = shop.book.of(entry.kind);
     let mut vector = DVector::zeros(shop.book.names.len());
     for &place in &places {
-        let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+        let draw = rng.random_bool(0.5);
+        let sign = if draw || entry.is_positive() {
+            1.0
+        } else {
+            -1.0
+        };
         vector[place] = sign * entry.typical * (SPREAD * normal(rng)).exp();
     }
     let scaled = places

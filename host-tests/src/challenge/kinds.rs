@@ -152,6 +152,11 @@ impl Linear {
             .collect()
     }
 
+    /// Whether physics allows one sign only: a suspension's compliance J/k.
+    pub fn is_positive(&self) -> bool {
+        self.kind == "axis_flexure"
+    }
+
     /// Whether its size bends the prediction, so that it is taken as a central difference.
     pub fn is_delay(&self) -> bool {
         self.kind.ends_with("_delay")

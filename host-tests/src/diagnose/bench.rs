@@ -4,6 +4,7 @@
 //! Enters: effects and where they are linearised. Leaves: [`Information`] over all parameters of the catalogue,
 //! the sizes of found terms behind them. Deliberately not here: rows, bins, stamps, shapes of noise.
 
+use super::hypotheses::Sought;
 use super::information::Information;
 
 /// Data under a noise model, linearised at some values of the effects.
@@ -14,6 +15,11 @@ pub trait Bench {
     /// Information about all parameters whose columns are here.
     fn information(&self) -> Information;
 
+    /// The same about the given parameters only; what it says of others is nothing.
+    fn information_about(&self, _indices: &[usize]) -> Information {
+        self.information()
+    }
+
     /// Moves the point at which a nonlinear effect is linearised.
     fn relinearise(&mut self, effect: usize, at: &[f64]);
 
@@ -22,4 +28,14 @@ pub trait Bench {
 
     /// Refits the noise to what `effects` leave, from where it is.
     fn refit_noise(&mut self, effects: &[usize], declared: &Self::Declared);
+
+    /// Whether terms found in the data stand beside the catalogue's effects.
+    fn has_terms(&self) -> bool {
+        false
+    }
+
+    /// Where to begin with an effect that must be sought, in what `values` leave; nowhere by default.
+    fn seek(&self, _effect: usize, _values: &[(usize, f64)]) -> Option<Sought> {
+        None
+    }
 }

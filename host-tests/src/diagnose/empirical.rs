@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 
+use super::hypotheses::reference_harmonic;
 use super::scene::Scene;
 use super::signals;
 use super::streams::{AXES, Streams, Triad};
@@ -23,6 +24,13 @@ pub enum Form {
     Slip {
         /// When \[s\].
         time_s: f64,
+    },
+    /// `reference_harmonic`: half of an encoder's error \[rad\] at a harmonic of the table angle.
+    Harmonic {
+        /// Periods a turn.
+        order: u32,
+        /// The cosine, or the sine.
+        cosine: bool,
     },
     /// `unlisted`: coefficient × a product of channels, as a rate.
     Product {
@@ -46,6 +54,7 @@ impl Term {
         match self.form {
             Form::Step { .. } => "gyro_bias_step",
             Form::Slip { .. } => "counter_slip",
+            Form::Harmonic { .. } => reference_harmonic::KIND,
             Form::Product { .. } => "unlisted",
         }
     }
@@ -58,6 +67,9 @@ impl Term {
             Form::Slip { time_s } => {
                 format!("angle of gyro {axis} jumps by size at t = {time_s:.4} s")
             }
+            Form::Harmonic { order, .. } => {
+                format!("reference angle {axis} += cos cos({order} theta) + sin sin({order} theta)")
+            }
             Form::Product { expression } => format!("omega_{axis} += coefficient * {expression}"),
         }
     }
@@ -67,6 +79,8 @@ impl Term {
         match self.form {
             Form::Step { .. } => ("size", "rad/s"),
             Form::Slip { .. } => ("size", "rad"),
+            Form::Harmonic { cosine: true, .. } => ("cos", "rad"),
+            Form::Harmonic { cosine: false, .. } => ("sin", "rad"),
             Form::Product { .. } => ("coefficient", "rad/s per unit of the expression"),
         }
     }
@@ -94,6 +108,9 @@ impl Term {
                 }
                 Ok(column)
             }
+            Form::Harmonic { order, cosine } => Ok(reference_harmonic::column(
+                scene, self.axis, *order, *cosine,
+            )),
             Form::Product { expression } => {
                 let values = signals::evaluate(scene, expression)?;
                 Ok(scene.sensed_from_rate(self.axis, values.into_iter()))
@@ -117,6 +134,9 @@ impl Term {
                     let name = EffectValue::Text(recording.to_string());
                     parameters.insert("recording".to_string(), name);
                 }
+            }
+            Form::Harmonic { order, .. } => {
+                parameters.insert("order".to_string(), EffectValue::Number(f64::from(*order)));
             }
             Form::Product { expression } => {
                 parameters.insert(
@@ -154,41 +174,52 @@ pub fn prediction(scene: &Scene, effect: &ModelEffect) -> Option<Result<Triad, S
             let own_s = number("time_s")?;
             Ok(scene.streams.joined_times(recording.as_deref(), own_s))
         };
-        let (forms, size): (Vec<Form>, f64) = match effect.kind.as_str() {
+        let forms: Vec<(Form, f64)> = match effect.kind.as_str() {
             "gyro_bias_step" => {
+                let size = number("size")?;
                 let steps = times()?.into_iter().map(|time_s| Form::Step { time_s });
-                (steps.collect(), number("size")?)
+                steps.map(|form| (form, size)).collect()
             }
             "counter_slip" => {
+                let size = number("size")?;
                 let slips = times()?.into_iter().map(|time_s| Form::Slip { time_s });
-                (slips.collect(), number("size")?)
+                slips.map(|form| (form, size)).collect()
+            }
+            reference_harmonic::KIND => {
+                let order = number("order")?;
+                if order.fract() != 0.0 || !(1.0..=f64::from(u32::MAX)).contains(&order) {
+                    return Err(format!(
+                        "order {order} is not a whole number of periods a turn"
+                    ));
+                }
+                let halves = [("cos", true), ("sin", false)].map(|(name, cosine)| {
+                    let order = order as u32;
+                    // An absent half counts as zero (contract).
+                    (
+                        Form::Harmonic { order, cosine },
+                        number(name).unwrap_or(0.0),
+                    )
+                });
+                halves.to_vec()
             }
             _ => {
                 let expression = text("expression")?;
-                (vec![Form::Product { expression }], number("coefficient")?)
+                vec![(Form::Product { expression }, number("coefficient")?)]
             }
         };
-        let mut column = vec![0.0; scene.streams.rows];
-        for form in forms {
-            let more = Term { axis, form }.column(scene)?;
-            column
+        let mut part: Triad = [0, 1, 2].map(|_| vec![0.0; scene.streams.rows]);
+        for (form, size) in forms {
+            let column = Term { axis, form }.column(scene)?;
+            part[axis]
                 .iter_mut()
-                .zip(more)
-                .for_each(|(sum, more)| *sum += more);
-        }
-        let mut part: Triad = Default::default();
-        for (index, values) in part.iter_mut().enumerate() {
-            *values = if index == axis {
-                column.iter().map(|value| value * size).collect()
-            } else {
-                vec![0.0; scene.streams.rows]
-            };
+                .zip(column)
+                .for_each(|(sum, value)| *sum += size * value);
         }
         Ok(part)
     };
     matches!(
         effect.kind.as_str(),
-        "gyro_bias_step" | "counter_slip" | "unlisted"
+        "gyro_bias_step" | "counter_slip" | "unlisted" | reference_harmonic::KIND
     )
     .then(build)
 }

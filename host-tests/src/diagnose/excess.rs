@@ -3,10 +3,13 @@
 //! Enters: fitted and declared noise. Leaves: [`Excess`] of random walk (`angle_random_walk`, which lock-in
 //! imitates) and of white angle noise (`pulse_quantisation`: a step q leaves q²/12), in units of their kinds.
 
-use super::noise::{Declared, Noise};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::noise::{self, Declared, Noise};
+use super::portion::{Bins, Portion};
 
 /// Effects that change the noise and nothing else: no prediction, only a level.
-pub const NOISE_KINDS: [&str; 2] = ["angle_random_walk", "pulse_quantisation"];
+pub const NOISE_KINDS: [&str; 3] = ["angle_random_walk", "pulse_quantisation", "lock_in"];
 
 /// An excess of one kind on the three gyros.
 #[derive(Debug, Clone)]
@@ -23,16 +26,25 @@ pub struct Excess {
     pub values: [f64; 3],
     /// Their standard deviations.
     pub stds: [f64; 3],
+    /// Chance of the strongest gyro's excess, all levels and gyros counted.
+    pub p_value: f64,
+    /// Δ ln L of all gyros.
+    pub log_likelihood_gain: f64,
     /// For a navigation engineer.
     pub left_out: &'static str,
 }
 
-/// Relative spread of a fitted level: about 500 bins carry the random walk of a minute's record.
-const LEVEL_BINS: f64 = 500.0;
+/// Levels that are compared: two on each of three gyros.
+const TRIALS: f64 = 6.0;
 
-/// Compares fitted with declared levels. The noise fit keeps a declared level unless the data contradict
-/// it, so whatever differs here is significant already.
-pub fn excess(noise: &[Noise; 3], declared: &[Declared; 3], seconds: f64) -> Vec<Excess> {
+/// Compares fitted with declared levels in what everything found leaves. The noise fit keeps a declared level
+/// unless the data contradict it, so whatever differs here is significant already.
+pub fn excess(
+    noise: &[Noise; 3],
+    declared: &[Declared; 3],
+    portion: &Portion,
+    left: &[Bins; 3],
+) -> Vec<Excess> {
     /// Less than a tenth more noise is no finding.
     const LEAST: f64 = 1.1;
     let mut found = Vec::new();
@@ -48,14 +60,16 @@ pub fn excess(noise: &[Noise; 3], declared: &[Declared; 3], seconds: f64) -> Vec
             let fitted = noise[axis].theta[term];
             if fitted > LEAST * level {
                 entry.values[axis] = unit_of(fitted - level, noise[axis].rate_hz);
-                let bins = if term == 0 {
-                    LEVEL_BINS * seconds / 60.0
-                } else {
-                    seconds * noise[axis].rate_hz / 4.0
-                };
-                // d√(θ − θ0) = dθ / (2 √(θ − θ0)), dθ = θ/√bins.
-                entry.stds[axis] =
-                    entry.values[axis] * 0.5 * fitted / (fitted - level) / bins.sqrt();
+                // d√(θ − θ0) = dθ/(2 √(θ − θ0)).
+                let error = noise::level_error(&noise[axis], portion, term);
+                entry.stds[axis] = entry.values[axis] * 0.5 * fitted / (fitted - level) * error;
+                let ratio =
+                    noise::ratio_over_level(portion, &left[axis], &noise[axis], term, level);
+                // More noise only, so half of the two-sided chance.
+                let chance = 0.5 * ChiSquared::new(1.0).map_or(1.0, |law| law.sf(ratio));
+                let p_value = -(TRIALS * (-chance).ln_1p()).exp_m1();
+                entry.p_value = entry.p_value.min(p_value);
+                entry.log_likelihood_gain += 0.5 * ratio;
                 any = true;
             }
         }
@@ -74,6 +88,8 @@ pub fn excess(noise: &[Noise; 3], declared: &[Declared; 3], seconds: f64) -> Vec
             unit: "rad/sqrt(s)",
             values: [0.0; 3],
             stds: [0.0; 3],
+            p_value: 1.0,
+            log_likelihood_gain: 0.0,
             left_out: "The gyro has more angle random walk than the model declares, as lock-in leaves behind when the dither is too small or too regular.",
         },
     );
@@ -88,6 +104,8 @@ pub fn excess(noise: &[Noise; 3], declared: &[Declared; 3], seconds: f64) -> Vec
             unit: "rad",
             values: [0.0; 3],
             stds: [0.0; 3],
+            p_value: 1.0,
+            log_likelihood_gain: 0.0,
             left_out: "A channel is coarser than the model declares: white noise of angle, as a pulse converter with a larger pulse leaves behind.",
         },
     );

@@ -9,9 +9,10 @@ use super::clock::Clock;
 use super::control::Control;
 use super::cycle::Cycle;
 use super::declare::FAMILY_SIGNIFICANCE;
+use super::empirical::Form;
 use super::excess::{Excess, NOISE_KINDS};
 use super::hunt::{Catch, FoundTerm};
-use super::hypotheses::CATALOGUE;
+use super::hypotheses::{CATALOGUE, reference_harmonic};
 use super::identify::identifiable;
 use super::locate::Location;
 use super::noise::Noise;
@@ -224,7 +225,12 @@ impl Findings<'_> {
             let single = !FAULT_KINDS.contains(&effect.kind.as_str())
                 && !matches!(
                     effect.kind.as_str(),
-                    "unlisted" | "gyro_bias_step" | "counter_slip"
+                    "unlisted"
+                        | "gyro_bias_step"
+                        | "counter_slip"
+                        | "axis_flexure_mode"
+                        | "isolator_mode"
+                        | reference_harmonic::KIND
                 );
             let noise = NOISE_KINDS.contains(&effect.kind.as_str());
             let known = explained
@@ -251,16 +257,28 @@ impl Findings<'_> {
         };
         for one in &self.catch.choice.chosen {
             let card = CATALOGUE[one.effect].card();
-            let parameters = (0..card.shape.count())
-                .map(|k| (card.shape.name(k), EffectValue::Number(one.values[k])))
+            let parameters = parameters_of(one)
+                .into_iter()
+                .map(|k| (card.name(k), EffectValue::Number(one.values[k])))
                 .collect();
             add(ModelEffect {
                 kind: card.kind.to_string(),
                 parameters,
             });
         }
-        for found in &self.catch.terms {
-            add(found.term.to_effect(found.size, &self.scene.streams));
+        for halves in of_one_effect(&self.catch.terms.iter().collect::<Vec<_>>()) {
+            let mut effect = halves[0]
+                .term
+                .to_effect(halves[0].size, &self.scene.streams);
+            for other in &halves[1..] {
+                effect.parameters.extend(
+                    other
+                        .term
+                        .to_effect(other.size, &self.scene.streams)
+                        .parameters,
+                );
+            }
+            add(effect);
         }
         self.rows_effects().into_iter().for_each(&mut add);
         for fault in self.faults {
@@ -395,9 +413,9 @@ impl Findings<'_> {
             .chain(self.rows_entries())
             .chain(self.line_entries(&lines))
             .chain(
-                terms
+                of_one_effect(&terms)
                     .into_iter()
-                    .map(|found| term(found, &self.scene.streams)),
+                    .map(|halves| term(halves, &self.scene.streams)),
             )
             .chain(
                 self.excess
@@ -540,9 +558,17 @@ pub fn combination(weights: &BTreeMap<String, f64>) -> String {
     text
 }
 
+/// The parameters that stand for something.
+pub(super) fn parameters_of(one: &Chosen) -> Vec<usize> {
+    let hypothesis = CATALOGUE[one.effect];
+    (0..hypothesis.card().count())
+        .filter(|&k| hypothesis.has(one.values.as_slice(), k))
+        .collect()
+}
+
 fn listed(one: &Chosen) -> EffectEntry {
     let card = CATALOGUE[one.effect].card();
-    let count = card.shape.count();
+    let kept = parameters_of(one);
     EffectEntry {
         kind: card.kind.to_string(),
         indistinguishable_from: one
@@ -556,16 +582,18 @@ fn listed(one: &Chosen) -> EffectEntry {
             )
             .collect(),
         equation: card.equation.to_string(),
-        parameters: (0..count)
-            .map(|k| ParameterEntry::Number {
-                name: card.shape.name(k),
+        parameters: kept
+            .iter()
+            .map(|&k| ParameterEntry::Number {
+                name: card.name(k),
                 value: one.values[k],
                 std: one.covariance[(k, k)].sqrt(),
-                unit: card.unit.to_string(),
+                unit: card.unit_of(k).to_string(),
             })
             .collect(),
-        covariance: (0..count)
-            .map(|a| (0..count).map(|b| one.covariance[(a, b)]).collect())
+        covariance: kept
+            .iter()
+            .map(|&a| kept.iter().map(|&b| one.covariance[(a, b)]).collect())
             .collect(),
         identifiable: identifiable(card, one),
         log_evidence_gain: one.log_evidence_gain,
@@ -576,15 +604,40 @@ fn listed(one: &Chosen) -> EffectEntry {
     }
 }
 
-fn term(found: &FoundTerm, streams: &Streams) -> EffectEntry {
-    let (name, unit) = found.term.size();
+/// Terms by effect: the two halves of a harmonic stand together.
+fn of_one_effect<'a>(terms: &[&'a FoundTerm]) -> Vec<Vec<&'a FoundTerm>> {
+    let mut groups: Vec<Vec<&FoundTerm>> = Vec::new();
+    for &found in terms {
+        let alike = |group: &&mut Vec<&FoundTerm>| match (&group[0].term.form, &found.term.form) {
+            (Form::Harmonic { order: a, .. }, Form::Harmonic { order: b, .. }) => {
+                a == b && group[0].term.axis == found.term.axis
+            }
+            _ => false,
+        };
+        match groups.iter_mut().find(alike) {
+            Some(group) => group.push(found),
+            None => groups.push(vec![found]),
+        }
+    }
+    groups
+}
+
+fn term(halves: Vec<&FoundTerm>, streams: &Streams) -> EffectEntry {
+    let found = halves[0];
+    let (name, _) = found.term.size();
     let effect = found.term.to_effect(found.size, streams);
-    let mut parameters = vec![ParameterEntry::Number {
-        name: name.to_string(),
-        value: found.size,
-        std: found.std,
-        unit: unit.to_string(),
-    }];
+    let mut parameters: Vec<ParameterEntry> = halves
+        .iter()
+        .map(|half| {
+            let (name, unit) = half.term.size();
+            ParameterEntry::Number {
+                name: name.to_string(),
+                value: half.size,
+                std: half.std,
+                unit: unit.to_string(),
+            }
+        })
+        .collect();
     parameters.extend(
         effect
             .parameters
@@ -599,7 +652,7 @@ fn term(found: &FoundTerm, streams: &Streams) -> EffectEntry {
                     name: name.clone(),
                     value: *value,
                     std: 0.0,
-                    unit: "s".to_string(),
+                    unit: if name == "order" { "1" } else { "s" }.to_string(),
                 },
             }),
     );
@@ -615,6 +668,7 @@ fn term(found: &FoundTerm, streams: &Streams) -> EffectEntry {
         (Some(expression), _) => format!(
             "Gyro {axis} follows {expression}, which is no effect of the catalogue: an expression in measured channels, found by search."
         ),
+        (None, reference_harmonic::KIND) => reference_harmonic::LEFT_OUT.to_string(),
         (None, "gyro_bias_step") => format!("The bias of gyro {axis} jumps once and stays there."),
         (None, _) => format!(
             "The angle of gyro {axis} jumps once, as when its counter loses or gains pulses."
@@ -630,15 +684,24 @@ fn term(found: &FoundTerm, streams: &Streams) -> EffectEntry {
                 .filter(|parameter| matches!(parameter, ParameterEntry::Number { .. }))
                 .count();
             let mut covariance = vec![vec![0.0; numbers]; numbers];
-            covariance[0][0] = found.std * found.std;
+            for (place, half) in halves.iter().enumerate() {
+                covariance[place][place] = half.std * half.std;
+            }
+            if halves.len() > 1 {
+                covariance[0][1] = found.with_next;
+                covariance[1][0] = found.with_next;
+            }
             covariance
         },
         parameters,
-        identifiable: vec![Identifiable {
-            combination: BTreeMap::from([(name.to_string(), 1.0)]),
-            value: found.size,
-            std: found.std,
-        }],
+        identifiable: halves
+            .iter()
+            .map(|half| Identifiable {
+                combination: BTreeMap::from([(half.term.size().0.to_string(), 1.0)]),
+                value: half.size,
+                std: half.std,
+            })
+            .collect(),
         log_evidence_gain: 0.5 * found.ratio,
         p_value: found.p_value,
         what_was_left_out,
@@ -672,8 +735,8 @@ fn noise(excess: &Excess) -> EffectEntry {
             })
             .collect(),
         identifiable: Vec::new(),
-        log_evidence_gain: 0.0,
-        p_value: 0.0,
+        log_evidence_gain: excess.log_likelihood_gain,
+        p_value: excess.p_value,
         what_was_left_out: excess.left_out.to_string(),
         expression: None,
         regimes: Vec::new(),

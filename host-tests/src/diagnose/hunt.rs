@@ -8,6 +8,7 @@
 use super::declare::{FAMILY_SIGNIFICANCE, REGRESSOR_FIDELITY};
 use super::empirical::{Form, Term};
 use super::events;
+use super::hypotheses::reference_harmonic;
 use super::information::{Information, Solution};
 use super::invariance::{self, Verdict};
 use super::products::{Products, Survey};
@@ -61,6 +62,8 @@ pub struct FoundTerm {
     pub size: f64,
     /// Its standard deviation.
     pub std: f64,
+    /// Covariance with the term after it: the other half of a harmonic.
+    pub with_next: f64,
     /// Likelihood ratio 2 Δ ln L when it entered.
     pub ratio: f64,
     /// Chance, trials counted.
@@ -165,6 +168,11 @@ pub fn hunt(
                     term: term.clone(),
                     size: solution.values[at],
                     std: solution.covariance[(at, at)].sqrt(),
+                    with_next: if at + 1 < indices.len() {
+                        solution.covariance[(at, at + 1)]
+                    } else {
+                        0.0
+                    },
                     ratio: *ratio,
                     p_value: *p_value,
                 }
@@ -295,6 +303,18 @@ impl Sight<'_> {
                 .map(|e| (e.term, e.ratio, e.p_value))
                 .collect()
         });
+        // What repeats with a table's angle: both halves enter together.
+        let harmonics = if moving {
+            reference_harmonic::harmonics(self.bench, &left)
+        } else {
+            Vec::new()
+        };
+        let harmonics = harmonics.into_iter().map(|found| {
+            found
+                .terms
+                .map(|term| (term, found.ratio, found.p_value))
+                .to_vec()
+        });
         let expressions = (0..3).filter_map(|axis| {
             let best = self.survey.best(axis, without)?;
             let expression = self.products.names[best.product].clone();
@@ -308,6 +328,7 @@ impl Sight<'_> {
         let allowance = REGRESSOR_FIDELITY * REGRESSOR_FIDELITY * explained;
         events
             .chain(lines)
+            .chain(harmonics)
             .chain(expressions)
             .filter(|found: &Vec<FoundOne>| {
                 let (_, ratio, p_value) = &found[0];

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use super::hypotheses::{Card, Shape};
+use super::hypotheses::{CATALOGUE, Card, Shape};
 use super::result::Identifiable;
 use super::select::Chosen;
 
@@ -21,6 +21,7 @@ const FIXED_SHARE: f64 = 0.25;
 pub fn identifiable(card: &Card, chosen: &Chosen) -> Vec<Identifiable> {
     let covariance = |a: usize, b: usize| chosen.covariance[(a, b)];
     let mut combinations: Vec<Vec<(usize, f64)>> = Vec::new();
+    let shaped = card.shape.count();
     match card.shape {
         Shape::Six => {
             for gyro in 0..3 {
@@ -38,8 +39,14 @@ pub fn identifiable(card: &Card, chosen: &Chosen) -> Vec<Identifiable> {
                 }
             }
         }
-        shape => combinations.extend((0..shape.count()).map(|parameter| vec![(parameter, 1.0)])),
+        _ => combinations.extend((0..shaped).map(|parameter| vec![(parameter, 1.0)])),
     }
+    let hypothesis = CATALOGUE[chosen.effect];
+    combinations.extend(
+        (shaped..card.count())
+            .filter(|&parameter| hypothesis.has(chosen.values.as_slice(), parameter))
+            .map(|parameter| vec![(parameter, 1.0)]),
+    );
     combinations
         .into_iter()
         .filter_map(|combination| {
@@ -56,13 +63,15 @@ pub fn identifiable(card: &Card, chosen: &Chosen) -> Vec<Identifiable> {
                 })
                 .sum();
             let std = variance.max(0.0).sqrt();
-            (std < FIXED_SHARE * card.typical.max(value.abs())).then(|| Identifiable {
-                combination: combination
-                    .iter()
-                    .map(|(parameter, weight)| (card.shape.name(*parameter), *weight))
-                    .collect::<BTreeMap<_, _>>(),
-                value,
-                std,
+            (std < FIXED_SHARE * card.typical_of(combination[0].0).max(value.abs())).then(|| {
+                Identifiable {
+                    combination: combination
+                        .iter()
+                        .map(|(parameter, weight)| (card.name(*parameter), *weight))
+                        .collect::<BTreeMap<_, _>>(),
+                    value,
+                    std,
+                }
             })
         })
         .collect()

@@ -4,10 +4,14 @@
 //! [`Information`] over all parameters of all hypotheses, with the joints fitted away, on which selection,
 //! fitting and identifiability are small dense linear algebra.
 //!
+//! A nonlinear effect f(p) is linearised at p0 as J p + (f(p0) − J p0). The last part, its offset, stands behind the
+//! parameters with a coefficient that is fixed at 1 in every set that has the effect.
+//!
 //! With F the information and g the projection of the residual, a set A of parameters gains
 //! ln L = ½ gᵀ F⁻¹ g over "nothing" (generalised least squares; diagnosis road, steps 5 and 6).
 
 use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
 
 use super::portion::Bins;
 use super::regressor::{Regressor, gram};
@@ -21,16 +25,45 @@ pub struct Information {
     pub right: DVector<f64>,
     /// Σ residual² / S.
     pub power: f64,
+    /// Number of parameters; the offsets stand behind them.
+    pub parameters: usize,
+    /// The parameters each offset belongs to.
+    pub offsets: Vec<Range<usize>>,
 }
 
 impl Information {
     /// Nothing known about `parameters` parameters.
     pub fn empty(parameters: usize) -> Self {
+        Self::with_offsets(parameters, Vec::new())
+    }
+
+    /// The same with room for offsets of nonlinear effects.
+    pub fn with_offsets(parameters: usize, offsets: Vec<Range<usize>>) -> Self {
+        let size = parameters + offsets.len();
         Self {
-            fisher: DMatrix::zeros(parameters, parameters),
-            right: DVector::zeros(parameters),
+            fisher: DMatrix::zeros(size, size),
+            right: DVector::zeros(size),
             power: 0.0,
+            parameters,
+            offsets,
         }
+    }
+
+    /// What the offsets of the effects in `set` explain by themselves, and what they leave of `right`.
+    fn offset(&self, set: &[usize]) -> (f64, DVector<f64>) {
+        let active: Vec<usize> = (0..self.offsets.len())
+            .filter(|&k| set.contains(&self.offsets[k].start))
+            .map(|k| self.parameters + k)
+            .collect();
+        let explained = active.iter().map(|&a| {
+            let shared: f64 = active.iter().map(|&b| self.fisher[(a, b)]).sum();
+            self.right[a] - 0.5 * shared
+        });
+        let right = DVector::from_fn(set.len(), |row, _| {
+            let taken: f64 = active.iter().map(|&a| self.fisher[(set[row], a)]).sum();
+            self.right[set[row]] - taken
+        });
+        (explained.sum(), right)
     }
 
     /// Adds what one axis says. `columns` are (parameter index, column).
@@ -81,7 +114,8 @@ impl Information {
         let scaled = DMatrix::from_fn(count, count, |a, b| {
             self.fisher[(set[a], set[b])] * widths[a] * widths[b] + if a == b { 1.0 } else { 0.0 }
         });
-        let right = DVector::from_fn(count, |a, _| self.right[set[a]] * widths[a]);
+        let (explained, right) = self.offset(set);
+        let right = DVector::from_fn(count, |a, _| right[a] * widths[a]);
         let root = scaled.symmetric_eigen();
         let eigenvalues = root.eigenvalues.map(|value| value.max(1.0));
         let rotated = root.eigenvectors.transpose() * right;
@@ -92,16 +126,21 @@ impl Information {
             let scaled = &half * half.transpose();
             DMatrix::from_fn(count, count, |a, b| scaled[(a, b)] * widths[a] * widths[b])
         };
-        let log_likelihood_gain = 0.5
-            * rotated
-                .iter()
-                .zip(solution.iter())
-                .map(|(g, x)| g * x)
-                .sum::<f64>();
+        let log_likelihood_gain = explained
+            + 0.5
+                * rotated
+                    .iter()
+                    .zip(solution.iter())
+                    .map(|(g, x)| g * x)
+                    .sum::<f64>();
         let volume: f64 = eigenvalues.iter().map(|value| value.ln()).sum();
         let values = &root.eigenvectors * solution;
         Solution {
-            values: DVector::from_fn(count, |a, _| values[a] * widths[a]),
+            // What has no column here is nothing, not what rounding leaves of nothing.
+            values: DVector::from_fn(count, |a, _| {
+                let known = self.fisher[(set[a], set[a])] != 0.0;
+                if known { values[a] * widths[a] } else { 0.0 }
+            }),
             covariance,
             log_likelihood_gain,
             log_evidence: log_likelihood_gain - 0.5 * volume,

@@ -74,6 +74,8 @@ pub mod timing;
 
 pub mod excess;
 
+pub mod lock_in;
+
 pub mod identify;
 
 pub mod validate;
@@ -166,7 +168,8 @@ pub fn diagnose_aligned(
     let names: Vec<&str> = streams.pieces.iter().map(|one| &*one.recording).collect();
     let recording = names.join(" + ");
     let rate_hz = streams.rate_hz;
-    let declared = declared_noise(model, rate_hz);
+    let mut declared = declared_noise(model, rate_hz);
+    lock_in::declare(model, &streams, &mut declared);
     let split = split::split(&streams);
     let reference_noise = model
         .reference
@@ -190,7 +193,11 @@ pub fn diagnose_aligned(
         });
     };
     progress("deriving the motion");
-    let scene = Scene::new(streams, reference_noise, model.gyro.scale_error);
+    let mut scene = Scene::new(streams, reference_noise, model.gyro.scale_error);
+    // A matrix without an inverse is refused with the residual, below.
+    if let Some(inverse) = residual::body_from_sensing(&model.gyro.installation_rad).try_inverse() {
+        scene.sensing_from_body = inverse;
+    }
     let before_rad = residual::residual_rad(&scene, model, model_file)?;
 
     progress("forming the regressors");
@@ -359,7 +366,26 @@ pub fn diagnose_aligned(
             f64::sqrt(sum / f64::max(count, 1.0)) * rate_hz
         })
     });
-    let excess = excess::excess(&noise, &declared, bench.portion.seconds());
+    let left_bins = bench.left_over(&catch.values);
+    let mut excess = excess::excess(&noise, &declared, &bench.portion, &left_bins);
+    // Behind a soft mount the reference's own noise is compared with what the mount passes: random walk that no
+    // instrument has.
+    let mounted = |kind: &str| kind == "isolator_mode";
+    let chosen = catch.choice.chosen.iter();
+    if chosen
+        .map(|one| CATALOGUE[one.effect].card().kind)
+        .any(mounted)
+        || model.effects.iter().any(|effect| mounted(&effect.kind))
+    {
+        excess.retain(|one| one.kind != "angle_random_walk");
+    }
+    let excess: Vec<excess::Excess> = excess
+        .into_iter()
+        .flat_map(|one| match one.kind {
+            "angle_random_walk" => lock_in::name(&bench, &left_bins, &one),
+            _ => vec![one],
+        })
+        .collect();
     let everything = vec![std::ops::Range {
         start: 0,
         end: scene.streams.rows,

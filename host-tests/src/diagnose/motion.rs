@@ -88,18 +88,26 @@ impl Spectrum {
 
     /// The signal at each row as `reading` asks.
     pub fn read(&self, reading: Reading) -> Vec<f64> {
+        self.read_through(reading, &|_| Complex64::new(1.0, 0.0))
+    }
+
+    /// The same behind a linear system; `response` is its answer to e^(iωt) at a frequency \[Hz\].
+    pub fn read_through(&self, reading: Reading, response: &dyn Fn(f64) -> Complex64) -> Vec<f64> {
         let margin = MARGIN_ROWS.min(self.rows - 1);
         let half = self.length / 2;
         let mut bins = self.inverse.make_input_vec();
         let unit = Complex64::new(0.0, 1.0).powi(reading.derivative);
         for (bin, (slot, value)) in bins.iter_mut().zip(&self.bins).enumerate() {
             let frequency_hz = bin as f64 * self.rate_hz / self.length as f64;
-            let mut weight =
-                self.pass(frequency_hz) * (TAU * frequency_hz).powi(reading.derivative);
+            let passed = self.pass(frequency_hz);
+            if passed == 0.0 {
+                continue;
+            }
+            let mut weight = passed * (TAU * frequency_hz).powi(reading.derivative);
             if reading.undo_row_mean {
                 weight /= sinc(frequency_hz / self.rate_hz);
             }
-            *slot = value * unit * weight;
+            *slot = value * unit * weight * response(frequency_hz);
             if reading.ahead_s != 0.0 {
                 *slot *= Complex64::cis(TAU * frequency_hz * reading.ahead_s);
             }
@@ -145,6 +153,14 @@ impl Spectra {
             [only] => only.read(reading),
             several => several.iter().flat_map(|one| one.read(reading)).collect(),
         }
+    }
+
+    /// See [`Spectrum::read_through`].
+    pub fn read_through(&self, reading: Reading, response: &dyn Fn(f64) -> Complex64) -> Vec<f64> {
+        let pieces = self.0.iter();
+        pieces
+            .flat_map(|one| one.read_through(reading, response))
+            .collect()
     }
 }
 

@@ -85,6 +85,17 @@ impl Noise {
             .collect()
     }
 
+    /// The noise of sums over blocks of rows, at frequencies far below the blocks' own.
+    pub fn of_blocks(&self, block: usize) -> Self {
+        let rows = block as f64;
+        let [walk, white, flicker, drift] = self.theta;
+        Self {
+            // Power per Hz stays; white angle noise has its own shape, drift goes as 1/sin² of the new angle.
+            theta: [rows * walk, white, rows * flicker, rows.powi(3) * drift],
+            rate_hz: self.rate_hz / rows,
+        }
+    }
+
     /// Standard deviation \[rad/s\] of a mean rate over `seconds` of a record of `span_s`: random walk of angle,
     /// drifting terms since the record's beginning, and the white angle noise of the two ends.
     pub fn mean_rate_std_rad_s(&self, seconds: f64, span_s: f64) -> f64 {
@@ -111,6 +122,46 @@ impl Noise {
     }
 }
 
+/// Relative standard error of one level where all others are known: Whittle information on ln θ.
+pub fn level_error(noise: &Noise, portion: &Portion, term: usize) -> f64 {
+    relative_error(
+        noise,
+        portion,
+        &shapes_of(portion, noise.rate_hz),
+        term,
+        noise.theta[term],
+    )
+}
+
+/// 2 Δ ln L of the noise as fitted over the best with one level held at `level`.
+pub fn ratio_over_level(
+    portion: &Portion,
+    left: &Bins,
+    noise: &Noise,
+    term: usize,
+    level: f64,
+) -> f64 {
+    let shapes = shapes_of(portion, noise.rate_hz);
+    let power: Vec<f64> = left.iter().map(|bin| bin.norm_sqr()).collect();
+    let free = |bin: usize| portion.degrees(bin);
+    // Both from the same start and with the same number of steps, so that neither is ahead by its start.
+    let (mut held, mut fitted) = (*noise, *noise);
+    held.theta[term] = level;
+    for _ in 0..STEPS {
+        step(&mut held, &shapes, &power, &free, Some(term));
+        step(&mut fitted, &shapes, &power, &free, None);
+    }
+    let minus_twice = |noise: &Noise| -> f64 {
+        let levels = shapes.iter().map(|shape| level_of(shape, noise));
+        levels
+            .zip(&power)
+            .enumerate()
+            .map(|(bin, (level, power))| portion.degrees(bin) * level.ln() + power / level)
+            .sum()
+    };
+    (minus_twice(&held) - minus_twice(&fitted)).max(0.0)
+}
+
 /// What the model declares: random walk of angle and white angle noise as θ, where known.
 #[derive(Debug, Clone, Copy)]
 pub struct Declared {
@@ -129,10 +180,7 @@ pub fn fit(
     start: Option<Noise>,
 ) -> Noise {
     let rate_hz = portion.seconds().recip() * portion.rows() as f64;
-    let floor_hz = portion.frequency_hz(1) * LOWEST_SHARE;
-    let shapes: Vec<[f64; TERMS]> = (0..portion.bins())
-        .map(|bin| Noise::terms(portion.frequency_hz(bin), rate_hz, floor_hz))
-        .collect();
+    let shapes = shapes_of(portion, rate_hz);
     let mut noise =
         start.unwrap_or_else(|| first_guess(portion, residual, &shapes, declared, rate_hz));
     /// The fit of the columns depends weakly on S: alternate this often.
@@ -140,27 +188,9 @@ pub fn fit(
     for _ in 0..ALTERNATIONS {
         let weights = noise.weights(portion);
         let (left, leverage) = project_out(portion, residual, columns, &weights);
+        let free = |bin: usize| (portion.degrees(bin) - leverage[bin]).max(0.0);
         for _ in 0..STEPS {
-            let mut upper = [0.0; TERMS];
-            let mut lower = [0.0; TERMS];
-            for (bin, shape) in shapes.iter().enumerate() {
-                let level: f64 = shape
-                    .iter()
-                    .zip(noise.theta)
-                    .map(|(shape, theta)| shape * theta)
-                    .sum();
-                let degrees = portion.degrees(bin);
-                let free = (degrees - leverage[bin]).max(0.0);
-                for term in 0..TERMS {
-                    upper[term] += shape[term] * left[bin] / (level * level);
-                    lower[term] += shape[term] * free / level;
-                }
-            }
-            for term in 0..TERMS {
-                if lower[term] > 0.0 {
-                    noise.theta[term] *= upper[term] / lower[term];
-                }
-            }
+            step(&mut noise, &shapes, &left, &free, None);
         }
     }
     // A channel without any noise would make every weight infinite.
@@ -177,6 +207,64 @@ pub fn fit(
     }
     keep_declared(&mut noise, portion, &shapes, declared);
     noise
+}
+
+fn shapes_of(portion: &Portion, rate_hz: f64) -> Vec<[f64; TERMS]> {
+    let floor_hz = portion.frequency_hz(1) * LOWEST_SHARE;
+    (0..portion.bins())
+        .map(|bin| Noise::terms(portion.frequency_hz(bin), rate_hz, floor_hz))
+        .collect()
+}
+
+fn level_of(shape: &[f64; TERMS], noise: &Noise) -> f64 {
+    shape
+        .iter()
+        .zip(noise.theta)
+        .map(|(shape, theta)| shape * theta)
+        .sum()
+}
+
+/// One multiplicative step of every level but the one held, `free` degrees of freedom in a bin.
+fn step(
+    noise: &mut Noise,
+    shapes: &[[f64; TERMS]],
+    power: &[f64],
+    free: &dyn Fn(usize) -> f64,
+    held: Option<usize>,
+) {
+    let mut upper = [0.0; TERMS];
+    let mut lower = [0.0; TERMS];
+    for (bin, shape) in shapes.iter().enumerate() {
+        let level = level_of(shape, noise);
+        let free = free(bin);
+        for term in 0..TERMS {
+            upper[term] += shape[term] * power[bin] / (level * level);
+            lower[term] += shape[term] * free / level;
+        }
+    }
+    for term in (0..TERMS).filter(|&term| Some(term) != held) {
+        if lower[term] > 0.0 {
+            noise.theta[term] *= upper[term] / lower[term];
+        }
+    }
+}
+
+/// Whittle information on ln θ: half the degrees of freedom, weighted by the term's share squared.
+fn relative_error(
+    noise: &Noise,
+    portion: &Portion,
+    shapes: &[[f64; TERMS]],
+    term: usize,
+    level: f64,
+) -> f64 {
+    let information: f64 = shapes
+        .iter()
+        .enumerate()
+        .map(|(bin, shape)| {
+            0.5 * portion.degrees(bin) * (shape[term] * level / level_of(shape, noise)).powi(2)
+        })
+        .sum();
+    information.max(1e-12).sqrt().recip()
 }
 
 /// Power left in each bin after the columns, and how much of each bin's freedom they took.
@@ -259,20 +347,7 @@ fn keep_declared(
         const FAR_BELOW: f64 = 10.0;
         let far = noise.theta[term] > FAR_BELOW * level;
         let weighed = if far { noise.theta[term] } else { level };
-        // Whittle information on ln θ: half the degrees of freedom, weighted by the term's share squared.
-        let information: f64 = shapes
-            .iter()
-            .enumerate()
-            .map(|(bin, shape)| {
-                let total: f64 = shape
-                    .iter()
-                    .zip(noise.theta)
-                    .map(|(shape, theta)| shape * theta)
-                    .sum();
-                0.5 * portion.degrees(bin) * (shape[term] * weighed / total).powi(2)
-            })
-            .sum();
-        let error = information.max(1e-12).sqrt().recip();
+        let error = relative_error(noise, portion, shapes, term, weighed);
         if (noise.theta[term] / level).ln().abs() < CONTRADICTED * error {
             noise.theta[term] = level;
         }

@@ -159,6 +159,25 @@ impl Portion {
             .collect()
     }
 
+    /// Bins back in time: the values of the rows of this portion, end to end.
+    pub fn rows_of(&self, bins: &Bins) -> Vec<f64> {
+        let last = bins.len() - 1;
+        let mut halved: Bins = bins
+            .iter()
+            .map(|bin| bin / std::f64::consts::SQRT_2)
+            .collect();
+        // The inverse transform takes real ends.
+        (halved[0], halved[last]) = (bins[0].re.into(), bins[last].re.into());
+        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(self.length);
+        let mut values = inverse.make_output_vec();
+        inverse
+            .process(&mut halved, &mut values)
+            .expect("lengths come from the plan");
+        let scale = 1.0 / (self.length as f64).sqrt();
+        values.iter_mut().for_each(|value| *value *= scale);
+        values
+    }
+
     /// One unit jump of angle at the first row of each stretch.
     pub fn joints(&self) -> Vec<Bins> {
         let mut first = 0;

@@ -117,6 +117,7 @@ impl<'a> Products<'a> {
             let chosen = bench
                 .columns_of(chosen, axis)
                 .into_iter()
+                .chain(bench.offsets_of(chosen, axis))
                 .map(|(index, column)| (Some(index), column));
             let joints = bench.joints().iter().map(|joint| (None, joint));
             joints.chain(chosen).collect()

@@ -82,10 +82,7 @@ fn predicts_something(effect: &ModelEffect) -> bool {
         return false;
     }
     let of_accelerometer = kind.starts_with("accel_") || kind == "size_effect";
-    !NOISE_KINDS.contains(&kind)
-        && !FAULT_KINDS.contains(&kind)
-        && !of_accelerometer
-        && kind != "lock_in"
+    !NOISE_KINDS.contains(&kind) && !FAULT_KINDS.contains(&kind) && !of_accelerometer
 }
 
 /// Expressions about when and how rows were taken: they say nothing of what a gyro sensed.
@@ -123,10 +120,10 @@ fn prediction_of(
 
 /// The effect's numbers in the catalogue's order; absent ones are zero.
 fn values_of(hypothesis: &dyn Hypothesis, effect: &ModelEffect) -> Vec<f64> {
-    let shape = hypothesis.card().shape;
-    (0..shape.count())
+    let card = hypothesis.card();
+    (0..card.count())
         .map(
-            |parameter| match effect.parameters.get(&shape.name(parameter)) {
+            |parameter| match effect.parameters.get(&card.name(parameter)) {
                 Some(EffectValue::Number(value)) => *value,
                 _ => 0.0,
             },

@@ -6,6 +6,7 @@
 use std::ops::Range;
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use realfft::num_complex::Complex64;
 
 use super::motion::{NoiseShape, Reading, Spectra, last_clear_hz};
 use super::streams::{Streams, Triad};
@@ -25,6 +26,8 @@ pub struct Scene {
     pub acceleration_rad_s2: Triad,
     /// Scale error of the model, for the 1/(1 − s_i) of the sensed increment.
     pub scale_error: [f64; 3],
+    /// Rates along the sensing axes from body rates: the inverse of Eq. (7)'s matrix; identity until set.
+    pub sensing_from_body: Matrix3<f64>,
     body_from_start: Vec<UnitQuaternion<f64>>,
     case: [Spectra; 3],
     pickoff: Option<[Spectra; 3]>,
@@ -83,6 +86,7 @@ impl Scene {
             temperature: spectra(&streams.temperature_k, &pieces, THERMAL_EDGE_HZ),
             case,
             scale_error,
+            sensing_from_body: Matrix3::identity(),
             body_from_start: integrate_attitude(&streams.case_rad, &pieces),
             streams,
         }
@@ -117,6 +121,33 @@ impl Scene {
         })
     }
 
+    /// The case's increments behind a linear system \[rad\]; `response` at a frequency \[Hz\].
+    pub fn case_through_rad(&self, axis: usize, response: &dyn Fn(f64) -> Complex64) -> Vec<f64> {
+        let reading = Reading {
+            derivative: 0,
+            ahead_s: 0.0,
+            undo_row_mean: false,
+        };
+        self.case[axis].read_through(reading, response)
+    }
+
+    /// Angular acceleration at row middles behind a linear system \[rad/s²\].
+    pub fn acceleration_through_rad_s2(
+        &self,
+        axis: usize,
+        response: &dyn Fn(f64) -> Complex64,
+    ) -> Vec<f64> {
+        let reading = Reading {
+            derivative: 1,
+            ahead_s: 0.0,
+            undo_row_mean: true,
+        };
+        let mut values = self.case[axis].read_through(reading, response);
+        let rate_hz = self.streams.rate_hz;
+        values.iter_mut().for_each(|value| *value *= rate_hz);
+        values
+    }
+
     /// Increment of the block relative to its case over each row \[rad\], as the pickoff says.
     pub fn dither_increment_rad(&self, axis: usize) -> Option<Vec<f64>> {
         let pickoff = self.streams.pickoff_rad.as_ref()?;
@@ -137,6 +168,22 @@ impl Scene {
             undo_row_mean: false,
         });
         Some(angle.windows(2).map(|pair| pair[1] - pair[0]).collect())
+    }
+
+    /// Angle of the block at row ends, differentiated `derivative` times, behind a filter; as many entries as the
+    /// pickoff's.
+    pub fn dither_through(
+        &self,
+        axis: usize,
+        derivative: i32,
+        response: &dyn Fn(f64) -> Complex64,
+    ) -> Option<Vec<f64>> {
+        let reading = Reading {
+            derivative,
+            ahead_s: 0.0,
+            undo_row_mean: false,
+        };
+        Some(self.pickoff.as_ref()?[axis].read_through(reading, response))
     }
 
     /// Specific force at row middles \[m/s²\], in the band of the motion.

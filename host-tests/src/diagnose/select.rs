@@ -14,7 +14,7 @@ use super::bench::Bench;
 use super::declare::{FAMILY_SIGNIFICANCE, FIT_PRIOR, REGRESSOR_FIDELITY, SEPARATION};
 use super::hypotheses::CATALOGUE;
 use super::information::{Information, Solution};
-use super::workbench::Parameters;
+use super::workbench::{ParameterId, Parameters};
 
 /// Rounds of exchange; each must improve the evidence, so they end by themselves long before.
 const MOST_ROUNDS: usize = 12;
@@ -24,6 +24,9 @@ const NEWTON_STEPS: usize = 4;
 
 /// An effect must be worth this much evidence, or it does not enter, however significant.
 const LEAST_EVIDENCE: f64 = 3.0;
+
+/// Less evidence than this is a tie; ties stay, so that the search ends.
+const BETTER: f64 = 1.0;
 
 /// One chosen effect.
 #[derive(Clone)]
@@ -61,11 +64,7 @@ pub fn select<B: Bench>(
     candidates: &[usize],
     declared: Option<&B::Declared>,
 ) -> Choice {
-    let mut search = Search {
-        parameters,
-        candidates,
-        trials: 0,
-    };
+    let mut search = Search::new(parameters, candidates);
     let mut set: Vec<usize> = Vec::new();
     bench.linearise_at_nothing();
     let mut information = bench.information();
@@ -106,11 +105,7 @@ pub fn names(
     parameters: &Parameters,
     candidates: &[usize],
 ) -> Vec<(usize, Vec<usize>)> {
-    let mut search = Search {
-        parameters,
-        candidates,
-        trials: 0,
-    };
+    let mut search = Search::new(parameters, candidates);
     let mut information = bench.information();
     let set = search.run(bench, &mut information, Vec::new());
     set.iter()
@@ -123,7 +118,7 @@ pub fn names(
 pub fn prior_width(parameters: &Parameters, information: &Information, index: usize) -> f64 {
     const LOOSE: f64 = 1e3;
     match parameters.id(index) {
-        Some(id) => FIT_PRIOR * CATALOGUE[id.effect].card().typical,
+        Some(id) => FIT_PRIOR * CATALOGUE[id.effect].card().typical_of(id.parameter),
         None => {
             LOOSE
                 / information.fisher[(index, index)]
@@ -133,13 +128,37 @@ pub fn prior_width(parameters: &Parameters, information: &Information, index: us
     }
 }
 
+/// Whether a rival explains the data to within [`SEPARATION`], and either as probably or without any loss that
+/// noise would show. `lost` in 2 Δ ln L, `behind` in ln evidence.
+fn is_close(lost: f64, behind: f64) -> bool {
+    /// ln of the odds below which a loser stays in the class.
+    const CLOSE_EVIDENCE: f64 = 7.0;
+    /// Likelihood ratio that a right hypothesis loses to chance in one case of a hundred (3 degrees).
+    const NO_LOSS: f64 = 11.3;
+    lost < SEPARATION * SEPARATION && (behind < CLOSE_EVIDENCE || lost < NO_LOSS)
+}
+
 struct Search<'a> {
     parameters: &'a Parameters,
     candidates: &'a [usize],
     trials: usize,
+    /// Sought effects that explain what another does as well as it: (sought, in the place of).
+    close: Vec<(usize, usize)>,
+    /// Which effects were looked for beside which sets.
+    sought: Vec<(usize, Vec<usize>)>,
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    fn new(parameters: &'a Parameters, candidates: &'a [usize]) -> Self {
+        Self {
+            parameters,
+            candidates,
+            trials: 0,
+            close: Vec::new(),
+            sought: Vec::new(),
+        }
+    }
+
     fn run(
         &mut self,
         bench: &mut impl Bench,
@@ -153,6 +172,12 @@ impl Search<'_> {
                 set.sort_unstable();
                 self.settle(bench, information, &set);
             }
+            // A resonance looks like many small things: it is looked for before they all come in.
+            if set.len() == 1
+                && let Some(better) = self.best_sought(bench, information, &set)
+            {
+                set = better;
+            }
             while let Some(effect) = self.worst(information, &set) {
                 set.retain(|&kept| kept != effect);
                 self.forget(bench, information, effect);
@@ -165,56 +190,145 @@ impl Search<'_> {
                 self.settle(bench, information, &set);
             }
             if set == before {
-                break;
+                match self.best_sought(bench, information, &set) {
+                    Some(better) => set = better,
+                    None => break,
+                }
             }
         }
         set
     }
 
+    /// Looks for the effects that have no point to be linearised at before they are found; the set with the
+    /// first that explains more than what it takes the place of.
+    fn best_sought(
+        &mut self,
+        bench: &mut impl Bench,
+        information: &mut Information,
+        set: &[usize],
+    ) -> Option<Vec<usize>> {
+        // Where nothing at all was found, nothing is sought: a null costs no look.
+        if set.is_empty() && !bench.has_terms() {
+            return None;
+        }
+        let sought: Vec<usize> = self
+            .candidates
+            .iter()
+            .copied()
+            .filter(|effect| !CATALOGUE[*effect].stands_behind().is_empty())
+            .filter(|effect| !set.contains(effect))
+            .filter(|effect| !self.sought.contains(&(*effect, set.to_vec())))
+            .collect();
+        for effect in sought {
+            self.sought.push((effect, set.to_vec()));
+            let behind = CATALOGUE[effect].stands_behind();
+            let (gone, rest): (Vec<usize>, Vec<usize>) = set
+                .iter()
+                .copied()
+                .partition(|kept| behind.contains(&CATALOGUE[*kept].card().kind));
+            let mut rests = vec![rest];
+            if !rests[0].is_empty() {
+                rests.push(Vec::new());
+            }
+            for rest in rests {
+                let fitted = self.fit(information, &rest);
+                let values: Vec<(usize, f64)> = self
+                    .parameters
+                    .of_all(&rest)
+                    .into_iter()
+                    .zip(fitted.values.iter().copied())
+                    .collect();
+                let Some(found) = bench.seek(effect, &values) else {
+                    continue;
+                };
+                self.trials += found.trials;
+                let mut all = rest.clone();
+                all.push(effect);
+                all.sort_unstable();
+                bench.relinearise(effect, &found.at);
+                let mut both = all.clone();
+                both.extend(set.iter().filter(|kept| !all.contains(kept)));
+                let mut trial = bench.information_about(&self.indices(information, &both));
+                self.approach(bench, &mut trial, &all, &both);
+                let gain = self.evidence(&trial, &all) - self.evidence(&trial, set);
+                let (p_value, clear) = self.significance(&trial, &rest, effect);
+                let credible = self.is_credible(&trial, &all);
+                if gain > BETTER && p_value < FAMILY_SIGNIFICANCE && clear && credible {
+                    *information = bench.information();
+                    return Some(all);
+                }
+                let lost = 2.0
+                    * (self.fit(&trial, set).log_likelihood_gain
+                        - self.fit(&trial, &all).log_likelihood_gain);
+                if found.within_reach && credible && is_close(lost, -gain) {
+                    self.close.extend(gone.iter().map(|&kept| (effect, kept)));
+                }
+                // What `information` says was said of this bench.
+                bench.relinearise(effect, &vec![0.0; CATALOGUE[effect].card().count()]);
+            }
+        }
+        None
+    }
+
     /// Puts a nonlinear effect that left the set back to being linearised at nothing.
     fn forget(&self, bench: &mut impl Bench, information: &mut Information, effect: usize) {
         if !CATALOGUE[effect].is_linear() {
-            bench.relinearise(effect, &vec![0.0; CATALOGUE[effect].card().shape.count()]);
+            bench.relinearise(effect, &vec![0.0; CATALOGUE[effect].card().count()]);
             *information = bench.information();
         }
     }
 
     /// Gauss–Newton on the effects that are not linear.
     fn settle(&self, bench: &mut impl Bench, information: &mut Information, set: &[usize]) {
-        let bent: Vec<usize> = set
-            .iter()
-            .copied()
-            .filter(|&effect| !CATALOGUE[effect].is_linear())
-            .collect();
-        if bent.is_empty() {
+        if set.iter().all(|&effect| CATALOGUE[effect].is_linear()) {
             return;
         }
+        let mut of_set = information.clone();
+        self.approach(bench, &mut of_set, set, set);
+        *information = bench.information();
+    }
+
+    /// The same, with `information` kept up about the effects in `about` only, which include `set`.
+    fn approach(
+        &self,
+        bench: &mut impl Bench,
+        information: &mut Information,
+        set: &[usize],
+        about: &[usize],
+    ) {
         for _ in 0..NEWTON_STEPS {
             let indices = self.indices(information, set);
             let solution = self.fit(information, set);
-            for &effect in &bent {
-                let largest = CATALOGUE[effect].card().largest;
+            for &effect in set.iter().filter(|&&effect| !CATALOGUE[effect].is_linear()) {
+                let card = CATALOGUE[effect].card();
                 let at: Vec<f64> = self
                     .parameters
                     .of(effect)
-                    .map(|index| {
+                    .enumerate()
+                    .map(|(parameter, index)| {
                         let place = indices
                             .iter()
                             .position(|&i| i == index)
                             .expect("of the set");
-                        solution.values[place].clamp(-largest, largest)
+                        let [least, most] = card.range(parameter);
+                        // What has no column, as an axis without a mode, stays nothing.
+                        if information.fisher[(index, index)] == 0.0 {
+                            0.0
+                        } else {
+                            solution.values[place].clamp(least, most)
+                        }
                     })
                     .collect();
                 bench.relinearise(effect, &at);
             }
-            *information = bench.information();
+            *information = bench.information_about(&self.indices(information, about));
         }
     }
 
     /// The parameters of a set, and the sizes of the terms found so far, which belong to every set.
     fn indices(&self, information: &Information, set: &[usize]) -> Vec<usize> {
         let mut indices = self.parameters.of_all(set);
-        indices.extend(self.parameters.count()..information.right.len());
+        indices.extend(self.parameters.count()..information.parameters);
         indices
     }
 
@@ -228,25 +342,27 @@ impl Search<'_> {
     fn evidence(&self, information: &Information, set: &[usize]) -> f64 {
         let indices = self.indices(information, set);
         let solution = self.fit(information, set);
-        let width = |effect: usize| {
-            let values: Vec<f64> = self
-                .parameters
-                .of(effect)
-                .map(|index| {
-                    indices
-                        .iter()
-                        .position(|&i| i == index)
-                        .expect("of the set")
-                })
-                .map(|place| solution.values[place] * solution.values[place])
-                .collect();
-            let rms = (values.iter().sum::<f64>() / values.len() as f64).sqrt();
-            rms.max(CATALOGUE[effect].card().typical)
+        let value = |index: usize| {
+            let place = indices.iter().position(|&i| i == index);
+            solution.values[place.expect("of the set")]
+        };
+        let width = |id: ParameterId| {
+            let card = CATALOGUE[id.effect].card();
+            let own = self.parameters.of(id.effect);
+            // Parameters of one kind share a width; a frequency or a damping has its own.
+            let alike = if id.parameter < card.shape.count() {
+                own.start..own.start + card.shape.count()
+            } else {
+                own.start + id.parameter..own.start + id.parameter + 1
+            };
+            let count = alike.len() as f64;
+            let square: f64 = alike.map(|index| value(index).powi(2)).sum();
+            (square / count).sqrt().max(card.typical_of(id.parameter))
         };
         let widths: Vec<f64> = indices
             .iter()
             .map(|&index| match self.parameters.id(index) {
-                Some(id) => width(id.effect),
+                Some(id) => width(id),
                 None => prior_width(self.parameters, information, index),
             })
             .collect();
@@ -268,11 +384,12 @@ impl Search<'_> {
         let indices = self.indices(information, set);
         let solution = self.fit(information, set);
         indices.iter().enumerate().all(|(place, &index)| {
-            let value = solution.values[place].abs();
-            let spread = solution.covariance[(place, place)].sqrt();
-            self.parameters
-                .id(index)
-                .is_none_or(|id| value - 3.0 * spread <= CATALOGUE[id.effect].card().largest)
+            let value = solution.values[place];
+            let spread = 3.0 * solution.covariance[(place, place)].sqrt();
+            self.parameters.id(index).is_none_or(|id| {
+                let [least, most] = CATALOGUE[id.effect].card().range(id.parameter);
+                value + spread >= least && value - spread <= most
+            })
         })
     }
 
@@ -344,8 +461,6 @@ impl Search<'_> {
         information: &Information,
         set: &[usize],
     ) -> Option<(usize, usize)> {
-        /// Less is a tie; ties stay, so that the search ends.
-        const BETTER: f64 = 1.0;
         let now = self.evidence(information, set);
         let mut best: Option<(usize, usize, f64)> = None;
         for &out in set {
@@ -402,10 +517,6 @@ impl Search<'_> {
     /// Kinds that would explain what `effect` explains to within [`SEPARATION`], and either as probably or
     /// without any loss that noise would show.
     fn rivals(&self, information: &Information, set: &[usize], effect: usize) -> Vec<usize> {
-        /// ln of the odds below which a loser stays in the class.
-        const CLOSE_EVIDENCE: f64 = 7.0;
-        /// Likelihood ratio that a right hypothesis loses to chance in one case of a hundred (3 degrees).
-        const NO_LOSS: f64 = 11.3;
         let full = self.fit(information, set).log_likelihood_gain;
         let now = self.evidence(information, set);
         let rest: Vec<usize> = set.iter().copied().filter(|&kept| kept != effect).collect();
@@ -415,16 +526,16 @@ impl Search<'_> {
             .filter(|rival| !set.contains(rival))
             .filter(|&rival| {
                 let kind = CATALOGUE[rival].card().kind;
-                if CATALOGUE[effect].card().special_case_of.contains(&kind) {
+                if CATALOGUE[effect].card().special_case_of.contains(&kind)
+                    || self.close.contains(&(rival, effect))
+                {
                     return true;
                 }
                 let mut all = rest.clone();
                 all.push(rival);
                 all.sort_unstable();
                 let lost = 2.0 * (full - self.fit(information, &all).log_likelihood_gain);
-                let as_probable = now - self.evidence(information, &all) < CLOSE_EVIDENCE;
-                lost < SEPARATION * SEPARATION
-                    && (as_probable || lost < NO_LOSS)
+                is_close(lost, now - self.evidence(information, &all))
                     && self.is_credible(information, &all)
             })
             .collect()

@@ -294,7 +294,7 @@ impl<'a> Trials<'a> {
         slid: &DMatrix<f64>,
     ) -> Self {
         let known = parameters.count();
-        let terms = information.right.len() - known;
+        let terms = information.parameters - known;
         let fisher = &information.fisher;
         let scale: Vec<f64> = (known..known + terms)
             .map(|k| fisher[(k, k)].max(f64::MIN_POSITIVE).sqrt().recip())
@@ -314,6 +314,7 @@ impl<'a> Trials<'a> {
                 fisher: fisher.view((0, 0), (known, known)) - &through * cross.transpose(),
                 right: DVector::zeros(known),
                 power: information.power,
+                ..Information::empty(known)
             },
             slid: slid.rows(0, known) - through * term_rights,
         }
@@ -338,7 +339,10 @@ impl<'a> Trials<'a> {
         let mut pattern = DVector::zeros(self.parameters.count());
         for index in self.parameters.of(effect) {
             let normal: f64 = StandardNormal.sample(random);
-            pattern[index] = normal * prior_width(self.parameters, &self.information, index);
+            let size = normal * prior_width(self.parameters, &self.information, index);
+            // Where physics allows one sign only, so does the trial.
+            let positive = CATALOGUE[effect].card().positive;
+            pattern[index] = if positive { size.abs() } else { size };
         }
         let power = pattern.dot(&(&self.information.fisher * &pattern));
         // Also false where it is not a number.

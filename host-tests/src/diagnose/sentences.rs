@@ -3,7 +3,7 @@
 //! Enters: [`Findings`] and the entries made from them. Leaves: one sentence a line, °/h where people read.
 
 use super::declare::FAMILY_SIGNIFICANCE;
-use super::explain::{DEG_H, Findings, NEEDED_SNR, combination};
+use super::explain::{DEG_H, Findings, NEEDED_SNR, combination, parameters_of};
 use super::hypotheses::{CATALOGUE, NOT_TESTED};
 use super::identify::identifiable;
 use super::result::{EffectEntry, ParameterEntry, Verdict};
@@ -67,8 +67,12 @@ impl Findings<'_> {
                     .parameters
                     .iter()
                     .find_map(|parameter| match parameter {
-                        ParameterEntry::Number { unit, .. } => Some(unit.as_str()),
-                        ParameterEntry::Text { .. } => None,
+                        ParameterEntry::Number { name, unit, .. }
+                            if fixed.combination.contains_key(name) =>
+                        {
+                            Some(unit.as_str())
+                        }
+                        _ => None,
                     })
                     .unwrap_or("");
                 lines.push(format!(
@@ -175,7 +179,7 @@ impl Findings<'_> {
             .filter(|one| {
                 let card = CATALOGUE[one.effect].card();
                 !one.indistinguishable_from.is_empty()
-                    || identifiable(card, one).len() < card.shape.count()
+                    || identifiable(card, one).len() < parameters_of(one).len()
             })
             .map(|one| CATALOGUE[one.effect].card().next_experiment)
             .collect();

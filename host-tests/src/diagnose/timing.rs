@@ -68,6 +68,7 @@ pub fn settle(
                         term: term.clone(),
                         size: *size,
                         std: *std,
+                        with_next: 0.0,
                         ratio,
                         p_value,
                     })
@@ -107,6 +108,7 @@ pub fn describe(
                 term: term.clone(),
                 size: *size,
                 std: *std,
+                with_next: 0.0,
                 ratio,
                 p_value: (-0.5 * ratio).exp(),
             }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::bench::Bench;
 use super::empirical::Term;
-use super::hypotheses::CATALOGUE;
+use super::hypotheses::{CATALOGUE, Sought};
 use super::information::Information;
 use super::noise::{self, Declared, Noise};
 use super::portion::{Bins, Portion};
@@ -38,7 +38,7 @@ impl Parameters {
         for (effect, entry) in CATALOGUE.iter().enumerate() {
             first.push(ids.len());
             ids.extend(
-                (0..entry.card().shape.count()).map(|parameter| ParameterId { effect, parameter }),
+                (0..entry.card().count()).map(|parameter| ParameterId { effect, parameter }),
             );
         }
         Self { ids, first }
@@ -56,7 +56,7 @@ impl Parameters {
 
     /// The indices of an effect's parameters.
     pub fn of(&self, effect: usize) -> std::ops::Range<usize> {
-        self.first[effect]..self.first[effect] + CATALOGUE[effect].card().shape.count()
+        self.first[effect]..self.first[effect] + CATALOGUE[effect].card().count()
     }
 
     /// The indices of several effects' parameters.
@@ -70,6 +70,12 @@ struct Column {
     axis: usize,
     index: usize,
     bins: Regressor,
+}
+
+/// The offset of one nonlinear effect on the three axes (information.rs).
+struct Offset {
+    effect: usize,
+    bins: [Regressor; 3],
 }
 
 /// What a search changes on a [`Workbench`].
@@ -94,6 +100,8 @@ pub struct Workbench<'a> {
     terms: Vec<Term>,
     /// Where each effect is linearised.
     at: Vec<Vec<f64>>,
+    /// f(p0) − J p0 of the effects that are linearised elsewhere than at nothing.
+    offsets: Vec<Offset>,
 }
 
 impl<'a> Workbench<'a> {
@@ -118,14 +126,11 @@ impl<'a> Workbench<'a> {
             columns: Vec::new(),
             terms: Vec::new(),
             at: at.to_vec(),
+            offsets: Vec::new(),
         };
         bench.columns = bench.make_columns(effects);
         for &effect in effects {
-            if !CATALOGUE[effect].is_linear() && bench.at[effect].iter().any(|value| *value != 0.0)
-            {
-                bench.remake_residual();
-                break;
-            }
+            bench.remake_offset(effect);
         }
         bench
     }
@@ -162,14 +167,14 @@ impl<'a> Workbench<'a> {
         self.columns.append(&mut fresh);
         self.columns
             .sort_by_key(|column| (column.axis, column.index));
-        self.remake_residual();
+        self.remake_offset(effect);
     }
 
     /// Puts every nonlinear effect back to being linearised at nothing.
     pub fn linearise_at_nothing(&mut self) {
         for (effect, entry) in CATALOGUE.iter().enumerate() {
             if self.at[effect].iter().any(|value| *value != 0.0) {
-                self.relinearise(effect, &vec![0.0; entry.card().shape.count()]);
+                self.relinearise(effect, &vec![0.0; entry.card().count()]);
             }
         }
     }
@@ -290,36 +295,56 @@ impl<'a> Workbench<'a> {
             .collect()
     }
 
-    /// residual − f(p0) + J(p0) p0 for the nonlinear effects, so that a linear solution is p itself.
-    fn remake_residual(&mut self) {
-        let mut shifted: Triad = self.residual_rad.clone();
-        for (effect, entry) in CATALOGUE.iter().enumerate() {
-            let at = &self.at[effect];
-            if entry.is_linear() || at.iter().all(|value| *value == 0.0) {
-                continue;
-            }
-            for (sum, part) in shifted.iter_mut().zip(entry.prediction(self.scene, at)) {
-                sum.iter_mut()
-                    .zip(part)
-                    .for_each(|(sum, part)| *sum -= part);
-            }
+    /// The offsets of nonlinear effects among some parameters, each with its effect's first parameter.
+    pub fn offsets_of(&self, indices: &[usize], axis: usize) -> Vec<(usize, &Regressor)> {
+        self.offsets
+            .iter()
+            .map(|offset| (self.parameters.of(offset.effect).start, &offset.bins[axis]))
+            .filter(|(first, _)| indices.contains(first))
+            .collect()
+    }
+
+    /// f(p0) − J(p0) p0 of a nonlinear effect, so that a linear solution is p itself.
+    fn remake_offset(&mut self, effect: usize) {
+        self.offsets.retain(|offset| offset.effect != effect);
+        let at = &self.at[effect];
+        if CATALOGUE[effect].is_linear() || at.iter().all(|value| *value == 0.0) {
+            return;
         }
-        self.residual = [0, 1, 2].map(|axis| self.portion.transform(&shifted[axis]));
+        let prediction = CATALOGUE[effect].prediction(self.scene, at);
+        let mut bins = [0, 1, 2].map(|axis: usize| self.portion.transform(&prediction[axis]));
         for column in &self.columns {
-            let Some(ParameterId { effect, parameter }) = self.parameters.id(column.index) else {
+            let Some(id) = self.parameters.id(column.index) else {
                 continue;
             };
-            let value = self.at[effect][parameter];
-            if CATALOGUE[effect].is_linear() || value == 0.0 {
+            if id.effect != effect {
                 continue;
             }
-            column.bins.add_to(&mut self.residual[column.axis], value);
+            let value = at[id.parameter];
+            if value != 0.0 {
+                column.bins.add_to(&mut bins[column.axis], -value);
+            }
         }
+        let bins = bins.map(|bins| Regressor::new(&bins));
+        self.offsets.push(Offset { effect, bins });
+        self.offsets.sort_by_key(|offset| offset.effect);
+    }
+
+    /// The residual less the offsets of the effects that `has` names.
+    fn residual_beside(&self, has: &dyn Fn(usize) -> bool) -> [Bins; 3] {
+        let mut residual = self.residual.clone();
+        for offset in self.offsets.iter().filter(|offset| has(offset.effect)) {
+            for (left, part) in residual.iter_mut().zip(&offset.bins) {
+                part.add_to(left, -1.0);
+            }
+        }
+        residual
     }
 
     /// Refits the noise of every axis after the parameters of `effects` are fitted away.
     pub fn refit_noise(&mut self, effects: &[usize], declared: &[Declared; 3], from_scratch: bool) {
         let joints = &self.joints;
+        let residual = self.residual_beside(&|effect| effects.contains(&effect));
         let fitted: Vec<Noise> = (0..3_usize)
             .into_par_iter()
             .map(|axis| {
@@ -340,7 +365,7 @@ impl<'a> Workbench<'a> {
                 let start = (!from_scratch).then_some(self.noise[axis]);
                 noise::fit(
                     &self.portion,
-                    &self.residual[axis],
+                    &residual[axis],
                     &columns,
                     declared[axis],
                     start,
@@ -352,22 +377,38 @@ impl<'a> Workbench<'a> {
 
     /// Information about all parameters whose columns are here.
     pub fn information(&self) -> Information {
+        self.information_where(&|_| true)
+    }
+
+    /// The same about those parameters that `wanted` names: the work grows with the square of their number.
+    fn information_where(&self, wanted: &(dyn Fn(usize) -> bool + Sync)) -> Information {
+        let parameters = self.parameters.count() + self.terms.len();
+        let offsets: Vec<std::ops::Range<usize>> = self
+            .offsets
+            .iter()
+            .map(|offset| self.parameters.of(offset.effect))
+            .collect();
+        let empty = || Information::with_offsets(parameters, offsets.clone());
         let parts: Vec<Information> = (0..3_usize)
             .into_par_iter()
             .map(|axis| {
                 let weights = self.noise[axis].weights(&self.portion);
+                let of_wanted = |offset: &Offset| wanted(self.parameters.of(offset.effect).start);
+                let offsets = self.offsets.iter().enumerate();
+                let offsets = offsets.filter(|(_, offset)| of_wanted(offset));
                 let columns: Vec<(usize, &Regressor)> = self
                     .columns
                     .iter()
-                    .filter(|column| column.axis == axis)
+                    .filter(|column| column.axis == axis && wanted(column.index))
                     .map(|column| (column.index, &column.bins))
+                    .chain(offsets.map(|(k, offset)| (parameters + k, &offset.bins[axis])))
                     .collect();
-                let mut part = Information::empty(self.parameters.count() + self.terms.len());
+                let mut part = empty();
                 part.add_axis(&self.joints, &self.residual[axis], &columns, &weights);
                 part
             })
             .collect();
-        let mut total = Information::empty(self.parameters.count() + self.terms.len());
+        let mut total = empty();
         for part in parts {
             total.fisher += part.fisher;
             total.right += part.right;
@@ -378,7 +419,11 @@ impl<'a> Workbench<'a> {
 
     /// The residual's bins less the given parameter values and, fitted last, the jumps at the joints.
     pub fn left_over(&self, values: &[(usize, f64)]) -> [Bins; 3] {
-        let mut left = self.residual.clone();
+        let has = |effect: usize| {
+            let of = self.parameters.of(effect);
+            values.iter().any(|(index, _)| of.contains(index))
+        };
+        let mut left = self.residual_beside(&has);
         for column in &self.columns {
             if let Some((_, value)) = values.iter().find(|(index, _)| *index == column.index) {
                 column.bins.add_to(&mut left[column.axis], -value);
@@ -421,6 +466,10 @@ impl Bench for Workbench<'_> {
         Workbench::information(self)
     }
 
+    fn information_about(&self, indices: &[usize]) -> Information {
+        self.information_where(&|index| indices.contains(&index))
+    }
+
     fn relinearise(&mut self, effect: usize, at: &[f64]) {
         Workbench::relinearise(self, effect, at);
     }
@@ -431,5 +480,13 @@ impl Bench for Workbench<'_> {
 
     fn refit_noise(&mut self, effects: &[usize], declared: &[Declared; 3]) {
         Workbench::refit_noise(self, effects, declared, false);
+    }
+
+    fn has_terms(&self) -> bool {
+        !self.terms.is_empty()
+    }
+
+    fn seek(&self, effect: usize, values: &[(usize, f64)]) -> Option<Sought> {
+        CATALOGUE[effect].seek(self, &self.left_over(values))
     }
 }

@@ -5,5 +5,6 @@ mod at_rest;
 mod bench_recordings;
 mod concealed_effects;
 mod independence;
+mod modes;
 mod several;
 mod stages;

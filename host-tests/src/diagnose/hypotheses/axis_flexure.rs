@@ -17,9 +17,11 @@ static CARD: Card = Card {
     unit: "s^2",
     typical: 1e-7,
     largest: 1e-6,
+    positive: true,
+    others: &[],
     log_prior_odds: 0.0,
     special_case_of: &[],
-    resembles_untested: &["axis_flexure_mode"],
+    resembles_untested: &[],
     left_out: "The dither suspension is not stiff: under angular acceleration each laser block lags its case, its sensing axis tilts by K times the acceleration, and the tilt times the cross rate rectifies into a drift whenever the motion cones.",
     next_experiment: "Spin at a steady rate about one axis while oscillating at the same frequency about a second (spin-synchronous oscillation), both spin senses and two phases for every pair of axes: this separates the single coefficients of a pair, which coning and vibration never do.",
 };

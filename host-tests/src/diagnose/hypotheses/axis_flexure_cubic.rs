@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "s^6/rad^2",
     typical: 1e-12,
     largest: 1e-8,
+    positive: false,
+    others: &[],
     log_prior_odds: -5.0,
     special_case_of: &[],
     resembles_untested: &[],

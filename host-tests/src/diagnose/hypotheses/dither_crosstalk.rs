@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "1",
     typical: 1e-4,
     largest: 0.1,
+    positive: false,
+    others: &[],
     log_prior_odds: 0.0,
     special_case_of: &[],
     resembles_untested: &[],

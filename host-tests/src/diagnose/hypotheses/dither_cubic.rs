@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "1/rad^2",
     typical: 1e2,
     largest: 1e6,
+    positive: false,
+    others: &[],
     log_prior_odds: 0.0,
     special_case_of: &[],
     resembles_untested: &[],

@@ -16,6 +16,8 @@ static CARD: Card = Card {
     unit: "rad/s",
     typical: 5e-5,
     largest: 8e-5,
+    positive: false,
+    others: &[],
     log_prior_odds: 0.0,
     special_case_of: &[],
     resembles_untested: &[],

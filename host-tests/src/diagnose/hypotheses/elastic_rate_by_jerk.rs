@@ -15,9 +15,11 @@ static CARD: Card = Card {
     unit: "s^2",
     typical: 1e-7,
     largest: 1e-4,
+    positive: false,
+    others: &[],
     log_prior_odds: -2.0,
     special_case_of: &[],
-    resembles_untested: &["isolator_mode"],
+    resembles_untested: &[],
     left_out: "The block turns elastically about its sensing axis under angular acceleration, so the gyro reports a rate the case does not have.",
     next_experiment: "Reverse the spin of a spin-synchronous oscillation: flexure changes sign, this effect does not.",
 };

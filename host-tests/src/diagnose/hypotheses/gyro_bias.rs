@@ -16,6 +16,8 @@ static CARD: Card = Card {
     unit: "rad/s",
     typical: 5e-7,
     largest: 1e-3,
+    positive: false,
+    others: &[],
     log_prior_odds: 0.0,
     special_case_of: &[],
     resembles_untested: &[],

@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "rad/s/T",
     typical: 1e-3,
     largest: 10.0,
+    positive: false,
+    others: &[],
     log_prior_odds: -2.0,
     special_case_of: &[],
     resembles_untested: &[],

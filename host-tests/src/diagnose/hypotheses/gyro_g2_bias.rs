@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "rad/s per (m/s^2)^2",
     typical: 1e-8,
     largest: 1e-5,
+    positive: false,
+    others: &[],
     log_prior_odds: 0.0,
     special_case_of: &[],
     resembles_untested: &[],

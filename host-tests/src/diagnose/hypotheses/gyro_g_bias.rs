@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "rad/s per m/s^2",
     typical: 1e-7,
     largest: 1e-4,
+    positive: false,
+    others: &[],
     log_prior_odds: -1.0,
     special_case_of: &[],
     resembles_untested: &[],

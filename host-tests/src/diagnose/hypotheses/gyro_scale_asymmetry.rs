@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "1",
     typical: 1e-5,
     largest: 0.05,
+    positive: false,
+    others: &[],
     log_prior_odds: 0.0,
     special_case_of: &[],
     resembles_untested: &[],

@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "s^2/rad^2",
     typical: 1e-5,
     largest: 0.1,
+    positive: false,
+    others: &[],
     log_prior_odds: -2.0,
     special_case_of: &[],
     resembles_untested: &[],

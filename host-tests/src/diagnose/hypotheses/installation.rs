@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "rad",
     typical: 3e-5,
     largest: 0.02,
+    positive: false,
+    others: &[],
     log_prior_odds: 0.0,
     special_case_of: &[],
     resembles_untested: &[],

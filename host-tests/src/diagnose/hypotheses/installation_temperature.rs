@@ -15,6 +15,8 @@ static CARD: Card = Card {
     unit: "rad/K",
     typical: 1e-5,
     largest: 1e-2,
+    positive: false,
+    others: &[],
     log_prior_odds: -2.0,
     special_case_of: &[],
     resembles_untested: &[],

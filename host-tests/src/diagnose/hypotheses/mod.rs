@@ -4,8 +4,10 @@
 //! the measured motion and pass through the same row means and dither as the data; all axes belong to one
 //! hypothesis. Adding an effect means one file and one line in [`CATALOGUE`].
 
+use super::portion::Bins;
 use super::scene::Scene;
 use super::streams::{AXES, Triad};
+use super::workbench::Workbench;
 
 mod gyro_bias;
 
@@ -35,6 +37,8 @@ mod axis_flexure;
 
 mod axis_flexure_cubic;
 
+mod axis_flexure_mode;
+
 mod axis_tilt_by_force;
 
 mod elastic_rate_by_force;
@@ -57,6 +61,10 @@ mod reference_delay;
 
 mod reference_scale;
 
+pub mod reference_harmonic;
+
+mod isolator_mode;
+
 mod earth_rate;
 
 /// Which parameters an effect has.
@@ -70,6 +78,21 @@ pub enum Shape {
     Nine,
     /// One value for all gyros.
     All,
+    /// Only the card's own named parameters.
+    Named,
+}
+
+/// A parameter with a name, unit and range of its own: a frequency, a damping.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Named {
+    /// The contract's name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// A value met in real instruments.
+    pub typical: f64,
+    /// Least and largest credible value.
+    pub range: [f64; 2],
 }
 
 /// The six pairs (gyro, axis) in the order of the contract.
@@ -83,6 +106,7 @@ impl Shape {
             Shape::Six => 6,
             Shape::Nine => 9,
             Shape::All => 1,
+            Shape::Named => 0,
         }
     }
 
@@ -92,7 +116,7 @@ impl Shape {
             Shape::Axes => (parameter, parameter),
             Shape::Six => SIX[parameter],
             Shape::Nine => (parameter / 3, parameter % 3),
-            Shape::All => (0, 0),
+            Shape::All | Shape::Named => (0, 0),
         }
     }
 
@@ -107,6 +131,7 @@ impl Shape {
         match self {
             Shape::Axes => AXES[parameter].to_string(),
             Shape::All => "all".to_string(),
+            Shape::Named => String::new(),
             Shape::Six | Shape::Nine => {
                 let (gyro, axis) = self.pair(parameter);
                 format!("{}{}", AXES[gyro], AXES[axis])
@@ -121,14 +146,18 @@ pub struct Card {
     pub kind: &'static str,
     /// Its equation, one line.
     pub equation: &'static str,
-    /// Its parameters.
+    /// Its parameters of one kind, which come first.
     pub shape: Shape,
-    /// Unit of every parameter, as results print it.
+    /// Unit of the shape's parameters, as results print it.
     pub unit: &'static str,
     /// A size met in real instruments: the width of the prior that evidence is weighed with.
     pub typical: f64,
     /// Beyond this the effect is not credible physics for this kind of instrument.
     pub largest: f64,
+    /// Whether physics allows only values above zero.
+    pub positive: bool,
+    /// Parameters after the shape's, each with its own unit.
+    pub others: &'static [Named],
     /// ln of the odds against plain effects (a bias, a linear flexure) before looking at the data: a cubic law
     /// without a linear one, or a rare cause, must explain a little more to be named first.
     pub log_prior_odds: f64,
@@ -140,6 +169,53 @@ pub struct Card {
     pub left_out: &'static str,
     /// The motion or record that shows or separates it.
     pub next_experiment: &'static str,
+}
+
+impl Card {
+    /// Number of parameters.
+    pub fn count(&self) -> usize {
+        self.shape.count() + self.others.len()
+    }
+
+    fn other(&self, parameter: usize) -> Option<&'static Named> {
+        self.others.get(parameter.checked_sub(self.shape.count())?)
+    }
+
+    /// The contract's name of a parameter.
+    pub fn name(&self, parameter: usize) -> String {
+        match self.other(parameter) {
+            Some(named) => named.name.to_string(),
+            None => self.shape.name(parameter),
+        }
+    }
+
+    /// Its unit.
+    pub fn unit_of(&self, parameter: usize) -> &'static str {
+        self.other(parameter).map_or(self.unit, |named| named.unit)
+    }
+
+    /// A size met in real instruments.
+    pub fn typical_of(&self, parameter: usize) -> f64 {
+        self.other(parameter)
+            .map_or(self.typical, |named| named.typical)
+    }
+
+    /// Least and largest credible value.
+    pub fn range(&self, parameter: usize) -> [f64; 2] {
+        let least = if self.positive { 0.0 } else { -self.largest };
+        self.other(parameter)
+            .map_or([least, self.largest], |named| named.range)
+    }
+}
+
+/// Where a search over a nonlinear effect's parameters begins.
+pub struct Sought {
+    /// Parameters.
+    pub at: Vec<f64>,
+    /// Points of the grid looked at, which count as trials.
+    pub trials: usize,
+    /// Whether parameters that this recording would show explain it as well as the effect's limits do.
+    pub within_reach: bool,
 }
 
 /// One entry of the catalogue.
@@ -171,6 +247,23 @@ pub trait Hypothesis: Sync {
         true
     }
 
+    /// Whether a parameter stands for something at these values: an axis without a mode has no frequency.
+    fn has(&self, _at: &[f64], _parameter: usize) -> bool {
+        true
+    }
+
+    /// Kinds that this one contains as a limit or that take its place in a first look. Not empty: the effect has no
+    /// value at which its columns mean anything, and is looked for with [`Hypothesis::seek`] where one of
+    /// them, or anything else, was found.
+    fn stands_behind(&self) -> &'static [&'static str] {
+        &[]
+    }
+
+    /// A point to start from, in what other effects leave on the bench.
+    fn seek(&self, _bench: &Workbench, _left: &[Bins; 3]) -> Option<Sought> {
+        None
+    }
+
     /// Why this recording cannot show the effect, if a needed channel is missing.
     fn missing(&self, _scene: &Scene) -> Option<&'static str> {
         None
@@ -193,6 +286,7 @@ pub const CATALOGUE: &[&dyn Hypothesis] = &[
     &installation_temperature::InstallationTemperature,
     &axis_flexure::AxisFlexure,
     &axis_flexure_cubic::AxisFlexureCubic,
+    &axis_flexure_mode::AxisFlexureMode,
     &axis_tilt_by_force::AxisTiltByForce,
     &elastic_rate_by_force::ElasticRateByForce,
     &elastic_rate_by_jerk::ElasticRateByJerk,
@@ -204,6 +298,7 @@ pub const CATALOGUE: &[&dyn Hypothesis] = &[
     &reference_misalignment::ReferenceMisalignment,
     &reference_delay::ReferenceDelay,
     &reference_scale::ReferenceScale,
+    &isolator_mode::IsolatorMode,
     &earth_rate::EarthRate,
 ];
 
@@ -211,7 +306,7 @@ pub const CATALOGUE: &[&dyn Hypothesis] = &[
 pub fn no_effects() -> Vec<Vec<f64>> {
     CATALOGUE
         .iter()
-        .map(|entry| vec![0.0; entry.card().shape.count()])
+        .map(|entry| vec![0.0; entry.card().count()])
         .collect()
 }
 
@@ -225,10 +320,6 @@ pub fn find(kind: &str) -> Option<(usize, &'static dyn Hypothesis)> {
 
 /// Kinds of the contract that this version does not test, with the reason printed in `not_excluded`.
 pub const NOT_TESTED: &[&str] = &[
-    "axis_flexure_mode",
-    "isolator_mode",
-    "reference_harmonic",
-    "lock_in",
     "pulse_quantisation",
     "accel_bias",
     "accel_scale",

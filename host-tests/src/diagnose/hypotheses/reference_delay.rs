@@ -16,6 +16,8 @@ static CARD: Card = Card {
     unit: "s",
     typical: 2e-5,
     largest: 0.02,
+    positive: false,
+    others: &[],
     log_prior_odds: 0.0,
     special_case_of: &["gyro_delay"],
     resembles_untested: &[],

@@ -16,6 +16,8 @@ static CARD: Card = Card {
     unit: "rad",
     typical: 1e-4,
     largest: 0.05,
+    positive: false,
+    others: &[],
     log_prior_odds: 0.0,
     special_case_of: &["installation"],
     resembles_untested: &[],
