@@ -7,7 +7,9 @@
 //! differences of a sampled product under-read it by (Ω T)²/4.
 //!
 //! The band edge is where the reference's spectrum last stands clear of its own noise: beyond it there is
-//! no motion to learn from, and noise in a regressor biases its coefficient towards zero.
+//! no motion to learn from, and noise in a regressor biases its coefficient towards zero. Below it, what is not
+//! clear of the noise is damped bin by bin ([`Spectrum::clear_of_noise`]): the reference's noise stands in the
+//! residual too, and a derivative of it there looks like physics.
 
 use realfft::num_complex::Complex64;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
@@ -86,6 +88,32 @@ impl Spectrum {
         }
     }
 
+    /// Damps the bins in which the signal does not stand clear of its own noise, `level` times the shape per
+    /// row: gain 1 − 3 N/P, P the power around the bin.
+    pub fn clear_of_noise(mut self, level: f64, shape: NoiseShape) -> Self {
+        /// Bins on either side: noise alone then scatters by a sixth, and never passes a third of its limit.
+        const AROUND: usize = 16;
+        /// Noise in P must not count as signal.
+        const CLEAR: f64 = 3.0;
+        let power: Vec<f64> = self
+            .bins
+            .iter()
+            .map(|bin| bin.norm_sqr() / self.length as f64)
+            .collect();
+        let mut sums = vec![0.0; power.len() + 1];
+        for (bin, power) in power.iter().enumerate() {
+            sums[bin + 1] = sums[bin] + power;
+        }
+        let top = power.len() - 1;
+        for (bin, value) in self.bins.iter_mut().enumerate() {
+            let (first, last) = (bin.saturating_sub(AROUND), (bin + AROUND + 1).min(sums.len() - 1));
+            let mean = (sums[last] - sums[first]).max(0.0) / (last - first) as f64;
+            let noise = level * shape.at(bin as f64 / top as f64);
+            *value *= (1.0 - CLEAR * noise / mean.max(f64::MIN_POSITIVE)).max(0.0);
+        }
+        self
+    }
+
     /// The signal at each row as `reading` asks.
     pub fn read(&self, reading: Reading) -> Vec<f64> {
         self.read_through(reading, &|_| Complex64::new(1.0, 0.0))
@@ -145,6 +173,12 @@ impl Spectra {
     pub fn new(values: &[f64], pieces: &[Range<usize>], rate_hz: f64, edge_hz: f64) -> Self {
         let of = |rows: &Range<usize>| Spectrum::new(&values[rows.clone()], rate_hz, edge_hz);
         Self(pieces.iter().map(of).collect())
+    }
+
+    /// See [`Spectrum::clear_of_noise`].
+    pub fn clear_of_noise(self, level: f64, shape: NoiseShape) -> Self {
+        let clear = |one: Spectrum| one.clear_of_noise(level, shape);
+        Self(self.0.into_iter().map(clear).collect())
     }
 
     /// See [`Spectrum::read`].
@@ -230,6 +264,36 @@ pub enum NoiseShape {
     Angle,
 }
 
+impl NoiseShape {
+    /// The shape at a share of the highest frequency.
+    fn at(self, share: f64) -> f64 {
+        match self {
+            NoiseShape::White => 1.0,
+            NoiseShape::Angle => 4.0 * (0.5 * PI * share).sin().powi(2),
+        }
+    }
+}
+
+/// Noise of a channel per row, in units of its shape: what is declared, or the spectrum's own top tenth where
+/// that is more.
+pub fn noise_level(values: &[f64], rate_hz: f64, shape: NoiseShape, declared: Option<f64>) -> f64 {
+    let power = mean_periodogram(values, smooth_length((rate_hz / BIN_HZ) as usize));
+    level_of(&power, shape, declared)
+}
+
+/// 1 Hz bins: fine enough for a 15 Hz motion, averaged over many pieces in a minute.
+const BIN_HZ: f64 = 1.0;
+
+fn level_of(power: &[f64], shape: NoiseShape, declared: Option<f64>) -> f64 {
+    let bins = power.len() - 1;
+    let top = bins - bins / 10;
+    let own: f64 = (top..=bins)
+        .map(|bin| power[bin] / shape.at(bin as f64 / bins as f64))
+        .sum::<f64>()
+        / (bins - top + 1) as f64;
+    declared.map_or(own, |declared| declared.max(own))
+}
+
 /// The last frequency \[Hz\] at which a channel stands clear of its noise on any axis.
 ///
 /// `declared` is the noise power per row; where it is not known, the spectrum's own top tenth is taken for
@@ -241,8 +305,6 @@ pub fn last_clear_hz(
     shape: NoiseShape,
     declared: Option<f64>,
 ) -> f64 {
-    /// 1 Hz bins: fine enough for a 15 Hz motion, averaged over many pieces in a minute.
-    const BIN_HZ: f64 = 1.0;
     /// Mean of about 2 × seconds periodograms: four times the noise cannot be chance in any bin.
     const CLEAR: f64 = 4.0;
     /// Lowest edge: slower motion is still followed this far.
@@ -254,17 +316,10 @@ pub fn last_clear_hz(
         let values: &Vec<f64> = values;
         let power = mean_periodogram(&values[rows], piece);
         let bins = power.len() - 1;
-        let shape = |bin: usize| match shape {
-            NoiseShape::White => 1.0,
-            NoiseShape::Angle => 4.0 * (PI * bin as f64 / (2 * bins) as f64).sin().powi(2),
-        };
-        let top = bins - bins / 10;
-        let own: f64 =
-            (top..=bins).map(|bin| power[bin] / shape(bin)).sum::<f64>() / (bins - top + 1) as f64;
-        let level = declared.map_or(own, |declared| declared.max(own));
+        let level = level_of(&power, shape, declared);
         if let Some(bin) = (1..=bins)
             .rev()
-            .find(|&bin| power[bin] > CLEAR * level * shape(bin))
+            .find(|&bin| power[bin] > CLEAR * level * shape.at(bin as f64 / bins as f64))
         {
             edge_hz = edge_hz.max(bin as f64 / bins as f64 * rate_hz / 2.0);
         }

@@ -35,6 +35,9 @@ pub const TERM_NAMES: [&str; TERMS] = [
 /// Steps of the multiplicative fit; the published trial needed 150 from a start within a decade.
 const STEPS: usize = 60;
 
+/// Share of a first guess below which no term starts: it takes few steps from there to nothing or to its place.
+const RESEED: f64 = 1e-2;
+
 /// A declared level is kept unless the fitted one is further away than this many of its standard errors.
 const CONTRADICTED: f64 = 4.0;
 
@@ -181,8 +184,13 @@ pub fn fit(
 ) -> Noise {
     let rate_hz = portion.seconds().recip() * portion.rows() as f64;
     let shapes = shapes_of(portion, rate_hz);
-    let mut noise =
-        start.unwrap_or_else(|| first_guess(portion, residual, &shapes, declared, rate_hz));
+    let mut noise = first_guess(portion, residual, &shapes, declared, rate_hz);
+    if let Some(start) = start {
+        // A term that an earlier, larger library had eaten can grow again: multiplying never leaves zero.
+        for (seed, theta) in noise.theta.iter_mut().zip(start.theta) {
+            *seed = theta.max(*seed * RESEED);
+        }
+    }
     /// The fit of the columns depends weakly on S: alternate this often.
     const ALTERNATIONS: usize = 2;
     for _ in 0..ALTERNATIONS {

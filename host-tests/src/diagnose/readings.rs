@@ -23,7 +23,7 @@ const PRICE: f64 = 3.0;
 const PICKED: f64 = 6.5;
 
 /// ln of the odds by which physics must beat drifting noise.
-const CLEAR_WIN: f64 = 10.0;
+const CLEAR_WIN: f64 = 6.0;
 
 /// What a search needs besides the bench.
 pub struct Hunt<'a> {

@@ -8,7 +8,7 @@ use std::ops::Range;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use realfft::num_complex::Complex64;
 
-use super::motion::{NoiseShape, Reading, Spectra, last_clear_hz};
+use super::motion::{NoiseShape, Reading, Spectra, last_clear_hz, noise_level};
 use super::streams::{Streams, Triad};
 
 /// Temperature changes slower than this in a gyro block; faster ones are converter noise.
@@ -51,8 +51,12 @@ impl Scene {
             NoiseShape::Angle,
             reference_angle_noise_rad.map(|noise| noise * noise),
         );
-        let case =
-            [0, 1, 2].map(|axis| Spectra::new(&streams.case_rad[axis], &pieces, rate_hz, edge_hz));
+        let declared = reference_angle_noise_rad.map(|noise| noise * noise);
+        let case = [0, 1, 2].map(|axis: usize| {
+            let values = &streams.case_rad[axis];
+            let level = noise_level(values, rate_hz, NoiseShape::Angle, declared);
+            Spectra::new(values, &pieces, rate_hz, edge_hz).clear_of_noise(level, NoiseShape::Angle)
+        });
         let read = |derivative| {
             [0, 1, 2].map(|axis: usize| {
                 let mut values = case[axis].read(Reading {
