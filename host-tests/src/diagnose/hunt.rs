@@ -6,6 +6,7 @@
 //! in every regime (diagnosis road, steps 6, 7 and 12).
 
 use super::declare::{FAMILY_SIGNIFICANCE, REGRESSOR_FIDELITY};
+use super::drift::{self, Suspect};
 use super::empirical::{Form, Term};
 use super::events;
 use super::hypotheses::reference_harmonic;
@@ -152,6 +153,31 @@ pub fn hunt(
                 }
                 continue;
             }
+        }
+        progress("weighing drifting noise");
+        let suspects = set.iter().map(|&effect| Suspect::Effect(effect));
+        let suspects = suspects.chain((given.len()..bench.terms().len()).map(Suspect::Term));
+        let mut drift = None;
+        for suspect in suspects {
+            if drift::could_be_drift(bench, parameters, search.declared, &set, suspect)? {
+                drift = Some(suspect);
+                break;
+            }
+        }
+        match drift {
+            Some(Suspect::Effect(effect)) => {
+                allowed.retain(|&kept| kept != effect);
+                let reason = "drifting noise explains nearly as much".to_string();
+                vetoed.push((effect, reason));
+                continue;
+            }
+            Some(Suspect::Term(place)) => {
+                left_idle.push(bench.terms()[place].clone());
+                bench.remove_term(place);
+                entered.remove(place);
+                continue;
+            }
+            None => {}
         }
         let first = parameters.count();
         let terms = bench

@@ -1,7 +1,7 @@
 //! The mismatch tool. The road, in order; each stage is a file that can be read and tested alone:
 //!
 //! declare → streams → qualify → scene (motion, signals) → residual → split → portion → noise → locate →
-//! hypotheses → workbench → select, hunt (events, products, invariance) → self_test → identify → validate →
+//! hypotheses → workbench → select, hunt (events, products, invariance, drift) → self_test → identify → validate →
 //! explain
 //!
 //! At rest on the Earth (still) the motion is known without a reference: clock, cycle and lines come before the
@@ -65,6 +65,8 @@ pub mod control;
 pub mod products;
 
 pub mod invariance;
+
+pub mod drift;
 
 pub mod hunt;
 

@@ -106,7 +106,10 @@ impl Spectrum {
         }
         let top = power.len() - 1;
         for (bin, value) in self.bins.iter_mut().enumerate() {
-            let (first, last) = (bin.saturating_sub(AROUND), (bin + AROUND + 1).min(sums.len() - 1));
+            let (first, last) = (
+                bin.saturating_sub(AROUND),
+                (bin + AROUND + 1).min(sums.len() - 1),
+            );
             let mean = (sums[last] - sums[first]).max(0.0) / (last - first) as f64;
             let noise = level * shape.at(bin as f64 / top as f64);
             *value *= (1.0 - CLEAR * noise / mean.max(f64::MIN_POSITIVE)).max(0.0);

@@ -203,6 +203,17 @@ impl<'a> Workbench<'a> {
         Ok(())
     }
 
+    /// Puts a found term at a place among the others.
+    pub fn insert_term(&mut self, place: usize, term: Term) -> Result<(), String> {
+        let mut behind = self.terms.split_off(place);
+        for later in (0..behind.len()).rev() {
+            let gone = self.parameters.count() + place + later;
+            self.columns.retain(|column| column.index != gone);
+        }
+        behind.insert(0, term);
+        behind.into_iter().try_for_each(|term| self.add_term(term))
+    }
+
     /// Takes all found terms out.
     pub fn clear_terms(&mut self) {
         while !self.terms.is_empty() {
