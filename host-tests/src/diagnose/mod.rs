@@ -32,6 +32,8 @@ pub mod portion;
 
 pub mod regressor;
 
+pub mod levels;
+
 pub mod noise;
 
 pub mod locate;

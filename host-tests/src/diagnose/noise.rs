@@ -13,6 +13,7 @@
 
 use std::f64::consts::PI;
 
+use super::levels::Levels;
 use super::portion::{Bins, Portion};
 use super::regressor::{Regressor, gram, leverage};
 use nalgebra::{DMatrix, DVector};
@@ -31,9 +32,6 @@ pub const TERM_NAMES: [&str; TERMS] = [
     "flicker",
     "rate random walk",
 ];
-
-/// Steps of the multiplicative fit; the published trial needed 150 from a start within a decade.
-const STEPS: usize = 60;
 
 /// Share of a first guess below which no term starts: it takes few steps from there to nothing or to its place.
 const RESEED: f64 = 1e-2;
@@ -146,23 +144,14 @@ pub fn ratio_over_level(
 ) -> f64 {
     let shapes = shapes_of(portion, noise.rate_hz);
     let power: Vec<f64> = left.iter().map(|bin| bin.norm_sqr()).collect();
-    let free = |bin: usize| portion.degrees(bin);
-    // Both from the same start and with the same number of steps, so that neither is ahead by its start.
-    let (mut held, mut fitted) = (*noise, *noise);
-    held.theta[term] = level;
-    for _ in 0..STEPS {
-        step(&mut held, &shapes, &power, &free, Some(term));
-        step(&mut fitted, &shapes, &power, &free, None);
-    }
-    let minus_twice = |noise: &Noise| -> f64 {
-        let levels = shapes.iter().map(|shape| level_of(shape, noise));
-        levels
-            .zip(&power)
-            .enumerate()
-            .map(|(bin, (level, power))| portion.degrees(bin) * level.ln() + power / level)
-            .sum()
-    };
-    (minus_twice(&held) - minus_twice(&fitted)).max(0.0)
+    let degrees: Vec<f64> = (0..portion.bins())
+        .map(|bin| portion.degrees(bin))
+        .collect();
+    let levels = Levels::new(&power, &degrees, &shapes);
+    let (mut start, mut held) = (noise.theta, [false; TERMS]);
+    (start[term], held[term]) = (level, true);
+    let fitted = levels.most_likely(&noise.theta, [false; TERMS]).1;
+    2.0 * (fitted - levels.most_likely(&start, held).1).max(0.0)
 }
 
 /// What the model declares: random walk of angle and white angle noise as θ, where known.
@@ -193,13 +182,21 @@ pub fn fit(
     }
     /// The fit of the columns depends weakly on S: alternate this often.
     const ALTERNATIONS: usize = 2;
-    for _ in 0..ALTERNATIONS {
+    for alternation in 1..=ALTERNATIONS {
         let weights = noise.weights(portion);
         let (left, leverage) = project_out(portion, residual, columns, &weights);
-        let free = |bin: usize| (portion.degrees(bin) - leverage[bin]).max(0.0);
-        for _ in 0..STEPS {
-            step(&mut noise, &shapes, &left, &free, None);
-        }
+        let free: Vec<f64> = leverage
+            .iter()
+            .enumerate()
+            .map(|(bin, taken)| (portion.degrees(bin) - taken).max(0.0))
+            .collect();
+        let levels = Levels::new(&left, &free, &shapes);
+        let fitted = levels.most_likely(&noise.theta, [false; TERMS]);
+        noise.theta = if alternation == ALTERNATIONS {
+            with_declared(&levels, fitted, declared)
+        } else {
+            fitted.0
+        };
     }
     // A channel without any noise would make every weight infinite.
     /// Share of the declared level below which no fitted level goes.
@@ -213,7 +210,6 @@ pub fn fit(
         noise = first_guess(portion, residual, &shapes, declared, rate_hz);
         noise.theta[1] = noise.theta[1].max(least);
     }
-    keep_declared(&mut noise, portion, &shapes, declared);
     noise
 }
 
@@ -230,31 +226,6 @@ fn level_of(shape: &[f64; TERMS], noise: &Noise) -> f64 {
         .zip(noise.theta)
         .map(|(shape, theta)| shape * theta)
         .sum()
-}
-
-/// One multiplicative step of every level but the one held, `free` degrees of freedom in a bin.
-fn step(
-    noise: &mut Noise,
-    shapes: &[[f64; TERMS]],
-    power: &[f64],
-    free: &dyn Fn(usize) -> f64,
-    held: Option<usize>,
-) {
-    let mut upper = [0.0; TERMS];
-    let mut lower = [0.0; TERMS];
-    for (bin, shape) in shapes.iter().enumerate() {
-        let level = level_of(shape, noise);
-        let free = free(bin);
-        for term in 0..TERMS {
-            upper[term] += shape[term] * power[bin] / (level * level);
-            lower[term] += shape[term] * free / level;
-        }
-    }
-    for term in (0..TERMS).filter(|&term| Some(term) != held) {
-        if lower[term] > 0.0 {
-            noise.theta[term] *= upper[term] / lower[term];
-        }
-    }
 }
 
 /// Whittle information on ln θ: half the degrees of freedom, weighted by the term's share squared.
@@ -340,24 +311,26 @@ fn first_guess(
     }
 }
 
-/// Puts declared levels back where the fit does not contradict them.
-fn keep_declared(
-    noise: &mut Noise,
-    portion: &Portion,
-    shapes: &[[f64; TERMS]],
+/// The declared levels where the fit does not contradict them, all others fitted beside them: a level put back
+/// alone would leave too much or too little of those that share its band.
+fn with_declared(
+    levels: &Levels,
+    (theta, likelihood): ([f64; TERMS], f64),
     declared: Declared,
-) {
-    for (term, level) in [(0, declared.random_walk), (1, declared.white_angle)] {
-        let Some(level) = level.filter(|level| *level > 0.0) else {
-            continue;
-        };
-        /// A declared level this much below the fitted one has no share in the spectrum by which to judge it.
-        const FAR_BELOW: f64 = 10.0;
-        let far = noise.theta[term] > FAR_BELOW * level;
-        let weighed = if far { noise.theta[term] } else { level };
-        let error = relative_error(noise, portion, shapes, term, weighed);
-        if (noise.theta[term] / level).ln().abs() < CONTRADICTED * error {
-            noise.theta[term] = level;
+) -> [f64; TERMS] {
+    let known = [declared.random_walk, declared.white_angle];
+    let known = known.map(|level| level.filter(|level| *level > 0.0));
+    for kept in [[true, true], [false, true], [true, false]] {
+        let (mut start, mut held) = (theta, [false; TERMS]);
+        for term in 0..2 {
+            if let (true, Some(level)) = (kept[term], known[term]) {
+                (start[term], held[term]) = (level, true);
+            }
+        }
+        let (theta, as_declared) = levels.most_likely(&start, held);
+        if 2.0 * (likelihood - as_declared) < CONTRADICTED * CONTRADICTED {
+            return theta;
         }
     }
+    theta
 }
