@@ -343,6 +343,17 @@ impl Findings<'_> {
             size: location.size_rad_s,
             unit: "rad/s".to_string(),
             p_value: location.p_value,
+            coherent_with: location
+                .companions
+                .iter()
+                .map(|companion| CoherentEntry {
+                    channel: format!("gyro_{}", AXES[location.axis]),
+                    with: companion.with.clone(),
+                    lag_s: companion.lag_s,
+                    coherence: companion.coherence,
+                    p_value: companion.p_value,
+                })
+                .collect(),
         }
     }
 

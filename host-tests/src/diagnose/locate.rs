@@ -12,6 +12,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use super::coherence::Companion;
 use super::declare::{BAND_EDGES_HZ, TILE_S, TILE_SIGNIFICANCE};
 use super::noise::{LOWEST_SHARE, Noise};
 use super::split::{Regime, intersect, usable_runs};
@@ -56,6 +57,8 @@ pub struct Location {
     pub p_value: f64,
     /// How it goes with the motion, where something is known.
     pub regime: String,
+    /// Channels that it goes with, the surest first.
+    pub companions: Vec<Companion>,
 }
 
 /// Tests all tiles of the rows in `looked_at`.
@@ -219,6 +222,7 @@ pub fn join(tiles: &[Tile], regimes: &[Regime], looked_at: &[Range<usize>]) -> V
                 size_rad_s: size,
                 p_value,
                 regime: String::new(),
+                companions: Vec::new(),
             }),
         }
     }

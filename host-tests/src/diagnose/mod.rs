@@ -38,6 +38,8 @@ pub mod noise;
 
 pub mod locate;
 
+pub mod coherence;
+
 pub mod information;
 
 pub mod hypotheses;
@@ -326,6 +328,15 @@ pub fn diagnose_aligned(
     };
     let mut locations = locate(&before_rad);
     explain::name_regimes(&mut locations, &catch, &products);
+    let fitted = &split.fitted;
+    coherence::accompany(
+        &scene,
+        &before_rad,
+        &noise,
+        fitted,
+        &products,
+        &mut locations,
+    );
     let mut after_rad = after_rad(&scene, &before_rad, &catch);
     let mut left = locate(&after_rad);
     // What no physics explains is still modelled, as a labelled constant over its stretch of time.

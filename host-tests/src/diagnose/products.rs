@@ -89,7 +89,7 @@ impl<'a> Products<'a> {
     }
 
     /// A product's value in each row × one row's period, into `values`.
-    fn evaluate(&self, product: usize, values: &mut Vec<f64>) {
+    pub fn evaluate(&self, product: usize, values: &mut Vec<f64>) {
         let period_s = self.scene.period_s();
         values.clear();
         match self.pairs.get(product) {

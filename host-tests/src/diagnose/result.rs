@@ -142,6 +142,23 @@ pub struct LocationEntry {
     pub unit: String,
     /// Chance, trials counted.
     pub p_value: f64,
+    /// Addition: channels and products of two that it goes with in its band, found before any fit.
+    pub coherent_with: Vec<CoherentEntry>,
+}
+
+/// A channel that a located mismatch goes with.
+#[derive(Debug, Clone, Serialize)]
+pub struct CoherentEntry {
+    /// `gyro_x`, ...
+    pub channel: String,
+    /// Channel or product, as in expressions.
+    pub with: String,
+    /// How much later the mismatch does the same \[s\].
+    pub lag_s: f64,
+    /// −1 … 1.
+    pub coherence: f64,
+    /// Chance, expressions and lags counted.
+    pub p_value: f64,
 }
 
 /// One parameter.

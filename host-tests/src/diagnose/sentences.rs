@@ -118,17 +118,17 @@ impl Findings<'_> {
             .iter()
             .filter(|point| point.injections > 0)
             .map(|point| {
-                let percent = |count: usize| 100.0 * count as f64 / point.injections as f64;
-                format!("{:.0} % at SNR {}", percent(point.detected), point.rho)
+                let percent = 100.0 * point.detected as f64 / point.injections as f64;
+                format!("{percent:.0} % at SNR {}", point.rho)
             })
             .collect();
         let found = if shares.is_empty() {
             String::new()
         } else {
-            format!("; of patterns injected, found {}", shares.join(", "))
+            format!("; of injected patterns it finds {}", shares.join(", "))
         };
         format!(
-            "Self-test: {} false names in {} time slides of this recording (at most {:.1} %, 95 % confidence){found}.",
+            "Self-test: {} false names in {} time slides (at most {:.1} %){found}.",
             test.false_names,
             test.slides,
             100.0 * test.upper_limit

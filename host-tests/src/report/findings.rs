@@ -115,7 +115,41 @@ fn locations(locations: &[LocationEntry]) -> Markup {
             }
         } }
         (and_more(locations.len()))
+        (companions(locations))
         p.note { "Size: the largest mean or excess rate in the stretch. Chance: that noise alone does this anywhere in the recording." }
+    }
+}
+
+/// What each gyro and band goes with, each once.
+fn companions(locations: &[LocationEntry]) -> Markup {
+    let mut told: Vec<(&str, String)> = Vec::new();
+    let mut lines: Vec<Markup> = Vec::new();
+    for location in locations.iter().take(MOST_ROWS) {
+        let place = (
+            location.channel.as_str(),
+            band(location.low_hz, location.high_hz),
+        );
+        if location.coherent_with.is_empty() || told.contains(&place) {
+            continue;
+        }
+        lines.push(html! {
+            li {
+                (spaced(place.0)) ", " (place.1) ": "
+                @for (rank, with) in location.coherent_with.iter().enumerate() {
+                    @if rank > 0 { "; " }
+                    (symbols(&with.with)) " (coherence " (number(rounded(with.coherence)))
+                    @if with.lag_s != 0.0 { ", " (number(rounded(1e3 * with.lag_s))) " ms late" }
+                    ", chance " (chance(with.p_value)) ")"
+                }
+            }
+        });
+        told.push(place);
+    }
+    html! {
+        @if !lines.is_empty() {
+            p { "Before anything was fitted, the difference already went with:" }
+            ul { @for line in &lines { (line) } }
+        }
     }
 }
 
