@@ -10,6 +10,7 @@ use crate::diagnose::streams::Streams;
 use crate::error::InputError;
 use crate::recording::Recording;
 use crate::report::page;
+use crate::report::terminal::lines;
 use crate::terminal::Terminal;
 
 /// What it writes.
@@ -36,7 +37,7 @@ pub struct Diagnose {
     /// Folder for the results
     #[arg(long)]
     out: PathBuf,
-    /// Written into the result; nothing random enters the diagnosis itself
+    /// For the self-test and the control; nothing random enters the findings
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Threads to work with; the result is the same bytes for any number [default: all]
@@ -113,7 +114,7 @@ impl Diagnose {
         let report = page(&outcome.diagnosis, outcome.pictures.as_ref());
         out.write("report.html", report.as_bytes())?;
         out.commit()?;
-        for line in &outcome.diagnosis.summary {
+        for line in lines(&outcome.diagnosis) {
             terminal.say(line);
         }
         let report = self.out.join("report.html");

@@ -81,7 +81,7 @@ pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
                     "Below, each kind at a size that such instruments show, with the signal-to-noise ratio that this recording's motion and noise give it. "
                     "From " (number(NEEDED_SNR)) " on (the line; logarithmic scale) it is found reliably; the last column is the size at which that happens."
                 }
-                div.scroll { table.bars {
+                div.scroll { table.bars.reach {
                     thead { tr { th { "kind" } th { "typical size" } th { "signal to noise" } th {} th { "found from" } } }
                     tbody {
                         @for entry in &reach {

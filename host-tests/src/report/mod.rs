@@ -25,6 +25,7 @@ pub mod paper;
 mod plot;
 mod proof;
 mod self_test;
+pub mod terminal;
 pub mod words;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
