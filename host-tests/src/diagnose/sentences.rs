@@ -100,7 +100,9 @@ impl Findings<'_> {
                 ));
             }
         }
-        lines.push(self.self_test_line());
+        if self.self_test.slides > 0 {
+            lines.push(self.self_test_line());
+        }
         for (effect, reason) in &self.catch.vetoed {
             lines.push(format!(
                 "Not named: {} fits in part, but {reason}.",

@@ -18,6 +18,9 @@ const WHOLE_COUNT: f64 = 1e-6;
 /// The sensor's counter is read as i32 by the firmware.
 const LARGEST_COUNT: f64 = i32::MAX as f64;
 
+/// Larger numbers are damage, in any unit; and sums of products of three stay within what f64 holds.
+const LARGEST_VALUE: f64 = 1e30;
+
 impl Recording {
     /// Whether the folder's manifest can be read and has a table in `file`.
     pub fn lists_table(folder: impl AsRef<Path>, file: &str) -> bool {
@@ -146,6 +149,13 @@ fn check_values(path: &Path, channel: &Channel, period_s: f64) -> Result<(), Inp
                 row,
                 "is infinite",
                 "a finite number, or NaN where nothing was measured",
+            ));
+        }
+        if value.abs() > LARGEST_VALUE {
+            return Err(fault(
+                row,
+                "is beyond anything that is measured",
+                "a value that an instrument can show, or NaN where nothing was measured",
             ));
         }
         if *quantity == Quantity::GyroCount && !value.is_nan() {

@@ -97,7 +97,7 @@ pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
                         }
                     }
                 } }
-                @if let Some(test) = &diagnosis.self_test { (self_test(test)) }
+                @if let Some(test) = diagnosis.self_test.as_ref().filter(|test| test.slides > 0) { (self_test(test)) }
             }
         }
     }
