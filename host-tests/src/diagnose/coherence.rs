@@ -43,6 +43,10 @@ const MOST: usize = 3;
 /// Products whose lags are searched: the most coherent without a lag. All are counted.
 const LAGGED_PRODUCTS: usize = 8;
 
+/// Products of motions end at twice the motion's edge, and that is looked at within these bounds \[Hz\]: slow
+/// channels need ten hertz; beyond a hundred the spectra of all products would need the memory of the search.
+const PRODUCTS_HZ: [f64; 2] = [10.0, 100.0];
+
 /// The slowest rate \[Hz\] to which series are averaged down; slower costs no less.
 const SLOWEST_HZ: f64 = 40.0;
 
@@ -71,8 +75,7 @@ pub fn accompany(
     if locations.is_empty() {
         return;
     }
-    // Products of motions end at twice the motion's edge; what is slower needs no more than ten hertz.
-    let motion_hz = (2.0 * scene.motion_edge_hz).max(10.0);
+    let motion_hz = (2.0 * scene.motion_edge_hz).clamp(PRODUCTS_HZ[0], PRODUCTS_HZ[1]);
     let fast = |name: &str| name.starts_with("dither_");
     // Time itself is no channel.
     let measured = |name: &str| name != "time" && !name.starts_with("decay(");
@@ -191,12 +194,20 @@ impl Over<'_> {
         expression: &(dyn Fn(usize) -> (String, Vec<f64>) + Sync),
         most_hz: f64,
     ) -> Option<Spectra> {
-        let reached = self.locations.iter().filter(|place| place.band_hz.0 < most_hz);
-        let top_hz = reached.map(|place| place.band_hz.1).fold(0.0, f64::max).min(most_hz);
+        let reached = self
+            .locations
+            .iter()
+            .filter(|place| place.band_hz.0 < most_hz);
+        let top_hz = reached
+            .map(|place| place.band_hz.1)
+            .fold(0.0, f64::max)
+            .min(most_hz);
         if top_hz == 0.0 || count == 0 {
             return None;
         }
-        let block = (self.rate_hz / (4.0 * top_hz).max(SLOWEST_HZ)).floor().max(1.0) as usize;
+        let block = (self.rate_hz / (4.0 * top_hz).max(SLOWEST_HZ))
+            .floor()
+            .max(1.0) as usize;
         let average = |values: &[f64]| -> Vec<f64> {
             let rows: Vec<f64> = self
                 .fitted
@@ -204,7 +215,9 @@ impl Over<'_> {
                 .flat_map(|rows| &values[rows.clone()])
                 .copied()
                 .collect();
-            let sums = rows.chunks_exact(block).map(|rows| rows.iter().sum::<f64>());
+            let sums = rows
+                .chunks_exact(block)
+                .map(|rows| rows.iter().sum::<f64>());
             sums.collect()
         };
         let averaged = [0, 1, 2].map(|axis: usize| average(&self.residual_rad[axis]));
@@ -216,7 +229,10 @@ impl Over<'_> {
             .into_par_iter()
             .map(|place| {
                 let (name, values) = expression(place);
-                (name, portion.transform(&average(&values)))
+                let mut bins = portion.transform(&average(&values));
+                bins.truncate((top_hz / portion.frequency_hz(1)).ceil() as usize);
+                bins.shrink_to_fit();
+                (name, bins)
             })
             .collect();
         Some(Spectra {
@@ -235,7 +251,8 @@ impl Spectra {
         let high_hz = band_hz.1.min(self.most_hz);
         // The mean goes with anything that has one.
         let first = ((band_hz.0 / bin_hz).ceil() as usize).max(1);
-        let last = ((high_hz / bin_hz).ceil() as usize).min(self.portion.bins() - 1);
+        let kept = self.expressions.first().map_or(0, |(_, bins)| bins.len());
+        let last = ((high_hz / bin_hz).ceil() as usize).min(kept);
         if first >= last {
             return (0, Vec::new());
         }
