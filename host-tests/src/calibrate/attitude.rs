@@ -25,9 +25,10 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
 use super::rates::{Heard, greatest, too_short};
-use super::samples::{AttitudeSample, attitude_samples};
 use super::unknowns::{EARTH, RIVAL, Unknowns, effect};
 use super::whiten::Whitener;
+use crate::diagnose::attitude::own_motion::take_own_motion;
+use crate::diagnose::attitude::samples::{AttitudeSample, attitude_samples};
 use crate::diagnose::hypotheses::CATALOGUE;
 use crate::diagnose::information::Information;
 use crate::diagnose::noise::Noise;
@@ -38,7 +39,7 @@ use crate::diagnose::streams::Streams;
 use crate::diagnose::workbench::Parameters;
 use crate::error::InputError;
 use crate::model::Model;
-use crate::recording::{Channel, Quantity, Recording};
+use crate::recording::Recording;
 
 /// A recording ready to be asked again at another estimate.
 pub struct AttitudeRecord {
@@ -100,7 +101,7 @@ impl AttitudeRecord {
             );
         }
         let body_from_sensing = body_from_sensing(&model.gyro.installation_rad);
-        let mut streams = Streams::align(&with_empty_reference(recording), model)?;
+        let mut streams = Streams::align_without_reference(recording, model)?;
         take_own_motion(&mut streams, model, &body_from_sensing);
         qualify::qualify(&mut streams);
         if samples.len() < 2 {
@@ -388,47 +389,5 @@ impl Integration {
             }
             each(&middle, &turn, share);
         });
-    }
-}
-
-/// The recording with a reference of zeros beside the gyros, to be filled by [`take_own_motion`].
-fn with_empty_reference(recording: &Recording) -> Recording {
-    let mut own = recording.clone();
-    let gyro = |channel: &Channel| {
-        matches!(
-            channel.quantity,
-            Quantity::GyroCount | Quantity::GyroIncrement | Quantity::GyroRate
-        )
-    };
-    if let Some(table) = own.tables.iter_mut().find(|t| t.channels.iter().any(gyro)) {
-        for axis in ["x", "y", "z"] {
-            table.channels.push(Channel {
-                column: format!("own_{axis}"),
-                quantity: Quantity::ReferenceIncrement,
-                axis: Some(axis.to_owned()),
-                scale: 1.0,
-                offset: 0.0,
-                values: vec![0.0; table.rows],
-            });
-        }
-    }
-    own
-}
-
-/// The case's increments as the gyros and the model have them: dither stripped, Eq. (7).
-fn take_own_motion(streams: &mut Streams, model: &Model, body_from_sensing: &Matrix3<f64>) {
-    let period_s = 1.0 / streams.rate_hz;
-    for row in 0..streams.rows {
-        let sensed = Vector3::from_fn(|axis, _| {
-            let mut value = streams.sensed_rad[axis][row];
-            if let (Some(pickoff), Some(dither)) = (&streams.pickoff_rad, &model.dither) {
-                value -= dither.pickoff_gain[axis] * (pickoff[axis][row + 1] - pickoff[axis][row]);
-            }
-            (1.0 - model.gyro.scale_error[axis]) * value - model.gyro.bias_rad_s[axis] * period_s
-        });
-        let case = body_from_sensing * sensed;
-        for axis in 0..3 {
-            streams.case_rad[axis][row] = case[axis];
-        }
     }
 }

@@ -1,6 +1,6 @@
 //! Calibration of the flexure coefficients K_ij. The road, in order, a file each:
 //!
-//! recording → rates | attitude (samples, whiten) → unknowns → estimate → agreement → combinations → words
+//! recording → rates | attitude (whiten) → unknowns → estimate → agreement → combinations → words
 //!
 //! Enters: recordings of one instrument and its model. Leaves: [`Outcome`]: K with covariance, the combinations
 //! that are fixed and those that are not, the model with what is fixed. `plan/` proposes the motion that fixes
@@ -24,8 +24,6 @@ pub mod rates;
 
 pub mod result;
 
-pub mod samples;
-
 pub mod unknowns;
 
 pub mod whiten;
@@ -34,6 +32,7 @@ mod words;
 
 use std::path::Path;
 
+use crate::diagnose::attitude::samples;
 use crate::diagnose::hypotheses::CATALOGUE;
 use crate::diagnose::information::Information;
 use crate::diagnose::streams::AXES;

@@ -64,8 +64,8 @@ pub struct Findings<'a> {
     pub by_recording: &'a [RecordingEntry],
     /// What the rows themselves show.
     pub rows_found: &'a RowsFound,
-    /// Time slides and injections.
-    pub self_test: &'a SelfTest,
+    /// Time slides and injections; `None` against attitudes, which have no rows to slide.
+    pub self_test: Option<&'a SelfTest>,
 }
 
 /// What the rows of a unit at rest show of their own making.
@@ -129,6 +129,7 @@ pub fn unusable(recording: &str, seed: u64, why: &str, faults: Vec<EffectEntry>)
         not_excluded: vec![format!("every kind: {why}")],
         next_experiment: "A longer recording with gyros, pickoffs and reference all measured."
             .to_string(),
+        promises: Vec::new(),
         noise: Vec::new(),
         trials: 0,
         runners_up: Vec::new(),
@@ -163,6 +164,7 @@ impl Findings<'_> {
                 .collect(),
             not_excluded: self.not_excluded(),
             next_experiment: self.next_experiment(),
+            promises: Vec::new(),
             fit: FitEntry {
                 fitted_on: times(&self.split.fitted),
                 held_out: times(&self.split.held_out),
@@ -212,7 +214,7 @@ impl Findings<'_> {
                     cycles: control.cycles.len(),
                     dropped: self.rows_found.dropped,
                 }),
-            self_test: Some(self_test_entry(self.self_test)),
+            self_test: self.self_test.map(self_test_entry),
             effects,
         }
     }

@@ -19,20 +19,20 @@ use super::workbench::{Parameters, Workbench};
 
 /// Terms found in the data, at most; each must be significant by itself, so a recording with more than
 /// this is not explained by terms.
-const MOST_TERMS: usize = 8;
+pub(super) const MOST_TERMS: usize = 8;
 
 /// How much better (2 Δ ln L) an expression must be than a named effect to take its place.
-const CLEARLY_BETTER: f64 = 20.0;
+pub(super) const CLEARLY_BETTER: f64 = 20.0;
 
 /// A term whose size has come down to this many variances no longer says anything (a step, slip or product
 /// enters with twenty or more).
 const IDLE: f64 = 9.0;
 
 /// What a step or slip has ahead of a product of channels that explains as much (2 Δ ln L).
-const PLAINER: f64 = 10.0;
+pub(super) const PLAINER: f64 = 10.0;
 
 /// Chance of the scatter between regimes below which a name is vetoed.
-const VETO: f64 = 1e-5;
+pub(super) const VETO: f64 = 1e-5;
 
 /// What the search brings home.
 pub struct Catch {

@@ -16,7 +16,7 @@ use super::streams::Triad;
 use super::workbench::{Parameters, Workbench};
 
 /// An effect with less than this matched-filter SNR in a regime says nothing about itself there.
-const LEAST_SNR: f64 = 3.0;
+pub(super) const LEAST_SNR: f64 = 3.0;
 
 /// A regime in which the effect has less than this share of its power elsewhere shows only what the noise of
 /// the reference puts into the regressor.
@@ -121,6 +121,11 @@ fn scatter(bench: &Workbench, prediction: &Triad, left: &Triad, regimes: &[Regim
             Some((amplitude.std.powi(-2) / portion.seconds(), amplitude))
         })
         .collect();
+    verdict(measured)
+}
+
+/// The scatter of amplitudes, each with its information per second.
+pub(super) fn verdict(measured: Vec<(f64, Amplitude)>) -> Verdict {
     let strongest = measured
         .iter()
         .map(|(density, _)| *density)

@@ -4,6 +4,8 @@
 //! hypotheses → workbench → select, hunt (events, products, invariance, drift) → self_test → identify → validate →
 //! explain
 //!
+//! A reference slower than the gyros takes the same road over its attitudes (attitude/).
+//!
 //! At rest on the Earth (still) the motion is known without a reference: clock, cycle and lines come before the
 //! hunt, and control repeats them on shuffled rows.
 //!
@@ -55,6 +57,8 @@ pub mod select;
 pub mod tone;
 
 pub mod events;
+
+pub mod attitude;
 
 pub mod still;
 
@@ -146,6 +150,9 @@ pub fn diagnose_without(
     seed: u64,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
+    if attitude::is_slow(recording, model) {
+        return attitude::diagnose(left_out, recording, model, model_file, seed, progress);
+    }
     progress("aligning the channels");
     let streams = vec![Streams::align(recording, model)?];
     diagnose_aligned(left_out, streams, model, model_file, seed, progress)
@@ -443,7 +450,7 @@ pub fn diagnose_aligned(
         validations: &validations,
         candidates: &candidates,
         rows_found: &rows_found,
-        self_test: &self_test,
+        self_test: Some(&self_test),
     };
     Ok(Outcome {
         diagnosis: findings.diagnosis(),

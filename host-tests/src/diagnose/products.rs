@@ -34,10 +34,13 @@ pub struct Products<'a> {
 
 /// What one product says on one gyro.
 #[derive(Clone)]
-struct Measured {
-    own: f64,
-    residual: f64,
-    known: Vec<f64>,
+pub(super) struct Measured {
+    /// Its own weight.
+    pub(super) own: f64,
+    /// Against the residual.
+    pub(super) residual: f64,
+    /// Against what is fitted.
+    pub(super) known: Vec<f64>,
 }
 
 /// What all products say.
@@ -48,10 +51,10 @@ pub struct Survey {
 }
 
 /// The joints and chosen columns on one gyro.
-struct KnownAxis {
-    indices: Vec<Option<usize>>,
-    gram: DMatrix<f64>,
-    residual: DVector<f64>,
+pub(super) struct KnownAxis {
+    pub(super) indices: Vec<Option<usize>>,
+    pub(super) gram: DMatrix<f64>,
+    pub(super) residual: DVector<f64>,
 }
 
 /// The best product on a gyro.
@@ -167,6 +170,19 @@ impl<'a> Products<'a> {
 }
 
 impl Survey {
+    /// A survey measured elsewhere.
+    pub(super) fn of(
+        measured: Vec<[Option<Measured>; 3]>,
+        axes: [KnownAxis; 3],
+        trials: f64,
+    ) -> Self {
+        Self {
+            measured,
+            axes,
+            trials,
+        }
+    }
+
     /// The best product on a gyro when the parameters in `without` are not fitted.
     pub fn best(&self, axis: usize, without: &[usize]) -> Option<Best> {
         let known = &self.axes[axis];

@@ -46,13 +46,16 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
     let rows = streams.rows;
     for axis in 0..3 {
         let name = |stem: &str| format!("{stem}_{}", AXES[axis]);
-        faults.extend(of_channel(
-            &name("gyro"),
-            &streams.sensed_rad[axis],
-            &streams.measured,
-        ));
-        // At rest the case's motion is computed, and the same in every row.
-        if streams.at_rest.is_none() {
+        let gyro = &streams.sensed_rad[axis];
+        let mut of_gyro = of_channel(&name("gyro"), gyro, &streams.measured);
+        if streams.pickoff_rad.is_none() {
+            let quantum = quantum(gyro);
+            of_gyro.retain(|fault| !is_between_pulses(fault, gyro, quantum));
+        }
+        faults.extend(of_gyro);
+        // At rest the case's motion is computed, and the same in every row; without a reference on the rows it
+        // is the gyros' own.
+        if streams.at_rest.is_none() && !streams.own_motion {
             faults.extend(of_channel(
                 &name("reference"),
                 &streams.case_rad[axis],
@@ -122,6 +125,32 @@ fn lost(streams: &Streams) -> Vec<Fault> {
         }
     }
     gathered(faults)
+}
+
+/// The smallest step that a channel takes.
+fn quantum(values: &[f64]) -> f64 {
+    /// Of the largest value: smaller steps are rounding.
+    const ROUNDING: f64 = 1e-12;
+    let largest = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    values
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).abs())
+        .filter(|step| *step > ROUNDING * largest)
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// A coarse gyro without dither repeats itself while it turns by less than a pulse a row: it comes to such a
+/// stretch and leaves it by single pulses. One that fails jumps.
+fn is_between_pulses(fault: &Fault, values: &[f64], quantum: f64) -> bool {
+    let stuck = values[fault.rows.start];
+    let near = |row: usize| {
+        values
+            .get(row)
+            .is_none_or(|value| (value - stuck).abs() < 1.5 * quantum)
+    };
+    fault.kind != "saturation"
+        && near(fault.rows.end)
+        && fault.rows.start.checked_sub(1).is_none_or(near)
 }
 
 /// Many gaps of one channel are one finding, from the first to the last.

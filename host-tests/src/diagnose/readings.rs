@@ -18,10 +18,10 @@ use super::workbench::{Parameters, Workbench};
 const INFLATED: f64 = 1.3;
 
 /// What a free number costs: half the logarithm of the few hundred bins in which drift lives.
-const PRICE: f64 = 3.0;
+pub(super) const PRICE: f64 = 3.0;
 
 /// ln of the number of instants or expressions a found term was picked among.
-const PICKED: f64 = 6.5;
+pub(super) const PICKED: f64 = 6.5;
 
 /// ln of the odds by which physics must beat drifting noise.
 const CLEAR_WIN: f64 = 3.0;

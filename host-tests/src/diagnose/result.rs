@@ -46,6 +46,9 @@ pub struct Diagnosis {
     pub not_excluded: Vec<String>,
     /// The motion that would separate what is confused.
     pub next_experiment: String,
+    /// Addition: what that motion is worth, where it was computed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub promises: Vec<PromiseEntry>,
     /// Addition: the noise each gyro was judged with.
     pub noise: Vec<NoiseEntry>,
     /// Addition: hypotheses tried, expressions and instants included.
@@ -116,6 +119,27 @@ pub struct ControlEntry {
     pub cycles: usize,
     /// Lines and cycles of the recording that were dropped because the control shows as much.
     pub dropped: usize,
+}
+
+/// A separation that the proposed motion promises, from the Fisher information of that motion.
+#[derive(Debug, Clone, Serialize)]
+pub struct PromiseEntry {
+    /// The kind taken for true, at the size found here.
+    pub truth: String,
+    /// The kind it is separated from.
+    pub rival: String,
+    /// Standard deviations between them.
+    pub separation_sigma: f64,
+    /// Spin, both senses \[rad/s\].
+    pub spin_rad_s: f64,
+    /// Oscillation about another axis at the spin's own frequency \[rad\].
+    pub oscillation_rad: f64,
+    /// Length of a move \[s\].
+    pub move_s: f64,
+    /// Number of moves.
+    pub moves: usize,
+    /// Time between attitudes \[s\].
+    pub attitude_every_s: f64,
 }
 
 /// One location.

@@ -103,8 +103,13 @@ impl Scene {
 
     /// d²ω/dt² at row middles \[rad/s³\].
     pub fn jerk_rad_s3(&self, axis: usize) -> Vec<f64> {
+        self.rate_derived(axis, 2)
+    }
+
+    /// The `derivative`-th derivative of ω at row middles.
+    pub fn rate_derived(&self, axis: usize, derivative: i32) -> Vec<f64> {
         let reading = Reading {
-            derivative: 2,
+            derivative,
             ahead_s: 0.0,
             undo_row_mean: true,
         };

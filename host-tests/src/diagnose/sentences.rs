@@ -2,11 +2,13 @@
 //!
 //! Enters: [`Findings`] and the entries made from them. Leaves: one sentence a line, °/h where people read.
 
+use super::attitude::NOT_SHOWN;
 use super::declare::FAMILY_SIGNIFICANCE;
 use super::explain::{DEG_H, Findings, NEEDED_SNR, combination, parameters_of};
 use super::hypotheses::{CATALOGUE, NOT_TESTED};
 use super::identify::identifiable;
 use super::result::{EffectEntry, ParameterEntry, Verdict};
+use super::self_test::SelfTest;
 use super::streams::AXES;
 use super::validate::drift_chance;
 
@@ -100,9 +102,11 @@ impl Findings<'_> {
                 ));
             }
         }
-        if self.self_test.slides > 0 {
-            lines.push(self.self_test_line());
-        }
+        lines.extend(
+            self.self_test
+                .filter(|test| test.slides > 0)
+                .map(self_test_line),
+        );
         for (effect, reason) in &self.catch.vetoed {
             lines.push(format!(
                 "Not named: {} fits in part, but {reason}.",
@@ -112,45 +116,28 @@ impl Findings<'_> {
         lines
     }
 
-    /// The self-test in a sentence.
-    fn self_test_line(&self) -> String {
-        let test = self.self_test;
-        let shares: Vec<String> = test
-            .curve
-            .iter()
-            .filter(|point| point.injections > 0)
-            .map(|point| {
-                let percent = 100.0 * point.detected as f64 / point.injections as f64;
-                format!("{percent:.0} % at SNR {}", point.rho)
-            })
-            .collect();
-        let found = if shares.is_empty() {
-            String::new()
-        } else {
-            format!("; of injected patterns it finds {}", shares.join(", "))
-        };
-        format!(
-            "Self-test: {} false names in {} time slides (at most {:.1} %){found}.",
-            test.false_names,
-            test.slides,
-            100.0 * test.upper_limit
-        )
-    }
-
     pub(super) fn not_excluded(&self) -> Vec<String> {
         let missing = CATALOGUE
             .iter()
             .enumerate()
             .filter(|(effect, _)| !self.candidates.contains(effect))
+            .filter(|(effect, _)| {
+                let mut found = self.catch.choice.chosen.iter();
+                !found.any(|one| one.effect == *effect)
+            })
             .map(|(_, entry)| {
-                let why =
-                    entry
-                        .missing(self.scene)
-                        .unwrap_or(if self.scene.streams.at_rest.is_some() {
-                            "needs motion, and the unit stood still"
-                        } else {
-                            "not tried"
-                        });
+                let streams = &self.scene.streams;
+                let hidden = NOT_SHOWN
+                    .iter()
+                    .find(|(kind, _)| streams.own_motion && *kind == entry.card().kind);
+                let why = match (entry.missing(self.scene), hidden) {
+                    (Some(missing), _) => missing,
+                    (None, Some((_, why))) => why,
+                    (None, None) if streams.at_rest.is_some() => {
+                        "needs motion, and the unit stood still"
+                    }
+                    (None, None) => "not tried",
+                };
                 format!("{}: {why}", entry.card().kind)
             });
         let weak = self.catch.choice.reach.iter().filter(|(_, snr)| *snr < NEEDED_SNR).map(|(effect, snr)| {
@@ -193,4 +180,28 @@ impl Findings<'_> {
         }
         "Nothing is confused here; a motion richer in amplitude and frequency would lower what is not excluded.".to_string()
     }
+}
+
+/// The self-test in a sentence.
+fn self_test_line(test: &SelfTest) -> String {
+    let shares: Vec<String> = test
+        .curve
+        .iter()
+        .filter(|point| point.injections > 0)
+        .map(|point| {
+            let percent = 100.0 * point.detected as f64 / point.injections as f64;
+            format!("{percent:.0} % at SNR {}", point.rho)
+        })
+        .collect();
+    let found = if shares.is_empty() {
+        String::new()
+    } else {
+        format!("; of injected patterns it finds {}", shares.join(", "))
+    };
+    format!(
+        "Self-test: {} false names in {} time slides (at most {:.1} %){found}.",
+        test.false_names,
+        test.slides,
+        100.0 * test.upper_limit
+    )
 }

@@ -42,6 +42,8 @@ pub struct Streams {
     pub pickoff_rad: Option<Triad>,
     /// The case's angle over the row \[rad\], as the reference says, or as the Earth turns.
     pub case_rad: Triad,
+    /// Whether the case's motion is what the gyros themselves say, because the reference is slower than they.
+    pub own_motion: bool,
     /// What is known of a unit that stands still; `None` where a reference tells its motion.
     pub at_rest: Option<AtRest>,
     /// The recorder's own time at each row's end \[s\], NaN in gaps.
@@ -67,8 +69,26 @@ pub struct Streams {
 impl Streams {
     /// Puts the recording's channels on the gyros' rows.
     pub fn align(recording: &Recording, model: &Model) -> Result<Self, InputError> {
+        Self::align_with(recording, model, false)
+    }
+
+    /// The same without a reference on the rows: the case's motion is left at nothing, to be filled from the
+    /// gyros (attitude/own_motion.rs).
+    pub fn align_without_reference(
+        recording: &Recording,
+        model: &Model,
+    ) -> Result<Self, InputError> {
+        Self::align_with(recording, model, true)
+    }
+
+    fn align_with(
+        recording: &Recording,
+        model: &Model,
+        own_motion: bool,
+    ) -> Result<Self, InputError> {
         let file = recording.folder.join("recording.toml");
         let site = match (model.motion, recording.site) {
+            _ if own_motion => None,
             (MotionSource::Reference, _) => None,
             (MotionSource::Static, Some(site)) => Some(site),
             (MotionSource::Static, None) => {
@@ -97,6 +117,7 @@ impl Streams {
         }
         let reference = match site {
             Some(_) => None,
+            None if own_motion => None,
             None => Some(finder.triad(&Quantity::ReferenceIncrement).ok_or_else(|| {
                 InputError::new(&file, "no reference to predict the gyros from")
                     .channel("reference_increment")
@@ -152,7 +173,7 @@ impl Streams {
         };
         let mut case_rad: Triad = match &reference {
             Some(reference) => increments("reference", reference, &|_| 1.0)?,
-            None => Default::default(),
+            None => [0, 1, 2].map(|_| vec![0.0; rows]),
         };
         let pickoff_rad = match &pickoff {
             None => None,
@@ -288,6 +309,7 @@ impl Streams {
             sensed_rad,
             pickoff_rad,
             case_rad,
+            own_motion,
             at_rest,
             stamps_s,
             force_m_s2,
@@ -321,6 +343,37 @@ impl Streams {
                 self.unmeasured.len() - 1
             });
             self.unmeasured[place].1[before..].copy_from_slice(missing);
+        }
+    }
+
+    /// A perfect, undithered unit on a given motion: what a proposed experiment would feed to the catalogue.
+    pub fn of_motion(rate_hz: f64, case_rad: Triad) -> Self {
+        let rows = case_rad[0].len();
+        Self {
+            rate_hz,
+            start_s: 0.0,
+            rows,
+            pulse_rad: [0.0; 3],
+            sensed_rad: case_rad.clone(),
+            pickoff_rad: None,
+            case_rad,
+            own_motion: true,
+            at_rest: None,
+            stamps_s: None,
+            force_m_s2: None,
+            temperature_k: None,
+            magnetic_t: None,
+            others: Vec::new(),
+            usable: vec![true; rows],
+            measured: vec![true; rows],
+            unmeasured: Vec::new(),
+            pieces: vec![Piece {
+                recording: String::new(),
+                rows: 0..rows,
+                start_s: 0.0,
+                segments: Vec::new(),
+                held_out: false,
+            }],
         }
     }
 

@@ -209,7 +209,7 @@ fn power(portion: &Portion, values: &[f64], noise: &Noise, bins: Range<usize>) -
 }
 
 /// Chance of the largest distance between the summed periodogram and a straight line.
-fn white_chance(ratios: &[f64]) -> f64 {
+pub(super) fn white_chance(ratios: &[f64]) -> f64 {
     let total: f64 = ratios.iter().sum();
     let count = ratios.len() as f64;
     let mut sum = 0.0;

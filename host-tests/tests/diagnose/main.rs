@@ -2,6 +2,8 @@
 
 mod at_rest;
 
+mod attitude;
+
 mod bench_recordings;
 mod concealed_effects;
 mod independence;

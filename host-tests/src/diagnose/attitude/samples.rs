@@ -1,0 +1,223 @@
+//! The attitudes that a slow reference reports.
+//!
+//! Enters: the four `reference_attitude` channels of one table, at any rate or stamped, or `reference_increment`
+//! channels on a clock of their own, which are integrated. Leaves: unit quaternions, body to navigation frame,
+//! with their time \[s\]; rows without a value are passed over. Either sign of a quaternion is the same attitude.
+//!
+//! Increments integrate to an attitude against the attitude at their first row; after a gap that relation is
+//! lost, and the sample says so. Between rows the motion is taken to be that of the increments' own spectrum
+//! (path.rs), so a cone of a tenth of the rate is followed.
+
+use nalgebra::{Quaternion, UnitQuaternion};
+
+use super::path::Path;
+use crate::diagnose::motion::{NoiseShape, Reading, Spectrum, last_clear_hz};
+use crate::diagnose::streams::{AXES, Triad};
+use crate::error::InputError;
+use crate::recording::{Channel, Clock, Quantity, Recording, Table};
+
+/// One attitude.
+#[derive(Debug, Clone, Copy)]
+pub struct AttitudeSample {
+    /// When \[s\]: the row's end, or its stamp.
+    pub time_s: f64,
+    /// Body to navigation frame.
+    pub navigation_from_body: UnitQuaternion<f64>,
+    /// Whether its relation to the sample before is unknown.
+    pub after_gap: bool,
+}
+
+/// A unit quaternion printed to four places, or stored in single precision, is good to this; further off it is
+/// no attitude.
+const NOT_A_UNIT: f64 = 1e-3;
+
+/// A reference may fail now and then; if more than this share of its rows are no attitudes, it is something else.
+const MOST_BAD: f64 = 0.1;
+
+/// A norm below this is how some recorders write "no attitude".
+const NOTHING: f64 = 1e-6;
+
+/// Whether the recording has attitude samples.
+pub fn has_attitude(recording: &Recording) -> bool {
+    ["w", "x", "y", "z"].iter().all(|axis| {
+        recording
+            .channel(&Quantity::ReferenceAttitude, axis)
+            .is_some()
+    })
+}
+
+/// The samples of whichever slow reference there is; attitudes before increments.
+pub fn slow_samples(recording: &Recording) -> Result<Vec<AttitudeSample>, InputError> {
+    if has_attitude(recording) {
+        attitude_samples(recording)
+    } else {
+        increment_samples(recording)
+    }
+}
+
+/// Reads attitudes.
+pub fn attitude_samples(recording: &Recording) -> Result<Vec<AttitudeSample>, InputError> {
+    let missing = |axis: &str| {
+        InputError::new(
+            recording.folder.join("recording.toml"),
+            "has attitude samples without one of the four components",
+        )
+        .channel(format!("reference_attitude {axis}"))
+        .expected("axis = \"w\", \"x\", \"y\" and \"z\" in one table")
+    };
+    let (table, w) = recording
+        .channel(&Quantity::ReferenceAttitude, "w")
+        .ok_or_else(|| missing("w"))?;
+    let component = |axis: &str| {
+        table
+            .channel(&Quantity::ReferenceAttitude, axis)
+            .ok_or_else(|| missing(axis))
+    };
+    let (x, y, z) = (component("x")?, component("y")?, component("z")?);
+    let mut samples = Vec::new();
+    let mut bad: Vec<(usize, f64)> = Vec::new();
+    for row in 0..table.rows {
+        let quaternion =
+            Quaternion::new(w.values[row], x.values[row], y.values[row], z.values[row]);
+        let norm = quaternion.norm();
+        if !norm.is_finite() || norm < NOTHING {
+            continue;
+        }
+        if (norm - 1.0).abs() > NOT_A_UNIT {
+            bad.push((row, norm));
+            continue;
+        }
+        samples.push(AttitudeSample {
+            time_s: end_s(table, row),
+            navigation_from_body: UnitQuaternion::from_quaternion(quaternion),
+            after_gap: false,
+        });
+    }
+    match bad.first() {
+        Some((row, norm)) if bad.len() as f64 > MOST_BAD * (bad.len() + samples.len()) as f64 => {
+            Err(
+                InputError::new(recording.folder.join(&table.file), "is no unit quaternion")
+                    .channel("reference_attitude")
+                    .row(*row as u64)
+                    .value(format!("a norm of {norm}"))
+                    .expected("w, x, y, z with a norm of 1"),
+            )
+        }
+        _ => Ok(without_held(samples)),
+    }
+}
+
+/// A recorder faster than its reference holds the last attitude: only the first of equal ones is new. A reference
+/// that stood still repeats itself too, but not in most of its rows.
+fn without_held(samples: Vec<AttitudeSample>) -> Vec<AttitudeSample> {
+    let same = |pair: &[AttitudeSample]| {
+        let [one, other] = [pair[0], pair[1]].map(|sample| sample.navigation_from_body.coords);
+        one == other || one == -other
+    };
+    let held = samples.windows(2).filter(|pair| same(pair)).count();
+    if 2 * held <= samples.len() {
+        return samples;
+    }
+    let mut fresh: Vec<AttitudeSample> = samples.first().copied().into_iter().collect();
+    let changes = samples.windows(2).filter(|pair| !same(pair));
+    fresh.extend(changes.map(|pair| pair[1]));
+    fresh
+}
+
+fn end_s(table: &Table, row: usize) -> f64 {
+    match &table.clock {
+        Clock::Uniform { rate_hz, start_s } => start_s + (row + 1) as f64 / rate_hz,
+        Clock::Stamped { stamps_s, .. } => stamps_s[row],
+    }
+}
+
+/// Integrates increments that do not lie on the gyros' rows.
+fn increment_samples(recording: &Recording) -> Result<Vec<AttitudeSample>, InputError> {
+    let file = recording.folder.join("recording.toml");
+    let channels = AXES.map(|axis| recording.channel(&Quantity::ReferenceIncrement, axis));
+    let [Some((table, x)), Some((_, y)), Some((_, z))] = channels else {
+        return Err(
+            InputError::new(&file, "no reference to predict the gyros from")
+                .channel("reference_increment, reference_attitude")
+                .expected("reference increments on x, y and z, or attitudes w, x, y and z"),
+        );
+    };
+    let Clock::Uniform { rate_hz, start_s } = table.clock else {
+        return Err(InputError::new(
+            &file,
+            "the reference's increments have stamps instead of a rate",
+        )
+        .channel(x.column.clone())
+        .expected("rate_hz: increments are summed over equal periods"));
+    };
+    let channels: [&Channel; 3] = [x, y, z];
+    if channels
+        .iter()
+        .any(|channel| channel.values.len() != table.rows)
+        || table.rows < 3
+    {
+        return Err(
+            InputError::new(&file, "too few rows of reference increments")
+                .channel(x.column.clone())
+                .value(table.rows)
+                .expected("at least 3 rows, the same number on x, y and z"),
+        );
+    }
+    let known: Vec<bool> = (0..table.rows)
+        .map(|row| {
+            channels
+                .iter()
+                .all(|channel| channel.values[row].is_finite())
+        })
+        .collect();
+    let increments: Triad = channels.map(|channel| {
+        let finite = |value: &f64| if value.is_finite() { *value } else { 0.0 };
+        channel.values.iter().map(finite).collect()
+    });
+    let edge_hz = last_clear_hz(
+        &increments,
+        std::slice::from_ref(&(0..table.rows)),
+        rate_hz,
+        NoiseShape::Angle,
+        None,
+    );
+    let read = |derivative: i32| -> Triad {
+        [0, 1, 2].map(|axis: usize| {
+            let reading = Reading {
+                derivative,
+                ahead_s: 0.0,
+                undo_row_mean: true,
+            };
+            let mut values = Spectrum::new(&increments[axis], rate_hz, edge_hz).read(reading);
+            values.iter_mut().for_each(|value| *value *= rate_hz);
+            values
+        })
+    };
+    let path = Path::new(
+        start_s,
+        rate_hz,
+        increments.clone(),
+        [read(0), read(1), read(2), read(3)],
+    );
+    // A sample at the beginning of each known stretch, then one a row.
+    let mut samples = Vec::new();
+    for row in 0..table.rows {
+        if !known[row] {
+            continue;
+        }
+        let begins = row == 0 || !known[row - 1];
+        if begins {
+            samples.push(AttitudeSample {
+                time_s: start_s + row as f64 / rate_hz,
+                navigation_from_body: path.at(row as f64),
+                after_gap: true,
+            });
+        }
+        samples.push(AttitudeSample {
+            time_s: start_s + (row + 1) as f64 / rate_hz,
+            navigation_from_body: path.at((row + 1) as f64),
+            after_gap: false,
+        });
+    }
+    Ok(samples)
+}
