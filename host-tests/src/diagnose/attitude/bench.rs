@@ -241,6 +241,8 @@ impl<'a> AttitudeBench<'a> {
                 fisher: matrix.tr_mul(&matrix),
                 right: matrix.tr_mul(&error),
                 power: 0.0,
+                parameters: scored.widths.len(),
+                offsets: Vec::new(),
             };
             let set: Vec<usize> = (0..scored.widths.len()).collect();
             value += information

@@ -194,6 +194,7 @@ pub fn hunt(
                     term,
                     size: values[at].1,
                     std: covariance[(at, at)].sqrt(),
+                    with_next: 0.0,
                     ratio: *ratio,
                     p_value: *p_value,
                 }

@@ -127,6 +127,7 @@ pub fn locate(tiles: &[Tile]) -> Vec<Location> {
             size_rad_s: tile.mean_rad_s.abs().max(tile.excess_rad_s),
             p_value: (tile.chance * tiles.len() as f64).min(1.0),
             regime: String::new(),
+            companions: Vec::new(),
         })
         .collect()
 }

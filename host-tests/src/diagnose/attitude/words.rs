@@ -4,6 +4,7 @@
 //! gyro: the growth of the attitude error between stamps, turned into the body frame and summed up.
 
 use nalgebra::{DMatrix, DVector, Vector3};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::Prepared;
 use super::bench::{AttitudeBench, Behind};
@@ -308,7 +309,20 @@ impl Told<'_> {
             0.0 => 0.0,
             more => 0.5 * levels.walk_rad2_s[axis] * (2.0 / steps).sqrt() / more.sqrt(),
         });
+        // A level known from n steps is √r too high with 2 Δ ln L = n (r − 1 − ln r).
+        let ratios = [0, 1, 2].map(|axis: usize| {
+            declared.walk_rad2_s[axis]
+                .filter(|_| more[axis] > 0.0)
+                .map_or(0.0, |walk| {
+                    let times = levels.walk_rad2_s[axis] / walk;
+                    steps * (times - 1.0 - times.ln())
+                })
+        });
+        let strongest = ratios.into_iter().fold(0.0, f64::max);
+        let chance = 0.5 * ChiSquared::new(1.0).map_or(1.0, |law| law.sf(strongest));
         vec![Excess {
+            p_value: (3.0 * chance).min(1.0),
+            log_likelihood_gain: 0.5 * ratios.iter().sum::<f64>(),
             kind: "angle_random_walk",
             indistinguishable_from: &["lock_in"],
             equation: "angle random walk beyond the model's, added in square",
