@@ -9,7 +9,7 @@ use super::noise::{self, Declared, Noise};
 use super::portion::{Bins, Portion};
 
 /// Effects that change the noise and nothing else: no prediction, only a level.
-pub const NOISE_KINDS: [&str; 3] = ["angle_random_walk", "pulse_quantisation", "lock_in"];
+pub const NOISE_KINDS: [&str; 2] = ["angle_random_walk", "pulse_quantisation"];
 
 /// An excess of one kind on the three gyros.
 #[derive(Debug, Clone)]

@@ -84,8 +84,6 @@ pub mod timing;
 
 pub mod excess;
 
-pub mod lock_in;
-
 pub mod identify;
 
 pub mod validate;
@@ -181,8 +179,7 @@ pub fn diagnose_aligned(
     let names: Vec<&str> = streams.pieces.iter().map(|one| &*one.recording).collect();
     let recording = names.join(" + ");
     let rate_hz = streams.rate_hz;
-    let mut declared = declared_noise(model, rate_hz);
-    lock_in::declare(model, &streams, &mut declared);
+    let declared = declared_noise(model, rate_hz);
     let split = split::split(&streams);
     let reference_noise = model
         .reference
@@ -401,13 +398,6 @@ pub fn diagnose_aligned(
     {
         excess.retain(|one| one.kind != "angle_random_walk");
     }
-    let excess: Vec<excess::Excess> = excess
-        .into_iter()
-        .flat_map(|one| match one.kind {
-            "angle_random_walk" => lock_in::name(&bench, &left_bins, &one),
-            _ => vec![one],
-        })
-        .collect();
     let everything = vec![std::ops::Range {
         start: 0,
         end: scene.streams.rows,

@@ -82,7 +82,10 @@ fn predicts_something(effect: &ModelEffect) -> bool {
         return false;
     }
     let of_accelerometer = kind.starts_with("accel_") || kind == "size_effect";
-    !NOISE_KINDS.contains(&kind) && !FAULT_KINDS.contains(&kind) && !of_accelerometer
+    !NOISE_KINDS.contains(&kind)
+        && !FAULT_KINDS.contains(&kind)
+        && !of_accelerometer
+        && kind != "lock_in"
 }
 
 /// Expressions about when and how rows were taken: they say nothing of what a gyro sensed.

@@ -179,22 +179,6 @@ impl Scene {
         Some(angle.windows(2).map(|pair| pair[1] - pair[0]).collect())
     }
 
-    /// Angle of the block at row ends, differentiated `derivative` times, behind a filter; as many entries as the
-    /// pickoff's.
-    pub fn dither_through(
-        &self,
-        axis: usize,
-        derivative: i32,
-        response: &dyn Fn(f64) -> Complex64,
-    ) -> Option<Vec<f64>> {
-        let reading = Reading {
-            derivative,
-            ahead_s: 0.0,
-            undo_row_mean: false,
-        };
-        Some(self.pickoff.as_ref()?[axis].read_through(reading, response))
-    }
-
     /// Specific force at row middles \[m/s²\], in the band of the motion.
     pub fn force_m_s2(&self, axis: usize, derivative: i32) -> Option<Vec<f64>> {
         Some(self.force.as_ref()?[axis].read(Reading {
