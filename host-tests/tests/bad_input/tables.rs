@@ -65,6 +65,11 @@ fn an_infinite_value() {
 }
 
 #[test]
+fn a_value_that_no_instrument_shows() {
+    table("gx,dx,rx\n1,2,3\n1,2,1e300\n").recording_is_refused(&["t.csv, rx", "row 1", "beyond"]);
+}
+
+#[test]
 fn a_gyro_without_a_single_value() {
     table("gx,dx,rx\n,2,3\nnan,2,3\n")
         .recording_is_refused(&["t.csv, gx (gyro_count)", "not one value"]);
