@@ -169,20 +169,20 @@ pub fn prediction(scene: &Scene, effect: &ModelEffect) -> Option<Result<Triad, S
             .position(|axis| *axis == axis_name)
             .ok_or_else(|| format!("axis `{axis_name}` is not x, y or z"))?;
         // Where no recording is named, the event is in each that was running at that time.
-        let times = || -> Result<Vec<f64>, String> {
-            let recording = text("recording").ok();
-            let own_s = number("time_s")?;
-            Ok(scene.streams.joined_times(recording.as_deref(), own_s))
-        };
+        let recording = text("recording").ok();
+        let recording = recording.as_deref();
+        let streams = &scene.streams;
         let forms: Vec<(Form, f64)> = match effect.kind.as_str() {
             "gyro_bias_step" => {
                 let size = number("size")?;
-                let steps = times()?.into_iter().map(|time_s| Form::Step { time_s });
+                let times = streams.joined_times_from(recording, number("time_s")?);
+                let steps = times.into_iter().map(|time_s| Form::Step { time_s });
                 steps.map(|form| (form, size)).collect()
             }
             "counter_slip" => {
                 let size = number("size")?;
-                let slips = times()?.into_iter().map(|time_s| Form::Slip { time_s });
+                let times = streams.joined_times(recording, number("time_s")?);
+                let slips = times.into_iter().map(|time_s| Form::Slip { time_s });
                 slips.map(|form| (form, size)).collect()
             }
             reference_harmonic::KIND => {

@@ -170,6 +170,15 @@ impl Streams {
             .collect()
     }
 
+    /// The same for what lasts from then on, such as a step: from a time before it a recording has it all along.
+    pub fn joined_times_from(&self, recording: Option<&str>, own_s: f64) -> Vec<f64> {
+        self.pieces
+            .iter()
+            .filter(|piece| recording.is_none_or(|name| name == piece.recording))
+            .flat_map(|piece| self.joined_times(Some(&piece.recording), own_s.max(piece.start_s)))
+            .collect()
+    }
+
     /// Middle of a row on its recording's own clock, from the recording's start \[s\].
     pub fn since_start_s(&self, row: usize) -> f64 {
         (row - self.piece_of(row).rows.start) as f64 / self.rate_hz + 0.5 / self.rate_hz

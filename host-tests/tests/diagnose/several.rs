@@ -1,9 +1,11 @@
 //! Several recordings of one instrument, explained together: made by this workspace's simulator.
 
 use rlg::diagnose::diagnose_aligned;
+use rlg::diagnose::residual::residual_rad;
 use rlg::diagnose::result::{Diagnosis, ParameterEntry, Verdict};
+use rlg::diagnose::scene::Scene;
 use rlg::diagnose::streams::Streams;
-use rlg::model::Model;
+use rlg::model::{EffectValue, Model, ModelEffect};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
 use std::path::Path;
@@ -142,6 +144,30 @@ fn a_step_is_told_on_its_own_recordings_clock() {
         "{:#?}",
         again.diagnosis.summary
     );
+}
+
+#[test]
+fn a_step_before_a_recording_began_is_in_it_all_along() {
+    let with = |kind: &str, parameters: &[(&str, EffectValue)]| {
+        let (streams, mut model) = made("late", 43, "");
+        let named = |(name, value): &(&str, EffectValue)| (name.to_string(), value.clone());
+        model.effects.push(ModelEffect {
+            kind: kind.to_string(),
+            parameters: parameters.iter().map(named).collect(),
+        });
+        let scene = Scene::new(streams, None, model.gyro.scale_error);
+        residual_rad(&scene, &model, Path::new("model.toml")).expect("a residual")
+    };
+    let step = [
+        ("axis", EffectValue::Text("y".to_string())),
+        ("time_s", EffectValue::Number(-5.0)),
+        ("size", EffectValue::Number(2e-6)),
+    ];
+    let step = with("gyro_bias_step", &step);
+    let bias = with("gyro_bias", &[("y", EffectValue::Number(2e-6))]);
+    // 5e-10 rad a row, to rounding.
+    let same = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-20;
+    assert!((0..3).all(|axis| step[axis].iter().zip(&bias[axis]).all(same)));
 }
 
 #[test]
