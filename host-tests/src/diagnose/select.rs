@@ -182,7 +182,11 @@ impl<'a> Search<'a> {
                 set.retain(|&kept| kept != effect);
                 self.forget(bench, information, effect);
             }
-            while let Some((out, into)) = self.best_exchange(information, &set) {
+            // Bounded: an effect that is weighed as if it were linear can look better than it settles, for ever.
+            for _ in 0..MOST_ROUNDS {
+                let Some((out, into)) = self.best_exchange(information, &set) else {
+                    break;
+                };
                 set.retain(|&kept| kept != out);
                 self.forget(bench, information, out);
                 set.push(into);
