@@ -105,6 +105,27 @@ fn the_same_diagnosis_gives_the_same_bytes() {
 }
 
 #[test]
+fn accelerometers_stand_in_the_same_tables_in_their_own_units() {
+    let mut diagnosis = explained();
+    let mut force = diagnosis.fit.channels[0].clone();
+    force.channel = "accel_x".to_string();
+    force.unit = Some("m/s^2");
+    force.held_out_before.drift_rad_s = 9.80665e-4;
+    force.held_out_before.drift_std_rad_s = 2.0 * 9.80665e-6;
+    diagnosis.fit.channels.push(force);
+    diagnosis.accelerometer_noise.push(ForceNoiseEntry {
+        channel: "accel_x".to_string(),
+        noise_m_s2_sqrt_hz: 9.80665e-5,
+        velocity_noise_m_s: 1e-8,
+    });
+    let page = page(&diagnosis, None);
+    // A millionth of standard gravity is 9.80665e-6 m/s².
+    assert!(page.contains("accel x") && page.contains("100.0 ± 2.0 µg"));
+    assert!(page.contains("µg/√Hz"));
+    assert!(page.contains("°/h"), "the gyros keep their unit");
+}
+
+#[test]
 fn an_unusable_recording_has_a_page_without_pictures() {
     let diagnosis = Diagnosis {
         verdict: Verdict::Unusable,
@@ -291,6 +312,7 @@ fn explained() -> Diagnosis {
             channels: ["gyro_x", "gyro_y", "gyro_z"]
                 .map(|channel| ChannelEntry {
                     channel: channel.to_string(),
+                    unit: None,
                     band_hz: [0.0, 315.85],
                     held_out_before: figures(6.9634e-6, 1.018e-41),
                     held_out_after: figures(1.4069e-7, 0.8885),
@@ -305,6 +327,7 @@ fn explained() -> Diagnosis {
             angle_random_walk_rad_sqrt_s: 5.8828e-7,
             angle_noise_rad: 6.9927e-7,
         }],
+        accelerometer_noise: Vec::new(),
         trials: 319,
         runners_up: vec![RunnerUp {
             kind: "axis_flexure_cubic".to_string(),

@@ -131,6 +131,7 @@ pub fn unusable(recording: &str, seed: u64, why: &str, faults: Vec<EffectEntry>)
             .to_string(),
         promises: Vec::new(),
         noise: Vec::new(),
+        accelerometer_noise: Vec::new(),
         trials: 0,
         runners_up: Vec::new(),
         sensitivity: Vec::new(),
@@ -178,6 +179,7 @@ impl Findings<'_> {
                     angle_noise_rad: self.noise[axis].angle_noise_rad(),
                 })
                 .collect(),
+            accelerometer_noise: Vec::new(),
             trials: self.catch.trials,
             runners_up: self
                 .catch
@@ -579,7 +581,7 @@ pub(super) fn parameters_of(one: &Chosen) -> Vec<usize> {
         .collect()
 }
 
-fn listed(one: &Chosen) -> EffectEntry {
+pub(super) fn listed(one: &Chosen) -> EffectEntry {
     let card = CATALOGUE[one.effect].card();
     let kept = parameters_of(one);
     EffectEntry {
@@ -756,7 +758,7 @@ fn noise(excess: &Excess) -> EffectEntry {
     }
 }
 
-fn channel(validation: &Validation) -> ChannelEntry {
+pub(super) fn channel(validation: &Validation) -> ChannelEntry {
     let figures = |figures: &Figures| FiguresEntry {
         drift_rad_s: figures.drift_rad_s,
         drift_std_rad_s: figures.drift_std_rad_s,
@@ -766,6 +768,7 @@ fn channel(validation: &Validation) -> ChannelEntry {
     };
     ChannelEntry {
         channel: format!("gyro_{}", AXES[validation.axis]),
+        unit: None,
         band_hz: [validation.band_hz.0, validation.band_hz.1],
         held_out_before: figures(&validation.before),
         held_out_after: figures(&validation.after),

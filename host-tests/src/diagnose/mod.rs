@@ -7,7 +7,8 @@
 //! A reference slower than the gyros takes the same road over its attitudes (attitude/).
 //!
 //! At rest on the Earth (still) the motion is known without a reference: clock, cycle and lines come before the
-//! hunt, and control repeats them on shuffled rows.
+//! hunt, and control repeats them on shuffled rows. Where there are accelerometers, the same road is gone for
+//! them (accelerometer).
 //!
 //! Enters: a recording and the model that predicts it. Leaves: [`Outcome`]. Nothing here reads truth files or
 //! imports the simulator.
@@ -84,6 +85,8 @@ pub mod timing;
 
 pub mod excess;
 
+pub mod accelerometer;
+
 pub mod identify;
 
 pub mod validate;
@@ -107,7 +110,7 @@ use crate::model::{EffectValue, Model};
 use crate::recording::Recording;
 
 use empirical::{Form, Term};
-use hypotheses::{CATALOGUE, no_effects};
+use hypotheses::{CATALOGUE, Subject, no_effects};
 use noise::{Declared, Noise};
 use portion::Portion;
 use products::Products;
@@ -213,6 +216,7 @@ pub fn diagnose_aligned(
     progress("forming the regressors");
     let parameters = Parameters::of_catalogue();
     let candidates: Vec<usize> = (0..CATALOGUE.len())
+        .filter(|&effect| CATALOGUE[effect].subject() == Subject::Gyros)
         .filter(|&effect| CATALOGUE[effect].missing(&scene).is_none())
         .filter(|&effect| {
             CATALOGUE[effect].card().kind != "earth_rate" || !model.earth_rate_in_reference
@@ -442,11 +446,18 @@ pub fn diagnose_aligned(
         rows_found: &rows_found,
         self_test: Some(&self_test),
     };
-    Ok(Outcome {
+    let mut outcome = Outcome {
         diagnosis: findings.diagnosis(),
         model: findings.explained_model(model),
         pictures: Some(pictures),
-    })
+    };
+    let given = accelerometer::Given {
+        model,
+        model_file,
+        left_out,
+    };
+    accelerometer::add(&mut scene, &given, &mut outcome, progress)?;
+    Ok(outcome)
 }
 
 /// The residual with everything found taken out.

@@ -122,7 +122,7 @@ fn prediction_of(
 }
 
 /// The effect's numbers in the catalogue's order; absent ones are zero.
-fn values_of(hypothesis: &dyn Hypothesis, effect: &ModelEffect) -> Vec<f64> {
+pub(super) fn values_of(hypothesis: &dyn Hypothesis, effect: &ModelEffect) -> Vec<f64> {
     let card = hypothesis.card();
     (0..card.count())
         .map(

@@ -51,6 +51,9 @@ pub struct Diagnosis {
     pub promises: Vec<PromiseEntry>,
     /// Addition: the noise each gyro was judged with.
     pub noise: Vec<NoiseEntry>,
+    /// Addition: the noise each accelerometer was judged with.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub accelerometer_noise: Vec<ForceNoiseEntry>,
     /// Addition: hypotheses tried, expressions and instants included.
     pub trials: usize,
     /// Addition: kinds that were weighed and lost, ln evidence behind the winner.
@@ -291,8 +294,11 @@ pub struct RecordingEntry {
 /// One gyro before and after.
 #[derive(Debug, Clone, Serialize)]
 pub struct ChannelEntry {
-    /// `gyro_x`, ...
+    /// `gyro_x`, `accel_x`, ...
     pub channel: String,
+    /// Addition: unit of the drifts where it is not rad/s (accelerometers: m/s^2).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<&'static str>,
     /// Addition: judged band \[Hz\].
     pub band_hz: [f64; 2],
     /// Without the effects.
@@ -325,6 +331,17 @@ pub struct NoiseEntry {
     pub angle_random_walk_rad_sqrt_s: f64,
     /// \[rad\].
     pub angle_noise_rad: f64,
+}
+
+/// Noise of one accelerometer.
+#[derive(Debug, Clone, Serialize)]
+pub struct ForceNoiseEntry {
+    /// `accel_x`, ...
+    pub channel: String,
+    /// White noise of the force, one-sided \[m/s²/√Hz\].
+    pub noise_m_s2_sqrt_hz: f64,
+    /// White noise of the velocity \[m/s\].
+    pub velocity_noise_m_s: f64,
 }
 
 /// A kind that lost.

@@ -5,30 +5,35 @@
 use super::attitude::NOT_SHOWN;
 use super::declare::FAMILY_SIGNIFICANCE;
 use super::explain::{DEG_H, Findings, NEEDED_SNR, combination, parameters_of};
-use super::hypotheses::{CATALOGUE, NOT_TESTED};
+use super::hypotheses::{CATALOGUE, NOT_TESTED, Subject};
 use super::identify::identifiable;
 use super::result::{EffectEntry, ParameterEntry, Verdict};
 use super::self_test::SelfTest;
 use super::streams::AXES;
 use super::validate::drift_chance;
 
+/// The verdict as a sentence.
+pub(super) fn opening(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Matches => {
+            "The model explains this recording: nothing stands above the noise in any band, stretch or gyro."
+        }
+        Verdict::Explained => {
+            "The recording differs from its model, and what was left out explains it."
+        }
+        Verdict::PartlyExplained => {
+            "The recording differs from its model; what was found explains part of it."
+        }
+        Verdict::Unexplained => {
+            "The recording differs from its model, and nothing known to the tool explains it."
+        }
+        Verdict::Unusable => "Nothing can be said of this recording.",
+    }
+}
+
 impl Findings<'_> {
     pub(super) fn summary(&self, verdict: Verdict, effects: &[EffectEntry]) -> Vec<String> {
-        let mut lines = Vec::new();
-        lines.push(match verdict {
-            Verdict::Matches => {
-                "The model explains this recording: nothing stands above the noise in any band, stretch or gyro."
-                    .to_string()
-            }
-            Verdict::Explained => "The recording differs from its model, and what was left out explains it.".to_string(),
-            Verdict::PartlyExplained => {
-                "The recording differs from its model; what was found explains part of it.".to_string()
-            }
-            Verdict::Unexplained => {
-                "The recording differs from its model, and nothing known to the tool explains it.".to_string()
-            }
-            Verdict::Unusable => "Nothing can be said of this recording.".to_string(),
-        });
+        let mut lines = vec![opening(verdict).to_string()];
         if let Some(rest) = &self.scene.streams.at_rest {
             lines.extend(self.still_summary(rest));
         }
@@ -120,6 +125,7 @@ impl Findings<'_> {
         let missing = CATALOGUE
             .iter()
             .enumerate()
+            .filter(|(_, entry)| entry.subject() == Subject::Gyros)
             .filter(|(effect, _)| !self.candidates.contains(effect))
             .filter(|(effect, _)| {
                 let mut found = self.catch.choice.chosen.iter();

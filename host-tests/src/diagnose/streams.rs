@@ -10,11 +10,12 @@
 //! Deliberately not here: filling gaps with anything but a straight line (those rows are masked), and
 //! references slower than the gyros.
 
+use super::accelerometer::rows::Rows;
 use super::pieces::Piece;
 use super::still::AtRest;
 use crate::error::InputError;
 use crate::model::{Model, MotionSource};
-use crate::recording::{Channel, Clock, Quantity, Recording, Table};
+use crate::recording::{Channel, Clock, Quantity, Recording, Site, Table};
 
 /// Axis names in index order.
 pub const AXES: [&str; 3] = ["x", "y", "z"];
@@ -62,6 +63,10 @@ pub struct Streams {
     pub measured: Vec<bool>,
     /// Which rows come from which recording; one piece, all rows, unless they were joined (pieces.rs).
     pub pieces: Vec<Piece>,
+    /// The accelerometers on rows of their own, or why there are none to diagnose.
+    pub accelerometers: Result<Rows, String>,
+    /// Where the recording was made.
+    pub site: Option<Site>,
     /// Channels with rows that were not measured, with those rows.
     unmeasured: Vec<(String, Vec<bool>)>,
 }
@@ -297,9 +302,13 @@ impl Streams {
             .iter()
             .find(|channel| channel.quantity == Quantity::Other(TIME_STAMP.to_string()))
             .map(|channel| channel.values[skip..].to_vec());
+        let start_s = table_start_s + skip as f64 / rate_hz;
+        let gyro_rows = (rate_hz, start_s, rows);
         Ok(Self {
+            accelerometers: Rows::new(recording, gyro_rows),
+            site: recording.site,
             rate_hz,
-            start_s: table_start_s + skip as f64 / rate_hz,
+            start_s,
             rows,
             pulse_rad: if dithered {
                 model.gyro.pulse_weight_rad
@@ -367,6 +376,8 @@ impl Streams {
             usable: vec![true; rows],
             measured: vec![true; rows],
             unmeasured: Vec::new(),
+            accelerometers: Err(String::new()),
+            site: None,
             pieces: vec![Piece {
                 recording: String::new(),
                 rows: 0..rows,
@@ -374,6 +385,36 @@ impl Streams {
                 segments: Vec::new(),
                 held_out: false,
             }],
+        }
+    }
+
+    /// Rows on another clock and nothing on them: what splitting and locating need.
+    pub(super) fn bare(rate_hz: f64, start_s: f64, usable: Vec<bool>, of: &Piece) -> Self {
+        Self {
+            rate_hz,
+            start_s,
+            rows: usable.len(),
+            pulse_rad: [0.0; 3],
+            sensed_rad: Triad::default(),
+            pickoff_rad: None,
+            case_rad: Triad::default(),
+            own_motion: false,
+            at_rest: None,
+            stamps_s: None,
+            force_m_s2: None,
+            temperature_k: None,
+            magnetic_t: None,
+            others: Vec::new(),
+            measured: usable.clone(),
+            pieces: vec![Piece {
+                rows: 0..usable.len(),
+                start_s,
+                ..of.clone()
+            }],
+            usable,
+            accelerometers: Err(String::new()),
+            site: None,
+            unmeasured: Vec::new(),
         }
     }
 

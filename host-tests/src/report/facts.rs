@@ -4,7 +4,9 @@
 
 use maud::{Markup, html};
 
-use super::words::{ARCSEC_PER_RAD, DEG_SQRT_H_PER_RAD_SQRT_S, number, seconds, spaced};
+use super::words::{
+    ARCSEC_PER_RAD, DEG_SQRT_H_PER_RAD_SQRT_S, MICRO_G_PER_M_S2, number, seconds, spaced,
+};
 use crate::diagnose::result::Diagnosis;
 
 /// Stretches of time that are written out; a longer list is in the data.
@@ -24,6 +26,20 @@ pub fn facts(diagnosis: &Diagnosis) -> Markup {
                                 td { (spaced(&noise.channel)) }
                                 td.number { (number(noise.angle_random_walk_rad_sqrt_s * DEG_SQRT_H_PER_RAD_SQRT_S)) }
                                 td.number { (number(noise.angle_noise_rad * ARCSEC_PER_RAD)) }
+                            }
+                        }
+                    }
+                } }
+            }
+            @if !diagnosis.accelerometer_noise.is_empty() {
+                div.scroll { table {
+                    thead { tr { th { "noise of" } th { "white noise [µg/√Hz]" } th { "velocity noise [m/s]" } } }
+                    tbody {
+                        @for noise in &diagnosis.accelerometer_noise {
+                            tr {
+                                td { (spaced(&noise.channel)) }
+                                td.number { (number(noise.noise_m_s2_sqrt_hz * MICRO_G_PER_M_S2)) }
+                                td.number { (number(noise.velocity_noise_m_s)) }
                             }
                         }
                     }

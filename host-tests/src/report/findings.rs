@@ -62,13 +62,13 @@ pub fn in_short(diagnosis: &Diagnosis) -> Option<Markup> {
 
 /// "gyro x from 1.44 to 0.03 ± 0.06 °/h" for each gyro whose drift was there.
 fn fallen_drifts(diagnosis: &Diagnosis) -> Vec<String> {
-    let (factor, unit) = for_people("rad/s");
     let channels = diagnosis.fit.channels.iter().filter(|channel| {
         let before = &channel.held_out_before;
         before.drift_rad_s.abs() > TOLD_FROM_ZERO * before.drift_std_rad_s
     });
     channels
         .map(|channel| {
+            let (factor, unit) = for_people(channel.unit.unwrap_or("rad/s"));
             let (before, after) = (&channel.held_out_before, &channel.held_out_after);
             format!(
                 "{} from {} to {} {unit}",
@@ -99,7 +99,7 @@ pub fn differences(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> Markup
 fn locations(locations: &[LocationEntry]) -> Markup {
     html! {
         div.scroll { table {
-            thead { tr { th { "gyro" } th { "time [s]" } th { "band" } th { "size" } th { "how it goes" } th { "chance" } } }
+            thead { tr { th { "channel" } th { "time [s]" } th { "band" } th { "size" } th { "how it goes" } th { "chance" } } }
             tbody {
                 @for location in locations.iter().take(MOST_ROWS) {
                     @let (factor, unit) = for_people(&location.unit);
@@ -116,7 +116,7 @@ fn locations(locations: &[LocationEntry]) -> Markup {
         } }
         (and_more(locations.len()))
         (companions(locations))
-        p.note { "Size: the largest mean or excess rate in the stretch. Chance: that noise alone does this anywhere in the recording." }
+        p.note { "Size: the largest mean or excess in the stretch. Chance: that noise alone does this anywhere in the recording." }
     }
 }
 

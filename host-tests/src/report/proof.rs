@@ -1,6 +1,6 @@
 //! Before and after, on time that was not fitted.
 //!
-//! Enters: [`Diagnosis`], [`Pictures`]. Leaves: a table (drift \[°/h\], power over noise, chance of being
+//! Enters: [`Diagnosis`], [`Pictures`]. Leaves: a table (drift \[°/h\], of accelerometers \[µg\], power over noise, chance of being
 //! white) and, for each gyro, its integrated residual and its spectrum.
 
 use maud::{Markup, html};
@@ -43,12 +43,15 @@ pub fn proof(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> Markup {
 
 fn table(channels: &[ChannelEntry], both: bool) -> Markup {
     let row = |channel: &ChannelEntry, when: Option<&str>, figures: &FiguresEntry| {
-        let (factor, _) = for_people("rad/s");
+        let (factor, unit) = for_people(channel.unit.unwrap_or("rad/s"));
         html! {
             tr.paired[when == Some("before")] {
                 td.number { @if when != Some("after") { (spaced(&channel.channel)) } }
                 @if let Some(when) = when { td { (when) } }
-                td.number { (with_spread(figures.drift_rad_s * factor, figures.drift_std_rad_s * factor)) }
+                td.number {
+                    (with_spread(figures.drift_rad_s * factor, figures.drift_std_rad_s * factor))
+                    @if channel.unit.is_some() { " " (unit) }
+                }
                 td.number { (format!("{:.3}", figures.normalised_power)) }
                 td.number { (format!("{:.3}", figures.normalised_power_all)) }
                 td.number { (chance(figures.white_p_value)) }
@@ -58,7 +61,7 @@ fn table(channels: &[ChannelEntry], both: bool) -> Markup {
     html! {
         div.scroll { table {
             thead { tr {
-                th { "gyro" }
+                th { "channel" }
                 @if both { th {} }
                 th { "drift [°/h]" } th { "power over noise" } th { "all held-out" } th { "chance of white" }
             } }

@@ -41,10 +41,14 @@ pub fn for_people(unit: &str) -> (f64, String) {
         "rad/s" => (DEG_H_PER_RAD_S, "°/h".to_owned()),
         "rad" => (ARCSEC_PER_RAD, "″".to_owned()),
         "rad/sqrt(s)" | "rad/√s" => (DEG_SQRT_H_PER_RAD_SQRT_S, "°/√h".to_owned()),
+        "m/s^2" => (MICRO_G_PER_M_S2, "µg".to_owned()),
         "1" => (1.0, String::new()),
         other => (1.0, raised(other)),
     }
 }
+
+/// m/s² to millionths of standard gravity.
+pub const MICRO_G_PER_M_S2: f64 = 1e6 / 9.80665;
 
 /// The decimal exponent of a value, 0 for 0.
 fn exponent(value: f64) -> i32 {

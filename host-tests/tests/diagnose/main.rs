@@ -1,5 +1,7 @@
 //! The mismatch tool against recordings whose truth is known to these tests and to nothing they test.
 
+mod accelerometers;
+
 mod at_rest;
 
 mod attitude;
