@@ -320,6 +320,7 @@ fn explained() -> Diagnosis {
                 .into(),
         },
         not_excluded: vec!["gyro_bias_temperature: no temperature channels".to_string()],
+        promises: Vec::new(),
         next_experiment: "Spin about one axis while oscillating about a second.".to_string(),
         noise: vec![NoiseEntry {
             channel: "gyro_x".to_string(),

@@ -18,10 +18,13 @@ use crate::diagnose::declare::{FAMILY_SIGNIFICANCE, REGRESSOR_FIDELITY};
 use crate::diagnose::empirical::{Form, Term};
 use crate::diagnose::hunt::{CLEARLY_BETTER, Catch, FoundTerm, MOST_TERMS, PLAINER, VETO};
 use crate::diagnose::products::{KnownAxis, Measured, Products, Survey};
-use crate::diagnose::readings::{CLEAR_WIN, PICKED, PRICE};
+use crate::diagnose::readings::{PICKED, PRICE};
 use crate::diagnose::scene::Scene;
 use crate::diagnose::select::{self, Choice, prior_width};
 use crate::diagnose::workbench::Parameters;
+
+/// ln of the odds by which physics must beat drifting noise; effects are not weighed against drift one by one here.
+const CLEAR_WIN: f64 = 10.0;
 
 /// Instants tried for jumps in a first pass; a second one goes between them.
 const INSTANTS: usize = 300;
