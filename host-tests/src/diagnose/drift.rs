@@ -27,6 +27,9 @@ const AHEAD: f64 = 18.0;
 /// far in 4000 simulated records (99.9 % stay below 7), and every second bias at a matched-filter SNR of 15 does.
 const AHEAD_CONSTANT: f64 = 9.0;
 
+/// The same for a term, which was picked among some hundred instants or expressions more.
+const AHEAD_PICKED: f64 = 22.0;
+
 /// What is asked about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Suspect {
@@ -76,7 +79,8 @@ pub fn could_be_drift(
     let without = drifts.then(|| likelihood(bench, parameters, &rest));
     let ahead = match suspect {
         Suspect::Effect(effect) if CATALOGUE[effect].card().kind == "gyro_bias" => AHEAD_CONSTANT,
-        _ => AHEAD,
+        Suspect::Effect(_) => AHEAD,
+        Suspect::Term(_) => AHEAD_PICKED,
     };
     if let Some((place, term)) = term {
         bench.insert_term(place, term)?;

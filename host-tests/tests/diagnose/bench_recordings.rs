@@ -140,7 +140,8 @@ fn without_flexure_in_the_catalogue_no_wrong_name_is_confident() {
         let model = Model::read(folder.join("model.toml")).expect("a model");
         let recording = Recording::read(&folder).expect("a recording");
         let outcome = rlg::diagnose::diagnose_without(
-            &["axis_flexure", "axis_flexure_cubic"],
+            // All entries of a block that lags its case: one with a resonance far off is the same physics.
+            &["axis_flexure", "axis_flexure_cubic", "axis_flexure_mode"],
             &recording,
             &model,
             &folder.join("model.toml"),
