@@ -59,7 +59,7 @@ impl Levels {
     pub fn most_likely(&self, start: &[f64; TERMS], held: [bool; TERMS]) -> ([f64; TERMS], f64) {
         let drifting = |term: usize| {
             let mut theta = *start;
-            theta[term] = self.from_the_lowest(term);
+            theta[term] = self.lowest_alone(term);
             theta
         };
         [*start, drifting(2), drifting(3)]
@@ -76,7 +76,7 @@ impl Levels {
     }
 
     /// The level at which one term alone leaves the power of the lowest bins that have freedom left.
-    fn from_the_lowest(&self, term: usize) -> f64 {
+    fn lowest_alone(&self, term: usize) -> f64 {
         /// Degrees of freedom to look at: the lowest few, because drift falls steeply.
         const LOOKED_AT: f64 = 6.0;
         let (mut level, mut looked_at) = (0.0, 0.0);

@@ -31,9 +31,6 @@ pub struct AttitudeSample {
 /// no attitude.
 const NOT_A_UNIT: f64 = 1e-3;
 
-/// A reference may fail now and then; if more than this share of its rows are no attitudes, it is something else.
-const MOST_BAD: f64 = 0.1;
-
 /// A norm below this is how some recorders write "no attitude".
 const NOTHING: f64 = 1e-6;
 
@@ -75,7 +72,6 @@ pub fn attitude_samples(recording: &Recording) -> Result<Vec<AttitudeSample>, In
     };
     let (x, y, z) = (component("x")?, component("y")?, component("z")?);
     let mut samples = Vec::new();
-    let mut bad: Vec<(usize, f64)> = Vec::new();
     for row in 0..table.rows {
         let quaternion =
             Quaternion::new(w.values[row], x.values[row], y.values[row], z.values[row]);
@@ -84,8 +80,12 @@ pub fn attitude_samples(recording: &Recording) -> Result<Vec<AttitudeSample>, In
             continue;
         }
         if (norm - 1.0).abs() > NOT_A_UNIT {
-            bad.push((row, norm));
-            continue;
+            let file = recording.folder.join(&table.file);
+            return Err(InputError::new(file, "is no unit quaternion")
+                .channel("reference_attitude")
+                .row(row as u64)
+                .value(format!("a norm of {norm}"))
+                .expected("w, x, y, z with a norm of 1"));
         }
         samples.push(AttitudeSample {
             time_s: end_s(table, row),
@@ -93,18 +93,7 @@ pub fn attitude_samples(recording: &Recording) -> Result<Vec<AttitudeSample>, In
             after_gap: false,
         });
     }
-    match bad.first() {
-        Some((row, norm)) if bad.len() as f64 > MOST_BAD * (bad.len() + samples.len()) as f64 => {
-            Err(
-                InputError::new(recording.folder.join(&table.file), "is no unit quaternion")
-                    .channel("reference_attitude")
-                    .row(*row as u64)
-                    .value(format!("a norm of {norm}"))
-                    .expected("w, x, y, z with a norm of 1"),
-            )
-        }
-        _ => Ok(without_held(samples)),
-    }
+    Ok(without_held(samples))
 }
 
 /// A recorder faster than its reference holds the last attitude: only the first of equal ones is new. A reference

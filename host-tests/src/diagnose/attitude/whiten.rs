@@ -204,10 +204,10 @@ mod tests {
             for m in 1..count {
                 for n in 1..count {
                     let mut block = Matrix3::zeros();
-                    for k in 1..=m.min(n) {
-                        block += steps[k].turned_rad2;
+                    for step in &steps[1..=m.min(n)] {
+                        block += step.turned_rad2;
                         for axis in 0..3 {
-                            block += steps[k].walk_s[axis] * levels.walk_rad2_s[axis];
+                            block += step.walk_s[axis] * levels.walk_rad2_s[axis];
                         }
                     }
                     // a_m = Σ_k G_k (b_{k−1} + part), with a fresh drift of every step s: in its own step it acts
@@ -232,8 +232,8 @@ mod tests {
                     total.fixed_view_mut::<3, 3>(3 * m, 3 * n).copy_from(&block);
                 }
             }
-            for m in 0..count {
-                let c = steps[m].start_from_body;
+            for (m, step) in steps.iter().enumerate().take(count) {
+                let c = step.start_from_body;
                 let white = c
                     * Matrix3::from_diagonal(&Vector3::from(levels.gyro_white_rad2))
                     * c.transpose()
