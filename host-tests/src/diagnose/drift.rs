@@ -30,6 +30,9 @@ const AHEAD_CONSTANT: f64 = 9.0;
 /// The same for a term, which was picked among some hundred instants or expressions more.
 const AHEAD_PICKED: f64 = 22.0;
 
+/// A weak effect is its own where refitted noise takes up less than two fifths of what it explains.
+const STILL_ITS_OWN: f64 = 0.6;
+
 /// What is asked about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Suspect {
@@ -89,7 +92,9 @@ pub fn could_be_drift(
         None => false,
         Some(without) => {
             bench.refit_noise(set, declared, true);
-            likelihood(bench, parameters, set) - without < ahead
+            let with = likelihood(bench, parameters, set);
+            let unchanged = with - without_under_this_noise(bench, parameters, &rest, suspect)?;
+            with - without < ahead.min(STILL_ITS_OWN * unchanged)
         }
     };
     for _ in 0..trended {
@@ -97,6 +102,23 @@ pub fn could_be_drift(
     }
     bench.noise = kept;
     Ok(verdict)
+}
+
+/// The likelihood without the suspect under noise fitted beside it.
+fn without_under_this_noise(
+    bench: &mut Workbench,
+    parameters: &Parameters,
+    rest: &[usize],
+    suspect: Suspect,
+) -> Result<f64, String> {
+    let Suspect::Term(place) = suspect else {
+        return Ok(likelihood(bench, parameters, rest));
+    };
+    let term = bench.terms()[place].clone();
+    bench.remove_term(place);
+    let value = likelihood(bench, parameters, rest);
+    bench.insert_term(place, term)?;
+    Ok(value)
 }
 
 /// Puts a free trend on every gyro, behind all other terms; how many there are now that were not.
