@@ -20,11 +20,24 @@ pub trait Bench {
         self.information()
     }
 
+    /// The values at which each effect of the catalogue is linearised; none where that never moves.
+    fn at(&self) -> &[Vec<f64>] {
+        &[]
+    }
+
     /// Moves the point at which a nonlinear effect is linearised.
     fn relinearise(&mut self, effect: usize, at: &[f64]);
 
     /// Puts every nonlinear effect back to being linearised at nothing.
-    fn linearise_at_nothing(&mut self);
+    fn linearise_at_nothing(&mut self) {
+        for effect in 0..self.at().len() {
+            let at = &self.at()[effect];
+            if at.iter().any(|value| *value != 0.0) {
+                let nothing = vec![0.0; at.len()];
+                self.relinearise(effect, &nothing);
+            }
+        }
+    }
 
     /// Refits the noise to what `effects` leave, from where it is.
     fn refit_noise(&mut self, effects: &[usize], declared: &Self::Declared);

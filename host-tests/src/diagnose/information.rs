@@ -11,6 +11,8 @@
 //! ln L = ½ gᵀ F⁻¹ g over "nothing" (generalised least squares; diagnosis road, steps 5 and 6).
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use std::borrow::Borrow;
 use std::ops::Range;
 
 use super::portion::Bins;
@@ -47,6 +49,25 @@ impl Information {
             parameters,
             offsets,
         }
+    }
+
+    /// The sum of what `add` says of each axis, beginning with `nothing`.
+    pub fn of_axes(nothing: Self, add: impl Fn(usize, &mut Self) + Sync) -> Self {
+        let parts: Vec<Self> = (0..3_usize)
+            .into_par_iter()
+            .map(|axis| {
+                let mut part = nothing.clone();
+                add(axis, &mut part);
+                part
+            })
+            .collect();
+        let mut total = nothing;
+        for part in parts {
+            total.fisher += part.fisher;
+            total.right += part.right;
+            total.power += part.power;
+        }
+        total
     }
 
     /// What the offsets of the effects in `set` explain by themselves, and what they leave of `right`.
@@ -164,9 +185,10 @@ pub struct Solution {
 }
 
 /// Takes the columns out of `left` by weighted least squares and returns their sizes.
-pub fn fit_away(left: &mut Bins, columns: &[Regressor], weights: &[f64]) -> Vec<f64> {
+pub fn fit_away<R: Borrow<Regressor>>(left: &mut Bins, columns: &[R], weights: &[f64]) -> Vec<f64> {
+    let columns: Vec<&Regressor> = columns.iter().map(Borrow::borrow).collect();
     let count = columns.len();
-    let gram = gram(&columns.iter().collect::<Vec<_>>(), left, weights);
+    let gram = gram(&columns, left, weights);
     let scale: Vec<f64> = (0..count)
         .map(|a| gram[(a, a)].max(f64::MIN_POSITIVE).sqrt().recip())
         .collect();

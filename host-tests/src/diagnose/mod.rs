@@ -51,6 +51,8 @@ pub mod empirical;
 
 pub mod bench;
 
+pub mod columns;
+
 pub mod workbench;
 
 pub mod select;

@@ -291,8 +291,6 @@ impl Bench for Slid {
 
     fn relinearise(&mut self, _effect: usize, _at: &[f64]) {}
 
-    fn linearise_at_nothing(&mut self) {}
-
     fn refit_noise(&mut self, _effects: &[usize], (): &()) {}
 }
 

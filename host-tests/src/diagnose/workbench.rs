@@ -3,9 +3,8 @@
 //! Enters: the scene, the residual of the model \[rad per row\], a portion. Leaves: [`Information`] about all
 //! parameters of the catalogue, re-made when the noise or the point of linearisation changes.
 
-use rayon::prelude::*;
-
 use super::bench::Bench;
+use super::columns::{self, Column};
 use super::empirical::Term;
 use super::hypotheses::{CATALOGUE, Sought};
 use super::information::Information;
@@ -65,13 +64,6 @@ impl Parameters {
     }
 }
 
-/// One column on one axis.
-struct Column {
-    axis: usize,
-    index: usize,
-    bins: Regressor,
-}
-
 /// The offset of one nonlinear effect on the three axes (information.rs).
 struct Offset {
     effect: usize,
@@ -121,66 +113,17 @@ impl<'a> Workbench<'a> {
             parameters,
             residual: [0, 1, 2].map(|axis| portion.transform(&residual_rad[axis])),
             joints: regressors(&portion.joints()),
+            columns: columns::make(scene, parameters, &portion, effects, at),
             portion,
             noise,
-            columns: Vec::new(),
             terms: Vec::new(),
             at: at.to_vec(),
             offsets: Vec::new(),
         };
-        bench.columns = bench.make_columns(effects);
         for &effect in effects {
             bench.remake_offset(effect);
         }
         bench
-    }
-
-    fn make_columns(&self, effects: &[usize]) -> Vec<Column> {
-        let wanted: Vec<(usize, usize)> = self
-            .parameters
-            .of_all(effects)
-            .into_iter()
-            .flat_map(|index| (0..3).map(move |axis| (index, axis)))
-            .collect();
-        wanted
-            .into_par_iter()
-            .filter_map(|(index, axis)| {
-                let ParameterId { effect, parameter } = self.parameters.id(index)?;
-                let values =
-                    CATALOGUE[effect].column(self.scene, &self.at[effect], parameter, axis)?;
-                Some(Column {
-                    axis,
-                    index,
-                    bins: Regressor::new(&self.portion.transform(&values)),
-                })
-            })
-            .collect()
-    }
-
-    /// Moves the point at which a nonlinear effect is linearised.
-    pub fn relinearise(&mut self, effect: usize, at: &[f64]) {
-        self.at[effect] = at.to_vec();
-        let parameters = self.parameters;
-        self.columns
-            .retain(|column| parameters.id(column.index).map(|id| id.effect) != Some(effect));
-        let mut fresh = self.make_columns(&[effect]);
-        self.columns.append(&mut fresh);
-        self.columns
-            .sort_by_key(|column| (column.axis, column.index));
-        self.remake_offset(effect);
-    }
-
-    /// Puts every nonlinear effect back to being linearised at nothing.
-    pub fn linearise_at_nothing(&mut self) {
-        for (effect, entry) in CATALOGUE.iter().enumerate() {
-            if self.at[effect].iter().any(|value| *value != 0.0) {
-                self.relinearise(effect, &vec![0.0; entry.card().count()]);
-            }
-        }
-    }
-
-    fn effect_of(&self, column: &Column) -> Option<usize> {
-        self.parameters.id(column.index).map(|id| id.effect)
     }
 
     /// Terms found in the data, whose sizes stand behind the catalogue's parameters.
@@ -299,9 +242,8 @@ impl<'a> Workbench<'a> {
 
     /// The columns of some parameters on one axis, as (parameter index, bins).
     pub fn columns_of(&self, indices: &[usize], axis: usize) -> Vec<(usize, &Regressor)> {
-        self.columns
-            .iter()
-            .filter(|column| column.axis == axis && indices.contains(&column.index))
+        columns::on(&self.columns, axis)
+            .filter(|column| indices.contains(&column.index))
             .map(|column| (column.index, &column.bins))
             .collect()
     }
@@ -354,36 +296,19 @@ impl<'a> Workbench<'a> {
 
     /// Refits the noise of every axis after the parameters of `effects` are fitted away.
     pub fn refit_noise(&mut self, effects: &[usize], declared: &[Declared; 3], from_scratch: bool) {
-        let joints = &self.joints;
         let residual = self.residual_beside(&|effect| effects.contains(&effect));
-        let fitted: Vec<Noise> = (0..3_usize)
-            .into_par_iter()
-            .map(|axis| {
-                let columns: Vec<&Regressor> = joints
-                    .iter()
-                    .chain(
-                        self.columns
-                            .iter()
-                            .filter(|column| {
-                                column.axis == axis
-                                    && self
-                                        .effect_of(column)
-                                        .is_none_or(|effect| effects.contains(&effect))
-                            })
-                            .map(|column| &column.bins),
-                    )
-                    .collect();
-                let start = (!from_scratch).then_some(self.noise[axis]);
-                noise::fit(
-                    &self.portion,
-                    &residual[axis],
-                    &columns,
-                    declared[axis],
-                    start,
-                )
-            })
-            .collect();
-        self.noise = [fitted[0], fitted[1], fitted[2]];
+        let columns = (self.joints.as_slice(), self.columns.as_slice());
+        self.noise = columns::noise_by_axis(|axis| {
+            let columns = columns::fitted(columns, axis, (self.parameters, effects));
+            let start = (!from_scratch).then_some(self.noise[axis]);
+            noise::fit(
+                &self.portion,
+                &residual[axis],
+                &columns,
+                declared[axis],
+                start,
+            )
+        });
     }
 
     /// Information about all parameters whose columns are here.
@@ -399,33 +324,19 @@ impl<'a> Workbench<'a> {
             .iter()
             .map(|offset| self.parameters.of(offset.effect))
             .collect();
-        let empty = || Information::with_offsets(parameters, offsets.clone());
-        let parts: Vec<Information> = (0..3_usize)
-            .into_par_iter()
-            .map(|axis| {
-                let weights = self.noise[axis].weights(&self.portion);
-                let of_wanted = |offset: &Offset| wanted(self.parameters.of(offset.effect).start);
-                let offsets = self.offsets.iter().enumerate();
-                let offsets = offsets.filter(|(_, offset)| of_wanted(offset));
-                let columns: Vec<(usize, &Regressor)> = self
-                    .columns
-                    .iter()
-                    .filter(|column| column.axis == axis && wanted(column.index))
-                    .map(|column| (column.index, &column.bins))
-                    .chain(offsets.map(|(k, offset)| (parameters + k, &offset.bins[axis])))
-                    .collect();
-                let mut part = empty();
-                part.add_axis(&self.joints, &self.residual[axis], &columns, &weights);
-                part
-            })
-            .collect();
-        let mut total = empty();
-        for part in parts {
-            total.fisher += part.fisher;
-            total.right += part.right;
-            total.power += part.power;
-        }
-        total
+        let nothing = Information::with_offsets(parameters, offsets);
+        Information::of_axes(nothing, |axis, part| {
+            let weights = self.noise[axis].weights(&self.portion);
+            let of_wanted = |offset: &Offset| wanted(self.parameters.of(offset.effect).start);
+            let offsets = self.offsets.iter().enumerate();
+            let offsets = offsets.filter(|(_, offset)| of_wanted(offset));
+            let columns: Vec<(usize, &Regressor)> = columns::on(&self.columns, axis)
+                .filter(|column| wanted(column.index))
+                .map(|column| (column.index, &column.bins))
+                .chain(offsets.map(|(k, offset)| (parameters + k, &offset.bins[axis])))
+                .collect();
+            part.add_axis(&self.joints, &self.residual[axis], &columns, &weights);
+        })
     }
 
     /// The residual's bins less the given parameter values and, fitted last, the jumps at the joints.
@@ -481,12 +392,21 @@ impl Bench for Workbench<'_> {
         self.information_where(&|index| indices.contains(&index))
     }
 
-    fn relinearise(&mut self, effect: usize, at: &[f64]) {
-        Workbench::relinearise(self, effect, at);
+    fn at(&self) -> &[Vec<f64>] {
+        &self.at
     }
 
-    fn linearise_at_nothing(&mut self) {
-        Workbench::linearise_at_nothing(self);
+    fn relinearise(&mut self, effect: usize, at: &[f64]) {
+        self.at[effect] = at.to_vec();
+        let fresh = columns::make(
+            self.scene,
+            self.parameters,
+            &self.portion,
+            &[effect],
+            &self.at,
+        );
+        columns::renew(&mut self.columns, &self.parameters.of(effect), fresh);
+        self.remake_offset(effect);
     }
 
     fn refit_noise(&mut self, effects: &[usize], declared: &[Declared; 3]) {

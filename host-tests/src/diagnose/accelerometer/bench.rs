@@ -4,24 +4,16 @@
 //! [`Information`] over all parameters of the catalogue and, behind them, the unknowns of the vertical, which
 //! belong to every fit.
 
-use rayon::prelude::*;
-
 use crate::diagnose::bench::Bench;
+use crate::diagnose::columns::{self, Column};
 use crate::diagnose::hypotheses::CATALOGUE;
-use crate::diagnose::information::Information;
+use crate::diagnose::information::{Information, fit_away};
 use crate::diagnose::noise::{self, Declared, Noise};
 use crate::diagnose::portion::{Bins, Portion};
 use crate::diagnose::regressor::{Regressor, regressors};
 use crate::diagnose::scene::Scene;
 use crate::diagnose::streams::Triad;
 use crate::diagnose::workbench::{ParameterId, Parameters};
-
-/// One column on one accelerometer.
-struct Column {
-    axis: usize,
-    index: usize,
-    bins: Regressor,
-}
 
 /// See the page above.
 pub struct ForceBench<'a> {
@@ -57,13 +49,12 @@ impl<'a> ForceBench<'a> {
             residual_m_s,
             residual: [0, 1, 2].map(|axis| portion.transform(&residual_m_s[axis])),
             joints: regressors(&portion.joints()),
+            columns: columns::make(scene, parameters, &portion, effects, at),
             portion,
             noise,
-            columns: Vec::new(),
             at: at.to_vec(),
             unknowns: 0,
         };
-        bench.columns = bench.make_columns(effects);
         // Without a prediction there are no columns, and nothing will be found.
         let Some(felt) = &scene.felt else {
             return bench;
@@ -83,35 +74,10 @@ impl<'a> ForceBench<'a> {
         bench
     }
 
-    fn make_columns(&self, effects: &[usize]) -> Vec<Column> {
-        let wanted: Vec<(usize, usize)> = self
-            .parameters
-            .of_all(effects)
-            .into_iter()
-            .flat_map(|index| (0..3).map(move |axis| (index, axis)))
-            .collect();
-        wanted
-            .into_par_iter()
-            .filter_map(|(index, axis)| {
-                let ParameterId { effect, parameter } = self.parameters.id(index)?;
-                let at = &self.at[effect];
-                let values = CATALOGUE[effect].column(self.scene, at, parameter, axis)?;
-                let bins = Regressor::new(&self.portion.transform(&values));
-                Some(Column { axis, index, bins })
-            })
-            .collect()
-    }
-
     /// The indices of the vertical's unknowns.
     pub fn unknowns(&self) -> Vec<usize> {
         let first = self.parameters.count();
         (first..first + self.unknowns).collect()
-    }
-
-    fn columns_on(&self, axis: usize) -> impl Iterator<Item = &Column> {
-        self.columns
-            .iter()
-            .filter(move |column| column.axis == axis)
     }
 
     /// Everything fitted on an accelerometer, joints and vertical included, but one effect's columns.
@@ -121,7 +87,7 @@ impl<'a> ForceBench<'a> {
         effect: Option<usize>,
     ) -> impl Iterator<Item = &Regressor> {
         let parameters = self.parameters;
-        let kept = self.columns_on(axis).filter(move |column| {
+        let kept = columns::on(&self.columns, axis).filter(move |column| {
             let of = parameters.id(column.index).map(|id| id.effect);
             of.is_none() || of != effect
         });
@@ -135,40 +101,21 @@ impl<'a> ForceBench<'a> {
 
     /// Fits the noise of every accelerometer to what the columns of `effects`, the joints and the vertical leave.
     pub fn fit_noise(&mut self, effects: &[usize], declared: &[Declared; 3]) {
-        let parameters = self.parameters;
-        let of_these = |column: &&Column| {
-            let effect = parameters.id(column.index).map(|id| id.effect);
-            effect.is_none_or(|effect| effects.contains(&effect))
-        };
-        let fitted: Vec<Noise> = (0..3_usize)
-            .into_par_iter()
-            .map(|axis| {
-                let own = self.columns_on(axis).filter(of_these);
-                let columns: Vec<&Regressor> = self
-                    .joints
-                    .iter()
-                    .chain(own.map(|column| &column.bins))
-                    .collect();
-                let start = Some(self.noise[axis]);
-                let residual = &self.residual[axis];
-                noise::fit(&self.portion, residual, &columns, declared[axis], start)
-            })
-            .collect();
-        self.noise = [fitted[0], fitted[1], fitted[2]];
+        let columns = (self.joints.as_slice(), self.columns.as_slice());
+        self.noise = columns::noise_by_axis(|axis| {
+            let columns = columns::fitted(columns, axis, (self.parameters, effects));
+            let (residual, start) = (&self.residual[axis], Some(self.noise[axis]));
+            noise::fit(&self.portion, residual, &columns, declared[axis], start)
+        });
     }
 
     /// Power of each bin of an accelerometer once joints and all columns are fitted away.
     pub fn left_power(&self, axis: usize) -> Vec<f64> {
         let weights = self.noise[axis].weights(&self.portion);
-        let own = self.columns_on(axis).map(|column| &column.bins);
-        let columns: Vec<Regressor> = self
-            .joints
-            .iter()
-            .chain(own)
-            .map(|column| Regressor::new(&column.to_bins()))
-            .collect();
+        let own = columns::on(&self.columns, axis).map(|column| &column.bins);
+        let columns: Vec<&Regressor> = self.joints.iter().chain(own).collect();
         let mut left = self.residual[axis].clone();
-        crate::diagnose::information::fit_away(&mut left, &columns, &weights);
+        fit_away(&mut left, &columns, &weights);
         left.iter().map(|value| value.norm_sqr()).collect()
     }
 
@@ -205,46 +152,30 @@ impl Bench for ForceBench<'_> {
 
     fn information(&self) -> Information {
         let count = self.parameters.count() + self.unknowns;
-        let parts: Vec<Information> = (0..3_usize)
-            .into_par_iter()
-            .map(|axis| {
-                let weights = self.noise[axis].weights(&self.portion);
-                let columns: Vec<(usize, &Regressor)> = self
-                    .columns_on(axis)
-                    .map(|column| (column.index, &column.bins))
-                    .collect();
-                let mut part = Information::empty(count);
-                part.add_axis(&self.joints, &self.residual[axis], &columns, &weights);
-                part
-            })
-            .collect();
-        let mut total = Information::empty(count);
-        for part in parts {
-            total.fisher += part.fisher;
-            total.right += part.right;
-            total.power += part.power;
-        }
-        total
+        Information::of_axes(Information::empty(count), |axis, part| {
+            let weights = self.noise[axis].weights(&self.portion);
+            let columns: Vec<(usize, &Regressor)> = columns::on(&self.columns, axis)
+                .map(|column| (column.index, &column.bins))
+                .collect();
+            part.add_axis(&self.joints, &self.residual[axis], &columns, &weights);
+        })
+    }
+
+    fn at(&self) -> &[Vec<f64>] {
+        &self.at
     }
 
     fn relinearise(&mut self, effect: usize, at: &[f64]) {
         self.at[effect] = at.to_vec();
-        let parameters = self.parameters;
-        self.columns
-            .retain(|column| parameters.id(column.index).map(|id| id.effect) != Some(effect));
-        let mut fresh = self.make_columns(&[effect]);
-        self.columns.append(&mut fresh);
-        self.columns
-            .sort_by_key(|column| (column.axis, column.index));
+        let fresh = columns::make(
+            self.scene,
+            self.parameters,
+            &self.portion,
+            &[effect],
+            &self.at,
+        );
+        columns::renew(&mut self.columns, &self.parameters.of(effect), fresh);
         self.remake_residual();
-    }
-
-    fn linearise_at_nothing(&mut self) {
-        for effect in 0..CATALOGUE.len() {
-            if self.at[effect].iter().any(|value| *value != 0.0) {
-                self.relinearise(effect, &vec![0.0; self.at[effect].len()]);
-            }
-        }
     }
 
     fn refit_noise(&mut self, effects: &[usize], declared: &[Declared; 3]) {

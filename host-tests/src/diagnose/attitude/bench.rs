@@ -131,11 +131,6 @@ impl<'a> AttitudeBench<'a> {
         self.behind.iter().map(|(behind, _)| behind)
     }
 
-    /// Takes one of them out.
-    pub fn remove_behind(&mut self, place: usize) {
-        self.behind.remove(place);
-    }
-
     /// All columns with their indices.
     fn all_columns(&self) -> Vec<(usize, &[Vector3<f64>])> {
         let first = self.parameters.count();
@@ -359,6 +354,10 @@ impl Bench for AttitudeBench<'_> {
         self.information_at(&self.levels)
     }
 
+    fn at(&self) -> &[Vec<f64>] {
+        &self.at
+    }
+
     fn relinearise(&mut self, effect: usize, at: &[f64]) {
         self.at[effect] = at.to_vec();
         let range = self.parameters.of(effect);
@@ -367,14 +366,6 @@ impl Bench for AttitudeBench<'_> {
         self.columns.extend(fresh);
         self.columns.sort_by_key(|(index, _)| *index);
         self.remake_error();
-    }
-
-    fn linearise_at_nothing(&mut self) {
-        for (effect, entry) in CATALOGUE.iter().enumerate() {
-            if self.at[effect].iter().any(|value| *value != 0.0) {
-                self.relinearise(effect, &vec![0.0; entry.card().shape.count()]);
-            }
-        }
     }
 
     fn refit_noise(&mut self, effects: &[usize], declared: &DeclaredLevels) {

@@ -1,0 +1,86 @@
+//! Columns of the catalogue's effects on one portion of rows, whichever instrument the rows are of.
+//!
+//! Enters: the scene, a portion, effects and where they are linearised. Leaves: [`Column`]s in single precision and, axis by
+//! axis, what of them a fit of the noise takes away. The gyros' bench (workbench.rs) and the accelerometers'
+//! (accelerometer/bench.rs) put columns of their own behind these, with indices beyond the catalogue's parameters.
+
+use rayon::prelude::*;
+
+use super::hypotheses::CATALOGUE;
+use super::noise::Noise;
+use super::portion::Portion;
+use super::regressor::Regressor;
+use super::scene::Scene;
+use super::workbench::{ParameterId, Parameters};
+
+/// One column on one axis.
+pub struct Column {
+    /// The axis that shows it.
+    pub axis: usize,
+    /// Which parameter it belongs to.
+    pub index: usize,
+    /// What a unit of the parameter makes.
+    pub bins: Regressor,
+}
+
+/// The columns of `effects`, linearised at `at`, where they have any.
+pub fn make(
+    scene: &Scene,
+    parameters: &Parameters,
+    portion: &Portion,
+    effects: &[usize],
+    at: &[Vec<f64>],
+) -> Vec<Column> {
+    let wanted: Vec<(usize, usize)> = parameters
+        .of_all(effects)
+        .into_iter()
+        .flat_map(|index| (0..3).map(move |axis| (index, axis)))
+        .collect();
+    wanted
+        .into_par_iter()
+        .filter_map(|(index, axis)| {
+            let ParameterId { effect, parameter } = parameters.id(index)?;
+            let values = CATALOGUE[effect].column(scene, &at[effect], parameter, axis)?;
+            Some(Column {
+                axis,
+                index,
+                bins: Regressor::new(&portion.transform(&values)),
+            })
+        })
+        .collect()
+}
+
+/// Puts `fresh` columns in the place of those with the indices `of`.
+pub fn renew(columns: &mut Vec<Column>, of: &std::ops::Range<usize>, fresh: Vec<Column>) {
+    columns.retain(|column| !of.contains(&column.index));
+    columns.extend(fresh);
+    columns.sort_by_key(|column| (column.axis, column.index));
+}
+
+/// The columns on one axis.
+pub fn on(columns: &[Column], axis: usize) -> impl Iterator<Item = &Column> {
+    columns.iter().filter(move |column| column.axis == axis)
+}
+
+/// What is fitted away on one axis before its noise is judged: the joints, the columns of `effects` and all that stand
+/// behind the catalogue.
+pub fn fitted<'c>(
+    (joints, columns): (&'c [Regressor], &'c [Column]),
+    axis: usize,
+    (parameters, effects): (&Parameters, &[usize]),
+) -> Vec<&'c Regressor> {
+    let own = on(columns, axis).filter(|column| {
+        let id = parameters.id(column.index);
+        id.is_none_or(|id| effects.contains(&id.effect))
+    });
+    joints
+        .iter()
+        .chain(own.map(|column| &column.bins))
+        .collect()
+}
+
+/// Noise of the three axes, fitted side by side.
+pub fn noise_by_axis(fit: impl Fn(usize) -> Noise + Sync) -> [Noise; 3] {
+    let fitted: Vec<Noise> = (0..3_usize).into_par_iter().map(&fit).collect();
+    [fitted[0], fitted[1], fitted[2]]
+}
