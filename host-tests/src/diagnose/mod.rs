@@ -19,6 +19,10 @@ pub mod pieces;
 
 pub mod streams;
 
+mod channels;
+
+mod unmeasured;
+
 pub mod qualify;
 
 pub mod motion;

@@ -1,0 +1,39 @@
+//! Which channels were not measured in which rows.
+//!
+//! Enters: a channel's name and its rows without a reading. Leaves: whether a row has everything, and the channel to
+//! name where it has not.
+
+/// Channels with rows that were not measured, with those rows.
+#[derive(Default)]
+pub(super) struct Unmeasured(Vec<(String, Vec<bool>)>);
+
+impl Unmeasured {
+    /// Notes a channel's rows, if any are missing.
+    pub(super) fn note(&mut self, channel: String, missing: Vec<bool>) {
+        if missing.contains(&true) {
+            self.0.push((channel, missing));
+        }
+    }
+
+    /// The first channel that was not measured in this row.
+    pub(super) fn channel(&self, row: usize) -> Option<&str> {
+        let mut channels = self.0.iter();
+        let found = channels.find(|(_, missing)| missing[row]);
+        found.map(|(channel, _)| channel.as_str())
+    }
+
+    /// Takes over the `rows` of `further` behind its own `before`.
+    pub(super) fn append(&mut self, before: usize, further: &Self, rows: usize) {
+        for (_, missing) in &mut self.0 {
+            missing.resize(before + rows, false);
+        }
+        for (channel, missing) in &further.0 {
+            let place = self.0.iter().position(|(name, _)| name == channel);
+            let place = place.unwrap_or_else(|| {
+                self.0.push((channel.clone(), vec![false; before + rows]));
+                self.0.len() - 1
+            });
+            self.0[place].1[before..].copy_from_slice(missing);
+        }
+    }
+}
