@@ -1,7 +1,7 @@
 //! Findings in the words of the contract and of people (diagnosis road, steps 10 and 11).
 //!
-//! Enters: everything the stages found. Leaves: `diagnosis.json`, the sentences of the report, and the model
-//! with the found effects switched on.
+//! Enters: everything the stages found. Leaves: `diagnosis.json` and its verdict. One effect's entry is made in
+//! entries.rs, the sentences in sentences.rs, the model with the found effects in explained_model.rs.
 
 use std::collections::BTreeMap;
 
@@ -9,24 +9,22 @@ use super::clock::Clock;
 use super::control::Control;
 use super::cycle::Cycle;
 use super::declare::FAMILY_SIGNIFICANCE;
-use super::empirical::Form;
-use super::excess::{Excess, NOISE_KINDS};
+use super::entries::{fault_entry, listed, noise, of_one_effect, regimes, term, unlisted};
+use super::excess::Excess;
+use super::figures::{channel, runners_up, self_test_entry, sensitivity};
 use super::hunt::{Catch, FoundTerm};
-use super::hypotheses::{CATALOGUE, reference_harmonic};
-use super::identify::identifiable;
 use super::locate::Location;
 use super::noise::Noise;
 use super::products::Products;
-use super::qualify::{FAULT_KINDS, Fault};
+use super::qualify::Fault;
 use super::result::*;
 use super::scene::Scene;
-use super::select::Chosen;
 use super::self_test::SelfTest;
 use super::split::Split;
 use super::still_words::line_of;
-use super::streams::{AXES, Streams};
-use super::validate::{Figures, Validation};
-use crate::model::{EffectValue, Model, ModelEffect};
+use super::streams::AXES;
+use super::validate::Validation;
+use crate::model::{EffectValue, Model};
 
 /// rad/s to degrees per hour.
 pub const DEG_H: f64 = 180.0 / std::f64::consts::PI * 3600.0;
@@ -181,31 +179,8 @@ impl Findings<'_> {
                 .collect(),
             accelerometer_noise: Vec::new(),
             trials: self.catch.trials,
-            runners_up: self
-                .catch
-                .choice
-                .runners_up
-                .iter()
-                .map(|(effect, behind)| RunnerUp {
-                    kind: CATALOGUE[*effect].card().kind.to_string(),
-                    behind: *behind,
-                })
-                .collect(),
-            sensitivity: self
-                .catch
-                .choice
-                .reach
-                .iter()
-                .map(|(effect, snr)| {
-                    let card = CATALOGUE[*effect].card();
-                    Sensitivity {
-                        kind: card.kind.to_string(),
-                        typical: card.typical,
-                        unit: card.unit.to_string(),
-                        snr: *snr,
-                    }
-                })
-                .collect(),
+            runners_up: runners_up(&self.catch.choice).collect(),
+            sensitivity: sensitivity(&self.catch.choice).collect(),
             control: self
                 .rows_found
                 .control
@@ -219,107 +194,6 @@ impl Findings<'_> {
             self_test: self.self_test.map(self_test_entry),
             effects,
         }
-    }
-
-    /// The model with the found effects switched on.
-    pub fn explained_model(&self, model: &Model) -> Model {
-        let mut explained = model.clone();
-        let mut add = |effect: ModelEffect| {
-            // Sizes of one kind add up in one entry; events and expressions stay apart.
-            let single = !FAULT_KINDS.contains(&effect.kind.as_str())
-                && !matches!(
-                    effect.kind.as_str(),
-                    "unlisted"
-                        | "gyro_bias_step"
-                        | "counter_slip"
-                        | "axis_flexure_mode"
-                        | "isolator_mode"
-                        | reference_harmonic::KIND
-                );
-            let noise = NOISE_KINDS.contains(&effect.kind.as_str());
-            let known = explained
-                .effects
-                .iter_mut()
-                .find(|known| single && known.kind == effect.kind);
-            match known {
-                None => explained.effects.push(effect),
-                Some(known) => {
-                    for (name, value) in effect.parameters {
-                        let EffectValue::Number(more) = value else {
-                            continue;
-                        };
-                        let slot = known
-                            .parameters
-                            .entry(name)
-                            .or_insert(EffectValue::Number(0.0));
-                        if let EffectValue::Number(sum) = slot {
-                            *sum = if noise { sum.hypot(more) } else { *sum + more };
-                        }
-                    }
-                }
-            }
-        };
-        for one in &self.catch.choice.chosen {
-            let card = CATALOGUE[one.effect].card();
-            let parameters = parameters_of(one)
-                .into_iter()
-                .map(|k| (card.name(k), EffectValue::Number(one.values[k])))
-                .collect();
-            add(ModelEffect {
-                kind: card.kind.to_string(),
-                parameters,
-            });
-        }
-        for halves in of_one_effect(&self.catch.terms.iter().collect::<Vec<_>>()) {
-            let mut effect = halves[0]
-                .term
-                .to_effect(halves[0].size, &self.scene.streams);
-            for other in &halves[1..] {
-                effect.parameters.extend(
-                    other
-                        .term
-                        .to_effect(other.size, &self.scene.streams)
-                        .parameters,
-                );
-            }
-            add(effect);
-        }
-        self.rows_effects().into_iter().for_each(&mut add);
-        for fault in self.faults {
-            let streams = &self.scene.streams;
-            let (recording, [start_s, end_s]) = streams.own_span(&fault.rows);
-            let mut parameters = BTreeMap::from([
-                (
-                    "channel".to_string(),
-                    EffectValue::Text(fault.channel.clone()),
-                ),
-                ("start_s".to_string(), EffectValue::Number(start_s)),
-                ("end_s".to_string(), EffectValue::Number(end_s)),
-            ]);
-            if streams.is_joined() {
-                let name = EffectValue::Text(recording.to_string());
-                parameters.insert("recording".to_string(), name);
-            }
-            add(ModelEffect {
-                kind: fault.kind.to_string(),
-                parameters,
-            });
-        }
-        for excess in self.excess {
-            let parameters: BTreeMap<String, EffectValue> = (0..3)
-                .map(|axis| {
-                    (
-                        AXES[axis].to_string(),
-                        EffectValue::Number(excess.values[axis]),
-                    )
-                })
-                .collect();
-            add(ModelEffect {
-                kind: excess.kind.to_string(),
-                parameters,
-            });
-        }
-        explained
     }
 
     /// "3.0 and 5.0 s", with the recording's name where there are several.
@@ -389,15 +263,7 @@ impl Findings<'_> {
             .zip(&self.catch.regimes)
             .map(|(one, verdict)| {
                 let mut entry = listed(one);
-                entry.regimes = verdict
-                    .amplitudes
-                    .iter()
-                    .map(|a| RegimeEntry {
-                        name: a.regime.clone(),
-                        amplitude: a.value,
-                        std: a.std,
-                    })
-                    .collect();
+                entry.regimes = regimes(verdict);
                 entry
             });
         let still = self.scene.streams.at_rest.is_some();
@@ -451,107 +317,17 @@ impl Findings<'_> {
     fn unexplained(&self, location: &Location) -> EffectEntry {
         let axis = AXES[location.axis];
         EffectEntry {
-            kind: "unlisted".to_string(),
-            indistinguishable_from: Vec::new(),
-            equation: String::new(),
-            parameters: Vec::new(),
-            covariance: Vec::new(),
-            identifiable: Vec::new(),
-            log_evidence_gain: 0.0,
             p_value: location.p_value,
-            what_was_left_out: format!(
-                "Gyro {axis} shows more than its noise between {}, {:.1} to {:.0} Hz, and no measured channel explains it.",
-                self.between(&location.rows),
-                location.band_hz.0,
-                location.band_hz.1
-            ),
-            expression: None,
-            regimes: Vec::new(),
+            ..unlisted(
+                String::new(),
+                format!(
+                    "Gyro {axis} shows more than its noise between {}, {:.1} to {:.0} Hz, and no measured channel explains it.",
+                    self.between(&location.rows),
+                    location.band_hz.0,
+                    location.band_hz.1
+                ),
+            )
         }
-    }
-}
-
-fn self_test_entry(test: &SelfTest) -> SelfTestEntry {
-    SelfTestEntry {
-        slides: test.slides,
-        false_names: test.false_names,
-        upper_limit_95: test.upper_limit,
-        curve: test
-            .curve
-            .iter()
-            .map(|point| SelfTestPoint {
-                rho: point.rho,
-                injections: point.injections,
-                detected: point.detected,
-                named: point.named,
-                theory: point.theory,
-            })
-            .collect(),
-        kinds: test
-            .kinds
-            .iter()
-            .map(|kind| SelfTestKind {
-                kind: CATALOGUE[kind.effect].card().kind.to_string(),
-                false_names: kind.false_names,
-                detected: kind
-                    .by_rho
-                    .iter()
-                    .map(|found| found.map(|[detected, _]| detected))
-                    .collect(),
-                named: kind
-                    .by_rho
-                    .iter()
-                    .map(|found| found.map(|[_, named]| named))
-                    .collect(),
-            })
-            .collect(),
-    }
-}
-
-/// A fault of the data.
-pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
-    let (recording, [start_s, end_s]) = streams.own_span(&fault.rows);
-    let named = streams.is_joined().then(|| ParameterEntry::Text {
-        name: "recording".to_string(),
-        value: recording.to_string(),
-    });
-    // A fault is located to the row.
-    let std = 1.0 / streams.rate_hz;
-    let number = |name: &str, value: f64| ParameterEntry::Number {
-        name: name.to_string(),
-        value,
-        std,
-        unit: "s".to_string(),
-    };
-    EffectEntry {
-        kind: fault.kind.to_string(),
-        indistinguishable_from: fault
-            .indistinguishable_from
-            .iter()
-            .map(|kind| (*kind).to_string())
-            .collect(),
-        equation: String::new(),
-        parameters: [
-            ParameterEntry::Text {
-                name: "channel".to_string(),
-                value: fault.channel.clone(),
-            },
-            number("start_s", start_s),
-            number("end_s", end_s),
-        ]
-        .into_iter()
-        .chain(named)
-        .collect(),
-        covariance: vec![vec![std * std, 0.0], vec![0.0, std * std]],
-        identifiable: Vec::new(),
-        log_evidence_gain: 0.0,
-        p_value: 0.0,
-        what_was_left_out: format!(
-            "The data of {} cannot be used between {start_s:.4} and {end_s:.4} s; those rows were left out of everything else.",
-            fault.channel
-        ),
-        expression: None,
-        regimes: Vec::new(),
     }
 }
 
@@ -571,206 +347,4 @@ pub fn combination(weights: &BTreeMap<String, f64>) -> String {
         }
     }
     text
-}
-
-/// The parameters that stand for something.
-pub(super) fn parameters_of(one: &Chosen) -> Vec<usize> {
-    let hypothesis = CATALOGUE[one.effect];
-    (0..hypothesis.card().count())
-        .filter(|&k| hypothesis.has(one.values.as_slice(), k))
-        .collect()
-}
-
-pub(super) fn listed(one: &Chosen) -> EffectEntry {
-    let card = CATALOGUE[one.effect].card();
-    let kept = parameters_of(one);
-    EffectEntry {
-        kind: card.kind.to_string(),
-        indistinguishable_from: one
-            .indistinguishable_from
-            .iter()
-            .map(|&rival| CATALOGUE[rival].card().kind.to_string())
-            .chain(
-                card.resembles_untested
-                    .iter()
-                    .map(|kind| (*kind).to_string()),
-            )
-            .collect(),
-        equation: card.equation.to_string(),
-        parameters: kept
-            .iter()
-            .map(|&k| ParameterEntry::Number {
-                name: card.name(k),
-                value: one.values[k],
-                std: one.covariance[(k, k)].sqrt(),
-                unit: card.unit_of(k).to_string(),
-            })
-            .collect(),
-        covariance: kept
-            .iter()
-            .map(|&a| kept.iter().map(|&b| one.covariance[(a, b)]).collect())
-            .collect(),
-        identifiable: identifiable(card, one),
-        log_evidence_gain: one.log_evidence_gain,
-        p_value: one.p_value,
-        what_was_left_out: card.left_out.to_string(),
-        expression: None,
-        regimes: Vec::new(),
-    }
-}
-
-/// Terms by effect: the two halves of a harmonic stand together.
-fn of_one_effect<'a>(terms: &[&'a FoundTerm]) -> Vec<Vec<&'a FoundTerm>> {
-    let mut groups: Vec<Vec<&FoundTerm>> = Vec::new();
-    for &found in terms {
-        let alike = |group: &&mut Vec<&FoundTerm>| match (&group[0].term.form, &found.term.form) {
-            (Form::Harmonic { order: a, .. }, Form::Harmonic { order: b, .. }) => {
-                a == b && group[0].term.axis == found.term.axis
-            }
-            _ => false,
-        };
-        match groups.iter_mut().find(alike) {
-            Some(group) => group.push(found),
-            None => groups.push(vec![found]),
-        }
-    }
-    groups
-}
-
-fn term(halves: Vec<&FoundTerm>, streams: &Streams) -> EffectEntry {
-    let found = halves[0];
-    let (name, _) = found.term.size();
-    let effect = found.term.to_effect(found.size, streams);
-    let mut parameters: Vec<ParameterEntry> = halves
-        .iter()
-        .map(|half| {
-            let (name, unit) = half.term.size();
-            ParameterEntry::Number {
-                name: name.to_string(),
-                value: half.size,
-                std: half.std,
-                unit: unit.to_string(),
-            }
-        })
-        .collect();
-    parameters.extend(
-        effect
-            .parameters
-            .iter()
-            .filter(|(other, _)| *other != name)
-            .map(|(name, value)| match value {
-                EffectValue::Text(value) => ParameterEntry::Text {
-                    name: name.clone(),
-                    value: value.clone(),
-                },
-                EffectValue::Number(value) => ParameterEntry::Number {
-                    name: name.clone(),
-                    value: *value,
-                    std: 0.0,
-                    unit: if name == "order" { "1" } else { "s" }.to_string(),
-                },
-            }),
-    );
-    let expression = match effect.parameters.get("expression") {
-        Some(EffectValue::Text(expression)) => Some(expression.clone()),
-        _ => None,
-    };
-    let axis = AXES[found.term.axis];
-    let what_was_left_out = match (&expression, found.term.kind()) {
-        (Some(expression), _) if expression.starts_with("window(") => format!(
-            "Gyro {axis} drifts in one stretch of time and no measured channel explains it; the constant in the model is a description, not physics."
-        ),
-        (Some(expression), _) => format!(
-            "Gyro {axis} follows {expression}, which is no effect of the catalogue: an expression in measured channels, found by search."
-        ),
-        (None, reference_harmonic::KIND) => reference_harmonic::LEFT_OUT.to_string(),
-        (None, "gyro_bias_step") => format!("The bias of gyro {axis} jumps once and stays there."),
-        (None, _) => format!(
-            "The angle of gyro {axis} jumps once, as when its counter loses or gains pulses."
-        ),
-    };
-    EffectEntry {
-        kind: found.term.kind().to_string(),
-        indistinguishable_from: Vec::new(),
-        equation: found.term.equation(),
-        covariance: {
-            let numbers = parameters
-                .iter()
-                .filter(|parameter| matches!(parameter, ParameterEntry::Number { .. }))
-                .count();
-            let mut covariance = vec![vec![0.0; numbers]; numbers];
-            for (place, half) in halves.iter().enumerate() {
-                covariance[place][place] = half.std * half.std;
-            }
-            if halves.len() > 1 {
-                covariance[0][1] = found.with_next;
-                covariance[1][0] = found.with_next;
-            }
-            covariance
-        },
-        parameters,
-        identifiable: halves
-            .iter()
-            .map(|half| Identifiable {
-                combination: BTreeMap::from([(half.term.size().0.to_string(), 1.0)]),
-                value: half.size,
-                std: half.std,
-            })
-            .collect(),
-        log_evidence_gain: 0.5 * found.ratio,
-        p_value: found.p_value,
-        what_was_left_out,
-        expression,
-        regimes: Vec::new(),
-    }
-}
-
-fn noise(excess: &Excess) -> EffectEntry {
-    EffectEntry {
-        kind: excess.kind.to_string(),
-        indistinguishable_from: excess
-            .indistinguishable_from
-            .iter()
-            .map(|kind| (*kind).to_string())
-            .collect(),
-        equation: excess.equation.to_string(),
-        parameters: (0..3)
-            .map(|axis| ParameterEntry::Number {
-                name: AXES[axis].to_string(),
-                value: excess.values[axis],
-                std: excess.stds[axis],
-                unit: excess.unit.to_string(),
-            })
-            .collect(),
-        covariance: (0..3)
-            .map(|a| {
-                (0..3)
-                    .map(|b| if a == b { excess.stds[a].powi(2) } else { 0.0 })
-                    .collect()
-            })
-            .collect(),
-        identifiable: Vec::new(),
-        log_evidence_gain: excess.log_likelihood_gain,
-        p_value: excess.p_value,
-        what_was_left_out: excess.left_out.to_string(),
-        expression: None,
-        regimes: Vec::new(),
-    }
-}
-
-pub(super) fn channel(validation: &Validation) -> ChannelEntry {
-    let figures = |figures: &Figures| FiguresEntry {
-        drift_rad_s: figures.drift_rad_s,
-        drift_std_rad_s: figures.drift_std_rad_s,
-        normalised_power: figures.normalised_power,
-        normalised_power_all: figures.normalised_power_all,
-        white_p_value: figures.white_p_value,
-    };
-    ChannelEntry {
-        channel: format!("gyro_{}", AXES[validation.axis]),
-        unit: None,
-        band_hz: [validation.band_hz.0, validation.band_hz.1],
-        held_out_before: figures(&validation.before),
-        held_out_after: figures(&validation.after),
-    }
 }

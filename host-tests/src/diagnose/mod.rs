@@ -103,6 +103,12 @@ pub mod result;
 
 pub mod explain;
 
+mod entries;
+
+mod figures;
+
+mod explained_model;
+
 mod sentences;
 
 mod still_words;
@@ -204,7 +210,7 @@ pub fn diagnose_aligned(
                 "fewer than two seconds of rows with all channels measured",
                 faults
                     .iter()
-                    .map(|fault| explain::fault_entry(&streams, fault))
+                    .map(|fault| entries::fault_entry(&streams, fault))
                     .collect(),
             ),
             model: model.clone(),

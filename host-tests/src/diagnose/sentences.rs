@@ -4,10 +4,12 @@
 
 use super::attitude::NOT_SHOWN;
 use super::declare::FAMILY_SIGNIFICANCE;
-use super::explain::{DEG_H, Findings, NEEDED_SNR, combination, parameters_of};
+use super::entries::parameters_of;
+use super::explain::{DEG_H, Findings, NEEDED_SNR, combination};
 use super::hypotheses::{CATALOGUE, NOT_TESTED, Subject};
 use super::identify::identifiable;
 use super::result::{EffectEntry, ParameterEntry, Verdict};
+use super::select::Choice;
 use super::self_test::SelfTest;
 use super::streams::AXES;
 use super::validate::drift_chance;
@@ -65,36 +67,7 @@ impl Findings<'_> {
             ));
         }
         for effect in effects {
-            lines.push(format!(
-                "What: {} ({}). {}",
-                effect.kind, effect.equation, effect.what_was_left_out
-            ));
-            for fixed in &effect.identifiable {
-                let unit = effect
-                    .parameters
-                    .iter()
-                    .find_map(|parameter| match parameter {
-                        ParameterEntry::Number { name, unit, .. }
-                            if fixed.combination.contains_key(name) =>
-                        {
-                            Some(unit.as_str())
-                        }
-                        _ => None,
-                    })
-                    .unwrap_or("");
-                lines.push(format!(
-                    "      {} = {:.3e} ± {:.1e} {unit}",
-                    combination(&fixed.combination),
-                    fixed.value,
-                    fixed.std
-                ));
-            }
-            if !effect.indistinguishable_from.is_empty() {
-                lines.push(format!(
-                    "      This recording cannot tell it from {}.",
-                    effect.indistinguishable_from.join(", ")
-                ));
-            }
+            lines.extend(effect_lines(effect));
         }
         for validation in self.validations {
             if drift_chance(&validation.before) < FAMILY_SIGNIFICANCE {
@@ -112,12 +85,7 @@ impl Findings<'_> {
                 .filter(|test| test.slides > 0)
                 .map(self_test_line),
         );
-        for (effect, reason) in &self.catch.vetoed {
-            lines.push(format!(
-                "Not named: {} fits in part, but {reason}.",
-                CATALOGUE[*effect].card().kind
-            ));
-        }
+        lines.extend(vetoed_lines(&self.catch.vetoed));
         lines
     }
 
@@ -146,13 +114,7 @@ impl Findings<'_> {
                 };
                 format!("{}: {why}", entry.card().kind)
             });
-        let weak = self.catch.choice.reach.iter().filter(|(_, snr)| *snr < NEEDED_SNR).map(|(effect, snr)| {
-            let card = CATALOGUE[*effect].card();
-            format!(
-                "{}: at {:.1e} {} it would reach a matched-filter SNR of {snr:.1} here, {NEEDED_SNR} are needed",
-                card.kind, card.typical, card.unit
-            )
-        });
+        let weak = weak_lines(&self.catch.choice);
         let untested = NOT_TESTED
             .iter()
             .map(|kind| format!("{kind}: not tested by this version"));
@@ -166,26 +128,85 @@ impl Findings<'_> {
     }
 
     pub(super) fn next_experiment(&self) -> String {
-        let open: Vec<&'static str> = self
-            .catch
-            .choice
-            .chosen
-            .iter()
-            .filter(|one| {
-                let card = CATALOGUE[one.effect].card();
-                !one.indistinguishable_from.is_empty()
-                    || identifiable(card, one).len() < parameters_of(one).len()
-            })
-            .map(|one| CATALOGUE[one.effect].card().next_experiment)
-            .collect();
+        let open = experiments(&self.catch.choice);
         if !open.is_empty() {
-            return open.join(" ");
+            return open;
         }
         if !self.left.is_empty() {
             return "Repeat the located stretch with one thing changed at a time: amplitude, frequency, attitude, temperature; what the residual scales with names its cause.".to_string();
         }
         "Nothing is confused here; a motion richer in amplitude and frequency would lower what is not excluded.".to_string()
     }
+}
+
+/// An effect, what the data fix of it, and what it cannot be told from.
+pub(super) fn effect_lines(effect: &EffectEntry) -> Vec<String> {
+    let mut lines = vec![format!(
+        "What: {} ({}). {}",
+        effect.kind, effect.equation, effect.what_was_left_out
+    )];
+    for fixed in &effect.identifiable {
+        let unit = effect
+            .parameters
+            .iter()
+            .find_map(|parameter| match parameter {
+                ParameterEntry::Number { name, unit, .. }
+                    if fixed.combination.contains_key(name) =>
+                {
+                    Some(unit.as_str())
+                }
+                _ => None,
+            })
+            .unwrap_or("");
+        lines.push(format!(
+            "      {} = {:.3e} ± {:.1e} {unit}",
+            combination(&fixed.combination),
+            fixed.value,
+            fixed.std
+        ));
+    }
+    if !effect.indistinguishable_from.is_empty() {
+        lines.push(format!(
+            "      This recording cannot tell it from {}.",
+            effect.indistinguishable_from.join(", ")
+        ));
+    }
+    lines
+}
+
+/// Names that were taken back, with the reason.
+pub(super) fn vetoed_lines(vetoed: &[(usize, String)]) -> impl Iterator<Item = String> {
+    vetoed.iter().map(|(effect, reason)| {
+        let kind = CATALOGUE[*effect].card().kind;
+        format!("Not named: {kind} fits in part, but {reason}.")
+    })
+}
+
+/// Effects that would not be seen at their typical size.
+pub(super) fn weak_lines(choice: &Choice) -> impl Iterator<Item = String> {
+    let weak = choice.reach.iter().filter(|(_, snr)| *snr < NEEDED_SNR);
+    weak.map(|(effect, snr)| {
+        let card = CATALOGUE[*effect].card();
+        format!(
+            "{}: at {:.1e} {} it would reach a matched-filter SNR of {snr:.1} here, {NEEDED_SNR} are needed",
+            card.kind, card.typical, card.unit
+        )
+    })
+}
+
+/// Motions that would separate what is confused; empty where nothing is.
+pub(super) fn experiments(choice: &Choice) -> String {
+    let open: Vec<&str> = choice
+        .chosen
+        .iter()
+        .filter(|one| {
+            let card = CATALOGUE[one.effect].card();
+            !one.indistinguishable_from.is_empty()
+                || identifiable(card, one).len() < parameters_of(one).len()
+        })
+        .map(|one| CATALOGUE[one.effect].card().next_experiment)
+        .collect();
+    open.join(" ")
 }
 
 /// The self-test in a sentence.

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use strapdown::earth::ROTATION_RAD_S;
 
 use super::empirical::Form;
+use super::entries::{by_axis, unlisted};
 use super::explain::{DEG_H, Findings, cycle_expression};
 use super::hunt::FoundTerm;
 use super::lines::relation;
@@ -117,22 +118,10 @@ impl Findings<'_> {
         let cycles = self.rows_found.cycles.iter().map(|cycle| {
             let beat_hz = rate_hz * cycle.turns as f64 / cycle.rows as f64;
             let [x, y, z] = cycle.held_out;
+            let (parameters, covariance) = by_axis(cycle.amplitude, cycle.std, "1");
             EffectEntry {
-                parameters: (0..3)
-                    .map(|axis| ParameterEntry::Number {
-                        name: AXES[axis].to_string(),
-                        value: cycle.amplitude[axis],
-                        std: cycle.std[axis],
-                        unit: "1".to_string(),
-                    })
-                    .collect(),
-                covariance: (0..3)
-                    .map(|a| {
-                        (0..3)
-                            .map(|b| if a == b { cycle.std[a].powi(2) } else { 0.0 })
-                            .collect()
-                    })
-                    .collect(),
+                parameters,
+                covariance,
                 p_value: cycle.p_value,
                 expression: Some(cycle_expression(cycle)),
                 ..unlisted(
@@ -266,22 +255,6 @@ impl Findings<'_> {
 /// Lines from which others may be made: each dither and a converter or two.
 const FUNDAMENTALS: usize = 5;
 
-fn unlisted(equation: String, what_was_left_out: String) -> EffectEntry {
-    EffectEntry {
-        kind: "unlisted".to_string(),
-        indistinguishable_from: Vec::new(),
-        equation,
-        parameters: Vec::new(),
-        covariance: Vec::new(),
-        identifiable: Vec::new(),
-        log_evidence_gain: 0.0,
-        p_value: 0.0,
-        what_was_left_out,
-        expression: None,
-        regimes: Vec::new(),
-    }
-}
-
 fn line_entry(group: &Group, from: Option<String>) -> EffectEntry {
     let hz = group.frequency_hz;
     let origin = match from {
@@ -289,23 +262,11 @@ fn line_entry(group: &Group, from: Option<String>) -> EffectEntry {
         None => "A vibration, a converter's tone, or the image of something faster than half the row rate, such as a dither: one row rate does not tell which.".to_string(),
     };
     let amplitudes = group.power.map(f64::sqrt);
+    let (parameters, covariance) = by_axis(amplitudes, group.std, "rad/s");
     let [x, y, z] = amplitudes.map(|amplitude| amplitude * DEG_H);
     EffectEntry {
-        parameters: (0..3)
-            .map(|axis| ParameterEntry::Number {
-                name: AXES[axis].to_string(),
-                value: amplitudes[axis],
-                std: group.std[axis],
-                unit: "rad/s".to_string(),
-            })
-            .collect(),
-        covariance: (0..3)
-            .map(|a| {
-                (0..3)
-                    .map(|b| if a == b { group.std[a].powi(2) } else { 0.0 })
-                    .collect()
-            })
-            .collect(),
+        parameters,
+        covariance,
         log_evidence_gain: 0.5 * group.ratio,
         p_value: group.p_value,
         expression: Some(format!("sine({hz:.5})")),

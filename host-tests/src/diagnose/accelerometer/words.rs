@@ -3,21 +3,19 @@
 //! Enters: [`Found`] and the gyros' [`Outcome`]. Leaves: the outcome with locations, effects, fit and model of both, the
 //! verdict of both together, and what the accelerometers could not have shown. µg where people read.
 
-use std::collections::BTreeMap;
-
 use super::Found;
 use crate::diagnose::Outcome;
 use crate::diagnose::declare::FAMILY_SIGNIFICANCE;
-use crate::diagnose::explain::{NEEDED_SNR, channel, combination, listed};
+use crate::diagnose::entries::{listed, regimes, unlisted};
+use crate::diagnose::explained_model::{effect_of, switch_on};
+use crate::diagnose::figures::{channel, runners_up, sensitivity};
 use crate::diagnose::hypotheses::{CATALOGUE, Subject};
-use crate::diagnose::identify::identifiable;
 use crate::diagnose::locate::Location;
 use crate::diagnose::result::*;
 use crate::diagnose::select::Chosen;
-use crate::diagnose::sentences::opening;
+use crate::diagnose::sentences::{effect_lines, experiments, opening, vetoed_lines, weak_lines};
 use crate::diagnose::streams::AXES;
 use crate::diagnose::validate::drift_chance;
-use crate::model::{EffectValue, Model, ModelEffect};
 
 /// m/s² to millionths of standard gravity.
 const MICRO_G: f64 = 1e6 / 9.80665;
@@ -63,29 +61,16 @@ impl Found<'_> {
             }));
         diagnosis.accelerometer_noise = self.noise();
         diagnosis.trials += self.choice.trials;
-        let runners_up = self.choice.runners_up.iter();
-        diagnosis
-            .runners_up
-            .extend(runners_up.map(|(effect, behind)| RunnerUp {
-                kind: CATALOGUE[*effect].card().kind.to_string(),
-                behind: *behind,
-            }));
-        let reach = self.choice.reach.iter();
-        diagnosis.sensitivity.extend(reach.map(|(effect, snr)| {
-            let card = CATALOGUE[*effect].card();
-            Sensitivity {
-                kind: card.kind.to_string(),
-                typical: card.typical,
-                unit: card.unit.to_string(),
-                snr: *snr,
-            }
-        }));
+        diagnosis.runners_up.extend(runners_up(&self.choice));
+        diagnosis.sensitivity.extend(sensitivity(&self.choice));
         diagnosis.not_excluded.extend(self.not_excluded());
-        let open = self.open();
+        let open = experiments(&self.choice);
         if !open.is_empty() {
             diagnosis.next_experiment = format!("{} {open}", diagnosis.next_experiment);
         }
-        self.switch_on(&mut outcome.model);
+        for one in &self.choice.chosen {
+            switch_on(&mut outcome.model, effect_of(one));
+        }
     }
 
     fn effects(&self) -> Vec<EffectEntry> {
@@ -95,15 +80,7 @@ impl Found<'_> {
             .iter()
             .zip(&self.verdicts)
             .map(|(one, verdict)| EffectEntry {
-                regimes: verdict
-                    .amplitudes
-                    .iter()
-                    .map(|amplitude| RegimeEntry {
-                        name: amplitude.regime.clone(),
-                        amplitude: amplitude.value,
-                        std: amplitude.std,
-                    })
-                    .collect(),
+                regimes: regimes(verdict),
                 what_was_left_out: self.left_out(one),
                 ..listed(one)
             });
@@ -137,30 +114,22 @@ impl Found<'_> {
 
     /// Physics without a name: only its location.
     fn unexplained(&self, location: &Location) -> EffectEntry {
+        let axis = AXES[location.axis];
+        let from_s = self.streams.begin_s(location.rows.start);
+        let to_s = self.streams.begin_s(location.rows.end);
+        let (low_hz, high_hz) = location.band_hz;
+        let grows = match location.regime.as_str() {
+            "" => String::new(),
+            regime => format!("; it {regime}"),
+        };
         EffectEntry {
-            kind: "unlisted".to_string(),
-            indistinguishable_from: Vec::new(),
-            equation: String::new(),
-            parameters: Vec::new(),
-            covariance: Vec::new(),
-            identifiable: Vec::new(),
-            log_evidence_gain: 0.0,
             p_value: location.p_value,
-            what_was_left_out: format!(
-                "Accelerometer {} shows more than its noise between {:.1} and {:.1} s, {:.1} to {:.0} Hz, and no entry of the catalogue explains it{}.",
-                AXES[location.axis],
-                self.streams.begin_s(location.rows.start),
-                self.streams.begin_s(location.rows.end),
-                location.band_hz.0,
-                location.band_hz.1,
-                if location.regime.is_empty() {
-                    String::new()
-                } else {
-                    format!("; it {}", location.regime)
-                }
-            ),
-            expression: None,
-            regimes: Vec::new(),
+            ..unlisted(
+                String::new(),
+                format!(
+                    "Accelerometer {axis} shows more than its noise between {from_s:.1} and {to_s:.1} s, {low_hz:.1} to {high_hz:.0} Hz, and no entry of the catalogue explains it{grows}."
+                ),
+            )
         }
     }
 
@@ -205,28 +174,7 @@ impl Found<'_> {
             ));
         }
         for effect in effects {
-            lines.push(format!(
-                "What: {} ({}). {}",
-                effect.kind, effect.equation, effect.what_was_left_out
-            ));
-            let unit = match effect.parameters.first() {
-                Some(ParameterEntry::Number { unit, .. }) => unit.as_str(),
-                _ => "",
-            };
-            for fixed in &effect.identifiable {
-                lines.push(format!(
-                    "      {} = {:.3e} ± {:.1e} {unit}",
-                    combination(&fixed.combination),
-                    fixed.value,
-                    fixed.std
-                ));
-            }
-            if !effect.indistinguishable_from.is_empty() {
-                lines.push(format!(
-                    "      This recording cannot tell it from {}.",
-                    effect.indistinguishable_from.join(", ")
-                ));
-            }
+            lines.extend(effect_lines(effect));
         }
         for validation in &self.validations {
             if drift_chance(&validation.before) < FAMILY_SIGNIFICANCE {
@@ -239,12 +187,7 @@ impl Found<'_> {
                 ));
             }
         }
-        for (effect, reason) in &self.vetoed {
-            lines.push(format!(
-                "Not named: {} fits in part, but {reason}.",
-                CATALOGUE[*effect].card().kind
-            ));
-        }
+        lines.extend(vetoed_lines(&self.vetoed));
         /// A tenth more noise than declared is worth a sentence (the gyros' limit too).
         const NOISIER: f64 = 1.1;
         for (axis, letter) in AXES.iter().enumerate() {
@@ -261,13 +204,7 @@ impl Found<'_> {
     }
 
     fn not_excluded(&self) -> Vec<String> {
-        let weak = self.choice.reach.iter().filter(|(_, snr)| *snr < NEEDED_SNR).map(|(effect, snr)| {
-            let card = CATALOGUE[*effect].card();
-            format!(
-                "{}: at {:.1e} {} it would reach a matched-filter SNR of {snr:.1} here, {NEEDED_SNR} are needed",
-                card.kind, card.typical, card.unit
-            )
-        });
+        let weak = weak_lines(&self.choice);
         let left_out = CATALOGUE
             .iter()
             .enumerate()
@@ -282,46 +219,6 @@ impl Found<'_> {
             )
         });
         weak.chain(left_out).chain(shaken).collect()
-    }
-
-    /// Motions that would separate what is confused.
-    fn open(&self) -> String {
-        let open: Vec<&str> = self
-            .choice
-            .chosen
-            .iter()
-            .filter(|one| {
-                let card = CATALOGUE[one.effect].card();
-                !one.indistinguishable_from.is_empty()
-                    || identifiable(card, one).len() < card.count()
-            })
-            .map(|one| CATALOGUE[one.effect].card().next_experiment)
-            .collect();
-        open.join(" ")
-    }
-
-    /// Adds the found effects to the model; sizes of one kind add up.
-    fn switch_on(&self, model: &mut Model) {
-        for one in &self.choice.chosen {
-            let card = CATALOGUE[one.effect].card();
-            let found = (0..card.count()).map(|k| (card.name(k), one.values[k]));
-            let known = model
-                .effects
-                .iter()
-                .position(|known| known.kind == card.kind);
-            let place = known.unwrap_or_else(|| {
-                model.effects.push(ModelEffect {
-                    kind: card.kind.to_string(),
-                    parameters: BTreeMap::new(),
-                });
-                model.effects.len() - 1
-            });
-            let entry = &mut model.effects[place];
-            for (name, value) in found {
-                let sum = entry.number(&name) + value;
-                entry.parameters.insert(name, EffectValue::Number(sum));
-            }
-        }
     }
 }
 

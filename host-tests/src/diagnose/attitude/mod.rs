@@ -41,6 +41,7 @@ use std::path::Path as FilePath;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::Outcome;
+use super::entries;
 use super::explain;
 use super::hypotheses::{self, CATALOGUE};
 use super::products::Products;
@@ -177,7 +178,7 @@ pub fn diagnose(
             prepared
                 .faults
                 .iter()
-                .map(|fault| explain::fault_entry(streams, fault))
+                .map(|fault| entries::fault_entry(streams, fault))
                 .collect(),
         ),
         model: model.clone(),
