@@ -463,12 +463,8 @@ pub fn diagnose_aligned(
         model: findings.explained_model(model),
         pictures: Some(pictures),
     };
-    let given = accelerometer::Given {
-        model,
-        model_file,
-        left_out,
-    };
-    accelerometer::add(&mut scene, &given, &mut outcome, progress)?;
+    let given = accelerometer::Given { model, left_out };
+    accelerometer::add(&mut scene, &given, &mut outcome, progress);
     Ok(outcome)
 }
 

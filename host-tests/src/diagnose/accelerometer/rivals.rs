@@ -13,12 +13,18 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::bench::ForceBench;
 use super::felt::Felt;
+use crate::diagnose::bench::Bench as _;
 use crate::diagnose::declare::FAMILY_SIGNIFICANCE;
+use crate::diagnose::hypotheses::no_effects;
 use crate::diagnose::information::stable_inverse;
-use crate::diagnose::portion::{Bins, inner};
+use crate::diagnose::noise::Noise;
+use crate::diagnose::portion::{Bins, Portion, inner};
 use crate::diagnose::regressor::{Regressor, gram};
 use crate::diagnose::scene::Scene;
-use crate::diagnose::streams::AXES;
+use crate::diagnose::select::{Choice, prior_width};
+use crate::diagnose::split::Split;
+use crate::diagnose::streams::{AXES, Triad};
+use crate::diagnose::workbench::Parameters;
 
 /// An expression in what is measured, as a velocity per row.
 pub struct Expression {
@@ -133,6 +139,64 @@ pub fn best(
             ratio,
             p_value,
         })
+    })
+}
+
+/// An effect against expressions outside the catalogue.
+pub struct Rivalry {
+    /// The best expression on each accelerometer.
+    pub best: [Option<Best>; 3],
+    /// Likelihood ratio of the effect with all its parameters.
+    share: f64,
+}
+
+impl Rivalry {
+    /// The expressions, where they explain clearly more than the effect.
+    pub fn beats_effect(&self) -> Option<String> {
+        /// How much better (2 Δ ln L) they must be, as for the gyros.
+        const CLEARLY_BETTER: f64 = 20.0;
+        let all: f64 = self.best.iter().flatten().map(|best| best.ratio).sum();
+        let names: Vec<&str> = self
+            .best
+            .iter()
+            .flatten()
+            .map(|best| best.name.as_str())
+            .collect();
+        (all > self.share + CLEARLY_BETTER).then(|| names.join(", "))
+    }
+}
+
+/// Weighs expressions on a residual from which every chosen effect but `open` is taken.
+pub fn rivalry(
+    scene: &Scene,
+    residual: &Triad,
+    parameters: &Parameters,
+    (choice, split, noise): (&Choice, &Split, [Noise; 3]),
+    open: Option<usize>,
+    expressions: &[Expression],
+) -> Option<Rivalry> {
+    let portion = Portion::new(split.fitted.clone(), noise[0].rate_hz)?;
+    let set: Vec<usize> = choice.chosen.iter().map(|one| one.effect).collect();
+    let mut at = no_effects();
+    for one in &choice.chosen {
+        at[one.effect] = one.values.iter().copied().collect();
+    }
+    let bench = ForceBench::new(scene, residual, parameters, portion, noise, &set, &at);
+    let information = bench.information();
+    let gain = |set: &[usize]| {
+        let mut indices = parameters.of_all(set);
+        indices.extend(bench.unknowns());
+        let prior = |index| prior_width(parameters, &information, index);
+        information.solve(&indices, &prior).log_likelihood_gain
+    };
+    let rest: Vec<usize> = set
+        .iter()
+        .copied()
+        .filter(|&kept| Some(kept) != open)
+        .collect();
+    Some(Rivalry {
+        best: best(&bench, expressions, open),
+        share: 2.0 * (gain(&set) - gain(&rest)),
     })
 }
 

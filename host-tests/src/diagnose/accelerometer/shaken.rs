@@ -6,6 +6,8 @@
 //! out rather than named.
 
 use super::bench::ForceBench;
+use std::ops::Range;
+
 use crate::diagnose::bench::Bench as _;
 use crate::diagnose::declare::BAND_EDGES_HZ;
 use crate::diagnose::hypotheses::{CATALOGUE, no_effects};
@@ -115,5 +117,36 @@ fn straighten(bench: &mut ForceBench, parameters: &Parameters, candidates: &[usi
             .map(|place| solution.values[place])
             .collect();
         bench.relinearise(effect, &at);
+    }
+}
+
+/// Names of the regimes that were shaken.
+pub fn name_shaken(split: &Split, shaken: &[Option<bool>]) -> Vec<String> {
+    split
+        .regimes
+        .iter()
+        .zip(shaken)
+        .filter(|(_, shaken)| **shaken == Some(true))
+        .map(|(regime, _)| regime.name.clone())
+        .collect()
+}
+
+/// The split without regimes that were shaken.
+pub fn without_shaken(split: Split, shaken: &[Option<bool>]) -> Split {
+    let kept: Vec<Range<usize>> = split
+        .regimes
+        .iter()
+        .zip(shaken)
+        .filter(|(_, shaken)| **shaken != Some(true))
+        .map(|(regime, _)| regime.rows.clone())
+        .collect();
+    Split {
+        fitted: intersect(&split.fitted, &kept),
+        held_out: intersect(&split.held_out, &kept),
+        regimes: split
+            .regimes
+            .into_iter()
+            .filter(|regime| kept.contains(&regime.rows))
+            .collect(),
     }
 }

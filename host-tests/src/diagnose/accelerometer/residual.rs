@@ -1,0 +1,57 @@
+//! What the accelerometers read less what their model predicts.
+//!
+//! Enters: the scene with its felt force, the model. Leaves: the residual on the accelerometers' rows \[m/s per row\],
+//! and sums of such.
+
+use super::Given;
+use super::felt::Felt;
+use crate::diagnose::hypotheses::{self, Subject};
+use crate::diagnose::residual::values_of;
+use crate::diagnose::scene::Scene;
+use crate::diagnose::streams::Triad;
+
+/// The prediction that a scene with accelerometers has.
+pub(super) fn scene_felt(scene: &Scene) -> &Felt {
+    scene.felt.as_ref().expect("prepared before")
+}
+
+/// Readings less the model's prediction, its own accelerometer effects included \[m/s per row\].
+pub(super) fn residual_m_s(scene: &Scene, given: &Given) -> Triad {
+    let felt = scene_felt(scene);
+    let bias_m_s2 = given
+        .model
+        .accelerometer
+        .as_ref()
+        .map_or([0.0; 3], |accelerometer| accelerometer.bias_m_s2);
+    let mut residual = felt.rows.sensed_m_s.clone();
+    let plain = [0, 1, 2].map(|axis: usize| felt.sensed_m_s(axis, bias_m_s2[axis]));
+    subtract(&mut residual, &plain);
+    for effect in &given.model.effects {
+        let known = hypotheses::find(&effect.kind).map(|(_, hypothesis)| hypothesis);
+        if let Some(hypothesis) = known.filter(|h| h.subject() == Subject::Accelerometers) {
+            let values = values_of(hypothesis, effect);
+            subtract(&mut residual, &hypothesis.prediction(scene, &values));
+        }
+    }
+    residual
+}
+
+/// Takes a part out.
+pub(super) fn subtract(from: &mut Triad, part: &Triad) {
+    for (values, part) in from.iter_mut().zip(part) {
+        values
+            .iter_mut()
+            .zip(part)
+            .for_each(|(value, part)| *value -= part);
+    }
+}
+
+/// Puts a part back.
+pub(super) fn add_to(into: &mut Triad, part: &Triad) {
+    for (values, part) in into.iter_mut().zip(part) {
+        values
+            .iter_mut()
+            .zip(part)
+            .for_each(|(value, part)| *value += part);
+    }
+}
