@@ -1,6 +1,6 @@
 //! References slower than the gyros: attitudes at any rate, down to one before and one after a motion. The road:
 //!
-//! samples, own_motion → path → align → record → cut → levels (whiten) → bench → hunt → judge → words
+//! samples, own_motion (prepare) → path → align, lie → record → cut → levels (whiten) → bench → hunt → judge → words
 //!
 //! Enters: gyros at their rate and `reference_attitude`, or `reference_increment` on a clock of its own; the model.
 //! Leaves: [`Outcome`], in the types and words of the diagnosis on rows, whose catalogue, selection and invariance
@@ -9,6 +9,8 @@
 //! Deliberately not here: lever arms, a frame that travels, dither (it averages out of an attitude).
 
 pub mod align;
+
+mod lie;
 
 pub mod bench;
 
@@ -26,6 +28,8 @@ pub mod own_motion;
 
 pub mod path;
 
+mod prepare;
+
 pub mod record;
 
 pub mod samples;
@@ -38,27 +42,20 @@ mod words;
 
 use std::path::Path as FilePath;
 
-use nalgebra::{UnitQuaternion, Vector3};
-
 use super::Outcome;
 use super::entries;
 use super::explain;
-use super::hypotheses::{self, CATALOGUE};
+use super::hypotheses::CATALOGUE;
 use super::products::Products;
-use super::qualify;
-use super::residual::{body_from_sensing, residual_rad};
 use super::scene::Scene;
 use super::split;
-use super::streams::{Streams, Triad};
 use super::workbench::Parameters;
 use crate::error::InputError;
-use crate::model::{EffectValue, Model, MotionSource};
+use crate::model::{Model, MotionSource};
 use crate::recording::{Clock, Quantity, Recording};
 
-use bench::{AttitudeBench, Behind};
-use levels::DeclaredLevels;
-use record::{Lie, Record};
-use samples::AttitudeSample;
+use bench::Behind;
+use prepare::prepare;
 
 /// Kinds that an attitude now and then cannot show, with the reason printed in `not_excluded`.
 pub const NOT_SHOWN: [(&str, &str); 7] = [
@@ -117,16 +114,6 @@ pub fn is_slow(recording: &Recording, model: &Model) -> bool {
     }
 }
 
-/// Everything before the search: the gyros' own motion beside the samples.
-struct Prepared {
-    scene: Scene,
-    faults: Vec<qualify::Fault>,
-    samples: Vec<AttitudeSample>,
-    increments_rad: Triad,
-    lie: Lie,
-    declared: DeclaredLevels,
-}
-
 /// Diagnoses a recording with a slow reference.
 pub fn diagnose(
     left_out: &[&str],
@@ -141,14 +128,14 @@ pub fn diagnose(
     let streams = &scene.streams;
     let parameters = Parameters::of_catalogue();
     progress("comparing attitudes");
-    let before = record_of(&prepared, model, &prepared.lie);
+    let before = prepared.record(model, &prepared.lie);
     progress("looking for the reference's clock");
-    let lie = align(&prepared, &before, model, &parameters);
+    let lie = lie::settle(&prepared, &before, model, &parameters);
     let moved;
     let record = match &lie {
         None => &before,
         Some(lie) => {
-            moved = record_of(&prepared, model, lie);
+            moved = prepared.record(model, lie);
             &moved
         }
     };
@@ -221,7 +208,7 @@ pub fn diagnose(
             .map_err(|problem| InputError::new(model_file, problem))
     };
     let (mut bench, mut catch) = run(record)?;
-    let nearer = relinearised(&prepared, model, record, lie.as_ref(), &catch);
+    let nearer = prepare::relinearised(&prepared, model, record, lie.as_ref(), &catch);
     let mut record = record;
     if let Some(nearer) = &nearer {
         progress("once more from what was found");
@@ -246,181 +233,6 @@ pub fn diagnose(
     .outcome(catch))
 }
 
-fn prepare(
-    recording: &Recording,
-    model: &Model,
-    model_file: &FilePath,
-    progress: &dyn Fn(&str),
-) -> Result<Prepared, InputError> {
-    progress("aligning the channels");
-    let samples = samples::slow_samples(recording)?;
-    let mut streams = Streams::align_without_reference(recording, model)?;
-    let from_sensing = body_from_sensing(&model.gyro.installation_rad);
-    own_motion::take_own_motion(&mut streams, model, &from_sensing);
-    progress("qualifying the data");
-    let faults: Vec<qualify::Fault> = qualify::qualify(&mut streams)
-        .into_iter()
-        .filter(|fault| !qualify::is_known(fault, &streams, &model.effects))
-        .collect();
-    progress("deriving the motion");
-    let declared = declared_levels(model);
-    let own_noise_rad = declared
-        .gyro_white_rad2
-        .iter()
-        .fold(0.0, |most: f64, v| most.max(*v));
-    let scene = Scene::new(streams, Some(own_noise_rad.sqrt()), model.gyro.scale_error);
-    // The clock and frame of the reference are undone exactly; everything else through its own hypothesis.
-    let number = |kind: &str, name: &str| -> f64 {
-        let of_kind = model.effects.iter().filter(|effect| effect.kind == kind);
-        of_kind
-            .filter_map(|effect| match effect.parameters.get(name) {
-                Some(EffectValue::Number(value)) => Some(*value),
-                _ => None,
-            })
-            .sum()
-    };
-    let lie = Lie {
-        delay_s: number("reference_delay", "all"),
-        turn_rad: Vector3::new(
-            number("reference_misalignment", "x"),
-            number("reference_misalignment", "y"),
-            number("reference_misalignment", "z"),
-        ),
-    };
-    let mut rest = model.clone();
-    rest.effects.retain(|effect| {
-        !matches!(
-            effect.kind.as_str(),
-            "reference_delay" | "reference_misalignment"
-        )
-    });
-    // Own motion inverts the model, so what is left of the residual is what the known effects add.
-    let known = residual_rad(&scene, &rest, model_file)?;
-    let one_less_scale = Vector3::from(model.gyro.scale_error.map(|scale| 1.0 - scale));
-    let mut increments_rad = scene.streams.case_rad.clone();
-    for row in 0..scene.streams.rows {
-        let sensed = Vector3::from_fn(|axis, _| one_less_scale[axis] * known[axis][row]);
-        let part = from_sensing * sensed;
-        for axis in 0..3 {
-            increments_rad[axis][row] += part[axis];
-        }
-    }
-    Ok(Prepared {
-        scene,
-        faults,
-        samples,
-        increments_rad,
-        lie,
-        declared,
-    })
-}
-
-/// Noise that the model declares: pulses and pickoff are read with the gyros, gyro and reference walk at random.
-fn declared_levels(model: &Model) -> DeclaredLevels {
-    let squares = |kind: &str, axis: usize| -> f64 {
-        let of_kind = model.effects.iter().filter(|effect| effect.kind == kind);
-        of_kind
-            .filter_map(
-                |effect| match effect.parameters.get(super::streams::AXES[axis]) {
-                    Some(EffectValue::Number(value)) => Some(value * value),
-                    _ => None,
-                },
-            )
-            .sum()
-    };
-    let reference = model.reference.as_ref();
-    let reference_walk = reference.map_or(0.0, |reference| {
-        reference.angle_random_walk_rad_sqrt_s.powi(2)
-    });
-    DeclaredLevels {
-        walk_rad2_s: [0, 1, 2].map(|axis: usize| {
-            let walk = model.gyro.angle_random_walk_rad_sqrt_s?[axis].powi(2);
-            Some(walk + reference_walk + squares("angle_random_walk", axis))
-        }),
-        gyro_white_rad2: [0, 1, 2].map(|axis: usize| {
-            let pickoff = model.dither.as_ref().map_or(0.0, |dither| {
-                dither.pickoff_gain[axis] * dither.pickoff_noise_rad[axis]
-            });
-            let pulses = model.gyro.pulse_weight_rad[axis].powi(2) / 12.0;
-            pulses + pickoff.powi(2) + squares("pulse_quantisation", axis) / 12.0
-        }),
-        reference_white_rad2: reference.map(|reference| reference.angle_noise_rad.powi(2)),
-    }
-}
-
-/// The record at what was found: where the gyros' errors turn their attitude far, their own columns turn with it, and
-/// the errors are linear in them only nearby. `None` where it makes no difference.
-fn relinearised(
-    prepared: &Prepared,
-    model: &Model,
-    record: &Record,
-    lie: Option<&Lie>,
-    catch: &super::hunt::Catch,
-) -> Option<Record> {
-    /// The square of this is below what any reference reads.
-    const FAR_RAD: f64 = 2e-4;
-    let scene = &prepared.scene;
-    let near = record.error_rad.iter().all(|error| error.norm() < FAR_RAD);
-    let linear = || {
-        let chosen = catch.choice.chosen.iter();
-        chosen.filter(|one| CATALOGUE[one.effect].is_linear())
-    };
-    if near || (linear().next().is_none() && catch.terms.is_empty()) {
-        return None;
-    }
-    let mut sensed: Triad = [0, 1, 2].map(|_| vec![0.0; scene.streams.rows]);
-    for one in linear() {
-        let part = CATALOGUE[one.effect].prediction(scene, one.values.as_slice());
-        for (sum, part) in sensed.iter_mut().zip(part) {
-            sum.iter_mut()
-                .zip(part)
-                .for_each(|(sum, part)| *sum += part);
-        }
-    }
-    for found in &catch.terms {
-        let column = found.term.column(scene).ok()?;
-        let sum = &mut sensed[found.term.axis];
-        sum.iter_mut()
-            .zip(column)
-            .for_each(|(sum, slope)| *sum += found.size * slope);
-    }
-    let from_sensing = body_from_sensing(&model.gyro.installation_rad);
-    let one_less_scale = Vector3::from(model.gyro.scale_error.map(|scale| 1.0 - scale));
-    let mut increments_rad = prepared.increments_rad.clone();
-    for row in 0..scene.streams.rows {
-        let part = Vector3::from_fn(|axis, _| one_less_scale[axis] * sensed[axis][row]);
-        let part = from_sensing * part;
-        for axis in 0..3 {
-            increments_rad[axis][row] -= part[axis];
-        }
-    }
-    let mut nearer = Record::new(
-        scene,
-        increments_rad,
-        &from_sensing,
-        &prepared.samples,
-        lie.unwrap_or(&prepared.lie),
-        prepared.declared.gyro_white_rad2,
-    );
-    // Moved so that a linear solution is the whole value, not the rest of it.
-    let taken = nearer.push(sensed.each_ref().map(|values| Some(values.as_slice())));
-    for (error, part) in nearer.error_rad.iter_mut().zip(taken) {
-        *error += part;
-    }
-    Some(nearer)
-}
-
-fn record_of(prepared: &Prepared, model: &Model, lie: &Lie) -> Record {
-    Record::new(
-        &prepared.scene,
-        prepared.increments_rad.clone(),
-        &body_from_sensing(&model.gyro.installation_rad),
-        &prepared.samples,
-        lie,
-        prepared.declared.gyro_white_rad2,
-    )
-}
-
 /// The effects to try.
 fn candidates(
     scene: &Scene,
@@ -442,85 +254,4 @@ fn candidates(
                 && !is_behind(kind)
         })
         .collect()
-}
-
-/// How a reference lies that lies far off: searched coarsely, then by Gauss–Newton with the gyros' plain errors free.
-fn align(
-    prepared: &Prepared,
-    before: &Record,
-    model: &Model,
-    parameters: &Parameters,
-) -> Option<Lie> {
-    /// Gauss–Newton steps; the coarse search ends within a few milliseconds, from which three suffice.
-    const STEPS: usize = 4;
-    let streams = &prepared.scene.streams;
-    let turned_back = UnitQuaternion::from_scaled_axis(-prepared.lie.turn_rad);
-    let as_modelled: Vec<AttitudeSample> = prepared
-        .samples
-        .iter()
-        .map(|sample| AttitudeSample {
-            time_s: sample.time_s - prepared.lie.delay_s,
-            navigation_from_body: sample.navigation_from_body * turned_back,
-            ..*sample
-        })
-        .collect();
-    let found = align::coarse(
-        &before.path,
-        &as_modelled,
-        &streams.usable,
-        streams.rate_hz,
-        prepared.scene.motion_edge_hz,
-    )?;
-    let far_turn = found.turn_rad != Vector3::zeros();
-    let far_delay = found.delay_s != 0.0;
-    // The reference reads C R; the model's turn was undone on its right, so what was found stands on its left.
-    let compose = |more: &Vector3<f64>, base: &Vector3<f64>| {
-        (UnitQuaternion::from_scaled_axis(*more) * UnitQuaternion::from_scaled_axis(*base))
-            .scaled_axis()
-    };
-    let mut lie = prepared.lie;
-    lie.delay_s += found.delay_s;
-    if far_turn {
-        lie.turn_rad = compose(&found.turn_rad, &lie.turn_rad);
-    }
-    let plain: Vec<usize> = ["gyro_bias", "gyro_scale", "installation"]
-        .iter()
-        .filter_map(|kind| hypotheses::find(kind).map(|(effect, _)| effect))
-        .collect();
-    for _ in 0..STEPS {
-        let record = record_of(prepared, model, &lie);
-        let whole = cut::cut(&record, split::split(streams).regimes, &cut::last_part).fitted;
-        if whole.is_empty() {
-            return None;
-        }
-        let levels = prepared.declared.plain();
-        let mut bench =
-            AttitudeBench::new(&prepared.scene, &record, parameters, whole, levels, &plain);
-        bench.levels = levels::first(&prepared.declared, &bench);
-        if far_delay {
-            bench.stand_behind(Behind::Delay).ok()?;
-        }
-        if far_turn {
-            for axis in 0..3 {
-                bench.stand_behind(Behind::Turn(axis)).ok()?;
-            }
-        }
-        let (values, _) = hunt::fit(&bench, parameters, &plain);
-        let mut more = Vector3::zeros();
-        for (behind, (_, value)) in bench.behind().zip(
-            values
-                .iter()
-                .filter(|(index, _)| *index >= parameters.count()),
-        ) {
-            match behind {
-                Behind::Delay => lie.delay_s += value,
-                Behind::Turn(axis) => more[*axis] = *value,
-                Behind::Term(_) => {}
-            }
-        }
-        if far_turn {
-            lie.turn_rad = compose(&more, &lie.turn_rad);
-        }
-    }
-    Some(lie)
 }

@@ -6,10 +6,10 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::Prepared;
 use super::bench::{AttitudeBench, Behind};
 use super::cut::Cut;
 use super::judge;
+use super::prepare::Prepared;
 use super::promise;
 use super::record::{Lie, Record};
 use crate::diagnose::Outcome;
