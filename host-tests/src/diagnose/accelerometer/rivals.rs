@@ -15,6 +15,7 @@ use super::bench::ForceBench;
 use super::felt::Felt;
 use crate::diagnose::bench::Bench as _;
 use crate::diagnose::declare::FAMILY_SIGNIFICANCE;
+use crate::diagnose::hunt::CLEARLY_BETTER;
 use crate::diagnose::hypotheses::no_effects;
 use crate::diagnose::information::stable_inverse;
 use crate::diagnose::noise::Noise;
@@ -153,8 +154,6 @@ pub struct Rivalry {
 impl Rivalry {
     /// The expressions, where they explain clearly more than the effect.
     pub fn beats_effect(&self) -> Option<String> {
-        /// How much better (2 Δ ln L) they must be, as for the gyros.
-        const CLEARLY_BETTER: f64 = 20.0;
         let all: f64 = self.best.iter().flatten().map(|best| best.ratio).sum();
         let names: Vec<&str> = self
             .best

@@ -12,6 +12,7 @@ use super::residual::{add_to, residual_m_s, scene_felt, subtract};
 use super::rivals::{self, Rivalry, rivalry};
 use super::steady;
 use crate::diagnose::bench::Bench as _;
+use crate::diagnose::hunt::VETO;
 use crate::diagnose::hypotheses::{CATALOGUE, no_effects};
 use crate::diagnose::invariance::Verdict;
 use crate::diagnose::noise::{Declared, Noise};
@@ -21,9 +22,6 @@ use crate::diagnose::select::{self, Choice, prior_width};
 use crate::diagnose::split::Split;
 use crate::diagnose::streams::Triad;
 use crate::diagnose::workbench::Parameters;
-
-/// Chance of the scatter between regimes below which a name is vetoed, as for the gyros.
-const VETO: f64 = 1e-5;
 
 /// Selection, then the vertical, then selection again: the angles are small and each round squares their error.
 const MOST_ROUNDS: usize = 5;
