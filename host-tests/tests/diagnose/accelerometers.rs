@@ -3,16 +3,14 @@
 
 use std::path::Path;
 
-use rlg::diagnose::result::{Diagnosis, ParameterEntry, Verdict};
+use super::support::{concealed, kinds, sizes_are};
+use rlg::diagnose::result::{Diagnosis, Verdict};
 use rlg::diagnose::{Outcome, diagnose, diagnose_without};
 use rlg::recording::{Channel, Clock, Quantity, Table};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::{Simulation, simulate};
 
 const TABLE: &str = include_str!("table_programme.toml");
-
-/// As for the gyros: of some forty parameters one in fifteen thousand is further than this by chance.
-const WITHIN: f64 = 4.0;
 
 fn recorded(effects: &str, seed: u64) -> Simulation {
     let scenario = Scenario::parse(&format!("{TABLE}\n{effects}"), Path::new("table.toml"));
@@ -24,52 +22,14 @@ fn diagnosed(simulation: &Simulation, model: &rlg::model::Model) -> Outcome {
     diagnose(&simulation.recording, model, file, 0, &|_| {}).expect("a diagnosis")
 }
 
-fn effect(kind: &str, values: &[(&str, f64)]) -> String {
-    let values: String = values
-        .iter()
-        .map(|(name, value)| format!("{name} = {value:e}\n"))
-        .collect();
-    format!("[[effect]]\nkind = \"{kind}\"\nconcealed = true\n{values}")
-}
-
-fn kinds(diagnosis: &Diagnosis) -> Vec<&str> {
-    diagnosis
-        .effects
-        .iter()
-        .map(|effect| effect.kind.as_str())
-        .collect()
-}
-
-/// The parameters of the effect in `place` are the concealed ones, absent ones zero.
-fn has_sizes(diagnosis: &Diagnosis, place: usize, concealed: &[(&str, f64)]) {
-    let found = &diagnosis.effects[place];
-    for parameter in &found.parameters {
-        let ParameterEntry::Number {
-            name, value, std, ..
-        } = parameter
-        else {
-            continue;
-        };
-        let truth = concealed
-            .iter()
-            .find(|(known, _)| known == name)
-            .map_or(0.0, |(_, value)| *value);
-        assert!(
-            (value - truth).abs() < WITHIN * std,
-            "{} {name}: {value:e} ± {std:e}, {truth:e}",
-            found.kind
-        );
-    }
-}
-
 /// `kind` alone is named, its sizes are right, and the model with it matches.
-fn is_named(kind: &str, concealed: &[(&str, f64)]) {
-    let simulation = recorded(&effect(kind, concealed), 7);
+fn is_named(kind: &str, truth: &[(&str, f64)]) {
+    let simulation = recorded(&concealed(kind, truth), 7);
     let outcome = diagnosed(&simulation, &simulation.model);
     let diagnosis = &outcome.diagnosis;
     assert_eq!(kinds(diagnosis), [kind], "{:#?}", diagnosis.summary);
     assert_eq!(diagnosis.verdict, Verdict::Explained);
-    has_sizes(diagnosis, 0, concealed);
+    sizes_are(&diagnosis.effects[0], truth);
     let again = diagnosed(&simulation, &outcome.model).diagnosis;
     assert_eq!(again.verdict, Verdict::Matches, "{:#?}", again.summary);
 }
@@ -145,19 +105,19 @@ fn accelerometers_away_from_the_centre_are_named() {
 #[test]
 fn an_effect_of_a_gyro_and_one_of_an_accelerometer_are_both_named() {
     let (bias, tilt) = ([("x", 2e-6), ("y", -3e-6)], [("xy", 1e-4), ("zx", -1e-4)]);
-    let both = effect("gyro_bias", &bias) + &effect("accel_misalignment", &tilt);
+    let both = concealed("gyro_bias", &bias) + &concealed("accel_misalignment", &tilt);
     let simulation = recorded(&both, 3);
     let diagnosis = diagnosed(&simulation, &simulation.model).diagnosis;
     let expected = ["gyro_bias", "accel_misalignment"];
     assert_eq!(kinds(&diagnosis), expected, "{:#?}", diagnosis.summary);
-    has_sizes(&diagnosis, 0, &bias);
-    has_sizes(&diagnosis, 1, &tilt);
+    sizes_are(&diagnosis.effects[0], &bias);
+    sizes_are(&diagnosis.effects[1], &tilt);
 }
 
 #[test]
 fn a_turned_reference_is_not_taken_for_turned_accelerometers() {
     let turned = [("x", 2e-4), ("y", -1e-4), ("z", 3e-4)];
-    let simulation = recorded(&effect("reference_misalignment", &turned), 4);
+    let simulation = recorded(&concealed("reference_misalignment", &turned), 4);
     let diagnosis = diagnosed(&simulation, &simulation.model).diagnosis;
     assert_eq!(
         kinds(&diagnosis),
@@ -172,7 +132,7 @@ fn a_stretch_shaken_along_a_line_is_left_out_and_said_so() {
     let shaken = "[[motion]]\nkind = \"random_vibration\"\nname = \"shaken\"\nduration_s = 8.0\nramp_s = 1.0\n\
         linear_psd_m2_s4_hz = { y = [[10.0, 0.1], [100.0, 0.1]] }\n";
     let bias = [("x", 1e-3), ("y", -5e-4), ("z", 8e-4)];
-    let simulation = recorded(&(shaken.to_string() + &effect("accel_bias", &bias)), 5);
+    let simulation = recorded(&(shaken.to_string() + &concealed("accel_bias", &bias)), 5);
     let diagnosis = diagnosed(&simulation, &simulation.model).diagnosis;
     assert_eq!(
         kinds(&diagnosis),
@@ -180,7 +140,7 @@ fn a_stretch_shaken_along_a_line_is_left_out_and_said_so() {
         "{:#?}",
         diagnosis.summary
     );
-    has_sizes(&diagnosis, 0, &bias);
+    sizes_are(&diagnosis.effects[0], &bias);
     let said = |words: &str| {
         diagnosis
             .not_excluded
@@ -236,7 +196,7 @@ fn in_a_table_of_their_own(simulation: &mut Simulation) {
 #[test]
 fn velocity_increments_at_their_own_rate_and_start_say_the_same() {
     let angles = [("xy", 1e-4), ("yz", -8e-5), ("zx", 6e-5)];
-    let mut simulation = recorded(&effect("accel_misalignment", &angles), 6);
+    let mut simulation = recorded(&concealed("accel_misalignment", &angles), 6);
     in_a_table_of_their_own(&mut simulation);
     let diagnosis = diagnosed(&simulation, &simulation.model).diagnosis;
     assert_eq!(
@@ -245,7 +205,7 @@ fn velocity_increments_at_their_own_rate_and_start_say_the_same() {
         "{:#?}",
         diagnosis.summary
     );
-    has_sizes(&diagnosis, 0, &angles);
+    sizes_are(&diagnosis.effects[0], &angles);
 }
 
 #[test]
@@ -261,7 +221,7 @@ fn an_effect_that_is_not_in_the_catalogue_gets_no_name_of_another() {
         ("size_effect", &[("xy", 0.02), ("yz", 0.02), ("zx", 0.02)]),
     ];
     for (kind, sizes) in cases {
-        let simulation = recorded(&effect(kind, sizes), 8);
+        let simulation = recorded(&concealed(kind, sizes), 8);
         let model = &simulation.model;
         let file = Path::new("model.toml");
         let left_out = diagnose_without(&[kind], &simulation.recording, model, file, 0, &|_| {});

@@ -1,18 +1,15 @@
 //! Effects concealed by this workspace's simulator, which shares no code with the diagnosis. Sizes are
 //! those of real instruments, at a matched-filter SNR of 15 and more.
 
+use super::support::{concealed, kinds, sizes_are};
 use rlg::diagnose::diagnose;
-use rlg::diagnose::result::{Diagnosis, ParameterEntry, Verdict};
+use rlg::diagnose::result::{Diagnosis, Verdict};
 use rlg::recording::Quantity;
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
 use std::path::Path;
 
 const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../scenarios/null.toml");
-
-/// Each parameter within this many of its standard deviations: of some forty in this file, one in three
-/// hundred is further than three by chance, one in fifteen thousand further than four.
-const WITHIN: f64 = 4.0;
 
 fn diagnosis_of(effect: &str, seed: u64) -> Diagnosis {
     let text = format!("{STILL_SLEWS_AND_VIBRATION}\n{effect}");
@@ -30,37 +27,10 @@ fn diagnosis_of(effect: &str, seed: u64) -> Diagnosis {
 }
 
 /// `kind` alone is named and its parameters are the concealed ones.
-fn is_named(kind: &str, concealed: &[(&str, f64)]) {
-    let values: String = concealed
-        .iter()
-        .map(|(name, value)| format!("{name} = {value:e}\n"))
-        .collect();
-    let effect = format!("[[effect]]\nkind = \"{kind}\"\nconcealed = true\n{values}");
-    let diagnosis = diagnosis_of(&effect, 11);
-    assert_eq!(
-        diagnosis.effects.len(),
-        1,
-        "{kind}: {:#?}",
-        diagnosis.summary
-    );
-    let found = &diagnosis.effects[0];
-    assert_eq!(found.kind, kind, "{:#?}", diagnosis.summary);
-    for parameter in &found.parameters {
-        let ParameterEntry::Number {
-            name, value, std, ..
-        } = parameter
-        else {
-            continue;
-        };
-        let truth = concealed
-            .iter()
-            .find(|(known, _)| known == name)
-            .map_or(0.0, |(_, value)| *value);
-        assert!(
-            (value - truth).abs() < WITHIN * std,
-            "{kind} {name}: {value:e} ± {std:e}, {truth:e}"
-        );
-    }
+fn is_named(kind: &str, truth: &[(&str, f64)]) {
+    let diagnosis = diagnosis_of(&concealed(kind, truth), 11);
+    assert_eq!(kinds(&diagnosis), [kind], "{:#?}", diagnosis.summary);
+    sizes_are(&diagnosis.effects[0], truth);
     assert_eq!(
         diagnosis.verdict,
         Verdict::Explained,
@@ -141,13 +111,8 @@ fn two_effects_at_once_are_both_named() {
     let effects = "[[effect]]\nkind = \"gyro_bias\"\nconcealed = true\nx = 2e-6\ny = -2e-6\nz = 2e-6\n\
         [[effect]]\nkind = \"dither_gain\"\nconcealed = true\nx = 2e-4\ny = 2e-4\nz = -2e-4\n";
     let diagnosis = diagnosis_of(effects, 5);
-    let kinds: Vec<&str> = diagnosis
-        .effects
-        .iter()
-        .map(|effect| effect.kind.as_str())
-        .collect();
     assert_eq!(
-        kinds,
+        kinds(&diagnosis),
         ["gyro_bias", "dither_gain"],
         "{:#?}",
         diagnosis.summary
@@ -171,13 +136,13 @@ fn a_stuck_counter_is_a_fault_of_the_data_and_is_left_out_of_everything_else() {
     let file = Path::new("model.toml");
     let outcome =
         diagnose(&simulation.recording, &simulation.model, file, 0, &|_| {}).expect("a diagnosis");
-    let kinds: Vec<&str> = outcome
-        .diagnosis
-        .effects
-        .iter()
-        .map(|effect| effect.kind.as_str())
-        .collect();
-    assert_eq!(kinds, ["stuck_channel"], "{:#?}", outcome.diagnosis.summary);
+    let diagnosis = &outcome.diagnosis;
+    assert_eq!(
+        kinds(diagnosis),
+        ["stuck_channel"],
+        "{:#?}",
+        diagnosis.summary
+    );
     let again =
         diagnose(&simulation.recording, &outcome.model, file, 0, &|_| {}).expect("a diagnosis");
     assert_eq!(

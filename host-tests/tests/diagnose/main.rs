@@ -12,3 +12,4 @@ mod independence;
 mod modes;
 mod several;
 mod stages;
+mod support;

@@ -1,6 +1,7 @@
 //! Resonances and encoder errors concealed by this workspace's simulator: effects that are not linear in their
 //! parameters, and the linear ones they could be taken for.
 
+use super::support::{concealed, holds, number};
 use rlg::diagnose::diagnose;
 use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
 use rlg::model::Model;
@@ -10,9 +11,6 @@ use rlg::simulate::simulate;
 use std::path::Path;
 
 const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../scenarios/null.toml");
-
-/// One in fifteen thousand is further by chance.
-const WITHIN: f64 = 4.0;
 
 fn run(recording: &Recording, model: &Model) -> (Diagnosis, Model) {
     let outcome =
@@ -42,34 +40,10 @@ fn diagnosis_of(scenario: &str, effect: &str) -> Diagnosis {
     diagnosis
 }
 
-fn number(effect: &EffectEntry, wanted: &str) -> (f64, f64) {
-    effect
-        .parameters
-        .iter()
-        .find_map(|parameter| match parameter {
-            ParameterEntry::Number {
-                name, value, std, ..
-            } if name == wanted => Some((*value, *std)),
-            _ => None,
-        })
-        .unwrap_or_else(|| panic!("no {wanted} in {:?}", effect.parameters))
-}
-
-fn holds(effect: &EffectEntry, concealed: &[(&str, f64)]) {
-    for (name, truth) in concealed {
-        let (value, std) = number(effect, name);
-        assert!(
-            (value - truth).abs() < WITHIN * std,
-            "{} {name}: {value:e} ± {std:e}, {truth:e}",
-            effect.kind
-        );
-    }
-}
-
 #[test]
 #[ignore = "named rightly, but its frequency is off by six of its deviations: the reference's own noise passes through H - 1"]
 fn a_soft_mount_is_named_with_its_frequency_and_damping() {
-    let concealed = [
+    let truth = [
         ("x_frequency_hz", 60.0),
         ("x_damping", 0.15),
         ("y_frequency_hz", 45.0),
@@ -77,7 +51,7 @@ fn a_soft_mount_is_named_with_its_frequency_and_damping() {
     ];
     let text = format!(
         "{STILL_SLEWS_AND_VIBRATION}\n{}",
-        entry("isolator_mode", &concealed)
+        concealed("isolator_mode", &truth)
     );
     let scenario = Scenario::parse(&text, Path::new("scenario.toml")).expect("a scenario");
     let simulation = simulate(&scenario, 11, |_| {});
@@ -92,7 +66,7 @@ fn a_soft_mount_is_named_with_its_frequency_and_damping() {
     assert_eq!(named[0].kind, "isolator_mode");
     // z is rigid and has no parameters.
     assert_eq!(named[0].parameters.len(), 4);
-    holds(named[0], &concealed);
+    holds(named[0], &truth);
 }
 
 /// Slews of two turns about each axis on a table whose encoder does not see the Earth turn.
@@ -151,19 +125,11 @@ const FLEXURE: [(&str, f64); 6] = [
     ("zy", 7.6e-8),
 ];
 
-fn entry(kind: &str, values: &[(&str, f64)]) -> String {
-    let values: String = values
-        .iter()
-        .map(|(name, value)| format!("{name} = {value:e}\n"))
-        .collect();
-    format!("[[effect]]\nkind = \"{kind}\"\nconcealed = true\n{values}")
-}
-
 #[test]
 fn a_suspension_that_resonates_within_the_motion_is_told_from_a_stiff_one() {
     let mut values = FLEXURE.to_vec();
     values.extend([("frequency_hz", 95.0), ("damping", 0.08)]);
-    let diagnosis = diagnosis_of(vibration(), &entry("axis_flexure_mode", &values));
+    let diagnosis = diagnosis_of(vibration(), &concealed("axis_flexure_mode", &values));
     assert_eq!(diagnosis.effects.len(), 1, "{:#?}", diagnosis.summary);
     let found = &diagnosis.effects[0];
     assert_eq!(found.kind, "axis_flexure_mode");
@@ -172,7 +138,7 @@ fn a_suspension_that_resonates_within_the_motion_is_told_from_a_stiff_one() {
 
 #[test]
 fn a_stiff_suspension_is_no_resonance() {
-    let diagnosis = diagnosis_of(vibration(), &entry("axis_flexure", &FLEXURE));
+    let diagnosis = diagnosis_of(vibration(), &concealed("axis_flexure", &FLEXURE));
     assert_eq!(diagnosis.effects.len(), 1, "{:#?}", diagnosis.summary);
     assert_eq!(diagnosis.effects[0].kind, "axis_flexure");
     holds(&diagnosis.effects[0], &FLEXURE);
@@ -184,7 +150,7 @@ fn an_elastic_block_is_no_soft_mount() {
     let values = [("xx", 4e-8), ("xy", -3e-8), ("yz", 5e-8), ("zz", 3e-8)];
     let diagnosis = diagnosis_of(
         STILL_SLEWS_AND_VIBRATION,
-        &entry("elastic_rate_by_jerk", &values),
+        &concealed("elastic_rate_by_jerk", &values),
     );
     assert_eq!(diagnosis.effects.len(), 1, "{:#?}", diagnosis.summary);
     let found = &diagnosis.effects[0];
@@ -202,7 +168,7 @@ fn random_walk_beyond_the_models_keeps_both_its_names_and_has_a_chance() {
     let walk = [("x", 8e-7), ("y", 8e-7), ("z", 8e-7)];
     let diagnosis = diagnosis_of(
         STILL_SLEWS_AND_VIBRATION,
-        &entry("angle_random_walk", &walk),
+        &concealed("angle_random_walk", &walk),
     );
     assert_eq!(diagnosis.effects.len(), 1, "{:#?}", diagnosis.summary);
     let found = &diagnosis.effects[0];

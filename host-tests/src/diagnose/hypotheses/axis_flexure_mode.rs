@@ -255,8 +255,8 @@ impl Look {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::response;
+pub(super) mod tests {
+    use super::{Complex64, response};
 
     #[test]
     fn far_below_its_resonance_the_mode_bends_as_a_spring() {
@@ -268,6 +268,11 @@ mod tests {
 
     #[test]
     fn the_slopes_are_those_of_the_response() {
+        slopes_hold(response);
+    }
+
+    /// The second and third entries are the first's slopes by the mode's frequency and by its damping.
+    pub(in super::super) fn slopes_hold(response: impl Fn(f64, f64, f64) -> [Complex64; 3]) {
         let step = 1e-6;
         for frequency_hz in [5.0, 38.0, 41.0, 200.0] {
             let [_, by_frequency, by_damping] = response(frequency_hz, 40.0, 0.1);
