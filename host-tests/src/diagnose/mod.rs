@@ -41,6 +41,8 @@ pub mod regressor;
 
 pub mod levels;
 
+mod declared;
+
 pub mod noise;
 
 pub mod locate;
@@ -115,15 +117,17 @@ mod still_words;
 
 pub mod pictures;
 
+pub use declared::declared_noise;
+
 use std::path::Path;
 
 use crate::error::InputError;
-use crate::model::{EffectValue, Model};
+use crate::model::Model;
 use crate::recording::Recording;
 
 use empirical::{Form, Term};
 use hypotheses::{CATALOGUE, Subject, no_effects};
-use noise::{Declared, Noise};
+use noise::Noise;
 use portion::Portion;
 use products::Products;
 use scene::Scene;
@@ -497,41 +501,4 @@ fn subtract_terms(scene: &Scene, left: &mut streams::Triad, terms: &[hunt::Found
                 .for_each(|(left, slope)| *left -= found.size * slope);
         }
     }
-}
-
-/// Noise that the model declares, as θ: pulses, pickoff and reference make white angle noise, gyro and
-/// reference walk at random. Excess found earlier stands in the model as effects.
-pub fn declared_noise(model: &Model, rate_hz: f64) -> [Declared; 3] {
-    let effect = |kind: &str, axis: usize| -> f64 {
-        model
-            .effects
-            .iter()
-            .filter(|effect| effect.kind == kind)
-            .filter_map(|effect| match effect.parameters.get(streams::AXES[axis]) {
-                Some(EffectValue::Number(value)) => Some(value * value),
-                _ => None,
-            })
-            .sum()
-    };
-    [0, 1, 2].map(|axis| {
-        let (reference_angle, reference_walk) =
-            model.reference.as_ref().map_or((0.0, 0.0), |reference| {
-                (
-                    reference.angle_noise_rad.powi(2),
-                    reference.angle_random_walk_rad_sqrt_s.powi(2),
-                )
-            });
-        let pickoff = model.dither.as_ref().map_or(0.0, |dither| {
-            (dither.pickoff_gain[axis] * dither.pickoff_noise_rad[axis]).powi(2)
-        });
-        let pulses = model.gyro.pulse_weight_rad[axis].powi(2) / 12.0;
-        Declared {
-            random_walk: model.gyro.angle_random_walk_rad_sqrt_s.map(|walk| {
-                (walk[axis].powi(2) + reference_walk + effect("angle_random_walk", axis)) / rate_hz
-            }),
-            white_angle: Some(
-                pulses + pickoff + reference_angle + effect("pulse_quantisation", axis) / 12.0,
-            ),
-        }
-    })
 }

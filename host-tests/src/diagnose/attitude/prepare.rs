@@ -11,12 +11,13 @@ use super::levels::DeclaredLevels;
 use super::own_motion;
 use super::record::{Lie, Record};
 use super::samples::{self, AttitudeSample};
+use crate::diagnose::declared::excess_square;
 use crate::diagnose::hunt::Catch;
 use crate::diagnose::hypotheses::CATALOGUE;
 use crate::diagnose::qualify;
 use crate::diagnose::residual::{body_from_sensing, residual_rad};
 use crate::diagnose::scene::Scene;
-use crate::diagnose::streams::{AXES, Streams, Triad};
+use crate::diagnose::streams::{Streams, Triad};
 use crate::error::InputError;
 use crate::model::{EffectValue, Model};
 use crate::recording::Recording;
@@ -123,15 +124,7 @@ pub(super) fn prepare(
 
 /// Noise that the model declares: pulses and pickoff are read with the gyros, gyro and reference walk at random.
 fn declared_levels(model: &Model) -> DeclaredLevels {
-    let squares = |kind: &str, axis: usize| -> f64 {
-        let of_kind = model.effects.iter().filter(|effect| effect.kind == kind);
-        of_kind
-            .filter_map(|effect| match effect.parameters.get(AXES[axis]) {
-                Some(EffectValue::Number(value)) => Some(value * value),
-                _ => None,
-            })
-            .sum()
-    };
+    let squares = |kind: &str, axis: usize| excess_square(model, kind, axis);
     let reference = model.reference.as_ref();
     let reference_walk = reference.map_or(0.0, |reference| {
         reference.angle_random_walk_rad_sqrt_s.powi(2)
