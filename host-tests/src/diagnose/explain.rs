@@ -5,9 +5,6 @@
 
 use std::collections::BTreeMap;
 
-use super::clock::Clock;
-use super::control::Control;
-use super::cycle::Cycle;
 use super::declare::FAMILY_SIGNIFICANCE;
 use super::entries::{fault_entry, listed, noise, of_one_effect, regimes, term, unlisted};
 use super::excess::Excess;
@@ -18,13 +15,13 @@ use super::noise::Noise;
 use super::products::Products;
 use super::qualify::Fault;
 use super::result::*;
+use super::rows_found::RowsFound;
 use super::scene::Scene;
 use super::self_test::SelfTest;
 use super::split::Split;
 use super::still_words::line_of;
 use super::streams::AXES;
 use super::validate::Validation;
-use crate::model::{EffectValue, Model};
 
 /// rad/s to degrees per hour.
 pub const DEG_H: f64 = 180.0 / std::f64::consts::PI * 3600.0;
@@ -64,33 +61,6 @@ pub struct Findings<'a> {
     pub rows_found: &'a RowsFound,
     /// Time slides and injections; `None` against attitudes, which have no rows to slide.
     pub self_test: Option<&'a SelfTest>,
-}
-
-/// What the rows of a unit at rest show of their own making.
-#[derive(Default)]
-pub struct RowsFound {
-    /// The stamps against the nominal clock.
-    pub clock: Option<Clock>,
-    /// Cycles of the noise's power.
-    pub cycles: Vec<Cycle>,
-    /// The same search on shuffled rows.
-    pub control: Option<Control>,
-    /// Root mean square rate of the held-out rows about the model, before and after \[rad/s\].
-    pub held_out_rad_s: [[f64; 3]; 2],
-    /// What was dropped because the control shows as much.
-    pub dropped: usize,
-}
-
-/// How a cycle stands in a model file.
-pub fn cycle_expression(cycle: &Cycle) -> String {
-    format!("noise_cycle({}/{})", cycle.turns, cycle.rows)
-}
-
-/// Whether the model has an unlisted effect whose expression begins so.
-pub fn has_expression(model: &Model, stem: &str) -> bool {
-    model.effects.iter().any(|effect| {
-        matches!(effect.parameters.get("expression"), Some(EffectValue::Text(text)) if text.starts_with(stem))
-    })
 }
 
 /// Says how each location goes with the motion: the product of channels that follows it best.

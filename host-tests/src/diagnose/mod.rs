@@ -79,6 +79,8 @@ pub mod cycle;
 
 pub mod control;
 
+pub mod rows_found;
+
 pub mod products;
 
 pub mod invariance;
@@ -254,50 +256,21 @@ pub fn diagnose_aligned(
     progress("fitting the noise");
     bench.refit_noise(&candidates, &declared, true);
 
-    let mut rows_found = explain::RowsFound::default();
-    let mut given: Vec<(f64, f64)> = Vec::new();
-    if scene.streams.at_rest.is_some() {
-        progress("looking at the clock");
-        let unusable = |problem| InputError::new(model_file, problem);
-        let known = |stem: &str| explain::has_expression(model, stem);
-        rows_found.clock = clock::clock(&scene.streams, &split.fitted, &split.held_out)
-            .filter(|_| !known("row_rate("));
-        progress("taking out steady lines");
-        let lines =
-            lines::search(&mut bench, &parameters, &candidates, &declared).map_err(unusable)?;
-        progress("searching the same rows shuffled");
-        let control = control::shuffled(
-            &scene,
-            &before_rad,
-            &parameters,
-            &candidates,
-            &declared,
-            &split,
-            seed,
-        )
-        .map_err(unusable)?;
-        // Two terms a line, in its order.
-        for (place, line) in lines.iter().enumerate().rev() {
-            if line.ratio <= control.strongest {
-                bench.remove_term(2 * place + 1);
-                bench.remove_term(2 * place);
-                rows_found.dropped += 1;
-            }
+    let unusable = |problem| InputError::new(model_file, problem);
+    let (mut rows_found, given) = match scene.streams.at_rest {
+        None => Default::default(),
+        Some(_) => {
+            let given = rows_found::Given {
+                parameters: &parameters,
+                candidates: &candidates,
+                declared: &declared,
+                split: &split,
+                model,
+                seed,
+            };
+            rows_found::search(&mut bench, &given, progress).map_err(unusable)?
         }
-        let kept = lines.iter().filter(|line| line.ratio > control.strongest);
-        given = kept
-            .flat_map(|line| [(line.ratio, line.p_value); 2])
-            .collect();
-        let cycles = cycle::cycles(&before_rad, &split.fitted, &split.held_out);
-        for cycle in cycles {
-            if control.cycles.contains(&(cycle.turns, cycle.rows)) {
-                rows_found.dropped += 1;
-            } else if !known(&explain::cycle_expression(&cycle)) {
-                rows_found.cycles.push(cycle);
-            }
-        }
-        rows_found.control = Some(control);
-    }
+    };
 
     let products = Products::new(&scene);
     let mut catch = readings::best(
@@ -312,7 +285,7 @@ pub fn diagnose_aligned(
         },
         progress,
     )
-    .map_err(|problem| InputError::new(model_file, problem))?;
+    .map_err(unusable)?;
 
     progress("sliding and injecting");
     let self_test = self_test::self_test(&bench, &parameters, &candidates, &catch, seed);
@@ -396,15 +369,8 @@ pub fn diagnose_aligned(
         &locations,
         rate_hz,
     );
-    rows_found.held_out_rad_s = [&before_rad, &after_rad].map(|residual_rad| {
-        [0, 1, 2].map(|axis: usize| {
-            let rows = split.held_out.iter().flat_map(Clone::clone);
-            let (sum, count) = rows.fold((0.0, 0.0), |(sum, count), row| {
-                (sum + residual_rad[axis][row].powi(2), count + 1.0)
-            });
-            f64::sqrt(sum / f64::max(count, 1.0)) * rate_hz
-        })
-    });
+    rows_found.held_out_rad_s = [&before_rad, &after_rad]
+        .map(|residual_rad| rows_found::scatter_rad_s(residual_rad, &split.held_out, rate_hz));
     let left_bins = bench.left_over(&catch.values);
     let mut excess = excess::excess(&noise, &declared, &bench.portion, &left_bins);
     // Behind a soft mount the reference's own noise is compared with what the mount passes: random walk that no

@@ -9,10 +9,11 @@ use strapdown::earth::ROTATION_RAD_S;
 
 use super::empirical::Form;
 use super::entries::{by_axis, unlisted};
-use super::explain::{DEG_H, Findings, cycle_expression};
+use super::explain::{DEG_H, Findings};
 use super::hunt::FoundTerm;
 use super::lines::relation;
 use super::result::{EffectEntry, ParameterEntry};
+use super::rows_found::cycle_expression;
 use super::still::AtRest;
 use super::streams::AXES;
 use crate::model::{EffectValue, ModelEffect};
