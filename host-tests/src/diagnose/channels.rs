@@ -102,6 +102,9 @@ impl<'a> Finder<'a> {
     }
 }
 
+/// A hundredth of a row: closer than that, two clocks are the same clock.
+pub(super) const SAME_ROW: f64 = 0.01;
+
 /// The rows of the gyros' table.
 pub(super) struct Grid {
     pub(super) rate_hz: f64,
@@ -110,9 +113,6 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// A hundredth of a row: closer than that, two clocks are the same clock.
-    const SAME_ROW: f64 = 0.01;
-
     /// The channel's values on the gyros' rows, NaN where it has none: its table must have the same rate and
     /// begin a whole number of rows earlier or later.
     pub(super) fn on_rows(
@@ -125,8 +125,8 @@ impl Grid {
             Clock::Uniform { rate_hz, start_s } => {
                 let drift = (rate_hz - self.rate_hz) * self.rows as f64 / self.rate_hz;
                 let offset = (start_s - self.start_s) * self.rate_hz;
-                let whole = (offset - offset.round()).abs() < Self::SAME_ROW;
-                (drift.abs() < Self::SAME_ROW && whole).then_some(offset.round() as i64)
+                let whole = (offset - offset.round()).abs() < SAME_ROW;
+                (drift.abs() < SAME_ROW && whole).then_some(offset.round() as i64)
             }
             Clock::Stamped { .. } => None,
         };

@@ -43,6 +43,7 @@ mod words;
 use std::path::Path as FilePath;
 
 use super::Outcome;
+use super::channels::SAME_ROW;
 use super::entries;
 use super::explain;
 use super::hypotheses::CATALOGUE;
@@ -102,8 +103,6 @@ pub fn is_slow(recording: &Recording, model: &Model) -> bool {
                     start_s: own_s,
                 },
             ) => {
-                /// Closer than this share of a row, two clocks are the same clock (streams.rs).
-                const SAME_ROW: f64 = 0.01;
                 let drift = (own_hz - rate_hz) / rate_hz * gyro.rows as f64;
                 let offset = (own_s - start_s) * rate_hz;
                 drift.abs() >= SAME_ROW || (offset - offset.round()).abs() >= SAME_ROW
