@@ -202,7 +202,7 @@ impl Spectra {
 }
 
 /// sin(πx)/(πx).
-fn sinc(x: f64) -> f64 {
+pub fn sinc(x: f64) -> f64 {
     if x.abs() < 1e-9 {
         1.0
     } else {

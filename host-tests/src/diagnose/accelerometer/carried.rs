@@ -5,13 +5,17 @@
 //! ∫α dt and ∫ω_i ω_j dt.
 //!
 //! Attitude: from row to row by rotation vectors with the coning of a row taken from its neighbours (Savage 1998,
-//! sec. 3, three points); its mean over a row by Simpson's rule. Both are good to (ΩT)⁴.
+//! sec. 3, three points); its mean over a row by Simpson's rule. Both are good to (ΩT)⁴, so rows that are long against
+//! the fastest motion are cut into parts by band-limited interpolation first: at a quarter of the row rate Simpson's
+//! rule alone would leave what an arm of some micrometres looks like.
 //!
 //! Assumes that a reference's gap was bridged well enough: a row or two. Not here: the Earth (vertical.rs).
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use realfft::num_complex::Complex64;
 
 use super::rows::Rows;
+use crate::diagnose::motion::{Reading, Spectrum, sinc};
 use crate::diagnose::scene::Scene;
 use crate::diagnose::streams::{AXES, Triad};
 use crate::model::ModelEffect;
@@ -30,13 +34,19 @@ impl Carried {
     /// Carries the accelerometers through the motion.
     pub fn new(scene: &Scene, rows: &Rows, effects: &[ModelEffect]) -> Self {
         let case_rad = case_rad(scene, effects);
-        let means = mean_rotation(&case_rad);
+        let parts = parts(scene.motion_edge_hz, scene.streams.rate_hz);
+        let fine = Fine::new(case_rad, scene, parts);
+        let means = mean_rotation(&fine.increments_rad, parts);
         let period_s = scene.period_s();
-        let omega = &scene.rate_rad_s;
+        let omega = &fine.rate_rad_s;
         let product = |i: usize, j: usize| -> Vec<f64> {
             let products = omega[i].iter().zip(&omega[j]);
             let products: Vec<f64> = products.map(|(a, b)| a * b * period_s).collect();
-            rows.gather(&mean_over_rows(&products))
+            let whole: Vec<f64> = mean_over_rows(&products)
+                .chunks(parts)
+                .map(|row| row.iter().sum::<f64>() / parts as f64)
+                .collect();
+            rows.gather(&whole)
         };
         let share = rows.rate_hz / scene.streams.rate_hz;
         Self {
@@ -88,6 +98,63 @@ impl Carried {
             }
         }
         body
+    }
+}
+
+/// Parts that a row is cut into, so that the fastest motion turns by at most a sixteenth of its period in one:
+/// Simpson's rule then leaves 1e-5 of it.
+fn parts(motion_edge_hz: f64, rate_hz: f64) -> usize {
+    const PARTS_A_PERIOD: f64 = 16.0;
+    ((PARTS_A_PERIOD * motion_edge_hz / rate_hz).ceil() as usize).max(1)
+}
+
+/// The case's motion in parts of rows.
+struct Fine {
+    /// Turned in each part \[rad\].
+    increments_rad: Triad,
+    /// At each part's middle \[rad/s\].
+    rate_rad_s: Triad,
+}
+
+impl Fine {
+    /// Cuts rows into `parts`.
+    fn new(case_rad: Triad, scene: &Scene, parts: usize) -> Self {
+        if parts == 1 {
+            return Self {
+                increments_rad: case_rad,
+                rate_rad_s: scene.rate_rad_s.clone(),
+            };
+        }
+        let rate_hz = scene.streams.rate_hz;
+        // The whole band: nothing may be lost of what the parts add up to.
+        let spectra = case_rad.map(|values| Spectrum::new(&values, rate_hz, rate_hz));
+        let part_hz = rate_hz * parts as f64;
+        let mean_over_part = |frequency_hz: f64| Complex64::from(sinc(frequency_hz / part_hz));
+        let at_once = |_: f64| Complex64::from(1.0);
+        let through = |spectrum: &Spectrum, response: &dyn Fn(f64) -> Complex64, scale: f64| {
+            let each: Vec<Vec<f64>> = (0..parts)
+                .map(|part| {
+                    spectrum.read_through(
+                        Reading {
+                            derivative: 0,
+                            ahead_s: (part as f64 + 0.5) / part_hz - 0.5 / rate_hz,
+                            undo_row_mean: true,
+                        },
+                        response,
+                    )
+                })
+                .collect();
+            let rows = 0..each[0].len();
+            rows.flat_map(|row| each.iter().map(move |part| part[row] * scale))
+                .collect::<Vec<f64>>()
+        };
+        let of = |response: &dyn Fn(f64) -> Complex64, scale: f64| {
+            [0, 1, 2].map(|axis: usize| through(&spectra[axis], response, scale))
+        };
+        Self {
+            increments_rad: of(&mean_over_part, 1.0 / parts as f64),
+            rate_rad_s: of(&at_once, rate_hz),
+        }
     }
 }
 
@@ -147,11 +214,11 @@ fn case_rad(scene: &Scene, effects: &[ModelEffect]) -> Triad {
     case
 }
 
-/// Mean of body-from-start over each row, `[body axis][start axis]`.
+/// Mean of body-from-start over each row of `parts` increments, `[body axis][start axis]`.
 ///
-/// Within a row ω is taken to be linear, α T² = (θ_{k+1} − θ_{k−1})/2: the row's middle is then reached by
-/// θ_k/2 − α T²/8, and the row's rotation vector is θ_k + (θ_{k−1} × θ_k + θ_k × θ_{k+1})/24.
-fn mean_rotation(case_rad: &Triad) -> [Triad; 3] {
+/// Within a part ω is taken to be linear, α T² = (θ_{k+1} − θ_{k−1})/2: the part's middle is then reached by
+/// θ_k/2 − α T²/8, and the part's rotation vector is θ_k + (θ_{k−1} × θ_k + θ_k × θ_{k+1})/24.
+fn mean_rotation(case_rad: &Triad, parts: usize) -> [Triad; 3] {
     let [x, y, z] = case_rad;
     let increments: Vec<Vector3<f64>> = x
         .iter()
@@ -159,28 +226,34 @@ fn mean_rotation(case_rad: &Triad) -> [Triad; 3] {
         .zip(z)
         .map(|((x, y), z)| Vector3::new(*x, *y, *z))
         .collect();
-    let rows = increments.len();
-    let mut means: [Triad; 3] = [0, 1, 2].map(|_| [0, 1, 2].map(|_| Vec::with_capacity(rows)));
+    let count = increments.len();
+    let mut means: [Triad; 3] =
+        [0, 1, 2].map(|_| [0, 1, 2].map(|_| Vec::with_capacity(count / parts)));
     let mut start_from_body = UnitQuaternion::identity();
     let matrix = |start_from_body: &UnitQuaternion<f64>| -> Matrix3<f64> {
         start_from_body.to_rotation_matrix().matrix().transpose()
     };
     let mut begin = matrix(&start_from_body);
-    for (row, here) in increments.iter().enumerate() {
-        let before = &increments[row.saturating_sub(1)];
-        let after = &increments[(row + 1).min(rows - 1)];
+    let mut sum = Matrix3::zeros();
+    for (part, here) in increments.iter().enumerate() {
+        let before = &increments[part.saturating_sub(1)];
+        let after = &increments[(part + 1).min(count - 1)];
         let turn = here + (before.cross(here) + here.cross(after)) / 24.0;
         let half = 0.5 * here - (after - before) / 16.0;
         let middle = matrix(&(start_from_body * UnitQuaternion::from_scaled_axis(half)));
         start_from_body *= UnitQuaternion::from_scaled_axis(turn);
         let end = matrix(&start_from_body);
-        let mean = (begin + 4.0 * middle + end) / 6.0;
+        sum += (begin + 4.0 * middle + end) / 6.0;
+        begin = end;
+        if (part + 1) % parts != 0 {
+            continue;
+        }
+        let mean = std::mem::take(&mut sum) / parts as f64;
         for (body, triad) in means.iter_mut().enumerate() {
             for (start, values) in triad.iter_mut().enumerate() {
                 values.push(mean[(body, start)]);
             }
         }
-        begin = end;
     }
     means
 }
@@ -210,7 +283,7 @@ mod tests {
             }
             (0..3).for_each(|axis| case[axis].push(sum[axis]));
         }
-        let means = mean_rotation(&case);
+        let means = mean_rotation(&case, 1);
         // The last row but one: the last has no neighbour after it.
         let row = rows - 2;
         let mut expected = Matrix3::zeros();
