@@ -16,6 +16,12 @@ pub const FAULT_KINDS: [&str; 3] = ["lost_samples", "stuck_channel", "saturation
 /// Chance of a run of repeats anywhere in a channel below which it is a fault.
 const RUN_CHANCE: f64 = 1e-9;
 
+/// A channel that repeats itself more often than this is too coarse to be told from a stuck one.
+const MOST_BY_CHANCE: f64 = 0.9;
+
+/// Rows on either side of a run of repeats that tell how usual repeats are there.
+const SURROUNDINGS_ROWS: usize = 200;
+
 /// A clipped channel shows its extreme this often at least, and this many times as often as the value next
 /// to it; one that is not clipped tails off.
 const CLIPPED_ROWS: usize = 12;
@@ -182,15 +188,27 @@ fn of_channel(channel: &str, values: &[f64], measured: &[bool]) -> Vec<Fault> {
         part.clone().filter(|&row| same(row)).count() as f64 / part.len().max(1) as f64
     });
     let by_chance = in_halves[0].min(in_halves[1]).clamp(1e-4, 1.0);
-    if repeats > 0 && by_chance < 0.9 {
-        let longest = 2.0 + (RUN_CHANCE / values.len() as f64).ln() / by_chance.ln();
+    if repeats > 0 && by_chance < MOST_BY_CHANCE {
+        let longest =
+            |by_chance: f64| 2.0 + (RUN_CHANCE / values.len() as f64).ln() / by_chance.ln();
+        // At rest a coarse channel repeats itself more often than in motion: the rows around a run know how often.
+        let around = |run: &Range<usize>| {
+            let reach = run.len().max(SURROUNDINGS_ROWS);
+            let before = run.start.saturating_sub(reach).max(1)..run.start.max(1);
+            let after = (run.end + 1).min(values.len())..(run.end + reach).min(values.len());
+            let count = (before.len() + after.len()).max(1) as f64;
+            before.chain(after).filter(|&row| same(row)).count() as f64 / count
+        };
         let mut row = 1;
         while row < values.len() {
             let begin = row - 1;
             while row < values.len() && same(row) {
                 row += 1;
             }
-            if (row - begin) as f64 > longest {
+            let length = (row - begin) as f64;
+            if length > longest(by_chance)
+                && length > longest(around(&(begin..row)).clamp(by_chance, MOST_BY_CHANCE))
+            {
                 let at_zero = values[begin] == 0.0;
                 faults.push(Fault {
                     kind: if at_zero {
