@@ -128,7 +128,7 @@ use crate::model::Model;
 use crate::recording::Recording;
 
 use empirical::{Form, Term};
-use hypotheses::{CATALOGUE, Subject, no_effects};
+use hypotheses::{CATALOGUE, Subject, is_left, no_effects};
 use noise::Noise;
 use portion::Portion;
 use products::Products;
@@ -239,7 +239,7 @@ pub fn diagnose_aligned(
         .filter(|&effect| {
             CATALOGUE[effect].card().kind != "earth_rate" || !model.earth_rate_in_reference
         })
-        .filter(|&effect| !left_out.contains(&CATALOGUE[effect].card().kind))
+        .filter(|&effect| is_left(effect, left_out))
         .filter(|&effect| {
             scene.streams.at_rest.is_none() || still::KINDS.contains(&CATALOGUE[effect].card().kind)
         })

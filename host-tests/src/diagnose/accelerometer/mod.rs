@@ -38,7 +38,7 @@ mod words;
 
 use std::ops::Range;
 
-use super::hypotheses::{CATALOGUE, Subject};
+use super::hypotheses::{CATALOGUE, Subject, is_left};
 use super::invariance::Verdict;
 use super::locate::{self, Location};
 use super::noise::{Declared, Noise};
@@ -98,7 +98,7 @@ pub fn add(scene: &mut Scene, given: &Given, outcome: &mut Outcome, progress: &d
     let parameters = Parameters::of_catalogue();
     let candidates: Vec<usize> = (0..CATALOGUE.len())
         .filter(|&effect| CATALOGUE[effect].subject() == Subject::Accelerometers)
-        .filter(|&effect| !given.left_out.contains(&CATALOGUE[effect].card().kind))
+        .filter(|&effect| is_left(effect, given.left_out))
         .collect();
     let quietest = |residual: &Triad| quiet_noise(scene_felt(scene), residual, &split);
     let noise = quietest(&residual_m_s(scene, given));

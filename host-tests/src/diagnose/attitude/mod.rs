@@ -46,7 +46,7 @@ use super::Outcome;
 use super::channels::SAME_ROW;
 use super::entries;
 use super::explain;
-use super::hypotheses::CATALOGUE;
+use super::hypotheses::{CATALOGUE, is_left};
 use super::products::Products;
 use super::scene::Scene;
 use super::split;
@@ -248,7 +248,7 @@ fn candidates(
             let kind = CATALOGUE[effect].card().kind;
             CATALOGUE[effect].missing(scene).is_none()
                 && (kind != "earth_rate" || !model.earth_rate_in_reference)
-                && !left_out.contains(&kind)
+                && is_left(effect, left_out)
                 && !NOT_SHOWN.iter().any(|(hidden, _)| *hidden == kind)
                 && !is_behind(kind)
         })

@@ -29,6 +29,10 @@ impl Hypothesis for AxisFlexureCubic {
         &CARD
     }
 
+    fn refines(&self) -> Option<&'static str> {
+        Some("axis_flexure")
+    }
+
     fn column(
         &self,
         scene: &Scene,

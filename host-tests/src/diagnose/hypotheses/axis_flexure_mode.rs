@@ -75,6 +75,10 @@ impl Hypothesis for AxisFlexureMode {
         &CARD
     }
 
+    fn refines(&self) -> Option<&'static str> {
+        Some("axis_flexure")
+    }
+
     fn column(&self, scene: &Scene, at: &[f64], parameter: usize, axis: usize) -> Option<Vec<f64>> {
         let (mode_hz, damping) = (at[FREQUENCY], at[DAMPING]);
         if mode_hz <= 0.0 {

@@ -29,6 +29,10 @@ impl Hypothesis for DitherCubic {
         &CARD
     }
 
+    fn refines(&self) -> Option<&'static str> {
+        Some("dither_gain")
+    }
+
     fn column(
         &self,
         scene: &Scene,

@@ -29,6 +29,10 @@ impl Hypothesis for GyroScaleCubic {
         &CARD
     }
 
+    fn refines(&self) -> Option<&'static str> {
+        Some("gyro_scale")
+    }
+
     fn column(
         &self,
         scene: &Scene,

@@ -29,6 +29,10 @@ impl Hypothesis for InstallationTemperature {
         &CARD
     }
 
+    fn refines(&self) -> Option<&'static str> {
+        Some("installation")
+    }
+
     fn column(
         &self,
         scene: &Scene,

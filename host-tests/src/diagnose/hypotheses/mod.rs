@@ -294,6 +294,12 @@ pub trait Hypothesis: Sync {
         None
     }
 
+    /// The plainer kind that this one differs from only by how it goes with amplitude, frequency or temperature. It is
+    /// a candidate only beside it: where the plainer law was not asked about, a fit of its refinement proves neither.
+    fn refines(&self) -> Option<&'static str> {
+        None
+    }
+
     /// Why this recording cannot show the effect, if a needed channel is missing.
     fn missing(&self, _scene: &Scene) -> Option<&'static str> {
         None
@@ -346,6 +352,13 @@ pub fn no_effects() -> Vec<Vec<f64>> {
         .collect()
 }
 
+/// Whether an effect may be looked for where some kinds are taken out: neither it nor what it refines is among them.
+pub fn is_left(effect: usize, left_out: &[&str]) -> bool {
+    let entry = CATALOGUE[effect];
+    let kinds = std::iter::once(entry.card().kind).chain(entry.refines());
+    kinds.into_iter().all(|kind| !left_out.contains(&kind))
+}
+
 /// The entry of a kind, with its place in [`CATALOGUE`].
 pub fn find(kind: &str) -> Option<(usize, &'static dyn Hypothesis)> {
     CATALOGUE
@@ -356,3 +369,24 @@ pub fn find(kind: &str) -> Option<(usize, &'static dyn Hypothesis)> {
 
 /// Kinds of the contract that this version does not test, with the reason printed in `not_excluded`.
 pub const NOT_TESTED: &[&str] = &["lock_in", "pulse_quantisation"];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_the_plain_law_its_refinements_are_not_looked_for() {
+        let left = |kind: &str| {
+            let (effect, _) = find(kind).expect("in the catalogue");
+            is_left(effect, &["axis_flexure"])
+        };
+        assert!(!left("axis_flexure") && !left("axis_flexure_cubic") && !left("axis_flexure_mode"));
+        assert!(left("installation"));
+    }
+
+    #[test]
+    fn what_is_refined_is_in_the_catalogue() {
+        let refined = CATALOGUE.iter().filter_map(|entry| entry.refines());
+        assert!(refined.into_iter().all(|kind| find(kind).is_some()));
+    }
+}
