@@ -226,15 +226,22 @@ pub fn lines(bench: &Workbench, left: &[Bins; 3]) -> Vec<[Event; 2]> {
             let span_s = streams.end_s() - streams.start_s;
             let around = portion.frequency_hz(bin);
             let since_start_s = |row: usize| streams.middle_s(row) - streams.start_s;
-            let tone = Tone::new(&whitened, around, since_start_s);
-            let width = 2.0 / portion.seconds();
+            // A line jumps in phase from stretch to stretch: its strongest bin lies as far away as one stretch
+            // alone would tell it.
+            let stretch_s = portion.seconds() / portion.ranges.len() as f64;
+            let width = 2.0 / stretch_s;
+            let tone = Tone::new(&whitened, around, width, since_start_s);
+            let best = |around: f64, steps: i32, spacing: f64| {
+                (-steps..=steps)
+                    .map(|k| around + f64::from(k) * spacing)
+                    .filter(|frequency_hz| *frequency_hz > from_hz)
+                    .map(|frequency_hz| (frequency_hz, tone.ratio(frequency_hz)))
+                    .max_by(|a, b| a.1.total_cmp(&b.1))
+            };
+            // A tenth of the resolution, then a tenth of that: so well is a line of a thousand deviations known.
             let spacing = 0.1 / span_s;
-            let count = (2.0 * width / spacing) as usize;
-            let (frequency_hz, ratio) = (0..=count)
-                .map(|k| around - width + k as f64 * spacing)
-                .filter(|frequency_hz| *frequency_hz > 0.0)
-                .map(|frequency_hz| (frequency_hz, tone.ratio(frequency_hz)))
-                .max_by(|a, b| a.1.total_cmp(&b.1))?;
+            let (coarse_hz, _) = best(around, (width / spacing) as i32, spacing)?;
+            let (frequency_hz, ratio) = best(coarse_hz, 10, 0.1 * spacing)?;
             let chance = (-0.5 * ratio).exp();
             // About three independent frequencies a bin once gaps are inside.
             let trials = 3.0 * 3.0 * to_hz * span_s;

@@ -130,7 +130,13 @@ fn strongest(
             (TAU * frequency_hz * (streams.middle_s(row) - streams.start_s)).sin_cos()
         };
         let since_start_s = |row: usize| streams.middle_s(row) - streams.start_s;
-        let tone = Tone::new(&whitened, portion.frequency_hz(bin), since_start_s);
+        let furthest = 1.1 / portion.seconds();
+        let tone = Tone::new(
+            &whitened,
+            portion.frequency_hz(bin),
+            furthest,
+            since_start_s,
+        );
         // A tenth of the resolution of the fitted time, then a hundredth of that: strong lines are known so well.
         let mut best = (portion.frequency_hz(bin), 0.0);
         let mut width = 1.0 / portion.seconds();

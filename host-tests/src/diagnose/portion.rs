@@ -139,11 +139,13 @@ impl Portion {
 
     /// Only the bins around `bin`, back in time, as (row of the recording, value).
     pub fn back_in_time(&self, bins: &Bins, bin: usize) -> Vec<(usize, f64)> {
-        /// Bins on either side: a line between two bins has nine tenths of its power in them.
+        /// Bins on either side: a line between two bins has nine tenths of its power in them, and one that jumps in
+        /// phase from stretch to stretch is as many times as wide.
         const AROUND: usize = 24;
+        let around = AROUND.max(8 * self.ranges.len());
         let mut kept = vec![Complex64::new(0.0, 0.0); bins.len()];
         let last = bins.len() - 1;
-        for near in bin.saturating_sub(AROUND).max(1)..(bin + AROUND).min(last) {
+        for near in bin.saturating_sub(around).max(1)..(bin + around).min(last) {
             kept[near] = bins[near] / std::f64::consts::SQRT_2;
         }
         let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(self.length);

@@ -2,13 +2,13 @@
 //!
 //! Enters: whitened rows around a bin, of unit variance, with their places in the recording. Leaves: 2 Δ ln L of a
 //! sine and cosine at any frequency near the bin's. The rows are turned back by the bin's own frequency once and
-//! summed in short runs; another frequency near by then costs one turn a run instead of one a row.
+//! summed in short runs; another frequency near by then costs one turn a run instead of one a row. A run is so short
+//! that the furthest frequency asked for turns by 1/100 rad in it, which takes parts in 1e5 of the power.
 
 use std::f64::consts::TAU;
 
-/// Rows of a run: at the furthest frequency asked for, two bins away, a run of a minute's record turns by 1/100 rad,
-/// which takes parts in 1e5 of the power.
-const RUN_ROWS: usize = 64;
+/// Turn of the furthest frequency over a run \[rad\].
+const RUN_TURN_RAD: f64 = 0.01;
 
 /// Rows turned back and summed.
 pub struct Tone {
@@ -19,12 +19,19 @@ pub struct Tone {
 }
 
 impl Tone {
-    /// `whitened` as (row, value); `time_s` of a row's middle.
-    pub fn new(whitened: &[(usize, f64)], around_hz: f64, time_s: impl Fn(usize) -> f64) -> Self {
-        let mut runs = Vec::with_capacity(whitened.len() / RUN_ROWS + 1);
+    /// `whitened` as (row, value); `time_s` of a row's middle; frequencies up to `width_hz` on either side.
+    pub fn new(
+        whitened: &[(usize, f64)],
+        around_hz: f64,
+        width_hz: f64,
+        time_s: impl Fn(usize) -> f64,
+    ) -> Self {
+        let period_s = time_s(1) - time_s(0);
+        let run_rows = ((RUN_TURN_RAD / (TAU * width_hz * period_s)) as usize).max(1);
+        let mut runs = Vec::with_capacity(whitened.len() / run_rows + 1);
         // A run ends at a gap, so that its middle is the middle of its rows.
         for stretch in whitened.chunk_by(|a, b| a.0 + 1 == b.0) {
-            for run in stretch.chunks(RUN_ROWS) {
+            for run in stretch.chunks(run_rows) {
                 let (mut re, mut im) = (0.0, 0.0);
                 for (row, value) in run {
                     let (sin, cos) = (TAU * around_hz * time_s(*row)).sin_cos();
@@ -69,7 +76,7 @@ mod tests {
             .map(|row| (row, 0.2 * (TAU * line_hz * time_s(row) + 0.4).cos()))
             .collect();
         let around_hz = 31.0;
-        let tone = Tone::new(&whitened, around_hz, time_s);
+        let tone = Tone::new(&whitened, around_hz, 0.03, time_s);
         for frequency_hz in [around_hz - 0.03, around_hz, line_hz, around_hz + 0.03] {
             let (re, im) = whitened.iter().fold((0.0, 0.0), |(re, im), (row, value)| {
                 let (sin, cos) = (TAU * frequency_hz * time_s(*row)).sin_cos();
