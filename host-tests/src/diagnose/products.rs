@@ -16,7 +16,7 @@ use super::information::stable_inverse;
 use super::portion::{Room, inner};
 use super::regressor::{Regressor, gram, reach};
 use super::scene::Scene;
-use super::signals::{Signal, signal, vocabulary};
+use super::signals::{self, Signal, vocabulary};
 use super::workbench::Workbench;
 
 /// Share of a product's whitened power that is left out at its highest frequencies: what a residual of a thousand
@@ -97,7 +97,8 @@ impl<'a> Products<'a> {
         values.clear();
         match self.pairs.get(product) {
             None => {
-                let alone = signal(self.scene, &self.names[product]).unwrap_or_default();
+                let alone = signals::evaluate(self.scene, &self.names[product]);
+                let alone = alone.unwrap_or_default();
                 values.extend(alone.into_iter().map(|value| value * period_s));
             }
             Some((a, None)) => {

@@ -160,6 +160,33 @@ fn moves(name: &str, values: &[f64]) -> bool {
     most - least > needed
 }
 
+/// Products of more than two factors, or of factors that stand alone otherwise: rates to the third order off the
+/// axes (the axes' own are `gyro_scale_cubic`), what a changing temperature or a rectified rate multiplies, and the
+/// dithers of two blocks, which beat.
+fn of_third_order(factors: &[Signal], alone: &[String]) -> Vec<String> {
+    let has = |stem: &str, axis: usize| {
+        let name = format!("{stem}_{}", AXES[axis]);
+        factors.iter().any(|factor| factor.name == name) || alone.contains(&name)
+    };
+    let mut names = vec!["omega_x*omega_y*omega_z".to_string()];
+    for (a, first) in AXES.iter().enumerate() {
+        for (b, second) in AXES.iter().enumerate() {
+            if a != b {
+                names.push(format!("omega_{first}*omega_{first}*omega_{second}"));
+            }
+            for (stem, other) in [("temperature_rate", "omega"), ("abs_omega", "force")] {
+                if has(stem, a) && has(other, b) {
+                    names.push(format!("{stem}_{first}*{other}_{second}"));
+                }
+            }
+            if a < b && has("dither_rate", a) && has("dither_rate", b) {
+                names.push(format!("dither_rate_{first}*dither_rate_{second}"));
+            }
+        }
+    }
+    names
+}
+
 /// The signals from which products are formed, and the names of those that stand alone, which are formed when
 /// they are looked at.
 pub fn vocabulary(scene: &Scene) -> (Vec<Signal<'_>>, Vec<String>) {
@@ -176,7 +203,7 @@ pub fn vocabulary(scene: &Scene) -> (Vec<Signal<'_>>, Vec<String>) {
     };
     let others = scene.streams.others.iter().map(|(name, _)| name.clone());
     let moving = |name: &String| borrowed(scene, name).is_some_and(|values| moves(name, &values));
-    let factors = named(stems)
+    let factors: Vec<Signal> = named(stems)
         .into_iter()
         .filter(moving)
         .chain(others)
@@ -191,6 +218,9 @@ pub fn vocabulary(scene: &Scene) -> (Vec<Signal<'_>>, Vec<String>) {
     };
     alone.extend(named(&["temperature_rate", "dither_rate", "dither_angle"]));
     alone.retain(moving);
+    if scene.streams.at_rest.is_none() {
+        alone.extend(of_third_order(&factors, &alone));
+    }
     // Warming up, settling: a decay within the record, in steps of an octave.
     alone.extend([1, 2, 4, 8, 16, 32].map(|constant_s| format!("decay({constant_s})")));
     alone.push("time".to_string());
