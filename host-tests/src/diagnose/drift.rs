@@ -1,16 +1,17 @@
 //! Whether drifting noise could stand in an effect's place.
 //!
-//! Enters: the bench with what was chosen, one of its effects or terms. Leaves: whether the data are nearly as
-//! likely without it once the noise is fitted anew. A slow regressor resembles the first mode of a random walk,
+//! Enters: the bench with what was chosen, the effects and terms in doubt. Leaves: the first without which the data
+//! are nearly as likely once the noise is fitted anew. A slow regressor resembles the first mode of a random walk,
 //! which holds four fifths of its power; a likelihood ratio under a noise level known from the half dozen modes
 //! that are left has the long tails of Fisher's law, not those of chi-squared (diagnosis.md, "how to be fooled":
 //! white-noise statistics on drifting data). So both explanations are compared with the noise each of them needs, and
 //! with a free trend: a random walk ends elsewhere than it began, that jump of the circle fills all low bins in phase,
 //! and whatever resembles a ramp would take them all at once.
 
+use super::bench::Bench as _;
 use super::empirical::{Form, Term};
 use super::hypotheses::CATALOGUE;
-use super::information::Solution;
+use super::information::Information;
 use super::noise::{Declared, Noise};
 use super::select::prior_width;
 use super::workbench::{Parameters, Workbench};
@@ -52,17 +53,92 @@ pub fn inflation(noise: &Noise, seconds: f64) -> f64 {
     noise.at(lowest_hz, lowest_hz) / steady.at(lowest_hz, lowest_hz)
 }
 
-/// Whether drifting noise does nearly as well as `suspect`, one of the effects of `set` or of the bench's terms.
+/// The first of `suspects`, effects of `set` or the bench's terms, in whose place drifting noise does nearly as well.
 /// The bench is left as it was.
-pub fn could_be_drift(
+pub fn first_that_could_be_drift(
+    bench: &mut Workbench,
+    parameters: &Parameters,
+    declared: &[Declared; 3],
+    set: &[usize],
+    suspects: impl Iterator<Item = Suspect>,
+) -> Result<Option<Suspect>, String> {
+    let kept = bench.noise;
+    let trends = with_trend(bench)?;
+    // Fitted beside everything: the same for every suspect, and seldom needed.
+    let mut beside: Option<Beside> = None;
+    let mut found = None;
+    for suspect in suspects {
+        let Some(without) = best_without(bench, parameters, declared, set, suspect)? else {
+            continue;
+        };
+        let beside = beside.get_or_insert_with(|| {
+            bench.refit_noise(set, declared, true);
+            let indices = indices(bench, parameters, set);
+            Beside {
+                noise: bench.noise,
+                information: bench.information_about(&indices),
+                indices,
+            }
+        });
+        bench.noise = beside.noise;
+        let with = beside.likelihood(bench, parameters, None);
+        let unchanged = with - beside.likelihood(bench, parameters, Some(suspect));
+        if with - without < ahead(suspect).min(STILL_ITS_OWN * unchanged) {
+            found = Some(suspect);
+            break;
+        }
+    }
+    for _ in 0..trends {
+        bench.remove_term(bench.terms().len() - 1);
+    }
+    bench.noise = kept;
+    Ok(found)
+}
+
+fn ahead(suspect: Suspect) -> f64 {
+    match suspect {
+        Suspect::Effect(effect) if CATALOGUE[effect].card().kind == "gyro_bias" => AHEAD_CONSTANT,
+        Suspect::Effect(_) => AHEAD,
+        Suspect::Term(_) => AHEAD_PICKED,
+    }
+}
+
+/// A fit of everything, with the noise beside it.
+struct Beside {
+    noise: [Noise; 3],
+    information: Information,
+    indices: Vec<usize>,
+}
+
+impl Beside {
+    /// Whittle log-likelihood of the best fit, of all or without a suspect, under this noise.
+    fn likelihood(
+        &self,
+        bench: &Workbench,
+        parameters: &Parameters,
+        without: Option<Suspect>,
+    ) -> f64 {
+        let gone = match without {
+            None => 0..0,
+            Some(Suspect::Effect(effect)) => parameters.of(effect),
+            Some(Suspect::Term(place)) => {
+                parameters.count() + place..parameters.count() + place + 1
+            }
+        };
+        let indices = self.indices.iter().copied();
+        let rest: Vec<usize> = indices.filter(|index| !gone.contains(index)).collect();
+        likelihood(bench, parameters, &self.information, &rest)
+    }
+}
+
+/// Likelihood without the suspect once the noise is fitted anew; `None` where that noise holds no drift.
+fn best_without(
     bench: &mut Workbench,
     parameters: &Parameters,
     declared: &[Declared; 3],
     set: &[usize],
     suspect: Suspect,
-) -> Result<bool, String> {
-    let kept = bench.noise;
-    let seconds = bench.portion.seconds();
+) -> Result<Option<f64>, String> {
     let rest: Vec<usize> = set
         .iter()
         .copied()
@@ -76,49 +152,25 @@ pub fn could_be_drift(
             Some((place, term))
         }
     };
-    let trended = with_trend(bench)?;
     bench.refit_noise(&rest, declared, true);
+    let seconds = bench.portion.seconds();
     let drifts = (0..3).any(|axis| inflation(&bench.noise[axis], seconds) > DRIFTS);
-    let without = drifts.then(|| likelihood(bench, parameters, &rest));
-    let ahead = match suspect {
-        Suspect::Effect(effect) if CATALOGUE[effect].card().kind == "gyro_bias" => AHEAD_CONSTANT,
-        Suspect::Effect(_) => AHEAD,
-        Suspect::Term(_) => AHEAD_PICKED,
-    };
+    let without = drifts.then(|| {
+        let indices = indices(bench, parameters, &rest);
+        let information = bench.information_about(&indices);
+        likelihood(bench, parameters, &information, &indices)
+    });
     if let Some((place, term)) = term {
         bench.insert_term(place, term)?;
     }
-    let verdict = match without {
-        None => false,
-        Some(without) => {
-            bench.refit_noise(set, declared, true);
-            let with = likelihood(bench, parameters, set);
-            let unchanged = with - without_under_this_noise(bench, parameters, &rest, suspect)?;
-            with - without < ahead.min(STILL_ITS_OWN * unchanged)
-        }
-    };
-    for _ in 0..trended {
-        bench.remove_term(bench.terms().len() - 1);
-    }
-    bench.noise = kept;
-    Ok(verdict)
+    Ok(without)
 }
 
-/// The likelihood without the suspect under noise fitted beside it.
-fn without_under_this_noise(
-    bench: &mut Workbench,
-    parameters: &Parameters,
-    rest: &[usize],
-    suspect: Suspect,
-) -> Result<f64, String> {
-    let Suspect::Term(place) = suspect else {
-        return Ok(likelihood(bench, parameters, rest));
-    };
-    let term = bench.terms()[place].clone();
-    bench.remove_term(place);
-    let value = likelihood(bench, parameters, rest);
-    bench.insert_term(place, term)?;
-    Ok(value)
+/// The parameters of a set and the sizes of all terms on the bench.
+fn indices(bench: &Workbench, parameters: &Parameters, set: &[usize]) -> Vec<usize> {
+    let mut indices = parameters.of_all(set);
+    indices.extend(parameters.count()..parameters.count() + bench.terms().len());
+    indices
 }
 
 /// Puts a free trend on every gyro, behind all other terms; how many there are now that were not.
@@ -137,16 +189,19 @@ fn with_trend(bench: &mut Workbench) -> Result<usize, String> {
     Ok(bench.terms().len() - before)
 }
 
-/// Whittle log-likelihood of the best fit of a set and all terms under the bench's noise.
-fn likelihood(bench: &Workbench, parameters: &Parameters, set: &[usize]) -> f64 {
-    let information = bench.information();
-    let mut indices = parameters.of_all(set);
-    indices.extend(parameters.count()..parameters.count() + bench.terms().len());
-    let solution: Solution = information.solve(&indices, &|index| {
-        prior_width(parameters, &information, index)
+/// Whittle log-likelihood of the best fit of some parameters under the bench's noise.
+fn likelihood(
+    bench: &Workbench,
+    parameters: &Parameters,
+    information: &Information,
+    indices: &[usize],
+) -> f64 {
+    let solution = information.solve(indices, &|index| {
+        prior_width(parameters, information, index)
     });
     let values: Vec<(usize, f64)> = indices
-        .into_iter()
+        .iter()
+        .copied()
         .zip(solution.values.iter().copied())
         .collect();
     bench.whittle(&values)

@@ -157,13 +157,8 @@ pub fn hunt(
         progress("weighing drifting noise");
         let suspects = set.iter().map(|&effect| Suspect::Effect(effect));
         let suspects = suspects.chain((given.len()..bench.terms().len()).map(Suspect::Term));
-        let mut drift = None;
-        for suspect in suspects {
-            if drift::could_be_drift(bench, parameters, search.declared, &set, suspect)? {
-                drift = Some(suspect);
-                break;
-            }
-        }
+        let drift =
+            drift::first_that_could_be_drift(bench, parameters, search.declared, &set, suspects)?;
         match drift {
             Some(Suspect::Effect(effect)) => {
                 allowed.retain(|&kept| kept != effect);
