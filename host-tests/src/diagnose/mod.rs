@@ -313,17 +313,17 @@ pub fn diagnose_aligned(
         .chain(&split.held_out)
         .cloned()
         .collect();
-    let locate = |residual_rad: &streams::Triad| {
+    let locate = |residual_rad: &streams::Triad, noise: &[Noise; 3]| {
         let tiles = locate::tiles(
             &scene.streams,
             residual_rad,
-            &noise,
+            noise,
             &split.regimes,
             &all_rows,
         );
         locate::join(&tiles, &split.regimes, &all_rows)
     };
-    let mut locations = locate(&before_rad);
+    let mut locations = locate(&before_rad, &noise);
     explain::name_regimes(&mut locations, &catch, &products);
     let fitted = &split.fitted;
     coherence::accompany(
@@ -335,7 +335,7 @@ pub fn diagnose_aligned(
         &mut locations,
     );
     let mut after_rad = after_rad(&scene, &before_rad, &catch);
-    let mut left = locate(&after_rad);
+    let mut left = locate(&after_rad, &noise);
     // What no physics explains is still modelled, as a labelled constant over its stretch of time.
     let stretches: Vec<Term> = left
         .iter()
@@ -357,7 +357,7 @@ pub fn diagnose_aligned(
         let described = timing::describe(&scene, &after_rad, noise, &parameters, stretches);
         subtract_terms(&scene, &mut after_rad, &described);
         catch.terms.extend(described);
-        left = locate(&after_rad);
+        left = locate(&after_rad, &noise);
     }
 
     progress("validating on what was held out");
@@ -372,7 +372,20 @@ pub fn diagnose_aligned(
     rows_found.held_out_rad_s = [&before_rad, &after_rad]
         .map(|residual_rad| rows_found::scatter_rad_s(residual_rad, &split.held_out, rate_hz));
     let left_bins = bench.left_over(&catch.values);
-    let mut excess = excess::excess(&noise, &declared, &bench.portion, &left_bins);
+    let compared = excess::excess(
+        &excess::Left {
+            scene: &scene,
+            regimes: &split.regimes,
+            portion: &bench.portion,
+            bins: &left_bins,
+            noise: &noise,
+        },
+        &declared,
+    );
+    if compared.own != noise {
+        left = locate(&after_rad, &compared.own);
+    }
+    let mut excess = compared.found;
     // Behind a soft mount the reference's own noise is compared with what the mount passes: random walk that no
     // instrument has.
     let mounted = |kind: &str| kind == "isolator_mode";

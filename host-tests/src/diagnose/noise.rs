@@ -123,6 +123,32 @@ impl Noise {
     }
 }
 
+/// The share of the drifting terms in S, from the lowest bin to where they are next to nothing.
+pub fn drift_shares(noise: &Noise, portion: &Portion) -> Vec<f64> {
+    /// A level that is known to a tenth moves S by 1e-4 there.
+    const NOTHING: f64 = 1e-3;
+    let floor_hz = portion.frequency_hz(1) * LOWEST_SHARE;
+    let steady = Noise {
+        theta: [noise.theta[0], noise.theta[1], 0.0, 0.0],
+        ..*noise
+    };
+    (0..portion.bins())
+        .map(|bin| {
+            let frequency_hz = portion.frequency_hz(bin);
+            1.0 - steady.at(frequency_hz, floor_hz) / noise.at(frequency_hz, floor_hz)
+        })
+        .take_while(|share| *share > NOTHING)
+        .collect()
+}
+
+/// What one term contributes to S in every bin \[rad²\].
+pub fn of_one_term(noise: &Noise, portion: &Portion, term: usize) -> Vec<f64> {
+    shapes_of(portion, noise.rate_hz)
+        .iter()
+        .map(|shape| shape[term] * noise.theta[term])
+        .collect()
+}
+
 /// Relative standard error of one level where all others are known: Whittle information on ln θ.
 pub fn level_error(noise: &Noise, portion: &Portion, term: usize) -> f64 {
     relative_error(
