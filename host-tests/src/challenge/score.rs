@@ -17,7 +17,7 @@ use super::chance::{detection, limits};
 use super::examine::{Finding, Outcome};
 use super::marks::{Mark, marks};
 use super::trial::Family;
-use crate::diagnose::declare::FAMILY_SIGNIFICANCE;
+use crate::diagnose::declare::CATALOGUE_SIGNIFICANCE;
 
 /// Edges of the bins of strength.
 pub const EDGES: [f64; 10] = [3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 15.0, 30.0, 101.0];
@@ -223,7 +223,7 @@ impl Case<'_> {
     }
 
     fn theory(&self) -> f64 {
-        let significance = FAMILY_SIGNIFICANCE / self.answer.kinds.max(1) as f64;
+        let significance = CATALOGUE_SIGNIFICANCE / self.answer.kinds.max(1) as f64;
         let degrees = self
             .answer
             .effects

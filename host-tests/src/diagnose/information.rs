@@ -31,6 +31,17 @@ pub struct Information {
     pub parameters: usize,
     /// The parameters each offset belongs to.
     pub offsets: Vec<Range<usize>>,
+    /// Drifting noise, one entry an axis that has any.
+    pub drifts: Vec<Drift>,
+}
+
+/// How well the level of drifting noise is known on one axis, and what of the parameters lies in it.
+#[derive(Clone)]
+pub struct Drift {
+    /// Whittle information on ln of its level: half the degrees of freedom in which it makes up S.
+    pub knowledge: f64,
+    /// (parameter, its part of the Fisher information there).
+    pub powers: Vec<(usize, f64)>,
 }
 
 impl Information {
@@ -48,6 +59,7 @@ impl Information {
             power: 0.0,
             parameters,
             offsets,
+            drifts: Vec::new(),
         }
     }
 
@@ -66,8 +78,37 @@ impl Information {
             total.fisher += part.fisher;
             total.right += part.right;
             total.power += part.power;
+            total.drifts.extend(part.drifts);
         }
         total
+    }
+
+    /// Degrees of freedom from which the noise under a pattern of parameters is known: a likelihood ratio then has
+    /// Fisher's law, and χ² only where there are very many. Two over the variance of ln S, averaged over the pattern.
+    pub fn noise_degrees(&self, pattern: &[(usize, f64)]) -> f64 {
+        let whole: f64 = pattern
+            .iter()
+            .map(|(index, value)| value * value * self.fisher[(*index, *index)])
+            .sum();
+        if self.drifts.is_empty() {
+            return f64::INFINITY;
+        }
+        let variance: f64 = self
+            .drifts
+            .iter()
+            .map(|drift| {
+                let inside: f64 = drift
+                    .powers
+                    .iter()
+                    .filter_map(|(index, power)| {
+                        let (_, value) = pattern.iter().find(|(known, _)| known == index)?;
+                        Some(value * value * power)
+                    })
+                    .sum();
+                (inside / whole).powi(2) / drift.knowledge
+            })
+            .sum();
+        2.0 / variance
     }
 
     /// What the offsets of the effects in `set` explain by themselves, and what they leave of `right`.

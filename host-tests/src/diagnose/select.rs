@@ -3,18 +3,21 @@
 //! Enters: a [`Bench`] of the fitted part. Leaves: [`Choice`]: effects, their joint fit, the trials made
 //! and the rivals that cannot be told from each effect.
 //!
-//! Forwards by evidence, backwards by likelihood ratio, then exchanges, until nothing changes. "Nothing" is
+//! Forwards by evidence, backwards by likelihood ratio, then exchanges of one for one and one for two, until nothing
+//! changes. "Nothing" is
 //! the candidate that every other must beat: an effect enters only if its likelihood ratio would come by
-//! chance in fewer than one in 1e4 recordings, counting every trial of the whole search.
+//! chance in fewer recordings than its share of the family's significance. Shares go by prior odds, and each
+//! hypothesis has one, however often it is weighed again: asking the same question twice of the same data is no
+//! second chance, while a search over a grid is one for every point.
 
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use super::bench::Bench;
-use super::declare::{FAMILY_SIGNIFICANCE, FIT_PRIOR, REGRESSOR_FIDELITY, SEPARATION};
+use super::declare::{CATALOGUE_SIGNIFICANCE, FIT_PRIOR, REGRESSOR_FIDELITY, SEPARATION};
 use super::hypotheses::CATALOGUE;
 use super::information::{Information, Solution};
-use super::workbench::{ParameterId, Parameters};
+use super::workbench::Parameters;
 
 /// Rounds of exchange; each must improve the evidence, so they end by themselves long before.
 const MOST_ROUNDS: usize = 12;
@@ -128,6 +131,47 @@ pub fn prior_width(parameters: &Parameters, information: &Information, index: us
     }
 }
 
+/// The width w of a prior N(0, w²) of `count` parameters from `first` on that makes their fit most likely: each
+/// eigendirection of their covariance, of variance c, shows a value of variance w² + c.
+fn likeliest_width(fitted: &Solution, first: usize, count: usize) -> f64 {
+    /// Candidates a decade; the evidence is flat to a hundredth between them.
+    const PER_DECADE: f64 = 8.0;
+    if count == 0 {
+        return 0.0;
+    }
+    let covariance = fitted.covariance.view((first, first), (count, count));
+    let root = covariance.into_owned().symmetric_eigen();
+    let values = root.eigenvectors.transpose() * fitted.values.rows(first, count);
+    let least = root.eigenvalues.iter().copied().fold(f64::MAX, f64::min);
+    let most = values.norm_squared();
+    if least <= 0.0 || least.is_nan() || most <= least {
+        return 0.0;
+    }
+    let log_likelihood = |square: f64| -> f64 {
+        let directions = values.iter().zip(&root.eigenvalues);
+        let each = directions.map(|(value, variance)| {
+            let total = square + variance;
+            -0.5 * (total.ln() + value * value / total)
+        });
+        each.sum()
+    };
+    let steps = (PER_DECADE * (most / least).log10()).ceil().max(1.0);
+    let squares = (0..=steps as usize).map(|step| least * (most / least).powf(step as f64 / steps));
+    squares
+        .max_by(|a, b| log_likelihood(*a).total_cmp(&log_likelihood(*b)))
+        .map_or(0.0, f64::sqrt)
+}
+
+/// Chance of a likelihood ratio of `degrees` numbers where the noise is known from `noise_degrees`.
+fn chance(ratio: f64, degrees: f64, noise_degrees: f64) -> f64 {
+    /// From here on Fisher's law is that of χ² to a tenth, as far out as any decision is made.
+    const MANY: f64 = 1e4;
+    if noise_degrees > MANY || noise_degrees.is_nan() {
+        return ChiSquared::new(degrees).map_or(1.0, |law| law.sf(ratio));
+    }
+    FisherSnedecor::new(degrees, noise_degrees).map_or(1.0, |law| law.sf(ratio / degrees))
+}
+
 /// Whether a rival explains the data to within [`SEPARATION`], and either as probably or without any loss that
 /// noise would show. `lost` in 2 Δ ln L, `behind` in ln evidence.
 fn is_close(lost: f64, behind: f64) -> bool {
@@ -138,6 +182,26 @@ fn is_close(lost: f64, behind: f64) -> bool {
     lost < SEPARATION * SEPARATION && (behind < CLOSE_EVIDENCE || lost < NO_LOSS)
 }
 
+/// Share of the family's significance that a hypothesis may use up: by its prior odds among the candidates. A kind
+/// that another contains is no question of its own.
+pub fn share(candidates: &[usize], effect: usize) -> f64 {
+    let odds = |effect: usize| CATALOGUE[effect].card().log_prior_odds.exp();
+    let kinds: Vec<&str> = candidates
+        .iter()
+        .map(|&other| CATALOGUE[other].card().kind)
+        .collect();
+    let contained = |effect: usize| {
+        let wholes = CATALOGUE[effect].card().special_case_of;
+        wholes.iter().any(|whole| kinds.contains(whole))
+    };
+    let asked = candidates
+        .iter()
+        .copied()
+        .filter(|&other| !contained(other));
+    let all: f64 = asked.map(odds).sum();
+    odds(effect) / all.max(odds(effect))
+}
+
 struct Search<'a> {
     parameters: &'a Parameters,
     candidates: &'a [usize],
@@ -146,6 +210,8 @@ struct Search<'a> {
     close: Vec<(usize, usize)>,
     /// Which effects were looked for beside which sets.
     sought: Vec<(usize, Vec<usize>)>,
+    /// Points of the grids they were looked for on.
+    grids: Vec<(usize, usize)>,
 }
 
 impl<'a> Search<'a> {
@@ -156,6 +222,7 @@ impl<'a> Search<'a> {
             trials: 0,
             close: Vec::new(),
             sought: Vec::new(),
+            grids: Vec::new(),
         }
     }
 
@@ -189,6 +256,17 @@ impl<'a> Search<'a> {
                 };
                 set.retain(|&kept| kept != out);
                 self.forget(bench, information, out);
+                set.push(into);
+                set.sort_unstable();
+                self.settle(bench, information, &set);
+            }
+            for _ in 0..MOST_ROUNDS {
+                let Some((out, into)) = self.best_merger(information, &set) else {
+                    break;
+                };
+                set.retain(|kept| !out.contains(kept));
+                out.iter()
+                    .for_each(|&gone| self.forget(bench, information, gone));
                 set.push(into);
                 set.sort_unstable();
                 self.settle(bench, information, &set);
@@ -246,6 +324,7 @@ impl<'a> Search<'a> {
                     continue;
                 };
                 self.trials += found.trials;
+                self.grids.push((effect, found.trials));
                 let mut all = rest.clone();
                 all.push(effect);
                 all.sort_unstable();
@@ -257,7 +336,7 @@ impl<'a> Search<'a> {
                 let gain = self.evidence(&trial, &all) - self.evidence(&trial, set);
                 let (p_value, clear) = self.significance(&trial, &rest, effect);
                 let credible = self.is_credible(&trial, &all);
-                if gain > BETTER && p_value < FAMILY_SIGNIFICANCE && clear && credible {
+                if gain > BETTER && p_value < CATALOGUE_SIGNIFICANCE && clear && credible {
                     *information = bench.information();
                     return Some(all);
                 }
@@ -342,39 +421,32 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// ln evidence of a set, each prior as wide as the effect's typical size or, if larger, its fitted one.
+    /// ln evidence of a set. Every strength is as likely before as any other, so each effect's prior is as wide as makes
+    /// the data most likely: a weak effect is not held against its kind.
     fn evidence(&self, information: &Information, set: &[usize]) -> f64 {
         let indices = self.indices(information, set);
-        let solution = self.fit(information, set);
-        let value = |index: usize| {
-            let place = indices.iter().position(|&i| i == index);
-            solution.values[place.expect("of the set")]
-        };
-        let width = |id: ParameterId| {
-            let card = CATALOGUE[id.effect].card();
-            let own = self.parameters.of(id.effect);
-            // Parameters of one kind share a width; a frequency or a damping has its own.
-            let alike = if id.parameter < card.shape.count() {
-                own.start..own.start + card.shape.count()
-            } else {
-                own.start + id.parameter..own.start + id.parameter + 1
-            };
-            let count = alike.len() as f64;
-            let square: f64 = alike.map(|index| value(index).powi(2)).sum();
-            (square / count).sqrt().max(card.typical_of(id.parameter))
-        };
-        let widths: Vec<f64> = indices
+        let fitted = self.fit(information, set);
+        let mut widths: Vec<f64> = indices
             .iter()
-            .map(|&index| match self.parameters.id(index) {
-                Some(id) => width(id),
-                None => prior_width(self.parameters, information, index),
-            })
+            .map(|&index| prior_width(self.parameters, information, index))
             .collect();
-        let by_index = |index: usize| {
-            widths[indices
+        for &effect in set {
+            let card = CATALOGUE[effect].card();
+            let first = indices
                 .iter()
-                .position(|&i| i == index)
-                .expect("of the set")]
+                .position(|&index| index == self.parameters.of(effect).start)
+                .expect("of the set");
+            // Parameters of one kind share a width; a frequency or a damping has its own.
+            let alike = card.shape.count();
+            widths[first..first + alike].fill(likeliest_width(&fitted, first, alike));
+            for other in alike..card.count() {
+                let value = fitted.values[first + other].abs();
+                widths[first + other] = value.max(card.typical_of(other));
+            }
+        }
+        let by_index = |index: usize| {
+            let place = indices.iter().position(|&i| i == index);
+            widths[place.expect("of the set")]
         };
         let odds: f64 = set
             .iter()
@@ -407,14 +479,28 @@ impl<'a> Search<'a> {
     ) -> (f64, bool) {
         let mut all = rest.to_vec();
         all.push(effect);
+        all.sort_unstable();
         let (with, without) = (self.fit(information, &all), self.fit(information, rest));
         let ratio = 2.0 * (with.log_likelihood_gain - without.log_likelihood_gain).max(0.0);
         let degrees = (with.degrees - without.degrees).round().max(1.0);
-        let chance = ChiSquared::new(degrees).map_or(1.0, |law| law.sf(ratio));
-        let trials = self.trials.max(self.candidates.len()) as f64;
+        let indices = self.indices(information, &all);
+        let own = self.parameters.of(effect);
+        let pattern: Vec<(usize, f64)> = indices
+            .into_iter()
+            .zip(with.values.iter().copied())
+            .filter(|(index, _)| own.contains(index))
+            .collect();
+        let chance = chance(ratio, degrees, information.noise_degrees(&pattern));
+        let trials = self.points(effect) / share(self.candidates, effect);
         let p_value = -(trials * (-chance).ln_1p()).exp_m1();
         let allowance = REGRESSOR_FIDELITY * (2.0 * without.log_likelihood_gain).max(0.0).sqrt();
         (p_value, ratio > degrees + allowance * allowance)
+    }
+
+    /// Points of the grid that an effect was sought on.
+    fn points(&self, effect: usize) -> f64 {
+        let grids = self.grids.iter().filter(|(sought, _)| *sought == effect);
+        grids.map(|(_, points)| *points).max().unwrap_or(1) as f64
     }
 
     fn best_addition(&mut self, information: &Information, set: &[usize]) -> Option<usize> {
@@ -434,7 +520,7 @@ impl<'a> Search<'a> {
                 continue;
             }
             let (p_value, clear) = self.significance(information, set, effect);
-            if p_value < FAMILY_SIGNIFICANCE && clear && self.is_credible(information, &all) {
+            if p_value < CATALOGUE_SIGNIFICANCE && clear && self.is_credible(information, &all) {
                 best = Some((effect, gain));
             }
         }
@@ -451,7 +537,7 @@ impl<'a> Search<'a> {
                 (
                     effect,
                     gain,
-                    p_value < FAMILY_SIGNIFICANCE && clear && gain >= LEAST_EVIDENCE,
+                    p_value < CATALOGUE_SIGNIFICANCE && clear && gain >= LEAST_EVIDENCE,
                 )
             })
             .filter(|(_, _, keep)| !keep)
@@ -478,6 +564,35 @@ impl<'a> Search<'a> {
                     && self.is_credible(information, &all)
                 {
                     best = Some((out, into, gain));
+                }
+            }
+        }
+        best.map(|(out, into, _)| (out, into))
+    }
+
+    /// One candidate in the place of two chosen effects that raises the evidence: two smooth kinds that came in one
+    /// after the other can imitate a third, and neither alone is worth exchanging.
+    fn best_merger(
+        &mut self,
+        information: &Information,
+        set: &[usize],
+    ) -> Option<([usize; 2], usize)> {
+        let now = self.evidence(information, set);
+        let mut best: Option<([usize; 2], usize, f64)> = None;
+        for (place, &first) in set.iter().enumerate() {
+            for &second in &set[place + 1..] {
+                let rest = |kept: &usize| *kept != first && *kept != second;
+                for &into in self.candidates.iter().filter(|into| !set.contains(into)) {
+                    self.trials += 1;
+                    let mut all: Vec<usize> = set.iter().copied().filter(rest).collect();
+                    all.push(into);
+                    all.sort_unstable();
+                    let gain = self.evidence(information, &all) - now;
+                    if gain > best.map_or(BETTER, |(_, _, most)| most)
+                        && self.is_credible(information, &all)
+                    {
+                        best = Some(([first, second], into, gain));
+                    }
                 }
             }
         }
@@ -566,5 +681,57 @@ impl<'a> Search<'a> {
             .collect();
         list.sort_by(|a, b| a.1.total_cmp(&b.1));
         list
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::hypotheses::find;
+
+    fn index(kind: &str) -> usize {
+        find(kind).expect("in the catalogue").0
+    }
+
+    #[test]
+    fn shares_use_up_the_family_and_a_rare_kind_has_less() {
+        let candidates = ["gyro_bias", "installation", "elastic_rate_by_jerk"].map(index);
+        let shares = candidates.map(|effect| share(&candidates, effect));
+        assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!(shares[2] < shares[0] && shares[0] == shares[1]);
+    }
+
+    #[test]
+    fn a_kind_that_another_contains_takes_nothing_from_the_others() {
+        let alone = ["gyro_bias", "gyro_delay"].map(index);
+        let beside = ["gyro_bias", "gyro_delay", "reference_delay"].map(index);
+        assert_eq!(share(&alone, alone[0]), share(&beside, beside[0]));
+    }
+
+    #[test]
+    fn a_ratio_against_drift_means_less_than_against_known_noise() {
+        // Critical values of F(3, 10) and of chi squared(3) at 1e-3, from tables: 12.55 and 16.27.
+        assert!((chance(3.0 * 12.553, 3.0, 10.0) / 1e-3 - 1.0).abs() < 1e-3);
+        assert!((chance(16.266, 3.0, f64::INFINITY) / 1e-3 - 1.0).abs() < 1e-3);
+        let strong = chance(1e5, 6.0, 50.0);
+        assert!((0.0..1e-30).contains(&strong), "{strong:e}");
+    }
+
+    #[test]
+    fn the_likeliest_width_is_what_the_well_known_directions_show() {
+        // Two values of 3 that are known to 0.1, and one that nothing fixes.
+        let fitted = Solution {
+            values: DVector::from_vec(vec![3.0, -3.0, 40.0]),
+            covariance: DMatrix::from_diagonal(&DVector::from_vec(vec![0.01, 0.01, 1e6])),
+            log_likelihood_gain: 0.0,
+            log_evidence: 0.0,
+            degrees: 2.0,
+        };
+        let width = likeliest_width(&fitted, 0, 3);
+        // w² + c = 9 where the mean square is 9; the grid has eight steps a decade of w².
+        assert!(
+            (width / 3.0).ln().abs() < 0.5 * 10_f64.ln() / 8.0,
+            "{width}"
+        );
     }
 }

@@ -24,7 +24,7 @@ use realfft::{ComplexToReal, RealFftPlanner};
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
 
 use super::bench::Bench;
-use super::declare::FAMILY_SIGNIFICANCE;
+use super::declare::CATALOGUE_SIGNIFICANCE;
 use super::hunt::Catch;
 use super::hypotheses::CATALOGUE;
 use super::information::{Information, stable_inverse};
@@ -330,6 +330,7 @@ impl<'a> Trials<'a> {
                 fisher: fisher.view((0, 0), (known, known)) - &through * cross.transpose(),
                 right: DVector::zeros(known),
                 power: information.power,
+                drifts: information.drifts.clone(),
                 ..Information::empty(known)
             },
             slid: slid.rows(0, known) - through * term_rights,
@@ -385,7 +386,7 @@ impl<'a> Trials<'a> {
             prior_width(self.parameters, &self.information, index)
         });
         let degrees = solution.degrees.round().max(1.0);
-        let chance = FAMILY_SIGNIFICANCE / self.candidates.len().max(1) as f64;
+        let chance = CATALOGUE_SIGNIFICANCE * select::share(self.candidates, effect);
         let Ok(law) = ChiSquared::new(degrees) else {
             return 0.0;
         };

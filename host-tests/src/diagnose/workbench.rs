@@ -7,7 +7,7 @@ use super::bench::Bench;
 use super::columns::{self, Column};
 use super::empirical::Term;
 use super::hypotheses::{CATALOGUE, Sought};
-use super::information::Information;
+use super::information::{Drift, Information};
 use super::noise::{self, Declared, Noise};
 use super::portion::{Bins, Portion};
 use super::regressor::{Regressor, regressors};
@@ -336,6 +336,28 @@ impl<'a> Workbench<'a> {
                 .chain(offsets.map(|(k, offset)| (parameters + k, &offset.bins[axis])))
                 .collect();
             part.add_axis(&self.joints, &self.residual[axis], &columns, &weights);
+            part.drifts
+                .extend(self.drift(&self.noise[axis], &columns, &weights));
+        })
+    }
+
+    /// What of the columns lies in drifting noise; `None` where there is none.
+    fn drift(
+        &self,
+        noise: &Noise,
+        columns: &[(usize, &Regressor)],
+        weights: &[f64],
+    ) -> Option<Drift> {
+        let shares = noise::drift_shares(noise, &self.portion);
+        let squares = shares.iter().enumerate();
+        let knowledge: f64 = squares
+            .map(|(bin, share)| 0.5 * self.portion.degrees(bin) * share * share)
+            .sum();
+        let inside: Vec<f64> = shares.iter().zip(weights).map(|(s, w)| s * w).collect();
+        let power = |(index, column): &(usize, &Regressor)| (*index, column.power(&inside));
+        (knowledge > 0.0).then(|| Drift {
+            knowledge,
+            powers: columns.iter().map(power).collect(),
         })
     }
 

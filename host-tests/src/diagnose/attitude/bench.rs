@@ -238,6 +238,7 @@ impl<'a> AttitudeBench<'a> {
                 power: 0.0,
                 parameters: scored.widths.len(),
                 offsets: Vec::new(),
+                drifts: Vec::new(),
             };
             let set: Vec<usize> = (0..scored.widths.len()).collect();
             value += information
