@@ -106,6 +106,24 @@ fn a_trial_repeated_alone_is_the_same_trial() {
             .map(|name| fs::read_to_string(at.join(name).join(file)).expect("written"));
         assert_eq!(all.lines().nth(3), one.lines().next(), "{file}");
     }
+    // What was kept of it is the recording that was diagnosed.
+    let recording = at.join("one/recording");
+    let said = Command::cargo_bin("rlg")
+        .expect("the binary")
+        .arg("diagnose")
+        .arg(&recording)
+        .arg("--model")
+        .arg(recording.join("model.toml"))
+        .args(["--json", "--quiet", "--out"])
+        .arg(at.join("looked_at"))
+        .output()
+        .expect("it starts");
+    let said: serde_json::Value = serde_json::from_slice(&said.stdout).expect("JSON");
+    let trial = fs::read_to_string(at.join("one/outcomes.jsonl")).expect("written");
+    let trial: serde_json::Value = serde_json::from_str(&trial).expect("one line");
+    assert_eq!(said["verdict"], trial["verdict"]);
+    let count = |list: &serde_json::Value| list.as_array().map(Vec::len);
+    assert_eq!(count(&said["effects"]), count(&trial["findings"]));
 }
 
 /// A triad on a table with a bias of 1 deg/h on gyro y that its model does not have.

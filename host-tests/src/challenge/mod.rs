@@ -33,8 +33,10 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use crate::error::InputError;
+use crate::model::Model;
+use crate::recording::Recording;
 use answer::{Answer, conceal};
-use examine::{Outcome, examine};
+use examine::{Outcome, examine, record};
 use predict::{Book, Workshop};
 use scene::Scene;
 pub use score::Plan;
@@ -106,6 +108,12 @@ pub fn prepare(
 }
 
 impl Prepared {
+    /// The first trial's recording and model, to be looked at by hand.
+    pub fn first_recording(&self) -> Option<Result<(Recording, Model), InputError>> {
+        let answer = self.answers.first()?;
+        Some(record(answer, &self.scenes[&answer.scene].0))
+    }
+
     /// Diagnoses every trial, as lines of JSON in the order of the trials. `progress` is told of each.
     pub fn examine(&self, progress: &(dyn Fn() + Sync)) -> Result<Vec<String>, InputError> {
         self.answers

@@ -8,12 +8,13 @@ use clap::Args;
 use crate::challenge::answer::Answer;
 use crate::challenge::commit::{ANSWERS, COMMITMENTS, OUTCOMES, check, commitments};
 use crate::challenge::examine::Outcome;
-use crate::challenge::given::Pair;
+use crate::challenge::given::{MODEL, Pair};
 use crate::challenge::score::{Scores, score};
 use crate::challenge::trial::{Family, MIX};
 use crate::challenge::{Plan, Share, lines_of, prepare};
 use crate::error::InputError;
 use crate::output::OutputFolder;
+use crate::recording::Recording;
 use crate::report::challenge::page;
 use crate::terminal::Terminal;
 
@@ -22,6 +23,9 @@ const SCORES: &str = "challenge.json";
 
 /// The page.
 const PAGE: &str = "report.html";
+
+/// Folder of a single trial's recording.
+const RECORDING: &str = "recording";
 
 /// Conceal effects by a seed, diagnose them blind, and score what was said
 ///
@@ -53,7 +57,7 @@ pub struct ChallengeCommand {
     /// Run only trials whose number leaves remainder I by N
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<(u64, u64)>,
-    /// Run one trial of the same challenge alone
+    /// Run one trial of the same challenge alone, and keep its recording and model in OUT/recording
     #[arg(long, conflicts_with = "shard")]
     trial: Option<u64>,
     /// Take the concealed kind out of the tool's catalogue: it must never name another one
@@ -222,6 +226,13 @@ impl ChallengeCommand {
         let begun = std::time::Instant::now();
         let outcomes = prepared.examine(&|| bar.inc(1))?;
         bar.finish_and_clear();
+        if let (Share::One(_), Some(recorded)) = (share, prepared.first_recording()) {
+            let (recording, model) = recorded?;
+            let mut folder = Recording::create_folder(out.join(RECORDING))?;
+            recording.write_into(&mut folder)?;
+            folder.write(MODEL, model.to_toml().as_bytes())?;
+            folder.commit()?;
+        }
         let seconds = begun.elapsed().as_secs_f64();
         terminal.say(format!(
             "{} trials in {seconds:.1} s: {:.2} a second",
