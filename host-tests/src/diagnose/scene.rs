@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use realfft::num_complex::Complex64;
 
 use super::accelerometer::felt::Felt;
-use super::motion::{NoiseShape, Reading, Spectra, last_clear_hz, noise_level};
+use super::motion::{NoiseShape, Reading, Spectra, clear_together, last_clear_hz, noise_level};
 use super::streams::{Streams, Triad};
 
 /// Temperature changes slower than this in a gyro block; faster ones are converter noise.
@@ -55,11 +55,17 @@ impl Scene {
             reference_angle_noise_rad.map(|noise| noise * noise),
         );
         let declared = reference_angle_noise_rad.map(|noise| noise * noise);
-        let case = [0, 1, 2].map(|axis: usize| {
-            let values = &streams.case_rad[axis];
-            let level = noise_level(values, rate_hz, NoiseShape::Angle, declared);
-            Spectra::new(values, &pieces, rate_hz, edge_hz).clear_of_noise(level, NoiseShape::Angle)
+        let levels = [0, 1, 2].map(|axis: usize| {
+            noise_level(
+                &streams.case_rad[axis],
+                rate_hz,
+                NoiseShape::Angle,
+                declared,
+            )
         });
+        let case = [0, 1, 2]
+            .map(|axis: usize| Spectra::new(&streams.case_rad[axis], &pieces, rate_hz, edge_hz));
+        let case = clear_together(case, levels, NoiseShape::Angle);
         let read = |derivative| {
             [0, 1, 2].map(|axis: usize| {
                 let mut values = case[axis].read(Reading {
