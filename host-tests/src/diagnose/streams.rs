@@ -304,6 +304,26 @@ impl Streams {
         }
     }
 
+    /// The longest stretch of rows through which the reference carries the case's attitude: what happened in a gap of
+    /// more than two rows is not known, and a straight line across it leaves a wrong attitude for good.
+    pub fn longest_carried(&self) -> std::ops::Range<usize> {
+        const BRIDGED_ROWS: usize = 2;
+        let unknown = |row: usize| self.unmeasured.is_missing("reference", row);
+        let mut longest = 0..0;
+        let (mut begin, mut row) = (0, 0);
+        while row < self.rows {
+            let gap = (row..self.rows).take_while(|&row| unknown(row)).count();
+            if gap > BRIDGED_ROWS {
+                begin = row + gap;
+            }
+            row += gap.max(1);
+            if row.min(self.rows) - begin.min(row) > longest.len() {
+                longest = begin..row.min(self.rows);
+            }
+        }
+        longest
+    }
+
     /// Beginning of a row \[s\].
     pub fn begin_s(&self, row: usize) -> f64 {
         self.start_s + row as f64 / self.rate_hz

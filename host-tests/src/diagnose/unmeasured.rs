@@ -22,6 +22,12 @@ impl Unmeasured {
         found.map(|(channel, _)| channel.as_str())
     }
 
+    /// Whether any channel whose name begins so was not measured in this row.
+    pub(super) fn is_missing(&self, stem: &str, row: usize) -> bool {
+        let mut channels = self.0.iter();
+        channels.any(|(channel, missing)| channel.starts_with(stem) && missing[row])
+    }
+
     /// Takes over the `rows` of `further` behind its own `before`.
     pub(super) fn append(&mut self, before: usize, further: &Self, rows: usize) {
         for (_, missing) in &mut self.0 {

@@ -9,7 +9,8 @@
 //! the fastest motion are cut into parts by band-limited interpolation first: at a quarter of the row rate Simpson's
 //! rule alone would leave what an arm of some micrometres looks like.
 //!
-//! Assumes that a reference's gap was bridged well enough: a row or two. Not here: the Earth (vertical.rs).
+//! Assumes that a reference's gap was bridged well enough: a row or two. Beyond a longer one the attitude is wrong, and
+//! its rows are out of use (rows.rs). Not here: the Earth (vertical.rs).
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use realfft::num_complex::Complex64;

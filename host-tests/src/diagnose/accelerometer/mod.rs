@@ -173,6 +173,13 @@ pub fn add(scene: &mut Scene, given: &Given, outcome: &mut Outcome, progress: &d
         candidates,
     };
     found.add_to(outcome);
+    let carried = scene.streams.longest_carried();
+    if carried.len() < scene.streams.rows {
+        let [from_s, to_s] = [carried.start, carried.end].map(|row| scene.streams.begin_s(row));
+        outcome.diagnosis.summary.push(format!(
+            "The accelerometers are compared between {from_s:.1} and {to_s:.1} s: beyond, the reference was lost and the attitude with it."
+        ));
+    }
 }
 
 /// Rows, motion and a first vertical, or why the force cannot be predicted.

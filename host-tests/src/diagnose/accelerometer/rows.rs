@@ -108,12 +108,15 @@ impl Rows {
         })
     }
 
-    /// Takes rows out of use that touch gyro rows in which the case's motion was not measured.
+    /// Takes rows out of use that touch gyro rows in which the case's motion was not measured, or its attitude not
+    /// carried on.
     pub fn mask(&mut self, streams: &Streams) {
+        let carried = streams.longest_carried();
         let unknown: Vec<f64> = streams
             .usable
             .iter()
-            .map(|usable| f64::from(u8::from(!usable)))
+            .enumerate()
+            .map(|(row, usable)| f64::from(u8::from(!usable || !carried.contains(&row))))
             .collect();
         let unknown = self.gather(&unknown);
         for (usable, unknown) in self.usable.iter_mut().zip(unknown) {
