@@ -1,8 +1,8 @@
 //! The mismatch tool. The road, in order; each stage is a file that can be read and tested alone:
 //!
 //! declare → streams → qualify → scene (motion, signals) → residual → split → portion → noise → locate →
-//! hypotheses → workbench → select, hunt (events, products, invariance, drift) → self_test → identify → validate →
-//! explain
+//! hypotheses → workbench → select, hunt (events, products, invariance, drift), local, regime_drift → self_test →
+//! identify → validate → explain
 //!
 //! A reference slower than the gyros takes the same road over its attitudes (attitude/).
 //!
@@ -88,6 +88,10 @@ pub mod invariance;
 pub mod drift;
 
 pub mod hunt;
+
+pub mod local;
+
+pub mod regime_drift;
 
 pub mod readings;
 
@@ -286,6 +290,26 @@ pub fn diagnose_aligned(
         progress,
     )
     .map_err(unusable)?;
+    if scene.streams.at_rest.is_none() {
+        progress("looking where the unlisted acts");
+        local::confine(
+            &mut bench,
+            &parameters,
+            &declared,
+            &split.regimes,
+            &mut catch,
+        )
+        .and_then(|()| {
+            regime_drift::found(
+                &mut bench,
+                &parameters,
+                &declared,
+                &split.regimes,
+                &mut catch,
+            )
+        })
+        .map_err(unusable)?;
+    }
 
     progress("sliding and injecting");
     let self_test = self_test::self_test(&bench, &parameters, &candidates, &catch, seed);
