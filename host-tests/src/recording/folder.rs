@@ -5,6 +5,7 @@
 //! in another unit or without a single value, stamps that do not increase. What may be a fault of the
 //! unit (a jump, a stuck run, a gap) is left for whoever uses the recording.
 
+use std::ops::Range;
 use std::path::Path;
 
 use super::manifest::{ClockEntry, MANIFEST, Manifest, TableEntry};
@@ -31,23 +32,12 @@ impl Recording {
     /// Reads and checks the recording in `folder`.
     pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
         let folder = folder.as_ref();
-        if !folder.exists() {
-            return Err(InputError::new(folder, "does not exist")
-                .expected(format!("a recording: a folder with {MANIFEST}")));
-        }
-        if !folder.is_dir() {
-            return Err(InputError::new(folder, "is not a folder")
-                .expected(format!("a recording: a folder with {MANIFEST}")));
-        }
-        let manifest = Manifest::read(&folder.join(MANIFEST))?;
-        let name = manifest.name.clone().unwrap_or_else(|| {
-            let last = folder.file_name().unwrap_or(folder.as_os_str());
-            last.to_string_lossy().into_owned()
-        });
+        let manifest = Self::manifest_of(folder)?;
+        let name = Self::name_of(folder, &manifest);
         let tables = manifest
             .tables
             .iter()
-            .map(|entry| read_table(folder, entry))
+            .map(|entry| read_table(folder, entry, None))
             .collect::<Result<_, _>>()?;
         Ok(Self {
             name,
@@ -57,9 +47,36 @@ impl Recording {
             segments: manifest.segments(),
         })
     }
+
+    /// What a folder says of itself, if it is one.
+    pub(super) fn manifest_of(folder: &Path) -> Result<Manifest, InputError> {
+        if !folder.exists() {
+            return Err(InputError::new(folder, "does not exist")
+                .expected(format!("a recording: a folder with {MANIFEST}")));
+        }
+        if !folder.is_dir() {
+            return Err(InputError::new(folder, "is not a folder")
+                .expected(format!("a recording: a folder with {MANIFEST}")));
+        }
+        Manifest::read(&folder.join(MANIFEST))
+    }
+
+    /// The name in the manifest, or else the folder's.
+    pub(super) fn name_of(folder: &Path, manifest: &Manifest) -> String {
+        manifest.name.clone().unwrap_or_else(|| {
+            let last = folder.file_name().unwrap_or(folder.as_os_str());
+            last.to_string_lossy().into_owned()
+        })
+    }
 }
 
-fn read_table(folder: &Path, entry: &TableEntry) -> Result<Table, InputError> {
+/// Reads and checks a table, or some rows of one in Parquet.
+pub(super) fn read_table(
+    folder: &Path,
+    entry: &TableEntry,
+    rows: Option<Range<usize>>,
+) -> Result<Table, InputError> {
+    let whole = rows.is_none();
     let path = folder.join(&entry.file);
     let mut wanted: Vec<&str> = entry.channels.iter().map(|c| c.column.as_str()).collect();
     if let ClockEntry::Stamped { column } = entry.clock() {
@@ -67,7 +84,7 @@ fn read_table(folder: &Path, entry: &TableEntry) -> Result<Table, InputError> {
     }
     let extension = path.extension().map(|e| e.to_ascii_lowercase());
     let mut columns = match extension.as_ref().and_then(|e| e.to_str()) {
-        Some("parquet") => parquet_table::read(&path, &wanted)?,
+        Some("parquet") => parquet_table::read_rows(&path, &wanted, rows)?,
         Some("csv") => csv_table::read(&path, &wanted)?,
         _ => {
             return Err(InputError::new(&path, "is a table of an unknown kind")
@@ -103,7 +120,7 @@ fn read_table(folder: &Path, entry: &TableEntry) -> Result<Table, InputError> {
             offset: channel.offset,
             values,
         };
-        check_values(&path, &channel, period_s)?;
+        check_values(&path, &channel, period_s, whole)?;
         channels.push(channel);
     }
     Ok(Table {
@@ -134,7 +151,12 @@ fn check_stamps(path: &Path, column: &str, stamps_s: &[f64]) -> Result<(), Input
     Ok(())
 }
 
-fn check_values(path: &Path, channel: &Channel, period_s: f64) -> Result<(), InputError> {
+fn check_values(
+    path: &Path,
+    channel: &Channel,
+    period_s: f64,
+    whole: bool,
+) -> Result<(), InputError> {
     let quantity = &channel.quantity;
     let fault = |row: usize, problem: &str, expected: &str| {
         InputError::new(path, problem)
@@ -181,6 +203,10 @@ fn check_values(path: &Path, channel: &Channel, period_s: f64) -> Result<(), Inp
         .filter(|v| !v.is_nan())
         .map(|v| v.abs())
         .collect();
+    if !whole {
+        // A stretch may be a gap, and too quiet to tell a unit by.
+        return Ok(());
+    }
     if magnitudes.is_empty() {
         if quantity.is_essential() {
             return Err(

@@ -15,11 +15,13 @@ mod manifest;
 mod manifest_text;
 mod parquet_table;
 pub mod quantity;
+mod range;
 mod storage;
 mod streamed;
 mod table_stream;
 
 pub use manifest::MANIFEST;
+pub use range::Extent;
 pub use streamed::RecordingStream;
 pub use table_stream::TableStream;
 

@@ -4,6 +4,7 @@
 //! Only the wanted columns are decoded. Values leave as stored, before scale and offset.
 
 use std::fs::File;
+use std::ops::Range;
 use std::path::Path;
 
 use arrow_array::cast::AsArray;
@@ -22,29 +23,21 @@ use crate::error::InputError;
 /// Rows decoded at a time: 64 Ki rows of twelve channels stay within a few MB.
 const BATCH_ROWS: usize = 65_536;
 
-/// The columns `wanted` of `path`, in that order, equally long.
-pub(super) fn read(path: &Path, wanted: &[&str]) -> Result<Vec<Vec<f64>>, InputError> {
-    let file = File::open(path).map_err(|error| InputError::unreadable(path, &error))?;
-    let length = file.metadata().map_or(u64::MAX, |metadata| metadata.len());
-    if length == 0 {
-        return Err(InputError::new(path, "is empty").expected("a Parquet file"));
-    }
-    let damaged = |error: &dyn std::fmt::Display| {
-        InputError::new(path, format!("is truncated or damaged ({error})"))
-            .expected("a whole Parquet file")
-    };
-    // The writer's own schema hints (dictionaries, views) are skipped: plain types are all that is needed.
-    let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
-    let builder = ParquetRecordBatchReaderBuilder::try_new_with_options(file, options)
-        .map_err(|error| damaged(&error))?;
-    if !builder
-        .metadata()
-        .row_groups()
-        .iter()
-        .all(|group| lies_within(group, length))
-    {
-        return Err(damaged(&"a column lies outside the file"));
-    }
+/// The number of rows that the file says it has.
+pub(super) fn rows(path: &Path) -> Result<usize, InputError> {
+    let rows = open(path)?.metadata().file_metadata().num_rows();
+    Ok(usize::try_from(rows).unwrap_or(0))
+}
+
+/// The columns `wanted` of `path`, in that order, equally long; all rows or some, and then row groups without any of
+/// them are not decoded.
+pub(super) fn read_rows(
+    path: &Path,
+    wanted: &[&str],
+    rows: Option<Range<usize>>,
+) -> Result<Vec<Vec<f64>>, InputError> {
+    let damaged = |error: &dyn std::fmt::Display| damaged(path, error);
+    let mut builder = open(path)?;
     let names: Vec<String> = builder
         .schema()
         .fields()
@@ -54,14 +47,33 @@ pub(super) fn read(path: &Path, wanted: &[&str]) -> Result<Vec<Vec<f64>>, InputE
     let roots = locate(path, &names, wanted)?;
 
     let mask = ProjectionMask::roots(builder.parquet_schema(), roots.iter().copied());
-    let rows = usize::try_from(builder.metadata().file_metadata().num_rows()).unwrap_or(0);
+    let mut capacity = usize::try_from(builder.metadata().file_metadata().num_rows()).unwrap_or(0);
+    if let Some(rows) = rows {
+        let mut first = 0;
+        let mut before = 0;
+        let mut groups = Vec::new();
+        for (place, group) in builder.metadata().row_groups().iter().enumerate() {
+            let end = first + usize::try_from(group.num_rows()).unwrap_or(0);
+            if rows.start < end && first < rows.end {
+                groups.push(place);
+            } else if end <= rows.start {
+                before = end;
+            }
+            first = end;
+        }
+        capacity = rows.len();
+        builder = builder
+            .with_row_groups(groups)
+            .with_offset(rows.start - before.min(rows.start))
+            .with_limit(rows.len());
+    }
     let reader = builder
         .with_projection(mask)
         .with_batch_size(BATCH_ROWS)
         .build()
         .map_err(|error| damaged(&error))?;
     // A damaged row count must not decide an allocation; it only saves a few copies when it is sane.
-    let capacity = rows.min(1 << 24);
+    let capacity = capacity.min(1 << 24);
     let mut columns: Vec<Vec<f64>> = wanted
         .iter()
         .map(|_| Vec::with_capacity(capacity))
@@ -76,6 +88,33 @@ pub(super) fn read(path: &Path, wanted: &[&str]) -> Result<Vec<Vec<f64>>, InputE
         }
     }
     Ok(columns)
+}
+
+fn damaged(path: &Path, error: &dyn std::fmt::Display) -> InputError {
+    InputError::new(path, format!("is truncated or damaged ({error})"))
+        .expected("a whole Parquet file")
+}
+
+fn open(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, InputError> {
+    let file = File::open(path).map_err(|error| InputError::unreadable(path, &error))?;
+    let length = file.metadata().map_or(u64::MAX, |metadata| metadata.len());
+    if length == 0 {
+        return Err(InputError::new(path, "is empty").expected("a Parquet file"));
+    }
+    let damaged = |error: &dyn std::fmt::Display| damaged(path, error);
+    // The writer's own schema hints (dictionaries, views) are skipped: plain types are all that is needed.
+    let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
+    let builder = ParquetRecordBatchReaderBuilder::try_new_with_options(file, options)
+        .map_err(|error| damaged(&error))?;
+    if !builder
+        .metadata()
+        .row_groups()
+        .iter()
+        .all(|group| lies_within(group, length))
+    {
+        return Err(damaged(&"a column lies outside the file"));
+    }
+    Ok(builder)
 }
 
 /// Whether every column of a row group lies in a file of `length` bytes. The library asserts this rather

@@ -1,0 +1,132 @@
+//! Reading a stretch of a recording that is longer than memory.
+//!
+//! Enters: the folder and a span of time. Leaves: a [`Recording`] of the rows in it, on the same clock. Parquet row
+//! groups outside are not decoded. Deliberately not here: CSV and stamped tables of that length, which are read
+//! whole and then cut, and the judgement of a channel's unit, for which a stretch may be too quiet.
+
+use std::ops::Range;
+use std::path::Path;
+
+use super::folder::read_table;
+use super::manifest::{ClockEntry, TableEntry};
+use super::{Clock, Quantity, Recording, Segment, Table, parquet_table};
+use crate::error::InputError;
+
+/// Rows kept on either side of a slower table's stretch, so that straight lines reach over its ends.
+const MARGIN_ROWS: usize = 3;
+
+/// What a recording's folder says without its rows.
+#[derive(Debug, Clone)]
+pub struct Extent {
+    /// Its named stretches.
+    pub segments: Vec<Segment>,
+    /// Rows per second of the gyros \[Hz\].
+    pub rate_hz: f64,
+    /// Beginning of their first row \[s\].
+    pub start_s: f64,
+    /// Their rows.
+    pub rows: usize,
+}
+
+impl Recording {
+    /// How long the gyros' table is; `None` where it is stamped or no Parquet, and must be read to be known, or
+    /// where a reference has rows of its own.
+    pub fn extent(folder: impl AsRef<Path>) -> Result<Option<Extent>, InputError> {
+        let folder = folder.as_ref();
+        let manifest = Self::manifest_of(folder)?;
+        let table_of = |quantities: &[Quantity]| {
+            let of = |table: &&TableEntry| {
+                let mut channels = table.channels.iter();
+                channels.any(|channel| quantities.contains(&channel.quantity()))
+            };
+            manifest.tables.iter().find(of)
+        };
+        let gyro = table_of(&[
+            Quantity::GyroCount,
+            Quantity::GyroIncrement,
+            Quantity::GyroRate,
+        ]);
+        let (Some(table), Some(reference)) = (gyro, table_of(&[Quantity::ReferenceIncrement]))
+        else {
+            return Ok(None);
+        };
+        let ClockEntry::Uniform { rate_hz, start_s } = table.clock() else {
+            return Ok(None);
+        };
+        let same_rows = matches!(
+            reference.clock(),
+            ClockEntry::Uniform { rate_hz: own_hz, start_s: own_s }
+                if (own_hz, own_s) == (rate_hz, start_s)
+        );
+        if !is_parquet(&table.file) || !same_rows {
+            return Ok(None);
+        }
+        Ok(Some(Extent {
+            segments: manifest.segments(),
+            rate_hz,
+            start_s,
+            rows: parquet_table::rows(&folder.join(&table.file))?,
+        }))
+    }
+
+    /// The rows that begin in `from_s..to_s`, each table on its own clock.
+    pub fn read_between(
+        folder: impl AsRef<Path>,
+        from_s: f64,
+        to_s: f64,
+    ) -> Result<Self, InputError> {
+        let folder = folder.as_ref();
+        let manifest = Self::manifest_of(folder)?;
+        let fastest_hz = manifest
+            .tables
+            .iter()
+            .filter_map(|table| match table.clock() {
+                ClockEntry::Uniform { rate_hz, .. } => Some(rate_hz),
+                ClockEntry::Stamped { .. } => None,
+            })
+            .fold(0.0, f64::max);
+        let mut tables = Vec::with_capacity(manifest.tables.len());
+        for entry in &manifest.tables {
+            let ClockEntry::Uniform { rate_hz, start_s } = entry.clock() else {
+                tables.push(read_table(folder, entry, None)?);
+                continue;
+            };
+            let margin = if rate_hz < fastest_hz { MARGIN_ROWS } else { 0 };
+            let row = |time_s: f64| ((time_s - start_s) * rate_hz).round().max(0.0) as usize;
+            let wanted = row(from_s).saturating_sub(margin)..row(to_s) + margin;
+            let table = if is_parquet(&entry.file) {
+                read_table(folder, entry, Some(wanted.clone()))?
+            } else {
+                cut(read_table(folder, entry, None)?, &wanted)
+            };
+            tables.push(Table {
+                clock: Clock::Uniform {
+                    rate_hz,
+                    start_s: start_s + wanted.start as f64 / rate_hz,
+                },
+                ..table
+            });
+        }
+        Ok(Self {
+            name: Self::name_of(folder, &manifest),
+            folder: folder.to_path_buf(),
+            site: manifest.site(),
+            tables,
+            segments: manifest.segments(),
+        })
+    }
+}
+
+fn is_parquet(file: &str) -> bool {
+    file.to_ascii_lowercase().ends_with(".parquet")
+}
+
+fn cut(mut table: Table, wanted: &Range<usize>) -> Table {
+    let end = wanted.end.min(table.rows);
+    let wanted = wanted.start.min(end)..end;
+    for channel in &mut table.channels {
+        channel.values = channel.values[wanted.clone()].to_vec();
+    }
+    table.rows = wanted.len();
+    table
+}
