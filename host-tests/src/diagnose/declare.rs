@@ -45,5 +45,21 @@ pub const BAND_EDGES_HZ: [f64; 9] = [
     f64::INFINITY,
 ];
 
+/// Blocks per second of a recording longer than memory \[Hz\]: an hour of the whole catalogue takes 40 MB.
+pub const LONG_BLOCK_HZ: f64 = 20.0;
+
+/// Of such a recording the blocks answer below, the rows above \[Hz\]: half of what the blocks resolve, where what is
+/// folded into them is weak, and below where white noise of angle meets the random walk.
+pub const LONG_SPLIT_HZ: f64 = LONG_BLOCK_HZ / 4.0;
+
+/// Seconds of such a recording that are at the full rate at once while it is read.
+pub const LONG_CHUNK_S: f64 = 30.0;
+
+/// Stretches of such a recording that are kept at the full rate: every one costs a free jump of angle.
+pub const LONG_STRETCHES: usize = 12;
+
+/// Rows that are held at once, 0.9 kB each: two and a half minutes at 4 kHz.
+pub const MOST_ROWS: usize = 600_000;
+
 /// Longest tile \[s\].
 pub const TILE_S: f64 = 6.0;

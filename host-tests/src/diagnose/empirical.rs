@@ -92,7 +92,7 @@ impl Term {
             Form::Step { time_s } => {
                 let first = scene.streams.row_at(*time_s);
                 // The next recording starts with a bias of its own.
-                let after = first..scene.streams.piece_of(first).rows.end;
+                let after = first..scene.streams.end_of_recording(first);
                 Ok(scene.sensed_from_rate(
                     self.axis,
                     (0..rows).map(|row| f64::from(u8::from(after.contains(&row)))),

@@ -136,7 +136,7 @@ pub fn steps(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
     let step_at = |time_s: f64| {
         let row = streams.row_at(time_s);
         let mut step = shape.bins(place(row));
-        let end = place(streams.piece_of(row).rows.end);
+        let end = place(streams.end_of_recording(row));
         if end < portion.rows() {
             let beyond = shape.bins(end);
             step.iter_mut()
@@ -223,9 +223,12 @@ pub fn lines(bench: &Workbench, left: &[Bins; 3]) -> Vec<[Event; 2]> {
                 .max_by(|a, b| a.1.total_cmp(&b.1))?;
             // Between the bins, over the true times of the rows: the stretches are not on one clock.
             let whitened = bench.whitened_in_time(axis, &left[axis], bin);
-            let span_s = streams.end_s() - streams.start_s;
+            let span_s = match &streams.pieces[0].origin {
+                Some(origin) => origin.seconds,
+                None => streams.end_s() - streams.start_s,
+            };
             let around = portion.frequency_hz(bin);
-            let since_start_s = |row: usize| streams.middle_s(row) - streams.start_s;
+            let since_start_s = |row: usize| streams.clock_s(row);
             // A line jumps in phase from stretch to stretch: its strongest bin lies as far away as one stretch
             // alone would tell it.
             let stretch_s = portion.seconds() / portion.ranges.len() as f64;

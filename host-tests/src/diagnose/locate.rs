@@ -83,7 +83,7 @@ pub fn tiles(
                         for axis in 0..3 {
                             tiles.extend(test(
                                 &mut planner,
-                                (streams.rate_hz, streams.rows as f64 / streams.rate_hz),
+                                (streams.rate_hz, streams.span_s()),
                                 axis,
                                 rows.clone(),
                                 &residual_rad[axis][rows.clone()],

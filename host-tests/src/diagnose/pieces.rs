@@ -6,18 +6,38 @@
 //! Nothing crosses a break: motion spectra, attitude and temperature start anew in each piece (scene.rs), and every
 //! stretch of rows has a free jump of angle (portion.rs). A list of recordings is then fitted like the stretches of
 //! one: the information of each adds up. Assumed: one instrument in one state, so one noise model; where the
-//! recordings' noise differs, S is their mean. Deliberately not here: recordings of different row rates, units at rest.
+//! recordings' noise differs, S is their mean. Stretches of a recording longer than memory (long.rs) are joined in the
+//! same way; they keep one origin of time, attitude and temperature. Deliberately not here: recordings of different row rates, units at rest.
 
 use std::ops::Range;
 
+use super::declare::LONG_SPLIT_HZ;
 use super::qualify::Fault;
 use super::streams::{Streams, Triad};
 use crate::error::InputError;
 use crate::recording::Segment;
+use nalgebra::UnitQuaternion;
 
-/// One recording's share of the rows.
+/// Where a stretch of a longer recording stands in it.
+#[derive(Debug, Clone)]
+pub struct Origin {
+    /// Beginning of the recording \[s\].
+    pub start_s: f64,
+    /// Temperature there \[K\]; `None` without thermometers, and in the stretch that tells it.
+    pub temperature_k: Option<[f64; 3]>,
+    /// Attitude at the stretch's beginning against the recording's.
+    pub start_from_body: UnitQuaternion<f64>,
+    /// Length of the recording \[s\].
+    pub seconds: f64,
+    /// The stretch's rows are held out from this time of the recording's clock on \[s\].
+    pub held_out_from_s: f64,
+}
+
+/// One recording's share of the rows, or a stretch of one.
 #[derive(Debug, Clone)]
 pub struct Piece {
+    /// Where it begins in its recording; `None` at the recording's own beginning.
+    pub origin: Option<Origin>,
     /// Name of the recording.
     pub recording: String,
     /// Its rows.
@@ -53,7 +73,8 @@ fn fits(joined: &Streams, further: &Streams) -> Result<(), InputError> {
     let name = &further.pieces[0].recording;
     let first = &joined.pieces[0].recording;
     let fault = |problem: String| InputError::new(name, problem);
-    if joined.pieces.iter().any(|piece| piece.recording == *name) {
+    let stretch = further.pieces[0].origin.is_some();
+    if !stretch && joined.pieces.iter().any(|piece| piece.recording == *name) {
         return Err(
             fault("has the name of another recording of this list".to_string())
                 .expected("names that tell the recordings apart (name in recording.toml)"),
@@ -170,23 +191,65 @@ impl Streams {
             .collect()
     }
 
-    /// The same for what lasts from then on, such as a step: from a time before it a recording has it all along.
+    /// The same for what lasts from then on, such as a step: from a time before it a recording has it all along, and
+    /// between two stretches of one it begins with the next.
     pub fn joined_times_from(&self, recording: Option<&str>, own_s: f64) -> Vec<f64> {
-        self.pieces
-            .iter()
-            .filter(|piece| recording.is_none_or(|name| name == piece.recording))
-            .flat_map(|piece| self.joined_times(Some(&piece.recording), own_s.max(piece.start_s)))
-            .collect()
+        let mut known: Vec<&str> = Vec::new();
+        let mut times = Vec::new();
+        for piece in &self.pieces {
+            let named = recording.is_none_or(|name| name == piece.recording);
+            let row = ((own_s - piece.start_s) * self.rate_hz).max(0.0);
+            if named && row <= piece.rows.len() as f64 && !known.contains(&&*piece.recording) {
+                known.push(&piece.recording);
+                times.push(self.start_s + (piece.rows.start as f64 + row) / self.rate_hz);
+            }
+        }
+        times
+    }
+
+    /// The end of the recording that a row belongs to.
+    pub fn end_of_recording(&self, row: usize) -> usize {
+        let name = &self.piece_of(row).recording;
+        let last = self.pieces.iter().rfind(|piece| piece.recording == *name);
+        last.map_or(self.rows, |piece| piece.rows.end)
     }
 
     /// Middle of a row on its recording's own clock, from the recording's start \[s\].
     pub fn since_start_s(&self, row: usize) -> f64 {
-        (row - self.piece_of(row).rows.start) as f64 / self.rate_hz + 0.5 / self.rate_hz
+        let piece = self.piece_of(row);
+        let before_s = piece
+            .origin
+            .as_ref()
+            .map_or(0.0, |origin| piece.start_s - origin.start_s);
+        before_s + (row - piece.rows.start) as f64 / self.rate_hz + 0.5 / self.rate_hz
+    }
+
+    /// The band in which rows count \[Hz\]: of stretches the blocks beside them have the rest.
+    pub fn band_hz(&self) -> [f64; 2] {
+        match &self.pieces[0].origin {
+            Some(_) => [LONG_SPLIT_HZ, f64::INFINITY],
+            None => [0.0, f64::INFINITY],
+        }
+    }
+
+    /// Middle of a row since the first row's beginning, breaks between recordings left out \[s\].
+    pub fn clock_s(&self, row: usize) -> f64 {
+        match &self.pieces[0].origin {
+            Some(_) => self.since_start_s(row),
+            None => self.middle_s(row) - self.start_s,
+        }
+    }
+
+    /// Seconds from the first row to the last, of a recording of which these are stretches all of it.
+    pub fn span_s(&self) -> f64 {
+        let origin = self.pieces[0].origin.as_ref();
+        origin.map_or(self.rows as f64 / self.rate_hz, |origin| origin.seconds)
     }
 
     /// Whether the rows come from more than one recording.
     pub fn is_joined(&self) -> bool {
-        self.pieces.len() > 1
+        let first = &self.pieces[0].recording;
+        self.pieces.iter().any(|piece| piece.recording != *first)
     }
 }
 

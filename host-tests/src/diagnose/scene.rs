@@ -10,6 +10,7 @@ use realfft::num_complex::Complex64;
 
 use super::accelerometer::felt::Felt;
 use super::motion::{NoiseShape, Reading, Spectra, clear_together, last_clear_hz, noise_level};
+use super::pieces::Piece;
 use super::streams::{Streams, Triad};
 
 /// Temperature changes slower than this in a gyro block; faster ones are converter noise.
@@ -101,8 +102,30 @@ impl Scene {
             felt: None,
             scale_error,
             sensing_from_body: Matrix3::identity(),
-            body_from_start: integrate_attitude(&streams.case_rad, &pieces),
+            body_from_start: integrate_attitude(&streams.case_rad, &streams.pieces),
             streams,
+        }
+    }
+
+    /// Temperature of the first row \[K\], in the band in which a block changes.
+    pub fn start_temperature_k(&self) -> Option<[f64; 3]> {
+        let reading = Reading {
+            derivative: 0,
+            ahead_s: 0.0,
+            undo_row_mean: false,
+        };
+        let spectra = self.temperature.as_ref()?;
+        Some([0, 1, 2].map(|axis: usize| spectra[axis].read(reading)[0]))
+    }
+
+    /// Attitude at a row's beginning against that at the first row's recording's start.
+    pub fn start_from_body(&self, row: usize) -> UnitQuaternion<f64> {
+        match row.checked_sub(1) {
+            Some(before) => self.body_from_start[before].inverse(),
+            None => {
+                let origin = self.streams.pieces[0].origin.as_ref();
+                origin.map_or(UnitQuaternion::identity(), |one| one.start_from_body)
+            }
         }
     }
 
@@ -209,7 +232,11 @@ impl Scene {
         if derivative == 0 {
             for piece in &self.streams.pieces {
                 let values = &mut values[piece.rows.clone()];
-                let start = values[0];
+                let origin = piece
+                    .origin
+                    .as_ref()
+                    .and_then(|origin| origin.temperature_k);
+                let start = origin.map_or(values[0], |temperature_k| temperature_k[axis]);
                 values.iter_mut().for_each(|value| *value -= start);
             }
         }
@@ -236,12 +263,14 @@ impl Scene {
 
 /// Attitude at each row's end against the beginning, from the increments alone: good to what coning
 /// within a row would add (parts in 1e4 of the angle), plenty for carrying a vector along.
-fn integrate_attitude(case_rad: &Triad, pieces: &[Range<usize>]) -> Vec<UnitQuaternion<f64>> {
+fn integrate_attitude(case_rad: &Triad, pieces: &[Piece]) -> Vec<UnitQuaternion<f64>> {
     let mut start_from_body = UnitQuaternion::identity();
     (0..case_rad[0].len())
         .map(|row| {
-            if pieces.iter().any(|rows| rows.start == row) {
-                start_from_body = UnitQuaternion::identity();
+            if let Some(piece) = pieces.iter().find(|piece| piece.rows.start == row) {
+                let origin = piece.origin.as_ref();
+                start_from_body =
+                    origin.map_or(UnitQuaternion::identity(), |one| one.start_from_body);
             }
             let turn = Vector3::new(case_rad[0][row], case_rad[1][row], case_rad[2][row]);
             start_from_body *= UnitQuaternion::from_scaled_axis(turn);

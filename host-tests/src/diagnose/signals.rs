@@ -67,7 +67,7 @@ pub fn signal(scene: &Scene, name: &str) -> Option<Vec<f64>> {
             .and_then(|rest| rest.strip_suffix(')'))
         {
             let turn = std::f64::consts::TAU * frequency.trim().parse::<f64>().ok()?;
-            let at = |row: usize| (turn * (streams.middle_s(row) - streams.start_s) + phase).sin();
+            let at = |row: usize| (turn * streams.clock_s(row) + phase).sin();
             return Some((0..streams.rows).map(at).collect());
         }
     }

@@ -39,7 +39,12 @@ pub fn split(streams: &Streams) -> Split {
         for regime in regimes_of(streams, piece) {
             let rows = regime.rows.clone();
             let shortest = (SHORTEST_SPLIT_S * streams.rate_hz) as usize;
-            let cut = if piece.held_out {
+            let cut = if let Some(origin) = &piece.origin {
+                // A stretch of a longer recording is cut where all of it is.
+                let since_s = origin.held_out_from_s - piece.start_s;
+                let row = (since_s * streams.rate_hz).round().max(0.0);
+                (piece.rows.start + row as usize).clamp(rows.start, rows.end)
+            } else if piece.held_out {
                 rows.start
             } else if rows.len() < shortest {
                 rows.end
@@ -133,6 +138,11 @@ fn in_halves(streams: &Streams) -> Split {
 pub fn usable_runs(usable: &[bool], rows: Range<usize>) -> Vec<Range<usize>> {
     /// A joint costs about this many rows of information at its free jump.
     const SHORTEST_RUN: usize = 64;
+    runs_of(usable, rows, SHORTEST_RUN)
+}
+
+/// Runs of at least `shortest` usable rows.
+pub fn runs_of(usable: &[bool], rows: Range<usize>, shortest: usize) -> Vec<Range<usize>> {
     let mut runs = Vec::new();
     let mut row = rows.start;
     while row < rows.end {
@@ -144,7 +154,7 @@ pub fn usable_runs(usable: &[bool], rows: Range<usize>) -> Vec<Range<usize>> {
         while row < rows.end && usable[row] {
             row += 1;
         }
-        if row - begin >= SHORTEST_RUN {
+        if row - begin >= shortest {
             runs.push(begin..row);
         }
     }

@@ -240,6 +240,7 @@ impl Streams {
             usable,
             measured,
             pieces: vec![Piece {
+                origin: None,
                 recording: recording.name.clone(),
                 rows: 0..rows,
                 start_s,
@@ -260,6 +261,7 @@ impl Streams {
     pub fn of_motion(rate_hz: f64, case_rad: Triad) -> Self {
         let rows = case_rad[0].len();
         let nowhere = Piece {
+            origin: None,
             recording: String::new(),
             rows: 0..rows,
             start_s: 0.0,
