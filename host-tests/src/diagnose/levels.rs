@@ -54,6 +54,16 @@ impl Levels {
         Self(groups)
     }
 
+    /// Nothing.
+    pub fn none() -> Self {
+        Self(Vec::new())
+    }
+
+    /// What another spectrum says of the same levels, at higher frequencies.
+    pub fn append(&mut self, mut other: Self) {
+        self.0.append(&mut other.0);
+    }
+
     /// The best levels with their ln L, those `held` staying as they start. It climbs from `start`, and from where
     /// all that is left at the lowest frequencies is drift of the one or the other kind.
     pub fn most_likely(&self, start: &[f64; TERMS], held: [bool; TERMS]) -> ([f64; TERMS], f64) {

@@ -17,6 +17,7 @@ use super::levels::Levels;
 use super::portion::{Bins, Portion};
 use super::regressor::{Regressor, gram, leverage};
 use nalgebra::{DMatrix, DVector};
+use realfft::num_complex::Complex64;
 
 /// Number of noise terms.
 pub const TERMS: usize = 4;
@@ -78,11 +79,18 @@ impl Noise {
             .sum()
     }
 
-    /// 1/S in every bin of a portion.
+    /// 1/S in every bin of a portion; nothing where the bin does not count.
     pub fn weights(&self, portion: &Portion) -> Vec<f64> {
         let floor_hz = portion.frequency_hz(1) * LOWEST_SHARE;
+        let weight = |bin: usize| 1.0 / self.at(portion.frequency_hz(bin), floor_hz);
         (0..portion.bins())
-            .map(|bin| 1.0 / self.at(portion.frequency_hz(bin), floor_hz))
+            .map(|bin| {
+                if portion.counts(bin) {
+                    weight(bin)
+                } else {
+                    0.0
+                }
+            })
             .collect()
     }
 
@@ -169,7 +177,7 @@ pub fn ratio_over_level(
     level: f64,
 ) -> f64 {
     let shapes = shapes_of(portion, noise.rate_hz);
-    let power: Vec<f64> = left.iter().map(|bin| bin.norm_sqr()).collect();
+    let power = power_of(portion, left);
     let degrees: Vec<f64> = (0..portion.bins())
         .map(|bin| portion.degrees(bin))
         .collect();
@@ -189,6 +197,18 @@ pub struct Declared {
     pub white_angle: Option<f64>,
 }
 
+/// A series of one gyro's residual.
+pub struct Series<'a> {
+    /// Which rows, or blocks of rows.
+    pub portion: &'a Portion,
+    /// The residual's bins.
+    pub residual: &'a Bins,
+    /// What is fitted away, joints included.
+    pub columns: Vec<&'a Regressor>,
+    /// Rows in a block; 1 at the full rate.
+    pub block_rows: usize,
+}
+
 /// Fits the noise of `residual` after the columns (already including joints) are fitted away.
 pub fn fit(
     portion: &Portion,
@@ -197,6 +217,23 @@ pub fn fit(
     declared: Declared,
     start: Option<Noise>,
 ) -> Noise {
+    let rows = Series {
+        portion,
+        residual,
+        columns: columns.to_vec(),
+        block_rows: 1,
+    };
+    fit_all(&rows, None, declared, start)
+}
+
+/// The same of rows at the full rate and of sums over blocks of rows, each in a band of its own: one S per row.
+pub fn fit_all(
+    rows: &Series,
+    blocks: Option<&Series>,
+    declared: Declared,
+    start: Option<Noise>,
+) -> Noise {
+    let (portion, residual) = (rows.portion, rows.residual);
     let rate_hz = portion.seconds().recip() * portion.rows() as f64;
     let shapes = shapes_of(portion, rate_hz);
     let mut noise = first_guess(portion, residual, &shapes, declared, rate_hz);
@@ -209,14 +246,11 @@ pub fn fit(
     /// The fit of the columns depends weakly on S: alternate this often.
     const ALTERNATIONS: usize = 2;
     for alternation in 1..=ALTERNATIONS {
-        let weights = noise.weights(portion);
-        let (left, leverage) = project_out(portion, residual, columns, &weights);
-        let free: Vec<f64> = leverage
-            .iter()
-            .enumerate()
-            .map(|(bin, taken)| (portion.degrees(bin) - taken).max(0.0))
-            .collect();
-        let levels = Levels::new(&left, &free, &shapes);
+        // The lowest frequencies first, where drift is looked for.
+        let mut levels = blocks.map_or_else(Levels::none, |blocks| {
+            levels_of(blocks, &noise, &shapes_of_blocks(blocks, rate_hz))
+        });
+        levels.append(levels_of(rows, &noise, &shapes));
         let fitted = levels.most_likely(&noise.theta, [false; TERMS]);
         noise.theta = if alternation == ALTERNATIONS {
             with_declared(&levels, fitted, declared)
@@ -237,6 +271,35 @@ pub fn fit(
         noise.theta[1] = noise.theta[1].max(least);
     }
     noise
+}
+
+/// What one series says of the levels once its columns are fitted away.
+fn levels_of(series: &Series, noise: &Noise, shapes: &[[f64; TERMS]]) -> Levels {
+    let portion = series.portion;
+    let weights = noise.of_blocks(series.block_rows).weights(portion);
+    let (left, leverage) = project_out(portion, series.residual, &series.columns, &weights);
+    let free: Vec<f64> = leverage
+        .iter()
+        .enumerate()
+        .map(|(bin, taken)| (portion.degrees(bin) - taken).max(0.0))
+        .collect();
+    Levels::new(&left, &free, shapes)
+}
+
+/// The shapes in sums over blocks, for levels per row ([`Noise::of_blocks`]).
+fn shapes_of_blocks(series: &Series, rate_hz: f64) -> Vec<[f64; TERMS]> {
+    let unit = Noise {
+        theta: [1.0; TERMS],
+        rate_hz,
+    };
+    let of_block = unit.of_blocks(series.block_rows);
+    let mut shapes = shapes_of(series.portion, of_block.rate_hz);
+    for shape in &mut shapes {
+        for (shape, factor) in shape.iter_mut().zip(of_block.theta) {
+            *shape *= factor;
+        }
+    }
+    shapes
 }
 
 fn shapes_of(portion: &Portion, rate_hz: f64) -> Vec<[f64; TERMS]> {
@@ -296,12 +359,24 @@ fn project_out(
     for (column, (size, scale)) in columns.iter().zip(solution.iter().zip(&scales)) {
         column.add_to(&mut left, -size / scale);
     }
-    let left = left.iter().map(|value| value.norm_sqr()).collect();
+    let left = power_of(portion, &left);
     let mut leverage = leverage(columns, &half, weights);
     for (bin, taken) in leverage.iter_mut().enumerate() {
         *taken = taken.min(portion.degrees(bin));
     }
     (left, leverage)
+}
+
+/// Power in the bins that count.
+fn power_of(portion: &Portion, bins: &Bins) -> Vec<f64> {
+    let power = |(bin, value): (usize, &Complex64)| {
+        if portion.counts(bin) {
+            value.norm_sqr()
+        } else {
+            0.0
+        }
+    };
+    bins.iter().enumerate().map(power).collect()
 }
 
 fn first_guess(

@@ -37,6 +37,8 @@ pub struct Portion {
     pub ranges: Vec<Range<usize>>,
     length: usize,
     rate_hz: f64,
+    /// Lowest and highest frequency that count \[Hz\]; all, unless another series of the same recording has the rest.
+    pub band_hz: [f64; 2],
     forward: Arc<dyn RealToComplex<f64>>,
 }
 
@@ -74,8 +76,19 @@ impl Portion {
             ranges,
             length,
             rate_hz,
+            band_hz: [0.0, f64::INFINITY],
             forward,
         })
+    }
+
+    /// The same of which only the bins in `low..high` \[Hz\] count.
+    pub fn within(self, band_hz: [f64; 2]) -> Self {
+        Self { band_hz, ..self }
+    }
+
+    /// Whether a bin counts.
+    pub fn counts(&self, bin: usize) -> bool {
+        (self.band_hz[0]..self.band_hz[1]).contains(&self.frequency_hz(bin))
     }
 
     /// Rows in all stretches.
@@ -198,9 +211,31 @@ impl Portion {
             .collect()
     }
 
-    /// Real degrees of freedom in a bin.
+    /// Whittle log-likelihood of what is left under weights 1/S: −½ Σ (degrees · ln S + power/S).
+    pub fn log_likelihood(&self, left: &Bins, weights: &[f64]) -> f64 {
+        let of = |(bin, (value, weight)): (usize, (&Complex64, &f64))| {
+            -0.5 * (value.norm_sqr() * weight - self.degrees(bin) * weight.ln())
+        };
+        left.iter()
+            .zip(weights)
+            .enumerate()
+            .filter(|(bin, _)| self.counts(*bin))
+            .map(of)
+            .sum()
+    }
+
+    /// The bins that count.
+    pub fn counted(&self) -> Range<usize> {
+        let mut counted = (0..self.bins()).filter(|&bin| self.counts(bin));
+        let first = counted.next().unwrap_or(0);
+        first..counted.next_back().map_or(first, |last| last + 1)
+    }
+
+    /// Real degrees of freedom in a bin; none where it does not count.
     pub fn degrees(&self, bin: usize) -> f64 {
-        if bin == 0 || bin + 1 == self.bins() {
+        if !self.counts(bin) {
+            0.0
+        } else if bin == 0 || bin + 1 == self.bins() {
             1.0
         } else {
             2.0
