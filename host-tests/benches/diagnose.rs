@@ -61,7 +61,7 @@ fn diagnose_once() {
     let streams = Streams::align(&recording, model).expect("it aligns");
     drop(recording);
     let file = Path::new("model.toml");
-    let outcome = diagnose_aligned(&[], vec![streams], model, file, 0, &|_| {});
+    let outcome = diagnose_aligned(&[], vec![streams], None, model, file, 0, &|_| {});
     assert!(!outcome.expect("a diagnosis").diagnosis.summary.is_empty());
 }
 

@@ -134,6 +134,7 @@ fn an_unusable_recording_has_a_page_without_pictures() {
         effects: Vec::new(),
         fit: FitEntry {
             recordings: Vec::new(),
+            whole: None,
             fitted_on: Vec::new(),
             held_out: Vec::new(),
             channels: Vec::new(),
@@ -307,6 +308,7 @@ fn explained() -> Diagnosis {
         }],
         fit: FitEntry {
             recordings: Vec::new(),
+            whole: None,
             fitted_on: vec![[0.00225, 2.80075], [4.0, 15.9]],
             held_out: vec![[15.9, 21.0]],
             channels: ["gyro_x", "gyro_y", "gyro_z"]

@@ -6,6 +6,8 @@ use clap::Args;
 
 use super::inputs::{read_model, results_folder};
 use crate::diagnose::attitude::is_slow;
+use crate::diagnose::declare::MOST_ROWS;
+use crate::diagnose::long::Long;
 use crate::diagnose::streams::Streams;
 use crate::diagnose::{diagnose, diagnose_aligned};
 use crate::error::InputError;
@@ -35,6 +37,9 @@ pub struct Diagnose {
     /// What the simulation of this recording already contains
     #[arg(long)]
     model: PathBuf,
+    /// Rows to hold at once; of a longer recording stretches are looked at row by row, the rest in sums over blocks
+    #[arg(long, default_value_t = MOST_ROWS)]
+    most_rows: usize,
     /// Folder for the results
     #[arg(long)]
     out: PathBuf,
@@ -83,6 +88,17 @@ impl Diagnose {
         let progress = |stage: &str| spinner.set_message(stage.to_string());
         let held_out = self.held_out()?;
         let work = || {
+            if let [folder] = self.recordings.as_slice()
+                && let Some(long) = Long::new(folder, &model, &self.model, self.most_rows)?
+            {
+                let share = |done: f64| {
+                    let read_s = done * long.seconds();
+                    progress(&format!("reading {read_s:.0} of {:.0} s", long.seconds()));
+                };
+                let (pieces, blocks) = long.read(&share)?;
+                let (blocks, seed) = (Some(&blocks), self.seed);
+                return diagnose_aligned(&[], pieces, blocks, &model, &self.model, seed, &progress);
+            }
             let mut aligned = Vec::with_capacity(self.recordings.len());
             for (folder, held_out) in self.recordings.iter().zip(&held_out) {
                 // The recording's own tables go before the next is read; the rows live in the streams.
@@ -94,7 +110,8 @@ impl Diagnose {
                 streams.pieces[0].held_out = *held_out;
                 aligned.push(streams);
             }
-            diagnose_aligned(&[], aligned, &model, &self.model, self.seed, &progress)
+            let seed = self.seed;
+            diagnose_aligned(&[], aligned, None, &model, &self.model, seed, &progress)
         };
         let outcome = match self.threads {
             None => work(),

@@ -5,12 +5,14 @@
 
 use std::collections::BTreeMap;
 
+use super::blocks::Blocks;
 use super::declare::FAMILY_SIGNIFICANCE;
 use super::entries::{fault_entry, listed, noise, of_one_effect, regimes, term, unlisted};
 use super::excess::Excess;
 use super::figures::{channel, runners_up, self_test_entry, sensitivity};
 use super::hunt::{Catch, FoundTerm};
 use super::locate::Location;
+use super::long::NOT_TRIED;
 use super::noise::Noise;
 use super::products::Products;
 use super::qualify::Fault;
@@ -21,7 +23,7 @@ use super::self_test::SelfTest;
 use super::split::Split;
 use super::still_words::line_of;
 use super::streams::AXES;
-use super::validate::Validation;
+use super::validate::{Validation, drift_chance};
 
 /// rad/s to degrees per hour.
 pub const DEG_H: f64 = 180.0 / std::f64::consts::PI * 3600.0;
@@ -57,6 +59,8 @@ pub struct Findings<'a> {
     pub candidates: &'a [usize],
     /// What was fitted and held out of each recording, where there are several.
     pub by_recording: &'a [RecordingEntry],
+    /// Of a recording longer than memory, of which the rows are stretches, the blocks with their held-out figures.
+    pub whole: Option<(&'a Blocks, &'a [Validation])>,
     /// What the rows themselves show.
     pub rows_found: &'a RowsFound,
     /// Time slides and injections; `None` against attitudes, which have no rows to slide.
@@ -92,6 +96,7 @@ pub fn unusable(recording: &str, seed: u64, why: &str, faults: Vec<EffectEntry>)
             fitted_on: Vec::new(),
             held_out: Vec::new(),
             recordings: Vec::new(),
+            whole: None,
             channels: Vec::new(),
         },
         not_excluded: vec![format!("every kind: {why}")],
@@ -115,9 +120,11 @@ impl Findings<'_> {
         let verdict = self.verdict(&effects);
         let streams = &self.scene.streams;
         let times = |rows: &[std::ops::Range<usize>]| {
-            rows.iter()
-                .map(|rows| [streams.begin_s(rows.start), streams.begin_s(rows.end)])
-                .collect()
+            let of = |rows: &std::ops::Range<usize>| match self.whole {
+                Some(_) => streams.own_span(rows).1,
+                None => [streams.begin_s(rows.start), streams.begin_s(rows.end)],
+            };
+            rows.iter().map(of).collect()
         };
         Diagnosis {
             format: 1,
@@ -138,6 +145,7 @@ impl Findings<'_> {
                 fitted_on: times(&self.split.fitted),
                 held_out: times(&self.split.held_out),
                 recordings: self.by_recording.to_vec(),
+                whole: self.whole.map(|(blocks, figures)| blocks.entry(figures)),
                 channels: self.validations.iter().map(channel).collect(),
             },
             noise: (0..3)
@@ -215,13 +223,21 @@ impl Findings<'_> {
                     .is_some_and(|text| text.starts_with("window("))
         };
         let explained = effects.iter().any(|effect| !describes(effect));
-        let clean = self.left.is_empty() && !effects.iter().any(describes);
+        let clean =
+            self.left.is_empty() && self.drifting().is_empty() && !effects.iter().any(describes);
         match (explained, clean) {
             (false, true) => Verdict::Matches,
             (false, false) => Verdict::Unexplained,
             (true, true) => Verdict::Explained,
             (true, false) => Verdict::PartlyExplained,
         }
+    }
+
+    /// Gyros whose held-out blocks still drift, of a recording longer than memory.
+    pub(super) fn drifting(&self) -> Vec<&Validation> {
+        let figures = self.whole.map_or(&[][..], |(_, figures)| figures);
+        let drifts = |one: &&Validation| drift_chance(&one.after) < FAMILY_SIGNIFICANCE;
+        figures.iter().filter(drifts).collect()
     }
 
     fn effects(&self) -> Vec<EffectEntry> {
@@ -233,6 +249,12 @@ impl Findings<'_> {
             .zip(&self.catch.regimes)
             .map(|(one, verdict)| {
                 let mut entry = listed(one);
+                if self.whole.is_some() {
+                    let alike = NOT_TRIED.iter();
+                    let alike = alike.filter(|(_, like)| like.contains(&&*entry.kind));
+                    let alike: Vec<String> = alike.map(|(kind, _)| (*kind).to_string()).collect();
+                    entry.indistinguishable_from.extend(alike);
+                }
                 entry.regimes = regimes(verdict);
                 entry
             });

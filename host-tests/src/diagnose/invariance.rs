@@ -8,6 +8,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::declare::REGRESSOR_FIDELITY;
 use super::hypotheses::CATALOGUE;
+use super::noise::Noise;
 use super::portion::{Bins, Portion, inner};
 use super::scene::Scene;
 use super::select::Chosen;
@@ -84,9 +85,24 @@ pub fn test(
     chosen
         .iter()
         .zip(&predictions)
-        .map(|(_, prediction)| {
+        .map(|(one, prediction)| {
             let of = |regimes: &[Regime]| scatter(bench, prediction, &left, regimes);
             let mut verdict = of(regimes);
+            if let Some(beside) = bench.beside() {
+                let own = parameters.of(one.effect);
+                let (slowly, everywhere) = beside.amplitudes(&bench.noise, values, &own);
+                let rows = bench.portion.ranges.clone();
+                let rows = amplitude_in(bench, prediction, &left, rows, "the stretches");
+                // Rows and blocks measure one size; neither is dropped for being the weaker.
+                let both = [rows.map(|(_, amplitude)| amplitude), everywhere];
+                let both = both.into_iter().flatten().map(|amplitude| (1.0, amplitude));
+                // Three tests of one question.
+                for further in [self::verdict(slowly), self::verdict(both.collect())] {
+                    verdict.p_value = verdict.p_value.min(further.p_value);
+                    verdict.amplitudes.extend(further.amplitudes);
+                }
+                verdict.p_value = (3.0 * verdict.p_value).min(1.0);
+            }
             if scene.streams.is_joined() {
                 // The same effect must have the same size in each recording; two tests of one question.
                 let between = of(&whole);
@@ -111,17 +127,28 @@ fn whole_recordings(scene: &Scene) -> Vec<Regime> {
 
 /// Amplitudes of one effect in some regimes, and the chance that they scatter so.
 fn scatter(bench: &Workbench, prediction: &Triad, left: &Triad, regimes: &[Regime]) -> Verdict {
-    let rate_hz = bench.scene().streams.rate_hz;
     let measured: Vec<(f64, Amplitude)> = regimes
         .iter()
         .filter_map(|regime| {
             let rows = intersect(std::slice::from_ref(&regime.rows), &bench.portion.ranges);
-            let portion = Portion::new(rows, rate_hz)?;
-            let amplitude = amplitude(bench, &portion, prediction, left, regime)?;
-            Some((amplitude.std.powi(-2) / portion.seconds(), amplitude))
+            amplitude_in(bench, prediction, left, rows, &regime.name)
         })
         .collect();
     verdict(measured)
+}
+
+/// The amplitude in some rows of the bench, with its information per second.
+fn amplitude_in(
+    bench: &Workbench,
+    prediction: &Triad,
+    left: &Triad,
+    rows: Vec<std::ops::Range<usize>>,
+    name: &str,
+) -> Option<(f64, Amplitude)> {
+    let rate_hz = bench.scene().streams.rate_hz;
+    let portion = Portion::new(rows, rate_hz)?.within(bench.portion.band_hz);
+    let amplitude = amplitude(&bench.noise, &portion, prediction, left, name)?;
+    Some((amplitude.std.powi(-2) / portion.seconds(), amplitude))
 }
 
 /// The scatter of amplitudes, each with its information per second.
@@ -152,12 +179,12 @@ pub(super) fn verdict(measured: Vec<(f64, Amplitude)>) -> Verdict {
 }
 
 /// λ − 1 is what the prediction still finds in what is left, with joints and a free mean rate fitted away.
-fn amplitude(
-    bench: &Workbench,
+pub(super) fn amplitude(
+    noise: &[Noise; 3],
     portion: &Portion,
     prediction: &Triad,
     left: &Triad,
-    regime: &Regime,
+    name: &str,
 ) -> Option<Amplitude> {
     let joints = portion.joints();
     let (mut own, mut found) = (0.0, 0.0);
@@ -165,7 +192,7 @@ fn amplitude(
         if prediction[axis].iter().all(|value| *value == 0.0) {
             continue;
         }
-        let weights = bench.noise[axis].weights(portion);
+        let weights = noise[axis].weights(portion);
         let effect = portion.transform(&prediction[axis]);
         let rest = portion.transform(&left[axis]);
         let project = |bins: &Bins| -> Vec<f64> {
@@ -191,7 +218,7 @@ fn amplitude(
         found += inner(&effect, &rest, &weights) - minus(&of_effect, &of_rest);
     }
     (own > LEAST_SNR * LEAST_SNR).then(|| Amplitude {
-        regime: regime.name.clone(),
+        regime: name.to_string(),
         value: 1.0 + found / own,
         std: own.sqrt().recip(),
     })

@@ -4,7 +4,8 @@
 //! hypotheses → workbench → select, hunt (events, products, invariance, drift), local, regime_drift → self_test →
 //! identify → validate → explain
 //!
-//! A reference slower than the gyros takes the same road over its attitudes (attitude/).
+//! Of a recording longer than memory stretches take this road, and sums over blocks of all its rows stand beside the
+//! workbench (long, blocks). A reference slower than the gyros takes the same road over its attitudes (attitude/).
 //!
 //! At rest on the Earth (still) the motion is known without a reference: clock, cycle and lines come before the
 //! hunt, and control repeats them on shuffled rows. Where there are accelerometers, the same road is gone for
@@ -16,6 +17,8 @@
 pub mod declare;
 
 pub mod pieces;
+
+pub mod long;
 
 pub mod streams;
 
@@ -58,6 +61,8 @@ pub mod empirical;
 pub mod bench;
 
 pub mod columns;
+
+pub mod blocks;
 
 pub mod workbench;
 
@@ -131,6 +136,7 @@ use crate::error::InputError;
 use crate::model::Model;
 use crate::recording::Recording;
 
+use blocks::Blocks;
 use empirical::{Form, Term};
 use hypotheses::{CATALOGUE, Subject, is_left, no_effects};
 use noise::Noise;
@@ -178,14 +184,28 @@ pub fn diagnose_without(
     }
     progress("aligning the channels");
     let streams = vec![Streams::align(recording, model)?];
-    diagnose_aligned(left_out, streams, model, model_file, seed, progress)
+    diagnose_aligned(left_out, streams, None, model, model_file, seed, progress)
+}
+
+/// The motion of aligned channels under a model.
+fn derive(streams: Streams, model: &Model) -> Scene {
+    let reference = model.reference.as_ref();
+    let reference_noise = reference.map(|reference| reference.angle_noise_rad);
+    let mut scene = Scene::new(streams, reference_noise, model.gyro.scale_error);
+    // A matrix without an inverse is refused with the residual.
+    if let Some(inverse) = residual::body_from_sensing(&model.gyro.installation_rad).try_inverse() {
+        scene.sensing_from_body = inverse;
+    }
+    scene
 }
 
 /// The same on the channels of one or several recordings, aligned before, so that the recordings' own tables need not
-/// stay in memory. Pieces that are marked so are held out as a whole.
+/// stay in memory. Pieces that are marked so are held out as a whole. Where they are stretches of one recording longer
+/// than memory, `blocks` are sums over all its rows.
 pub fn diagnose_aligned(
     left_out: &[&str],
     aligned: Vec<Streams>,
+    blocks: Option<&Blocks>,
     model: &Model,
     model_file: &Path,
     seed: u64,
@@ -201,16 +221,14 @@ pub fn diagnose_aligned(
         })
         .collect();
     let (streams, faults) = pieces::join(qualified)?;
-    let names: Vec<&str> = streams.pieces.iter().map(|one| &*one.recording).collect();
+    let mut names: Vec<&str> = streams.pieces.iter().map(|one| &*one.recording).collect();
+    names.dedup();
     let recording = names.join(" + ");
     let rate_hz = streams.rate_hz;
     let declared = declared_noise(model, rate_hz);
     let split = split::split(&streams);
-    let reference_noise = model
-        .reference
-        .as_ref()
-        .map(|reference| reference.angle_noise_rad);
     let Some(portion) = Portion::new(split.fitted.clone(), rate_hz)
+        .map(|portion| portion.within(streams.band_hz()))
         .filter(|portion| portion.seconds() >= LEAST_FITTED_S)
     else {
         return Ok(Outcome {
@@ -228,11 +246,7 @@ pub fn diagnose_aligned(
         });
     };
     progress("deriving the motion");
-    let mut scene = Scene::new(streams, reference_noise, model.gyro.scale_error);
-    // A matrix without an inverse is refused with the residual, below.
-    if let Some(inverse) = residual::body_from_sensing(&model.gyro.installation_rad).try_inverse() {
-        scene.sensing_from_body = inverse;
-    }
+    let mut scene = derive(streams, model);
     let before_rad = residual::residual_rad(&scene, model, model_file)?;
 
     progress("forming the regressors");
@@ -244,6 +258,10 @@ pub fn diagnose_aligned(
             CATALOGUE[effect].card().kind != "earth_rate" || !model.earth_rate_in_reference
         })
         .filter(|&effect| is_left(effect, left_out))
+        .filter(|&effect| {
+            let kind = CATALOGUE[effect].card().kind;
+            blocks.is_none() || long::NOT_TRIED.iter().all(|(not, _)| *not != kind)
+        })
         .filter(|&effect| {
             scene.streams.at_rest.is_none() || still::KINDS.contains(&CATALOGUE[effect].card().kind)
         })
@@ -257,6 +275,9 @@ pub fn diagnose_aligned(
         &candidates,
         &no_effects(),
     );
+    if let Some(blocks) = blocks {
+        bench.stand_beside(blocks);
+    }
     progress("fitting the noise");
     bench.refit_noise(&candidates, &declared, true);
 
@@ -364,6 +385,8 @@ pub fn diagnose_aligned(
     let stretches: Vec<Term> = left
         .iter()
         .filter(|location| location.band_hz.0 == 0.0 && scene.streams.at_rest.is_none())
+        // A constant has no size above the band that the blocks have.
+        .filter(|_| blocks.is_none())
         .map(|location| {
             let (recording, [start_s, end_s]) = scene.streams.own_span(&location.rows);
             let mut expression = format!("window({start_s:.3},{end_s:.3})");
@@ -385,14 +408,18 @@ pub fn diagnose_aligned(
     }
 
     progress("validating on what was held out");
-    let validations = validate::validate(
+    let mut validations = validate::validate(
         &before_rad,
         &after_rad,
         &noise,
-        &split.held_out,
+        (&split.held_out, scene.streams.band_hz()),
         &locations,
         rate_hz,
     );
+    let whole = blocks.map(|blocks| (blocks, blocks.validate(&catch.values, &noise)));
+    if let Some((_, slowly)) = &whole {
+        validate::drifts_of(&mut validations, slowly);
+    }
     rows_found.held_out_rad_s = [&before_rad, &after_rad]
         .map(|residual_rad| rows_found::scatter_rad_s(residual_rad, &split.held_out, rate_hz));
     let left_bins = bench.left_over(&catch.values);
@@ -450,6 +477,9 @@ pub fn diagnose_aligned(
     let by_recording = validate::by_recording(&scene.streams, &split, &after_rad, &noise);
     let findings = explain::Findings {
         recording: &recording,
+        whole: whole
+            .as_ref()
+            .map(|(blocks, figures)| (*blocks, figures.as_slice())),
         by_recording: &by_recording,
         seed,
         scene: &scene,

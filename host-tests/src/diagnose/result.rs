@@ -272,7 +272,30 @@ pub struct FitEntry {
     /// then count on from the first recording's clock without a gap.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub recordings: Vec<RecordingEntry>,
+    /// Addition, where the recording was longer than memory: what was looked at how. Locations, powers and the
+    /// self-test are then of the stretches alone; parameters and drifts are of all of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub whole: Option<WholeEntry>,
     /// Gyros.
+    pub channels: Vec<ChannelEntry>,
+}
+
+/// A recording longer than memory.
+#[derive(Debug, Clone, Serialize)]
+pub struct WholeEntry {
+    /// Blocks per second \[Hz\] into which its rows were summed.
+    pub blocks_per_s: f64,
+    /// Stretches that were looked at row by row \[s\], above `split_hz`.
+    pub stretches_s: Vec<[f64; 2]>,
+    /// The blocks count below this frequency, the rows above \[Hz\].
+    pub split_hz: f64,
+    /// Fitted in blocks \[s\].
+    pub fitted_blocks_s: f64,
+    /// Held out in blocks \[s\].
+    pub held_out_blocks_s: f64,
+    /// Out of use \[s\].
+    pub unusable_s: f64,
+    /// Gyros, on the held-out blocks.
     pub channels: Vec<ChannelEntry>,
 }
 

@@ -123,7 +123,10 @@ pub fn self_test(
     if !numbers.all(|number| number.is_finite()) {
         return SelfTest::none();
     }
-    let trials = Trials::new(parameters, candidates, &catch.information, &slid);
+    // Blocks beside the bench are not slid, so nothing is asked of them.
+    let own = bench.beside().map(|_| bench.own_information());
+    let information = own.as_ref().unwrap_or(&catch.information);
+    let trials = Trials::new(parameters, candidates, information, &slid);
 
     let names: Vec<Vec<(usize, Vec<usize>)>> = (0..SLIDES)
         .into_par_iter()

@@ -3,7 +3,7 @@
 //! Enters: [`Findings`] and the entries made from them. Leaves: one sentence a line, °/h where people read.
 
 use super::attitude::NOT_SHOWN;
-use super::declare::FAMILY_SIGNIFICANCE;
+use super::declare::{FAMILY_SIGNIFICANCE, LONG_SPLIT_HZ};
 use super::entries::parameters_of;
 use super::explain::{DEG_H, Findings, NEEDED_SNR, combination};
 use super::hypotheses::{CATALOGUE, NOT_TESTED, Subject};
@@ -36,6 +36,25 @@ pub(super) fn opening(verdict: Verdict) -> &'static str {
 impl Findings<'_> {
     pub(super) fn summary(&self, verdict: Verdict, effects: &[EffectEntry]) -> Vec<String> {
         let mut lines = vec![opening(verdict).to_string()];
+        if let Some((blocks, _)) = self.whole {
+            let entry = blocks.entry(&[]);
+            let close_s: f64 = entry.stretches_s.iter().map(|[from, to]| to - from).sum();
+            lines.push(format!(
+                "Looked at: all {:.0} s in sums over blocks of {:.3} s, below {:.0} Hz; {close_s:.0} s in {} stretches row by row, above it.",
+                self.scene.streams.span_s(),
+                entry.blocks_per_s.recip(),
+                entry.split_hz,
+                entry.stretches_s.len(),
+            ));
+        }
+        for validation in self.drifting() {
+            lines.push(format!(
+                "Left: gyro {} still drifts by {:.4} ± {:.4} °/h on held-out time.",
+                AXES[validation.axis],
+                validation.after.drift_rad_s * DEG_H,
+                validation.after.drift_std_rad_s * DEG_H,
+            ));
+        }
         if let Some(rest) = &self.scene.streams.at_rest {
             lines.extend(self.still_summary(rest));
         }
@@ -107,6 +126,9 @@ impl Findings<'_> {
                 let why = match (entry.missing(self.scene), hidden) {
                     (Some(missing), _) => missing,
                     (None, Some((_, why))) => why,
+                    (None, None) if self.whole.is_some() => {
+                        "needs all rows for each of its frequencies, and the recording is longer than memory"
+                    }
                     (None, None) if streams.at_rest.is_some() => {
                         "needs motion, and the unit stood still"
                     }
@@ -124,7 +146,14 @@ impl Findings<'_> {
             .map(|kind| {
                 format!("{kind}: no reference tells it from a nudge of the case; such places are located")
             });
-        missing.chain(weak).chain(untested).chain(jumps).collect()
+        let between = ["gyro_bias_step", "counter_slip", "unlisted"]
+            .into_iter()
+            .filter(|_| self.whole.is_some())
+            .map(|kind| {
+                format!("{kind}: looked for in the stretches alone, above {LONG_SPLIT_HZ:.0} Hz")
+            });
+        let missing = missing.chain(weak).chain(untested);
+        missing.chain(jumps).chain(between).collect()
     }
 
     pub(super) fn next_experiment(&self) -> String {

@@ -124,7 +124,7 @@ fn bench_of_all_rows<'a>(
 ) -> Option<Workbench<'a>> {
     let streams = &scene.streams;
     let runs = usable_runs(&streams.usable, 0..streams.rows);
-    let portion = Portion::new(runs, streams.rate_hz)?;
+    let portion = Portion::new(runs, streams.rate_hz)?.within(streams.band_hz());
     Some(Workbench::new(
         scene,
         left_rad,

@@ -51,18 +51,18 @@ pub struct Validation {
     pub after: Figures,
 }
 
-/// Judges every gyro. `None` where nothing was held out.
+/// Judges every gyro on the held-out rows, in the band in which they count. `None` where nothing was held out.
 pub fn validate(
     before_rad: &Triad,
     after_rad: &Triad,
     noise: &[Noise; 3],
-    held_out: &[Range<usize>],
+    (held_out, counts_hz): (&[Range<usize>], [f64; 2]),
     locations: &[Location],
     rate_hz: f64,
 ) -> Vec<Validation> {
     (0..3)
         .filter_map(|axis| {
-            let everything = Portion::new(held_out.to_vec(), rate_hz)?;
+            let everything = Portion::new(held_out.to_vec(), rate_hz)?.within(counts_hz);
             let here: Vec<&Location> = locations
                 .iter()
                 .filter(|location| location.axis == axis)
@@ -71,7 +71,8 @@ pub fn validate(
                 here.iter().map(|location| location.rows.clone()).collect();
             let located = (!times.is_empty())
                 .then(|| Portion::new(union(intersect(held_out, &times)), rate_hz))
-                .flatten();
+                .flatten()
+                .map(|portion| portion.within(counts_hz));
             let low_hz = here
                 .iter()
                 .map(|location| location.band_hz.0)
@@ -86,29 +87,51 @@ pub fn validate(
             } else {
                 (0.0, rate_hz / 2.0)
             };
-            let first = (low_hz * judged.seconds()).floor() as usize;
+            let counted = judged.counted();
+            let first = ((low_hz * judged.seconds()).floor() as usize).max(counted.start);
             let last = ((high_hz * judged.seconds()).ceil() as usize)
                 .max(first + ENOUGH_BINS)
-                .min(judged.bins());
-            let first = first.min(last.saturating_sub(ENOUGH_BINS));
+                .min(counted.end);
+            let first = first
+                .min(last.saturating_sub(ENOUGH_BINS))
+                .max(counted.start);
             let figures = |values: &[f64]| Figures {
                 normalised_power_all: power(
                     &everything,
                     values,
                     &noise[axis],
-                    0..everything.bins(),
+                    everything.counted(),
                 )
                 .0,
                 ..judge(judged, values, &noise[axis], first..last)
             };
             Some(Validation {
                 axis,
-                band_hz: (judged.frequency_hz(first), judged.frequency_hz(last - 1)),
+                band_hz: (
+                    judged.frequency_hz(first),
+                    judged.frequency_hz(last.max(first + 1) - 1),
+                ),
                 before: figures(&before_rad[axis]),
                 after: figures(&after_rad[axis]),
             })
         })
         .collect()
+}
+
+/// Takes over the drifts that the blocks of a whole recording show: stretches have no band in which a drift counts.
+pub fn drifts_of(validations: &mut [Validation], blocks: &[Validation]) {
+    for validation in validations {
+        let Some(slowly) = blocks.iter().find(|one| one.axis == validation.axis) else {
+            continue;
+        };
+        for (figures, slowly) in [
+            (&mut validation.before, &slowly.before),
+            (&mut validation.after, &slowly.after),
+        ] {
+            figures.drift_rad_s = slowly.drift_rad_s;
+            figures.drift_std_rad_s = slowly.drift_std_rad_s;
+        }
+    }
 }
 
 /// What was fitted and held out of each of several recordings, and how much of its held-out power is left; empty for

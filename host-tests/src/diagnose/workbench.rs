@@ -4,11 +4,12 @@
 //! parameters of the catalogue, re-made when the noise or the point of linearisation changes.
 
 use super::bench::Bench;
+use super::blocks::{Beside, Blocks};
 use super::columns::{self, Column};
 use super::empirical::Term;
 use super::hypotheses::{CATALOGUE, Sought};
 use super::information::{Drift, Information};
-use super::noise::{self, Declared, Noise};
+use super::noise::{self, Declared, Noise, Series};
 use super::portion::{Bins, Portion};
 use super::regressor::{Regressor, regressors};
 use super::scene::Scene;
@@ -94,6 +95,8 @@ pub struct Workbench<'a> {
     at: Vec<Vec<f64>>,
     /// f(p0) − J p0 of the effects that are linearised elsewhere than at nothing.
     offsets: Vec<Offset>,
+    /// What the blocks of a longer recording say of the same parameters.
+    beside: Option<Beside<'a>>,
 }
 
 impl<'a> Workbench<'a> {
@@ -119,11 +122,28 @@ impl<'a> Workbench<'a> {
             terms: Vec::new(),
             at: at.to_vec(),
             offsets: Vec::new(),
+            beside: None,
         };
         for &effect in effects {
             bench.remake_offset(effect);
         }
         bench
+    }
+
+    /// Puts the blocks of the recording, of which these rows are stretches, beside the bench before anything is found.
+    pub fn stand_beside(&mut self, blocks: &'a Blocks) {
+        self.beside = Some(Beside::new(blocks, self.parameters.count()));
+    }
+
+    /// The blocks beside it.
+    pub fn beside(&self) -> Option<&Beside<'a>> {
+        self.beside.as_ref()
+    }
+
+    /// Seconds of the series that shows the lowest frequencies.
+    pub fn seconds(&self) -> f64 {
+        let beside = self.beside.as_ref();
+        beside.map_or_else(|| self.portion.seconds(), Beside::seconds)
     }
 
     /// Terms found in the data, whose sizes stand behind the catalogue's parameters.
@@ -142,6 +162,9 @@ impl<'a> Workbench<'a> {
         });
         self.columns
             .sort_by_key(|column| (column.axis, column.index));
+        if let Some(beside) = &mut self.beside {
+            beside.add_term(&term, &self.scene.streams);
+        }
         self.terms.push(term);
         Ok(())
     }
@@ -152,6 +175,9 @@ impl<'a> Workbench<'a> {
         for later in (0..behind.len()).rev() {
             let gone = self.parameters.count() + place + later;
             self.columns.retain(|column| column.index != gone);
+            if let Some(beside) = &mut self.beside {
+                beside.remove_term(place + later);
+            }
         }
         behind.insert(0, term);
         behind.into_iter().try_for_each(|term| self.add_term(term))
@@ -205,24 +231,22 @@ impl<'a> Workbench<'a> {
     /// Whittle log-likelihood of what the values leave: −½ Σ (degrees · ln S + power/S).
     pub fn whittle(&self, values: &[(usize, f64)]) -> f64 {
         let left = self.left_over(values);
-        (0..3)
+        let of_rows: f64 = (0..3)
             .map(|axis| {
                 let weights = self.noise[axis].weights(&self.portion);
-                left[axis]
-                    .iter()
-                    .zip(&weights)
-                    .enumerate()
-                    .map(|(bin, (value, weight))| {
-                        -0.5 * (value.norm_sqr() * weight - self.portion.degrees(bin) * weight.ln())
-                    })
-                    .sum::<f64>()
+                self.portion.log_likelihood(&left[axis], &weights)
             })
-            .sum()
+            .sum();
+        let beside = self.beside.as_ref();
+        of_rows + beside.map_or(0.0, |beside| beside.whittle(&self.noise, values))
     }
 
     /// Takes a found term out again.
     pub fn remove_term(&mut self, place: usize) {
         self.terms.remove(place);
+        if let Some(beside) = &mut self.beside {
+            beside.remove_term(place);
+        }
         let gone = self.parameters.count() + place;
         self.columns.retain(|column| column.index != gone);
         for column in self.columns.iter_mut().filter(|column| column.index > gone) {
@@ -298,26 +322,44 @@ impl<'a> Workbench<'a> {
     pub fn refit_noise(&mut self, effects: &[usize], declared: &[Declared; 3], from_scratch: bool) {
         let residual = self.residual_beside(&|effect| effects.contains(&effect));
         let columns = (self.joints.as_slice(), self.columns.as_slice());
+        let of_effects = |index: usize| {
+            let id = self.parameters.id(index);
+            id.is_none_or(|id| effects.contains(&id.effect))
+        };
         self.noise = columns::noise_by_axis(|axis| {
-            let columns = columns::fitted(columns, axis, (self.parameters, effects));
             let start = (!from_scratch).then_some(self.noise[axis]);
-            noise::fit(
-                &self.portion,
-                &residual[axis],
-                &columns,
-                declared[axis],
-                start,
-            )
+            let rows = Series {
+                portion: &self.portion,
+                residual: &residual[axis],
+                columns: columns::fitted(columns, axis, (self.parameters, effects)),
+                block_rows: 1,
+            };
+            let beside = self.beside.as_ref();
+            let blocks = beside.map(|beside| beside.series(axis, &of_effects));
+            noise::fit_all(&rows, blocks.as_ref(), declared[axis], start)
         });
     }
 
-    /// Information about all parameters whose columns are here.
+    /// Information about all parameters whose columns are here or beside.
     pub fn information(&self) -> Information {
         self.information_where(&|_| true)
     }
 
+    /// The same of this bench's rows alone.
+    pub fn own_information(&self) -> Information {
+        self.information_of(&|_| true, None)
+    }
+
     /// The same about those parameters that `wanted` names: the work grows with the square of their number.
     fn information_where(&self, wanted: &(dyn Fn(usize) -> bool + Sync)) -> Information {
+        self.information_of(wanted, self.beside.as_ref())
+    }
+
+    fn information_of(
+        &self,
+        wanted: &(dyn Fn(usize) -> bool + Sync),
+        beside: Option<&Beside>,
+    ) -> Information {
         let parameters = self.parameters.count() + self.terms.len();
         let offsets: Vec<std::ops::Range<usize>> = self
             .offsets
@@ -336,6 +378,9 @@ impl<'a> Workbench<'a> {
                 .chain(offsets.map(|(k, offset)| (parameters + k, &offset.bins[axis])))
                 .collect();
             part.add_axis(&self.joints, &self.residual[axis], &columns, &weights);
+            if let Some(beside) = beside {
+                beside.add_axis(axis, &self.noise[axis], wanted, part);
+            }
             part.drifts
                 .extend(self.drift(&self.noise[axis], &columns, &weights));
         })

@@ -53,22 +53,31 @@ fn any_number_of_threads_writes_the_same_bytes() {
     second.recording.name += " again";
     let several = folder.path().join("several");
     second.recording.write_to(&several).expect("a recording");
-    same_bytes(&folder, &model, &[&recording]);
-    same_bytes(&folder, &model, &[&recording, &several]);
+    same_bytes(&folder, &model, &[&recording], None);
+    same_bytes(&folder, &model, &[&recording, &several], None);
+    // A third of its rows at once.
+    same_bytes(&folder, &model, &[&recording], Some("80000"));
 }
 
 /// Diagnoses with one, two and three threads.
-fn same_bytes(folder: &tempfile::TempDir, model: &Path, recordings: &[&PathBuf]) {
+fn same_bytes(
+    folder: &tempfile::TempDir,
+    model: &Path,
+    recordings: &[&PathBuf],
+    most_rows: Option<&str>,
+) {
     let written: Vec<Vec<(String, Vec<u8>)>> = ["1", "2", "3"]
         .iter()
         .map(|threads| {
             let count = recordings.len();
-            let out = folder.path().join(format!("out-{count}-{threads}"));
+            let rows = most_rows.unwrap_or("all");
+            let out = folder.path().join(format!("out-{count}-{rows}-{threads}"));
             Command::cargo_bin("rlg")
                 .expect("the command is built")
                 .args(["diagnose", "--quiet", "--threads", threads, "--model"])
                 .arg(model)
                 .args(recordings)
+                .args(most_rows.iter().flat_map(|rows| ["--most-rows", rows]))
                 .arg("--out")
                 .arg(&out)
                 .assert()

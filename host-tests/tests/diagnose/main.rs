@@ -10,6 +10,7 @@ mod bench_recordings;
 mod concealed_effects;
 mod hidden;
 mod independence;
+mod long;
 mod modes;
 mod several;
 mod stages;

@@ -26,9 +26,17 @@ fn together(recordings: Vec<(Streams, Model)>) -> Diagnosis {
     // The instrument is the same: so is the model.
     let model = recordings[0].1.clone();
     let streams = recordings.into_iter().map(|(streams, _)| streams).collect();
-    diagnose_aligned(&[], streams, &model, Path::new("model.toml"), 0, &|_| {})
-        .expect("a diagnosis")
-        .diagnosis
+    diagnose_aligned(
+        &[],
+        streams,
+        None,
+        &model,
+        Path::new("model.toml"),
+        0,
+        &|_| {},
+    )
+    .expect("a diagnosis")
+    .diagnosis
 }
 
 fn scale(size: f64) -> String {
@@ -117,8 +125,16 @@ fn a_step_is_told_on_its_own_recordings_clock() {
     let (first, second) = (made("first", 41, ""), made("second", 42, step));
     let model = first.1.clone();
     let streams = vec![first.0, second.0];
-    let outcome = diagnose_aligned(&[], streams, &model, Path::new("model.toml"), 0, &|_| {})
-        .expect("a diagnosis");
+    let outcome = diagnose_aligned(
+        &[],
+        streams,
+        None,
+        &model,
+        Path::new("model.toml"),
+        0,
+        &|_| {},
+    )
+    .expect("a diagnosis");
     let summary = &outcome.diagnosis.summary;
     let [effect] = outcome.model.effects.as_slice() else {
         panic!("{summary:#?}");
@@ -132,6 +148,7 @@ fn a_step_is_told_on_its_own_recordings_clock() {
     let again = diagnose_aligned(
         &[],
         again,
+        None,
         &outcome.model,
         Path::new("model.toml"),
         0,
@@ -177,6 +194,7 @@ fn recordings_that_do_not_fit_together_are_refused() {
         diagnose_aligned(
             &[],
             vec![first, second],
+            None,
             &model,
             Path::new("model.toml"),
             0,

@@ -154,7 +154,7 @@ pub fn add(scene: &mut Scene, given: &Given, outcome: &mut Outcome, progress: &d
         &weighed.before,
         &weighed.after,
         &noise,
-        &split.held_out,
+        (&split.held_out, [0.0, f64::INFINITY]),
         &locations,
         rate_hz,
     );
@@ -186,6 +186,9 @@ pub fn add(scene: &mut Scene, given: &Given, outcome: &mut Outcome, progress: &d
 fn prepare(scene: &mut Scene, given: &Given, found: &Model) -> Result<(Streams, Split), String> {
     if scene.streams.is_joined() {
         return Err("accelerometers are diagnosed one recording at a time".to_string());
+    }
+    if scene.streams.pieces[0].origin.is_some() {
+        return Err("of a recording longer than memory the gyros alone are diagnosed".to_string());
     }
     let mut rows = scene.streams.accelerometers.clone()?;
     rows.mask(&scene.streams);

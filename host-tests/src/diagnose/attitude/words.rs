@@ -77,6 +77,7 @@ impl Told<'_> {
         let pictures = self.pictures(&left_rad, tiles_before, tiles_after);
         let rows_found = RowsFound::default();
         let findings = Findings {
+            whole: None,
             recording: &self.recording.name,
             seed: self.seed,
             scene,

@@ -157,6 +157,7 @@ impl Blocks {
         }
         let noise = &bench.noise[axis];
         let portion = Portion::new(ranges, noise.rate_hz / block as f64)?;
+        let portion = portion.within(bench.portion.band_hz);
         let weights = noise.of_blocks(block).weights(&portion);
         Some(Self {
             left: portion.transform(&sums),
