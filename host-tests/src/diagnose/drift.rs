@@ -153,7 +153,7 @@ fn best_without(
         }
     };
     bench.refit_noise(&rest, declared, true);
-    let seconds = bench.portion.seconds();
+    let seconds = bench.seconds();
     let drifts = (0..3).any(|axis| inflation(&bench.noise[axis], seconds) > DRIFTS);
     let without = drifts.then(|| {
         let indices = indices(bench, parameters, &rest);

@@ -45,7 +45,7 @@ pub struct Hunt<'a> {
 /// The better reading.
 pub fn best(bench: &mut Workbench, hunt: &Hunt, progress: &dyn Fn(&str)) -> Result<Catch, String> {
     let fitted = bench.noise;
-    let seconds = bench.portion.seconds();
+    let seconds = bench.seconds();
     let as_noise = hunt::hunt(bench, hunt, true, progress)?;
     // A generous library may eat drift that shows again once little was chosen, and the other way round.
     let drifts = fitted

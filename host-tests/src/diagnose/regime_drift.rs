@@ -40,7 +40,7 @@ pub fn found(
     regimes: &[Regime],
     catch: &mut Catch,
 ) -> Result<(), String> {
-    let seconds = bench.portion.seconds();
+    let seconds = bench.seconds();
     let set: Vec<usize> = catch.choice.chosen.iter().map(|one| one.effect).collect();
     let inflated: Vec<usize> = (0..3)
         .filter(|&axis| inflation(&bench.noise[axis], seconds) > DRIFTS)
