@@ -15,7 +15,7 @@
 use std::ops::Range;
 
 use super::empirical::{Form, Term};
-use super::explain::channel;
+use super::figures::channel;
 use super::information::{Information, fit_away};
 use super::invariance::{self, Amplitude};
 use super::noise::{Noise, Series};
