@@ -86,17 +86,7 @@ impl<'a> Long<'a> {
         let share = most_rows as f64 / extent.rows as f64;
         let least = LEAST_OF_ENDS * 2.0 * STRETCH_ENDS_S * extent.rate_hz;
         let regimes = regimes(&extent, least / share);
-        // In proportion to its regime's length, around where the held-out share begins.
-        let stretches = regimes
-            .iter()
-            .enumerate()
-            .map(|(regime, (rows, cut))| {
-                let before = ((cut - rows.start) as f64 * share) as usize;
-                let after = ((rows.end - cut) as f64 * share) as usize;
-                (cut - before..cut + after, regime)
-            })
-            .filter(|(rows, _)| rows.len() as f64 >= least)
-            .collect();
+        let stretches = stretches(&regimes, most_rows);
         Ok(Some(Self {
             folder,
             model,
@@ -357,6 +347,25 @@ impl Formed {
     }
 }
 
+/// Rows of the longest regimes, as many as may be held, around where the held-out share of each begins; each with its
+/// regime.
+fn stretches(regimes: &[(Range<usize>, usize)], most_rows: usize) -> Vec<(Range<usize>, usize)> {
+    let mut longest: Vec<usize> = (0..regimes.len()).collect();
+    longest.sort_by_key(|&regime| std::cmp::Reverse(regimes[regime].0.len()));
+    // As many of the recording's own short segments as there would be of even ones.
+    longest.truncate(LONG_STRETCHES);
+    let rows: usize = longest.iter().map(|&regime| regimes[regime].0.len()).sum();
+    let share = (most_rows as f64 / rows as f64).min(1.0);
+    longest.sort_unstable();
+    let stretch = |regime: usize| {
+        let (rows, cut) = &regimes[regime];
+        let before = ((cut - rows.start) as f64 * share) as usize;
+        let after = ((rows.end - cut) as f64 * share) as usize;
+        (cut - before..cut + after, regime)
+    };
+    longest.into_iter().map(stretch).collect()
+}
+
 /// Stretches of like motion, each with the row from which on it is held out: the named ones, or even ones.
 /// None is cut to less than `least` rows.
 fn regimes(extent: &Extent, least: f64) -> Vec<(Range<usize>, usize)> {
@@ -387,4 +396,35 @@ fn regimes(extent: &Extent, least: f64) -> Vec<(Range<usize>, usize)> {
             (pair[0]..pair[1], pair[1] - held_out)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hundred_short_segments_leave_twelve_stretches_within_the_limit() {
+        let segment = |k: usize| Segment {
+            name: format!("{k}"),
+            kind: String::new(),
+            start_s: 10.0 * k as f64,
+            end_s: 10.0 * (k + 1) as f64,
+        };
+        let extent = Extent {
+            segments: (0..100).map(segment).collect(),
+            rate_hz: 1000.0,
+            start_s: 0.0,
+            rows: 1_000_000,
+        };
+        let regimes = regimes(&extent, 40_000.0);
+        assert_eq!(regimes.len(), 100);
+        let stretches = stretches(&regimes, 60_000);
+        assert_eq!(stretches.len(), LONG_STRETCHES);
+        let rows: usize = stretches.iter().map(|(rows, _)| rows.len()).sum();
+        assert!((59_000..=60_000).contains(&rows), "{rows}");
+        for (rows, regime) in &stretches {
+            let (of, cut) = &regimes[*regime];
+            assert!(of.start <= rows.start && rows.end <= of.end && rows.contains(cut));
+        }
+    }
 }
