@@ -8,6 +8,8 @@
 //! with a free trend: a random walk ends elsewhere than it began, that jump of the circle fills all low bins in phase,
 //! and whatever resembles a ramp would take them all at once.
 
+use std::ops::Range;
+
 use super::bench::Bench as _;
 use super::empirical::{Form, Term};
 use super::hypotheses::CATALOGUE;
@@ -31,7 +33,8 @@ const AHEAD_CONSTANT: f64 = 9.0;
 /// The same for a term, which was picked among some hundred instants or expressions more.
 const AHEAD_PICKED: f64 = 22.0;
 
-/// A weak effect is its own where refitted noise takes up less than two fifths of what it explains.
+/// A weak effect is its own where refitted noise takes up less than two fifths of what it explains; not where drift
+/// shows even beside it, and most of it lies there.
 const STILL_ITS_OWN: f64 = 0.6;
 
 /// What is asked about.
@@ -41,6 +44,16 @@ pub enum Suspect {
     Effect(usize),
     /// A found term, by its place on the bench.
     Term(usize),
+}
+
+impl Suspect {
+    /// Its parameters.
+    fn indices(self, parameters: &Parameters) -> Range<usize> {
+        match self {
+            Self::Effect(effect) => parameters.of(effect),
+            Self::Term(place) => parameters.count() + place..parameters.count() + place + 1,
+        }
+    }
 }
 
 /// S at the lowest frequencies over what it would be without drift.
@@ -82,8 +95,13 @@ pub fn first_that_could_be_drift(
         });
         bench.noise = beside.noise;
         let with = beside.likelihood(bench, parameters, None);
-        let unchanged = with - beside.likelihood(bench, parameters, Some(suspect));
-        if with - without < ahead(suspect).min(STILL_ITS_OWN * unchanged) {
+        let needed = if beside.is_within_drift(parameters, suspect) {
+            ahead(suspect).max(AHEAD)
+        } else {
+            let unchanged = with - beside.likelihood(bench, parameters, Some(suspect));
+            ahead(suspect).min(STILL_ITS_OWN * unchanged)
+        };
+        if with - without < needed {
             found = Some(suspect);
             break;
         }
@@ -128,6 +146,22 @@ impl Beside {
         let indices = self.indices.iter().copied();
         let rest: Vec<usize> = indices.filter(|index| !gone.contains(index)).collect();
         likelihood(bench, parameters, &self.information, &rest)
+    }
+
+    /// Whether the noise drifts beside the suspect, too, and more than half of the suspect lies in that drift.
+    fn is_within_drift(&self, parameters: &Parameters, suspect: Suspect) -> bool {
+        let solution = self.information.solve(&self.indices, &|index| {
+            prior_width(parameters, &self.information, index)
+        });
+        let own = suspect.indices(parameters);
+        let pattern: Vec<(usize, f64)> = self
+            .indices
+            .iter()
+            .copied()
+            .zip(solution.values.iter().copied())
+            .filter(|(index, _)| own.contains(index))
+            .collect();
+        self.information.share_in_drift(&pattern) > 0.5
     }
 }
 

@@ -86,29 +86,35 @@ impl Information {
     /// Degrees of freedom from which the noise under a pattern of parameters is known: a likelihood ratio then has
     /// Fisher's law, and χ² only where there are very many. Two over the variance of ln S, averaged over the pattern.
     pub fn noise_degrees(&self, pattern: &[(usize, f64)]) -> f64 {
+        if self.drifts.is_empty() {
+            return f64::INFINITY;
+        }
+        let shares = self.shares_in_drift(pattern);
+        let variance: f64 = shares
+            .map(|(knowledge, share)| share * share / knowledge)
+            .sum();
+        2.0 / variance
+    }
+
+    /// The part of a pattern's power that lies in drifting noise, over all axes.
+    pub fn share_in_drift(&self, pattern: &[(usize, f64)]) -> f64 {
+        let shares = self.shares_in_drift(pattern);
+        shares.map(|(_, share)| share).sum()
+    }
+
+    /// Axis by axis: how well the drift is known, and the part of the pattern's whole power that lies in it.
+    fn shares_in_drift(&self, pattern: &[(usize, f64)]) -> impl Iterator<Item = (f64, f64)> {
         let whole: f64 = pattern
             .iter()
             .map(|(index, value)| value * value * self.fisher[(*index, *index)])
             .sum();
-        if self.drifts.is_empty() {
-            return f64::INFINITY;
-        }
-        let variance: f64 = self
-            .drifts
-            .iter()
-            .map(|drift| {
-                let inside: f64 = drift
-                    .powers
-                    .iter()
-                    .filter_map(|(index, power)| {
-                        let (_, value) = pattern.iter().find(|(known, _)| known == index)?;
-                        Some(value * value * power)
-                    })
-                    .sum();
-                (inside / whole).powi(2) / drift.knowledge
-            })
-            .sum();
-        2.0 / variance
+        self.drifts.iter().map(move |drift| {
+            let powers = drift.powers.iter().filter_map(|(index, power)| {
+                let (_, value) = pattern.iter().find(|(known, _)| known == index)?;
+                Some(value * value * power)
+            });
+            (drift.knowledge, powers.sum::<f64>() / whole)
+        })
     }
 
     /// What the offsets of the effects in `set` explain by themselves, and what they leave of `right`.

@@ -386,7 +386,8 @@ impl<'a> Workbench<'a> {
         })
     }
 
-    /// What of the columns lies in drifting noise; `None` where there is none.
+    /// What of the columns lies in drifting noise; `None` where the rows show none: a level that no data tell from
+    /// nothing would make every slow effect doubtful.
     fn drift(
         &self,
         noise: &Noise,
@@ -400,7 +401,9 @@ impl<'a> Workbench<'a> {
             .sum();
         let inside: Vec<f64> = shares.iter().zip(weights).map(|(s, w)| s * w).collect();
         let power = |(index, column): &(usize, &Regressor)| (*index, column.power(&inside));
-        (knowledge > 0.0).then(|| Drift {
+        /// Drift makes up S in four bins at least: in fewer, white noise looks like drift often enough.
+        const SHOWN: f64 = 4.0;
+        (knowledge > SHOWN).then(|| Drift {
             knowledge,
             powers: columns.iter().map(power).collect(),
         })
