@@ -73,17 +73,12 @@ pub fn best(bench: &mut Workbench, hunt: &Hunt, progress: &dyn Fn(&str)) -> Resu
     let noise_score = price(bench, &as_noise);
     let kept = bench.snapshot();
     bench.clear_terms();
+    // White noise of angle hides no drift: where it was fitted beyond the declared, it is there.
     bench.noise = [0, 1, 2].map(|axis: usize| {
-        let level = |declared: Option<f64>, fitted: f64| declared.unwrap_or(fitted);
-        let declared = hunt.declared[axis];
         let [walk, white, _, _] = fitted[axis].theta;
+        let walk = hunt.declared[axis].random_walk.unwrap_or(walk);
         Noise {
-            theta: [
-                level(declared.random_walk, walk),
-                level(declared.white_angle, white),
-                0.0,
-                0.0,
-            ],
+            theta: [walk, white, 0.0, 0.0],
             ..fitted[axis]
         }
     });
