@@ -278,7 +278,10 @@ impl Sight<'_> {
                 .sum();
             let best = self.best_term(&rest_values, &own, 0.0, &|_| true);
             let by_best = best.first().map_or(0.0, |(_, ratio, _)| *ratio);
-            if by_best.max(by_products) > share + CLEARLY_BETTER {
+            // Each further number of the effect explains two more, or it says nothing (Akaike).
+            let for_numbers = 2.0 * (own.len() as f64 - 1.0);
+            let needed = (CLEARLY_BETTER - for_numbers).max(0.0);
+            if by_best.max(by_products) > share + needed {
                 return Some(Objection::Better(best));
             }
         }
