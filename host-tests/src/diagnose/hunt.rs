@@ -21,6 +21,9 @@ use super::workbench::{Parameters, Workbench};
 /// this is not explained by terms.
 pub(super) const MOST_TERMS: usize = 8;
 
+/// Where so many terms came and went again, more of them would go, too.
+const MOST_LEFT: usize = 8;
+
 /// How much better (2 Δ ln L) an expression must be than a named effect to take its place.
 pub(super) const CLEARLY_BETTER: f64 = 20.0;
 
@@ -120,8 +123,14 @@ pub fn hunt(
             entered.remove(place);
             continue;
         }
-        let fresh = |term: &Term| !bench.terms().contains(term) && !left_idle.contains(term);
-        let room = bench.terms().len() < most_terms;
+        let resolution_hz = 1.0 / bench.seconds();
+        let left = |term: &Term| {
+            left_idle
+                .iter()
+                .any(|idle| alike(idle, term, resolution_hz))
+        };
+        let fresh = |term: &Term| !bench.terms().contains(term) && !left(term);
+        let room = bench.terms().len() < most_terms && left_idle.len() < MOST_LEFT;
         let sight = Sight {
             bench: &*bench,
             parameters,
@@ -209,6 +218,25 @@ pub fn hunt(
             survey,
             trials,
         });
+    }
+}
+
+/// Whether two terms say the same: lines do that are less than the record's resolution apart.
+fn alike(a: &Term, b: &Term, resolution_hz: f64) -> bool {
+    let line = |term: &Term| {
+        let Form::Product { expression } = &term.form else {
+            return None;
+        };
+        let inside = expression.strip_suffix(')')?;
+        let (shape, frequency_hz) = inside.split_once('(')?;
+        Some((shape.to_owned(), frequency_hz.parse::<f64>().ok()?))
+            .filter(|(shape, _)| shape == "sine" || shape == "cosine")
+    };
+    match (line(a), line(b)) {
+        (Some((shape, at_hz)), Some((other, near_hz))) => {
+            a.axis == b.axis && shape == other && (at_hz - near_hz).abs() < resolution_hz
+        }
+        _ => a == b,
     }
 }
 
