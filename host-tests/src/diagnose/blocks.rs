@@ -253,6 +253,7 @@ impl<'a> Beside<'a> {
         let weights = self.weights(noise);
         total.add_axis(
             &fitted.joints,
+            &[],
             &fitted.residual[axis],
             &self.columns(axis, wanted),
             &weights,

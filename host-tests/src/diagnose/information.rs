@@ -134,25 +134,25 @@ impl Information {
         (explained.sum(), right)
     }
 
-    /// Adds what one axis says. `columns` are (parameter index, column).
+    /// Adds what one axis says. `columns` are (parameter index, column); joints are free, nuisances as wide as they are.
     pub fn add_axis(
         &mut self,
         joints: &[Regressor],
+        nuisances: &[Nuisance],
         residual: &Bins,
         columns: &[(usize, &Regressor)],
         weights: &[f64],
     ) {
-        let all: Vec<&Regressor> = joints
-            .iter()
-            .chain(columns.iter().map(|(_, column)| *column))
-            .collect();
+        let aside: Vec<&Regressor> = aside(joints, nuisances).collect();
+        let columns_alone = columns.iter().map(|(_, column)| *column);
+        let all: Vec<&Regressor> = aside.iter().copied().chain(columns_alone).collect();
         let gram = gram(&all, residual, weights);
-        // What is left of everything once the jumps at the joints are fitted away.
-        let (first, rest) = (joints.len(), columns.len() + 1);
-        let joint_inverse = stable_inverse(&gram.view((0, 0), (first, first)).into_owned());
-        let against_joints = gram.view((first, 0), (rest, first));
+        // What is left of everything once the jumps at the joints and the nuisances are fitted away.
+        let (first, rest) = (aside.len(), columns.len() + 1);
+        let inverse = inverse_aside(gram.view((0, 0), (first, first)).into_owned(), joints.len());
+        let against_aside = gram.view((first, 0), (rest, first));
         let left = gram.view((first, first), (rest, rest))
-            - against_joints * joint_inverse * against_joints.transpose();
+            - against_aside * inverse * against_aside.transpose();
         self.power += left[(rest - 1, rest - 1)];
         for (a, (index_a, _)) in columns.iter().enumerate() {
             self.right[*index_a] += left[(rest - 1, a)];
@@ -217,6 +217,34 @@ impl Information {
     }
 }
 
+/// A column that is no parameter, of a size that is known to be about one.
+pub struct Nuisance(Regressor);
+
+impl Nuisance {
+    /// Takes over the column, in units of the width of its size's distribution.
+    pub fn of_unit_width(column: Regressor) -> Self {
+        Self(column)
+    }
+}
+
+/// The columns that are fitted away on an axis: the joints, then the nuisances.
+pub fn aside<'a>(
+    joints: &'a [Regressor],
+    nuisances: &'a [Nuisance],
+) -> impl Iterator<Item = &'a Regressor> {
+    joints
+        .iter()
+        .chain(nuisances.iter().map(|Nuisance(column)| column))
+}
+
+/// Inverse of the information about the columns aside, the first `joints` of which are free.
+pub fn inverse_aside(mut fisher: DMatrix<f64>, joints: usize) -> DMatrix<f64> {
+    for place in joints..fisher.nrows() {
+        fisher[(place, place)] += 1.0;
+    }
+    scaled_inverse(&fisher)
+}
+
 /// A joint fit.
 pub struct Solution {
     /// Parameters, in the order of the set.
@@ -236,17 +264,23 @@ pub fn fit_away<R: Borrow<Regressor>>(left: &mut Bins, columns: &[R], weights: &
     let columns: Vec<&Regressor> = columns.iter().map(Borrow::borrow).collect();
     let count = columns.len();
     let gram = gram(&columns, left, weights);
-    let scale: Vec<f64> = (0..count)
-        .map(|a| gram[(a, a)].max(f64::MIN_POSITIVE).sqrt().recip())
-        .collect();
-    let scaled = DMatrix::from_fn(count, count, |a, b| gram[(a, b)] * scale[a] * scale[b]);
-    let right = DVector::from_fn(count, |a, _| gram[(count, a)] * scale[a]);
-    let sizes = stable_inverse(&scaled) * right;
-    let sizes: Vec<f64> = sizes.iter().zip(&scale).map(|(a, b)| a * b).collect();
+    let right = gram.view((count, 0), (1, count)).transpose();
+    let sizes = scaled_inverse(&gram.view((0, 0), (count, count)).into_owned()) * right;
     for (column, size) in columns.iter().zip(&sizes) {
         column.add_to(left, -size);
     }
-    sizes
+    sizes.iter().copied().collect()
+}
+
+/// [`stable_inverse`] of a matrix whose units differ, taken where its diagonal is one.
+pub fn scaled_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let size = matrix.nrows();
+    let scale: Vec<f64> = (0..size)
+        .map(|a| matrix[(a, a)].max(f64::MIN_POSITIVE).sqrt().recip())
+        .collect();
+    let scaled = DMatrix::from_fn(size, size, |a, b| matrix[(a, b)] * scale[a] * scale[b]);
+    let inverse = stable_inverse(&scaled);
+    DMatrix::from_fn(size, size, |a, b| inverse[(a, b)] * scale[a] * scale[b])
 }
 
 /// Inverse of a positive semidefinite matrix; directions below 1e-12 of the largest are left out, being

@@ -1,6 +1,6 @@
 //! The mismatch tool. The road, in order; each stage is a file that can be read and tested alone:
 //!
-//! declare → streams → qualify → scene (motion, signals) → residual → split → portion → noise → locate →
+//! declare → streams → qualify → scene (motion, signals) → residual → split → portion → noise, pulses → locate →
 //! hypotheses → workbench → select, hunt (events, products, invariance, drift), local, regime_drift → self_test →
 //! identify → validate → explain
 //!
@@ -47,6 +47,8 @@ pub mod levels;
 mod declared;
 
 pub mod noise;
+
+pub mod pulses;
 
 pub mod locate;
 
@@ -280,6 +282,7 @@ pub fn diagnose_aligned(
     }
     progress("fitting the noise");
     bench.refit_noise(&candidates, &declared, true);
+    bench.allow_for(pulses::in_step(&bench, &parameters));
 
     let unusable = |problem| InputError::new(model_file, problem);
     let (mut rows_found, given) = match scene.streams.at_rest {

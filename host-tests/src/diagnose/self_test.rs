@@ -27,8 +27,9 @@ use super::bench::Bench;
 use super::declare::CATALOGUE_SIGNIFICANCE;
 use super::hunt::Catch;
 use super::hypotheses::CATALOGUE;
-use super::information::{Information, stable_inverse};
+use super::information::{Information, aside, fit_away, inverse_aside, stable_inverse};
 use super::portion::Bins;
+use super::regressor::Regressor;
 use super::select::{self, prior_width};
 use super::workbench::{Parameters, Workbench};
 
@@ -117,7 +118,12 @@ pub fn self_test(
     let shifts: Vec<usize> = (0..SLIDES)
         .map(|_| random.random_range(shortest..=rows - shortest))
         .collect();
-    let left = bench.left_over(&catch.values);
+    let mut left = bench.left_over(&catch.values);
+    for (axis, left) in left.iter_mut().enumerate() {
+        // In step with the dither only where it stands: slid, it would be a delay of it.
+        let aside: Vec<&Regressor> = aside(bench.joints(), bench.nuisances(axis)).collect();
+        fit_away(left, &aside, &bench.noise[axis].weights(&bench.portion));
+    }
     let slid = slid_rights(bench, parameters, &left, &shifts);
     let mut numbers = slid.iter().chain(&catch.information.fisher);
     if !numbers.all(|number| number.is_finite()) {
@@ -234,7 +240,7 @@ fn slid_inner(
     at_shift
 }
 
-/// g of every parameter and found term (rows) for every slide (columns), the joints fitted away.
+/// g of every parameter and found term (rows) for every slide (columns), the joints and nuisances fitted away.
 fn slid_rights(
     bench: &Workbench,
     parameters: &Parameters,
@@ -243,7 +249,6 @@ fn slid_rights(
 ) -> DMatrix<f64> {
     let count = parameters.count() + bench.terms().len();
     let everything: Vec<usize> = (0..count).collect();
-    let joints = bench.joints();
     let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(bench.portion.rows());
     let mut total = DMatrix::zeros(count, shifts.len());
     for (axis, left) in left.iter().enumerate() {
@@ -252,24 +257,23 @@ fn slid_rights(
             let at_shift = slid_inner(&*inverse, column, left, &weights);
             DVector::from_iterator(shifts.len(), shifts.iter().map(|&shift| at_shift[shift]))
         };
-        let joint_rights: Vec<DVector<f64>> = joints
-            .par_iter()
-            .map(|joint| against(&joint.to_bins()))
-            .collect();
-        let joint_inverse =
-            stable_inverse(&DMatrix::from_fn(joints.len(), joints.len(), |a, b| {
-                joints[a].inner(&joints[b].to_bins(), &weights)
-            }));
+        let aside: Vec<&Regressor> = aside(bench.joints(), bench.nuisances(axis)).collect();
+        let aside_bins: Vec<Bins> = aside.par_iter().map(|column| column.to_bins()).collect();
+        let aside_rights: Vec<DVector<f64>> = aside_bins.par_iter().map(against).collect();
+        let aside_fisher = DMatrix::from_fn(aside.len(), aside.len(), |a, b| {
+            aside[a].inner(&aside_bins[b], &weights)
+        });
+        let aside_inverse = inverse_aside(aside_fisher, bench.joints().len());
         let rights: Vec<(usize, DVector<f64>)> = bench
             .columns_of(&everything, axis)
             .into_par_iter()
             .map(|(index, column)| {
                 let column = column.to_bins();
-                let on_joints = joints.iter().map(|joint| joint.inner(&column, &weights));
-                let fitted = &joint_inverse * DVector::from_iterator(joints.len(), on_joints);
+                let on_aside = aside.iter().map(|other| other.inner(&column, &weights));
+                let fitted = &aside_inverse * DVector::from_iterator(aside.len(), on_aside);
                 let mut right = against(&column);
-                for (size, joint) in fitted.iter().zip(&joint_rights) {
-                    right.axpy(-size, joint, 1.0);
+                for (size, other) in fitted.iter().zip(&aside_rights) {
+                    right.axpy(-size, other, 1.0);
                 }
                 (index, right)
             })

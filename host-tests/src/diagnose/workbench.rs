@@ -8,7 +8,7 @@ use super::blocks::{Beside, Blocks};
 use super::columns::{self, Column};
 use super::empirical::Term;
 use super::hypotheses::{CATALOGUE, Sought};
-use super::information::{Drift, Information};
+use super::information::{Drift, Information, Nuisance};
 use super::noise::{self, Declared, Noise, Series};
 use super::portion::{Bins, Portion};
 use super::regressor::{Regressor, regressors};
@@ -89,6 +89,8 @@ pub struct Workbench<'a> {
     pub noise: [Noise; 3],
     residual: [Bins; 3],
     joints: Vec<Regressor>,
+    /// What of a size known in advance is in each gyro's noise.
+    nuisances: [Vec<Nuisance>; 3],
     columns: Vec<Column>,
     terms: Vec<Term>,
     /// Where each effect is linearised.
@@ -116,6 +118,7 @@ impl<'a> Workbench<'a> {
             parameters,
             residual: [0, 1, 2].map(|axis| portion.transform(&residual_rad[axis])),
             joints: regressors(&portion.joints()),
+            nuisances: Default::default(),
             columns: columns::make(scene, parameters, &portion, effects, at),
             portion,
             noise,
@@ -133,6 +136,11 @@ impl<'a> Workbench<'a> {
     /// Puts the blocks of the recording, of which these rows are stretches, beside the bench before anything is found.
     pub fn stand_beside(&mut self, blocks: &'a Blocks) {
         self.beside = Some(Beside::new(blocks, self.parameters.count()));
+    }
+
+    /// Takes columns of known width into each gyro's noise: what they could make is no effect.
+    pub fn allow_for(&mut self, nuisances: [Vec<Nuisance>; 3]) {
+        self.nuisances = nuisances;
     }
 
     /// The blocks beside it.
@@ -377,7 +385,9 @@ impl<'a> Workbench<'a> {
                 .map(|column| (column.index, &column.bins))
                 .chain(offsets.map(|(k, offset)| (parameters + k, &offset.bins[axis])))
                 .collect();
-            part.add_axis(&self.joints, &self.residual[axis], &columns, &weights);
+            let nuisances = &self.nuisances[axis];
+            let residual = &self.residual[axis];
+            part.add_axis(&self.joints, nuisances, residual, &columns, &weights);
             if let Some(beside) = beside {
                 beside.add_axis(axis, &self.noise[axis], wanted, part);
             }
@@ -448,6 +458,11 @@ impl<'a> Workbench<'a> {
     /// One unit jump of angle at the start of each stretch.
     pub fn joints(&self) -> &[Regressor] {
         &self.joints
+    }
+
+    /// What of a size known in advance is in a gyro's noise.
+    pub fn nuisances(&self, axis: usize) -> &[Nuisance] {
+        &self.nuisances[axis]
     }
 }
 

@@ -70,6 +70,7 @@ pub fn covariance(moves: &[Move], limits: &Limits, noise: &[Noise; 3]) -> Option
             .collect();
         information.add_axis(
             &joints,
+            &[],
             &portion.transform(&nothing),
             &columns,
             &slower.weights(&portion),

@@ -157,7 +157,7 @@ impl Bench for ForceBench<'_> {
             let columns: Vec<(usize, &Regressor)> = columns::on(&self.columns, axis)
                 .map(|column| (column.index, &column.bins))
                 .collect();
-            part.add_axis(&self.joints, &self.residual[axis], &columns, &weights);
+            part.add_axis(&self.joints, &[], &self.residual[axis], &columns, &weights);
         })
     }
 
