@@ -50,10 +50,18 @@ pub fn make(
         .collect()
 }
 
-/// Puts `fresh` columns in the place of those with the indices `of`.
-pub fn renew(columns: &mut Vec<Column>, of: &std::ops::Range<usize>, fresh: Vec<Column>) {
+/// Makes the columns of one effect anew, linearised at `at`, in the place of those it had.
+pub fn renew(
+    columns: &mut Vec<Column>,
+    scene: &Scene,
+    parameters: &Parameters,
+    portion: &Portion,
+    effect: usize,
+    at: &[Vec<f64>],
+) {
+    let of = parameters.of(effect);
     columns.retain(|column| !of.contains(&column.index));
-    columns.extend(fresh);
+    columns.extend(make(scene, parameters, portion, &[effect], at));
     columns.sort_by_key(|column| (column.axis, column.index));
 }
 

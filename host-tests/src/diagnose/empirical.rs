@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use super::hypotheses::reference_harmonic;
 use super::scene::Scene;
 use super::signals;
-use super::streams::{AXES, Streams, Triad};
+use super::streams::{AXES, Streams, Triad, add};
 use crate::model::{EffectValue, ModelEffect};
 
 /// What kind of term.
@@ -210,10 +210,7 @@ pub fn prediction(scene: &Scene, effect: &ModelEffect) -> Option<Result<Triad, S
         let mut part: Triad = [0, 1, 2].map(|_| vec![0.0; scene.streams.rows]);
         for (form, size) in forms {
             let column = Term { axis, form }.column(scene)?;
-            part[axis]
-                .iter_mut()
-                .zip(column)
-                .for_each(|(sum, value)| *sum += size * value);
+            add(&mut part[axis], &column, size);
         }
         Ok(part)
     };

@@ -13,7 +13,7 @@ use super::portion::{Bins, Portion, inner};
 use super::scene::Scene;
 use super::select::Chosen;
 use super::split::{Regime, intersect};
-use super::streams::Triad;
+use super::streams::{Triad, add, add_triad};
 use super::workbench::{Parameters, Workbench};
 
 /// An effect with less than this matched-filter SNR in a regime says nothing about itself there.
@@ -62,11 +62,7 @@ pub fn test(
         .collect();
     let mut left: Triad = bench.residual_rad().clone();
     for prediction in &predictions {
-        for (left, part) in left.iter_mut().zip(prediction) {
-            left.iter_mut()
-                .zip(part)
-                .for_each(|(left, part)| *left -= part);
-        }
+        add_triad(&mut left, prediction, -1.0);
     }
     for (place, term) in bench.terms().iter().enumerate() {
         let index = parameters.count() + place;
@@ -75,10 +71,7 @@ pub fn test(
             .find(|(known, _)| *known == index)
             .map_or(0.0, |(_, size)| *size);
         if let Ok(column) = term.column(scene) {
-            left[term.axis]
-                .iter_mut()
-                .zip(column)
-                .for_each(|(left, slope)| *left -= size * slope);
+            add(&mut left[term.axis], &column, -size);
         }
     }
     let whole: Vec<Regime> = whole_recordings(scene);

@@ -511,17 +511,9 @@ pub fn diagnose_aligned(
 /// The residual with everything found taken out.
 fn after_rad(scene: &Scene, before_rad: &streams::Triad, catch: &hunt::Catch) -> streams::Triad {
     let mut left = before_rad.clone();
-    let mut subtract = |axis: usize, values: &[f64], size: f64| {
-        left[axis]
-            .iter_mut()
-            .zip(values)
-            .for_each(|(left, value)| *left -= size * value);
-    };
     for one in &catch.choice.chosen {
         let prediction = CATALOGUE[one.effect].prediction(scene, one.values.as_slice());
-        for (axis, values) in prediction.iter().enumerate() {
-            subtract(axis, values, 1.0);
-        }
+        streams::add_triad(&mut left, &prediction, -1.0);
     }
     subtract_terms(scene, &mut left, &catch.terms);
     left
@@ -531,10 +523,7 @@ fn after_rad(scene: &Scene, before_rad: &streams::Triad, catch: &hunt::Catch) ->
 fn subtract_terms(scene: &Scene, left: &mut streams::Triad, terms: &[hunt::FoundTerm]) {
     for found in terms {
         if let Ok(column) = found.term.column(scene) {
-            left[found.term.axis]
-                .iter_mut()
-                .zip(column)
-                .for_each(|(left, slope)| *left -= found.size * slope);
+            streams::add(&mut left[found.term.axis], &column, -found.size);
         }
     }
 }

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::information::stable_inverse;
+use super::information::scaled_inverse;
 use super::portion::{Room, inner};
 use super::regressor::{Regressor, gram, reach};
 use super::scene::Scene;
@@ -190,28 +190,18 @@ impl Survey {
         let kept: Vec<usize> = (0..known.indices.len())
             .filter(|&place| known.indices[place].is_none_or(|index| !without.contains(&index)))
             .collect();
-        // Scaled to unit diagonal, since jumps of angle and K differ by many decades.
-        let scale: Vec<f64> = kept
-            .iter()
-            .map(|&place| {
-                known.gram[(place, place)]
-                    .max(f64::MIN_POSITIVE)
-                    .sqrt()
-                    .recip()
-            })
-            .collect();
         let gram = DMatrix::from_fn(kept.len(), kept.len(), |a, b| {
-            known.gram[(kept[a], kept[b])] * scale[a] * scale[b]
+            known.gram[(kept[a], kept[b])]
         });
-        let inverse = stable_inverse(&gram);
-        let residual = DVector::from_fn(kept.len(), |a, _| known.residual[kept[a]] * scale[a]);
+        let inverse = scaled_inverse(&gram);
+        let residual = DVector::from_fn(kept.len(), |a, _| known.residual[kept[a]]);
         let fitted = &inverse * residual;
         let mut best: Option<(usize, f64)> = None;
         for (product, measured) in self.measured.iter().enumerate() {
             let Some(measured) = &measured[axis] else {
                 continue;
             };
-            let cross = DVector::from_fn(kept.len(), |a, _| measured.known[kept[a]] * scale[a]);
+            let cross = DVector::from_fn(kept.len(), |a, _| measured.known[kept[a]]);
             let free = measured.own - cross.dot(&(&inverse * &cross));
             /// A product this much inside what is already fitted says nothing of its own.
             const OWN_SHARE: f64 = 1e-4;

@@ -13,7 +13,7 @@ use super::excess::NOISE_KINDS;
 use super::hypotheses::{self, Hypothesis};
 use super::qualify::FAULT_KINDS;
 use super::scene::Scene;
-use super::streams::Triad;
+use super::streams::{Triad, add_triad};
 use crate::error::InputError;
 use crate::model::{EffectValue, Installation, Model, ModelEffect};
 
@@ -64,12 +64,7 @@ pub fn residual_rad(
         .filter(|effect| predicts_something(effect))
     {
         let part = prediction_of(scene, effect, file)?;
-        for (values, part) in residual.iter_mut().zip(part) {
-            values
-                .iter_mut()
-                .zip(part)
-                .for_each(|(value, part)| *value -= part);
-        }
+        add_triad(&mut residual, &part, -1.0);
     }
     Ok(residual)
 }

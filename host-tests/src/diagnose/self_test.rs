@@ -27,7 +27,7 @@ use super::bench::Bench;
 use super::declare::CATALOGUE_SIGNIFICANCE;
 use super::hunt::Catch;
 use super::hypotheses::CATALOGUE;
-use super::information::{Information, aside, fit_away, inverse_aside, stable_inverse};
+use super::information::{Information, aside, fit_away, inverse_aside, scaled_inverse};
 use super::portion::Bins;
 use super::regressor::Regressor;
 use super::select::{self, prior_width};
@@ -319,17 +319,10 @@ impl<'a> Trials<'a> {
         let known = parameters.count();
         let terms = information.parameters - known;
         let fisher = &information.fisher;
-        let scale: Vec<f64> = (known..known + terms)
-            .map(|k| fisher[(k, k)].max(f64::MIN_POSITIVE).sqrt().recip())
-            .collect();
-        let own = DMatrix::from_fn(terms, terms, |a, b| {
-            fisher[(known + a, known + b)] * scale[a] * scale[b]
-        });
-        let cross = DMatrix::from_fn(known, terms, |a, b| fisher[(a, known + b)] * scale[b]);
-        let through = &cross * stable_inverse(&own);
-        let term_rights = DMatrix::from_fn(terms, slid.ncols(), |a, slide| {
-            slid[(known + a, slide)] * scale[a]
-        });
+        let own = fisher.view((known, known), (terms, terms)).into_owned();
+        let cross = fisher.view((0, known), (known, terms));
+        let through = cross * scaled_inverse(&own);
+        let term_rights = slid.rows(known, terms);
         Self {
             parameters,
             candidates,

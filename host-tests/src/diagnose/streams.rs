@@ -25,6 +25,20 @@ pub const AXES: [&str; 3] = ["x", "y", "z"];
 /// Channels of one kind on the three body axes, `[axis][row]`.
 pub type Triad = [Vec<f64>; 3];
 
+/// Adds `size` times `part`, row by row.
+pub fn add(into: &mut [f64], part: &[f64], size: f64) {
+    into.iter_mut()
+        .zip(part)
+        .for_each(|(sum, part)| *sum += size * part);
+}
+
+/// The same on every axis.
+pub fn add_triad(into: &mut Triad, part: &Triad, size: f64) {
+    for (into, part) in into.iter_mut().zip(part) {
+        add(into, part, size);
+    }
+}
+
 /// All channels on the gyros' rows.
 pub struct Streams {
     /// Rows per second \[Hz\].

@@ -483,14 +483,14 @@ impl Bench for Workbench<'_> {
 
     fn relinearise(&mut self, effect: usize, at: &[f64]) {
         self.at[effect] = at.to_vec();
-        let fresh = columns::make(
+        columns::renew(
+            &mut self.columns,
             self.scene,
             self.parameters,
             &self.portion,
-            &[effect],
+            effect,
             &self.at,
         );
-        columns::renew(&mut self.columns, &self.parameters.of(effect), fresh);
         self.remake_offset(effect);
     }
 

@@ -12,7 +12,7 @@ use crate::diagnose::noise::{self, Declared, Noise};
 use crate::diagnose::portion::{Bins, Portion};
 use crate::diagnose::regressor::{Regressor, regressors};
 use crate::diagnose::scene::Scene;
-use crate::diagnose::streams::Triad;
+use crate::diagnose::streams::{Triad, add_triad};
 use crate::diagnose::workbench::{ParameterId, Parameters};
 
 /// See the page above.
@@ -127,11 +127,7 @@ impl<'a> ForceBench<'a> {
             if entry.is_linear() || at.iter().all(|value| *value == 0.0) {
                 continue;
             }
-            for (sum, part) in shifted.iter_mut().zip(entry.prediction(self.scene, at)) {
-                sum.iter_mut()
-                    .zip(part)
-                    .for_each(|(sum, part)| *sum -= part);
-            }
+            add_triad(&mut shifted, &entry.prediction(self.scene, at), -1.0);
         }
         self.residual = [0, 1, 2].map(|axis| self.portion.transform(&shifted[axis]));
         for column in &self.columns {
@@ -167,14 +163,14 @@ impl Bench for ForceBench<'_> {
 
     fn relinearise(&mut self, effect: usize, at: &[f64]) {
         self.at[effect] = at.to_vec();
-        let fresh = columns::make(
+        columns::renew(
+            &mut self.columns,
             self.scene,
             self.parameters,
             &self.portion,
-            &[effect],
+            effect,
             &self.at,
         );
-        columns::renew(&mut self.columns, &self.parameters.of(effect), fresh);
         self.remake_residual();
     }
 

@@ -5,7 +5,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::hypotheses::CATALOGUE;
-use crate::diagnose::information::{Information, stable_inverse};
+use crate::diagnose::information::{Information, scaled_inverse};
 use crate::diagnose::workbench::Parameters;
 
 /// Matched-filter SNR of each effect at its typical size, the strongest parameter's, with the vertical not known: a
@@ -16,24 +16,11 @@ pub fn reach(
     allowed: &[usize],
     unknowns: &[usize],
 ) -> Vec<(usize, f64)> {
-    let scale: Vec<f64> = unknowns
-        .iter()
-        .map(|&u| {
-            information.fisher[(u, u)]
-                .max(f64::MIN_POSITIVE)
-                .sqrt()
-                .recip()
-        })
-        .collect();
     let count = unknowns.len();
-    let gram = DMatrix::from_fn(count, count, |a, b| {
-        information.fisher[(unknowns[a], unknowns[b])] * scale[a] * scale[b]
-    });
-    let inverse = stable_inverse(&gram);
+    let of_unknowns = |a: usize, b: usize| information.fisher[(unknowns[a], unknowns[b])];
+    let inverse = scaled_inverse(&DMatrix::from_fn(count, count, of_unknowns));
     let own = |index: usize| {
-        let shared = DVector::from_fn(count, |a, _| {
-            information.fisher[(index, unknowns[a])] * scale[a]
-        });
+        let shared = DVector::from_fn(count, |a, _| information.fisher[(index, unknowns[a])]);
         information.fisher[(index, index)] - shared.dot(&(&inverse * &shared))
     };
     allowed

@@ -8,7 +8,7 @@ use super::felt::Felt;
 use crate::diagnose::hypotheses::{self, Subject};
 use crate::diagnose::residual::values_of;
 use crate::diagnose::scene::Scene;
-use crate::diagnose::streams::Triad;
+use crate::diagnose::streams::{Triad, add_triad};
 
 /// The prediction that a scene with accelerometers has.
 pub(super) fn scene_felt(scene: &Scene) -> &Felt {
@@ -25,33 +25,13 @@ pub(super) fn residual_m_s(scene: &Scene, given: &Given) -> Triad {
         .map_or([0.0; 3], |accelerometer| accelerometer.bias_m_s2);
     let mut residual = felt.rows.sensed_m_s.clone();
     let plain = [0, 1, 2].map(|axis: usize| felt.sensed_m_s(axis, bias_m_s2[axis]));
-    subtract(&mut residual, &plain);
+    add_triad(&mut residual, &plain, -1.0);
     for effect in &given.model.effects {
         let known = hypotheses::find(&effect.kind).map(|(_, hypothesis)| hypothesis);
         if let Some(hypothesis) = known.filter(|h| h.subject() == Subject::Accelerometers) {
             let values = values_of(hypothesis, effect);
-            subtract(&mut residual, &hypothesis.prediction(scene, &values));
+            add_triad(&mut residual, &hypothesis.prediction(scene, &values), -1.0);
         }
     }
     residual
-}
-
-/// Takes a part out.
-pub(super) fn subtract(from: &mut Triad, part: &Triad) {
-    for (values, part) in from.iter_mut().zip(part) {
-        values
-            .iter_mut()
-            .zip(part)
-            .for_each(|(value, part)| *value -= part);
-    }
-}
-
-/// Puts a part back.
-pub(super) fn add_to(into: &mut Triad, part: &Triad) {
-    for (values, part) in into.iter_mut().zip(part) {
-        values
-            .iter_mut()
-            .zip(part)
-            .for_each(|(value, part)| *value += part);
-    }
 }

@@ -17,7 +17,7 @@ use crate::diagnose::bench::Bench as _;
 use crate::diagnose::declare::FAMILY_SIGNIFICANCE;
 use crate::diagnose::hunt::CLEARLY_BETTER;
 use crate::diagnose::hypotheses::no_effects;
-use crate::diagnose::information::stable_inverse;
+use crate::diagnose::information::scaled_inverse;
 use crate::diagnose::noise::Noise;
 use crate::diagnose::portion::{Bins, Portion, inner};
 use crate::diagnose::regressor::{Regressor, gram};
@@ -199,9 +199,9 @@ pub fn rivalry(
     })
 }
 
-/// What is fitted beside an expression on one accelerometer, each column to unit length.
+/// What is fitted beside an expression on one accelerometer.
 struct Known<'a> {
-    columns: Vec<(&'a Regressor, f64)>,
+    columns: Vec<&'a Regressor>,
     inverse: DMatrix<f64>,
     residual: DVector<f64>,
     bins: &'a Bins,
@@ -215,14 +215,10 @@ impl<'a> Known<'a> {
         let columns: Vec<&Regressor> = bench.columns_without(axis, without).collect();
         let count = columns.len();
         let gram = gram(&columns, bins, &weights);
-        let scale: Vec<f64> = (0..count)
-            .map(|a| gram[(a, a)].max(f64::MIN_POSITIVE).sqrt().recip())
-            .collect();
-        let scaled = DMatrix::from_fn(count, count, |a, b| gram[(a, b)] * scale[a] * scale[b]);
         Self {
-            inverse: stable_inverse(&scaled),
-            residual: DVector::from_fn(count, |a, _| gram[(count, a)] * scale[a]),
-            columns: columns.into_iter().zip(scale).collect(),
+            inverse: scaled_inverse(&gram.view((0, 0), (count, count)).into_owned()),
+            residual: DVector::from_fn(count, |a, _| gram[(count, a)]),
+            columns,
             bins,
             weights,
         }
@@ -237,7 +233,7 @@ impl<'a> Known<'a> {
             self.columns.len(),
             self.columns
                 .iter()
-                .map(|(column, scale)| column.inner(expression, &self.weights) * scale),
+                .map(|column| column.inner(expression, &self.weights)),
         );
         let against = &self.inverse * cross.clone();
         let free = own - cross.dot(&against);

@@ -8,7 +8,7 @@ use super::Given;
 use super::bench::ForceBench;
 use super::level::start_noise;
 use super::reach::reach;
-use super::residual::{add_to, residual_m_s, scene_felt, subtract};
+use super::residual::{residual_m_s, scene_felt};
 use super::rivals::{self, Rivalry, rivalry};
 use super::steady;
 use crate::diagnose::bench::Bench as _;
@@ -20,7 +20,7 @@ use crate::diagnose::portion::Portion;
 use crate::diagnose::scene::Scene;
 use crate::diagnose::select::{self, Choice, prior_width};
 use crate::diagnose::split::Split;
-use crate::diagnose::streams::Triad;
+use crate::diagnose::streams::{Triad, add_triad};
 use crate::diagnose::workbench::Parameters;
 
 /// Selection, then the vertical, then selection again: the angles are small and each round squares their error.
@@ -67,7 +67,7 @@ pub(super) fn search(
             .collect();
         let mut after = before.clone();
         for prediction in &predictions {
-            subtract(&mut after, prediction);
+            add_triad(&mut after, prediction, -1.0);
         }
         let verdicts: Vec<Verdict> = predictions
             .iter()
@@ -111,7 +111,7 @@ pub(super) fn search(
                 .zip(&predictions)
                 .find_map(|(one, prediction)| {
                     let mut with = after.clone();
-                    add_to(&mut with, prediction);
+                    add_triad(&mut with, prediction, 1.0);
                     let rivalry = bench_of(&with, Some(one.effect))?;
                     let names = rivalry.beats_effect()?;
                     Some((

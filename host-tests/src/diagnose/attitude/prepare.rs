@@ -17,7 +17,7 @@ use crate::diagnose::hypotheses::CATALOGUE;
 use crate::diagnose::qualify;
 use crate::diagnose::residual::{body_from_sensing, residual_rad};
 use crate::diagnose::scene::Scene;
-use crate::diagnose::streams::{Streams, Triad};
+use crate::diagnose::streams::{Streams, Triad, add, add_triad};
 use crate::error::InputError;
 use crate::model::{EffectValue, Model};
 use crate::recording::Recording;
@@ -168,18 +168,11 @@ pub(super) fn relinearised(
     let mut sensed: Triad = [0, 1, 2].map(|_| vec![0.0; scene.streams.rows]);
     for one in linear() {
         let part = CATALOGUE[one.effect].prediction(scene, one.values.as_slice());
-        for (sum, part) in sensed.iter_mut().zip(part) {
-            sum.iter_mut()
-                .zip(part)
-                .for_each(|(sum, part)| *sum += part);
-        }
+        add_triad(&mut sensed, &part, 1.0);
     }
     for found in &catch.terms {
         let column = found.term.column(scene).ok()?;
-        let sum = &mut sensed[found.term.axis];
-        sum.iter_mut()
-            .zip(column)
-            .for_each(|(sum, slope)| *sum += found.size * slope);
+        add(&mut sensed[found.term.axis], &column, found.size);
     }
     let from_sensing = body_from_sensing(&model.gyro.installation_rad);
     let one_less_scale = Vector3::from(model.gyro.scale_error.map(|scale| 1.0 - scale));

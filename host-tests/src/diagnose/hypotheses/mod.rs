@@ -6,7 +6,7 @@
 
 use super::portion::Bins;
 use super::scene::Scene;
-use super::streams::{AXES, Triad};
+use super::streams::{AXES, Triad, add};
 use super::workbench::Workbench;
 
 mod gyro_bias;
@@ -263,9 +263,7 @@ pub trait Hypothesis: Sync {
         for (axis, sum) in total.iter_mut().enumerate() {
             for (parameter, value) in at.iter().enumerate().filter(|(_, value)| **value != 0.0) {
                 if let Some(column) = self.column(scene, at, parameter, axis) {
-                    sum.iter_mut()
-                        .zip(column)
-                        .for_each(|(sum, slope)| *sum += value * slope);
+                    add(sum, &column, *value);
                 }
             }
         }
