@@ -16,6 +16,7 @@ use super::hypotheses::CATALOGUE;
 use super::information::Information;
 use super::noise::{Declared, Noise};
 use super::select::prior_width;
+use super::slow::Slow;
 use super::workbench::{Parameters, Workbench};
 
 /// Noise that rises less than this at the lowest frequencies holds no drift to speak of.
@@ -33,9 +34,25 @@ const AHEAD_CONSTANT: f64 = 9.0;
 /// The same for a term, which was picked among some hundred instants or expressions more.
 const AHEAD_PICKED: f64 = 22.0;
 
+/// ln of the likelihood by which a slow effect of one number a gyro must be ahead of an exact walk of the rate (slow.rs):
+/// in 4000 simulated walks of any strength one in 1500 lets a ramp, a window or an exponential approach come this far.
+const AHEAD_OF_WALK: f64 = 7.0;
+
+/// The same for each further number on a gyro.
+const AHEAD_OF_WALK_FURTHER: f64 = 1.5;
+
+/// The same for a constant, which a walk that began before the recording has anyway; one in 5000 comes to 3.6.
+const AHEAD_OF_WALK_CONSTANT: f64 = 4.0;
+
+/// The same for a term, which was picked: of the best of a hundred steps one in 5000 comes to 11.5.
+const AHEAD_OF_WALK_PICKED: f64 = 12.0;
+
 /// A weak effect is its own where refitted noise takes up less than two fifths of what it explains; not where drift
 /// shows even beside it, and most of it lies there.
 const STILL_ITS_OWN: f64 = 0.6;
+
+/// Whoever has a smaller share of its power where drift is, is not asked about.
+const FAST: f64 = 0.1;
 
 /// What is asked about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,10 +75,7 @@ impl Suspect {
 
 /// S at the lowest frequencies over what it would be without drift.
 pub fn inflation(noise: &Noise, seconds: f64) -> f64 {
-    let steady = Noise {
-        theta: [noise.theta[0], noise.theta[1], 0.0, 0.0],
-        ..*noise
-    };
+    let steady = noise.steady();
     let lowest_hz = 2.0 / seconds;
     noise.at(lowest_hz, lowest_hz) / steady.at(lowest_hz, lowest_hz)
 }
@@ -77,25 +91,27 @@ pub fn first_that_could_be_drift(
 ) -> Result<Option<Suspect>, String> {
     let kept = bench.noise;
     let trends = with_trend(bench)?;
-    // Fitted beside everything: the same for every suspect, and seldom needed.
-    let mut beside: Option<Beside> = None;
+    // Fitted beside everything: the same for every suspect.
+    let beside = Beside::new(bench, parameters, declared, set, trends);
     let mut found = None;
     for suspect in suspects {
+        let pattern = beside.pattern(parameters, suspect);
+        let slow = beside.slow.as_ref();
+        let share = slow.map_or(1.0, |slow| slow.share(bench, &pattern));
+        if share < FAST {
+            continue;
+        }
+        if share > 0.5 && beside.could_be_a_walk(parameters, suspect) {
+            found = Some(suspect);
+            break;
+        }
         let Some(without) = best_without(bench, parameters, declared, set, suspect)? else {
+            bench.noise = beside.noise;
             continue;
         };
-        let beside = beside.get_or_insert_with(|| {
-            bench.refit_noise(set, declared, true);
-            let indices = indices(bench, parameters, set);
-            Beside {
-                noise: bench.noise,
-                information: bench.information_about(&indices),
-                indices,
-            }
-        });
         bench.noise = beside.noise;
         let with = beside.likelihood(bench, parameters, None);
-        let needed = if beside.is_within_drift(parameters, suspect) {
+        let needed = if beside.information.share_in_drift(&pattern) > 0.5 {
             ahead(suspect).max(AHEAD)
         } else {
             let unchanged = with - beside.likelihood(bench, parameters, Some(suspect));
@@ -121,14 +137,48 @@ fn ahead(suspect: Suspect) -> f64 {
     }
 }
 
+fn ahead_of_walk(suspect: Suspect, columns: usize) -> f64 {
+    match suspect {
+        Suspect::Effect(effect) if CATALOGUE[effect].card().kind == "gyro_bias" => {
+            AHEAD_OF_WALK_CONSTANT
+        }
+        Suspect::Effect(_) => AHEAD_OF_WALK + AHEAD_OF_WALK_FURTHER * (columns.max(1) - 1) as f64,
+        Suspect::Term(_) => AHEAD_OF_WALK_PICKED,
+    }
+}
+
 /// A fit of everything, with the noise beside it.
 struct Beside {
     noise: [Noise; 3],
     information: Information,
+    slow: Option<Slow>,
     indices: Vec<usize>,
 }
 
 impl Beside {
+    /// Fits the noise beside everything, and leaves it on the bench; the last `trends` terms are free trends.
+    fn new(
+        bench: &mut Workbench,
+        parameters: &Parameters,
+        declared: &[Declared; 3],
+        set: &[usize],
+        trends: usize,
+    ) -> Self {
+        bench.refit_noise(set, declared, true);
+        let indices = indices(bench, parameters, set);
+        // Of a longer recording than memory these rows are stretches, and what is slow is in its blocks.
+        let whole = bench.beside().is_none();
+        // A walk in time ends where it will, and needs no trend.
+        let without_trends = &indices[..indices.len() - trends];
+        let slow = whole.then(|| Slow::new(bench, without_trends)).flatten();
+        Self {
+            noise: bench.noise,
+            information: bench.information_about(&indices),
+            slow,
+            indices,
+        }
+    }
+
     /// Whittle log-likelihood of the best fit, of all or without a suspect, under this noise.
     fn likelihood(
         &self,
@@ -136,32 +186,31 @@ impl Beside {
         parameters: &Parameters,
         without: Option<Suspect>,
     ) -> f64 {
-        let gone = match without {
-            None => 0..0,
-            Some(Suspect::Effect(effect)) => parameters.of(effect),
-            Some(Suspect::Term(place)) => {
-                parameters.count() + place..parameters.count() + place + 1
-            }
-        };
+        let gone = without.map_or(0..0, |suspect| suspect.indices(parameters));
         let indices = self.indices.iter().copied();
         let rest: Vec<usize> = indices.filter(|index| !gone.contains(index)).collect();
         likelihood(bench, parameters, &self.information, &rest)
     }
 
-    /// Whether the noise drifts beside the suspect, too, and more than half of the suspect lies in that drift.
-    fn is_within_drift(&self, parameters: &Parameters, suspect: Suspect) -> bool {
+    /// Whether a slow suspect is not far enough ahead of a walking rate.
+    fn could_be_a_walk(&self, parameters: &Parameters, suspect: Suspect) -> bool {
+        let own = suspect.indices(parameters);
+        let ahead = |slow: &Slow| slow.ahead(&own) < ahead_of_walk(suspect, slow.columns(&own));
+        self.slow.as_ref().is_some_and(ahead)
+    }
+
+    /// The suspect's parameters as they are fitted beside everything.
+    fn pattern(&self, parameters: &Parameters, suspect: Suspect) -> Vec<(usize, f64)> {
         let solution = self.information.solve(&self.indices, &|index| {
             prior_width(parameters, &self.information, index)
         });
         let own = suspect.indices(parameters);
-        let pattern: Vec<(usize, f64)> = self
+        let values = self
             .indices
             .iter()
             .copied()
-            .zip(solution.values.iter().copied())
-            .filter(|(index, _)| own.contains(index))
-            .collect();
-        self.information.share_in_drift(&pattern) > 0.5
+            .zip(solution.values.iter().copied());
+        values.filter(|(index, _)| own.contains(index)).collect()
     }
 }
 

@@ -92,6 +92,8 @@ pub mod products;
 
 pub mod invariance;
 
+pub mod slow;
+
 pub mod drift;
 
 pub mod hunt;

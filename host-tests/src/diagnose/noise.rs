@@ -11,10 +11,8 @@
 //!
 //! Deliberately not here: lines, and noise that changes with time; both show as located tiles.
 
-use std::f64::consts::PI;
-
 use super::levels::Levels;
-use super::portion::{Bins, Portion};
+use super::portion::{Bins, Portion, differenced};
 use super::regressor::{Regressor, gram, leverage};
 use nalgebra::{DMatrix, DVector};
 use realfft::num_complex::Complex64;
@@ -60,14 +58,23 @@ impl Noise {
 
     /// The terms at a frequency. Below `floor_hz` the drifting terms stay at their value there.
     fn terms(frequency_hz: f64, rate_hz: f64, floor_hz: f64) -> [f64; TERMS] {
-        let differenced = |frequency_hz: f64| 4.0 * (PI * frequency_hz / rate_hz).sin().powi(2);
         let floored = frequency_hz.max(floor_hz);
         [
             1.0,
-            differenced(frequency_hz),
+            differenced(frequency_hz, rate_hz),
             1.0 / floored,
-            1.0 / differenced(floored),
+            1.0 / differenced(floored, rate_hz),
         ]
+    }
+
+    /// The same in a bin of a portion.
+    fn terms_in(portion: &Portion, bin: usize, rate_hz: f64, floor_hz: f64) -> [f64; TERMS] {
+        let frequency_hz = portion.frequency_hz(bin);
+        if frequency_hz < floor_hz {
+            return Self::terms(frequency_hz, rate_hz, floor_hz);
+        }
+        let differenced = portion.differenced(bin, rate_hz);
+        [1.0, differenced, 1.0 / frequency_hz, 1.0 / differenced]
     }
 
     /// S at a frequency \[rad²\].
@@ -82,7 +89,10 @@ impl Noise {
     /// 1/S in every bin of a portion; nothing where the bin does not count.
     pub fn weights(&self, portion: &Portion) -> Vec<f64> {
         let floor_hz = portion.frequency_hz(1) * LOWEST_SHARE;
-        let weight = |bin: usize| 1.0 / self.at(portion.frequency_hz(bin), floor_hz);
+        let weight = |bin: usize| {
+            let shape = Self::terms_in(portion, bin, self.rate_hz, floor_hz);
+            1.0 / level_of(&shape, self)
+        };
         (0..portion.bins())
             .map(|bin| {
                 if portion.counts(bin) {
@@ -92,6 +102,14 @@ impl Noise {
                 }
             })
             .collect()
+    }
+
+    /// The same without what drifts.
+    pub fn steady(&self) -> Self {
+        Self {
+            theta: [self.theta[0], self.theta[1], 0.0, 0.0],
+            ..*self
+        }
     }
 
     /// The noise of sums over blocks of rows, at frequencies far below the blocks' own.
@@ -109,10 +127,7 @@ impl Noise {
     /// drifting terms since the record's beginning, and the white angle noise of the two ends.
     pub fn mean_rate_std_rad_s(&self, seconds: f64, span_s: f64) -> f64 {
         // Drift does not start anew in each stretch: its variance is that of the whole record.
-        let steady = Self {
-            theta: [self.theta[0], self.theta[1], 0.0, 0.0],
-            ..*self
-        };
+        let steady = self.steady();
         let floor_hz = LOWEST_SHARE / span_s;
         let drifting = (self.at(0.0, floor_hz) - steady.at(0.0, floor_hz)) * self.rate_hz / span_s;
         let slow = steady.at(0.0, floor_hz) * self.rate_hz / seconds + drifting;
@@ -136,10 +151,7 @@ pub fn drift_shares(noise: &Noise, portion: &Portion) -> Vec<f64> {
     /// A level that is known to a tenth moves S by 1e-4 there.
     const NOTHING: f64 = 1e-3;
     let floor_hz = portion.frequency_hz(1) * LOWEST_SHARE;
-    let steady = Noise {
-        theta: [noise.theta[0], noise.theta[1], 0.0, 0.0],
-        ..*noise
-    };
+    let steady = noise.steady();
     (0..portion.bins())
         .map(|bin| {
             let frequency_hz = portion.frequency_hz(bin);
@@ -305,7 +317,7 @@ fn shapes_of_blocks(series: &Series, rate_hz: f64) -> Vec<[f64; TERMS]> {
 fn shapes_of(portion: &Portion, rate_hz: f64) -> Vec<[f64; TERMS]> {
     let floor_hz = portion.frequency_hz(1) * LOWEST_SHARE;
     (0..portion.bins())
-        .map(|bin| Noise::terms(portion.frequency_hz(bin), rate_hz, floor_hz))
+        .map(|bin| Noise::terms_in(portion, bin, rate_hz, floor_hz))
         .collect()
 }
 
@@ -395,7 +407,7 @@ fn first_guess(
         mean / (bins - top) as f64
     });
     // Without a declared random walk, start where it meets the white noise at a hundredth of the band.
-    let corner = 4.0 * (PI * 0.005_f64).sin().powi(2);
+    let corner = differenced(0.005, 1.0);
     let random_walk = declared.random_walk.unwrap_or(white_angle * corner);
     // The drifting terms start below everything and grow only if the data pull them.
     /// Share of the random walk at one hertz with which the drifting terms start.

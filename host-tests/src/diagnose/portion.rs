@@ -39,7 +39,16 @@ pub struct Portion {
     rate_hz: f64,
     /// Lowest and highest frequency that count \[Hz\]; all, unless another series of the same recording has the rest.
     pub band_hz: [f64; 2],
+    /// 4 sin² of half a row's phase in each bin: what differencing does to white noise there.
+    differenced: Vec<f64>,
     forward: Arc<dyn RealToComplex<f64>>,
+}
+
+/// 4 sin²(π f/rate).
+pub fn differenced(frequency_hz: f64, rate_hz: f64) -> f64 {
+    4.0 * (std::f64::consts::PI * frequency_hz / rate_hz)
+        .sin()
+        .powi(2)
 }
 
 impl Portion {
@@ -72,7 +81,12 @@ impl Portion {
             }
         }
         let forward = RealFftPlanner::new().plan_fft_forward(length);
+        let frequency_hz = |bin: usize| bin as f64 * rate_hz / length as f64;
+        let bins = 0..length / 2 + 1;
         Some(Self {
+            differenced: bins
+                .map(|bin| differenced(frequency_hz(bin), rate_hz))
+                .collect(),
             ranges,
             length,
             rate_hz,
@@ -109,6 +123,15 @@ impl Portion {
     /// Frequency of a bin \[Hz\].
     pub fn frequency_hz(&self, bin: usize) -> f64 {
         bin as f64 * self.rate_hz / self.length as f64
+    }
+
+    /// What differencing does to white noise in a bin of rows that come at `rate_hz`.
+    pub fn differenced(&self, bin: usize, rate_hz: f64) -> f64 {
+        if rate_hz == self.rate_hz {
+            self.differenced[bin]
+        } else {
+            differenced(self.frequency_hz(bin), rate_hz)
+        }
     }
 
     /// The transform of `values` (by row of the recording).

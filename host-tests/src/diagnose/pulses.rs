@@ -14,6 +14,7 @@
 //! Left out: the noise of the pickoff, which blurs the pulses; projections without joints.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::columns;
 use super::hypotheses::{find, no_effects};
@@ -66,12 +67,15 @@ pub fn in_step(bench: &Workbench, parameters: &Parameters) -> [Vec<Nuisance>; 3]
             })
             .collect();
         let rights: Vec<DVector<f64>> = (0..MEAN_ANGLES)
+            .into_par_iter()
             .map(|k| {
                 let mean_rad = pulse_rad * k as f64 / MEAN_ANGLES as f64;
-                let error = |angle: f64| pulse_rad * (angle / pulse_rad).floor() - angle;
-                let step_rad = |row: usize| {
-                    error(angle_rad[row + 1] + mean_rad) - error(angle_rad[row] + mean_rad)
+                let error = |angle: &f64| {
+                    let angle = angle + mean_rad;
+                    pulse_rad * (angle / pulse_rad).floor() - angle
                 };
+                let error_rad: Vec<f64> = angle_rad.iter().map(error).collect();
+                let step_rad = |row: usize| error_rad[row + 1] - error_rad[row];
                 DVector::from_iterator(
                     own.len(),
                     filters.iter().map(|filter| {

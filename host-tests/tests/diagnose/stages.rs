@@ -68,6 +68,7 @@ fn the_standard_deviation_of_a_mean_rate_is_what_many_records_scatter_by() {
         let mut information = Information::empty(1);
         information.add_axis(
             &regressors(&portion.joints()),
+            &[],
             &portion.transform(&rows),
             &[(0, &Regressor::new(&constant))],
             &weights,

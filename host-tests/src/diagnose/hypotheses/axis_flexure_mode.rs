@@ -138,10 +138,11 @@ impl Hypothesis for AxisFlexureMode {
         const CLEAR: f64 = 60.0;
         let scene = bench.scene();
         let edge_hz = scene.motion_edge_hz;
+        let weights = [0, 1, 2].map(|axis: usize| bench.noise[axis].weights(&bench.portion));
         let look = |points: Vec<(f64, f64)>| -> Vec<Look> {
             points
                 .into_par_iter()
-                .map(|(mode_hz, damping)| Look::at(bench, left, mode_hz, damping))
+                .map(|(mode_hz, damping)| Look::at(bench, left, &weights, mode_hz, damping))
                 .collect()
         };
         let coarse_from = (edge_hz / LOWEST_SHARE).max(CARD.others[0].range[0]);
@@ -208,7 +209,13 @@ struct Look {
 }
 
 impl Look {
-    fn at(bench: &Workbench, left: &[Bins; 3], mode_hz: f64, damping: f64) -> Self {
+    fn at(
+        bench: &Workbench,
+        left: &[Bins; 3],
+        weights: &[Vec<f64>; 3],
+        mode_hz: f64,
+        damping: f64,
+    ) -> Self {
         let scene = bench.scene();
         let bent = [0, 1, 2].map(|about| {
             scene.acceleration_through_rad_s2(about, &|frequency_hz| {
@@ -221,15 +228,14 @@ impl Look {
             flexure_s2: [0.0; 6],
             ratio: 0.0,
         };
-        for (gyro, left) in left.iter().enumerate() {
-            let weights = bench.noise[gyro].weights(&bench.portion);
+        for (gyro, (left, weights)) in left.iter().zip(weights).enumerate() {
             let columns = [2 * gyro, 2 * gyro + 1].map(|pair| {
                 let about = SIX[pair].1;
                 bench
                     .portion
                     .transform(&sensed(scene, gyro, about, &bent[about]))
             });
-            let product = |a: &Bins, b: &Bins| inner(a, b, &weights);
+            let product = |a: &Bins, b: &Bins| inner(a, b, weights);
             let (aa, ab, bb) = (
                 product(&columns[0], &columns[0]),
                 product(&columns[0], &columns[1]),
