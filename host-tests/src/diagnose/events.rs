@@ -15,6 +15,7 @@ use std::f64::consts::{SQRT_2, TAU};
 use super::empirical::{Form, Term};
 use super::information::stable_inverse;
 use super::portion::Bins;
+use super::qualify;
 use super::tone::Tone;
 use super::workbench::Workbench;
 
@@ -32,6 +33,9 @@ const JOINT_GUARD_ROWS: usize = 40;
 
 /// Pulses of the smallest slip.
 const LEAST_PULSES: f64 = 1.5;
+
+/// A ratio that no recording takes for a slip: such ones are not worth a look at the channel's values.
+const UNLIKELY: f64 = 20.0;
 
 /// A found event.
 #[derive(Debug, Clone)]
@@ -87,10 +91,16 @@ pub fn slips(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
                 guarded.max_by(|a, b| filtered[a.0].abs().total_cmp(&filtered[b.0].abs()))?;
             // A counter that loses or gains anything loses or gains pulses; one alone is its quantisation.
             let size_rad = filtered[place] * scale / own;
-            if size_rad.abs() < LEAST_PULSES * streams.pulse_rad[axis] {
+            let ratio = (filtered[place] * scale).powi(2) / own;
+            let dithered = streams.pickoff_rad.is_some();
+            let pulse_rad = if dithered || ratio < UNLIKELY {
+                streams.pulse_rad[axis]
+            } else {
+                qualify::pulse(&streams.sensed_rad[axis])
+            };
+            if size_rad.abs() < LEAST_PULSES * pulse_rad {
                 return None;
             }
-            let ratio = (filtered[place] * scale).powi(2) / own;
             let time_s = streams.middle_s(row);
             Some(event(
                 Term {

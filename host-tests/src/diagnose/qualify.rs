@@ -5,6 +5,7 @@
 //! its samples may be lost); one that piles up at its own extreme is saturated; rows without a value are
 //! lost. How often a channel repeats itself by chance is read from the channel.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use super::streams::{AXES, Streams};
@@ -55,8 +56,7 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
         let gyro = &streams.sensed_rad[axis];
         let mut of_gyro = of_channel(&name("gyro"), gyro, &streams.measured);
         if streams.pickoff_rad.is_none() {
-            let quantum = quantum(gyro);
-            of_gyro.retain(|fault| !is_between_pulses(fault, gyro, quantum));
+            of_gyro.retain(|fault| !is_between_pulses(fault, gyro));
         }
         faults.extend(of_gyro);
         // At rest the case's motion is computed, and the same in every row; without a reference on the rows it
@@ -133,26 +133,47 @@ fn lost(streams: &Streams) -> Vec<Fault> {
     gathered(faults)
 }
 
-/// The smallest step that a channel takes.
-fn quantum(values: &[f64]) -> f64 {
+/// The smallest step that a channel takes away from a value, anywhere.
+fn step_from(stuck: f64, values: &[f64]) -> f64 {
     /// Of the largest value: smaller steps are rounding.
     const ROUNDING: f64 = 1e-12;
     let largest = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
     values
-        .windows(2)
-        .map(|pair| (pair[1] - pair[0]).abs())
+        .iter()
+        .map(|value| (value - stuck).abs())
         .filter(|step| *step > ROUNDING * largest)
         .fold(f64::INFINITY, f64::min)
 }
 
+/// The pulse of a coarse channel: the least that it is away from its most frequent value; nothing where no value comes
+/// in one row of a hundred, as noise finer than a pulse never lets one.
+pub fn pulse(values: &[f64]) -> f64 {
+    const OFTEN: usize = 100;
+    let mut counts: HashMap<u64, usize> = HashMap::new();
+    for value in values {
+        *counts.entry(value.to_bits()).or_default() += 1;
+    }
+    let most = counts
+        .into_iter()
+        .max_by_key(|(bits, count)| (*count, *bits));
+    match most {
+        Some((bits, count)) if count * OFTEN > values.len() => {
+            step_from(f64::from_bits(bits), values)
+        }
+        _ => 0.0,
+    }
+}
+
 /// A coarse gyro without dither repeats itself while it turns by less than a pulse a row: it comes to such a
-/// stretch and leaves it by single pulses. One that fails jumps.
-fn is_between_pulses(fault: &Fault, values: &[f64], quantum: f64) -> bool {
+/// stretch and leaves it by single pulses. One that fails jumps. A pulse is the least that the channel ever is away from
+/// that value: what is written in a finer unit than its pulses takes smaller steps elsewhere.
+fn is_between_pulses(fault: &Fault, values: &[f64]) -> bool {
     let stuck = values[fault.rows.start];
+    let pulse = step_from(stuck, values);
     let near = |row: usize| {
         values
             .get(row)
-            .is_none_or(|value| (value - stuck).abs() < 1.5 * quantum)
+            .is_none_or(|value| (value - stuck).abs() < 1.5 * pulse)
     };
     fault.kind != "saturation"
         && near(fault.rows.end)
@@ -303,4 +324,38 @@ pub fn is_known(fault: &Fault, streams: &Streams, effects: &[ModelEffect]) -> bo
             && number("start_s").is_some_and(|start| start < end_s)
             && number("end_s").is_some_and(|end| end > start_s)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_coarse_channel_written_in_a_finer_unit_shows_its_pulse() {
+        let written = |row: usize| [0.0, 1.378e-6, 0.0, -1.379e-6, 2.756e-6, 0.0][row % 6];
+        let values: Vec<f64> = (0..600).map(written).collect();
+        assert_eq!(pulse(&values), 1.378e-6);
+        let fine: Vec<f64> = (0..600).map(|row| (row as f64).sin()).collect();
+        assert_eq!(pulse(&fine), 0.0);
+    }
+
+    #[test]
+    fn silence_between_single_pulses_is_no_fault_and_silence_between_jumps_is() {
+        let pulse = 1.378e-6;
+        let fault = Fault {
+            kind: "lost_samples",
+            indistinguishable_from: &[],
+            channel: "gyro_x".to_string(),
+            rows: 100..200,
+        };
+        let with_edges = |edge: f64| -> Vec<f64> {
+            let moving = (0..300).map(|row| pulse * (row % 5) as f64);
+            let mut values: Vec<f64> = moving.collect();
+            values[100..200].fill(0.0);
+            (values[99], values[200]) = (edge, edge);
+            values
+        };
+        assert!(is_between_pulses(&fault, &with_edges(pulse)));
+        assert!(!is_between_pulses(&fault, &with_edges(4.0 * pulse)));
+    }
 }
