@@ -89,20 +89,28 @@ pub fn first_that_could_be_drift(
     set: &[usize],
     suspects: impl Iterator<Item = Suspect>,
 ) -> Result<Option<Suspect>, String> {
+    let suspects: Vec<Suspect> = suspects.collect();
+    if suspects.is_empty() {
+        return Ok(None);
+    }
     let kept = bench.noise;
     let trends = with_trend(bench)?;
     // Fitted beside everything: the same for every suspect.
     let beside = Beside::new(bench, parameters, declared, set, trends);
-    let mut found = None;
-    for suspect in suspects {
-        let pattern = beside.pattern(parameters, suspect);
+    let share = |bench: &Workbench, suspect: Suspect| {
         let slow = beside.slow.as_ref();
-        let share = slow.map_or(1.0, |slow| slow.share(bench, &pattern));
-        if share < FAST {
-            continue;
-        }
-        if share > 0.5 && beside.could_be_a_walk(parameters, suspect) {
-            found = Some(suspect);
+        slow.map_or(1.0, |slow| {
+            slow.share(bench, &beside.pattern(parameters, suspect))
+        })
+    };
+    let shares: Vec<(Suspect, f64)> = suspects
+        .into_iter()
+        .map(|suspect| (suspect, share(bench, suspect)))
+        .filter(|(_, share)| *share >= FAST)
+        .collect();
+    let mut found = beside.could_be_a_walk(parameters, &shares);
+    for (suspect, _) in shares {
+        if found.is_some() {
             break;
         }
         let Some(without) = best_without(bench, parameters, declared, set, suspect)? else {
@@ -111,7 +119,7 @@ pub fn first_that_could_be_drift(
         };
         bench.noise = beside.noise;
         let with = beside.likelihood(bench, parameters, None);
-        let needed = if beside.information.share_in_drift(&pattern) > 0.5 {
+        let needed = if beside.is_within_drift(parameters, suspect) {
             ahead(suspect).max(AHEAD)
         } else {
             let unchanged = with - beside.likelihood(bench, parameters, Some(suspect));
@@ -119,7 +127,6 @@ pub fn first_that_could_be_drift(
         };
         if with - without < needed {
             found = Some(suspect);
-            break;
         }
     }
     for _ in 0..trends {
@@ -192,11 +199,41 @@ impl Beside {
         likelihood(bench, parameters, &self.information, &rest)
     }
 
-    /// Whether a slow suspect is not far enough ahead of a walking rate.
-    fn could_be_a_walk(&self, parameters: &Parameters, suspect: Suspect) -> bool {
-        let own = suspect.indices(parameters);
-        let ahead = |slow: &Slow| slow.ahead(&own) < ahead_of_walk(suspect, slow.columns(&own));
-        self.slow.as_ref().is_some_and(ahead)
+    /// The first of some suspects, each with the share of it that is slow, that is not far enough ahead of a walking rate:
+    /// alone, or with another, as of two shapes that cancel in the slow band each needs the other.
+    fn could_be_a_walk(
+        &self,
+        parameters: &Parameters,
+        suspects: &[(Suspect, f64)],
+    ) -> Option<Suspect> {
+        let slow = self.slow.as_ref()?;
+        let is_slow = |suspect: &(Suspect, f64)| suspect.1 > 0.5;
+        let own = |suspect: Suspect| suspect.indices(parameters);
+        let lacks = |together: &[Suspect]| {
+            let own: Vec<Range<usize>> = together.iter().map(|one| own(*one)).collect();
+            let needed = together
+                .iter()
+                .map(|one| ahead_of_walk(*one, slow.columns(&own)));
+            slow.ahead(&own) < needed.fold(0.0, f64::max)
+        };
+        let alone = suspects.iter().find(|one| is_slow(one) && lacks(&[one.0]));
+        let pairs = suspects.iter().enumerate().flat_map(|(place, one)| {
+            let others = suspects[place + 1..].iter();
+            let others = others.filter(|other| is_slow(one) || is_slow(other));
+            others.map(|other| [one.0, other.0])
+        });
+        let mut pairs = pairs.filter(|pair| lacks(pair));
+        alone.map(|one| one.0).or_else(|| {
+            let pair = pairs.next()?;
+            let ahead = pair.map(|one| slow.ahead(&[own(one)]));
+            Some(pair[usize::from(ahead[1] < ahead[0])])
+        })
+    }
+
+    /// Whether the noise drifts beside the suspect, too, and more than half of the suspect lies in that drift.
+    fn is_within_drift(&self, parameters: &Parameters, suspect: Suspect) -> bool {
+        let pattern = self.pattern(parameters, suspect);
+        self.information.share_in_drift(&pattern) > 0.5
     }
 
     /// The suspect's parameters as they are fitted beside everything.

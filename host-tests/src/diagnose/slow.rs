@@ -142,19 +142,19 @@ impl Slow {
     }
 
     /// ln of the likelihood by which everything is ahead of everything without `own`.
-    pub fn ahead(&self, own: &Range<usize>) -> f64 {
+    pub fn ahead(&self, own: &[Range<usize>]) -> f64 {
         let each = self.gyros.iter().map(|gyro| {
-            let has_any = gyro.indices.iter().any(|index| own.contains(index));
-            let ahead = || gyro.likelihood(&(0..0)) - gyro.likelihood(own);
+            let has_any = gyro.indices.iter().any(|index| is_of(own, *index));
+            let ahead = || gyro.likelihood(&[]) - gyro.likelihood(own);
             if has_any { ahead() } else { 0.0 }
         });
         each.sum()
     }
 
     /// Columns on the gyro that has most of `own`: each is one more number that can imitate a walk.
-    pub fn columns(&self, own: &Range<usize>) -> usize {
+    pub fn columns(&self, own: &[Range<usize>]) -> usize {
         let each = self.gyros.iter().map(|gyro| {
-            let own = gyro.indices.iter().filter(|index| own.contains(index));
+            let own = gyro.indices.iter().filter(|index| is_of(own, **index));
             own.count()
         });
         each.max().unwrap_or(0)
@@ -180,6 +180,10 @@ impl Slow {
         });
         inside / whole
     }
+}
+
+fn is_of(ranges: &[Range<usize>], index: usize) -> bool {
+    ranges.iter().any(|range| range.contains(&index))
 }
 
 fn of_gyro(
@@ -230,9 +234,9 @@ fn of_gyro(
 
 impl OfGyro {
     /// ln of the likelihood without some parameters, under the walk that suits it best.
-    fn likelihood(&self, without: &Range<usize>) -> f64 {
+    fn likelihood(&self, without: &[Range<usize>]) -> f64 {
         let kept: Vec<usize> = (0..self.indices.len())
-            .filter(|&place| !without.contains(&self.indices[place]))
+            .filter(|&place| !is_of(without, self.indices[place]))
             .collect();
         let last = self.indices.len();
         let each = self.walks.iter().map(|(log_volume, products)| {

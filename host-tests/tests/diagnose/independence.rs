@@ -53,20 +53,21 @@ fn any_number_of_threads_writes_the_same_bytes() {
     second.recording.name += " again";
     let several = folder.path().join("several");
     second.recording.write_to(&several).expect("a recording");
-    same_bytes(&folder, &model, &[&recording], None);
-    same_bytes(&folder, &model, &[&recording, &several], None);
+    same_bytes(&folder, &model, &[&recording], None, &["1", "2", "3"]);
+    same_bytes(&folder, &model, &[&recording, &several], None, &["1", "3"]);
     // A third of its rows at once.
-    same_bytes(&folder, &model, &[&recording], Some("80000"));
+    same_bytes(&folder, &model, &[&recording], Some("80000"), &["1", "3"]);
 }
 
-/// Diagnoses with one, two and three threads.
+/// Diagnoses with several numbers of threads.
 fn same_bytes(
     folder: &tempfile::TempDir,
     model: &Path,
     recordings: &[&PathBuf],
     most_rows: Option<&str>,
+    threads: &[&str],
 ) {
-    let written: Vec<Vec<(String, Vec<u8>)>> = ["1", "2", "3"]
+    let written: Vec<Vec<(String, Vec<u8>)>> = threads
         .iter()
         .map(|threads| {
             let count = recordings.len();
@@ -92,5 +93,5 @@ fn same_bytes(
                 .to_vec()
         })
         .collect();
-    assert!(written[0] == written[1] && written[1] == written[2]);
+    assert!(written.windows(2).all(|pair| pair[0] == pair[1]));
 }
