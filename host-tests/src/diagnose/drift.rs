@@ -34,15 +34,17 @@ const AHEAD_CONSTANT: f64 = 9.0;
 /// The same for a term, which was picked among some hundred instants or expressions more.
 const AHEAD_PICKED: f64 = 22.0;
 
-/// ln of the likelihood by which a slow effect of one number a gyro must be ahead of an exact walk of the rate (slow.rs):
-/// in 4000 simulated walks of any strength one in 1500 lets a ramp, a window or an exponential approach come this far.
+/// ln of the likelihood by which a slow effect of one number must be ahead of an exact walk of the rate (slow.rs): in
+/// 4000 simulated walks of any strength one in 1500 lets a ramp, a window or an exponential approach come this far.
 const AHEAD_OF_WALK: f64 = 7.0;
 
-/// The same for each further number on a gyro.
+/// The same for each further number, on whichever gyro: three gyros with one each come to 10.5, with three each to 18.6.
 const AHEAD_OF_WALK_FURTHER: f64 = 1.5;
 
-/// The same for a constant, which a walk that began before the recording has anyway; one in 5000 comes to 3.6.
+/// The same for a constant, which a walk that began before the recording has anyway; one in 5000 comes to 3.6, and three
+/// gyros to 5.3.
 const AHEAD_OF_WALK_CONSTANT: f64 = 4.0;
+const AHEAD_OF_WALK_CONSTANT_FURTHER: f64 = 0.6;
 
 /// The same for a term, which was picked: of the best of a hundred steps one in 5000 comes to 11.5.
 const AHEAD_OF_WALK_PICKED: f64 = 12.0;
@@ -145,11 +147,12 @@ fn ahead(suspect: Suspect) -> f64 {
 }
 
 fn ahead_of_walk(suspect: Suspect, columns: usize) -> f64 {
+    let further = columns.max(1) as f64 - 1.0;
     match suspect {
         Suspect::Effect(effect) if CATALOGUE[effect].card().kind == "gyro_bias" => {
-            AHEAD_OF_WALK_CONSTANT
+            AHEAD_OF_WALK_CONSTANT + AHEAD_OF_WALK_CONSTANT_FURTHER * further
         }
-        Suspect::Effect(_) => AHEAD_OF_WALK + AHEAD_OF_WALK_FURTHER * (columns.max(1) - 1) as f64,
+        Suspect::Effect(_) => AHEAD_OF_WALK + AHEAD_OF_WALK_FURTHER * further,
         Suspect::Term(_) => AHEAD_OF_WALK_PICKED,
     }
 }

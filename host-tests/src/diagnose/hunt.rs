@@ -22,7 +22,7 @@ use super::workbench::{Parameters, Workbench};
 pub(super) const MOST_TERMS: usize = 8;
 
 /// Where so many terms came and went again, more of them would go, too.
-const MOST_LEFT: usize = 8;
+const MOST_LEFT: usize = 6;
 
 /// How much better (2 Δ ln L) an expression must be than a named effect to take its place.
 pub(super) const CLEARLY_BETTER: f64 = 20.0;

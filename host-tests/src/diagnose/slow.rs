@@ -151,13 +151,10 @@ impl Slow {
         each.sum()
     }
 
-    /// Columns on the gyro that has most of `own`: each is one more number that can imitate a walk.
+    /// Columns of `own` on all gyros: each is one more number that can imitate a walk.
     pub fn columns(&self, own: &[Range<usize>]) -> usize {
-        let each = self.gyros.iter().map(|gyro| {
-            let own = gyro.indices.iter().filter(|index| is_of(own, **index));
-            own.count()
-        });
-        each.max().unwrap_or(0)
+        let each = self.gyros.iter().flat_map(|gyro| &gyro.indices);
+        each.filter(|index| is_of(own, **index)).count()
     }
 
     /// The share of a pattern's power over noise without drift that lies in the blocks' band.
