@@ -20,7 +20,7 @@ use super::slow::Slow;
 use super::workbench::{Parameters, Workbench};
 
 /// Noise that rises less than this at the lowest frequencies holds no drift to speak of.
-const DRIFTS: f64 = 1.3;
+pub(super) const DRIFTS: f64 = 1.3;
 
 /// ln of the likelihood by which an effect must beat drift that could stand in its place: for one to three numbers,
 /// picked among a hundred slow shapes, against levels known from half a dozen modes a gyro, Fisher's law gives
@@ -32,7 +32,7 @@ const AHEAD: f64 = 18.0;
 const AHEAD_CONSTANT: f64 = 9.0;
 
 /// The same for a term, which was picked among some hundred instants or expressions more.
-const AHEAD_PICKED: f64 = 22.0;
+pub(super) const AHEAD_PICKED: f64 = 22.0;
 
 /// ln of the likelihood by which a slow effect of one number must be ahead of an exact walk of the rate (slow.rs): in
 /// 4000 simulated walks of any strength one in 1500 lets a ramp, a window or an exponential approach come this far.
@@ -111,6 +111,7 @@ pub fn first_that_could_be_drift(
         .filter(|(_, share)| *share >= FAST)
         .collect();
     let mut found = beside.could_be_a_walk(parameters, &shares);
+    let mut with_all: Option<f64> = None;
     for (suspect, _) in shares {
         if found.is_some() {
             break;
@@ -120,7 +121,7 @@ pub fn first_that_could_be_drift(
             continue;
         };
         bench.noise = beside.noise;
-        let with = beside.likelihood(bench, parameters, None);
+        let with = *with_all.get_or_insert_with(|| beside.likelihood(bench, parameters, None));
         let needed = if beside.is_within_drift(parameters, suspect) {
             ahead(suspect).max(AHEAD)
         } else {
@@ -163,6 +164,8 @@ struct Beside {
     information: Information,
     slow: Option<Slow>,
     indices: Vec<usize>,
+    /// What `indices` are fitted to be.
+    values: Vec<(usize, f64)>,
 }
 
 impl Beside {
@@ -181,9 +184,11 @@ impl Beside {
         // A walk in time ends where it will, and needs no trend.
         let without_trends = &indices[..indices.len() - trends];
         let slow = whole.then(|| Slow::new(bench, without_trends)).flatten();
+        let information = bench.information_about(&indices);
         Self {
             noise: bench.noise,
-            information: bench.information_about(&indices),
+            values: fitted(parameters, &information, &indices),
+            information,
             slow,
             indices,
         }
@@ -241,15 +246,8 @@ impl Beside {
 
     /// The suspect's parameters as they are fitted beside everything.
     fn pattern(&self, parameters: &Parameters, suspect: Suspect) -> Vec<(usize, f64)> {
-        let solution = self.information.solve(&self.indices, &|index| {
-            prior_width(parameters, &self.information, index)
-        });
         let own = suspect.indices(parameters);
-        let values = self
-            .indices
-            .iter()
-            .copied()
-            .zip(solution.values.iter().copied());
+        let values = self.values.iter().copied();
         values.filter(|(index, _)| own.contains(index)).collect()
     }
 }
@@ -278,11 +276,7 @@ fn best_without(
     bench.refit_noise(&rest, declared, true);
     let seconds = bench.seconds();
     let drifts = (0..3).any(|axis| inflation(&bench.noise[axis], seconds) > DRIFTS);
-    let without = drifts.then(|| {
-        let indices = indices(bench, parameters, &rest);
-        let information = bench.information_about(&indices);
-        likelihood(bench, parameters, &information, &indices)
-    });
+    let without = drifts.then(|| best_likelihood(bench, parameters, &rest));
     if let Some((place, term)) = term {
         bench.insert_term(place, term)?;
     }
@@ -290,7 +284,7 @@ fn best_without(
 }
 
 /// The parameters of a set and the sizes of all terms on the bench.
-fn indices(bench: &Workbench, parameters: &Parameters, set: &[usize]) -> Vec<usize> {
+pub(super) fn indices(bench: &Workbench, parameters: &Parameters, set: &[usize]) -> Vec<usize> {
     let mut indices = parameters.of_all(set);
     indices.extend(parameters.count()..parameters.count() + bench.terms().len());
     indices
@@ -300,16 +294,28 @@ fn indices(bench: &Workbench, parameters: &Parameters, set: &[usize]) -> Vec<usi
 fn with_trend(bench: &mut Workbench) -> Result<usize, String> {
     let before = bench.terms().len();
     for axis in 0..3 {
-        let expression = "time".to_string();
-        let trend = Term {
-            axis,
-            form: Form::Product { expression },
-        };
-        if !bench.terms().contains(&trend) {
-            bench.add_term(trend)?;
+        if !bench.terms().contains(&trend(axis)) {
+            bench.add_term(trend(axis))?;
         }
     }
     Ok(bench.terms().len() - before)
+}
+
+/// A free trend of one gyro.
+pub(super) fn trend(axis: usize) -> Term {
+    Term {
+        axis,
+        form: Form::Product {
+            expression: "time".to_string(),
+        },
+    }
+}
+
+/// Whittle log-likelihood of the best fit of a set and all terms under the bench's noise.
+pub(super) fn best_likelihood(bench: &Workbench, parameters: &Parameters, set: &[usize]) -> f64 {
+    let indices = indices(bench, parameters, set);
+    let information = bench.information_about(&indices);
+    likelihood(bench, parameters, &information, &indices)
 }
 
 /// Whittle log-likelihood of the best fit of some parameters under the bench's noise.
@@ -319,13 +325,18 @@ fn likelihood(
     information: &Information,
     indices: &[usize],
 ) -> f64 {
+    bench.whittle(&fitted(parameters, information, indices))
+}
+
+/// The best fit of some parameters.
+fn fitted(
+    parameters: &Parameters,
+    information: &Information,
+    indices: &[usize],
+) -> Vec<(usize, f64)> {
     let solution = information.solve(indices, &|index| {
         prior_width(parameters, information, index)
     });
-    let values: Vec<(usize, f64)> = indices
-        .iter()
-        .copied()
-        .zip(solution.values.iter().copied())
-        .collect();
-    bench.whittle(&values)
+    let values = solution.values.iter().copied();
+    indices.iter().copied().zip(values).collect()
 }

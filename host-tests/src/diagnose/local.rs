@@ -14,6 +14,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::bench::Bench as _;
 use super::declare::{FAMILY_SIGNIFICANCE, REGRESSOR_FIDELITY};
+use super::drift;
 use super::empirical::{Form, Term};
 use super::hunt::{Catch, FoundTerm, VETO};
 use super::information::Solution;
@@ -177,8 +178,7 @@ pub(super) fn joint(
     parameters: &Parameters,
     set: &[usize],
 ) -> (Vec<usize>, Solution) {
-    let mut indices = parameters.of_all(set);
-    indices.extend(parameters.count()..parameters.count() + bench.terms().len());
+    let indices = drift::indices(bench, parameters, set);
     let information = bench.information_about(&indices);
     let solution = information.solve(&indices, &|index| {
         prior_width(parameters, &information, index)

@@ -11,7 +11,7 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::declare::FAMILY_SIGNIFICANCE;
-use super::drift::inflation;
+use super::drift::{AHEAD_PICKED, DRIFTS, best_likelihood, inflation, trend};
 use super::empirical::{Form, Term};
 use super::events;
 use super::hunt::{Catch, PLAINER};
@@ -19,13 +19,6 @@ use super::local::{MOST_REGIMES, joint, measured, renew, shown, window};
 use super::noise::{Declared, Noise};
 use super::split::Regime;
 use super::workbench::{Parameters, Workbench};
-
-/// Noise that rises less than this at the lowest frequencies holds no drift (as in drift.rs).
-const DRIFTS: f64 = 1.3;
-
-/// ln of the likelihood by which a term picked among some hundred must beat drifting noise (as in drift.rs: Fisher's
-/// law for levels known from half a dozen modes).
-const AHEAD: f64 = 22.0;
 
 /// More drifts and steps than this are drift.
 const MOST_DRIFTS: usize = 3;
@@ -86,7 +79,7 @@ pub fn found(
             }
         }
         match weakest {
-            Some((place, ahead)) if ahead < AHEAD => bench.remove_term(place),
+            Some((place, ahead)) if ahead < AHEAD_PICKED => bench.remove_term(place),
             _ => break,
         }
     }
@@ -154,17 +147,5 @@ fn refitted(
     set: &[usize],
 ) -> f64 {
     bench.refit_noise(set, declared, true);
-    let (indices, solution) = joint(bench, parameters, set);
-    let values = solution.values.iter().copied();
-    let values: Vec<(usize, f64)> = indices.into_iter().zip(values).collect();
-    bench.whittle(&values)
-}
-
-fn trend(axis: usize) -> Term {
-    Term {
-        axis,
-        form: Form::Product {
-            expression: "time".to_string(),
-        },
-    }
+    best_likelihood(bench, parameters, set)
 }

@@ -44,8 +44,10 @@ struct OfGyro {
 /// See the page above.
 pub struct Slow {
     gyros: Vec<OfGyro>,
-    /// Highest frequency that the blocks show \[Hz\].
-    edge_hz: f64,
+    /// 1/S of each gyro's rows without drift.
+    steady_weights: [Vec<f64>; 3],
+    /// The rows' first bin above what the blocks show.
+    edge: usize,
 }
 
 /// Sums of a portion's rows over blocks, none of which crosses a joint.
@@ -134,10 +136,14 @@ impl Slow {
             .into_par_iter()
             .map(|axis| of_gyro(bench, indices, axis, &blocks, &walk))
             .collect();
-        let rate_hz = bench.scene().streams.rate_hz;
+        let portion = &bench.portion;
+        let edge_hz = 0.5 * bench.scene().streams.rate_hz / blocks.rows as f64;
+        let mut bins = 0..portion.bins();
+        let edge = bins.find(|&bin| portion.frequency_hz(bin) > edge_hz);
         Some(Self {
             gyros,
-            edge_hz: 0.5 * rate_hz / blocks.rows as f64,
+            steady_weights: bench.noise.map(|noise| noise.steady().weights(portion)),
+            edge: edge.unwrap_or(portion.bins()),
         })
     }
 
@@ -161,7 +167,7 @@ impl Slow {
     pub fn share(&self, bench: &Workbench, pattern: &[(usize, f64)]) -> f64 {
         let indices: Vec<usize> = pattern.iter().map(|(index, _)| *index).collect();
         let [inside, whole] = (0..3).fold([0.0; 2], |[inside, whole], axis| {
-            let weights = bench.noise[axis].steady().weights(&bench.portion);
+            let weights = &self.steady_weights[axis];
             let mut sum: Bins = vec![Default::default(); bench.portion.bins()];
             for (index, column) in bench.columns_of(&indices, axis) {
                 let value = pattern.iter().find(|(known, _)| *known == index);
@@ -171,9 +177,7 @@ impl Slow {
                 let of_bins = sum[bins.clone()].iter().zip(&weights[bins]);
                 of_bins.map(|(bin, weight)| bin.norm_sqr() * weight).sum()
             };
-            let edge = (0..sum.len()).find(|&bin| bench.portion.frequency_hz(bin) > self.edge_hz);
-            let edge = edge.unwrap_or(sum.len());
-            [inside + power(0..edge), whole + power(0..sum.len())]
+            [inside + power(0..self.edge), whole + power(0..sum.len())]
         });
         inside / whole
     }

@@ -1,10 +1,11 @@
 //! Several recordings of one instrument, explained together: made by this workspace's simulator.
 
-use rlg::diagnose::diagnose_aligned;
 use rlg::diagnose::residual::residual_rad;
 use rlg::diagnose::result::{Diagnosis, ParameterEntry, Verdict};
 use rlg::diagnose::scene::Scene;
 use rlg::diagnose::streams::Streams;
+use rlg::diagnose::{Outcome, diagnose_aligned};
+use rlg::error::InputError;
 use rlg::model::{EffectValue, Model, ModelEffect};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
@@ -29,17 +30,12 @@ fn together(recordings: Vec<(Streams, Model)>) -> Diagnosis {
     // The instrument is the same: so is the model.
     let model = recordings[0].1.clone();
     let streams = recordings.into_iter().map(|(streams, _)| streams).collect();
-    diagnose_aligned(
-        &[],
-        streams,
-        None,
-        &model,
-        Path::new("model.toml"),
-        0,
-        &|_| {},
-    )
-    .expect("a diagnosis")
-    .diagnosis
+    diagnosed(streams, &model).expect("a diagnosis").diagnosis
+}
+
+fn diagnosed(streams: Vec<Streams>, model: &Model) -> Result<Outcome, InputError> {
+    let file = Path::new("model.toml");
+    diagnose_aligned(&[], streams, None, model, file, 0, &|_| {})
 }
 
 fn scale(size: f64) -> String {
@@ -128,16 +124,7 @@ fn a_step_is_told_on_its_own_recordings_clock() {
     let (first, second) = (made("first", 41, ""), made("second", 42, step));
     let model = first.1.clone();
     let streams = vec![first.0, second.0];
-    let outcome = diagnose_aligned(
-        &[],
-        streams,
-        None,
-        &model,
-        Path::new("model.toml"),
-        0,
-        &|_| {},
-    )
-    .expect("a diagnosis");
+    let outcome = diagnosed(streams, &model).expect("a diagnosis");
     let summary = &outcome.diagnosis.summary;
     let [effect] = outcome.model.effects.as_slice() else {
         panic!("{summary:#?}");
@@ -148,16 +135,7 @@ fn a_step_is_told_on_its_own_recordings_clock() {
     assert!((effect.number("time_s") - 31.0).abs() < 2.0, "{effect:?}");
     // With it in the model nothing is left in either.
     let again = vec![made("first", 41, "").0, made("second", 42, step).0];
-    let again = diagnose_aligned(
-        &[],
-        again,
-        None,
-        &outcome.model,
-        Path::new("model.toml"),
-        0,
-        &|_| {},
-    )
-    .expect("a diagnosis");
+    let again = diagnosed(again, &outcome.model).expect("a diagnosis");
     assert_eq!(
         again.diagnosis.verdict,
         Verdict::Matches,
@@ -194,18 +172,10 @@ fn a_step_before_a_recording_began_is_in_it_all_along() {
 fn recordings_that_do_not_fit_together_are_refused() {
     let refused = |second: Streams| {
         let (first, model) = made("first", 1, "");
-        diagnose_aligned(
-            &[],
-            vec![first, second],
-            None,
-            &model,
-            Path::new("model.toml"),
-            0,
-            &|_| {},
-        )
-        .err()
-        .expect("an error")
-        .to_string()
+        diagnosed(vec![first, second], &model)
+            .err()
+            .expect("an error")
+            .to_string()
     };
     let same = refused(made("first", 2, "").0);
     assert!(same.contains("the name of another recording"), "{same}");

@@ -12,6 +12,7 @@ use realfft::num_complex::Complex64;
 use super::{Card, Hypothesis, Named, SIX, Shape, Sought};
 use crate::diagnose::portion::{Bins, inner};
 use crate::diagnose::scene::{Scene, tilt_senses};
+use crate::diagnose::streams::{Triad, add};
 use crate::diagnose::workbench::Workbench;
 
 /// See the page above.
@@ -99,10 +100,7 @@ impl Hypothesis for AxisFlexureMode {
                 continue;
             }
             let part = sensed(scene, axis, about, &bent(about, parameter - FREQUENCY + 1));
-            total
-                .iter_mut()
-                .zip(part)
-                .for_each(|(sum, part)| *sum += at[pair] * part);
+            add(&mut total, &part, at[pair]);
         }
         Some(total)
     }
@@ -112,7 +110,7 @@ impl Hypothesis for AxisFlexureMode {
     }
 
     /// Linear in K: its prediction is the sum over the pairs alone.
-    fn prediction(&self, scene: &Scene, at: &[f64]) -> crate::diagnose::streams::Triad {
+    fn prediction(&self, scene: &Scene, at: &[f64]) -> Triad {
         [0, 1, 2].map(|axis| {
             let mut total = vec![0.0; scene.streams.rows];
             for (pair, (gyro, _)) in SIX.into_iter().enumerate() {
@@ -120,10 +118,7 @@ impl Hypothesis for AxisFlexureMode {
                     continue;
                 }
                 let column = self.column(scene, at, pair, axis).unwrap_or_default();
-                total
-                    .iter_mut()
-                    .zip(column)
-                    .for_each(|(sum, slope)| *sum += at[pair] * slope);
+                add(&mut total, &column, at[pair]);
             }
             total
         })

@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 use super::{Card, Hypothesis, Named, Shape, Sought};
 use crate::diagnose::portion::{Bins, Portion};
 use crate::diagnose::scene::Scene;
-use crate::diagnose::streams::Triad;
+use crate::diagnose::streams::{Triad, add};
 use crate::diagnose::workbench::Workbench;
 
 /// See the page above.
@@ -104,9 +104,7 @@ impl Hypothesis for IsolatorMode {
             });
             for (axis, sum) in total.iter_mut().enumerate() {
                 let share = scene.sensing_from_body[(axis, of)] / (1.0 - scene.scale_error[axis]);
-                sum.iter_mut()
-                    .zip(&beside)
-                    .for_each(|(sum, value)| *sum += share * value);
+                add(sum, &beside, share);
             }
         }
         total
