@@ -16,6 +16,7 @@ use super::hypotheses::CATALOGUE;
 use super::information::Information;
 use super::noise::{Declared, Noise};
 use super::select::prior_width;
+use super::shapes::{AHEAD_DECAY, AHEAD_JUMP, AHEAD_WINDOW};
 use super::slow::Slow;
 use super::workbench::{Parameters, Workbench};
 
@@ -34,19 +35,19 @@ const AHEAD_CONSTANT: f64 = 9.0;
 /// The same for a term, which was picked among some hundred instants or expressions more.
 pub(super) const AHEAD_PICKED: f64 = 22.0;
 
-/// ln of the likelihood by which a slow effect of one number must be ahead of an exact walk of the rate (slow.rs): in
-/// 4000 simulated walks of any strength one in 1500 lets a ramp, a window or an exponential approach come this far.
-const AHEAD_OF_WALK: f64 = 7.0;
+/// ln of the likelihood by which a slow effect of one number must be ahead of an exactly wandering rate (slow.rs
+/// prints what chance comes to, `cargo test --release -p rlg --lib slow -- --ignored --nocapture`: of walks less than one
+/// in 500 lets an exponential approach or a regime come this far).
+pub(super) const AHEAD_OF_WALK: f64 = 7.0;
 
-/// The same for each further number, on whichever gyro: three gyros with one each come to 10.5, with three each to 18.6.
-const AHEAD_OF_WALK_FURTHER: f64 = 1.5;
+/// The same for each further number, on whichever gyro.
+pub(super) const AHEAD_OF_WALK_FURTHER: f64 = 1.5;
 
-/// The same for a constant, which a walk that began before the recording has anyway; one in 5000 comes to 3.6, and three
-/// gyros to 5.3.
-const AHEAD_OF_WALK_CONSTANT: f64 = 4.0;
-const AHEAD_OF_WALK_CONSTANT_FURTHER: f64 = 0.6;
+/// The same for a constant, which a walk that began before the recording has anyway.
+pub(super) const AHEAD_OF_WALK_CONSTANT: f64 = 4.0;
+pub(super) const AHEAD_OF_WALK_CONSTANT_FURTHER: f64 = 0.6;
 
-/// The same for a term, which was picked: of the best of a hundred steps one in 5000 comes to 11.5.
+/// The same for a term, which was picked among hundreds (shapes.rs has what depends on its form).
 const AHEAD_OF_WALK_PICKED: f64 = 12.0;
 
 /// A weak effect is its own where refitted noise takes up less than two fifths of what it explains; not where drift
@@ -55,6 +56,9 @@ const STILL_ITS_OWN: f64 = 0.6;
 
 /// Whoever has a smaller share of its power where drift is, is not asked about.
 const FAST: f64 = 0.1;
+
+/// Whoever has a larger one is slow.
+const SLOW: f64 = 0.5;
 
 /// What is asked about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,11 +114,16 @@ pub fn first_that_could_be_drift(
         .map(|suspect| (suspect, share(bench, suspect)))
         .filter(|(_, share)| *share >= FAST)
         .collect();
-    let mut found = beside.could_be_a_walk(parameters, &shares);
+    let mut found = beside.could_be_a_walk(bench, parameters, &shares);
     let mut with_all: Option<f64> = None;
-    for (suspect, _) in shares {
+    for (suspect, share) in shares {
         if found.is_some() {
             break;
+        }
+        // What was picked as a shape has been asked exactly.
+        let is_term = matches!(suspect, Suspect::Term(_));
+        if is_term && share > SLOW && beside.slow.is_some() {
+            continue;
         }
         let Some(without) = best_without(bench, parameters, declared, set, suspect)? else {
             bench.noise = beside.noise;
@@ -147,14 +156,19 @@ fn ahead(suspect: Suspect) -> f64 {
     }
 }
 
-fn ahead_of_walk(suspect: Suspect, columns: usize) -> f64 {
+fn ahead_of_walk(bench: &Workbench, suspect: Suspect, columns: usize) -> f64 {
     let further = columns.max(1) as f64 - 1.0;
     match suspect {
         Suspect::Effect(effect) if CATALOGUE[effect].card().kind == "gyro_bias" => {
             AHEAD_OF_WALK_CONSTANT + AHEAD_OF_WALK_CONSTANT_FURTHER * further
         }
         Suspect::Effect(_) => AHEAD_OF_WALK + AHEAD_OF_WALK_FURTHER * further,
-        Suspect::Term(_) => AHEAD_OF_WALK_PICKED,
+        Suspect::Term(place) => match &bench.terms()[place].form {
+            Form::Step { .. } => AHEAD_JUMP,
+            Form::Product { expression } if expression.starts_with("window(") => AHEAD_WINDOW,
+            Form::Product { expression } if expression.starts_with("decay(") => AHEAD_DECAY,
+            _ => AHEAD_OF_WALK_PICKED,
+        },
     }
 }
 
@@ -211,18 +225,21 @@ impl Beside {
     /// alone, or with another, as of two shapes that cancel in the slow band each needs the other.
     fn could_be_a_walk(
         &self,
+        bench: &Workbench,
         parameters: &Parameters,
         suspects: &[(Suspect, f64)],
     ) -> Option<Suspect> {
         let slow = self.slow.as_ref()?;
-        let is_slow = |suspect: &(Suspect, f64)| suspect.1 > 0.5;
+        let is_slow = |suspect: &(Suspect, f64)| suspect.1 > SLOW;
         let own = |suspect: Suspect| suspect.indices(parameters);
         let lacks = |together: &[Suspect]| {
             let own: Vec<Range<usize>> = together.iter().map(|one| own(*one)).collect();
             let needed = together
                 .iter()
-                .map(|one| ahead_of_walk(*one, slow.columns(&own)));
-            slow.ahead(&own) < needed.fold(0.0, f64::max)
+                .map(|one| ahead_of_walk(bench, *one, slow.columns(&own)));
+            // Of effects, whose numbers are few, the Whittle likelihood is asked about flicker.
+            let or_flickers = together.iter().any(|one| matches!(one, Suspect::Term(_)));
+            slow.ahead(&own, or_flickers) < needed.fold(0.0, f64::max)
         };
         let alone = suspects.iter().find(|one| is_slow(one) && lacks(&[one.0]));
         let pairs = suspects.iter().enumerate().flat_map(|(place, one)| {
@@ -233,7 +250,7 @@ impl Beside {
         let mut pairs = pairs.filter(|pair| lacks(pair));
         alone.map(|one| one.0).or_else(|| {
             let pair = pairs.next()?;
-            let ahead = pair.map(|one| slow.ahead(&[own(one)]));
+            let ahead = pair.map(|one| slow.ahead(&[own(one)], false));
             Some(pair[usize::from(ahead[1] < ahead[0])])
         })
     }

@@ -1,32 +1,21 @@
-//! Patterns in time: a step of a gyro's bias, a slip of its counter, a steady line.
+//! Patterns in time: a slip of a gyro's counter, a steady line. (Steps of its bias: steps.rs.)
 //!
-//! Enters: what is left of each gyro's residual after the chosen effects, in bins. Leaves: the best step and
-//! the best slip with their likelihood ratio and chance, every instant counted as a trial.
+//! Enters: what is left of each gyro's residual after the chosen effects, in bins. Leaves: the best slip and the best
+//! line with their likelihood ratio and chance, every instant and frequency counted as a trial.
 //!
 //! A slip is one impulse in the increments, so its matched filter is the residual divided by S, brought
-//! back to time. A step has its power at low frequency, where it is scanned on a grid and then refined.
+//! back to time.
 
-use nalgebra::{DMatrix, DVector};
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex64;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
-use std::f64::consts::{SQRT_2, TAU};
+use std::f64::consts::SQRT_2;
 
 use super::empirical::{Form, Term};
-use super::information::stable_inverse;
 use super::portion::Bins;
 use super::qualify;
 use super::tone::Tone;
 use super::workbench::Workbench;
-
-/// A step's power above this frequency is lost in white angle noise.
-const STEP_BAND_HZ: f64 = 40.0;
-
-/// Spacing of the first scan for steps \[s\]; the statistic is smooth over a few tenths of a second.
-const STEP_GRID_S: f64 = 0.25;
-
-/// Spacing after refinement \[s\].
-const STEP_FINE_S: f64 = 0.01;
 
 /// Rows next to a joint in which a slip cannot be told from the joint's own free jump.
 const JOINT_GUARD_ROWS: usize = 40;
@@ -114,106 +103,6 @@ pub fn slips(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
         .collect()
 }
 
-/// The best step on each gyro, beside a free constant.
-pub fn steps(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
-    let portion = &bench.portion;
-    let streams = &bench.scene().streams;
-    let bins = (1..portion.bins())
-        .take_while(|&bin| portion.frequency_hz(bin) < STEP_BAND_HZ)
-        .count()
-        + 1;
-    // Where each stretch begins in the joined series, to turn times into places.
-    let mut first = 0;
-    let begins: Vec<(usize, std::ops::Range<usize>)> = portion
-        .ranges
-        .iter()
-        .map(|range| {
-            let begin = first;
-            first += range.len();
-            (begin, range.clone())
-        })
-        .collect();
-    let place = |row: usize| {
-        begins
-            .iter()
-            .find(|(_, range)| row < range.end)
-            .map_or(portion.rows(), |(begin, range)| {
-                begin + row.saturating_sub(range.start)
-            })
-    };
-    let shape = StepShape::new(portion.rows(), bins);
-    // A step lasts until its recording ends.
-    let step_at = |time_s: f64| {
-        let row = streams.row_at(time_s);
-        let mut step = shape.bins(place(row));
-        let end = place(streams.end_of_recording(row));
-        if end < portion.rows() {
-            let beyond = shape.bins(end);
-            step.iter_mut()
-                .zip(beyond)
-                .for_each(|(step, beyond)| *step -= beyond);
-        }
-        step
-    };
-    let nuisance: Vec<Bins> = std::iter::once(shape.bins(0))
-        .chain(
-            begins
-                .iter()
-                .map(|(begin, _)| impulse_bins(portion.rows(), *begin, bins)),
-        )
-        .collect();
-    (0..3)
-        .filter_map(|axis| {
-            let weights = &bench.noise[axis].weights(portion)[..bins];
-            let product = |a: &[Complex64], b: &[Complex64]| super::portion::inner(a, b, weights);
-            let scale: Vec<f64> = nuisance
-                .iter()
-                .map(|column| product(column, column).sqrt().recip())
-                .collect();
-            let gram = DMatrix::from_fn(nuisance.len(), nuisance.len(), |a, b| {
-                product(&nuisance[a], &nuisance[b]) * scale[a] * scale[b]
-            });
-            let inverse = stable_inverse(&gram);
-            let residual = &left[axis][..bins];
-            let against = DVector::from_fn(nuisance.len(), |a, _| {
-                product(&nuisance[a], residual) * scale[a]
-            });
-            let fitted = &inverse * against;
-            let ratio_at = |time_s: f64| {
-                let column = step_at(time_s);
-                let cross = DVector::from_fn(nuisance.len(), |a, _| {
-                    product(&nuisance[a], &column) * scale[a]
-                });
-                let own = product(&column, &column);
-                let free = own - cross.dot(&(&inverse * &cross));
-                if free <= 1e-3 * own {
-                    return 0.0;
-                }
-                (product(&column, residual) - cross.dot(&fitted)).powi(2) / free
-            };
-            let scan = |from_s: f64, to_s: f64, spacing_s: f64| {
-                let count = ((to_s - from_s) / spacing_s).floor().max(0.0) as usize;
-                (0..=count)
-                    .map(|k| from_s + k as f64 * spacing_s)
-                    .map(|time_s| (time_s, ratio_at(time_s)))
-                    .max_by(|a, b| a.1.total_cmp(&b.1))
-            };
-            let (coarse_s, _) = scan(streams.start_s + 1.0, streams.end_s() - 1.0, STEP_GRID_S)?;
-            let (time_s, ratio) =
-                scan(coarse_s - STEP_GRID_S, coarse_s + STEP_GRID_S, STEP_FINE_S)?;
-            let trials = 3.0 * portion.seconds() / STEP_GRID_S;
-            Some(event(
-                Term {
-                    axis,
-                    form: Form::Step { time_s },
-                },
-                ratio,
-                trials,
-            ))
-        })
-        .collect()
-}
-
 /// Highest frequency at which a steady line is looked for \[Hz\]: above it the dither and its residue live,
 /// which are no lines because the dither's amplitude is randomised.
 const LINE_BAND_HZ: f64 = 150.0;
@@ -273,57 +162,11 @@ pub fn lines(bench: &Workbench, left: &[Bins; 3]) -> Vec<[Event; 2]> {
         .collect()
 }
 
-fn event(term: Term, ratio: f64, trials: f64) -> Event {
+pub(super) fn event(term: Term, ratio: f64, trials: f64) -> Event {
     let chance = ChiSquared::new(1.0).map_or(1.0, |law| law.sf(ratio));
     Event {
         term,
         ratio,
         p_value: -(trials * (-chance).ln_1p()).exp_m1(),
     }
-}
-
-/// Low bins of a series that is 1 from a place on, in closed form.
-struct StepShape {
-    rows: usize,
-    /// √2/((1 − e^(−2πi bin/rows)) √rows) of each bin but the lowest.
-    sums: Bins,
-}
-
-impl StepShape {
-    fn new(rows: usize, bins: usize) -> Self {
-        let scale = (2.0 / rows as f64).sqrt();
-        let sum = |bin: usize| {
-            let turn = Complex64::cis(-TAU * bin as f64 / rows as f64);
-            scale / (Complex64::new(1.0, 0.0) - turn)
-        };
-        Self {
-            rows,
-            sums: (1..bins).map(sum).collect(),
-        }
-    }
-
-    fn bins(&self, place: usize) -> Bins {
-        let mean = (self.rows - place) as f64 / (self.rows as f64).sqrt();
-        // One turn a bin; over a few thousand bins the product stays exact to 1e-12.
-        let turn = Complex64::cis(-TAU * place as f64 / self.rows as f64);
-        let mut from = Complex64::new(1.0, 0.0);
-        let rest = self.sums.iter().map(|sum| {
-            from *= turn;
-            (from - 1.0) * sum
-        });
-        std::iter::once(Complex64::new(mean, 0.0))
-            .chain(rest)
-            .collect()
-    }
-}
-
-/// Low bins of a series that is 1 at `place` alone.
-fn impulse_bins(rows: usize, place: usize, bins: usize) -> Bins {
-    let scale = 1.0 / (rows as f64).sqrt();
-    (0..bins)
-        .map(|bin| {
-            let weight = if bin == 0 { scale } else { scale * SQRT_2 };
-            Complex64::from_polar(weight, -TAU * (bin * place) as f64 / rows as f64)
-        })
-        .collect()
 }

@@ -15,6 +15,7 @@ use super::invariance::{self, Verdict};
 use super::products::{Products, Survey};
 use super::readings::Hunt;
 use super::select::{self, Choice, prior_width};
+use super::steps;
 use super::workbench::{Parameters, Workbench};
 
 /// Terms found in the data, at most; each must be significant by itself, so a recording with more than
@@ -108,10 +109,6 @@ pub fn hunt(
             .copied()
             .zip(solution.values.iter().copied())
             .collect();
-        progress("searching for unlisted physics");
-        let survey = products.survey(bench, &indices);
-        let verdicts = invariance::test(bench, parameters, &choice.chosen, &values, regimes);
-
         // Terms that the better explanation made idle leave first.
         let idle = (0..bench.terms().len()).find(|place| {
             let at = position(&indices, parameters.count() + place);
@@ -123,6 +120,10 @@ pub fn hunt(
             entered.remove(place);
             continue;
         }
+        progress("searching for unlisted physics");
+        let survey = products.survey(bench, &indices);
+        let verdicts = invariance::test(bench, parameters, &choice.chosen, &values, regimes);
+
         let resolution_hz = 1.0 / bench.seconds();
         let left = |term: &Term| {
             left_idle
@@ -165,7 +166,10 @@ pub fn hunt(
         }
         progress("weighing drifting noise");
         let suspects = set.iter().map(|&effect| Suspect::Effect(effect));
-        let suspects = suspects.chain((given.len()..bench.terms().len()).map(Suspect::Term));
+        // Lines at rest were found over stretches, where no walk reaches.
+        let at_rest = bench.scene().streams.at_rest.is_some();
+        let settled = if at_rest { given.len() } else { 0 };
+        let suspects = suspects.chain((settled..bench.terms().len()).map(Suspect::Term));
         let drift =
             drift::first_that_could_be_drift(bench, parameters, search.declared, &set, suspects)?;
         match drift {
@@ -338,7 +342,7 @@ impl Sight<'_> {
     ) -> Vec<FoundOne> {
         let left = self.bench.left_over(values);
         let one = |term: Term, ratio: f64, p_value: f64| vec![(term, ratio, p_value)];
-        let events = events::steps(self.bench, &left)
+        let events = steps::steps(self.bench, &left)
             .into_iter()
             .chain(events::slips(self.bench, &left))
             .map(|event| one(event.term, event.ratio + PLAINER, event.p_value));

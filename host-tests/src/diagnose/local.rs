@@ -11,6 +11,7 @@
 //! less one. Deliberately not here: lines, trends and decays, which are patterns in time already.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
+use std::ops::Range;
 
 use super::bench::Bench as _;
 use super::declare::{FAMILY_SIGNIFICANCE, REGRESSOR_FIDELITY};
@@ -107,7 +108,7 @@ fn acting(
     let within = |factor: &str, regime: &Regime| Term {
         axis,
         form: Form::Product {
-            expression: format!("{factor}*{}", window(bench.scene(), regime)),
+            expression: format!("{factor}*{}", window(bench.scene(), &regime.rows)),
         },
     };
     let parts: Vec<Term> = shown
@@ -186,10 +187,10 @@ pub(super) fn joint(
     (indices, solution)
 }
 
-/// 1 within the regime, as an expression.
-pub(super) fn window(scene: &Scene, regime: &Regime) -> String {
+/// 1 within some rows of one recording, as an expression.
+pub(super) fn window(scene: &Scene, rows: &Range<usize>) -> String {
     let streams = &scene.streams;
-    let (recording, [start_s, end_s]) = streams.own_span(&regime.rows);
+    let (recording, [start_s, end_s]) = streams.own_span(rows);
     let mut window = format!("window({start_s:.4},{end_s:.4})");
     if streams.is_joined() {
         window += &format!("*recording({})", pieces::name_in_expression(recording));

@@ -1,7 +1,7 @@
 //! The mismatch tool. The road, in order; each stage is a file that can be read and tested alone:
 //!
 //! declare → streams → qualify → scene (motion, signals) → residual → split → portion → noise, pulses → locate →
-//! hypotheses → workbench → select, hunt (events, products, invariance, drift), local, regime_drift → self_test →
+//! hypotheses → workbench → select, hunt (events, products, invariance, drift), shapes, local → self_test →
 //! identify → validate → explain
 //!
 //! Of a recording longer than memory stretches take this road, and sums over blocks of all its rows stand beside the
@@ -74,6 +74,8 @@ pub mod tone;
 
 pub mod events;
 
+pub mod steps;
+
 pub mod attitude;
 
 pub mod still;
@@ -92,6 +94,8 @@ pub mod products;
 
 pub mod invariance;
 
+pub mod wander;
+
 pub mod slow;
 
 pub mod drift;
@@ -100,7 +104,7 @@ pub mod hunt;
 
 pub mod local;
 
-pub mod regime_drift;
+pub mod shapes;
 
 pub mod readings;
 
@@ -325,15 +329,6 @@ pub fn diagnose_aligned(
             &split.regimes,
             &mut catch,
         )
-        .and_then(|()| {
-            regime_drift::found(
-                &mut bench,
-                &parameters,
-                &declared,
-                &split.regimes,
-                &mut catch,
-            )
-        })
         .map_err(unusable)?;
     }
 
@@ -342,9 +337,9 @@ pub fn diagnose_aligned(
 
     progress("settling events");
     let noise = bench.noise;
-    catch
-        .terms
-        .retain(|found| !timing::is_event(&found.term.form));
+    let settled = |found: &hunt::FoundTerm| timing::is_settled(&found.term);
+    let (events, others) = catch.terms.into_iter().partition(settled);
+    catch.terms = others;
     // Without a reference a jump of the gyro is not told from a nudge of the case: it stays a location.
     if scene.streams.at_rest.is_none() {
         let events = timing::settle(
@@ -352,8 +347,9 @@ pub fn diagnose_aligned(
             &after_rad(&scene, &before_rad, &catch),
             noise,
             &parameters,
+            (events, &split),
         );
-        catch.terms.extend(events);
+        catch.terms.extend(events.map_err(unusable)?);
     }
 
     progress("locating");

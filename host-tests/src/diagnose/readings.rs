@@ -1,16 +1,18 @@
-//! Two readings of a slow residual: drifting noise, or physics.
+//! Readings of a slow residual: drifting noise, shapes in time, or physics.
 //!
-//! Enters: a bench whose noise was fitted under a generous library. Leaves: the better [`Catch`], with the
+//! Enters: a bench whose noise was fitted under a generous library. Leaves: the best [`Catch`], with the
 //! bench as that reading left it. Drifting noise and a slow line, step or decay can imitate each other: a
 //! noise fit that takes the line for drift hides it, a library that eats the drift invents effects. So
-//! where the noise fit finds drift, the search is run a second time with the declared noise, and the two
-//! readings are compared by Whittle likelihood, every parameter and drifting term paid for; physics must
-//! win clearly.
+//! where the noise fit finds drift, shapes are looked for that no drift has, and the search is run again beside them;
+//! and it is run with the declared noise. The readings are compared by Whittle likelihood, every parameter and
+//! drifting term paid for; physics must win clearly against noise.
 
 use super::drift::inflation;
+use super::empirical::{Form, Term};
 use super::hunt::{self, Catch};
 use super::noise::{Declared, Noise};
 use super::products::Products;
+use super::shapes;
 use super::split::Regime;
 use super::workbench::{Parameters, Workbench};
 
@@ -57,7 +59,7 @@ pub fn best(bench: &mut Workbench, hunt: &Hunt, progress: &dyn Fn(&str)) -> Resu
         .iter()
         .all(|declared| declared.random_walk.is_some());
     // Terms that came with the bench were found in the noise as fitted.
-    if !drifts || !known || !hunt.given.is_empty() {
+    if !hunt.given.is_empty() {
         return Ok(as_noise);
     }
     let price = |bench: &Workbench, catch: &Catch| {
@@ -70,7 +72,27 @@ pub fn best(bench: &mut Workbench, hunt: &Hunt, progress: &dyn Fn(&str)) -> Resu
         let picked = PICKED * catch.terms.len() as f64;
         bench.whittle(&catch.values) - PRICE * (catch.values.len() + drifting) as f64 - picked
     };
-    let noise_score = price(bench, &as_noise);
+    let mut best = as_noise;
+    let mut needed = price(bench, &best) + CLEAR_WIN;
+    let kept = bench.snapshot();
+    progress("looking for slow shapes");
+    if let Some(entered) = put_shapes(bench, hunt, &best)? {
+        let beside = Hunt {
+            given: &entered,
+            ..*hunt
+        };
+        let as_shapes = hunt::hunt(bench, &beside, true, progress)?;
+        // Every shape that stayed is ahead of any drift: the noise that held them is no rival any more.
+        if as_shapes.terms.iter().any(|found| is_slow(&found.term)) {
+            needed = price(bench, &as_shapes);
+            best = as_shapes;
+        } else {
+            bench.restore(kept)?;
+        }
+    }
+    if !drifts || !known {
+        return Ok(best);
+    }
     let kept = bench.snapshot();
     bench.clear_terms();
     // White noise of angle hides no drift: where it was fitted beyond the declared, it is there.
@@ -83,10 +105,78 @@ pub fn best(bench: &mut Workbench, hunt: &Hunt, progress: &dyn Fn(&str)) -> Resu
         }
     });
     let as_physics = hunt::hunt(bench, hunt, false, progress)?;
-    let physics_score = price(bench, &as_physics);
-    if physics_score > noise_score + CLEAR_WIN {
+    if price(bench, &as_physics) > needed {
         return Ok(as_physics);
     }
     bench.restore(kept)?;
-    Ok(as_noise)
+    Ok(best)
+}
+
+/// Puts slow shapes in the place of what is slow among a reading's terms, where there are any; ratio and chance of each
+/// term that the bench then has.
+fn put_shapes(
+    bench: &mut Workbench,
+    hunt: &Hunt,
+    reading: &Catch,
+) -> Result<Option<Vec<(f64, f64)>>, String> {
+    if bench.scene().streams.at_rest.is_some() {
+        return Ok(None);
+    }
+    let seconds = bench.seconds();
+    let chosen = reading.choice.chosen.iter();
+    let set: Vec<usize> = chosen.map(|one| one.effect).collect();
+    let mut entered: Vec<(f64, f64)> = reading
+        .terms
+        .iter()
+        .map(|found| (found.ratio, found.p_value))
+        .collect();
+    let mut any = false;
+    for axis in 0..3 {
+        let own = |term: &Term| term.axis == axis && is_slow(term);
+        let drifts = inflation(&bench.noise[axis], seconds) > INFLATED;
+        if !drifts && !bench.terms().iter().any(own) {
+            continue;
+        }
+        let before = bench.terms().to_vec();
+        for place in (0..before.len()).rev().filter(|&place| own(&before[place])) {
+            bench.remove_term(place);
+        }
+        let shapes = shapes::search(bench, hunt.parameters, &set, axis)?;
+        let found: Vec<(Term, (f64, f64))> = shapes
+            .into_iter()
+            .flat_map(|shape| {
+                let entered = (2.0 * shape.ahead, shape.p_value);
+                shape.terms.into_iter().map(move |term| (term, entered))
+            })
+            .collect();
+        if found.is_empty() {
+            for (place, term) in before.iter().enumerate().filter(|(_, term)| own(term)) {
+                bench.insert_term(place, term.clone())?;
+            }
+            continue;
+        }
+        any = true;
+        let mut places = before.iter();
+        entered.retain(|_| places.next().is_some_and(|term| !own(term)));
+        for (term, chance) in found {
+            bench.add_term(term)?;
+            entered.push(chance);
+        }
+    }
+    if any {
+        bench.refit_noise(&set, hunt.declared, true);
+    }
+    Ok(any.then_some(entered))
+}
+
+/// Whether drift could be mistaken for a term, or a term for another slow one.
+fn is_slow(term: &Term) -> bool {
+    match &term.form {
+        Form::Step { .. } => true,
+        Form::Product { expression } => {
+            let shapes = ["window(", "decay(", "time"];
+            shapes.iter().any(|shape| expression.starts_with(shape))
+        }
+        _ => false,
+    }
 }

@@ -1,65 +1,79 @@
 //! Events in time are settled on every usable row, held-out ones included: a slip cannot be estimated where
 //! it did not happen, and a step in a gap of the fit has no time.
 //!
-//! Enters: the residual after everything else, and the noise. Leaves: steps and slips with time, size and
-//! chance. Only events pass here; no name or size of any other effect is touched.
+//! Enters: the residual after everything else, and the noise. Leaves: steps, slips and windows with times, size and
+//! chance. Only these pass here; no name or size of any other effect is touched.
 
 use super::declare::FAMILY_SIGNIFICANCE;
 use super::empirical::{Form, Term};
 use super::events;
 use super::hunt::FoundTerm;
 use super::hypotheses::no_effects;
+use super::local;
 use super::noise::Noise;
 use super::portion::Portion;
 use super::scene::Scene;
-use super::split::usable_runs;
+use super::shapes::AHEAD_JUMP;
+use super::slow::Slow;
+use super::split::{Split, usable_runs};
+use super::steps;
 use super::streams::Triad;
 use super::workbench::{Parameters, Workbench};
 
 /// Events in one recording, at most; each is significant by itself.
 const MOST_EVENTS: usize = 6;
 
-/// Whether a term is an event.
-pub fn is_event(form: &Form) -> bool {
-    matches!(form, Form::Step { .. } | Form::Slip { .. })
+/// An edge of a window is known to this \[s\] where it was fitted.
+const EDGE_S: f64 = 0.6;
+
+/// Whether a term has its times settled here.
+pub fn is_settled(term: &Term) -> bool {
+    matches!(term.form, Form::Step { .. } | Form::Slip { .. }) || edges_s(term).is_some()
 }
 
-/// Finds the events in `left_rad`, from which no event has been taken.
+/// Finds the events in `left_rad`, from which no event has been taken, beside the `known` windows. A step is none where
+/// a wandering rate does nearly as well.
 pub fn settle(
     scene: &Scene,
     left_rad: &Triad,
     noise: [Noise; 3],
     parameters: &Parameters,
-) -> Vec<FoundTerm> {
+    (known, split): (Vec<FoundTerm>, &Split),
+) -> Result<Vec<FoundTerm>, String> {
     let Some(mut bench) = bench_of_all_rows(scene, left_rad, noise, parameters) else {
-        return Vec::new();
+        return Ok(Vec::new());
     };
-    let mut entered = Vec::new();
+    let (mut entered, mut drift) = (Vec::new(), Vec::new());
+    let unseen = split.held_out.iter().map(ExactSizeIterator::len).max();
+    let edge_rows = (EDGE_S * scene.streams.rate_hz) as usize + unseen.unwrap_or(0);
+    for window in known.into_iter().filter(|one| edges_s(&one.term).is_some()) {
+        add_window(&mut bench, parameters, &window.term, edge_rows)?;
+        entered.push((window.ratio, window.p_value));
+    }
+    let windows = entered.len();
     loop {
         let (values, stds) = bench.term_sizes();
-        let first = parameters.count();
-        let numbered: Vec<(usize, f64)> = values
-            .iter()
-            .enumerate()
-            .map(|(place, value)| (first + place, *value))
-            .collect();
-        let left = bench.left_over(&numbered);
-        let best = events::steps(&bench, &left)
+        let left = bench.left_over(&sizes(&bench, parameters));
+        let best = steps::steps(&bench, &left)
             .into_iter()
             .chain(events::slips(&bench, &left))
             .filter(|event| {
-                event.p_value < FAMILY_SIGNIFICANCE && !bench.terms().contains(&event.term)
+                let known = bench.terms().iter().chain(&drift);
+                event.p_value < FAMILY_SIGNIFICANCE && !known.clone().any(|one| *one == event.term)
             })
             .max_by(|a, b| a.ratio.total_cmp(&b.ratio));
-        match best.filter(|_| entered.len() < MOST_EVENTS) {
+        match best.filter(|_| entered.len() < MOST_EVENTS + windows && drift.len() < MOST_EVENTS) {
             Some(event) => {
-                entered.push((event.ratio, event.p_value));
-                if bench.add_term(event.term).is_err() {
-                    return Vec::new();
+                bench.add_term(event.term.clone())?;
+                if is_drift(&bench, parameters, &event.term) {
+                    bench.remove_term(bench.terms().len() - 1);
+                    drift.push(event.term);
+                } else {
+                    entered.push((event.ratio, event.p_value));
                 }
             }
             None => {
-                return bench
+                return Ok(bench
                     .terms()
                     .iter()
                     .zip(values.iter().zip(&stds))
@@ -72,10 +86,59 @@ pub fn settle(
                         ratio,
                         p_value,
                     })
-                    .collect();
+                    .collect());
             }
         }
     }
+}
+
+/// Whether the last term on a bench is a step that a wandering rate nearly explains.
+fn is_drift(bench: &Workbench, parameters: &Parameters, term: &Term) -> bool {
+    if !matches!(term.form, Form::Step { .. }) {
+        return false;
+    }
+    let all = parameters.count()..parameters.count() + bench.terms().len();
+    let own = all.end - 1..all.end;
+    let slow = Slow::new(bench, &all.collect::<Vec<_>>());
+    slow.is_some_and(|slow| slow.ahead(&[own], true) < AHEAD_JUMP)
+}
+
+/// Puts a window on the bench with its edges where all rows have them: one that opened where nothing was fitted opens
+/// there.
+fn add_window(
+    bench: &mut Workbench,
+    parameters: &Parameters,
+    known: &Term,
+    within_rows: usize,
+) -> Result<(), String> {
+    let streams = &bench.scene().streams;
+    let Some([from, to]) = edges_s(known).map(|edges_s| edges_s.map(|edge| streams.row_at(edge)))
+    else {
+        return bench.add_term(known.clone());
+    };
+    let left = bench.left_over(&sizes(bench, parameters));
+    let rows = steps::refined(bench, known.axis, &left[known.axis], from..to, within_rows);
+    let expression = local::window(bench.scene(), &rows);
+    bench.add_term(Term {
+        axis: known.axis,
+        form: Form::Product { expression },
+    })
+}
+
+/// Numbers and sizes of the terms on a bench that has nothing else.
+fn sizes(bench: &Workbench, parameters: &Parameters) -> Vec<(usize, f64)> {
+    let (values, _) = bench.term_sizes();
+    (parameters.count()..).zip(values).collect()
+}
+
+/// Edges \[s\] of a window of a recording that stands alone.
+fn edges_s(term: &Term) -> Option<[f64; 2]> {
+    let Form::Product { expression } = &term.form else {
+        return None;
+    };
+    let inside = expression.strip_prefix("window(")?.strip_suffix(')')?;
+    let (from, to) = inside.split_once(',')?;
+    Some([from.parse().ok()?, to.parse().ok()?])
 }
 
 /// Sizes of constants over stretches of time in `left_rad`; those that say nothing are dropped.

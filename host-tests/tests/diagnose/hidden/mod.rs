@@ -6,6 +6,7 @@
 //! In comments the strengths found here; the asserts hold them below a round figure, so that no case grows easier.
 
 mod case;
+mod shapes;
 
 use case::{
     Case, FLEXURE, STILL_SLEWS_AND_VIBRATION, WITHIN, coning, effect, holds, lost, mean_rad_s,

@@ -1,0 +1,273 @@
+//! What a gyro's rate wanders by where no physics moves it: nothing, a random walk, or flicker, of any strength.
+//!
+//! Enters: the bench, for its rows; a gyro's noise. Leaves: rows summed over [`Blocks`], and the covariance of such
+//! sums under each [`Wander`], as it is in time: periodograms of a walk leak, stretches of it do not fit together at
+//! their joints, and its mean depends on where it began, so that a Whittle likelihood of a few modes is no judge.
+//!
+//! Left out: what gyros share, walks and flicker at once (one of them is nearly always the better), and what is
+//! faster than half the blocks' rate.
+
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use super::noise::Noise;
+use super::workbench::Workbench;
+
+/// Blocks of a portion, in their gyros' noise: the work grows with the cube of their number.
+const MOST_BLOCKS: f64 = 160.0;
+
+/// Fewer have no room for a dozen columns and a walk.
+const FEWEST_BLOCKS: usize = 24;
+
+/// No block is shorter \[s\]: white noise of angle would fill it.
+const SHORTEST_BLOCK_S: f64 = 0.25;
+
+/// Variance that the rate gathers over the recording, over that of a block's white noise: from nothing to a thousand,
+/// or to what the blocks differ by.
+const WEAKEST: f64 = 1e-4;
+const STRONGEST: f64 = 1e3;
+
+/// Strengths of each kind between the two.
+const STRENGTHS: usize = 20;
+
+/// Sums of a portion's rows over blocks, none of which crosses a joint.
+pub struct Blocks {
+    /// The scene's rows in each.
+    pub scene_rows: Vec<Range<usize>>,
+    /// Which recording each is of.
+    pub recordings: Vec<usize>,
+    /// Rows in a block.
+    pub rows: usize,
+    /// Highest frequency that blocks show \[Hz\].
+    pub edge_hz: f64,
+    /// Places in the portion's rows, end to end.
+    places: Vec<Range<usize>>,
+    /// Unit variance over the span, of either kind.
+    kinds: [DMatrix<f64>; 2],
+}
+
+/// One way for the rate to wander.
+pub struct Wander {
+    /// As flicker, not as a walk.
+    pub flickers: bool,
+    /// ln of the determinant of the sums' covariance.
+    pub log_volume: f64,
+    root: DMatrix<f64>,
+}
+
+impl Wander {
+    /// Turns columns of sums into such as white noise of unit variance stands in.
+    pub fn whiten(&self, columns: &mut DMatrix<f64>) {
+        self.root.solve_lower_triangular_mut(columns);
+    }
+}
+
+impl Blocks {
+    /// Of the bench's portion; `None` where there are too few to tell a walk from anything.
+    pub fn of(bench: &Workbench) -> Option<Self> {
+        let portion = &bench.portion;
+        let streams = &bench.scene().streams;
+        let block_s = (portion.seconds() / MOST_BLOCKS).max(SHORTEST_BLOCK_S);
+        let rows = ((block_s * streams.rate_hz).round() as usize).max(1);
+        let (mut places, mut scene_rows) = (Vec::new(), Vec::new());
+        let mut before = 0;
+        for range in &portion.ranges {
+            for block in 0..range.len() / rows {
+                let first = block * rows;
+                places.push(before + first..before + first + rows);
+                scene_rows.push(range.start + first..range.start + first + rows);
+            }
+            before += range.len();
+        }
+        if places.len() < FEWEST_BLOCKS {
+            return None;
+        }
+        let recording = |own: &Range<usize>| {
+            let mut pieces = streams.pieces.iter();
+            pieces.position(|one| one.rows.contains(&(own.start + rows / 2)))
+        };
+        let recordings: Vec<usize> = scene_rows
+            .iter()
+            .map(|own| recording(own).unwrap_or(0))
+            .collect();
+        Some(Self::over(scene_rows, places, recordings, streams.rate_hz))
+    }
+
+    /// Blocks of as many rows each, at places end to end, of recordings by number.
+    pub(super) fn over(
+        scene_rows: Vec<Range<usize>>,
+        places: Vec<Range<usize>>,
+        recordings: Vec<usize>,
+        rate_hz: f64,
+    ) -> Self {
+        let rows = places[0].len();
+        let middle = |own: &Range<usize>| (own.start + rows / 2) as f64 / rate_hz;
+        let middles_s: Vec<f64> = scene_rows.iter().map(middle).collect();
+        let block_s = rows as f64 / rate_hz;
+        let kinds = [walk(&middles_s), flicker(&middles_s, block_s)].map(|mut kind| {
+            // Another recording began elsewhere.
+            for (a, of_a) in recordings.iter().enumerate() {
+                for (b, of_b) in recordings.iter().enumerate() {
+                    if of_a != of_b {
+                        kind[(a, b)] = 0.0;
+                    }
+                }
+            }
+            kind
+        });
+        Self {
+            scene_rows,
+            recordings,
+            rows,
+            edge_hz: 0.5 * rate_hz / rows as f64,
+            places,
+            kinds,
+        }
+    }
+
+    /// How many.
+    pub fn count(&self) -> usize {
+        self.places.len()
+    }
+
+    /// The portion's rows, summed.
+    pub fn sums(&self, rows: &[f64]) -> DVector<f64> {
+        let sums = self
+            .places
+            .iter()
+            .map(|place| rows[place.clone()].iter().sum());
+        DVector::from_iterator(self.places.len(), sums)
+    }
+
+    /// Every way to wander beside a gyro's white noise; `residual` says how strong the strongest is to be.
+    pub fn wanders(&self, noise: &Noise, residual: &DVector<f64>) -> Vec<Wander> {
+        let [angle_walk, white, ..] = noise.theta;
+        let steady = self.steady(angle_walk, white);
+        let level = steady.diagonal().mean();
+        let neighbours = residual.as_slice().windows(2);
+        let steps: f64 = neighbours.map(|pair| (pair[1] - pair[0]).powi(2)).sum();
+        let strongest = STRONGEST.max(steps / level);
+        let ratio = (strongest / WEAKEST).powf(1.0 / (STRENGTHS - 1) as f64);
+        let of = |(flickers, covariance): (bool, DMatrix<f64>)| {
+            let root = covariance.cholesky()?.unpack();
+            let log_volume = root.diagonal().iter().map(|d| 2.0 * d.ln()).sum();
+            Some(Wander {
+                flickers,
+                log_volume,
+                root,
+            })
+        };
+        let [walk, flicker] = &self.kinds;
+        let each = [(false, walk), (true, flicker)];
+        let each = each.into_iter().flat_map(|(flickers, kind)| {
+            let strengths = (0..STRENGTHS).map(|k| WEAKEST * ratio.powi(k as i32));
+            let steady = &steady;
+            strengths.map(move |strength| (flickers, steady + kind * (strength * level)))
+        });
+        std::iter::once((false, steady.clone()))
+            .chain(each)
+            .filter_map(of)
+            .collect()
+    }
+
+    /// Covariance of the noise without drift: a walk of the angle, and white noise of it, which neighbours share.
+    fn steady(&self, walk: f64, white: f64) -> DMatrix<f64> {
+        DMatrix::from_fn(self.places.len(), self.places.len(), |a, b| {
+            let adjoin = self.places[a].end == self.places[b].start
+                || self.places[b].end == self.places[a].start;
+            match (a == b, adjoin) {
+                (true, _) => self.rows as f64 * walk + 2.0 * white,
+                (_, true) => -white,
+                _ => 0.0,
+            }
+        })
+    }
+}
+
+/// Covariance of a walk that gathers unit variance over the span, and as much before it.
+fn walk(middles_s: &[f64]) -> DMatrix<f64> {
+    let first_s = middles_s[0];
+    let span_s = middles_s[middles_s.len() - 1] - first_s;
+    DMatrix::from_fn(middles_s.len(), middles_s.len(), |a, b| {
+        1.0 + (middles_s[a].min(middles_s[b]) - first_s) / span_s
+    })
+}
+
+/// Covariance of flicker of unit variance, from a sixteenth of the span's frequency to the blocks' band.
+fn flicker(middles_s: &[f64], block_s: f64) -> DMatrix<f64> {
+    const BELOW: f64 = 16.0;
+    const LINES: i32 = 240;
+    let span_s = middles_s[middles_s.len() - 1] - middles_s[0];
+    let (least_hz, most_hz) = (1.0 / (BELOW * span_s), 0.5 / block_s);
+    let ratio = (most_hz / least_hz).powf(1.0 / f64::from(LINES - 1));
+    // As many lines in each octave, all alike: power falls as 1/f.
+    let lines: Vec<f64> = (0..LINES).map(|k| TAU * least_hz * ratio.powi(k)).collect();
+    let power = f64::from(LINES).recip();
+    let mut covariance = DMatrix::zeros(middles_s.len(), middles_s.len());
+    for a in 0..middles_s.len() {
+        for b in 0..=a {
+            let apart_s = middles_s[a] - middles_s[b];
+            let sum: f64 = lines.iter().map(|line| (line * apart_s).cos()).sum();
+            covariance[(a, b)] = power * sum;
+            covariance[(b, a)] = power * sum;
+        }
+    }
+    covariance
+}
+
+/// Simulated rates, summed over blocks: what thresholds are calibrated on.
+#[cfg(test)]
+pub(super) mod simulated {
+    use super::*;
+    use rand::{RngExt as _, SeedableRng as _};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution as _, StandardNormal};
+
+    pub const BLOCKS: usize = 80;
+    pub const BLOCK_S: f64 = 0.5;
+    const ROWS: usize = 100;
+
+    /// Forty seconds of one recording.
+    pub fn blocks() -> Blocks {
+        let rows: Vec<Range<usize>> = (0..BLOCKS).map(|k| k * ROWS..(k + 1) * ROWS).collect();
+        Blocks::over(rows.clone(), rows, vec![0; BLOCKS], ROWS as f64 / BLOCK_S)
+    }
+
+    /// White noise of unit variance in each block.
+    pub fn white() -> Noise {
+        Noise {
+            theta: [1.0 / ROWS as f64, 0.0, 0.0, 0.0],
+            ..Noise::unit(ROWS as f64 / BLOCK_S)
+        }
+    }
+
+    /// What the rate does besides.
+    #[derive(Debug, Clone, Copy)]
+    pub enum Besides {
+        Nothing,
+        Walk,
+        Flicker,
+    }
+
+    pub const ALL: [Besides; 3] = [Besides::Nothing, Besides::Walk, Besides::Flicker];
+
+    /// One record: noise of one block's unit variance, and drift that gathers from a twentieth to twenty of its
+    /// deviations.
+    pub fn record(blocks: &Blocks, besides: Besides, seed: u64) -> DVector<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = |_, _| StandardNormal.sample(&mut rng);
+        let white = DVector::<f64>::from_fn(BLOCKS, &mut normal);
+        let drawn = DVector::<f64>::from_fn(BLOCKS, &mut normal);
+        let strength = 0.05 * 400_f64.powf(rng.random::<f64>());
+        let kind = match besides {
+            Besides::Nothing => return white,
+            // From nothing at the start on, as a walk in a simulation does.
+            Besides::Walk => &blocks.kinds[0] - DMatrix::from_element(BLOCKS, BLOCKS, 1.0),
+            Besides::Flicker => blocks.kinds[1].clone(),
+        };
+        let barely = DMatrix::identity(BLOCKS, BLOCKS) * 1e-9;
+        let root = (kind + barely).cholesky().expect("a covariance").unpack();
+        white + root * drawn * strength
+    }
+}

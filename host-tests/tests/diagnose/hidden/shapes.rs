@@ -1,0 +1,52 @@
+//! Slow shapes that a random walk of the rate would nearly make, and that no listed effect has.
+
+use super::case::{Case, holds, text, unlisted};
+use super::three_alike;
+
+/// Opens where rows are held out and shuts in the next regime: 5e-6 rad/s, 1 °/h, 24 standard deviations.
+#[test]
+fn a_window_that_opens_where_nothing_is_fitted_has_its_edges_there() {
+    let (size_rad_s, edges_s) = (5e-6, [30.0, 38.0]);
+    let drift = unlisted("y", size_rad_s, "window(30,38)");
+    let case = Case::diagnosed(Case::made(&three_alike(), &[drift], 41));
+    let kinds = case.kinds();
+    assert_eq!(kinds, ["unlisted"], "{:#?}", case.said.summary);
+    let found = case.found("unlisted");
+    assert_eq!(text(found, "axis"), Some("y"));
+    holds(found, &[("coefficient", size_rad_s)]);
+    let expression = text(found, "expression").expect("an expression");
+    let inside = expression.strip_prefix("window(");
+    let inside = inside.and_then(|rest| rest.strip_suffix(')'));
+    let (from, to) = inside
+        .and_then(|edges| edges.split_once(','))
+        .expect("a window");
+    for (edge, truth_s) in [from, to].into_iter().zip(edges_s) {
+        let edge_s: f64 = edge.parse().expect("a time");
+        // White noise of the angle lets an edge of this size lie a tenth of a second off.
+        assert!((edge_s - truth_s).abs() < 0.3, "{expression}");
+    }
+}
+
+/// 1.5e-5 rad/s that decays with 6 s: 44 standard deviations.
+#[test]
+fn a_rate_that_settles_is_a_decay_and_no_step() {
+    let size_rad_s = 1.5e-5;
+    let settling = unlisted("x", size_rad_s, "decay(6)");
+    let case = Case::diagnosed(Case::made(&three_alike(), &[settling], 42));
+    let kinds = case.kinds();
+    assert_eq!(kinds, ["unlisted"], "{:#?}", case.said.summary);
+    let found = case.found("unlisted");
+    let expression = text(found, "expression").expect("an expression");
+    let constant = expression.strip_prefix("decay(");
+    let constant = constant.and_then(|rest| rest.strip_suffix(')'));
+    let constant_s: f64 = constant
+        .and_then(|text| text.parse().ok())
+        .expect("a decay");
+    // Half octaves are tried.
+    assert!(
+        (constant_s / 6.0).ln().abs() < 0.5 * 2_f64.ln(),
+        "{expression}"
+    );
+    assert_eq!(text(found, "axis"), Some("x"));
+    assert!(case.held_out_gain() > 0.0);
+}
