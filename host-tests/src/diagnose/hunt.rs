@@ -96,10 +96,11 @@ pub fn hunt(
     let mut entered: Vec<(f64, f64)> = given.to_vec();
     let most_terms = MOST_TERMS + given.len();
     let mut left_idle: Vec<Term> = Vec::new();
+    let mut doubted: Vec<usize> = Vec::new();
     let mut trials = 0;
     loop {
         progress("weighing the listed effects");
-        let choice = select::select(bench, parameters, &allowed, declared);
+        let mut choice = select::select(bench, parameters, &allowed, declared);
         trials += choice.trials + 3 * products.names.len();
         let set: Vec<usize> = choice.chosen.iter().map(|one| one.effect).collect();
         let information = bench.information();
@@ -177,6 +178,7 @@ pub fn hunt(
                 allowed.retain(|&kept| kept != effect);
                 let reason = "drifting noise explains nearly as much".to_string();
                 vetoed.push((effect, reason));
+                doubted.push(effect);
                 continue;
             }
             Some(Suspect::Term(place)) => {
@@ -186,6 +188,12 @@ pub fn hunt(
                 continue;
             }
             None => {}
+        }
+        // What drift could have been is none of those that drift could not; it may be what they are all the same.
+        for one in &mut choice.chosen {
+            let more = select::rivals(parameters, &information, &doubted, &set, one.effect);
+            one.indistinguishable_from.extend(more);
+            one.indistinguishable_from.sort_unstable();
         }
         let first = parameters.count();
         let terms = bench

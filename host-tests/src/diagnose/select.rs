@@ -116,6 +116,17 @@ pub fn names(
         .collect()
 }
 
+/// Those of `others` that would explain what an effect of a set explains as well in its place.
+pub fn rivals(
+    parameters: &Parameters,
+    information: &Information,
+    others: &[usize],
+    set: &[usize],
+    effect: usize,
+) -> Vec<usize> {
+    Search::new(parameters, others).rivals(information, set, effect)
+}
+
 /// Width of the prior in a fit: the effect's typical size times [`FIT_PRIOR`]; for a term found in the data
 /// a thousand of its own standard errors, which leaves its value alone.
 pub fn prior_width(parameters: &Parameters, information: &Information, index: usize) -> f64 {
