@@ -144,9 +144,17 @@ fn borrowed<'a>(scene: &'a Scene, name: &str) -> Option<Cow<'a, [f64]>> {
 }
 
 /// Whether a channel moved enough to be recognised. Less than a twentieth of a kelvin is converter noise:
-/// no gyro coefficient turns it into a hundredth of a degree per hour.
+/// no gyro coefficient turns it into a hundredth of a degree per hour. A rate that is the Earth's and no more multiplies
+/// like a constant: what it explains is a bias.
 fn moves(name: &str, values: &[f64]) -> bool {
     const LEAST_SPAN_K: f64 = 0.05;
+    const LEAST_RATE_RAD_S: f64 = 3e-5;
+    if name.starts_with("omega_") || name.starts_with("abs_omega_") {
+        let count = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let square: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+        return (square / count).sqrt() > LEAST_RATE_RAD_S;
+    }
     let (least, most) = values
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| {
@@ -218,11 +226,27 @@ pub fn vocabulary(scene: &Scene) -> (Vec<Signal<'_>>, Vec<String>) {
     };
     alone.extend(named(&["temperature_rate", "dither_rate", "dither_angle"]));
     alone.retain(moving);
-    if scene.streams.at_rest.is_none() {
+    let turns = |factor: &Signal| factor.name.starts_with("omega_");
+    if scene.streams.at_rest.is_none() && factors.iter().any(turns) {
         alone.extend(of_third_order(&factors, &alone));
     }
     // Warming up, settling: a decay within the record, in steps of an octave.
     alone.extend([1, 2, 4, 8, 16, 32].map(|constant_s| format!("decay({constant_s})")));
     alone.push("time".to_string());
     (factors, alone)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rate_that_is_the_earths_alone_is_no_factor() {
+        let earth: Vec<f64> = (0..1000)
+            .map(|row| 7e-5 + 1e-6 * f64::from(row % 2))
+            .collect();
+        let turning: Vec<f64> = earth.iter().map(|rate| 100.0 * rate).collect();
+        assert!(!moves("omega_x", &earth) && !moves("abs_omega_x", &earth));
+        assert!(moves("omega_x", &turning) && moves("pressure", &earth));
+    }
 }
