@@ -81,8 +81,7 @@ pub fn search(
     set: &[usize],
     axis: usize,
 ) -> Result<Vec<Shape>, String> {
-    // Of a recording longer than memory these rows are stretches, and what is slow is in its blocks.
-    let Some(blocks) = Blocks::of(bench).filter(|_| bench.beside().is_none()) else {
+    let Some(blocks) = Blocks::of(bench) else {
         return Ok(Vec::new());
     };
     let kept = bench.terms().len();
