@@ -33,7 +33,7 @@ const AHEAD: f64 = 18.0;
 const AHEAD_CONSTANT: f64 = 9.0;
 
 /// The same for a term, which was picked among some hundred instants or expressions more.
-pub(super) const AHEAD_PICKED: f64 = 22.0;
+const AHEAD_PICKED: f64 = 22.0;
 
 /// ln of the likelihood by which a slow effect of one number must be ahead of an exactly wandering rate (slow.rs
 /// prints what chance comes to, `cargo test --release -p rlg --lib slow -- --ignored --nocapture`: of walks less than one
@@ -197,13 +197,14 @@ impl Beside {
         let whole = bench.beside().is_none();
         // A walk in time ends where it will, and needs no trend.
         let without_trends = &indices[..indices.len() - trends];
-        let slow = whole.then(|| Slow::new(bench, without_trends)).flatten();
+        let any_terms = bench.terms().len() > trends;
+        let slow = whole.then(|| Slow::new(bench, without_trends, any_terms));
         let information = bench.information_about(&indices);
         Self {
             noise: bench.noise,
             values: fitted(parameters, &information, &indices),
             information,
-            slow,
+            slow: slow.flatten(),
             indices,
         }
     }
@@ -319,7 +320,7 @@ fn with_trend(bench: &mut Workbench) -> Result<usize, String> {
 }
 
 /// A free trend of one gyro.
-pub(super) fn trend(axis: usize) -> Term {
+fn trend(axis: usize) -> Term {
     Term {
         axis,
         form: Form::Product {
@@ -329,7 +330,7 @@ pub(super) fn trend(axis: usize) -> Term {
 }
 
 /// Whittle log-likelihood of the best fit of a set and all terms under the bench's noise.
-pub(super) fn best_likelihood(bench: &Workbench, parameters: &Parameters, set: &[usize]) -> f64 {
+fn best_likelihood(bench: &Workbench, parameters: &Parameters, set: &[usize]) -> f64 {
     let indices = indices(bench, parameters, set);
     let information = bench.information_about(&indices);
     likelihood(bench, parameters, &information, &indices)

@@ -34,7 +34,7 @@ const SYSTEMATIC: f64 = 10.0 * REGRESSOR_FIDELITY;
 const PLAINER: f64 = 10.0;
 
 /// More regimes than this are no stretches of like motion but a long record cut in pieces.
-pub(super) const MOST_REGIMES: usize = 24;
+const MOST_REGIMES: usize = 24;
 
 /// Confines the products that do not act everywhere. `declared` is the noise that the model declares.
 pub fn confine(
@@ -72,7 +72,7 @@ pub fn confine(
 }
 
 /// The regimes of which the bench has rows.
-pub(super) fn shown<'a>(bench: &Workbench, regimes: &'a [Regime]) -> Vec<&'a Regime> {
+fn shown<'a>(bench: &Workbench, regimes: &'a [Regime]) -> Vec<&'a Regime> {
     let any = |regime: &&Regime| {
         let own = std::slice::from_ref(&regime.rows);
         !intersect(own, &bench.portion.ranges).is_empty()
@@ -154,7 +154,7 @@ fn acting(
 }
 
 /// Value and variance of each of `terms` beside everything on the bench, and ln L of all. The bench is left as it was.
-pub(super) fn measured(
+fn measured(
     bench: &mut Workbench,
     parameters: &Parameters,
     set: &[usize],
@@ -199,7 +199,7 @@ pub(super) fn window(scene: &Scene, rows: &Range<usize>) -> String {
 }
 
 /// Sizes of everything as the bench now has it.
-pub(super) fn renew(bench: &Workbench, parameters: &Parameters, set: &[usize], catch: &mut Catch) {
+fn renew(bench: &Workbench, parameters: &Parameters, set: &[usize], catch: &mut Catch) {
     let (indices, solution) = joint(bench, parameters, set);
     for one in &mut catch.choice.chosen {
         let at = |index| indices.iter().position(|&known| known == index);

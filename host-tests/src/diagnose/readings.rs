@@ -7,7 +7,7 @@
 //! and it is run with the declared noise. The readings are compared by Whittle likelihood, every parameter and
 //! drifting term paid for; physics must win clearly against noise.
 
-use super::drift::inflation;
+use super::drift::{DRIFTS, inflation};
 use super::empirical::{Form, Term};
 use super::hunt::{self, Catch};
 use super::noise::{Declared, Noise};
@@ -15,9 +15,6 @@ use super::products::Products;
 use super::shapes;
 use super::split::Regime;
 use super::workbench::{Parameters, Workbench};
-
-/// Drift is in question when it raises S at the lowest frequencies by more than this factor.
-const INFLATED: f64 = 1.3;
 
 /// What a free number costs: half the logarithm of the few hundred bins in which drift lives.
 pub(super) const PRICE: f64 = 3.0;
@@ -53,7 +50,7 @@ pub fn best(bench: &mut Workbench, hunt: &Hunt, progress: &dyn Fn(&str)) -> Resu
     let drifts = fitted
         .iter()
         .chain(&bench.noise)
-        .any(|noise| inflation(noise, seconds) > INFLATED);
+        .any(|noise| inflation(noise, seconds) > DRIFTS);
     let known = hunt
         .declared
         .iter()
@@ -66,7 +63,7 @@ pub fn best(bench: &mut Workbench, hunt: &Hunt, progress: &dyn Fn(&str)) -> Resu
         let drifting = bench
             .noise
             .iter()
-            .filter(|noise| inflation(noise, seconds) > INFLATED)
+            .filter(|noise| inflation(noise, seconds) > DRIFTS)
             .count();
         // A term was picked among hundreds of instants and expressions.
         let picked = PICKED * catch.terms.len() as f64;
@@ -134,7 +131,7 @@ fn put_shapes(
     let mut any = false;
     for axis in 0..3 {
         let own = |term: &Term| term.axis == axis && is_slow(term);
-        let drifts = inflation(&bench.noise[axis], seconds) > INFLATED;
+        let drifts = inflation(&bench.noise[axis], seconds) > DRIFTS;
         if !drifts && !bench.terms().iter().any(own) {
             continue;
         }

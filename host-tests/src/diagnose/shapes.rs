@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::ops::Range;
 
+use super::drift;
 use super::empirical::{Form, Term};
 use super::local;
 use super::slow;
@@ -81,14 +82,14 @@ pub fn search(
     set: &[usize],
     axis: usize,
 ) -> Result<Vec<Shape>, String> {
-    let Some(blocks) = Blocks::of(bench) else {
+    let Some(blocks) = Blocks::of(bench, true) else {
         return Ok(Vec::new());
     };
     let kept = bench.terms().len();
     let patterns = Patterns::new(&blocks, &|row| bench.scene().streams.since_start_s(row));
     let mut found: Vec<Shape> = Vec::new();
     while found.len() < MOST_SHAPES {
-        let (indices, _) = local::joint(bench, parameters, set);
+        let indices = drift::indices(bench, parameters, set);
         let (_, sums) = slow::sums(bench, &indices, axis, &blocks);
         let last = sums.ncols() - 1;
         let residual = sums.column(last).into_owned();

@@ -37,9 +37,9 @@ pub struct Slow {
 }
 
 impl Slow {
-    /// Of all parameters in `indices`; `None` where there are too few blocks to tell a walk from anything.
-    pub fn new(bench: &Workbench, indices: &[usize]) -> Option<Self> {
-        let blocks = Blocks::of(bench)?;
+    /// Of all parameters in `indices`, flicker where it will be asked about; `None` where there are too few blocks to tell a walk from anything.
+    pub fn new(bench: &Workbench, indices: &[usize], or_flickers: bool) -> Option<Self> {
+        let blocks = Blocks::of(bench, or_flickers)?;
         let gyros = (0..3_usize)
             .into_par_iter()
             .map(|axis| of_gyro(bench, indices, axis, &blocks))

@@ -53,7 +53,7 @@ pub fn settle(
     let windows = entered.len();
     loop {
         let (values, stds) = bench.term_sizes();
-        let left = bench.left_over(&sizes(&bench, parameters));
+        let left = bench.left_over(&numbered(parameters, &values));
         let best = steps::steps(&bench, &left)
             .into_iter()
             .chain(events::slips(&bench, &left))
@@ -101,7 +101,7 @@ fn is_drift(bench: &Workbench, parameters: &Parameters, term: &Term) -> bool {
     }
     let all = parameters.count()..parameters.count() + bench.terms().len();
     let own = all.end - 1..all.end;
-    let slow = Slow::new(bench, &all.collect::<Vec<_>>());
+    let slow = Slow::new(bench, &all.collect::<Vec<_>>(), true);
     slow.is_some_and(|slow| slow.ahead(&[own], true) < AHEAD_JUMP)
 }
 
@@ -118,7 +118,8 @@ fn add_window(
     else {
         return bench.add_term(known.clone());
     };
-    let left = bench.left_over(&sizes(bench, parameters));
+    let (values, _) = bench.term_sizes();
+    let left = bench.left_over(&numbered(parameters, &values));
     let rows = steps::refined(bench, known.axis, &left[known.axis], from..to, within_rows);
     let expression = local::window(bench.scene(), &rows);
     bench.add_term(Term {
@@ -127,10 +128,9 @@ fn add_window(
     })
 }
 
-/// Numbers and sizes of the terms on a bench that has nothing else.
-fn sizes(bench: &Workbench, parameters: &Parameters) -> Vec<(usize, f64)> {
-    let (values, _) = bench.term_sizes();
-    (parameters.count()..).zip(values).collect()
+/// Sizes of the terms on a bench with the numbers that they have there.
+fn numbered(parameters: &Parameters, sizes: &[f64]) -> Vec<(usize, f64)> {
+    (parameters.count()..).zip(sizes.iter().copied()).collect()
 }
 
 /// Edges \[s\] of a window of a recording that stands alone.

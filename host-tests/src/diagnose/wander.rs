@@ -43,8 +43,8 @@ pub struct Blocks {
     pub edge_hz: f64,
     /// Places in the portion's rows, end to end.
     places: Vec<Range<usize>>,
-    /// Unit variance over the span, of either kind.
-    kinds: [DMatrix<f64>; 2],
+    /// Unit variance over the span, of each kind that is asked about, and whether it is flicker.
+    kinds: Vec<(bool, DMatrix<f64>)>,
 }
 
 /// One way for the rate to wander.
@@ -64,8 +64,8 @@ impl Wander {
 }
 
 impl Blocks {
-    /// Of the bench's portion; `None` where there are too few to tell a walk from anything.
-    pub fn of(bench: &Workbench) -> Option<Self> {
+    /// Of the bench's portion, for walks or for flicker, too; `None` where there are too few to tell a walk from anything.
+    pub fn of(bench: &Workbench, or_flickers: bool) -> Option<Self> {
         let portion = &bench.portion;
         let streams = &bench.scene().streams;
         let block_s = (portion.seconds() / MOST_BLOCKS).max(SHORTEST_BLOCK_S);
@@ -91,7 +91,9 @@ impl Blocks {
             .iter()
             .map(|own| recording(own).unwrap_or(0))
             .collect();
-        Some(Self::over(scene_rows, places, recordings, streams.rate_hz))
+        let rate_hz = streams.rate_hz;
+        let blocks = Self::over(scene_rows, places, recordings, rate_hz, or_flickers);
+        Some(blocks)
     }
 
     /// Blocks of as many rows each, at places end to end, of recordings by number.
@@ -100,12 +102,17 @@ impl Blocks {
         places: Vec<Range<usize>>,
         recordings: Vec<usize>,
         rate_hz: f64,
+        or_flickers: bool,
     ) -> Self {
         let rows = places[0].len();
         let middle = |own: &Range<usize>| (own.start + rows / 2) as f64 / rate_hz;
         let middles_s: Vec<f64> = scene_rows.iter().map(middle).collect();
         let block_s = rows as f64 / rate_hz;
-        let kinds = [walk(&middles_s), flicker(&middles_s, block_s)].map(|mut kind| {
+        let mut kinds = vec![(false, walk(&middles_s))];
+        if or_flickers {
+            kinds.push((true, flicker(&middles_s, block_s)));
+        }
+        for (_, kind) in &mut kinds {
             // Another recording began elsewhere.
             for (a, of_a) in recordings.iter().enumerate() {
                 for (b, of_b) in recordings.iter().enumerate() {
@@ -114,8 +121,7 @@ impl Blocks {
                     }
                 }
             }
-            kind
-        });
+        }
         Self {
             scene_rows,
             recordings,
@@ -158,12 +164,10 @@ impl Blocks {
                 root,
             })
         };
-        let [walk, flicker] = &self.kinds;
-        let each = [(false, walk), (true, flicker)];
-        let each = each.into_iter().flat_map(|(flickers, kind)| {
+        let each = self.kinds.iter().flat_map(|(flickers, kind)| {
             let strengths = (0..STRENGTHS).map(|k| WEAKEST * ratio.powi(k as i32));
             let steady = &steady;
-            strengths.map(move |strength| (flickers, steady + kind * (strength * level)))
+            strengths.map(move |strength| (*flickers, steady + kind * (strength * level)))
         });
         std::iter::once((false, steady.clone()))
             .chain(each)
@@ -231,7 +235,13 @@ pub(super) mod simulated {
     /// Forty seconds of one recording.
     pub fn blocks() -> Blocks {
         let rows: Vec<Range<usize>> = (0..BLOCKS).map(|k| k * ROWS..(k + 1) * ROWS).collect();
-        Blocks::over(rows.clone(), rows, vec![0; BLOCKS], ROWS as f64 / BLOCK_S)
+        Blocks::over(
+            rows.clone(),
+            rows,
+            vec![0; BLOCKS],
+            ROWS as f64 / BLOCK_S,
+            true,
+        )
     }
 
     /// White noise of unit variance in each block.
@@ -263,8 +273,8 @@ pub(super) mod simulated {
         let kind = match besides {
             Besides::Nothing => return white,
             // From nothing at the start on, as a walk in a simulation does.
-            Besides::Walk => &blocks.kinds[0] - DMatrix::from_element(BLOCKS, BLOCKS, 1.0),
-            Besides::Flicker => blocks.kinds[1].clone(),
+            Besides::Walk => &blocks.kinds[0].1 - DMatrix::from_element(BLOCKS, BLOCKS, 1.0),
+            Besides::Flicker => blocks.kinds[1].1.clone(),
         };
         let barely = DMatrix::identity(BLOCKS, BLOCKS) * 1e-9;
         let root = (kind + barely).cholesky().expect("a covariance").unpack();
