@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::hypotheses::CATALOGUE;
+use super::hypotheses::{CATALOGUE, Subject};
 use super::noise::Noise;
 use super::portion::Portion;
 use super::regressor::Regressor;
@@ -23,8 +23,9 @@ pub struct Column {
     pub bins: Regressor,
 }
 
-/// The columns of `effects`, linearised at `at`, where they have any.
+/// The columns of `effects` in the readings of `subject`, linearised at `at`, where they have any.
 pub fn make(
+    subject: Subject,
     scene: &Scene,
     parameters: &Parameters,
     portion: &Portion,
@@ -40,7 +41,8 @@ pub fn make(
         .into_par_iter()
         .filter_map(|(index, axis)| {
             let ParameterId { effect, parameter } = parameters.id(index)?;
-            let values = CATALOGUE[effect].column(scene, &at[effect], parameter, axis)?;
+            let values =
+                CATALOGUE[effect].column_on(subject, scene, &at[effect], (parameter, axis))?;
             Some(Column {
                 axis,
                 index,
@@ -53,7 +55,7 @@ pub fn make(
 /// Makes the columns of one effect anew, linearised at `at`, in the place of those it had.
 pub fn renew(
     columns: &mut Vec<Column>,
-    scene: &Scene,
+    (subject, scene): (Subject, &Scene),
     parameters: &Parameters,
     portion: &Portion,
     effect: usize,
@@ -61,7 +63,7 @@ pub fn renew(
 ) {
     let of = parameters.of(effect);
     columns.retain(|column| !of.contains(&column.index));
-    columns.extend(make(scene, parameters, portion, &[effect], at));
+    columns.extend(make(subject, scene, parameters, portion, &[effect], at));
     columns.sort_by_key(|column| (column.axis, column.index));
 }
 

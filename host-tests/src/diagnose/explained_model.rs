@@ -78,6 +78,15 @@ impl Findings<'_> {
     }
 }
 
+/// A model with chosen effects switched on, and nothing else that was found.
+pub(super) fn with_chosen(model: &Model, chosen: &[Chosen]) -> Model {
+    let mut explained = model.clone();
+    for one in chosen {
+        switch_on(&mut explained, effect_of(one));
+    }
+    explained
+}
+
 /// A chosen effect as the model has it.
 pub(super) fn effect_of(one: &Chosen) -> ModelEffect {
     let card = CATALOGUE[one.effect].card();

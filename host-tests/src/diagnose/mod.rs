@@ -352,6 +352,21 @@ pub fn diagnose_aligned(
         catch.terms.extend(events.map_err(unusable)?);
     }
 
+    let left_bins = bench.left_over(&catch.values);
+    let otherwise = match scene.streams.accelerometers {
+        Ok(_) => accelerometer::otherwise(&mut bench, &parameters, &candidates, &catch.choice),
+        Err(_) => Vec::new(),
+    };
+    let portion = bench.portion;
+    let given = accelerometer::Given { model, left_out };
+    let mut gyros = accelerometer::Gyros {
+        parameters: &parameters,
+        candidates: &candidates,
+        catch: &mut catch,
+        otherwise,
+    };
+    let accelerometers = accelerometer::weigh(&mut scene, &given, &mut gyros, progress);
+
     progress("locating");
     let all_rows: Vec<std::ops::Range<usize>> = split
         .fitted
@@ -370,6 +385,7 @@ pub fn diagnose_aligned(
         locate::join(&tiles, &split.regimes, &all_rows)
     };
     let mut locations = locate(&before_rad, &noise);
+    let products = Products::new(&scene);
     explain::name_regimes(&mut locations, &catch, &products);
     let fitted = &split.fitted;
     coherence::accompany(
@@ -423,12 +439,11 @@ pub fn diagnose_aligned(
     }
     rows_found.held_out_rad_s = [&before_rad, &after_rad]
         .map(|residual_rad| rows_found::scatter_rad_s(residual_rad, &split.held_out, rate_hz));
-    let left_bins = bench.left_over(&catch.values);
     let compared = excess::excess(
         &excess::Left {
             scene: &scene,
             regimes: &split.regimes,
-            portion: &bench.portion,
+            portion: &portion,
             bins: &left_bins,
             noise: &noise,
         },
@@ -501,8 +516,7 @@ pub fn diagnose_aligned(
         model: findings.explained_model(model),
         pictures: Some(pictures),
     };
-    let given = accelerometer::Given { model, left_out };
-    accelerometer::add(&mut scene, &given, &mut outcome, progress);
+    accelerometer::add(accelerometers, &mut outcome);
     Ok(outcome)
 }
 

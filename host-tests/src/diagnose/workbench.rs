@@ -7,7 +7,7 @@ use super::bench::Bench;
 use super::blocks::{Beside, Blocks};
 use super::columns::{self, Column};
 use super::empirical::Term;
-use super::hypotheses::{CATALOGUE, Sought};
+use super::hypotheses::{CATALOGUE, Sought, Subject};
 use super::information::{Drift, Information, Nuisance};
 use super::noise::{self, Declared, Noise, Series};
 use super::portion::{Bins, Portion};
@@ -119,7 +119,7 @@ impl<'a> Workbench<'a> {
             residual: [0, 1, 2].map(|axis| portion.transform(&residual_rad[axis])),
             joints: regressors(&portion.joints()),
             nuisances: Default::default(),
-            columns: columns::make(scene, parameters, &portion, effects, at),
+            columns: columns::make(Subject::Gyros, scene, parameters, &portion, effects, at),
             portion,
             noise,
             terms: Vec::new(),
@@ -485,7 +485,7 @@ impl Bench for Workbench<'_> {
         self.at[effect] = at.to_vec();
         columns::renew(
             &mut self.columns,
-            self.scene,
+            (Subject::Gyros, self.scene),
             self.parameters,
             &self.portion,
             effect,

@@ -114,17 +114,65 @@ fn an_effect_of_a_gyro_and_one_of_an_accelerometer_are_both_named() {
     sizes_are(&diagnosis.effects[1], &tilt);
 }
 
-#[test]
-fn a_turned_reference_is_not_taken_for_turned_accelerometers() {
-    let turned = [("x", 2e-4), ("y", -1e-4), ("z", 3e-4)];
-    let simulation = recorded(&concealed("reference_misalignment", &turned), 4);
+/// `kind` alone is named, and none of `others` beside it: gravity, which the accelerometers feel, moves with the case.
+fn is_told_from(others: &[&str], kind: &str, truth: &[(&str, f64)]) {
+    let simulation = recorded(&concealed(kind, truth), 4);
     let diagnosis = diagnosed(&simulation, &simulation.model).diagnosis;
-    assert_eq!(
-        kinds(&diagnosis),
-        ["reference_misalignment"],
-        "{:#?}",
-        diagnosis.summary
-    );
+    assert_eq!(kinds(&diagnosis), [kind], "{:#?}", diagnosis.summary);
+    let alike = &diagnosis.effects[0].indistinguishable_from;
+    let any = others
+        .iter()
+        .any(|other| alike.iter().any(|kind| kind == other));
+    assert!(!any, "{alike:?}");
+    sizes_are(&diagnosis.effects[0], truth);
+}
+
+const TURNED: [(&str, f64); 3] = [("x", 2e-4), ("y", -1e-4), ("z", 3e-4)];
+
+const SCALED: [(&str, f64); 3] = [("x", 4e-5), ("y", -3e-5), ("z", 6e-5)];
+
+#[test]
+fn gravity_tells_a_turned_reference_from_turned_gyros_and_accelerometers() {
+    is_told_from(&["installation"], "reference_misalignment", &TURNED);
+}
+
+#[test]
+fn gravity_tells_gyros_all_turned_alike_from_a_turned_reference() {
+    // The same to the gyros as the reference turned by TURNED: delta_ij = r_j.
+    let gyros = [
+        ("xy", -1e-4),
+        ("xz", 3e-4),
+        ("yx", 2e-4),
+        ("yz", 3e-4),
+        ("zx", 2e-4),
+        ("zy", -1e-4),
+    ];
+    is_told_from(&["reference_misalignment"], "installation", &gyros);
+}
+
+#[test]
+fn gravity_tells_whose_scale_is_wrong() {
+    is_told_from(&["gyro_scale"], "reference_scale", &SCALED);
+    is_told_from(&["reference_scale"], "gyro_scale", &SCALED);
+}
+
+#[test]
+fn gravity_tells_whose_clock_is_late() {
+    is_told_from(&["gyro_delay"], "reference_delay", &[("all", 3e-4)]);
+    let gyros = [("x", 3e-4), ("y", 3e-4), ("z", 3e-4)];
+    is_told_from(&["reference_delay"], "gyro_delay", &gyros);
+}
+
+#[test]
+fn errors_of_the_reference_and_of_the_gyros_beside_each_other_are_told_apart() {
+    let gyros = [("x", -5e-5), ("y", 7e-5), ("z", 2e-5)];
+    let both = concealed("reference_scale", &SCALED) + &concealed("gyro_scale", &gyros);
+    let simulation = recorded(&both, 5);
+    let diagnosis = diagnosed(&simulation, &simulation.model).diagnosis;
+    let expected = ["gyro_scale", "reference_scale"];
+    assert_eq!(kinds(&diagnosis), expected, "{:#?}", diagnosis.summary);
+    sizes_are(&diagnosis.effects[0], &gyros);
+    sizes_are(&diagnosis.effects[1], &SCALED);
 }
 
 #[test]

@@ -6,7 +6,7 @@
 
 use crate::diagnose::bench::Bench;
 use crate::diagnose::columns::{self, Column};
-use crate::diagnose::hypotheses::CATALOGUE;
+use crate::diagnose::hypotheses::{CATALOGUE, Subject};
 use crate::diagnose::information::{Information, fit_away};
 use crate::diagnose::noise::{self, Declared, Noise};
 use crate::diagnose::portion::{Bins, Portion};
@@ -49,7 +49,14 @@ impl<'a> ForceBench<'a> {
             residual_m_s,
             residual: [0, 1, 2].map(|axis| portion.transform(&residual_m_s[axis])),
             joints: regressors(&portion.joints()),
-            columns: columns::make(scene, parameters, &portion, effects, at),
+            columns: columns::make(
+                Subject::Accelerometers,
+                scene,
+                parameters,
+                &portion,
+                effects,
+                at,
+            ),
             portion,
             noise,
             at: at.to_vec(),
@@ -124,7 +131,7 @@ impl<'a> ForceBench<'a> {
         let mut shifted: Triad = self.residual_m_s.clone();
         for (effect, entry) in CATALOGUE.iter().enumerate() {
             let at = &self.at[effect];
-            if entry.is_linear() || at.iter().all(|value| *value == 0.0) {
+            if is_linear(effect) || at.iter().all(|value| *value == 0.0) {
                 continue;
             }
             add_triad(&mut shifted, &entry.prediction(self.scene, at), -1.0);
@@ -135,12 +142,17 @@ impl<'a> ForceBench<'a> {
                 continue;
             };
             let value = self.at[effect][parameter];
-            if CATALOGUE[effect].is_linear() || value == 0.0 {
+            if is_linear(effect) || value == 0.0 {
                 continue;
             }
             column.bins.add_to(&mut self.residual[column.axis], value);
         }
     }
+}
+
+/// Whether the force goes with an effect's parameters as a straight line: so small a turn of the reference always does.
+fn is_linear(effect: usize) -> bool {
+    CATALOGUE[effect].is_linear() || CATALOGUE[effect].turns_reference()
 }
 
 impl Bench for ForceBench<'_> {
@@ -165,7 +177,7 @@ impl Bench for ForceBench<'_> {
         self.at[effect] = at.to_vec();
         columns::renew(
             &mut self.columns,
-            self.scene,
+            (Subject::Accelerometers, self.scene),
             self.parameters,
             &self.portion,
             effect,

@@ -25,6 +25,8 @@ use crate::model::ModelEffect;
 pub struct Carried {
     /// Mean of body-from-start, `[body axis][start axis]`.
     pub body_from_start: [Triad; 3],
+    /// ∫ω dt \[rad\].
+    pub angle_rad: Triad,
     /// ∫α dt \[rad/s\].
     pub turned_rad_s: Triad,
     /// ∫ω_i ω_j dt \[rad²/s\].
@@ -35,6 +37,7 @@ impl Carried {
     /// Carries the accelerometers through the motion.
     pub fn new(scene: &Scene, rows: &Rows, effects: &[ModelEffect]) -> Self {
         let case_rad = case_rad(scene, effects);
+        let angle_rad = [0, 1, 2].map(|axis: usize| rows.gather(&case_rad[axis]));
         let parts = parts(scene.motion_edge_hz, scene.streams.rate_hz);
         let fine = Fine::new(case_rad, scene, parts);
         let means = mean_rotation(&fine.increments_rad, parts);
@@ -58,6 +61,7 @@ impl Carried {
                     mean
                 })
             }),
+            angle_rad,
             turned_rad_s: [0, 1, 2].map(|axis| rows.gather(&scene.case_ahead_rad(axis, 1, 0.0))),
             squared_rad2_s: [0, 1, 2].map(|i| [0, 1, 2].map(|j| product(i.min(j), i.max(j)))),
         }
@@ -79,6 +83,27 @@ impl Carried {
             .iter()
             .zip(&self.turned_rad_s[k])
             .map(|(square, turned)| square + sign * turned)
+            .collect()
+    }
+
+    /// How far the body is turned at the middle of each row \[rad, body axes\] where it turns by `more` over a row beyond
+    /// what it reads: ∫ start-from-body δω dt, to the first order of δω. `more` is given a row's ∫ω dt and ∫α dt.
+    pub fn turned_beyond_rad(
+        &self,
+        more: impl Fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>,
+    ) -> Vec<Vector3<f64>> {
+        let of = |triad: &Triad, row: usize| Vector3::from_fn(|axis, _| triad[axis][row]);
+        let mut at_start = Vector3::zeros();
+        (0..self.angle_rad[0].len())
+            .map(|row| {
+                let means = &self.body_from_start;
+                let body_from_start = Matrix3::from_fn(|body, start| means[body][start][row]);
+                let own = more(&of(&self.angle_rad, row), &of(&self.turned_rad_s, row));
+                let own = body_from_start.transpose() * own;
+                let middle = at_start + 0.5 * own;
+                at_start += own;
+                body_from_start * middle
+            })
             .collect()
     }
 

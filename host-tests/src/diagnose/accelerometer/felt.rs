@@ -6,6 +6,8 @@
 //!
 //! Columns use this force, not the measured one: noise in a regressor would pull its coefficient to zero.
 
+use nalgebra::Vector3;
+
 use super::carried::Carried;
 use super::rows::Rows;
 use super::vertical::Vertical;
@@ -61,6 +63,23 @@ impl Felt {
     pub fn sensed_from_force(&self, axis: usize, force: impl Iterator<Item = f64>) -> Vec<f64> {
         let factor = self.rows.period_s() / (1.0 - self.scale_error[axis]);
         force.map(|force| force * factor).collect()
+    }
+
+    /// What accelerometer `axis` would read beyond its prediction \[m/s\] were the body turned by `more` than it is taken to
+    /// be over each row, given that row's ∫ω dt and ∫α dt: −φ × f.
+    pub fn sensed_if_turned(
+        &self,
+        axis: usize,
+        more: impl Fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>,
+    ) -> Vec<f64> {
+        let turned = self.carried.turned_beyond_rad(more);
+        let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
+        let forces = self.force_m_s2[j].iter().zip(&self.force_m_s2[k]);
+        let beyond = turned.iter().zip(forces);
+        self.sensed_from_force(
+            axis,
+            beyond.map(|(by, (at_j, at_k))| by[k] * at_j - by[j] * at_k),
+        )
     }
 
     /// The same from a velocity gained over each row \[m/s\].

@@ -1,10 +1,11 @@
 //! The same road for the accelerometers: what the model leaves out of the specific force.
 //!
 //! rows → carried (attitude, lever arms) → vertical → felt (prediction) → residual → level (noise) → shaken (what no
-//! gravity explains is left out) → search (bench, select, reach, steady, rivals) → validate → words
+//! gravity explains is left out) → search (bench, select, reach, steady, rivals) → whose (the gyros' error or their
+//! reference's, and once more) → validate → words
 //!
-//! Enters: a recording, its model with what the gyros' road found, and the scene of that road. Leaves: findings
-//! added to its [`Outcome`](super::Outcome). Predicted is the force of a unit that is turned and not shaken:
+//! Enters: a recording's model, the scene of the gyros' road and what was found on it. Leaves: that, with names that gravity
+//! decided, and findings to be added to its [`Outcome`](super::Outcome). Predicted is the force of a unit that is turned and not shaken:
 //! gravity, carried by the reference, and what lever arms feel of the turning.
 //!
 //! At rest gravity is one number for three accelerometers: nothing is named there (words.rs says what is not).
@@ -34,10 +35,13 @@ pub mod steady;
 
 pub mod vertical;
 
+mod whose;
+
 mod words;
 
 use std::ops::Range;
 
+use super::explained_model::with_chosen;
 use super::hypotheses::{CATALOGUE, Subject, is_left};
 use super::invariance::Verdict;
 use super::locate::{self, Location};
@@ -48,7 +52,6 @@ use super::select::Choice;
 use super::split::{self, Split};
 use super::streams::{Streams, Triad};
 use super::validate::{self, Validation};
-use super::workbench::Parameters;
 use super::{LEAST_FITTED_S, Outcome};
 use crate::model::Model;
 
@@ -56,9 +59,11 @@ use carried::Carried;
 use felt::Felt;
 use level::{declared, quiet_noise};
 use residual::{residual_m_s, scene_felt};
-use search::{search, settle_vertical};
+use search::{Weighed, search, settle_vertical};
 use shaken::{name_shaken, without_shaken};
 use vertical::Vertical;
+
+pub use whose::{Gyros, otherwise};
 
 /// What is given.
 pub struct Given<'a> {
@@ -69,9 +74,8 @@ pub struct Given<'a> {
 }
 
 /// What the accelerometers showed.
-struct Found<'a> {
-    streams: &'a Streams,
-    felt: &'a Felt,
+pub struct Found {
+    streams: Streams,
     noise: [Noise; 3],
     declared: [Declared; 3],
     choice: Choice,
@@ -82,103 +86,145 @@ struct Found<'a> {
     validations: Vec<Validation>,
     /// Names of regimes left out because the case was shaken in them.
     shaken: Vec<String>,
+    /// What of the recording has a known attitude \[s\], where that is not all of it.
+    carried_s: Option<[f64; 2]>,
     candidates: Vec<usize>,
 }
 
-/// Diagnoses the accelerometers and adds what they show.
-pub fn add(scene: &mut Scene, given: &Given, outcome: &mut Outcome, progress: &dyn Fn(&str)) {
-    progress("predicting the accelerometers");
-    let (streams, split) = match prepare(scene, given, &outcome.model) {
-        Ok(prepared) => prepared,
-        Err(reason) => {
-            words::say_why_not(&reason, outcome);
-            return;
-        }
-    };
-    let parameters = Parameters::of_catalogue();
-    let candidates: Vec<usize> = (0..CATALOGUE.len())
+/// Weighs the accelerometers' effects, and with them what the gyros found by what gravity says of their reference. Why
+/// nothing was weighed, where there is a reason.
+pub fn weigh(
+    scene: &mut Scene,
+    given: &Given,
+    gyros: &mut Gyros,
+    progress: &dyn Fn(&str),
+) -> Result<Found, String> {
+    let own: Vec<usize> = (0..CATALOGUE.len())
         .filter(|&effect| CATALOGUE[effect].subject() == Subject::Accelerometers)
         .filter(|&effect| is_left(effect, given.left_out))
         .collect();
-    let quietest = |residual: &Triad| quiet_noise(scene_felt(scene), residual, &split);
-    let noise = quietest(&residual_m_s(scene, given));
-    settle_vertical(scene, given, &parameters, &split, noise);
-    let first = residual_m_s(scene, given);
-    let was_shaken = shaken::shaken(scene, &first, &parameters, &candidates, &split, noise);
-    let shaken: Vec<String> = name_shaken(&split, &was_shaken);
-    let split = without_shaken(split, &was_shaken);
-    let rate_hz = streams.rate_hz;
-    if Portion::new(split.fitted.clone(), rate_hz)
-        .is_none_or(|portion| portion.seconds() < LEAST_FITTED_S)
-    {
-        let reason = "less than two seconds in which the case was turned and not shaken";
-        words::say_why_not(reason, outcome);
-        return;
-    }
-    settle_vertical(scene, given, &parameters, &split, noise);
-
-    progress("weighing the accelerometers' effects");
-    let declared = [declared(given.model, rate_hz); 3];
-    let weighed = search(
-        scene,
-        given,
-        &parameters,
-        &candidates,
-        &split,
-        (noise, &declared),
-    );
-    let noise = weighed.noise;
-
-    let all_rows: Vec<Range<usize>> = split
-        .fitted
-        .iter()
-        .chain(&split.held_out)
-        .cloned()
-        .collect();
-    let locate = |residual: &Triad| {
-        let tiles = locate::tiles(&streams, residual, &noise, &split.regimes, &all_rows);
-        locate::join(&tiles, &split.regimes, &all_rows)
-    };
-    let locations = locate(&weighed.before);
-    let mut left = locate(&weighed.after);
-    for location in &mut left {
-        let best = weighed
-            .grows
-            .as_ref()
-            .and_then(|grows| grows[location.axis].as_ref());
-        if let Some(best) = best {
-            location.regime = format!("grows as {}", best.name);
+    let open = whose::open(&gyros.catch.choice, gyros.candidates);
+    let both = [&own[..], &open[..]].concat();
+    let mut look = Look::new(scene, given, gyros, &both, progress)?;
+    if !open.is_empty() {
+        let felt = &look.weighed.choice.chosen;
+        let any_felt = felt.iter().any(|one| open.contains(&one.effect));
+        let said = whose::said(scene, (&look.weighed, &look.split), gyros, &open);
+        let changed = said.is_some_and(|said| whose::decide(gyros, &said, &open, &look.weighed));
+        if changed || any_felt {
+            look = Look::new(scene, given, gyros, &own, progress)?;
         }
     }
-    let validations = validate::validate(
-        &weighed.before,
-        &weighed.after,
-        &noise,
-        (&split.held_out, [0.0, f64::INFINITY]),
-        &locations,
-        rate_hz,
-    );
-    let found = Found {
-        streams: &streams,
-        felt: scene_felt(scene),
-        noise,
-        declared,
-        choice: weighed.choice,
-        verdicts: weighed.verdicts,
-        vetoed: weighed.vetoed,
-        locations,
-        left,
-        validations,
-        shaken,
-        candidates,
-    };
-    found.add_to(outcome);
-    let carried = scene.streams.longest_carried();
-    if carried.len() < scene.streams.rows {
-        let [from_s, to_s] = [carried.start, carried.end].map(|row| scene.streams.begin_s(row));
-        outcome.diagnosis.summary.push(format!(
-            "The accelerometers are compared between {from_s:.1} and {to_s:.1} s: beyond, the reference was lost and the attitude with it."
-        ));
+    Ok(look.found(scene, own))
+}
+
+/// One look at the accelerometers under one attitude.
+struct Look {
+    streams: Streams,
+    split: Split,
+    shaken: Vec<String>,
+    declared: [Declared; 3],
+    weighed: Weighed,
+}
+
+impl Look {
+    fn new(
+        scene: &mut Scene,
+        given: &Given,
+        gyros: &Gyros,
+        candidates: &[usize],
+        progress: &dyn Fn(&str),
+    ) -> Result<Self, String> {
+        progress("predicting the accelerometers");
+        let model = with_chosen(given.model, &gyros.catch.choice.chosen);
+        let (streams, split) = prepare(scene, given, &model)?;
+        let parameters = gyros.parameters;
+        let noise = quiet_noise(scene_felt(scene), &residual_m_s(scene, given), &split);
+        settle_vertical(scene, given, parameters, &split, noise);
+        let first = residual_m_s(scene, given);
+        let was_shaken = shaken::shaken(scene, &first, parameters, candidates, &split, noise);
+        let shaken: Vec<String> = name_shaken(&split, &was_shaken);
+        let split = without_shaken(split, &was_shaken);
+        let rate_hz = streams.rate_hz;
+        if Portion::new(split.fitted.clone(), rate_hz)
+            .is_none_or(|portion| portion.seconds() < LEAST_FITTED_S)
+        {
+            let reason = "less than two seconds in which the case was turned and not shaken";
+            return Err(reason.to_string());
+        }
+        settle_vertical(scene, given, parameters, &split, noise);
+        progress("weighing the accelerometers' effects");
+        let declared = [declared(given.model, rate_hz); 3];
+        let beside = (noise, &declared);
+        let weighed = search(scene, given, parameters, candidates, &split, beside);
+        Ok(Self {
+            streams,
+            split,
+            shaken,
+            declared,
+            weighed,
+        })
+    }
+
+    /// Locates and validates what was weighed.
+    fn found(self, scene: &Scene, candidates: Vec<usize>) -> Found {
+        let Self {
+            streams,
+            split,
+            weighed,
+            ..
+        } = self;
+        let noise = weighed.noise;
+        let parts = split.fitted.iter().chain(&split.held_out);
+        let all_rows: Vec<Range<usize>> = parts.cloned().collect();
+        let locate = |residual: &Triad| {
+            let tiles = locate::tiles(&streams, residual, &noise, &split.regimes, &all_rows);
+            locate::join(&tiles, &split.regimes, &all_rows)
+        };
+        let locations = locate(&weighed.before);
+        let mut left = locate(&weighed.after);
+        for location in &mut left {
+            let best = weighed
+                .grows
+                .as_ref()
+                .and_then(|grows| grows[location.axis].as_ref());
+            if let Some(best) = best {
+                location.regime = format!("grows as {}", best.name);
+            }
+        }
+        let validations = validate::validate(
+            &weighed.before,
+            &weighed.after,
+            &noise,
+            (&split.held_out, [0.0, f64::INFINITY]),
+            &locations,
+            streams.rate_hz,
+        );
+        let carried = scene.streams.longest_carried();
+        let carried_s = (carried.len() < scene.streams.rows)
+            .then(|| [carried.start, carried.end].map(|row| scene.streams.begin_s(row)));
+        Found {
+            streams,
+            noise,
+            declared: self.declared,
+            choice: weighed.choice,
+            verdicts: weighed.verdicts,
+            vetoed: weighed.vetoed,
+            locations,
+            left,
+            validations,
+            shaken: self.shaken,
+            carried_s,
+            candidates,
+        }
+    }
+}
+
+/// Adds what the accelerometers showed to the gyros' outcome, or why they showed nothing.
+pub fn add(found: Result<Found, String>, outcome: &mut Outcome) {
+    match found {
+        Ok(found) => found.add_to(outcome),
+        Err(reason) => words::say_why_not(&reason, outcome),
     }
 }
 

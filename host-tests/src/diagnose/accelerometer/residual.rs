@@ -5,14 +5,32 @@
 
 use super::Given;
 use super::felt::Felt;
-use crate::diagnose::hypotheses::{self, Subject};
+use crate::diagnose::hypotheses::{self, CATALOGUE, Subject};
 use crate::diagnose::residual::values_of;
 use crate::diagnose::scene::Scene;
-use crate::diagnose::streams::{Triad, add_triad};
+use crate::diagnose::streams::{Triad, add, add_triad};
 
 /// The prediction that a scene with accelerometers has.
 pub(super) fn scene_felt(scene: &Scene) -> &Felt {
     scene.felt.as_ref().expect("prepared before")
+}
+
+/// What an effect adds to the readings \[m/s per row\], be it the accelerometers' own or the reference's.
+pub(super) fn prediction(scene: &Scene, effect: usize, values: &[f64]) -> Triad {
+    let entry = CATALOGUE[effect];
+    if entry.subject() == Subject::Accelerometers {
+        return entry.prediction(scene, values);
+    }
+    let rows = scene_felt(scene).rows.count;
+    [0, 1, 2].map(|axis| {
+        let mut sum = vec![0.0; rows];
+        for (parameter, value) in values.iter().enumerate() {
+            if let Some(column) = entry.force_column(scene, parameter, axis) {
+                add(&mut sum, &column, *value);
+            }
+        }
+        sum
+    })
 }
 
 /// Readings less the model's prediction, its own accelerometer effects included \[m/s per row\].

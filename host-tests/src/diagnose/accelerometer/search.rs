@@ -8,12 +8,12 @@ use super::Given;
 use super::bench::ForceBench;
 use super::level::start_noise;
 use super::reach::reach;
-use super::residual::{residual_m_s, scene_felt};
+use super::residual::{prediction, residual_m_s, scene_felt};
 use super::rivals::{self, Rivalry, rivalry};
 use super::steady;
 use crate::diagnose::bench::Bench as _;
 use crate::diagnose::hunt::VETO;
-use crate::diagnose::hypotheses::{CATALOGUE, no_effects};
+use crate::diagnose::hypotheses::no_effects;
 use crate::diagnose::invariance::Verdict;
 use crate::diagnose::noise::{Declared, Noise};
 use crate::diagnose::portion::Portion;
@@ -63,7 +63,7 @@ pub(super) fn search(
         let predictions: Vec<Triad> = choice
             .chosen
             .iter()
-            .map(|one| CATALOGUE[one.effect].prediction(scene, one.values.as_slice()))
+            .map(|one| prediction(scene, one.effect, one.values.as_slice()))
             .collect();
         let mut after = before.clone();
         for prediction in &predictions {

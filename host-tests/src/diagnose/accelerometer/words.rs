@@ -29,7 +29,7 @@ pub(super) fn say_why_not(reason: &str, outcome: &mut Outcome) {
     outcome.diagnosis.not_excluded.extend(kinds);
 }
 
-impl Found<'_> {
+impl Found {
     pub(super) fn add_to(&self, outcome: &mut Outcome) {
         let effects = self.effects();
         let diagnosis = &mut outcome.diagnosis;
@@ -45,6 +45,9 @@ impl Found<'_> {
             }
         }
         diagnosis.summary.extend(self.sentences(&effects));
+        diagnosis.summary.extend(self.carried_s.map(|[from_s, to_s]| {
+            format!("The accelerometers are compared between {from_s:.1} and {to_s:.1} s: beyond, the reference was lost and the attitude with it.")
+        }));
         diagnosis.locations.extend(
             self.locations
                 .iter()
@@ -150,7 +153,7 @@ impl Found<'_> {
     }
 
     fn noise(&self) -> Vec<ForceNoiseEntry> {
-        let rate_hz = self.felt.rows.rate_hz;
+        let rate_hz = self.streams.rate_hz;
         (0..3)
             .map(|axis| ForceNoiseEntry {
                 channel: name(axis),

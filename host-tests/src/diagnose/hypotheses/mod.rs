@@ -253,6 +253,32 @@ pub trait Hypothesis: Sync {
     /// values `at`. `None` where this parameter does not touch this gyro, or a channel is missing.
     fn column(&self, scene: &Scene, at: &[f64], parameter: usize, axis: usize) -> Option<Vec<f64>>;
 
+    /// Whether it is an error of the reference, from which the case's attitude is known, and with it the gravity that
+    /// accelerometers should feel.
+    fn turns_reference(&self) -> bool {
+        false
+    }
+
+    /// d(velocity increment of accelerometer `axis`)/d(parameter) \[m/s per parameter unit\] on the accelerometers' rows,
+    /// of an effect that turns the reference.
+    fn force_column(&self, _scene: &Scene, _parameter: usize, _axis: usize) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// What a unit of a parameter adds to the readings of a subject.
+    fn column_on(
+        &self,
+        subject: Subject,
+        scene: &Scene,
+        at: &[f64],
+        (parameter, axis): (usize, usize),
+    ) -> Option<Vec<f64>> {
+        if self.subject() == subject {
+            return self.column(scene, at, parameter, axis);
+        }
+        self.force_column(scene, parameter, axis)
+    }
+
     /// What the effect adds to the sensed increments \[rad\]. Linear effects need only their columns.
     fn prediction(&self, scene: &Scene, at: &[f64]) -> Triad {
         let rows = match (self.subject(), &scene.felt) {

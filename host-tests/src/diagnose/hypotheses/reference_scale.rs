@@ -3,6 +3,8 @@
 //! It reads (1 + r_i) times the case's increment, so the gyro shows r_i ω_i less. Unlike a scale error of the
 //! gyro it leaves the dither alone.
 
+use nalgebra::Vector3;
+
 use super::{Card, Hypothesis, Shape};
 use crate::diagnose::scene::Scene;
 
@@ -39,5 +41,15 @@ impl Hypothesis for ReferenceScale {
     ) -> Option<Vec<f64>> {
         CARD.shape.second(parameter, axis)?;
         Some(scene.sensed_from_rate(axis, scene.rate_rad_s[axis].iter().map(|rate| -rate)))
+    }
+
+    fn turns_reference(&self) -> bool {
+        true
+    }
+
+    fn force_column(&self, scene: &Scene, parameter: usize, axis: usize) -> Option<Vec<f64>> {
+        let unit = Vector3::ith(parameter, 1.0);
+        let felt = scene.felt.as_ref()?;
+        Some(felt.sensed_if_turned(axis, |angle, _| -angle.component_mul(&unit)))
     }
 }
