@@ -329,6 +329,7 @@ fn explained() -> Diagnosis {
             // × 180/π × 60 = 0.002022 °/√h
             angle_random_walk_rad_sqrt_s: 5.8828e-7,
             angle_noise_rad: 6.9927e-7,
+            wandering_rad_s: None,
         }],
         accelerometer_noise: Vec::new(),
         trials: 319,

@@ -197,6 +197,7 @@ impl Findings<'_> {
                         angle_random_walk_rad_sqrt_s: part.said.noise[axis]
                             .angle_random_walk_rad_sqrt_s(),
                         angle_noise_rad: part.said.noise[axis].angle_noise_rad(),
+                        wandering_rad_s: None,
                     })
                     .collect(),
             })

@@ -57,6 +57,8 @@ pub struct Findings<'a> {
     pub validations: &'a [Validation],
     /// Effects that were tried.
     pub candidates: &'a [usize],
+    /// By how much each gyro wanders beyond the model's noise \[rad/s\], where it does.
+    pub wandering_rad_s: [Option<f64>; 3],
     /// What was fitted and held out of each recording, where there are several.
     pub by_recording: &'a [RecordingEntry],
     /// Of a recording longer than memory, of which the rows are stretches, the blocks with their held-out figures.
@@ -153,6 +155,7 @@ impl Findings<'_> {
                     channel: format!("gyro_{}", AXES[axis]),
                     angle_random_walk_rad_sqrt_s: self.noise[axis].angle_random_walk_rad_sqrt_s(),
                     angle_noise_rad: self.noise[axis].angle_noise_rad(),
+                    wandering_rad_s: self.wandering_rad_s[axis],
                 })
                 .collect(),
             accelerometer_noise: Vec::new(),

@@ -112,6 +112,8 @@ pub mod timing;
 
 pub mod excess;
 
+pub mod wandering;
+
 pub mod accelerometer;
 
 pub mod identify;
@@ -492,6 +494,7 @@ pub fn diagnose_aligned(
     );
     let by_recording = validate::by_recording(&scene.streams, &split, &after_rad, &noise);
     let findings = explain::Findings {
+        wandering_rad_s: wandering::wandering_rad_s(&portion, &left_bins, &noise),
         recording: &recording,
         whole: whole
             .as_ref()

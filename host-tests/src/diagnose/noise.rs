@@ -127,12 +127,18 @@ impl Noise {
     /// drifting terms since the record's beginning, and the white angle noise of the two ends.
     pub fn mean_rate_std_rad_s(&self, seconds: f64, span_s: f64) -> f64 {
         // Drift does not start anew in each stretch: its variance is that of the whole record.
-        let steady = self.steady();
+        let drifting = self.wander_rad_s(span_s).powi(2);
         let floor_hz = LOWEST_SHARE / span_s;
-        let drifting = (self.at(0.0, floor_hz) - steady.at(0.0, floor_hz)) * self.rate_hz / span_s;
-        let slow = steady.at(0.0, floor_hz) * self.rate_hz / seconds + drifting;
+        let slow = self.steady().at(0.0, floor_hz) * self.rate_hz / seconds + drifting;
         let ends = 2.0 * self.theta[1] / (seconds * seconds);
         (slow + ends).sqrt()
+    }
+
+    /// Standard deviation \[rad/s\] of the mean over a record of `span_s` that the drifting terms alone give.
+    pub fn wander_rad_s(&self, span_s: f64) -> f64 {
+        let floor_hz = LOWEST_SHARE / span_s;
+        let drifting = self.at(0.0, floor_hz) - self.steady().at(0.0, floor_hz);
+        (drifting * self.rate_hz / span_s).max(0.0).sqrt()
     }
 
     /// Angle random walk \[rad/√s\].

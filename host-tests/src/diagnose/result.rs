@@ -354,6 +354,9 @@ pub struct NoiseEntry {
     pub angle_random_walk_rad_sqrt_s: f64,
     /// \[rad\].
     pub angle_noise_rad: f64,
+    /// Standard deviation of its drifting rate over the record \[rad/s\], where it drifts beyond what the model declares.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wandering_rad_s: Option<f64>,
 }
 
 /// Noise of one accelerometer.

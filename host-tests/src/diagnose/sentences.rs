@@ -33,9 +33,16 @@ pub(super) fn opening(verdict: Verdict) -> &'static str {
     }
 }
 
+/// The verdict where nothing has a name and the noise drifts.
+const BUT_FOR_DRIFT: &str = "But for slow drift, which may be noise that the model does not declare, the model explains this recording: nothing else stands above the noise in any band, stretch or gyro.";
+
 impl Findings<'_> {
     pub(super) fn summary(&self, verdict: Verdict, effects: &[EffectEntry]) -> Vec<String> {
-        let mut lines = vec![opening(verdict).to_string()];
+        let drifts = self.wandering_rad_s.iter().any(Option::is_some);
+        let mut lines = vec![match verdict {
+            Verdict::Matches if drifts => BUT_FOR_DRIFT.to_string(),
+            _ => opening(verdict).to_string(),
+        }];
         if let Some((blocks, _)) = self.whole {
             let entry = blocks.entry(&[]);
             let close_s: f64 = entry.stretches_s.iter().map(|[from, to]| to - from).sum();
@@ -88,6 +95,7 @@ impl Findings<'_> {
         for effect in effects {
             lines.extend(effect_lines(effect));
         }
+        lines.extend(self.drift_lines());
         for validation in self.validations {
             if drift_chance(&validation.before) < FAMILY_SIGNIFICANCE {
                 lines.push(format!(
@@ -106,6 +114,17 @@ impl Findings<'_> {
         );
         lines.extend(vetoed_lines(&self.catch.vetoed));
         lines
+    }
+
+    /// Noise that drifts: what it may hide, or be.
+    fn drift_lines(&self) -> impl Iterator<Item = String> {
+        let each = self.wandering_rad_s.iter().zip(AXES);
+        each.filter_map(|(wandering_rad_s, axis)| {
+            let size = (*wandering_rad_s)? * DEG_H;
+            Some(format!(
+                "Drift: gyro {axis} wanders by {size:.3} °/h (one standard deviation) over the recording, which the model's noise does not; slow effects of that size would hide in it."
+            ))
+        })
     }
 
     pub(super) fn not_excluded(&self) -> Vec<String> {

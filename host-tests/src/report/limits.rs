@@ -20,6 +20,9 @@ const DECISIVE: f64 = 5.0;
 /// How a line of the summary begins that tells of a name that was refused.
 const REFUSED: &str = "Not named: ";
 
+/// How a line begins that tells of noise that drifts.
+const DRIFTS: &str = "Drift: ";
+
 /// What else fits, and why it is not the name.
 pub fn considered(diagnosis: &Diagnosis) -> Markup {
     let refused: Vec<&str> = diagnosis
@@ -27,17 +30,23 @@ pub fn considered(diagnosis: &Diagnosis) -> Markup {
         .iter()
         .filter_map(|line| line.strip_prefix(REFUSED))
         .collect();
+    let drifts: Vec<&String> = diagnosis
+        .summary
+        .iter()
+        .filter(|line| line.starts_with(DRIFTS))
+        .collect();
     let behind = if diagnosis.effects.is_empty() {
         &[][..]
     } else {
         &diagnosis.runners_up[..]
     };
-    if refused.is_empty() && behind.is_empty() {
+    if refused.is_empty() && behind.is_empty() && drifts.is_empty() {
         return html! {};
     }
     html! {
         section {
             h2 { "What else was considered" }
+            @for line in &drifts { p { (line) } }
             @if !refused.is_empty() {
                 ul { @for line in &refused { li { (line) } } }
             }

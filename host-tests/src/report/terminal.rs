@@ -14,8 +14,9 @@ const MOST_LETTERS: usize = 160;
 
 /// Kinds of sentences by their beginning, those that matter most first. A number that belongs to the finding
 /// above it begins with spaces.
-const KINDS: [&str; 9] = [
+const KINDS: [&str; 10] = [
     "What:",
+    "Drift:",
     "Proof:",
     "Self-test:",
     "Where:",

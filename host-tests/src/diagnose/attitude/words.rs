@@ -78,6 +78,7 @@ impl Told<'_> {
         let rows_found = RowsFound::default();
         let findings = Findings {
             whole: None,
+            wandering_rad_s: [None; 3],
             recording: &self.recording.name,
             seed: self.seed,
             scene,
