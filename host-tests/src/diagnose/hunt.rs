@@ -390,7 +390,7 @@ impl Sight<'_> {
         });
         // What imperfect regressors of the effects already found may leave behind.
         let allowance = REGRESSOR_FIDELITY * REGRESSOR_FIDELITY * explained;
-        events
+        let mut best: Vec<FoundOne> = events
             .chain(lines)
             .chain(harmonics)
             .chain(expressions)
@@ -401,7 +401,16 @@ impl Sight<'_> {
                     && found.iter().all(|(term, _, _)| fresh(term))
             })
             .max_by(|a, b| a[0].1.total_cmp(&b[0].1))
-            .unwrap_or_default()
+            .unwrap_or_default();
+        for (Term { axis, form }, _, _) in &mut best {
+            if let Form::Product { expression } = form {
+                let at = (*axis, without);
+                *expression = self
+                    .products
+                    .refined(self.bench, self.survey, at, expression);
+            }
+        }
+        best
     }
 }
 

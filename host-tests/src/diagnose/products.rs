@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::information::scaled_inverse;
-use super::portion::{Room, inner};
+use super::portion::{Bins, Room, inner};
 use super::regressor::{Regressor, gram, reach};
 use super::scene::Scene;
 use super::signals::{self, Signal, vocabulary};
@@ -30,6 +30,8 @@ pub struct Products<'a> {
     /// Names, in order of trial.
     pub names: Vec<String>,
     pairs: Vec<(usize, Option<usize>)>,
+    /// Whether what was before a row is known.
+    has_past: bool,
 }
 
 /// What one product says on one gyro.
@@ -88,6 +90,7 @@ impl<'a> Products<'a> {
             factors,
             names,
             pairs,
+            has_past: signals::has_past(scene),
         }
     }
 
@@ -97,8 +100,7 @@ impl<'a> Products<'a> {
         values.clear();
         match self.pairs.get(product) {
             None => {
-                let alone = signals::evaluate(self.scene, &self.names[product]);
-                let alone = alone.unwrap_or_default();
+                let alone = self.alone(&self.names[product]).unwrap_or_default();
                 values.extend(alone.into_iter().map(|value| value * period_s));
             }
             Some((a, None)) => {
@@ -112,26 +114,28 @@ impl<'a> Products<'a> {
         }
     }
 
+    /// What has no factors in the list, row by row.
+    fn alone(&self, name: &str) -> Option<Vec<f64>> {
+        // A channel behind a lag is here already.
+        if let Some((channel, constant_s)) = signals::as_lag(name)
+            && let Some(factor) = self.factors.iter().find(|factor| factor.name == channel)
+        {
+            let streams = &self.scene.streams;
+            return Some(signals::lagged(streams, &factor.values, constant_s));
+        }
+        signals::evaluate(self.scene, name).ok()
+    }
+
     /// Measures every product against the residual and the chosen parameters.
     pub fn survey(&self, bench: &Workbench, chosen: &[usize]) -> Survey {
-        let portion = &bench.portion;
-        let residual = bench.residual();
-        let weights = [0, 1, 2].map(|axis| bench.noise[axis].weights(portion));
-        let known: [Vec<(Option<usize>, &Regressor)>; 3] = [0, 1, 2].map(|axis| {
-            let chosen = bench
-                .columns_of(chosen, axis)
-                .into_iter()
-                .chain(bench.offsets_of(chosen, axis))
-                .map(|(index, column)| (Some(index), column));
-            let joints = bench.joints().iter().map(|joint| (None, joint));
-            joints.chain(chosen).collect()
-        });
+        let against = Against::new(bench, chosen);
         let axes = [0, 1, 2].map(|axis: usize| {
-            let columns: Vec<&Regressor> = known[axis].iter().map(|(_, column)| *column).collect();
-            let gram = gram(&columns, &residual[axis], &weights[axis]);
+            let known = &against.known[axis];
+            let columns: Vec<&Regressor> = known.iter().map(|(_, column)| *column).collect();
+            let gram = gram(&columns, &against.residual[axis], &against.weights[axis]);
             let count = columns.len();
             KnownAxis {
-                indices: known[axis].iter().map(|(index, _)| *index).collect(),
+                indices: known.iter().map(|(index, _)| *index).collect(),
                 gram: gram.view((0, 0), (count, count)).into_owned(),
                 residual: DVector::from_fn(count, |a, _| gram[(count, a)]),
             }
@@ -142,22 +146,8 @@ impl<'a> Products<'a> {
                 Default::default,
                 |(values, room): &mut (Vec<f64>, Room), product| {
                     self.evaluate(product, values);
-                    portion.transform_in(room, values);
-                    let bins = &room.bins;
-                    [0, 1, 2].map(|axis: usize| {
-                        let weights = &weights[axis];
-                        let power = |bin: usize| bins[bin].norm_sqr() * weights[bin];
-                        let bins = &bins[..reach(bins.len(), power, NEGLIGIBLE)];
-                        let own = inner(bins, bins, weights);
-                        (own > 0.0 && own.is_finite()).then(|| Measured {
-                            own,
-                            residual: inner(bins, &residual[axis], weights),
-                            known: known[axis]
-                                .iter()
-                                .map(|(_, other)| other.inner(bins, weights))
-                                .collect(),
-                        })
-                    })
+                    bench.portion.transform_in(room, values);
+                    [0, 1, 2].map(|axis: usize| against.measure(&room.bins, axis))
                 },
             )
             .collect();
@@ -167,6 +157,109 @@ impl<'a> Products<'a> {
             axes,
             trials,
         }
+    }
+
+    /// The expression on a gyro as it explains most: a lag with its time constant, a product behind a lag where that is
+    /// clearly better, anything else as it is.
+    pub fn refined(
+        &self,
+        bench: &Workbench,
+        survey: &Survey,
+        (axis, without): (usize, &[usize]),
+        name: &str,
+    ) -> String {
+        /// Steps of the time constant in octaves: the next on the grid is two octaves away.
+        const STEPS: [f64; 4] = [0.5, 0.25, 0.125, 0.0625];
+        /// What a lag must explain beyond the product alone (2 Δ ln L): chance gives one more number, picked among a
+        /// handful of constants, as much in one case of 10 000.
+        const WORTH_A_LAG: f64 = 20.0;
+        if !self.has_past || name.contains('(') && signals::as_lag(name).is_none() {
+            return name.to_string();
+        }
+        let chosen: Vec<usize> = survey.axes[axis]
+            .indices
+            .iter()
+            .flatten()
+            .copied()
+            .collect();
+        let against = Against::new(bench, &chosen);
+        let beside = survey.beside(axis, without);
+        let period_s = self.scene.period_s();
+        let ratio = |name: &str| -> Option<f64> {
+            let mut values = self.alone(name)?;
+            values.iter_mut().for_each(|value| *value *= period_s);
+            let measured = against.measure(&bench.portion.transform(&values), axis)?;
+            beside.ratio(&measured)
+        };
+        let (product, tried_s) = match signals::as_lag(name) {
+            Some((product, constant_s)) => (product, vec![constant_s]),
+            None => (name, signals::LAGS_S.to_vec()),
+        };
+        let behind = |constant_s: f64| format!("lag({product},{constant_s:.4})");
+        let tried = tried_s
+            .into_iter()
+            .map(|constant_s| (ratio(&behind(constant_s)), constant_s));
+        let Some((mut best, mut constant_s)) =
+            tried.max_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(std::cmp::Ordering::Equal))
+        else {
+            return name.to_string();
+        };
+        for step in STEPS {
+            for other_s in [constant_s * step.exp2(), constant_s / step.exp2()] {
+                let other = ratio(&behind(other_s));
+                if other > best {
+                    (best, constant_s) = (other, other_s);
+                }
+            }
+        }
+        let needed = match product == name {
+            true => ratio(name).map(|alone| alone + WORTH_A_LAG),
+            false => None,
+        };
+        if best > needed {
+            behind(constant_s)
+        } else {
+            name.to_string()
+        }
+    }
+}
+
+/// What a product is measured against.
+struct Against<'a> {
+    residual: &'a [Bins; 3],
+    weights: [Vec<f64>; 3],
+    known: [Vec<(Option<usize>, &'a Regressor)>; 3],
+}
+
+impl<'a> Against<'a> {
+    fn new(bench: &'a Workbench, chosen: &[usize]) -> Self {
+        let known = [0, 1, 2].map(|axis| {
+            let chosen = bench
+                .columns_of(chosen, axis)
+                .into_iter()
+                .chain(bench.offsets_of(chosen, axis))
+                .map(|(index, column)| (Some(index), column));
+            let joints = bench.joints().iter().map(|joint| (None, joint));
+            joints.chain(chosen).collect()
+        });
+        Self {
+            residual: bench.residual(),
+            weights: [0, 1, 2].map(|axis| bench.noise[axis].weights(&bench.portion)),
+            known,
+        }
+    }
+
+    fn measure(&self, bins: &Bins, axis: usize) -> Option<Measured> {
+        let weights = &self.weights[axis];
+        let power = |bin: usize| bins[bin].norm_sqr() * weights[bin];
+        let bins = &bins[..reach(bins.len(), power, NEGLIGIBLE)];
+        let own = inner(bins, bins, weights);
+        let known = self.known[axis].iter();
+        (own > 0.0 && own.is_finite()).then(|| Measured {
+            own,
+            residual: inner(bins, &self.residual[axis], weights),
+            known: known.map(|(_, other)| other.inner(bins, weights)).collect(),
+        })
     }
 }
 
@@ -184,8 +277,8 @@ impl Survey {
         }
     }
 
-    /// The best product on a gyro when the parameters in `without` are not fitted.
-    pub fn best(&self, axis: usize, without: &[usize]) -> Option<Best> {
+    /// What stands beside a product on a gyro when the parameters in `without` are not fitted.
+    fn beside(&self, axis: usize, without: &[usize]) -> Beside {
         let known = &self.axes[axis];
         let kept: Vec<usize> = (0..known.indices.len())
             .filter(|&place| known.indices[place].is_none_or(|index| !without.contains(&index)))
@@ -195,21 +288,20 @@ impl Survey {
         });
         let inverse = scaled_inverse(&gram);
         let residual = DVector::from_fn(kept.len(), |a, _| known.residual[kept[a]]);
-        let fitted = &inverse * residual;
+        Beside {
+            fitted: &inverse * residual,
+            inverse,
+            kept,
+        }
+    }
+
+    /// The best product on a gyro when the parameters in `without` are not fitted.
+    pub fn best(&self, axis: usize, without: &[usize]) -> Option<Best> {
+        let beside = self.beside(axis, without);
         let mut best: Option<(usize, f64)> = None;
         for (product, measured) in self.measured.iter().enumerate() {
-            let Some(measured) = &measured[axis] else {
-                continue;
-            };
-            let cross = DVector::from_fn(kept.len(), |a, _| measured.known[kept[a]]);
-            let free = measured.own - cross.dot(&(&inverse * &cross));
-            /// A product this much inside what is already fitted says nothing of its own.
-            const OWN_SHARE: f64 = 1e-4;
-            if free < OWN_SHARE * measured.own {
-                continue;
-            }
-            let ratio = (measured.residual - cross.dot(&fitted)).powi(2) / free;
-            if best.is_none_or(|(_, most)| ratio > most) {
+            let ratio = measured[axis].as_ref().and_then(|one| beside.ratio(one));
+            if let Some(ratio) = ratio.filter(|ratio| best.is_none_or(|(_, most)| *ratio > most)) {
                 best = Some((product, ratio));
             }
         }
@@ -221,5 +313,24 @@ impl Survey {
                 p_value: -(self.trials * (-chance).ln_1p()).exp_m1(),
             }
         })
+    }
+}
+
+/// What is fitted beside a product on one gyro.
+struct Beside {
+    kept: Vec<usize>,
+    inverse: DMatrix<f64>,
+    fitted: DVector<f64>,
+}
+
+impl Beside {
+    /// 2 Δ ln L that a product adds.
+    fn ratio(&self, measured: &Measured) -> Option<f64> {
+        /// A product this much inside what is already fitted says nothing of its own.
+        const OWN_SHARE: f64 = 1e-4;
+        let cross = DVector::from_fn(self.kept.len(), |a, _| measured.known[self.kept[a]]);
+        let free = measured.own - cross.dot(&(&self.inverse * &cross));
+        (free >= OWN_SHARE * measured.own)
+            .then(|| (measured.residual - cross.dot(&self.fitted)).powi(2) / free)
     }
 }

@@ -4,13 +4,15 @@
 //! expression found in one recording can be evaluated in another: `omega_x` \[rad/s\], `abs_omega_x`,
 //! `alpha_x` \[rad/s²\], `force_x` \[m/s²\], `temperature_x` \[K since the start\], `temperature_rate_x` \[K/s\],
 //! `field_x` \[T\], `dither_rate_x` \[rad/s\], `dither_angle_x` \[rad\], `time` \[s since the start\],
-//! `window(a,b)` (1 between a and b s), `recording(NAME)` (1 in that recording of several), `sine(f)` and `cosine(f)` (f in Hz, from the start), `decay(s)` (exp(−t/s)), and every channel of unknown quantity under its own name.
+//! `window(a,b)` (1 between a and b s), `recording(NAME)` (1 in that recording of several), `sine(f)` and `cosine(f)` (f in Hz, from the start), `decay(s)` (exp(−t/s)),
+//! `lag(PRODUCT,s)` (the product behind a first-order lag of s seconds, settled at the start), `integral(PRODUCT)` (its
+//! integral over time from the start), and every channel of unknown quantity under its own name.
 
 use std::borrow::Cow;
 
 use super::pieces::{Piece, name_in_expression};
 use super::scene::Scene;
-use super::streams::{AXES, Triad};
+use super::streams::{AXES, Streams, Triad};
 
 /// A factor: how it is written and what it is worth in each row.
 pub struct Signal<'a> {
@@ -23,11 +25,7 @@ pub struct Signal<'a> {
 /// The value of a product such as `omega_x*force_z`, one a row.
 pub fn evaluate(scene: &Scene, expression: &str) -> Result<Vec<f64>, String> {
     let mut product = vec![1.0; scene.streams.rows];
-    for factor in expression
-        .split('*')
-        .map(str::trim)
-        .filter(|factor| !factor.is_empty())
-    {
+    for factor in factors(expression) {
         let values = signal(scene, factor).ok_or_else(|| {
             format!("the factor `{factor}` of `{expression}` is not a channel of this recording")
         })?;
@@ -37,6 +35,59 @@ pub fn evaluate(scene: &Scene, expression: &str) -> Result<Vec<f64>, String> {
             .for_each(|(product, value)| *product *= value);
     }
     Ok(product)
+}
+
+/// The factors of a product; what stands in brackets belongs together.
+fn factors(expression: &str) -> impl Iterator<Item = &str> {
+    let mut depth = 0;
+    let between = move |letter: char| {
+        depth += i32::from(letter == '(') - i32::from(letter == ')');
+        letter == '*' && depth == 0
+    };
+    let each = expression.split(between).map(str::trim);
+    each.filter(|factor| !factor.is_empty())
+}
+
+/// Lags that are tried \[s\]: from a filter to a thermal mass. The one found is refined (products.rs).
+pub const LAGS_S: [f64; 4] = [0.1, 0.4, 1.6, 6.4];
+
+/// The product and the time constant \[s\] of `lag(PRODUCT,s)`.
+pub fn as_lag(name: &str) -> Option<(&str, f64)> {
+    let inside = name.strip_prefix("lag(")?.strip_suffix(')')?;
+    let (channel, constant) = inside.rsplit_once(',')?;
+    let constant_s: f64 = constant.trim().parse().ok()?;
+    (constant_s > 0.0 && constant_s.is_finite()).then_some((channel.trim(), constant_s))
+}
+
+/// A channel behind a first-order lag, settled at the start of each recording.
+pub fn lagged(streams: &Streams, values: &[f64], constant_s: f64) -> Vec<f64> {
+    let keep = (-1.0 / (streams.rate_hz * constant_s)).exp();
+    let mut behind = Vec::with_capacity(values.len());
+    for piece in &streams.pieces {
+        let own = &values[piece.rows.clone()];
+        let Some(&first) = own.first() else { continue };
+        let (mut now, mut before) = (first, first);
+        for &value in own {
+            now = keep * now + (1.0 - keep) * 0.5 * (value + before);
+            before = value;
+            behind.push(now);
+        }
+    }
+    behind
+}
+
+/// The integral over time of a channel, from nothing at the start of each recording.
+fn integrated(streams: &Streams, values: &[f64]) -> Vec<f64> {
+    let mut sums = Vec::with_capacity(values.len());
+    for piece in &streams.pieces {
+        let mut sum = 0.0;
+        for &value in &values[piece.rows.clone()] {
+            // To the middle of the row, as the other signals are.
+            sums.push((sum + 0.5 * value) / streams.rate_hz);
+            sum += value;
+        }
+    }
+    sums
 }
 
 /// One factor by its name.
@@ -93,6 +144,15 @@ pub fn signal(scene: &Scene, name: &str) -> Option<Vec<f64>> {
             inside[piece.rows.clone()].fill(1.0);
         }
         return Some(inside);
+    }
+    if let Some((channel, constant_s)) = as_lag(name) {
+        return Some(lagged(streams, &evaluate(scene, channel).ok()?, constant_s));
+    }
+    if let Some(channel) = name
+        .strip_prefix("integral(")
+        .and_then(|rest| rest.strip_suffix(')'))
+    {
+        return Some(integrated(streams, &evaluate(scene, channel).ok()?));
     }
     if let Some((_, values)) = streams.others.iter().find(|(other, _)| other == name) {
         return Some(values.clone());
@@ -195,6 +255,30 @@ fn of_third_order(factors: &[Signal], alone: &[String]) -> Vec<String> {
     names
 }
 
+/// Whether what was before a row is known: not in the stretches of a recording longer than memory. At rest there is none
+/// that matters.
+pub fn has_past(scene: &Scene) -> bool {
+    let streams = &scene.streams;
+    let whole = streams.pieces.iter().all(|piece| piece.origin.is_none());
+    whole && streams.at_rest.is_none()
+}
+
+/// What goes with a channel's past: behind a lag, or added up.
+fn of_the_past(scene: &Scene, factors: &[Signal]) -> Vec<String> {
+    if !has_past(scene) {
+        return Vec::new();
+    }
+    let lags = factors.iter().flat_map(|factor| {
+        let name = &factor.name;
+        LAGS_S.map(|constant_s| format!("lag({name},{constant_s})"))
+    });
+    let turned = factors
+        .iter()
+        .filter(|factor| factor.name.starts_with("omega_"));
+    lags.chain(turned.map(|factor| format!("integral({})", factor.name)))
+        .collect()
+}
+
 /// The signals from which products are formed, and the names of those that stand alone, which are formed when
 /// they are looked at.
 pub fn vocabulary(scene: &Scene) -> (Vec<Signal<'_>>, Vec<String>) {
@@ -226,6 +310,7 @@ pub fn vocabulary(scene: &Scene) -> (Vec<Signal<'_>>, Vec<String>) {
     };
     alone.extend(named(&["temperature_rate", "dither_rate", "dither_angle"]));
     alone.retain(moving);
+    alone.extend(of_the_past(scene, &factors));
     let turns = |factor: &Signal| factor.name.starts_with("omega_");
     if scene.streams.at_rest.is_none() && factors.iter().any(turns) {
         alone.extend(of_third_order(&factors, &alone));
@@ -239,6 +324,15 @@ pub fn vocabulary(scene: &Scene) -> (Vec<Signal<'_>>, Vec<String>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn brackets_hold_a_factor_together() {
+        let text = "lag(omega_x*omega_y,0.25)*force_z";
+        let each: Vec<&str> = factors(text).collect();
+        assert_eq!(each, ["lag(omega_x*omega_y,0.25)", "force_z"]);
+        assert_eq!(as_lag(each[0]), Some(("omega_x*omega_y", 0.25)));
+        assert_eq!(as_lag("lag(omega_x,-1)"), None);
+    }
 
     #[test]
     fn a_rate_that_is_the_earths_alone_is_no_factor() {
