@@ -6,25 +6,32 @@
 //! A slip is one impulse in the increments, so its matched filter is the residual divided by S, brought
 //! back to time.
 
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex64;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
-use std::f64::consts::SQRT_2;
 
+use super::bursts::Matched;
 use super::empirical::{Form, Term};
 use super::portion::Bins;
 use super::qualify;
+use super::streams::Streams;
 use super::tone::Tone;
 use super::workbench::Workbench;
 
 /// Rows next to a joint in which a slip cannot be told from the joint's own free jump.
-const JOINT_GUARD_ROWS: usize = 40;
+pub(super) const JOINT_GUARD_ROWS: usize = 40;
 
 /// Pulses of the smallest slip.
-const LEAST_PULSES: f64 = 1.5;
+pub(super) const LEAST_PULSES: f64 = 1.5;
 
 /// A ratio that no recording takes for a slip: such ones are not worth a look at the channel's values.
 const UNLIKELY: f64 = 20.0;
+
+/// The pulse of a gyro \[rad\], as the model says it behind a dither and as its values show it without one.
+pub(super) fn coarsest_rad(streams: &Streams, axis: usize) -> f64 {
+    match streams.pickoff_rad {
+        Some(_) => streams.pulse_rad[axis],
+        None => qualify::pulse(&streams.sensed_rad[axis]),
+    }
+}
 
 /// A found event.
 #[derive(Debug, Clone)]
@@ -41,31 +48,10 @@ pub struct Event {
 pub fn slips(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
     let portion = &bench.portion;
     let rows = portion.rows();
-    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(rows);
     let streams = &bench.scene().streams;
     (0..3)
         .filter_map(|axis| {
-            let weights = bench.noise[axis].weights(portion);
-            let last = weights.len() - 1;
-            let mut bins: Vec<Complex64> = left[axis]
-                .iter()
-                .zip(&weights)
-                .enumerate()
-                .map(|(bin, (value, weight))| {
-                    value * *weight / if bin == 0 || bin == last { 1.0 } else { SQRT_2 }
-                })
-                .collect();
-            bins[0].im = 0.0;
-            bins[last].im = 0.0;
-            let mut filtered = inverse.make_output_vec();
-            inverse.process(&mut bins, &mut filtered).ok()?;
-            let scale = 1.0 / (rows as f64).sqrt();
-            let own: f64 = weights
-                .iter()
-                .enumerate()
-                .map(|(bin, w)| w * portion.degrees(bin))
-                .sum::<f64>()
-                / rows as f64;
+            let matched = Matched::new(bench, axis, &left[axis])?;
             let guarded = portion.ranges.iter().flat_map({
                 let mut first = 0;
                 move |range| {
@@ -77,15 +63,18 @@ pub fn slips(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
                 }
             });
             let (place, row) =
-                guarded.max_by(|a, b| filtered[a.0].abs().total_cmp(&filtered[b.0].abs()))?;
+                guarded.max_by(|a, b| matched.row(a.0).abs().total_cmp(&matched.row(b.0).abs()))?;
             // A counter that loses or gains anything loses or gains pulses; one alone is its quantisation.
-            let size_rad = filtered[place] * scale / own;
-            let ratio = (filtered[place] * scale).powi(2) / own;
-            let dithered = streams.pickoff_rad.is_some();
-            let pulse_rad = if dithered || ratio < UNLIKELY {
-                streams.pulse_rad[axis]
-            } else {
-                qualify::pulse(&streams.sensed_rad[axis])
+            let size_rad = matched.row(place) / matched.own(1);
+            let alone = matched.explained(place, 1);
+            // A rate that lasts for a while is no slip, though the filter is large wherever it lasts.
+            let ratio = match alone < UNLIKELY {
+                true => alone,
+                false => matched.beside_a_burst(place),
+            };
+            let pulse_rad = match ratio < UNLIKELY {
+                true => streams.pulse_rad[axis],
+                false => coarsest_rad(streams, axis),
             };
             if size_rad.abs() < LEAST_PULSES * pulse_rad {
                 return None;

@@ -74,6 +74,8 @@ pub mod tone;
 
 pub mod events;
 
+pub mod bursts;
+
 pub mod steps;
 
 pub mod attitude;

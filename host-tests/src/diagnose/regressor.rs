@@ -119,7 +119,7 @@ pub fn gram(regressors: &[&Regressor], residual: &[Complex64], weights: &[f64]) 
                 });
                 whitened.extend(last);
                 let whitened = DMatrix::from_vec(2 * block.len(), active.len() + 1, whitened);
-                sum.gemm(1.0, &whitened.transpose(), &whitened, 1.0);
+                add_squares(&mut sum, &whitened);
             }
             (active.clone(), sum)
         })
@@ -138,6 +138,24 @@ pub fn gram(regressors: &[&Regressor], residual: &[Complex64], weights: &[f64]) 
         // The lower half only: both are the same sum, in another order.
         gram[(a.max(b), a.min(b))] * scale(a) * scale(b)
     })
+}
+
+/// Adds the lower half of whitenedᵀ whitened, in groups of columns on and below the diagonal.
+fn add_squares(sum: &mut DMatrix<f64>, whitened: &DMatrix<f64>) {
+    /// Few enough to save nearly half of the work, enough for products of matrices to run at full speed.
+    const GROUP: usize = 32;
+    let transposed = whitened.transpose();
+    let count = whitened.ncols();
+    for first in (0..count).step_by(GROUP) {
+        let columns = GROUP.min(count - first);
+        let rows = count - first;
+        sum.view_mut((first, first), (rows, columns)).gemm(
+            1.0,
+            &transposed.rows(first, rows),
+            &whitened.columns(first, columns),
+            1.0,
+        );
+    }
 }
 
 /// Share of each bin's freedom that a fit of the regressors takes: |bᵀ half|² with half · halfᵀ the inverse of

@@ -1,9 +1,10 @@
 //! Events in time are settled on every usable row, held-out ones included: a slip cannot be estimated where
 //! it did not happen, and a step in a gap of the fit has no time.
 //!
-//! Enters: the residual after everything else, and the noise. Leaves: steps, slips and windows with times, size and
+//! Enters: the residual after everything else, and the noise. Leaves: steps, slips, bursts and windows with times, size and
 //! chance. Only these pass here; no name or size of any other effect is touched.
 
+use super::bursts;
 use super::declare::FAMILY_SIGNIFICANCE;
 use super::empirical::{Form, Term};
 use super::events;
@@ -57,6 +58,7 @@ pub fn settle(
         let best = steps::steps(&bench, &left)
             .into_iter()
             .chain(events::slips(&bench, &left))
+            .chain(bursts::bursts(&bench, &left))
             .filter(|event| {
                 let known = bench.terms().iter().chain(&drift);
                 event.p_value < FAMILY_SIGNIFICANCE && !known.clone().any(|one| *one == event.term)

@@ -50,3 +50,25 @@ fn a_rate_that_settles_is_a_decay_and_no_step() {
     assert_eq!(text(found, "axis"), Some("x"));
     assert!(case.held_out_gain() > 0.0);
 }
+
+/// 1e-4 rad/s for a quarter of a second where nothing is fitted: 25 µrad, 80 standard deviations of a slip, and no slip.
+#[test]
+fn a_burst_that_nothing_fitted_saw_is_a_window_and_no_swarm_of_slips() {
+    let (size_rad_s, edges_s) = (1e-4, [30.0, 30.25]);
+    let burst = unlisted("z", size_rad_s, "window(30,30.25)");
+    let case = Case::diagnosed(Case::made(&three_alike(), &[burst], 43));
+    let kinds = case.kinds();
+    assert_eq!(kinds, ["unlisted"], "{:#?}", case.said.summary);
+    let found = case.found("unlisted");
+    assert_eq!(text(found, "axis"), Some("z"));
+    let expression = text(found, "expression").expect("an expression");
+    let inside = expression.strip_prefix("window(");
+    let inside = inside.and_then(|rest| rest.strip_suffix(')'));
+    let (from, to) = inside
+        .and_then(|edges| edges.split_once(','))
+        .expect("a window");
+    for (edge, truth_s) in [from, to].into_iter().zip(edges_s) {
+        let edge_s: f64 = edge.parse().expect("a time");
+        assert!((edge_s - truth_s).abs() < 0.05, "{expression}");
+    }
+}
