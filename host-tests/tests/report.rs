@@ -287,6 +287,7 @@ fn explained() -> Diagnosis {
             }],
         }],
         effects: vec![EffectEntry {
+            gravity_speaks_against: Vec::new(),
             kind: "axis_flexure".to_string(),
             indistinguishable_from: vec!["axis_flexure_cubic".to_string()],
             equation: "delta_ij = -K_ij alpha_j".to_string(),

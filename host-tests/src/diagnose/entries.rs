@@ -30,6 +30,11 @@ pub(super) fn listed(one: &Chosen) -> EffectEntry {
     let card = CATALOGUE[one.effect].card();
     let kept = parameters_of(one);
     EffectEntry {
+        gravity_speaks_against: one
+            .gravity_speaks_against
+            .iter()
+            .map(|&rival| CATALOGUE[rival].card().kind.to_string())
+            .collect(),
         kind: card.kind.to_string(),
         indistinguishable_from: one
             .indistinguishable_from
@@ -79,6 +84,7 @@ pub(super) fn regimes(verdict: &Verdict) -> Vec<RegimeEntry> {
 /// What has no name in the catalogue.
 pub(super) fn unlisted(equation: String, what_was_left_out: String) -> EffectEntry {
     EffectEntry {
+        gravity_speaks_against: Vec::new(),
         kind: "unlisted".to_string(),
         indistinguishable_from: Vec::new(),
         equation,
@@ -184,6 +190,7 @@ pub(super) fn term(halves: Vec<&FoundTerm>, streams: &Streams) -> EffectEntry {
         ),
     };
     EffectEntry {
+        gravity_speaks_against: Vec::new(),
         kind: found.term.kind().to_string(),
         indistinguishable_from: Vec::new(),
         equation: found.term.equation(),
@@ -223,6 +230,7 @@ pub(super) fn term(halves: Vec<&FoundTerm>, streams: &Streams) -> EffectEntry {
 pub(super) fn noise(excess: &Excess) -> EffectEntry {
     let (parameters, covariance) = by_axis(excess.values, excess.stds, excess.unit);
     EffectEntry {
+        gravity_speaks_against: Vec::new(),
         kind: excess.kind.to_string(),
         indistinguishable_from: excess
             .indistinguishable_from
@@ -257,6 +265,7 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
         unit: "s".to_string(),
     };
     EffectEntry {
+        gravity_speaks_against: Vec::new(),
         kind: fault.kind.to_string(),
         indistinguishable_from: fault
             .indistinguishable_from

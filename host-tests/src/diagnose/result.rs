@@ -230,6 +230,10 @@ pub struct EffectEntry {
     pub kind: String,
     /// Other kinds that the recording cannot tell from it.
     pub indistinguishable_from: Vec<String>,
+    /// Addition: those of them that the gyros alone cannot tell from it, and gravity, as the accelerometers feel it, speaks
+    /// against.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub gravity_speaks_against: Vec<String>,
     /// Its equation.
     pub equation: String,
     /// Parameters.

@@ -213,10 +213,22 @@ pub(super) fn effect_lines(effect: &EffectEntry) -> Vec<String> {
             fixed.std
         ));
     }
-    if !effect.indistinguishable_from.is_empty() {
+    let against = &effect.gravity_speaks_against;
+    let alike = effect.indistinguishable_from.iter();
+    let alike: Vec<&str> = alike
+        .filter(|kind| !against.contains(kind))
+        .map(String::as_str)
+        .collect();
+    if !alike.is_empty() {
         lines.push(format!(
             "      This recording cannot tell it from {}.",
-            effect.indistinguishable_from.join(", ")
+            alike.join(", ")
+        ));
+    }
+    if !against.is_empty() {
+        lines.push(format!(
+            "      The gyros alone cannot tell it from {}; gravity, as the accelerometers feel it, speaks against that.",
+            against.join(", ")
         ));
     }
     lines
@@ -249,7 +261,7 @@ pub(super) fn experiments(choice: &Choice) -> String {
         .iter()
         .filter(|one| {
             let card = CATALOGUE[one.effect].card();
-            !one.indistinguishable_from.is_empty()
+            one.indistinguishable_from.len() > one.gravity_speaks_against.len()
                 || identifiable(card, one).len() < parameters_of(one).len()
         })
         .map(|one| CATALOGUE[one.effect].card().next_experiment)

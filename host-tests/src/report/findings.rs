@@ -36,8 +36,7 @@ pub fn in_short(diagnosis: &Diagnosis) -> Option<Markup> {
     }
     let fallen = fallen_drifts(diagnosis);
     let rivals: Vec<String> = match &diagnosis.effects[..] {
-        [only] => only
-            .indistinguishable_from
+        [only] => not_told_apart(only)
             .iter()
             .map(|kind| spaced(kind))
             .collect(),
@@ -203,6 +202,15 @@ pub fn effects(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
+/// Kinds that nothing in the recording speaks against.
+fn not_told_apart(effect: &EffectEntry) -> Vec<&str> {
+    let alike = effect.indistinguishable_from.iter();
+    alike
+        .filter(|kind| !effect.gravity_speaks_against.contains(kind))
+        .map(String::as_str)
+        .collect()
+}
+
 fn one(effect: &EffectEntry) -> Markup {
     html! {
         article {
@@ -211,15 +219,23 @@ fn one(effect: &EffectEntry) -> Markup {
             @if !effect.equation.is_empty() { p.equation { (symbols(&effect.equation)) } }
             @if let Some(expression) = &effect.expression { p { "Expression: " code { (expression) } } }
             (known(effect))
-            @if !effect.indistinguishable_from.is_empty() {
+            @let alike = not_told_apart(effect);
+            @if !alike.is_empty() {
                 p.caution {
                     b { "Not told apart: " }
                     "this recording cannot tell it from "
-                    @for (place, kind) in effect.indistinguishable_from.iter().enumerate() {
+                    @for (place, kind) in alike.iter().enumerate() {
                         @if place > 0 { ", " }
                         (spaced(kind))
                     }
                     ". Either, or a mixture, gives what was measured."
+                }
+            }
+            @if !effect.gravity_speaks_against.is_empty() {
+                p.note {
+                    "The gyros alone cannot tell it from "
+                    (effect.gravity_speaks_against.iter().map(|kind| spaced(kind)).collect::<Vec<_>>().join(", "))
+                    "; gravity, as the accelerometers feel it, speaks against that."
                 }
             }
             @if effect.log_evidence_gain > 0.0 {

@@ -107,11 +107,19 @@ pub fn weigh(
     let both = [&own[..], &open[..]].concat();
     let mut look = Look::new(scene, given, gyros, &both, progress)?;
     if !open.is_empty() {
-        let felt = &look.weighed.choice.chosen;
-        let any_felt = felt.iter().any(|one| open.contains(&one.effect));
-        let said = whose::said(scene, (&look.weighed, &look.split), gyros, &open);
-        let changed = said.is_some_and(|said| whose::decide(gyros, &said, &open, &look.weighed));
-        if changed || any_felt {
+        let (felt, maybe, instead) = whose::felt(&look.weighed, &open);
+        let weighed = (&look.weighed, &look.split);
+        let mut changed = false;
+        if !maybe.is_empty()
+            && let Some(said) = whose::said(scene, weighed, gyros, (&open, &instead))
+        {
+            let all = [&felt[..], &maybe].concat();
+            changed = whose::decide(gyros, &said, (&all, false), &open, weighed.0);
+        }
+        if !changed && let Some(said) = whose::said(scene, weighed, gyros, (&open, &[])) {
+            changed = whose::decide(gyros, &said, (&felt, true), &open, weighed.0);
+        }
+        if changed || !felt.is_empty() {
             look = Look::new(scene, given, gyros, &own, progress)?;
         }
     }

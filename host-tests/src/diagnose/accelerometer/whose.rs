@@ -5,8 +5,8 @@
 //! accelerometers with the case: an error of the reference they feel, one of the gyros they do not.
 //!
 //! Enters: what the gyros' search found and what the accelerometers say of the reference's errors it left open, beside
-//! everything chosen of their own. Leaves: the catch, with names of the gyros' side only where gravity does not
-//! speak against them.
+//! everything chosen of their own. Leaves: the catch with the names that both agree with; what the gyros alone cannot tell
+//! apart stays one class, and says what gravity speaks against.
 //!
 //! Not here: a soft mount and an encoder's harmonics, which turn the case too little to be felt.
 
@@ -81,20 +81,20 @@ pub(super) fn open(choice: &Choice, candidates: &[usize]) -> Vec<usize> {
         .collect()
 }
 
-/// What the accelerometers say of the parameters of `open`, their own effects and the vertical fitted away, as
-/// information beside the gyros' (whose parameters count from the model).
+/// What the accelerometers say of the parameters of `open`, their own effects but those of `instead` and the vertical fitted
+/// away, as information beside the gyros' (whose parameters count from the model).
 pub(super) fn said(
     scene: &Scene,
     (weighed, split): (&Weighed, &Split),
     gyros: &Gyros,
-    open: &[usize],
+    (open, instead): (&[usize], &[usize]),
 ) -> Option<Information> {
     let parameters = gyros.parameters;
     let chosen = weighed.choice.chosen.iter();
     let own: Vec<usize> = chosen
         .clone()
         .map(|one| one.effect)
-        .filter(|effect| !open.contains(effect))
+        .filter(|effect| !open.contains(effect) && !instead.contains(effect))
         .collect();
     let mut at = no_effects();
     for one in chosen.filter(|one| own.contains(&one.effect)) {
@@ -152,24 +152,17 @@ fn already(gyros: &Gyros, index: usize) -> f64 {
         .map_or(0.0, |one| one.values[index - of(one.effect).start])
 }
 
-/// Takes `said` into the gyros' choice. Whether a name came or went.
+/// Takes `said` into the gyros' choice, where the accelerometers felt some errors of the reference; one that `may_add` to the
+/// names, and not only take the place of one, or not. Whether a name came or went.
 pub(super) fn decide(
     gyros: &mut Gyros,
     said: &Information,
+    (felt, may_add): (&[usize], bool),
     open: &[usize],
     weighed: &Weighed,
 ) -> bool {
     let (parameters, candidates) = (gyros.parameters, gyros.candidates);
     let before: Vec<usize> = effects(&gyros.catch.choice);
-    let felt: Vec<usize> = effects(&weighed.choice)
-        .into_iter()
-        .filter(|effect| open.contains(effect))
-        .collect();
-    // What the gyros show of a felt error belongs to one of these.
-    let mut doubtful = felt.clone();
-    let of = |&effect: &usize| mates(&gyros.catch.choice, candidates, effect);
-    doubtful.extend(felt.iter().flat_map(of));
-    let all = [&before[..], &doubtful].concat();
     let linearised = std::iter::once(&gyros.catch.information).chain(&gyros.otherwise);
     let ways: Vec<(&Information, Information)> = linearised
         .map(|alone| {
@@ -179,6 +172,11 @@ pub(super) fn decide(
             (alone, both)
         })
         .collect();
+    // What the gyros show of a felt error belongs to it or to one of its mates.
+    let of = |&effect: &usize| mates(&gyros.catch.choice, candidates, effect);
+    let mut doubtful = felt.to_vec();
+    doubtful.extend(felt.iter().flat_map(of));
+    let all = [&before[..], &doubtful].concat();
     let judged = ways.iter().map(|(alone, both)| {
         let all = all.clone();
         let (after, evidence) = select::reconsider(parameters, both, candidates, all, &doubtful);
@@ -188,6 +186,9 @@ pub(super) fn decide(
     let Some((after, _, alone, both)) = best else {
         return false;
     };
+    if after.len() > before.len() && !may_add {
+        return false;
+    }
     let changed = after != before;
     if changed {
         // One name in the place of another is as large as the gyros say; of two in its place they say nothing.
@@ -216,12 +217,35 @@ pub(super) fn decide(
             .filter(|effect| !before.contains(effect));
         let came: Vec<usize> = came.collect();
         for gone in before.iter().filter(|effect| !after.contains(effect)) {
-            gyros.catch.vetoed.push((*gone, reason(&came)));
+            let chosen = &gyros.catch.choice.chosen;
+            if !chosen
+                .iter()
+                .any(|one| one.indistinguishable_from.contains(gone))
+            {
+                gyros.catch.vetoed.push((*gone, reason(&came)));
+            }
         }
     }
     let ways: Vec<Information> = ways.into_iter().map(|(_, both)| both).collect();
     tell_apart(gyros, &ways, open);
     changed
+}
+
+/// The errors of the reference that the accelerometers felt, and those that they may have felt instead of effects of their
+/// own, with these effects.
+pub(super) fn felt(weighed: &Weighed, open: &[usize]) -> (Vec<usize>, Vec<usize>, Vec<usize>) {
+    let chosen = weighed.choice.chosen.iter();
+    let is_open = |effect: &usize| open.contains(effect);
+    let felt: Vec<usize> = effects(&weighed.choice)
+        .into_iter()
+        .filter(is_open)
+        .collect();
+    let own = chosen.filter(|one| !is_open(&one.effect));
+    let doubtful = own.filter(|one| one.indistinguishable_from.iter().any(is_open));
+    let instead: Vec<usize> = doubtful.clone().map(|one| one.effect).collect();
+    let rivals = doubtful.flat_map(|one| one.indistinguishable_from.iter().copied());
+    let maybe: Vec<usize> = rivals.filter(is_open).collect();
+    (felt, maybe, instead)
 }
 
 fn effects(choice: &Choice) -> Vec<usize> {
@@ -268,7 +292,7 @@ fn verdict(gyros: &Gyros, before: &[usize], effect: usize, weighed: &Weighed) ->
     )
 }
 
-/// Takes out of each class what gravity tells from the name that the class goes by.
+/// Says of each class what of it gravity speaks against.
 fn tell_apart(gyros: &mut Gyros, ways: &[Information], open: &[usize]) {
     let parameters = gyros.parameters;
     let set = effects(&gyros.catch.choice);
@@ -283,30 +307,17 @@ fn tell_apart(gyros: &mut Gyros, ways: &[Information], open: &[usize]) {
         gains.fold(f64::NEG_INFINITY, f64::max)
     };
     let full = gain(&set);
-    let mut told: Vec<(usize, String)> = Vec::new();
     for one in &mut gyros.catch.choice.chosen {
         let effect = one.effect;
         let concerns = |rival: usize| open.contains(&rival) != open.contains(&effect);
-        one.indistinguishable_from.retain(|&rival| {
-            if !concerns(rival) {
-                return true;
-            }
-            let mut other: Vec<usize> =
-                set.iter().copied().filter(|&kept| kept != effect).collect();
-            other.push(rival);
+        let rivals = one.indistinguishable_from.iter().copied();
+        let against = rivals.filter(|&rival| concerns(rival)).filter(|&rival| {
+            let rest = set.iter().copied().filter(|&kept| kept != effect);
+            let mut other: Vec<usize> = rest.chain([rival]).collect();
             other.sort_unstable();
-            let kept = 2.0 * (full - gain(&other)) < SEPARATION * SEPARATION;
-            if !kept {
-                told.push((rival, reason(&[effect])));
-            }
-            kept
+            2.0 * (full - gain(&other)) >= SEPARATION * SEPARATION
         });
-    }
-    let refused = &mut gyros.catch.vetoed;
-    for (effect, reason) in told {
-        if refused.iter().all(|(known, _)| *known != effect) {
-            refused.push((effect, reason));
-        }
+        one.gravity_speaks_against = against.collect();
     }
 }
 
