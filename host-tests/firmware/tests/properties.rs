@@ -12,6 +12,7 @@ use proptest::array::uniform3 as three;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use trueaxis::counter_bank::{AccelerometerInput, BankFrame, CounterBank};
+use trueaxis::design_parameters::{ADAPTATION_WINDOW_S, LEAST_WINDOW_SAMPLES};
 use trueaxis::parameters::AccelerometerParameters;
 use trueaxis::processor::{BootReport, Processor, Timing};
 use trueaxis::sample_source::{Reading, SampleSource, SourceFault};
@@ -184,8 +185,9 @@ fn survives<N: NumberSystem>(parameters: &Parameters, samples: &[Sample]) {
             assert_eq!(OutputFrame::from_bytes(&bytes), Ok(frame));
         }
     }
-    // Then the instrument stands still: 45 samples fill every history anew and end an output period of
-    // up to 40; from the next one on nothing of what came before may be left but a carried part of a code.
+    // Then the instrument stands still: 45 samples fill every history anew, a dither that stopped is known after two
+    // windows that end with a period, whereupon the swing of the accelerometers' arms is settled up, and both end an output period of up to 40;
+    // from the next one on nothing of what came before may be left but a carried part of a code.
     // A NaN or an infinity would stay for ever.
     let still = Sample {
         pulse_counts: [0; 3],
@@ -193,7 +195,8 @@ fn survives<N: NumberSystem>(parameters: &Parameters, samples: &[Sample]) {
         ..samples.last().copied().unwrap_or_default()
     };
     let period = usize::from(parameters.samples_per_output);
-    let last = (0..45 + 2 * period)
+    let window = (ADAPTATION_WINDOW_S * parameters.sample_rate_hz).max(LEAST_WINDOW_SAMPLES);
+    let last = (0..45 + 2 * (window.ceil() as usize + period) + 2 * period)
         .filter_map(|_| chain.process(&mut state, &still))
         .last()
         .expect("a frame in every period");
