@@ -11,7 +11,7 @@ use realfft::num_complex::Complex64;
 use std::f64::consts::SQRT_2;
 
 use super::empirical::{Form, Term};
-use super::events::{Event, JOINT_GUARD_ROWS, LEAST_PULSES, coarsest_rad, event};
+use super::events::{Event, LEAST_PULSES, coarsest_rad, event, guarded};
 use super::local;
 use super::portion::Bins;
 use super::workbench::Workbench;
@@ -173,12 +173,7 @@ pub fn bursts(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
     (0..3)
         .filter_map(|axis| {
             let matched = Matched::new(bench, axis, &left[axis])?;
-            let mut first = 0;
-            let runs = bench.portion.ranges.iter().filter_map(|range| {
-                let inside = first + JOINT_GUARD_ROWS
-                    ..(first + range.len()).saturating_sub(JOINT_GUARD_ROWS);
-                let offset = range.start as i64 - first as i64;
-                first += range.len();
+            let runs = guarded(&bench.portion).filter_map(|(inside, offset)| {
                 let (begin, width) = matched.best(inside.clone(), None, inside.end)?;
                 let row = (begin as i64 + offset) as usize;
                 let turned_rad = matched.run(begin, width) / matched.own(width) * width as f64;

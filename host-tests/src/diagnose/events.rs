@@ -7,17 +7,18 @@
 //! back to time.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
+use std::ops::Range;
 
 use super::bursts::Matched;
 use super::empirical::{Form, Term};
-use super::portion::Bins;
+use super::portion::{Bins, Portion};
 use super::qualify;
 use super::streams::Streams;
 use super::tone::Tone;
 use super::workbench::Workbench;
 
 /// Rows next to a joint in which a slip cannot be told from the joint's own free jump.
-pub(super) const JOINT_GUARD_ROWS: usize = 40;
+const JOINT_GUARD_ROWS: usize = 40;
 
 /// Pulses of the smallest slip.
 pub(super) const LEAST_PULSES: f64 = 1.5;
@@ -44,6 +45,18 @@ pub struct Event {
     pub p_value: f64,
 }
 
+/// Places in each stretch of a portion that are clear of its joints, and how far on in the recording's rows they are.
+pub(super) fn guarded(portion: &Portion) -> impl Iterator<Item = (Range<usize>, i64)> {
+    let mut first = 0;
+    portion.ranges.iter().map(move |range| {
+        let places =
+            first + JOINT_GUARD_ROWS..(first + range.len()).saturating_sub(JOINT_GUARD_ROWS);
+        let offset = range.start as i64 - first as i64;
+        first += range.len();
+        (places, offset)
+    })
+}
+
 /// The best slip on each gyro.
 pub fn slips(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
     let portion = &bench.portion;
@@ -52,15 +65,8 @@ pub fn slips(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
     (0..3)
         .filter_map(|axis| {
             let matched = Matched::new(bench, axis, &left[axis])?;
-            let guarded = portion.ranges.iter().flat_map({
-                let mut first = 0;
-                move |range| {
-                    let places = first + JOINT_GUARD_ROWS
-                        ..(first + range.len()).saturating_sub(JOINT_GUARD_ROWS);
-                    let offset = range.start as i64 - first as i64;
-                    first += range.len();
-                    places.map(move |place| (place, (place as i64 + offset) as usize))
-                }
+            let guarded = guarded(portion).flat_map(|(places, offset)| {
+                places.map(move |place| (place, (place as i64 + offset) as usize))
             });
             let (place, row) =
                 guarded.max_by(|a, b| matched.row(a.0).abs().total_cmp(&matched.row(b.0).abs()))?;

@@ -156,7 +156,7 @@ pub fn hunt(
         }
         if room {
             let explained = 2.0 * solution.log_likelihood_gain;
-            let found = sight.best_term(&values, &[], explained, &fresh);
+            let found = sight.refined(sight.best_term(&values, &[], explained, &fresh), &[]);
             if !found.is_empty() {
                 for (term, ratio, p_value) in found {
                     bench.add_term(term)?;
@@ -253,7 +253,7 @@ fn alike(a: &Term, b: &Term, resolution_hz: f64) -> bool {
 }
 
 /// The joint fit of a set and all found terms.
-fn fit(
+pub(super) fn fit(
     parameters: &Parameters,
     information: &Information,
     set: &[usize],
@@ -322,7 +322,7 @@ impl Sight<'_> {
             let for_numbers = 2.0 * (own.len() as f64 - 1.0);
             let needed = (CLEARLY_BETTER - for_numbers).max(0.0);
             if by_best.max(by_products) > share + needed {
-                return Some(Objection::Better(best));
+                return Some(Objection::Better(self.refined(best, &own)));
             }
         }
         choice
@@ -390,7 +390,7 @@ impl Sight<'_> {
         });
         // What imperfect regressors of the effects already found may leave behind.
         let allowance = REGRESSOR_FIDELITY * REGRESSOR_FIDELITY * explained;
-        let mut best: Vec<FoundOne> = events
+        events
             .chain(lines)
             .chain(harmonics)
             .chain(expressions)
@@ -401,8 +401,12 @@ impl Sight<'_> {
                     && found.iter().all(|(term, _, _)| fresh(term))
             })
             .max_by(|a, b| a[0].1.total_cmp(&b[0].1))
-            .unwrap_or_default();
-        for (Term { axis, form }, _, _) in &mut best {
+            .unwrap_or_default()
+    }
+
+    /// Terms that come in, each product of channels as it explains most.
+    fn refined(&self, mut found: Vec<FoundOne>, without: &[usize]) -> Vec<FoundOne> {
+        for (Term { axis, form }, _, _) in &mut found {
             if let Form::Product { expression } = form {
                 let at = (*axis, without);
                 *expression = self
@@ -410,7 +414,7 @@ impl Sight<'_> {
                     .refined(self.bench, self.survey, at, expression);
             }
         }
-        best
+        found
     }
 }
 

@@ -51,9 +51,15 @@ fn factors(expression: &str) -> impl Iterator<Item = &str> {
 /// Lags that are tried \[s\]: from a filter to a thermal mass. The one found is refined (products.rs).
 pub const LAGS_S: [f64; 4] = [0.1, 0.4, 1.6, 6.4];
 
+/// What stands in the brackets of a function of this name.
+pub(super) fn argument<'a>(name: &'a str, function: &str) -> Option<&'a str> {
+    let rest = name.strip_prefix(function)?.strip_prefix('(')?;
+    rest.strip_suffix(')')
+}
+
 /// The product and the time constant \[s\] of `lag(PRODUCT,s)`.
 pub fn as_lag(name: &str) -> Option<(&str, f64)> {
-    let inside = name.strip_prefix("lag(")?.strip_suffix(')')?;
+    let inside = argument(name, "lag")?;
     let (channel, constant) = inside.rsplit_once(',')?;
     let constant_s: f64 = constant.trim().parse().ok()?;
     (constant_s > 0.0 && constant_s.is_finite()).then_some((channel.trim(), constant_s))
@@ -100,10 +106,7 @@ pub fn signal(scene: &Scene, name: &str) -> Option<Vec<f64>> {
                 .collect(),
         );
     }
-    if let Some(limits) = name
-        .strip_prefix("window(")
-        .and_then(|rest| rest.strip_suffix(')'))
-    {
+    if let Some(limits) = argument(name, "window") {
         let (from, to) = limits.split_once(',')?;
         let (from_s, to_s): (f64, f64) = (from.trim().parse().ok()?, to.trim().parse().ok()?);
         let inside = |row: usize| {
@@ -112,20 +115,14 @@ pub fn signal(scene: &Scene, name: &str) -> Option<Vec<f64>> {
         };
         return Some((0..streams.rows).map(inside).collect());
     }
-    for (prefix, phase) in [("sine(", 0.0), ("cosine(", std::f64::consts::FRAC_PI_2)] {
-        if let Some(frequency) = name
-            .strip_prefix(prefix)
-            .and_then(|rest| rest.strip_suffix(')'))
-        {
+    for (shape, phase) in [("sine", 0.0), ("cosine", std::f64::consts::FRAC_PI_2)] {
+        if let Some(frequency) = argument(name, shape) {
             let turn = std::f64::consts::TAU * frequency.trim().parse::<f64>().ok()?;
             let at = |row: usize| (turn * streams.clock_s(row) + phase).sin();
             return Some((0..streams.rows).map(at).collect());
         }
     }
-    if let Some(constant) = name
-        .strip_prefix("decay(")
-        .and_then(|rest| rest.strip_suffix(')'))
-    {
+    if let Some(constant) = argument(name, "decay") {
         let constant_s = constant
             .trim()
             .parse::<f64>()
@@ -134,10 +131,7 @@ pub fn signal(scene: &Scene, name: &str) -> Option<Vec<f64>> {
         let at = |row: usize| (-streams.since_start_s(row) / constant_s).exp();
         return Some((0..streams.rows).map(at).collect());
     }
-    if let Some(recording) = name
-        .strip_prefix("recording(")
-        .and_then(|rest| rest.strip_suffix(')'))
-    {
+    if let Some(recording) = argument(name, "recording") {
         let mut inside = vec![0.0; streams.rows];
         let own = |piece: &&Piece| name_in_expression(&piece.recording) == recording;
         for piece in streams.pieces.iter().filter(own) {
@@ -148,10 +142,7 @@ pub fn signal(scene: &Scene, name: &str) -> Option<Vec<f64>> {
     if let Some((channel, constant_s)) = as_lag(name) {
         return Some(lagged(streams, &evaluate(scene, channel).ok()?, constant_s));
     }
-    if let Some(channel) = name
-        .strip_prefix("integral(")
-        .and_then(|rest| rest.strip_suffix(')'))
-    {
+    if let Some(channel) = argument(name, "integral") {
         return Some(integrated(streams, &evaluate(scene, channel).ok()?));
     }
     if let Some((_, values)) = streams.others.iter().find(|(other, _)| other == name) {

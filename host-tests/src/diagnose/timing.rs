@@ -15,6 +15,7 @@ use super::noise::Noise;
 use super::portion::Portion;
 use super::scene::Scene;
 use super::shapes::AHEAD_JUMP;
+use super::signals::argument;
 use super::slow::Slow;
 use super::split::{Split, usable_runs};
 use super::steps;
@@ -140,7 +141,7 @@ fn edges_s(term: &Term) -> Option<[f64; 2]> {
     let Form::Product { expression } = &term.form else {
         return None;
     };
-    let inside = expression.strip_prefix("window(")?.strip_suffix(')')?;
+    let inside = argument(expression, "window")?;
     let (from, to) = inside.split_once(',')?;
     Some([from.parse().ok()?, to.parse().ok()?])
 }

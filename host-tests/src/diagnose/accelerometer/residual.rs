@@ -8,7 +8,7 @@ use super::felt::Felt;
 use crate::diagnose::hypotheses::{self, CATALOGUE, Subject};
 use crate::diagnose::residual::values_of;
 use crate::diagnose::scene::Scene;
-use crate::diagnose::streams::{Triad, add, add_triad};
+use crate::diagnose::streams::{Triad, add_triad};
 
 /// The prediction that a scene with accelerometers has.
 pub(super) fn scene_felt(scene: &Scene) -> &Felt {
@@ -21,15 +21,8 @@ pub(super) fn prediction(scene: &Scene, effect: usize, values: &[f64]) -> Triad 
     if entry.subject() == Subject::Accelerometers {
         return entry.prediction(scene, values);
     }
-    let rows = scene_felt(scene).rows.count;
-    [0, 1, 2].map(|axis| {
-        let mut sum = vec![0.0; rows];
-        for (parameter, value) in values.iter().enumerate() {
-            if let Some(column) = entry.force_column(scene, parameter, axis) {
-                add(&mut sum, &column, *value);
-            }
-        }
-        sum
+    hypotheses::sum_of_columns(scene_felt(scene).rows.count, values, &|parameter, axis| {
+        entry.force_column(scene, parameter, axis)
     })
 }
 

@@ -16,7 +16,7 @@ use super::bench::ForceBench;
 use super::search::Weighed;
 use crate::diagnose::bench::Bench as _;
 use crate::diagnose::declare::SEPARATION;
-use crate::diagnose::hunt::Catch;
+use crate::diagnose::hunt::{self, Catch};
 use crate::diagnose::hypotheses::{CATALOGUE, find, no_effects};
 use crate::diagnose::information::Information;
 use crate::diagnose::invariance::Verdict;
@@ -299,10 +299,10 @@ fn tell_apart(gyros: &mut Gyros, ways: &[Information], open: &[usize]) {
     // A delay is judged where it is linearised best.
     let gain = |set: &[usize]| -> f64 {
         let gains = ways.iter().map(|both| {
-            let terms = parameters.count()..both.parameters;
-            let indices: Vec<usize> = parameters.of_all(set).into_iter().chain(terms).collect();
-            let solution = both.solve(&indices, &|index| prior_width(parameters, both, index));
-            solution.log_likelihood_gain
+            let terms = both.parameters - parameters.count();
+            hunt::fit(parameters, both, set, terms)
+                .1
+                .log_likelihood_gain
         });
         gains.fold(f64::NEG_INFINITY, f64::max)
     };

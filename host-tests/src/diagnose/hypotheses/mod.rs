@@ -285,15 +285,9 @@ pub trait Hypothesis: Sync {
             (Subject::Accelerometers, Some(felt)) => felt.rows.count,
             _ => scene.streams.rows,
         };
-        let mut total: Triad = [0, 1, 2].map(|_| vec![0.0; rows]);
-        for (axis, sum) in total.iter_mut().enumerate() {
-            for (parameter, value) in at.iter().enumerate().filter(|(_, value)| **value != 0.0) {
-                if let Some(column) = self.column(scene, at, parameter, axis) {
-                    add(sum, &column, *value);
-                }
-            }
-        }
-        total
+        sum_of_columns(rows, at, &|parameter, axis| {
+            self.column(scene, at, parameter, axis)
+        })
     }
 
     /// Whether `column` depends on `at`.
@@ -328,6 +322,27 @@ pub trait Hypothesis: Sync {
     fn missing(&self, _scene: &Scene) -> Option<&'static str> {
         None
     }
+}
+
+/// Columns of the parameters on each axis times their values, over so many rows.
+pub fn sum_of_columns(
+    rows: usize,
+    values: &[f64],
+    column: &dyn Fn(usize, usize) -> Option<Vec<f64>>,
+) -> Triad {
+    let mut total: Triad = [0, 1, 2].map(|_| vec![0.0; rows]);
+    for (axis, sum) in total.iter_mut().enumerate() {
+        for (parameter, value) in values
+            .iter()
+            .enumerate()
+            .filter(|(_, value)| **value != 0.0)
+        {
+            if let Some(column) = column(parameter, axis) {
+                add(sum, &column, *value);
+            }
+        }
+    }
+    total
 }
 
 /// Every effect the search considers, in the order of the contract's table.

@@ -3,6 +3,16 @@
 use super::case::{Case, holds, text, unlisted};
 use super::three_alike;
 
+/// Both edges of a window \[s\].
+fn edges_of(expression: &str) -> [f64; 2] {
+    let inside = expression.strip_prefix("window(");
+    let inside = inside.and_then(|rest| rest.strip_suffix(')'));
+    let (from, to) = inside
+        .and_then(|edges| edges.split_once(','))
+        .expect("a window");
+    [from, to].map(|edge| edge.parse().expect("a time"))
+}
+
 /// Opens where rows are held out and shuts in the next regime: 5e-6 rad/s, 1 °/h, 24 standard deviations.
 #[test]
 fn a_window_that_opens_where_nothing_is_fitted_has_its_edges_there() {
@@ -15,13 +25,7 @@ fn a_window_that_opens_where_nothing_is_fitted_has_its_edges_there() {
     assert_eq!(text(found, "axis"), Some("y"));
     holds(found, &[("coefficient", size_rad_s)]);
     let expression = text(found, "expression").expect("an expression");
-    let inside = expression.strip_prefix("window(");
-    let inside = inside.and_then(|rest| rest.strip_suffix(')'));
-    let (from, to) = inside
-        .and_then(|edges| edges.split_once(','))
-        .expect("a window");
-    for (edge, truth_s) in [from, to].into_iter().zip(edges_s) {
-        let edge_s: f64 = edge.parse().expect("a time");
+    for (edge_s, truth_s) in edges_of(expression).into_iter().zip(edges_s) {
         // White noise of the angle lets an edge of this size lie a tenth of a second off.
         assert!((edge_s - truth_s).abs() < 0.3, "{expression}");
     }
@@ -62,13 +66,7 @@ fn a_burst_that_nothing_fitted_saw_is_a_window_and_no_swarm_of_slips() {
     let found = case.found("unlisted");
     assert_eq!(text(found, "axis"), Some("z"));
     let expression = text(found, "expression").expect("an expression");
-    let inside = expression.strip_prefix("window(");
-    let inside = inside.and_then(|rest| rest.strip_suffix(')'));
-    let (from, to) = inside
-        .and_then(|edges| edges.split_once(','))
-        .expect("a window");
-    for (edge, truth_s) in [from, to].into_iter().zip(edges_s) {
-        let edge_s: f64 = edge.parse().expect("a time");
+    for (edge_s, truth_s) in edges_of(expression).into_iter().zip(edges_s) {
         assert!((edge_s - truth_s).abs() < 0.05, "{expression}");
     }
 }
