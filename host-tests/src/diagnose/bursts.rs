@@ -6,7 +6,7 @@
 //! With K the transform of 1/S, a constant over rows a to b shows as the sum of the residual's matched filter over them,
 //! with the variance Σ K(i − j) over both.
 
-use realfft::RealFftPlanner;
+use rayon::prelude::*;
 use realfft::num_complex::Complex64;
 use std::f64::consts::SQRT_2;
 
@@ -41,7 +41,7 @@ impl Matched {
         let portion = &bench.portion;
         let rows = portion.rows();
         let weights = bench.noise[axis].weights(portion);
-        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(rows);
+        let inverse = portion.inverse();
         let last = weights.len() - 1;
         let in_time = |mut bins: Vec<Complex64>| {
             bins[0].im = 0.0;
@@ -170,7 +170,8 @@ impl Matched {
 /// The burst that explains most on each gyro.
 pub fn bursts(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
     let scene = bench.scene();
-    (0..3)
+    (0..3_usize)
+        .into_par_iter()
         .filter_map(|axis| {
             let matched = Matched::new(bench, axis, &left[axis])?;
             let runs = guarded(&bench.portion).filter_map(|(inside, offset)| {

@@ -15,7 +15,6 @@
 //! Not here: coherence within single tiles, where there are too few bins to mean anything.
 
 use rayon::prelude::*;
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex64;
 use statrs::distribution::{Beta, ContinuousCDF};
 use std::ops::Range;
@@ -278,7 +277,6 @@ impl Spectra {
                 .total_cmp(&crosses[a].at_once().abs())
         });
         let mut products = 0;
-        let mut inverse = Inverse::new(&self.portion);
         let found = order
             .into_iter()
             .map(|place| {
@@ -286,7 +284,7 @@ impl Spectra {
                 products += usize::from(name.contains('*'));
                 let lagged = !name.contains('*') || products <= LAGGED_PRODUCTS;
                 let (lag_s, coherence) = if lagged && lags > 1 {
-                    inverse.best_lag(cross, first, rate_hz)
+                    best_lag(&self.portion, cross, first, rate_hz)
                 } else {
                     (0.0, cross.at_once())
                 };
@@ -338,35 +336,23 @@ impl Cross {
     }
 }
 
-/// Coherence at all lags by one inverse transform.
-struct Inverse {
-    transform: std::sync::Arc<dyn realfft::ComplexToReal<f64>>,
-}
-
-impl Inverse {
-    fn new(portion: &Portion) -> Self {
-        Self {
-            transform: RealFftPlanner::new().plan_fft_inverse(portion.rows()),
-        }
+/// The lag \[s\] within [`LONGEST_LAG_S`] of the largest coherence, and that: all lags by one inverse transform.
+fn best_lag(portion: &Portion, cross: &Cross, first: usize, rate_hz: f64) -> (f64, f64) {
+    let inverse = portion.inverse();
+    let mut input = inverse.make_input_vec();
+    for (bin, value) in input[first..].iter_mut().zip(&cross.bins) {
+        *bin = value * 0.5;
     }
-
-    /// The lag \[s\] within [`LONGEST_LAG_S`] of the largest coherence, and that.
-    fn best_lag(&mut self, cross: &Cross, first: usize, rate_hz: f64) -> (f64, f64) {
-        let mut input = self.transform.make_input_vec();
-        for (bin, value) in input[first..].iter_mut().zip(&cross.bins) {
-            *bin = value * 0.5;
-        }
-        let mut at_lag = self.transform.make_output_vec();
-        self.transform
-            .process(&mut input, &mut at_lag)
-            .expect("the ends are zero");
-        let most = (LONGEST_LAG_S * rate_hz).floor() as i64;
-        let rows = at_lag.len() as i64;
-        (-most..=most)
-            .map(|lag| (lag, at_lag[lag.rem_euclid(rows) as usize]))
-            .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
-            .map_or((0.0, 0.0), |(lag, value)| (lag as f64 / rate_hz, value))
-    }
+    let mut at_lag = inverse.make_output_vec();
+    inverse
+        .process(&mut input, &mut at_lag)
+        .expect("the ends are zero");
+    let most = (LONGEST_LAG_S * rate_hz).floor() as i64;
+    let rows = at_lag.len() as i64;
+    (-most..=most)
+        .map(|lag| (lag, at_lag[lag.rem_euclid(rows) as usize]))
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+        .map_or((0.0, 0.0), |(lag, value)| (lag as f64 / rate_hz, value))
 }
 
 /// Chance that |C| is as large in ν dimensions without a connection: C² ~ Beta(1/2, (ν − 1)/2).
@@ -423,7 +409,7 @@ mod tests {
         let (x, r) = (portion.transform(&channel), portion.transform(&residual));
         let band = 10..400;
         let cross = Cross::new(&x[band.clone()], &r[band.clone()], &vec![1.0; band.len()]);
-        let (lag_s, coherence) = Inverse::new(&portion).best_lag(&cross, band.start, rate_hz);
+        let (lag_s, coherence) = best_lag(&portion, &cross, band.start, rate_hz);
         assert_eq!(lag_s, late as f64 / rate_hz);
         assert!((coherence - 1.0).abs() < 1e-9, "{coherence}");
         assert!(chance(coherence, cross.dimensions) < 1e-12);

@@ -7,16 +7,19 @@
 //! band, is a gamma variable whose degrees count the window's correlation between bins. The lowest band is
 //! tested as a mean rate too, which is what a drift is. The threshold counts every tile.
 
-use realfft::RealFftPlanner;
+use rayon::prelude::*;
+use realfft::RealToComplex;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 use std::f64::consts::TAU;
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::coherence::Companion;
 use super::declare::{BAND_EDGES_HZ, TILE_S, TILE_SIGNIFICANCE};
 use super::noise::{LOWEST_SHARE, Noise};
 use super::split::{Regime, intersect, usable_runs};
 use super::streams::{Streams, Triad};
+use super::transforms;
 
 /// Variance of a sum of Hann-windowed bins over that of independent ones: 1 + 2 (2/3)² + 2 (1/6)².
 const HANN_CORRELATION: f64 = 1.0 + 2.0 * (4.0 / 9.0) + 2.0 / 36.0;
@@ -69,104 +72,144 @@ pub fn tiles(
     regimes: &[Regime],
     looked_at: &[Range<usize>],
 ) -> Vec<Tile> {
-    let mut planner = RealFftPlanner::<f64>::new();
-    let mut tiles = Vec::new();
+    let mut pieces: Vec<Range<usize>> = Vec::new();
     for regime in regimes {
         for stretch in intersect(std::slice::from_ref(&regime.rows), looked_at) {
             for stretch in usable_runs(&streams.usable, stretch) {
                 let seconds = stretch.len() as f64 / streams.rate_hz;
                 let count = (seconds / TILE_S).ceil().max(1.0) as usize;
-                for piece in 0..count {
-                    let rows = stretch.start + stretch.len() * piece / count
-                        ..stretch.start + stretch.len() * (piece + 1) / count;
-                    if rows.len() >= 64 {
-                        for axis in 0..3 {
-                            tiles.extend(test(
-                                &mut planner,
-                                (streams.rate_hz, streams.span_s()),
-                                axis,
-                                rows.clone(),
-                                &residual_rad[axis][rows.clone()],
-                                &noise[axis],
-                            ));
-                        }
-                    }
-                }
+                pieces.extend((0..count).map(|piece| {
+                    stretch.start + stretch.len() * piece / count
+                        ..stretch.start + stretch.len() * (piece + 1) / count
+                }));
             }
         }
     }
-    tiles
-}
-
-fn test(
-    planner: &mut RealFftPlanner<f64>,
-    (rate_hz, span_s): (f64, f64),
-    axis: usize,
-    rows: Range<usize>,
-    values: &[f64],
-    noise: &Noise,
-) -> Vec<Tile> {
-    let count = values.len() & !1;
-    let seconds = count as f64 / rate_hz;
-    let forward = planner.plan_fft_forward(count);
-    let window: Vec<f64> = (0..count)
-        .map(|k| 0.5 - 0.5 * (TAU * (k as f64 + 0.5) / count as f64).cos())
+    pieces.retain(|rows| rows.len() >= SHORTEST_ROWS);
+    let mut lengths: Vec<usize> = pieces.iter().map(even).collect();
+    lengths.sort_unstable();
+    lengths.dedup();
+    let kinds: Vec<Kind> = lengths
+        .into_par_iter()
+        .map(|count| Kind::new(count, (streams.rate_hz, streams.span_s()), noise))
         .collect();
-    let norm: f64 = window.iter().map(|w| w * w).sum();
-    let mut input: Vec<f64> = values[..count]
-        .iter()
-        .zip(&window)
-        .map(|(v, w)| v * w)
-        .collect();
-    let mut bins = forward.make_output_vec();
-    forward
-        .process(&mut input, &mut bins)
-        .expect("lengths come from the plan");
-    let mean_rad_s = values.iter().sum::<f64>() / values.len() as f64 * rate_hz;
-    let mean_std_rad_s = noise.mean_rate_std_rad_s(seconds, span_s);
-    // Drift does not start anew in each tile.
-    let floor_hz = LOWEST_SHARE / span_s;
-    BAND_EDGES_HZ
-        .windows(2)
-        .filter_map(|edges| {
-            let (low_hz, high_hz) = (edges[0], edges[1].min(rate_hz / 2.0));
-            let first = (low_hz * seconds).ceil() as usize;
-            let last = ((high_hz * seconds).ceil() as usize).min(count / 2);
-            if first >= last {
-                return None;
-            }
-            let (mut ratio, mut excess) = (0.0, 0.0);
-            for (bin, value) in bins.iter().enumerate().take(last).skip(first) {
-                // The window shows each bin a sixth of either neighbour's noise; in a short tile that counts.
-                let at = |bin: f64| noise.at(bin.abs() / seconds, floor_hz);
-                let here = bin as f64;
-                let level = (4.0 * at(here) + at(here - 1.0) + at(here + 1.0)) / 6.0;
-                let power = value.norm_sqr() / norm;
-                ratio += power / level;
-                excess += 2.0 * (power - level) / count as f64;
-            }
-            let number = (last - first) as f64;
-            let degrees = 2.0 * number / if number > 1.0 { HANN_CORRELATION } else { 1.0 };
-            let power = ratio / number;
-            let mut chance = ChiSquared::new(degrees).map_or(1.0, |law| law.sf(power * degrees));
-            if first == 0 {
-                let z = mean_rad_s / mean_std_rad_s;
-                let both_sides = 2.0 * Normal::standard().sf(z.abs());
-                // Two tests of one tile.
-                chance = (2.0 * chance.min(both_sides)).min(1.0);
-            }
-            Some(Tile {
-                axis,
-                rows: rows.clone(),
-                band_hz: (low_hz, high_hz),
-                power,
-                mean_rad_s,
-                mean_std_rad_s,
-                excess_rad_s: excess.max(0.0).sqrt() * rate_hz,
-                chance,
+    pieces
+        .into_par_iter()
+        .flat_map_iter(|rows| {
+            let kind = kinds
+                .binary_search_by_key(&even(&rows), |kind| kind.count)
+                .map(|place| &kinds[place])
+                .expect("every length has its kind");
+            (0..3).flat_map(move |axis| {
+                let values = &residual_rad[axis][rows.clone()];
+                kind.test(axis, rows.clone(), values)
             })
         })
         .collect()
+}
+
+/// Fewer rows have no bands.
+const SHORTEST_ROWS: usize = 64;
+
+fn even(rows: &Range<usize>) -> usize {
+    rows.len() & !1
+}
+
+/// What tiles of one length share.
+struct Kind {
+    count: usize,
+    rate_hz: f64,
+    window: Vec<f64>,
+    norm: f64,
+    forward: Arc<dyn RealToComplex<f64>>,
+    /// What the noise of each gyro makes of each bin behind the window.
+    levels: [Vec<f64>; 3],
+    mean_std_rad_s: [f64; 3],
+}
+
+impl Kind {
+    fn new(count: usize, (rate_hz, span_s): (f64, f64), noise: &[Noise; 3]) -> Self {
+        let seconds = count as f64 / rate_hz;
+        let window: Vec<f64> = (0..count)
+            .map(|k| 0.5 - 0.5 * (TAU * (k as f64 + 0.5) / count as f64).cos())
+            .collect();
+        // Drift does not start anew in each tile.
+        let floor_hz = LOWEST_SHARE / span_s;
+        let levels = noise.each_ref().map(|noise| {
+            let at = |bin: usize| noise.at(bin as f64 / seconds, floor_hz);
+            let level: Vec<f64> = (0..=count / 2 + 1).map(at).collect();
+            // The window shows each bin a sixth of either neighbour's noise; in a short tile that counts.
+            (0..=count / 2)
+                .map(|bin| (4.0 * level[bin] + level[bin.abs_diff(1)] + level[bin + 1]) / 6.0)
+                .collect()
+        });
+        Self {
+            count,
+            rate_hz,
+            norm: window.iter().map(|w| w * w).sum(),
+            window,
+            forward: transforms::forward(count),
+            levels,
+            mean_std_rad_s: noise
+                .each_ref()
+                .map(|noise| noise.mean_rate_std_rad_s(seconds, span_s)),
+        }
+    }
+
+    fn test(&self, axis: usize, rows: Range<usize>, values: &[f64]) -> Vec<Tile> {
+        let (count, rate_hz) = (self.count, self.rate_hz);
+        let seconds = count as f64 / rate_hz;
+        let mut input: Vec<f64> = values[..count]
+            .iter()
+            .zip(&self.window)
+            .map(|(v, w)| v * w)
+            .collect();
+        let mut bins = self.forward.make_output_vec();
+        self.forward
+            .process(&mut input, &mut bins)
+            .expect("lengths come from the plan");
+        let mean_rad_s = values.iter().sum::<f64>() / values.len() as f64 * rate_hz;
+        let mean_std_rad_s = self.mean_std_rad_s[axis];
+        BAND_EDGES_HZ
+            .windows(2)
+            .filter_map(|edges| {
+                let (low_hz, high_hz) = (edges[0], edges[1].min(rate_hz / 2.0));
+                let first = (low_hz * seconds).ceil() as usize;
+                let last = ((high_hz * seconds).ceil() as usize).min(count / 2);
+                if first >= last {
+                    return None;
+                }
+                let (mut ratio, mut excess) = (0.0, 0.0);
+                let levels = &self.levels[axis];
+                for (value, level) in bins[first..last].iter().zip(&levels[first..last]) {
+                    let power = value.norm_sqr() / self.norm;
+                    ratio += power / level;
+                    excess += 2.0 * (power - level) / count as f64;
+                }
+                let number = (last - first) as f64;
+                let degrees = 2.0 * number / if number > 1.0 { HANN_CORRELATION } else { 1.0 };
+                let power = ratio / number;
+                let mut chance =
+                    ChiSquared::new(degrees).map_or(1.0, |law| law.sf(power * degrees));
+                if first == 0 {
+                    let z = mean_rad_s / mean_std_rad_s;
+                    let both_sides = 2.0 * Normal::standard().sf(z.abs());
+                    // Two tests of one tile.
+                    chance = (2.0 * chance.min(both_sides)).min(1.0);
+                }
+                Some(Tile {
+                    axis,
+                    rows: rows.clone(),
+                    band_hz: (low_hz, high_hz),
+                    power,
+                    mean_rad_s,
+                    mean_std_rad_s,
+                    excess_rad_s: excess.max(0.0).sqrt() * rate_hz,
+                    chance,
+                })
+            })
+            .collect()
+    }
 }
 
 /// Joins the significant tiles that touch in time on the same channel and band. A location that reaches

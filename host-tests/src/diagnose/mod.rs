@@ -28,6 +28,8 @@ mod unmeasured;
 
 pub mod qualify;
 
+pub mod transforms;
+
 pub mod motion;
 
 pub mod scene;

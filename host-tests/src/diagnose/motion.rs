@@ -13,11 +13,13 @@
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
+use realfft::ComplexToReal;
 use realfft::num_complex::Complex64;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 use std::sync::Arc;
+
+use super::transforms;
 
 /// Rows of odd reflection at either end, so that a motion that does not end at rest does not ring.
 const MARGIN_ROWS: usize = 4096;
@@ -71,8 +73,7 @@ impl Spectrum {
             let share = 0.5 - 0.5 * (PI * (index + 1) as f64 / (rest + 1) as f64).cos();
             padded[rows + 2 * margin + index] = from + (to - from) * share;
         }
-        let mut planner = RealFftPlanner::new();
-        let forward: Arc<dyn RealToComplex<f64>> = planner.plan_fft_forward(length);
+        let forward = transforms::forward(length);
         let mut bins = forward.make_output_vec();
         forward
             .process(&mut padded, &mut bins)
@@ -86,7 +87,7 @@ impl Spectrum {
             length,
             rate_hz,
             edge_hz,
-            inverse: planner.plan_fft_inverse(length),
+            inverse: transforms::inverse(length),
         }
     }
 
@@ -256,8 +257,7 @@ pub fn mean_periodogram(values: &[f64], piece: usize) -> Vec<f64> {
         .map(|k| 0.5 - 0.5 * (TAU * (k as f64 + 0.5) / piece as f64).cos())
         .collect();
     let norm: f64 = window.iter().map(|w| w * w).sum();
-    let mut planner = RealFftPlanner::new();
-    let forward: Arc<dyn RealToComplex<f64>> = planner.plan_fft_forward(piece);
+    let forward = transforms::forward(piece);
     let (mut input, mut output) = (forward.make_input_vec(), forward.make_output_vec());
     let mut power = vec![0.0; piece / 2 + 1];
     let mut pieces = 0.0;

@@ -9,11 +9,12 @@
 //! data each: that is what [`Portion::joints`] is for.
 
 use realfft::num_complex::Complex64;
-use realfft::{RealFftPlanner, RealToComplex};
+use realfft::{ComplexToReal, RealToComplex};
 use std::ops::Range;
 use std::sync::Arc;
 
 use super::motion::smooth_length;
+use super::transforms;
 
 /// Every stretch costs a free jump, and work that grows with the square of their number: of a recording
 /// with many gaps only the longest stretches are used.
@@ -42,6 +43,7 @@ pub struct Portion {
     /// 4 sin² of half a row's phase in each bin: what differencing does to white noise there.
     differenced: Vec<f64>,
     forward: Arc<dyn RealToComplex<f64>>,
+    inverse: Arc<dyn ComplexToReal<f64>>,
 }
 
 /// 4 sin²(π f/rate).
@@ -80,7 +82,6 @@ impl Portion {
                 ranges.pop();
             }
         }
-        let forward = RealFftPlanner::new().plan_fft_forward(length);
         let frequency_hz = |bin: usize| bin as f64 * rate_hz / length as f64;
         let bins = 0..length / 2 + 1;
         Some(Self {
@@ -91,7 +92,8 @@ impl Portion {
             length,
             rate_hz,
             band_hz: [0.0, f64::INFINITY],
-            forward,
+            forward: transforms::forward(length),
+            inverse: transforms::inverse(length),
         })
     }
 
@@ -118,6 +120,11 @@ impl Portion {
     /// Number of bins.
     pub fn bins(&self) -> usize {
         self.length / 2 + 1
+    }
+
+    /// The plan from bins to rows, unscaled.
+    pub fn inverse(&self) -> &dyn ComplexToReal<f64> {
+        &*self.inverse
     }
 
     /// Frequency of a bin \[Hz\].
@@ -184,9 +191,8 @@ impl Portion {
         for near in bin.saturating_sub(around).max(1)..(bin + around).min(last) {
             kept[near] = bins[near] / std::f64::consts::SQRT_2;
         }
-        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(self.length);
-        let mut values = inverse.make_output_vec();
-        inverse
+        let mut values = self.inverse.make_output_vec();
+        self.inverse
             .process(&mut kept, &mut values)
             .expect("lengths come from the plan");
         let scale = 1.0 / (self.length as f64).sqrt();
@@ -206,9 +212,8 @@ impl Portion {
             .collect();
         // The inverse transform takes real ends.
         (halved[0], halved[last]) = (bins[0].re.into(), bins[last].re.into());
-        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(self.length);
-        let mut values = inverse.make_output_vec();
-        inverse
+        let mut values = self.inverse.make_output_vec();
+        self.inverse
             .process(&mut halved, &mut values)
             .expect("lengths come from the plan");
         let scale = 1.0 / (self.length as f64).sqrt();

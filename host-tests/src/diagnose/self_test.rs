@@ -19,8 +19,8 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
 use rayon::prelude::*;
+use realfft::ComplexToReal;
 use realfft::num_complex::Complex64;
-use realfft::{ComplexToReal, RealFftPlanner};
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
 
 use super::bench::Bench;
@@ -249,12 +249,12 @@ fn slid_rights(
 ) -> DMatrix<f64> {
     let count = parameters.count() + bench.terms().len();
     let everything: Vec<usize> = (0..count).collect();
-    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(bench.portion.rows());
+    let inverse = bench.portion.inverse();
     let mut total = DMatrix::zeros(count, shifts.len());
     for (axis, left) in left.iter().enumerate() {
         let weights = bench.noise[axis].weights(&bench.portion);
         let against = |column: &Bins| -> DVector<f64> {
-            let at_shift = slid_inner(&*inverse, column, left, &weights);
+            let at_shift = slid_inner(inverse, column, left, &weights);
             DVector::from_iterator(shifts.len(), shifts.iter().map(|&shift| at_shift[shift]))
         };
         let aside: Vec<&Regressor> = aside(bench.joints(), bench.nuisances(axis)).collect();
@@ -437,8 +437,12 @@ mod tests {
             .map(|bin| 1.0 / (1.0 + bin as f64))
             .collect();
         let bins = portion.transform(&column);
-        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(portion.rows());
-        let all = slid_inner(&*inverse, &bins, &portion.transform(&residual), &weights);
+        let all = slid_inner(
+            portion.inverse(),
+            &bins,
+            &portion.transform(&residual),
+            &weights,
+        );
         for shift in [0, 1, 123, 399] {
             let mut slid = residual.clone();
             slid.rotate_right(shift);
