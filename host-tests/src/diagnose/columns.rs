@@ -32,24 +32,34 @@ pub fn make(
     effects: &[usize],
     at: &[Vec<f64>],
 ) -> Vec<Column> {
-    let wanted: Vec<(usize, usize)> = parameters
-        .of_all(effects)
-        .into_iter()
-        .flat_map(|index| (0..3).map(move |axis| (index, axis)))
-        .collect();
-    wanted
-        .into_par_iter()
-        .filter_map(|(index, axis)| {
-            let ParameterId { effect, parameter } = parameters.id(index)?;
-            let values =
-                CATALOGUE[effect].column_on(subject, scene, &at[effect], (parameter, axis))?;
-            Some(Column {
-                axis,
-                index,
-                bins: Regressor::new(&portion.transform(&values)),
-            })
+    let mut columns = Vec::new();
+    let mut wanted: Vec<(usize, usize)> = Vec::new();
+    for &effect in effects {
+        let own = || CATALOGUE[effect].subject() == subject;
+        let at_once = own().then(|| CATALOGUE[effect].columns_at_once(scene, &at[effect]));
+        let of = parameters.of(effect);
+        match at_once.flatten() {
+            Some(rows) => columns.par_extend(rows.into_par_iter().map(
+                |(parameter, axis, values)| Column {
+                    axis,
+                    index: of.start + parameter,
+                    bins: Regressor::new(&portion.transform(&values)),
+                },
+            )),
+            None => wanted.extend(of.flat_map(|index| (0..3).map(move |axis| (index, axis)))),
+        }
+    }
+    columns.par_extend(wanted.into_par_iter().filter_map(|(index, axis)| {
+        let ParameterId { effect, parameter } = parameters.id(index)?;
+        let values = CATALOGUE[effect].column_on(subject, scene, &at[effect], (parameter, axis))?;
+        Some(Column {
+            axis,
+            index,
+            bins: Regressor::new(&portion.transform(&values)),
         })
-        .collect()
+    }));
+    columns.sort_by_key(|column| (column.index, column.axis));
+    columns
 }
 
 /// Makes the columns of one effect anew, linearised at `at`, in the place of those it had.

@@ -3,6 +3,8 @@
 //! Enters: the scene, the residual of the model \[rad per row\], a portion. Leaves: [`Information`] about all
 //! parameters of the catalogue, re-made when the noise or the point of linearisation changes.
 
+use realfft::num_complex::Complex64;
+
 use super::bench::Bench;
 use super::blocks::{Beside, Blocks};
 use super::columns::{self, Column};
@@ -13,7 +15,7 @@ use super::noise::{self, Declared, Noise, Series};
 use super::portion::{Bins, Portion};
 use super::regressor::{Regressor, regressors};
 use super::scene::Scene;
-use super::streams::Triad;
+use super::streams::{Triad, each_axis};
 
 /// A parameter of the catalogue: which effect, which of its parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -116,7 +118,7 @@ impl<'a> Workbench<'a> {
             scene,
             residual_rad,
             parameters,
-            residual: [0, 1, 2].map(|axis| portion.transform(&residual_rad[axis])),
+            residual: each_axis(|axis| portion.transform(&residual_rad[axis])),
             joints: regressors(&portion.joints()),
             nuisances: Default::default(),
             columns: columns::make(Subject::Gyros, scene, parameters, &portion, effects, at),
@@ -296,13 +298,19 @@ impl<'a> Workbench<'a> {
         if CATALOGUE[effect].is_linear() || at.iter().all(|value| *value == 0.0) {
             return;
         }
-        let prediction = CATALOGUE[effect].prediction(self.scene, at);
-        let mut bins = [0, 1, 2].map(|axis: usize| self.portion.transform(&prediction[axis]));
+        // What the prediction is proportional to drops out.
+        let gone = CATALOGUE[effect].proportional_to();
+        let mut bins = if gone.is_empty() {
+            let prediction = CATALOGUE[effect].prediction(self.scene, at);
+            [0, 1, 2].map(|axis: usize| self.portion.transform(&prediction[axis]))
+        } else {
+            [0, 1, 2].map(|_| vec![Complex64::default(); self.portion.bins()])
+        };
         for column in &self.columns {
             let Some(id) = self.parameters.id(column.index) else {
                 continue;
             };
-            if id.effect != effect {
+            if id.effect != effect || gone.contains(&id.parameter) {
                 continue;
             }
             let value = at[id.parameter];

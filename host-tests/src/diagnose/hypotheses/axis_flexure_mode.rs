@@ -8,6 +8,7 @@
 
 use rayon::prelude::*;
 use realfft::num_complex::Complex64;
+use std::ops::Range;
 
 use super::{Card, Hypothesis, Named, SIX, Shape, Sought};
 use crate::diagnose::portion::{Bins, inner};
@@ -103,6 +104,52 @@ impl Hypothesis for AxisFlexureMode {
             add(&mut total, &part, at[pair]);
         }
         Some(total)
+    }
+
+    fn columns_at_once(&self, scene: &Scene, at: &[f64]) -> Option<Vec<(usize, usize, Vec<f64>)>> {
+        let (mode_hz, damping) = (at[FREQUENCY], at[DAMPING]);
+        if mode_hz <= 0.0 {
+            return Some(Vec::new());
+        }
+        let pairs_about = |about: usize| {
+            let pairs = SIX.into_iter().enumerate();
+            pairs.filter(move |(_, (_, other))| *other == about)
+        };
+        // α behind the mode, and what it changes by with frequency and damping.
+        let bent: Vec<Vec<f64>> = (0..9_usize)
+            .into_par_iter()
+            .map(|place| {
+                let (about, which) = (place / 3, place % 3);
+                let tilts = |(pair, _): (usize, (usize, usize))| at[pair] != 0.0;
+                if which > 0 && !pairs_about(about).any(tilts) {
+                    return Vec::new();
+                }
+                scene.acceleration_through_rad_s2(about, &|frequency_hz| {
+                    response(frequency_hz, mode_hz, damping)[which]
+                })
+            })
+            .collect();
+        let of_pairs = SIX.into_iter().enumerate().map(|(pair, (gyro, about))| {
+            (pair, gyro, sensed(scene, gyro, about, &bent[3 * about]))
+        });
+        let of_others = (1..3).flat_map(|which| {
+            let bent = &bent;
+            (0..3).map(move |axis| {
+                let mut total = vec![0.0; scene.streams.rows];
+                for (pair, (gyro, about)) in SIX.into_iter().enumerate() {
+                    if gyro == axis && at[pair] != 0.0 {
+                        let part = sensed(scene, axis, about, &bent[3 * about + which]);
+                        add(&mut total, &part, at[pair]);
+                    }
+                }
+                (FREQUENCY + which - 1, axis, total)
+            })
+        });
+        Some(of_pairs.chain(of_others).collect())
+    }
+
+    fn proportional_to(&self) -> Range<usize> {
+        0..FREQUENCY
     }
 
     fn is_linear(&self) -> bool {

@@ -4,6 +4,8 @@
 //! the measured motion and pass through the same row means and dither as the data; all axes belong to one
 //! hypothesis. Adding an effect means one file and one line in [`CATALOGUE`].
 
+use std::ops::Range;
+
 use super::portion::Bins;
 use super::scene::Scene;
 use super::streams::{AXES, Triad, add};
@@ -263,6 +265,20 @@ pub trait Hypothesis: Sync {
     /// of an effect that turns the reference.
     fn force_column(&self, _scene: &Scene, _parameter: usize, _axis: usize) -> Option<Vec<f64>> {
         None
+    }
+
+    /// Every column there is at `at`, as (parameter, axis, rows), of an effect whose columns share most of their work.
+    fn columns_at_once(
+        &self,
+        _scene: &Scene,
+        _at: &[f64],
+    ) -> Option<Vec<(usize, usize, Vec<f64>)>> {
+        None
+    }
+
+    /// Parameters that the prediction of a nonlinear effect is proportional to: it is their columns times their values.
+    fn proportional_to(&self) -> Range<usize> {
+        0..0
     }
 
     /// What a unit of a parameter adds to the readings of a subject.
