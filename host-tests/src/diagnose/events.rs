@@ -6,6 +6,7 @@
 //! A slip is one impulse in the increments, so its matched filter is the residual divided by S, brought
 //! back to time.
 
+use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::ops::Range;
 
@@ -62,7 +63,8 @@ pub fn slips(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
     let portion = &bench.portion;
     let rows = portion.rows();
     let streams = &bench.scene().streams;
-    (0..3)
+    (0..3_usize)
+        .into_par_iter()
         .filter_map(|axis| {
             let matched = Matched::new(bench, axis, &left[axis])?;
             let guarded = guarded(portion).flat_map(|(places, offset)| {
@@ -107,7 +109,8 @@ pub fn lines(bench: &Workbench, left: &[Bins; 3]) -> Vec<[Event; 2]> {
     let portion = &bench.portion;
     let streams = &bench.scene().streams;
     let (from_hz, to_hz) = (2.0 / portion.seconds(), LINE_BAND_HZ);
-    (0..3)
+    (0..3_usize)
+        .into_par_iter()
         .filter_map(|axis| {
             let weights = bench.noise[axis].weights(portion);
             let (bin, _) = (1..portion.bins())

@@ -350,29 +350,32 @@ impl Sight<'_> {
     ) -> Vec<FoundOne> {
         let left = self.bench.left_over(values);
         let one = |term: Term, ratio: f64, p_value: f64| vec![(term, ratio, p_value)];
-        let events = steps::steps(self.bench, &left)
-            .into_iter()
-            .chain(events::slips(self.bench, &left))
-            .map(|event| one(event.term, event.ratio + PLAINER, event.p_value));
         // At rest the lines are in the bench already, and no reference tells a jump of the gyro from a nudge.
-        let moving = self.bench.scene().streams.at_rest.is_none();
-        let events = events.filter(|_| moving);
-        let lines = if moving {
-            events::lines(self.bench, &left)
-        } else {
-            Vec::new()
+        let ((steps, slips), (lines, harmonics)) = match self.bench.scene().streams.at_rest {
+            None => rayon::join(
+                || {
+                    rayon::join(
+                        || steps::steps(self.bench, &left),
+                        || events::slips(self.bench, &left),
+                    )
+                },
+                || {
+                    rayon::join(
+                        || events::lines(self.bench, &left),
+                        || reference_harmonic::harmonics(self.bench, &left),
+                    )
+                },
+            ),
+            Some(_) => Default::default(),
         };
+        let events = steps.into_iter().chain(slips);
+        let events = events.map(|event| one(event.term, event.ratio + PLAINER, event.p_value));
         let lines = lines.into_iter().map(|pair| {
             pair.into_iter()
                 .map(|e| (e.term, e.ratio, e.p_value))
                 .collect()
         });
         // What repeats with a table's angle: both halves enter together.
-        let harmonics = if moving {
-            reference_harmonic::harmonics(self.bench, &left)
-        } else {
-            Vec::new()
-        };
         let harmonics = harmonics.into_iter().map(|found| {
             found
                 .terms

@@ -7,6 +7,7 @@
 //! refined. A free constant and a free jump at every joint stand beside them.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use realfft::num_complex::Complex64;
 use std::f64::consts::{SQRT_2, TAU};
 use std::ops::Range;
@@ -31,7 +32,8 @@ pub fn steps(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
     let scan = Scan::new(bench);
     let streams = &bench.scene().streams;
     let trials = 3.0 * bench.portion.seconds() / GRID_S;
-    (0..3)
+    (0..3_usize)
+        .into_par_iter()
         .filter_map(|axis| {
             let gyro = scan.on(axis, &left[axis]);
             let best = |from_s: f64, to_s: f64, spacing_s: f64| {

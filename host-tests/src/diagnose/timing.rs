@@ -56,10 +56,19 @@ pub fn settle(
     loop {
         let (values, stds) = bench.term_sizes();
         let left = bench.left_over(&numbered(parameters, &values));
-        let best = steps::steps(&bench, &left)
+        let (steps, (slips, bursts)) = rayon::join(
+            || steps::steps(&bench, &left),
+            || {
+                rayon::join(
+                    || events::slips(&bench, &left),
+                    || bursts::bursts(&bench, &left),
+                )
+            },
+        );
+        let best = steps
             .into_iter()
-            .chain(events::slips(&bench, &left))
-            .chain(bursts::bursts(&bench, &left))
+            .chain(slips)
+            .chain(bursts)
             .filter(|event| {
                 let known = bench.terms().iter().chain(&drift);
                 event.p_value < FAMILY_SIGNIFICANCE && !known.clone().any(|one| *one == event.term)

@@ -7,6 +7,7 @@
 //! Power is judged in the located times and bands; a band too narrow to judge (the power of n bins scatters
 //! by 1/√n) is widened upwards until it holds enough of them.
 
+use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 use std::ops::Range;
 
@@ -60,9 +61,13 @@ pub fn validate(
     locations: &[Location],
     rate_hz: f64,
 ) -> Vec<Validation> {
-    (0..3)
-        .filter_map(|axis| {
-            let everything = Portion::new(held_out.to_vec(), rate_hz)?.within(counts_hz);
+    let Some(everything) = Portion::new(held_out.to_vec(), rate_hz) else {
+        return Vec::new();
+    };
+    let everything = everything.within(counts_hz);
+    (0..3_usize)
+        .into_par_iter()
+        .map(|axis| {
             let here: Vec<&Location> = locations
                 .iter()
                 .filter(|location| location.axis == axis)
@@ -105,7 +110,7 @@ pub fn validate(
                 .0,
                 ..judge(judged, values, &noise[axis], first..last)
             };
-            Some(Validation {
+            Validation {
                 axis,
                 band_hz: (
                     judged.frequency_hz(first),
@@ -113,7 +118,7 @@ pub fn validate(
                 ),
                 before: figures(&before_rad[axis]),
                 after: figures(&after_rad[axis]),
-            })
+            }
         })
         .collect()
 }

@@ -4,6 +4,8 @@
 //! [`Information`] over all parameters of the catalogue and, behind them, the unknowns of the vertical, which
 //! belong to every fit.
 
+use rayon::prelude::*;
+
 use crate::diagnose::bench::Bench;
 use crate::diagnose::columns::{self, Column};
 use crate::diagnose::hypotheses::{CATALOGUE, Subject};
@@ -12,7 +14,7 @@ use crate::diagnose::noise::{self, Declared, Noise};
 use crate::diagnose::portion::{Bins, Portion};
 use crate::diagnose::regressor::{Regressor, regressors};
 use crate::diagnose::scene::Scene;
-use crate::diagnose::streams::{Triad, add_triad};
+use crate::diagnose::streams::{Triad, add_triad, each_axis};
 use crate::diagnose::workbench::{ParameterId, Parameters};
 
 /// See the page above.
@@ -47,7 +49,7 @@ impl<'a> ForceBench<'a> {
             scene,
             parameters,
             residual_m_s,
-            residual: [0, 1, 2].map(|axis| portion.transform(&residual_m_s[axis])),
+            residual: each_axis(|axis| portion.transform(&residual_m_s[axis])),
             joints: regressors(&portion.joints()),
             columns: columns::make(
                 Subject::Accelerometers,
@@ -68,16 +70,19 @@ impl<'a> ForceBench<'a> {
         };
         let tilts = felt.vertical.columns(&felt.rows, &felt.carried);
         bench.unknowns = tilts.len();
-        for (place, tilt) in tilts.iter().enumerate() {
-            for (axis, force) in tilt.iter().enumerate() {
-                let sensed = felt.sensed_from_force(axis, force.iter().copied());
-                bench.columns.push(Column {
-                    axis,
-                    index: parameters.count() + place,
-                    bins: Regressor::new(&bench.portion.transform(&sensed)),
-                });
+        let of_axes =
+            (0..tilts.len()).flat_map(|place| (0..3_usize).map(move |axis| (place, axis)));
+        let of_axes: Vec<(usize, usize)> = of_axes.collect();
+        let portion = &bench.portion;
+        let tilted = of_axes.into_par_iter().map(|(place, axis)| {
+            let force = tilts[place][axis].iter().copied();
+            Column {
+                axis,
+                index: parameters.count() + place,
+                bins: Regressor::new(&portion.transform(&felt.sensed_from_force(axis, force))),
             }
-        }
+        });
+        bench.columns.par_extend(tilted);
         bench
     }
 
@@ -136,7 +141,7 @@ impl<'a> ForceBench<'a> {
             }
             add_triad(&mut shifted, &entry.prediction(self.scene, at), -1.0);
         }
-        self.residual = [0, 1, 2].map(|axis| self.portion.transform(&shifted[axis]));
+        self.residual = each_axis(|axis| self.portion.transform(&shifted[axis]));
         for column in &self.columns {
             let Some(ParameterId { effect, parameter }) = self.parameters.id(column.index) else {
                 continue;

@@ -13,12 +13,13 @@
 //! its rows are out of use (rows.rs). Not here: the Earth (vertical.rs).
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use rayon::prelude::*;
 use realfft::num_complex::Complex64;
 
 use super::rows::Rows;
 use crate::diagnose::motion::{Reading, Spectrum, sinc};
 use crate::diagnose::scene::Scene;
-use crate::diagnose::streams::{AXES, Triad};
+use crate::diagnose::streams::{AXES, Triad, each_axis};
 use crate::model::ModelEffect;
 
 /// See the page above; everything by row of the accelerometers.
@@ -52,6 +53,10 @@ impl Carried {
                 .collect();
             rows.gather(&whole)
         };
+        /// Six products of two axes, and which of them is whose.
+        const OF: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+        const PAIRS: [[usize; 3]; 3] = [[0, 3, 4], [3, 1, 5], [4, 5, 2]];
+        let squares: Vec<Vec<f64>> = OF.into_par_iter().map(|(i, j)| product(i, j)).collect();
         let share = rows.rate_hz / scene.streams.rate_hz;
         Self {
             body_from_start: [0, 1, 2].map(|body| {
@@ -62,8 +67,8 @@ impl Carried {
                 })
             }),
             angle_rad,
-            turned_rad_s: [0, 1, 2].map(|axis| rows.gather(&scene.case_ahead_rad(axis, 1, 0.0))),
-            squared_rad2_s: [0, 1, 2].map(|i| [0, 1, 2].map(|j| product(i.min(j), i.max(j)))),
+            turned_rad_s: each_axis(|axis| rows.gather(&scene.case_ahead_rad(axis, 1, 0.0))),
+            squared_rad2_s: [0, 1, 2].map(|i| [0, 1, 2].map(|j| squares[PAIRS[i][j]].clone())),
         }
     }
 
@@ -114,16 +119,19 @@ impl Carried {
         at_start: Vector3<f64>,
         turning_rad_s: Vector3<f64>,
     ) -> Triad {
-        let mut body: Triad = [0, 1, 2].map(|_| Vec::with_capacity(rows.count));
-        for row in 0..rows.count {
+        let at = |row: usize| {
             let since_s = rows.middle_s(row) - rows.start_s;
-            let now = UnitQuaternion::from_scaled_axis(turning_rad_s * since_s) * at_start;
-            for (axis, values) in body.iter_mut().enumerate() {
-                let means = &self.body_from_start[axis];
-                values.push(means[0][row] * now.x + means[1][row] * now.y + means[2][row] * now.z);
-            }
-        }
-        body
+            UnitQuaternion::from_scaled_axis(turning_rad_s * since_s) * at_start
+        };
+        let turned: Vec<Vector3<f64>> = (0..rows.count).into_par_iter().map(at).collect();
+        each_axis(|axis| {
+            let means = &self.body_from_start[axis];
+            let rows = turned.iter().enumerate();
+            rows.map(|(row, now)| {
+                means[0][row] * now.x + means[1][row] * now.y + means[2][row] * now.z
+            })
+            .collect()
+        })
     }
 }
 
@@ -153,29 +161,31 @@ impl Fine {
         }
         let rate_hz = scene.streams.rate_hz;
         // The whole band: nothing may be lost of what the parts add up to.
-        let spectra = case_rad.map(|values| Spectrum::new(&values, rate_hz, rate_hz));
+        let spectra = each_axis(|axis| Spectrum::new(&case_rad[axis], rate_hz, rate_hz));
         let part_hz = rate_hz * parts as f64;
         let mean_over_part = |frequency_hz: f64| Complex64::from(sinc(frequency_hz / part_hz));
         let at_once = |_: f64| Complex64::from(1.0);
-        let through = |spectrum: &Spectrum, response: &dyn Fn(f64) -> Complex64, scale: f64| {
-            let each: Vec<Vec<f64>> = (0..parts)
-                .map(|part| {
-                    spectrum.read_through(
-                        Reading {
-                            derivative: 0,
-                            ahead_s: (part as f64 + 0.5) / part_hz - 0.5 / rate_hz,
-                            undo_row_mean: true,
-                        },
-                        response,
-                    )
-                })
-                .collect();
-            let rows = 0..each[0].len();
-            rows.flat_map(|row| each.iter().map(move |part| part[row] * scale))
-                .collect::<Vec<f64>>()
-        };
-        let of = |response: &dyn Fn(f64) -> Complex64, scale: f64| {
-            [0, 1, 2].map(|axis: usize| through(&spectra[axis], response, scale))
+        let through =
+            |spectrum: &Spectrum, response: &(dyn Fn(f64) -> Complex64 + Sync), scale: f64| {
+                let each: Vec<Vec<f64>> = (0..parts)
+                    .into_par_iter()
+                    .map(|part| {
+                        spectrum.read_through(
+                            Reading {
+                                derivative: 0,
+                                ahead_s: (part as f64 + 0.5) / part_hz - 0.5 / rate_hz,
+                                undo_row_mean: true,
+                            },
+                            response,
+                        )
+                    })
+                    .collect();
+                let rows = 0..each[0].len();
+                rows.flat_map(|row| each.iter().map(move |part| part[row] * scale))
+                    .collect::<Vec<f64>>()
+            };
+        let of = |response: &(dyn Fn(f64) -> Complex64 + Sync), scale: f64| {
+            each_axis(|axis| through(&spectra[axis], response, scale))
         };
         Self {
             increments_rad: of(&mean_over_part, 1.0 / parts as f64),

@@ -7,6 +7,7 @@
 //! Columns use this force, not the measured one: noise in a regressor would pull its coefficient to zero.
 
 use nalgebra::Vector3;
+use std::sync::OnceLock;
 
 use super::carried::Carried;
 use super::rows::Rows;
@@ -26,7 +27,8 @@ pub struct Felt {
     pub force_m_s2: Triad,
     /// Scale error of the model, for the 1/(1 − s_i) of a reading.
     pub scale_error: [f64; 3],
-    spectra: [Spectrum; 3],
+    /// Of the force, once they are asked for.
+    spectra: OnceLock<[Spectrum; 3]>,
 }
 
 impl Felt {
@@ -34,7 +36,7 @@ impl Felt {
     pub fn new(rows: Rows, carried: Carried, vertical: Vertical, scale_error: [f64; 3]) -> Self {
         let force_m_s2 = vertical.force_m_s2(&rows, &carried);
         Self {
-            spectra: spectra(&force_m_s2, rows.rate_hz),
+            spectra: OnceLock::new(),
             rows,
             carried,
             vertical,
@@ -47,12 +49,16 @@ impl Felt {
     pub fn moved(&mut self, unknowns: &[f64]) {
         self.vertical = self.vertical.moved(unknowns);
         self.force_m_s2 = self.vertical.force_m_s2(&self.rows, &self.carried);
-        self.spectra = spectra(&self.force_m_s2, self.rows.rate_hz);
+        self.spectra = OnceLock::new();
     }
 
     /// The force `ahead_s` later than each row says, differentiated `derivative` times.
     pub fn force_ahead(&self, axis: usize, derivative: i32, ahead_s: f64) -> Vec<f64> {
-        self.spectra[axis].read(Reading {
+        // It is computed, not measured: nothing in it is noise.
+        let whole_band_hz = self.rows.rate_hz;
+        let spectrum =
+            |axis: usize| Spectrum::new(&self.force_m_s2[axis], self.rows.rate_hz, whole_band_hz);
+        self.spectra.get_or_init(|| [0, 1, 2].map(spectrum))[axis].read(Reading {
             derivative,
             ahead_s,
             undo_row_mean: false,
@@ -94,10 +100,4 @@ impl Felt {
         let bias = bias_m_s2 / (1.0 - self.scale_error[axis]);
         self.sensed_from_force(axis, self.force_m_s2[axis].iter().map(|force| force + bias))
     }
-}
-
-fn spectra(force_m_s2: &Triad, rate_hz: f64) -> [Spectrum; 3] {
-    // It is computed, not measured: nothing in it is noise.
-    let whole_band_hz = rate_hz;
-    [0, 1, 2].map(|axis| Spectrum::new(&force_m_s2[axis], rate_hz, whole_band_hz))
 }

@@ -8,7 +8,7 @@ use super::felt::Felt;
 use crate::diagnose::hypotheses::{self, CATALOGUE, Subject};
 use crate::diagnose::residual::values_of;
 use crate::diagnose::scene::Scene;
-use crate::diagnose::streams::{Triad, add_triad};
+use crate::diagnose::streams::{Triad, add_triad, each_axis};
 
 /// The prediction that a scene with accelerometers has.
 pub(super) fn scene_felt(scene: &Scene) -> &Felt {
@@ -35,7 +35,7 @@ pub(super) fn residual_m_s(scene: &Scene, given: &Given) -> Triad {
         .as_ref()
         .map_or([0.0; 3], |accelerometer| accelerometer.bias_m_s2);
     let mut residual = felt.rows.sensed_m_s.clone();
-    let plain = [0, 1, 2].map(|axis: usize| felt.sensed_m_s(axis, bias_m_s2[axis]));
+    let plain = each_axis(|axis| felt.sensed_m_s(axis, bias_m_s2[axis]));
     add_triad(&mut residual, &plain, -1.0);
     for effect in &given.model.effects {
         let known = hypotheses::find(&effect.kind).map(|(_, hypothesis)| hypothesis);
