@@ -35,7 +35,7 @@ fn model(numbers: [f64; 3], effects: Vec<ModelEffect>) -> Model {
         accelerometer: Some(Accelerometer {
             bias_m_s2: numbers.map(|v| v * 1e-3),
             scale_error: [0.0; 3],
-            noise_m_s2_sqrt_hz: 4e-5,
+            noise_m_s2_sqrt_hz: [4e-5, 4e-5, 6e-5],
         }),
         effects,
     }
@@ -114,4 +114,31 @@ fn a_key_that_is_not_known_is_passed_over_with_a_warning() {
         warnings[0].contains("`author`") && warnings[1].contains("`gyro.colour`"),
         "{warnings:?}"
     );
+}
+
+#[test]
+fn accelerometer_noise_is_one_number_or_three_and_only_counts_need_a_pulse_weight() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("model.toml");
+    for (written, expected) in [
+        ("noise_m_s2_sqrt_hz = 2e-4", [2e-4; 3]),
+        (
+            "noise_m_s2_sqrt_hz = [1e-4, 2e-4, 3e-4]",
+            [1e-4, 2e-4, 3e-4],
+        ),
+        ("", [0.0; 3]),
+    ] {
+        let text = format!("format = 1\n[gyro]\n[accelerometer]\n{written}\n");
+        std::fs::write(&path, text).expect("a file");
+        let model = Model::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        let noise = model
+            .accelerometer
+            .as_ref()
+            .map(|one| one.noise_m_s2_sqrt_hz);
+        assert_eq!(noise, Some(expected));
+        assert!(!model.gyro.names_pulse_weights());
+        model.write(&path).unwrap_or_else(|error| panic!("{error}"));
+        let back = Model::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(back, model);
+    }
 }

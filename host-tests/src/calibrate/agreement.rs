@@ -28,13 +28,10 @@ const NOT_ONE: f64 = 1e-9;
 pub fn gyros_report_alike(recordings: &[Recording]) -> Result<(), InputError> {
     let mut first: Option<(String, f64)> = None;
     for recording in recordings {
-        let Some((table, channel)) = [
-            Quantity::GyroCount,
-            Quantity::GyroIncrement,
-            Quantity::GyroRate,
-        ]
-        .iter()
-        .find_map(|quantity| recording.channel(quantity, "x")) else {
+        let Some((table, channel)) = Quantity::GYROS
+            .iter()
+            .find_map(|quantity| recording.channel(quantity, "x"))
+        else {
             continue;
         };
         let Clock::Uniform { rate_hz, .. } = table.clock else {

@@ -7,6 +7,7 @@
 
 use super::streams::Triad;
 use crate::error::InputError;
+use crate::model::Model;
 use crate::recording::{Channel, Clock, Quantity, Recording, Table};
 
 /// Quantity of the recorder's own times, beside a nominal clock \[s\].
@@ -21,6 +22,21 @@ pub(super) struct GyroTable<'a> {
 }
 
 impl GyroTable<'_> {
+    /// A model that does not say what a pulse is predicts no counts.
+    pub(super) fn expect_pulse_weights(
+        &self,
+        file: &std::path::Path,
+        model: &Model,
+    ) -> Result<(), InputError> {
+        if self.quantity != Quantity::GyroCount || model.gyro.names_pulse_weights() {
+            return Ok(());
+        }
+        let what = "the gyros count pulses, and the model does not say what a pulse is";
+        Err(InputError::new(file, what)
+            .channel(self.channels[0].column.clone())
+            .expected("gyro.pulse_weight_rad in the model"))
+    }
+
     /// The recorder's own times, NaN in gaps.
     pub(super) fn stamps_s(&self) -> Option<&[f64]> {
         let own_times = Quantity::Other(TIME_STAMP.to_string());
@@ -72,12 +88,7 @@ impl<'a> Finder<'a> {
 
     /// The gyros, or what is wrong with them.
     pub(super) fn gyro(&self, file: &std::path::Path) -> Result<GyroTable<'a>, InputError> {
-        let kinds = [
-            Quantity::GyroCount,
-            Quantity::GyroIncrement,
-            Quantity::GyroRate,
-        ];
-        let found = kinds
+        let found = Quantity::GYROS
             .iter()
             .find_map(|quantity| Some((quantity, self.triad(quantity)?)));
         let Some((quantity, channels)) = found else {

@@ -118,6 +118,7 @@ impl Streams {
         };
         let finder = Finder::new(recording);
         let gyro = finder.gyro(&file)?;
+        gyro.expect_pulse_weights(&file, model)?;
         let (rate_hz, table_start_s) = gyro.clock;
         let dithered = gyro.quantity == Quantity::GyroCount;
         // Increments and rates carry no dither to strip (contract), whatever else was recorded.

@@ -29,14 +29,9 @@ impl Model {
     /// error names `path` and the key.
     pub fn check(&self, path: &Path) -> Result<(), InputError> {
         let gyro = &self.gyro;
-        let tiny = f64::MIN_POSITIVE;
-        triple(
-            path,
-            "gyro.pulse_weight_rad",
-            gyro.pulse_weight_rad,
-            [tiny, LARGEST_PULSE_RAD],
-            "rad",
-        )?;
+        if gyro.names_pulse_weights() {
+            pulse_weights(path, gyro.pulse_weight_rad)?;
+        }
         let bias = [-LARGEST_BIAS_RAD_S, LARGEST_BIAS_RAD_S];
         triple(path, "gyro.bias_rad_s", gyro.bias_rad_s, bias, "rad/s")?;
         let scale = [-LARGEST_SCALE_ERROR, LARGEST_SCALE_ERROR];
@@ -114,7 +109,7 @@ impl Model {
                 "1",
             )?;
             let key = "accelerometer.noise_m_s2_sqrt_hz";
-            within(
+            triple(
                 path,
                 key,
                 accelerometer.noise_m_s2_sqrt_hz,
@@ -204,6 +199,13 @@ fn check_effect(path: &Path, index: usize, effect: &ModelEffect) -> Result<(), I
         }
     }
     Ok(())
+}
+
+/// Pulse weights \[rad\] as they are given, where they are possible.
+pub(super) fn pulse_weights(path: &Path, weights: [f64; 3]) -> Result<[f64; 3], InputError> {
+    let range = [f64::MIN_POSITIVE, LARGEST_PULSE_RAD];
+    triple(path, "gyro.pulse_weight_rad", weights, range, "rad")?;
+    Ok(weights)
 }
 
 fn triple(

@@ -2,13 +2,15 @@
 //!
 //! Enters: the path. Leaves: [`Model`], checked, and warnings about keys this version does not know.
 //! What the contract gives a neutral value may be absent: bias, scale error and installation are then 0,
-//! the pickoff gain 1, the motion that of the reference. Pulse weights and noises have no neutral value.
+//! the pickoff gain 1, the motion that of the reference. Pulse weights have no neutral value, but only counts ask for
+//! them. An accelerometer noise that is absent is estimated.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Deserialize;
 
+use super::bounds;
 use super::catalogue::SIX;
 use super::{
     Accelerometer, Dither, EffectValue, Gyro, Installation, Model, ModelEffect, MotionSource,
@@ -58,9 +60,26 @@ impl TryFrom<Vec<f64>> for Triple {
     }
 }
 
+/// One number for all three axes, or three.
+#[derive(Deserialize, Clone, Copy)]
+#[serde(untagged, expecting = "expected a number, or three for x, y, z")]
+enum OneOrThree {
+    One(f64),
+    Three(Triple),
+}
+
+impl OneOrThree {
+    fn each(self) -> [f64; 3] {
+        match self {
+            Self::One(value) => [value; 3],
+            Self::Three(Triple(values)) => values,
+        }
+    }
+}
+
 #[derive(Deserialize)]
 struct GyroEntry {
-    pulse_weight_rad: Triple,
+    pulse_weight_rad: Option<Triple>,
     bias_rad_s: Option<Triple>,
     scale_error: Option<Triple>,
     angle_random_walk_rad_sqrt_s: Option<Triple>,
@@ -84,7 +103,7 @@ struct ReferenceEntry {
 struct AccelerometerEntry {
     bias_m_s2: Option<Triple>,
     scale_error: Option<Triple>,
-    noise_m_s2_sqrt_hz: f64,
+    noise_m_s2_sqrt_hz: Option<OneOrThree>,
 }
 
 /// The keys this version knows, by section; `""` is the top.
@@ -144,7 +163,10 @@ impl Model {
             },
             earth_rate_in_reference: motion.is_some_and(|motion| motion.earth_rate),
             gyro: Gyro {
-                pulse_weight_rad: file.gyro.pulse_weight_rad.0,
+                pulse_weight_rad: match file.gyro.pulse_weight_rad {
+                    Some(Triple(weights)) => bounds::pulse_weights(path, weights)?,
+                    None => [0.0; 3],
+                },
                 bias_rad_s: file.gyro.bias_rad_s.unwrap_or(zero).0,
                 scale_error: file.gyro.scale_error.unwrap_or(zero).0,
                 angle_random_walk_rad_sqrt_s: file.gyro.angle_random_walk_rad_sqrt_s.map(|t| t.0),
@@ -164,7 +186,9 @@ impl Model {
             accelerometer: file.accelerometer.map(|accelerometer| Accelerometer {
                 bias_m_s2: accelerometer.bias_m_s2.unwrap_or(zero).0,
                 scale_error: accelerometer.scale_error.unwrap_or(zero).0,
-                noise_m_s2_sqrt_hz: accelerometer.noise_m_s2_sqrt_hz,
+                noise_m_s2_sqrt_hz: accelerometer
+                    .noise_m_s2_sqrt_hz
+                    .map_or([0.0; 3], OneOrThree::each),
             }),
             effects: effects
                 .map(|(index, table)| effect(path, index, table))

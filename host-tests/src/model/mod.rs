@@ -40,7 +40,7 @@ pub struct Installation {
 /// `[gyro]`, each x, y, z.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gyro {
-    /// Angle of one pulse \[rad\], positive.
+    /// Angle of one pulse \[rad\], positive; 0 on all axes where the model names none ([`Gyro::names_pulse_weights`]).
     pub pulse_weight_rad: [f64; 3],
     /// Bias \[rad/s\].
     pub bias_rad_s: [f64; 3],
@@ -77,8 +77,8 @@ pub struct Accelerometer {
     pub bias_m_s2: [f64; 3],
     /// Scale error \[1\].
     pub scale_error: [f64; 3],
-    /// White noise \[m/s²/√Hz\].
-    pub noise_m_s2_sqrt_hz: f64,
+    /// White noise \[m/s²/√Hz\]; 0: estimated from the recording.
+    pub noise_m_s2_sqrt_hz: [f64; 3],
 }
 
 /// The value of one parameter of an effect.
@@ -116,6 +116,13 @@ pub struct Model {
     pub accelerometer: Option<Accelerometer>,
     /// The effects switched on.
     pub effects: Vec<ModelEffect>,
+}
+
+impl Gyro {
+    /// Whether the model says what a pulse is: only gyros that count need it.
+    pub fn names_pulse_weights(&self) -> bool {
+        self.pulse_weight_rad != [0.0; 3]
+    }
 }
 
 impl Installation {

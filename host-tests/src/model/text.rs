@@ -27,11 +27,11 @@ impl Model {
         let _ = writeln!(out, "\n[motion]\nsource = \"{source}\"");
         let _ = writeln!(out, "earth_rate = {}", self.earth_rate_in_reference);
         let gyro = &self.gyro;
-        let _ = writeln!(
-            out,
-            "\n[gyro]\npulse_weight_rad = {}",
-            list(gyro.pulse_weight_rad)
-        );
+        let _ = writeln!(out, "\n[gyro]");
+        if gyro.names_pulse_weights() {
+            let weights = list(gyro.pulse_weight_rad);
+            let _ = writeln!(out, "pulse_weight_rad = {weights}");
+        }
         let _ = writeln!(out, "bias_rad_s = {}", list(gyro.bias_rad_s));
         let _ = writeln!(out, "scale_error = {}", list(gyro.scale_error));
         if let Some(walk) = gyro.angle_random_walk_rad_sqrt_s {
@@ -67,7 +67,10 @@ impl Model {
                 list(accelerometer.bias_m_s2)
             );
             let _ = writeln!(out, "scale_error = {}", list(accelerometer.scale_error));
-            let noise = toml_file::float(accelerometer.noise_m_s2_sqrt_hz);
+            let noise = match accelerometer.noise_m_s2_sqrt_hz {
+                [x, y, z] if x == y && y == z => toml_file::float(x),
+                each => list(each),
+            };
             let _ = writeln!(out, "noise_m_s2_sqrt_hz = {noise}");
         }
         for effect in &self.effects {

@@ -52,6 +52,9 @@ const STRONGEST_FIELD_T: f64 = 1.0;
 const LARGEST_COMPONENT: f64 = 1.001;
 
 impl Quantity {
+    /// What a gyro may read, the least processed first.
+    pub const GYROS: [Self; 3] = [Self::GyroCount, Self::GyroIncrement, Self::GyroRate];
+
     /// By its name in the file; an unlisted name is kept as [`Quantity::Other`].
     pub fn from_name(name: &str) -> Self {
         match name {

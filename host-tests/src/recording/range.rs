@@ -41,11 +41,7 @@ impl Recording {
             };
             manifest.tables.iter().find(of)
         };
-        let gyro = table_of(&[
-            Quantity::GyroCount,
-            Quantity::GyroIncrement,
-            Quantity::GyroRate,
-        ]);
+        let gyro = table_of(&Quantity::GYROS);
         let (Some(table), Some(reference)) = (gyro, table_of(&[Quantity::ReferenceIncrement]))
         else {
             return Ok(None);

@@ -327,11 +327,7 @@ struct Gyros<'a> {
 impl<'a> Gyros<'a> {
     /// Counts before increments before rates: the least processed channel there is.
     fn find(recording: &'a Recording) -> Result<Self, InputError> {
-        for quantity in [
-            Quantity::GyroCount,
-            Quantity::GyroIncrement,
-            Quantity::GyroRate,
-        ] {
+        for quantity in Quantity::GYROS {
             let Some((table, _)) = Axis::ALL
                 .iter()
                 .find_map(|axis| recording.channel(&quantity, axis.label()))

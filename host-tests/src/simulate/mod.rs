@@ -242,7 +242,7 @@ pub fn model_of(scenario: &Scenario) -> Model {
         accelerometer: scenario.accelerometer.map(|entry| model::Accelerometer {
             bias_m_s2: entry.bias_m_s2,
             scale_error: entry.scale_error,
-            noise_m_s2_sqrt_hz: entry.noise_m_s2_sqrt_hz,
+            noise_m_s2_sqrt_hz: [entry.noise_m_s2_sqrt_hz; 3],
         }),
         effects: scenario.known_effects.clone(),
     }

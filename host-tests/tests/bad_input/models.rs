@@ -44,6 +44,12 @@ fn a_pulse_weight_that_is_negative_zero_or_nan() {
 }
 
 #[test]
+fn no_pulse_weight_for_gyros_that_count() {
+    let bench = model_with("pulse_weight_rad = [2e-6, 2e-6, 2e-6]\n", "");
+    bench.is_refused(&[params], &["model.toml", "pulse_weight_rad"]);
+}
+
+#[test]
 fn two_or_four_entries_where_three_belong() {
     model(
         "[2e-6, 2e-6, 2e-6]",

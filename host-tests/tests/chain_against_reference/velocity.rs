@@ -176,7 +176,7 @@ fn model(with_arms: bool) -> Model {
         accelerometer: Some(Accelerometer {
             bias_m_s2: BIAS_M_S2,
             scale_error: SCALE,
-            noise_m_s2_sqrt_hz: 0.0,
+            noise_m_s2_sqrt_hz: [0.0; 3],
         }),
         effects,
     }

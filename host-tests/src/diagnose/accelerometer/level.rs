@@ -56,14 +56,15 @@ pub fn start_noise(white: f64, rate_hz: f64) -> Noise {
 }
 
 /// White noise of n m/s²/√Hz (one-sided) is a random walk of velocity: n²T/2 a row.
-pub fn declared(model: &Model, rate_hz: f64) -> Declared {
-    let density = model
-        .accelerometer
-        .as_ref()
-        .map(|accelerometer| accelerometer.noise_m_s2_sqrt_hz)
-        .filter(|density| *density > 0.0);
-    Declared {
-        random_walk: density.map(|density| density * density / (2.0 * rate_hz)),
+pub fn declared(model: &Model, rate_hz: f64) -> [Declared; 3] {
+    let of = |axis: usize| {
+        let accelerometer = model.accelerometer.as_ref();
+        accelerometer.map(|accelerometer| accelerometer.noise_m_s2_sqrt_hz[axis])
+    };
+    [0, 1, 2].map(|axis| Declared {
+        random_walk: of(axis)
+            .filter(|density| *density > 0.0)
+            .map(|density| density * density / (2.0 * rate_hz)),
         white_angle: None,
-    }
+    })
 }

@@ -162,7 +162,7 @@ impl Look {
         }
         settle_vertical(scene, given, parameters, &split, noise);
         progress("weighing the accelerometers' effects");
-        let declared = [declared(given.model, rate_hz); 3];
+        let declared = declared(given.model, rate_hz);
         let beside = (noise, &declared);
         let weighed = search(scene, given, parameters, candidates, &split, beside);
         Ok(Self {

@@ -86,13 +86,9 @@ pub fn is_slow(recording: &Recording, model: &Model) -> bool {
     if model.motion != MotionSource::Reference {
         return false;
     }
-    let gyro = [
-        Quantity::GyroCount,
-        Quantity::GyroIncrement,
-        Quantity::GyroRate,
-    ]
-    .iter()
-    .find_map(|quantity| recording.channel(quantity, "x"));
+    let gyro = Quantity::GYROS
+        .iter()
+        .find_map(|quantity| recording.channel(quantity, "x"));
     let reference = recording.channel(&Quantity::ReferenceIncrement, "x");
     match (gyro, reference) {
         (Some((gyro, _)), Some((reference, _))) => match (&gyro.clock, &reference.clock) {
