@@ -32,11 +32,11 @@ use crate::diagnose::attitude::samples::{AttitudeSample, attitude_samples};
 use crate::diagnose::hypotheses::CATALOGUE;
 use crate::diagnose::information::Information;
 use crate::diagnose::noise::Noise;
-use crate::diagnose::qualify;
 use crate::diagnose::residual::body_from_sensing;
 use crate::diagnose::scene::Scene;
 use crate::diagnose::streams::Streams;
 use crate::diagnose::workbench::Parameters;
+use crate::diagnose::{own_noise, qualify};
 use crate::error::InputError;
 use crate::model::Model;
 use crate::recording::Recording;
@@ -117,7 +117,11 @@ impl AttitudeRecord {
             .iter()
             .fold(0.0, |most: f64, v| most.max(*v))
             .sqrt();
-        let scene = Scene::new(streams, Some(own_noise_rad), model.gyro.scale_error);
+        let scene = Scene::new(
+            streams,
+            Some(own_noise(model, own_noise_rad)),
+            model.gyro.scale_error,
+        );
         let earth = !model.earth_rate_in_reference;
         let mut effects = Unknowns::nuisances_and_flexure(false);
         effects.push(effect(RIVAL));

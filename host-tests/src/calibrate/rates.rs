@@ -19,7 +19,7 @@ use crate::diagnose::scene::Scene;
 use crate::diagnose::split::usable_runs;
 use crate::diagnose::streams::Streams;
 use crate::diagnose::workbench::{Parameters, Workbench};
-use crate::diagnose::{declared_noise, qualify, residual};
+use crate::diagnose::{declared_noise, qualify, reference_noise, residual};
 use crate::error::InputError;
 use crate::model::Model;
 use crate::recording::Recording;
@@ -70,11 +70,7 @@ pub fn hear(
     if seconds < LEAST_S {
         return Err(too_short(recording, seconds));
     }
-    let reference_noise = model
-        .reference
-        .as_ref()
-        .map(|reference| reference.angle_noise_rad);
-    let scene = Scene::new(streams, reference_noise, model.gyro.scale_error);
+    let scene = Scene::new(streams, reference_noise(model), model.gyro.scale_error);
     let acceleration_rad_s2 = [0, 1, 2].map(|axis: usize| greatest(&scene, axis));
     let residual_rad = residual::residual_rad(&scene, model, model_file)?;
 

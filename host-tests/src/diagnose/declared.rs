@@ -3,6 +3,7 @@
 //! Enters: [`Model`]. Leaves: θ of noise.rs by gyro, for rows of one rate. Deliberately not here: what attitudes show of
 //! the same noise (attitude/prepare.rs).
 
+use super::motion::AngleNoise;
 use super::noise::Declared;
 use super::streams::AXES;
 use crate::model::{EffectValue, Model};
@@ -18,6 +19,23 @@ pub(super) fn excess_square(model: &Model, kind: &str, axis: usize) -> f64 {
             _ => None,
         })
         .sum()
+}
+
+/// Noise of a motion that is read from the gyros themselves, of which the white part is known: they walk besides.
+pub fn own_noise(model: &Model, white_rad: f64) -> AngleNoise {
+    let walks_rad_sqrt_s = model.gyro.angle_random_walk_rad_sqrt_s.unwrap_or_default();
+    AngleNoise {
+        white_rad,
+        walk_rad_sqrt_s: walks_rad_sqrt_s.into_iter().fold(0.0, f64::max),
+    }
+}
+
+/// Noise of the reference's angle.
+pub fn reference_noise(model: &Model) -> Option<AngleNoise> {
+    model.reference.as_ref().map(|reference| AngleNoise {
+        white_rad: reference.angle_noise_rad,
+        walk_rad_sqrt_s: reference.angle_random_walk_rad_sqrt_s,
+    })
 }
 
 /// Noise that the model declares, as θ: pulses, pickoff and reference make white angle noise, gyro and

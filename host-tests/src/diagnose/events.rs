@@ -14,6 +14,7 @@ use super::bursts::Matched;
 use super::empirical::{Form, Term};
 use super::portion::{Bins, Portion};
 use super::qualify;
+use super::scene::Scene;
 use super::streams::Streams;
 use super::tone::Tone;
 use super::workbench::Workbench;
@@ -100,15 +101,44 @@ pub fn slips(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
         .collect()
 }
 
-/// Highest frequency at which a steady line is looked for \[Hz\]: above it the dither and its residue live,
-/// which are no lines because the dither's amplitude is randomised.
+/// Highest frequency \[Hz\] at which a steady line is looked for in gyros without a dither: above it a counter at a
+/// steady rate makes tones of its own.
 const LINE_BAND_HZ: f64 = 150.0;
+
+/// Highest frequency with a dither, as a share of the rows' rate.
+const DITHERED_BAND: f64 = 0.45;
+
+/// Around a dither and its harmonics \[Hz\] lives its residue, which is no line because its amplitude is randomised.
+const DITHER_GUARD_HZ: f64 = 20.0;
+const DITHER_HARMONICS: u32 = 5;
+
+/// Where a steady line may lie: the highest frequency \[Hz\], and whether one below it is clear of the dithers.
+fn line_band(scene: &Scene) -> (f64, impl Fn(f64) -> bool + Sync) {
+    let rate_hz = scene.streams.rate_hz;
+    let residues_hz: Vec<f64> = scene
+        .dither_hz
+        .iter()
+        .flatten()
+        .flat_map(|dither_hz| (1..=DITHER_HARMONICS).map(move |k| f64::from(k) * dither_hz))
+        .map(|harmonic_hz| (harmonic_hz - (harmonic_hz / rate_hz).round() * rate_hz).abs())
+        .collect();
+    let to_hz = match scene.dither_hz {
+        Some(_) => DITHERED_BAND * rate_hz,
+        None => LINE_BAND_HZ,
+    };
+    let clear = move |frequency_hz: f64| {
+        let near = |residue: &f64| (frequency_hz - residue).abs() < DITHER_GUARD_HZ;
+        !residues_hz.iter().any(near)
+    };
+    (to_hz, clear)
+}
 
 /// The best steady line on each gyro: its sine, and its cosine with the same statistic.
 pub fn lines(bench: &Workbench, left: &[Bins; 3]) -> Vec<[Event; 2]> {
     let portion = &bench.portion;
     let streams = &bench.scene().streams;
-    let (from_hz, to_hz) = (2.0 / portion.seconds(), LINE_BAND_HZ);
+    let from_hz = 2.0 / portion.seconds();
+    let (to_hz, is_clear) = line_band(bench.scene());
     (0..3_usize)
         .into_par_iter()
         .filter_map(|axis| {
@@ -116,6 +146,7 @@ pub fn lines(bench: &Workbench, left: &[Bins; 3]) -> Vec<[Event; 2]> {
             let (bin, _) = (1..portion.bins())
                 .take_while(|&bin| portion.frequency_hz(bin) < to_hz)
                 .filter(|&bin| portion.frequency_hz(bin) > from_hz)
+                .filter(|&bin| is_clear(portion.frequency_hz(bin)))
                 .map(|bin| (bin, left[axis][bin].norm_sqr() * weights[bin]))
                 .max_by(|a, b| a.1.total_cmp(&b.1))?;
             // Between the bins, over the true times of the rows: the stretches are not on one clock.

@@ -142,7 +142,7 @@ mod still_words;
 
 pub mod pictures;
 
-pub use declared::declared_noise;
+pub use declared::{declared_noise, own_noise, reference_noise};
 
 use std::path::Path;
 
@@ -203,9 +203,7 @@ pub fn diagnose_without(
 
 /// The motion of aligned channels under a model.
 fn derive(streams: Streams, model: &Model) -> Scene {
-    let reference = model.reference.as_ref();
-    let reference_noise = reference.map(|reference| reference.angle_noise_rad);
-    let mut scene = Scene::new(streams, reference_noise, model.gyro.scale_error);
+    let mut scene = Scene::new(streams, reference_noise(model), model.gyro.scale_error);
     // A matrix without an inverse is refused with the residual.
     if let Some(inverse) = residual::body_from_sensing(&model.gyro.installation_rad).try_inverse() {
         scene.sensing_from_body = inverse;

@@ -143,14 +143,14 @@ impl Spectrum {
 }
 
 /// Damps what does not stand clear of the noise in any direction of the three axes: gain 1 − 3/λ along the eigenvectors
-/// of the whitened cross-spectra around a bin. `levels` are the axes' noise per row in units of `shape`. Axes that
+/// of the whitened cross-spectra around a bin, and along the axes themselves. Axes that
 /// move together, as on a shaker, have a combination in which their motion cancels and the reference's noise is left:
 /// axis by axis it would pass, its derivatives stand in the residual too, and look like physics.
-pub fn clear_together(axes: [Spectra; 3], levels: [f64; 3], shape: NoiseShape) -> [Spectra; 3] {
+pub fn clear_together(axes: [Spectra; 3], noise: [RowNoise; 3]) -> [Spectra; 3] {
     let [x, y, z] = axes.map(|spectra| spectra.0);
     let mut cleared = [Vec::new(), Vec::new(), Vec::new()];
     for ((x, y), z) in x.into_iter().zip(y).zip(z) {
-        let piece = clear_piece([x, y, z], levels, shape);
+        let piece = clear_piece([x, y, z], noise);
         cleared
             .iter_mut()
             .zip(piece)
@@ -159,18 +159,100 @@ pub fn clear_together(axes: [Spectra; 3], levels: [f64; 3], shape: NoiseShape) -
     cleared.map(Spectra)
 }
 
-fn clear_piece(mut axes: [Spectrum; 3], levels: [f64; 3], shape: NoiseShape) -> [Spectrum; 3] {
+/// A motion's increments without what is mere noise of the channel in a moment: overlapping windows of a few seconds, in
+/// each of which a bin keeps 1 − 3/λ of itself, λ its power around over the noise's. An axis that turns at one time and
+/// rests at another has its noise of the resting time in every bin otherwise, and that noise, which the residual holds
+/// too, looks like physics wherever something else moves then.
+pub fn clear_in_time(
+    values: &[f64],
+    pieces: &[Range<usize>],
+    rate_hz: f64,
+    noise: RowNoise,
+) -> Vec<f64> {
+    /// Seconds of a window.
+    const WINDOW_S: f64 = 4.0;
+    /// Bins on either side, half of them independent behind the window: noise alone then stays below three times its
+    /// mean in all but a few bins in a hundred thousand.
+    const AROUND: usize = 8;
+    const CLEAR: f64 = 3.0;
+    let mut cleared = values.to_vec();
+    let whole = smooth_length((WINDOW_S * rate_hz) as usize);
+    for rows in pieces {
+        let length = whole.min(rows.len() & !1);
+        let half = length / 2;
+        if half < 2 * AROUND {
+            continue;
+        }
+        let (forward, inverse) = (transforms::forward(length), transforms::inverse(length));
+        // Its square and the next window's add up to one.
+        let window: Vec<f64> = (0..length)
+            .map(|k| (PI * (k as f64 + 0.5) / length as f64).sin())
+            .collect();
+        let own = &values[rows.clone()];
+        let kept: Vec<Vec<f64>> = (0..=own.len().div_ceil(half))
+            .into_par_iter()
+            .map(|place| {
+                let row = |k: usize| (place * half + k).checked_sub(half);
+                let at = |k: usize| row(k).and_then(|row| own.get(row)).copied().unwrap_or(0.0);
+                let mut input: Vec<f64> = (0..length).map(|k| at(k) * window[k]).collect();
+                let mut bins = forward.make_output_vec();
+                forward
+                    .process(&mut input, &mut bins)
+                    .expect("lengths come from the plan");
+                // The window's mean square is a half.
+                let unit = |bin: usize| {
+                    let share = 2.0 * bin.max(1) as f64 / length as f64;
+                    0.5 * length as f64 * noise.at(share)
+                };
+                let mut sums = vec![0.0];
+                for (bin, value) in bins.iter().enumerate() {
+                    sums.push(sums[bin] + value.norm_sqr() / unit(bin).max(f64::MIN_POSITIVE));
+                }
+                for (bin, value) in bins.iter_mut().enumerate() {
+                    let (from, to) = (
+                        bin.saturating_sub(AROUND),
+                        (bin + AROUND + 1).min(sums.len() - 1),
+                    );
+                    let power = (sums[to] - sums[from]) / (to - from) as f64;
+                    *value *= (1.0 - CLEAR / power.max(f64::MIN_POSITIVE)).max(0.0);
+                }
+                inverse
+                    .process(&mut bins, &mut input)
+                    .expect("lengths come from the plan");
+                let scale = 1.0 / length as f64;
+                input
+                    .iter()
+                    .zip(&window)
+                    .map(|(value, w)| value * w * scale)
+                    .collect()
+            })
+            .collect();
+        let own = &mut cleared[rows.clone()];
+        own.fill(0.0);
+        for (place, part) in kept.iter().enumerate() {
+            for (k, value) in part.iter().enumerate() {
+                let row = (place * half + k).checked_sub(half);
+                if let Some(slot) = row.and_then(|row| own.get_mut(row)) {
+                    *slot += value;
+                }
+            }
+        }
+    }
+    cleared
+}
+
+fn clear_piece(mut axes: [Spectrum; 3], noise: [RowNoise; 3]) -> [Spectrum; 3] {
     /// Bins on either side: the largest eigenvalue of noise alone then stays below (1 + √(3/33))², 1.7.
     const AROUND: usize = 16;
     /// Noise in λ must not count as signal.
     const CLEAR: f64 = 3.0;
     /// A reference without any noise would be divided by nothing; (1e-20 rad)² is below all there are.
-    const QUIETEST: f64 = 1e-40;
+    const QUIETEST: f64 = 1e-50;
     let (bins, length) = (axes[0].bins.len(), axes[0].length as f64);
     // In units of each axis's noise.
     let unit = |axis: usize, bin: usize| {
         let share = 2.0 * bin.max(1) as f64 / length;
-        (levels[axis].max(QUIETEST) * shape.at(share) * length).sqrt()
+        (noise[axis].at(share).max(QUIETEST) * length).sqrt()
     };
     let whitened: Vec<Vector3<Complex64>> = (0..bins)
         .map(|bin| Vector3::from_fn(|axis, _| axes[axis].bins[bin] / unit(axis, bin)))
@@ -181,13 +263,16 @@ fn clear_piece(mut axes: [Spectrum; 3], levels: [f64; 3], shape: NoiseShape) -> 
             let around = bin.saturating_sub(AROUND)..(bin + AROUND + 1).min(bins);
             let count = around.len() as f64;
             let sum: Matrix3<Complex64> = whitened[around].iter().map(|v| v * v.adjoint()).sum();
-            let root = (sum / Complex64::from(count)).symmetric_eigen();
+            let mean = sum / Complex64::from(count);
+            let gain = |power: f64| (1.0 - CLEAR / power.max(f64::MIN_POSITIVE)).max(0.0);
+            // Where one axis moves so much more than the others that a few bins of it outweigh all around, their noise
+            // in those bins would pass as its companion: an axis at rest stays at rest.
+            let own = Vector3::from_fn(|axis, _| gain(mean[(axis, axis)].re));
+            let root = mean.symmetric_eigen();
             let along = root.eigenvectors.adjoint() * whitened[bin];
-            let gains = root
-                .eigenvalues
-                .map(|power| (1.0 - CLEAR / power.max(f64::MIN_POSITIVE)).max(0.0));
+            let gains = root.eigenvalues.map(gain);
             let kept = root.eigenvectors * along.zip_map(&gains, |value, gain| value * gain);
-            Vector3::from_fn(|axis, _| kept[axis] * unit(axis, bin))
+            Vector3::from_fn(|axis, _| kept[axis] * own[axis] * unit(axis, bin))
         })
         .collect();
     for (axis, spectrum) in axes.iter_mut().enumerate() {
@@ -300,11 +385,46 @@ impl NoiseShape {
     }
 }
 
-/// Noise of a channel per row, in units of its shape: what is declared, or the spectrum's own top tenth where
-/// that is more.
-pub fn noise_level(values: &[f64], rate_hz: f64, shape: NoiseShape, declared: Option<f64>) -> f64 {
-    let power = mean_periodogram(values, smooth_length((rate_hz / BIN_HZ) as usize));
-    level_of(&power, shape, declared)
+/// Noise of a channel of increments per row: white noise of angle, and a walk of the angle below it.
+#[derive(Clone, Copy)]
+pub struct RowNoise {
+    angle: f64,
+    walk: f64,
+}
+
+impl RowNoise {
+    /// Of a channel: white noise of angle as declared, or as the spectrum's own top tenth has it where that is more, and
+    /// the declared walk.
+    pub fn of(values: &[f64], rate_hz: f64, declared: Option<AngleNoise>) -> Self {
+        let power = mean_periodogram(values, smooth_length((rate_hz / BIN_HZ) as usize));
+        let angle = declared.map(|noise| noise.white_rad.powi(2));
+        Self {
+            angle: level_of(&power, NoiseShape::Angle, angle),
+            walk: declared.map_or(0.0, |noise| noise.walk_rad_sqrt_s.powi(2) / rate_hz),
+        }
+    }
+
+    fn at(self, share: f64) -> f64 {
+        self.angle * NoiseShape::Angle.at(share) + self.walk
+    }
+}
+
+/// Declared noise of the angle that a motion is read from.
+#[derive(Debug, Clone, Copy)]
+pub struct AngleNoise {
+    /// White \[rad\].
+    pub white_rad: f64,
+    /// Random walk \[rad/√s\].
+    pub walk_rad_sqrt_s: f64,
+}
+
+/// Where a channel's power is greatest \[Hz\], its mean aside.
+pub fn strongest_hz(values: &[f64], rate_hz: f64) -> f64 {
+    let piece = smooth_length((rate_hz / BIN_HZ) as usize).min(values.len() & !1);
+    let power = mean_periodogram(values, piece);
+    // The window shows the mean in the next bin, too.
+    let best = (2..power.len()).max_by(|&a, &b| power[a].total_cmp(&power[b]));
+    best.map_or(0.0, |bin| bin as f64 * rate_hz / piece as f64)
 }
 
 /// 1 Hz bins: fine enough for a 15 Hz motion, averaged over many pieces in a minute.
@@ -364,6 +484,54 @@ mod tests {
     const NOISE_RAD: f64 = 1e-6;
 
     #[test]
+    fn an_axis_at_rest_beside_a_spinning_one_stays_at_rest() {
+        let (rate_hz, rows) = (400.0, 16_000);
+        let mut random = ChaCha8Rng::seed_from_u64(6);
+        let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+        // x turns at 1 rad/s in the second and the last quarter; y and z stand still; all walk at random.
+        const WALK_RAD_SQRT_S: f64 = 1e-7;
+        let walk_rad = WALK_RAD_SQRT_S / f64::sqrt(rate_hz);
+        let mut noisy: [Vec<f64>; 3] = Default::default();
+        for (axis, values) in noisy.iter_mut().enumerate() {
+            let mut before = 0.0;
+            for row in 0..rows {
+                let spins = axis == 0 && (row / (rows / 4)) % 2 == 1;
+                let now = NOISE_RAD * draw();
+                let motion = if spins { 1.0 / rate_hz } else { 0.0 };
+                values.push(motion + now - before + walk_rad * draw());
+                before = now;
+            }
+        }
+        let declared = AngleNoise {
+            white_rad: NOISE_RAD,
+            walk_rad_sqrt_s: WALK_RAD_SQRT_S,
+        };
+        let noise =
+            [0, 1, 2].map(|axis: usize| RowNoise::of(&noisy[axis], rate_hz, Some(declared)));
+        let whole = std::iter::once(0..rows).collect::<Vec<_>>();
+        let spectra =
+            [0, 1, 2].map(|axis: usize| Spectra::new(&noisy[axis], &whole, rate_hz, 10.0));
+        let plain = Reading {
+            derivative: 0,
+            ahead_s: 0.0,
+            undo_row_mean: false,
+        };
+        let cleared = clear_together(spectra, noise).map(|spectra| spectra.read(plain));
+        let angle_rad = |values: &[f64]| values.iter().sum::<f64>();
+        assert!(
+            (angle_rad(&cleared[0]) - 20.0).abs() < 1e-3,
+            "{}",
+            angle_rad(&cleared[0])
+        );
+        for axis in [1, 2] {
+            let most = cleared[axis]
+                .iter()
+                .fold(0.0_f64, |most, value| most.max(value.abs()));
+            assert!(most < 1e-3 * walk_rad, "{axis}: {most:e}");
+        }
+    }
+
+    #[test]
     fn axes_that_move_together_have_no_combination_of_mere_noise() {
         let (rate_hz, rows) = (500.0, 20_000);
         let mut random = ChaCha8Rng::seed_from_u64(5);
@@ -401,7 +569,10 @@ mod tests {
         let whole = std::iter::once(0..rows).collect::<Vec<_>>();
         let spectra =
             [0, 1, 2].map(|axis: usize| Spectra::new(&noisy[axis], &whole, rate_hz, 40.0));
-        let levels = [NOISE_RAD * NOISE_RAD; 3];
+        let noise = RowNoise {
+            angle: NOISE_RAD * NOISE_RAD,
+            walk: 0.0,
+        };
         let read = |spectra: &[Spectra; 3]| {
             let reading = Reading {
                 derivative: 2,
@@ -416,7 +587,7 @@ mod tests {
                 .sum()
         };
         let before = read(&spectra);
-        let after = read(&clear_together(spectra, levels, NoiseShape::Angle));
+        let after = read(&clear_together(spectra, [noise; 3]));
         // A hundredth: the eigenvectors are known from 33 bins and lean by a few hundredths of the noise's share.
         let share = power(&after) / power(&before);
         assert!(share < 1e-2, "{share}");

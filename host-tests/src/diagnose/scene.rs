@@ -9,9 +9,12 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use realfft::num_complex::Complex64;
 
 use super::accelerometer::felt::Felt;
-use super::motion::{NoiseShape, Reading, Spectra, clear_together, last_clear_hz, noise_level};
+use super::motion::{
+    AngleNoise, NoiseShape, Reading, RowNoise, Spectra, clear_in_time, clear_together,
+    last_clear_hz, strongest_hz,
+};
 use super::pieces::Piece;
-use super::streams::{Streams, Triad};
+use super::streams::{Streams, Triad, each_axis};
 
 /// Temperature changes slower than this in a gyro block; faster ones are converter noise.
 const THERMAL_EDGE_HZ: f64 = 0.5;
@@ -22,6 +25,8 @@ pub struct Scene {
     pub streams: Streams,
     /// Where the motion's spectrum ends \[Hz\].
     pub motion_edge_hz: f64,
+    /// Where each block swings \[Hz\], where there are pickoffs.
+    pub dither_hz: Option<[f64; 3]>,
     /// Body rate ω at row middles \[rad/s\].
     pub rate_rad_s: Triad,
     /// Angular acceleration α at row middles \[rad/s²\].
@@ -40,12 +45,8 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Derives the motion. `reference_angle_noise_rad` is the reference's white angle noise, if declared.
-    pub fn new(
-        streams: Streams,
-        reference_angle_noise_rad: Option<f64>,
-        scale_error: [f64; 3],
-    ) -> Self {
+    /// Derives the motion. `declared` is the noise of what it is read from, if that is known.
+    pub fn new(streams: Streams, declared: Option<AngleNoise>, scale_error: [f64; 3]) -> Self {
         let rate_hz = streams.rate_hz;
         let pieces: Vec<Range<usize>> = streams.pieces.iter().map(|one| one.rows.clone()).collect();
         let edge_hz = last_clear_hz(
@@ -53,20 +54,15 @@ impl Scene {
             &pieces,
             rate_hz,
             NoiseShape::Angle,
-            reference_angle_noise_rad.map(|noise| noise * noise),
+            declared.map(|noise| noise.white_rad.powi(2)),
         );
-        let declared = reference_angle_noise_rad.map(|noise| noise * noise);
-        let levels = [0, 1, 2].map(|axis: usize| {
-            noise_level(
-                &streams.case_rad[axis],
-                rate_hz,
-                NoiseShape::Angle,
-                declared,
-            )
+        let noise =
+            [0, 1, 2].map(|axis: usize| RowNoise::of(&streams.case_rad[axis], rate_hz, declared));
+        let case = each_axis(|axis| {
+            let moved = clear_in_time(&streams.case_rad[axis], &pieces, rate_hz, noise[axis]);
+            Spectra::new(&moved, &pieces, rate_hz, edge_hz)
         });
-        let case = [0, 1, 2]
-            .map(|axis: usize| Spectra::new(&streams.case_rad[axis], &pieces, rate_hz, edge_hz));
-        let case = clear_together(case, levels, NoiseShape::Angle);
+        let case = clear_together(case, noise);
         let read = |derivative| {
             [0, 1, 2].map(|axis: usize| {
                 let mut values = case[axis].read(Reading {
@@ -93,6 +89,10 @@ impl Scene {
         });
         Self {
             motion_edge_hz: edge_hz,
+            dither_hz: streams
+                .pickoff_rad
+                .as_ref()
+                .map(|pickoff| each_axis(|axis| strongest_hz(&pickoff[axis], rate_hz))),
             rate_rad_s: read(0),
             acceleration_rad_s2: read(1),
             pickoff: spectra(&streams.pickoff_rad, &angles, whole_band_hz),

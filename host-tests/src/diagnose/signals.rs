@@ -227,10 +227,13 @@ fn of_third_order(factors: &[Signal], alone: &[String]) -> Vec<String> {
         let name = format!("{stem}_{}", AXES[axis]);
         factors.iter().any(|factor| factor.name == name) || alone.contains(&name)
     };
-    let mut names = vec!["omega_x*omega_y*omega_z".to_string()];
+    let mut names = Vec::new();
+    if (0..3).all(|axis| has("omega", axis)) {
+        names.push("omega_x*omega_y*omega_z".to_string());
+    }
     for (a, first) in AXES.iter().enumerate() {
         for (b, second) in AXES.iter().enumerate() {
-            if a != b {
+            if a != b && has("omega", a) && has("omega", b) {
                 names.push(format!("omega_{first}*omega_{first}*omega_{second}"));
             }
             for (stem, other) in [("temperature_rate", "omega"), ("abs_omega", "force")] {

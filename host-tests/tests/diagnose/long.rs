@@ -136,8 +136,7 @@ fn blocks_are_the_sums_of_the_rows_held_whole() {
     let simulation = simulated(&warmth(), 5);
     let (_, blocks) = read(&simulation);
     let streams = Streams::align(&simulation.recording, &simulation.model).expect("it aligns");
-    let noise = simulation.model.reference.as_ref();
-    let noise = noise.map(|reference| reference.angle_noise_rad);
+    let noise = rlg::diagnose::reference_noise(&simulation.model);
     let scene = rlg::diagnose::scene::Scene::new(streams, noise, simulation.model.gyro.scale_error);
     let file = Path::new("model.toml");
     let whole = rlg::diagnose::residual::residual_rad(&scene, &simulation.model, file);

@@ -11,7 +11,7 @@ use super::levels::DeclaredLevels;
 use super::own_motion;
 use super::record::{Lie, Record};
 use super::samples::{self, AttitudeSample};
-use crate::diagnose::declared::excess_square;
+use crate::diagnose::declared::{excess_square, own_noise};
 use crate::diagnose::hunt::Catch;
 use crate::diagnose::hypotheses::CATALOGUE;
 use crate::diagnose::qualify;
@@ -75,7 +75,8 @@ pub(super) fn prepare(
         .gyro_white_rad2
         .iter()
         .fold(0.0, |most: f64, v| most.max(*v));
-    let scene = Scene::new(streams, Some(own_noise_rad.sqrt()), model.gyro.scale_error);
+    let own_noise = own_noise(model, own_noise_rad.sqrt());
+    let scene = Scene::new(streams, Some(own_noise), model.gyro.scale_error);
     // The clock and frame of the reference are undone exactly; everything else through its own hypothesis.
     let number = |kind: &str, name: &str| -> f64 {
         let of_kind = model.effects.iter().filter(|effect| effect.kind == kind);
