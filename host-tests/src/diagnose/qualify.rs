@@ -257,6 +257,12 @@ fn clipped(channel: &str, values: &[f64], measured: &[bool]) -> Vec<Fault> {
         .iter()
         .flat_map(|side| rows_at_extreme(values, measured, *side))
         .collect();
+    if at_extreme.is_empty() {
+        at_extreme = [1.0, -1.0]
+            .iter()
+            .flat_map(|side| rows_clipped_for_a_while(values, measured, *side))
+            .collect();
+    }
     at_extreme.sort_unstable();
     let mut faults: Vec<Fault> = Vec::new();
     for row in at_extreme {
@@ -300,6 +306,46 @@ fn rows_at_extreme(values: &[f64], measured: &[bool], side: f64) -> Vec<usize> {
     if piles_up { at_top } else { Vec::new() }
 }
 
+/// The rows at a level that a channel does not pass for a while, and passes at other times: cycle after cycle of a dither
+/// ends there. One that is held at a level comes to it once.
+fn rows_clipped_for_a_while(values: &[f64], measured: &[bool], side: f64) -> Vec<usize> {
+    /// Cycles that end at the level in as many rows.
+    const CYCLES: usize = 20;
+    // Overlapping by half: one lies inside whatever lasts one and a half.
+    let windows = (0..values.len().saturating_sub(TOGETHER_ROWS)).step_by(TOGETHER_ROWS / 2);
+    let ends: Vec<(Range<usize>, f64)> = windows
+        .filter_map(|begin| {
+            let window = begin..begin + TOGETHER_ROWS;
+            let own = &values[window.clone()];
+            let found = rows_at_extreme(own, &measured[window.clone()], side);
+            let comes = found.windows(2).filter(|pair| pair[1] > pair[0] + 1);
+            let first = found.first().filter(|_| comes.count() >= CYCLES)?;
+            Some((window, own[*first]))
+        })
+        .collect();
+    let alike = |level: f64| ends.iter().filter(|(_, other)| *other == level).count();
+    let Some((_, level)) = ends.iter().max_by_key(|(_, level)| alike(*level)) else {
+        return Vec::new();
+    };
+    // A level of one moment is none.
+    if alike(*level) < 2 {
+        return Vec::new();
+    }
+    let mut rows: Vec<usize> = ends
+        .iter()
+        .filter(|(_, own)| own == level)
+        // The windows before and after hold its beginning and its end.
+        .flat_map(|(window, _)| {
+            window.start.saturating_sub(TOGETHER_ROWS / 2)
+                ..(window.end + TOGETHER_ROWS / 2).min(values.len())
+        })
+        .filter(|&row| measured[row] && values[row] == *level)
+        .collect();
+    rows.sort_unstable();
+    rows.dedup();
+    rows
+}
+
 /// Whether the model already says so: same kind and channel, overlapping in time.
 pub fn is_known(fault: &Fault, streams: &Streams, effects: &[ModelEffect]) -> bool {
     let (start_s, end_s) = (
@@ -337,6 +383,38 @@ mod tests {
         assert_eq!(pulse(&values), 1.378e-6);
         let fine: Vec<f64> = (0..600).map(|row| (row as f64).sin()).collect();
         assert_eq!(pulse(&fine), 0.0);
+    }
+
+    #[test]
+    fn a_dither_cut_off_for_a_while_is_found_and_a_held_or_whole_one_is_not() {
+        // 90 counts a row at 400 Hz of 4000, the amplitude wandering by a fifth.
+        let swing = |row: usize| {
+            let amplitude = 80.0 + 16.0 * (row as f64 * 1.7e-3).sin();
+            (amplitude * (row as f64 * std::f64::consts::TAU * 0.1003).sin()).floor()
+        };
+        let whole: Vec<f64> = (0..20_000).map(swing).collect();
+        let mut cut = whole.clone();
+        let span = 8_000..13_000;
+        for value in &mut cut[span.clone()] {
+            *value = value.min(47.0);
+        }
+        let mut held: Vec<f64> = (0..20_000).map(|row| (row as f64).min(9_000.0)).collect();
+        held[15_000] = 9_500.0;
+        let measured = vec![true; 20_000];
+        let found = clipped("gyro_x", &cut, &measured);
+        assert_eq!(found.len(), 1);
+        assert!(
+            found[0].rows.start.abs_diff(span.start) < 20,
+            "{:?}",
+            found[0].rows
+        );
+        assert!(
+            found[0].rows.end.abs_diff(span.end) < 20,
+            "{:?}",
+            found[0].rows
+        );
+        assert!(clipped("gyro_x", &whole, &measured).is_empty());
+        assert!(clipped("gyro_x", &held, &measured).is_empty());
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::attitude::NOT_SHOWN;
 use super::declare::{FAMILY_SIGNIFICANCE, LONG_SPLIT_HZ};
 use super::entries::parameters_of;
 use super::explain::{DEG_H, Findings, NEEDED_SNR, combination};
-use super::hypotheses::{CATALOGUE, NOT_TESTED, Subject};
+use super::hypotheses::{AS_NOISE, CATALOGUE, Subject};
 use super::identify::identifiable;
 use super::result::{EffectEntry, ParameterEntry, Verdict};
 use super::select::Choice;
@@ -156,9 +156,9 @@ impl Findings<'_> {
                 format!("{}: {why}", entry.card().kind)
             });
         let weak = weak_lines(&self.catch.choice);
-        let untested = NOT_TESTED
+        let as_noise = AS_NOISE
             .iter()
-            .map(|kind| format!("{kind}: not tested by this version"));
+            .map(|kind| format!("{kind}: weighed as excess noise, in which it is the same as angle_random_walk; its dead bands are not looked for"));
         let jumps = ["gyro_bias_step", "counter_slip"]
             .into_iter()
             .filter(|_| self.scene.streams.at_rest.is_some())
@@ -171,7 +171,7 @@ impl Findings<'_> {
             .map(|kind| {
                 format!("{kind}: looked for in the stretches alone, above {LONG_SPLIT_HZ:.0} Hz")
             });
-        let missing = missing.chain(weak).chain(untested);
+        let missing = missing.chain(weak).chain(as_noise);
         missing.chain(jumps).chain(between).collect()
     }
 

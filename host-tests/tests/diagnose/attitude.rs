@@ -527,3 +527,64 @@ fn flexure_is_found_in_dithered_counts_with_one_attitude_before_and_after_each_c
         );
     }
 }
+
+/// The instrument with accelerometers at a site, over the ground.
+fn with_accelerometers(rate_hz: f64, effects: &str) -> String {
+    let text = instrument(rate_hz).replace(
+        "[reference]",
+        "[site]\nlatitude_rad = 0.6\ngravity_m_s2 = 9.80665\nearth_rate = false\n\
+         [accelerometer]\nbias_m_s2 = [2e-3, -1e-3, 3e-3]\nscale_error = [3e-4, -2e-4, 1e-4]\n\
+         noise_m_s2_sqrt_hz = 1e-4\nweight_m_s2 = 5e-4\n[reference]",
+    );
+    format!("{text}{}{}{}{effects}", still(3.0), slews(), tumble(15.0))
+}
+
+#[test]
+fn accelerometers_beside_attitudes_are_weighed_too() {
+    let scale = [("x", 1e-4), ("y", -8e-5), ("z", 5e-5)];
+    let bias = [("x", 1e-3), ("y", -5e-4), ("z", 8e-4)];
+    for (kind, truth) in [("accel_scale", scale), ("accel_bias", bias)] {
+        let simulation = made(&with_accelerometers(200.0, &concealed(kind, &truth)), 3);
+        let diagnosis = told(&slow(&simulation, 20, 0), &simulation);
+        assert_eq!(kinds(&diagnosis), [kind], "{:#?}", diagnosis.summary);
+        sizes_are(&diagnosis.effects[0], &truth);
+    }
+    for seed in 1..=5 {
+        let simulation = made(&with_accelerometers(200.0, ""), seed);
+        let diagnosis = told(&slow(&simulation, 20, 0), &simulation);
+        let summary = &diagnosis.summary;
+        assert_eq!(
+            diagnosis.verdict,
+            Verdict::Matches,
+            "seed {seed}: {summary:#?}"
+        );
+        assert_eq!(
+            diagnosis.accelerometer_noise.len(),
+            3,
+            "they were looked at"
+        );
+    }
+}
+
+#[test]
+fn gravity_is_carried_by_gyros_whose_errors_were_found() {
+    // A gyro's scale error turns the vertical by 1e-4 rad in a slew: a thousand times what the accelerometers see.
+    let scale = [("x", 3e-4), ("y", -4e-4), ("z", 2e-4)];
+    let simulation = made(
+        &with_accelerometers(200.0, &concealed("gyro_scale", &scale)),
+        4,
+    );
+    let diagnosis = told(&slow(&simulation, 20, 0), &simulation);
+    assert_eq!(
+        kinds(&diagnosis),
+        ["gyro_scale"],
+        "{:#?}",
+        diagnosis.summary
+    );
+    sizes_are(&diagnosis.effects[0], &scale);
+    assert_eq!(
+        diagnosis.accelerometer_noise.len(),
+        3,
+        "they were looked at"
+    );
+}

@@ -52,6 +52,7 @@ use super::select::Choice;
 use super::split::{self, Split};
 use super::streams::{Streams, Triad};
 use super::validate::{self, Validation};
+use super::workbench::Parameters;
 use super::{LEAST_FITTED_S, Outcome};
 use crate::model::Model;
 
@@ -99,13 +100,12 @@ pub fn weigh(
     gyros: &mut Gyros,
     progress: &dyn Fn(&str),
 ) -> Result<Found, String> {
-    let own: Vec<usize> = (0..CATALOGUE.len())
-        .filter(|&effect| CATALOGUE[effect].subject() == Subject::Accelerometers)
-        .filter(|&effect| is_left(effect, given.left_out))
-        .collect();
+    let own = candidates(given);
     let open = whose::open(&gyros.catch.choice, gyros.candidates);
     let both = [&own[..], &open[..]].concat();
-    let mut look = Look::new(scene, given, gyros, &both, progress)?;
+    let parameters = gyros.parameters;
+    let found = |gyros: &Gyros| with_chosen(given.model, &gyros.catch.choice.chosen);
+    let mut look = Look::new(scene, given, &found(gyros), (parameters, &both), progress)?;
     if !open.is_empty() {
         let (felt, maybe, instead) = whose::felt(&look.weighed, &open);
         let weighed = (&look.weighed, &look.split);
@@ -120,10 +120,30 @@ pub fn weigh(
             changed = whose::decide(gyros, &said, (&felt, true), &open, weighed.0);
         }
         if changed || !felt.is_empty() {
-            look = Look::new(scene, given, gyros, &own, progress)?;
+            look = Look::new(scene, given, &found(gyros), (parameters, &own), progress)?;
         }
     }
     Ok(look.found(scene, own))
+}
+
+/// Weighs the accelerometers' effects alone, in a scene whose motion has no error that is known.
+pub fn weigh_alone(
+    scene: &mut Scene,
+    given: &Given,
+    parameters: &Parameters,
+    progress: &dyn Fn(&str),
+) -> Result<Found, String> {
+    let own = candidates(given);
+    let look = Look::new(scene, given, given.model, (parameters, &own), progress)?;
+    Ok(look.found(scene, own))
+}
+
+/// The accelerometers' effects that are asked about.
+fn candidates(given: &Given) -> Vec<usize> {
+    (0..CATALOGUE.len())
+        .filter(|&effect| CATALOGUE[effect].subject() == Subject::Accelerometers)
+        .filter(|&effect| is_left(effect, given.left_out))
+        .collect()
 }
 
 /// One look at the accelerometers under one attitude.
@@ -139,14 +159,12 @@ impl Look {
     fn new(
         scene: &mut Scene,
         given: &Given,
-        gyros: &Gyros,
-        candidates: &[usize],
+        found: &Model,
+        (parameters, candidates): (&Parameters, &[usize]),
         progress: &dyn Fn(&str),
     ) -> Result<Self, String> {
         progress("predicting the accelerometers");
-        let model = with_chosen(given.model, &gyros.catch.choice.chosen);
-        let (streams, split) = prepare(scene, given, &model)?;
-        let parameters = gyros.parameters;
+        let (streams, split) = prepare(scene, given, found)?;
         let noise = quiet_noise(scene_felt(scene), &residual_m_s(scene, given), &split);
         settle_vertical(scene, given, parameters, &split, noise);
         let first = residual_m_s(scene, given);

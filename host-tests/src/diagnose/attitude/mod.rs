@@ -1,6 +1,7 @@
 //! References slower than the gyros: attitudes at any rate, down to one before and one after a motion. The road:
 //!
-//! samples, own_motion (prepare) → path → align, lie → record → cut → levels (whiten) → bench → hunt → judge → words
+//! samples, own_motion (prepare) → path → align, lie → record → cut → levels (whiten) → bench → hunt → judge → words →
+//! gravity (accelerometer/)
 //!
 //! Enters: gyros at their rate and `reference_attitude`, or `reference_increment` on a clock of its own; the model.
 //! Leaves: [`Outcome`], in the types and words of the diagnosis on rows, whose catalogue, selection and invariance
@@ -28,6 +29,8 @@ pub mod own_motion;
 
 pub mod path;
 
+mod gravity;
+
 mod prepare;
 
 pub mod record;
@@ -43,10 +46,11 @@ mod words;
 use std::path::Path as FilePath;
 
 use super::Outcome;
+use super::accelerometer::{self, Given};
 use super::channels::SAME_ROW;
 use super::entries;
 use super::explain;
-use super::hypotheses::{CATALOGUE, is_left};
+use super::hypotheses::{CATALOGUE, Subject, is_left};
 use super::products::Products;
 use super::scene::Scene;
 use super::split;
@@ -211,8 +215,9 @@ pub fn diagnose(
         record = nearer;
     }
 
+    let errors = gravity::Errors::of(&catch);
     progress("validating on what was held out");
-    Ok(words::Told {
+    let mut outcome = words::Told {
         recording,
         model,
         seed,
@@ -225,7 +230,15 @@ pub fn diagnose(
         candidates: &candidates,
         products: &products,
     }
-    .outcome(catch))
+    .outcome(catch);
+    let found = errors.and_then(|errors| {
+        let model = &gravity::without_reference(model);
+        let mut scene = gravity::carried(prepared, model, &errors)?;
+        let given = Given { model, left_out };
+        accelerometer::weigh_alone(&mut scene, &given, &parameters, progress)
+    });
+    accelerometer::add(found, &mut outcome);
+    Ok(outcome)
 }
 
 /// The effects to try.
@@ -242,7 +255,8 @@ fn candidates(
     (0..CATALOGUE.len())
         .filter(|&effect| {
             let kind = CATALOGUE[effect].card().kind;
-            CATALOGUE[effect].missing(scene).is_none()
+            CATALOGUE[effect].subject() == Subject::Gyros
+                && CATALOGUE[effect].missing(scene).is_none()
                 && (kind != "earth_rate" || !model.earth_rate_in_reference)
                 && is_left(effect, left_out)
                 && !NOT_SHOWN.iter().any(|(hidden, _)| *hidden == kind)

@@ -14,6 +14,7 @@ use super::samples::{self, AttitudeSample};
 use crate::diagnose::declared::{excess_square, own_noise};
 use crate::diagnose::hunt::Catch;
 use crate::diagnose::hypotheses::CATALOGUE;
+use crate::diagnose::motion::AngleNoise;
 use crate::diagnose::qualify;
 use crate::diagnose::residual::{body_from_sensing, residual_rad};
 use crate::diagnose::scene::Scene;
@@ -36,6 +37,8 @@ pub(super) struct Prepared {
     pub(super) lie: Lie,
     /// What the model says of the noise.
     pub(super) declared: DeclaredLevels,
+    /// Noise of the gyros' own motion.
+    pub(super) own_noise: AngleNoise,
 }
 
 impl Prepared {
@@ -120,6 +123,7 @@ pub(super) fn prepare(
         increments_rad,
         lie,
         declared,
+        own_noise,
     })
 }
 
