@@ -38,6 +38,19 @@ pub struct Excess {
     pub left_out: &'static str,
 }
 
+/// White noise of angle, as pulses leave it, before anything is known of it.
+pub const PULSES: Excess = Excess {
+    kind: "pulse_quantisation",
+    indistinguishable_from: &[],
+    equation: "white angle noise of q^2/12 beyond the model's",
+    unit: "rad",
+    values: [0.0; 3],
+    stds: [0.0; 3],
+    p_value: 1.0,
+    log_likelihood_gain: 0.0,
+    left_out: "A channel is coarser than the model declares: white noise of angle, as a pulse converter with a larger pulse leaves behind.",
+};
+
 /// Levels that are compared: two on each of three gyros.
 const TRIALS: f64 = 6.0;
 
@@ -127,17 +140,7 @@ pub fn excess(given: &Left, declared: &[Declared; 3]) -> Compared {
         1,
         &|declared| declared.white_angle,
         &|theta, _| (12.0 * theta).sqrt(),
-        Excess {
-            kind: "pulse_quantisation",
-            indistinguishable_from: &[],
-            equation: "white angle noise of q^2/12 beyond the model's",
-            unit: "rad",
-            values: [0.0; 3],
-            stds: [0.0; 3],
-            p_value: 1.0,
-            log_likelihood_gain: 0.0,
-            left_out: "A channel is coarser than the model declares: white noise of angle, as a pulse converter with a larger pulse leaves behind.",
-        },
+        PULSES,
     );
     Compared { found, own }
 }

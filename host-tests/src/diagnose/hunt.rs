@@ -9,11 +9,14 @@ use super::declare::{FAMILY_SIGNIFICANCE, REGRESSOR_FIDELITY};
 use super::drift::{self, Suspect};
 use super::empirical::{Form, Term};
 use super::events;
+use super::hypotheses::CATALOGUE;
 use super::hypotheses::reference_harmonic;
 use super::information::{Information, Solution};
 use super::invariance::{self, Verdict};
+use super::lattice::Lattice;
 use super::products::{Products, Survey};
 use super::readings::Hunt;
+use super::scene::Scene;
 use super::select::{self, Choice, prior_width};
 use super::steps;
 use super::workbench::{Parameters, Workbench};
@@ -75,6 +78,19 @@ pub struct FoundTerm {
     pub p_value: f64,
 }
 
+impl FoundTerm {
+    /// Whether a counter without a dither could have made it.
+    pub(super) fn is_hidden(&self, lattice: &Lattice, scene: &Scene) -> bool {
+        is_hidden(&self.term, self.size, lattice, scene)
+    }
+}
+
+fn is_hidden(term: &Term, size: f64, lattice: &Lattice, scene: &Scene) -> bool {
+    let counts = lattice.pulse_rad[term.axis] > 0.0;
+    let column = counts.then(|| term.column(scene).ok()).flatten();
+    column.is_some_and(|column| lattice.hides(term.axis, &column, size))
+}
+
 /// Searches until nothing changes. The noise is refitted to what the choice leaves, or stays as it is.
 pub fn hunt(
     bench: &mut Workbench,
@@ -88,6 +104,7 @@ pub fn hunt(
         regimes,
         products,
         given,
+        lattice,
         ..
     } = *search;
     let declared = refit_noise.then_some(search.declared);
@@ -113,7 +130,9 @@ pub fn hunt(
         // Terms that the better explanation made idle leave first.
         let idle = (0..bench.terms().len()).find(|place| {
             let at = position(&indices, parameters.count() + place);
-            solution.values[at].powi(2) < IDLE * solution.covariance[(at, at)]
+            let (size, term) = (solution.values[at], &bench.terms()[*place]);
+            size.powi(2) < IDLE * solution.covariance[(at, at)]
+                || is_hidden(term, size, lattice, bench.scene())
         });
         if let Some(place) = idle {
             left_idle.push(bench.terms()[place].clone());
@@ -138,6 +157,7 @@ pub fn hunt(
             parameters,
             survey: &survey,
             products,
+            lattice,
         };
         match sight.objection(&information, &choice, &verdicts) {
             Some(Objection::Better(found)) if room && found.iter().all(|one| fresh(&one.0)) => {
@@ -284,6 +304,7 @@ struct Sight<'a> {
     parameters: &'a Parameters,
     survey: &'a Survey,
     products: &'a Products<'a>,
+    lattice: &'a Lattice,
 }
 
 impl Sight<'_> {
@@ -323,6 +344,17 @@ impl Sight<'_> {
             let needed = (CLEARLY_BETTER - for_numbers).max(0.0);
             if by_best.max(by_products) > share + needed {
                 return Some(Objection::Better(self.refined(best, &own)));
+            }
+        }
+        if self.lattice.is_any() {
+            let hidden = choice.chosen.iter().find(|one| {
+                let values = one.values.as_slice();
+                let added = CATALOGUE[one.effect].prediction(self.bench.scene(), values);
+                (0..3).all(|axis| self.lattice.hides(axis, &added[axis], 1.0))
+            });
+            if let Some(one) = hidden {
+                let why = "it turns by less than a pulse of gyros that count without a dither";
+                return Some(Objection::Veto(one.effect, why.to_string()));
             }
         }
         choice

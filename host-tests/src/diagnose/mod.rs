@@ -110,6 +110,8 @@ pub mod local;
 
 pub mod shapes;
 
+pub mod lattice;
+
 pub mod readings;
 
 pub mod timing;
@@ -153,6 +155,7 @@ use crate::recording::Recording;
 use blocks::Blocks;
 use empirical::{Form, Term};
 use hypotheses::{CATALOGUE, Subject, is_left, no_effects};
+use lattice::Lattice;
 use noise::Noise;
 use portion::Portion;
 use products::Products;
@@ -237,7 +240,8 @@ pub fn diagnose_aligned(
     names.dedup();
     let recording = names.join(" + ");
     let rate_hz = streams.rate_hz;
-    let declared = declared_noise(model, rate_hz);
+    let lattice = Lattice::of(&streams, model);
+    let declared = lattice.beside(declared_noise(model, rate_hz));
     let split = split::split(&streams);
     let Some(portion) = Portion::new(split.fitted.clone(), rate_hz)
         .map(|portion| portion.within(streams.band_hz()))
@@ -320,6 +324,7 @@ pub fn diagnose_aligned(
             regimes: &split.regimes,
             products: &products,
             given: &given,
+            lattice: &lattice,
         },
         progress,
     )
@@ -353,7 +358,10 @@ pub fn diagnose_aligned(
             &parameters,
             (events, &split),
         );
-        catch.terms.extend(events.map_err(unusable)?);
+        let events = events.map_err(unusable)?.into_iter();
+        catch
+            .terms
+            .extend(events.filter(|found| !found.is_hidden(&lattice, &scene)));
     }
 
     let left_bins = bench.left_over(&catch.values);
@@ -401,7 +409,12 @@ pub fn diagnose_aligned(
         &mut locations,
     );
     let mut after_rad = after_rad(&scene, &before_rad, &catch);
-    let mut left = locate(&after_rad, &noise);
+    let locate_left = |after_rad: &streams::Triad, noise: &[Noise; 3]| {
+        let mut left = locate(after_rad, noise);
+        left.retain(|location| !lattice.hides_location(location, rate_hz));
+        left
+    };
+    let mut left = locate_left(&after_rad, &noise);
     // What no physics explains is still modelled, as a labelled constant over its stretch of time.
     let stretches: Vec<Term> = left
         .iter()
@@ -425,7 +438,7 @@ pub fn diagnose_aligned(
         let described = timing::describe(&scene, &after_rad, noise, &parameters, stretches);
         subtract_terms(&scene, &mut after_rad, &described);
         catch.terms.extend(described);
-        left = locate(&after_rad, &noise);
+        left = locate_left(&after_rad, &noise);
     }
 
     progress("validating on what was held out");
@@ -454,9 +467,10 @@ pub fn diagnose_aligned(
         &declared,
     );
     if compared.own != noise {
-        left = locate(&after_rad, &compared.own);
+        left = locate_left(&after_rad, &compared.own);
     }
     let mut excess = compared.found;
+    lattice.take_over(&mut excess, (&portion, &left_bins, &noise), &declared);
     // Behind a soft mount the reference's own noise is compared with what the mount passes: random walk that no
     // instrument has.
     let mounted = |kind: &str| kind == "isolator_mode";

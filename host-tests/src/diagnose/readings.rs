@@ -10,6 +10,7 @@
 use super::drift::{DRIFTS, inflation};
 use super::empirical::{Form, Term};
 use super::hunt::{self, Catch};
+use super::lattice::Lattice;
 use super::noise::{Declared, Noise};
 use super::products::Products;
 use super::shapes;
@@ -37,6 +38,8 @@ pub struct Hunt<'a> {
     pub regimes: &'a [Regime],
     /// Unlisted expressions.
     pub products: &'a Products<'a>,
+    /// Pulses that hide what turns by less.
+    pub lattice: &'a Lattice,
     /// Likelihood ratio and chance of the terms that the bench has already.
     pub given: &'a [(f64, f64)],
 }
