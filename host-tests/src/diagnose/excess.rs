@@ -6,6 +6,7 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::declare::FAMILY_SIGNIFICANCE;
 use super::hunt::VETO;
 use super::noise::{self, Declared, Noise};
 use super::portion::{Bins, Portion};
@@ -77,7 +78,7 @@ pub struct Compared {
 }
 
 /// Compares fitted with declared levels in what everything found leaves. The noise fit keeps a declared level
-/// unless the data contradict it, so whatever differs here is significant already.
+/// unless the data contradict it beside a generous library; what differs here must contradict it beside what was found.
 pub fn excess(given: &Left, declared: &[Declared; 3]) -> Compared {
     /// Less than a tenth more noise is no finding.
     const LEAST: f64 = 1.1;
@@ -116,7 +117,7 @@ pub fn excess(given: &Left, declared: &[Declared; 3]) -> Compared {
                 any = true;
             }
         }
-        if any {
+        if any && entry.p_value < FAMILY_SIGNIFICANCE {
             found.push(entry);
         }
     };

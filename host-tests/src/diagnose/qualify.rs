@@ -3,7 +3,8 @@
 //! Enters: the aligned channels and what the model already knows. Leaves: [`Fault`]s, and the rows they touch
 //! taken out of use. A channel that repeats itself longer than it ever would by chance is stuck (at zero:
 //! its samples may be lost); one that piles up at its own extreme is saturated; rows without a value are
-//! lost. How often a channel repeats itself by chance is read from the channel.
+//! lost, and so is a single reading that is off and back. How often a channel repeats itself by chance is read from the
+//! channel.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -84,8 +85,75 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
             fault.rows.start.saturating_sub(GUARD_ROWS)..(fault.rows.end + GUARD_ROWS).min(rows);
         streams.usable[guarded].fill(false);
     }
+    let spikes = spikes(streams);
+    for spike in &spikes {
+        streams.usable[spike.rows.clone()].fill(false);
+    }
+    faults.extend(spikes);
     faults.extend(lost(streams));
     faults
+}
+
+/// Single readings of an angle that are off and back: what a row gains the next one loses.
+fn spikes(streams: &Streams) -> Vec<Fault> {
+    /// Standard deviations of a reading against its neighbours; a quarter of a million rows reach five.
+    const OFF: f64 = 8.0;
+    /// A jump that stays is off by as much on its two sides.
+    const ALONE: f64 = 1.5;
+    /// Rows over which the scatter is read: a shaken unit scatters more.
+    const AROUND: usize = 2000;
+    /// More are no accidents.
+    const MOST: usize = 8;
+    let of_axis = |axis: usize| -> Vec<Fault> {
+        let pickoff = streams.pickoff_rad.as_ref().map(|pickoff| &pickoff[axis]);
+        let rows = streams.sensed_rad[axis].iter().zip(&streams.case_rad[axis]);
+        let increments = rows.enumerate().map(|(row, (sensed, case))| {
+            let swung = pickoff.map_or(0.0, |angle| angle[row + 1] - angle[row]);
+            sensed - case - swung
+        });
+        let increments: Vec<f64> = increments.collect();
+        // A reading less the mean of the ones before and after it.
+        let off: Vec<f64> = increments
+            .windows(2)
+            .map(|two| 0.5 * (two[0] - two[1]))
+            .collect();
+        let usable = |row: usize| streams.usable[row..row + 2].iter().all(|usable| *usable);
+        let mut found = Vec::new();
+        for first in (0..off.len()).step_by(AROUND) {
+            let window = first..(first + AROUND).min(off.len());
+            let mut sizes: Vec<f64> = window
+                .clone()
+                .filter(|&row| usable(row))
+                .map(|row| off[row].abs())
+                .collect();
+            if sizes.len() < AROUND / 4 {
+                continue;
+            }
+            let middle = sizes.len() / 2;
+            let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+            let least = OFF * *median / 0.6745;
+            found.extend(window.filter(|&row| {
+                let beside = [row.checked_sub(1), Some(row + 1)].into_iter().flatten();
+                let beside = beside
+                    .filter_map(|near| off.get(near))
+                    .map(|near| near.abs());
+                usable(row) && off[row].abs() > least.max(ALONE * beside.fold(0.0, f64::max))
+            }));
+        }
+        let faults = found.into_iter().map(|row| Fault {
+            kind: "lost_samples",
+            indistinguishable_from: &[],
+            channel: format!("gyro_{}", AXES[axis]),
+            rows: row..row + 2,
+        });
+        faults.collect()
+    };
+    let found: Vec<Fault> = (0..3).flat_map(of_axis).collect();
+    if found.len() > MOST {
+        Vec::new()
+    } else {
+        found
+    }
 }
 
 /// At rest a coarse gyro with next to no input is silent as long as it likes, in quiet times longer than chance
@@ -331,13 +399,15 @@ fn rows_clipped_for_a_while(values: &[f64], measured: &[bool], side: f64) -> Vec
     if alike(*level) < 2 {
         return Vec::new();
     }
+    // It begins after the last row beyond the level, and ends before the next.
+    let beyond = |row: usize| measured[row] && side * values[row] > side * level;
     let mut rows: Vec<usize> = ends
         .iter()
         .filter(|(_, own)| own == level)
-        // The windows before and after hold its beginning and its end.
         .flat_map(|(window, _)| {
-            window.start.saturating_sub(TOGETHER_ROWS / 2)
-                ..(window.end + TOGETHER_ROWS / 2).min(values.len())
+            let before = (0..window.start).rev().find(|&row| beyond(row));
+            let after = (window.end..values.len()).find(|&row| beyond(row));
+            before.map_or(0, |row| row + 1)..after.unwrap_or(values.len())
         })
         .filter(|&row| measured[row] && values[row] == *level)
         .collect();
@@ -383,6 +453,41 @@ mod tests {
         assert_eq!(pulse(&values), 1.378e-6);
         let fine: Vec<f64> = (0..600).map(|row| (row as f64).sin()).collect();
         assert_eq!(pulse(&fine), 0.0);
+    }
+
+    #[test]
+    fn a_reading_that_is_off_and_back_is_lost_and_a_jump_that_stays_is_not() {
+        let rows = 12_000;
+        let still: crate::diagnose::streams::Triad = [0, 1, 2].map(|_| vec![0.0; rows]);
+        let mut streams = Streams::of_motion(1000.0, still);
+        // An angle with white noise of about a microradian, by a congruential generator.
+        let mut state = 1_u64;
+        let mut noise = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            ((state >> 40) as f64 / f64::from(1 << 24) - 0.5) * 3.5e-6
+        };
+        for values in &mut streams.sensed_rad {
+            let mut before = noise();
+            for value in values.iter_mut() {
+                let now = noise();
+                *value = now - before;
+                before = now;
+            }
+        }
+        assert!(spikes(&streams).is_empty());
+        streams.sensed_rad[0][4_000] += 3e-5;
+        let found = spikes(&streams);
+        assert!(found.is_empty(), "{found:?}");
+        streams.sensed_rad[2][7_000] += 3e-5;
+        streams.sensed_rad[2][7_001] -= 3e-5;
+        let found = spikes(&streams);
+        assert_eq!(found.len(), 1);
+        assert_eq!(
+            (found[0].channel.as_str(), found[0].rows.clone()),
+            ("gyro_z", 7_000..7_002)
+        );
     }
 
     #[test]
