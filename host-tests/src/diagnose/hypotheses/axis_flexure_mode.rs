@@ -291,10 +291,16 @@ impl Look {
             if determinant <= 0.0 {
                 continue;
             }
-            let values = [
+            let both = [
                 (bb * right[0] - ab * right[1]) / determinant,
                 (aa * right[1] - ab * right[0]) / determinant,
             ];
+            // K > 0: where both together want a negative one, one alone.
+            let values = match (right[0] / aa, right[1] / bb) {
+                _ if both.iter().all(|value| *value >= 0.0) => both,
+                (first, second) if first * right[0] >= second * right[1] => [first.max(0.0), 0.0],
+                (_, second) => [0.0, second.max(0.0)],
+            };
             look.flexure_s2[2 * gyro..2 * gyro + 2].copy_from_slice(&values);
             look.ratio += values[0] * right[0] + values[1] * right[1];
         }
