@@ -98,12 +98,16 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
 fn spikes(streams: &Streams) -> Vec<Fault> {
     /// Standard deviations of a reading against its neighbours; a quarter of a million rows reach five.
     const OFF: f64 = 8.0;
-    /// A jump that stays is off by as much on its two sides.
-    const ALONE: f64 = 1.5;
+    /// What its neighbours may differ by from what one reading makes of them, as a share.
+    const NEAR: f64 = 0.25;
     /// Rows over which the scatter is read: a shaken unit scatters more.
     const AROUND: usize = 2000;
     /// More are no accidents.
     const MOST: usize = 8;
+    // The case's motion by the gyros themselves has their spikes.
+    if streams.own_motion {
+        return Vec::new();
+    }
     let of_axis = |axis: usize| -> Vec<Fault> {
         let pickoff = streams.pickoff_rad.as_ref().map(|pickoff| &pickoff[axis]);
         let rows = streams.sensed_rad[axis].iter().zip(&streams.case_rad[axis]);
@@ -132,13 +136,21 @@ fn spikes(streams: &Streams) -> Vec<Fault> {
             let middle = sizes.len() / 2;
             let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
             let least = OFF * *median / 0.6745;
-            found.extend(window.filter(|&row| {
-                let beside = [row.checked_sub(1), Some(row + 1)].into_iter().flatten();
-                let beside = beside
-                    .filter_map(|near| off.get(near))
-                    .map(|near| near.abs());
-                usable(row) && off[row].abs() > least.max(ALONE * beside.fold(0.0, f64::max))
-            }));
+            // By as much as one reading is off, the means beside it are off by half to the other side, and the next not
+            // at all: physics that begins there does not look so.
+            let alone = |row: usize| {
+                let share = |near: usize| off.get(near).map_or(f64::NAN, |near| near / off[row]);
+                let half = -0.5 - NEAR..-0.5 + NEAR;
+                row >= 2
+                    && [row - 1, row + 1]
+                        .iter()
+                        .all(|&near| half.contains(&share(near)))
+                    && [row - 2, row + 2]
+                        .iter()
+                        .all(|&near| share(near).abs() < NEAR)
+            };
+            let is_spike = |row: &usize| usable(*row) && off[*row].abs() > least && alone(*row);
+            found.extend(window.filter(is_spike));
         }
         let faults = found.into_iter().map(|row| Fault {
             kind: "lost_samples",
@@ -460,6 +472,7 @@ mod tests {
         let rows = 12_000;
         let still: crate::diagnose::streams::Triad = [0, 1, 2].map(|_| vec![0.0; rows]);
         let mut streams = Streams::of_motion(1000.0, still);
+        streams.own_motion = false;
         // An angle with white noise of about a microradian, by a congruential generator.
         let mut state = 1_u64;
         let mut noise = || {
