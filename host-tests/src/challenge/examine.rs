@@ -110,7 +110,11 @@ impl Finding {
             kind: entry.kind.clone(),
             or: entry.indistinguishable_from.clone(),
             parameters: numbers.collect(),
-            expression: entry.expression.clone(),
+            // Beside a listed kind it is its rival.
+            expression: entry
+                .expression
+                .clone()
+                .filter(|_| entry.kind == "unlisted"),
             p_value: entry.p_value,
         }
     }

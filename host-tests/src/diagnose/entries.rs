@@ -45,6 +45,7 @@ pub(super) fn listed(one: &Chosen) -> EffectEntry {
                     .iter()
                     .map(|kind| (*kind).to_string()),
             )
+            .chain(one.unlisted_rival.iter().map(|_| UNLISTED.to_string()))
             .collect(),
         equation: card.equation.to_string(),
         parameters: kept
@@ -64,7 +65,10 @@ pub(super) fn listed(one: &Chosen) -> EffectEntry {
         log_evidence_gain: one.log_evidence_gain,
         p_value: one.p_value,
         what_was_left_out: card.left_out.to_string(),
-        expression: None,
+        expression: one
+            .unlisted_rival
+            .as_ref()
+            .map(|(_, expression)| expression.clone()),
         regimes: Vec::new(),
     }
 }
@@ -81,11 +85,14 @@ pub(super) fn regimes(verdict: &Verdict) -> Vec<RegimeEntry> {
         .collect()
 }
 
+/// The contract's kind of what has no name in the catalogue.
+pub(super) const UNLISTED: &str = "unlisted";
+
 /// What has no name in the catalogue.
 pub(super) fn unlisted(equation: String, what_was_left_out: String) -> EffectEntry {
     EffectEntry {
         gravity_speaks_against: Vec::new(),
-        kind: "unlisted".to_string(),
+        kind: UNLISTED.to_string(),
         indistinguishable_from: Vec::new(),
         equation,
         parameters: Vec::new(),

@@ -18,6 +18,7 @@ use super::products::{Products, Survey};
 use super::readings::Hunt;
 use super::scene::Scene;
 use super::select::{self, Choice, prior_width};
+use super::signals;
 use super::steps;
 use super::workbench::{Parameters, Workbench};
 
@@ -215,6 +216,17 @@ pub fn hunt(
             one.indistinguishable_from.extend(more);
             one.indistinguishable_from.sort_unstable();
         }
+        let rivals = Sight {
+            bench: &*bench,
+            parameters,
+            survey: &survey,
+            products,
+            lattice,
+        }
+        .unlisted_rivals(&information, &choice);
+        for (one, rival) in choice.chosen.iter_mut().zip(rivals) {
+            one.unlisted_rival = rival;
+        }
         let first = parameters.count();
         let terms = bench
             .terms()
@@ -369,6 +381,44 @@ impl Sight<'_> {
                     format!("its size differs between the regimes (chance {chance:.1e})"),
                 )
             })
+    }
+
+    /// For each chosen effect the product of channels outside the catalogue that explains its share as well, where one
+    /// does: too little better to take its place, and no other name of its own columns.
+    fn unlisted_rivals(
+        &self,
+        information: &Information,
+        choice: &Choice,
+    ) -> Vec<Option<(usize, String)>> {
+        /// A product this much outside an effect's columns is not the effect times what hardly changes.
+        const APART: f64 = 0.05;
+        let set: Vec<usize> = choice.chosen.iter().map(|one| one.effect).collect();
+        let terms = self.bench.terms().len();
+        let gain = |set: &[usize]| {
+            let (_, solution) = fit(self.parameters, information, set, terms);
+            solution.log_likelihood_gain
+        };
+        let full = gain(&set);
+        let rival = |effect: usize| {
+            let rest: Vec<usize> = set.iter().copied().filter(|&kept| kept != effect).collect();
+            let share = 2.0 * (full - gain(&rest));
+            let own: Vec<usize> = self.parameters.of(effect).collect();
+            // Each further number of the effect explains two more, or it says nothing (Akaike).
+            let needed = share - 2.0 * (own.len() as f64 - 1.0);
+            (0..3)
+                .filter_map(|axis| {
+                    let wanted = |product: usize| {
+                        !signals::is_listed(axis, &self.products.names[product])
+                            && self.survey.apart(axis, product, &own) > APART
+                    };
+                    let best = self.survey.best_of(axis, &own, &wanted)?;
+                    Some((axis, best))
+                })
+                .filter(|(_, best)| best.ratio > needed && best.p_value < FAMILY_SIGNIFICANCE)
+                .max_by(|a, b| a.1.ratio.total_cmp(&b.1.ratio))
+                .map(|(axis, best)| (axis, self.products.names[best.product].clone()))
+        };
+        set.iter().map(|&effect| rival(effect)).collect()
     }
 
     /// The most telling pattern in time or product of channels in what the values leave, `without` some

@@ -297,9 +297,20 @@ impl Survey {
 
     /// The best product on a gyro when the parameters in `without` are not fitted.
     pub fn best(&self, axis: usize, without: &[usize]) -> Option<Best> {
+        self.best_of(axis, without, &|_| true)
+    }
+
+    /// The best of those that are `wanted`.
+    pub fn best_of(
+        &self,
+        axis: usize,
+        without: &[usize],
+        wanted: &dyn Fn(usize) -> bool,
+    ) -> Option<Best> {
         let beside = self.beside(axis, without);
         let mut best: Option<(usize, f64)> = None;
-        for (product, measured) in self.measured.iter().enumerate() {
+        let of_wanted = self.measured.iter().enumerate();
+        for (product, measured) in of_wanted.filter(|(product, _)| wanted(*product)) {
             let ratio = measured[axis].as_ref().and_then(|one| beside.ratio(one));
             if let Some(ratio) = ratio.filter(|ratio| best.is_none_or(|(_, most)| *ratio > most)) {
                 best = Some((product, ratio));
@@ -313,6 +324,24 @@ impl Survey {
                 p_value: -(self.trials * (-chance).ln_1p()).exp_m1(),
             }
         })
+    }
+}
+
+impl Survey {
+    /// The share of a product on a gyro that lies outside the columns of some chosen parameters.
+    pub fn apart(&self, axis: usize, product: usize, from: &[usize]) -> f64 {
+        let known = &self.axes[axis];
+        let own = |place: &usize| known.indices[*place].is_some_and(|index| from.contains(&index));
+        let kept: Vec<usize> = (0..known.indices.len()).filter(own).collect();
+        let Some(measured) = &self.measured[product][axis] else {
+            return 0.0;
+        };
+        let gram = DMatrix::from_fn(kept.len(), kept.len(), |a, b| {
+            known.gram[(kept[a], kept[b])]
+        });
+        let cross = DVector::from_fn(kept.len(), |a, _| measured.known[kept[a]]);
+        let inside = cross.dot(&(scaled_inverse(&gram) * &cross));
+        (1.0 - inside / measured.own).max(0.0)
     }
 }
 

@@ -248,7 +248,8 @@ pub struct EffectEntry {
     pub p_value: f64,
     /// For a navigation engineer.
     pub what_was_left_out: String,
-    /// Expression of unlisted physics.
+    /// Expression of unlisted physics; of a listed kind that such physics rivals (`indistinguishable_from` then holds
+    /// `unlisted`), the rival.
     pub expression: Option<String>,
     /// Addition: its amplitude in each regime (1 = as fitted on all).
     pub regimes: Vec<RegimeEntry>,

@@ -46,6 +46,8 @@ pub struct Chosen {
     pub p_value: f64,
     /// Other kinds that would explain the same data as well in its place.
     pub indistinguishable_from: Vec<usize>,
+    /// A product of channels outside the catalogue that explains as much, and its gyro.
+    pub unlisted_rival: Option<(usize, String)>,
     /// Those of them that gravity, as the accelerometers feel it, speaks against.
     pub gravity_speaks_against: Vec<usize>,
 }
@@ -724,6 +726,7 @@ impl<'a> Search<'a> {
                     log_evidence_gain: now - self.evidence(information, &rest),
                     p_value,
                     indistinguishable_from: self.rivals(information, set, effect),
+                    unlisted_rival: None,
                     gravity_speaks_against: Vec::new(),
                 }
             })

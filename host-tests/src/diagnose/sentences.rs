@@ -4,7 +4,7 @@
 
 use super::attitude::NOT_SHOWN;
 use super::declare::{FAMILY_SIGNIFICANCE, LONG_SPLIT_HZ};
-use super::entries::parameters_of;
+use super::entries::{UNLISTED, parameters_of};
 use super::explain::{DEG_H, Findings, NEEDED_SNR, combination};
 use super::hypotheses::{AS_NOISE, CATALOGUE, Subject};
 use super::identify::identifiable;
@@ -217,12 +217,20 @@ pub(super) fn effect_lines(effect: &EffectEntry) -> Vec<String> {
     let alike = effect.indistinguishable_from.iter();
     let alike: Vec<&str> = alike
         .filter(|kind| !against.contains(kind))
+        .filter(|kind| *kind != UNLISTED)
         .map(String::as_str)
         .collect();
     if !alike.is_empty() {
         lines.push(format!(
             "      This recording cannot tell it from {}.",
             alike.join(", ")
+        ));
+    }
+    if effect.kind != UNLISTED
+        && let Some(expression) = &effect.expression
+    {
+        lines.push(format!(
+            "      {expression}, which is no effect of the catalogue, explains as much with one number."
         ));
     }
     if !against.is_empty() {

@@ -194,6 +194,33 @@ fn borrowed<'a>(scene: &'a Scene, name: &str) -> Option<Cow<'a, [f64]>> {
     }
 }
 
+/// Whether an expression on a gyro is what an effect of the catalogue adds there, or a mere shape in time.
+pub(super) fn is_listed(axis: usize, expression: &str) -> bool {
+    if expression.contains('(') || expression == "time" {
+        return true;
+    }
+    let parts: Vec<(&str, Option<usize>)> = factors(expression)
+        .map(|factor| {
+            let (stem, end) = factor.rsplit_once('_').unwrap_or((factor, ""));
+            (stem, AXES.iter().position(|known| *known == end))
+        })
+        .collect();
+    let own = Some(axis);
+    match parts.as_slice() {
+        [(stem, of)] => match *stem {
+            "omega" | "force" | "field" | "dither_rate" => true,
+            "abs_omega" | "temperature" | "temperature_rate" => *of == own,
+            _ => false,
+        },
+        // Pairs stand in the order of the vocabulary: omega, alpha, force, temperature.
+        [("omega", a), ("omega", b)] | [("force", a), ("force", b)] => a == b && *a == own,
+        [("omega", rate), ("alpha", about)] => *rate != own && *about != own && rate != about,
+        [("omega", rate), ("force", along)] => *rate != own && rate == along,
+        [("omega", rate), ("temperature", of)] => *rate != own && *of == own,
+        _ => false,
+    }
+}
+
 /// Whether a channel moved enough to be recognised. Less than a twentieth of a kelvin is converter noise:
 /// no gyro coefficient turns it into a hundredth of a degree per hour. A rate that is the Earth's and no more multiplies
 /// like a constant: what it explains is a bias.
@@ -326,6 +353,33 @@ mod tests {
         assert_eq!(each, ["lag(omega_x*omega_y,0.25)", "force_z"]);
         assert_eq!(as_lag(each[0]), Some(("omega_x*omega_y", 0.25)));
         assert_eq!(as_lag("lag(omega_x,-1)"), None);
+    }
+
+    #[test]
+    fn what_an_effect_adds_is_listed_and_its_neighbours_are_not() {
+        for (axis, expression) in [
+            (0, "omega_y"),
+            (2, "temperature_z"),
+            (0, "omega_z*alpha_y"),
+            (1, "omega_x*force_x"),
+            (1, "omega_z*temperature_y"),
+            (2, "force_z*force_z"),
+            (0, "lag(omega_x,0.4)"),
+        ] {
+            assert!(is_listed(axis, expression), "{axis} {expression}");
+        }
+        for (axis, expression) in [
+            (0, "temperature_y"),
+            (0, "omega_x*alpha_y"),
+            (0, "omega_y*alpha_y"),
+            (1, "omega_x*force_z"),
+            (0, "omega_y*temperature_z"),
+            (2, "temperature_rate_z*omega_y"),
+            (0, "omega_y*omega_z"),
+            (0, "pressure"),
+        ] {
+            assert!(!is_listed(axis, expression), "{axis} {expression}");
+        }
     }
 
     #[test]

@@ -217,7 +217,12 @@ fn one(effect: &EffectEntry) -> Markup {
             h3 { (spaced(&effect.kind)) " " code { (effect.kind) } }
             p { (effect.what_was_left_out) }
             @if !effect.equation.is_empty() { p.equation { (symbols(&effect.equation)) } }
-            @if let Some(expression) = &effect.expression { p { "Expression: " code { (expression) } } }
+            @if let Some(expression) = &effect.expression {
+                @match effect.kind.as_str() {
+                    "unlisted" => p { "Expression: " code { (expression) } },
+                    _ => p.caution { "Explains as much with one number, and is no effect of the catalogue: " code { (expression) } },
+                }
+            }
             (known(effect))
             @let alike = not_told_apart(effect);
             @if !alike.is_empty() {

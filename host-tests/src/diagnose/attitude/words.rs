@@ -236,6 +236,7 @@ impl Told<'_> {
                 log_evidence_gain: gain,
                 p_value: 0.0,
                 indistinguishable_from,
+                unlisted_rival: None,
                 gravity_speaks_against: Vec::new(),
             });
             catch.regimes.push(crate::diagnose::invariance::Verdict {
