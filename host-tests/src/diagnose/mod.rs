@@ -4,6 +4,8 @@
 //! hypotheses → workbench → select, hunt (events, products, invariance, drift), shapes, local → self_test →
 //! identify → validate → explain
 //!
+//! Gyros that count coarse pulses without a dither are read first of all (lattice): what their pulses hide is no finding.
+//!
 //! Of a recording longer than memory stretches take this road, and sums over blocks of all its rows stand beside the
 //! workbench (long, blocks). A reference slower than the gyros takes the same road over its attitudes (attitude/).
 //!

@@ -23,6 +23,10 @@ use super::workbench::Workbench;
 /// times its noise has there moves the product's size by a hundredth of its standard error.
 const NEGLIGIBLE: f64 = 1e-10;
 
+/// What a lag must explain beyond what has none (2 Δ ln L): chance gives one more number, picked among a handful of
+/// constants, as much in one case of 10 000.
+const WORTH_A_LAG: f64 = 20.0;
+
 /// All expressions that are tried, with their factors by index.
 pub struct Products<'a> {
     scene: &'a Scene,
@@ -50,6 +54,8 @@ pub struct Survey {
     measured: Vec<[Option<Measured>; 3]>,
     axes: [KnownAxis; 3],
     trials: f64,
+    /// What each product must explain beyond the others.
+    handicaps: Vec<f64>,
 }
 
 /// The joints and chosen columns on one gyro.
@@ -152,10 +158,15 @@ impl<'a> Products<'a> {
             )
             .collect();
         let trials = 3.0 * self.names.len() as f64;
+        let handicap = |name: &String| match signals::as_lag(name) {
+            Some(_) => WORTH_A_LAG,
+            None => 0.0,
+        };
         Survey {
             measured,
             axes,
             trials,
+            handicaps: self.names.iter().map(handicap).collect(),
         }
     }
 
@@ -170,9 +181,6 @@ impl<'a> Products<'a> {
     ) -> String {
         /// Steps of the time constant in octaves: the next on the grid is two octaves away.
         const STEPS: [f64; 4] = [0.5, 0.25, 0.125, 0.0625];
-        /// What a lag must explain beyond the product alone (2 Δ ln L): chance gives one more number, picked among a
-        /// handful of constants, as much in one case of 10 000.
-        const WORTH_A_LAG: f64 = 20.0;
         if !self.has_past || name.contains('(') && signals::as_lag(name).is_none() {
             return name.to_string();
         }
@@ -274,6 +282,7 @@ impl Survey {
             measured,
             axes,
             trials,
+            handicaps: Vec::new(),
         }
     }
 
@@ -312,7 +321,12 @@ impl Survey {
         let of_wanted = self.measured.iter().enumerate();
         for (product, measured) in of_wanted.filter(|(product, _)| wanted(*product)) {
             let ratio = measured[axis].as_ref().and_then(|one| beside.ratio(one));
-            if let Some(ratio) = ratio.filter(|ratio| best.is_none_or(|(_, most)| *ratio > most)) {
+            let handicap = |product: usize| self.handicaps.get(product).copied().unwrap_or(0.0);
+            let ahead = |ratio: &f64| {
+                let own = ratio - handicap(product);
+                best.is_none_or(|(other, most)| own > most - handicap(other))
+            };
+            if let Some(ratio) = ratio.filter(ahead) {
                 best = Some((product, ratio));
             }
         }
