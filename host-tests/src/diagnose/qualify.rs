@@ -104,6 +104,8 @@ fn spikes(streams: &Streams) -> Vec<Fault> {
     const AROUND: usize = 2000;
     /// More are no accidents.
     const MOST: usize = 8;
+    /// Pulses of the smallest.
+    const LEAST_PULSES: f64 = 2.5;
     // The case's motion by the gyros themselves has their spikes.
     if streams.own_motion {
         return Vec::new();
@@ -151,6 +153,11 @@ fn spikes(streams: &Streams) -> Vec<Fault> {
             };
             let is_spike = |row: &usize| usable(*row) && off[*row].abs() > least && alone(*row);
             found.extend(window.filter(is_spike));
+        }
+        // Where a counter is all but silent a pulse that comes and goes is no accident.
+        if !found.is_empty() {
+            let pulse_rad = pulse(&streams.sensed_rad[axis]).max(streams.pulse_rad[axis]);
+            found.retain(|&row| off[row].abs() > LEAST_PULSES * pulse_rad);
         }
         let faults = found.into_iter().map(|row| Fault {
             kind: "lost_samples",
