@@ -39,18 +39,46 @@ pub struct Excess {
     pub left_out: &'static str,
 }
 
-/// White noise of angle, as pulses leave it, before anything is known of it.
-pub const PULSES: Excess = Excess {
-    kind: "pulse_quantisation",
-    indistinguishable_from: &[],
-    equation: "white angle noise of q^2/12 beyond the model's",
-    unit: "rad",
-    values: [0.0; 3],
-    stds: [0.0; 3],
-    p_value: 1.0,
-    log_likelihood_gain: 0.0,
-    left_out: "A channel is coarser than the model declares: white noise of angle, as a pulse converter with a larger pulse leaves behind.",
-};
+impl Excess {
+    /// A kind before anything is known of it.
+    const fn of(
+        kind: &'static str,
+        indistinguishable_from: &'static [&'static str],
+        equation: &'static str,
+        unit: &'static str,
+        left_out: &'static str,
+    ) -> Self {
+        Self {
+            kind,
+            indistinguishable_from,
+            equation,
+            unit,
+            values: [0.0; 3],
+            stds: [0.0; 3],
+            p_value: 1.0,
+            log_likelihood_gain: 0.0,
+            left_out,
+        }
+    }
+}
+
+/// Random walk, which lock-in imitates.
+const WALK: Excess = Excess::of(
+    "angle_random_walk",
+    &["lock_in"],
+    "angle random walk beyond the model's, added in square",
+    "rad/sqrt(s)",
+    "The gyro has more angle random walk than the model declares, as lock-in leaves behind when the dither is too small or too regular.",
+);
+
+/// White noise of angle, as pulses leave it.
+pub const PULSES: Excess = Excess::of(
+    "pulse_quantisation",
+    &[],
+    "white angle noise of q^2/12 beyond the model's",
+    "rad",
+    "A channel is coarser than the model declares: white noise of angle, as a pulse converter with a larger pulse leaves behind.",
+);
 
 /// Levels that are compared: two on each of three gyros.
 const TRIALS: f64 = 6.0;
@@ -125,17 +153,7 @@ pub fn excess(given: &Left, declared: &[Declared; 3]) -> Compared {
         0,
         &|declared| declared.random_walk,
         &|theta, rate_hz| (theta * rate_hz).sqrt(),
-        Excess {
-            kind: "angle_random_walk",
-            indistinguishable_from: &["lock_in"],
-            equation: "angle random walk beyond the model's, added in square",
-            unit: "rad/sqrt(s)",
-            values: [0.0; 3],
-            stds: [0.0; 3],
-            p_value: 1.0,
-            log_likelihood_gain: 0.0,
-            left_out: "The gyro has more angle random walk than the model declares, as lock-in leaves behind when the dither is too small or too regular.",
-        },
+        WALK,
     );
     compare(
         1,

@@ -9,8 +9,7 @@ use super::declare::{FAMILY_SIGNIFICANCE, REGRESSOR_FIDELITY};
 use super::drift::{self, Suspect};
 use super::empirical::{Form, Term};
 use super::events;
-use super::hypotheses::CATALOGUE;
-use super::hypotheses::reference_harmonic;
+use super::hypotheses::{CATALOGUE, reference_harmonic};
 use super::information::{Information, Solution};
 use super::invariance::{self, Verdict};
 use super::lattice::Lattice;
@@ -407,9 +406,9 @@ impl Sight<'_> {
             let needed = share - 2.0 * (own.len() as f64 - 1.0);
             (0..3)
                 .filter_map(|axis| {
+                    let apart = self.survey.apart(axis, &own, APART);
                     let wanted = |product: usize| {
-                        !signals::is_listed(axis, &self.products.names[product])
-                            && self.survey.apart(axis, product, &own) > APART
+                        !signals::is_listed(axis, &self.products.names[product]) && apart(product)
                     };
                     let best = self.survey.best_of(axis, &own, &wanted)?;
                     Some((axis, best))

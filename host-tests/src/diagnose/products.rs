@@ -288,9 +288,20 @@ impl Survey {
 
     /// What stands beside a product on a gyro when the parameters in `without` are not fitted.
     fn beside(&self, axis: usize, without: &[usize]) -> Beside {
+        let kept = |index: Option<usize>| index.is_none_or(|index| !without.contains(&index));
+        self.of_kept(axis, &kept)
+    }
+
+    /// The columns of some chosen parameters alone.
+    fn columns_of(&self, axis: usize, parameters: &[usize]) -> Beside {
+        let kept = |index: Option<usize>| index.is_some_and(|index| parameters.contains(&index));
+        self.of_kept(axis, &kept)
+    }
+
+    fn of_kept(&self, axis: usize, is_kept: &dyn Fn(Option<usize>) -> bool) -> Beside {
         let known = &self.axes[axis];
         let kept: Vec<usize> = (0..known.indices.len())
-            .filter(|&place| known.indices[place].is_none_or(|index| !without.contains(&index)))
+            .filter(|&place| is_kept(known.indices[place]))
             .collect();
         let gram = DMatrix::from_fn(kept.len(), kept.len(), |a, b| {
             known.gram[(kept[a], kept[b])]
@@ -301,6 +312,15 @@ impl Survey {
             fitted: &inverse * residual,
             inverse,
             kept,
+        }
+    }
+
+    /// The products of which more than `share` lies outside the columns of some chosen parameters on a gyro.
+    pub fn apart(&self, axis: usize, from: &[usize], share: f64) -> impl Fn(usize) -> bool {
+        let columns = self.columns_of(axis, from);
+        move |product| {
+            let measured = self.measured[product][axis].as_ref();
+            measured.is_some_and(|one| columns.free(one).0 > share * one.own)
         }
     }
 
@@ -341,24 +361,6 @@ impl Survey {
     }
 }
 
-impl Survey {
-    /// The share of a product on a gyro that lies outside the columns of some chosen parameters.
-    pub fn apart(&self, axis: usize, product: usize, from: &[usize]) -> f64 {
-        let known = &self.axes[axis];
-        let own = |place: &usize| known.indices[*place].is_some_and(|index| from.contains(&index));
-        let kept: Vec<usize> = (0..known.indices.len()).filter(own).collect();
-        let Some(measured) = &self.measured[product][axis] else {
-            return 0.0;
-        };
-        let gram = DMatrix::from_fn(kept.len(), kept.len(), |a, b| {
-            known.gram[(kept[a], kept[b])]
-        });
-        let cross = DVector::from_fn(kept.len(), |a, _| measured.known[kept[a]]);
-        let inside = cross.dot(&(scaled_inverse(&gram) * &cross));
-        (1.0 - inside / measured.own).max(0.0)
-    }
-}
-
 /// What is fitted beside a product on one gyro.
 struct Beside {
     kept: Vec<usize>,
@@ -367,12 +369,18 @@ struct Beside {
 }
 
 impl Beside {
+    /// What of a product's weight lies outside these columns, and its products with them.
+    fn free(&self, measured: &Measured) -> (f64, DVector<f64>) {
+        let cross = DVector::from_fn(self.kept.len(), |a, _| measured.known[self.kept[a]]);
+        let inside = cross.dot(&(&self.inverse * &cross));
+        (measured.own - inside, cross)
+    }
+
     /// 2 Δ ln L that a product adds.
     fn ratio(&self, measured: &Measured) -> Option<f64> {
         /// A product this much inside what is already fitted says nothing of its own.
         const OWN_SHARE: f64 = 1e-4;
-        let cross = DVector::from_fn(self.kept.len(), |a, _| measured.known[self.kept[a]]);
-        let free = measured.own - cross.dot(&(&self.inverse * &cross));
+        let (free, cross) = self.free(measured);
         (free >= OWN_SHARE * measured.own)
             .then(|| (measured.residual - cross.dot(&self.fitted)).powi(2) / free)
     }

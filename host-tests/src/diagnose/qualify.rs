@@ -340,15 +340,15 @@ fn of_channel(channel: &str, values: &[f64], measured: &[bool]) -> Vec<Fault> {
 
 /// Stretches in which a channel stands at one of its own extremes again and again.
 fn clipped(channel: &str, values: &[f64], measured: &[bool]) -> Vec<Fault> {
-    let mut at_extreme: Vec<usize> = [1.0, -1.0]
-        .iter()
-        .flat_map(|side| rows_at_extreme(values, measured, *side))
-        .collect();
+    let on_both_sides = |rows: fn(&[f64], &[bool], f64) -> Vec<usize>| -> Vec<usize> {
+        let sides = [1.0, -1.0].into_iter();
+        sides
+            .flat_map(|side| rows(values, measured, side))
+            .collect()
+    };
+    let mut at_extreme = on_both_sides(rows_at_extreme);
     if at_extreme.is_empty() {
-        at_extreme = [1.0, -1.0]
-            .iter()
-            .flat_map(|side| rows_clipped_for_a_while(values, measured, *side))
-            .collect();
+        at_extreme = on_both_sides(rows_clipped_for_a_while);
     }
     at_extreme.sort_unstable();
     let mut faults: Vec<Fault> = Vec::new();

@@ -4,6 +4,7 @@
 //! (accelerometer/), in which nothing is wrong with the motion that is known. What the gyros still err by is of the size
 //! of what the search could not see; a slow turn of the vertical is fitted with it.
 
+use super::own_motion::add_sensed;
 use super::prepare::Prepared;
 use crate::diagnose::empirical::Term;
 use crate::diagnose::hunt::Catch;
@@ -67,20 +68,15 @@ pub(super) fn carried(prepared: Prepared, model: &Model, errors: &Errors) -> Res
         add_triad(
             &mut sensed,
             &CATALOGUE[*effect].prediction(&scene, values),
-            1.0,
+            -1.0,
         );
     }
     for (term, size) in &errors.terms {
-        add(&mut sensed[term.axis], &term.column(&scene)?, *size);
+        add(&mut sensed[term.axis], &term.column(&scene)?, -size);
     }
     let from_sensing = body_from_sensing(&model.gyro.installation_rad);
     let mut streams = scene.streams;
     streams.case_rad = increments_rad;
-    for axis in 0..3 {
-        for (other, part) in sensed.iter().enumerate() {
-            let share = from_sensing[(axis, other)] * (1.0 - model.gyro.scale_error[other]);
-            add(&mut streams.case_rad[axis], part, -share);
-        }
-    }
+    add_sensed(&mut streams.case_rad, &sensed, model, &from_sensing);
     Ok(Scene::new(streams, Some(own_noise), model.gyro.scale_error))
 }

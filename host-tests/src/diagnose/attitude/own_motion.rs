@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::diagnose::streams::Streams;
+use crate::diagnose::streams::{Streams, Triad};
 use crate::model::Model;
 
 /// Fills the case's increments.
@@ -23,6 +23,23 @@ pub fn take_own_motion(streams: &mut Streams, model: &Model, body_from_sensing: 
         let case = body_from_sensing * sensed;
         for axis in 0..3 {
             streams.case_rad[axis][row] = case[axis];
+        }
+    }
+}
+
+/// Adds to the case's increments what increments the gyros sensed are worth \[rad\].
+pub(super) fn add_sensed(
+    case_rad: &mut Triad,
+    sensed_rad: &Triad,
+    model: &Model,
+    body_from_sensing: &Matrix3<f64>,
+) {
+    let keep = model.gyro.scale_error.map(|scale| 1.0 - scale);
+    for row in 0..case_rad[0].len() {
+        let sensed = Vector3::from_fn(|axis, _| keep[axis] * sensed_rad[axis][row]);
+        let part = body_from_sensing * sensed;
+        for axis in 0..3 {
+            case_rad[axis][row] += part[axis];
         }
     }
 }

@@ -107,15 +107,8 @@ pub(super) fn prepare(
     });
     // Own motion inverts the model, so what is left of the residual is what the known effects add.
     let known = residual_rad(&scene, &rest, model_file)?;
-    let one_less_scale = Vector3::from(model.gyro.scale_error.map(|scale| 1.0 - scale));
     let mut increments_rad = scene.streams.case_rad.clone();
-    for row in 0..scene.streams.rows {
-        let sensed = Vector3::from_fn(|axis, _| one_less_scale[axis] * known[axis][row]);
-        let part = from_sensing * sensed;
-        for axis in 0..3 {
-            increments_rad[axis][row] += part[axis];
-        }
-    }
+    own_motion::add_sensed(&mut increments_rad, &known, model, &from_sensing);
     Ok(Prepared {
         scene,
         faults,
