@@ -169,7 +169,8 @@ fn passes(power: f64) -> f64 {
 /// A motion's increments without what is mere noise of the channel in a moment: overlapping windows of a few seconds, in
 /// each of which a bin stays where the power around it is clear of the noise. An axis that turns at one time and
 /// rests at another has its noise of the resting time in every bin otherwise, and that noise, which the residual holds
-/// too, looks like physics wherever something else moves then.
+/// too, looks like physics wherever something else moves then. Short windows take what the long ones keep beside a
+/// motion that begins or ends within them.
 pub fn clear_in_time(
     values: &[f64],
     pieces: &[Range<usize>],
@@ -177,12 +178,24 @@ pub fn clear_in_time(
     noise: RowNoise,
 ) -> Vec<f64> {
     /// Seconds of a window.
-    const WINDOW_S: f64 = 4.0;
+    const WINDOWS_S: [f64; 2] = [4.0, 0.5];
+    WINDOWS_S.iter().fold(values.to_vec(), |values, window_s| {
+        clear_in_windows(&values, pieces, rate_hz, noise, *window_s)
+    })
+}
+
+fn clear_in_windows(
+    values: &[f64],
+    pieces: &[Range<usize>],
+    rate_hz: f64,
+    noise: RowNoise,
+    window_s: f64,
+) -> Vec<f64> {
     /// Bins on either side, half of them independent behind the window: noise alone then stays below three times its
     /// mean in all but a few bins in a hundred thousand.
     const AROUND: usize = 8;
     let mut cleared = values.to_vec();
-    let whole = smooth_length((WINDOW_S * rate_hz) as usize);
+    let whole = smooth_length((window_s * rate_hz) as usize);
     for rows in pieces {
         let length = whole.min(rows.len() & !1);
         let half = length / 2;
