@@ -8,7 +8,7 @@
 use std::ops::Range;
 use std::path::Path;
 
-use super::manifest::{ClockEntry, MANIFEST, Manifest, TableEntry};
+use super::manifest::{ChannelEntry, ClockEntry, MANIFEST, Manifest, TableEntry};
 use super::{Channel, Clock, Quantity, Recording, Table, csv_table, parquet_table};
 use crate::error::InputError;
 
@@ -100,9 +100,13 @@ pub(super) fn read_table(
         ClockEntry::Stamped { column } => {
             let stamps_s = columns.pop().unwrap_or_default();
             check_stamps(&path, column, &stamps_s)?;
-            Clock::Stamped {
-                column: column.to_owned(),
-                stamps_s,
+            let sums = |channel: &ChannelEntry| channel.quantity().is_of_a_period();
+            match even(&stamps_s).filter(|_| entry.channels.iter().any(sums)) {
+                Some((rate_hz, start_s)) => Clock::Uniform { rate_hz, start_s },
+                None => Clock::Stamped {
+                    column: column.to_owned(),
+                    stamps_s,
+                },
             }
         }
     };
@@ -129,6 +133,27 @@ pub(super) fn read_table(
         rows,
         channels,
     })
+}
+
+/// Rate \[Hz\] and first of stamps that are as far apart everywhere: what is summed over a row's period has one then.
+fn even(stamps_s: &[f64]) -> Option<(f64, f64)> {
+    /// Rows that a stamp may be off, as one printed with few digits is.
+    const OFF_ROWS: f64 = 0.01;
+    let (first, last) = (*stamps_s.first()?, *stamps_s.last()?);
+    let steps = (stamps_s.len() - 1) as f64;
+    let measured_hz = steps / (last - first);
+    let rate_hz = match (measured_hz - measured_hz.round()).abs() * (last - first) < OFF_ROWS {
+        true => measured_hz.round(),
+        false => measured_hz,
+    };
+    let off = |(row, stamp): (usize, &f64)| ((stamp - first) * rate_hz - row as f64).abs();
+    let is_even = steps >= 1.0
+        && stamps_s
+            .iter()
+            .enumerate()
+            .map(off)
+            .all(|off| off < OFF_ROWS);
+    is_even.then_some((rate_hz, first))
 }
 
 fn check_stamps(path: &Path, column: &str, stamps_s: &[f64]) -> Result<(), InputError> {

@@ -55,6 +55,19 @@ impl Quantity {
     /// What a gyro may read, the least processed first.
     pub const GYROS: [Self; 3] = [Self::GyroCount, Self::GyroIncrement, Self::GyroRate];
 
+    /// Whether a row holds a sum or a mean over its period.
+    pub fn is_of_a_period(&self) -> bool {
+        matches!(
+            self,
+            Self::GyroCount
+                | Self::GyroIncrement
+                | Self::GyroRate
+                | Self::ReferenceIncrement
+                | Self::SpecificForce
+                | Self::VelocityIncrement
+        )
+    }
+
     /// By its name in the file; an unlisted name is kept as [`Quantity::Other`].
     pub fn from_name(name: &str) -> Self {
         match name {
