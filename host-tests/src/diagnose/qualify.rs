@@ -307,6 +307,15 @@ fn of_channel(channel: &str, values: &[f64], measured: &[bool]) -> Vec<Fault> {
             let count = (before.len() + after.len()).max(1) as f64;
             before.chain(after).filter(|&row| same(row)).count() as f64 / count
         };
+        let taken = values
+            .iter()
+            .zip(measured)
+            .filter(|(_, measured)| **measured);
+        let (least, most) = taken.fold(
+            (f64::INFINITY, f64::NEG_INFINITY),
+            |(least, most), (v, _)| (least.min(*v), most.max(*v)),
+        );
+        let mut runs: Vec<Range<usize>> = Vec::new();
         let mut row = 1;
         while row < values.len() {
             let begin = row - 1;
@@ -317,19 +326,30 @@ fn of_channel(channel: &str, values: &[f64], measured: &[bool]) -> Vec<Fault> {
             if length > longest(by_chance)
                 && length > longest(around(&(begin..row)).clamp(by_chance, MOST_BY_CHANCE))
             {
-                let at_zero = values[begin] == 0.0;
-                faults.push(Fault {
-                    kind: if at_zero {
-                        "lost_samples"
-                    } else {
-                        "stuck_channel"
-                    },
-                    indistinguishable_from: if at_zero { &["stuck_channel"] } else { &[] },
-                    channel: channel.to_string(),
-                    rows: begin..row,
-                });
+                runs.push(begin..row);
             }
             row += 1;
+        }
+        // Where noise goes on beyond what a channel stuck at by chance, and no two times at the same.
+        let is_limit = |value: f64| {
+            let alike = runs
+                .iter()
+                .filter(|run| values[run.start].abs() == value.abs());
+            value == most || value == least || alike.count() > 1
+        };
+        for run in &runs {
+            let value = values[run.start];
+            let (kind, or): (_, &'static [&'static str]) = match value {
+                0.0 => ("lost_samples", &["stuck_channel"]),
+                _ if is_limit(value) => ("saturation", &["stuck_channel"]),
+                _ => ("stuck_channel", &[]),
+            };
+            faults.push(Fault {
+                kind,
+                indistinguishable_from: or,
+                channel: channel.to_string(),
+                rows: run.clone(),
+            });
         }
     }
     if faults.is_empty() {
