@@ -16,8 +16,9 @@ use super::hypotheses::CATALOGUE;
 use super::information::Information;
 use super::noise::{Declared, Noise};
 use super::select::prior_width;
-use super::shapes::{AHEAD_DECAY, AHEAD_JUMP, AHEAD_WINDOW};
+use super::shapes::{AHEAD_DECAY, AHEAD_JUMP, AHEAD_WINDOW, HELD_AGAINST};
 use super::slow::Slow;
+use super::wander::Drift;
 use super::workbench::{Parameters, Workbench};
 
 /// Noise that rises less than this at the lowest frequencies holds no drift to speak of.
@@ -43,6 +44,11 @@ pub(super) const AHEAD_OF_WALK: f64 = 7.0;
 /// The same for each further number, on whichever gyro.
 pub(super) const AHEAD_OF_WALK_FURTHER: f64 = 1.5;
 
+/// The same where no drift is left beside everything: of walks and flicker of the worst strength one in 1000 to 3000
+/// comes this far (slow.rs).
+pub(super) const AHEAD_STEADILY: f64 = 6.8;
+pub(super) const AHEAD_STEADILY_FURTHER: f64 = 0.7;
+
 /// The same for a constant, which a walk that began before the recording has anyway.
 pub(super) const AHEAD_OF_WALK_CONSTANT: f64 = 4.0;
 pub(super) const AHEAD_OF_WALK_CONSTANT_FURTHER: f64 = 0.6;
@@ -65,15 +71,22 @@ const SLOW: f64 = 0.5;
 pub enum Suspect {
     /// An effect, by its index into the catalogue.
     Effect(usize),
+    /// An effect that came back as better than what had taken its place: asked about as a term is.
+    Returned(usize),
     /// A found term, by its place on the bench.
     Term(usize),
 }
 
 impl Suspect {
+    /// Whether it was weighed among the effects, not picked among hundreds.
+    fn is_weighed(self) -> bool {
+        matches!(self, Self::Effect(_))
+    }
+
     /// Its parameters.
     fn indices(self, parameters: &Parameters) -> Range<usize> {
         match self {
-            Self::Effect(effect) => parameters.of(effect),
+            Self::Effect(effect) | Self::Returned(effect) => parameters.of(effect),
             Self::Term(place) => parameters.count() + place..parameters.count() + place + 1,
         }
     }
@@ -120,9 +133,9 @@ pub fn first_that_could_be_drift(
         if found.is_some() {
             break;
         }
-        // What was picked as a shape has been asked exactly.
-        let is_term = matches!(suspect, Suspect::Term(_));
-        if is_term && share > SLOW && beside.slow.is_some() {
+        // What was picked as a shape has been asked exactly, too.
+        let exactly = !suspect.is_weighed() || beside.is_asked_exactly(parameters, suspect);
+        if exactly && share > SLOW && beside.slow.is_some() {
             continue;
         }
         let Some(without) = best_without(bench, parameters, declared, set, suspect)? else {
@@ -152,17 +165,31 @@ fn ahead(suspect: Suspect) -> f64 {
     match suspect {
         Suspect::Effect(effect) if CATALOGUE[effect].card().kind == "gyro_bias" => AHEAD_CONSTANT,
         Suspect::Effect(_) => AHEAD,
-        Suspect::Term(_) => AHEAD_PICKED,
+        Suspect::Returned(_) | Suspect::Term(_) => AHEAD_PICKED,
     }
 }
 
+/// Whether effects are far enough ahead of any drift, with drift left beside them or with none.
+pub(super) fn is_ahead_of_drift(slow: &Slow, own: &[Range<usize>]) -> bool {
+    const ALL: [Drift; 3] = [Drift::Walk, Drift::FromNothing, Drift::Flicker];
+    let further = further(slow.columns(own));
+    slow.ahead(own, &ALL) > AHEAD_OF_WALK + AHEAD_OF_WALK_FURTHER * further
+        || slow.ahead_steadily(own, &ALL) > AHEAD_STEADILY + AHEAD_STEADILY_FURTHER * further
+}
+
+/// Numbers after the first.
+fn further(columns: usize) -> f64 {
+    columns.max(1) as f64 - 1.0
+}
+
 fn ahead_of_walk(bench: &Workbench, suspect: Suspect, columns: usize) -> f64 {
-    let further = columns.max(1) as f64 - 1.0;
+    let further = further(columns);
     match suspect {
         Suspect::Effect(effect) if CATALOGUE[effect].card().kind == "gyro_bias" => {
             AHEAD_OF_WALK_CONSTANT + AHEAD_OF_WALK_CONSTANT_FURTHER * further
         }
         Suspect::Effect(_) => AHEAD_OF_WALK + AHEAD_OF_WALK_FURTHER * further,
+        Suspect::Returned(_) => AHEAD_OF_WALK_PICKED + AHEAD_OF_WALK_FURTHER * further,
         Suspect::Term(place) => match &bench.terms()[place].form {
             Form::Step { .. } => AHEAD_JUMP,
             Form::Product { expression } if expression.starts_with("window(") => AHEAD_WINDOW,
@@ -197,8 +224,7 @@ impl Beside {
         let whole = bench.beside().is_none();
         // A walk in time ends where it will, and needs no trend.
         let without_trends = &indices[..indices.len() - trends];
-        let any_terms = bench.terms().len() > trends;
-        let slow = whole.then(|| Slow::new(bench, without_trends, any_terms));
+        let slow = whole.then(|| Slow::new(bench, without_trends));
         let information = bench.information_about(&indices);
         Self {
             noise: bench.noise,
@@ -235,12 +261,22 @@ impl Beside {
         let own = |suspect: Suspect| suspect.indices(parameters);
         let lacks = |together: &[Suspect]| {
             let own: Vec<Range<usize>> = together.iter().map(|one| own(*one)).collect();
+            if together
+                .iter()
+                .all(|one| self.is_asked_exactly(parameters, *one))
+            {
+                return !is_ahead_of_drift(slow, &own);
+            }
+            // Of other effects, whose numbers are few, the Whittle likelihood is asked about flicker.
+            let drifts: &[Drift] = match together.iter().any(|one| !one.is_weighed()) {
+                true => &HELD_AGAINST,
+                false => &[Drift::Walk],
+            };
+            let columns = slow.columns(&own);
             let needed = together
                 .iter()
-                .map(|one| ahead_of_walk(bench, *one, slow.columns(&own)));
-            // Of effects, whose numbers are few, the Whittle likelihood is asked about flicker.
-            let or_flickers = together.iter().any(|one| matches!(one, Suspect::Term(_)));
-            slow.ahead(&own, or_flickers) < needed.fold(0.0, f64::max)
+                .map(|one| ahead_of_walk(bench, *one, columns));
+            slow.ahead(&own, drifts) < needed.fold(0.0, f64::max)
         };
         let alone = suspects.iter().find(|one| is_slow(one) && lacks(&[one.0]));
         let pairs = suspects.iter().enumerate().flat_map(|(place, one)| {
@@ -251,9 +287,18 @@ impl Beside {
         let mut pairs = pairs.filter(|pair| lacks(pair));
         alone.map(|one| one.0).or_else(|| {
             let pair = pairs.next()?;
-            let ahead = pair.map(|one| slow.ahead(&[own(one)], false));
+            let ahead = pair.map(|one| slow.ahead(&[own(one)], &[Drift::Walk]));
             Some(pair[usize::from(ahead[1] < ahead[0])])
         })
+    }
+
+    /// Whether the exact likelihood knows all that an effect could be: what a walk itself mostly looks like it cannot tell
+    /// from the first of a walk's modes, of whatever strength.
+    fn is_asked_exactly(&self, parameters: &Parameters, suspect: Suspect) -> bool {
+        let own = suspect.indices(parameters);
+        let slow = self.slow.as_ref();
+        let holds_a_walk = slow.is_none_or(|slow| slow.holds_a_walk(std::slice::from_ref(&own)));
+        suspect.is_weighed() && !holds_a_walk
     }
 
     /// Whether the noise drifts beside the suspect, too, and more than half of the suspect lies in that drift.
@@ -281,10 +326,10 @@ fn best_without(
     let rest: Vec<usize> = set
         .iter()
         .copied()
-        .filter(|&effect| suspect != Suspect::Effect(effect))
+        .filter(|&effect| !matches!(suspect, Suspect::Effect(gone) | Suspect::Returned(gone) if gone == effect))
         .collect();
     let term = match suspect {
-        Suspect::Effect(_) => None,
+        Suspect::Effect(_) | Suspect::Returned(_) => None,
         Suspect::Term(place) => {
             let term = bench.terms()[place].clone();
             bench.remove_term(place);

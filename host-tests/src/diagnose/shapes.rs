@@ -19,8 +19,11 @@ use super::empirical::{Form, Term};
 use super::local;
 use super::slow;
 use super::steps;
-use super::wander::{Blocks, Wander};
+use super::wander::{Blocks, Drift, Wander};
 use super::workbench::{Parameters, Workbench};
+
+/// What a shape is held against.
+pub(super) const HELD_AGAINST: [Drift; 2] = [Drift::Walk, Drift::Flicker];
 
 /// More shapes than this on a gyro are drift.
 const MOST_SHAPES: usize = 3;
@@ -82,7 +85,7 @@ pub fn search(
     set: &[usize],
     axis: usize,
 ) -> Result<Vec<Shape>, String> {
-    let Some(blocks) = Blocks::of(bench, true) else {
+    let Some(blocks) = Blocks::of(bench, &HELD_AGAINST) else {
         return Ok(Vec::new());
     };
     let kept = bench.terms().len();
@@ -387,11 +390,11 @@ mod tests {
 
     #[test]
     fn no_wandering_rate_is_taken_for_a_shape() {
-        let (blocks, records) = (blocks(), 40);
+        let (blocks, records) = (blocks(&HELD_AGAINST), 40);
         let patterns = patterns(&blocks);
         for besides in ALL {
             for seed in 0..records {
-                let record = record(&blocks, besides, seed);
+                let record = record(besides, seed);
                 for (kind, ahead) in ahead(&blocks, &patterns, &record) {
                     assert!(
                         ahead < kind.needed(),
@@ -404,11 +407,11 @@ mod tests {
 
     #[test]
     fn both_edges_of_a_window_are_found_where_either_alone_would_be_a_walk() {
-        let blocks = blocks();
+        let blocks = blocks(&HELD_AGAINST);
         let patterns = patterns(&blocks);
         let inside = |time_s: f64| f64::from(u8::from((11.0..17.0).contains(&time_s)));
         for seed in 0..10 {
-            let record = record(&blocks, Besides::Nothing, seed) + shape(inside, 16.0);
+            let record = record(Besides::Nothing, seed) + shape(inside, 16.0);
             let wanders = blocks.wanders(&white(), &record);
             let nothing = DMatrix::zeros(BLOCKS, 0);
             let found = patterns.best(&wanders, &nothing.columns(0, 0), &record);
@@ -426,7 +429,7 @@ mod tests {
 
     #[test]
     fn a_decay_and_a_jump_are_what_they_are() {
-        let blocks = blocks();
+        let blocks = blocks(&HELD_AGAINST);
         let patterns = patterns(&blocks);
         let nothing = DMatrix::zeros(BLOCKS, 0);
         let best = |record: DVector<f64>| {
@@ -434,7 +437,7 @@ mod tests {
             patterns.best(&wanders, &nothing.columns(0, 0), &record)
         };
         for seed in 0..10 {
-            let noise = record(&blocks, Besides::Nothing, seed);
+            let noise = record(Besides::Nothing, seed);
             let decay = best(&noise + shape(|time_s| (-time_s / 6.0).exp(), 30.0));
             let Some((Kind::Decay(k), _)) = decay else {
                 panic!("{seed}: {decay:?}");
@@ -453,11 +456,11 @@ mod tests {
     #[ignore = "a calibration of several minutes: prints how far chance comes"]
     fn how_far_wandering_rates_come() {
         const RECORDS: u64 = 1500;
-        let blocks = blocks();
+        let blocks = blocks(&HELD_AGAINST);
         let patterns = patterns(&blocks);
         for besides in ALL {
             let each: Vec<[f64; 4]> = (0..RECORDS)
-                .map(|seed| ahead(&blocks, &patterns, &record(&blocks, besides, seed)))
+                .map(|seed| ahead(&blocks, &patterns, &record(besides, seed)))
                 .map(|found| found.map(|(_, ahead)| ahead))
                 .collect();
             for (slot, name) in ["jump", "window", "two jumps", "decay"].iter().enumerate() {

@@ -14,7 +14,7 @@ use super::local;
 use super::noise::Noise;
 use super::portion::Portion;
 use super::scene::Scene;
-use super::shapes::AHEAD_JUMP;
+use super::shapes::{AHEAD_JUMP, HELD_AGAINST};
 use super::signals::argument;
 use super::slow::Slow;
 use super::split::{Split, usable_runs};
@@ -113,8 +113,8 @@ fn is_drift(bench: &Workbench, parameters: &Parameters, term: &Term) -> bool {
     }
     let all = parameters.count()..parameters.count() + bench.terms().len();
     let own = all.end - 1..all.end;
-    let slow = Slow::new(bench, &all.collect::<Vec<_>>(), true);
-    slow.is_some_and(|slow| slow.ahead(&[own], true) < AHEAD_JUMP)
+    let slow = Slow::new(bench, &all.collect::<Vec<_>>());
+    slow.is_some_and(|slow| slow.ahead(&[own], &HELD_AGAINST) < AHEAD_JUMP)
 }
 
 /// Puts a window on the bench with its edges where all rows have them: one that opened where nothing was fitted opens

@@ -1,4 +1,5 @@
-//! What a gyro's rate wanders by where no physics moves it: nothing, a random walk, or flicker, of any strength.
+//! What a gyro's rate wanders by where no physics moves it: nothing, a random walk from wherever it was or from
+//! nothing, or flicker, of any strength.
 //!
 //! Enters: the bench, for its rows; a gyro's noise. Leaves: rows summed over [`Blocks`], and the covariance of such
 //! sums under each [`Wander`], as it is in time: periodograms of a walk leak, stretches of it do not fit together at
@@ -43,14 +44,25 @@ pub struct Blocks {
     pub edge_hz: f64,
     /// Places in the portion's rows, end to end.
     places: Vec<Range<usize>>,
-    /// Unit variance over the span, of each kind that is asked about, and whether it is flicker.
-    kinds: Vec<(bool, DMatrix<f64>)>,
+    /// Unit variance over the span, of each kind that is asked about.
+    kinds: Vec<(Drift, DMatrix<f64>)>,
+}
+
+/// Kinds of drift.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drift {
+    /// A random walk that went on before the recording began.
+    Walk,
+    /// A random walk that began with the recording, as one in a simulation does.
+    FromNothing,
+    /// Power as 1/f.
+    Flicker,
 }
 
 /// One way for the rate to wander.
 pub struct Wander {
-    /// As flicker, not as a walk.
-    pub flickers: bool,
+    /// Which; `None` where it does not.
+    pub kind: Option<Drift>,
     /// ln of the determinant of the sums' covariance.
     pub log_volume: f64,
     root: DMatrix<f64>,
@@ -64,8 +76,8 @@ impl Wander {
 }
 
 impl Blocks {
-    /// Of the bench's portion, for walks or for flicker, too; `None` where there are too few to tell a walk from anything.
-    pub fn of(bench: &Workbench, or_flickers: bool) -> Option<Self> {
+    /// Of the bench's portion, for some kinds of drift; `None` where there are too few to tell a walk from anything.
+    pub fn of(bench: &Workbench, kinds: &[Drift]) -> Option<Self> {
         let portion = &bench.portion;
         let streams = &bench.scene().streams;
         let block_s = (portion.seconds() / MOST_BLOCKS).max(SHORTEST_BLOCK_S);
@@ -92,7 +104,7 @@ impl Blocks {
             .map(|own| recording(own).unwrap_or(0))
             .collect();
         let rate_hz = streams.rate_hz;
-        let blocks = Self::over(scene_rows, places, recordings, rate_hz, or_flickers);
+        let blocks = Self::over(scene_rows, places, recordings, rate_hz, kinds);
         Some(blocks)
     }
 
@@ -102,16 +114,19 @@ impl Blocks {
         places: Vec<Range<usize>>,
         recordings: Vec<usize>,
         rate_hz: f64,
-        or_flickers: bool,
+        kinds: &[Drift],
     ) -> Self {
         let rows = places[0].len();
         let middle = |own: &Range<usize>| (own.start + rows / 2) as f64 / rate_hz;
         let middles_s: Vec<f64> = scene_rows.iter().map(middle).collect();
         let block_s = rows as f64 / rate_hz;
-        let mut kinds = vec![(false, walk(&middles_s))];
-        if or_flickers {
-            kinds.push((true, flicker(&middles_s, block_s)));
-        }
+        let of = |kind: &Drift| match kind {
+            Drift::Walk => walk(&middles_s).add_scalar(1.0),
+            Drift::FromNothing => walk(&middles_s),
+            Drift::Flicker => flicker(&middles_s, block_s),
+        };
+        let mut kinds: Vec<(Drift, DMatrix<f64>)> =
+            kinds.iter().map(|kind| (*kind, of(kind))).collect();
         for (_, kind) in &mut kinds {
             // Another recording began elsewhere.
             for (a, of_a) in recordings.iter().enumerate() {
@@ -130,6 +145,22 @@ impl Blocks {
             places,
             kinds,
         }
+    }
+
+    /// The shape that most of a walk from nothing has: a quarter of a sine over each recording.
+    pub fn first_mode(&self) -> DVector<f64> {
+        let span = |block: usize| {
+            let others = self.scene_rows.iter().zip(&self.recordings);
+            let own = others.filter(|(_, other)| **other == self.recordings[block]);
+            own.fold((usize::MAX, 0), |(first, last), (rows, _)| {
+                (first.min(rows.start), last.max(rows.end))
+            })
+        };
+        DVector::from_fn(self.count(), |block, _| {
+            let (first, last) = span(block);
+            let middle = self.scene_rows[block].start + self.rows / 2 - first;
+            (0.25 * TAU * middle as f64 / (last - first) as f64).sin()
+        })
     }
 
     /// How many.
@@ -155,21 +186,21 @@ impl Blocks {
         let steps: f64 = neighbours.map(|pair| (pair[1] - pair[0]).powi(2)).sum();
         let strongest = STRONGEST.max(steps / level);
         let ratio = (strongest / WEAKEST).powf(1.0 / (STRENGTHS - 1) as f64);
-        let of = |(flickers, covariance): (bool, DMatrix<f64>)| {
+        let of = |(kind, covariance): (Option<Drift>, DMatrix<f64>)| {
             let root = covariance.cholesky()?.unpack();
             let log_volume = root.diagonal().iter().map(|d| 2.0 * d.ln()).sum();
             Some(Wander {
-                flickers,
+                kind,
                 log_volume,
                 root,
             })
         };
-        let each = self.kinds.iter().flat_map(|(flickers, kind)| {
+        let each = self.kinds.iter().flat_map(|(kind, shape)| {
             let strengths = (0..STRENGTHS).map(|k| WEAKEST * ratio.powi(k as i32));
             let steady = &steady;
-            strengths.map(move |strength| (*flickers, steady + kind * (strength * level)))
+            strengths.map(move |strength| (Some(*kind), steady + shape * (strength * level)))
         });
-        std::iter::once((false, steady.clone()))
+        std::iter::once((None, steady.clone()))
             .chain(each)
             .filter_map(of)
             .collect()
@@ -189,12 +220,12 @@ impl Blocks {
     }
 }
 
-/// Covariance of a walk that gathers unit variance over the span, and as much before it.
+/// Covariance of a walk that gathers unit variance over the span.
 fn walk(middles_s: &[f64]) -> DMatrix<f64> {
     let first_s = middles_s[0];
     let span_s = middles_s[middles_s.len() - 1] - first_s;
     DMatrix::from_fn(middles_s.len(), middles_s.len(), |a, b| {
-        1.0 + (middles_s[a].min(middles_s[b]) - first_s) / span_s
+        (middles_s[a].min(middles_s[b]) - first_s) / span_s
     })
 }
 
@@ -233,14 +264,14 @@ pub(super) mod simulated {
     const ROWS: usize = 100;
 
     /// Forty seconds of one recording.
-    pub fn blocks() -> Blocks {
+    pub fn blocks(kinds: &[Drift]) -> Blocks {
         let rows: Vec<Range<usize>> = (0..BLOCKS).map(|k| k * ROWS..(k + 1) * ROWS).collect();
         Blocks::over(
             rows.clone(),
             rows,
             vec![0; BLOCKS],
             ROWS as f64 / BLOCK_S,
-            true,
+            kinds,
         )
     }
 
@@ -264,7 +295,8 @@ pub(super) mod simulated {
 
     /// One record: noise of one block's unit variance, and drift that gathers from a twentieth to twenty of its
     /// deviations.
-    pub fn record(blocks: &Blocks, besides: Besides, seed: u64) -> DVector<f64> {
+    pub fn record(besides: Besides, seed: u64) -> DVector<f64> {
+        let middles_s: Vec<f64> = (0..BLOCKS).map(|block| block as f64 * BLOCK_S).collect();
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut normal = |_, _| StandardNormal.sample(&mut rng);
         let white = DVector::<f64>::from_fn(BLOCKS, &mut normal);
@@ -272,9 +304,8 @@ pub(super) mod simulated {
         let strength = 0.05 * 400_f64.powf(rng.random::<f64>());
         let kind = match besides {
             Besides::Nothing => return white,
-            // From nothing at the start on, as a walk in a simulation does.
-            Besides::Walk => &blocks.kinds[0].1 - DMatrix::from_element(BLOCKS, BLOCKS, 1.0),
-            Besides::Flicker => blocks.kinds[1].1.clone(),
+            Besides::Walk => walk(&middles_s),
+            Besides::Flicker => flicker(&middles_s, BLOCK_S),
         };
         let barely = DMatrix::identity(BLOCKS, BLOCKS) * 1e-9;
         let root = (kind + barely).cholesky().expect("a covariance").unpack();
