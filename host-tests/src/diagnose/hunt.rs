@@ -13,7 +13,8 @@ use super::hypotheses::{CATALOGUE, reference_harmonic};
 use super::information::{Information, Solution};
 use super::invariance::{self, Verdict};
 use super::lattice::Lattice;
-use super::products::{Products, Survey};
+use super::names::Names;
+use super::products::{Best, Products, Survey, WORTH_A_LAG};
 use super::readings::Hunt;
 use super::scene::Scene;
 use super::select::{self, Choice, prior_width};
@@ -108,16 +109,14 @@ pub fn hunt(
         ..
     } = *search;
     let declared = refit_noise.then_some(search.declared);
-    let mut allowed: Vec<usize> = candidates.to_vec();
-    let mut vetoed: Vec<(usize, String)> = Vec::new();
+    let mut names = Names::new(candidates);
     let mut entered: Vec<(f64, f64)> = given.to_vec();
     let most_terms = MOST_TERMS + given.len();
     let mut left_idle: Vec<Term> = Vec::new();
-    let mut doubted: Vec<usize> = Vec::new();
     let mut trials = 0;
     loop {
         progress("weighing the listed effects");
-        let mut choice = select::select(bench, parameters, &allowed, declared);
+        let mut choice = select::select(bench, parameters, &names.allowed, declared);
         trials += choice.trials + 3 * products.names.len();
         let set: Vec<usize> = choice.chosen.iter().map(|one| one.effect).collect();
         let information = bench.information();
@@ -158,9 +157,14 @@ pub fn hunt(
             survey: &survey,
             products,
             lattice,
+            names: &names,
         };
         match sight.objection(&information, &choice, &verdicts) {
             Some(Objection::Better(found)) if room && found.iter().all(|one| fresh(&one.0)) => {
+                if let Some(effect) = sight.lost_effect(&found) {
+                    names.give_back(effect);
+                    continue;
+                }
                 for (term, ratio, p_value) in found {
                     bench.add_term(term)?;
                     entered.push((ratio, p_value));
@@ -168,8 +172,7 @@ pub fn hunt(
                 continue;
             }
             Some(Objection::Veto(effect, reason)) => {
-                allowed.retain(|&kept| kept != effect);
-                vetoed.push((effect, reason));
+                names.lose(effect, reason);
                 continue;
             }
             _ => {}
@@ -177,6 +180,10 @@ pub fn hunt(
         if room {
             let explained = 2.0 * solution.log_likelihood_gain;
             let found = sight.refined(sight.best_term(&values, &[], explained, &fresh), &[]);
+            if let Some(effect) = sight.lost_effect(&found) {
+                names.give_back(effect);
+                continue;
+            }
             if !found.is_empty() {
                 for (term, ratio, p_value) in found {
                     bench.add_term(term)?;
@@ -186,7 +193,10 @@ pub fn hunt(
             }
         }
         progress("weighing drifting noise");
-        let suspects = set.iter().map(|&effect| Suspect::Effect(effect));
+        let suspects = set.iter().map(|&effect| match names.is_back(effect) {
+            true => Suspect::Returned(effect),
+            false => Suspect::Effect(effect),
+        });
         // Lines at rest were found over stretches, where no walk reaches.
         let at_rest = bench.scene().streams.at_rest.is_some();
         let settled = if at_rest { given.len() } else { 0 };
@@ -194,11 +204,8 @@ pub fn hunt(
         let drift =
             drift::first_that_could_be_drift(bench, parameters, search.declared, &set, suspects)?;
         match drift {
-            Some(Suspect::Effect(effect)) => {
-                allowed.retain(|&kept| kept != effect);
-                let reason = "drifting noise explains nearly as much".to_string();
-                vetoed.push((effect, reason));
-                doubted.push(effect);
+            Some(Suspect::Effect(effect) | Suspect::Returned(effect)) => {
+                names.lose_to_drift(effect);
                 continue;
             }
             Some(Suspect::Term(place)) => {
@@ -211,7 +218,7 @@ pub fn hunt(
         }
         // What drift could have been is none of those that drift could not; it may be what they are all the same.
         for one in &mut choice.chosen {
-            let more = select::rivals(parameters, &information, &doubted, &set, one.effect);
+            let more = select::rivals(parameters, &information, &names.doubted, &set, one.effect);
             one.indistinguishable_from.extend(more);
             one.indistinguishable_from.sort_unstable();
         }
@@ -221,6 +228,7 @@ pub fn hunt(
             survey: &survey,
             products,
             lattice,
+            names: &names,
         }
         .unlisted_rivals(&information, &choice);
         for (one, rival) in choice.chosen.iter_mut().zip(rivals) {
@@ -255,7 +263,7 @@ pub fn hunt(
             choice,
             regimes: verdicts,
             terms,
-            vetoed,
+            vetoed: names.vetoed,
             values,
             information,
             survey,
@@ -316,9 +324,65 @@ struct Sight<'a> {
     survey: &'a Survey,
     products: &'a Products<'a>,
     lattice: &'a Lattice,
+    names: &'a Names,
 }
 
 impl Sight<'_> {
+    /// Whether a product on a gyro says more than effects that were weighed: one that is such an effect's own does not.
+    fn is_news(&self, axis: usize, product: usize) -> bool {
+        let mut own = self.products.effects[product][axis].iter();
+        !own.any(|&effect| self.names.is_weighed(effect))
+    }
+
+    /// The best news on a gyro when the parameters in `without` are not fitted; behind a lag only where that is clearly
+    /// better than the channel itself.
+    fn best_news(&self, axis: usize, without: &[usize]) -> Option<Best> {
+        let mut known: Vec<usize> = Vec::new();
+        loop {
+            let before = |product: usize| self.products.before_lag(product);
+            let wanted = |product: usize| {
+                let lags_known = || before(product).is_some_and(|plain| known.contains(&plain));
+                self.is_news(axis, product) && (known.is_empty() || !lags_known())
+            };
+            let best = self.survey.best_of(axis, without, &wanted)?;
+            let Some(plain) = before(best.product).filter(|&plain| !self.is_news(axis, plain))
+            else {
+                return Some(best);
+            };
+            let itself = self
+                .survey
+                .best_of(axis, without, &|product| product == plain);
+            if itself.is_none_or(|itself| best.ratio > itself.ratio + WORTH_A_LAG) {
+                return Some(best);
+            }
+            known.push(plain);
+        }
+    }
+
+    /// The effect that what was found is, if it lost its name before.
+    fn lost_effect(&self, found: &[FoundOne]) -> Option<usize> {
+        let [
+            (
+                Term {
+                    axis,
+                    form: Form::Product { expression },
+                },
+                ..,
+            ),
+        ] = found
+        else {
+            return None;
+        };
+        let product = self
+            .products
+            .names
+            .iter()
+            .position(|name| name == expression)?;
+        let own = self.products.effects[product][*axis].iter().copied();
+        own.into_iter()
+            .find(|&effect| self.names.may_come_back(effect))
+    }
+
     fn objection(
         &self,
         information: &Information,
@@ -344,7 +408,7 @@ impl Sight<'_> {
                 .zip(without.values.iter().copied())
                 .collect();
             let by_products: f64 = (0..3)
-                .filter_map(|axis| self.survey.best(axis, &own))
+                .filter_map(|axis| self.best_news(axis, &own))
                 .filter(|best| best.p_value < FAMILY_SIGNIFICANCE)
                 .map(|best| best.ratio)
                 .sum();
@@ -408,7 +472,10 @@ impl Sight<'_> {
                 .filter_map(|axis| {
                     let apart = self.survey.apart(axis, &own, APART);
                     let wanted = |product: usize| {
-                        !signals::is_listed(axis, &self.products.names[product]) && apart(product)
+                        let no_effect = self.products.effects[product][axis].is_empty();
+                        no_effect
+                            && !signals::is_shape(&self.products.names[product])
+                            && apart(product)
                     };
                     let best = self.survey.best_of(axis, &own, &wanted)?;
                     Some((axis, best))
@@ -464,7 +531,7 @@ impl Sight<'_> {
                 .to_vec()
         });
         let expressions = (0..3).filter_map(|axis| {
-            let best = self.survey.best(axis, without)?;
+            let best = self.best_news(axis, without)?;
             let expression = self.products.names[best.product].clone();
             let term = Term {
                 axis,

@@ -108,6 +108,8 @@ pub mod drift;
 
 pub mod hunt;
 
+mod names;
+
 pub mod local;
 
 pub mod shapes;

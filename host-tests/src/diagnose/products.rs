@@ -12,6 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::hypotheses::{by_expression, find};
 use super::information::scaled_inverse;
 use super::portion::{Bins, Room, inner};
 use super::regressor::{Regressor, gram, reach};
@@ -25,7 +26,7 @@ const NEGLIGIBLE: f64 = 1e-10;
 
 /// What a lag must explain beyond what has none (2 Δ ln L): chance gives one more number, picked among a handful of
 /// constants, as much in one case of 10 000.
-const WORTH_A_LAG: f64 = 20.0;
+pub(super) const WORTH_A_LAG: f64 = 20.0;
 
 /// All expressions that are tried, with their factors by index.
 pub struct Products<'a> {
@@ -33,6 +34,8 @@ pub struct Products<'a> {
     factors: Vec<Signal<'a>>,
     /// Names, in order of trial.
     pub names: Vec<String>,
+    /// Effects of the catalogue that each of them is on each gyro.
+    pub effects: Vec<[Vec<usize>; 3]>,
     pairs: Vec<(usize, Option<usize>)>,
     /// Whether what was before a row is known.
     has_past: bool,
@@ -56,6 +59,8 @@ pub struct Survey {
     trials: f64,
     /// What each product must explain beyond the others.
     handicaps: Vec<f64>,
+    /// Credible sizes.
+    largest: Vec<f64>,
 }
 
 /// The joints and chosen columns on one gyro.
@@ -76,7 +81,26 @@ pub struct Best {
     pub p_value: f64,
 }
 
+/// The largest credible coefficient of a product \[rad/s per unit\]: for powers of rates what the catalogue allows a gyro's
+/// own. What stands still but for its noise reaches thousands.
+fn largest(name: &str) -> f64 {
+    const POWERS: [&str; 3] = ["gyro_scale", "gyro_scale_quadratic", "gyro_scale_cubic"];
+    let mut factors = signals::factors(name);
+    if !factors.all(|factor| factor.starts_with("omega_")) {
+        return f64::INFINITY;
+    }
+    let order = signals::factors(name).count();
+    let kind = POWERS.get(order - 1).and_then(|kind| find(kind));
+    kind.map_or(f64::INFINITY, |(_, entry)| entry.card().largest)
+}
+
 impl<'a> Products<'a> {
+    /// The product behind a lag, by its place.
+    pub fn before_lag(&self, product: usize) -> Option<usize> {
+        let (plain, _) = signals::as_lag(&self.names[product])?;
+        self.names.iter().position(|name| name == plain)
+    }
+
     /// Names every expression of the scene's vocabulary: each signal, and each product of two.
     pub fn new(scene: &'a Scene) -> Self {
         let (factors, alone) = vocabulary(scene);
@@ -86,14 +110,27 @@ impl<'a> Products<'a> {
             names.push(factors[a].name.clone());
             pairs.push((a, None));
             for b in a..factors.len() {
+                if signals::argument(&factors[b].name, "deviation") == Some(&*factors[a].name) {
+                    continue;
+                }
                 names.push(format!("{}*{}", factors[a].name, factors[b].name));
                 pairs.push((a, Some(b)));
             }
         }
         names.extend(alone);
+        let known = by_expression();
+        let effects = |name: &String| {
+            [0, 1, 2].map(|axis| {
+                known
+                    .get(&(axis, name.clone()))
+                    .cloned()
+                    .unwrap_or_default()
+            })
+        };
         Self {
             scene,
             factors,
+            effects: names.iter().map(effects).collect(),
             names,
             pairs,
             has_past: signals::has_past(scene),
@@ -167,6 +204,7 @@ impl<'a> Products<'a> {
             axes,
             trials,
             handicaps: self.names.iter().map(handicap).collect(),
+            largest: self.names.iter().map(|name| largest(name)).collect(),
         }
     }
 
@@ -197,7 +235,7 @@ impl<'a> Products<'a> {
             let mut values = self.alone(name)?;
             values.iter_mut().for_each(|value| *value *= period_s);
             let measured = against.measure(&bench.portion.transform(&values), axis)?;
-            beside.ratio(&measured)
+            beside.ratio(&measured).map(|(ratio, _)| ratio)
         };
         let (product, tried_s) = match signals::as_lag(name) {
             Some((product, constant_s)) => (product, vec![constant_s]),
@@ -283,6 +321,7 @@ impl Survey {
             axes,
             trials,
             handicaps: Vec::new(),
+            largest: Vec::new(),
         }
     }
 
@@ -340,7 +379,10 @@ impl Survey {
         let mut best: Option<(usize, f64)> = None;
         let of_wanted = self.measured.iter().enumerate();
         for (product, measured) in of_wanted.filter(|(product, _)| wanted(*product)) {
-            let ratio = measured[axis].as_ref().and_then(|one| beside.ratio(one));
+            let found = measured[axis].as_ref().and_then(|one| beside.ratio(one));
+            let most = self.largest.get(product).copied().unwrap_or(f64::INFINITY);
+            let credible = found.filter(|(_, size)| size.abs() <= most);
+            let ratio = credible.map(|(ratio, _)| ratio);
             let handicap = |product: usize| self.handicaps.get(product).copied().unwrap_or(0.0);
             let ahead = |ratio: &f64| {
                 let own = ratio - handicap(product);
@@ -376,12 +418,13 @@ impl Beside {
         (measured.own - inside, cross)
     }
 
-    /// 2 Δ ln L that a product adds.
-    fn ratio(&self, measured: &Measured) -> Option<f64> {
+    /// 2 Δ ln L that a product adds, and its size.
+    fn ratio(&self, measured: &Measured) -> Option<(f64, f64)> {
         /// A product this much inside what is already fitted says nothing of its own.
         const OWN_SHARE: f64 = 1e-4;
         let (free, cross) = self.free(measured);
         (free >= OWN_SHARE * measured.own)
-            .then(|| (measured.residual - cross.dot(&self.fitted)).powi(2) / free)
+            .then(|| (measured.residual - cross.dot(&self.fitted)) / free)
+            .map(|size| (size * size * free, size))
     }
 }

@@ -6,7 +6,8 @@
 //! `field_x` \[T\], `dither_rate_x` \[rad/s\], `dither_angle_x` \[rad\], `time` \[s since the start\],
 //! `window(a,b)` (1 between a and b s), `recording(NAME)` (1 in that recording of several), `sine(f)` and `cosine(f)` (f in Hz, from the start), `decay(s)` (exp(−t/s)),
 //! `lag(PRODUCT,s)` (the product behind a first-order lag of s seconds, settled at the start), `integral(PRODUCT)` (its
-//! integral over time from the start), and every channel of unknown quantity under its own name.
+//! integral over time from the start), every channel of unknown quantity under its own name, and `deviation(NAME)` (the
+//! same less its mean: a supply of 28 V acts by its ripple, and its 28 V are in the bias already).
 
 use std::borrow::Cow;
 
@@ -38,7 +39,7 @@ pub fn evaluate(scene: &Scene, expression: &str) -> Result<Vec<f64>, String> {
 }
 
 /// The factors of a product; what stands in brackets belongs together.
-fn factors(expression: &str) -> impl Iterator<Item = &str> {
+pub(super) fn factors(expression: &str) -> impl Iterator<Item = &str> {
     let mut depth = 0;
     let between = move |letter: char| {
         depth += i32::from(letter == '(') - i32::from(letter == ')');
@@ -80,6 +81,29 @@ pub fn lagged(streams: &Streams, values: &[f64], constant_s: f64) -> Vec<f64> {
         }
     }
     behind
+}
+
+/// A channel less the mean of what was measured of it.
+fn deviation(values: &[f64]) -> Vec<f64> {
+    let mean = mean(values);
+    values.iter().map(|value| value - mean).collect()
+}
+
+fn mean(values: &[f64]) -> f64 {
+    let measured = values.iter().filter(|value| value.is_finite());
+    let (sum, count) = measured.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    sum / f64::max(count, 1.0)
+}
+
+/// Whether a channel's mean is more than what it moves by.
+fn has_a_mean(values: &[f64]) -> bool {
+    let measured = deviation(values)
+        .into_iter()
+        .filter(|value| value.is_finite());
+    let (sum, count) = measured.fold((0.0, 0.0), |(sum, count), value| {
+        (sum + value * value, count + 1.0)
+    });
+    mean(values).powi(2) * count > sum
 }
 
 /// The integral over time of a channel, from nothing at the start of each recording.
@@ -145,6 +169,9 @@ pub fn signal(scene: &Scene, name: &str) -> Option<Vec<f64>> {
     if let Some(channel) = argument(name, "integral") {
         return Some(integrated(streams, &evaluate(scene, channel).ok()?));
     }
+    if let Some(channel) = argument(name, "deviation") {
+        return Some(deviation(&evaluate(scene, channel).ok()?));
+    }
     if let Some((_, values)) = streams.others.iter().find(|(other, _)| other == name) {
         return Some(values.clone());
     }
@@ -194,31 +221,9 @@ fn borrowed<'a>(scene: &'a Scene, name: &str) -> Option<Cow<'a, [f64]>> {
     }
 }
 
-/// Whether an expression on a gyro is what an effect of the catalogue adds there, or a mere shape in time.
-pub(super) fn is_listed(axis: usize, expression: &str) -> bool {
-    if expression.contains('(') || expression == "time" {
-        return true;
-    }
-    let parts: Vec<(&str, Option<usize>)> = factors(expression)
-        .map(|factor| {
-            let (stem, end) = factor.rsplit_once('_').unwrap_or((factor, ""));
-            (stem, AXES.iter().position(|known| *known == end))
-        })
-        .collect();
-    let own = Some(axis);
-    match parts.as_slice() {
-        [(stem, of)] => match *stem {
-            "omega" | "force" | "field" | "dither_rate" => true,
-            "abs_omega" | "temperature" | "temperature_rate" => *of == own,
-            _ => false,
-        },
-        // Pairs stand in the order of the vocabulary: omega, alpha, force, temperature.
-        [("omega", a), ("omega", b)] | [("force", a), ("force", b)] => a == b && *a == own,
-        [("omega", rate), ("alpha", about)] => *rate != own && *about != own && rate != about,
-        [("omega", rate), ("force", along)] => *rate != own && rate == along,
-        [("omega", rate), ("temperature", of)] => *rate != own && *of == own,
-        _ => false,
-    }
+/// Whether an expression is a mere shape in time, or goes with a channel's past.
+pub(super) fn is_shape(expression: &str) -> bool {
+    expression.contains('(') || expression == "time"
 }
 
 /// Whether a channel moved enough to be recognised. Less than a twentieth of a kelvin is converter noise:
@@ -314,7 +319,10 @@ pub fn vocabulary(scene: &Scene) -> (Vec<Signal<'_>>, Vec<String>) {
         Some(_) => &["temperature", "field"],
         None => &["omega", "alpha", "force", "temperature", "field"],
     };
-    let others = scene.streams.others.iter().map(|(name, _)| name.clone());
+    let others = scene.streams.others.iter().flat_map(|(name, values)| {
+        let deviation = has_a_mean(values).then(|| format!("deviation({name})"));
+        std::iter::once(name.clone()).chain(deviation)
+    });
     let moving = |name: &String| borrowed(scene, name).is_some_and(|values| moves(name, &values));
     let factors: Vec<Signal> = named(stems)
         .into_iter()
@@ -353,33 +361,6 @@ mod tests {
         assert_eq!(each, ["lag(omega_x*omega_y,0.25)", "force_z"]);
         assert_eq!(as_lag(each[0]), Some(("omega_x*omega_y", 0.25)));
         assert_eq!(as_lag("lag(omega_x,-1)"), None);
-    }
-
-    #[test]
-    fn what_an_effect_adds_is_listed_and_its_neighbours_are_not() {
-        for (axis, expression) in [
-            (0, "omega_y"),
-            (2, "temperature_z"),
-            (0, "omega_z*alpha_y"),
-            (1, "omega_x*force_x"),
-            (1, "omega_z*temperature_y"),
-            (2, "force_z*force_z"),
-            (0, "lag(omega_x,0.4)"),
-        ] {
-            assert!(is_listed(axis, expression), "{axis} {expression}");
-        }
-        for (axis, expression) in [
-            (0, "temperature_y"),
-            (0, "omega_x*alpha_y"),
-            (0, "omega_y*alpha_y"),
-            (1, "omega_x*force_z"),
-            (0, "omega_y*temperature_z"),
-            (2, "temperature_rate_z*omega_y"),
-            (0, "omega_y*omega_z"),
-            (0, "pressure"),
-        ] {
-            assert!(!is_listed(axis, expression), "{axis} {expression}");
-        }
     }
 
     #[test]

@@ -6,6 +6,7 @@
 
 use super::{Card, Hypothesis, Shape};
 use crate::diagnose::scene::{Scene, tilt_senses};
+use crate::diagnose::streams::AXES;
 
 /// See the page above.
 pub struct AxisFlexure;
@@ -47,5 +48,11 @@ impl Hypothesis for AxisFlexure {
             axis,
             product.map(|(rate, acceleration)| -sign * rate * acceleration),
         ))
+    }
+
+    fn expression(&self, parameter: usize, axis: usize) -> Option<String> {
+        let other = CARD.shape.second(parameter, axis)?;
+        let (k, _) = tilt_senses(axis, other);
+        Some(format!("omega_{}*alpha_{}", AXES[k], AXES[other]))
     }
 }

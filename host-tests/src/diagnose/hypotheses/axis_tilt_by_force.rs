@@ -4,6 +4,7 @@
 
 use super::{Card, Hypothesis, Shape};
 use crate::diagnose::scene::{Scene, tilt_senses};
+use crate::diagnose::streams::AXES;
 
 /// See the page above.
 pub struct AxisTiltByForce;
@@ -41,6 +42,12 @@ impl Hypothesis for AxisTiltByForce {
         // k, the axis across both, is also the axis along which the force bends the block.
         let product = scene.rate_rad_s[k].iter().zip(scene.force_m_s2(k, 0)?);
         Some(scene.sensed_from_rate(axis, product.map(|(rate, force)| sign * rate * force)))
+    }
+
+    fn expression(&self, parameter: usize, axis: usize) -> Option<String> {
+        let other = CARD.shape.second(parameter, axis)?;
+        let (k, _) = tilt_senses(axis, other);
+        Some(format!("omega_{0}*force_{0}", AXES[k]))
     }
 
     fn missing(&self, scene: &Scene) -> Option<&'static str> {

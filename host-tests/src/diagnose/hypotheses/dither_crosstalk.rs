@@ -4,6 +4,7 @@
 
 use super::{Card, Hypothesis, Shape};
 use crate::diagnose::scene::Scene;
+use crate::diagnose::streams::AXES;
 
 /// See the page above.
 pub struct DitherCrosstalk;
@@ -38,6 +39,11 @@ impl Hypothesis for DitherCrosstalk {
     ) -> Option<Vec<f64>> {
         let other = CARD.shape.second(parameter, axis)?;
         scene.dither_increment_rad(other)
+    }
+
+    fn expression(&self, parameter: usize, axis: usize) -> Option<String> {
+        let other = CARD.shape.second(parameter, axis)?;
+        Some(format!("dither_rate_{}", AXES[other]))
     }
 
     fn missing(&self, scene: &Scene) -> Option<&'static str> {

@@ -4,6 +4,7 @@
 
 use super::{Card, Hypothesis, Shape};
 use crate::diagnose::scene::Scene;
+use crate::diagnose::streams::AXES;
 
 /// See the page above.
 pub struct DitherGain;
@@ -38,6 +39,11 @@ impl Hypothesis for DitherGain {
     ) -> Option<Vec<f64>> {
         CARD.shape.second(parameter, axis)?;
         scene.dither_increment_rad(axis)
+    }
+
+    fn expression(&self, parameter: usize, axis: usize) -> Option<String> {
+        CARD.shape.second(parameter, axis)?;
+        Some(format!("dither_rate_{}", AXES[axis]))
     }
 
     fn missing(&self, scene: &Scene) -> Option<&'static str> {

@@ -4,6 +4,7 @@
 
 use super::{Card, Hypothesis, Shape};
 use crate::diagnose::scene::Scene;
+use crate::diagnose::streams::AXES;
 
 /// See the page above.
 pub struct GyroBiasMagnetic;
@@ -39,6 +40,11 @@ impl Hypothesis for GyroBiasMagnetic {
         let other = CARD.shape.second(parameter, axis)?;
         let field = &scene.streams.magnetic_t.as_ref()?[other];
         Some(scene.sensed_from_rate(axis, field.iter().copied()))
+    }
+
+    fn expression(&self, parameter: usize, axis: usize) -> Option<String> {
+        let other = CARD.shape.second(parameter, axis)?;
+        Some(format!("field_{}", AXES[other]))
     }
 
     fn missing(&self, scene: &Scene) -> Option<&'static str> {

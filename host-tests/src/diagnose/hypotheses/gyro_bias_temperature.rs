@@ -5,6 +5,7 @@
 
 use super::{Card, Hypothesis, Shape};
 use crate::diagnose::scene::Scene;
+use crate::diagnose::streams::AXES;
 
 /// See the page above.
 pub struct GyroBiasTemperature;
@@ -39,6 +40,11 @@ impl Hypothesis for GyroBiasTemperature {
     ) -> Option<Vec<f64>> {
         CARD.shape.second(parameter, axis)?;
         Some(scene.sensed_from_rate(axis, scene.temperature_change_k(axis, 0)?.into_iter()))
+    }
+
+    fn expression(&self, parameter: usize, axis: usize) -> Option<String> {
+        CARD.shape.second(parameter, axis)?;
+        Some(format!("temperature_{}", AXES[axis]))
     }
 
     fn missing(&self, scene: &Scene) -> Option<&'static str> {

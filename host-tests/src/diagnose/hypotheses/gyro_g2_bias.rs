@@ -4,6 +4,7 @@
 
 use super::{Card, Hypothesis, Shape};
 use crate::diagnose::scene::Scene;
+use crate::diagnose::streams::AXES;
 
 /// See the page above.
 pub struct GyroG2Bias;
@@ -46,6 +47,11 @@ impl Hypothesis for GyroG2Bias {
                     .map(|force| force * force),
             ),
         )
+    }
+
+    fn expression(&self, parameter: usize, axis: usize) -> Option<String> {
+        CARD.shape.second(parameter, axis)?;
+        Some(format!("force_{0}*force_{0}", AXES[axis]))
     }
 
     fn missing(&self, scene: &Scene) -> Option<&'static str> {

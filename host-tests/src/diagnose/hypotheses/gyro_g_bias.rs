@@ -4,6 +4,7 @@
 
 use super::{Card, Hypothesis, Shape};
 use crate::diagnose::scene::Scene;
+use crate::diagnose::streams::AXES;
 
 /// See the page above.
 pub struct GyroGBias;
@@ -38,6 +39,11 @@ impl Hypothesis for GyroGBias {
     ) -> Option<Vec<f64>> {
         let other = CARD.shape.second(parameter, axis)?;
         Some(scene.sensed_from_rate(axis, scene.force_m_s2(other, 0)?.into_iter()))
+    }
+
+    fn expression(&self, parameter: usize, axis: usize) -> Option<String> {
+        let other = CARD.shape.second(parameter, axis)?;
+        Some(format!("force_{}", AXES[other]))
     }
 
     fn missing(&self, scene: &Scene) -> Option<&'static str> {

@@ -4,6 +4,7 @@
 
 use super::{Card, Hypothesis, Shape};
 use crate::diagnose::scene::Scene;
+use crate::diagnose::streams::AXES;
 
 /// See the page above.
 pub struct GyroScaleAsymmetry;
@@ -38,5 +39,10 @@ impl Hypothesis for GyroScaleAsymmetry {
     ) -> Option<Vec<f64>> {
         CARD.shape.second(parameter, axis)?;
         Some(scene.sensed_from_rate(axis, scene.rate_rad_s[axis].iter().map(|rate| rate.abs())))
+    }
+
+    fn expression(&self, parameter: usize, axis: usize) -> Option<String> {
+        CARD.shape.second(parameter, axis)?;
+        Some(format!("abs_omega_{}", AXES[axis]))
     }
 }

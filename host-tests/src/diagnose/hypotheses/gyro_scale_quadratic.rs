@@ -4,6 +4,7 @@
 
 use super::{Card, Hypothesis, Shape};
 use crate::diagnose::scene::Scene;
+use crate::diagnose::streams::AXES;
 
 /// See the page above.
 pub struct GyroScaleQuadratic;
@@ -38,5 +39,10 @@ impl Hypothesis for GyroScaleQuadratic {
     ) -> Option<Vec<f64>> {
         CARD.shape.second(parameter, axis)?;
         Some(scene.sensed_from_rate(axis, scene.rate_rad_s[axis].iter().map(|rate| rate * rate)))
+    }
+
+    fn expression(&self, parameter: usize, axis: usize) -> Option<String> {
+        CARD.shape.second(parameter, axis)?;
+        Some(format!("omega_{0}*omega_{0}", AXES[axis]))
     }
 }

@@ -4,6 +4,7 @@
 
 use super::{Card, Hypothesis, Shape};
 use crate::diagnose::scene::{Scene, tilt_senses};
+use crate::diagnose::streams::AXES;
 
 /// See the page above.
 pub struct Installation;
@@ -39,5 +40,11 @@ impl Hypothesis for Installation {
         let other = CARD.shape.second(parameter, axis)?;
         let (k, sign) = tilt_senses(axis, other);
         Some(scene.sensed_from_rate(axis, scene.rate_rad_s[k].iter().map(|rate| sign * rate)))
+    }
+
+    fn expression(&self, parameter: usize, axis: usize) -> Option<String> {
+        let other = CARD.shape.second(parameter, axis)?;
+        let (k, _) = tilt_senses(axis, other);
+        Some(format!("omega_{}", AXES[k]))
     }
 }

@@ -4,6 +4,7 @@
 
 use super::{Card, Hypothesis, Shape};
 use crate::diagnose::scene::{Scene, tilt_senses};
+use crate::diagnose::streams::AXES;
 
 /// See the page above.
 pub struct InstallationTemperature;
@@ -48,6 +49,12 @@ impl Hypothesis for InstallationTemperature {
             .zip(change)
             .map(|(rate, change)| sign * rate * change);
         Some(scene.sensed_from_rate(axis, product))
+    }
+
+    fn expression(&self, parameter: usize, axis: usize) -> Option<String> {
+        let other = CARD.shape.second(parameter, axis)?;
+        let (k, _) = tilt_senses(axis, other);
+        Some(format!("omega_{}*temperature_{}", AXES[k], AXES[axis]))
     }
 
     fn missing(&self, scene: &Scene) -> Option<&'static str> {

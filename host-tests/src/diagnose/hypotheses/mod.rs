@@ -4,6 +4,7 @@
 //! the measured motion and pass through the same row means and dither as the data; all axes belong to one
 //! hypothesis. Adding an effect means one file and one line in [`CATALOGUE`].
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use super::portion::Bins;
@@ -281,6 +282,12 @@ pub trait Hypothesis: Sync {
         0..0
     }
 
+    /// The product of channels that a parameter of one gyro adds to its rate, as expressions name it: what is found in
+    /// the data and reads so is this effect.
+    fn expression(&self, _parameter: usize, _axis: usize) -> Option<String> {
+        None
+    }
+
     /// What a unit of a parameter adds to the readings of a subject.
     fn column_on(
         &self,
@@ -422,6 +429,21 @@ pub fn find(kind: &str) -> Option<(usize, &'static dyn Hypothesis)> {
         .map(|index| (index, CATALOGUE[index]))
 }
 
+/// Which effects of the catalogue add an expression to a gyro's rate, by gyro and expression.
+pub fn by_expression() -> HashMap<(usize, String), Vec<usize>> {
+    let mut effects: HashMap<(usize, String), Vec<usize>> = HashMap::new();
+    for (effect, entry) in CATALOGUE.iter().enumerate() {
+        for parameter in 0..entry.card().count() {
+            for axis in 0..AXES.len() {
+                if let Some(expression) = entry.expression(parameter, axis) {
+                    effects.entry((axis, expression)).or_default().push(effect);
+                }
+            }
+        }
+    }
+    effects
+}
+
 /// Kinds of the contract that are weighed as excess noise only, as `not_excluded` says.
 pub const AS_NOISE: &[&str] = &["lock_in"];
 
@@ -437,6 +459,41 @@ mod tests {
         };
         assert!(!left("axis_flexure") && !left("axis_flexure_cubic") && !left("axis_flexure_mode"));
         assert!(left("installation"));
+    }
+
+    #[test]
+    fn what_an_effect_adds_is_its_expression_and_its_neighbours_are_not() {
+        let effects = by_expression();
+        let of = |axis: usize, expression: &str| -> Vec<&str> {
+            let found = effects.get(&(axis, expression.to_string()));
+            let found = found.into_iter().flatten();
+            found.map(|&effect| CATALOGUE[effect].card().kind).collect()
+        };
+        for (axis, expression, kind) in [
+            (0, "omega_y", "installation"),
+            (0, "omega_x", "reference_scale"),
+            (2, "temperature_z", "gyro_bias_temperature"),
+            (0, "omega_z*alpha_y", "axis_flexure"),
+            (1, "omega_x*force_x", "axis_tilt_by_force"),
+            (1, "omega_z*temperature_y", "installation_temperature"),
+            (2, "force_z*force_z", "gyro_g2_bias"),
+            (2, "dither_rate_z", "dither_gain"),
+            (2, "dither_rate_x", "dither_crosstalk"),
+        ] {
+            assert_eq!(of(axis, expression), [kind], "{axis} {expression}");
+        }
+        for (axis, expression) in [
+            (0, "temperature_y"),
+            (0, "omega_x*alpha_y"),
+            (0, "omega_y*alpha_y"),
+            (1, "omega_x*force_z"),
+            (0, "omega_y*temperature_z"),
+            (2, "temperature_rate_z*omega_y"),
+            (0, "omega_y*omega_z"),
+            (0, "pressure"),
+        ] {
+            assert!(of(axis, expression).is_empty(), "{axis} {expression}");
+        }
     }
 
     #[test]

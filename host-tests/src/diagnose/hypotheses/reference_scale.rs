@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 
 use super::{Card, Hypothesis, Shape};
 use crate::diagnose::scene::Scene;
+use crate::diagnose::streams::AXES;
 
 /// See the page above.
 pub struct ReferenceScale;
@@ -41,6 +42,11 @@ impl Hypothesis for ReferenceScale {
     ) -> Option<Vec<f64>> {
         CARD.shape.second(parameter, axis)?;
         Some(scene.sensed_from_rate(axis, scene.rate_rad_s[axis].iter().map(|rate| -rate)))
+    }
+
+    fn expression(&self, parameter: usize, axis: usize) -> Option<String> {
+        CARD.shape.second(parameter, axis)?;
+        Some(format!("omega_{}", AXES[axis]))
     }
 
     fn turns_reference(&self) -> bool {
