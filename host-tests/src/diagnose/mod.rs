@@ -353,20 +353,17 @@ pub fn diagnose_aligned(
     let settled = |found: &hunt::FoundTerm| timing::is_settled(&found.term);
     let (events, others) = catch.terms.into_iter().partition(settled);
     catch.terms = others;
-    // Without a reference a jump of the gyro is not told from a nudge of the case: it stays a location.
-    if scene.streams.at_rest.is_none() {
-        let events = timing::settle(
-            &scene,
-            &after_rad(&scene, &before_rad, &catch),
-            noise,
-            &parameters,
-            (events, &split),
-        );
-        let events = events.map_err(unusable)?.into_iter();
-        catch
-            .terms
-            .extend(events.filter(|found| !found.is_hidden(&lattice, &scene)));
-    }
+    let events = timing::settle(
+        &scene,
+        &after_rad(&scene, &before_rad, &catch),
+        noise,
+        &parameters,
+        (events, &split),
+    );
+    let events = events.map_err(unusable)?.into_iter();
+    catch
+        .terms
+        .extend(events.filter(|found| !found.is_hidden(&lattice, &scene)));
 
     let left_bins = bench.left_over(&catch.values);
     let otherwise = match scene.streams.accelerometers {

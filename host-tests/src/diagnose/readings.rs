@@ -120,7 +120,7 @@ fn put_shapes(
     reading: &Catch,
 ) -> Result<Option<Vec<(f64, f64)>>, String> {
     // Of a recording longer than memory these rows are stretches, and what is slow is in the blocks beside them.
-    if bench.scene().streams.at_rest.is_some() || bench.beside().is_some() {
+    if bench.beside().is_some() {
         return Ok(None);
     }
     let seconds = bench.seconds();

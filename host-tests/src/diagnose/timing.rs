@@ -65,10 +65,12 @@ pub fn settle(
                 )
             },
         );
+        // Without a reference a jump of the angle is not told from a nudge of the case; a bias that stays is.
+        let at_rest = scene.streams.at_rest.is_some();
+        let of_angle = slips.into_iter().chain(bursts).filter(|_| !at_rest);
         let best = steps
             .into_iter()
-            .chain(slips)
-            .chain(bursts)
+            .chain(of_angle)
             .filter(|event| {
                 let known = bench.terms().iter().chain(&drift);
                 event.p_value < FAMILY_SIGNIFICANCE && !known.clone().any(|one| *one == event.term)
