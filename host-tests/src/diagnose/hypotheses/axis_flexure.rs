@@ -44,7 +44,7 @@ impl Hypothesis for AxisFlexure {
         let product = scene.rate_rad_s[k]
             .iter()
             .zip(&scene.acceleration_rad_s2[other]);
-        Some(scene.sensed_from_rate(
+        Some(scene.sensed_from_rate_at_middles(
             axis,
             product.map(|(rate, acceleration)| -sign * rate * acceleration),
         ))

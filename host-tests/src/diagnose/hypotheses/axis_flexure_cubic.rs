@@ -45,7 +45,7 @@ impl Hypothesis for AxisFlexureCubic {
         let product = scene.rate_rad_s[k]
             .iter()
             .zip(&scene.acceleration_rad_s2[other]);
-        Some(scene.sensed_from_rate(
+        Some(scene.sensed_from_rate_at_middles(
             axis,
             product.map(|(rate, acceleration)| -sign * rate * acceleration.powi(3)),
         ))

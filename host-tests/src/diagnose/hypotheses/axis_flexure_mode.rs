@@ -69,7 +69,7 @@ fn response(frequency_hz: f64, mode_hz: f64, damping: f64) -> [Complex64; 3] {
 fn sensed(scene: &Scene, gyro: usize, about: usize, bent_rad_s2: &[f64]) -> Vec<f64> {
     let (k, sign) = tilt_senses(gyro, about);
     let product = scene.rate_rad_s[k].iter().zip(bent_rad_s2);
-    scene.sensed_from_rate(gyro, product.map(|(rate, bent)| -sign * rate * bent))
+    scene.sensed_from_rate_at_middles(gyro, product.map(|(rate, bent)| -sign * rate * bent))
 }
 
 impl Hypothesis for AxisFlexureMode {

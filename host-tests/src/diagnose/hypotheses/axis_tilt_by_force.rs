@@ -41,7 +41,12 @@ impl Hypothesis for AxisTiltByForce {
         let (k, sign) = tilt_senses(axis, other);
         // k, the axis across both, is also the axis along which the force bends the block.
         let product = scene.rate_rad_s[k].iter().zip(scene.force_m_s2(k, 0)?);
-        Some(scene.sensed_from_rate(axis, product.map(|(rate, force)| sign * rate * force)))
+        Some(
+            scene.sensed_from_rate_at_middles(
+                axis,
+                product.map(|(rate, force)| sign * rate * force),
+            ),
+        )
     }
 
     fn expression(&self, parameter: usize, axis: usize) -> Option<String> {

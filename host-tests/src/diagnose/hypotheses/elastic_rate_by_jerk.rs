@@ -37,6 +37,6 @@ impl Hypothesis for ElasticRateByJerk {
         axis: usize,
     ) -> Option<Vec<f64>> {
         let other = CARD.shape.second(parameter, axis)?;
-        Some(scene.sensed_from_rate(axis, scene.jerk_rad_s3(other).into_iter()))
+        Some(scene.sensed_from_rate_at_middles(axis, scene.jerk_rad_s3(other).into_iter()))
     }
 }

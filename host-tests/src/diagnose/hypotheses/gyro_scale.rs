@@ -4,6 +4,7 @@
 
 use super::{Card, Hypothesis, Shape};
 use crate::diagnose::scene::Scene;
+use crate::diagnose::streams::add;
 
 /// See the page above.
 pub struct GyroScale;
@@ -37,13 +38,17 @@ impl Hypothesis for GyroScale {
         axis: usize,
     ) -> Option<Vec<f64>> {
         CARD.shape.second(parameter, axis)?;
-        let mut rate = scene.rate_rad_s[axis].clone();
+        let case_rad_s = scene.rate_rad_s[axis].iter().copied();
+        let mut sensed = scene.sensed_from_rate_at_middles(axis, case_rad_s);
         if let Some(dither_rad) = scene.dither_increment_rad(axis) {
             let rate_hz = scene.streams.rate_hz;
-            rate.iter_mut()
-                .zip(dither_rad)
-                .for_each(|(rate, dither)| *rate += dither * rate_hz);
+            let dither_rad_s = dither_rad.into_iter().map(|dither| dither * rate_hz);
+            add(
+                &mut sensed,
+                &scene.sensed_from_rate(axis, dither_rad_s),
+                1.0,
+            );
         }
-        Some(scene.sensed_from_rate(axis, rate.into_iter()))
+        Some(sensed)
     }
 }

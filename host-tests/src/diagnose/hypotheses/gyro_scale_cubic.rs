@@ -41,6 +41,9 @@ impl Hypothesis for GyroScaleCubic {
         axis: usize,
     ) -> Option<Vec<f64>> {
         CARD.shape.second(parameter, axis)?;
-        Some(scene.sensed_from_rate(axis, scene.rate_rad_s[axis].iter().map(|rate| rate.powi(3))))
+        Some(scene.sensed_from_rate_at_middles(
+            axis,
+            scene.rate_rad_s[axis].iter().map(|rate| rate.powi(3)),
+        ))
     }
 }

@@ -38,7 +38,10 @@ impl Hypothesis for GyroScaleQuadratic {
         axis: usize,
     ) -> Option<Vec<f64>> {
         CARD.shape.second(parameter, axis)?;
-        Some(scene.sensed_from_rate(axis, scene.rate_rad_s[axis].iter().map(|rate| rate * rate)))
+        Some(scene.sensed_from_rate_at_middles(
+            axis,
+            scene.rate_rad_s[axis].iter().map(|rate| rate * rate),
+        ))
     }
 
     fn expression(&self, parameter: usize, axis: usize) -> Option<String> {

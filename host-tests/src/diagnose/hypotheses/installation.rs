@@ -39,7 +39,12 @@ impl Hypothesis for Installation {
     ) -> Option<Vec<f64>> {
         let other = CARD.shape.second(parameter, axis)?;
         let (k, sign) = tilt_senses(axis, other);
-        Some(scene.sensed_from_rate(axis, scene.rate_rad_s[k].iter().map(|rate| sign * rate)))
+        Some(
+            scene.sensed_from_rate_at_middles(
+                axis,
+                scene.rate_rad_s[k].iter().map(|rate| sign * rate),
+            ),
+        )
     }
 
     fn expression(&self, parameter: usize, axis: usize) -> Option<String> {

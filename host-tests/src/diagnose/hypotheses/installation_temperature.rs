@@ -48,7 +48,7 @@ impl Hypothesis for InstallationTemperature {
             .iter()
             .zip(change)
             .map(|(rate, change)| sign * rate * change);
-        Some(scene.sensed_from_rate(axis, product))
+        Some(scene.sensed_from_rate_at_middles(axis, product))
     }
 
     fn expression(&self, parameter: usize, axis: usize) -> Option<String> {

@@ -44,7 +44,12 @@ impl Hypothesis for ReferenceMisalignment {
             return None;
         }
         let (k, sign) = tilt_senses(axis, parameter);
-        Some(scene.sensed_from_rate(axis, scene.rate_rad_s[k].iter().map(|rate| -sign * rate)))
+        Some(
+            scene.sensed_from_rate_at_middles(
+                axis,
+                scene.rate_rad_s[k].iter().map(|rate| -sign * rate),
+            ),
+        )
     }
 
     fn turns_reference(&self) -> bool {
