@@ -37,7 +37,11 @@ impl Lattice {
             return Self::default();
         }
         let pulse = |axis: usize| {
-            let seen = pulse_rad(&streams.sensed_rad[axis]);
+            let values = &streams.sensed_rad[axis];
+            let seen = match pulse_rad(values) {
+                exact if exact > COARSER * model.gyro.pulse_weight_rad[axis] => exact,
+                _ => written_pulse_rad(values),
+            };
             let is_coarser = seen > COARSER * model.gyro.pulse_weight_rad[axis];
             if is_coarser { seen } else { 0.0 }
         };
@@ -149,6 +153,50 @@ fn pulse_rad(values: &[f64]) -> f64 {
     }
 }
 
+/// The number of which all values are multiples but for the unit that they are written in; 0 where there is none.
+fn written_pulse_rad(values: &[f64]) -> f64 {
+    /// Units that the difference of two written values is off by at most, and some rounding.
+    const OFF: f64 = 1.5;
+    /// Pulses of fewer units look like noise written in them.
+    const FEWEST_UNITS: f64 = 20.0;
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let steps = sorted.windows(2).map(|pair| pair[1] - pair[0]);
+    let of_any = |least: f64| {
+        let larger = steps.clone().filter(move |step| *step > least);
+        larger.fold(f64::INFINITY, f64::min)
+    };
+    let largest = sorted.last().map_or(0.0, |last| last.max(-sorted[0]));
+    // Below a billionth of the largest value lies the rounding of its number.
+    let unit = of_any(1e-9 * largest);
+    let mut pulse = of_any(2.5 * unit);
+    if !pulse.is_finite() || pulse < FEWEST_UNITS * unit {
+        return 0.0;
+    }
+    // The further the values, the better they know the pulse; a step further at a time, none is counted wrongly.
+    let mut reach = 2.0 * pulse;
+    loop {
+        let near = sorted.iter().filter(|value| value.abs() <= reach);
+        let (cross, square) = near.fold((0.0, 0.0), |(cross, square), value| {
+            let count = (value / pulse).round();
+            (cross + value * count, square + count * count)
+        });
+        if square > 0.0 {
+            pulse = cross / square;
+        }
+        if reach > largest {
+            break;
+        }
+        reach *= 2.0;
+    }
+    let is_multiple = |value: &f64| (value - pulse * (value / pulse).round()).abs() <= OFF * unit;
+    if sorted.iter().all(is_multiple) {
+        pulse
+    } else {
+        0.0
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -165,6 +213,22 @@ mod tests {
         assert!((pulse_rad(&counted(4.5e-6)) / 4.5e-6 - 1.0).abs() < 1e-9);
         let smooth: Vec<f64> = (1..4000).map(|row| angle(row) - angle(row - 1)).collect();
         assert_eq!(pulse_rad(&smooth), 0.0);
+    }
+
+    #[test]
+    fn pulses_written_in_a_finer_unit_are_seen() {
+        let angle = |row: usize| 3.0e-6 * (row as f64 * 0.01).sin() * row as f64;
+        let written =
+            |row: usize| ((angle(row) / 2.415e-6).floor() * 2.415e-6 / 1e-9).floor() * 1e-9;
+        let values: Vec<f64> = (1..4000)
+            .map(|row| written(row) - written(row - 1))
+            .collect();
+        assert!((written_pulse_rad(&values) / 2.415e-6 - 1.0).abs() < 1e-4);
+        let smooth = |row: usize| (angle(row) / 1e-9).floor() * 1e-9;
+        let plain: Vec<f64> = (1..4000).map(|row| smooth(row) - smooth(row - 1)).collect();
+        assert_eq!(written_pulse_rad(&plain), 0.0);
+        assert_eq!(written_pulse_rad(&[]), 0.0);
+        assert_eq!(written_pulse_rad(&[0.0; 8]), 0.0);
     }
 
     #[test]
