@@ -2,8 +2,10 @@
 //!
 //! Enters: an effect's values and covariance. Leaves: combinations with value and spread, never six numbers
 //! where three are known. For pairs (gyro, axis) the physical combinations are the sum and the difference of
-//! a gyro's two coefficients: a stationary oscillation shows only the sums (physics §3).
+//! a gyro's two coefficients: a stationary oscillation shows only the sums (physics §3). For three axes that are known
+//! only together they are the covariance's own directions.
 
+use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 
 use super::hypotheses::{CATALOGUE, Card, Shape};
@@ -16,6 +18,15 @@ const TOGETHER: f64 = -0.5;
 /// A combination counts as fixed when its spread is below this share of the effect's typical size, or of
 /// its own value.
 const FIXED_SHARE: f64 = 0.25;
+
+/// Whether some of three parameters are known only together.
+fn are_mixed(covariance: &DMatrix<f64>) -> bool {
+    let pairs = [(0, 1), (0, 2), (1, 2)];
+    pairs.into_iter().any(|(a, b)| {
+        let correlation = covariance[(a, b)] / (covariance[(a, a)] * covariance[(b, b)]).sqrt();
+        correlation.abs() > -TOGETHER
+    })
+}
 
 /// The fixed combinations.
 pub fn identifiable(card: &Card, chosen: &Chosen) -> Vec<Identifiable> {
@@ -37,6 +48,14 @@ pub fn identifiable(card: &Card, chosen: &Chosen) -> Vec<Identifiable> {
                     combinations.push(vec![(a, 1.0)]);
                     combinations.push(vec![(b, 1.0)]);
                 }
+            }
+        }
+        Shape::Axes if are_mixed(&chosen.covariance) => {
+            let root = chosen.covariance.clone().symmetric_eigen();
+            for direction in root.eigenvectors.column_iter() {
+                // Its largest weight is positive.
+                let sign = direction[direction.iamax()].signum();
+                combinations.push((0..3).map(|axis| (axis, sign * direction[axis])).collect());
             }
         }
         _ => combinations.extend((0..shaped).map(|parameter| vec![(parameter, 1.0)])),

@@ -345,6 +345,10 @@ pub fn diagnose_aligned(
         .map_err(unusable)?;
     }
 
+    if let Some(rest) = &scene.streams.at_rest {
+        rest.widen(&mut catch.choice.chosen);
+    }
+
     progress("sliding and injecting");
     let self_test = self_test::self_test(&bench, &parameters, &candidates, &catch, seed);
 

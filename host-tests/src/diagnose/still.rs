@@ -12,6 +12,9 @@ use nalgebra::Vector3;
 use std::ops::Range;
 use strapdown::earth::ROTATION_RAD_S;
 
+use super::declare::FIT_PRIOR;
+use super::hypotheses::CATALOGUE;
+use super::select::Chosen;
 use super::streams::Triad;
 use crate::recording::Site;
 
@@ -81,6 +84,36 @@ impl AtRest {
             latitude_rad: site.latitude_rad,
         }
     }
+
+    /// Directions in the body along which a bias was taken for the Earth's rotation: east, as the gyros show it, or
+    /// everything across the rotation where no accelerometers say what is up.
+    fn taken_for_the_earths(&self) -> Vec<Vector3<f64>> {
+        let across = |other: Vector3<f64>| self.earth_rad_s.cross(&other);
+        let unit = |direction: Vector3<f64>| direction.try_normalize(f64::MIN_POSITIVE);
+        let directions = match self.up {
+            Some(up) => vec![unit(across(up))],
+            None => {
+                let first = unit(across(Vector3::ith(self.earth_rad_s.iamin(), 1.0)));
+                vec![first, first.and_then(|first| unit(across(first)))]
+            }
+        };
+        directions.into_iter().flatten().collect()
+    }
+
+    /// Widens the covariance of constant biases by what was taken for the Earth's rotation: nothing tells it from them.
+    pub fn widen(&self, chosen: &mut [Chosen]) {
+        let constants = chosen
+            .iter_mut()
+            .filter(|one| CATALOGUE[one.effect].card().kind == "gyro_bias");
+        for one in constants {
+            let width = FIT_PRIOR * CATALOGUE[one.effect].card().typical;
+            for direction in self.taken_for_the_earths() {
+                for (a, b) in (0..3).flat_map(|a| (0..3).map(move |b| (a, b))) {
+                    one.covariance[(a, b)] += width * width * direction[a] * direction[b];
+                }
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -111,5 +144,15 @@ mod tests {
         assert!((rest.earth_rad_s - expected).norm() < 1e-12 * ROTATION_RAD_S);
         let without = AtRest::new(&sensed, None, &vec![true; rows], 0..rows, 50.0, site);
         assert!((without.earth_rad_s.norm() / ROTATION_RAD_S - 1.0).abs() < 1e-12);
+        // East lies level and across what the gyros show; without a vertical two directions are lost.
+        let east = rest.taken_for_the_earths();
+        assert_eq!(east.len(), 1);
+        assert!(east[0].x.abs() < 1e-12 && (0.6 * east[0].y - 0.8 * east[0].z).abs() < 1e-12);
+        let lost = without.taken_for_the_earths();
+        assert_eq!(lost.len(), 2);
+        assert!(
+            lost.iter()
+                .all(|one| one.dot(&without.earth_rad_s).abs() < 1e-16)
+        );
     }
 }
