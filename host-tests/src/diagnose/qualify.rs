@@ -341,7 +341,7 @@ fn of_channel(channel: &str, values: &[f64], measured: &[bool]) -> Vec<Fault> {
             let value = values[run.start];
             let (kind, or): (_, &'static [&'static str]) = match value {
                 0.0 => ("lost_samples", &["stuck_channel"]),
-                _ if is_limit(value) => ("saturation", &["stuck_channel"]),
+                _ if is_limit(value) => ("stuck_channel", &["saturation"]),
                 _ => ("stuck_channel", &[]),
             };
             faults.push(Fault {
