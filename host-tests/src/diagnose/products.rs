@@ -81,17 +81,18 @@ pub struct Best {
     pub p_value: f64,
 }
 
-/// The largest credible coefficient of a product \[rad/s per unit\]: for powers of rates what the catalogue allows a gyro's
-/// own. What stands still but for its noise reaches thousands.
+/// The largest credible coefficient of a product \[rad/s per unit\]: for products of rates some times what the catalogue
+/// allows a gyro's own. Noise of an axis that stands still reaches thousands.
 fn largest(name: &str) -> f64 {
     const POWERS: [&str; 3] = ["gyro_scale", "gyro_scale_quadratic", "gyro_scale_cubic"];
+    const TIMES: f64 = 10.0;
     let mut factors = signals::factors(name);
     if !factors.all(|factor| factor.starts_with("omega_")) {
         return f64::INFINITY;
     }
     let order = signals::factors(name).count();
     let kind = POWERS.get(order - 1).and_then(|kind| find(kind));
-    kind.map_or(f64::INFINITY, |(_, entry)| entry.card().largest)
+    kind.map_or(f64::INFINITY, |(_, entry)| TIMES * entry.card().largest)
 }
 
 impl<'a> Products<'a> {
