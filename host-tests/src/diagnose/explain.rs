@@ -326,20 +326,44 @@ impl Findings<'_> {
     }
 }
 
-/// "xy + xz".
+/// "xy + xz", or "−0.33 x + 0.95 y" where parameters do not count alike.
 pub fn combination(weights: &BTreeMap<String, f64>) -> String {
+    /// Less does not show in two digits.
+    const LEAST: f64 = 0.005;
+    let alike = weights.values().all(|weight| weight.abs() == 1.0);
     let mut text = String::new();
-    for (name, weight) in weights {
+    for (name, weight) in weights.iter().filter(|(_, weight)| weight.abs() > LEAST) {
         let sign = if *weight < 0.0 { "−" } else { "+" };
-        if text.is_empty() {
-            text = if *weight < 0.0 {
-                format!("−{name}")
-            } else {
-                name.clone()
-            };
-        } else {
-            text = format!("{text} {sign} {name}");
-        }
+        let part = match alike {
+            true => name.clone(),
+            false => format!("{:.2} {name}", weight.abs()),
+        };
+        text = match (text.is_empty(), sign) {
+            (true, "−") => format!("−{part}"),
+            (true, _) => part,
+            (false, _) => format!("{text} {sign} {part}"),
+        };
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn combinations_read_as_sums_and_say_weights_where_they_differ() {
+        let of = |weights: &[(&str, f64)]| {
+            let named = weights
+                .iter()
+                .map(|(name, weight)| ((*name).to_string(), *weight));
+            combination(&named.collect())
+        };
+        assert_eq!(of(&[("xy", 1.0), ("xz", 1.0)]), "xy + xz");
+        assert_eq!(of(&[("xy", 1.0), ("xz", -1.0)]), "xy − xz");
+        assert_eq!(
+            of(&[("x", -0.3258), ("y", 0.9454), ("z", -8e-9)]),
+            "−0.33 x + 0.95 y"
+        );
+    }
 }

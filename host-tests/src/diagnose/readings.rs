@@ -82,8 +82,16 @@ pub fn best(bench: &mut Workbench, hunt: &Hunt, progress: &dyn Fn(&str)) -> Resu
             ..*hunt
         };
         let as_shapes = hunt::hunt(bench, &beside, true, progress)?;
-        // Every shape that stayed is ahead of any drift: the noise that held them is no rival any more.
-        if as_shapes.terms.iter().any(|found| is_slow(&found.term)) {
+        // Every shape that stayed is ahead of any drift: the noise that held them is no rival any more. At rest a bias that
+        // jumps and stays is told from a nudge of the case; a slow trend of a vehicle's is not.
+        let at_rest = bench.scene().streams.at_rest.is_some();
+        let is_jump = |found: &hunt::FoundTerm| matches!(found.term.form, Form::Step { .. });
+        let mut slow = as_shapes
+            .terms
+            .iter()
+            .filter(|found| is_slow(&found.term))
+            .peekable();
+        if slow.peek().is_some() && (!at_rest || slow.all(is_jump)) {
             needed = price(bench, &as_shapes);
             best = as_shapes;
         } else {
