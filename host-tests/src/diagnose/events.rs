@@ -108,12 +108,14 @@ const LINE_BAND_HZ: f64 = 150.0;
 /// Highest frequency with a dither, as a share of the rows' rate.
 const DITHERED_BAND: f64 = 0.45;
 
-/// Around a dither and its harmonics \[Hz\] lives its residue, which is no line because its amplitude is randomised.
+/// Around a dither and its harmonics \[Hz\] lives its residue, which is no line because its amplitude is randomised; a line
+/// there stands out of it, but not where the residue is strongest.
 const DITHER_GUARD_HZ: f64 = 20.0;
+const DITHER_ITSELF_HZ: f64 = 3.0;
 const DITHER_HARMONICS: u32 = 5;
 
-/// Where a steady line may lie: the highest frequency \[Hz\], and whether one below it is clear of the dithers.
-fn line_band(scene: &Scene) -> (f64, impl Fn(f64) -> bool + Sync) {
+/// Where a steady line may lie: the highest frequency \[Hz\], and how far one below it is from the nearest residue.
+fn line_band(scene: &Scene) -> (f64, impl Fn(f64) -> f64 + Sync) {
     let rate_hz = scene.streams.rate_hz;
     let residues_hz: Vec<f64> = scene
         .dither_hz
@@ -126,11 +128,26 @@ fn line_band(scene: &Scene) -> (f64, impl Fn(f64) -> bool + Sync) {
         Some(_) => DITHERED_BAND * rate_hz,
         None => LINE_BAND_HZ,
     };
-    let clear = move |frequency_hz: f64| {
-        let near = |residue: &f64| (frequency_hz - residue).abs() < DITHER_GUARD_HZ;
-        !residues_hz.iter().any(near)
+    let away_hz = move |frequency_hz: f64| {
+        let each = residues_hz.iter();
+        let each = each.map(|residue_hz| (frequency_hz - residue_hz).abs());
+        each.fold(f64::INFINITY, f64::min)
     };
-    (to_hz, clear)
+    (to_hz, away_hz)
+}
+
+/// Whether a bin holds this many times the mean of those up to `around` bins away, its next neighbours aside.
+fn stands_out(power: &[f64], bin: usize, around: usize) -> bool {
+    /// Of as many bins as lie around a residue, the strongest of a randomised one holds seven times the mean.
+    const TIMES: f64 = 20.0;
+    /// Where the line itself leaks to.
+    const NEXT: usize = 3;
+    let others = (bin.saturating_sub(around)..(bin + around + 1).min(power.len()))
+        .filter(|other| other.abs_diff(bin) > NEXT);
+    let (sum, count) = others.fold((0.0, 0.0), |(sum, count), other| {
+        (sum + power[other], count + 1.0)
+    });
+    power[bin] * count > TIMES * sum
 }
 
 /// The best steady line on each gyro: its sine, and its cosine with the same statistic.
@@ -138,17 +155,24 @@ pub fn lines(bench: &Workbench, left: &[Bins; 3]) -> Vec<[Event; 2]> {
     let portion = &bench.portion;
     let streams = &bench.scene().streams;
     let from_hz = 2.0 / portion.seconds();
-    let (to_hz, is_clear) = line_band(bench.scene());
+    let (to_hz, away_hz) = line_band(bench.scene());
+    let around = (DITHER_GUARD_HZ * portion.seconds()) as usize;
     (0..3_usize)
         .into_par_iter()
         .filter_map(|axis| {
             let weights = bench.noise[axis].weights(portion);
-            let (bin, _) = (1..portion.bins())
+            let bins = left[axis].iter().zip(&weights);
+            let power: Vec<f64> = bins.map(|(bin, weight)| bin.norm_sqr() * weight).collect();
+            let may_hold_one = |bin: &usize| match away_hz(portion.frequency_hz(*bin)) {
+                away_hz if away_hz >= DITHER_GUARD_HZ => true,
+                away_hz => away_hz > DITHER_ITSELF_HZ && stands_out(&power, *bin, around),
+            };
+            let mut candidates: Vec<usize> = (1..portion.bins())
                 .take_while(|&bin| portion.frequency_hz(bin) < to_hz)
                 .filter(|&bin| portion.frequency_hz(bin) > from_hz)
-                .filter(|&bin| is_clear(portion.frequency_hz(bin)))
-                .map(|bin| (bin, left[axis][bin].norm_sqr() * weights[bin]))
-                .max_by(|a, b| a.1.total_cmp(&b.1))?;
+                .collect();
+            candidates.sort_by(|&a, &b| power[b].total_cmp(&power[a]));
+            let bin = candidates.into_iter().find(may_hold_one)?;
             // Between the bins, over the true times of the rows: the stretches are not on one clock.
             let whitened = bench.whitened_in_time(axis, &left[axis], bin);
             let span_s = match &streams.pieces[0].origin {
@@ -197,5 +221,20 @@ pub(super) fn event(term: Term, ratio: f64, trials: f64) -> Event {
         term,
         ratio,
         p_value: -(trials * (-chance).ln_1p()).exp_m1(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_stands_out_of_a_residue_and_its_own_peaks_do_not() {
+        // What is left of a randomised dither: as strong everywhere, up to seven times here and there.
+        let mut power: Vec<f64> = (0..400).map(|bin| 50.0 * f64::from(1 + bin % 7)).collect();
+        assert!((0..400).all(|bin| !stands_out(&power, bin, 100)));
+        power[200] = 5000.0;
+        power[201] = 2000.0;
+        assert!(stands_out(&power, 200, 100) && !stands_out(&power, 150, 100));
     }
 }
