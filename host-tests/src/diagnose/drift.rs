@@ -44,8 +44,8 @@ pub(super) const AHEAD_OF_WALK: f64 = 7.0;
 /// The same for each further number, on whichever gyro.
 pub(super) const AHEAD_OF_WALK_FURTHER: f64 = 1.5;
 
-/// The same where no drift is left beside everything: of walks and flicker of the worst strength one in 1000 to 3000
-/// comes this far (slow.rs).
+/// The same where no drift is left beside everything. With both, at most three of 1000 records of walks or flicker leave
+/// any of the shapes in slow.rs its name.
 pub(super) const AHEAD_STEADILY: f64 = 6.8;
 pub(super) const AHEAD_STEADILY_FURTHER: f64 = 0.7;
 
