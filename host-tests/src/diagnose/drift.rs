@@ -171,10 +171,9 @@ fn ahead(suspect: Suspect) -> f64 {
 
 /// Whether effects are far enough ahead of any drift, with drift left beside them or with none.
 pub(super) fn is_ahead_of_drift(slow: &Slow, own: &[Range<usize>]) -> bool {
-    const ALL: [Drift; 3] = [Drift::Walk, Drift::FromNothing, Drift::Flicker];
     let further = further(slow.columns(own));
-    slow.ahead(own, &ALL) > AHEAD_OF_WALK + AHEAD_OF_WALK_FURTHER * further
-        || slow.ahead_steadily(own, &ALL) > AHEAD_STEADILY + AHEAD_STEADILY_FURTHER * further
+    slow.ahead(own, &Drift::ALL) > AHEAD_OF_WALK + AHEAD_OF_WALK_FURTHER * further
+        || slow.ahead_steadily(own, &Drift::ALL) > AHEAD_STEADILY + AHEAD_STEADILY_FURTHER * further
 }
 
 /// Numbers after the first.
@@ -224,7 +223,7 @@ impl Beside {
         let whole = bench.beside().is_none();
         // A walk in time ends where it will, and needs no trend.
         let without_trends = &indices[..indices.len() - trends];
-        let slow = whole.then(|| Slow::new(bench, without_trends));
+        let slow = whole.then(|| Slow::new(bench, without_trends, &Drift::ALL));
         let information = bench.information_about(&indices);
         Self {
             noise: bench.noise,

@@ -163,16 +163,21 @@ pub fn lines(bench: &Workbench, left: &[Bins; 3]) -> Vec<[Event; 2]> {
             let weights = bench.noise[axis].weights(portion);
             let bins = left[axis].iter().zip(&weights);
             let power: Vec<f64> = bins.map(|(bin, weight)| bin.norm_sqr() * weight).collect();
-            let may_hold_one = |bin: &usize| match away_hz(portion.frequency_hz(*bin)) {
+            let may_hold_one = |bin: usize| match away_hz(portion.frequency_hz(bin)) {
                 away_hz if away_hz >= DITHER_GUARD_HZ => true,
-                away_hz => away_hz > DITHER_ITSELF_HZ && stands_out(&power, *bin, around),
+                away_hz => away_hz > DITHER_ITSELF_HZ && stands_out(&power, bin, around),
             };
-            let mut candidates: Vec<usize> = (1..portion.bins())
+            let bin = (1..portion.bins())
                 .take_while(|&bin| portion.frequency_hz(bin) < to_hz)
                 .filter(|&bin| portion.frequency_hz(bin) > from_hz)
-                .collect();
-            candidates.sort_by(|&a, &b| power[b].total_cmp(&power[a]));
-            let bin = candidates.into_iter().find(may_hold_one)?;
+                .fold(None, |best: Option<usize>, bin| {
+                    let is_more = best.is_none_or(|best| power[bin] > power[best]);
+                    if is_more && may_hold_one(bin) {
+                        Some(bin)
+                    } else {
+                        best
+                    }
+                })?;
             // Between the bins, over the true times of the rows: the stretches are not on one clock.
             let whitened = bench.whitened_in_time(axis, &left[axis], bin);
             let span_s = match &streams.pieces[0].origin {

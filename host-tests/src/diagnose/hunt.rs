@@ -159,38 +159,30 @@ pub fn hunt(
             lattice,
             names: &names,
         };
-        match sight.objection(&information, &choice, &verdicts) {
+        let found = match sight.objection(&information, &choice, &verdicts) {
             Some(Objection::Better(found)) if room && found.iter().all(|one| fresh(&one.0)) => {
-                if let Some(effect) = sight.lost_effect(&found) {
-                    names.give_back(effect);
-                    continue;
-                }
-                for (term, ratio, p_value) in found {
-                    bench.add_term(term)?;
-                    entered.push((ratio, p_value));
-                }
-                continue;
+                found
             }
             Some(Objection::Veto(effect, reason)) => {
                 names.lose(effect, reason);
                 continue;
             }
-            _ => {}
+            _ if room => {
+                let explained = 2.0 * solution.log_likelihood_gain;
+                sight.refined(sight.best_term(&values, &[], explained, &fresh), &[])
+            }
+            _ => Vec::new(),
+        };
+        if let Some(effect) = sight.lost_effect(&found) {
+            names.give_back(effect);
+            continue;
         }
-        if room {
-            let explained = 2.0 * solution.log_likelihood_gain;
-            let found = sight.refined(sight.best_term(&values, &[], explained, &fresh), &[]);
-            if let Some(effect) = sight.lost_effect(&found) {
-                names.give_back(effect);
-                continue;
+        if !found.is_empty() {
+            for (term, ratio, p_value) in found {
+                bench.add_term(term)?;
+                entered.push((ratio, p_value));
             }
-            if !found.is_empty() {
-                for (term, ratio, p_value) in found {
-                    bench.add_term(term)?;
-                    entered.push((ratio, p_value));
-                }
-                continue;
-            }
+            continue;
         }
         progress("weighing drifting noise");
         let suspects = set.iter().map(|&effect| match names.is_back(effect) {
@@ -339,10 +331,10 @@ impl Sight<'_> {
     fn best_news(&self, axis: usize, without: &[usize]) -> Option<Best> {
         let mut known: Vec<usize> = Vec::new();
         loop {
-            let before = |product: usize| self.products.before_lag(product);
+            let before = |product: usize| self.products.before_lag[product];
             let wanted = |product: usize| {
-                let lags_known = || before(product).is_some_and(|plain| known.contains(&plain));
-                self.is_news(axis, product) && (known.is_empty() || !lags_known())
+                let lags_known = before(product).is_some_and(|plain| known.contains(&plain));
+                self.is_news(axis, product) && !lags_known
             };
             let best = self.survey.best_of(axis, without, &wanted)?;
             let Some(plain) = before(best.product).filter(|&plain| !self.is_news(axis, plain))

@@ -22,10 +22,13 @@ const FIXED_SHARE: f64 = 0.25;
 /// Whether some of three parameters are known only together.
 fn are_mixed(covariance: &DMatrix<f64>) -> bool {
     let pairs = [(0, 1), (0, 2), (1, 2)];
-    pairs.into_iter().any(|(a, b)| {
-        let correlation = covariance[(a, b)] / (covariance[(a, a)] * covariance[(b, b)]).sqrt();
-        correlation.abs() > -TOGETHER
-    })
+    pairs
+        .into_iter()
+        .any(|(a, b)| correlation(covariance, a, b).abs() > -TOGETHER)
+}
+
+fn correlation(covariance: &DMatrix<f64>, a: usize, b: usize) -> f64 {
+    covariance[(a, b)] / (covariance[(a, a)] * covariance[(b, b)]).sqrt()
 }
 
 /// The fixed combinations.
@@ -37,7 +40,7 @@ pub fn identifiable(card: &Card, chosen: &Chosen) -> Vec<Identifiable> {
         Shape::Six => {
             for gyro in 0..3 {
                 let (a, b) = (2 * gyro, 2 * gyro + 1);
-                let correlation = covariance(a, b) / (covariance(a, a) * covariance(b, b)).sqrt();
+                let correlation = correlation(&chosen.covariance, a, b);
                 if correlation < TOGETHER {
                     combinations.push(vec![(a, 1.0), (b, 1.0)]);
                     combinations.push(vec![(a, 1.0), (b, -1.0)]);

@@ -36,6 +36,8 @@ pub struct Products<'a> {
     pub names: Vec<String>,
     /// Effects of the catalogue that each of them is on each gyro.
     pub effects: Vec<[Vec<usize>; 3]>,
+    /// Of those behind a lag, the place of the product itself.
+    pub before_lag: Vec<Option<usize>>,
     pairs: Vec<(usize, Option<usize>)>,
     /// Whether what was before a row is known.
     has_past: bool,
@@ -96,12 +98,6 @@ fn largest(name: &str) -> f64 {
 }
 
 impl<'a> Products<'a> {
-    /// The product behind a lag, by its place.
-    pub fn before_lag(&self, product: usize) -> Option<usize> {
-        let (plain, _) = signals::as_lag(&self.names[product])?;
-        self.names.iter().position(|name| name == plain)
-    }
-
     /// Names every expression of the scene's vocabulary: each signal, and each product of two.
     pub fn new(scene: &'a Scene) -> Self {
         let (factors, alone) = vocabulary(scene);
@@ -128,10 +124,15 @@ impl<'a> Products<'a> {
                     .unwrap_or_default()
             })
         };
+        let before_lag = |name: &String| {
+            let (plain, _) = signals::as_lag(name)?;
+            names.iter().position(|name| name == plain)
+        };
         Self {
             scene,
             factors,
             effects: names.iter().map(effects).collect(),
+            before_lag: names.iter().map(before_lag).collect(),
             names,
             pairs,
             has_past: signals::has_past(scene),
@@ -196,15 +197,12 @@ impl<'a> Products<'a> {
             )
             .collect();
         let trials = 3.0 * self.names.len() as f64;
-        let handicap = |name: &String| match signals::as_lag(name) {
-            Some(_) => WORTH_A_LAG,
-            None => 0.0,
-        };
+        let handicap = |before_lag: &Option<usize>| before_lag.map_or(0.0, |_| WORTH_A_LAG);
         Survey {
             measured,
             axes,
             trials,
-            handicaps: self.names.iter().map(handicap).collect(),
+            handicaps: self.before_lag.iter().map(handicap).collect(),
             largest: self.names.iter().map(|name| largest(name)).collect(),
         }
     }

@@ -86,12 +86,8 @@ pub fn best(bench: &mut Workbench, hunt: &Hunt, progress: &dyn Fn(&str)) -> Resu
         // jumps and stays is told from a nudge of the case; a slow trend of a vehicle's is not.
         let at_rest = bench.scene().streams.at_rest.is_some();
         let is_jump = |found: &hunt::FoundTerm| matches!(found.term.form, Form::Step { .. });
-        let mut slow = as_shapes
-            .terms
-            .iter()
-            .filter(|found| is_slow(&found.term))
-            .peekable();
-        if slow.peek().is_some() && (!at_rest || slow.all(is_jump)) {
+        let slow = as_shapes.terms.iter().filter(|found| is_slow(&found.term));
+        if slow.clone().next().is_some() && (!at_rest || slow.clone().all(is_jump)) {
             needed = price(bench, &as_shapes);
             best = as_shapes;
         } else {

@@ -40,9 +40,10 @@ pub struct Slow {
 }
 
 impl Slow {
-    /// Of all parameters in `indices`; `None` where there are too few blocks to tell a walk from anything.
-    pub fn new(bench: &Workbench, indices: &[usize]) -> Option<Self> {
-        let blocks = Blocks::of(bench, &[Drift::Walk, Drift::FromNothing, Drift::Flicker])?;
+    /// Of all parameters in `indices`, against the kinds of drift that will be asked about; `None` where there are too few
+    /// blocks to tell a walk from anything.
+    pub fn new(bench: &Workbench, indices: &[usize], drifts: &[Drift]) -> Option<Self> {
+        let blocks = Blocks::of(bench, drifts)?;
         let gyros = (0..3_usize)
             .into_par_iter()
             .map(|axis| of_gyro(bench, indices, axis, &blocks))
@@ -211,8 +212,6 @@ mod tests {
     use super::super::wander::simulated::{ALL, BLOCK_S, BLOCKS, Besides, blocks, record, white};
     use super::*;
 
-    const DRIFTS: [Drift; 3] = [Drift::Walk, Drift::FromNothing, Drift::Flicker];
-
     /// Slow patterns of unlike kinds, as columns.
     fn patterns() -> [(&'static str, DVector<f64>); 4] {
         let of = |at: &dyn Fn(f64) -> f64| {
@@ -270,7 +269,7 @@ mod tests {
 
     #[test]
     fn what_a_walk_looks_like_is_known() {
-        let (blocks, patterns) = (blocks(&DRIFTS), patterns());
+        let (blocks, patterns) = (blocks(&Drift::ALL), patterns());
         let records = records(Besides::Nothing, 1, 1);
         for (place, (name, column)) in patterns.iter().enumerate() {
             let own = std::slice::from_ref(&(0..1));
@@ -281,7 +280,7 @@ mod tests {
 
     #[test]
     fn a_wandering_rate_hardly_ever_gives_a_slow_effect_its_name() {
-        let (blocks, patterns) = (blocks(&DRIFTS), patterns());
+        let (blocks, patterns) = (blocks(&Drift::ALL), patterns());
         for besides in ALL {
             for (place, (name, column)) in patterns.iter().enumerate() {
                 let named = |seed: &u64| {
@@ -298,7 +297,7 @@ mod tests {
 
     #[test]
     fn a_strong_slow_effect_is_ahead_of_any_wandering_rate() {
-        let (blocks, patterns) = (blocks(&DRIFTS), patterns());
+        let (blocks, patterns) = (blocks(&Drift::ALL), patterns());
         for (place, (name, column)) in patterns.iter().enumerate() {
             for seed in 0..10 {
                 let signal = column.normalize() * 40.0;
@@ -312,7 +311,7 @@ mod tests {
 
     #[test]
     fn where_no_drift_is_left_a_weak_effect_is_enough() {
-        let (blocks, patterns) = (blocks(&DRIFTS), patterns());
+        let (blocks, patterns) = (blocks(&Drift::ALL), patterns());
         // 9 in all, over three gyros.
         let (_, column) = &patterns[3];
         let named = (0..20).filter(|seed| {
@@ -329,7 +328,7 @@ mod tests {
     #[ignore = "a calibration of some minutes: prints how far chance comes"]
     fn how_far_wandering_rates_come() {
         const RECORDS: u64 = 1000;
-        let (blocks, patterns) = (blocks(&DRIFTS), patterns());
+        let (blocks, patterns) = (blocks(&Drift::ALL), patterns());
         let columns: Vec<&DVector<f64>> = patterns.iter().map(|(_, column)| column).collect();
         let mut sets: Vec<(&str, &[&DVector<f64>])> = Vec::new();
         for (place, (name, _)) in patterns.iter().enumerate() {
@@ -346,8 +345,8 @@ mod tests {
                         let slow = slow(&blocks, columns, &records(besides, seed, gyros));
                         [
                             slow.ahead(own, &[Drift::Walk]),
-                            slow.ahead(own, &DRIFTS),
-                            slow.ahead_steadily(own, &DRIFTS),
+                            slow.ahead(own, &Drift::ALL),
+                            slow.ahead_steadily(own, &Drift::ALL),
                             f64::from(u8::from(is_named(
                                 &slow,
                                 columns.len(),

@@ -56,21 +56,19 @@ pub fn settle(
     loop {
         let (values, stds) = bench.term_sizes();
         let left = bench.left_over(&numbered(parameters, &values));
-        let (steps, (slips, bursts)) = rayon::join(
-            || steps::steps(&bench, &left),
-            || {
-                rayon::join(
-                    || events::slips(&bench, &left),
-                    || bursts::bursts(&bench, &left),
-                )
-            },
-        );
         // Without a reference a jump of the angle is not told from a nudge of the case; a bias that stays is.
-        let at_rest = scene.streams.at_rest.is_some();
-        let of_angle = slips.into_iter().chain(bursts).filter(|_| !at_rest);
+        let of_angle = || match scene.streams.at_rest {
+            Some(_) => Default::default(),
+            None => rayon::join(
+                || events::slips(&bench, &left),
+                || bursts::bursts(&bench, &left),
+            ),
+        };
+        let (steps, (slips, bursts)) = rayon::join(|| steps::steps(&bench, &left), of_angle);
         let best = steps
             .into_iter()
-            .chain(of_angle)
+            .chain(slips)
+            .chain(bursts)
             .filter(|event| {
                 let known = bench.terms().iter().chain(&drift);
                 event.p_value < FAMILY_SIGNIFICANCE && !known.clone().any(|one| *one == event.term)
@@ -115,7 +113,7 @@ fn is_drift(bench: &Workbench, parameters: &Parameters, term: &Term) -> bool {
     }
     let all = parameters.count()..parameters.count() + bench.terms().len();
     let own = all.end - 1..all.end;
-    let slow = Slow::new(bench, &all.collect::<Vec<_>>());
+    let slow = Slow::new(bench, &all.collect::<Vec<_>>(), &HELD_AGAINST);
     slow.is_some_and(|slow| slow.ahead(&[own], &HELD_AGAINST) < AHEAD_JUMP)
 }
 

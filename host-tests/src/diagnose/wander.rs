@@ -59,6 +59,11 @@ pub enum Drift {
     Flicker,
 }
 
+impl Drift {
+    /// Every kind.
+    pub const ALL: [Self; 3] = [Self::Walk, Self::FromNothing, Self::Flicker];
+}
+
 /// One way for the rate to wander.
 pub struct Wander {
     /// Which; `None` where it does not.

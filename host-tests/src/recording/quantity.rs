@@ -57,15 +57,12 @@ impl Quantity {
 
     /// Whether a row holds a sum or a mean over its period.
     pub fn is_of_a_period(&self) -> bool {
-        matches!(
-            self,
-            Self::GyroCount
-                | Self::GyroIncrement
-                | Self::GyroRate
-                | Self::ReferenceIncrement
-                | Self::SpecificForce
-                | Self::VelocityIncrement
-        )
+        let others = [
+            Self::ReferenceIncrement,
+            Self::SpecificForce,
+            Self::VelocityIncrement,
+        ];
+        Self::GYROS.contains(self) || others.contains(self)
     }
 
     /// By its name in the file; an unlisted name is kept as [`Quantity::Other`].
@@ -128,14 +125,8 @@ impl Quantity {
 
     /// Whether a channel without a single value leaves nothing to compare: gyros and references.
     pub fn is_essential(&self) -> bool {
-        matches!(
-            self,
-            Self::GyroCount
-                | Self::GyroIncrement
-                | Self::GyroRate
-                | Self::ReferenceIncrement
-                | Self::ReferenceAttitude
-        )
+        let references = [Self::ReferenceIncrement, Self::ReferenceAttitude];
+        Self::GYROS.contains(self) || references.contains(self)
     }
 
     /// The magnitudes its unit makes possible, for rows of `period_s`; `None` where there is no bound.
