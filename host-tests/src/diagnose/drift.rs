@@ -169,11 +169,14 @@ fn ahead(suspect: Suspect) -> f64 {
     }
 }
 
-/// Whether effects are far enough ahead of any drift, with drift left beside them or with none.
-pub(super) fn is_ahead_of_drift(slow: &Slow, own: &[Range<usize>]) -> bool {
+/// Whether effects are far enough ahead of any drift, with drift left beside them or with none; `above` is what they are
+/// ahead by where nothing drifts.
+pub(super) fn is_ahead_of_drift(slow: &Slow, own: &[Range<usize>], above: f64) -> bool {
     let further = further(slow.columns(own));
-    slow.ahead(own, &Drift::ALL) > AHEAD_OF_WALK + AHEAD_OF_WALK_FURTHER * further
-        || slow.ahead_steadily(own, &Drift::ALL) > AHEAD_STEADILY + AHEAD_STEADILY_FURTHER * further
+    let ahead = slow.ahead(own, &Drift::ALL) + above;
+    let steadily = slow.ahead_steadily(own, &Drift::ALL) + above;
+    ahead > AHEAD_OF_WALK + AHEAD_OF_WALK_FURTHER * further
+        || steadily > AHEAD_STEADILY + AHEAD_STEADILY_FURTHER * further
 }
 
 /// Numbers after the first.
@@ -260,11 +263,11 @@ impl Beside {
         let own = |suspect: Suspect| suspect.indices(parameters);
         let lacks = |together: &[Suspect]| {
             let own: Vec<Range<usize>> = together.iter().map(|one| own(*one)).collect();
-            if together
-                .iter()
-                .all(|one| self.is_asked_exactly(parameters, *one))
-            {
-                return !is_ahead_of_drift(slow, &own);
+            let above = || slow.ahead_above(bench, &own, &self.values);
+            let exactly = |one: &Suspect| self.is_asked_exactly(parameters, *one);
+            if together.iter().all(exactly) {
+                let ahead = |above| is_ahead_of_drift(slow, &own, above);
+                return !ahead(0.0) && !ahead(above());
             }
             // Of other effects, whose numbers are few, the Whittle likelihood is asked about flicker.
             let drifts: &[Drift] = match together.iter().any(|one| !one.is_weighed()) {
@@ -275,7 +278,9 @@ impl Beside {
             let needed = together
                 .iter()
                 .map(|one| ahead_of_walk(bench, *one, columns));
-            slow.ahead(&own, drifts) < needed.fold(0.0, f64::max)
+            let needed = needed.fold(0.0, f64::max);
+            let ahead = slow.ahead(&own, drifts);
+            ahead < needed && ahead + above() < needed
         };
         let alone = suspects.iter().find(|one| is_slow(one) && lacks(&[one.0]));
         let pairs = suspects.iter().enumerate().flat_map(|(place, one)| {

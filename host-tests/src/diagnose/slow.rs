@@ -6,7 +6,8 @@
 //! Enters: the bench with the noise beside everything. Leaves, for some parameters, by how much the likelihood with
 //! them is ahead of that without, the latter with the drift that suits it best (wander.rs), the former either with its
 //! own or with none: Σ over gyros of the difference of max_q −½ (ln |C_q| + rᵀ C_q⁻¹ r), everything else fitted in
-//! both. Rows are summed over blocks; effects above the blocks' band are not slow, and not asked about.
+//! both. Rows are summed over blocks; effects above the blocks' band are not slow, and not asked about. What a slow one
+//! explains above it is no drift's, and counts as well.
 //!
 //! A weak walk that one effect takes up whole leaves no drift beside it; a strong one does. So where none is left, less
 //! is needed (drift.rs).
@@ -17,8 +18,9 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
 
-use super::information::scaled_inverse;
-use super::portion::Bins;
+use super::information::{fit_away, scaled_inverse};
+use super::portion::{Bins, inner};
+use super::regressor::Regressor;
 use super::wander::{Blocks, Drift, Wander};
 use super::workbench::Workbench;
 
@@ -70,6 +72,40 @@ impl Slow {
         self.with(own)
             .map(|gyro| gyro.likelihood(&[], &[]) - gyro.likelihood(own, drifts))
             .sum()
+    }
+
+    /// ln of the likelihood by which `values`, fitted to everything, are ahead above the blocks' band of the same without
+    /// `own`, whatever the others then become. The noise there is the bench's, the tail of any drift within.
+    pub fn ahead_above(
+        &self,
+        bench: &Workbench,
+        own: &[Range<usize>],
+        values: &[(usize, f64)],
+    ) -> f64 {
+        let left = bench.left_over(values);
+        let indices: Vec<usize> = values.iter().map(|(index, _)| *index).collect();
+        let of_axis = |axis: usize| {
+            let columns = bench.columns_of(&indices, axis);
+            let (mine, others): (Vec<_>, Vec<_>) = columns
+                .into_iter()
+                .partition(|(index, _)| is_of(own, *index));
+            if mine.is_empty() {
+                return 0.0;
+            }
+            let mut weights = bench.noise[axis].weights(&bench.portion);
+            weights[..self.edge].fill(0.0);
+            let power = |bins: &Bins| -> f64 { inner(bins, bins, &weights) };
+            let mut without = left[axis].clone();
+            for (index, column) in mine {
+                let value = values.iter().find(|(known, _)| *known == index);
+                column.add_to(&mut without, value.map_or(0.0, |(_, value)| *value));
+            }
+            let others: Vec<&Regressor> = others.into_iter().map(|(_, column)| column).collect();
+            let beside: Vec<&Regressor> = bench.joints().iter().chain(others).collect();
+            fit_away(&mut without, &beside, &weights);
+            0.5 * (power(&without) - power(&left[axis]))
+        };
+        (0..3).map(of_axis).sum::<f64>().max(0.0)
     }
 
     /// Whether columns of `own` hold most of what a walk from nothing looks like, on any gyro.
@@ -257,7 +293,7 @@ mod tests {
         let all = 0..columns;
         let own = std::slice::from_ref(&all);
         if !slow.holds_a_walk(own) {
-            return is_ahead_of_drift(slow, own);
+            return is_ahead_of_drift(slow, own, 0.0);
         }
         let further = slow.columns(own) as f64 - 1.0;
         let needed = match constant {
