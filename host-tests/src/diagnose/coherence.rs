@@ -76,9 +76,9 @@ pub fn accompany(
     }
     let motion_hz = (2.0 * scene.motion_edge_hz).clamp(PRODUCTS_HZ[0], PRODUCTS_HZ[1]);
     let fast = |name: &str| name.starts_with("dither_");
-    // Time itself is no channel, and a lag is looked for here anyway.
-    let made = ["decay(", "lag(", "integral("];
-    let measured = |name: &str| name != "time" && !made.iter().any(|made| name.starts_with(made));
+    // Time itself is no channel, a lag is looked for here anyway, and what only changes its sign has no spectrum to speak of.
+    let made = ["decay(", "lag(", "integral(", "sign(", "rising("];
+    let measured = |name: &str| name != "time" && !made.iter().any(|made| name.contains(made));
     let slow: Vec<usize> = (0..products.names.len())
         .filter(|&product| measured(&products.names[product]) && !fast(&products.names[product]))
         .collect();

@@ -36,7 +36,8 @@ pub(super) const CLEARLY_BETTER: f64 = 20.0;
 /// enters with twenty or more).
 const IDLE: f64 = 9.0;
 
-/// What a step or slip has ahead of a product of channels that explains as much (2 Δ ln L).
+/// What a step or slip has ahead of a product of channels that explains as much (2 Δ ln L), and one channel of a product
+/// of two.
 pub(super) const PLAINER: f64 = 10.0;
 
 /// Chance of the scatter between regimes below which a name is vetoed.
@@ -339,7 +340,7 @@ impl Sight<'_> {
             let best = self.survey.best_of(axis, without, &wanted)?;
             let Some(plain) = before(best.product).filter(|&plain| !self.is_news(axis, plain))
             else {
-                return Some(best);
+                return Some(self.plainer(axis, without, best));
             };
             let itself = self
                 .survey
@@ -349,6 +350,19 @@ impl Sight<'_> {
             }
             known.push(plain);
         }
+    }
+
+    /// One factor of a product where it explains nearly as much: the other hardly changes.
+    fn plainer(&self, axis: usize, without: &[usize], best: Best) -> Best {
+        let factors = self.products.factors_of(best.product).into_iter();
+        let news = factors.filter(|&factor| self.is_news(axis, factor));
+        let alone = news.filter_map(|factor| {
+            let wanted = |product: usize| product == factor;
+            self.survey.best_of(axis, without, &wanted)
+        });
+        let alone = alone.filter(|alone| alone.ratio > best.ratio - PLAINER);
+        let plainest = alone.max_by(|a, b| a.ratio.total_cmp(&b.ratio));
+        plainest.unwrap_or(best)
     }
 
     /// The effect that what was found is, if it lost its name before.

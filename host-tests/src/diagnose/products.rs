@@ -139,6 +139,18 @@ impl<'a> Products<'a> {
         }
     }
 
+    /// The places of a product's two factors; none of what has no two that stand alone.
+    pub fn factors_of(&self, product: usize) -> Vec<usize> {
+        let Some((a, Some(b))) = self.pairs.get(product) else {
+            return Vec::new();
+        };
+        let place = |factor: usize| {
+            let alone = |pair: &(usize, Option<usize>)| *pair == (factor, None);
+            self.pairs.iter().position(alone)
+        };
+        [*a, *b].into_iter().filter_map(place).collect()
+    }
+
     /// A product's value in each row × one row's period, into `values`.
     pub fn evaluate(&self, product: usize, values: &mut Vec<f64>) {
         let period_s = self.scene.period_s();

@@ -6,8 +6,10 @@
 //! `field_x` \[T\], `dither_rate_x` \[rad/s\], `dither_angle_x` \[rad\], `time` \[s since the start\],
 //! `window(a,b)` (1 between a and b s), `recording(NAME)` (1 in that recording of several), `sine(f)` and `cosine(f)` (f in Hz, from the start), `decay(s)` (exp(−t/s)),
 //! `lag(PRODUCT,s)` (the product behind a first-order lag of s seconds, settled at the start), `integral(PRODUCT)` (its
-//! integral over time from the start), every channel of unknown quantity under its own name, and `deviation(NAME)` (the
-//! same less its mean: a supply of 28 V acts by its ripple, and its 28 V are in the bias already).
+//! integral over time from the start), `sign(CHANNEL)` (the side of nothing it was last clearly on) and `rising(CHANNEL)`
+//! (1 since it last turned upwards, −1 since it last turned down) for friction, play and relays, every channel of unknown
+//! quantity under its own name, and `deviation(NAME)` (the same less its mean: a supply of 28 V acts by its ripple, and
+//! its 28 V are in the bias already).
 
 use std::borrow::Cow;
 
@@ -81,6 +83,56 @@ pub fn lagged(streams: &Streams, values: &[f64], constant_s: f64) -> Vec<f64> {
         }
     }
     behind
+}
+
+/// What a channel must move by to be clearly elsewhere, of its root mean square about its mean: noise of a channel that
+/// moves stays below.
+const CLEARLY: f64 = 0.1;
+
+fn clearly(values: &[f64]) -> f64 {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let square: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    CLEARLY * (square / count).sqrt()
+}
+
+/// The sign that a channel had when it was last clearly off nothing; before that, the first it will have.
+fn sign(streams: &Streams, values: &[f64]) -> Vec<f64> {
+    let least = clearly(values);
+    let mut signs = Vec::with_capacity(values.len());
+    for piece in &streams.pieces {
+        let own = &values[piece.rows.clone()];
+        let first = own.iter().find(|value| value.abs() > least);
+        let mut now = first.map_or(0.0, |value| value.signum());
+        for value in own {
+            if value.abs() > least {
+                now = value.signum();
+            }
+            signs.push(now);
+        }
+    }
+    signs
+}
+
+/// Whether a channel went up (1) or down (−1) since it last clearly turned; nothing before it first moves.
+fn rising(streams: &Streams, values: &[f64]) -> Vec<f64> {
+    let least = clearly(values);
+    let mut ways = Vec::with_capacity(values.len());
+    for piece in &streams.pieces {
+        let own = &values[piece.rows.clone()];
+        let Some(&first) = own.first() else { continue };
+        let (mut now, mut lowest, mut highest) = (0.0, first, first);
+        for &value in own {
+            (lowest, highest) = (value.min(lowest), value.max(highest));
+            if now <= 0.0 && value > lowest + least {
+                (now, highest) = (1.0, value);
+            } else if now >= 0.0 && value < highest - least {
+                (now, lowest) = (-1.0, value);
+            }
+            ways.push(now);
+        }
+    }
+    ways
 }
 
 /// A channel less the mean of what was measured of it.
@@ -171,6 +223,12 @@ pub fn signal(scene: &Scene, name: &str) -> Option<Vec<f64>> {
     }
     if let Some(channel) = argument(name, "deviation") {
         return Some(deviation(&evaluate(scene, channel).ok()?));
+    }
+    if let Some(channel) = argument(name, "sign") {
+        return Some(sign(streams, &evaluate(scene, channel).ok()?));
+    }
+    if let Some(channel) = argument(name, "rising") {
+        return Some(rising(streams, &evaluate(scene, channel).ok()?));
     }
     if let Some((_, values)) = streams.others.iter().find(|(other, _)| other == name) {
         return Some(values.clone());
@@ -267,8 +325,13 @@ fn of_third_order(factors: &[Signal], alone: &[String]) -> Vec<String> {
         for (b, second) in AXES.iter().enumerate() {
             if a != b && has("omega", a) && has("omega", b) {
                 names.push(format!("omega_{first}*omega_{first}*omega_{second}"));
+                names.push(format!("abs_omega_{first}*omega_{second}"));
             }
-            for (stem, other) in [("temperature_rate", "omega"), ("abs_omega", "force")] {
+            for (stem, other) in [
+                ("temperature_rate", "omega"),
+                ("temperature_rate", "temperature"),
+                ("abs_omega", "force"),
+            ] {
                 if has(stem, a) && has(other, b) {
                     names.push(format!("{stem}_{first}*{other}_{second}"));
                 }
@@ -289,7 +352,7 @@ pub fn has_past(scene: &Scene) -> bool {
     whole && streams.at_rest.is_none()
 }
 
-/// What goes with a channel's past: behind a lag, or added up.
+/// What goes with a channel's past: behind a lag, added up, or with the way it last went.
 fn of_the_past(scene: &Scene, factors: &[Signal]) -> Vec<String> {
     if !has_past(scene) {
         return Vec::new();
@@ -301,8 +364,19 @@ fn of_the_past(scene: &Scene, factors: &[Signal]) -> Vec<String> {
     let turned = factors
         .iter()
         .filter(|factor| factor.name.starts_with("omega_"));
-    lags.chain(turned.map(|factor| format!("integral({})", factor.name)))
-        .collect()
+    let past = turned.flat_map(|factor| {
+        let name = &factor.name;
+        [
+            format!("integral({name})"),
+            format!("sign({name})"),
+            format!("rising({name})"),
+            format!("{name}*rising({name})"),
+        ]
+    });
+    let forces = factors.iter().map(|factor| &factor.name);
+    let forces = forces.filter(|name| name.starts_with("force_"));
+    let sides = forces.flat_map(|name| [format!("sign({name})"), format!("rising({name})")]);
+    lags.chain(past).chain(sides).collect()
 }
 
 /// The signals from which products are formed, and the names of those that stand alone, which are formed when

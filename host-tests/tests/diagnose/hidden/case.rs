@@ -16,7 +16,7 @@ use rlg::diagnose::split::split;
 use rlg::diagnose::streams::{Streams, Triad};
 use rlg::diagnose::{declared_noise, diagnose};
 use rlg::model::Model;
-use rlg::recording::Recording;
+use rlg::recording::{Clock, Quantity, Recording};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
 use std::path::Path;
@@ -93,6 +93,39 @@ pub(super) fn lost(channels: &[&str], [start_s, end_s]: [f64; 2]) -> String {
             )
         })
         .collect()
+}
+
+/// Gyro y of a recording of increments senses a further rate as well \[rad/s\], made of the case's rates about x, y and z
+/// and the rows' rate \[Hz\].
+pub(super) fn sensing_besides(
+    (mut recording, model): (Recording, Model),
+    further_rad_s: impl FnOnce(&Triad, f64) -> Vec<f64>,
+) -> (Recording, Model) {
+    let mut rate_hz = 0.0;
+    let rates_rad_s = ["x", "y", "z"].map(|axis| -> Vec<f64> {
+        let turned = recording.channel(&Quantity::ReferenceIncrement, axis);
+        let (table, turned) = turned.expect("a reference");
+        let Clock::Uniform {
+            rate_hz: rows_hz, ..
+        } = table.clock
+        else {
+            panic!("the simulator's rows are even");
+        };
+        rate_hz = rows_hz;
+        turned.values.iter().map(|angle| angle * rate_hz).collect()
+    });
+    let further_rad_s = further_rad_s(&rates_rad_s, rate_hz);
+    let gyro_y = recording
+        .tables
+        .iter_mut()
+        .flat_map(|table| &mut table.channels)
+        .find(|channel| {
+            channel.quantity == Quantity::GyroIncrement && channel.axis.as_deref() == Some("y")
+        })
+        .expect("gyro y");
+    let values = gyro_y.values.iter_mut().zip(further_rad_s);
+    values.for_each(|(value, more)| *value += more / rate_hz);
+    (recording, model)
 }
 
 /// A recording with its model and what the tool says of them.

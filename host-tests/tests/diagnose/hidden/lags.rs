@@ -1,10 +1,10 @@
-//! Physics that follows what it goes with only after a while: no product of channels, row by row, is like it. It is put
-//! into a recording's increments here, because the simulator knows no such effect.
+//! Physics that goes with the past of the motion: no product of channels, row by row, is like it. It is put into a
+//! recording's increments here, because the simulator knows no such effect.
 
-use super::case::{Case, WITHIN, slew, still, text, vibration};
+use super::case::{Case, WITHIN, sensing_besides, slew, still, text, vibration};
 use rlg::diagnose::result::{EffectEntry, ParameterEntry};
 use rlg::model::Model;
-use rlg::recording::{Quantity, Recording};
+use rlg::recording::Recording;
 
 fn slews_and_a_swell() -> Vec<String> {
     vec![
@@ -30,37 +30,22 @@ fn made(seed: u64) -> (Recording, Model) {
 
 /// Gyro y senses `coefficient` times the product of the case's rates about `of` behind a lag of `constant_s` as well.
 fn with_lag(
-    (mut recording, model): (Recording, Model),
+    made: (Recording, Model),
     coefficient: f64,
-    of: &[&str],
+    of: &[usize],
     constant_s: f64,
 ) -> (Recording, Model) {
-    let rate_hz = 400.0;
-    let rates = of.iter().map(|axis| -> Vec<f64> {
-        let turned = recording.channel(&Quantity::ReferenceIncrement, axis);
-        let (_, turned) = turned.expect("a reference");
-        turned.values.iter().map(|angle| angle * rate_hz).collect()
-    });
-    let product = rates
-        .reduce(|a, b| a.iter().zip(&b).map(|(a, b)| a * b).collect())
-        .expect("at least one axis");
-    let nearer = 1.0 - (-1.0 / (rate_hz * constant_s)).exp();
-    let mut behind = 0.0;
-    let added = product.iter().map(|value| {
-        behind += (value - behind) * nearer;
-        coefficient * behind / rate_hz
-    });
-    let gyro_y = recording
-        .tables
-        .iter_mut()
-        .flat_map(|table| &mut table.channels)
-        .find(|channel| {
-            channel.quantity == Quantity::GyroIncrement && channel.axis.as_deref() == Some("y")
-        })
-        .expect("gyro y");
-    let values = gyro_y.values.iter_mut().zip(added);
-    values.for_each(|(value, more)| *value += more);
-    (recording, model)
+    sensing_besides(made, |rates_rad_s, rate_hz| {
+        let product = |row: usize| of.iter().map(|&axis| rates_rad_s[axis][row]).product();
+        let nearer = 1.0 - (-1.0 / (rate_hz * constant_s)).exp();
+        let mut behind = 0.0;
+        let mut follow = |row: usize| {
+            let value: f64 = product(row);
+            behind += (value - behind) * nearer;
+            coefficient * behind
+        };
+        (0..rates_rad_s[0].len()).map(&mut follow).collect()
+    })
 }
 
 /// The product, the time constant and the coefficient of the only finding, which is a lag on gyro y.
@@ -109,13 +94,76 @@ fn is_found(case: &Case, product: &str, constant_s: f64, coefficient: f64) {
 #[test]
 fn a_gyro_that_follows_another_axis_behind_a_lag_is_found_with_its_time_constant() {
     let made = made(61);
-    let case = Case::diagnosed(with_lag(made, 6e-5, &["x"], 0.5));
+    let case = Case::diagnosed(with_lag(made, 6e-5, &[0], 0.5));
     is_found(&case, "omega_x", 0.5, 6e-5);
 }
 
 #[test]
 fn a_product_of_rates_behind_a_lag_is_found_with_its_time_constant() {
     let made = made(62);
-    let case = Case::diagnosed(with_lag(made, 3e-4, &["x", "z"], 0.25));
+    let case = Case::diagnosed(with_lag(made, 3e-4, &[0, 2], 0.25));
     is_found(&case, "omega_x*omega_z", 0.25, 3e-4);
+}
+
+/// The value of an expression that gyro y is found to follow, and nothing else.
+fn only_expression(case: &Case) -> &str {
+    let kinds = case.kinds();
+    assert_eq!(kinds, ["unlisted"], "{:#?}", case.said.summary);
+    let found = case.found("unlisted");
+    assert_eq!(text(found, "axis"), Some("y"));
+    text(found, "expression").expect("an expression")
+}
+
+#[test]
+fn friction_that_holds_the_side_of_the_last_turn_is_found_as_its_sign() {
+    let made = sensing_besides(made(63), |rates_rad_s, _| {
+        let mut side = 0.0;
+        let follow = |rate: &f64| {
+            if rate.abs() > 0.02 {
+                side = rate.signum();
+            }
+            2e-6 * side
+        };
+        rates_rad_s[0].iter().map(follow).collect()
+    });
+    let case = Case::diagnosed(made);
+    assert_eq!(only_expression(&case), "sign(omega_x)");
+    assert!(case.held_out_gain() > 0.0);
+}
+
+#[test]
+fn play_that_turns_with_the_rate_is_found_as_the_way_it_goes() {
+    // Half the play, as a pin in a slot: it follows once the slot's end is reached.
+    const SLOT_RAD_S: f64 = 0.1;
+    let made = sensing_besides(made(64), |rates_rad_s, _| {
+        let mut pin = 0.0;
+        let follow = |rate: &f64| {
+            pin = f64::clamp(pin, rate - SLOT_RAD_S, rate + SLOT_RAD_S);
+            2e-5 * (pin - rate)
+        };
+        rates_rad_s[0].iter().map(follow).collect()
+    });
+    let case = Case::diagnosed(made);
+    assert_eq!(only_expression(&case), "rising(omega_x)");
+    assert!(case.held_out_gain() > 0.0);
+}
+
+/// Most of it is slower than the two hertz below which anything may be drift, and looks like flicker there; the rest is
+/// not.
+#[test]
+fn what_is_seen_above_the_band_of_drift_is_no_drift() {
+    let table = include_str!("../table_programme.toml");
+    let instrument = table.split("[[motion]]").next().expect("an instrument");
+    let motion = [
+        vibration("swell", [0.3, 1.8], 0.3, 30.0),
+        vibration("road", [4.0, 12.0], 0.03, 12.0),
+    ];
+    let made = Case::simulated(&format!("{instrument}{}", motion.concat()), 65);
+    let made = sensing_besides(made, |rates_rad_s, rate_hz| {
+        let neighbours = rates_rad_s[0].windows(2);
+        let turned = neighbours.map(|pair| 5e-7 * (pair[1] - pair[0]) * rate_hz);
+        std::iter::once(0.0).chain(turned).collect()
+    });
+    let case = Case::diagnosed(made);
+    assert_eq!(only_expression(&case), "alpha_x");
 }
