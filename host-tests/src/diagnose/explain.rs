@@ -65,6 +65,8 @@ pub struct Findings<'a> {
     pub whole: Option<(&'a Blocks, &'a [Validation])>,
     /// What the rows themselves show.
     pub rows_found: &'a RowsFound,
+    /// Effects whose names the held-out part took back.
+    pub contradicted: &'a [usize],
     /// Time slides and injections; `None` against attitudes, which have no rows to slide.
     pub self_test: Option<&'a SelfTest>,
 }
@@ -226,8 +228,10 @@ impl Findings<'_> {
                     .is_some_and(|text| text.starts_with("window("))
         };
         let explained = effects.iter().any(|effect| !describes(effect));
-        let clean =
-            self.left.is_empty() && self.drifting().is_empty() && !effects.iter().any(describes);
+        let clean = self.left.is_empty()
+            && self.drifting().is_empty()
+            && self.contradicted.is_empty()
+            && !effects.iter().any(describes);
         match (explained, clean) {
             (false, true) => Verdict::Matches,
             (false, false) => Verdict::Unexplained,

@@ -130,6 +130,8 @@ pub mod identify;
 
 pub mod validate;
 
+pub mod contradiction;
+
 pub mod self_test;
 
 pub mod result;
@@ -369,6 +371,15 @@ pub fn diagnose_aligned(
         .terms
         .extend(events.filter(|found| !found.is_hidden(&lattice, &scene)));
 
+    let contradicted = match scene.streams.at_rest.is_some() || blocks.is_some() {
+        true => Vec::new(),
+        false => {
+            let left_rad = after_rad(&scene, &before_rad, &catch);
+            let rows = (&left_rad, split.held_out.as_slice());
+            contradiction::take_back(&bench, &parameters, &mut catch, rows)
+        }
+    };
+
     let left_bins = bench.left_over(&catch.values);
     let otherwise = match scene.streams.accelerometers {
         Ok(_) => accelerometer::otherwise(&mut bench, &parameters, &candidates, &catch.choice),
@@ -533,6 +544,7 @@ pub fn diagnose_aligned(
         validations: &validations,
         candidates: &candidates,
         rows_found: &rows_found,
+        contradicted: &contradicted,
         self_test: Some(&self_test),
     };
     let mut outcome = Outcome {

@@ -6,6 +6,7 @@
 //! In comments the strengths found here; the asserts hold them below a round figure, so that no case grows easier.
 
 mod case;
+mod contradictions;
 mod lags;
 mod shapes;
 

@@ -1,0 +1,177 @@
+//! Names that the held-out part contradicts (diagnosis road, step 9).
+//!
+//! Enters: what was found, and what it leaves of the held-out rows. Leaves: the effects whose parameters, measured on
+//! those rows alone, are not what was fitted on the others; and what was found, with such an effect's name taken back.
+//!
+//! Held out, g = Jᵀ S⁻¹ r scatters about nothing with the covariance F + F C F: its own noise, and the error C of the
+//! fit seen through the held-out information F. Only a name can be lost here; no name, size or expression comes of it.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+use std::ops::Range;
+
+use super::declare::REGRESSOR_FIDELITY;
+use super::empirical::{Form, Term};
+use super::hunt::{self, Catch, FoundTerm};
+use super::hypotheses::{CATALOGUE, no_effects};
+use super::information::scaled_inverse;
+use super::invariance::LEAST_SNR;
+use super::portion::Portion;
+use super::pulses;
+use super::scene::Scene;
+use super::select::Chosen;
+use super::streams::{AXES, Triad};
+use super::workbench::{Parameters, Workbench};
+
+/// Sizes may differ by what imperfect regressors leave, as those of regimes may.
+const SYSTEMATIC: f64 = 10.0 * REGRESSOR_FIDELITY;
+
+/// Chance below which the held-out rows contradict a name.
+const CONTRADICTED: f64 = 1e-3;
+
+/// What the held-out rows say of one chosen effect.
+#[derive(Debug, Clone, Copy)]
+pub struct HeldOut {
+    /// Its size there over the fitted one.
+    pub amplitude: f64,
+    /// Standard deviation of that, the fit's own share within.
+    pub std: f64,
+    /// Chance of parameters this far from the fitted ones.
+    pub p_value: f64,
+}
+
+/// Takes back every name that the held-out rows contradict; `rows` as in [`ask`]. What had it stays modelled, as
+/// expressions in measured channels, where its columns are such. Leaves the effects that lost their names.
+pub fn take_back(
+    bench: &Workbench,
+    parameters: &Parameters,
+    catch: &mut Catch,
+    rows: (&Triad, &[Range<usize>]),
+) -> Vec<usize> {
+    let said = ask(bench, parameters, catch, rows);
+    let mut lost = Vec::new();
+    // From the last, so that the places before stay.
+    for (place, said) in said.into_iter().enumerate().rev() {
+        let Some(said) = said.filter(|said| said.p_value < CONTRADICTED) else {
+            continue;
+        };
+        let one = catch.choice.chosen.remove(place);
+        catch.regimes.remove(place);
+        let why = format!(
+            "on held-out time it is {:.2} ± {:.2} of the fitted size (chance {:.1e})",
+            said.amplitude, said.std, said.p_value
+        );
+        catch.vetoed.push((one.effect, why));
+        catch.terms.extend(as_terms(bench.scene(), &one));
+        lost.push(one.effect);
+    }
+    lost
+}
+
+/// An effect as expressions in measured channels: what of it says something.
+fn as_terms(scene: &Scene, one: &Chosen) -> Vec<FoundTerm> {
+    let effect = CATALOGUE[one.effect];
+    let values = one.values.as_slice();
+    let mut terms = Vec::new();
+    for (parameter, &value) in values.iter().enumerate() {
+        let std = one.covariance[(parameter, parameter)].sqrt();
+        if value.abs() < LEAST_SNR * std {
+            continue;
+        }
+        for axis in 0..AXES.len() {
+            let Some(expression) = effect.expression(parameter, axis) else {
+                continue;
+            };
+            let form = Form::Product { expression };
+            let term = Term { axis, form };
+            let both = effect
+                .column(scene, values, parameter, axis)
+                .zip(term.column(scene).ok());
+            let Some((own, column)) = both else { continue };
+            let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+            let per_unit = dot(&own, &column) / dot(&column, &column);
+            terms.push(FoundTerm {
+                term,
+                size: value * per_unit,
+                std: std * per_unit.abs(),
+                with_next: 0.0,
+                ratio: (value / std).powi(2),
+                p_value: one.p_value,
+            });
+        }
+    }
+    terms
+}
+
+/// Asks the held-out rows about every chosen effect; `None` where they do not show it. `left_rad` is what everything
+/// found leaves of the recording, `bench` the one it was fitted on.
+pub fn ask(
+    bench: &Workbench,
+    parameters: &Parameters,
+    catch: &Catch,
+    (left_rad, held_out): (&Triad, &[Range<usize>]),
+) -> Vec<Option<HeldOut>> {
+    let chosen = &catch.choice.chosen;
+    let nothing = || vec![None; chosen.len()];
+    let Some(portion) = Portion::new(held_out.to_vec(), bench.scene().streams.rate_hz) else {
+        return nothing();
+    };
+    let portion = portion.within(bench.portion.band_hz);
+    let set: Vec<usize> = chosen.iter().map(|one| one.effect).collect();
+    let mut at = no_effects();
+    for one in chosen {
+        at[one.effect] = one.values.iter().copied().collect();
+    }
+    let mut there = Workbench::new(
+        bench.scene(),
+        left_rad,
+        parameters,
+        portion,
+        bench.noise,
+        &set,
+        &at,
+    );
+    let in_step = pulses::in_step(&there, parameters);
+    there.allow_for(in_step);
+    let said = there.own_information();
+    let indices = parameters.of_all(&set);
+    let terms = catch.information.parameters - parameters.count();
+    let (_, fitted) = hunt::fit(parameters, &catch.information, &set, terms);
+    let count = indices.len();
+    let fisher = DMatrix::from_fn(count, count, |a, b| said.fisher[(indices[a], indices[b])]);
+    let found = DVector::from_fn(count, |a, _| said.right[indices[a]]);
+    let of_fit = fitted.covariance.view((0, 0), (count, count)).into_owned();
+    let spread = &fisher + &fisher * of_fit * &fisher;
+    chosen
+        .iter()
+        .map(|one| {
+            let first = parameters
+                .of_all(&set)
+                .iter()
+                .position(|&index| index == parameters.of(one.effect).start)?;
+            let own = one.values.len();
+            let values = &one.values;
+            let fisher = fisher.view((first, first), (own, own));
+            let found = found.rows(first, own).into_owned();
+            let pattern = fisher * values;
+            let power = values.dot(&pattern);
+            if power < LEAST_SNR * LEAST_SNR {
+                return None;
+            }
+            let imperfect = &pattern * pattern.transpose() * SYSTEMATIC * SYSTEMATIC;
+            let spread = spread.view((first, first), (own, own)) + imperfect;
+            let distance = found.dot(&(scaled_inverse(&spread) * &found));
+            let law = ChiSquared::new(own as f64).ok()?;
+            let amplitude = 1.0 + values.dot(&found) / power;
+            let std = values.dot(&(&spread * values)).sqrt() / power;
+            let of_size = 2.0 * Normal::standard().sf((amplitude - 1.0).abs() / std);
+            // Two tests of one question: all its parameters, and its size as a whole.
+            let p_value = (2.0 * law.sf(distance).min(of_size)).min(1.0);
+            Some(HeldOut {
+                amplitude,
+                std,
+                p_value,
+            })
+        })
+        .collect()
+}
