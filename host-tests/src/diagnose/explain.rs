@@ -219,13 +219,17 @@ impl Findings<'_> {
     }
 
     fn verdict(&self, effects: &[EffectEntry]) -> Verdict {
-        // A constant over a stretch of time describes; it does not explain.
+        // A constant over a stretch of time describes, as does a product of another size in each; neither explains.
+        let confined: Vec<(&str, &str)> = effects.iter().filter_map(confined).collect();
         let describes = |effect: &EffectEntry| {
+            let within = self::confined(effect);
+            let alike = confined.iter().filter(|other| within == Some(**other));
             effect.parameters.is_empty()
                 || effect
                     .expression
                     .as_deref()
                     .is_some_and(|text| text.starts_with("window("))
+                || alike.count() > 1
         };
         let explained = effects.iter().any(|effect| !describes(effect));
         let clean = self.left.is_empty()
@@ -330,6 +334,16 @@ impl Findings<'_> {
     }
 }
 
+/// The gyro and the product of an expression that acts in a stretch of time only.
+fn confined(effect: &EffectEntry) -> Option<(&str, &str)> {
+    let (product, _) = effect.expression.as_deref()?.split_once("*window(")?;
+    let axis = effect.parameters.iter().find_map(|one| match one {
+        ParameterEntry::Text { name, value } if name == "axis" => Some(value.as_str()),
+        _ => None,
+    });
+    Some((axis?, product))
+}
+
 /// "xy + xz", or "−0.33 x + 0.95 y" where parameters do not count alike.
 pub fn combination(weights: &BTreeMap<String, f64>) -> String {
     /// Less does not show in two digits.
@@ -354,6 +368,23 @@ pub fn combination(weights: &BTreeMap<String, f64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_product_confined_in_time_is_known_by_its_gyro_and_factors() {
+        let text = |name: &str, value: &str| ParameterEntry::Text {
+            name: name.to_string(),
+            value: value.to_string(),
+        };
+        let of = |expression: &str| EffectEntry {
+            parameters: vec![text("axis", "y")],
+            expression: Some(expression.to_string()),
+            ..unlisted(String::new(), String::new())
+        };
+        let acting = of("omega_x*force_y*window(20.0000,32.0000)");
+        assert_eq!(confined(&acting), Some(("y", "omega_x*force_y")));
+        assert_eq!(confined(&of("omega_x*force_y")), None);
+        assert_eq!(confined(&of("window(20.0000,32.0000)")), None);
+    }
 
     #[test]
     fn combinations_read_as_sums_and_say_weights_where_they_differ() {
