@@ -89,7 +89,7 @@ fn largest(name: &str) -> f64 {
     const POWERS: [&str; 3] = ["gyro_scale", "gyro_scale_quadratic", "gyro_scale_cubic"];
     const TIMES: f64 = 10.0;
     let mut factors = signals::factors(name);
-    if !factors.all(|factor| factor.starts_with("omega_")) {
+    if !factors.all(|factor| factor.trim_start_matches("abs_").starts_with("omega_")) {
         return f64::INFINITY;
     }
     let order = signals::factors(name).count();
@@ -437,5 +437,18 @@ impl Beside {
         (free >= OWN_SHARE * measured.own)
             .then(|| (measured.residual - cross.dot(&self.fitted)) / free)
             .map(|size| (size * size * free, size))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_have_a_largest_credible_product_whatever_their_sign() {
+        let of_rates = largest("omega_y*omega_z");
+        assert!(of_rates.is_finite() && of_rates == largest("abs_omega_y*omega_z"));
+        assert!(largest("abs_omega_x") < f64::INFINITY);
+        assert!(largest("omega_x*force_z").is_infinite());
     }
 }
