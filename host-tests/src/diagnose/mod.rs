@@ -2,7 +2,7 @@
 //!
 //! declare → streams → qualify → scene (motion, signals) → residual → split → portion → noise, pulses → locate →
 //! hypotheses → workbench → select, hunt (events, products, invariance, drift), shapes, local → self_test →
-//! identify → validate → explain
+//! contradiction → identify → validate → explain
 //!
 //! Gyros that count coarse pulses without a dither are read first of all (lattice): what their pulses hide is no finding.
 //!
