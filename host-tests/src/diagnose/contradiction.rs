@@ -11,12 +11,11 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 use std::ops::Range;
 
-use super::declare::REGRESSOR_FIDELITY;
 use super::empirical::{Form, Term};
 use super::hunt::{self, Catch, FoundTerm};
 use super::hypotheses::{CATALOGUE, no_effects};
 use super::information::scaled_inverse;
-use super::invariance::LEAST_SNR;
+use super::invariance::{LEAST_SNR, SYSTEMATIC};
 use super::portion::Portion;
 use super::pulses;
 use super::scene::Scene;
@@ -24,33 +23,31 @@ use super::select::Chosen;
 use super::streams::{AXES, Triad};
 use super::workbench::{Parameters, Workbench};
 
-/// Sizes may differ by what imperfect regressors leave, as those of regimes may.
-const SYSTEMATIC: f64 = 10.0 * REGRESSOR_FIDELITY;
-
 /// Chance below which the held-out rows contradict a name.
 const CONTRADICTED: f64 = 1e-3;
 
 /// What the held-out rows say of one chosen effect.
-#[derive(Debug, Clone, Copy)]
-pub struct HeldOut {
+#[derive(Clone, Copy)]
+struct HeldOut {
     /// Its size there over the fitted one.
-    pub amplitude: f64,
+    amplitude: f64,
     /// Standard deviation of that, the fit's own share within.
-    pub std: f64,
+    std: f64,
     /// Chance of parameters this far from the fitted ones.
-    pub p_value: f64,
+    p_value: f64,
 }
 
-/// Takes back every name that the held-out rows contradict; `rows` as in [`ask`]. What had it stays modelled, as
-/// expressions in measured channels, where its columns are such. Leaves the effects that lost their names.
+/// Takes back every name that the held-out rows contradict, and says whether there was any. `rows` are what everything
+/// found leaves of the recording, and which are held out. What had such a name stays modelled, as expressions in measured
+/// channels, where its columns are such.
 pub fn take_back(
     bench: &Workbench,
     parameters: &Parameters,
     catch: &mut Catch,
     rows: (&Triad, &[Range<usize>]),
-) -> Vec<usize> {
+) -> bool {
     let said = ask(bench, parameters, catch, rows);
-    let mut lost = Vec::new();
+    let before = said.len();
     // From the last, so that the places before stay.
     for (place, said) in said.into_iter().enumerate().rev() {
         let Some(said) = said.filter(|said| said.p_value < CONTRADICTED) else {
@@ -64,9 +61,8 @@ pub fn take_back(
         );
         catch.vetoed.push((one.effect, why));
         catch.terms.extend(as_terms(bench.scene(), &one));
-        lost.push(one.effect);
     }
-    lost
+    catch.choice.chosen.len() < before
 }
 
 /// An effect as expressions in measured channels: what of it says something.
@@ -106,7 +102,7 @@ fn as_terms(scene: &Scene, one: &Chosen) -> Vec<FoundTerm> {
 
 /// Asks the held-out rows about every chosen effect; `None` where they do not show it. `left_rad` is what everything
 /// found leaves of the recording, `bench` the one it was fitted on.
-pub fn ask(
+fn ask(
     bench: &Workbench,
     parameters: &Parameters,
     catch: &Catch,

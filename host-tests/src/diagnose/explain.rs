@@ -65,8 +65,8 @@ pub struct Findings<'a> {
     pub whole: Option<(&'a Blocks, &'a [Validation])>,
     /// What the rows themselves show.
     pub rows_found: &'a RowsFound,
-    /// Effects whose names the held-out part took back.
-    pub contradicted: &'a [usize],
+    /// Whether the held-out part took a name back.
+    pub contradicted: bool,
     /// Time slides and injections; `None` against attitudes, which have no rows to slide.
     pub self_test: Option<&'a SelfTest>,
 }
@@ -234,7 +234,7 @@ impl Findings<'_> {
         let explained = effects.iter().any(|effect| !describes(effect));
         let clean = self.left.is_empty()
             && self.drifting().is_empty()
-            && self.contradicted.is_empty()
+            && !self.contradicted
             && !effects.iter().any(describes);
         match (explained, clean) {
             (false, true) => Verdict::Matches,

@@ -37,7 +37,7 @@ pub(super) const CLEARLY_BETTER: f64 = 20.0;
 const IDLE: f64 = 9.0;
 
 /// What a step or slip has ahead of a product of channels that explains as much (2 Δ ln L), and one channel of a product
-/// of two.
+/// of two ahead of both: a force that never turns is a constant.
 pub(super) const PLAINER: f64 = 10.0;
 
 /// Chance of the scatter between regimes below which a name is vetoed.

@@ -24,7 +24,7 @@ pub(super) const LEAST_SNR: f64 = 3.0;
 const LEAST_SHARE: f64 = 1e-2;
 
 /// Amplitudes may differ by what imperfect regressors and the covariance of the joint fit leave.
-const SYSTEMATIC: f64 = 10.0 * REGRESSOR_FIDELITY;
+pub(super) const SYSTEMATIC: f64 = 10.0 * REGRESSOR_FIDELITY;
 
 /// The amplitude of one effect in one regime.
 #[derive(Debug, Clone)]

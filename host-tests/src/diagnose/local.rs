@@ -14,24 +14,18 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::ops::Range;
 
 use super::bench::Bench as _;
-use super::declare::{FAMILY_SIGNIFICANCE, REGRESSOR_FIDELITY};
+use super::declare::FAMILY_SIGNIFICANCE;
 use super::drift;
 use super::empirical::{Form, Term};
-use super::hunt::{Catch, FoundTerm, VETO};
+use super::hunt::{Catch, FoundTerm, PLAINER, VETO};
 use super::information::Solution;
+use super::invariance::SYSTEMATIC;
 use super::noise::Declared;
 use super::pieces;
 use super::scene::Scene;
 use super::select::prior_width;
 use super::split::{Regime, intersect};
 use super::workbench::{Parameters, Workbench};
-
-/// Sizes may differ by what imperfect regressors leave, as those of listed effects may.
-const SYSTEMATIC: f64 = 10.0 * REGRESSOR_FIDELITY;
-
-/// A product explains this much more (2 Δ ln L) than one of its factors alone, or the factor is said: a force that
-/// never turns is a constant.
-const PLAINER: f64 = 10.0;
 
 /// More regimes than this are no stretches of like motion but a long record cut in pieces.
 const MOST_REGIMES: usize = 24;

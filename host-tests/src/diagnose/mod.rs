@@ -371,13 +371,11 @@ pub fn diagnose_aligned(
         .terms
         .extend(events.filter(|found| !found.is_hidden(&lattice, &scene)));
 
-    let contradicted = match scene.streams.at_rest.is_some() || blocks.is_some() {
-        true => Vec::new(),
-        false => {
-            let left_rad = after_rad(&scene, &before_rad, &catch);
-            let rows = (&left_rad, split.held_out.as_slice());
-            contradiction::take_back(&bench, &parameters, &mut catch, rows)
-        }
+    let asked = scene.streams.at_rest.is_none() && blocks.is_none();
+    let contradicted = asked && !catch.choice.chosen.is_empty() && {
+        let left_rad = after_rad(&scene, &before_rad, &catch);
+        let rows = (&left_rad, split.held_out.as_slice());
+        contradiction::take_back(&bench, &parameters, &mut catch, rows)
     };
 
     let left_bins = bench.left_over(&catch.values);
@@ -544,7 +542,7 @@ pub fn diagnose_aligned(
         validations: &validations,
         candidates: &candidates,
         rows_found: &rows_found,
-        contradicted: &contradicted,
+        contradicted,
         self_test: Some(&self_test),
     };
     let mut outcome = Outcome {

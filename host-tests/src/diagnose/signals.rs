@@ -90,10 +90,14 @@ pub fn lagged(streams: &Streams, values: &[f64], constant_s: f64) -> Vec<f64> {
 const CLEARLY: f64 = 0.1;
 
 fn clearly(values: &[f64]) -> f64 {
-    let count = values.len().max(1) as f64;
+    CLEARLY * rms_about_mean(values)
+}
+
+fn rms_about_mean(values: &[f64]) -> f64 {
+    let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
     let square: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    CLEARLY * (square / count).sqrt()
+    (square / count).sqrt()
 }
 
 /// The sign that a channel had when it was last clearly off nothing; before that, the first it will have.
@@ -291,10 +295,7 @@ fn moves(name: &str, values: &[f64]) -> bool {
     const LEAST_SPAN_K: f64 = 0.05;
     const LEAST_RATE_RAD_S: f64 = 3e-5;
     if name.starts_with("omega_") || name.starts_with("abs_omega_") {
-        let count = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / count;
-        let square: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-        return (square / count).sqrt() > LEAST_RATE_RAD_S;
+        return rms_about_mean(values) > LEAST_RATE_RAD_S;
     }
     let (least, most) = values
         .iter()

@@ -93,7 +93,7 @@ impl Told<'_> {
             candidates: self.candidates,
             by_recording: &[],
             rows_found: &rows_found,
-            contradicted: &[],
+            contradicted: false,
             self_test: None,
         };
         let mut diagnosis = findings.diagnosis();

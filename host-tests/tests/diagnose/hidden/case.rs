@@ -149,6 +149,14 @@ impl Case {
         )
     }
 
+    /// Motion of an instrument of fine increments at 400 Hz: what is added behind a coarse pulse would not be rounded with
+    /// the rest.
+    pub(super) fn of_increments(motion: &[String], seed: u64) -> (Recording, Model) {
+        let table = include_str!("../table_programme.toml");
+        let instrument = table.split("[[motion]]").next().expect("an instrument");
+        Self::simulated(&format!("{instrument}{}", motion.concat()), seed)
+    }
+
     pub(super) fn simulated(text: &str, seed: u64) -> (Recording, Model) {
         let scenario = Scenario::parse(text, Path::new("hidden.toml")).expect("a scenario");
         let simulation = simulate(&scenario, seed, |_| {});
