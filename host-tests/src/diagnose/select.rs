@@ -193,18 +193,23 @@ pub fn rivals(
     Search::new(parameters, others).rivals(information, set, effect)
 }
 
-/// Width of the prior in a fit: the effect's typical size times [`FIT_PRIOR`]; for a term found in the data
-/// a thousand of its own standard errors, which leaves its value alone.
+/// Width of the prior in a fit: the effect's typical size times [`FIT_PRIOR`], or more where the recording knows less than
+/// that, up to what is credible at all; for a term found in the data a thousand of its own standard errors. Either leaves
+/// the value alone.
 pub fn prior_width(parameters: &Parameters, information: &Information, index: usize) -> f64 {
     const LOOSE: f64 = 1e3;
+    /// In standard errors: takes a part in a thousand off a value.
+    const LOOSE_ENOUGH: f64 = 30.0;
+    let known = information.fisher[(index, index)].max(f64::MIN_POSITIVE);
+    let standard_error = known.sqrt().recip();
     match parameters.id(index) {
-        Some(id) => FIT_PRIOR * CATALOGUE[id.effect].card().typical_of(id.parameter),
-        None => {
-            LOOSE
-                / information.fisher[(index, index)]
-                    .max(f64::MIN_POSITIVE)
-                    .sqrt()
+        Some(id) => {
+            let card = CATALOGUE[id.effect].card();
+            let [_, largest] = card.range(id.parameter);
+            let loose = (LOOSE_ENOUGH * standard_error).min(largest);
+            loose.max(FIT_PRIOR * card.typical_of(id.parameter))
         }
+        None => LOOSE * standard_error,
     }
 }
 
