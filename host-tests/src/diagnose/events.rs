@@ -191,16 +191,18 @@ pub fn lines(bench: &Workbench, left: &[Bins; 3]) -> Vec<[Event; 2]> {
             let stretch_s = portion.seconds() / portion.ranges.len() as f64;
             let width = 2.0 / stretch_s;
             let tone = Tone::new(&whitened, around, width, since_start_s);
-            let best = |around: f64, steps: i32, spacing: f64| {
-                (-steps..=steps)
-                    .map(|k| around + f64::from(k) * spacing)
-                    .filter(|frequency_hz| *frequency_hz > from_hz)
-                    .map(|frequency_hz| (frequency_hz, tone.ratio(frequency_hz)))
+            let best = |around: f64, steps: usize, spacing: f64| {
+                let first_hz = around - steps as f64 * spacing;
+                let ratios = tone.ratios(first_hz, spacing, 2 * steps + 1).into_iter();
+                ratios
+                    .enumerate()
+                    .map(|(k, ratio)| (first_hz + k as f64 * spacing, ratio))
+                    .filter(|(frequency_hz, _)| *frequency_hz > from_hz)
                     .max_by(|a, b| a.1.total_cmp(&b.1))
             };
             // A tenth of the resolution, then a tenth of that: so well is a line of a thousand deviations known.
             let spacing = 0.1 / span_s;
-            let (coarse_hz, _) = best(around, (width / spacing) as i32, spacing)?;
+            let (coarse_hz, _) = best(around, (width / spacing) as usize, spacing)?;
             let (frequency_hz, ratio) = best(coarse_hz, 10, 0.1 * spacing)?;
             let chance = (-0.5 * ratio).exp();
             // About three independent frequencies a bin once gaps are inside.

@@ -5,6 +5,7 @@
 //! summed in short runs; another frequency near by then costs one turn a run instead of one a row. A run is so short
 //! that the furthest frequency asked for turns by 1/100 rad in it, which takes parts in 1e5 of the power.
 
+use realfft::num_complex::Complex64;
 use std::f64::consts::TAU;
 
 /// Turn of the furthest frequency over a run \[rad\].
@@ -14,8 +15,8 @@ const RUN_TURN_RAD: f64 = 0.01;
 pub struct Tone {
     around_hz: f64,
     rows: usize,
-    /// Middle \[s\], cosine and sine sum.
-    runs: Vec<(f64, f64, f64)>,
+    /// Middle \[s\], and cosine and sine sum.
+    runs: Vec<(f64, Complex64)>,
 }
 
 impl Tone {
@@ -32,14 +33,11 @@ impl Tone {
         // A run ends at a gap, so that its middle is the middle of its rows.
         for stretch in whitened.chunk_by(|a, b| a.0 + 1 == b.0) {
             for run in stretch.chunks(run_rows) {
-                let (mut re, mut im) = (0.0, 0.0);
-                for (row, value) in run {
-                    let (sin, cos) = (TAU * around_hz * time_s(*row)).sin_cos();
-                    re += value * cos;
-                    im += value * sin;
-                }
+                let turned =
+                    |(row, value): &(usize, f64)| Complex64::cis(TAU * around_hz * time_s(*row)) * value;
+                let sum = run.iter().map(turned).sum();
                 let middle_s = 0.5 * (time_s(run[0].0) + time_s(run[run.len() - 1].0));
-                runs.push((middle_s, re, im));
+                runs.push((middle_s, sum));
             }
         }
         Self {
@@ -51,14 +49,23 @@ impl Tone {
 
     /// 2 Δ ln L of a line at this frequency.
     pub fn ratio(&self, frequency_hz: f64) -> f64 {
-        let turn = TAU * (frequency_hz - self.around_hz);
-        let (mut re, mut im) = (0.0, 0.0);
-        for (time_s, run_re, run_im) in &self.runs {
-            let (sin, cos) = (turn * time_s).sin_cos();
-            re += run_re * cos - run_im * sin;
-            im += run_re * sin + run_im * cos;
+        self.ratios(frequency_hz, 0.0, 1)[0]
+    }
+
+    /// The same at `count` frequencies, `spacing_hz` apart: each run is turned on by the same small angle.
+    pub fn ratios(&self, from_hz: f64, spacing_hz: f64, count: usize) -> Vec<f64> {
+        let mut sums = vec![Complex64::ZERO; count];
+        for (time_s, run) in &self.runs {
+            let angle_rad = |frequency_hz: f64| TAU * frequency_hz * time_s;
+            let mut turned = run * Complex64::cis(angle_rad(from_hz - self.around_hz));
+            let turn = Complex64::cis(angle_rad(spacing_hz));
+            for sum in &mut sums {
+                *sum += turned;
+                turned *= turn;
+            }
         }
-        2.0 * (re * re + im * im) / self.rows as f64
+        let scale = 2.0 / self.rows as f64;
+        sums.iter().map(|sum| scale * sum.norm_sqr()).collect()
     }
 }
 
