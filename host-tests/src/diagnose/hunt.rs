@@ -29,6 +29,9 @@ pub(super) const MOST_TERMS: usize = 8;
 /// Where so many terms came and went again, more of them would go, too.
 const MOST_LEFT: usize = 6;
 
+/// In noise that is held without drift: where drift could stand in the place of so many, it is what is there.
+const MOST_DOUBTED: usize = 4;
+
 /// How much better (2 Δ ln L) an expression must be than a named effect to take its place.
 pub(super) const CLEARLY_BETTER: f64 = 20.0;
 
@@ -61,6 +64,8 @@ pub struct Catch {
     pub survey: Survey,
     /// Hypotheses, expressions and instants tried.
     pub trials: usize,
+    /// Given up: drift, which the noise was not allowed to have, could stand in the place of too much.
+    pub is_drift: bool,
 }
 
 /// A term and its size.
@@ -115,6 +120,7 @@ pub fn hunt(
     let most_terms = MOST_TERMS + given.len();
     let mut left_idle: Vec<Term> = Vec::new();
     let mut trials = 0;
+    let mut doubted = 0;
     loop {
         progress("weighing the listed effects");
         let mut choice = select::select(bench, parameters, &names.allowed, declared);
@@ -196,7 +202,9 @@ pub fn hunt(
         let suspects = suspects.chain((settled..bench.terms().len()).map(Suspect::Term));
         let drift =
             drift::first_that_could_be_drift(bench, parameters, search.declared, &set, suspects)?;
-        match drift {
+        doubted += usize::from(drift.is_some());
+        let is_drift = !refit_noise && doubted == MOST_DOUBTED;
+        match drift.filter(|_| !is_drift) {
             Some(Suspect::Effect(effect) | Suspect::Returned(effect)) => {
                 names.lose_to_drift(effect);
                 continue;
@@ -261,6 +269,7 @@ pub fn hunt(
             information,
             survey,
             trials,
+            is_drift,
         });
     }
 }

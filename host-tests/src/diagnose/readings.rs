@@ -109,7 +109,7 @@ pub fn best(bench: &mut Workbench, hunt: &Hunt, progress: &dyn Fn(&str)) -> Resu
         }
     });
     let as_physics = hunt::hunt(bench, hunt, false, progress)?;
-    if price(bench, &as_physics) > needed {
+    if !as_physics.is_drift && price(bench, &as_physics) > needed {
         return Ok(as_physics);
     }
     bench.restore(kept)?;

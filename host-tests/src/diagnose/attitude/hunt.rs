@@ -211,6 +211,7 @@ pub fn hunt(
             values,
             survey,
             trials,
+            is_drift: false,
             information: bench.information(),
         });
     }
