@@ -42,11 +42,6 @@ pub trait Bench {
     /// Refits the noise to what `effects` leave, from where it is.
     fn refit_noise(&mut self, effects: &[usize], declared: &Self::Declared);
 
-    /// Whether terms found in the data stand beside the catalogue's effects.
-    fn has_terms(&self) -> bool {
-        false
-    }
-
     /// Where to begin with an effect that must be sought, in what `values` leave; nowhere by default.
     fn seek(&self, _effect: usize, _values: &[(usize, f64)]) -> Option<Sought> {
         None

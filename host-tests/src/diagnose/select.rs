@@ -371,10 +371,6 @@ impl<'a> Search<'a> {
         information: &mut Information,
         set: &[usize],
     ) -> Option<Vec<usize>> {
-        // Where nothing at all was found, nothing is sought: a null costs no look.
-        if set.is_empty() && !bench.has_terms() {
-            return None;
-        }
         let sought: Vec<usize> = self
             .candidates
             .iter()
@@ -414,6 +410,8 @@ impl<'a> Search<'a> {
                 let mut both = all.clone();
                 both.extend(set.iter().filter(|kept| !all.contains(kept)));
                 let mut trial = bench.information_about(&self.indices(information, &both));
+                // Where the motion does not fix a resonance, the approach runs off; it explains no less where it was found.
+                let close_as_found = self.could_be(&trial, set, &all);
                 self.approach(bench, &mut trial, &all, &both);
                 let gain = self.evidence(&trial, &all) - self.evidence(&trial, set);
                 let (p_value, clear) = self.significance(&trial, &rest, effect);
@@ -422,10 +420,7 @@ impl<'a> Search<'a> {
                     *information = bench.information();
                     return Some(all);
                 }
-                let lost = 2.0
-                    * (self.fit(&trial, set).log_likelihood_gain
-                        - self.fit(&trial, &all).log_likelihood_gain);
-                if found.within_reach && credible && is_close(lost, -gain) {
+                if found.within_reach && (close_as_found || self.could_be(&trial, set, &all)) {
                     self.close.extend(gone.iter().map(|&kept| (effect, kept)));
                 }
                 // What `information` says was said of this bench.
@@ -433,6 +428,13 @@ impl<'a> Search<'a> {
             }
         }
         None
+    }
+
+    /// Whether another set explains the data so nearly as well as one that it may be the truth.
+    fn could_be(&self, information: &Information, set: &[usize], other: &[usize]) -> bool {
+        let behind = self.evidence(information, set) - self.evidence(information, other);
+        let gain = |set| self.fit(information, set).log_likelihood_gain;
+        is_close(2.0 * (gain(set) - gain(other)), behind) && self.is_credible(information, other)
     }
 
     /// Puts a nonlinear effect that left the set back to being linearised at nothing.
@@ -741,8 +743,6 @@ impl<'a> Search<'a> {
     /// Kinds that would explain what `effect` explains to within [`SEPARATION`], and either as probably or
     /// without any loss that noise would show.
     fn rivals(&self, information: &Information, set: &[usize], effect: usize) -> Vec<usize> {
-        let full = self.fit(information, set).log_likelihood_gain;
-        let now = self.evidence(information, set);
         let rest: Vec<usize> = set.iter().copied().filter(|&kept| kept != effect).collect();
         self.candidates
             .iter()
@@ -758,9 +758,7 @@ impl<'a> Search<'a> {
                 let mut all = rest.clone();
                 all.push(rival);
                 all.sort_unstable();
-                let lost = 2.0 * (full - self.fit(information, &all).log_likelihood_gain);
-                is_close(lost, now - self.evidence(information, &all))
-                    && self.is_credible(information, &all)
+                self.could_be(information, set, &all)
             })
             .collect()
     }

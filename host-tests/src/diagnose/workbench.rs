@@ -506,10 +506,6 @@ impl Bench for Workbench<'_> {
         Workbench::refit_noise(self, effects, declared, false);
     }
 
-    fn has_terms(&self) -> bool {
-        !self.terms.is_empty()
-    }
-
     fn seek(&self, effect: usize, values: &[(usize, f64)]) -> Option<Sought> {
         CATALOGUE[effect].seek(self, &self.left_over(values))
     }
