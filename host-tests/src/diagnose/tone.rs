@@ -33,8 +33,9 @@ impl Tone {
         // A run ends at a gap, so that its middle is the middle of its rows.
         for stretch in whitened.chunk_by(|a, b| a.0 + 1 == b.0) {
             for run in stretch.chunks(run_rows) {
-                let turned =
-                    |(row, value): &(usize, f64)| Complex64::cis(TAU * around_hz * time_s(*row)) * value;
+                let turned = |(row, value): &(usize, f64)| {
+                    Complex64::cis(TAU * around_hz * time_s(*row)) * value
+                };
                 let sum = run.iter().map(turned).sum();
                 let middle_s = 0.5 * (time_s(run[0].0) + time_s(run[run.len() - 1].0));
                 runs.push((middle_s, sum));

@@ -17,7 +17,8 @@ static CARD: Card = Card {
     shape: Shape::Six,
     unit: "s^2",
     typical: 1e-7,
-    largest: 1e-6,
+    // 1/Ω0² of a suspension that resonates at 50 Hz; below that it is no spring any more but a mode.
+    largest: 1e-5,
     positive: true,
     others: &[],
     log_prior_odds: 0.0,

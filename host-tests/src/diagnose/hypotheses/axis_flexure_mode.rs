@@ -25,7 +25,8 @@ static CARD: Card = Card {
     shape: Shape::Six,
     unit: "s^2",
     typical: 1e-7,
-    largest: 1e-5,
+    // 1/Ω0² of a mode at 5 Hz.
+    largest: 1e-3,
     positive: true,
     others: &[
         // Dither suspensions bend laterally at some hundred hertz; an error of assembly may bring that down.
@@ -178,6 +179,8 @@ impl Hypothesis for AxisFlexureMode {
     fn seek(&self, bench: &Workbench, left: &[Bins; 3]) -> Option<Sought> {
         /// 2 Δ ln L of eight parameters that chance over the grid does not reach.
         const CLEAR: f64 = 60.0;
+        /// A third of that, as no look need be near the mode; chance hardly ever comes so far.
+        const WORTH_A_LOOK: f64 = 20.0;
         let scene = bench.scene();
         let edge_hz = scene.motion_edge_hz;
         let weights = [0, 1, 2].map(|axis: usize| bench.noise[axis].weights(&bench.portion));
@@ -189,8 +192,13 @@ impl Hypothesis for AxisFlexureMode {
         };
         let coarse_from = (edge_hz / LOWEST_SHARE).max(CARD.others[0].range[0]);
         // Few looks tell whether anything tilts at all.
-        let few = [0.25, 0.6, 1.2, STATIC].map(|share| (share * edge_hz, COARSE_DAMPING));
-        if Look::best(&look(few.to_vec()))?.ratio < CLEAR {
+        let shares = (0..FEW_LOOKS).map(|k| FEW.powi(k) / LOWEST_SHARE);
+        let few: Vec<(f64, f64)> = shares
+            .chain([STATIC])
+            .map(|share| (share * edge_hz, COARSE_DAMPING))
+            .collect();
+        let mut trials = few.len();
+        if Look::best(&look(few))?.ratio < WORTH_A_LOOK {
             return None;
         }
         let count = ((REACH * edge_hz / coarse_from).ln() / COARSE.ln()).ceil() as i32;
@@ -198,7 +206,7 @@ impl Hypothesis for AxisFlexureMode {
             .map(|k| (coarse_from * COARSE.powi(k), COARSE_DAMPING))
             .chain([(STATIC * edge_hz, COARSE_DAMPING)])
             .collect();
-        let mut trials = few.len() + coarse.len();
+        trials += coarse.len();
         let mut looks = look(coarse);
         let rigid = looks.pop()?;
         let first = Look::best(&looks)?;
@@ -215,6 +223,9 @@ impl Hypothesis for AxisFlexureMode {
         let best = Look::best(&second)
             .filter(|best| best.ratio > first.ratio)
             .unwrap_or(first);
+        if best.ratio.max(rigid.ratio) < CLEAR {
+            return None;
+        }
         let mut at = best.flexure_s2.to_vec();
         at.extend([best.mode_hz, best.damping]);
         Some(Sought {
@@ -240,6 +251,10 @@ const STATIC: f64 = 10.0;
 /// Ratio of neighbouring frequencies on the first grid: a mode of the damping below is that wide.
 const COARSE: f64 = 1.25;
 const COARSE_DAMPING: f64 = 0.12;
+
+/// The same of the few looks before, from the slowest to the motion's last frequency.
+const FEW: f64 = 1.8;
+const FEW_LOOKS: i32 = 5;
 const FINE_DAMPINGS: [f64; 3] = [0.03, 0.1, 0.35];
 
 /// What a mode on the grid explains.
