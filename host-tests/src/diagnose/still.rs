@@ -14,8 +14,10 @@ use strapdown::earth::ROTATION_RAD_S;
 
 use super::declare::FIT_PRIOR;
 use super::hypotheses::CATALOGUE;
+use super::residual::body_from_sensing;
 use super::select::Chosen;
 use super::streams::Triad;
+use crate::model::Model;
 use crate::recording::Site;
 
 /// Kinds that show without motion.
@@ -46,9 +48,9 @@ pub struct AtRest {
 }
 
 impl AtRest {
-    /// Looks at the usable rows of `fitted` only.
+    /// Looks at the usable rows of `fitted` only; `shown_rad` as [`shown_rad`] gives it.
     pub fn new(
-        sensed_rad: &Triad,
+        shown_rad: &Triad,
         force_m_s2: Option<&Triad>,
         usable: &[bool],
         fitted: Range<usize>,
@@ -62,7 +64,7 @@ impl AtRest {
                 sum / rows.len().max(1) as f64
             })
         };
-        let mean_rad_s = mean(sensed_rad) * rate_hz;
+        let mean_rad_s = mean(shown_rad) * rate_hz;
         let force = force_m_s2.map(mean);
         let up = force.and_then(|force| force.try_normalize(f64::MIN_POSITIVE));
         let along = |direction: Vector3<f64>| {
@@ -116,9 +118,43 @@ impl AtRest {
     }
 }
 
+/// What the gyros show of the case's increments \[rad\]: Eq. (7) on the sensed increments less the dither's. A block that
+/// swings to one side while the mean is taken would count as the Earth's rotation otherwise.
+pub fn shown_rad(
+    sensed_rad: &Triad,
+    pickoff_rad: Option<&Triad>,
+    model: &Model,
+    rate_hz: f64,
+) -> Triad {
+    let body_from_sensing = body_from_sensing(&model.gyro.installation_rad);
+    let gain = |axis: usize| {
+        model
+            .dither
+            .as_ref()
+            .map_or(0.0, |dither| dither.pickoff_gain[axis])
+    };
+    let along_sensing = |row: usize| {
+        Vector3::from_fn(|axis, _| {
+            let swung = pickoff_rad.map_or(0.0, |angle| angle[axis][row + 1] - angle[axis][row]);
+            let one_less_scale = 1.0 - model.gyro.scale_error[axis];
+            let bias_rad = model.gyro.bias_rad_s[axis] / rate_hz / one_less_scale;
+            (sensed_rad[axis][row] - gain(axis) * swung) * one_less_scale - bias_rad
+        })
+    };
+    let mut shown: Triad = Default::default();
+    for row in 0..sensed_rad[0].len() {
+        let case = body_from_sensing * along_sensing(row);
+        for (values, value) in shown.iter_mut().zip(case.iter()) {
+            values.push(*value);
+        }
+    }
+    shown
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::{Dither, Gyro, Installation, MotionSource};
 
     #[test]
     fn the_vertical_part_is_known_and_the_level_part_lies_where_the_gyros_show_theirs() {
@@ -154,5 +190,62 @@ mod tests {
             lost.iter()
                 .all(|one| one.dot(&without.earth_rad_s).abs() < 1e-16)
         );
+    }
+
+    #[test]
+    fn a_block_that_ends_its_swing_elsewhere_is_not_taken_for_rotation() {
+        const RATE_HZ: f64 = 100.0;
+        let model = Model {
+            motion: MotionSource::Static,
+            earth_rate_in_reference: false,
+            gyro: Gyro {
+                pulse_weight_rad: [1e-6; 3],
+                bias_rad_s: [1e-5, 0.0, -2e-5],
+                scale_error: [0.01, 0.0, 0.0],
+                angle_random_walk_rad_sqrt_s: None,
+                installation_rad: Installation::from_array([1e-3, 0.0, 0.0, 0.0, 0.0, 2e-3]),
+            },
+            dither: Some(Dither {
+                pickoff_gain: [1.0, 1.1, 0.9],
+                pickoff_noise_rad: [0.0; 3],
+            }),
+            reference: None,
+            accelerometer: None,
+            effects: Vec::new(),
+        };
+        let case_rad = Vector3::new(3e-7, -5e-7, 6e-7);
+        let along = body_from_sensing(&model.gyro.installation_rad)
+            .try_inverse()
+            .expect("small angles")
+            * case_rad;
+        // A quarter of a swing in 50 rows.
+        let pickoff_rad: Triad = [0.0, 1.0, 2.0].map(|axis| {
+            (0..=50)
+                .map(|row| 1e-3 * (0.03 * f64::from(row) + axis).sin())
+                .collect()
+        });
+        let sensed_rad: Triad = [0, 1, 2].map(|axis: usize| {
+            let one_less_scale = 1.0 - model.gyro.scale_error[axis];
+            let bias_rad = model.gyro.bias_rad_s[axis] / RATE_HZ / one_less_scale;
+            let gain = model
+                .dither
+                .as_ref()
+                .map_or(0.0, |dither| dither.pickoff_gain[axis]);
+            let swings = pickoff_rad[axis]
+                .windows(2)
+                .map(|pair| gain * (pair[1] - pair[0]));
+            swings
+                .map(|swung| (along[axis] + bias_rad) / one_less_scale + swung)
+                .collect()
+        });
+        let shown = shown_rad(&sensed_rad, Some(&pickoff_rad), &model, RATE_HZ);
+        for axis in 0..3 {
+            assert!(
+                shown[axis]
+                    .iter()
+                    .all(|value| (value - case_rad[axis]).abs() < 1e-18),
+                "{axis}"
+            );
+        }
     }
 }

@@ -13,7 +13,7 @@
 use super::accelerometer::rows::Rows;
 use super::channels::{Finder, Grid, bridge_gaps};
 use super::pieces::Piece;
-use super::still::AtRest;
+use super::still::{self, AtRest};
 use super::unmeasured::Unmeasured;
 use crate::error::InputError;
 use crate::model::{Model, MotionSource};
@@ -223,7 +223,7 @@ impl Streams {
             // Nothing is taken from rows that will be held out.
             let fitted = 0..rows / 2;
             AtRest::new(
-                &sensed_rad,
+                &still::shown_rad(&sensed_rad, pickoff_rad.as_ref(), model, rate_hz),
                 force_m_s2.as_ref(),
                 &usable,
                 fitted,
