@@ -193,21 +193,20 @@ pub fn rivals(
     Search::new(parameters, others).rivals(information, set, effect)
 }
 
-/// Width of the prior in a fit: the effect's typical size times [`FIT_PRIOR`], or more where the recording knows less than
-/// that, up to what is credible at all; for a term found in the data a thousand of its own standard errors. Either leaves
-/// the value alone.
+/// Width of the prior in a fit: the effect's typical size times [`FIT_PRIOR`], or up to ten times that where the recording
+/// knows less; for a term found in the data a thousand of its own standard errors. Either leaves the value alone.
 pub fn prior_width(parameters: &Parameters, information: &Information, index: usize) -> f64 {
     const LOOSE: f64 = 1e3;
     /// In standard errors: takes a part in a thousand off a value.
     const LOOSE_ENOUGH: f64 = 30.0;
+    /// Times [`FIT_PRIOR`]: beyond that an effect imitates what it is not.
+    const LOOSEST: f64 = 10.0;
     let known = information.fisher[(index, index)].max(f64::MIN_POSITIVE);
     let standard_error = known.sqrt().recip();
     match parameters.id(index) {
         Some(id) => {
-            let card = CATALOGUE[id.effect].card();
-            let [_, largest] = card.range(id.parameter);
-            let loose = (LOOSE_ENOUGH * standard_error).min(largest);
-            loose.max(FIT_PRIOR * card.typical_of(id.parameter))
+            let usual = FIT_PRIOR * CATALOGUE[id.effect].card().typical_of(id.parameter);
+            (LOOSE_ENOUGH * standard_error).clamp(usual, LOOSEST * usual)
         }
         None => LOOSE * standard_error,
     }
@@ -726,7 +725,19 @@ impl<'a> Search<'a> {
                 let (p_value, _) = self.significance(information, &rest, effect);
                 Chosen {
                     effect,
-                    values: DVector::from_fn(places.len(), |a, _| joint.values[places[a]]),
+                    values: DVector::from_fn(places.len(), |a, _| {
+                        let value = joint.values[places[a]];
+                        let index = indices[places[a]];
+                        // A step of the fit may leave what a frequency or a damping can be.
+                        let is_free = a < CATALOGUE[effect].card().shape.count()
+                            || information.fisher[(index, index)] == 0.0;
+                        let [least, most] = CATALOGUE[effect].card().range(a);
+                        if is_free {
+                            value
+                        } else {
+                            value.clamp(least, most)
+                        }
+                    }),
                     covariance: DMatrix::from_fn(places.len(), places.len(), |a, b| {
                         joint.covariance[(places[a], places[b])]
                     }),

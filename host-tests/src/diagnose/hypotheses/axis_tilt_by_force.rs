@@ -15,7 +15,8 @@ static CARD: Card = Card {
     shape: Shape::Six,
     unit: "rad per m/s^2",
     typical: 1e-7,
-    largest: 1e-3,
+    // 0.3 mrad under gravity: softer than any mount that is told from a loose one.
+    largest: 3e-5,
     positive: false,
     others: &[],
     log_prior_odds: -2.0,
