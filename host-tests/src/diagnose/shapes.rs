@@ -411,7 +411,7 @@ mod tests {
         let patterns = patterns(&blocks);
         let inside = |time_s: f64| f64::from(u8::from((11.0..17.0).contains(&time_s)));
         for seed in 0..10 {
-            let record = record(Besides::Nothing, seed) + shape(inside, 16.0);
+            let record = record(Besides::Nothing, seed) + shape(inside, 15.0);
             let wanders = blocks.wanders(&white(), &record);
             let nothing = DMatrix::zeros(BLOCKS, 0);
             let found = patterns.best(&wanders, &nothing.columns(0, 0), &record);

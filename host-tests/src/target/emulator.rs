@@ -3,7 +3,8 @@
 //! Enters: the image, the content of its parameter slots, and the records that its counter bank plays.
 //! Leaves: [`Emulation`]: what the serial port sent, the image's report, and its raw event log. The emulated
 //! machine is an STM32F405 (`netduinoplus2`); `-icount shift=0` makes one instruction one nanosecond of its
-//! virtual time, so counts repeat exactly. [`first_telemetry`] runs the board's own image, whose bank is not
+//! virtual time, so the chain's and the processor's counts repeat exactly; when the sleeping processor wakes can differ by
+//! a few, which whole interrupts show. [`first_telemetry`] runs the board's own image, whose bank is not
 //! there, until it has sent something.
 //!
 //! Files go through a temporary folder that is gone afterwards.
