@@ -15,10 +15,10 @@ use super::empirical::{Form, Term};
 use super::hypotheses::CATALOGUE;
 use super::information::Information;
 use super::noise::{Declared, Noise};
-use super::select::prior_width;
 use super::shapes::{AHEAD_DECAY, AHEAD_JUMP, AHEAD_WINDOW, HELD_AGAINST};
 use super::slow::Slow;
 use super::wander::Drift;
+use super::weigh::prior_width;
 use super::workbench::{Parameters, Workbench};
 
 /// Noise that rises less than this at the lowest frequencies holds no drift to speak of.

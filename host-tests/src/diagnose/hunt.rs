@@ -17,9 +17,10 @@ use super::names::Names;
 use super::products::{Best, Products, Survey, WORTH_A_LAG};
 use super::readings::Hunt;
 use super::scene::Scene;
-use super::select::{self, Choice, prior_width};
+use super::select::{self, Choice};
 use super::signals;
 use super::steps;
+use super::weigh::prior_width;
 use super::workbench::{Parameters, Workbench};
 
 /// Terms found in the data, at most; each must be significant by itself, so a recording with more than

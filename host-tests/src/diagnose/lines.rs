@@ -64,7 +64,7 @@ pub fn search(
             .collect();
         let information = bench.information();
         let solution = information.solve(&indices, &|index| {
-            super::select::prior_width(parameters, &information, index)
+            super::weigh::prior_width(parameters, &information, index)
         });
         let values: Vec<(usize, f64)> = indices
             .iter()

@@ -23,8 +23,8 @@ use super::invariance::SYSTEMATIC;
 use super::noise::Declared;
 use super::pieces;
 use super::scene::Scene;
-use super::select::prior_width;
 use super::split::{Regime, intersect};
+use super::weigh::prior_width;
 use super::workbench::{Parameters, Workbench};
 
 /// More regimes than this are no stretches of like motion but a long record cut in pieces.

@@ -1,7 +1,7 @@
 //! The mismatch tool. The road, in order; each stage is a file that can be read and tested alone:
 //!
 //! declare → streams → qualify → scene (motion, signals) → residual → split → portion → noise, pulses → locate →
-//! hypotheses → workbench → select, hunt (events, products, invariance, drift), shapes, local → self_test →
+//! hypotheses → workbench → select (weigh), hunt (events, products, invariance, drift), shapes, local → self_test →
 //! contradiction → identify → validate → explain
 //!
 //! Gyros that count coarse pulses without a dither are read first of all (lattice): what their pulses hide is no finding.
@@ -73,6 +73,8 @@ pub mod blocks;
 pub mod workbench;
 
 pub mod select;
+
+pub mod weigh;
 
 pub mod tone;
 

@@ -30,7 +30,8 @@ use super::hypotheses::CATALOGUE;
 use super::information::{Information, aside, fit_away, inverse_aside, scaled_inverse};
 use super::portion::Bins;
 use super::regressor::Regressor;
-use super::select::{self, prior_width};
+use super::select;
+use super::weigh::{self, prior_width};
 use super::workbench::{Parameters, Workbench};
 
 /// Slides: none false among 200 bounds the rate to 1.5 % with 95 % confidence, and costs less than the fit.
@@ -386,7 +387,7 @@ impl<'a> Trials<'a> {
             prior_width(self.parameters, &self.information, index)
         });
         let degrees = solution.degrees.round().max(1.0);
-        let chance = CATALOGUE_SIGNIFICANCE * select::share(self.candidates, effect);
+        let chance = CATALOGUE_SIGNIFICANCE * weigh::share(self.candidates, effect);
         let Ok(law) = ChiSquared::new(degrees) else {
             return 0.0;
         };

@@ -206,7 +206,7 @@ impl<'a> Workbench<'a> {
         let first = self.parameters.count();
         let indices: Vec<usize> = (first..first + self.terms.len()).collect();
         let solution = information.solve(&indices, &|index| {
-            super::select::prior_width(self.parameters, &information, index)
+            super::weigh::prior_width(self.parameters, &information, index)
         });
         let stds = (0..indices.len())
             .map(|k| solution.covariance[(k, k)].sqrt())

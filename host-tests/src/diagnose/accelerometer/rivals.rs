@@ -22,9 +22,10 @@ use crate::diagnose::noise::Noise;
 use crate::diagnose::portion::{Bins, Portion, inner};
 use crate::diagnose::regressor::{Regressor, gram};
 use crate::diagnose::scene::Scene;
-use crate::diagnose::select::{Choice, prior_width};
+use crate::diagnose::select::Choice;
 use crate::diagnose::split::Split;
 use crate::diagnose::streams::{AXES, Triad};
+use crate::diagnose::weigh::prior_width;
 use crate::diagnose::workbench::Parameters;
 
 /// An expression in what is measured, as a velocity per row.

@@ -18,9 +18,10 @@ use crate::diagnose::invariance::Verdict;
 use crate::diagnose::noise::{Declared, Noise};
 use crate::diagnose::portion::Portion;
 use crate::diagnose::scene::Scene;
-use crate::diagnose::select::{self, Choice, prior_width};
+use crate::diagnose::select::{self, Choice};
 use crate::diagnose::split::Split;
 use crate::diagnose::streams::{Triad, add_triad};
+use crate::diagnose::weigh::prior_width;
 use crate::diagnose::workbench::Parameters;
 
 /// Selection, then the vertical, then selection again: the angles are small and each round squares their error.

@@ -14,9 +14,9 @@ use crate::diagnose::hypotheses::{CATALOGUE, no_effects};
 use crate::diagnose::noise::Noise;
 use crate::diagnose::portion::Portion;
 use crate::diagnose::scene::Scene;
-use crate::diagnose::select::prior_width;
 use crate::diagnose::split::{Regime, Split, intersect};
 use crate::diagnose::streams::Triad;
+use crate::diagnose::weigh::prior_width;
 use crate::diagnose::workbench::Parameters;
 
 /// Twice the power of the quiet stretches is shaking (or physics that belongs to no entry).

@@ -22,8 +22,9 @@ use crate::diagnose::information::Information;
 use crate::diagnose::invariance::Verdict;
 use crate::diagnose::portion::Portion;
 use crate::diagnose::scene::Scene;
-use crate::diagnose::select::{self, Choice, prior_width};
+use crate::diagnose::select::{self, Choice};
 use crate::diagnose::split::Split;
+use crate::diagnose::weigh::prior_width;
 use crate::diagnose::workbench::{Parameters, Workbench};
 
 /// The gyros' side.

@@ -16,7 +16,7 @@ use crate::diagnose::empirical::Term;
 use crate::diagnose::hypotheses::CATALOGUE;
 use crate::diagnose::information::Information;
 use crate::diagnose::scene::Scene;
-use crate::diagnose::select::prior_width;
+use crate::diagnose::weigh::prior_width;
 use crate::diagnose::workbench::Parameters;
 
 /// A column that belongs to every fit.

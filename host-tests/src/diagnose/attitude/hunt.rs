@@ -20,7 +20,8 @@ use crate::diagnose::hunt::{CLEARLY_BETTER, Catch, FoundTerm, MOST_TERMS, PLAINE
 use crate::diagnose::products::{KnownAxis, Measured, Products, Survey};
 use crate::diagnose::readings::{PICKED, PRICE};
 use crate::diagnose::scene::Scene;
-use crate::diagnose::select::{self, Choice, prior_width};
+use crate::diagnose::select::{self, Choice};
+use crate::diagnose::weigh::prior_width;
 use crate::diagnose::workbench::Parameters;
 
 /// ln of the odds by which physics must beat drifting noise; effects are not weighed against drift one by one here.

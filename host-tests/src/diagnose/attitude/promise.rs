@@ -23,8 +23,8 @@ use crate::diagnose::bench::Bench;
 use crate::diagnose::hypotheses;
 use crate::diagnose::result::PromiseEntry;
 use crate::diagnose::scene::Scene;
-use crate::diagnose::select::prior_width;
 use crate::diagnose::streams::{Streams, Triad};
+use crate::diagnose::weigh::prior_width;
 use crate::diagnose::workbench::Parameters;
 
 /// One turn a second, which rate tables reach.
