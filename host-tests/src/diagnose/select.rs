@@ -205,6 +205,28 @@ struct Search<'a> {
     grids: Vec<(usize, usize)>,
 }
 
+/// The possible value of an effect's parameter next to one, by its index: what has no column, as an axis without a mode,
+/// is nothing.
+fn possible(
+    information: &Information,
+    (effect, parameter): (usize, usize),
+    index: usize,
+    value: f64,
+) -> f64 {
+    let [least, most] = CATALOGUE[effect].card().range(parameter);
+    match information.fisher[(index, index)] == 0.0 {
+        true => 0.0,
+        false => value.clamp(least, most),
+    }
+}
+
+/// What a set is worth.
+struct Standing {
+    log_likelihood_gain: f64,
+    /// ln of it.
+    evidence: f64,
+}
+
 impl<'a> Search<'a> {
     fn new(parameters: &'a Parameters, candidates: &'a [usize]) -> Self {
         Self {
@@ -320,7 +342,8 @@ impl<'a> Search<'a> {
                 both.extend(set.iter().filter(|kept| !all.contains(kept)));
                 let mut trial = bench.information_about(&self.indices(information, &both));
                 // Where the motion does not fix a resonance, the approach runs off; it explains no less where it was found.
-                let close_as_found = self.could_be(&trial, set, &all);
+                let is_close_as_found =
+                    found.within_reach && self.could_be(&trial, &self.standing(&trial, set), &all);
                 self.approach(bench, &mut trial, &all, &both);
                 let gain = self.evidence(&trial, &all) - self.evidence(&trial, set);
                 let (p_value, clear) = self.significance(&trial, &rest, effect);
@@ -329,7 +352,8 @@ impl<'a> Search<'a> {
                     *information = bench.information();
                     return Some(all);
                 }
-                if found.within_reach && (close_as_found || self.could_be(&trial, set, &all)) {
+                let is_close = || self.could_be(&trial, &self.standing(&trial, set), &all);
+                if is_close_as_found || found.within_reach && is_close() {
                     self.close.extend(gone.iter().map(|&kept| (effect, kept)));
                 }
                 // What `information` says was said of this bench.
@@ -339,11 +363,22 @@ impl<'a> Search<'a> {
         None
     }
 
-    /// Whether another set explains the data so nearly as well as one that it may be the truth.
-    fn could_be(&self, information: &Information, set: &[usize], other: &[usize]) -> bool {
-        let behind = self.evidence(information, set) - self.evidence(information, other);
-        let gain = |set| self.fit(information, set).log_likelihood_gain;
-        is_close(2.0 * (gain(set) - gain(other)), behind) && self.is_credible(information, other)
+    /// How well a set explains the data.
+    fn standing(&self, information: &Information, set: &[usize]) -> Standing {
+        Standing {
+            log_likelihood_gain: self.fit(information, set).log_likelihood_gain,
+            evidence: self.evidence(information, set),
+        }
+    }
+
+    /// Whether another set explains the data so nearly as well as one that stands there that it may be the truth.
+    fn could_be(&self, information: &Information, best: &Standing, other: &[usize]) -> bool {
+        let Standing {
+            log_likelihood_gain,
+            evidence,
+        } = self.standing(information, other);
+        let lost = 2.0 * (best.log_likelihood_gain - log_likelihood_gain);
+        is_close(lost, best.evidence - evidence) && self.is_credible(information, other)
     }
 
     /// Puts a nonlinear effect that left the set back to being linearised at nothing.
@@ -376,7 +411,6 @@ impl<'a> Search<'a> {
             let indices = self.indices(information, set);
             let solution = self.fit(information, set);
             for &effect in set.iter().filter(|&&effect| !CATALOGUE[effect].is_linear()) {
-                let card = CATALOGUE[effect].card();
                 let at: Vec<f64> = self
                     .parameters
                     .of(effect)
@@ -386,13 +420,8 @@ impl<'a> Search<'a> {
                             .iter()
                             .position(|&i| i == index)
                             .expect("of the set");
-                        let [least, most] = card.range(parameter);
-                        // What has no column, as an axis without a mode, stays nothing.
-                        if information.fisher[(index, index)] == 0.0 {
-                            0.0
-                        } else {
-                            solution.values[place].clamp(least, most)
-                        }
+                        let value = solution.values[place];
+                        possible(information, (effect, parameter), index, value)
                     })
                     .collect();
                 bench.relinearise(effect, &at);
@@ -637,15 +666,10 @@ impl<'a> Search<'a> {
                     effect,
                     values: DVector::from_fn(places.len(), |a, _| {
                         let value = joint.values[places[a]];
-                        let index = indices[places[a]];
-                        // A step of the fit may leave what a frequency or a damping can be.
-                        let is_free = a < CATALOGUE[effect].card().shape.count()
-                            || information.fisher[(index, index)] == 0.0;
-                        let [least, most] = CATALOGUE[effect].card().range(a);
-                        if is_free {
-                            value
-                        } else {
-                            value.clamp(least, most)
+                        match a < CATALOGUE[effect].card().shape.count() {
+                            true => value,
+                            // A step of the fit may leave what a frequency or a damping can be.
+                            false => possible(information, (effect, a), indices[places[a]], value),
                         }
                     }),
                     covariance: DMatrix::from_fn(places.len(), places.len(), |a, b| {
@@ -664,6 +688,7 @@ impl<'a> Search<'a> {
     /// Kinds that would explain what `effect` explains to within [`SEPARATION`](super::declare::SEPARATION), and either as probably or
     /// without any loss that noise would show.
     fn rivals(&self, information: &Information, set: &[usize], effect: usize) -> Vec<usize> {
+        let standing = self.standing(information, set);
         let rest: Vec<usize> = set.iter().copied().filter(|&kept| kept != effect).collect();
         self.candidates
             .iter()
@@ -679,7 +704,7 @@ impl<'a> Search<'a> {
                 let mut all = rest.clone();
                 all.push(rival);
                 all.sort_unstable();
-                self.could_be(information, set, &all)
+                self.could_be(information, &standing, &all)
             })
             .collect()
     }

@@ -251,11 +251,11 @@ const STATIC: f64 = 10.0;
 /// Ratio of neighbouring frequencies on the first grid: a mode of the damping below is that wide.
 const COARSE: f64 = 1.25;
 const COARSE_DAMPING: f64 = 0.12;
+const FINE_DAMPINGS: [f64; 3] = [0.03, 0.1, 0.35];
 
-/// The same of the few looks before, from the slowest to the motion's last frequency.
+/// Ratio of neighbours and number of the few looks before, from the slowest to the motion's last frequency.
 const FEW: f64 = 1.8;
 const FEW_LOOKS: i32 = 5;
-const FINE_DAMPINGS: [f64; 3] = [0.03, 0.1, 0.35];
 
 /// What a mode on the grid explains.
 struct Look {
