@@ -1,12 +1,14 @@
 //! Findings in the words of the contract and of people (diagnosis road, steps 10 and 11).
 //!
 //! Enters: everything the stages found. Leaves: `diagnosis.json` and its verdict. One effect's entry is made in
-//! entries.rs, the sentences in sentences.rs, the model with the found effects in explained_model.rs.
+//! entries.rs, what makes a name doubtful in doubt.rs, the sentences in sentences.rs, the model with the found effects in
+//! explained_model.rs.
 
 use std::collections::BTreeMap;
 
 use super::blocks::Blocks;
 use super::declare::FAMILY_SIGNIFICANCE;
+use super::doubt::Doubt;
 use super::entries::{fault_entry, listed, noise, of_one_effect, regimes, term, unlisted};
 use super::excess::Excess;
 use super::figures::{channel, runners_up, self_test_entry, sensitivity};
@@ -252,6 +254,7 @@ impl Findings<'_> {
     }
 
     fn effects(&self) -> Vec<EffectEntry> {
+        let doubt = Doubt::of(self.catch);
         let named = self
             .catch
             .choice
@@ -267,7 +270,7 @@ impl Findings<'_> {
                     entry.indistinguishable_from.extend(alike);
                 }
                 entry.regimes = regimes(verdict);
-                entry
+                doubt.of_effect(self.scene, one, entry)
             });
         let still = self.scene.streams.at_rest.is_some();
         let unexplained: Vec<EffectEntry> = if still {
@@ -299,7 +302,7 @@ impl Findings<'_> {
             .chain(
                 of_one_effect(&terms)
                     .into_iter()
-                    .map(|halves| term(halves, &self.scene.streams)),
+                    .map(|halves| doubt.of_term(halves[0], term(halves, &self.scene.streams))),
             )
             .chain(
                 self.excess

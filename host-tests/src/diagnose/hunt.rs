@@ -167,10 +167,14 @@ pub fn hunt(
             lattice,
             names: &names,
         };
-        let found = match sight.objection(&information, &choice, &verdicts) {
-            Some(Objection::Better(found)) if room && found.iter().all(|one| fresh(&one.0)) => {
-                found
-            }
+        let may_enter = |found: &[FoundOne]| room && found.iter().all(|one| fresh(&one.0));
+        let several = sight.better_than_several(&information, &set);
+        let objection = match several.filter(|found| may_enter(found)) {
+            Some(better) => Some(Objection::Better(better)),
+            None => sight.objection(&information, &choice, &verdicts),
+        };
+        let found = match objection {
+            Some(Objection::Better(found)) if may_enter(&found) => found,
             Some(Objection::Veto(effect, reason)) => {
                 names.lose(effect, reason);
                 continue;
@@ -462,6 +466,51 @@ impl Sight<'_> {
             })
     }
 
+    /// The one product that is more probable than several of what was found together, two of which one is an effect, or
+    /// all: none of them gives way to it alone, as each stands for the part that the others leave.
+    fn better_than_several(
+        &self,
+        information: &Information,
+        set: &[usize],
+    ) -> Option<Vec<FoundOne>> {
+        let first = self.parameters.count();
+        let terms = first..first + self.bench.terms().len();
+        let (indices, all) = fit(self.parameters, information, set, terms.len());
+        // The odds against each: which effect, or which product on which gyro, it might as well have been.
+        let of_effects = (self.names.allowed.len() as f64).ln();
+        let of_products = (3.0 * self.products.names.len() as f64).ln();
+        let effects = set
+            .iter()
+            .map(|&effect| (self.parameters.of(effect).collect(), of_effects));
+        let terms = terms.map(|index| (vec![index], of_products));
+        let found: Vec<(Vec<usize>, f64)> = effects.chain(terms).collect();
+        let pairs = (0..set.len()).flat_map(|a| (a + 1..found.len()).map(move |b| vec![a, b]));
+        let whole = (found.len() > 2 && !set.is_empty()).then(|| (0..found.len()).collect());
+        pairs.chain(whole).find_map(|several: Vec<usize>| {
+            let own = several.iter().flat_map(|&one| &found[one].0);
+            let own: Vec<usize> = own.copied().collect();
+            let rest = indices.iter().copied().filter(|index| !own.contains(index));
+            let rest: Vec<usize> = rest.collect();
+            let width = |index| prior_width(self.parameters, information, index);
+            let without = information.solve(&rest, &width).log_likelihood_gain;
+            let share = all.log_likelihood_gain - without;
+            // Each number explains one more, or it says nothing (Akaike).
+            let odds: f64 = several.iter().map(|&one| found[one].1).sum();
+            let needed = share - odds - own.len() as f64 + of_products + 1.0;
+            let best = (0..3).filter_map(|axis| Some((axis, self.best_news(axis, &own)?)));
+            let (axis, best) = best.max_by(|one, other| one.1.ratio.total_cmp(&other.1.ratio))?;
+            let is_better = best.p_value < FAMILY_SIGNIFICANCE && best.ratio > 2.0 * needed;
+            is_better.then(|| self.refined(vec![self.product(axis, &best)], &own))
+        })
+    }
+
+    /// A product as a term.
+    fn product(&self, axis: usize, best: &Best) -> FoundOne {
+        let expression = self.products.names[best.product].clone();
+        let form = Form::Product { expression };
+        (Term { axis, form }, best.ratio, best.p_value)
+    }
+
     /// For each chosen effect the product of channels outside the catalogue that explains its share as well, where one
     /// does: too little better to take its place, and no other name of its own columns.
     fn unlisted_rivals(
@@ -548,12 +597,7 @@ impl Sight<'_> {
         });
         let expressions = (0..3).filter_map(|axis| {
             let best = self.best_news(axis, without)?;
-            let expression = self.products.names[best.product].clone();
-            let term = Term {
-                axis,
-                form: Form::Product { expression },
-            };
-            Some(one(term, best.ratio, best.p_value))
+            Some(vec![self.product(axis, &best)])
         });
         // What imperfect regressors of the effects already found may leave behind.
         let allowance = REGRESSOR_FIDELITY * REGRESSOR_FIDELITY * explained;

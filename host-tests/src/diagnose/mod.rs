@@ -142,6 +142,8 @@ pub mod explain;
 
 mod entries;
 
+mod doubt;
+
 mod figures;
 
 mod explained_model;

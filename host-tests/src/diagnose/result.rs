@@ -228,7 +228,8 @@ pub struct Identifiable {
 pub struct EffectEntry {
     /// Contract's kind.
     pub kind: String,
-    /// Other kinds that the recording cannot tell from it.
+    /// Other kinds that the recording cannot tell from it; `unlisted` where physics outside the catalogue explains as much
+    /// (`expression`), or where much beside it on the same gyro is only described.
     pub indistinguishable_from: Vec<String>,
     /// Addition: those of them that the gyros alone cannot tell from it, and gravity, as the accelerometers feel it, speaks
     /// against.

@@ -226,12 +226,19 @@ pub(super) fn effect_lines(effect: &EffectEntry) -> Vec<String> {
             alike.join(", ")
         ));
     }
-    if effect.kind != UNLISTED
-        && let Some(expression) = &effect.expression
-    {
-        lines.push(format!(
+    let is_unlisted = effect
+        .indistinguishable_from
+        .iter()
+        .any(|kind| kind == UNLISTED);
+    match &effect.expression {
+        Some(expression) if effect.kind != UNLISTED => lines.push(format!(
             "      {expression}, which is no effect of the catalogue, explains as much with one number."
-        ));
+        )),
+        None if is_unlisted => lines.push(
+            "      Much beside it on the same gyro is only described: both may be one cause that is not in the catalogue."
+                .to_string(),
+        ),
+        _ => {}
     }
     if !against.is_empty() {
         lines.push(format!(

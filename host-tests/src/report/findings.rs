@@ -225,6 +225,9 @@ fn one(effect: &EffectEntry) -> Markup {
             }
             (known(effect))
             @let alike = not_told_apart(effect);
+            @if effect.expression.is_none() && alike.contains(&"unlisted") {
+                p.caution { "Much beside it on the same gyro is only described: both may be one cause that is not in the catalogue." }
+            }
             @if !alike.is_empty() {
                 p.caution {
                     b { "Not told apart: " }

@@ -374,3 +374,26 @@ fn an_asymmetry_behind_a_scale_error_is_named_beside_it() {
     // 589 and 28.
     assert!(strength(strong) > 20.0 * strength(weak));
 }
+
+/// A tilt that goes with the rate of warming is a constant tilt less one that goes with the temperature, nearly: neither
+/// gives way alone to the one product that is both.
+#[test]
+fn a_product_stands_in_the_place_of_two_effects_that_each_need_the_other() {
+    let thermal = "[thermal]\nstart_k = 293.0\nself_heating_k = [12.0, 10.0, 14.0]\n\
+                   time_constant_s = [60.0, 50.0, 70.0]\nsensor_noise_k = 0.002\nsensor_weight_k = 0.001\nrate_hz = 10.0\n";
+    let turns = [1.2, -1.2, -1.2, 1.2];
+    let turns = turns.map(|angle_rad| ["x", "y", "z"].map(|axis| slew(axis, angle_rad)).concat());
+    let motion = [
+        &[thermal.to_string(), still(4.0)],
+        &turns[..],
+        &[still(4.0)],
+    ]
+    .concat();
+    let effects = [unlisted("z", 2e-4, "temperature_rate_z*omega_y")];
+    let case = Case::diagnosed(Case::made(&motion, &effects, 3));
+    case.is_explained_by(&["unlisted"]);
+    let found = case.found("unlisted");
+    let expression = found.expression.as_deref();
+    assert_eq!(expression, Some("temperature_rate_z*omega_y"));
+    holds(found, &[("coefficient", 2e-4)]);
+}
