@@ -40,8 +40,8 @@ pub(super) const CLEARLY_BETTER: f64 = 20.0;
 /// enters with twenty or more).
 const IDLE: f64 = 9.0;
 
-/// What a step or slip has ahead of a product of channels that explains as much (2 Δ ln L), and one channel of a product
-/// of two ahead of both: a force that never turns is a constant.
+/// What a step or slip has ahead of a product of channels that explains as much (2 Δ ln L), one channel of a product of
+/// two ahead of both (a force that never turns is a constant), and an effect ahead of a product nearly in its columns.
 pub(super) const PLAINER: f64 = 10.0;
 
 /// Chance of the scatter between regimes below which a name is vetoed.
@@ -512,7 +512,8 @@ impl Sight<'_> {
     }
 
     /// For each chosen effect the product of channels outside the catalogue that explains its share as well, where one
-    /// does: too little better to take its place, and no other name of its own columns.
+    /// does: too little better to take its place, and no other name of its own columns, which explains as much and no
+    /// more.
     fn unlisted_rivals(
         &self,
         information: &Information,
@@ -536,14 +537,17 @@ impl Sight<'_> {
             (0..3)
                 .filter_map(|axis| {
                     let apart = self.survey.apart(axis, &own, APART);
-                    let wanted = |product: usize| {
+                    let is_other = |product: usize| {
                         let no_effect = self.products.effects[product][axis].is_empty();
-                        no_effect
-                            && !signals::is_shape(&self.products.names[product])
-                            && apart(product)
+                        no_effect && !signals::is_shape(&self.products.names[product])
                     };
-                    let best = self.survey.best_of(axis, &own, &wanted)?;
-                    Some((axis, best))
+                    let better = self.survey.best_of(axis, &own, &is_other);
+                    let better = better.filter(|best| best.ratio > share + PLAINER);
+                    let as_good = || {
+                        let wanted = |product: usize| is_other(product) && apart(product);
+                        self.survey.best_of(axis, &own, &wanted)
+                    };
+                    Some((axis, better.or_else(as_good)?))
                 })
                 .filter(|(_, best)| best.ratio > needed && best.p_value < FAMILY_SIGNIFICANCE)
                 .max_by(|a, b| a.1.ratio.total_cmp(&b.1.ratio))
