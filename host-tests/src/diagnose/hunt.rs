@@ -427,17 +427,18 @@ impl Sight<'_> {
                 .into_iter()
                 .zip(without.values.iter().copied())
                 .collect();
-            let by_products: f64 = (0..3)
-                .filter_map(|axis| self.best_news(axis, &own))
-                .filter(|best| best.p_value < FAMILY_SIGNIFICANCE)
-                .map(|best| best.ratio)
-                .sum();
+            let by_products = self.one_a_gyro(&own);
+            let together: f64 = by_products.iter().map(|(_, ratio, _)| ratio).sum();
             let best = self.best_term(&rest_values, &own, 0.0, &|_| true);
             let by_best = best.first().map_or(0.0, |(_, ratio, _)| *ratio);
+            let best = match together > by_best && are_of_channels(&by_products) {
+                true => by_products,
+                false => best,
+            };
             // Each further number of the effect explains two more, or it says nothing (Akaike).
             let for_numbers = 2.0 * (own.len() as f64 - 1.0);
             let needed = (CLEARLY_BETTER - for_numbers).max(0.0);
-            if by_best.max(by_products) > share + needed {
+            if by_best.max(together) > share + needed {
                 return Some(Objection::Better(self.refined(best, &own)));
             }
         }
@@ -466,8 +467,8 @@ impl Sight<'_> {
             })
     }
 
-    /// The one product that is more probable than several of what was found together, two of which one is an effect, or
-    /// all: none of them gives way to it alone, as each stands for the part that the others leave.
+    /// The product, one a gyro, that is more probable than several of what was found together, two of which one is an
+    /// effect, or all: none of them gives way to it alone, as each stands for the part that the others leave.
     fn better_than_several(
         &self,
         information: &Information,
@@ -496,12 +497,25 @@ impl Sight<'_> {
             let share = all.log_likelihood_gain - without;
             // Each number explains one more, or it says nothing (Akaike).
             let odds: f64 = several.iter().map(|&one| found[one].1).sum();
-            let needed = share - odds - own.len() as f64 + of_products + 1.0;
-            let best = (0..3).filter_map(|axis| Some((axis, self.best_news(axis, &own)?)));
-            let (axis, best) = best.max_by(|one, other| one.1.ratio.total_cmp(&other.1.ratio))?;
-            let is_better = best.p_value < FAMILY_SIGNIFICANCE && best.ratio > 2.0 * needed;
-            is_better.then(|| self.refined(vec![self.product(axis, &best)], &own))
+            let worth = share - odds - own.len() as f64;
+            let products = self.one_a_gyro(&own);
+            if !are_of_channels(&products) {
+                return None;
+            }
+            let by_products = products
+                .iter()
+                .map(|(_, ratio, _)| 0.5 * ratio - of_products - 1.0);
+            (by_products.sum::<f64>() > worth).then(|| self.refined(products, &own))
         })
+    }
+
+    /// The best news of each gyro that has any when the parameters in `without` are not fitted. They enter together: one
+    /// alone would give way again to the effect that explains the others, too.
+    fn one_a_gyro(&self, without: &[usize]) -> Vec<FoundOne> {
+        (0..3)
+            .filter_map(|axis| Some(self.product(axis, &self.best_news(axis, without)?)))
+            .filter(|(_, _, p_value)| *p_value < FAMILY_SIGNIFICANCE)
+            .collect()
     }
 
     /// A product as a term.
@@ -631,6 +645,15 @@ impl Sight<'_> {
         }
         found
     }
+}
+
+/// Whether none is a mere shape in time or goes with a channel's past: a decay of its own for every gyro fits better than
+/// the temperature that all of them follow, as measured.
+fn are_of_channels(found: &[FoundOne]) -> bool {
+    found.iter().all(|(term, ..)| match &term.form {
+        Form::Product { expression } => !signals::is_shape(expression),
+        _ => false,
+    })
 }
 
 fn position(indices: &[usize], index: usize) -> usize {

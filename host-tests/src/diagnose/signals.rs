@@ -1,8 +1,8 @@
 //! Measured channels by name, as factors of an expression.
 //!
 //! Enters: the scene. Leaves: one value a row. The names are those that `diagnosis.json` prints, so that an
-//! expression found in one recording can be evaluated in another: `omega_x` \[rad/s\], `abs_omega_x`,
-//! `alpha_x` \[rad/s²\], `force_x` \[m/s²\], `temperature_x` \[K since the start\], `temperature_rate_x` \[K/s\],
+//! expression found in one recording can be evaluated in another: `omega_x` \[rad/s\],
+//! `alpha_x` \[rad/s²\], `force_x` \[m/s²\] (`abs_` before any of them its size), `temperature_x` \[K since the start\], `temperature_rate_x` \[K/s\],
 //! `field_x` \[T\], `dither_rate_x` \[rad/s\], `dither_angle_x` \[rad\], `time` \[s since the start\],
 //! `window(a,b)` (1 between a and b s), `recording(NAME)` (1 in that recording of several), `sine(f)` and `cosine(f)` (f in Hz, from the start), `decay(s)` (exp(−t/s)),
 //! `lag(PRODUCT,s)` (the product behind a first-order lag of s seconds, settled at the start), `integral(PRODUCT)` (its
@@ -237,16 +237,15 @@ pub fn signal(scene: &Scene, name: &str) -> Option<Vec<f64>> {
     if let Some((_, values)) = streams.others.iter().find(|(other, _)| other == name) {
         return Some(values.clone());
     }
+    if let Some(channel) = name.strip_prefix("abs_") {
+        let mut values = signal(scene, channel)?;
+        values.iter_mut().for_each(|value| *value = value.abs());
+        return Some(values);
+    }
     let (stem, axis) = name.rsplit_once('_')?;
     let axis = AXES.iter().position(|known| *known == axis)?;
     match stem {
         "omega" => Some(scene.rate_rad_s[axis].clone()),
-        "abs_omega" => Some(
-            scene.rate_rad_s[axis]
-                .iter()
-                .map(|rate| rate.abs())
-                .collect(),
-        ),
         "alpha" => Some(scene.acceleration_rad_s2[axis].clone()),
         "force" => scene.force_m_s2(axis, 0),
         "temperature" => scene.temperature_change_k(axis, 0),
@@ -310,9 +309,17 @@ fn moves(name: &str, values: &[f64]) -> bool {
     most - least > needed
 }
 
+/// Whether a channel is clearly on both sides of nothing: else its size is the channel again.
+fn has_both_signs(values: &[f64]) -> bool {
+    let square: f64 = values.iter().map(|value| value * value).sum();
+    let least = CLEARLY * (square / values.len() as f64).sqrt();
+    values.iter().any(|value| *value > least) && values.iter().any(|value| *value < -least)
+}
+
 /// Products of more than two factors, or of factors that stand alone otherwise: rates to the third order off the
-/// axes (the axes' own are `gyro_scale_cubic`), what a changing temperature or a rectified rate multiplies, and the
-/// dithers of two blocks, which beat.
+/// axes (the axes' own are `gyro_scale_cubic`), what a changing temperature or a rectified rate multiplies, rates and
+/// forces with another curve than the catalogue's, a scale or tilt that creeps, goes with a force's square or bends with
+/// the temperature, and the dithers of two blocks, which beat.
 fn of_third_order(factors: &[Signal], alone: &[String]) -> Vec<String> {
     let has = |stem: &str, axis: usize| {
         let name = format!("{stem}_{}", AXES[axis]);
@@ -322,7 +329,28 @@ fn of_third_order(factors: &[Signal], alone: &[String]) -> Vec<String> {
     if (0..3).all(|axis| has("omega", axis)) {
         names.push("omega_x*omega_y*omega_z".to_string());
     }
+    let turns_over = |stem: &str, axis: usize| {
+        let name = format!("{stem}_{}", AXES[axis]);
+        let factor = factors.iter().find(|factor| factor.name == name);
+        factor.is_some_and(|factor| has_both_signs(&factor.values))
+    };
     for (a, first) in AXES.iter().enumerate() {
+        if turns_over("omega", a) {
+            names.push(format!("omega_{first}*abs_omega_{first}"));
+        }
+        if turns_over("force", a) {
+            names.push(format!("abs_force_{first}"));
+            names.push(format!("force_{first}*abs_force_{first}"));
+        }
+        if has("force", a) {
+            names.push(format!("force_{first}*force_{first}*force_{first}"));
+        }
+        if has("omega", a) {
+            names.push(format!("time*omega_{first}"));
+            if has("temperature", a) {
+                names.push(format!("omega_{first}*omega_{first}*temperature_{first}"));
+            }
+        }
         for (b, second) in AXES.iter().enumerate() {
             if a != b && has("omega", a) && has("omega", b) {
                 names.push(format!("omega_{first}*omega_{first}*omega_{second}"));
@@ -335,6 +363,16 @@ fn of_third_order(factors: &[Signal], alone: &[String]) -> Vec<String> {
             ] {
                 if has(stem, a) && has(other, b) {
                     names.push(format!("{stem}_{first}*{other}_{second}"));
+                }
+            }
+            if has("omega", a) && has("force", b) {
+                names.push(format!("omega_{first}*force_{second}*force_{second}"));
+            }
+            if a != b && has("omega", a) && has("alpha", b) {
+                names.push(format!("abs_alpha_{second}*omega_{first}"));
+                let third = AXES[3 - a - b];
+                if has("temperature", 3 - a - b) {
+                    names.push(format!("alpha_{second}*omega_{first}*temperature_{third}"));
                 }
             }
             if a < b && has("dither_rate", a) && has("dither_rate", b) {

@@ -1,7 +1,7 @@
 //! Physics outside the catalogue (`unlisted`): a coefficient times a product of what the case is exposed to.
 //!
 //! Enters: text such as `omega_x*force_z`. Leaves: its value at a quadrature node. The names are those of
-//! `diagnosis.json`: `omega_x` \[rad/s\], `abs_omega_x`, `alpha_x` \[rad/s²\], `force_x` \[m/s²\], `temperature_x`
+//! `diagnosis.json`: `omega_x` \[rad/s\], `alpha_x` \[rad/s²\], `force_x` \[m/s²\] (`abs_` before them: their size), `temperature_x`
 //! \[K since the start\], `temperature_rate_x` \[K/s\], `field_x` \[T\], `dither_angle_x` \[rad\], `dither_rate_x`
 //! \[rad/s\], `time` \[s since the start\], `window(a,b)` (1 from a to b s), `sine(f)`, `cosine(f)` \[Hz\],
 //! `decay(s)` (exp(−t/s)).
@@ -15,7 +15,9 @@ enum Factor {
     Rate(usize),
     AbsoluteRate(usize),
     Acceleration(usize),
+    AbsoluteAcceleration(usize),
     Force(usize),
+    AbsoluteForce(usize),
     Warming(usize),
     WarmingRate(usize),
     Field(usize),
@@ -62,7 +64,9 @@ impl Expression {
                 Factor::Rate(i) => exposure.motion.rate_rad_s[i],
                 Factor::AbsoluteRate(i) => exposure.motion.rate_rad_s[i].abs(),
                 Factor::Acceleration(i) => exposure.motion.acceleration_rad_s2[i],
+                Factor::AbsoluteAcceleration(i) => exposure.motion.acceleration_rad_s2[i].abs(),
                 Factor::Force(i) => exposure.force_m_s2[i],
+                Factor::AbsoluteForce(i) => exposure.force_m_s2[i].abs(),
                 Factor::Warming(i) => exposure.warming_k[i],
                 Factor::WarmingRate(i) => exposure.warming_rate_k_s[i],
                 Factor::Field(i) => exposure.field_t[i],
@@ -112,7 +116,9 @@ fn factor(name: &str, start_s: f64) -> Option<Factor> {
         "omega" => Factor::Rate(axis),
         "abs_omega" => Factor::AbsoluteRate(axis),
         "alpha" => Factor::Acceleration(axis),
+        "abs_alpha" => Factor::AbsoluteAcceleration(axis),
         "force" => Factor::Force(axis),
+        "abs_force" => Factor::AbsoluteForce(axis),
         "temperature" => Factor::Warming(axis),
         "temperature_rate" => Factor::WarmingRate(axis),
         "field" => Factor::Field(axis),

@@ -14,7 +14,7 @@ use case::{
     Case, FLEXURE, STILL_SLEWS_AND_VIBRATION, WITHIN, coning, effect, holds, lost, mean_rad_s,
     number, slew, still, strength, text, unlisted, vibration,
 };
-use rlg::diagnose::result::Verdict;
+use rlg::diagnose::result::{EffectEntry, Verdict};
 use rlg::model::Model;
 use rlg::recording::Recording;
 
@@ -396,4 +396,24 @@ fn a_product_stands_in_the_place_of_two_effects_that_each_need_the_other() {
     let expression = found.expression.as_deref();
     assert_eq!(expression, Some("temperature_rate_z*omega_y"));
     holds(found, &[("coefficient", 2e-4)]);
+}
+
+/// A rate times its own size bends like a scale and a cubic together, on each gyro: of the three products none alone takes
+/// the place of the two effects, and where one entered alone the effects would explain it again.
+#[test]
+fn a_curve_of_each_gyro_is_three_expressions_and_no_scale_with_a_cubic() {
+    let turns = [1.2, -0.5, -1.6, 0.9];
+    let turns = turns.map(|angle_rad| ["x", "y", "z"].map(|axis| slew(axis, angle_rad)).concat());
+    let motion = [&[still(4.0)], &turns[..], &[still(4.0)]].concat();
+    let curves = [("x", 8e-5), ("y", -6e-5), ("z", 7e-5)];
+    let expression = |axis: &str| format!("omega_{axis}*abs_omega_{axis}");
+    let effects = curves.map(|(axis, size)| unlisted(axis, size, &expression(axis)));
+    let case = Case::diagnosed(Case::made(&motion, &effects, 3));
+    case.is_explained_by(&["unlisted", "unlisted", "unlisted"]);
+    for (axis, size) in curves {
+        let its_own = |effect: &&EffectEntry| text(effect, "axis") == Some(axis);
+        let found = case.said.effects.iter().find(its_own).expect("one a gyro");
+        assert_eq!(found.expression, Some(expression(axis)));
+        holds(found, &[("coefficient", size)]);
+    }
 }
