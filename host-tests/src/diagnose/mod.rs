@@ -110,6 +110,8 @@ pub mod drift;
 
 pub mod hunt;
 
+mod sight;
+
 mod names;
 
 pub mod local;
