@@ -5,12 +5,12 @@
 //! must be told that both may have one cause.
 
 use super::empirical::Form;
-use super::entries::UNLISTED;
 use super::hunt::{Catch, FoundTerm};
 use super::hypotheses::CATALOGUE;
-use super::result::EffectEntry;
+use super::result::{EffectEntry, UNLISTED};
 use super::scene::Scene;
 use super::select::Chosen;
+use super::signals;
 
 /// Share of a name's own likelihood ratio that is much: a third of its amplitude.
 const MUCH: f64 = 0.1;
@@ -55,11 +55,7 @@ impl Doubt {
     }
 
     fn say(&self, described: f64, entry: &mut EffectEntry) {
-        let is_known = entry
-            .indistinguishable_from
-            .iter()
-            .any(|kind| kind == UNLISTED);
-        if !is_known && described > MUCH * 2.0 * entry.log_evidence_gain {
+        if !entry.may_be_unlisted() && described > MUCH * 2.0 * entry.log_evidence_gain {
             entry.indistinguishable_from.push(UNLISTED.to_string());
         }
     }
@@ -68,7 +64,7 @@ impl Doubt {
 /// Whether a term is a constant over a stretch of time.
 fn describes(found: &FoundTerm) -> bool {
     match &found.term.form {
-        Form::Product { expression } => expression.starts_with("window("),
+        Form::Product { expression } => signals::is_window(expression),
         _ => false,
     }
 }

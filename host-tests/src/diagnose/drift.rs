@@ -16,6 +16,7 @@ use super::hypotheses::CATALOGUE;
 use super::information::Information;
 use super::noise::{Declared, Noise};
 use super::shapes::{AHEAD_DECAY, AHEAD_JUMP, AHEAD_WINDOW, HELD_AGAINST};
+use super::signals;
 use super::slow::Slow;
 use super::wander::Drift;
 use super::weigh::prior_width;
@@ -194,7 +195,7 @@ fn ahead_of_walk(bench: &Workbench, suspect: Suspect, columns: usize) -> f64 {
         Suspect::Returned(_) => AHEAD_OF_WALK_PICKED + AHEAD_OF_WALK_FURTHER * further,
         Suspect::Term(place) => match &bench.terms()[place].form {
             Form::Step { .. } => AHEAD_JUMP,
-            Form::Product { expression } if expression.starts_with("window(") => AHEAD_WINDOW,
+            Form::Product { expression } if signals::is_window(expression) => AHEAD_WINDOW,
             Form::Product { expression } if expression.starts_with("decay(") => AHEAD_DECAY,
             _ => AHEAD_OF_WALK_PICKED,
         },

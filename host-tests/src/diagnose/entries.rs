@@ -12,8 +12,9 @@ use super::hypotheses::{CATALOGUE, reference_harmonic};
 use super::identify::identifiable;
 use super::invariance::Verdict;
 use super::qualify::Fault;
-use super::result::{EffectEntry, Identifiable, ParameterEntry, RegimeEntry};
+use super::result::{EffectEntry, Identifiable, ParameterEntry, RegimeEntry, UNLISTED};
 use super::select::Chosen;
+use super::signals;
 use super::streams::{AXES, Streams};
 use crate::model::EffectValue;
 
@@ -84,9 +85,6 @@ pub(super) fn regimes(verdict: &Verdict) -> Vec<RegimeEntry> {
         })
         .collect()
 }
-
-/// The contract's kind of what has no name in the catalogue.
-pub(super) const UNLISTED: &str = "unlisted";
 
 /// What has no name in the catalogue.
 pub(super) fn unlisted(equation: String, what_was_left_out: String) -> EffectEntry {
@@ -184,7 +182,7 @@ pub(super) fn term(halves: Vec<&FoundTerm>, streams: &Streams) -> EffectEntry {
     };
     let axis = AXES[found.term.axis];
     let what_was_left_out = match (&expression, found.term.kind()) {
-        (Some(expression), _) if expression.starts_with("window(") => format!(
+        (Some(expression), _) if signals::is_window(expression) => format!(
             "Gyro {axis} drifts in one stretch of time and no measured channel explains it; the constant in the model is a description, not physics."
         ),
         (Some(expression), _) => format!(

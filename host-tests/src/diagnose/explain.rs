@@ -22,6 +22,7 @@ use super::result::*;
 use super::rows_found::RowsFound;
 use super::scene::Scene;
 use super::self_test::SelfTest;
+use super::signals;
 use super::split::Split;
 use super::still_words::line_of;
 use super::streams::AXES;
@@ -227,10 +228,7 @@ impl Findings<'_> {
             let within = self::confined(effect);
             let alike = confined.iter().filter(|other| within == Some(**other));
             effect.parameters.is_empty()
-                || effect
-                    .expression
-                    .as_deref()
-                    .is_some_and(|text| text.starts_with("window("))
+                || effect.expression.as_deref().is_some_and(signals::is_window)
                 || alike.count() > 1
         };
         let explained = effects.iter().any(|effect| !describes(effect));

@@ -256,6 +256,20 @@ pub struct EffectEntry {
     pub regimes: Vec<RegimeEntry>,
 }
 
+/// The contract's kind of what has no name in the catalogue.
+pub const UNLISTED: &str = "unlisted";
+
+/// Of a listed kind that may be [`UNLISTED`] without an expression that rivals it.
+pub const ONLY_DESCRIBED: &str = "Much beside it on the same gyro is only described: both may be one cause that is not in the catalogue.";
+
+impl EffectEntry {
+    /// Whether its class holds physics outside the catalogue.
+    pub fn may_be_unlisted(&self) -> bool {
+        let mut alike = self.indistinguishable_from.iter();
+        alike.any(|kind| kind == UNLISTED)
+    }
+}
+
 /// Amplitude in a regime.
 #[derive(Debug, Clone, Serialize)]
 pub struct RegimeEntry {

@@ -4,11 +4,11 @@
 
 use super::attitude::NOT_SHOWN;
 use super::declare::{FAMILY_SIGNIFICANCE, LONG_SPLIT_HZ};
-use super::entries::{UNLISTED, parameters_of};
+use super::entries::parameters_of;
 use super::explain::{DEG_H, Findings, NEEDED_SNR, combination};
 use super::hypotheses::{AS_NOISE, CATALOGUE, Subject};
 use super::identify::identifiable;
-use super::result::{EffectEntry, ParameterEntry, Verdict};
+use super::result::{EffectEntry, ONLY_DESCRIBED, ParameterEntry, UNLISTED, Verdict};
 use super::select::Choice;
 use super::self_test::SelfTest;
 use super::streams::AXES;
@@ -226,18 +226,11 @@ pub(super) fn effect_lines(effect: &EffectEntry) -> Vec<String> {
             alike.join(", ")
         ));
     }
-    let is_unlisted = effect
-        .indistinguishable_from
-        .iter()
-        .any(|kind| kind == UNLISTED);
     match &effect.expression {
         Some(expression) if effect.kind != UNLISTED => lines.push(format!(
             "      {expression}, which is no effect of the catalogue, explains as much with one number."
         )),
-        None if is_unlisted => lines.push(
-            "      Much beside it on the same gyro is only described: both may be one cause that is not in the catalogue."
-                .to_string(),
-        ),
+        None if effect.may_be_unlisted() => lines.push(format!("      {ONLY_DESCRIBED}")),
         _ => {}
     }
     if !against.is_empty() {

@@ -282,6 +282,11 @@ fn borrowed<'a>(scene: &'a Scene, name: &str) -> Option<Cow<'a, [f64]>> {
     }
 }
 
+/// Whether an expression is a constant over a stretch of time: it describes, and explains nothing.
+pub(super) fn is_window(expression: &str) -> bool {
+    expression.starts_with("window(")
+}
+
 /// Whether an expression is a mere shape in time, or goes with a channel's past.
 pub(super) fn is_shape(expression: &str) -> bool {
     expression.contains('(') || expression == "time"

@@ -12,7 +12,8 @@ use super::words::{band, chance, for_people, number, seconds, spaced, symbols, w
 use crate::diagnose::explain::combination;
 use crate::diagnose::pictures::Pictures;
 use crate::diagnose::result::{
-    Diagnosis, EffectEntry, Identifiable, LocationEntry, ParameterEntry, RegimeEntry, Verdict,
+    Diagnosis, EffectEntry, Identifiable, LocationEntry, ONLY_DESCRIBED, ParameterEntry,
+    RegimeEntry, Verdict,
 };
 use crate::diagnose::streams::AXES;
 
@@ -225,8 +226,8 @@ fn one(effect: &EffectEntry) -> Markup {
             }
             (known(effect))
             @let alike = not_told_apart(effect);
-            @if effect.expression.is_none() && alike.contains(&"unlisted") {
-                p.caution { "Much beside it on the same gyro is only described: both may be one cause that is not in the catalogue." }
+            @if effect.expression.is_none() && effect.may_be_unlisted() {
+                p.caution { (ONLY_DESCRIBED) }
             }
             @if !alike.is_empty() {
                 p.caution {
