@@ -167,6 +167,26 @@ fn a_stamped_table_comes_back_with_its_stamps() {
 }
 
 #[test]
+fn rows_that_are_missing_between_even_stamps_are_not_measured() {
+    let counts = vec![1, 2, 3, 4];
+    let mut original = recording("t.parquet", counts.clone(), counts, vec![1.0; 4], 1e-9);
+    original.tables[0].clock = Clock::Stamped {
+        column: "t".to_owned(),
+        stamps_s: vec![5.0, 5.01, 5.02, 5.05],
+    };
+    let back = written_and_read(&original);
+    let expected = Clock::Uniform {
+        rate_hz: 100.0,
+        start_s: 5.0,
+    };
+    assert_eq!(back.tables[0].clock, expected);
+    assert_eq!(back.tables[0].rows, 6);
+    let values = &back.tables[0].channels[0].values;
+    assert!(values[3].is_nan() && values[4].is_nan(), "{values:?}");
+    assert_eq!([values[2], values[5]], [3.0, 4.0]);
+}
+
+#[test]
 fn a_folder_with_something_else_in_it_is_not_overwritten() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     std::fs::write(folder.path().join("thesis.txt"), "years of work").expect("a file");

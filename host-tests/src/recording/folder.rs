@@ -91,7 +91,7 @@ pub(super) fn read_table(
                 .expected("a name that ends in .parquet or .csv"));
         }
     };
-    let rows = columns.first().map_or(0, Vec::len);
+    let mut rows = columns.first().map_or(0, Vec::len);
     if rows == 0 {
         return Err(InputError::new(&path, "has no rows").expected("at least one row of data"));
     }
@@ -101,8 +101,12 @@ pub(super) fn read_table(
             let stamps_s = columns.pop().unwrap_or_default();
             check_stamps(&path, column, &stamps_s)?;
             let sums = |channel: &ChannelEntry| channel.quantity().is_of_a_period();
-            match even(&stamps_s).filter(|_| entry.channels.iter().any(sums)) {
-                Some((rate_hz, start_s)) => Clock::Uniform { rate_hz, start_s },
+            match Grid::of(&stamps_s).filter(|_| entry.channels.iter().any(sums)) {
+                Some(grid) => {
+                    rows = grid.rows();
+                    columns.iter_mut().for_each(|column| grid.fill(column));
+                    grid.clock
+                }
                 None => Clock::Stamped {
                     column: column.to_owned(),
                     stamps_s,
@@ -135,25 +139,61 @@ pub(super) fn read_table(
     })
 }
 
-/// Rate \[Hz\] and first of stamps that are as far apart everywhere: what is summed over a row's period has one then.
-fn even(stamps_s: &[f64]) -> Option<(f64, f64)> {
-    /// Rows that a stamp may be off, as one printed with few digits is.
-    const OFF_ROWS: f64 = 0.01;
-    let (first, last) = (*stamps_s.first()?, *stamps_s.last()?);
-    let steps = (stamps_s.len() - 1) as f64;
-    let measured_hz = steps / (last - first);
-    let rate_hz = match (measured_hz - measured_hz.round()).abs() * (last - first) < OFF_ROWS {
-        true => measured_hz.round(),
-        false => measured_hz,
-    };
-    let off = |(row, stamp): (usize, &f64)| ((stamp - first) * rate_hz - row as f64).abs();
-    let is_even = steps >= 1.0
-        && stamps_s
-            .iter()
-            .enumerate()
-            .map(off)
-            .all(|off| off < OFF_ROWS);
-    is_even.then_some((rate_hz, first))
+/// Rows as far apart everywhere, some of which may be missing: what is summed over a row's period has one then.
+struct Grid {
+    clock: Clock,
+    /// Where each row there is stands among all.
+    places: Vec<usize>,
+}
+
+impl Grid {
+    fn of(stamps_s: &[f64]) -> Option<Self> {
+        /// Rows that a stamp may be off, as one printed with few digits is.
+        const OFF_ROWS: f64 = 0.01;
+        /// Of all rows, the least that are there.
+        const FEWEST: f64 = 0.5;
+        let (first, last) = (*stamps_s.first()?, *stamps_s.last()?);
+        let mut apart_s: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        apart_s.sort_by(f64::total_cmp);
+        let usual_s = *apart_s.get(apart_s.len().checked_sub(1)? / 2)?;
+        // The usual period is as coarse as the stamps are printed: rows are counted from one to the next.
+        let mut place = 0;
+        let mut places = vec![0];
+        for pair in stamps_s.windows(2) {
+            place += ((pair[1] - pair[0]) / usual_s).round().max(1.0) as usize;
+            places.push(place);
+        }
+        let measured_hz = place as f64 / (last - first);
+        let rate_hz = match (measured_hz - measured_hz.round()).abs() * (last - first) < OFF_ROWS {
+            true => measured_hz.round(),
+            false => measured_hz,
+        };
+        let is_on = |(place, stamp): (&usize, &f64)| {
+            ((stamp - first) * rate_hz - *place as f64).abs() < OFF_ROWS
+        };
+        let is_full = stamps_s.len() as f64 > FEWEST * (place + 1) as f64;
+        let is_grid = is_full && places.iter().zip(stamps_s).all(is_on);
+        is_grid.then_some(Self {
+            clock: Clock::Uniform {
+                rate_hz,
+                start_s: first,
+            },
+            places,
+        })
+    }
+
+    fn rows(&self) -> usize {
+        self.places.last().map_or(0, |last| last + 1)
+    }
+
+    /// Values that are not there are not measured.
+    fn fill(&self, column: &mut Vec<f64>) {
+        let mut filled = vec![f64::NAN; self.rows()];
+        for (place, value) in self.places.iter().zip(column.iter()) {
+            filled[*place] = *value;
+        }
+        *column = filled;
+    }
 }
 
 fn check_stamps(path: &Path, column: &str, stamps_s: &[f64]) -> Result<(), InputError> {
