@@ -12,7 +12,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 use std::ops::Range;
 
 use super::empirical::{Form, Term};
-use super::hunt::{self, Catch, FoundTerm};
+use super::hunt::{self, Alike, Catch, FoundTerm};
 use super::hypotheses::{CATALOGUE, no_effects};
 use super::information::scaled_inverse;
 use super::invariance::{LEAST_SNR, SYSTEMATIC};
@@ -92,6 +92,7 @@ fn as_terms(scene: &Scene, one: &Chosen) -> Vec<FoundTerm> {
                 size: value * per_unit,
                 std: std * per_unit.abs(),
                 with_next: 0.0,
+                alike: Alike::default(),
                 ratio: (value / std).powi(2),
                 p_value: one.p_value,
             });

@@ -73,6 +73,7 @@ fn describes(found: &FoundTerm) -> bool {
 mod tests {
     use super::super::empirical::Term;
     use super::super::entries::unlisted;
+    use super::super::hunt::Alike;
     use super::*;
 
     fn found(form: Form, ratio: f64) -> FoundTerm {
@@ -81,6 +82,7 @@ mod tests {
             size: 1.0,
             std: 0.1,
             with_next: 0.0,
+            alike: Alike::default(),
             ratio,
             p_value: 0.0,
         }

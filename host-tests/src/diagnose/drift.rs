@@ -74,8 +74,13 @@ pub enum Suspect {
     Effect(usize),
     /// An effect that came back as better than what had taken its place: asked about as a term is.
     Returned(usize),
-    /// A found term, by its place on the bench.
-    Term(usize),
+    /// Found terms that stand and fall together, by their places on the bench.
+    Terms {
+        /// Place of the first.
+        first: usize,
+        /// How many there are.
+        count: usize,
+    },
 }
 
 impl Suspect {
@@ -88,7 +93,10 @@ impl Suspect {
     fn indices(self, parameters: &Parameters) -> Range<usize> {
         match self {
             Self::Effect(effect) | Self::Returned(effect) => parameters.of(effect),
-            Self::Term(place) => parameters.count() + place..parameters.count() + place + 1,
+            Self::Terms { first, count } => {
+                let first = parameters.count() + first;
+                first..first + count
+            }
         }
     }
 }
@@ -107,9 +115,8 @@ pub fn first_that_could_be_drift(
     parameters: &Parameters,
     declared: &[Declared; 3],
     set: &[usize],
-    suspects: impl Iterator<Item = Suspect>,
+    suspects: Vec<Suspect>,
 ) -> Result<Option<Suspect>, String> {
-    let suspects: Vec<Suspect> = suspects.collect();
     if suspects.is_empty() {
         return Ok(None);
     }
@@ -166,7 +173,7 @@ fn ahead(suspect: Suspect) -> f64 {
     match suspect {
         Suspect::Effect(effect) if CATALOGUE[effect].card().kind == "gyro_bias" => AHEAD_CONSTANT,
         Suspect::Effect(_) => AHEAD,
-        Suspect::Returned(_) | Suspect::Term(_) => AHEAD_PICKED,
+        Suspect::Returned(_) | Suspect::Terms { .. } => AHEAD_PICKED,
     }
 }
 
@@ -193,7 +200,7 @@ fn ahead_of_walk(bench: &Workbench, suspect: Suspect, columns: usize) -> f64 {
         }
         Suspect::Effect(_) => AHEAD_OF_WALK + AHEAD_OF_WALK_FURTHER * further,
         Suspect::Returned(_) => AHEAD_OF_WALK_PICKED + AHEAD_OF_WALK_FURTHER * further,
-        Suspect::Term(place) => match &bench.terms()[place].form {
+        Suspect::Terms { first, .. } => match &bench.terms()[first].form {
             Form::Step { .. } => AHEAD_JUMP,
             Form::Product { expression } if signals::is_window(expression) => AHEAD_WINDOW,
             Form::Product { expression } if expression.starts_with("decay(") => AHEAD_DECAY,
@@ -333,19 +340,19 @@ fn best_without(
         .copied()
         .filter(|&effect| !matches!(suspect, Suspect::Effect(gone) | Suspect::Returned(gone) if gone == effect))
         .collect();
-    let term = match suspect {
-        Suspect::Effect(_) | Suspect::Returned(_) => None,
-        Suspect::Term(place) => {
-            let term = bench.terms()[place].clone();
-            bench.remove_term(place);
-            Some((place, term))
-        }
+    let places = match suspect {
+        Suspect::Effect(_) | Suspect::Returned(_) => 0..0,
+        Suspect::Terms { first, count } => first..first + count,
     };
+    let gone = bench.terms()[places.clone()].to_vec();
+    for _ in &gone {
+        bench.remove_term(places.start);
+    }
     bench.refit_noise(&rest, declared, true);
     let seconds = bench.seconds();
     let drifts = (0..3).any(|axis| inflation(&bench.noise[axis], seconds) > DRIFTS);
     let without = drifts.then(|| best_likelihood(bench, parameters, &rest));
-    if let Some((place, term)) = term {
+    for (place, term) in places.zip(gone) {
         bench.insert_term(place, term)?;
     }
     Ok(without)

@@ -5,6 +5,7 @@
 //! its form in a model file, so that the next run of the tool predicts it.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use super::hypotheses::reference_harmonic;
 use super::scene::Scene;
@@ -150,6 +151,21 @@ impl Term {
             parameters,
         }
     }
+}
+
+/// Places of the terms that stand and fall with the one at `place`: the halves of a harmonic are one effect, and behind
+/// one another.
+pub fn together(terms: &[Term], place: usize) -> Range<usize> {
+    let is_other_half = |other: usize| {
+        let order = |term: &Term| match term.form {
+            Form::Harmonic { order, .. } => Some((term.axis, order)),
+            _ => None,
+        };
+        order(&terms[place]).is_some() && order(&terms[other]) == order(&terms[place])
+    };
+    let first = (0..place).find(|&other| is_other_half(other));
+    let last = (place + 1..terms.len()).find(|&other| is_other_half(other));
+    first.unwrap_or(place)..last.unwrap_or(place) + 1
 }
 
 /// What an empirical effect of a model adds \[rad\]; `None` where the effect is of another kind.

@@ -46,6 +46,10 @@ pub(super) fn listed(one: &Chosen) -> EffectEntry {
                     .iter()
                     .map(|kind| (*kind).to_string()),
             )
+            .chain(
+                one.harmonic_rival
+                    .then(|| reference_harmonic::KIND.to_string()),
+            )
             .chain(one.unlisted_rival.iter().map(|_| UNLISTED.to_string()))
             .collect(),
         equation: card.equation.to_string(),
@@ -171,7 +175,7 @@ pub(super) fn term(halves: Vec<&FoundTerm>, streams: &Streams) -> EffectEntry {
                 EffectValue::Number(value) => ParameterEntry::Number {
                     name: name.clone(),
                     value: *value,
-                    std: 0.0,
+                    std: found.alike.order_std,
                     unit: if name == "order" { "1" } else { "s" }.to_string(),
                 },
             }),
@@ -180,6 +184,7 @@ pub(super) fn term(halves: Vec<&FoundTerm>, streams: &Streams) -> EffectEntry {
         Some(EffectValue::Text(expression)) => Some(expression.clone()),
         _ => None,
     };
+    let rival = found.alike.unlisted.clone();
     let axis = AXES[found.term.axis];
     let what_was_left_out = match (&expression, found.term.kind()) {
         (Some(expression), _) if signals::is_window(expression) => format!(
@@ -197,7 +202,7 @@ pub(super) fn term(halves: Vec<&FoundTerm>, streams: &Streams) -> EffectEntry {
     EffectEntry {
         gravity_speaks_against: Vec::new(),
         kind: found.term.kind().to_string(),
-        indistinguishable_from: Vec::new(),
+        indistinguishable_from: rival.iter().map(|_| UNLISTED.to_string()).collect(),
         equation: found.term.equation(),
         covariance: {
             let numbers = parameters
@@ -226,7 +231,7 @@ pub(super) fn term(halves: Vec<&FoundTerm>, streams: &Streams) -> EffectEntry {
         log_evidence_gain: 0.5 * found.ratio,
         p_value: found.p_value,
         what_was_left_out,
-        expression,
+        expression: expression.or(rival),
         regimes: Vec::new(),
     }
 }

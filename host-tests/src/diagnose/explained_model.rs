@@ -8,10 +8,11 @@ use std::collections::BTreeMap;
 use super::entries::{of_one_effect, parameters_of};
 use super::excess::NOISE_KINDS;
 use super::explain::Findings;
+use super::hunt::{Catch, FoundTerm};
 use super::hypotheses::{CATALOGUE, reference_harmonic};
 use super::qualify::FAULT_KINDS;
 use super::select::Chosen;
-use super::streams::AXES;
+use super::streams::{AXES, Streams};
 use crate::model::{EffectValue, Model, ModelEffect};
 
 impl Findings<'_> {
@@ -25,20 +26,10 @@ impl Findings<'_> {
             .iter()
             .map(effect_of)
             .for_each(&mut add);
-        for halves in of_one_effect(&self.catch.terms.iter().collect::<Vec<_>>()) {
-            let mut effect = halves[0]
-                .term
-                .to_effect(halves[0].size, &self.scene.streams);
-            for other in &halves[1..] {
-                effect.parameters.extend(
-                    other
-                        .term
-                        .to_effect(other.size, &self.scene.streams)
-                        .parameters,
-                );
-            }
-            add(effect);
-        }
+        let terms = self.catch.terms.iter().collect();
+        effects_of(terms, &self.scene.streams)
+            .into_iter()
+            .for_each(&mut add);
         self.rows_effects().into_iter().for_each(&mut add);
         for fault in self.faults {
             let streams = &self.scene.streams;
@@ -78,13 +69,31 @@ impl Findings<'_> {
     }
 }
 
-/// A model with chosen effects switched on, and nothing else that was found.
-pub(super) fn with_chosen(model: &Model, chosen: &[Chosen]) -> Model {
+/// A model with the chosen effects and the encoder's errors switched on, and nothing else that was found.
+pub(super) fn with_chosen(model: &Model, catch: &Catch, streams: &Streams) -> Model {
     let mut explained = model.clone();
-    for one in chosen {
+    for one in &catch.choice.chosen {
         switch_on(&mut explained, effect_of(one));
     }
+    let terms = catch.terms.iter();
+    let harmonics = terms.filter(|found| found.term.kind() == reference_harmonic::KIND);
+    for effect in effects_of(harmonics.collect(), streams) {
+        switch_on(&mut explained, effect);
+    }
     explained
+}
+
+/// Found terms as the model has them.
+fn effects_of(terms: Vec<&FoundTerm>, streams: &Streams) -> Vec<ModelEffect> {
+    let merged = |halves: Vec<&FoundTerm>| {
+        let effect = |found: &FoundTerm| found.term.to_effect(found.size, streams);
+        let mut whole = effect(halves[0]);
+        for half in &halves[1..] {
+            whole.parameters.extend(effect(half).parameters);
+        }
+        whole
+    };
+    of_one_effect(&terms).into_iter().map(merged).collect()
 }
 
 /// A chosen effect as the model has it.

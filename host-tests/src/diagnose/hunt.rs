@@ -5,8 +5,11 @@
 //! fewer free numbers outside the catalogue explain its share better, or when its amplitude is not the same
 //! in every regime (diagnosis road, steps 6, 7 and 12). What objects and what is found is said by sight.rs.
 
+use std::ops::Range;
+
 use super::drift::{self, Suspect};
-use super::empirical::{Form, Term};
+use super::empirical::{self, Form, Term};
+use super::hypotheses::reference_harmonic;
 use super::information::{Information, Solution};
 use super::invariance::{self, Verdict};
 use super::lattice::Lattice;
@@ -76,10 +79,21 @@ pub struct FoundTerm {
     pub std: f64,
     /// Covariance with the term after it: the other half of a harmonic.
     pub with_next: f64,
+    /// What else it could be.
+    pub alike: Alike,
     /// Likelihood ratio 2 Δ ln L when it entered.
     pub ratio: f64,
     /// Chance, trials counted.
     pub p_value: f64,
+}
+
+/// What else an encoder's harmonic could be; nothing of other terms.
+#[derive(Debug, Clone, Default)]
+pub struct Alike {
+    /// Standard deviation of its order \[1\].
+    pub order_std: f64,
+    /// Expression outside the catalogue that explains as much.
+    pub unlisted: Option<String>,
 }
 
 impl FoundTerm {
@@ -131,16 +145,33 @@ pub fn hunt(
             .zip(solution.values.iter().copied())
             .collect();
         // Terms that the better explanation made idle leave first.
-        let idle = (0..bench.terms().len()).find(|place| {
+        let says_something = |place: usize| {
             let at = position(&indices, parameters.count() + place);
-            let (size, term) = (solution.values[at], &bench.terms()[*place]);
-            size.powi(2) < IDLE * solution.covariance[(at, at)]
-                || is_hidden(term, size, lattice, bench.scene())
+            let (size, term) = (solution.values[at], &bench.terms()[place]);
+            size.powi(2) >= IDLE * solution.covariance[(at, at)]
+                && !is_hidden(term, size, lattice, bench.scene())
+        };
+        // A half that the data do not bound leaves the other alone.
+        let is_open = |place: usize| {
+            let at = position(&indices, parameters.count() + place);
+            let Form::Harmonic { order, .. } = bench.terms()[place].form else {
+                return false;
+            };
+            solution.covariance[(at, at)].sqrt() > reference_harmonic::most_rad(order)
+        };
+        let idle = (0..bench.terms().len()).find_map(|place| {
+            let both = empirical::together(bench.terms(), place);
+            match both.clone().any(says_something) {
+                false => Some(both),
+                true => (!says_something(place) && is_open(place)).then(|| place..place + 1),
+            }
         });
-        if let Some(place) = idle {
-            left_idle.push(bench.terms()[place].clone());
-            bench.remove_term(place);
-            entered.remove(place);
+        if let Some(places) = idle {
+            for _ in places.clone() {
+                left_idle.push(bench.terms()[places.start].clone());
+                bench.remove_term(places.start);
+                entered.remove(places.start);
+            }
             continue;
         }
         progress("searching for unlisted physics");
@@ -200,7 +231,15 @@ pub fn hunt(
         // Lines at rest were found over stretches, where no walk reaches.
         let at_rest = bench.scene().streams.at_rest.is_some();
         let settled = if at_rest { given.len() } else { 0 };
-        let suspects = suspects.chain((settled..bench.terms().len()).map(Suspect::Term));
+        let terms = (settled..bench.terms().len()).map(|place| {
+            let Range { start, end } = empirical::together(bench.terms(), place);
+            let count = end - start;
+            (place == start).then_some(Suspect::Terms {
+                first: start,
+                count,
+            })
+        });
+        let suspects: Vec<Suspect> = suspects.chain(terms.flatten()).collect();
         let drift =
             drift::first_that_could_be_drift(bench, parameters, search.declared, &set, suspects)?;
         doubted += usize::from(drift.is_some());
@@ -210,10 +249,12 @@ pub fn hunt(
                 names.lose_to_drift(effect);
                 continue;
             }
-            Some(Suspect::Term(place)) => {
-                left_idle.push(bench.terms()[place].clone());
-                bench.remove_term(place);
-                entered.remove(place);
+            Some(Suspect::Terms { first, count }) => {
+                for _ in 0..count {
+                    left_idle.push(bench.terms()[first].clone());
+                    bench.remove_term(first);
+                    entered.remove(first);
+                }
                 continue;
             }
             None => {}
@@ -224,17 +265,22 @@ pub fn hunt(
             one.indistinguishable_from.extend(more);
             one.indistinguishable_from.sort_unstable();
         }
-        let rivals = Sight {
+        let sight = Sight {
             bench: &*bench,
             parameters,
             survey: &survey,
             products,
             lattice,
             names: &names,
-        }
-        .unlisted_rivals(&information, &choice);
-        for (one, rival) in choice.chosen.iter_mut().zip(rivals) {
-            one.unlisted_rival = rival;
+        };
+        let rivals = sight.unlisted_rivals(&information, &choice);
+        let harmonics = sight.harmonic_rivals(&information, &choice);
+        for (one, rival) in choice
+            .chosen
+            .iter_mut()
+            .zip(rivals.into_iter().zip(harmonics))
+        {
+            (one.unlisted_rival, one.harmonic_rival) = rival;
         }
         let first = parameters.count();
         let terms = bench
@@ -256,6 +302,7 @@ pub fn hunt(
                     } else {
                         0.0
                     },
+                    alike: sight.like_harmonic(&information, &set, place),
                     ratio: *ratio,
                     p_value: *p_value,
                 }

@@ -17,7 +17,7 @@ use super::bench::Bench as _;
 use super::declare::FAMILY_SIGNIFICANCE;
 use super::drift;
 use super::empirical::{Form, Term};
-use super::hunt::{Catch, FoundTerm, PLAINER, VETO};
+use super::hunt::{Alike, Catch, FoundTerm, PLAINER, VETO};
 use super::information::Solution;
 use super::invariance::SYSTEMATIC;
 use super::noise::Declared;
@@ -227,6 +227,7 @@ fn renew(bench: &Workbench, parameters: &Parameters, set: &[usize], catch: &mut 
                     true => solution.covariance[(at, at + 1)],
                     false => 0.0,
                 },
+                alike: known.map_or_else(Alike::default, |known| known.alike.clone()),
                 ratio: known.map_or(own, |known| known.ratio),
                 p_value: known.map_or_else(|| chance(own), |known| known.p_value),
             }

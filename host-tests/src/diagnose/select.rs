@@ -48,6 +48,8 @@ pub struct Chosen {
     pub indistinguishable_from: Vec<usize>,
     /// A product of channels outside the catalogue that explains as much, and its gyro.
     pub unlisted_rival: Option<(usize, String)>,
+    /// Whether an encoder's error explains as much.
+    pub harmonic_rival: bool,
     /// Those of them that gravity, as the accelerometers feel it, speaks against.
     pub gravity_speaks_against: Vec<usize>,
 }
@@ -679,6 +681,7 @@ impl<'a> Search<'a> {
                     p_value,
                     indistinguishable_from: self.rivals(information, set, effect),
                     unlisted_rival: None,
+                    harmonic_rival: false,
                     gravity_speaks_against: Vec::new(),
                 }
             })

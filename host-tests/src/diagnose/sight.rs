@@ -6,9 +6,9 @@
 //! search is hunt.rs.
 
 use super::declare::{FAMILY_SIGNIFICANCE, REGRESSOR_FIDELITY};
-use super::empirical::{Form, Term};
+use super::empirical::{self, Form, Term};
 use super::events;
-use super::hunt::{CLEARLY_BETTER, PLAINER, VETO, fit};
+use super::hunt::{Alike, CLEARLY_BETTER, PLAINER, VETO, fit};
 use super::hypotheses::{CATALOGUE, reference_harmonic};
 use super::information::Information;
 use super::invariance::Verdict;
@@ -276,6 +276,76 @@ impl Sight<'_> {
                 .map(|(axis, best)| (axis, self.products.names[best.product].clone()))
         };
         set.iter().map(|&effect| rival(effect)).collect()
+    }
+
+    /// For each chosen effect whether an encoder's error at one order, about one axis, explains its share as well.
+    pub(super) fn harmonic_rivals(&self, information: &Information, choice: &Choice) -> Vec<bool> {
+        /// A harmonic's own: its cosine and its sine.
+        const NUMBERS: f64 = 2.0;
+        let set: Vec<usize> = choice.chosen.iter().map(|one| one.effect).collect();
+        let terms = self.bench.terms().len();
+        let full = fit(self.parameters, information, &set, terms)
+            .1
+            .log_likelihood_gain;
+        let is_rivalled = |effect: usize| {
+            let rest: Vec<usize> = set.iter().copied().filter(|&kept| kept != effect).collect();
+            let (indices, without) = fit(self.parameters, information, &rest, terms);
+            let share = 2.0 * (full - without.log_likelihood_gain);
+            let values = indices.into_iter().zip(without.values.iter().copied());
+            let left = self.bench.left_over(&values.collect::<Vec<_>>());
+            let numbers = self.parameters.of(effect).len() as f64;
+            // Each further number explains two more, or it says nothing (Akaike).
+            let needed = share - 2.0 * (numbers - NUMBERS);
+            let harmonics = reference_harmonic::harmonics(self.bench, &left);
+            harmonics
+                .iter()
+                .any(|found| found.ratio > needed && found.p_value < FAMILY_SIGNIFICANCE)
+        };
+        let at_rest = self.bench.scene().streams.at_rest.is_some();
+        set.iter()
+            .map(|&effect| !at_rest && is_rivalled(effect))
+            .collect()
+    }
+
+    /// What else than the harmonic whose half stands at `place` explains as much.
+    pub(super) fn like_harmonic(
+        &self,
+        information: &Information,
+        set: &[usize],
+        place: usize,
+    ) -> Alike {
+        let terms = self.bench.terms();
+        let Term {
+            axis,
+            form: Form::Harmonic { order, .. },
+        } = terms[place]
+        else {
+            return Alike::default();
+        };
+        let first = self.parameters.count();
+        let own: Vec<usize> = empirical::together(terms, place)
+            .map(|half| first + half)
+            .collect();
+        let (indices, full) = fit(self.parameters, information, set, terms.len());
+        let rest = indices.into_iter().filter(|index| !own.contains(index));
+        let rest: Vec<usize> = rest.collect();
+        let width = |index| prior_width(self.parameters, information, index);
+        let without = information.solve(&rest, &width);
+        let share = 2.0 * (full.log_likelihood_gain - without.log_likelihood_gain);
+        let values = rest.into_iter().zip(without.values.iter().copied());
+        let left = self.bench.left_over(&values.collect::<Vec<_>>());
+        // Each further number explains two more, or it says nothing (Akaike).
+        let needed = share - 2.0 * (own.len() as f64 - 1.0);
+        let is_other = |product: usize| {
+            let no_effect = self.products.effects[product][axis].is_empty();
+            no_effect && !signals::is_shape(&self.products.names[product])
+        };
+        let rival = self.survey.best_of(axis, &own, &is_other);
+        let rival = rival.filter(|best| best.ratio > needed);
+        Alike {
+            order_std: reference_harmonic::spread_of_order(self.bench, &left[axis], axis, order),
+            unlisted: rival.map(|best| self.products.names[best.product].clone()),
+        }
     }
 
     /// The most telling pattern in time or product of channels in what the values leave, `without` some

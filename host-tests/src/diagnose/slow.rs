@@ -407,4 +407,69 @@ mod tests {
             }
         }
     }
+
+    /// The same for encoders' harmonics: the best of all orders, each less the ln of what it is among.
+    #[test]
+    #[ignore = "a calibration of some minutes: prints how far chance comes"]
+    fn how_far_wandering_rates_come_as_harmonics() {
+        use super::super::shapes::HELD_AGAINST;
+        const RECORDS: u64 = 400;
+        const ORDERS: u32 = 72;
+        let blocks = blocks(&HELD_AGAINST);
+        let motions: [(&str, &(dyn Fn(f64) -> f64 + Sync)); 3] = [
+            ("a steady turn", &|time_s| 0.05 * time_s),
+            ("turns there and back", &|time_s: f64| {
+                3.0 * (time_s / 5.0).sin()
+            }),
+            ("steps", &|time_s: f64| {
+                let (step, within) = ((time_s / 4.0).floor(), time_s.rem_euclid(4.0));
+                0.5 * (step + within.min(1.0))
+            }),
+        ];
+        for (name, angle_rad) in motions {
+            let columns: Vec<[DVector<f64>; 2]> = (1..=ORDERS)
+                .map(|order| {
+                    [f64::cos, f64::sin].map(|wave| {
+                        DVector::from_fn(BLOCKS, |block, _| {
+                            let at = |edge: usize| {
+                                wave(f64::from(order) * angle_rad(edge as f64 * BLOCK_S))
+                            };
+                            at(block + 1) - at(block)
+                        })
+                    })
+                })
+                .collect();
+            for besides in ALL {
+                let of_record = |seed: u64| {
+                    let record = record(besides, seed);
+                    let each = columns.iter().zip(1..).map(|([cos, sin], order)| {
+                        let slow = slow(&blocks, &[cos, sin], std::slice::from_ref(&record));
+                        let own = std::slice::from_ref(&(0..2));
+                        let among = (f64::from(order) * 4.86).ln();
+                        [
+                            slow.ahead(own, &HELD_AGAINST),
+                            slow.ahead(own, &HELD_AGAINST) - among,
+                            slow.ahead_steadily(own, &HELD_AGAINST) - among,
+                        ]
+                    });
+                    each.fold([f64::NEG_INFINITY; 3], |most, one| {
+                        std::array::from_fn(|which| most[which].max(one[which]))
+                    })
+                };
+                let found: Vec<[f64; 3]> = (0..RECORDS).into_par_iter().map(of_record).collect();
+                let far = |share: f64| {
+                    [0, 1, 2].map(|which: usize| {
+                        let mut of: Vec<f64> = found.iter().map(|one| one[which]).collect();
+                        of.sort_by(f64::total_cmp);
+                        format!("{:.1}", of[(share * (RECORDS - 1) as f64) as usize])
+                    })
+                };
+                println!(
+                    "{besides:?}, {name}: one in 100 is ahead by {:?}, the best of {RECORDS} by {:?}",
+                    far(0.99),
+                    far(1.0)
+                );
+            }
+        }
+    }
 }

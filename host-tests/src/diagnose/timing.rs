@@ -8,7 +8,7 @@ use super::bursts;
 use super::declare::FAMILY_SIGNIFICANCE;
 use super::empirical::{Form, Term};
 use super::events;
-use super::hunt::FoundTerm;
+use super::hunt::{Alike, FoundTerm};
 use super::hypotheses::no_effects;
 use super::local;
 use super::noise::Noise;
@@ -95,6 +95,7 @@ pub fn settle(
                         size: *size,
                         std: *std,
                         with_next: 0.0,
+                        alike: Alike::default(),
                         ratio,
                         p_value,
                     })
@@ -186,6 +187,7 @@ pub fn describe(
                 size: *size,
                 std: *std,
                 with_next: 0.0,
+                alike: Alike::default(),
                 ratio,
                 p_value: (-0.5 * ratio).exp(),
             }

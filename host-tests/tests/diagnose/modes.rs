@@ -98,6 +98,33 @@ fn an_encoder_error_is_named_with_its_axis_and_order() {
 }
 
 #[test]
+fn an_encoder_error_that_turns_less_than_half_a_period_is_no_scale_error() {
+    let effect = "[[effect]]\nkind = \"reference_harmonic\"\nconcealed = true\n\
+        axis = \"y\"\norder = 1\ncos = 2e-5\nsin = 1e-5\n";
+    let little = table()
+        .replace("angle_rad = 12.6", "angle_rad = 1.2")
+        .replace("angle_rad = -12.6", "angle_rad = -1.2");
+    let diagnosis = diagnosis_of(&little, effect);
+    assert_eq!(diagnosis.effects.len(), 1, "{:#?}", diagnosis.summary);
+    let found = &diagnosis.effects[0];
+    assert_eq!(found.kind, "reference_harmonic");
+    assert_eq!(number(found, "order").0, 1.0);
+    holds(found, &[("cos", 2e-5), ("sin", 1e-5)]);
+}
+
+#[test]
+fn a_scale_error_of_small_turns_may_be_an_encoders() {
+    let effect = concealed("reference_scale", &[("z", 4e-4)]);
+    let diagnosis = diagnosis_of(vibration(), &effect);
+    let found = &diagnosis.effects[0];
+    let alike = &found.indistinguishable_from;
+    let is_named = |kind: &str| found.kind == kind || alike.iter().any(|other| other == kind);
+    for kind in ["reference_scale", "reference_harmonic"] {
+        assert!(is_named(kind), "{:#?}", diagnosis.summary);
+    }
+}
+
+#[test]
 fn a_quadratic_scale_is_no_encoder_error() {
     let effect = "[[effect]]\nkind = \"gyro_scale_quadratic\"\nconcealed = true\n\
         x = 2e-6\ny = -2e-6\nz = 3e-6\n";

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use realfft::num_complex::Complex64;
 
 use super::rows::Rows;
+use crate::diagnose::hypotheses::reference_harmonic;
 use crate::diagnose::motion::{Reading, Spectrum, sinc};
 use crate::diagnose::scene::Scene;
 use crate::diagnose::streams::{AXES, Triad, each_axis};
@@ -208,7 +209,7 @@ fn mean_over_rows(middles: &[f64]) -> Vec<f64> {
 }
 
 /// The case's increments: what the reference read less what the model says is wrong with it (contract:
-/// `reference_scale` reads (1 + r_i) times, `reference_misalignment` reads ω − r × ω, `reference_delay` d late).
+/// `reference_scale` reads (1 + r_i) times, `reference_misalignment` reads ω − r × ω, `reference_delay` d late, `reference_harmonic` waves of its own angle more).
 fn case_rad(scene: &Scene, effects: &[ModelEffect]) -> Triad {
     let mut case: Triad = scene.streams.case_rad.clone();
     let xyz = |effect: &ModelEffect| Vector3::from_fn(|axis, _| effect.number(AXES[axis]));
@@ -242,6 +243,20 @@ fn case_rad(scene: &Scene, effects: &[ModelEffect]) -> Triad {
                     {
                         *value += turn[j] * at_k - turn[k] * at_j;
                     }
+                }
+            }
+            reference_harmonic::KIND => {
+                let order = effect.number("order") as u32;
+                let axis = AXES
+                    .iter()
+                    .position(|axis| effect.text("axis") == Some(axis));
+                for (name, cosine) in [("cos", true), ("sin", false)] {
+                    let (Some(axis), size) = (axis, effect.number(name)) else {
+                        continue;
+                    };
+                    let wave = reference_harmonic::wave(scene, axis, order, cosine);
+                    let values = case[axis].iter_mut().zip(wave);
+                    values.for_each(|(value, wave)| *value -= size * wave);
                 }
             }
             _ => {}

@@ -104,8 +104,10 @@ pub fn weigh(
     let open = whose::open(&gyros.catch.choice, gyros.candidates);
     let both = [&own[..], &open[..]].concat();
     let parameters = gyros.parameters;
-    let found = |gyros: &Gyros| with_chosen(given.model, &gyros.catch.choice.chosen);
-    let mut look = Look::new(scene, given, &found(gyros), (parameters, &both), progress)?;
+    let found =
+        |gyros: &Gyros, scene: &Scene| with_chosen(given.model, gyros.catch, &scene.streams);
+    let known = found(gyros, scene);
+    let mut look = Look::new(scene, given, &known, (parameters, &both), progress)?;
     if !open.is_empty() {
         let (felt, maybe, instead) = whose::felt(&look.weighed, &open);
         let weighed = (&look.weighed, &look.split);
@@ -120,7 +122,8 @@ pub fn weigh(
             changed = whose::decide(gyros, &said, (&felt, true), &open, weighed.0);
         }
         if changed || !felt.is_empty() {
-            look = Look::new(scene, given, &found(gyros), (parameters, &own), progress)?;
+            let known = found(gyros, scene);
+            look = Look::new(scene, given, &known, (parameters, &own), progress)?;
         }
     }
     Ok(look.found(scene, own))

@@ -8,7 +8,8 @@
 //! everything chosen of their own. Leaves: the catch with the names that both agree with; what the gyros alone cannot tell
 //! apart stays one class, and says what gravity speaks against.
 //!
-//! Not here: a soft mount and an encoder's harmonics, which turn the case too little to be felt.
+//! Not here: a soft mount, which turns the case too little to be felt, and an encoder's harmonics, which are undone
+//! (carried.rs) but not weighed.
 
 use nalgebra::DMatrix;
 

@@ -16,7 +16,7 @@ use super::whiten::Levels;
 use crate::diagnose::bench::Bench;
 use crate::diagnose::declare::{FAMILY_SIGNIFICANCE, REGRESSOR_FIDELITY};
 use crate::diagnose::empirical::{Form, Term};
-use crate::diagnose::hunt::{CLEARLY_BETTER, Catch, FoundTerm, MOST_TERMS, PLAINER, VETO};
+use crate::diagnose::hunt::{Alike, CLEARLY_BETTER, Catch, FoundTerm, MOST_TERMS, PLAINER, VETO};
 use crate::diagnose::products::{KnownAxis, Measured, Products, Survey};
 use crate::diagnose::readings::{PICKED, PRICE};
 use crate::diagnose::scene::Scene;
@@ -199,6 +199,7 @@ pub fn hunt(
                     size: values[at].1,
                     std: covariance[(at, at)].sqrt(),
                     with_next: 0.0,
+                    alike: Alike::default(),
                     ratio: *ratio,
                     p_value: *p_value,
                 }

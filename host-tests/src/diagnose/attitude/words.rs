@@ -239,6 +239,7 @@ impl Told<'_> {
                 p_value: 0.0,
                 indistinguishable_from,
                 unlisted_rival: None,
+                harmonic_rival: false,
                 gravity_speaks_against: Vec::new(),
             });
             catch.regimes.push(crate::diagnose::invariance::Verdict {

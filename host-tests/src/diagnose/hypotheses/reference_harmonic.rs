@@ -4,14 +4,15 @@
 //! start (contract): the gyro sees the case, so the residual shows the increments of that error with the other sign.
 //! θ is what the reference itself integrates to; where it also shows the Earth turning, θ is off by that turn.
 //!
-//! Each order on each axis is an effect of its own, and is looked for among all of them; a harmonic that has not
-//! turned through half a period cannot be told from a scale error or its square and is not tried. Two terms of
-//! [`Term`] stand for one effect, as for a line. The search sees blocks of rows: what repeats with a table's angle is
-//! slow, and increments of the error telescope over a block without loss.
+//! Each order on each axis is an effect of its own, and is looked for among all of them. A harmonic that has not turned
+//! through half a period is the angle and its square, whatever its order: a scale error explains the first as well, so
+//! one is in the other's class, and the order has a spread. Two terms of [`Term`] stand for one effect, as for a line. The
+//! order is searched for in blocks of rows: what repeats with a table's angle is slow, and increments of the error
+//! telescope over a block without loss.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use crate::diagnose::empirical::{Form, Term};
 use crate::diagnose::information::stable_inverse;
@@ -28,42 +29,57 @@ pub const LEFT_OUT: &str = "The reference is wrong, not the gyro: the encoder of
 /// Encoders are known by few errors a turn: eccentricity (1, 2), magnet poles and gear teeth up to some dozens.
 const HIGHEST_ORDER: u32 = 72;
 
-/// Blocks a second, at least: white noise of angle hides everything faster in a pulsed gyro anyway.
-const SLOWEST_BLOCKS_HZ: f64 = 50.0;
+/// No encoder's reading goes wrong by more than a hundredth of what its table turns: `order` times its waves \[rad\].
+const MOST: f64 = 1e-2;
+
+/// The largest wave of an order \[rad\].
+pub fn most_rad(order: u32) -> f64 {
+    MOST / f64::from(order)
+}
+
+/// Blocks a second, at least, where the order is looked for; the best is then weighed by rows.
+const SEARCHED_HZ: f64 = 50.0;
+
+/// The same where it is weighed against the others.
+const WEIGHED_HZ: f64 = 400.0;
 
 /// Blocks in one period of the fastest harmonic.
 const BLOCKS_A_PERIOD: f64 = 4.0;
 
-/// Angle of the table at the end of each row since its recording's start \[rad\].
-fn table_rad(scene: &Scene, axis: usize) -> Vec<f64> {
-    let streams = &scene.streams;
-    let mut angles = Vec::with_capacity(streams.rows);
-    for piece in &streams.pieces {
+/// What a table turns by in each row, and its angle at the row's end since its recording's start \[rad\]: read as the
+/// motion is for every effect, or the reference's own noise would pass for a wave.
+fn turned_rad(scene: &Scene, axis: usize) -> (Vec<f64>, Vec<f64>) {
+    let increments = scene.case_ahead_rad(axis, 0, 0.0);
+    let mut ends = Vec::with_capacity(increments.len());
+    for piece in &scene.streams.pieces {
         let mut angle = 0.0;
-        angles.extend(
-            streams.case_rad[axis][piece.rows.clone()]
-                .iter()
-                .map(|increment| {
-                    angle += increment;
-                    angle
-                }),
-        );
+        ends.extend(increments[piece.rows.clone()].iter().map(|increment| {
+            angle += increment;
+            angle
+        }));
     }
-    angles
+    (increments, ends)
 }
 
-/// d(sensed increment)/d(cos or sin) of one harmonic.
-pub fn column(scene: &Scene, axis: usize, order: u32, cosine: bool) -> Vec<f64> {
+/// Increments of one wave of the table's angle \[1\]: what the reference reads beyond the case, per rad of `cos` or
+/// `sin`.
+pub fn wave(scene: &Scene, axis: usize, order: u32, cosine: bool) -> Vec<f64> {
     let wave = |angle_rad: f64| {
         let turn = f64::from(order) * angle_rad;
         if cosine { turn.cos() } else { turn.sin() }
     };
-    let sensed = -scene.sensing_from_body[(axis, axis)] / (1.0 - scene.scale_error[axis]);
-    table_rad(scene, axis)
-        .iter()
-        .zip(&scene.streams.case_rad[axis])
-        .map(|(end, increment)| sensed * (wave(*end) - wave(end - increment)))
+    let (increments, ends) = turned_rad(scene, axis);
+    let rows = ends.iter().zip(&increments);
+    rows.map(|(end, increment)| wave(*end) - wave(end - increment))
         .collect()
+}
+
+/// d(sensed increment)/d(cos or sin) of one harmonic.
+pub fn column(scene: &Scene, axis: usize, order: u32, cosine: bool) -> Vec<f64> {
+    let sensed = -scene.sensing_from_body[(axis, axis)] / (1.0 - scene.scale_error[axis]);
+    let mut column = wave(scene, axis, order, cosine);
+    column.iter_mut().for_each(|value| *value *= sensed);
+    column
 }
 
 /// A harmonic that stands out.
@@ -76,7 +92,7 @@ pub struct Harmonic {
     pub p_value: f64,
 }
 
-/// The best harmonic on each axis whose table turned far enough, in what is `left`.
+/// The best harmonic on each axis, in what is `left`.
 pub fn harmonics(bench: &Workbench, left: &[Bins; 3]) -> Vec<Harmonic> {
     (0..3_usize)
         .into_par_iter()
@@ -85,36 +101,16 @@ pub fn harmonics(bench: &Workbench, left: &[Bins; 3]) -> Vec<Harmonic> {
 }
 
 fn best_on(bench: &Workbench, left: &Bins, axis: usize) -> Option<Harmonic> {
-    let scene = bench.scene();
-    let rate_hz = scene.streams.rate_hz;
-    let angle_rad = table_rad(scene, axis);
-    let seen = bench
-        .portion
-        .ranges
-        .iter()
-        .flat_map(|rows| &angle_rad[rows.clone()]);
-    let (low, high) = seen.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), angle| {
-        (low.min(*angle), high.max(*angle))
-    });
-    // Half a period of the order within what was turned through.
-    let lowest_order = (PI / (high - low)).ceil();
-    if lowest_order > f64::from(HIGHEST_ORDER) {
-        return None;
-    }
-    let fastest_rad_s = scene.rate_rad_s[axis]
-        .iter()
-        .fold(0.0, |most: f64, rate| most.max(rate.abs()));
-    let needed_hz = BLOCKS_A_PERIOD * f64::from(HIGHEST_ORDER) * fastest_rad_s / TAU;
-    let block = (rate_hz / needed_hz.max(SLOWEST_BLOCKS_HZ))
-        .floor()
-        .max(1.0) as usize;
-    let blocks = Blocks::new(bench, left, axis, block)?;
-    let orders: Vec<u32> = (lowest_order as u32..=HIGHEST_ORDER).collect();
-    let (order, ratio) = orders
-        .iter()
-        .map(|&order| (order, blocks.ratio(&angle_rad, order)))
+    let ratios = ratios(bench, left, axis, SEARCHED_HZ)?;
+    let (best, _) = ratios.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    // Vibration is faster than the blocks; what it turns through is small, and all orders are alike.
+    let rows = Blocks::new(bench, left, axis, 1)?;
+    let (_, angle_rad) = turned_rad(bench.scene(), axis);
+    let (order, ratio) = [best, 1]
+        .map(|order| (order, rows.ratio(&angle_rad, order)))
+        .into_iter()
         .max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let trials = 3.0 * orders.len() as f64;
+    let trials = 3.0 * ratios.len() as f64;
     let chance = (-0.5 * ratio).exp();
     Some(Harmonic {
         terms: [true, false].map(|cosine| Term {
@@ -124,6 +120,37 @@ fn best_on(bench: &Workbench, left: &Bins, axis: usize) -> Option<Harmonic> {
         ratio,
         p_value: -(trials * (-chance).ln_1p()).exp_m1(),
     })
+}
+
+/// Spread of the order \[1\] about `order`, all orders as probable before: `left` still holds the harmonic.
+pub fn spread_of_order(bench: &Workbench, left: &Bins, axis: usize, order: u32) -> f64 {
+    let ratios = ratios(bench, left, axis, WEIGHED_HZ).unwrap_or_default();
+    let best = ratios.iter().fold(0.0, |best: f64, one| best.max(one.1));
+    let [mut whole, mut squares] = [0.0; 2];
+    for (other, ratio) in ratios {
+        let weight = (0.5 * (ratio - best)).exp();
+        whole += weight;
+        squares += weight * (f64::from(other) - f64::from(order)).powi(2);
+    }
+    (squares / whole.max(f64::MIN_POSITIVE)).sqrt()
+}
+
+/// 2 Δ ln L of every order on one axis; `None` where its table does not turn.
+fn ratios(bench: &Workbench, left: &Bins, axis: usize, blocks_hz: f64) -> Option<Vec<(u32, f64)>> {
+    let scene = bench.scene();
+    let rate_hz = scene.streams.rate_hz;
+    let fastest_rad_s = scene.rate_rad_s[axis]
+        .iter()
+        .fold(0.0, |most: f64, rate| most.max(rate.abs()));
+    if fastest_rad_s == 0.0 {
+        return None;
+    }
+    let (_, angle_rad) = turned_rad(scene, axis);
+    let needed_hz = BLOCKS_A_PERIOD * f64::from(HIGHEST_ORDER) * fastest_rad_s / TAU;
+    let block = (rate_hz / needed_hz.max(blocks_hz)).floor().max(1.0) as usize;
+    let blocks = Blocks::new(bench, left, axis, block)?;
+    let of = |order| (order, blocks.ratio(&angle_rad, order));
+    Some((1..=HIGHEST_ORDER).map(of).collect())
 }
 
 /// The residual of one gyro summed over blocks of rows.
@@ -168,7 +195,8 @@ impl Blocks {
         })
     }
 
-    /// 2 Δ ln L of the two waves of one order, jumps at the joints fitted away.
+    /// 2 Δ ln L of the two waves of one order, jumps at the joints fitted away; zero where they would have to be larger
+    /// than any encoder's.
     fn ratio(&self, angle_rad: &[f64], order: u32) -> f64 {
         let waves = [f64::cos, f64::sin].map(|wave| {
             let rows: Vec<f64> = self
@@ -183,25 +211,35 @@ impl Blocks {
                 .collect();
             self.portion.transform(&rows)
         });
+        let free = self.joints.len();
         let columns: Vec<&Bins> = self.joints.iter().chain(&waves).collect();
-        let gain = |columns: &[&Bins]| {
-            let scale: Vec<f64> = columns
-                .iter()
-                .map(|bins| {
-                    inner(bins, bins, &self.weights)
-                        .max(f64::MIN_POSITIVE)
-                        .sqrt()
-                        .recip()
-                })
-                .collect();
-            let gram = DMatrix::from_fn(columns.len(), columns.len(), |a, b| {
-                inner(columns[a], columns[b], &self.weights) * scale[a] * scale[b]
-            });
-            let right = DVector::from_fn(columns.len(), |a, _| {
-                inner(columns[a], &self.left, &self.weights) * scale[a]
-            });
-            right.dot(&(stable_inverse(&gram) * &right))
+        // What the data do not show of a wave is not there.
+        let known = |place: usize| {
+            let own = inner(columns[place], columns[place], &self.weights);
+            let before = if place < free {
+                0.0
+            } else {
+                most_rad(order).powi(-2)
+            };
+            (own + before).max(f64::MIN_POSITIVE)
         };
-        gain(&columns) - gain(&columns[..self.joints.len()])
+        let scale: Vec<f64> = (0..columns.len())
+            .map(|place| known(place).sqrt().recip())
+            .collect();
+        let gram = DMatrix::from_fn(columns.len(), columns.len(), |a, b| match a == b {
+            true => 1.0,
+            false => inner(columns[a], columns[b], &self.weights) * scale[a] * scale[b],
+        });
+        let right = DVector::from_fn(columns.len(), |a, _| {
+            inner(columns[a], &self.left, &self.weights) * scale[a]
+        });
+        let fit = stable_inverse(&gram) * &right;
+        let amplitude_rad = (fit[free] * scale[free]).hypot(fit[free + 1] * scale[free + 1]);
+        if amplitude_rad > most_rad(order) {
+            return 0.0;
+        }
+        let joints = right.rows(0, free).into_owned();
+        let without = stable_inverse(&gram.view((0, 0), (free, free)).into_owned()) * &joints;
+        right.dot(&fit) - joints.dot(&without)
     }
 }
