@@ -221,6 +221,22 @@ impl Findings<'_> {
         }
     }
 
+    /// Gyros whose held-out rows are not the noise that was fitted.
+    pub(super) fn restless(&self) -> impl Iterator<Item = &Validation> {
+        /// Chance below which they are not: of a hundred recordings that the model explains none came below 1e-4.
+        const NOT_NOISE: f64 = 1e-6;
+        let is_restless = |one: &&Validation| one.after.white_p_value < NOT_NOISE;
+        self.validations.iter().filter(is_restless)
+    }
+
+    /// The self-test, where it finds names at any time: what is left has a pattern that no time slide takes away.
+    pub(super) fn named_at_any_time(&self) -> Option<&SelfTest> {
+        /// Of all time slides; where only noise is left it is one in a hundred.
+        const SHARE: f64 = 0.1;
+        let test = self.self_test?;
+        (test.false_names as f64 > SHARE * test.slides as f64).then_some(test)
+    }
+
     fn verdict(&self, effects: &[EffectEntry]) -> Verdict {
         // A constant over a stretch of time describes, as does a product of another size in each; neither explains.
         let confined: Vec<(&str, &str)> = effects.iter().filter_map(confined).collect();
@@ -235,6 +251,8 @@ impl Findings<'_> {
         let clean = self.left.is_empty()
             && self.drifting().is_empty()
             && !self.contradicted
+            && self.restless().next().is_none()
+            && self.named_at_any_time().is_none()
             && !effects.iter().any(describes);
         match (explained, clean) {
             (false, true) => Verdict::Matches,

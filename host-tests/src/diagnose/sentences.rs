@@ -62,6 +62,18 @@ impl Findings<'_> {
                 validation.after.drift_std_rad_s * DEG_H,
             ));
         }
+        for validation in self.restless() {
+            lines.push(format!(
+                "Left: what gyro {} shows on held-out time is not the noise that the other time has (chance {:.0e}).",
+                AXES[validation.axis], validation.after.white_p_value,
+            ));
+        }
+        if let Some(test) = self.named_at_any_time() {
+            lines.push(format!(
+                "Left: a pattern that no shift in time takes away; {} of {} time slides still name something.",
+                test.false_names, test.slides,
+            ));
+        }
         if let Some(rest) = &self.scene.streams.at_rest {
             lines.extend(self.still_summary(rest));
         }
