@@ -29,6 +29,9 @@ const SURROUNDINGS_ROWS: usize = 200;
 const CLIPPED_ROWS: usize = 12;
 const CLIPPED_OVER_NEXT: usize = 6;
 
+/// What comes to its limit so often is no channel that is stuck there.
+const CLIPPED_TIMES: usize = 5;
+
 /// Clipped rows this close belong to one stretch: a dither cycle has ten rows, a slew thousands.
 const TOGETHER_ROWS: usize = 1000;
 
@@ -51,15 +54,17 @@ pub struct Fault {
 /// Finds faults and masks their rows.
 pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
     let mut faults = Vec::new();
-    let rows = streams.rows;
     for axis in 0..3 {
         let name = |stem: &str| format!("{stem}_{}", AXES[axis]);
         let gyro = &streams.sensed_rad[axis];
-        let mut of_gyro = of_channel(&name("gyro"), gyro, &streams.measured);
-        if streams.pickoff_rad.is_none() {
-            of_gyro.retain(|fault| !is_between_pulses(fault, gyro));
-        }
-        faults.extend(of_gyro);
+        let counts_freely = streams.pickoff_rad.is_none();
+        let is_fault = |fault: &Fault| !counts_freely || !is_between_pulses(fault, gyro);
+        faults.extend(of_channel(
+            &name("gyro"),
+            gyro,
+            &streams.measured,
+            &is_fault,
+        ));
         // At rest the case's motion is computed, and the same in every row; without a reference on the rows it
         // is the gyros' own.
         if streams.at_rest.is_none() && !streams.own_motion {
@@ -67,6 +72,7 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
                 &name("reference"),
                 &streams.case_rad[axis],
                 &streams.measured,
+                &|_| true,
             ));
         }
         if let Some(pickoff) = &streams.pickoff_rad {
@@ -74,17 +80,17 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
                 &name("dither"),
                 &pickoff[axis][1..],
                 &streams.measured,
+                &|_| true,
             ));
         }
     }
     if streams.at_rest.is_some() {
         faults = stopped_together(faults);
     }
-    for fault in &faults {
-        let guarded =
-            fault.rows.start.saturating_sub(GUARD_ROWS)..(fault.rows.end + GUARD_ROWS).min(rows);
-        streams.usable[guarded].fill(false);
-    }
+    out_of_use(streams, &faults);
+    let held = held(streams);
+    out_of_use(streams, &held);
+    faults.extend(held);
     let spikes = spikes(streams);
     for spike in &spikes {
         streams.usable[spike.rows.clone()].fill(false);
@@ -94,14 +100,134 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
     faults
 }
 
+/// Masks the rows of faults, and their edges.
+fn out_of_use(streams: &mut Streams, faults: &[Fault]) {
+    for fault in faults {
+        let end = (fault.rows.end + GUARD_ROWS).min(streams.rows);
+        streams.usable[fault.rows.start.saturating_sub(GUARD_ROWS)..end].fill(false);
+    }
+}
+
+/// How far each row's reading is off its neighbours: of what a gyro turned beyond case and dither, half of what a row has
+/// more than the next, against what scatter lets it come to.
+struct Off {
+    off_rad: Vec<f64>,
+    /// Beyond which it is no scatter, by row; infinite where too few rows are in use to tell.
+    least_rad: Vec<f64>,
+}
+
+impl Off {
+    fn of(streams: &Streams, axis: usize) -> Self {
+        /// Standard deviations of a reading against its neighbours; a quarter of a million rows reach five.
+        const OFF: f64 = 8.0;
+        /// Rows over which the scatter is read: a shaken unit scatters more.
+        const AROUND: usize = 2000;
+        let pickoff = streams.pickoff_rad.as_ref().map(|pickoff| &pickoff[axis]);
+        let rows = streams.sensed_rad[axis].iter().zip(&streams.case_rad[axis]);
+        let increments = rows.enumerate().map(|(row, (sensed, case))| {
+            let swung = pickoff.map_or(0.0, |angle| angle[row + 1] - angle[row]);
+            sensed - case - swung
+        });
+        let increments: Vec<f64> = increments.collect();
+        // A reading less the mean of the ones before and after it.
+        let off_rad: Vec<f64> = increments
+            .windows(2)
+            .map(|two| 0.5 * (two[0] - two[1]))
+            .collect();
+        let mut least_rad = vec![f64::INFINITY; off_rad.len()];
+        for first in (0..off_rad.len()).step_by(AROUND) {
+            let window = first..(first + AROUND).min(off_rad.len());
+            let mut sizes: Vec<f64> = window
+                .clone()
+                .filter(|&row| are_usable(streams, row))
+                .map(|row| off_rad[row].abs())
+                .collect();
+            if sizes.len() < AROUND / 4 {
+                continue;
+            }
+            let middle = sizes.len() / 2;
+            let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+            least_rad[window].fill(OFF * *median / 0.6745);
+        }
+        Self { off_rad, least_rad }
+    }
+
+    /// Whether a row is off by more than a share of what no scatter comes to.
+    fn stands_out(&self, row: usize, share: f64) -> bool {
+        let off = self.off_rad.get(row).zip(self.least_rad.get(row));
+        off.is_some_and(|(off, least)| off.abs() > share * *least)
+    }
+}
+
+/// Whether a row and the next are in use.
+fn are_usable(streams: &Streams, row: usize) -> bool {
+    streams.usable[row..row + 2].iter().all(|usable| *usable)
+}
+
+/// Readings that a channel repeats while gyro and reference come apart: too few for chance to rule out by themselves.
+fn held(streams: &Streams) -> Vec<Fault> {
+    /// Rows, at least.
+    const SHORTEST: usize = 3;
+    /// Chance of such a run at a row that stands out anyway.
+    const CHANCE: f64 = 1e-4;
+    /// Five standard deviations: the run itself is rare.
+    const SHARE: f64 = 5.0 / 8.0;
+    if streams.own_motion || streams.at_rest.is_some() {
+        return Vec::new();
+    }
+    let of_axis = |axis: usize| -> Vec<Fault> {
+        let off = Off::of(streams, axis);
+        let pickoff = streams.pickoff_rad.as_ref();
+        let channels = [
+            ("gyro", Some(&streams.sensed_rad[axis][..])),
+            ("reference", Some(&streams.case_rad[axis][..])),
+            ("dither", pickoff.map(|pickoff| &pickoff[axis][1..])),
+        ];
+        let mut faults = Vec::new();
+        for (stem, values) in channels {
+            let Some(values) = values else { continue };
+            let same = |row: usize| values[row] == values[row - 1];
+            let mut row = 1;
+            while row < values.len() {
+                let begin = row - 1;
+                while row < values.len() && same(row) {
+                    row += 1;
+                }
+                let run = begin..row;
+                row += 1;
+                if run.len() < SHORTEST || !streams.usable[run.clone()].iter().all(|one| *one) {
+                    continue;
+                }
+                let around = run.start.saturating_sub(SURROUNDINGS_ROWS).max(1)
+                    ..(run.end + SURROUNDINGS_ROWS).min(values.len());
+                let rows = around.len() as f64;
+                let by_chance = around.filter(|&row| same(row)).count() as f64 / rows;
+                let mut touched = run.start.saturating_sub(1)..run.end;
+                if by_chance.powi(run.len() as i32 - 1) < CHANCE
+                    && touched.any(|row| off.stands_out(row, SHARE))
+                {
+                    faults.push(Fault {
+                        kind: "stuck_channel",
+                        indistinguishable_from: if values[run.start] == 0.0 {
+                            &["lost_samples"]
+                        } else {
+                            &[]
+                        },
+                        channel: format!("{stem}_{}", AXES[axis]),
+                        rows: run,
+                    });
+                }
+            }
+        }
+        faults
+    };
+    (0..3).flat_map(of_axis).collect()
+}
+
 /// Single readings of an angle that are off and back: what a row gains the next one loses.
 fn spikes(streams: &Streams) -> Vec<Fault> {
-    /// Standard deviations of a reading against its neighbours; a quarter of a million rows reach five.
-    const OFF: f64 = 8.0;
     /// What its neighbours may differ by from what one reading makes of them, as a share.
     const NEAR: f64 = 0.25;
-    /// Rows over which the scatter is read: a shaken unit scatters more.
-    const AROUND: usize = 2000;
     /// More are no accidents.
     const MOST: usize = 8;
     /// Pulses of the smallest.
@@ -111,49 +237,24 @@ fn spikes(streams: &Streams) -> Vec<Fault> {
         return Vec::new();
     }
     let of_axis = |axis: usize| -> Vec<Fault> {
-        let pickoff = streams.pickoff_rad.as_ref().map(|pickoff| &pickoff[axis]);
-        let rows = streams.sensed_rad[axis].iter().zip(&streams.case_rad[axis]);
-        let increments = rows.enumerate().map(|(row, (sensed, case))| {
-            let swung = pickoff.map_or(0.0, |angle| angle[row + 1] - angle[row]);
-            sensed - case - swung
-        });
-        let increments: Vec<f64> = increments.collect();
-        // A reading less the mean of the ones before and after it.
-        let off: Vec<f64> = increments
-            .windows(2)
-            .map(|two| 0.5 * (two[0] - two[1]))
-            .collect();
-        let usable = |row: usize| streams.usable[row..row + 2].iter().all(|usable| *usable);
-        let mut found = Vec::new();
-        for first in (0..off.len()).step_by(AROUND) {
-            let window = first..(first + AROUND).min(off.len());
-            let mut sizes: Vec<f64> = window
-                .clone()
-                .filter(|&row| usable(row))
-                .map(|row| off[row].abs())
-                .collect();
-            if sizes.len() < AROUND / 4 {
-                continue;
-            }
-            let middle = sizes.len() / 2;
-            let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-            let least = OFF * *median / 0.6745;
-            // By as much as one reading is off, the means beside it are off by half to the other side, and the next not
-            // at all: physics that begins there does not look so.
-            let alone = |row: usize| {
-                let share = |near: usize| off.get(near).map_or(f64::NAN, |near| near / off[row]);
-                let half = -0.5 - NEAR..-0.5 + NEAR;
-                row >= 2
-                    && [row - 1, row + 1]
-                        .iter()
-                        .all(|&near| half.contains(&share(near)))
-                    && [row - 2, row + 2]
-                        .iter()
-                        .all(|&near| share(near).abs() < NEAR)
-            };
-            let is_spike = |row: &usize| usable(*row) && off[*row].abs() > least && alone(*row);
-            found.extend(window.filter(is_spike));
-        }
+        let around = Off::of(streams, axis);
+        let off = &around.off_rad;
+        // By as much as one reading is off, the means beside it are off by half to the other side, and the next not at
+        // all: physics that begins there does not look so.
+        let alone = |row: usize| {
+            let share = |near: usize| off.get(near).map_or(f64::NAN, |near| near / off[row]);
+            let half = -0.5 - NEAR..-0.5 + NEAR;
+            row >= 2
+                && [row - 1, row + 1]
+                    .iter()
+                    .all(|&near| half.contains(&share(near)))
+                && [row - 2, row + 2]
+                    .iter()
+                    .all(|&near| share(near).abs() < NEAR)
+        };
+        let is_spike =
+            |row: &usize| are_usable(streams, *row) && around.stands_out(*row, 1.0) && alone(*row);
+        let mut found: Vec<usize> = (0..off.len()).filter(is_spike).collect();
         // Where a counter is all but silent a pulse that comes and goes is no accident.
         if !found.is_empty() {
             let pulse_rad = pulse(&streams.sensed_rad[axis]).max(streams.pulse_rad[axis]);
@@ -286,7 +387,13 @@ fn gathered(faults: Vec<Fault>) -> Vec<Fault> {
     kept
 }
 
-fn of_channel(channel: &str, values: &[f64], measured: &[bool]) -> Vec<Fault> {
+/// Faults of one channel; runs of repeats only where `is_fault` says so.
+fn of_channel(
+    channel: &str,
+    values: &[f64],
+    measured: &[bool],
+    is_fault: &dyn Fn(&Fault) -> bool,
+) -> Vec<Fault> {
     let mut faults = Vec::new();
     let same = |row: usize| values[row] == values[row - 1] && measured[row] && measured[row - 1];
     let repeats = (1..values.len()).filter(|&row| same(row)).count();
@@ -352,14 +459,22 @@ fn of_channel(channel: &str, values: &[f64], measured: &[bool]) -> Vec<Fault> {
             });
         }
     }
-    if faults.is_empty() {
-        faults.extend(clipped(channel, values, measured));
+    let repeats_nothing = faults.is_empty();
+    faults.retain(is_fault);
+    // What is stuck at its extreme comes to it once, what clips again and again.
+    let clipped = clipped_rows(values, measured);
+    let comes = clipped.windows(2).filter(|two| two[1] > two[0] + 1).count();
+    let limits: Vec<f64> = clipped.iter().map(|&row| values[row].abs()).collect();
+    let at_limit = |fault: &Fault| limits.contains(&values[fault.rows.start].abs());
+    if repeats_nothing || (comes >= CLIPPED_TIMES && faults.iter().any(at_limit)) {
+        faults.retain(|fault| !at_limit(fault));
+        faults.extend(stretches(channel, clipped));
     }
     faults
 }
 
-/// Stretches in which a channel stands at one of its own extremes again and again.
-fn clipped(channel: &str, values: &[f64], measured: &[bool]) -> Vec<Fault> {
+/// The rows in which a channel stands at one of its own extremes again and again.
+fn clipped_rows(values: &[f64], measured: &[bool]) -> Vec<usize> {
     let on_both_sides = |rows: fn(&[f64], &[bool], f64) -> Vec<usize>| -> Vec<usize> {
         let sides = [1.0, -1.0].into_iter();
         sides
@@ -371,6 +486,11 @@ fn clipped(channel: &str, values: &[f64], measured: &[bool]) -> Vec<Fault> {
         at_extreme = on_both_sides(rows_clipped_for_a_while);
     }
     at_extreme.sort_unstable();
+    at_extreme
+}
+
+/// Clipped rows as stretches.
+fn stretches(channel: &str, at_extreme: Vec<usize>) -> Vec<Fault> {
     let mut faults: Vec<Fault> = Vec::new();
     for row in at_extreme {
         match faults.last_mut() {
@@ -531,6 +651,36 @@ mod tests {
     }
 
     #[test]
+    fn a_reading_that_is_repeated_while_the_case_turns_is_stuck() {
+        let rows = 12_000;
+        // Both see the same swing of some tens of microradians a row, each with noise of its own.
+        let mut state = 1_u64;
+        let mut noise = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            ((state >> 40) as f64 / f64::from(1 << 24) - 0.5) * 1e-6
+        };
+        let swing = |row: usize| 4e-5 * (row as f64 * 0.3).sin();
+        let mut seen = || [0, 1, 2].map(|_| (0..rows).map(|row| swing(row) + noise()).collect());
+        let mut streams = Streams::of_motion(1000.0, seen());
+        streams.sensed_rad = seen();
+        streams.own_motion = false;
+        assert!(held(&streams).is_empty());
+        for row in [3_000, 5_000, 5_001, 5_002, 9_000, 9_001, 9_002, 9_003] {
+            streams.case_rad[1][row] = streams.case_rad[1][row - 1];
+        }
+        let faults = held(&streams);
+        let found: Vec<(&str, Range<usize>)> = faults
+            .iter()
+            .map(|fault| (fault.channel.as_str(), fault.rows.clone()))
+            .collect();
+        // Twice the same may be chance.
+        let expected = [("reference_y", 4_999..5_003), ("reference_y", 8_999..9_004)];
+        assert_eq!(found, expected);
+    }
+
+    #[test]
     fn a_dither_cut_off_for_a_while_is_found_and_a_held_or_whole_one_is_not() {
         // 90 counts a row at 400 Hz of 4000, the amplitude wandering by a fifth.
         let swing = |row: usize| {
@@ -546,7 +696,7 @@ mod tests {
         let mut held: Vec<f64> = (0..20_000).map(|row| (row as f64).min(9_000.0)).collect();
         held[15_000] = 9_500.0;
         let measured = vec![true; 20_000];
-        let found = clipped("gyro_x", &cut, &measured);
+        let found = stretches("gyro_x", clipped_rows(&cut, &measured));
         assert_eq!(found.len(), 1);
         assert!(
             found[0].rows.start.abs_diff(span.start) < 20,
@@ -558,8 +708,8 @@ mod tests {
             "{:?}",
             found[0].rows
         );
-        assert!(clipped("gyro_x", &whole, &measured).is_empty());
-        assert!(clipped("gyro_x", &held, &measured).is_empty());
+        assert!(clipped_rows(&whole, &measured).is_empty());
+        assert!(clipped_rows(&held, &measured).is_empty());
     }
 
     #[test]
