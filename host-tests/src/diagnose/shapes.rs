@@ -190,7 +190,12 @@ impl Patterns {
         let within = |a: usize, b: usize| f64::from(u8::from(of[a] == of[b]));
         Self {
             jumps: DMatrix::from_fn(count, count, |row, from| {
-                if row < from { 0.0 } else { within(row, from) }
+                let share = match row {
+                    _ if row + 1 == from => blocks.spilt(),
+                    _ if row == from => 1.0 - blocks.spilt(),
+                    _ => f64::from(u8::from(row > from)),
+                };
+                share * within(row, from)
             }),
             decays: DMatrix::from_fn(count, constants_s.len(), |row, k| {
                 (-since_s(row) / constants_s[k]).exp()
@@ -410,21 +415,26 @@ mod tests {
         let blocks = blocks(&HELD_AGAINST);
         let patterns = patterns(&blocks);
         let inside = |time_s: f64| f64::from(u8::from((11.0..17.0).contains(&time_s)));
+        let (mut windows, mut alone) = (0, 0);
         for seed in 0..10 {
             let record = record(Besides::Nothing, seed) + shape(inside, 15.0);
             let wanders = blocks.wanders(&white(), &record);
             let nothing = DMatrix::zeros(BLOCKS, 0);
             let found = patterns.best(&wanders, &nothing.columns(0, 0), &record);
-            let Some((Kind::Window(from, to), _)) = found else {
+            let Some((kind @ (Kind::Window(from, to) | Kind::Jumps(from, to)), _)) = found else {
                 panic!("{seed}: {found:?}");
             };
             assert!(
                 from.abs_diff(22) <= 1 && to.abs_diff(34) <= 1,
                 "{from} {to}"
             );
+            windows += usize::from(matches!(kind, Kind::Window(..)));
             let [(_, jump), ..] = ahead(&blocks, &patterns, &record);
-            assert!(jump < AHEAD_JUMP, "{seed}: {jump}");
+            alone += usize::from(jump < AHEAD_JUMP);
         }
+        assert!(alone >= 8, "{alone}");
+        // One more number, of chi-squared, passes what two jumps need more than a window in one of twelve.
+        assert!(windows >= 8, "{windows}");
     }
 
     #[test]

@@ -5,6 +5,9 @@
 //! sums under each [`Wander`], as it is in time: periodograms of a walk leak, stretches of it do not fit together at
 //! their joints, and its mean depends on where it began, so that a Whittle likelihood of a few modes is no judge.
 //!
+//! A block's edges are soft: white noise of angle, which counters have much of, is in a single reading whole, and in the
+//! mean of some dozens next to none; a block turns from the mean of those about its beginning to that about its end.
+//!
 //! Left out: what gyros share, walks and flicker at once (one of them is nearly always the better), and what is
 //! faster than half the blocks' rate.
 
@@ -44,6 +47,8 @@ pub struct Blocks {
     pub edge_hz: f64,
     /// Places in the portion's rows, end to end.
     places: Vec<Range<usize>>,
+    /// Rows on either side of an edge whose angles make up its mean.
+    soft_rows: usize,
     /// Unit variance over the span, of each kind that is asked about.
     kinds: Vec<(Drift, DMatrix<f64>)>,
 }
@@ -89,9 +94,11 @@ impl Blocks {
         let rows = ((block_s * streams.rate_hz).round() as usize).max(1);
         let (mut places, mut scene_rows) = (Vec::new(), Vec::new());
         let mut before = 0;
+        let soft_rows = soft(rows);
         for range in &portion.ranges {
-            for block in 0..range.len() / rows {
-                let first = block * rows;
+            let inside = range.len().saturating_sub(2 * soft_rows);
+            for block in 0..inside / rows {
+                let first = soft_rows + block * rows;
                 places.push(before + first..before + first + rows);
                 scene_rows.push(range.start + first..range.start + first + rows);
             }
@@ -148,6 +155,7 @@ impl Blocks {
             rows,
             edge_hz: 0.5 * rate_hz / rows as f64,
             places,
+            soft_rows: soft(rows),
             kinds,
         }
     }
@@ -173,13 +181,27 @@ impl Blocks {
         self.places.len()
     }
 
-    /// The portion's rows, summed.
+    /// What the portion's rows turn by over each block.
     pub fn sums(&self, rows: &[f64]) -> DVector<f64> {
-        let sums = self
-            .places
-            .iter()
-            .map(|place| rows[place.clone()].iter().sum());
+        let mut turned = vec![0.0];
+        turned.extend(rows.iter().scan(0.0, |sum, row| {
+            *sum += row;
+            Some(*sum)
+        }));
+        let soft = self.soft_rows;
+        let angle = |edge: usize| match soft {
+            0 => turned[edge],
+            _ => turned[edge - soft..edge + soft].iter().sum::<f64>() / (2 * soft) as f64,
+        };
+        let sums = self.places.iter();
+        let sums = sums.map(|place| angle(place.end) - angle(place.start));
         DVector::from_iterator(self.places.len(), sums)
+    }
+
+    /// Of what begins at a block's start, the share of a block that the block before it shows.
+    pub fn spilt(&self) -> f64 {
+        let soft = self.soft_rows as f64;
+        0.25 * soft / self.rows as f64
     }
 
     /// Every way to wander beside a gyro's white noise; `residual` says how strong the strongest is to be.
@@ -211,18 +233,30 @@ impl Blocks {
             .collect()
     }
 
-    /// Covariance of the noise without drift: a walk of the angle, and white noise of it, which neighbours share.
+    /// Covariance of the noise without drift: a walk of the angle, and white noise of it; neighbours share an edge.
     fn steady(&self, walk: f64, white: f64) -> DMatrix<f64> {
+        // Σ r (1 − r) over the rows of an edge, r rising evenly from one block's to the other's.
+        let soft = self.soft_rows as f64;
+        let shared = match self.soft_rows {
+            0 => 0.0,
+            _ => (4.0 * soft * soft - 1.0) / (12.0 * soft),
+        };
+        let white = white / (2 * self.soft_rows).max(1) as f64;
         DMatrix::from_fn(self.places.len(), self.places.len(), |a, b| {
             let adjoin = self.places[a].end == self.places[b].start
                 || self.places[b].end == self.places[a].start;
             match (a == b, adjoin) {
-                (true, _) => self.rows as f64 * walk + 2.0 * white,
-                (_, true) => -white,
+                (true, _) => (self.rows as f64 - 2.0 * shared) * walk + 2.0 * white,
+                (_, true) => shared * walk - white,
                 _ => 0.0,
             }
         })
     }
+}
+
+/// Rows on either side of a block's edge that are taken together: half of them are the edge's, half the block's own.
+fn soft(rows: usize) -> usize {
+    rows / 4
 }
 
 /// Covariance of a walk that gathers unit variance over the span.
@@ -266,11 +300,13 @@ pub(super) mod simulated {
 
     pub const BLOCKS: usize = 80;
     pub const BLOCK_S: f64 = 0.5;
-    const ROWS: usize = 100;
+    pub const ROWS: usize = 100;
 
     /// Forty seconds of one recording.
     pub fn blocks(kinds: &[Drift]) -> Blocks {
-        let rows: Vec<Range<usize>> = (0..BLOCKS).map(|k| k * ROWS..(k + 1) * ROWS).collect();
+        let first = soft(ROWS);
+        let block = |k: usize| first + k * ROWS..first + (k + 1) * ROWS;
+        let rows: Vec<Range<usize>> = (0..BLOCKS).map(block).collect();
         Blocks::over(
             rows.clone(),
             rows,
@@ -298,13 +334,15 @@ pub(super) mod simulated {
 
     pub const ALL: [Besides; 3] = [Besides::Nothing, Besides::Walk, Besides::Flicker];
 
-    /// One record: noise of one block's unit variance, and drift that gathers from a twentieth to twenty of its
+    /// One record: noise of unit variance in a block with sharp edges, and drift that gathers from a twentieth to twenty of its
     /// deviations.
     pub fn record(besides: Besides, seed: u64) -> DVector<f64> {
         let middles_s: Vec<f64> = (0..BLOCKS).map(|block| block as f64 * BLOCK_S).collect();
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut normal = |_, _| StandardNormal.sample(&mut rng);
-        let white = DVector::<f64>::from_fn(BLOCKS, &mut normal);
+        let steady = blocks(&[]).steady(1.0 / ROWS as f64, 0.0);
+        let steady = steady.cholesky().expect("a covariance").unpack();
+        let white = steady * DVector::<f64>::from_fn(BLOCKS, &mut normal);
         let drawn = DVector::<f64>::from_fn(BLOCKS, &mut normal);
         let strength = 0.05 * 400_f64.powf(rng.random::<f64>());
         let kind = match besides {
@@ -315,5 +353,27 @@ pub(super) mod simulated {
         let barely = DMatrix::identity(BLOCKS, BLOCKS) * 1e-9;
         let root = (kind + barely).cholesky().expect("a covariance").unpack();
         white + root * drawn * strength
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::simulated::{BLOCK_S, ROWS, blocks};
+    use super::*;
+
+    #[test]
+    fn blocks_keep_what_rows_say_of_a_wave_in_white_noise_of_angle() {
+        let blocks = blocks(&[]);
+        let wave = |row: usize| (row as f64 * BLOCK_S / ROWS as f64 * TAU * 0.4).sin();
+        let rows = blocks.places.iter().map(|place| place.end).max();
+        let rows = rows.expect("some") + blocks.soft_rows;
+        let increments: Vec<f64> = (0..rows).map(|row| wave(row + 1) - wave(row)).collect();
+        // Unit variance a reading; a walk so weak that only the sums' own edges are left out.
+        let turned = blocks.sums(&increments);
+        let covariance = blocks.steady(1e-9, 1.0);
+        let seen = turned.dot(&covariance.cholesky().expect("a covariance").solve(&turned));
+        let all: f64 = (0..rows).map(|row| wave(row).powi(2)).sum();
+        // Half of the readings are near an edge. Edges of single readings kept one in a hundred.
+        assert!((0.45..0.55).contains(&(seen / all)), "{}", seen / all);
     }
 }
