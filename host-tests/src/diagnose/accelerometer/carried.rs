@@ -209,7 +209,8 @@ fn mean_over_rows(middles: &[f64]) -> Vec<f64> {
 }
 
 /// The case's increments: what the reference read less what the model says is wrong with it (contract:
-/// `reference_scale` reads (1 + r_i) times, `reference_misalignment` reads ω − r × ω, `reference_delay` d late, `reference_harmonic` waves of its own angle more).
+/// `reference_scale` reads (1 + r_i) times, `reference_misalignment` reads ω − r × ω, `reference_delay` d late,
+/// `reference_harmonic` waves of its own angle more).
 fn case_rad(scene: &Scene, effects: &[ModelEffect]) -> Triad {
     let mut case: Triad = scene.streams.case_rad.clone();
     let xyz = |effect: &ModelEffect| Vector3::from_fn(|axis, _| effect.number(AXES[axis]));

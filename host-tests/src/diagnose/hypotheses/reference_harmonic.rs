@@ -37,10 +37,10 @@ pub fn most_rad(order: u32) -> f64 {
     MOST / f64::from(order)
 }
 
-/// Blocks a second, at least, where the order is looked for; the best is then weighed by rows.
+/// Blocks a second, at least, where the order is looked for.
 const SEARCHED_HZ: f64 = 50.0;
 
-/// The same where it is weighed against the others.
+/// The same where it is weighed: of vibration faster than half of it the angle is next to nothing.
 const WEIGHED_HZ: f64 = 400.0;
 
 /// Blocks in one period of the fastest harmonic.
@@ -101,16 +101,17 @@ pub fn harmonics(bench: &Workbench, left: &[Bins; 3]) -> Vec<Harmonic> {
 }
 
 fn best_on(bench: &Workbench, left: &Bins, axis: usize) -> Option<Harmonic> {
-    let ratios = ratios(bench, left, axis, SEARCHED_HZ)?;
-    let (best, _) = ratios.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    // Vibration is faster than the blocks; what it turns through is small, and all orders are alike.
-    let rows = Blocks::new(bench, left, axis, 1)?;
-    let (_, angle_rad) = turned_rad(bench.scene(), axis);
+    let table = Table::new(bench, left, axis)?;
+    let searched = table.blocks(bench, SEARCHED_HZ)?;
+    let ratios = (1..=HIGHEST_ORDER).map(|order| (order, searched.ratio(&table, order)));
+    let (best, _) = ratios.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    // Vibration is faster than these blocks; what it turns through is small, and all orders are alike.
+    let weighed = table.blocks(bench, WEIGHED_HZ)?;
     let (order, ratio) = [best, 1]
-        .map(|order| (order, rows.ratio(&angle_rad, order)))
+        .map(|order| (order, weighed.ratio(&table, order)))
         .into_iter()
         .max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let trials = 3.0 * ratios.len() as f64;
+    let trials = 3.0 * f64::from(HIGHEST_ORDER);
     let chance = (-0.5 * ratio).exp();
     Some(Harmonic {
         terms: [true, false].map(|cosine| Term {
@@ -124,7 +125,15 @@ fn best_on(bench: &Workbench, left: &Bins, axis: usize) -> Option<Harmonic> {
 
 /// Spread of the order \[1\] about `order`, all orders as probable before: `left` still holds the harmonic.
 pub fn spread_of_order(bench: &Workbench, left: &Bins, axis: usize, order: u32) -> f64 {
-    let ratios = ratios(bench, left, axis, WEIGHED_HZ).unwrap_or_default();
+    let table = Table::new(bench, left, axis);
+    let blocks = table
+        .as_ref()
+        .and_then(|table| Some((table, table.blocks(bench, WEIGHED_HZ)?)));
+    let Some((table, blocks)) = blocks else {
+        return 0.0;
+    };
+    let of = |other| (other, blocks.ratio(table, other));
+    let ratios: Vec<(u32, f64)> = (1..=HIGHEST_ORDER).map(of).collect();
     let best = ratios.iter().fold(0.0, |best: f64, one| best.max(one.1));
     let [mut whole, mut squares] = [0.0; 2];
     for (other, ratio) in ratios {
@@ -135,22 +144,38 @@ pub fn spread_of_order(bench: &Workbench, left: &Bins, axis: usize, order: u32) 
     (squares / whole.max(f64::MIN_POSITIVE)).sqrt()
 }
 
-/// 2 Δ ln L of every order on one axis; `None` where its table does not turn.
-fn ratios(bench: &Workbench, left: &Bins, axis: usize, blocks_hz: f64) -> Option<Vec<(u32, f64)>> {
-    let scene = bench.scene();
-    let rate_hz = scene.streams.rate_hz;
-    let fastest_rad_s = scene.rate_rad_s[axis]
-        .iter()
-        .fold(0.0, |most: f64, rate| most.max(rate.abs()));
-    if fastest_rad_s == 0.0 {
-        return None;
+/// One axis of the table, and what is left of its gyro.
+struct Table {
+    axis: usize,
+    /// By row of the scene \[rad\].
+    angle_rad: Vec<f64>,
+    fastest_rad_s: f64,
+    /// By row of the portion \[rad\].
+    left_rad: Vec<f64>,
+}
+
+impl Table {
+    /// `None` where the table does not turn.
+    fn new(bench: &Workbench, left: &Bins, axis: usize) -> Option<Self> {
+        let scene = bench.scene();
+        let fastest_rad_s = scene.rate_rad_s[axis]
+            .iter()
+            .fold(0.0, |most: f64, rate| most.max(rate.abs()));
+        (fastest_rad_s > 0.0).then(|| Self {
+            axis,
+            angle_rad: turned_rad(scene, axis).1,
+            fastest_rad_s,
+            left_rad: bench.portion.rows_of(left),
+        })
     }
-    let (_, angle_rad) = turned_rad(scene, axis);
-    let needed_hz = BLOCKS_A_PERIOD * f64::from(HIGHEST_ORDER) * fastest_rad_s / TAU;
-    let block = (rate_hz / needed_hz.max(blocks_hz)).floor().max(1.0) as usize;
-    let blocks = Blocks::new(bench, left, axis, block)?;
-    let of = |order| (order, blocks.ratio(&angle_rad, order));
-    Some((1..=HIGHEST_ORDER).map(of).collect())
+
+    /// Blocks of which there are `least_hz`, or as many as the fastest wave needs.
+    fn blocks(&self, bench: &Workbench, least_hz: f64) -> Option<Blocks> {
+        let needed_hz = BLOCKS_A_PERIOD * f64::from(HIGHEST_ORDER) * self.fastest_rad_s / TAU;
+        let rate_hz = bench.scene().streams.rate_hz;
+        let block = (rate_hz / needed_hz.max(least_hz)).floor().max(1.0) as usize;
+        Blocks::new(bench, &self.left_rad, self.axis, block)
+    }
 }
 
 /// The residual of one gyro summed over blocks of rows.
@@ -159,13 +184,15 @@ struct Blocks {
     edges: Vec<Vec<usize>>,
     portion: Portion,
     left: Bins,
+    /// Jumps at the joints, what they say of each other and of what is left.
     joints: Vec<Bins>,
+    of_joints: DMatrix<f64>,
+    left_of_joints: DVector<f64>,
     weights: Vec<f64>,
 }
 
 impl Blocks {
-    fn new(bench: &Workbench, left: &Bins, axis: usize, block: usize) -> Option<Self> {
-        let rows = bench.portion.rows_of(left);
+    fn new(bench: &Workbench, left_rad: &[f64], axis: usize, block: usize) -> Option<Self> {
         let mut edges = Vec::new();
         let mut sums = Vec::new();
         let mut ranges = Vec::new();
@@ -175,7 +202,7 @@ impl Blocks {
             ranges.push(sums.len()..sums.len() + count);
             for k in 0..count {
                 let from = first + k * block;
-                sums.push(rows[from..from + block].iter().sum::<f64>());
+                sums.push(left_rad[from..from + block].iter().sum::<f64>());
             }
             // A block begins where the row before it ends; the very first row of all stands in for its own beginning.
             let before = |k: usize| (range.start + k * block).saturating_sub(1);
@@ -186,9 +213,15 @@ impl Blocks {
         let portion = Portion::new(ranges, noise.rate_hz / block as f64)?;
         let portion = portion.within(bench.portion.band_hz);
         let weights = noise.of_blocks(block).weights(&portion);
+        let (left, joints) = (portion.transform(&sums), portion.joints());
+        let count = joints.len();
         Some(Self {
-            left: portion.transform(&sums),
-            joints: portion.joints(),
+            of_joints: DMatrix::from_fn(count, count, |a, b| {
+                inner(&joints[a], &joints[b], &weights)
+            }),
+            left_of_joints: DVector::from_fn(count, |a, _| inner(&joints[a], &left, &weights)),
+            left,
+            joints,
             edges,
             weights,
             portion,
@@ -197,14 +230,14 @@ impl Blocks {
 
     /// 2 Δ ln L of the two waves of one order, jumps at the joints fitted away; zero where they would have to be larger
     /// than any encoder's.
-    fn ratio(&self, angle_rad: &[f64], order: u32) -> f64 {
+    fn ratio(&self, table: &Table, order: u32) -> f64 {
         let waves = [f64::cos, f64::sin].map(|wave| {
             let rows: Vec<f64> = self
                 .edges
                 .iter()
                 .flat_map(|edges| {
                     edges.windows(2).map(|ends| {
-                        let at = |row: usize| wave(f64::from(order) * angle_rad[row]);
+                        let at = |row: usize| wave(f64::from(order) * table.angle_rad[row]);
                         at(ends[1]) - at(ends[0])
                     })
                 })
@@ -212,26 +245,28 @@ impl Blocks {
             self.portion.transform(&rows)
         });
         let free = self.joints.len();
-        let columns: Vec<&Bins> = self.joints.iter().chain(&waves).collect();
-        // What the data do not show of a wave is not there.
-        let known = |place: usize| {
-            let own = inner(columns[place], columns[place], &self.weights);
-            let before = if place < free {
-                0.0
-            } else {
-                most_rad(order).powi(-2)
-            };
-            (own + before).max(f64::MIN_POSITIVE)
+        let count = free + waves.len();
+        let of = |a: &Bins, b: &Bins| inner(a, b, &self.weights);
+        let of_places = |a: usize, b: usize| match (a.checked_sub(free), b.checked_sub(free)) {
+            (None, None) => self.of_joints[(a, b)],
+            (Some(wave), None) => of(&waves[wave], &self.joints[b]),
+            (None, Some(wave)) => of(&self.joints[a], &waves[wave]),
+            // What the data do not show of a wave is not there.
+            (Some(one), Some(other)) if one == other => {
+                of(&waves[one], &waves[other]) + most_rad(order).powi(-2)
+            }
+            (Some(one), Some(other)) => of(&waves[one], &waves[other]),
         };
-        let scale: Vec<f64> = (0..columns.len())
-            .map(|place| known(place).sqrt().recip())
-            .collect();
-        let gram = DMatrix::from_fn(columns.len(), columns.len(), |a, b| match a == b {
-            true => 1.0,
-            false => inner(columns[a], columns[b], &self.weights) * scale[a] * scale[b],
-        });
-        let right = DVector::from_fn(columns.len(), |a, _| {
-            inner(columns[a], &self.left, &self.weights) * scale[a]
+        let gram = DMatrix::from_fn(count, count, of_places);
+        let scale = gram.diagonal();
+        let scale = scale.map(|own| own.max(f64::MIN_POSITIVE).sqrt().recip());
+        let gram = DMatrix::from_fn(count, count, |a, b| gram[(a, b)] * scale[a] * scale[b]);
+        let right = DVector::from_fn(count, |a, _| {
+            scale[a]
+                * match a.checked_sub(free) {
+                    None => self.left_of_joints[a],
+                    Some(wave) => of(&waves[wave], &self.left),
+                }
         });
         let fit = stable_inverse(&gram) * &right;
         let amplitude_rad = (fit[free] * scale[free]).hypot(fit[free + 1] * scale[free + 1]);
