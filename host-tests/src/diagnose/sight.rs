@@ -18,6 +18,7 @@ use super::products::{Best, Products, Survey, WORTH_A_LAG};
 use super::select::Choice;
 use super::signals;
 use super::steps;
+use super::streams::AXES;
 use super::weigh::prior_width;
 use super::workbench::{Parameters, Workbench};
 
@@ -294,12 +295,24 @@ impl Sight<'_> {
             let values = indices.into_iter().zip(without.values.iter().copied());
             let left = self.bench.left_over(&values.collect::<Vec<_>>());
             let numbers = self.parameters.of(effect).len() as f64;
-            // Each further number explains two more, or it says nothing (Akaike).
-            let needed = share - 2.0 * (numbers - NUMBERS);
+            // Each further number explains two more, or it says nothing (Akaike); what noise adds to those is no reason.
+            let needed = share - 2.0 * (numbers - NUMBERS) - PLAINER;
             let harmonics = reference_harmonic::harmonics(self.bench, &left);
+            // Of vibration, which is faster than what harmonics are sought in, the rate itself says as much.
+            let own: Vec<usize> = self.parameters.of(effect).collect();
+            let as_rate = |axis: usize| {
+                let rate = |product: usize| self.products.names[product] == rate_of(axis);
+                let best = self.survey.best_of(axis, &own, &rate);
+                best.is_some_and(|best| {
+                    best.ratio > needed
+                        && best.p_value < FAMILY_SIGNIFICANCE
+                        && reference_harmonic::turns_little(self.bench.scene(), axis)
+                })
+            };
             harmonics
                 .iter()
                 .any(|found| found.ratio > needed && found.p_value < FAMILY_SIGNIFICANCE)
+                || (0..3).any(as_rate)
         };
         let at_rest = self.bench.scene().streams.at_rest.is_some();
         set.iter()
@@ -423,6 +436,11 @@ impl Sight<'_> {
         }
         found
     }
+}
+
+/// A gyro's own rate as a product.
+fn rate_of(axis: usize) -> String {
+    format!("omega_{}", AXES[axis])
 }
 
 /// Whether none is a mere shape in time or goes with a channel's past: a decay of its own for every gyro fits better than

@@ -82,6 +82,18 @@ pub fn column(scene: &Scene, axis: usize, order: u32, cosine: bool) -> Vec<f64> 
     column
 }
 
+/// Whether the table turns by so little that the first order's sine is the angle itself, to a hundredth.
+pub fn turns_little(scene: &Scene, axis: usize) -> bool {
+    const LITTLE_RAD: f64 = 0.5;
+    let (_, angle_rad) = turned_rad(scene, axis);
+    let (low, high) = angle_rad
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), angle| {
+            (low.min(*angle), high.max(*angle))
+        });
+    high - low < LITTLE_RAD
+}
+
 /// A harmonic that stands out.
 pub struct Harmonic {
     /// Its cosine and its sine.
