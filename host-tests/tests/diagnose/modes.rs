@@ -36,7 +36,13 @@ fn diagnosis_of(scenario: &str, effect: &str) -> Diagnosis {
     explained.write(&file).expect("a model file");
     let again = Model::read(&file).expect("the same model");
     let (again, _) = run(&simulation.recording, &again);
-    assert_eq!(again.verdict, Verdict::Matches, "{:#?}", again.summary);
+    assert_eq!(
+        again.verdict,
+        Verdict::Matches,
+        "{:#?} after {:#?}",
+        again.summary,
+        diagnosis.summary
+    );
     diagnosis
 }
 

@@ -37,10 +37,10 @@ pub fn most_rad(order: u32) -> f64 {
     MOST / f64::from(order)
 }
 
-/// Blocks a second, at least, where the order is looked for.
+/// Blocks a second, at least, where the order is looked for; the best is then weighed by rows.
 const SEARCHED_HZ: f64 = 50.0;
 
-/// The same where it is weighed: of vibration faster than half of it the angle is next to nothing.
+/// The same where orders are weighed against each other.
 const WEIGHED_HZ: f64 = 400.0;
 
 /// Blocks in one period of the fastest harmonic.
@@ -117,8 +117,9 @@ fn best_on(bench: &Workbench, left: &Bins, axis: usize) -> Option<Harmonic> {
     let searched = table.blocks(bench, SEARCHED_HZ)?;
     let ratios = (1..=HIGHEST_ORDER).map(|order| (order, searched.ratio(&table, order)));
     let (best, _) = ratios.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    // Vibration is faster than these blocks; what it turns through is small, and all orders are alike.
-    let weighed = table.blocks(bench, WEIGHED_HZ)?;
+    // By rows: of white noise of angle blocks keep one reading each. Vibration is faster than they are, too; what it turns
+    // through is small, and all orders are alike.
+    let weighed = Blocks::new(bench, &table.left_rad, axis, 1)?;
     let (order, ratio) = [best, 1]
         .map(|order| (order, weighed.ratio(&table, order)))
         .into_iter()
