@@ -30,6 +30,8 @@ mod unmeasured;
 
 pub mod qualify;
 
+mod outliers;
+
 pub mod transforms;
 
 pub mod motion;

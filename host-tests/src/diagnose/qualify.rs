@@ -3,12 +3,13 @@
 //! Enters: the aligned channels and what the model already knows. Leaves: [`Fault`]s, and the rows they touch
 //! taken out of use. A channel that repeats itself longer than it ever would by chance is stuck (at zero:
 //! its samples may be lost); one that piles up at its own extreme is saturated; rows without a value are
-//! lost, and so is a single reading that is off and back. How often a channel repeats itself by chance is read from the
-//! channel.
+//! lost, and so is a single reading that is off (outliers.rs). How often a channel repeats itself by chance is read
+//! from the channel.
 
 use std::collections::HashMap;
 use std::ops::Range;
 
+use super::outliers;
 use super::streams::{AXES, Streams};
 use crate::model::{EffectValue, ModelEffect};
 
@@ -22,7 +23,7 @@ const RUN_CHANCE: f64 = 1e-9;
 const MOST_BY_CHANCE: f64 = 0.9;
 
 /// Rows on either side of a run of repeats that tell how usual repeats are there.
-const SURROUNDINGS_ROWS: usize = 200;
+pub(super) const SURROUNDINGS_ROWS: usize = 200;
 
 /// A clipped channel shows its extreme this often at least, and this many times as often as the value next
 /// to it; one that is not clipped tails off.
@@ -59,12 +60,12 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
         let gyro = &streams.sensed_rad[axis];
         let counts_freely = streams.pickoff_rad.is_none();
         let is_fault = |fault: &Fault| !counts_freely || !is_between_pulses(fault, gyro);
-        faults.extend(of_channel(
-            &name("gyro"),
-            gyro,
-            &streams.measured,
-            &is_fault,
-        ));
+        let mut of_gyro = of_channel(&name("gyro"), gyro, &streams.measured, &is_fault);
+        if streams.at_rest.is_none() && !streams.own_motion {
+            let is_cut = |fault: &Fault| outliers::falls_short(streams, axis, &fault.rows);
+            of_gyro.retain(|fault| fault.kind != "saturation" || is_cut(fault));
+        }
+        faults.extend(of_gyro);
         // At rest the case's motion is computed, and the same in every row; without a reference on the rows it
         // is the gyros' own.
         if streams.at_rest.is_none() && !streams.own_motion {
@@ -88,10 +89,10 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
         faults = stopped_together(faults);
     }
     out_of_use(streams, &faults);
-    let held = held(streams);
+    let held = outliers::held(streams);
     out_of_use(streams, &held);
     faults.extend(held);
-    let spikes = spikes(streams);
+    let spikes = outliers::spikes(streams);
     for spike in &spikes {
         streams.usable[spike.rows.clone()].fill(false);
     }
@@ -105,174 +106,6 @@ fn out_of_use(streams: &mut Streams, faults: &[Fault]) {
     for fault in faults {
         let end = (fault.rows.end + GUARD_ROWS).min(streams.rows);
         streams.usable[fault.rows.start.saturating_sub(GUARD_ROWS)..end].fill(false);
-    }
-}
-
-/// How far each row's reading is off its neighbours: of what a gyro turned beyond case and dither, half of what a row has
-/// more than the next, against what scatter lets it come to.
-struct Off {
-    off_rad: Vec<f64>,
-    /// Beyond which it is no scatter, by row; infinite where too few rows are in use to tell.
-    least_rad: Vec<f64>,
-}
-
-impl Off {
-    fn of(streams: &Streams, axis: usize) -> Self {
-        /// Standard deviations of a reading against its neighbours; a quarter of a million rows reach five.
-        const OFF: f64 = 8.0;
-        /// Rows over which the scatter is read: a shaken unit scatters more.
-        const AROUND: usize = 2000;
-        let pickoff = streams.pickoff_rad.as_ref().map(|pickoff| &pickoff[axis]);
-        let rows = streams.sensed_rad[axis].iter().zip(&streams.case_rad[axis]);
-        let increments = rows.enumerate().map(|(row, (sensed, case))| {
-            let swung = pickoff.map_or(0.0, |angle| angle[row + 1] - angle[row]);
-            sensed - case - swung
-        });
-        let increments: Vec<f64> = increments.collect();
-        // A reading less the mean of the ones before and after it.
-        let off_rad: Vec<f64> = increments
-            .windows(2)
-            .map(|two| 0.5 * (two[0] - two[1]))
-            .collect();
-        let mut least_rad = vec![f64::INFINITY; off_rad.len()];
-        for first in (0..off_rad.len()).step_by(AROUND) {
-            let window = first..(first + AROUND).min(off_rad.len());
-            let mut sizes: Vec<f64> = window
-                .clone()
-                .filter(|&row| are_usable(streams, row))
-                .map(|row| off_rad[row].abs())
-                .collect();
-            if sizes.len() < AROUND / 4 {
-                continue;
-            }
-            let middle = sizes.len() / 2;
-            let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-            least_rad[window].fill(OFF * *median / 0.6745);
-        }
-        Self { off_rad, least_rad }
-    }
-
-    /// Whether a row is off by more than a share of what no scatter comes to.
-    fn stands_out(&self, row: usize, share: f64) -> bool {
-        let off = self.off_rad.get(row).zip(self.least_rad.get(row));
-        off.is_some_and(|(off, least)| off.abs() > share * *least)
-    }
-}
-
-/// Whether a row and the next are in use.
-fn are_usable(streams: &Streams, row: usize) -> bool {
-    streams.usable[row..row + 2].iter().all(|usable| *usable)
-}
-
-/// Readings that a channel repeats while gyro and reference come apart: too few for chance to rule out by themselves.
-fn held(streams: &Streams) -> Vec<Fault> {
-    /// Rows, at least.
-    const SHORTEST: usize = 3;
-    /// Chance of such a run at a row that stands out anyway.
-    const CHANCE: f64 = 1e-4;
-    /// Five standard deviations: the run itself is rare.
-    const SHARE: f64 = 5.0 / 8.0;
-    if streams.own_motion || streams.at_rest.is_some() {
-        return Vec::new();
-    }
-    let of_axis = |axis: usize| -> Vec<Fault> {
-        let off = Off::of(streams, axis);
-        let pickoff = streams.pickoff_rad.as_ref();
-        let channels = [
-            ("gyro", Some(&streams.sensed_rad[axis][..])),
-            ("reference", Some(&streams.case_rad[axis][..])),
-            ("dither", pickoff.map(|pickoff| &pickoff[axis][1..])),
-        ];
-        let mut faults = Vec::new();
-        for (stem, values) in channels {
-            let Some(values) = values else { continue };
-            let same = |row: usize| values[row] == values[row - 1];
-            let mut row = 1;
-            while row < values.len() {
-                let begin = row - 1;
-                while row < values.len() && same(row) {
-                    row += 1;
-                }
-                let run = begin..row;
-                row += 1;
-                if run.len() < SHORTEST || !streams.usable[run.clone()].iter().all(|one| *one) {
-                    continue;
-                }
-                let around = run.start.saturating_sub(SURROUNDINGS_ROWS).max(1)
-                    ..(run.end + SURROUNDINGS_ROWS).min(values.len());
-                let rows = around.len() as f64;
-                let by_chance = around.filter(|&row| same(row)).count() as f64 / rows;
-                let mut touched = run.start.saturating_sub(1)..run.end;
-                if by_chance.powi(run.len() as i32 - 1) < CHANCE
-                    && touched.any(|row| off.stands_out(row, SHARE))
-                {
-                    faults.push(Fault {
-                        kind: "stuck_channel",
-                        indistinguishable_from: if values[run.start] == 0.0 {
-                            &["lost_samples"]
-                        } else {
-                            &[]
-                        },
-                        channel: format!("{stem}_{}", AXES[axis]),
-                        rows: run,
-                    });
-                }
-            }
-        }
-        faults
-    };
-    (0..3).flat_map(of_axis).collect()
-}
-
-/// Single readings of an angle that are off and back: what a row gains the next one loses.
-fn spikes(streams: &Streams) -> Vec<Fault> {
-    /// What its neighbours may differ by from what one reading makes of them, as a share.
-    const NEAR: f64 = 0.25;
-    /// More are no accidents.
-    const MOST: usize = 8;
-    /// Pulses of the smallest.
-    const LEAST_PULSES: f64 = 2.5;
-    // The case's motion by the gyros themselves has their spikes.
-    if streams.own_motion {
-        return Vec::new();
-    }
-    let of_axis = |axis: usize| -> Vec<Fault> {
-        let around = Off::of(streams, axis);
-        let off = &around.off_rad;
-        // By as much as one reading is off, the means beside it are off by half to the other side, and the next not at
-        // all: physics that begins there does not look so.
-        let alone = |row: usize| {
-            let share = |near: usize| off.get(near).map_or(f64::NAN, |near| near / off[row]);
-            let half = -0.5 - NEAR..-0.5 + NEAR;
-            row >= 2
-                && [row - 1, row + 1]
-                    .iter()
-                    .all(|&near| half.contains(&share(near)))
-                && [row - 2, row + 2]
-                    .iter()
-                    .all(|&near| share(near).abs() < NEAR)
-        };
-        let is_spike =
-            |row: &usize| are_usable(streams, *row) && around.stands_out(*row, 1.0) && alone(*row);
-        let mut found: Vec<usize> = (0..off.len()).filter(is_spike).collect();
-        // Where a counter is all but silent a pulse that comes and goes is no accident.
-        if !found.is_empty() {
-            let pulse_rad = pulse(&streams.sensed_rad[axis]).max(streams.pulse_rad[axis]);
-            found.retain(|&row| off[row].abs() > LEAST_PULSES * pulse_rad);
-        }
-        let faults = found.into_iter().map(|row| Fault {
-            kind: "lost_samples",
-            indistinguishable_from: &[],
-            channel: format!("gyro_{}", AXES[axis]),
-            rows: row..row + 2,
-        });
-        faults.collect()
-    };
-    let found: Vec<Fault> = (0..3).flat_map(of_axis).collect();
-    if found.len() > MOST {
-        Vec::new()
-    } else {
-        found
     }
 }
 
@@ -387,6 +220,21 @@ fn gathered(faults: Vec<Fault>) -> Vec<Fault> {
     kept
 }
 
+/// Stretches of two rows and more, each of which is the `same` as the one before it.
+pub(super) fn repeats(rows: usize, same: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
+    let mut runs = Vec::new();
+    let mut begin = 0;
+    for row in 1..=rows {
+        if row == rows || !same(row) {
+            if row - begin > 1 {
+                runs.push(begin..row);
+            }
+            begin = row;
+        }
+    }
+    runs
+}
+
 /// Faults of one channel; runs of repeats only where `is_fault` says so.
 fn of_channel(
     channel: &str,
@@ -396,14 +244,14 @@ fn of_channel(
 ) -> Vec<Fault> {
     let mut faults = Vec::new();
     let same = |row: usize| values[row] == values[row - 1] && measured[row] && measured[row - 1];
-    let repeats = (1..values.len()).filter(|&row| same(row)).count();
+    let repeated = (1..values.len()).filter(|&row| same(row)).count();
     // A stuck stretch is itself made of repeats; halving the record keeps it from hiding behind them.
     let half = values.len() / 2;
     let in_halves = [1..half.max(1), half.max(1)..values.len()].map(|part| {
         part.clone().filter(|&row| same(row)).count() as f64 / part.len().max(1) as f64
     });
     let by_chance = in_halves[0].min(in_halves[1]).clamp(1e-4, 1.0);
-    if repeats > 0 && by_chance < MOST_BY_CHANCE {
+    if repeated > 0 && by_chance < MOST_BY_CHANCE {
         let longest =
             |by_chance: f64| 2.0 + (RUN_CHANCE / values.len() as f64).ln() / by_chance.ln();
         // At rest a coarse channel repeats itself more often than in motion: the rows around a run know how often.
@@ -422,21 +270,12 @@ fn of_channel(
             (f64::INFINITY, f64::NEG_INFINITY),
             |(least, most), (v, _)| (least.min(*v), most.max(*v)),
         );
-        let mut runs: Vec<Range<usize>> = Vec::new();
-        let mut row = 1;
-        while row < values.len() {
-            let begin = row - 1;
-            while row < values.len() && same(row) {
-                row += 1;
-            }
-            let length = (row - begin) as f64;
-            if length > longest(by_chance)
-                && length > longest(around(&(begin..row)).clamp(by_chance, MOST_BY_CHANCE))
-            {
-                runs.push(begin..row);
-            }
-            row += 1;
-        }
+        let mut runs = repeats(values.len(), same);
+        runs.retain(|run| {
+            let length = run.len() as f64;
+            length > longest(by_chance)
+                && length > longest(around(run).clamp(by_chance, MOST_BY_CHANCE))
+        });
         // Where noise goes on beyond what a channel stuck at by chance, and no two times at the same.
         let is_limit = |value: f64| {
             let alike = runs
@@ -612,72 +451,6 @@ mod tests {
         assert_eq!(pulse(&values), 1.378e-6);
         let fine: Vec<f64> = (0..600).map(|row| (row as f64).sin()).collect();
         assert_eq!(pulse(&fine), 0.0);
-    }
-
-    #[test]
-    fn a_reading_that_is_off_and_back_is_lost_and_a_jump_that_stays_is_not() {
-        let rows = 12_000;
-        let still: crate::diagnose::streams::Triad = [0, 1, 2].map(|_| vec![0.0; rows]);
-        let mut streams = Streams::of_motion(1000.0, still);
-        streams.own_motion = false;
-        // An angle with white noise of about a microradian, by a congruential generator.
-        let mut state = 1_u64;
-        let mut noise = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            ((state >> 40) as f64 / f64::from(1 << 24) - 0.5) * 3.5e-6
-        };
-        for values in &mut streams.sensed_rad {
-            let mut before = noise();
-            for value in values.iter_mut() {
-                let now = noise();
-                *value = now - before;
-                before = now;
-            }
-        }
-        assert!(spikes(&streams).is_empty());
-        streams.sensed_rad[0][4_000] += 3e-5;
-        let found = spikes(&streams);
-        assert!(found.is_empty(), "{found:?}");
-        streams.sensed_rad[2][7_000] += 3e-5;
-        streams.sensed_rad[2][7_001] -= 3e-5;
-        let found = spikes(&streams);
-        assert_eq!(found.len(), 1);
-        assert_eq!(
-            (found[0].channel.as_str(), found[0].rows.clone()),
-            ("gyro_z", 7_000..7_002)
-        );
-    }
-
-    #[test]
-    fn a_reading_that_is_repeated_while_the_case_turns_is_stuck() {
-        let rows = 12_000;
-        // Both see the same swing of some tens of microradians a row, each with noise of its own.
-        let mut state = 1_u64;
-        let mut noise = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            ((state >> 40) as f64 / f64::from(1 << 24) - 0.5) * 1e-6
-        };
-        let swing = |row: usize| 4e-5 * (row as f64 * 0.3).sin();
-        let mut seen = || [0, 1, 2].map(|_| (0..rows).map(|row| swing(row) + noise()).collect());
-        let mut streams = Streams::of_motion(1000.0, seen());
-        streams.sensed_rad = seen();
-        streams.own_motion = false;
-        assert!(held(&streams).is_empty());
-        for row in [3_000, 5_000, 5_001, 5_002, 9_000, 9_001, 9_002, 9_003] {
-            streams.case_rad[1][row] = streams.case_rad[1][row - 1];
-        }
-        let faults = held(&streams);
-        let found: Vec<(&str, Range<usize>)> = faults
-            .iter()
-            .map(|fault| (fault.channel.as_str(), fault.rows.clone()))
-            .collect();
-        // Twice the same may be chance.
-        let expected = [("reference_y", 4_999..5_003), ("reference_y", 8_999..9_004)];
-        assert_eq!(found, expected);
     }
 
     #[test]
