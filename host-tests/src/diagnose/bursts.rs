@@ -11,7 +11,8 @@ use realfft::num_complex::Complex64;
 use std::f64::consts::SQRT_2;
 
 use super::empirical::{Form, Term};
-use super::events::{Event, LEAST_PULSES, coarsest_rad, event, guarded};
+use super::events::{Event, coarsest_rad, event, guarded, least_pulses};
+use super::hunt::PLAINER;
 use super::local;
 use super::portion::Bins;
 use super::workbench::Workbench;
@@ -86,6 +87,17 @@ impl Matched {
         self.sums[begin + width] - self.sums[begin]
     }
 
+    /// What rows so far apart know of each other's size; nothing where no run is so long.
+    pub(super) fn shared(&self, lag: usize) -> f64 {
+        match lag {
+            0 => self.around[0],
+            _ => {
+                let until = self.around.get(lag).map(|sum| sum - self.around[lag - 1]);
+                0.5 * until.unwrap_or(0.0)
+            }
+        }
+    }
+
     /// What a run of rows knows of its size.
     pub(super) fn own(&self, width: usize) -> f64 {
         self.own[width]
@@ -147,7 +159,8 @@ impl Matched {
         Some((begin, width))
     }
 
-    /// 2 Δ ln L of one row beside the run around it that explains more than it does, where one does.
+    /// 2 Δ ln L of one row beside the run around it that explains clearly more than it does, where one does: two edges are
+    /// chosen for a run, and noise of single readings lets it gain a little.
     pub(super) fn beside_a_burst(&self, place: usize) -> f64 {
         let alone = self.explained(place, 1);
         let longest = self.own.len() - 1;
@@ -155,7 +168,8 @@ impl Matched {
         let begins = place.saturating_sub(longest)..place + 1;
         let best = self.best(begins, Some(place), end);
         let covers = |run: &(usize, usize)| (run.0..run.0 + run.1).contains(&place);
-        let clearer = best.filter(|run| covers(run) && self.explained(run.0, run.1) > alone);
+        let clearer =
+            best.filter(|run| covers(run) && self.explained(run.0, run.1) > alone + PLAINER);
         let Some((begin, width)) = clearer else {
             return alone;
         };
@@ -186,7 +200,8 @@ pub fn bursts(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
             });
             let (ratio, turned_rad, rows) = runs.max_by(|a, b| a.0.total_cmp(&b.0))?;
             // As of a slip: what a pulse or two make is the counter's own.
-            let counted = || LEAST_PULSES * coarsest_rad(&scene.streams, axis);
+            let counted =
+                || least_pulses(&scene.streams, axis) * coarsest_rad(&scene.streams, axis);
             if ratio < LEAST || turned_rad.abs() < counted() {
                 return None;
             }

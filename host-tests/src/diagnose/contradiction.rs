@@ -26,6 +26,10 @@ use super::workbench::{Parameters, Workbench};
 /// Chance below which the held-out rows contradict a name.
 const CONTRADICTED: f64 = 1e-3;
 
+/// What a weak effect that is not in the fit may take of a strong one's numbers, each by itself, without making its name
+/// wrong: a cubic scale of SNR 100 is no other physics for the quadratic one of SNR 10 beside it.
+const OF_ANOTHER: f64 = 0.05;
+
 /// What the held-out rows say of one chosen effect.
 #[derive(Clone, Copy)]
 struct HeldOut {
@@ -154,7 +158,11 @@ fn ask(
             if power < LEAST_SNR * LEAST_SNR {
                 return None;
             }
-            let imperfect = &pattern * pattern.transpose() * SYSTEMATIC * SYSTEMATIC;
+            let mut imperfect = &pattern * pattern.transpose() * SYSTEMATIC * SYSTEMATIC;
+            for (value, column) in values.iter().zip(fisher.column_iter()) {
+                let of_one = column * (*value * OF_ANOTHER);
+                imperfect += &of_one * of_one.transpose();
+            }
             let spread = spread.view((first, first), (own, own)) + imperfect;
             let distance = found.dot(&(scaled_inverse(&spread) * &found));
             let law = ChiSquared::new(own as f64).ok()?;

@@ -30,8 +30,8 @@ pub(super) const DRIFTS: f64 = 1.3;
 /// 15 to 18 for a chance in 1e6.
 const AHEAD: f64 = 18.0;
 
-/// The same for a constant, which is not picked among many and lies in one bin: drift of the worst strength comes this
-/// far in one of 1000 simulated records, and wandering exactly (below) is asked as well.
+/// The same for a constant where wandering cannot be asked exactly (below): it is not picked among many and lies in one
+/// bin; drift of the worst strength comes this far in one of 1000 simulated records.
 const AHEAD_CONSTANT: f64 = 7.0;
 
 /// The same for a term, which was picked among some hundred instants or expressions more.
@@ -50,9 +50,12 @@ pub(super) const AHEAD_OF_WALK_FURTHER: f64 = 1.5;
 pub(super) const AHEAD_STEADILY: f64 = 6.8;
 pub(super) const AHEAD_STEADILY_FURTHER: f64 = 0.7;
 
-/// The same for a constant, which a walk that began before the recording has anyway.
-pub(super) const AHEAD_OF_WALK_CONSTANT: f64 = 4.0;
-pub(super) const AHEAD_OF_WALK_CONSTANT_FURTHER: f64 = 0.6;
+/// The same for constants, which a walk that began before the recording has anyway: on the gyro where one is ahead most,
+/// and this share of what they are ahead by on others. Of three walks one often looks a little like a constant, and a sum
+/// counts them all; how far a single true one comes is limited, to five or six. At the worst strength, the same on three
+/// gyros, three of 2000 walks come this far.
+pub(super) const AHEAD_OF_WALK_CONSTANT: f64 = 4.4;
+const OF_OTHER_CONSTANTS: f64 = 0.4;
 
 /// The same for a term, which was picked among hundreds (shapes.rs has what depends on its form).
 const AHEAD_OF_WALK_PICKED: f64 = 12.0;
@@ -87,6 +90,11 @@ impl Suspect {
     /// Whether it was weighed among the effects, not picked among hundreds.
     fn is_weighed(self) -> bool {
         matches!(self, Self::Effect(_))
+    }
+
+    /// Whether it is a rate that stays as it is on every gyro.
+    fn is_constant(self) -> bool {
+        matches!(self, Self::Effect(effect) if CATALOGUE[effect].card().kind == "gyro_bias")
     }
 
     /// Its parameters.
@@ -141,8 +149,10 @@ pub fn first_that_could_be_drift(
         if found.is_some() {
             break;
         }
-        // What was picked as a shape has been asked exactly, too.
-        let exactly = !suspect.is_weighed() || beside.is_asked_exactly(parameters, suspect);
+        // What was picked as a shape has been asked exactly, too, and a constant.
+        let exactly = !suspect.is_weighed()
+            || suspect.is_constant()
+            || beside.is_asked_exactly(parameters, suspect);
         if exactly && share > SLOW && beside.slow.is_some() {
             continue;
         }
@@ -171,7 +181,7 @@ pub fn first_that_could_be_drift(
 
 fn ahead(suspect: Suspect) -> f64 {
     match suspect {
-        Suspect::Effect(effect) if CATALOGUE[effect].card().kind == "gyro_bias" => AHEAD_CONSTANT,
+        _ if suspect.is_constant() => AHEAD_CONSTANT,
         Suspect::Effect(_) => AHEAD,
         Suspect::Returned(_) | Suspect::Terms { .. } => AHEAD_PICKED,
     }
@@ -192,12 +202,17 @@ fn further(columns: usize) -> f64 {
     columns.max(1) as f64 - 1.0
 }
 
+/// How far constants, one a gyro, are ahead of walks.
+pub(super) fn constants_ahead(slow: &Slow, own: &[Range<usize>]) -> f64 {
+    let each = slow.ahead_by_gyro(own, &[Drift::Walk]);
+    let most = each.iter().fold(0.0, |most: f64, one| most.max(*one));
+    let all: f64 = each.iter().map(|one| one.max(0.0)).sum();
+    most + OF_OTHER_CONSTANTS * (all - most)
+}
+
 fn ahead_of_walk(bench: &Workbench, suspect: Suspect, columns: usize) -> f64 {
     let further = further(columns);
     match suspect {
-        Suspect::Effect(effect) if CATALOGUE[effect].card().kind == "gyro_bias" => {
-            AHEAD_OF_WALK_CONSTANT + AHEAD_OF_WALK_CONSTANT_FURTHER * further
-        }
         Suspect::Effect(_) => AHEAD_OF_WALK + AHEAD_OF_WALK_FURTHER * further,
         Suspect::Returned(_) => AHEAD_OF_WALK_PICKED + AHEAD_OF_WALK_FURTHER * further,
         Suspect::Terms { first, .. } => match &bench.terms()[first].form {
@@ -276,6 +291,11 @@ impl Beside {
             if together.iter().all(exactly) {
                 let ahead = |above| is_ahead_of_drift(slow, &own, above);
                 return !ahead(0.0) && !ahead(above());
+            }
+            if let [constant] = together
+                && constant.is_constant()
+            {
+                return constants_ahead(slow, &own) < AHEAD_OF_WALK_CONSTANT;
             }
             // Of other effects, whose numbers are few, the Whittle likelihood is asked about flicker.
             let drifts: &[Drift] = match together.iter().any(|one| !one.is_weighed()) {

@@ -40,6 +40,10 @@ pub enum Form {
     },
 }
 
+/// The contract's kinds of what happens once.
+pub(super) const STEP: &str = "gyro_bias_step";
+pub(super) const SLIP: &str = "counter_slip";
+
 /// A term on one gyro.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Term {
@@ -50,11 +54,16 @@ pub struct Term {
 }
 
 impl Term {
+    /// Whether it is a counter's slip.
+    pub fn is_slip(&self) -> bool {
+        matches!(self.form, Form::Slip { .. })
+    }
+
     /// The contract's kind.
     pub fn kind(&self) -> &'static str {
         match self.form {
-            Form::Step { .. } => "gyro_bias_step",
-            Form::Slip { .. } => "counter_slip",
+            Form::Step { .. } => STEP,
+            Form::Slip { .. } => SLIP,
             Form::Harmonic { .. } => reference_harmonic::KIND,
             Form::Product { .. } => "unlisted",
         }

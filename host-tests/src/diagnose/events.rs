@@ -6,12 +6,14 @@
 //! A slip is one impulse in the increments, so its matched filter is the residual divided by S, brought
 //! back to time.
 
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::ops::Range;
 
 use super::bursts::Matched;
 use super::empirical::{Form, Term};
+use super::information::stable_inverse;
 use super::portion::{Bins, Portion};
 use super::qualify;
 use super::scene::Scene;
@@ -22,8 +24,11 @@ use super::workbench::Workbench;
 /// Rows next to a joint in which a slip cannot be told from the joint's own free jump.
 const JOINT_GUARD_ROWS: usize = 40;
 
-/// Pulses of the smallest slip.
-pub(super) const LEAST_PULSES: f64 = 1.5;
+/// Pulses of the smallest slip: they are counted whole, and one alone may be a counter's quantisation.
+const LEAST_PULSES: f64 = 1.5;
+
+/// The same where a dither carries each reading over many pulses: what is left of quantisation there is noise.
+const LEAST_PULSES_DITHERED: f64 = 0.6;
 
 /// A ratio that no recording takes for a slip: such ones are not worth a look at the channel's values.
 const UNLIKELY: f64 = 20.0;
@@ -33,6 +38,28 @@ pub(super) fn coarsest_rad(streams: &Streams, axis: usize) -> f64 {
     match streams.pickoff_rad {
         Some(_) => streams.pulse_rad[axis],
         None => qualify::pulse(&streams.sensed_rad[axis]),
+    }
+}
+
+/// One that comes in with a clearer one is beyond chance by this (2 Δ ln L): a million rows reach thirty.
+const FURTHER: f64 = 60.0;
+
+/// More at once are no slips.
+const MOST_AT_ONCE: usize = 32;
+
+/// Pulses of a gyro's smallest event.
+pub(super) fn least_pulses(streams: &Streams, axis: usize) -> f64 {
+    /// Pulses that a dither goes through in a row, at least.
+    const MANY: f64 = 4.0;
+    let pickoff = streams.pickoff_rad.as_ref().map(|pickoff| &pickoff[axis]);
+    let is_dithered = pickoff.is_some_and(|pickoff| {
+        let turns = pickoff.windows(2).map(|two| (two[1] - two[0]).abs());
+        let rows = streams.rows as f64;
+        turns.filter(|turn| turn.is_finite()).sum::<f64>() > MANY * streams.pulse_rad[axis] * rows
+    });
+    match is_dithered {
+        true => LEAST_PULSES_DITHERED,
+        false => LEAST_PULSES,
     }
 }
 
@@ -59,46 +86,96 @@ pub(super) fn guarded(portion: &Portion) -> impl Iterator<Item = (Range<usize>, 
     })
 }
 
-/// The best slip on each gyro.
+impl Event {
+    /// Whether a slip is so clear that it may come in with a clearer one.
+    pub fn is_further(&self) -> bool {
+        self.ratio > FURTHER
+    }
+}
+
+/// The best slip on each gyro, and behind it those that stand out of what is left beside the ones before.
 pub fn slips(bench: &Workbench, left: &[Bins; 3]) -> Vec<Event> {
-    let portion = &bench.portion;
-    let rows = portion.rows();
-    let streams = &bench.scene().streams;
-    (0..3_usize)
-        .into_par_iter()
-        .filter_map(|axis| {
-            let matched = Matched::new(bench, axis, &left[axis])?;
-            let guarded = guarded(portion).flat_map(|(places, offset)| {
-                places.map(move |place| (place, (place as i64 + offset) as usize))
-            });
-            let (place, row) =
-                guarded.max_by(|a, b| matched.row(a.0).abs().total_cmp(&matched.row(b.0).abs()))?;
-            // A counter that loses or gains anything loses or gains pulses; one alone is its quantisation.
-            let size_rad = matched.row(place) / matched.own(1);
-            let alone = matched.explained(place, 1);
-            // A rate that lasts for a while is no slip, though the filter is large wherever it lasts.
-            let ratio = match alone < UNLIKELY {
-                true => alone,
-                false => matched.beside_a_burst(place),
-            };
-            let pulse_rad = match ratio < UNLIKELY {
-                true => streams.pulse_rad[axis],
-                false => coarsest_rad(streams, axis),
-            };
-            if size_rad.abs() < LEAST_PULSES * pulse_rad {
-                return None;
-            }
-            let time_s = streams.middle_s(row);
-            Some(event(
-                Term {
-                    axis,
-                    form: Form::Slip { time_s },
-                },
-                ratio,
-                3.0 * rows as f64,
-            ))
-        })
+    let each = (0..3_usize).into_par_iter();
+    each.flat_map_iter(|axis| slips_of(bench, &left[axis], axis))
         .collect()
+}
+
+fn slips_of(bench: &Workbench, left: &Bins, axis: usize) -> Vec<Event> {
+    let portion = &bench.portion;
+    let streams = &bench.scene().streams;
+    let Some(matched) = Matched::new(bench, axis, left) else {
+        return Vec::new();
+    };
+    let guarded = guarded(portion).flat_map(|(places, offset)| {
+        places.map(move |place| (place, (place as i64 + offset) as usize))
+    });
+    let guarded: Vec<(usize, usize)> = guarded.collect();
+    let least_pulses = least_pulses(streams, axis);
+    let mut events = Vec::new();
+    let mut found = Impulses::default();
+    while events.len() < MOST_AT_ONCE {
+        let seen = |place: usize| matched.row(place) - found.seen_at(&matched, place);
+        let Some((place, row, seen)) = guarded
+            .iter()
+            .map(|&(place, row)| (place, row, seen(place)))
+            .max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()))
+        else {
+            break;
+        };
+        // A counter that loses or gains anything loses or gains pulses.
+        let size_rad = seen / matched.own(1);
+        let alone = size_rad * seen;
+        // A rate that lasts for a while is no slip, though the filter is large wherever it lasts.
+        let ratio = match alone < UNLIKELY {
+            true => alone,
+            false => alone.min(matched.beside_a_burst(place)),
+        };
+        let pulse_rad = match ratio < UNLIKELY {
+            true => streams.pulse_rad[axis],
+            false => coarsest_rad(streams, axis),
+        };
+        let time_s = streams.middle_s(row);
+        let form = Form::Slip { time_s };
+        let slip = event(Term { axis, form }, ratio, 3.0 * portion.rows() as f64);
+        let stands_out = events.is_empty() || slip.is_further();
+        if size_rad.abs() < least_pulses * pulse_rad || !stands_out {
+            break;
+        }
+        events.push(slip);
+        found.add(&matched, place);
+    }
+    events
+}
+
+/// Slips of one gyro, fitted together.
+#[derive(Default)]
+struct Impulses {
+    places: Vec<usize>,
+    sizes_rad: DVector<f64>,
+}
+
+impl Impulses {
+    /// What the matched filter shows of them at a place.
+    fn seen_at(&self, matched: &Matched, place: usize) -> f64 {
+        let shared = self
+            .places
+            .iter()
+            .map(|one| matched.shared(one.abs_diff(place)));
+        shared
+            .zip(self.sizes_rad.iter())
+            .map(|(shared, size)| shared * size)
+            .sum()
+    }
+
+    fn add(&mut self, matched: &Matched, place: usize) {
+        self.places.push(place);
+        let (places, count) = (&self.places, self.places.len());
+        let gram = DMatrix::from_fn(count, count, |a, b| {
+            matched.shared(places[a].abs_diff(places[b]))
+        });
+        let seen = DVector::from_fn(count, |one, _| matched.row(places[one]));
+        self.sizes_rad = stable_inverse(&gram) * seen;
+    }
 }
 
 /// Highest frequency \[Hz\] at which a steady line is looked for in gyros without a dither: above it a counter at a

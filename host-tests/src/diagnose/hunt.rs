@@ -136,7 +136,7 @@ pub fn hunt(
         progress("weighing the listed effects");
         let mut choice = select::select(bench, parameters, &names.allowed, declared);
         trials += choice.trials + 3 * products.names.len();
-        let set: Vec<usize> = choice.chosen.iter().map(|one| one.effect).collect();
+        let set = choice.effects();
         let information = bench.information();
         let (indices, solution) = fit(parameters, &information, &set, bench.terms().len());
         let values: Vec<(usize, f64)> = indices
@@ -167,11 +167,7 @@ pub fn hunt(
             }
         });
         if let Some(places) = idle {
-            for _ in places.clone() {
-                left_idle.push(bench.terms()[places.start].clone());
-                bench.remove_term(places.start);
-                entered.remove(places.start);
-            }
+            left_idle.extend(take_out(bench, &mut entered, places));
             continue;
         }
         progress("searching for unlisted physics");
@@ -185,7 +181,9 @@ pub fn hunt(
                 .any(|idle| alike(idle, term, resolution_hz))
         };
         let fresh = |term: &Term| !bench.terms().contains(term) && !left(term);
-        let room = bench.terms().len() < most_terms && left_idle.len() < MOST_LEFT;
+        // Slips are seen one by one in time, however many there are.
+        let slips = bench.terms().iter().filter(|term| term.is_slip()).count();
+        let room = bench.terms().len() - slips < most_terms && left_idle.len() < MOST_LEFT;
         let sight = Sight {
             bench: &*bench,
             parameters,
@@ -250,11 +248,8 @@ pub fn hunt(
                 continue;
             }
             Some(Suspect::Terms { first, count }) => {
-                for _ in 0..count {
-                    left_idle.push(bench.terms()[first].clone());
-                    bench.remove_term(first);
-                    entered.remove(first);
-                }
+                let places = first..first + count;
+                left_idle.extend(take_out(bench, &mut entered, places));
                 continue;
             }
             None => {}
@@ -320,6 +315,20 @@ pub fn hunt(
             is_drift,
         });
     }
+}
+
+/// Takes terms that stand side by side from the bench, with what they entered by; returns them.
+fn take_out(
+    bench: &mut Workbench,
+    entered: &mut Vec<(f64, f64)>,
+    places: Range<usize>,
+) -> Vec<Term> {
+    let terms = bench.terms()[places.clone()].to_vec();
+    for _ in places.clone() {
+        bench.remove_term(places.start);
+    }
+    entered.drain(places);
+    terms
 }
 
 /// Whether two terms say the same: lines do that are less than the record's resolution apart.

@@ -38,7 +38,7 @@ pub fn confine(
     regimes: &[Regime],
     catch: &mut Catch,
 ) -> Result<(), String> {
-    let set: Vec<usize> = catch.choice.chosen.iter().map(|one| one.effect).collect();
+    let set = catch.choice.effects();
     let shown = shown(bench, regimes);
     if shown.len() < 2 || shown.len() > MOST_REGIMES {
         return Ok(());

@@ -66,6 +66,13 @@ pub struct Choice {
     pub runners_up: Vec<(usize, f64)>,
 }
 
+impl Choice {
+    /// Which were chosen.
+    pub fn effects(&self) -> Vec<usize> {
+        self.chosen.iter().map(|one| one.effect).collect()
+    }
+}
+
 /// Searches. `candidates` are the effects whose columns are on the bench.
 pub fn select<B: Bench>(
     bench: &mut B,
@@ -450,16 +457,10 @@ impl<'a> Search<'a> {
     fn evidence(&self, information: &Information, set: &[usize]) -> f64 {
         let indices = self.indices(information, set);
         let fitted = self.fit(information, set);
-        let mut widths: Vec<f64> = indices
-            .iter()
-            .map(|&index| prior_width(self.parameters, information, index))
-            .collect();
+        let mut widths = self.widths(information, &indices);
         for &effect in set {
             let card = CATALOGUE[effect].card();
-            let first = indices
-                .iter()
-                .position(|&index| index == self.parameters.of(effect).start)
-                .expect("of the set");
+            let first = self.first_of(&indices, effect);
             // Parameters of one kind share a width; a frequency or a damping has its own.
             let alike = card.shape.count();
             widths[first..first + alike].fill(likeliest_width(&fitted, first, alike));
@@ -644,9 +645,54 @@ impl<'a> Search<'a> {
         best.map(|(out, into, _)| (out, into))
     }
 
+    /// The values of a fit, those that these rows hardly show drawn to nothing by what the others of their effect are: they
+    /// are as little known as before, and multiply what other rows may show. Strengths beside a frequency stay: one
+    /// motion may show them and the frequency as one number, and then shows none of them well.
+    fn foretold(
+        &self,
+        information: &Information,
+        set: &[usize],
+        fitted: &Solution,
+    ) -> DVector<f64> {
+        /// Times the width that the effect's numbers have: one known to its own size keeps all but a hundredth.
+        const WIDE: f64 = 10.0;
+        let indices = self.indices(information, set);
+        let mut widths = self.widths(information, &indices);
+        for &effect in set {
+            let first = self.first_of(&indices, effect);
+            let card = CATALOGUE[effect].card();
+            let alike = card.shape.count();
+            if alike < card.count() {
+                continue;
+            }
+            let likely = WIDE * likeliest_width(fitted, first, alike);
+            let own = widths[first..first + alike].iter_mut();
+            own.filter(|_| likely > 0.0)
+                .for_each(|width| *width = width.min(likely));
+        }
+        let place = |index: usize| indices.iter().position(|&known| known == index);
+        let width = |index: usize| widths[place(index).expect("of the set")];
+        information.solve(&indices, &width).values
+    }
+
+    /// The width of each parameter's prior in a fit.
+    fn widths(&self, information: &Information, indices: &[usize]) -> Vec<f64> {
+        let each = indices.iter();
+        each.map(|&index| prior_width(self.parameters, information, index))
+            .collect()
+    }
+
+    /// Where an effect's parameters begin.
+    fn first_of(&self, indices: &[usize], effect: usize) -> usize {
+        let start = self.parameters.of(effect).start;
+        let place = indices.iter().position(|&index| index == start);
+        place.expect("of the set")
+    }
+
     fn describe(&self, information: &Information, set: &[usize]) -> Vec<Chosen> {
         let indices = self.indices(information, set);
         let joint = self.fit(information, set);
+        let foretold = self.foretold(information, set, &joint);
         let now = self.evidence(information, set);
         let places = |effect: usize| -> Vec<usize> {
             self.parameters
@@ -667,7 +713,7 @@ impl<'a> Search<'a> {
                 Chosen {
                     effect,
                     values: DVector::from_fn(places.len(), |a, _| {
-                        let value = joint.values[places[a]];
+                        let value = foretold[places[a]];
                         match a < CATALOGUE[effect].card().shape.count() {
                             true => value,
                             // A step of the fit may leave what a frequency or a damping can be.

@@ -7,7 +7,7 @@
 
 use super::declare::{FAMILY_SIGNIFICANCE, REGRESSOR_FIDELITY};
 use super::empirical::{self, Form, Term};
-use super::events;
+use super::events::{self, Event};
 use super::hunt::{Alike, CLEARLY_BETTER, PLAINER, VETO, fit};
 use super::hypotheses::{CATALOGUE, reference_harmonic};
 use super::information::Information;
@@ -18,7 +18,6 @@ use super::products::{Best, Products, Survey, WORTH_A_LAG};
 use super::select::Choice;
 use super::signals;
 use super::steps;
-use super::streams::AXES;
 use super::weigh::prior_width;
 use super::workbench::{Parameters, Workbench};
 
@@ -48,6 +47,12 @@ impl Sight<'_> {
     fn is_news(&self, axis: usize, product: usize) -> bool {
         let mut own = self.products.effects[product][axis].iter();
         !own.any(|&effect| self.names.is_weighed(effect))
+    }
+
+    /// Whether a product on a gyro is of channels, and no effect's.
+    fn is_unlisted(&self, axis: usize, product: usize) -> bool {
+        let no_effect = self.products.effects[product][axis].is_empty();
+        no_effect && !signals::is_shape(&self.products.names[product])
     }
 
     /// The best news on a gyro when the parameters in `without` are not fitted; behind a lag only where that is clearly
@@ -118,27 +123,13 @@ impl Sight<'_> {
         choice: &Choice,
         verdicts: &[Verdict],
     ) -> Option<Objection> {
-        let set: Vec<usize> = choice.chosen.iter().map(|one| one.effect).collect();
-        let terms = self.bench.terms().len();
-        let full = fit(self.parameters, information, &set, terms)
-            .1
-            .log_likelihood_gain;
+        let whole = Whole::of(self, information, &choice.effects());
         for one in &choice.chosen {
-            let rest: Vec<usize> = set
-                .iter()
-                .copied()
-                .filter(|&kept| kept != one.effect)
-                .collect();
-            let (rest_indices, without) = fit(self.parameters, information, &rest, terms);
-            let share = 2.0 * (full - without.log_likelihood_gain);
             let own: Vec<usize> = self.parameters.of(one.effect).collect();
-            let rest_values: Vec<(usize, f64)> = rest_indices
-                .into_iter()
-                .zip(without.values.iter().copied())
-                .collect();
+            let rest = whole.without(&own);
             let by_products = self.one_a_gyro(&own);
             let together: f64 = by_products.iter().map(|(_, ratio, _)| ratio).sum();
-            let best = self.best_term(&rest_values, &own, 0.0, &|_| true);
+            let best = self.best_term(&rest.values, &own, 0.0, &|_| true);
             let by_best = best.first().map_or(0.0, |(_, ratio, _)| *ratio);
             let best = match together > by_best && are_of_channels(&by_products) {
                 true => by_products,
@@ -147,7 +138,7 @@ impl Sight<'_> {
             // Each further number of the effect explains two more, or it says nothing (Akaike).
             let for_numbers = 2.0 * (own.len() as f64 - 1.0);
             let needed = (CLEARLY_BETTER - for_numbers).max(0.0);
-            if by_best.max(together) > share + needed {
+            if by_best.max(together) > rest.share + needed {
                 return Some(Objection::Better(self.refined(best, &own)));
             }
         }
@@ -185,7 +176,7 @@ impl Sight<'_> {
     ) -> Option<Vec<FoundOne>> {
         let first = self.parameters.count();
         let terms = first..first + self.bench.terms().len();
-        let (indices, all) = fit(self.parameters, information, set, terms.len());
+        let whole = Whole::of(self, information, set);
         // The odds against each: which effect, or which product on which gyro, it might as well have been.
         let of_effects = (self.names.allowed.len() as f64).ln();
         let of_products = (3.0 * self.products.names.len() as f64).ln();
@@ -195,15 +186,11 @@ impl Sight<'_> {
         let terms = terms.map(|index| (vec![index], of_products));
         let found: Vec<(Vec<usize>, f64)> = effects.chain(terms).collect();
         let pairs = (0..set.len()).flat_map(|a| (a + 1..found.len()).map(move |b| vec![a, b]));
-        let whole = (found.len() > 2 && !set.is_empty()).then(|| (0..found.len()).collect());
-        pairs.chain(whole).find_map(|several: Vec<usize>| {
+        let all = (found.len() > 2 && !set.is_empty()).then(|| (0..found.len()).collect());
+        pairs.chain(all).find_map(|several: Vec<usize>| {
             let own = several.iter().flat_map(|&one| &found[one].0);
             let own: Vec<usize> = own.copied().collect();
-            let rest = indices.iter().copied().filter(|index| !own.contains(index));
-            let rest: Vec<usize> = rest.collect();
-            let width = |index| prior_width(self.parameters, information, index);
-            let without = information.solve(&rest, &width).log_likelihood_gain;
-            let share = all.log_likelihood_gain - without;
+            let share = 0.5 * whole.without(&own).share;
             // Each number explains one more, or it says nothing (Akaike).
             let odds: f64 = several.iter().map(|&one| found[one].1).sum();
             let worth = share - odds - own.len() as f64;
@@ -244,26 +231,17 @@ impl Sight<'_> {
     ) -> Vec<Option<(usize, String)>> {
         /// A product this much outside an effect's columns is not the effect times what hardly changes.
         const APART: f64 = 0.05;
-        let set: Vec<usize> = choice.chosen.iter().map(|one| one.effect).collect();
-        let terms = self.bench.terms().len();
-        let gain = |set: &[usize]| {
-            let (_, solution) = fit(self.parameters, information, set, terms);
-            solution.log_likelihood_gain
-        };
-        let full = gain(&set);
+        let set = choice.effects();
+        let whole = Whole::of(self, information, &set);
         let rival = |effect: usize| {
-            let rest: Vec<usize> = set.iter().copied().filter(|&kept| kept != effect).collect();
-            let share = 2.0 * (full - gain(&rest));
             let own: Vec<usize> = self.parameters.of(effect).collect();
+            let share = whole.without(&own).share;
             // Each further number of the effect explains two more, or it says nothing (Akaike).
             let needed = share - 2.0 * (own.len() as f64 - 1.0);
             (0..3)
                 .filter_map(|axis| {
                     let apart = self.survey.apart(axis, &own, APART);
-                    let is_other = |product: usize| {
-                        let no_effect = self.products.effects[product][axis].is_empty();
-                        no_effect && !signals::is_shape(&self.products.names[product])
-                    };
+                    let is_other = |product: usize| self.is_unlisted(axis, product);
                     let better = self.survey.best_of(axis, &own, &is_other);
                     let better = better.filter(|best| best.ratio > share + PLAINER);
                     let as_good = || {
@@ -283,36 +261,17 @@ impl Sight<'_> {
     pub(super) fn harmonic_rivals(&self, information: &Information, choice: &Choice) -> Vec<bool> {
         /// A harmonic's own: its cosine and its sine.
         const NUMBERS: f64 = 2.0;
-        let set: Vec<usize> = choice.chosen.iter().map(|one| one.effect).collect();
-        let terms = self.bench.terms().len();
-        let full = fit(self.parameters, information, &set, terms)
-            .1
-            .log_likelihood_gain;
+        let set = choice.effects();
+        let whole = Whole::of(self, information, &set);
         let is_rivalled = |effect: usize| {
-            let rest: Vec<usize> = set.iter().copied().filter(|&kept| kept != effect).collect();
-            let (indices, without) = fit(self.parameters, information, &rest, terms);
-            let share = 2.0 * (full - without.log_likelihood_gain);
-            let values = indices.into_iter().zip(without.values.iter().copied());
-            let left = self.bench.left_over(&values.collect::<Vec<_>>());
-            let numbers = self.parameters.of(effect).len() as f64;
-            // Each further number explains two more, or it says nothing (Akaike); what noise adds to those is no reason.
-            let needed = share - 2.0 * (numbers - NUMBERS) - PLAINER;
-            let harmonics = reference_harmonic::harmonics(self.bench, &left);
-            // Of vibration, which is faster than what harmonics are sought in, the rate itself says as much.
             let own: Vec<usize> = self.parameters.of(effect).collect();
-            let as_rate = |axis: usize| {
-                let rate = |product: usize| self.products.names[product] == rate_of(axis);
-                let best = self.survey.best_of(axis, &own, &rate);
-                best.is_some_and(|best| {
-                    best.ratio > needed
-                        && best.p_value < FAMILY_SIGNIFICANCE
-                        && reference_harmonic::turns_little(self.bench.scene(), axis)
-                })
-            };
-            harmonics
+            let rest = whole.without(&own);
+            let left = self.bench.left_over(&rest.values);
+            // Each further number explains two more, or it says nothing (Akaike); what noise adds to those is no reason.
+            let needed = rest.share - 2.0 * (own.len() as f64 - NUMBERS) - PLAINER;
+            reference_harmonic::harmonics(self.bench, &left)
                 .iter()
                 .any(|found| found.ratio > needed && found.p_value < FAMILY_SIGNIFICANCE)
-                || (0..3).any(as_rate)
         };
         let at_rest = self.bench.scene().streams.at_rest.is_some();
         set.iter()
@@ -320,7 +279,7 @@ impl Sight<'_> {
             .collect()
     }
 
-    /// What else than the harmonic whose half stands at `place` explains as much.
+    /// What else than the harmonic that begins at `place` explains as much; nothing of its second half.
     pub(super) fn like_harmonic(
         &self,
         information: &Information,
@@ -335,24 +294,17 @@ impl Sight<'_> {
         else {
             return Alike::default();
         };
+        let halves = empirical::together(terms, place);
+        if halves.start != place {
+            return Alike::default();
+        }
         let first = self.parameters.count();
-        let own: Vec<usize> = empirical::together(terms, place)
-            .map(|half| first + half)
-            .collect();
-        let (indices, full) = fit(self.parameters, information, set, terms.len());
-        let rest = indices.into_iter().filter(|index| !own.contains(index));
-        let rest: Vec<usize> = rest.collect();
-        let width = |index| prior_width(self.parameters, information, index);
-        let without = information.solve(&rest, &width);
-        let share = 2.0 * (full.log_likelihood_gain - without.log_likelihood_gain);
-        let values = rest.into_iter().zip(without.values.iter().copied());
-        let left = self.bench.left_over(&values.collect::<Vec<_>>());
+        let own: Vec<usize> = halves.map(|half| first + half).collect();
+        let rest = Whole::of(self, information, set).without(&own);
+        let left = self.bench.left_over(&rest.values);
         // Each further number explains two more, or it says nothing (Akaike).
-        let needed = share - 2.0 * (own.len() as f64 - 1.0);
-        let is_other = |product: usize| {
-            let no_effect = self.products.effects[product][axis].is_empty();
-            no_effect && !signals::is_shape(&self.products.names[product])
-        };
+        let needed = rest.share - 2.0 * (own.len() as f64 - 1.0);
+        let is_other = |product: usize| self.is_unlisted(axis, product);
         let rival = self.survey.best_of(axis, &own, &is_other);
         let rival = rival.filter(|best| best.ratio > needed);
         Alike {
@@ -390,6 +342,11 @@ impl Sight<'_> {
             ),
             Some(_) => Default::default(),
         };
+        let further: Vec<Event> = slips
+            .iter()
+            .filter(|slip| slip.is_further())
+            .cloned()
+            .collect();
         let events = steps.into_iter().chain(slips);
         let events = events.map(|event| one(event.term, event.ratio + PLAINER, event.p_value));
         let lines = lines.into_iter().map(|pair| {
@@ -410,7 +367,7 @@ impl Sight<'_> {
         });
         // What imperfect regressors of the effects already found may leave behind.
         let allowance = REGRESSOR_FIDELITY * REGRESSOR_FIDELITY * explained;
-        events
+        let mut best = events
             .chain(lines)
             .chain(harmonics)
             .chain(expressions)
@@ -421,7 +378,18 @@ impl Sight<'_> {
                     && found.iter().all(|(term, _, _)| fresh(term))
             })
             .max_by(|a, b| a[0].1.total_cmp(&b[0].1))
-            .unwrap_or_default()
+            .unwrap_or_default();
+        // A counter that slips does so more than once: all that stand out come in together.
+        if best.first().is_some_and(|(term, ..)| term.is_slip()) {
+            let others = further.into_iter().filter(|slip| fresh(&slip.term));
+            let others: Vec<Event> = others.filter(|slip| slip.term != best[0].0).collect();
+            best.extend(
+                others
+                    .into_iter()
+                    .map(|slip| (slip.term, slip.ratio, slip.p_value)),
+            );
+        }
+        best
     }
 
     /// Terms that come in, each product of channels as it explains most.
@@ -438,9 +406,47 @@ impl Sight<'_> {
     }
 }
 
-/// A gyro's own rate as a product.
-fn rate_of(axis: usize) -> String {
-    format!("omega_{}", AXES[axis])
+/// A set of effects and all found terms, fitted together.
+struct Whole<'a> {
+    sight: &'a Sight<'a>,
+    information: &'a Information,
+    indices: Vec<usize>,
+    log_likelihood_gain: f64,
+}
+
+/// What is fitted when a part of the whole is not.
+struct Rest {
+    /// (parameter index, value).
+    values: Vec<(usize, f64)>,
+    /// 2 Δ ln L that only the part explains.
+    share: f64,
+}
+
+impl<'a> Whole<'a> {
+    fn of(sight: &'a Sight<'a>, information: &'a Information, set: &[usize]) -> Self {
+        let terms = sight.bench.terms().len();
+        let (indices, solution) = fit(sight.parameters, information, set, terms);
+        Self {
+            sight,
+            information,
+            indices,
+            log_likelihood_gain: solution.log_likelihood_gain,
+        }
+    }
+
+    fn without(&self, own: &[usize]) -> Rest {
+        let rest = self.indices.iter().copied();
+        let rest: Vec<usize> = rest.filter(|index| !own.contains(index)).collect();
+        let width = |index| prior_width(self.sight.parameters, self.information, index);
+        let solution = self.information.solve(&rest, &width);
+        Rest {
+            share: 2.0 * (self.log_likelihood_gain - solution.log_likelihood_gain),
+            values: rest
+                .into_iter()
+                .zip(solution.values.iter().copied())
+                .collect(),
+        }
+    }
 }
 
 /// Whether none is a mere shape in time or goes with a channel's past: a decay of its own for every gyro fits better than

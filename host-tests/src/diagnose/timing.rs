@@ -7,8 +7,8 @@
 use super::bursts;
 use super::declare::FAMILY_SIGNIFICANCE;
 use super::empirical::{Form, Term};
-use super::events;
-use super::hunt::{Alike, FoundTerm};
+use super::events::{self, Event};
+use super::hunt::{Alike, FoundTerm, PLAINER};
 use super::hypotheses::no_effects;
 use super::local;
 use super::noise::Noise;
@@ -65,16 +65,33 @@ pub fn settle(
             ),
         };
         let (steps, (slips, bursts)) = rayon::join(|| steps::steps(&bench, &left), of_angle);
-        let best = steps
-            .into_iter()
-            .chain(slips)
-            .chain(bursts)
-            .filter(|event| {
-                let known = bench.terms().iter().chain(&drift);
-                event.p_value < FAMILY_SIGNIFICANCE && !known.clone().any(|one| *one == event.term)
-            })
-            .max_by(|a, b| a.ratio.total_cmp(&b.ratio));
-        match best.filter(|_| entered.len() < MOST_EVENTS + windows && drift.len() < MOST_EVENTS) {
+        let is_news = |event: &Event| {
+            let known = bench.terms().iter().chain(&drift);
+            event.p_value < FAMILY_SIGNIFICANCE && !known.clone().any(|one| *one == event.term)
+        };
+        let further = slips
+            .iter()
+            .filter(|slip| slip.is_further() && is_news(slip));
+        let further: Vec<Event> = further.cloned().collect();
+        let events = steps.into_iter().chain(slips).chain(bursts);
+        // As in the search: a burst has two times to choose, of which a slip has one.
+        let worth = |event: &Event| match edges_s(&event.term) {
+            Some(_) => event.ratio,
+            None => event.ratio + PLAINER,
+        };
+        let best = events
+            .filter(is_news)
+            .max_by(|a, b| worth(a).total_cmp(&worth(b)));
+        let slips = bench.terms().iter().filter(|term| term.is_slip()).count();
+        let room = entered.len() - slips < MOST_EVENTS + windows && drift.len() < MOST_EVENTS;
+        match best.filter(|_| room) {
+            // All that stand out come in together, as in the search.
+            Some(event) if event.term.is_slip() && !further.is_empty() => {
+                for slip in further {
+                    bench.add_term(slip.term)?;
+                    entered.push((slip.ratio, slip.p_value));
+                }
+            }
             Some(event) => {
                 bench.add_term(event.term.clone())?;
                 if is_drift(&bench, parameters, &event.term) {
@@ -202,7 +219,10 @@ fn bench_of_all_rows<'a>(
     parameters: &'a Parameters,
 ) -> Option<Workbench<'a>> {
     let streams = &scene.streams;
-    let runs = usable_runs(&streams.usable, 0..streams.rows);
+    // The angle jumps from one recording to the next.
+    let pieces = streams.pieces.iter();
+    let runs = pieces.flat_map(|piece| usable_runs(&streams.usable, piece.rows.clone()));
+    let runs = runs.collect();
     let portion = Portion::new(runs, streams.rate_hz)?.within(streams.band_hz());
     Some(Workbench::new(
         scene,

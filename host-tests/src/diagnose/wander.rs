@@ -47,8 +47,6 @@ pub struct Blocks {
     pub edge_hz: f64,
     /// Places in the portion's rows, end to end.
     places: Vec<Range<usize>>,
-    /// Rows on either side of an edge whose angles make up its mean.
-    soft_rows: usize,
     /// Unit variance over the span, of each kind that is asked about.
     kinds: Vec<(Drift, DMatrix<f64>)>,
 }
@@ -155,7 +153,6 @@ impl Blocks {
             rows,
             edge_hz: 0.5 * rate_hz / rows as f64,
             places,
-            soft_rows: soft(rows),
             kinds,
         }
     }
@@ -188,7 +185,7 @@ impl Blocks {
             *sum += row;
             Some(*sum)
         }));
-        let soft = self.soft_rows;
+        let soft = soft(self.rows);
         let angle = |edge: usize| match soft {
             0 => turned[edge],
             _ => turned[edge - soft..edge + soft].iter().sum::<f64>() / (2 * soft) as f64,
@@ -200,8 +197,7 @@ impl Blocks {
 
     /// Of what begins at a block's start, the share of a block that the block before it shows.
     pub fn spilt(&self) -> f64 {
-        let soft = self.soft_rows as f64;
-        0.25 * soft / self.rows as f64
+        0.25 * soft(self.rows) as f64 / self.rows as f64
     }
 
     /// Every way to wander beside a gyro's white noise; `residual` says how strong the strongest is to be.
@@ -236,12 +232,12 @@ impl Blocks {
     /// Covariance of the noise without drift: a walk of the angle, and white noise of it; neighbours share an edge.
     fn steady(&self, walk: f64, white: f64) -> DMatrix<f64> {
         // Σ r (1 − r) over the rows of an edge, r rising evenly from one block's to the other's.
-        let soft = self.soft_rows as f64;
-        let shared = match self.soft_rows {
-            0 => 0.0,
+        let soft = soft(self.rows) as f64;
+        let shared = match soft {
+            0.0 => 0.0,
             _ => (4.0 * soft * soft - 1.0) / (12.0 * soft),
         };
-        let white = white / (2 * self.soft_rows).max(1) as f64;
+        let white = white / (2.0 * soft).max(1.0);
         DMatrix::from_fn(self.places.len(), self.places.len(), |a, b| {
             let adjoin = self.places[a].end == self.places[b].start
                 || self.places[b].end == self.places[a].start;
@@ -334,8 +330,8 @@ pub(super) mod simulated {
 
     pub const ALL: [Besides; 3] = [Besides::Nothing, Besides::Walk, Besides::Flicker];
 
-    /// One record: noise of unit variance in a block with sharp edges, and drift that gathers from a twentieth to twenty of its
-    /// deviations.
+    /// One record: noise of unit variance in a block with sharp edges, and drift that gathers from a twentieth to twenty
+    /// of its deviations.
     pub fn record(besides: Besides, seed: u64) -> DVector<f64> {
         let middles_s: Vec<f64> = (0..BLOCKS).map(|block| block as f64 * BLOCK_S).collect();
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -366,7 +362,7 @@ mod tests {
         let blocks = blocks(&[]);
         let wave = |row: usize| (row as f64 * BLOCK_S / ROWS as f64 * TAU * 0.4).sin();
         let rows = blocks.places.iter().map(|place| place.end).max();
-        let rows = rows.expect("some") + blocks.soft_rows;
+        let rows = rows.expect("some") + soft(ROWS);
         let increments: Vec<f64> = (0..rows).map(|row| wave(row + 1) - wave(row)).collect();
         // Unit variance a reading; a walk so weak that only the sums' own edges are left out.
         let turned = blocks.sums(&increments);

@@ -1,7 +1,7 @@
 //! Effects concealed by this workspace's simulator, which shares no code with the diagnosis. Sizes are
 //! those of real instruments, at a matched-filter SNR of 15 and more.
 
-use super::support::{concealed, kinds, sizes_are};
+use super::support::{concealed, holds, kinds, number, sizes_are};
 use rlg::diagnose::diagnose;
 use rlg::diagnose::result::{Diagnosis, Verdict};
 use rlg::recording::Quantity;
@@ -104,6 +104,41 @@ fn a_jump_in_angle_is_no_physics_of_motion() {
     let diagnosis = diagnosis_of(effect, 11);
     assert_eq!(diagnosis.effects.len(), 1, "{:#?}", diagnosis.summary);
     assert_eq!(diagnosis.effects[0].kind, "counter_slip");
+}
+
+#[test]
+fn pulses_that_a_counter_loses_now_and_then_are_all_found() {
+    // One pulse each, more often than terms may come in one by one.
+    let pulse_rad = 2e-6;
+    let truth: Vec<(f64, f64)> = (0..10)
+        .map(|k| {
+            (
+                3.217 + 5.083 * f64::from(k),
+                pulse_rad * [1.0, -1.0][k as usize % 2],
+            )
+        })
+        .collect();
+    let effects: Vec<String> = truth
+        .iter()
+        .map(|(time_s, size)| {
+            let at = concealed("counter_slip", &[("time_s", *time_s), ("size", *size)]);
+            format!("{at}axis = \"z\"\n")
+        })
+        .collect();
+    let diagnosis = diagnosis_of(&effects.concat(), 11);
+    let mut found = diagnosis.effects.clone();
+    found.sort_by(|a, b| number(a, "time_s").0.total_cmp(&number(b, "time_s").0));
+    assert_eq!(
+        kinds(&diagnosis),
+        ["counter_slip"; 10],
+        "{:#?}",
+        diagnosis.summary
+    );
+    for (slip, (time_s, size)) in found.iter().zip(&truth) {
+        // Noise of single readings moves the row.
+        assert!((number(slip, "time_s").0 - time_s).abs() < 0.02, "{slip:?}");
+        holds(slip, &[("size", *size)]);
+    }
 }
 
 #[test]

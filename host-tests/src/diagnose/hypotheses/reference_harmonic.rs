@@ -7,8 +7,8 @@
 //! Each order on each axis is an effect of its own, and is looked for among all of them. A harmonic that has not turned
 //! through half a period is the angle and its square, whatever its order: a scale error explains the first as well, so
 //! one is in the other's class, and the order has a spread. Two terms of [`Term`] stand for one effect, as for a line. The
-//! order is searched for in blocks of rows: what repeats with a table's angle is slow, and increments of the error
-//! telescope over a block without loss.
+//! order is searched for in blocks of rows, over which increments of the error telescope: what repeats with a table's
+//! angle is slow. White noise of angle does not average out in them, so that the best is weighed by rows.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -82,18 +82,6 @@ pub fn column(scene: &Scene, axis: usize, order: u32, cosine: bool) -> Vec<f64> 
     column
 }
 
-/// Whether the table turns by so little that the first order's sine is the angle itself, to a hundredth.
-pub fn turns_little(scene: &Scene, axis: usize) -> bool {
-    const LITTLE_RAD: f64 = 0.5;
-    let (_, angle_rad) = turned_rad(scene, axis);
-    let (low, high) = angle_rad
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), angle| {
-            (low.min(*angle), high.max(*angle))
-        });
-    high - low < LITTLE_RAD
-}
-
 /// A harmonic that stands out.
 pub struct Harmonic {
     /// Its cosine and its sine.
@@ -138,14 +126,13 @@ fn best_on(bench: &Workbench, left: &Bins, axis: usize) -> Option<Harmonic> {
 
 /// Spread of the order \[1\] about `order`, all orders as probable before: `left` still holds the harmonic.
 pub fn spread_of_order(bench: &Workbench, left: &Bins, axis: usize, order: u32) -> f64 {
-    let table = Table::new(bench, left, axis);
-    let blocks = table
-        .as_ref()
-        .and_then(|table| Some((table, table.blocks(bench, WEIGHED_HZ)?)));
-    let Some((table, blocks)) = blocks else {
+    let Some(table) = Table::new(bench, left, axis) else {
         return 0.0;
     };
-    let of = |other| (other, blocks.ratio(table, other));
+    let Some(blocks) = table.blocks(bench, WEIGHED_HZ) else {
+        return 0.0;
+    };
+    let of = |other| (other, blocks.ratio(&table, other));
     let ratios: Vec<(u32, f64)> = (1..=HIGHEST_ORDER).map(of).collect();
     let best = ratios.iter().fold(0.0, |best: f64, one| best.max(one.1));
     let [mut whole, mut squares] = [0.0; 2];

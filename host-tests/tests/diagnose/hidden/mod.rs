@@ -32,10 +32,11 @@ fn mean_hidden((recording, mut model): (Recording, Model), seconds: f64) -> (Cas
     (Case::diagnosed((recording, model)), mean.map(|rate| -rate))
 }
 
-/// 7e-8 s² under 15 Hz at 0.34°: a drift of 2e-6 rad/s in each cone, 5e-7 rad/s over the recording.
+/// 7e-8 s² under 15 Hz at 0.40°: a drift of 2.7e-6 rad/s in each cone, 7e-7 rad/s over the recording. A bias of SNR 8 on
+/// three gyros is as often called drift; one of 11 hardly ever.
 #[test]
 fn flexure_and_the_wrong_bias_that_hides_its_mean_are_both_named() {
-    let cones = ["x", "y", "z"].map(|axis| coning(axis, 0.006, 12.0));
+    let cones = ["x", "y", "z"].map(|axis| coning(axis, 0.007, 12.0));
     let motion = [&[still(6.0)], &cones[..], &[still(6.0)]].concat();
     let made = Case::made(&motion, &[effect("axis_flexure", &FLEXURE)], 21);
     let (case, lacking) = mean_hidden(made, 48.0);
@@ -44,9 +45,9 @@ fn flexure_and_the_wrong_bias_that_hides_its_mean_are_both_named() {
     holds(case.found("gyro_bias"), &[("x", x), ("y", y), ("z", z)]);
     let flexure = case.found("axis_flexure");
     holds(flexure, &FLEXURE);
-    // 16 and 8: neither is plain to see.
-    assert!(strength(flexure) < 20.0);
-    assert!(strength(case.found("gyro_bias")) < 10.0);
+    // 22 and 11: neither is plain to see.
+    assert!(strength(flexure) < 26.0);
+    assert!(strength(case.found("gyro_bias")) < 13.0);
 }
 
 /// 3e-5 s/rad: 2.7e-6 rad/s while it shakes with 0.3 rad/s, a quarter of that with 0.15 rad/s.
