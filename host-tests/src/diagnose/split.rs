@@ -28,8 +28,28 @@ pub struct Split {
     pub held_out: Vec<Range<usize>>,
 }
 
-/// Cuts the recordings. One that is held out as a whole is not fitted anywhere.
-pub fn split(streams: &Streams) -> Split {
+/// Of what is fitted of a stretch that is held out inside, this fraction lies behind what is held out.
+const BEHIND: usize = 3;
+
+/// Which part of a stretch is held out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// Its last.
+    End,
+    /// As much inside, so that both ends are fitted and what acts at one of them is held out as well.
+    Inside,
+}
+
+/// Whether the rows can be cut elsewhere in their stretches: not those of a unit at rest, nor where a recording is held out
+/// as a whole.
+pub fn can_be_cut_otherwise(streams: &Streams) -> bool {
+    let is_cut = |piece: &Piece| piece.origin.is_none() && !piece.held_out;
+    streams.at_rest.is_none() && streams.pieces.iter().all(is_cut)
+}
+
+/// Cuts the recordings. One that is held out as a whole is not fitted anywhere; where a stretch of a longer one ends is
+/// said before.
+pub fn split(streams: &Streams, part: Part) -> Split {
     if streams.at_rest.is_some() {
         return in_halves(streams);
     }
@@ -51,8 +71,16 @@ pub fn split(streams: &Streams) -> Split {
             } else {
                 rows.end - (rows.len() as f64 * HELD_OUT_SHARE) as usize
             };
-            fitted.extend(usable_runs(&streams.usable, rows.start..cut));
-            held_out.extend(usable_runs(&streams.usable, cut..rows.end));
+            let mut unseen = cut..rows.end;
+            if part == Part::Inside && can_be_cut_otherwise(streams) {
+                // Less than half of the stretch: what is behind it is fitted, too.
+                let behind = (rows.len() - unseen.len()) / BEHIND;
+                unseen = cut - behind..rows.end - behind;
+            }
+            for own in [rows.start..unseen.start, unseen.end..rows.end] {
+                fitted.extend(usable_runs(&streams.usable, own));
+            }
+            held_out.extend(usable_runs(&streams.usable, unseen));
             regimes.push(regime);
         }
     }
@@ -191,4 +219,28 @@ pub fn intersect(ranges: &[Range<usize>], others: &[Range<usize>]) -> Vec<Range<
     }
     common.sort_by_key(|rows: &Range<usize>| rows.start);
     common
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::streams::Triad;
+
+    #[test]
+    fn either_cut_holds_out_as_much_and_sees_every_row_once() {
+        let rows = 60_000;
+        let still: Triad = [0, 1, 2].map(|_| vec![0.0; rows]);
+        let streams = Streams::of_motion(1000.0, still);
+        let length =
+            |ranges: &[Range<usize>]| ranges.iter().map(ExactSizeIterator::len).sum::<usize>();
+        let [end, inside] = [Part::End, Part::Inside].map(|part| split(&streams, part));
+        for cut in [&end, &inside] {
+            assert!(intersect(&cut.fitted, &cut.held_out).is_empty());
+            assert_eq!(length(&cut.fitted) + length(&cut.held_out), rows);
+        }
+        assert_eq!(length(&end.held_out), length(&inside.held_out));
+        for (regime, held_out) in inside.regimes.iter().zip(&inside.held_out) {
+            assert!(regime.rows.start < held_out.start && held_out.end < regime.rows.end);
+        }
+    }
 }

@@ -49,9 +49,10 @@ use super::noise::{Declared, Noise};
 use super::portion::Portion;
 use super::scene::Scene;
 use super::select::Choice;
-use super::split::{self, Split};
+use super::split::{self, Part, Split};
 use super::streams::{Streams, Triad};
 use super::validate::{self, Validation};
+use super::wandering::wandering_rad_s;
 use super::workbench::Parameters;
 use super::{LEAST_FITTED_S, Outcome};
 use crate::model::Model;
@@ -72,6 +73,8 @@ pub struct Given<'a> {
     pub model: &'a Model,
     /// Kinds taken out of the catalogue.
     pub left_out: &'a [&'a str],
+    /// Which part of each stretch is held out.
+    pub held_out: Part,
 }
 
 /// What the accelerometers showed.
@@ -85,6 +88,8 @@ pub struct Found {
     locations: Vec<Location>,
     left: Vec<Location>,
     validations: Vec<Validation>,
+    /// By how much each wanders beyond the model's noise, where it does.
+    wandering_m_s2: [Option<f64>; 3],
     /// Names of regimes left out because the case was shaken in them.
     shaken: Vec<String>,
     /// What of the recording has a known attitude \[s\], where that is not all of it.
@@ -229,6 +234,15 @@ impl Look {
             &locations,
             streams.rate_hz,
         );
+        let portion = Portion::new(split.fitted.clone(), streams.rate_hz);
+        let wandering_m_s2 = portion.map_or([None; 3], |portion| {
+            let left = weighed
+                .after
+                .each_ref()
+                .map(|values| portion.transform(values));
+            // The same law for increments of velocity.
+            wandering_rad_s(&portion, &left, &noise)
+        });
         let carried = scene.streams.longest_carried();
         let carried_s = (carried.len() < scene.streams.rows)
             .then(|| [carried.start, carried.end].map(|row| scene.streams.begin_s(row)));
@@ -242,6 +256,7 @@ impl Look {
             locations,
             left,
             validations,
+            wandering_m_s2,
             shaken: self.shaken,
             carried_s,
             candidates,
@@ -282,7 +297,7 @@ fn prepare(scene: &mut Scene, given: &Given, found: &Model) -> Result<(Streams, 
     }
     let piece = &scene.streams.pieces[0];
     let streams = Streams::bare(rows.rate_hz, rows.start_s, rows.usable.clone(), piece);
-    let split = split::split(&streams);
+    let split = split::split(&streams, given.held_out);
     if Portion::new(split.fitted.clone(), rows.rate_hz)
         .is_none_or(|portion| portion.seconds() < LEAST_FITTED_S)
     {

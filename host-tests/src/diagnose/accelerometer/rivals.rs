@@ -176,7 +176,7 @@ pub fn rivalry(
     expressions: &[Expression],
 ) -> Option<Rivalry> {
     let portion = Portion::new(split.fitted.clone(), noise[0].rate_hz)?;
-    let set: Vec<usize> = choice.chosen.iter().map(|one| one.effect).collect();
+    let set = choice.effects();
     let mut at = no_effects();
     for one in &choice.chosen {
         at[one.effect] = one.values.iter().copied().collect();

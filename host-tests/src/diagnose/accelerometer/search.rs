@@ -207,7 +207,7 @@ fn choose(
         let mut choice = select::select(&mut bench, parameters, allowed, Some(declared));
         let information = bench.information();
         choice.reach = reach(&information, parameters, allowed, &bench.unknowns());
-        let set: Vec<usize> = choice.chosen.iter().map(|one| one.effect).collect();
+        let set = choice.effects();
         let mut indices = parameters.of_all(&set);
         indices.extend(bench.unknowns());
         let solution = information.solve(&indices, &|index| {

@@ -48,7 +48,7 @@ pub fn otherwise(
     candidates: &[usize],
     choice: &Choice,
 ) -> Vec<Information> {
-    let set = effects(choice);
+    let set = choice.effects();
     let open = open(choice, candidates);
     let named = &set;
     let pairs = open.iter().flat_map(|&turns| {
@@ -164,7 +164,7 @@ pub(super) fn decide(
     weighed: &Weighed,
 ) -> bool {
     let (parameters, candidates) = (gyros.parameters, gyros.candidates);
-    let before: Vec<usize> = effects(&gyros.catch.choice);
+    let before = gyros.catch.choice.effects();
     let linearised = std::iter::once(&gyros.catch.information).chain(&gyros.otherwise);
     let ways: Vec<(&Information, Information)> = linearised
         .map(|alone| {
@@ -238,7 +238,9 @@ pub(super) fn decide(
 pub(super) fn felt(weighed: &Weighed, open: &[usize]) -> (Vec<usize>, Vec<usize>, Vec<usize>) {
     let chosen = weighed.choice.chosen.iter();
     let is_open = |effect: &usize| open.contains(effect);
-    let felt: Vec<usize> = effects(&weighed.choice)
+    let felt: Vec<usize> = weighed
+        .choice
+        .effects()
         .into_iter()
         .filter(is_open)
         .collect();
@@ -248,10 +250,6 @@ pub(super) fn felt(weighed: &Weighed, open: &[usize]) -> (Vec<usize>, Vec<usize>
     let rivals = doubtful.flat_map(|one| one.indistinguishable_from.iter().copied());
     let maybe: Vec<usize> = rivals.filter(is_open).collect();
     (felt, maybe, instead)
-}
-
-fn effects(choice: &Choice) -> Vec<usize> {
-    choice.chosen.iter().map(|one| one.effect).collect()
 }
 
 /// Effects of the gyros that look to them like an error of the reference.
@@ -282,7 +280,9 @@ fn verdict(gyros: &Gyros, before: &[usize], effect: usize, weighed: &Weighed) ->
     if let Some(place) = place {
         return gyros.catch.regimes[place].clone();
     }
-    let felt = effects(&weighed.choice)
+    let felt = weighed
+        .choice
+        .effects()
         .iter()
         .position(|&kept| kept == effect);
     felt.map_or_else(
@@ -297,7 +297,7 @@ fn verdict(gyros: &Gyros, before: &[usize], effect: usize, weighed: &Weighed) ->
 /// Says of each class what of it gravity speaks against.
 fn tell_apart(gyros: &mut Gyros, ways: &[Information], open: &[usize]) {
     let parameters = gyros.parameters;
-    let set = effects(&gyros.catch.choice);
+    let set = gyros.catch.choice.effects();
     // A delay is judged where it is linearised best.
     let gain = |set: &[usize]| -> f64 {
         let gains = ways.iter().map(|both| {

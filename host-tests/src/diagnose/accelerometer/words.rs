@@ -190,6 +190,14 @@ impl Found {
                 ));
             }
         }
+        for (wandering_m_s2, letter) in self.wandering_m_s2.iter().zip(AXES) {
+            if let Some(size) = wandering_m_s2 {
+                lines.push(format!(
+                    "Drift: accelerometer {letter} wanders by {:.2} µg (one standard deviation) over the recording, which the model's noise does not; a bias of that size would hide in it.",
+                    size * MICRO_G
+                ));
+            }
+        }
         lines.extend(vetoed_lines(&self.vetoed));
         /// A tenth more noise than declared is worth a sentence (the gyros' limit too).
         const NOISIER: f64 = 1.1;

@@ -1,8 +1,9 @@
 //! Which steps between attitudes are fitted and which are held out.
 //!
 //! Enters: the record and the regimes of split.rs. Leaves: [`Cut`]: runs of stamps. Time is cut in contiguous
-//! stretches, at the end of every regime, as on rows; where regimes hold too few steps for that (attitude before and
-//! after only), whole steps are held out that can be spared (spare.rs), and of a handful of steps nothing.
+//! stretches, at the end of every regime, as on rows; short regimes are cut together, since of what is slow an attitude
+//! tells by its whole run, which noise of two stamps bounds. Where regimes hold too few steps for that (attitude before
+//! and after only), whole steps are held out that can be spared (spare.rs), and of a handful of steps nothing.
 
 use std::ops::Range;
 
@@ -12,6 +13,9 @@ use crate::diagnose::split::Regime;
 
 /// Steps in a regime of which a part can be held out.
 const ENOUGH_OF_REGIME: usize = 10;
+
+/// Shorter regimes are cut with those that follow \[s\].
+const SHORT_S: f64 = 3.5;
 
 /// Steps in sparse regimes together of which a part can be held out.
 const ENOUGH_IN_ALL: usize = 8;
@@ -51,14 +55,24 @@ pub fn cut(record: &Record, regimes: Vec<Regime>, spare: &dyn Fn(&[usize]) -> Ve
     }
     let mut of_step = vec![None; record.stamps()];
     let mut sparse: Vec<(usize, usize)> = Vec::new();
+    let mut together: Vec<(usize, usize)> = Vec::new();
     for (regime, steps) in of_regime.iter().enumerate() {
+        let own = steps.iter().map(|step| (*step, regime));
         if steps.len() < ENOUGH_OF_REGIME {
-            sparse.extend(steps.iter().map(|step| (*step, regime)));
+            sparse.extend(own);
+        } else {
+            together.extend(own);
+        }
+        let spans_s = |steps: &[(usize, usize)]| match steps {
+            [(first, _), .., (last, _)] => record.times_s[*last] - record.times_s[*first],
+            _ => 0.0,
+        };
+        if spans_s(&together) < SHORT_S && regime + 1 < of_regime.len() {
             continue;
         }
-        let kept = steps.len() - (steps.len() as f64 * HELD_OUT_SHARE) as usize;
-        for (place, step) in steps.iter().enumerate() {
-            of_step[*step] = Some((regime, place >= kept));
+        let kept = together.len() - (together.len() as f64 * HELD_OUT_SHARE) as usize;
+        for (place, (step, regime)) in together.drain(..).enumerate() {
+            of_step[step] = Some((regime, place >= kept));
         }
     }
     let steps: Vec<usize> = sparse.iter().map(|(step, _)| *step).collect();

@@ -27,6 +27,9 @@ use crate::diagnose::workbench::Parameters;
 /// ln of the odds by which physics must beat drifting noise; effects are not weighed against drift one by one here.
 const CLEAR_WIN: f64 = 10.0;
 
+/// The same against gyros that walk more than declared: twenty to one.
+const CLEAR_OF_WALKS: f64 = 3.0;
+
 /// Instants tried for jumps in a first pass; a second one goes between them.
 const INSTANTS: usize = 300;
 
@@ -53,19 +56,10 @@ impl Hunt<'_> {
         behind: &[Behind],
         progress: &dyn Fn(&str),
     ) -> Result<(AttitudeBench<'a>, Catch), String> {
-        let runs = self.cut.fitted.clone();
-        let any = self.declared.plain();
         let (parameters, candidates) = (self.parameters, self.candidates);
-        let mut bench = AttitudeBench::new(scene, record, parameters, runs, any, candidates);
-        for behind in behind {
-            bench.stand_behind(behind.clone())?;
-        }
-        progress("fitting the noise");
-        bench.levels = levels::first(self.declared, &bench);
-        bench.levels = levels::fit(&bench, candidates, self.declared);
-        let as_noise = hunt(&mut bench, self, true, progress)?;
+        let (bench, as_noise) = self.as_noise(scene, record, behind, progress)?;
         if bench.levels.drift_rad2_s3 == 0.0 || self.declared.walk_rad2_s.contains(&None) {
-            return Ok((bench, as_noise));
+            return self.or_walks(scene, record, behind, (bench, as_noise), progress);
         }
         // Drift and a step, a line or a decay imitate each other: the same search with the declared noise, and physics
         // must win clearly (readings.rs).
@@ -84,17 +78,83 @@ impl Hunt<'_> {
             steady.stand_behind(behind.clone())?;
         }
         let as_physics = hunt(&mut steady, self, false, progress)?;
-        let price = |bench: &AttitudeBench, catch: &Catch| {
-            let drifts = usize::from(bench.levels.drift_rad2_s3 > 0.0);
-            bench.ln_likelihood(&catch.values)
-                - PRICE * (catch.values.len() + drifts) as f64
-                - PICKED * catch.terms.len() as f64
-        };
         if price(&steady, &as_physics) > price(&bench, &as_noise) + CLEAR_WIN {
             return Ok((steady, as_physics));
         }
         Ok((bench, as_noise))
     }
+
+    /// The search with the noise that the data ask for.
+    fn as_noise<'a>(
+        &'a self,
+        scene: &'a Scene,
+        record: &'a Record,
+        behind: &[Behind],
+        progress: &dyn Fn(&str),
+    ) -> Result<(AttitudeBench<'a>, Catch), String> {
+        let runs = self.cut.fitted.clone();
+        let any = self.declared.plain();
+        let (parameters, candidates) = (self.parameters, self.candidates);
+        let mut bench = AttitudeBench::new(scene, record, parameters, runs, any, candidates);
+        for behind in behind {
+            bench.stand_behind(behind.clone())?;
+        }
+        progress("fitting the noise");
+        bench.levels = levels::first(self.declared, &bench);
+        bench.levels = levels::fit(&bench, candidates, self.declared);
+        let catch = hunt(&mut bench, self, true, progress)?;
+        Ok((bench, catch))
+    }
+
+    /// What was found, or gyros that walk more than the model declares: a walk that is held too low becomes whichever
+    /// slow effect resembles it, which has to be clearly better than that.
+    fn or_walks<'a>(
+        &'a self,
+        scene: &'a Scene,
+        record: &'a Record,
+        behind: &[Behind],
+        found: (AttitudeBench<'a>, Catch),
+        progress: &dyn Fn(&str),
+    ) -> Result<(AttitudeBench<'a>, Catch), String> {
+        let (bench, as_physics) = &found;
+        let is_open = self.declared.walk_rad2_s.contains(&None);
+        if as_physics.choice.chosen.is_empty() || is_open || bench.degrees() < levels::ENOUGH {
+            return Ok(found);
+        }
+        let mut walking = AttitudeBench::new(
+            scene,
+            record,
+            self.parameters,
+            self.cut.fitted.clone(),
+            bench.levels,
+            self.candidates,
+        );
+        for behind in behind {
+            walking.stand_behind(behind.clone())?;
+        }
+        progress("weighing gyros that walk more");
+        let open = DeclaredLevels {
+            walk_rad2_s: [None; 3],
+            ..*self.declared
+        };
+        walking.levels = levels::fit(&walking, &[], &open);
+        let set = Vec::new();
+        let (values, _) = fit(&walking, self.parameters, &set);
+        let nothing_found = walking.ln_likelihood(&values) - PRICE * (values.len() + 3) as f64;
+        if price(bench, as_physics) > nothing_found + CLEAR_OF_WALKS {
+            return Ok(found);
+        }
+        let as_walk = hunt(&mut walking, self, false, progress)?;
+        Ok((walking, as_walk))
+    }
+}
+
+/// ln of the likelihood of what was found, less what its numbers cost.
+fn price(bench: &AttitudeBench, catch: &Catch) -> f64 {
+    let drifts = usize::from(bench.levels.drift_rad2_s3 > 0.0);
+    bench.ln_likelihood(&catch.values)
+        - PRICE * (catch.values.len() + drifts) as f64
+        - PICKED * catch.terms.len() as f64
 }
 
 /// Columns of every expression on every gyro, at the stamps.
@@ -127,7 +187,7 @@ pub fn hunt(
     loop {
         progress("weighing the listed effects");
         let choice = select::select(bench, parameters, &allowed, declared);
-        let set: Vec<usize> = choice.chosen.iter().map(|one| one.effect).collect();
+        let set = choice.effects();
         let (values, covariance) = fit(bench, parameters, &set);
         progress("searching for unlisted physics");
         let indices: Vec<usize> = values.iter().map(|(index, _)| *index).collect();
@@ -421,7 +481,7 @@ impl<'a> Sight<'a> {
         parameters: &Parameters,
         choice: &Choice,
     ) -> Option<Found> {
-        let set: Vec<usize> = choice.chosen.iter().map(|one| one.effect).collect();
+        let set = choice.effects();
         let full = explained(bench, parameters, &set);
         choice.chosen.iter().find_map(|one| {
             let rest: Vec<usize> = set

@@ -60,7 +60,12 @@ pub(super) fn settle(
         .collect();
     for _ in 0..STEPS {
         let record = prepared.record(model, &lie);
-        let whole = cut::cut(&record, split::split(streams).regimes, &cut::last_part).fitted;
+        let whole = cut::cut(
+            &record,
+            split::split(streams, split::Part::End).regimes,
+            &cut::last_part,
+        )
+        .fitted;
         if whole.is_empty() {
             return None;
         }

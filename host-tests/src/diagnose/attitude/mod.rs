@@ -138,7 +138,7 @@ pub fn diagnose(
             &moved
         }
     };
-    let regimes = split::split(streams).regimes;
+    let regimes = split::split(streams, split::Part::End).regimes;
     let (far_delay, far_turn) = lie.map_or((false, false), |lie| {
         (
             lie.delay_s != prepared.lie.delay_s,
@@ -234,7 +234,11 @@ pub fn diagnose(
     let found = errors.and_then(|errors| {
         let model = &gravity::without_reference(model);
         let mut scene = gravity::carried(prepared, model, &errors)?;
-        let given = Given { model, left_out };
+        let given = Given {
+            model,
+            left_out,
+            held_out: split::Part::End,
+        };
         accelerometer::weigh_alone(&mut scene, &given, &parameters, progress)
     });
     accelerometer::add(found, &mut outcome);

@@ -144,7 +144,7 @@ impl Told<'_> {
             else {
                 continue;
             };
-            let mut rest: Vec<usize> = catch.choice.chosen.iter().map(|one| one.effect).collect();
+            let mut rest = catch.choice.effects();
             rest.retain(|effect| *effect != one.effect && self.candidates.contains(effect));
             for (truth, rival) in [(one.effect, rival), (rival, one.effect)] {
                 let values = self.typical_fit(&rest, truth);
@@ -178,7 +178,7 @@ impl Told<'_> {
     fn name_the_lie(&self, catch: &mut Catch) {
         let Some(lie) = self.lie else { return };
         let information = self.bench.information();
-        let set: Vec<usize> = catch.choice.chosen.iter().map(|one| one.effect).collect();
+        let set = catch.choice.effects();
         let (values, covariance) = super::hunt::fit(self.bench, self.parameters, &set);
         let first = self.parameters.count();
         let at = |place: usize| {

@@ -12,7 +12,7 @@ use rlg::diagnose::regressor::regressors;
 use rlg::diagnose::residual::residual_rad;
 use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
 use rlg::diagnose::scene::Scene;
-use rlg::diagnose::split::split;
+use rlg::diagnose::split::{Part, split};
 use rlg::diagnose::streams::{Streams, Triad};
 use rlg::diagnose::{declared_noise, diagnose};
 use rlg::model::Model;
@@ -202,7 +202,7 @@ impl Case {
         let mut streams = Streams::align(&self.recording, &self.model).expect("it aligns");
         qualify(&mut streams);
         let rate_hz = streams.rate_hz;
-        let held_out = Portion::new(split(&streams).held_out, rate_hz).expect("rows");
+        let held_out = Portion::new(split(&streams, Part::End).held_out, rate_hz).expect("rows");
         let declared = declared_noise(&self.model, rate_hz);
         let scene = Scene::new(streams, None, self.model.gyro.scale_error);
         let joints = regressors(&held_out.joints());

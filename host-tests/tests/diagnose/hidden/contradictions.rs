@@ -2,7 +2,7 @@
 
 use super::case::{Case, sensing_besides, slew, still, text, vibration};
 use rlg::diagnose::result::Verdict;
-use rlg::diagnose::split::split;
+use rlg::diagnose::split::{Part, split};
 use rlg::diagnose::streams::Streams;
 
 /// A scale error that is there only while nobody validates: what drives it is not in the recording.
@@ -17,7 +17,7 @@ fn a_name_that_the_held_out_rows_contradict_is_taken_back() {
     ];
     let (recording, model) = Case::of_increments(&motion, 71);
     let streams = Streams::align(&recording, &model).expect("it aligns");
-    let held_out = split(&streams).held_out;
+    let held_out = split(&streams, Part::End).held_out;
     let made = sensing_besides((recording, model), |rates_rad_s, _| {
         let mut rates = rates_rad_s[1].clone();
         held_out
