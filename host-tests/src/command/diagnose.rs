@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::inputs::{read_model, results_folder};
+use crate::diagnose::apart::look_at_each;
 use crate::diagnose::attitude::is_slow;
 use crate::diagnose::declare::MOST_ROWS;
 use crate::diagnose::long::Long;
@@ -103,7 +104,14 @@ impl Diagnose {
             for (folder, held_out) in self.recordings.iter().zip(&held_out) {
                 // The recording's own tables go before the next is read; the rows live in the streams.
                 let recording = Recording::read(folder)?;
-                if self.recordings.len() == 1 && is_slow(&recording, &model) {
+                if is_slow(&recording, &model) {
+                    if self.recordings.len() > 1 {
+                        return Err(InputError::new(
+                            folder,
+                            "has attitudes as its reference, not a rate at every row",
+                        )
+                        .expected("one such recording at a time"));
+                    }
                     return diagnose(&recording, &model, &self.model, self.seed, &progress);
                 }
                 let mut streams = Streams::align(&recording, &model)?;
@@ -111,7 +119,17 @@ impl Diagnose {
                 aligned.push(streams);
             }
             let seed = self.seed;
-            diagnose_aligned(&[], aligned, None, &model, &self.model, seed, &progress)
+            let count = aligned.len();
+            let mut outcome =
+                diagnose_aligned(&[], aligned, None, &model, &self.model, seed, &progress)?;
+            if count > 1 {
+                let read = |place: usize| {
+                    Streams::align(&Recording::read(&self.recordings[place])?, &model)
+                };
+                let of = (&model, self.model.as_path());
+                look_at_each(&mut outcome, (count, &read), of, seed, &progress)?;
+            }
+            Ok(outcome)
         };
         let outcome = match self.threads {
             None => work(),

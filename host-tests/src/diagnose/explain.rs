@@ -238,22 +238,14 @@ impl Findings<'_> {
     }
 
     fn verdict(&self, effects: &[EffectEntry]) -> Verdict {
-        // A constant over a stretch of time describes, as does a product of another size in each; neither explains.
-        let confined: Vec<(&str, &str)> = effects.iter().filter_map(confined).collect();
-        let describes = |effect: &EffectEntry| {
-            let within = self::confined(effect);
-            let alike = confined.iter().filter(|other| within == Some(**other));
-            effect.parameters.is_empty()
-                || effect.expression.as_deref().is_some_and(signals::is_window)
-                || alike.count() > 1
-        };
-        let explained = effects.iter().any(|effect| !describes(effect));
+        let describe = descriptions(effects);
+        let explained = describe.contains(&false);
         let clean = self.left.is_empty()
             && self.drifting().is_empty()
             && !self.contradicted
             && self.restless().next().is_none()
             && self.named_at_any_time().is_none()
-            && !effects.iter().any(describes);
+            && !describe.contains(&true);
         match (explained, clean) {
             (false, true) => Verdict::Matches,
             (false, false) => Verdict::Unexplained,
@@ -351,6 +343,20 @@ impl Findings<'_> {
             )
         }
     }
+}
+
+/// Of each effect whether it only describes: a constant over a stretch of time does, and a product of another size in
+/// each; neither explains.
+pub(super) fn descriptions(effects: &[EffectEntry]) -> Vec<bool> {
+    let confined: Vec<(&str, &str)> = effects.iter().filter_map(confined).collect();
+    let describes = |effect: &EffectEntry| {
+        let within = self::confined(effect);
+        let alike = confined.iter().filter(|other| within == Some(**other));
+        effect.parameters.is_empty()
+            || effect.expression.as_deref().is_some_and(signals::is_window)
+            || alike.count() > 1
+    };
+    effects.iter().map(describes).collect()
 }
 
 /// The gyro and the product of an expression that acts in a stretch of time only.

@@ -4,7 +4,8 @@
 //! hypotheses → workbench → select (weigh), hunt (events, products, invariance, drift), shapes, local → self_test →
 //! contradiction → identify → validate → explain
 //!
-//! From the split on it is one file (look), gone again with other rows held out where something is left to explain.
+//! From the split on it is one file (look), gone again with other rows held out where something is left to explain. Of
+//! several recordings each is then looked at alone (apart).
 //!
 //! Gyros that count coarse pulses without a dither are read first of all (lattice): what their pulses hide is no finding.
 //!
@@ -21,6 +22,8 @@
 pub mod declare;
 
 pub mod pieces;
+
+pub mod apart;
 
 mod look;
 

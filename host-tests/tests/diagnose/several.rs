@@ -1,5 +1,7 @@
 //! Several recordings of one instrument, explained together: made by this workspace's simulator.
 
+use super::support::holds;
+use rlg::diagnose::apart::look_at_each;
 use rlg::diagnose::residual::residual_rad;
 use rlg::diagnose::result::{Diagnosis, ParameterEntry, Verdict};
 use rlg::diagnose::scene::Scene;
@@ -114,6 +116,47 @@ fn an_effect_that_is_not_the_same_in_each_recording_keeps_no_name() {
     );
     let is_plain = [Verdict::Matches, Verdict::Explained].contains(&found.verdict);
     assert!(!is_plain, "{summary:#?}");
+}
+
+#[test]
+fn an_effect_of_one_recording_is_found_in_that_one_alone() {
+    let bias = "[[effect]]\nkind = \"gyro_bias\"\nconcealed = true\ny = 3e-6\n";
+    let recording = |place: usize| match place {
+        0 => made("before", 71, &scale(4e-6)),
+        1 => made("after", 72, &[scale(4e-6).as_str(), bias].concat()),
+        _ => made("later", 73, &scale(4e-6)),
+    };
+    let model = recording(0).1;
+    let all = (0..3).map(|place| recording(place).0).collect();
+    let mut outcome = diagnosed(all, &model).expect("a diagnosis");
+    let read = |place: usize| Ok(recording(place).0);
+    let of = (&model, Path::new("model.toml"));
+    look_at_each(&mut outcome, (3, &read), of, 0, &|_| {}).expect("a diagnosis of each");
+    let Diagnosis {
+        summary, effects, ..
+    } = &outcome.diagnosis;
+    let found: Vec<(&str, Option<&str>)> = effects
+        .iter()
+        .map(|effect| {
+            let name = effect.parameters.iter().find_map(|one| match one {
+                ParameterEntry::Text { name, value } if name == "recording" => Some(&**value),
+                _ => None,
+            });
+            (&*effect.kind, name)
+        })
+        .collect();
+    assert_eq!(
+        found,
+        [("gyro_scale", None), ("gyro_bias", Some("after"))],
+        "{summary:#?}"
+    );
+    holds(&effects[0], &[("x", 4e-6)]);
+    holds(&effects[1], &[("y", 3e-6)]);
+    assert_eq!(
+        outcome.diagnosis.verdict,
+        Verdict::Explained,
+        "{summary:#?}"
+    );
 }
 
 #[test]
