@@ -79,8 +79,7 @@ fn of_all(outcome: &Outcome, given: &Model) -> Model {
 
 fn add(outcome: &mut Outcome, of_all: &Model, each: Vec<Alone>) {
     let diagnosis = &mut outcome.diagnosis;
-    let is_clear = |alone: &Alone| matches!(alone.verdict, Verdict::Matches | Verdict::Explained);
-    diagnosis.verdict = match each.iter().all(is_clear) {
+    diagnosis.verdict = match each.iter().all(|alone| alone.verdict.is_told()) {
         true => Verdict::Explained,
         false => Verdict::PartlyExplained,
     };
@@ -137,8 +136,7 @@ fn is_physics(effect: &EffectEntry) -> bool {
 
 /// The effect as one recording's.
 fn seen_in(name: &str, mut effect: EffectEntry) -> EffectEntry {
-    let is_said = |one: &ParameterEntry| matches!(one, ParameterEntry::Text { name, .. } if name == "recording");
-    if !effect.parameters.iter().any(is_said) {
+    if effect.text("recording").is_none() {
         effect.parameters.push(ParameterEntry::Text {
             name: "recording".to_string(),
             value: name.to_string(),

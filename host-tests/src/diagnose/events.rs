@@ -30,6 +30,12 @@ const LEAST_PULSES: f64 = 1.5;
 /// The same where a dither carries each reading over many pulses: what is left of quantisation there is noise.
 const LEAST_PULSES_DITHERED: f64 = 0.6;
 
+/// One that comes in with a clearer one is beyond chance by this (2 Δ ln L): a million rows reach thirty.
+const FURTHER: f64 = 60.0;
+
+/// More at once are no slips.
+const MOST_AT_ONCE: usize = 32;
+
 /// A ratio that no recording takes for a slip: such ones are not worth a look at the channel's values.
 const UNLIKELY: f64 = 20.0;
 
@@ -40,12 +46,6 @@ pub(super) fn coarsest_rad(streams: &Streams, axis: usize) -> f64 {
         None => qualify::pulse(&streams.sensed_rad[axis]),
     }
 }
-
-/// One that comes in with a clearer one is beyond chance by this (2 Δ ln L): a million rows reach thirty.
-const FURTHER: f64 = 60.0;
-
-/// More at once are no slips.
-const MOST_AT_ONCE: usize = 32;
 
 /// Pulses of a gyro's smallest event.
 pub(super) fn least_pulses(streams: &Streams, axis: usize) -> f64 {
@@ -74,6 +74,13 @@ pub struct Event {
     pub p_value: f64,
 }
 
+impl Event {
+    /// Whether a slip is so clear that it may come in with a clearer one.
+    fn is_further(&self) -> bool {
+        self.ratio > FURTHER
+    }
+}
+
 /// Places in each stretch of a portion that are clear of its joints, and how far on in the recording's rows they are.
 pub(super) fn guarded(portion: &Portion) -> impl Iterator<Item = (Range<usize>, i64)> {
     let mut first = 0;
@@ -86,11 +93,10 @@ pub(super) fn guarded(portion: &Portion) -> impl Iterator<Item = (Range<usize>, 
     })
 }
 
-impl Event {
-    /// Whether a slip is so clear that it may come in with a clearer one.
-    pub fn is_further(&self) -> bool {
-        self.ratio > FURTHER
-    }
+/// Those of `slips` that are news and so clear that they may come in with a clearer one.
+pub fn further(slips: &[Event], is_news: impl Fn(&Event) -> bool) -> Vec<Event> {
+    let clear = slips.iter().filter(|slip| slip.is_further());
+    clear.filter(|slip| is_news(slip)).cloned().collect()
 }
 
 /// The best slip on each gyro, and behind it those that stand out of what is left beside the ones before.

@@ -362,11 +362,7 @@ pub(super) fn descriptions(effects: &[EffectEntry]) -> Vec<bool> {
 /// The gyro and the product of an expression that acts in a stretch of time only.
 fn confined(effect: &EffectEntry) -> Option<(&str, &str)> {
     let (product, _) = effect.expression.as_deref()?.split_once("*window(")?;
-    let axis = effect.parameters.iter().find_map(|one| match one {
-        ParameterEntry::Text { name, value } if name == "axis" => Some(value.as_str()),
-        _ => None,
-    });
-    Some((axis?, product))
+    Some((effect.text("axis")?, product))
 }
 
 /// "xy + xz", or "−0.33 x + 0.95 y" where parameters do not count alike.

@@ -291,7 +291,7 @@ pub fn diagnose_aligned(
         seed,
     };
     let found = look(&mut scene, &before_rad, cut, &given, progress)?;
-    let again = split::can_be_cut_otherwise(&scene.streams) && !is_told(&found);
+    let again = split::can_be_cut_otherwise(&scene.streams) && !found.diagnosis.verdict.is_told();
     let Some(cut) = again
         .then(|| Cut::of(&scene.streams, Part::Inside))
         .flatten()
@@ -307,12 +307,4 @@ pub fn diagnose_aligned(
     let mut best = if explains { otherwise } else { found };
     best.diagnosis.trials = trials;
     Ok(best)
-}
-
-/// Whether nothing is left to explain.
-fn is_told(outcome: &Outcome) -> bool {
-    !matches!(
-        outcome.diagnosis.verdict,
-        Verdict::Unexplained | Verdict::PartlyExplained
-    )
 }

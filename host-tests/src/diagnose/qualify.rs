@@ -54,6 +54,9 @@ pub struct Fault {
 
 /// Finds faults and masks their rows.
 pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
+    // At rest the case's motion is computed, and the same in every row; without a reference on the rows it is the gyros'
+    // own.
+    let has_reference = streams.at_rest.is_none() && !streams.own_motion;
     let mut faults = Vec::new();
     for axis in 0..3 {
         let name = |stem: &str| format!("{stem}_{}", AXES[axis]);
@@ -61,14 +64,12 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
         let counts_freely = streams.pickoff_rad.is_none();
         let is_fault = |fault: &Fault| !counts_freely || !is_between_pulses(fault, gyro);
         let mut of_gyro = of_channel(&name("gyro"), gyro, &streams.measured, &is_fault);
-        if streams.at_rest.is_none() && !streams.own_motion {
+        if has_reference {
             let is_cut = |fault: &Fault| outliers::falls_short(streams, axis, &fault.rows);
             of_gyro.retain(|fault| fault.kind != "saturation" || is_cut(fault));
         }
         faults.extend(of_gyro);
-        // At rest the case's motion is computed, and the same in every row; without a reference on the rows it
-        // is the gyros' own.
-        if streams.at_rest.is_none() && !streams.own_motion {
+        if has_reference {
             faults.extend(of_channel(
                 &name("reference"),
                 &streams.case_rad[axis],

@@ -21,6 +21,13 @@ pub enum Verdict {
     Unusable,
 }
 
+impl Verdict {
+    /// Whether nothing is left to explain.
+    pub fn is_told(self) -> bool {
+        matches!(self, Verdict::Matches | Verdict::Explained)
+    }
+}
+
 /// The whole file.
 #[derive(Debug, Clone, Serialize)]
 pub struct Diagnosis {
@@ -210,6 +217,16 @@ pub enum ParameterEntry {
         /// Text.
         value: String,
     },
+}
+
+impl EffectEntry {
+    /// A parameter that is a text.
+    pub fn text(&self, of: &str) -> Option<&str> {
+        self.parameters.iter().find_map(|one| match one {
+            ParameterEntry::Text { name, value } if name == of => Some(value.as_str()),
+            _ => None,
+        })
+    }
 }
 
 /// A combination of parameters that the data fix.

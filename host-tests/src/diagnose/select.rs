@@ -694,21 +694,12 @@ impl<'a> Search<'a> {
         let joint = self.fit(information, set);
         let foretold = self.foretold(information, set, &joint);
         let now = self.evidence(information, set);
-        let places = |effect: usize| -> Vec<usize> {
-            self.parameters
-                .of(effect)
-                .map(|index| {
-                    indices
-                        .iter()
-                        .position(|&i| i == index)
-                        .expect("of the set")
-                })
-                .collect()
-        };
         set.iter()
             .map(|&effect| {
                 let rest: Vec<usize> = set.iter().copied().filter(|&kept| kept != effect).collect();
-                let places = places(effect);
+                let first = self.first_of(&indices, effect);
+                let places: Vec<usize> =
+                    (first..first + self.parameters.of(effect).len()).collect();
                 let (p_value, _) = self.significance(information, &rest, effect);
                 Chosen {
                     effect,

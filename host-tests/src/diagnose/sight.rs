@@ -7,7 +7,7 @@
 
 use super::declare::{FAMILY_SIGNIFICANCE, REGRESSOR_FIDELITY};
 use super::empirical::{self, Form, Term};
-use super::events::{self, Event};
+use super::events;
 use super::hunt::{Alike, CLEARLY_BETTER, PLAINER, VETO, fit};
 use super::hypotheses::{CATALOGUE, reference_harmonic};
 use super::information::Information;
@@ -342,11 +342,7 @@ impl Sight<'_> {
             ),
             Some(_) => Default::default(),
         };
-        let further: Vec<Event> = slips
-            .iter()
-            .filter(|slip| slip.is_further())
-            .cloned()
-            .collect();
+        let further = events::further(&slips, |slip| fresh(&slip.term));
         let events = steps.into_iter().chain(slips);
         let events = events.map(|event| one(event.term, event.ratio + PLAINER, event.p_value));
         let lines = lines.into_iter().map(|pair| {
@@ -381,13 +377,9 @@ impl Sight<'_> {
             .unwrap_or_default();
         // A counter that slips does so more than once: all that stand out come in together.
         if best.first().is_some_and(|(term, ..)| term.is_slip()) {
-            let others = further.into_iter().filter(|slip| fresh(&slip.term));
-            let others: Vec<Event> = others.filter(|slip| slip.term != best[0].0).collect();
-            best.extend(
-                others
-                    .into_iter()
-                    .map(|slip| (slip.term, slip.ratio, slip.p_value)),
-            );
+            let first = best[0].0.clone();
+            let others = further.into_iter().filter(|slip| slip.term != first);
+            best.extend(others.map(|slip| (slip.term, slip.ratio, slip.p_value)));
         }
         best
     }

@@ -69,10 +69,7 @@ pub fn settle(
             let known = bench.terms().iter().chain(&drift);
             event.p_value < FAMILY_SIGNIFICANCE && !known.clone().any(|one| *one == event.term)
         };
-        let further = slips
-            .iter()
-            .filter(|slip| slip.is_further() && is_news(slip));
-        let further: Vec<Event> = further.cloned().collect();
+        let further = events::further(&slips, is_news);
         let events = steps.into_iter().chain(slips).chain(bursts);
         // As in the search: a burst has two times to choose, of which a slip has one.
         let worth = |event: &Event| match edges_s(&event.term) {

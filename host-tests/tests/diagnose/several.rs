@@ -137,13 +137,7 @@ fn an_effect_of_one_recording_is_found_in_that_one_alone() {
     } = &outcome.diagnosis;
     let found: Vec<(&str, Option<&str>)> = effects
         .iter()
-        .map(|effect| {
-            let name = effect.parameters.iter().find_map(|one| match one {
-                ParameterEntry::Text { name, value } if name == "recording" => Some(&**value),
-                _ => None,
-            });
-            (&*effect.kind, name)
-        })
+        .map(|effect| (&*effect.kind, effect.text("recording")))
         .collect();
     assert_eq!(
         found,

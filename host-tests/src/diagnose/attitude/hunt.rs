@@ -56,27 +56,17 @@ impl Hunt<'_> {
         behind: &[Behind],
         progress: &dyn Fn(&str),
     ) -> Result<(AttitudeBench<'a>, Catch), String> {
-        let (parameters, candidates) = (self.parameters, self.candidates);
         let (bench, as_noise) = self.as_noise(scene, record, behind, progress)?;
         if bench.levels.drift_rad2_s3 == 0.0 || self.declared.walk_rad2_s.contains(&None) {
             return self.or_walks(scene, record, behind, (bench, as_noise), progress);
         }
         // Drift and a step, a line or a decay imitate each other: the same search with the declared noise, and physics
         // must win clearly (readings.rs).
-        let mut steady = AttitudeBench::new(
-            scene,
-            record,
-            parameters,
-            self.cut.fitted.clone(),
-            Levels {
-                drift_rad2_s3: 0.0,
-                ..levels::first(self.declared, &bench)
-            },
-            candidates,
-        );
-        for behind in behind {
-            steady.stand_behind(behind.clone())?;
-        }
+        let declared = Levels {
+            drift_rad2_s3: 0.0,
+            ..levels::first(self.declared, &bench)
+        };
+        let mut steady = self.bench(scene, record, behind, declared)?;
         let as_physics = hunt(&mut steady, self, false, progress)?;
         if price(&steady, &as_physics) > price(&bench, &as_noise) + CLEAR_WIN {
             return Ok((steady, as_physics));
@@ -92,16 +82,10 @@ impl Hunt<'_> {
         behind: &[Behind],
         progress: &dyn Fn(&str),
     ) -> Result<(AttitudeBench<'a>, Catch), String> {
-        let runs = self.cut.fitted.clone();
-        let any = self.declared.plain();
-        let (parameters, candidates) = (self.parameters, self.candidates);
-        let mut bench = AttitudeBench::new(scene, record, parameters, runs, any, candidates);
-        for behind in behind {
-            bench.stand_behind(behind.clone())?;
-        }
+        let mut bench = self.bench(scene, record, behind, self.declared.plain())?;
         progress("fitting the noise");
         bench.levels = levels::first(self.declared, &bench);
-        bench.levels = levels::fit(&bench, candidates, self.declared);
+        bench.levels = levels::fit(&bench, self.candidates, self.declared);
         let catch = hunt(&mut bench, self, true, progress)?;
         Ok((bench, catch))
     }
@@ -121,31 +105,37 @@ impl Hunt<'_> {
         if as_physics.choice.chosen.is_empty() || is_open || bench.degrees() < levels::ENOUGH {
             return Ok(found);
         }
-        let mut walking = AttitudeBench::new(
-            scene,
-            record,
-            self.parameters,
-            self.cut.fitted.clone(),
-            bench.levels,
-            self.candidates,
-        );
-        for behind in behind {
-            walking.stand_behind(behind.clone())?;
-        }
+        let mut walking = self.bench(scene, record, behind, bench.levels)?;
         progress("weighing gyros that walk more");
         let open = DeclaredLevels {
             walk_rad2_s: [None; 3],
             ..*self.declared
         };
         walking.levels = levels::fit(&walking, &[], &open);
-        let set = Vec::new();
-        let (values, _) = fit(&walking, self.parameters, &set);
+        let (values, _) = fit(&walking, self.parameters, &[]);
         let nothing_found = walking.ln_likelihood(&values) - PRICE * (values.len() + 3) as f64;
         if price(bench, as_physics) > nothing_found + CLEAR_OF_WALKS {
             return Ok(found);
         }
         let as_walk = hunt(&mut walking, self, false, progress)?;
         Ok((walking, as_walk))
+    }
+
+    /// The fitted steps with noise of these levels, and what belongs to every fit.
+    fn bench<'a>(
+        &'a self,
+        scene: &'a Scene,
+        record: &'a Record,
+        behind: &[Behind],
+        levels: Levels,
+    ) -> Result<AttitudeBench<'a>, String> {
+        let (parameters, candidates) = (self.parameters, self.candidates);
+        let runs = self.cut.fitted.clone();
+        let mut bench = AttitudeBench::new(scene, record, parameters, runs, levels, candidates);
+        for behind in behind {
+            bench.stand_behind(behind.clone())?;
+        }
+        Ok(bench)
     }
 }
 
