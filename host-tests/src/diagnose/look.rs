@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::blocks::Blocks;
 use super::empirical::{Form, Term};
-use super::hypotheses::{CATALOGUE, Subject, is_left, no_effects};
+use super::hypotheses::{CATALOGUE, Subject, earth_rate, is_left, no_effects};
 use super::lattice::Lattice;
 use super::noise::{Declared, Noise};
 use super::portion::Portion;
@@ -92,12 +92,11 @@ pub(super) fn look(
     let rate_hz = scene.streams.rate_hz;
     progress("forming the regressors");
     let parameters = Parameters::of_catalogue();
+    let lacks_earth = !model.earth_rate_in_reference || earth_rate::is_left(scene, before_rad);
     let candidates: Vec<usize> = (0..CATALOGUE.len())
         .filter(|&effect| CATALOGUE[effect].subject() == Subject::Gyros)
         .filter(|&effect| CATALOGUE[effect].missing(scene).is_none())
-        .filter(|&effect| {
-            CATALOGUE[effect].card().kind != "earth_rate" || !model.earth_rate_in_reference
-        })
+        .filter(|&effect| CATALOGUE[effect].card().kind != "earth_rate" || lacks_earth)
         .filter(|&effect| is_left(effect, left_out))
         .filter(|&effect| {
             let kind = CATALOGUE[effect].card().kind;

@@ -68,7 +68,7 @@ pub mod reference_harmonic;
 
 mod isolator_mode;
 
-mod earth_rate;
+pub mod earth_rate;
 
 mod accel_bias;
 
