@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::qualify::{Fault, SURROUNDINGS_ROWS, pulse, repeats};
+use super::qualify::{Fault, SURROUNDINGS_ROWS, is_between_pulses, pulse, repeats};
 use super::streams::{AXES, Streams};
 
 /// What a gyro turned in each row beyond case and dither.
@@ -137,7 +137,7 @@ pub(super) fn held(streams: &Streams) -> Vec<Fault> {
                 if by_chance.powi(run.len() as i32 - 1) < CHANCE
                     && touched.any(|row| off.stands_out(row, SHARE))
                 {
-                    faults.push(Fault {
+                    let fault = Fault {
                         kind: "stuck_channel",
                         indistinguishable_from: if values[run.start] == 0.0 {
                             &["lost_samples"]
@@ -146,7 +146,12 @@ pub(super) fn held(streams: &Streams) -> Vec<Fault> {
                         },
                         channel: format!("{stem}_{}", AXES[axis]),
                         rows: run,
-                    });
+                    };
+                    // A counter without a dither stands off the case by up to a pulse all the time.
+                    let counts_freely = stem == "gyro" && pickoff.is_none();
+                    if !counts_freely || !is_between_pulses(&fault, values) {
+                        faults.push(fault);
+                    }
                 }
             }
         }
@@ -159,8 +164,8 @@ pub(super) fn held(streams: &Streams) -> Vec<Fault> {
 pub(super) fn spikes(streams: &Streams) -> Vec<Fault> {
     /// What its neighbours may differ by from what one reading makes of them, as a share.
     const NEAR: f64 = 0.25;
-    /// More are no accidents.
-    const MOST: usize = 8;
+    /// More, as a share of all readings, are no accidents but how the readings scatter.
+    const MOST: f64 = 1e-3;
     /// Pulses of the smallest.
     const LEAST_PULSES: f64 = 2.5;
     // The case's motion by the gyros themselves has their spikes.
@@ -200,7 +205,7 @@ pub(super) fn spikes(streams: &Streams) -> Vec<Fault> {
         faults.collect()
     };
     let found: Vec<Fault> = (0..3).flat_map(of_axis).collect();
-    if found.len() > MOST {
+    if found.len() as f64 > MOST * streams.rows as f64 {
         Vec::new()
     } else {
         found
@@ -251,6 +256,46 @@ mod tests {
             (found[0].channel.as_str(), found[0].rows.clone()),
             ("gyro_z", 7_000..7_002)
         );
+    }
+
+    #[test]
+    fn readings_that_are_off_now_and_then_are_lost_and_a_gyro_that_scatters_so_is_none() {
+        let rows = 12_000;
+        let still: Triad = [0, 1, 2].map(|_| vec![0.0; rows]);
+        let with_every = |every: usize| {
+            let mut streams = Streams::of_motion(1000.0, still.clone());
+            streams.own_motion = false;
+            let mut noise = noise(1e-6);
+            for value in streams.sensed_rad.iter_mut().flatten() {
+                *value = noise();
+            }
+            for row in (100..rows - 100).step_by(every) {
+                streams.sensed_rad[1][row] += 3e-5;
+                streams.sensed_rad[1][row + 1] -= 3e-5;
+            }
+            spikes(&streams).len()
+        };
+        assert_eq!(with_every(1_000), 12);
+        assert_eq!(with_every(100), 0);
+    }
+
+    #[test]
+    fn a_counter_without_a_dither_is_silent_between_its_pulses_and_not_stuck() {
+        let rows = 12_000;
+        // Swings by some tens of pulses, so that its rate passes through nothing again and again.
+        let swing = |row: usize| 8e-5 * (row as f64 * 0.02).sin();
+        let case: Triad = [0, 1, 2].map(|_| {
+            let angle = (0..rows).map(|row| swing(row + 1) - swing(row));
+            angle.collect()
+        });
+        let mut streams = Streams::of_motion(1000.0, case);
+        streams.own_motion = false;
+        let pulse_rad = 5e-6;
+        let counted = |row: usize| (swing(row) / pulse_rad).floor() * pulse_rad;
+        let gyro = |row: usize| counted(row + 1) - counted(row);
+        streams.sensed_rad = [0, 1, 2].map(|_| (0..rows).map(gyro).collect());
+        let found = held(&streams);
+        assert!(found.is_empty(), "{found:?}");
     }
 
     #[test]

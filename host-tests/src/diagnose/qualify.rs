@@ -86,7 +86,7 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
             ));
         }
     }
-    if streams.at_rest.is_some() {
+    if streams.at_rest.is_some() && streams.pickoff_rad.is_none() {
         faults = stopped_together(faults);
     }
     out_of_use(streams, &faults);
@@ -97,7 +97,7 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
     for spike in &spikes {
         streams.usable[spike.rows.clone()].fill(false);
     }
-    faults.extend(spikes);
+    faults.extend(gathered(spikes));
     faults.extend(lost(streams));
     faults
 }
@@ -110,8 +110,8 @@ fn out_of_use(streams: &mut Streams, faults: &[Fault]) {
     }
 }
 
-/// At rest a coarse gyro with next to no input is silent as long as it likes, in quiet times longer than chance
-/// allows in others. Only where all three stop at once are samples missing.
+/// At rest a coarse gyro with next to no input, and no dither, is silent as long as it likes, in quiet times longer than
+/// chance allows in others. Only where all three stop at once are samples missing.
 fn stopped_together(faults: Vec<Fault>) -> Vec<Fault> {
     let at_once = |fault: &Fault, stem: &str| {
         AXES.iter().all(|axis| {
@@ -189,7 +189,7 @@ pub fn pulse(values: &[f64]) -> f64 {
 /// A coarse gyro without dither repeats itself while it turns by less than a pulse a row: it comes to such a
 /// stretch and leaves it by single pulses. One that fails jumps. A pulse is the least that the channel ever is away from
 /// that value: what is written in a finer unit than its pulses takes smaller steps elsewhere.
-fn is_between_pulses(fault: &Fault, values: &[f64]) -> bool {
+pub(super) fn is_between_pulses(fault: &Fault, values: &[f64]) -> bool {
     let stuck = values[fault.rows.start];
     let pulse = step_from(stuck, values);
     let near = |row: usize| {
@@ -444,6 +444,8 @@ pub fn is_known(fault: &Fault, streams: &Streams, effects: &[ModelEffect]) -> bo
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::still::AtRest;
+    use crate::recording::Site;
 
     #[test]
     fn a_coarse_channel_written_in_a_finer_unit_shows_its_pulse() {
@@ -484,6 +486,40 @@ mod tests {
         );
         assert!(clipped_rows(&whole, &measured).is_empty());
         assert!(clipped_rows(&held, &measured).is_empty());
+    }
+
+    #[test]
+    fn at_rest_one_counter_that_stops_is_stuck_where_a_dither_drives_it_and_silent_where_none_does()
+    {
+        let rows = 8_000;
+        let still = [0, 1, 2].map(|_| vec![0.0; rows]);
+        let site = Site {
+            latitude_rad: 0.6,
+            gravity_m_s2: 9.8,
+        };
+        let found = |dithered: bool| {
+            let mut streams = Streams::of_motion(1000.0, still.clone());
+            streams.own_motion = false;
+            let usable = streams.usable.clone();
+            let rest = AtRest::new(&still, None, &usable, 0..rows, 1000.0, site);
+            streams.at_rest = Some(rest);
+            // 400 rad/s², in pulses of 2e-6 rad.
+            let angle = |row: usize| (7e-4 * (row as f64 * 2.4).sin() / 2e-6).round() * 2e-6;
+            let counts = (0..rows).map(|row| angle(row + 1) - angle(row));
+            streams.sensed_rad = [0, 1, 2].map(|_| counts.clone().collect());
+            streams.sensed_rad[0][3_000..3_700].fill(0.0);
+            let pickoff = [0, 1, 2].map(|_| (0..=rows).map(angle).collect());
+            streams.pickoff_rad = dithered.then_some(pickoff);
+            let faults = qualify(&mut streams).into_iter();
+            let faults = faults.filter(|fault| fault.channel == "gyro_x");
+            faults.map(|fault| fault.rows).collect::<Vec<_>>()
+        };
+        let [rows] = <[_; 1]>::try_from(found(true)).expect("one fault");
+        assert!(
+            rows.start.abs_diff(3_000) < 3 && rows.end.abs_diff(3_700) < 3,
+            "{rows:?}"
+        );
+        assert!(found(false).is_empty());
     }
 
     #[test]

@@ -185,7 +185,7 @@ impl Streams {
             Quantity::GyroRate => increments("gyro", &gyro_pairs, &|_| 1.0 / rate_hz)?,
             _ => increments("gyro", &gyro_pairs, &|_| 1.0)?,
         };
-        let mut case_rad: Triad = match &reference {
+        let case_rad: Triad = match &reference {
             Some(reference) => increments("reference", reference, &|_| 1.0)?,
             None => [0, 1, 2].map(|_| vec![0.0; rows]),
         };
@@ -219,25 +219,10 @@ impl Streams {
         let (temperature_k, magnetic_t) =
             (slow(&Quantity::Temperature), slow(&Quantity::MagneticField));
         let others = grid.others(recording, skip);
-        let at_rest = site.map(|site| {
-            // Nothing is taken from rows that will be held out.
-            let fitted = 0..rows / 2;
-            AtRest::new(
-                &still::shown_rad(&sensed_rad, pickoff_rad.as_ref(), model, rate_hz),
-                force_m_s2.as_ref(),
-                &usable,
-                fitted,
-                rate_hz,
-                site,
-            )
-        });
-        if let Some(rest) = &at_rest {
-            case_rad = [0, 1, 2].map(|axis: usize| vec![rest.earth_rad_s[axis] / rate_hz; rows]);
-        }
         let stamps_s = gyro.stamps_s().map(|stamps_s| stamps_s[skip..].to_vec());
         let start_s = table_start_s + skip as f64 / rate_hz;
         let gyro_rows = (rate_hz, start_s, rows);
-        Ok(Self {
+        let mut streams = Self {
             accelerometers: Rows::new(recording, gyro_rows),
             site: recording.site,
             rate_hz,
@@ -252,7 +237,7 @@ impl Streams {
             pickoff_rad,
             case_rad,
             own_motion,
-            at_rest,
+            at_rest: None,
             stamps_s,
             force_m_s2,
             temperature_k,
@@ -269,7 +254,39 @@ impl Streams {
                 held_out: false,
             }],
             unmeasured,
-        })
+        };
+        if let Some(site) = site {
+            streams.stand_still(model, site);
+        }
+        Ok(streams)
+    }
+
+    /// The case turns with the Earth, as the gyros show it in the rows that are in use.
+    fn stand_still(&mut self, model: &Model, site: Site) {
+        let rest = AtRest::new(
+            &still::shown_rad(
+                &self.sensed_rad,
+                self.pickoff_rad.as_ref(),
+                model,
+                self.rate_hz,
+            ),
+            self.force_m_s2.as_ref(),
+            &self.usable,
+            // Nothing is taken from rows that will be held out.
+            0..self.rows / 2,
+            self.rate_hz,
+            site,
+        );
+        let turns = |axis: usize| vec![rest.earth_rad_s[axis] / self.rate_hz; self.rows];
+        self.case_rad = [0, 1, 2].map(turns);
+        self.at_rest = Some(rest);
+    }
+
+    /// The same again where rows were taken out of use since.
+    pub(super) fn stand_still_again(&mut self, model: &Model) {
+        if let Some(site) = self.site.filter(|_| self.at_rest.is_some()) {
+            self.stand_still(model, site);
+        }
     }
 
     /// Takes over which rows of `further` were not measured, behind its own.
