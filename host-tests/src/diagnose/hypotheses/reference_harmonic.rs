@@ -8,7 +8,7 @@
 //! through half a period is the angle and its square, whatever its order: a scale error explains the first as well, so
 //! one is in the other's class, and the order has a spread. Two terms of [`Term`] stand for one effect, as for a line. The
 //! order is searched for in blocks of rows, over which increments of the error telescope: what repeats with a table's
-//! angle is slow. White noise of angle does not average out in them, so that the best is weighed by rows.
+//! angle is slow. Their edges are soft, as those of wander.rs; the best is weighed by rows.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -196,23 +196,37 @@ impl Blocks {
         let mut edges = Vec::new();
         let mut sums = Vec::new();
         let mut ranges = Vec::new();
+        // The angle at an edge is the mean of half a block of readings: white noise of angle is in a single one whole.
+        let soft = block / 4;
         let mut first = 0;
         for range in &bench.portion.ranges {
-            let count = range.len() / block;
+            let count = range.len().saturating_sub(2 * soft) / block;
             ranges.push(sums.len()..sums.len() + count);
-            for k in 0..count {
-                let from = first + k * block;
-                sums.push(left_rad[from..from + block].iter().sum::<f64>());
-            }
+            let stretch_rad = &left_rad[first..first + range.len()];
+            let turned_rad: Vec<f64> = std::iter::once(0.0)
+                .chain(stretch_rad.iter().scan(0.0, |turned, increment| {
+                    *turned += increment;
+                    Some(*turned)
+                }))
+                .collect();
+            let at_edge = |k: usize| match (soft + k * block, soft) {
+                (edge, 0) => turned_rad[edge],
+                (edge, _) => {
+                    turned_rad[edge - soft..edge + soft].iter().sum::<f64>() / (2 * soft) as f64
+                }
+            };
+            sums.extend((0..count).map(|k| at_edge(k + 1) - at_edge(k)));
             // A block begins where the row before it ends; the very first row of all stands in for its own beginning.
-            let before = |k: usize| (range.start + k * block).saturating_sub(1);
+            let before = |k: usize| (range.start + soft + k * block).saturating_sub(1);
             edges.push((0..=count).map(before).collect());
             first += range.len();
         }
         let noise = &bench.noise[axis];
         let portion = Portion::new(ranges, noise.rate_hz / block as f64)?;
         let portion = portion.within(bench.portion.band_hz);
-        let weights = noise.of_blocks(block).weights(&portion);
+        let mut of_blocks = noise.of_blocks(block);
+        of_blocks.theta[1] /= (2 * soft).max(1) as f64;
+        let weights = of_blocks.weights(&portion);
         let (left, joints) = (portion.transform(&sums), portion.joints());
         let count = joints.len();
         Some(Self {
