@@ -13,6 +13,7 @@ use super::entries::{fault_entry, listed, noise, of_one_effect, regimes, term, u
 use super::excess::Excess;
 use super::figures::{channel, runners_up, self_test_entry, sensitivity};
 use super::hunt::{Catch, FoundTerm};
+use super::hypotheses::CATALOGUE;
 use super::locate::Location;
 use super::long::NOT_TRIED;
 use super::noise::Noise;
@@ -237,6 +238,14 @@ impl Findings<'_> {
         (test.false_names as f64 > SHARE * test.slides as f64).then_some(test)
     }
 
+    /// Effects that fitted in part, where nothing came in their place and no gyro drifts: what is there is neither noise nor
+    /// known.
+    pub(super) fn uneven(&self) -> impl Iterator<Item = &str> {
+        let drifts = self.wandering_rad_s.iter().any(Option::is_some);
+        let uneven = self.catch.uneven.iter().filter(move |_| !drifts);
+        uneven.map(|&effect| CATALOGUE[effect].card().kind)
+    }
+
     fn verdict(&self, effects: &[EffectEntry]) -> Verdict {
         let describe = descriptions(effects);
         let explained = describe.contains(&false);
@@ -245,6 +254,7 @@ impl Findings<'_> {
             && !self.contradicted
             && self.restless().next().is_none()
             && self.named_at_any_time().is_none()
+            && self.uneven().next().is_none()
             && !describe.contains(&true);
         match (explained, clean) {
             (false, true) => Verdict::Matches,

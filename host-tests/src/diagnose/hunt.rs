@@ -56,6 +56,8 @@ pub struct Catch {
     pub terms: Vec<FoundTerm>,
     /// Listed effects that fitted but lost their name, with the reason.
     pub vetoed: Vec<(usize, String)>,
+    /// Those of them whose size differs between the regimes and in whose place nothing came.
+    pub uneven: Vec<usize>,
     /// All fitted (parameter index, value).
     pub values: Vec<(usize, f64)>,
     /// What the fitted rows say about all parameters, at the values above.
@@ -204,6 +206,11 @@ pub fn hunt(
                 names.lose(effect, reason);
                 continue;
             }
+            Some(Objection::Uneven(effect, chance)) => {
+                let explained = 2.0 * solution.log_likelihood_gain;
+                names.lose_uneven(effect, chance, explained);
+                continue;
+            }
             _ if room => {
                 let explained = 2.0 * solution.log_likelihood_gain;
                 sight.refined(sight.best_term(&values, &[], explained, &fresh), &[])
@@ -307,6 +314,7 @@ pub fn hunt(
             choice,
             regimes: verdicts,
             terms,
+            uneven: names.unreplaced(2.0 * solution.log_likelihood_gain),
             vetoed: names.vetoed,
             values,
             information,

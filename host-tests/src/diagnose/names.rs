@@ -14,6 +14,8 @@ pub(super) struct Names {
     pub vetoed: Vec<(usize, String)>,
     /// Those of them that drift took the place of.
     pub doubted: Vec<usize>,
+    /// Those of them whose size differs between the regimes, with what everything fitted explained then (2 Δ ln L).
+    uneven: Vec<(usize, f64)>,
     /// Effects that came back.
     returned: Vec<usize>,
 }
@@ -24,6 +26,7 @@ impl Names {
             allowed: candidates.to_vec(),
             vetoed: Vec::new(),
             doubted: Vec::new(),
+            uneven: Vec::new(),
             returned: Vec::new(),
         }
     }
@@ -32,6 +35,23 @@ impl Names {
     pub fn lose(&mut self, effect: usize, reason: String) {
         self.allowed.retain(|&kept| kept != effect);
         self.vetoed.push((effect, reason));
+    }
+
+    /// An effect loses its name because its size differs between the regimes, with this chance; with it everything
+    /// fitted explains so much (2 Δ ln L).
+    pub fn lose_uneven(&mut self, effect: usize, chance: f64, explained: f64) {
+        self.lose(effect, differs(chance));
+        self.uneven.push((effect, explained));
+    }
+
+    /// Effects whose size differs between the regimes and in whose place nothing came: in part though they fit, all that
+    /// was found in the end explains less.
+    pub fn unreplaced(&self, explained: f64) -> Vec<usize> {
+        /// Of what was explained then: the noise was fitted anew since.
+        const AS_MUCH: f64 = 0.9;
+        let mut left = self.uneven.clone();
+        left.retain(|(_, then)| explained < AS_MUCH * then);
+        left.into_iter().map(|(effect, _)| effect).collect()
     }
 
     /// An effect loses its name to drift.
@@ -43,6 +63,7 @@ impl Names {
     /// An effect comes back.
     pub fn give_back(&mut self, effect: usize) {
         self.doubted.retain(|&other| other != effect);
+        self.uneven.retain(|(other, _)| *other != effect);
         self.vetoed.retain(|(other, _)| *other != effect);
         self.allowed.push(effect);
         self.allowed.sort_unstable();
@@ -67,6 +88,11 @@ impl Names {
     }
 }
 
+/// Why an effect that is not the same in every regime has no name.
+pub(super) fn differs(chance: f64) -> String {
+    format!("its size differs between the regimes (chance {chance:.1e})")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -87,9 +113,12 @@ mod tests {
     #[test]
     fn what_differs_between_regimes_after_it_came_back_stays_an_expression() {
         let mut names = Names::new(&[2, 4]);
-        names.lose(4, "it differs".to_string());
+        names.lose_uneven(4, 1e-6, 100.0);
         names.give_back(4);
-        names.lose(4, "it differs still".to_string());
+        assert!(names.unreplaced(0.0).is_empty());
+        names.lose_uneven(4, 1e-9, 100.0);
+        assert_eq!(names.unreplaced(50.0), [4]);
+        assert!(names.unreplaced(110.0).is_empty());
         assert!(!names.may_come_back(4) && !names.is_weighed(4));
     }
 }

@@ -74,6 +74,11 @@ impl Findings<'_> {
                 test.false_names, test.slides,
             ));
         }
+        lines.extend(self.uneven().map(|kind| {
+            format!(
+                "Left: what {kind} fits in part is there, but is of another size in each regime."
+            )
+        }));
         if let Some(rest) = &self.scene.streams.at_rest {
             lines.extend(self.still_summary(rest));
         }
@@ -201,9 +206,13 @@ impl Findings<'_> {
 
 /// An effect, what the data fix of it, and what it cannot be told from.
 pub(super) fn effect_lines(effect: &EffectEntry) -> Vec<String> {
+    let equation = match effect.equation.as_str() {
+        "" => String::new(),
+        equation => format!(" ({equation})"),
+    };
     let mut lines = vec![format!(
-        "What: {} ({}). {}",
-        effect.kind, effect.equation, effect.what_was_left_out
+        "What: {}{equation}. {}",
+        effect.kind, effect.what_was_left_out
     )];
     for fixed in &effect.identifiable {
         let unit = effect

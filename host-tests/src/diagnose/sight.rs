@@ -25,8 +25,10 @@ use super::workbench::{Parameters, Workbench};
 pub(super) enum Objection {
     /// Terms outside the catalogue explain an effect's share better: they come in, and it must stand beside.
     Better(Vec<FoundOne>),
-    /// The effect is not the same in every regime.
+    /// The effect cannot be what it looks like.
     Veto(usize, String),
+    /// The effect is not the same in every regime, with this chance.
+    Uneven(usize, f64),
 }
 
 /// A term, the likelihood ratio it adds, and its chance.
@@ -158,13 +160,7 @@ impl Sight<'_> {
             .iter()
             .zip(verdicts)
             .find(|(_, verdict)| verdict.p_value < VETO)
-            .map(|(one, verdict)| {
-                let chance = verdict.p_value;
-                Objection::Veto(
-                    one.effect,
-                    format!("its size differs between the regimes (chance {chance:.1e})"),
-                )
-            })
+            .map(|(one, verdict)| Objection::Uneven(one.effect, verdict.p_value))
     }
 
     /// The product, one a gyro, that is more probable than several of what was found together, two of which one is an

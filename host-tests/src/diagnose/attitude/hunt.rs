@@ -17,6 +17,7 @@ use crate::diagnose::bench::Bench;
 use crate::diagnose::declare::{FAMILY_SIGNIFICANCE, REGRESSOR_FIDELITY};
 use crate::diagnose::empirical::{Form, Term};
 use crate::diagnose::hunt::{Alike, CLEARLY_BETTER, Catch, FoundTerm, MOST_TERMS, PLAINER, VETO};
+use crate::diagnose::names::differs;
 use crate::diagnose::products::{KnownAxis, Measured, Products, Survey};
 use crate::diagnose::readings::{PICKED, PRICE};
 use crate::diagnose::scene::Scene;
@@ -216,11 +217,7 @@ pub fn hunt(
             .find(|(_, verdict)| verdict.p_value < VETO);
         if let Some((one, verdict)) = veto {
             allowed.retain(|&kept| kept != one.effect);
-            let chance = verdict.p_value;
-            vetoed.push((
-                one.effect,
-                format!("its size differs between the regimes (chance {chance:.1e})"),
-            ));
+            vetoed.push((one.effect, differs(verdict.p_value)));
             continue;
         }
         let explained = explained(bench, parameters, &set);
@@ -260,6 +257,7 @@ pub fn hunt(
             regimes,
             terms,
             vetoed,
+            uneven: Vec::new(),
             values,
             survey,
             trials,
