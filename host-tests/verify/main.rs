@@ -129,8 +129,8 @@ fn main() -> ExitCode {
     heading("a recording on the emulated target");
     match on_target::recording(root()) {
         Ok(recording) => {
-            for core in on_target::CORES {
-                tally.step(on_target::holds_its_marks(&recording, core));
+            for outcome in on_target::hold_their_marks(&recording) {
+                tally.step(outcome);
             }
         }
         Err(reason) => tally.step(Err(reason)),

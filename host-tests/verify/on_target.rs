@@ -4,7 +4,8 @@
 //! the figures, and a failure where an output differs or a budget is exceeded.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
+use std::thread;
 
 use rlg::target::TargetCore;
 use rlg::target::budgets::Budgets;
@@ -12,7 +13,7 @@ use rlg::target::budgets::Budgets;
 use crate::step::{cargo_command, recordings, run};
 
 /// Both cores.
-pub const CORES: [TargetCore; 2] = [TargetCore::F32, TargetCore::Fixed];
+const CORES: [TargetCore; 2] = [TargetCore::F32, TargetCore::Fixed];
 
 /// 250 s of the unit's time: every phase of three dithers and the coning against each other. The recording
 /// is played there and back until it is so many.
@@ -49,8 +50,17 @@ pub fn recording(root: &Path) -> Result<Recording, String> {
     })
 }
 
-/// Runs `core` over the recording: every output equal, and the cost within its marks.
-pub fn holds_its_marks(recording: &Recording, core: TargetCore) -> Result<(), String> {
+/// Both cores at once, as each emulator keeps one processor busy for minutes.
+pub fn hold_their_marks(recording: &Recording) -> [Result<(), String>; 2] {
+    thread::scope(|scope| {
+        CORES
+            .map(|core| scope.spawn(move || holds_its_marks(recording, core)))
+            .map(|run| run.join().unwrap_or_else(|_| Err("panicked".to_owned())))
+    })
+}
+
+/// Runs `core` over the recording: every output equal, and the cost within its marks. What it says is printed in one piece.
+fn holds_its_marks(recording: &Recording, core: TargetCore) -> Result<(), String> {
     let mut command = rlg(&["on-target", "--json", "--core", core.name()]);
     command
         .args(["--samples", &SAMPLES.to_string()])
@@ -60,12 +70,12 @@ pub fn holds_its_marks(recording: &Recording, core: TargetCore) -> Result<(), St
         .arg(&recording.model)
         .arg("--out")
         .arg(recording.out.join(core.name()))
-        .arg(&recording.folder)
-        .stderr(Stdio::inherit());
+        .arg(&recording.folder);
     let budgets = Budgets::of_workspace().map_err(|error| error.to_string())?;
     let output = command
         .output()
         .map_err(|error| format!("{command:?} cannot be started ({error})"))?;
+    eprint!("{}", String::from_utf8_lossy(&output.stderr));
     if !output.status.success() {
         return Err(format!("{command:?}: {}", output.status));
     }
