@@ -194,6 +194,7 @@ pub fn hunt(
             lattice,
             names: &names,
         };
+        let explained = 2.0 * solution.log_likelihood_gain;
         let may_enter = |found: &[FoundOne]| room && found.iter().all(|one| fresh(&one.0));
         let several = sight.better_than_several(&information, &set);
         let objection = match several.filter(|found| may_enter(found)) {
@@ -207,14 +208,10 @@ pub fn hunt(
                 continue;
             }
             Some(Objection::Uneven(effect, chance)) => {
-                let explained = 2.0 * solution.log_likelihood_gain;
                 names.lose_uneven(effect, chance, explained);
                 continue;
             }
-            _ if room => {
-                let explained = 2.0 * solution.log_likelihood_gain;
-                sight.refined(sight.best_term(&values, &[], explained, &fresh), &[])
-            }
+            _ if room => sight.refined(sight.best_term(&values, &[], explained, &fresh), &[]),
             _ => Vec::new(),
         };
         if let Some(effect) = sight.lost_effect(&found) {
@@ -314,7 +311,7 @@ pub fn hunt(
             choice,
             regimes: verdicts,
             terms,
-            uneven: names.unreplaced(2.0 * solution.log_likelihood_gain),
+            uneven: names.unreplaced(explained),
             vetoed: names.vetoed,
             values,
             information,

@@ -249,7 +249,9 @@ pub fn diagnose_aligned(
         .into_iter()
         .map(|mut streams| {
             let mut faults = qualify::qualify(&mut streams);
-            streams.stand_still_again(model);
+            if !faults.is_empty() {
+                streams.stand_still_again(model);
+            }
             faults.retain(|fault| !qualify::is_known(fault, &streams, &model.effects));
             (streams, faults)
         })

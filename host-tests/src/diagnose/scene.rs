@@ -254,6 +254,24 @@ impl Scene {
             .collect()
     }
 
+    /// The mean, fixed in space as the body lay at the start, of increments that the gyros sensed \[rad/s\].
+    pub fn mean_rate_in_space_rad_s(&self, sensed_rad: &Triad) -> Vector3<f64> {
+        let rows = self.streams.usable.iter().enumerate();
+        let (sum, count) = rows.filter(|(_, usable)| **usable).fold(
+            (Vector3::zeros(), 0.0),
+            |(sum, count), (row, _)| {
+                let rate = Vector3::from_fn(|axis, _| {
+                    sensed_rad[axis][row] * (1.0 - self.scale_error[axis]) / self.period_s()
+                });
+                (
+                    sum + self.body_from_start[row].inverse() * rate,
+                    count + 1.0,
+                )
+            },
+        );
+        sum / count
+    }
+
     /// What a rate added to gyro `axis`, known at the rows' middles \[rad/s\], adds to its sensed increment \[rad\].
     pub fn sensed_from_rate_at_middles(
         &self,

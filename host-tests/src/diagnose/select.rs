@@ -229,6 +229,14 @@ fn possible(
     }
 }
 
+/// A fit of parameters with priors of these widths, in the same order.
+fn solve(information: &Information, indices: &[usize], widths: &[f64]) -> Solution {
+    information.solve(indices, &|index| {
+        let place = indices.iter().position(|&one| one == index);
+        widths[place.expect("of the set")]
+    })
+}
+
 /// What a set is worth.
 struct Standing {
     log_likelihood_gain: f64,
@@ -469,15 +477,11 @@ impl<'a> Search<'a> {
                 widths[first + other] = value.max(card.typical_of(other));
             }
         }
-        let by_index = |index: usize| {
-            let place = indices.iter().position(|&i| i == index);
-            widths[place.expect("of the set")]
-        };
         let odds: f64 = set
             .iter()
             .map(|&effect| CATALOGUE[effect].card().log_prior_odds)
             .sum();
-        information.solve(&indices, &by_index).log_evidence + odds
+        solve(information, &indices, &widths).log_evidence + odds
     }
 
     /// Whether every fitted value is credible physics.
@@ -670,9 +674,7 @@ impl<'a> Search<'a> {
             own.filter(|_| likely > 0.0)
                 .for_each(|width| *width = width.min(likely));
         }
-        let place = |index: usize| indices.iter().position(|&known| known == index);
-        let width = |index: usize| widths[place(index).expect("of the set")];
-        information.solve(&indices, &width).values
+        solve(information, &indices, &widths).values
     }
 
     /// The width of each parameter's prior in a fit.

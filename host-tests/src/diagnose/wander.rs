@@ -180,19 +180,8 @@ impl Blocks {
 
     /// What the portion's rows turn by over each block.
     pub fn sums(&self, rows: &[f64]) -> DVector<f64> {
-        let mut turned = vec![0.0];
-        turned.extend(rows.iter().scan(0.0, |sum, row| {
-            *sum += row;
-            Some(*sum)
-        }));
-        let soft = soft(self.rows);
-        let angle = |edge: usize| match soft {
-            0 => turned[edge],
-            _ => turned[edge - soft..edge + soft].iter().sum::<f64>() / (2 * soft) as f64,
-        };
-        let sums = self.places.iter();
-        let sums = sums.map(|place| angle(place.end) - angle(place.start));
-        DVector::from_iterator(self.places.len(), sums)
+        let places = self.places.iter().cloned();
+        DVector::from_vec(sums_between_soft_edges(rows, soft(self.rows), places))
     }
 
     /// Of what begins at a block's start, the share of a block that the block before it shows.
@@ -251,8 +240,28 @@ impl Blocks {
 }
 
 /// Rows on either side of a block's edge that are taken together: half of them are the edge's, half the block's own.
-fn soft(rows: usize) -> usize {
+pub fn soft(rows: usize) -> usize {
     rows / 4
+}
+
+/// What rows turn by over each of some places, the angle at an edge being the mean of `soft` readings on either side.
+pub fn sums_between_soft_edges(
+    rows: &[f64],
+    soft: usize,
+    places: impl Iterator<Item = Range<usize>>,
+) -> Vec<f64> {
+    let mut turned = vec![0.0];
+    turned.extend(rows.iter().scan(0.0, |sum, row| {
+        *sum += row;
+        Some(*sum)
+    }));
+    let angle = |edge: usize| match soft {
+        0 => turned[edge],
+        _ => turned[edge - soft..edge + soft].iter().sum::<f64>() / (2 * soft) as f64,
+    };
+    places
+        .map(|place| angle(place.end) - angle(place.start))
+        .collect()
 }
 
 /// Covariance of a walk that gathers unit variance over the span.

@@ -48,6 +48,9 @@ pub struct Hunt<'a> {
     pub products: &'a Products<'a>,
 }
 
+/// Lays out the fitted steps with noise of these levels, and what belongs to every fit.
+type Open<'o, 'a> = dyn Fn(Levels) -> Result<AttitudeBench<'a>, String> + 'o;
+
 impl Hunt<'_> {
     /// Fits the noise under a generous library, then searches. `behind`: what belongs to every fit.
     pub fn run<'a>(
@@ -57,9 +60,18 @@ impl Hunt<'_> {
         behind: &[Behind],
         progress: &dyn Fn(&str),
     ) -> Result<(AttitudeBench<'a>, Catch), String> {
-        let (bench, as_noise) = self.as_noise(scene, record, behind, progress)?;
+        let open = |levels: Levels| {
+            let (parameters, candidates) = (self.parameters, self.candidates);
+            let runs = self.cut.fitted.clone();
+            let mut bench = AttitudeBench::new(scene, record, parameters, runs, levels, candidates);
+            for behind in behind {
+                bench.stand_behind(behind.clone())?;
+            }
+            Ok(bench)
+        };
+        let (bench, as_noise) = self.as_noise(&open, progress)?;
         if bench.levels.drift_rad2_s3 == 0.0 || self.declared.walk_rad2_s.contains(&None) {
-            return self.or_walks(scene, record, behind, (bench, as_noise), progress);
+            return self.or_walks((bench, as_noise), &open, progress);
         }
         // Drift and a step, a line or a decay imitate each other: the same search with the declared noise, and physics
         // must win clearly (readings.rs).
@@ -67,7 +79,7 @@ impl Hunt<'_> {
             drift_rad2_s3: 0.0,
             ..levels::first(self.declared, &bench)
         };
-        let mut steady = self.bench(scene, record, behind, declared)?;
+        let mut steady = open(declared)?;
         let as_physics = hunt(&mut steady, self, false, progress)?;
         if price(&steady, &as_physics) > price(&bench, &as_noise) + CLEAR_WIN {
             return Ok((steady, as_physics));
@@ -77,13 +89,11 @@ impl Hunt<'_> {
 
     /// The search with the noise that the data ask for.
     fn as_noise<'a>(
-        &'a self,
-        scene: &'a Scene,
-        record: &'a Record,
-        behind: &[Behind],
+        &self,
+        open: &Open<'_, 'a>,
         progress: &dyn Fn(&str),
     ) -> Result<(AttitudeBench<'a>, Catch), String> {
-        let mut bench = self.bench(scene, record, behind, self.declared.plain())?;
+        let mut bench = open(self.declared.plain())?;
         progress("fitting the noise");
         bench.levels = levels::first(self.declared, &bench);
         bench.levels = levels::fit(&bench, self.candidates, self.declared);
@@ -94,11 +104,9 @@ impl Hunt<'_> {
     /// What was found, or gyros that walk more than the model declares: a walk that is held too low becomes whichever
     /// slow effect resembles it, which has to be clearly better than that.
     fn or_walks<'a>(
-        &'a self,
-        scene: &'a Scene,
-        record: &'a Record,
-        behind: &[Behind],
+        &self,
         found: (AttitudeBench<'a>, Catch),
+        open: &Open<'_, 'a>,
         progress: &dyn Fn(&str),
     ) -> Result<(AttitudeBench<'a>, Catch), String> {
         let (bench, as_physics) = &found;
@@ -106,13 +114,13 @@ impl Hunt<'_> {
         if as_physics.choice.chosen.is_empty() || is_open || bench.degrees() < levels::ENOUGH {
             return Ok(found);
         }
-        let mut walking = self.bench(scene, record, behind, bench.levels)?;
+        let mut walking = open(bench.levels)?;
         progress("weighing gyros that walk more");
-        let open = DeclaredLevels {
+        let free = DeclaredLevels {
             walk_rad2_s: [None; 3],
             ..*self.declared
         };
-        walking.levels = levels::fit(&walking, &[], &open);
+        walking.levels = levels::fit(&walking, &[], &free);
         let (values, _) = fit(&walking, self.parameters, &[]);
         let nothing_found = walking.ln_likelihood(&values) - PRICE * (values.len() + 3) as f64;
         if price(bench, as_physics) > nothing_found + CLEAR_OF_WALKS {
@@ -120,23 +128,6 @@ impl Hunt<'_> {
         }
         let as_walk = hunt(&mut walking, self, false, progress)?;
         Ok((walking, as_walk))
-    }
-
-    /// The fitted steps with noise of these levels, and what belongs to every fit.
-    fn bench<'a>(
-        &'a self,
-        scene: &'a Scene,
-        record: &'a Record,
-        behind: &[Behind],
-        levels: Levels,
-    ) -> Result<AttitudeBench<'a>, String> {
-        let (parameters, candidates) = (self.parameters, self.candidates);
-        let runs = self.cut.fitted.clone();
-        let mut bench = AttitudeBench::new(scene, record, parameters, runs, levels, candidates);
-        for behind in behind {
-            bench.stand_behind(behind.clone())?;
-        }
-        Ok(bench)
     }
 }
 

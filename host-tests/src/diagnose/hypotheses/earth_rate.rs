@@ -32,21 +32,7 @@ static CARD: Card = Card {
 pub fn is_left(scene: &Scene, residual_rad: &Triad) -> bool {
     /// Biases and drift add to it.
     const NEAR: f64 = 0.2;
-    let usable = &scene.streams.usable;
-    let rates = [0, 1, 2].map(|parameter| {
-        let (mut along, mut own) = (0.0, 0.0);
-        for (axis, residual_rad) in residual_rad.iter().enumerate() {
-            let carried = scene.space_vector_in_body(parameter, axis);
-            let column = scene.sensed_from_rate(axis, carried.into_iter());
-            let rows = column.iter().zip(residual_rad).zip(usable);
-            for ((column, residual), _) in rows.filter(|(_, usable)| **usable) {
-                along += column * residual;
-                own += column * column;
-            }
-        }
-        along / own
-    });
-    let rate = rates.iter().map(|rate| rate * rate).sum::<f64>().sqrt();
+    let rate = scene.mean_rate_in_space_rad_s(residual_rad).norm();
     (rate / ROTATION_RAD_S - 1.0).abs() < NEAR
 }
 

@@ -18,6 +18,7 @@ use crate::diagnose::empirical::{Form, Term};
 use crate::diagnose::information::stable_inverse;
 use crate::diagnose::portion::{Bins, Portion, inner};
 use crate::diagnose::scene::Scene;
+use crate::diagnose::wander::{soft, sums_between_soft_edges};
 use crate::diagnose::workbench::Workbench;
 
 /// The contract's kind.
@@ -105,8 +106,7 @@ fn best_on(bench: &Workbench, left: &Bins, axis: usize) -> Option<Harmonic> {
     let searched = table.blocks(bench, SEARCHED_HZ)?;
     let ratios = (1..=HIGHEST_ORDER).map(|order| (order, searched.ratio(&table, order)));
     let (best, _) = ratios.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    // By rows: of white noise of angle blocks keep one reading each. Vibration is faster than they are, too; what it turns
-    // through is small, and all orders are alike.
+    // By rows: vibration is faster than blocks are; what it turns through is small, and all orders are alike.
     let weighed = Blocks::new(bench, &table.left_rad, axis, 1)?;
     let (order, ratio) = [best, 1]
         .map(|order| (order, weighed.ratio(&table, order)))
@@ -196,28 +196,17 @@ impl Blocks {
         let mut edges = Vec::new();
         let mut sums = Vec::new();
         let mut ranges = Vec::new();
-        // The angle at an edge is the mean of half a block of readings: white noise of angle is in a single one whole.
-        let soft = block / 4;
+        let soft = soft(block);
         let mut first = 0;
         for range in &bench.portion.ranges {
             let count = range.len().saturating_sub(2 * soft) / block;
             ranges.push(sums.len()..sums.len() + count);
             let stretch_rad = &left_rad[first..first + range.len()];
-            let turned_rad: Vec<f64> = std::iter::once(0.0)
-                .chain(stretch_rad.iter().scan(0.0, |turned, increment| {
-                    *turned += increment;
-                    Some(*turned)
-                }))
-                .collect();
-            let at_edge = |k: usize| match (soft + k * block, soft) {
-                (edge, 0) => turned_rad[edge],
-                (edge, _) => {
-                    turned_rad[edge - soft..edge + soft].iter().sum::<f64>() / (2 * soft) as f64
-                }
-            };
-            sums.extend((0..count).map(|k| at_edge(k + 1) - at_edge(k)));
+            let edge = |k: usize| soft + k * block;
+            let places = (0..count).map(|k| edge(k)..edge(k + 1));
+            sums.extend(sums_between_soft_edges(stretch_rad, soft, places));
             // A block begins where the row before it ends; the very first row of all stands in for its own beginning.
-            let before = |k: usize| (range.start + soft + k * block).saturating_sub(1);
+            let before = |k: usize| (range.start + edge(k)).saturating_sub(1);
             edges.push((0..=count).map(before).collect());
             first += range.len();
         }
