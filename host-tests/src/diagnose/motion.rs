@@ -21,8 +21,10 @@ use std::sync::Arc;
 
 use super::transforms;
 
-/// Rows of odd reflection at either end, so that a motion that does not end at rest does not ring.
+/// Rows of odd reflection at either end, so that a motion that does not end at rest does not ring, and the same in periods
+/// of the band's edge: a slow channel that ends elsewhere than it began rings for longer.
 const MARGIN_ROWS: usize = 4096;
+const MARGIN_PERIODS: f64 = 8.0;
 
 /// The pass band ends this much beyond the last frequency with motion; then a raised cosine of the same
 /// relative width follows.
@@ -34,6 +36,8 @@ pub struct Spectrum {
     /// Up to the end of the stop band; above it there is nothing to keep.
     bins: Vec<Complex64>,
     rows: usize,
+    /// Rows of reflection before them.
+    margin: usize,
     length: usize,
     rate_hz: f64,
     edge_hz: f64,
@@ -55,7 +59,8 @@ impl Spectrum {
     /// Takes the transform of `values`; frequencies above `edge_hz` are dropped smoothly.
     pub fn new(values: &[f64], rate_hz: f64, edge_hz: f64) -> Self {
         let rows = values.len();
-        let margin = MARGIN_ROWS.min(rows - 1);
+        let periods = (MARGIN_PERIODS * rate_hz / edge_hz) as usize;
+        let margin = MARGIN_ROWS.max(periods).min(rows - 1);
         let length = smooth_length(rows + 2 * margin);
         let mut padded = vec![0.0; length];
         let (first, last) = (values[0], values[rows - 1]);
@@ -84,6 +89,7 @@ impl Spectrum {
         Self {
             bins,
             rows,
+            margin,
             length,
             rate_hz,
             edge_hz,
@@ -98,7 +104,6 @@ impl Spectrum {
 
     /// The same behind a linear system; `response` is its answer to e^(iωt) at a frequency \[Hz\].
     pub fn read_through(&self, reading: Reading, response: &dyn Fn(f64) -> Complex64) -> Vec<f64> {
-        let margin = MARGIN_ROWS.min(self.rows - 1);
         let half = self.length / 2;
         let mut bins = self.inverse.make_input_vec();
         let unit = Complex64::new(0.0, 1.0).powi(reading.derivative);
@@ -124,7 +129,7 @@ impl Spectrum {
         self.inverse
             .process(&mut bins, &mut padded)
             .expect("lengths come from the plan");
-        padded[margin..margin + self.rows]
+        padded[self.margin..self.margin + self.rows]
             .iter()
             .map(|value| value / self.length as f64)
             .collect()
@@ -513,6 +518,33 @@ mod tests {
 
     /// White noise of angle \[rad\].
     const NOISE_RAD: f64 = 1e-6;
+
+    #[test]
+    fn a_channel_that_warms_slowly_is_differentiated_to_its_ends() {
+        let (rate_hz, rows, tau_s) = (4000.0, 80_000, 30.0);
+        let warming = |row: usize, order: i32| {
+            let time_s = (row as f64 + 0.5) / rate_hz;
+            let settled = 6.0 * (-time_s / tau_s).exp();
+            if order == 0 {
+                300.0 - settled
+            } else {
+                settled / tau_s
+            }
+        };
+        let values: Vec<f64> = (0..rows).map(|row| warming(row, 0)).collect();
+        let change = Spectrum::new(&values, rate_hz, 0.5).read(Reading {
+            derivative: 1,
+            ahead_s: 0.0,
+            undo_row_mean: false,
+        });
+        // A reflection turns the curvature round, which half a second of this band feels. With a second of reflection the
+        // ends are 1 K/s off.
+        let most = 0.5 * warming(0, 1) / tau_s;
+        for (row, found) in change.iter().enumerate() {
+            let apart = (found - warming(row, 1)).abs();
+            assert!(apart < most, "{row}: {apart:e}");
+        }
+    }
 
     #[test]
     fn an_axis_at_rest_beside_a_spinning_one_stays_at_rest() {
