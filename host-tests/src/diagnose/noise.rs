@@ -276,7 +276,6 @@ pub fn fit_all(
             fitted.0
         };
     }
-    // A channel without any noise would make every weight infinite.
     /// Share of the declared level below which no fitted level goes.
     const QUIETEST: f64 = 1e-6;
     let least = declared
@@ -284,10 +283,13 @@ pub fn fit_all(
         .unwrap_or(0.0)
         .max(f64::MIN_POSITIVE.sqrt())
         * QUIETEST;
-    if !noise.theta.iter().all(|theta| theta.is_finite()) || noise.theta[1] < least {
+    // A channel without any noise would make every weight infinite; one that only walks has no white noise of angle, whatever
+    // is declared.
+    let is_silent = noise.theta[1] < least && noise.theta[0] < least;
+    if !noise.theta.iter().all(|theta| theta.is_finite()) || is_silent {
         noise = first_guess(portion, residual, &shapes, declared, rate_hz);
-        noise.theta[1] = noise.theta[1].max(least);
     }
+    noise.theta[1] = noise.theta[1].max(least);
     noise
 }
 
