@@ -52,6 +52,42 @@ pub(super) fn falls_short(streams: &Streams, axis: usize, rows: &Range<usize>) -
     mean > CLEARLY * (variance / count).sqrt()
 }
 
+/// Whether, where there is no reference, a dithered gyro reads less beside its dither in the rows at its own extremes than
+/// in the rows around them. A regular dither comes to the same reading at the end of every swing; one that is cut off there
+/// reads less than the case turns. Without a pickoff nobody knows.
+pub(super) fn dips(streams: &Streams, axis: usize, rows: &Range<usize>) -> bool {
+    /// Standard deviations of the mean.
+    const CLEARLY: f64 = 4.0;
+    /// Of the reading: beyond what a dither's gain may be wrong by.
+    const LEAST: f64 = 3e-3;
+    /// Rows to look for a neighbour in: two swings of a slow dither.
+    const NEAR: usize = 10;
+    let Some(pickoff) = &streams.pickoff_rad else {
+        return true;
+    };
+    let (values, angle) = (&streams.sensed_rad[axis], &pickoff[axis]);
+    let case = |row: usize| values[row] - (angle[row + 1] - angle[row]);
+    let largest = rows
+        .clone()
+        .map(|row| values[row].abs())
+        .fold(0.0, f64::max);
+    let is_at_end = |row: usize| streams.measured[row] && values[row].abs() == largest;
+    let is_free = |row: &usize| streams.measured[*row] && values[*row].abs() < largest;
+    let missing = rows
+        .clone()
+        .filter(|&row| is_at_end(row))
+        .filter_map(|row| {
+            let before = (row.saturating_sub(NEAR)..row).rev().find(is_free)?;
+            let after = (row + 1..(row + 1 + NEAR).min(streams.rows)).find(is_free)?;
+            Some(values[row].signum() * (0.5 * (case(before) + case(after)) - case(row)))
+        });
+    let missing: Vec<f64> = missing.collect();
+    let count = missing.len() as f64;
+    let mean = missing.iter().sum::<f64>() / count;
+    let variance = missing.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / count;
+    mean > CLEARLY * (variance / count).sqrt() && mean > LEAST * largest
+}
+
 /// How far each row's reading is off its neighbours: of what a gyro turned beyond case and dither, half of what a row has
 /// more than the next, against what scatter lets it come to.
 struct Off {
@@ -296,6 +332,27 @@ mod tests {
         streams.sensed_rad = [0, 1, 2].map(|_| (0..rows).map(gyro).collect());
         let found = held(&streams);
         assert!(found.is_empty(), "{found:?}");
+    }
+
+    #[test]
+    fn a_regular_dither_ends_at_one_reading_and_one_that_is_cut_off_dips() {
+        let rows = 12_000;
+        let pulse_rad = 4e-6;
+        let swing = |row: usize| 3e-4 * (row as f64 * 0.4 * std::f64::consts::PI).sin();
+        let mut streams = Streams::of_motion(2000.0, [0, 1, 2].map(|_| vec![2e-4; rows]));
+        streams.own_motion = true;
+        streams.pickoff_rad = Some([0, 1, 2].map(|_| (0..=rows).map(swing).collect()));
+        let whole = |row: usize| ((swing(row) + 2e-4 * row as f64) / pulse_rad).floor();
+        streams.sensed_rad[0] = (0..rows)
+            .map(|row| (whole(row + 1) - whole(row)) * pulse_rad)
+            .collect();
+        let most = |streams: &Streams| streams.sensed_rad[0].iter().copied().fold(0.0, f64::max);
+        let regular = most(&streams);
+        assert!(!dips(&streams, 0, &(0..rows)));
+        for value in &mut streams.sensed_rad[0] {
+            *value = value.min(0.9 * regular);
+        }
+        assert!(dips(&streams, 0, &(0..rows)));
     }
 
     #[test]

@@ -64,10 +64,11 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
         let counts_freely = streams.pickoff_rad.is_none();
         let is_fault = |fault: &Fault| !counts_freely || !is_between_pulses(fault, gyro);
         let mut of_gyro = of_channel(&name("gyro"), gyro, &streams.measured, &is_fault);
-        if has_reference {
-            let is_cut = |fault: &Fault| outliers::falls_short(streams, axis, &fault.rows);
-            of_gyro.retain(|fault| fault.kind != "saturation" || is_cut(fault));
-        }
+        let is_cut = |fault: &Fault| match has_reference {
+            true => outliers::falls_short(streams, axis, &fault.rows),
+            false => outliers::dips(streams, axis, &fault.rows),
+        };
+        of_gyro.retain(|fault| fault.kind != "saturation" || is_cut(fault));
         faults.extend(of_gyro);
         if has_reference {
             faults.extend(of_channel(
