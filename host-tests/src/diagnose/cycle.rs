@@ -87,7 +87,9 @@ pub fn cycles(
                 cycle.held_out[axis] =
                     (own.0 * again.0 + own.1 * again.1) / power(own).sqrt().max(f64::MIN_POSITIVE);
             }
-            (cycle.p_value < FAMILY_SIGNIFICANCE).then_some(cycle)
+            // A cycle goes on: what the other rows speak against is none.
+            let goes_on = cycle.held_out_gain > 0.0;
+            (cycle.p_value < FAMILY_SIGNIFICANCE && goes_on).then_some(cycle)
         })
         .collect()
 }
