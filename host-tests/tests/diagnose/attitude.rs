@@ -13,7 +13,7 @@ use rlg::simulate::{Simulation, simulate};
 use std::path::Path;
 
 /// An increment gyro of 0.4″ with 0.002 °/√h beside a reference of 0.2″.
-fn instrument(rate_hz: f64) -> String {
+pub(super) fn instrument(rate_hz: f64) -> String {
     format!(
         r#"format = 1
 name = "slow-reference"
@@ -34,7 +34,7 @@ attitude = true
     )
 }
 
-fn still(seconds: f64) -> String {
+pub(super) fn still(seconds: f64) -> String {
     format!("[[motion]]\nkind = \"still\"\nduration_s = {seconds:.1}\n")
 }
 
@@ -44,33 +44,33 @@ fn slew(axis: &str, angle_rad: f64) -> String {
     )
 }
 
-fn slews() -> String {
+pub(super) fn slews() -> String {
     ["x", "y", "z"]
         .iter()
         .flat_map(|axis| [slew(axis, 1.2), slew(axis, -1.2)])
         .collect()
 }
 
-fn tumble(seconds: f64) -> String {
+pub(super) fn tumble(seconds: f64) -> String {
     format!(
         "[[motion]]\nkind = \"tumble\"\nrate_rad_s = [0.5, -0.4, 0.6]\nfrequency_hz = [0.31, 0.23, 0.17]\n\
          ramp_s = 0.5\nduration_s = {seconds:.1}\n"
     )
 }
 
-fn coning(axis: &str, frequency_hz: f64, angle_rad: f64, seconds: f64) -> String {
+pub(super) fn coning(axis: &str, frequency_hz: f64, angle_rad: f64, seconds: f64) -> String {
     format!(
         "[[motion]]\nkind = \"coning\"\naxis = \"{axis}\"\nfrequency_hz = {frequency_hz:.2}\n\
          angle_rad = {angle_rad}\nduration_s = {seconds:.1}\nramp_s = 1.0\n"
     )
 }
 
-fn made(text: &str, seed: u64) -> Simulation {
+pub(super) fn made(text: &str, seed: u64) -> Simulation {
     let scenario = Scenario::parse(text, Path::new("slow.toml")).expect("a scenario");
     simulate(&scenario, seed, |_| {})
 }
 
-fn rate_hz(table: &Table) -> f64 {
+pub(super) fn rate_hz(table: &Table) -> f64 {
     match table.clock {
         Clock::Uniform { rate_hz, .. } => rate_hz,
         Clock::Stamped { .. } => unreachable!("the simulator writes uniform rows"),
@@ -78,7 +78,7 @@ fn rate_hz(table: &Table) -> f64 {
 }
 
 /// Takes the channels of a quantity out of the gyros' table.
-fn take(recording: &mut Recording, quantity: &Quantity) -> Vec<Channel> {
+pub(super) fn take(recording: &mut Recording, quantity: &Quantity) -> Vec<Channel> {
     let channels = &mut recording.tables[0].channels;
     let (taken, kept) = channels
         .drain(..)
@@ -89,7 +89,7 @@ fn take(recording: &mut Recording, quantity: &Quantity) -> Vec<Channel> {
 
 /// Leaves an attitude every `every` rows, as seen `late` rows before; as untidy as a foreign recorder's: the sign
 /// flips, the norm is off by 5e-4, a row in 40 is missing.
-fn slow(simulation: &Simulation, every: usize, late: usize) -> Recording {
+pub(super) fn slow(simulation: &Simulation, every: usize, late: usize) -> Recording {
     let mut recording = simulation.recording.clone();
     take(&mut recording, &Quantity::ReferenceIncrement);
     let mut channels = take(&mut recording, &Quantity::ReferenceAttitude);
@@ -148,7 +148,7 @@ fn before_and_after(simulation: &Simulation) -> Recording {
     recording
 }
 
-fn told(recording: &Recording, simulation: &Simulation) -> Diagnosis {
+pub(super) fn told(recording: &Recording, simulation: &Simulation) -> Diagnosis {
     let file = Path::new("model.toml");
     let outcome = diagnose(recording, &simulation.model, file, 0, &|_| {}).expect("a diagnosis");
     let page = rlg::report::page(&outcome.diagnosis, outcome.pictures.as_ref());
@@ -333,42 +333,6 @@ fn a_turned_reference_and_a_step_of_bias_are_named() {
         "{:#?}",
         diagnosis.summary
     );
-}
-
-#[test]
-fn increments_of_a_reference_at_a_rate_of_its_own_serve_as_attitudes() {
-    let truth = [("x", 1.5e-6), ("y", -2e-6), ("z", 1e-6)];
-    let text = format!(
-        "{}{}{}{}{}",
-        instrument(1000.0),
-        still(3.0),
-        slews(),
-        tumble(20.0),
-        concealed("gyro_bias", &truth)
-    );
-    let simulation = made(&text, 4);
-    let mut recording = simulation.recording.clone();
-    take(&mut recording, &Quantity::ReferenceAttitude);
-    let mut channels = take(&mut recording, &Quantity::ReferenceIncrement);
-    for channel in &mut channels {
-        channel.values = channel
-            .values
-            .chunks_exact(20)
-            .map(|rows| rows.iter().sum())
-            .collect();
-    }
-    recording.tables.push(Table {
-        file: "slow.csv".to_owned(),
-        clock: Clock::Uniform {
-            rate_hz: 50.0,
-            start_s: 0.0,
-        },
-        rows: channels[0].values.len(),
-        channels,
-    });
-    let diagnosis = told(&recording, &simulation);
-    assert_eq!(kinds(&diagnosis), ["gyro_bias"], "{:#?}", diagnosis.summary);
-    sizes_are(&diagnosis.effects[0], &truth);
 }
 
 /// Table 3 of the paper.

@@ -13,5 +13,6 @@ mod independence;
 mod long;
 mod modes;
 mod several;
+mod slow_reference;
 mod stages;
 mod support;

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::path::Path;
 use super::record::Lie;
-use super::samples::AttitudeSample;
+use super::samples::SlowSample;
 
 /// The farthest clock that is looked for \[s\].
 pub const FARTHEST_S: f64 = 0.6;
@@ -39,12 +39,12 @@ const CLEAR: f64 = 50.0;
 /// Searches.
 pub fn coarse(
     path: &Path,
-    samples: &[AttitudeSample],
+    samples: &[SlowSample],
     usable: &[bool],
     rate_hz: f64,
     edge_hz: f64,
 ) -> Option<Lie> {
-    let inside = |sample: &AttitudeSample| {
+    let inside = |sample: &SlowSample| {
         let margin = FARTHEST_S * rate_hz;
         let place = path.place(sample.time_s);
         path.reaches(place - margin) && path.reaches(place + margin)
@@ -59,11 +59,10 @@ pub fn coarse(
             !usable[from.floor() as usize..(to.ceil() as usize).min(usable.len())].contains(&false)
         })
         .map(|pair| {
-            let turn = pair[0].navigation_from_body.inverse() * pair[1].navigation_from_body;
             (
                 path.place(pair[0].time_s),
                 path.place(pair[1].time_s),
-                turn.scaled_axis(),
+                pair[0].shown.turn_to(&pair[1].shown),
             )
         })
         .collect();
@@ -137,8 +136,9 @@ impl Look {
             moment: Matrix3::zeros(),
         };
         for (from, to, reference) in pairs {
-            let own =
-                (path.at(from - delay_rows).inverse() * path.at(to - delay_rows)).scaled_axis();
+            let own = path
+                .shown(from - delay_rows)
+                .turn_to(&path.shown(to - delay_rows));
             look.energy += own.norm_squared() + reference.norm_squared();
             look.moment += own * reference.transpose();
         }

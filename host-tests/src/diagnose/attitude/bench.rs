@@ -109,12 +109,7 @@ impl<'a> AttitudeBench<'a> {
     pub fn stand_behind(&mut self, behind: Behind) -> Result<(), String> {
         let column = match &behind {
             Behind::Delay => self.record.rate_at_stamps(self.scene),
-            Behind::Turn(axis) => {
-                // e = −C r beside a constant, which the first stamp takes.
-                let steps = &self.record.steps;
-                let along = |step: &super::whiten::Step| -step.start_from_body.column(*axis);
-                steps.iter().map(along).collect()
-            }
+            Behind::Turn(axis) => self.record.turn_at_stamps(*axis),
             Behind::Term(term) => {
                 let values = term.column(self.scene)?;
                 let mut sensed: [Option<&[f64]>; 3] = [None; 3];

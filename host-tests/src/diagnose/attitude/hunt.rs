@@ -70,13 +70,14 @@ impl Hunt<'_> {
             Ok(bench)
         };
         let (bench, as_noise) = self.as_noise(&open, progress)?;
-        if bench.levels.drift_rad2_s3 == 0.0 || self.declared.walk_rad2_s.contains(&None) {
+        if bench.levels.drifting() == 0 || self.declared.walk_rad2_s.contains(&None) {
             return self.or_walks((bench, as_noise), &open, progress);
         }
         // Drift and a step, a line or a decay imitate each other: the same search with the declared noise, and physics
         // must win clearly (readings.rs).
         let declared = Levels {
-            drift_rad2_s3: 0.0,
+            drift_rad2_s3: [0.0; 3],
+            drift_relaxes_s: f64::INFINITY,
             ..levels::first(self.declared, &bench)
         };
         let mut steady = open(declared)?;
@@ -133,7 +134,7 @@ impl Hunt<'_> {
 
 /// ln of the likelihood of what was found, less what its numbers cost.
 fn price(bench: &AttitudeBench, catch: &Catch) -> f64 {
-    let drifts = usize::from(bench.levels.drift_rad2_s3 > 0.0);
+    let drifts = bench.levels.drift_numbers();
     bench.ln_likelihood(&catch.values)
         - PRICE * (catch.values.len() + drifts) as f64
         - PICKED * catch.terms.len() as f64

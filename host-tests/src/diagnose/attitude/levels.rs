@@ -5,7 +5,8 @@
 //!
 //! A declared level stands unless freeing it gains more than chance gives (four standard deviations): a minute of
 //! attitudes knows it worse than the instrument's maker. Drift (random walk of rate) is declared by nobody and comes
-//! in when it helps at all clearly, because a drift overlooked becomes physics.
+//! in when it helps at all clearly, because a drift overlooked becomes physics. Where a walk above the declared one
+//! is asked for, drifts that relax, as those of which flicker is made, may ask for the same and then leave it alone.
 
 use super::bench::AttitudeBench;
 use super::whiten::Levels;
@@ -33,7 +34,8 @@ impl DeclaredLevels {
                 .map(|walk| walk.filter(|walk| *walk > 0.0).unwrap_or(USUAL_WALK_RAD2_S)),
             gyro_white_rad2: self.gyro_white_rad2,
             reference_white_rad2: self.reference_white_rad2.unwrap_or(USUAL_WHITE_RAD2),
-            drift_rad2_s3: 0.0,
+            drift_rad2_s3: [0.0; 3],
+            drift_relaxes_s: f64::INFINITY,
         }
     }
 }
@@ -50,14 +52,31 @@ pub const ENOUGH: usize = 60;
 /// A ring laser's walk where nothing is declared \[rad²/s\]: 0.002 °/√h.
 const USUAL_WALK_RAD2_S: f64 = 3.4e-13;
 
-/// Index of the levels that may move: walks of x, y, z, white of the reference, drift.
+/// Index of the levels that may move: walks of x, y, z, white of the reference, drifts of x, y, z, all drifts, white of the
+/// gyros.
 const DRIFT: usize = 4;
+const ALL_DRIFTS: usize = 7;
+const GYRO_WHITE: usize = 8;
+
+/// Levels less than this times the declared one are the declared one.
+pub const NO_MORE: f64 = 1.1;
+
+/// Seconds in which drifts may relax: their spectra bend at 0.5 to 0.005 Hz.
+const RELAXES_S: [f64; 5] = [0.3, 1.0, 3.0, 10.0, 30.0];
+
+/// What the time in which they relax costs in ln L.
+const RELAXATION: f64 = 1.0;
+
+/// Steps that a drift must outlast: a shorter one is a random walk of angle.
+const OUTLASTED: f64 = 4.0;
 
 fn get(levels: &Levels, level: usize) -> f64 {
     match level {
         3 => levels.reference_white_rad2,
-        DRIFT => levels.drift_rad2_s3,
-        axis => levels.walk_rad2_s[axis],
+        ALL_DRIFTS => levels.drift_rad2_s3.into_iter().fold(0.0, f64::max),
+        GYRO_WHITE => levels.gyro_white_rad2.into_iter().fold(0.0, f64::max),
+        axis if axis < 3 => levels.walk_rad2_s[axis],
+        drift => levels.drift_rad2_s3[drift - DRIFT],
     }
 }
 
@@ -65,8 +84,13 @@ fn with(levels: &Levels, level: usize, value: f64) -> Levels {
     let mut changed = *levels;
     match level {
         3 => changed.reference_white_rad2 = value,
-        DRIFT => changed.drift_rad2_s3 = value,
-        axis => changed.walk_rad2_s[axis] = value,
+        ALL_DRIFTS => changed.drift_rad2_s3 = [value; 3],
+        GYRO_WHITE => {
+            let times = value / get(levels, GYRO_WHITE).max(f64::MIN_POSITIVE);
+            changed.gyro_white_rad2 = levels.gyro_white_rad2.map(|white| times * white);
+        }
+        axis if axis < 3 => changed.walk_rad2_s[axis] = value,
+        drift => changed.drift_rad2_s3[drift - DRIFT] = value,
     }
     changed
 }
@@ -97,22 +121,85 @@ pub fn fit(bench: &AttitudeBench, effects: &[usize], declared: &DeclaredLevels) 
     let mut best = score(&levels);
     settle(&mut levels, &mut best, &free, &score);
     loop {
-        let gained = (0..=DRIFT)
+        let gained = (0..=GYRO_WHITE)
             .filter(|level| !free.contains(level))
+            .filter(|level| *level != GYRO_WHITE || get(&levels, GYRO_WHITE) > 0.0)
+            .filter(|level| *level != ALL_DRIFTS || levels.drifting() == 0)
             .map(|level| {
                 let (tried, value) = alone(&levels, level, bench, &score);
-                let needed = if level == DRIFT { DRIFTS } else { CONTRADICTED };
+                let needed = match level {
+                    DRIFT..=ALL_DRIFTS => DRIFTS,
+                    _ => CONTRADICTED,
+                };
                 (level, tried, value, value - best - needed)
             })
             .filter(|(_, _, _, beyond)| *beyond > 0.0)
             .max_by(|a, b| a.3.total_cmp(&b.3));
         let Some((level, tried, value, _)) = gained else {
-            return levels;
+            break;
         };
         (levels, best) = (tried, value);
-        free.push(level);
+        match level {
+            ALL_DRIFTS => free.extend(DRIFT..ALL_DRIFTS),
+            one => free.push(one),
+        }
         settle(&mut levels, &mut best, &free, &score);
     }
+    relaxing((levels, best), declared, bench, &score)
+}
+
+/// Whether walks above the declared ones are.
+fn walks_more(levels: &Levels, declared: &DeclaredLevels) -> bool {
+    let pairs = levels.walk_rad2_s.iter().zip(declared.walk_rad2_s);
+    pairs
+        .filter_map(|(walk, declared)| Some((walk, declared?)))
+        .any(|(walk, declared)| *walk > NO_MORE * declared)
+}
+
+/// What was found, or where walks above the declared ones are in it, declared walks with drifts that relax if those
+/// are as likely.
+fn relaxing(
+    (levels, best): (Levels, f64),
+    declared: &DeclaredLevels,
+    bench: &AttitudeBench,
+    score: &dyn Fn(&Levels) -> f64,
+) -> Levels {
+    if !walks_more(&levels, declared) {
+        return levels;
+    }
+    let outlasted_s = OUTLASTED * bench.seconds() / (bench.degrees() as f64 / 3.0);
+    // As many free numbers for the walks as for the drifts, and one more.
+    let mut walking = (levels, best);
+    settle(&mut walking.0, &mut walking.1, &[0, 1, 2], score);
+    let mut likeliest = (levels, walking.1 + RELAXATION);
+    let mut walks = levels.walk_rad2_s;
+    for (walk, declared) in walks.iter_mut().zip(declared.walk_rad2_s) {
+        *walk = declared.unwrap_or(*walk);
+    }
+    for relaxes_s in RELAXES_S.into_iter().filter(|time_s| *time_s > outlasted_s) {
+        // As much angle in that time as the walks were asked to make.
+        let drifts = [0, 1, 2].map(|axis: usize| {
+            let more = (levels.walk_rad2_s[axis] - walks[axis]).max(0.01 * walks[axis]);
+            more / relaxes_s.powi(2)
+        });
+        let mut tried = Levels {
+            walk_rad2_s: walks,
+            drift_rad2_s3: drifts,
+            drift_relaxes_s: relaxes_s,
+            ..levels
+        };
+        let mut value = score(&tried);
+        settle(
+            &mut tried,
+            &mut value,
+            &[DRIFT, DRIFT + 1, DRIFT + 2],
+            score,
+        );
+        if value > likeliest.1 {
+            likeliest = (tried, value);
+        }
+    }
+    likeliest.0
 }
 
 /// One level moved by itself to its best.
@@ -123,12 +210,12 @@ fn alone(
     score: &dyn Fn(&Levels) -> f64,
 ) -> (Levels, f64) {
     let mut start = *levels;
-    if level == DRIFT && levels.drift_rad2_s3 == 0.0 {
+    if (DRIFT..=ALL_DRIFTS).contains(&level) && get(levels, level) == 0.0 {
         // Drift that over the record walks a hundredth as far as the random walk of angle.
         let walk = levels.walk_rad2_s.iter().sum::<f64>() / 3.0;
         start = with(
             levels,
-            DRIFT,
+            level,
             0.03 * walk / bench.seconds().powi(2).max(1.0),
         );
     }

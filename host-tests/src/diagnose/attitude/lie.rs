@@ -8,7 +8,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::bench::{AttitudeBench, Behind};
 use super::prepare::Prepared;
 use super::record::{Lie, Record};
-use super::samples::AttitudeSample;
+use super::samples::SlowSample;
 use super::{align, cut, hunt, levels};
 use crate::diagnose::hypotheses;
 use crate::diagnose::split;
@@ -25,13 +25,13 @@ pub(super) fn settle(
     /// Gauss–Newton steps; the coarse search ends within a few milliseconds, from which three suffice.
     const STEPS: usize = 4;
     let streams = &prepared.scene.streams;
-    let turned_back = UnitQuaternion::from_scaled_axis(-prepared.lie.turn_rad);
-    let as_modelled: Vec<AttitudeSample> = prepared
+    let body_from_reference = UnitQuaternion::from_scaled_axis(prepared.lie.turn_rad);
+    let as_modelled: Vec<SlowSample> = prepared
         .samples
         .iter()
-        .map(|sample| AttitudeSample {
+        .map(|sample| SlowSample {
             time_s: sample.time_s - prepared.lie.delay_s,
-            navigation_from_body: sample.navigation_from_body * turned_back,
+            shown: sample.shown.turned_back(&body_from_reference),
             ..*sample
         })
         .collect();

@@ -7,7 +7,7 @@
 //! Leaves: [`Outcome`], in the types and words of the diagnosis on rows, whose catalogue, selection and invariance
 //! serve here too. The case's motion is the gyros' own; what is judged is the growth of its attitude's error.
 //!
-//! Deliberately not here: lever arms, a frame that travels, dither (it averages out of an attitude).
+//! Deliberately not here: lever arms, a frame that travels.
 
 pub mod align;
 
@@ -63,11 +63,7 @@ use bench::Behind;
 use prepare::prepare;
 
 /// Kinds that an attitude now and then cannot show, with the reason printed in `not_excluded`.
-pub const NOT_SHOWN: [(&str, &str); 7] = [
-    ("dither_gain", AVERAGES_OUT),
-    ("dither_delay", AVERAGES_OUT),
-    ("dither_cubic", AVERAGES_OUT),
-    ("dither_crosstalk", AVERAGES_OUT),
+pub const NOT_SHOWN: [(&str, &str); 3] = [
     (
         "reference_scale",
         "an attitude reference cannot tell it from gyro_scale, with which it is reported",
@@ -81,9 +77,6 @@ pub const NOT_SHOWN: [(&str, &str); 7] = [
         "needs the reference's motion row by row, and the reference is slower than the gyros",
     ),
 ];
-
-const AVERAGES_OUT: &str =
-    "the dither swings hundreds of times between two attitudes and averages out of them";
 
 /// Whether the recording's only reference is slower than the gyros, or on a clock of its own.
 pub fn is_slow(recording: &Recording, model: &Model) -> bool {

@@ -2,7 +2,8 @@
 //!
 //! Enters: increments of the body \[rad\], one a row, and rate \[rad/s\] with three derivatives at the rows'
 //! middles. Leaves: the attitude against its own beginning ("start" frame) at any place, counted in rows and
-//! fractions of rows; vectors of the rows carried into the start frame and summed up to given places.
+//! fractions of rows; vectors of the rows carried into the start frame and summed up to given places. Beside a
+//! reference that sums up increments the start frame turns with the body: all is summed up in the body's own axes.
 //!
 //! A row turns the body by Δθ + ω×α T³/12 + (ω×s − α×j) T⁵/480 (Magnus, second term; α, j, s the derivatives of
 //! ω): for a cone of Ω that is right to (ΩT)⁴/840 of the cone's own drift, so that rows at 100 Hz serve for
@@ -10,7 +11,17 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
+use super::samples::Shown;
 use crate::diagnose::streams::Triad;
+
+/// In which axes angles are summed up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Axes {
+    /// In those where the path begins.
+    Start,
+    /// In the body's own.
+    Body,
+}
 
 /// See the page above.
 pub struct Path {
@@ -19,24 +30,43 @@ pub struct Path {
     increments_rad: Triad,
     /// ω, α, j, s \[rad/s, /s², /s³, /s⁴\].
     derivatives: [Triad; 4],
-    /// At row boundaries.
+    axes: Axes,
+    /// At row boundaries; where angles are summed up in the body's axes, of no turn.
     start_from_body: Vec<UnitQuaternion<f64>>,
+    /// At row boundaries \[rad\].
+    sum_rad: Vec<Vector3<f64>>,
 }
 
 impl Path {
     /// Integrates.
-    pub fn new(start_s: f64, rate_hz: f64, increments_rad: Triad, derivatives: [Triad; 4]) -> Self {
+    pub fn new(
+        start_s: f64,
+        rate_hz: f64,
+        increments_rad: Triad,
+        derivatives: [Triad; 4],
+        axes: Axes,
+    ) -> Self {
         let rows = increments_rad[0].len();
         let mut path = Self {
             start_s,
             rate_hz,
             increments_rad,
             derivatives,
+            axes,
             start_from_body: Vec::with_capacity(rows + 1),
+            sum_rad: Vec::with_capacity(rows + 1),
         };
         let mut now = UnitQuaternion::identity();
+        let mut sum_rad = Vector3::zeros();
         path.start_from_body.push(now);
+        path.sum_rad.push(sum_rad);
         for row in 0..rows {
+            sum_rad += path.increment(row);
+            path.sum_rad.push(sum_rad);
+            if axes == Axes::Body {
+                path.start_from_body.push(now);
+                continue;
+            }
             let turn = path.increment(row) + path.coning(row);
             now *= UnitQuaternion::from_scaled_axis(turn);
             // Rounding of a million products would leave the unit sphere.
@@ -73,11 +103,34 @@ impl Path {
         let row = (place.floor() as usize).min(self.rows());
         let share = place - row as f64;
         let from = self.start_from_body[row];
-        if share <= 0.0 || row == self.rows() {
+        if share <= 0.0 || row == self.rows() || self.axes == Axes::Body {
             return from;
         }
         let turn = self.part(row, share) + self.coning(row) * share;
         from * UnitQuaternion::from_scaled_axis(turn)
+    }
+
+    /// The integral of the rate in the body's axes at a place inside \[rad\].
+    pub fn sum_rad(&self, place: f64) -> Vector3<f64> {
+        let row = (place.floor() as usize).min(self.rows());
+        let share = place - row as f64;
+        match share <= 0.0 || row == self.rows() {
+            true => self.sum_rad[row],
+            false => self.sum_rad[row] + self.part(row, share),
+        }
+    }
+
+    /// What a perfect reference reads at a place inside.
+    pub fn shown(&self, place: f64) -> Shown {
+        match self.axes {
+            Axes::Start => Shown::Attitude(self.at(place)),
+            Axes::Body => Shown::Sum(self.sum_rad(place)),
+        }
+    }
+
+    /// In which axes angles are summed up.
+    pub fn axes(&self) -> Axes {
+        self.axes
     }
 
     /// The attitude where a row begins.
@@ -200,7 +253,8 @@ mod tests {
                 }
             }
         }
-        (Path::new(0.0, rate_hz, increments, derivatives), at)
+        let path = Path::new(0.0, rate_hz, increments, derivatives, Axes::Start);
+        (path, at)
     }
 
     #[test]

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use super::levels::DeclaredLevels;
 use super::own_motion;
 use super::record::{Lie, Record};
-use super::samples::{self, AttitudeSample};
+use super::samples::{self, SlowSample};
 use crate::diagnose::declared::{excess_square, own_noise};
 use crate::diagnose::hunt::Catch;
 use crate::diagnose::hypotheses::CATALOGUE;
@@ -30,7 +30,7 @@ pub(super) struct Prepared {
     /// Faults of the data that the model does not know.
     pub(super) faults: Vec<qualify::Fault>,
     /// What the reference read.
-    pub(super) samples: Vec<AttitudeSample>,
+    pub(super) samples: Vec<SlowSample>,
     /// The case by the gyros, less what the model knows of their errors \[rad per row\].
     pub(super) increments_rad: Triad,
     /// Clock and frame of the reference as the model has them.
@@ -79,7 +79,10 @@ pub(super) fn prepare(
         .iter()
         .fold(0.0, |most: f64, v| most.max(*v));
     let own_noise = own_noise(model, own_noise_rad.sqrt());
-    let scene = Scene::new(streams, Some(own_noise), model.gyro.scale_error);
+    let sensed_case_rad = streams.case_rad.clone();
+    own_motion::without_dither(&mut streams);
+    let mut scene = Scene::new(streams, Some(own_noise), model.gyro.scale_error);
+    scene.streams.case_rad = sensed_case_rad;
     // The clock and frame of the reference are undone exactly; everything else through its own hypothesis.
     let number = |kind: &str, name: &str| -> f64 {
         let of_kind = model.effects.iter().filter(|effect| effect.kind == kind);

@@ -15,9 +15,9 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::f64::consts::TAU;
 
 use super::bench::AttitudeBench;
-use super::path::Path;
+use super::path::{Axes, Path};
 use super::record::{Lie, Record};
-use super::samples::AttitudeSample;
+use super::samples::{Shown, SlowSample};
 use super::whiten::Levels;
 use crate::diagnose::bench::Bench;
 use crate::diagnose::hypotheses;
@@ -117,12 +117,18 @@ pub fn promise(
     };
     let seconds = MOVE_S * moves.len() as f64;
     // Where the attitude lies does not matter to the information, only that it is the path's own.
-    let silent = Path::new(0.0, RATE_HZ, case_rad.clone(), Default::default());
-    let samples: Vec<AttitudeSample> = (0..=(seconds / spacing_s) as usize)
+    let silent = Path::new(
+        0.0,
+        RATE_HZ,
+        case_rad.clone(),
+        Default::default(),
+        Axes::Start,
+    );
+    let samples: Vec<SlowSample> = (0..=(seconds / spacing_s) as usize)
         .map(|k| k as f64 * spacing_s)
-        .map(|time_s| AttitudeSample {
+        .map(|time_s| SlowSample {
             time_s,
-            navigation_from_body: silent.boundary((time_s * RATE_HZ) as usize),
+            shown: Shown::Attitude(silent.boundary((time_s * RATE_HZ) as usize)),
             after_gap: false,
         })
         .collect();

@@ -3,7 +3,8 @@
 //! Enters: the scene (its motion is the gyros' own), the model, the samples and how the reference's clock and frame
 //! lie. Leaves: for each stamp the error e = Log(S C_refᵀ N) \[rad, start frame\]; S is the gyros' attitude, N ties
 //! the reference's frame to the start frame at the first stamp of each chain. e grows by ∫ C(t) δω(t) dt, linear in
-//! every effect; no small-angle expansion of the motion enters.
+//! every effect; no small-angle expansion of the motion enters. Of a reference that sums up increments e is the difference
+//! of the sums, and C nothing (path.rs).
 //!
 //! A reference late by d is read at t − d, one turned by r has C_ref turned back by r: both exactly, however large.
 //! A step across rows that were not measured ends its chain.
@@ -11,8 +12,8 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
-use super::path::Path;
-use super::samples::AttitudeSample;
+use super::path::{Axes, Path};
+use super::samples::{Shown, SlowSample};
 use super::whiten::Step;
 use crate::diagnose::scene::Scene;
 use crate::diagnose::streams::Triad;
@@ -53,7 +54,7 @@ impl Record {
         scene: &Scene,
         increments_rad: Triad,
         body_from_sensing: &Matrix3<f64>,
-        samples: &[AttitudeSample],
+        samples: &[SlowSample],
         lie: &Lie,
         white_rad2: [f64; 3],
     ) -> Self {
@@ -65,11 +66,13 @@ impl Record {
                 _ => scene.rate_derived(axis, order),
             })
         };
+        let sums = samples.iter().any(|one| matches!(one.shown, Shown::Sum(_)));
         let path = Path::new(
             streams.start_s,
             streams.rate_hz,
             increments_rad,
             [derived(0), derived(1), derived(2), derived(3)],
+            if sums { Axes::Body } else { Axes::Start },
         );
         let one_less_scale = Vector3::from(scene.scale_error.map(|scale| 1.0 - scale));
         let case_from_sensed = body_from_sensing * Matrix3::from_diagonal(&one_less_scale);
@@ -77,8 +80,8 @@ impl Record {
             .into_par_iter()
             .map(|row| path.start_from_body(row) * case_from_sensed)
             .collect();
-        let turned_back = UnitQuaternion::from_scaled_axis(-lie.turn_rad);
-        let mut taken: Vec<(f64, AttitudeSample)> = Vec::new();
+        let body_from_reference = UnitQuaternion::from_scaled_axis(lie.turn_rad);
+        let mut taken: Vec<(f64, SlowSample)> = Vec::new();
         let mut gap = false;
         for sample in samples {
             gap |= sample.after_gap;
@@ -112,18 +115,17 @@ impl Record {
                 }
             })
             .collect();
-        let mut start_from_navigation = UnitQuaternion::identity();
+        let mut tie = None;
         let error_rad = thinned
             .iter()
             .enumerate()
             .map(|(stamp, (place, sample))| {
-                let own = path.at(*place);
-                let navigation_from_body = sample.navigation_from_body * turned_back;
+                let read = sample.shown.turned_back(&body_from_reference);
+                let apart = path.shown(*place).against(&read);
                 if broken[stamp] {
-                    start_from_navigation = own * navigation_from_body.inverse();
+                    tie = Some(apart);
                 }
-                let reference = start_from_navigation * navigation_from_body;
-                (own * reference.inverse()).scaled_axis()
+                tie.map_or_else(Vector3::zeros, |tie| apart.against(&tie).angle_rad())
             })
             .collect();
         let steps = steps(&path, &carry, &places, streams.rate_hz, white_rad2);
@@ -173,6 +175,24 @@ impl Record {
             .collect()
     }
 
+    /// What a reference that is turned by one radian about a body axis adds to the error angles, beside a constant, which
+    /// the first stamp takes.
+    pub fn turn_at_stamps(&self, axis: usize) -> Vec<Vector3<f64>> {
+        match self.path.axes() {
+            // e = −C r.
+            Axes::Start => {
+                let along = |step: &Step| -step.start_from_body.column(axis);
+                self.steps.iter().map(along).collect()
+            }
+            // e = r × θ.
+            Axes::Body => {
+                let about = Vector3::ith(axis, 1.0);
+                let of = |place: &f64| about.cross(&self.path.sum_rad(*place));
+                self.places.iter().map(of).collect()
+            }
+        }
+    }
+
     /// Number of stamps.
     pub fn stamps(&self) -> usize {
         self.places.len()
@@ -214,8 +234,10 @@ fn steps(
                     step.walk_s[axis] += c.column(axis) * c.column(axis).transpose();
                 }
                 // White noise of angle does not telescope where the axes turn between readings.
-                let cross = path.increment(row).cross_matrix();
-                step.turned_rad2 += c * (cross * white * cross.transpose()) * c.transpose();
+                if path.axes() == Axes::Start {
+                    let cross = path.increment(row).cross_matrix();
+                    step.turned_rad2 += c * (cross * white * cross.transpose()) * c.transpose();
+                }
                 row += 1;
             }
             // Whole rows stand for the step; stamps inside a row lend or borrow a share of one.

@@ -1,18 +1,16 @@
-//! The attitudes that a slow reference reports.
+//! What a slow reference reads.
 //!
 //! Enters: the four `reference_attitude` channels of one table, at any rate or stamped, or `reference_increment`
-//! channels on a clock of their own, which are integrated. Leaves: unit quaternions, body to navigation frame,
+//! channels on a clock of their own. Leaves: unit quaternions, body to navigation frame, or the increments summed up,
 //! with their time \[s\]; rows without a value are passed over. Either sign of a quaternion is the same attitude.
 //!
-//! Increments integrate to an attitude against the attitude at their first row; after a gap that relation is
-//! lost, and the sample says so. Between rows the motion is taken to be that of the increments' own spectrum
-//! (path.rs), so a cone of a tenth of the rate is followed.
+//! Increments are the integral of the case's rate in its own axes, and so is what the gyros add up over the same time:
+//! sums are compared with sums, whatever the case does within a row. An attitude made of them would miss the cones that
+//! are too fast for their rate. After a gap the sum begins anew, and the sample says so.
 
-use nalgebra::{Quaternion, UnitQuaternion};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::path::Path;
-use crate::diagnose::motion::{NoiseShape, Reading, Spectrum, last_clear_hz};
-use crate::diagnose::streams::{AXES, Triad};
+use crate::diagnose::streams::AXES;
 use crate::error::InputError;
 use crate::recording::{Channel, Clock, Quantity, Recording, Table};
 
@@ -23,6 +21,61 @@ pub struct AttitudeSample {
     pub time_s: f64,
     /// Body to navigation frame.
     pub navigation_from_body: UnitQuaternion<f64>,
+    /// Whether its relation to the sample before is unknown.
+    pub after_gap: bool,
+}
+
+/// What a slow reference reads.
+#[derive(Debug, Clone, Copy)]
+pub enum Shown {
+    /// Body to navigation frame.
+    Attitude(UnitQuaternion<f64>),
+    /// The integral of the case's rate in its own axes since the last gap \[rad\].
+    Sum(Vector3<f64>),
+}
+
+impl Shown {
+    /// The same of a reference whose turn is undone.
+    pub fn turned_back(self, body_from_reference: &UnitQuaternion<f64>) -> Self {
+        match self {
+            Self::Attitude(of) => Self::Attitude(of * body_from_reference.inverse()),
+            Self::Sum(angle) => Self::Sum(body_from_reference * angle),
+        }
+    }
+
+    /// What takes another's reading to this one.
+    pub fn against(&self, other: &Self) -> Self {
+        match (self, other) {
+            (Self::Attitude(own), Self::Attitude(other)) => Self::Attitude(own * other.inverse()),
+            (Self::Sum(own), Self::Sum(other)) => Self::Sum(own - other),
+            _ => unreachable!("a recording has one kind of reference, and its path the same"),
+        }
+    }
+
+    /// As an angle \[rad\].
+    pub fn angle_rad(&self) -> Vector3<f64> {
+        match self {
+            Self::Attitude(of) => of.scaled_axis(),
+            Self::Sum(angle) => *angle,
+        }
+    }
+
+    /// The turn from here to a later reading \[rad, body axes\].
+    pub fn turn_to(&self, later: &Self) -> Vector3<f64> {
+        match (self, later) {
+            (Self::Attitude(from), Self::Attitude(to)) => (from.inverse() * to).scaled_axis(),
+            _ => later.against(self).angle_rad(),
+        }
+    }
+}
+
+/// One reading of a slow reference.
+#[derive(Debug, Clone, Copy)]
+pub struct SlowSample {
+    /// When \[s\]: the row's end, or its stamp.
+    pub time_s: f64,
+    /// What it reads.
+    pub shown: Shown,
     /// Whether its relation to the sample before is unknown.
     pub after_gap: bool,
 }
@@ -44,9 +97,15 @@ pub fn has_attitude(recording: &Recording) -> bool {
 }
 
 /// The samples of whichever slow reference there is; attitudes before increments.
-pub fn slow_samples(recording: &Recording) -> Result<Vec<AttitudeSample>, InputError> {
+pub fn slow_samples(recording: &Recording) -> Result<Vec<SlowSample>, InputError> {
     if has_attitude(recording) {
-        attitude_samples(recording)
+        let attitudes = attitude_samples(recording)?;
+        let shown = attitudes.into_iter().map(|sample| SlowSample {
+            time_s: sample.time_s,
+            shown: Shown::Attitude(sample.navigation_from_body),
+            after_gap: sample.after_gap,
+        });
+        Ok(shown.collect())
     } else {
         increment_samples(recording)
     }
@@ -120,8 +179,8 @@ fn end_s(table: &Table, row: usize) -> f64 {
     }
 }
 
-/// Integrates increments that do not lie on the gyros' rows.
-fn increment_samples(recording: &Recording) -> Result<Vec<AttitudeSample>, InputError> {
+/// Sums up increments that do not lie on the gyros' rows.
+fn increment_samples(recording: &Recording) -> Result<Vec<SlowSample>, InputError> {
     let file = recording.folder.join("recording.toml");
     let channels = AXES.map(|axis| recording.channel(&Quantity::ReferenceIncrement, axis));
     let [Some((table, x)), Some((_, y)), Some((_, z))] = channels else {
@@ -159,52 +218,25 @@ fn increment_samples(recording: &Recording) -> Result<Vec<AttitudeSample>, Input
                 .all(|channel| channel.values[row].is_finite())
         })
         .collect();
-    let increments: Triad = channels.map(|channel| {
-        let finite = |value: &f64| if value.is_finite() { *value } else { 0.0 };
-        channel.values.iter().map(finite).collect()
-    });
-    let edge_hz = last_clear_hz(
-        &increments,
-        std::slice::from_ref(&(0..table.rows)),
-        rate_hz,
-        NoiseShape::Angle,
-        None,
-    );
-    let read = |derivative: i32| -> Triad {
-        [0, 1, 2].map(|axis: usize| {
-            let reading = Reading {
-                derivative,
-                ahead_s: 0.0,
-                undo_row_mean: true,
-            };
-            let mut values = Spectrum::new(&increments[axis], rate_hz, edge_hz).read(reading);
-            values.iter_mut().for_each(|value| *value *= rate_hz);
-            values
-        })
-    };
-    let path = Path::new(
-        start_s,
-        rate_hz,
-        increments.clone(),
-        [read(0), read(1), read(2), read(3)],
-    );
     // A sample at the beginning of each known stretch, then one a row.
     let mut samples = Vec::new();
+    let mut sum_rad = Vector3::zeros();
     for row in 0..table.rows {
         if !known[row] {
             continue;
         }
-        let begins = row == 0 || !known[row - 1];
-        if begins {
-            samples.push(AttitudeSample {
+        if row == 0 || !known[row - 1] {
+            sum_rad = Vector3::zeros();
+            samples.push(SlowSample {
                 time_s: start_s + row as f64 / rate_hz,
-                navigation_from_body: path.at(row as f64),
+                shown: Shown::Sum(sum_rad),
                 after_gap: true,
             });
         }
-        samples.push(AttitudeSample {
+        sum_rad += Vector3::from(channels.map(|channel| channel.values[row]));
+        samples.push(SlowSample {
             time_s: start_s + (row + 1) as f64 / rate_hz,
-            navigation_from_body: path.at((row + 1) as f64),
+            shown: Shown::Sum(sum_rad),
             after_gap: false,
         });
     }

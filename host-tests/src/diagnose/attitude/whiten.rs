@@ -5,7 +5,8 @@
 //! covariance. Linear in the number of stamps, whatever their spacing.
 //!
 //! State: error angle a and drift b of the gyros. Over a step a grows by G b (G = ∫ C dt) and by the random walk of
-//! gyros and reference; b walks with the drift level. A stamp reads a with white noise of reference and gyros.
+//! gyros and reference; b walks, each gyro's with its level, and where it relaxes (a stand-in for flicker) comes back to
+//! nothing with one time constant. A stamp reads a with white noise of reference and gyros.
 //! A run of stamps begins with an unknown angle: its first stamp sets it and says nothing else. The symmetric root
 //! of the innovation's covariance, turned into the body frame, keeps each gyro's part with that gyro.
 
@@ -36,8 +37,65 @@ pub struct Levels {
     pub gyro_white_rad2: [f64; 3],
     /// White noise of angle of the reference \[rad²\].
     pub reference_white_rad2: f64,
-    /// Random walk of the gyros' rates \[rad²/s³\].
-    pub drift_rad2_s3: f64,
+    /// Random walk of each gyro's rate \[rad²/s³\].
+    pub drift_rad2_s3: [f64; 3],
+    /// Time in which a drift comes back to 1/e of itself \[s\]; infinite where it walks.
+    pub drift_relaxes_s: f64,
+}
+
+impl Levels {
+    /// How many gyros drift.
+    pub fn drifting(&self) -> usize {
+        self.drift_rad2_s3
+            .iter()
+            .filter(|drift| **drift > 0.0)
+            .count()
+    }
+
+    /// Numbers that describe the drift.
+    pub fn drift_numbers(&self) -> usize {
+        self.drifting() + usize::from(self.drift_relaxes_s.is_finite() && self.drifting() > 0)
+    }
+
+    /// Variance of the drifts when nothing has been read: none where they walk, from a known beginning.
+    fn drift_at_first(&self) -> Matrix3<f64> {
+        match self.drift_relaxes_s.is_finite() {
+            true => self.drift_matrix() * (0.5 * self.drift_relaxes_s),
+            false => Matrix3::zeros(),
+        }
+    }
+
+    fn drift_matrix(&self) -> Matrix3<f64> {
+        Matrix3::from_diagonal(&Vector3::from(self.drift_rad2_s3))
+    }
+
+    /// What becomes of the drifts in a time.
+    fn relaxed(&self, seconds: f64) -> Relaxed {
+        let times = seconds / self.drift_relaxes_s;
+        if times == 0.0 {
+            return Relaxed {
+                kept: 1.0,
+                mean: 1.0,
+                fresh: self.drift_matrix() * seconds,
+            };
+        }
+        let kept = (-times).exp();
+        Relaxed {
+            kept,
+            mean: -(-times).exp_m1() / times,
+            fresh: self.drift_matrix() * (-0.5 * self.drift_relaxes_s * (-2.0 * times).exp_m1()),
+        }
+    }
+}
+
+/// What becomes of a drift in a time.
+struct Relaxed {
+    /// The part that is left at its end.
+    kept: f64,
+    /// The part that acts on average.
+    mean: f64,
+    /// Variance that comes in.
+    fresh: Matrix3<f64>,
 }
 
 /// See the page above.
@@ -50,6 +108,7 @@ pub struct Whitener {
 struct Reading {
     stamp: usize,
     begins: bool,
+    drift_kept: f64,
     angle_from_drift: Matrix3<f64>,
     angle_gain: Matrix3<f64>,
     drift_gain: Matrix3<f64>,
@@ -63,7 +122,7 @@ impl Whitener {
         let mut log_det = 0.0;
         let mut angle = Matrix3::zeros();
         let mut cross = Matrix3::zeros();
-        let mut drift = Matrix3::zeros();
+        let mut drift = levels.drift_at_first();
         let mut known_to = None;
         for run in runs {
             for stamp in run.clone() {
@@ -77,11 +136,13 @@ impl Whitener {
                     let since: f64 = (known_to.unwrap_or(stamp)..stamp)
                         .map(|passed| steps[passed + 1].seconds)
                         .sum();
-                    drift += Matrix3::identity() * (levels.drift_rad2_s3 * since);
+                    let Relaxed { kept, fresh, .. } = levels.relaxed(since);
+                    drift = drift * (kept * kept) + fresh;
                     (angle, cross) = (read, Matrix3::zeros());
                     readings.push(Reading {
                         stamp,
                         begins: true,
+                        drift_kept: kept,
                         angle_from_drift: Matrix3::zeros(),
                         angle_gain: Matrix3::identity(),
                         drift_gain: Matrix3::zeros(),
@@ -89,18 +150,20 @@ impl Whitener {
                     });
                     continue;
                 }
+                let Relaxed { kept, mean, fresh } = levels.relaxed(step.seconds);
                 let g = &step.angle_from_rate_s;
+                let from_drift = g * mean;
                 let mut walk = step.turned_rad2;
                 for (axis, level) in levels.walk_rad2_s.iter().enumerate() {
                     walk += step.walk_s[axis] * *level;
                 }
-                let fresh = levels.drift_rad2_s3 * step.seconds;
-                angle += g * cross.transpose()
-                    + cross * g.transpose()
-                    + g * (drift + Matrix3::identity() * (fresh / 3.0)) * g.transpose()
+                angle += from_drift * cross.transpose()
+                    + cross * from_drift.transpose()
+                    + from_drift * drift * from_drift.transpose()
+                    + g * (fresh / 3.0) * g.transpose()
                     + walk;
-                cross += g * (drift + Matrix3::identity() * (fresh / 2.0));
-                drift += Matrix3::identity() * fresh;
+                cross = (cross + from_drift * drift) * kept + g * (fresh / 2.0);
+                drift = drift * (kept * kept) + fresh;
                 let covariance = (angle + read).symmetric_eigen();
                 /// A share of the largest, so that a direction without noise stays finite.
                 const LEAST: f64 = 1e-12;
@@ -120,7 +183,8 @@ impl Whitener {
                 readings.push(Reading {
                     stamp,
                     begins: false,
-                    angle_from_drift: *g,
+                    drift_kept: kept,
+                    angle_from_drift: from_drift,
                     angle_gain,
                     drift_gain,
                     body_root: c.transpose() * of(-0.5),
@@ -143,11 +207,12 @@ impl Whitener {
         let (mut angle, mut drift) = (Vector3::zeros(), Vector3::zeros());
         for reading in &self.readings {
             let value = by_stamp[reading.stamp];
+            let ahead = angle + reading.angle_from_drift * drift;
+            drift *= reading.drift_kept;
             if reading.begins {
                 angle = value;
                 continue;
             }
-            let ahead = angle + reading.angle_from_drift * drift;
             let fresh = value - ahead;
             angle = ahead + reading.angle_gain * fresh;
             drift += reading.drift_gain * fresh;
@@ -171,15 +236,22 @@ mod tests {
     use super::*;
     use nalgebra::{DMatrix, DVector, Rotation3};
 
-    /// The covariance written out as a whole, inverted, with the unknown first angle projected away.
     #[test]
     fn whitened_series_have_the_weight_of_the_whole_inverse_covariance() {
+        for drift_relaxes_s in [f64::INFINITY, 1.3] {
+            has_the_weight_of_the_whole(drift_relaxes_s);
+        }
+    }
+
+    /// The covariance written out as a whole, inverted, with the unknown first angle projected away.
+    fn has_the_weight_of_the_whole(drift_relaxes_s: f64) {
         let count = 6;
         let levels = Levels {
             walk_rad2_s: [1.0, 2.0, 0.5],
             gyro_white_rad2: [0.3, 0.1, 0.2],
             reference_white_rad2: 0.4,
-            drift_rad2_s3: 0.7,
+            drift_rad2_s3: [0.7, 0.2, 0.0],
+            drift_relaxes_s,
         };
         let turn =
             |k: usize| *Rotation3::from_euler_angles(0.3 * k as f64, 0.2, -0.1 * k as f64).matrix();
@@ -210,24 +282,34 @@ mod tests {
                             block += step.walk_s[axis] * levels.walk_rad2_s[axis];
                         }
                     }
-                    // a_m = Σ_k G_k (b_{k−1} + part), with a fresh drift of every step s: in its own step it acts
-                    // with variance 1/3 and correlation 1/2 to its end, in later ones fully.
-                    for s in 1..=m.max(n) {
-                        let fresh = levels.drift_rad2_s3 * steps[s].seconds;
-                        let later = |m: usize| -> Matrix3<f64> {
-                            (s + 1..=m).map(|k| steps[k].angle_from_rate_s).sum()
-                        };
+                    // a_m = Σ_k G_k (mean b_{k−1} + part), with a fresh drift of every step s: in its own step it acts
+                    // with variance 1/3 and correlation 1/2 to its end, in later ones as far as it has not relaxed.
+                    let since = |from: usize, to: usize| -> f64 {
+                        let times: f64 = (from + 1..to).map(seconds).sum();
+                        (-times / drift_relaxes_s).exp()
+                    };
+                    let later = |s: usize, m: usize| -> Matrix3<f64> {
+                        let each = (s + 1..=m).map(|k| {
+                            let mean = levels.relaxed(seconds(k)).mean;
+                            steps[k].angle_from_rate_s * mean * since(s, k)
+                        });
+                        each.sum()
+                    };
+                    let (far, near) = (later(0, m), later(0, n));
+                    block += far * levels.drift_at_first() * near.transpose();
+                    for (s, step) in steps.iter().enumerate().take(m.max(n) + 1).skip(1) {
+                        let fresh = levels.relaxed(seconds(s)).fresh;
                         let own = |m: usize| -> Matrix3<f64> {
                             if s <= m {
-                                steps[s].angle_from_rate_s
+                                step.angle_from_rate_s
                             } else {
                                 Matrix3::zeros()
                             }
                         };
-                        block += own(m) * own(n).transpose() * (fresh / 3.0)
-                            + own(m) * later(n).transpose() * (fresh / 2.0)
-                            + later(m) * own(n).transpose() * (fresh / 2.0)
-                            + later(m) * later(n).transpose() * fresh;
+                        block += own(m) * (fresh / 3.0) * own(n).transpose()
+                            + own(m) * (fresh / 2.0) * later(s, n).transpose()
+                            + later(s, m) * (fresh / 2.0) * own(n).transpose()
+                            + later(s, m) * fresh * later(s, n).transpose();
                     }
                     total.fixed_view_mut::<3, 3>(3 * m, 3 * n).copy_from(&block);
                 }

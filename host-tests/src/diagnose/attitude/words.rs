@@ -9,11 +9,14 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::bench::{AttitudeBench, Behind};
 use super::cut::Cut;
 use super::judge;
+use super::levels::NO_MORE;
+use super::path::Axes;
 use super::prepare::Prepared;
 use super::promise;
 use super::record::{Lie, Record};
 use crate::diagnose::Outcome;
 use crate::diagnose::bench::Bench as _;
+use crate::diagnose::declare::REGRESSOR_FIDELITY;
 use crate::diagnose::excess::Excess;
 use crate::diagnose::explain::{self, Findings};
 use crate::diagnose::hunt::Catch;
@@ -74,7 +77,7 @@ impl Told<'_> {
             held_out: Cut::rows(record, &cut.held_out),
         };
         let noise = self.noise();
-        let excess = self.excess();
+        let excess = self.excess(&catch);
         let pictures = self.pictures(&left_rad, tiles_before, tiles_after);
         let rows_found = RowsFound::default();
         let findings = Findings {
@@ -119,8 +122,12 @@ impl Told<'_> {
         };
         let step_s = judge::median_step_s(record);
         format!(
-            "Reference: {} attitudes, one every {step_s:.3} s, read with {:.2e} rad of white noise; {held}.",
+            "Reference: {} {}, one every {step_s:.3} s, read with {:.2e} rad of white noise; {held}.",
             record.stamps(),
+            match record.path.axes() {
+                Axes::Start => "attitudes",
+                Axes::Body => "sums of increments",
+            },
             self.bench.levels.reference_white_rad2.sqrt()
         )
     }
@@ -298,35 +305,44 @@ impl Told<'_> {
     }
 
     /// Random walk beyond the declared one, which the levels' fit keeps unless it is contradicted.
-    fn excess(&self) -> Vec<Excess> {
+    fn excess(&self, catch: &Catch) -> Vec<Excess> {
         let levels = &self.bench.levels;
         let declared = &self.prepared.declared;
-        /// Less than a tenth more noise is no finding.
-        const LEAST: f64 = 1.1;
         let more = [0, 1, 2].map(|axis: usize| {
             declared.walk_rad2_s[axis]
-                .filter(|walk| levels.walk_rad2_s[axis] > LEAST * walk)
+                .filter(|walk| levels.walk_rad2_s[axis] > NO_MORE * walk)
                 .map_or(0.0, |walk| levels.walk_rad2_s[axis] - walk)
         });
         if more == [0.0; 3] {
             return Vec::new();
         }
-        let steps = (self.bench.degrees() / 3).max(1) as f64;
-        // A level known from n steps scatters by √(2/n) of itself; d√x = dx/(2√x).
-        let stds = [0, 1, 2].map(|axis: usize| match more[axis] {
-            0.0 => 0.0,
-            more => 0.5 * levels.walk_rad2_s[axis] * (2.0 / steps).sqrt() / more.sqrt(),
-        });
-        // A level known from n steps is √r too high with 2 Δ ln L = n (r − 1 − ln r).
+        // 2 Δ ln L over the same with the declared walk of one gyro.
+        let scored = self.bench.scorer(&catch.choice.effects(), levels);
+        let best = self.bench.score(levels, &scored);
         let ratios = [0, 1, 2].map(|axis: usize| {
-            declared.walk_rad2_s[axis]
-                .filter(|_| more[axis] > 0.0)
-                .map_or(0.0, |walk| {
-                    let times = levels.walk_rad2_s[axis] / walk;
-                    steps * (times - 1.0 - times.ln())
-                })
+            let walk = declared.walk_rad2_s[axis].filter(|_| more[axis] > 0.0);
+            walk.map_or(0.0, |walk| {
+                let mut held = *levels;
+                held.walk_rad2_s[axis] = walk;
+                2.0 * (best - self.bench.score(&held, &scored)).max(0.0)
+            })
+        });
+        // Known from n steps a level is r times too high with 2 Δ ln L = n (r − 1 − ln r), and scatters by √(2/n) of
+        // itself; d√x = dx/(2√x).
+        let stds = [0, 1, 2].map(|axis: usize| {
+            let (walk, of_declared) = (levels.walk_rad2_s[axis], more[axis]);
+            if of_declared == 0.0 {
+                return 0.0;
+            }
+            let times = walk / (walk - of_declared);
+            let steps = (ratios[axis] / (times - 1.0 - times.ln())).max(1.0);
+            0.5 * walk * (2.0 / steps).sqrt() / of_declared.sqrt()
         });
         let strongest = ratios.into_iter().fold(0.0, f64::max);
+        // What the imperfect columns of strong effects leave looks like a walk.
+        if ratios.iter().sum::<f64>() < REGRESSOR_FIDELITY.powi(2) * self.explained(catch) {
+            return Vec::new();
+        }
         let chance = 0.5 * ChiSquared::new(1.0).map_or(1.0, |law| law.sf(strongest));
         vec![Excess {
             p_value: (3.0 * chance).min(1.0),
@@ -339,6 +355,18 @@ impl Told<'_> {
             stds,
             left_out: "The attitudes drift apart at random faster than the model's random walks of gyros and reference allow.",
         }]
+    }
+
+    /// Whitened power of what was found.
+    fn explained(&self, catch: &Catch) -> f64 {
+        let whitener = self.bench.whitener();
+        let (all, left) = (
+            self.bench.left_over(&[]),
+            self.bench.left_over(&catch.values),
+        );
+        let found: Vec<Vector3<f64>> = all.iter().zip(&left).map(|(a, b)| a - b).collect();
+        let whitened = whitener.whiten(&found);
+        whitened.iter().map(|value| value * value).sum()
     }
 
     fn pictures(
@@ -387,7 +415,7 @@ impl Told<'_> {
                         levels.walk_rad2_s[axis] / rate_hz,
                         levels.gyro_white_rad2[axis] + levels.reference_white_rad2,
                         0.0,
-                        levels.drift_rad2_s3 * step_s.powi(3),
+                        levels.drift_rad2_s3[axis] * step_s.powi(3),
                     ],
                     rate_hz,
                 };

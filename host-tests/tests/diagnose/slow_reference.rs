@@ -1,0 +1,188 @@
+//! Slow references that sum up increments, and what the gyros beside a slow reference may bring along: dithers that were
+//! taken out wrongly, noise that the model does not state or states too much of.
+
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution as _, StandardNormal};
+use rlg::diagnose::result::Verdict;
+use rlg::recording::{Clock, Quantity, Recording, Table};
+use rlg::simulate::Simulation;
+
+use super::attitude::{coning, instrument, made, rate_hz, slews, slow, still, take, told, tumble};
+use super::support::{concealed, kinds, sizes_are};
+
+/// Leaves the sums of `every` rows of the reference's increments, in a table that begins `late_s` late.
+fn sums(simulation: &Simulation, every: usize, late_s: f64) -> Recording {
+    let mut recording = simulation.recording.clone();
+    take(&mut recording, &Quantity::ReferenceAttitude);
+    let mut channels = take(&mut recording, &Quantity::ReferenceIncrement);
+    for channel in &mut channels {
+        let rows = channel.values.chunks_exact(every);
+        channel.values = rows.map(|rows| rows.iter().sum()).collect();
+    }
+    let table = Table {
+        file: "slow.csv".to_owned(),
+        clock: Clock::Uniform {
+            rate_hz: rate_hz(&recording.tables[0]) / every as f64,
+            start_s: late_s,
+        },
+        rows: channels[0].values.len(),
+        channels,
+    };
+    recording.tables.push(table);
+    recording
+}
+
+/// Gyros that no pulses hide: without a dither coarse ones read a sawtooth while they hardly turn, which walks and jumps.
+fn fine_gyros(rate_hz: f64) -> String {
+    instrument(rate_hz).replace("[2.1e-6, 1.9e-6, 2.0e-6]", "[2.1e-9, 1.9e-9, 2.0e-9]")
+}
+
+fn names_nothing(recording: &Recording, simulation: &Simulation) {
+    let diagnosis = told(recording, simulation);
+    assert_eq!(kinds(&diagnosis), [""; 0], "{:#?}", diagnosis.summary);
+    assert_eq!(
+        diagnosis.verdict,
+        Verdict::Matches,
+        "{:#?}",
+        diagnosis.summary
+    );
+}
+
+#[test]
+fn increments_of_a_reference_at_a_rate_of_its_own_are_summed_up() {
+    let truth = [("x", 1.5e-6), ("y", -2e-6), ("z", 1e-6)];
+    let text = format!(
+        "{}{}{}{}{}",
+        instrument(1000.0),
+        still(3.0),
+        slews(),
+        tumble(20.0),
+        concealed("gyro_bias", &truth)
+    );
+    let simulation = made(&text, 4);
+    let diagnosis = told(&sums(&simulation, 20, 0.0), &simulation);
+    assert_eq!(kinds(&diagnosis), ["gyro_bias"], "{:#?}", diagnosis.summary);
+    sizes_are(&diagnosis.effects[0], &truth);
+}
+
+/// An attitude integrated from increments at 100 Hz misses what cones of 90 Hz add: 2 degrees an hour.
+#[test]
+fn a_cone_faster_than_the_reference_is_in_the_sums_of_both() {
+    let text = format!(
+        "{}{}{}{}{}",
+        fine_gyros(2000.0),
+        still(3.0),
+        slews(),
+        coning("x", 90.0, 2e-4, 8.0),
+        coning("z", 73.0, 2e-4, 8.0)
+    );
+    for seed in 1..=3 {
+        let simulation = made(&text, seed);
+        names_nothing(&sums(&simulation, 20, 0.0), &simulation);
+    }
+}
+
+#[test]
+fn sums_of_a_reference_that_is_turned_or_late_say_so() {
+    let text = format!(
+        "{}{}{}{}",
+        fine_gyros(1000.0),
+        still(3.0),
+        slews(),
+        tumble(20.0)
+    );
+    let simulation = made(&text, 5);
+    for turn_rad in [4e-4_f64, 0.08] {
+        let mut recording = sums(&simulation, 20, 0.0);
+        let channels = &mut recording.tables[1].channels;
+        for row in 0..channels[0].values.len() {
+            let (x, y) = (channels[0].values[row], channels[1].values[row]);
+            channels[0].values[row] = x * turn_rad.cos() + y * turn_rad.sin();
+            channels[1].values[row] = y * turn_rad.cos() - x * turn_rad.sin();
+        }
+        let diagnosis = told(&recording, &simulation);
+        let expected = ["reference_misalignment"];
+        assert_eq!(kinds(&diagnosis), expected, "{:#?}", diagnosis.summary);
+        sizes_are(&diagnosis.effects[0], &[("z", turn_rad)]);
+    }
+    for late_s in [0.001, 0.137] {
+        let diagnosis = told(&sums(&simulation, 20, late_s), &simulation);
+        let expected = ["reference_delay"];
+        assert_eq!(kinds(&diagnosis), expected, "{:#?}", diagnosis.summary);
+        sizes_are(&diagnosis.effects[0], &[("all", late_s)]);
+    }
+}
+
+/// Read at 40 Hz a dither of 0.7 mrad does not average out of an attitude that is known to 1 urad, and what is left of one
+/// that was taken out wrongly is no motion whose derivatives could explain it.
+#[test]
+fn a_dither_that_was_taken_out_wrongly_shows_in_attitudes() {
+    let counts = instrument(2000.0).replace("output = \"increment\"", "output = \"count\"");
+    let dither = "[dither]\nfrequency_hz = [392.6, 430.1, 474.8]\namplitude_rad = [7.3e-4, 7.3e-4, 7.3e-4]\n\
+        amplitude_spread = 0.15\npickoff_gain = [1.0, 1.0, 1.0]\npickoff_noise_rad = [2.4e-7, 2.4e-7, 2.4e-7]\n\
+        pickoff_weight_rad = 9.7e-9\n";
+    let gains = [("x", 3e-3), ("y", -2e-3), ("z", 2e-3)];
+    let delays = [("x", 3e-6), ("y", 3e-6), ("z", -2e-6)];
+    let text = format!(
+        "{counts}{dither}{}{}{}{}{}",
+        still(3.0),
+        slews(),
+        tumble(15.0),
+        concealed("dither_gain", &gains),
+        concealed("dither_delay", &delays)
+    );
+    let simulation = made(&text, 6);
+    let diagnosis = told(&slow(&simulation, 50, 0), &simulation);
+    let expected = ["dither_gain", "dither_delay"];
+    assert_eq!(kinds(&diagnosis), expected, "{:#?}", diagnosis.summary);
+    sizes_are(&diagnosis.effects[0], &gains);
+    sizes_are(&diagnosis.effects[1], &delays);
+}
+
+/// Rates that come and go within a second or two are no random walk of angle: a third of the band of the attitudes would
+/// have to have three times the declared one.
+#[test]
+fn drift_of_one_gyro_that_the_model_does_not_state_is_no_random_walk_of_angle() {
+    const SIZE_RAD_S: f64 = 1e-6;
+    const RELAXES_S: f64 = 1.5;
+    let text = format!(
+        "{}{}{}{}",
+        instrument(1000.0),
+        still(3.0),
+        slews(),
+        tumble(20.0)
+    );
+    for seed in 1..=3 {
+        let simulation = made(&text, seed);
+        let mut recording = slow(&simulation, 50, 0);
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let kept = (-1e-3_f64 / RELAXES_S).exp();
+        let mut drift_rad_s = 0.0;
+        let mut gyros = recording.tables[0].channels.iter_mut();
+        let gyro = gyros.find(|channel| {
+            channel.quantity == Quantity::GyroIncrement && channel.axis.as_deref() == Some("y")
+        });
+        for value in &mut gyro.expect("a gyro about y").values {
+            let fresh: f64 = StandardNormal.sample(&mut random);
+            drift_rad_s = kept * drift_rad_s + SIZE_RAD_S * (1.0 - kept * kept).sqrt() * fresh;
+            *value += 1e-3 * drift_rad_s;
+        }
+        names_nothing(&recording, &simulation);
+    }
+}
+
+/// A model may state pulses that a recorder of increments never wrote.
+#[test]
+fn gyros_without_the_pulses_that_the_model_states_match_it() {
+    let fine = fine_gyros(1000.0).replace("angle_noise_rad = 1.0e-6", "angle_noise_rad = 1.0e-9");
+    let text = format!("{fine}{}{}{}", still(3.0), slews(), tumble(20.0));
+    for seed in 1..=2 {
+        let mut simulation = made(&text, seed);
+        simulation.model.gyro.pulse_weight_rad = [2.1e-6, 1.9e-6, 2.0e-6];
+        names_nothing(&sums(&simulation, 10, 0.0), &simulation);
+        let mut recording = simulation.recording.clone();
+        take(&mut recording, &Quantity::ReferenceAttitude);
+        names_nothing(&recording, &simulation);
+    }
+}
