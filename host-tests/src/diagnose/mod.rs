@@ -191,6 +191,9 @@ pub struct Outcome {
     pub pictures: Option<pictures::Pictures>,
 }
 
+/// A search that tried more than this has looked for long enough: it is not repeated on other rows.
+const MOST_TRIALS: usize = 4000;
+
 /// Least seconds of usable rows to fit on: below this not even the noise is known.
 const LEAST_FITTED_S: f64 = 2.0;
 
@@ -294,7 +297,9 @@ pub fn diagnose_aligned(
         seed,
     };
     let found = look(&mut scene, &before_rad, cut, &given, progress)?;
-    let again = split::can_be_cut_otherwise(&scene.streams) && !found.diagnosis.verdict.is_told();
+    let again = split::can_be_cut_otherwise(&scene.streams)
+        && !found.diagnosis.verdict.is_told()
+        && found.diagnosis.trials < MOST_TRIALS;
     let Some(cut) = again
         .then(|| Cut::of(&scene.streams, Part::Inside))
         .flatten()
