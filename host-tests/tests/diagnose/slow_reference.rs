@@ -186,3 +186,24 @@ fn gyros_without_the_pulses_that_the_model_states_match_it() {
         names_nothing(&recording, &simulation);
     }
 }
+
+/// Before and after a motion a few seconds of attitudes know no random walk; the one step between them is then no physics.
+#[test]
+fn a_walk_that_nobody_states_is_as_large_as_the_attitudes_allow() {
+    let text = format!(
+        "{}{}{}{}",
+        fine_gyros(1000.0),
+        still(3.0),
+        slews(),
+        still(4.0)
+    );
+    for seed in 1..=4 {
+        let mut simulation = made(&text, seed);
+        simulation.model.gyro.angle_random_walk_rad_sqrt_s = None;
+        let mut recording = slow(&simulation, 50, 0);
+        for channel in &mut recording.tables[1].channels {
+            channel.values[3 * 20..27 * 20].fill(f64::NAN);
+        }
+        names_nothing(&recording, &simulation);
+    }
+}

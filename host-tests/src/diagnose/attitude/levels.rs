@@ -52,6 +52,9 @@ pub const ENOUGH: usize = 60;
 /// A ring laser's walk where nothing is declared \[rad²/s\]: 0.002 °/√h.
 const USUAL_WALK_RAD2_S: f64 = 3.4e-13;
 
+/// A walk that no data are needed to rule out \[rad²/s\]: 0.2 °/√h.
+const LARGEST_WALK_RAD2_S: f64 = 3.4e-9;
+
 /// Index of the levels that may move: walks of x, y, z, white of the reference, drifts of x, y, z, all drifts, white of the
 /// gyros.
 const DRIFT: usize = 4;
@@ -145,7 +148,29 @@ pub fn fit(bench: &AttitudeBench, effects: &[usize], declared: &DeclaredLevels) 
         }
         settle(&mut levels, &mut best, &free, &score);
     }
+    allowed(&mut levels, declared, &score);
+    let best = score(&levels);
     relaxing((levels, best), declared, bench, &score)
+}
+
+/// Raises walks that nobody declares to the most that the data allow: from a few seconds of white noise a walk is not known
+/// to be there, and one long step without it would show anything.
+fn allowed(levels: &mut Levels, declared: &DeclaredLevels, score: &dyn Fn(&Levels) -> f64) {
+    /// Loss of ln L: two standard deviations.
+    const ALLOWED: f64 = 2.0;
+    const FACTOR: f64 = 1.3;
+    for axis in (0..3).filter(|axis| declared.walk_rad2_s[*axis].is_none()) {
+        let best = score(levels);
+        loop {
+            let more = with(levels, axis, FACTOR * levels.walk_rad2_s[axis]);
+            // Beyond any gyro that is worth a diagnosis.
+            let is_credible = more.walk_rad2_s[axis] < LARGEST_WALK_RAD2_S;
+            if !is_credible || score(&more) < best - ALLOWED {
+                break;
+            }
+            *levels = more;
+        }
+    }
 }
 
 /// Whether walks above the declared ones are.
