@@ -16,6 +16,9 @@ use super::split::{Regime, intersect};
 /// Effects that change the noise and nothing else: no prediction, only a level.
 pub const NOISE_KINDS: [&str; 2] = ["angle_random_walk", "pulse_quantisation"];
 
+/// Less than a tenth more noise than declared is no finding.
+pub const LEAST_EXCESS: f64 = 1.1;
+
 /// An excess of one kind on the three gyros.
 #[derive(Debug, Clone)]
 pub struct Excess {
@@ -108,8 +111,6 @@ pub struct Compared {
 /// Compares fitted with declared levels in what everything found leaves. The noise fit keeps a declared level
 /// unless the data contradict it beside a generous library; what differs here must contradict it beside what was found.
 pub fn excess(given: &Left, declared: &[Declared; 3]) -> Compared {
-    /// Less than a tenth more noise is no finding.
-    const LEAST: f64 = 1.1;
     let Left {
         portion,
         bins: left,
@@ -128,9 +129,9 @@ pub fn excess(given: &Left, declared: &[Declared; 3]) -> Compared {
                 continue;
             };
             let fitted = noise[axis].theta[term];
-            if fitted > LEAST * level && given.follows_motion(axis, term) {
+            if fitted > LEAST_EXCESS * level && given.follows_motion(axis, term) {
                 own[axis].theta[term] = level;
-            } else if fitted > LEAST * level {
+            } else if fitted > LEAST_EXCESS * level {
                 entry.values[axis] = unit_of(fitted - level, noise[axis].rate_hz);
                 // d√(θ − θ0) = dθ/(2 √(θ − θ0)).
                 let error = noise::level_error(&noise[axis], portion, term);

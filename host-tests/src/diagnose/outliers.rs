@@ -11,21 +11,33 @@ use super::streams::{AXES, Streams};
 
 /// What a gyro turned in each row beyond case and dither.
 fn beyond_rad(streams: &Streams, axis: usize) -> Vec<f64> {
-    let pickoff = streams.pickoff_rad.as_ref().map(|pickoff| &pickoff[axis]);
     let rows = streams.sensed_rad[axis].iter().zip(&streams.case_rad[axis]);
-    let beyond = rows.enumerate().map(|(row, (sensed, case))| {
-        let swung = pickoff.map_or(0.0, |angle| angle[row + 1] - angle[row]);
-        sensed - case - swung
-    });
-    beyond.collect()
+    rows.enumerate()
+        .map(|(row, (sensed, case))| sensed - case - swung_rad(streams, axis, row))
+        .collect()
+}
+
+/// What the dither turned a gyro by in a row.
+fn swung_rad(streams: &Streams, axis: usize, row: usize) -> f64 {
+    let pickoff = streams.pickoff_rad.as_ref().map(|pickoff| &pickoff[axis]);
+    pickoff.map_or(0.0, |angle| angle[row + 1] - angle[row])
+}
+
+/// The mean, where it is clearly above nothing.
+fn clear_mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    /// Standard deviations of the mean.
+    const CLEARLY: f64 = 4.0;
+    let values: Vec<f64> = values.collect();
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / count;
+    (mean > CLEARLY * (variance / count).sqrt()).then_some(mean)
 }
 
 /// Whether a gyro reads less than it should in the rows at its own extremes, as one that is cut off there does; so, too,
 /// where case and dither do not say what it should read. The few values of a coarse one pile up at the last of them, and
 /// tell nothing less.
 pub(super) fn falls_short(streams: &Streams, axis: usize, rows: &Range<usize>) -> bool {
-    /// Standard deviations of the mean.
-    const CLEARLY: f64 = 4.0;
     /// Of the readings, where they are known beforehand.
     const KNOWN: f64 = 0.25;
     let values = &streams.sensed_rad[axis];
@@ -45,28 +57,22 @@ pub(super) fn falls_short(streams: &Streams, axis: usize, rows: &Range<usize>) -
         value if value == least => Some(beyond[row]),
         _ => None,
     });
-    let missing: Vec<f64> = missing.collect();
-    let count = missing.len() as f64;
-    let mean = missing.iter().sum::<f64>() / count;
-    let variance = missing.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / count;
-    mean > CLEARLY * (variance / count).sqrt()
+    clear_mean(missing).is_some()
 }
 
 /// Whether, where there is no reference, a dithered gyro reads less beside its dither in the rows at its own extremes than
 /// in the rows around them. A regular dither comes to the same reading at the end of every swing; one that is cut off there
 /// reads less than the case turns. Without a pickoff nobody knows.
 pub(super) fn dips(streams: &Streams, axis: usize, rows: &Range<usize>) -> bool {
-    /// Standard deviations of the mean.
-    const CLEARLY: f64 = 4.0;
     /// Of the reading: beyond what a dither's gain may be wrong by.
     const LEAST: f64 = 3e-3;
     /// Rows to look for a neighbour in: two swings of a slow dither.
     const NEAR: usize = 10;
-    let Some(pickoff) = &streams.pickoff_rad else {
+    if streams.pickoff_rad.is_none() {
         return true;
-    };
-    let (values, angle) = (&streams.sensed_rad[axis], &pickoff[axis]);
-    let case = |row: usize| values[row] - (angle[row + 1] - angle[row]);
+    }
+    let values = &streams.sensed_rad[axis];
+    let case = |row: usize| values[row] - swung_rad(streams, axis, row);
     let largest = rows
         .clone()
         .map(|row| values[row].abs())
@@ -81,11 +87,7 @@ pub(super) fn dips(streams: &Streams, axis: usize, rows: &Range<usize>) -> bool 
             let after = (row + 1..(row + 1 + NEAR).min(streams.rows)).find(is_free)?;
             Some(values[row].signum() * (0.5 * (case(before) + case(after)) - case(row)))
         });
-    let missing: Vec<f64> = missing.collect();
-    let count = missing.len() as f64;
-    let mean = missing.iter().sum::<f64>() / count;
-    let variance = missing.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / count;
-    mean > CLEARLY * (variance / count).sqrt() && mean > LEAST * largest
+    clear_mean(missing).is_some_and(|mean| mean > LEAST * largest)
 }
 
 /// How far each row's reading is off its neighbours: of what a gyro turned beyond case and dither, half of what a row has

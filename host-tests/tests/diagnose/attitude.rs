@@ -4,7 +4,7 @@
 //! put into a table of its own, and the row reference taken away. No Earth rotation: the simulator's attitude is over
 //! the ground.
 
-use super::support::{WITHIN, concealed, kinds, sizes_are};
+use super::support::{WITHIN, concealed, kinds, names_nothing, sizes_are};
 use rlg::diagnose::diagnose;
 use rlg::diagnose::result::{Diagnosis, EffectEntry, Verdict};
 use rlg::recording::{Channel, Clock, Quantity, Recording, Table};
@@ -32,6 +32,15 @@ weight_rad = 1.0e-9
 attitude = true
 "#
     )
+}
+
+/// The same counting pulses beside a dither.
+pub(super) fn dithered(rate_hz: f64) -> String {
+    let counts = instrument(rate_hz).replace("output = \"increment\"", "output = \"count\"");
+    let dither = "[dither]\nfrequency_hz = [392.6, 430.1, 474.8]\namplitude_rad = [7.3e-4, 7.3e-4, 7.3e-4]\n\
+        amplitude_spread = 0.15\npickoff_gain = [1.0, 1.0, 1.0]\npickoff_noise_rad = [2.4e-7, 2.4e-7, 2.4e-7]\n\
+        pickoff_weight_rad = 9.7e-9\n";
+    counts + dither
 }
 
 pub(super) fn still(seconds: f64) -> String {
@@ -70,7 +79,7 @@ pub(super) fn made(text: &str, seed: u64) -> Simulation {
     simulate(&scenario, seed, |_| {})
 }
 
-pub(super) fn rate_hz(table: &Table) -> f64 {
+fn rate_hz(table: &Table) -> f64 {
     match table.clock {
         Clock::Uniform { rate_hz, .. } => rate_hz,
         Clock::Stamped { .. } => unreachable!("the simulator writes uniform rows"),
@@ -106,17 +115,26 @@ pub(super) fn slow(simulation: &Simulation, every: usize, late: usize) -> Record
             })
             .collect();
     }
-    let table = Table {
+    put_beside(&mut recording, channels, every, 0.0);
+    recording
+}
+
+/// Puts a reference of one row in `every` into a table of its own, which begins `late_s` late.
+pub(super) fn put_beside(
+    recording: &mut Recording,
+    channels: Vec<Channel>,
+    every: usize,
+    late_s: f64,
+) {
+    recording.tables.push(Table {
         file: "ins.csv".to_owned(),
         clock: Clock::Uniform {
-            rate_hz: rate_hz(gyros) / every as f64,
-            start_s: 0.0,
+            rate_hz: rate_hz(&recording.tables[0]) / every as f64,
+            start_s: late_s,
         },
-        rows,
+        rows: channels[0].values.len(),
         channels,
-    };
-    recording.tables.push(table);
-    recording
+    });
 }
 
 /// Leaves one attitude at the beginning and at the end of every segment, in a stamped table.
@@ -178,13 +196,7 @@ fn attitudes_of_a_model_that_is_right_name_nothing() {
     for seed in 1..=20 {
         let simulation = made(&text, seed);
         let diagnosis = told(&slow(&simulation, 20, 0), &simulation);
-        assert_eq!(
-            kinds(&diagnosis),
-            [""; 0],
-            "seed {seed}: {:#?}",
-            diagnosis.summary
-        );
-        assert_eq!(diagnosis.verdict, Verdict::Matches, "seed {seed}");
+        names_nothing(&diagnosis, format!("seed {seed}"));
     }
 }
 
@@ -463,12 +475,9 @@ fn what_coning_confuses_is_one_class_and_the_promised_spins_separate_it() {
 /// The paper's own way: dithered counts at 4 kHz, coning, one attitude before and one after each segment.
 #[test]
 fn flexure_is_found_in_dithered_counts_with_one_attitude_before_and_after_each_cone() {
-    let counts = instrument(4000.0).replace("output = \"increment\"", "output = \"count\"");
-    let dither = "[dither]\nfrequency_hz = [392.6, 430.1, 474.8]\namplitude_rad = [7.3e-4, 7.3e-4, 7.3e-4]\n\
-        amplitude_spread = 0.15\npickoff_gain = [1.0, 1.0, 1.0]\npickoff_noise_rad = [2.4e-7, 2.4e-7, 2.4e-7]\n\
-        pickoff_weight_rad = 9.7e-9\n";
     let text = format!(
-        "{counts}{dither}{}{}",
+        "{}{}{}",
+        dithered(4000.0),
         cones(10.0),
         concealed("axis_flexure", &FLEXURE)
     );

@@ -4,12 +4,13 @@
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
-use rlg::diagnose::result::Verdict;
-use rlg::recording::{Clock, Quantity, Recording, Table};
+use rlg::recording::{Quantity, Recording};
 use rlg::simulate::Simulation;
 
-use super::attitude::{coning, instrument, made, rate_hz, slews, slow, still, take, told, tumble};
-use super::support::{concealed, kinds, sizes_are};
+use super::attitude::{
+    coning, dithered, instrument, made, put_beside, slews, slow, still, take, told, tumble,
+};
+use super::support::{concealed, kinds, names_nothing, sizes_are};
 
 /// Leaves the sums of `every` rows of the reference's increments, in a table that begins `late_s` late.
 fn sums(simulation: &Simulation, every: usize, late_s: f64) -> Recording {
@@ -20,17 +21,13 @@ fn sums(simulation: &Simulation, every: usize, late_s: f64) -> Recording {
         let rows = channel.values.chunks_exact(every);
         channel.values = rows.map(|rows| rows.iter().sum()).collect();
     }
-    let table = Table {
-        file: "slow.csv".to_owned(),
-        clock: Clock::Uniform {
-            rate_hz: rate_hz(&recording.tables[0]) / every as f64,
-            start_s: late_s,
-        },
-        rows: channels[0].values.len(),
-        channels,
-    };
-    recording.tables.push(table);
+    put_beside(&mut recording, channels, every, late_s);
     recording
+}
+
+/// Stands still, turns about each axis, and tumbles.
+fn moved(instrument: &str) -> String {
+    format!("{instrument}{}{}{}", still(3.0), slews(), tumble(20.0))
 }
 
 /// Gyros that no pulses hide: without a dither coarse ones read a sawtooth while they hardly turn, which walks and jumps.
@@ -38,28 +35,10 @@ fn fine_gyros(rate_hz: f64) -> String {
     instrument(rate_hz).replace("[2.1e-6, 1.9e-6, 2.0e-6]", "[2.1e-9, 1.9e-9, 2.0e-9]")
 }
 
-fn names_nothing(recording: &Recording, simulation: &Simulation) {
-    let diagnosis = told(recording, simulation);
-    assert_eq!(kinds(&diagnosis), [""; 0], "{:#?}", diagnosis.summary);
-    assert_eq!(
-        diagnosis.verdict,
-        Verdict::Matches,
-        "{:#?}",
-        diagnosis.summary
-    );
-}
-
 #[test]
 fn increments_of_a_reference_at_a_rate_of_its_own_are_summed_up() {
     let truth = [("x", 1.5e-6), ("y", -2e-6), ("z", 1e-6)];
-    let text = format!(
-        "{}{}{}{}{}",
-        instrument(1000.0),
-        still(3.0),
-        slews(),
-        tumble(20.0),
-        concealed("gyro_bias", &truth)
-    );
+    let text = moved(&instrument(1000.0)) + &concealed("gyro_bias", &truth);
     let simulation = made(&text, 4);
     let diagnosis = told(&sums(&simulation, 20, 0.0), &simulation);
     assert_eq!(kinds(&diagnosis), ["gyro_bias"], "{:#?}", diagnosis.summary);
@@ -79,20 +58,16 @@ fn a_cone_faster_than_the_reference_is_in_the_sums_of_both() {
     );
     for seed in 1..=3 {
         let simulation = made(&text, seed);
-        names_nothing(&sums(&simulation, 20, 0.0), &simulation);
+        names_nothing(
+            &told(&sums(&simulation, 20, 0.0), &simulation),
+            format!("seed {seed}"),
+        );
     }
 }
 
 #[test]
 fn sums_of_a_reference_that_is_turned_or_late_say_so() {
-    let text = format!(
-        "{}{}{}{}",
-        fine_gyros(1000.0),
-        still(3.0),
-        slews(),
-        tumble(20.0)
-    );
-    let simulation = made(&text, 5);
+    let simulation = made(&moved(&fine_gyros(1000.0)), 5);
     for turn_rad in [4e-4_f64, 0.08] {
         let mut recording = sums(&simulation, 20, 0.0);
         let channels = &mut recording.tables[1].channels;
@@ -118,14 +93,11 @@ fn sums_of_a_reference_that_is_turned_or_late_say_so() {
 /// that was taken out wrongly is no motion whose derivatives could explain it.
 #[test]
 fn a_dither_that_was_taken_out_wrongly_shows_in_attitudes() {
-    let counts = instrument(2000.0).replace("output = \"increment\"", "output = \"count\"");
-    let dither = "[dither]\nfrequency_hz = [392.6, 430.1, 474.8]\namplitude_rad = [7.3e-4, 7.3e-4, 7.3e-4]\n\
-        amplitude_spread = 0.15\npickoff_gain = [1.0, 1.0, 1.0]\npickoff_noise_rad = [2.4e-7, 2.4e-7, 2.4e-7]\n\
-        pickoff_weight_rad = 9.7e-9\n";
     let gains = [("x", 3e-3), ("y", -2e-3), ("z", 2e-3)];
     let delays = [("x", 3e-6), ("y", 3e-6), ("z", -2e-6)];
     let text = format!(
-        "{counts}{dither}{}{}{}{}{}",
+        "{}{}{}{}{}{}",
+        dithered(2000.0),
         still(3.0),
         slews(),
         tumble(15.0),
@@ -146,15 +118,8 @@ fn a_dither_that_was_taken_out_wrongly_shows_in_attitudes() {
 fn drift_of_one_gyro_that_the_model_does_not_state_is_no_random_walk_of_angle() {
     const SIZE_RAD_S: f64 = 1e-6;
     const RELAXES_S: f64 = 1.5;
-    let text = format!(
-        "{}{}{}{}",
-        instrument(1000.0),
-        still(3.0),
-        slews(),
-        tumble(20.0)
-    );
     for seed in 1..=3 {
-        let simulation = made(&text, seed);
+        let simulation = made(&moved(&instrument(1000.0)), seed);
         let mut recording = slow(&simulation, 50, 0);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let kept = (-1e-3_f64 / RELAXES_S).exp();
@@ -168,7 +133,7 @@ fn drift_of_one_gyro_that_the_model_does_not_state_is_no_random_walk_of_angle() 
             drift_rad_s = kept * drift_rad_s + SIZE_RAD_S * (1.0 - kept * kept).sqrt() * fresh;
             *value += 1e-3 * drift_rad_s;
         }
-        names_nothing(&recording, &simulation);
+        names_nothing(&told(&recording, &simulation), format!("seed {seed}"));
     }
 }
 
@@ -176,14 +141,16 @@ fn drift_of_one_gyro_that_the_model_does_not_state_is_no_random_walk_of_angle() 
 #[test]
 fn gyros_without_the_pulses_that_the_model_states_match_it() {
     let fine = fine_gyros(1000.0).replace("angle_noise_rad = 1.0e-6", "angle_noise_rad = 1.0e-9");
-    let text = format!("{fine}{}{}{}", still(3.0), slews(), tumble(20.0));
     for seed in 1..=2 {
-        let mut simulation = made(&text, seed);
+        let mut simulation = made(&moved(&fine), seed);
         simulation.model.gyro.pulse_weight_rad = [2.1e-6, 1.9e-6, 2.0e-6];
-        names_nothing(&sums(&simulation, 10, 0.0), &simulation);
+        names_nothing(
+            &told(&sums(&simulation, 10, 0.0), &simulation),
+            format!("seed {seed}"),
+        );
         let mut recording = simulation.recording.clone();
         take(&mut recording, &Quantity::ReferenceAttitude);
-        names_nothing(&recording, &simulation);
+        names_nothing(&told(&recording, &simulation), format!("seed {seed}"));
     }
 }
 
@@ -204,6 +171,6 @@ fn a_walk_that_nobody_states_is_as_large_as_the_attitudes_allow() {
         for channel in &mut recording.tables[1].channels {
             channel.values[3 * 20..27 * 20].fill(f64::NAN);
         }
-        names_nothing(&recording, &simulation);
+        names_nothing(&told(&recording, &simulation), format!("seed {seed}"));
     }
 }

@@ -1,6 +1,8 @@
 //! What the tests of this folder share: effects as a scenario conceals them, and a diagnosis held against them.
 
-use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry};
+use std::fmt::Display;
+
+use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
 
 /// Each number within this many of its standard deviations. A file holds some forty to a hundred: one in three hundred is
 /// further than three by chance, one in fifteen thousand further than four.
@@ -22,6 +24,13 @@ pub fn kinds(diagnosis: &Diagnosis) -> Vec<&str> {
         .iter()
         .map(|effect| effect.kind.as_str())
         .collect()
+}
+
+/// The model is right, and no name was given.
+pub fn names_nothing(diagnosis: &Diagnosis, which: impl Display) {
+    let summary = &diagnosis.summary;
+    assert_eq!(kinds(diagnosis), [""; 0], "{which}: {summary:#?}");
+    assert_eq!(diagnosis.verdict, Verdict::Matches, "{which}: {summary:#?}");
 }
 
 /// The effect's numbers: name, value, standard deviation.

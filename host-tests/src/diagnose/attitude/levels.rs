@@ -10,6 +10,7 @@
 
 use super::bench::AttitudeBench;
 use super::whiten::Levels;
+use crate::diagnose::excess::LEAST_EXCESS;
 
 /// What the model declares.
 #[derive(Debug, Clone, Copy)]
@@ -60,9 +61,6 @@ const LARGEST_WALK_RAD2_S: f64 = 3.4e-9;
 const DRIFT: usize = 4;
 const ALL_DRIFTS: usize = 7;
 const GYRO_WHITE: usize = 8;
-
-/// Levels less than this times the declared one are the declared one.
-pub const NO_MORE: f64 = 1.1;
 
 /// Seconds in which drifts may relax: their spectra bend at 0.5 to 0.005 Hz.
 const RELAXES_S: [f64; 5] = [0.3, 1.0, 3.0, 10.0, 30.0];
@@ -149,8 +147,7 @@ pub fn fit(bench: &AttitudeBench, effects: &[usize], declared: &DeclaredLevels) 
         settle(&mut levels, &mut best, &free, &score);
     }
     allowed(&mut levels, declared, &score);
-    let best = score(&levels);
-    relaxing((levels, best), declared, bench, &score)
+    relaxing(levels, declared, bench, &score)
 }
 
 /// Raises walks that nobody declares to the most that the data allow: from a few seconds of white noise a walk is not known
@@ -178,13 +175,13 @@ fn walks_more(levels: &Levels, declared: &DeclaredLevels) -> bool {
     let pairs = levels.walk_rad2_s.iter().zip(declared.walk_rad2_s);
     pairs
         .filter_map(|(walk, declared)| Some((walk, declared?)))
-        .any(|(walk, declared)| *walk > NO_MORE * declared)
+        .any(|(walk, declared)| *walk > LEAST_EXCESS * declared)
 }
 
 /// What was found, or where walks above the declared ones are in it, declared walks with drifts that relax if those
 /// are as likely.
 fn relaxing(
-    (levels, best): (Levels, f64),
+    levels: Levels,
     declared: &DeclaredLevels,
     bench: &AttitudeBench,
     score: &dyn Fn(&Levels) -> f64,
@@ -194,7 +191,7 @@ fn relaxing(
     }
     let outlasted_s = OUTLASTED * bench.seconds() / (bench.degrees() as f64 / 3.0);
     // As many free numbers for the walks as for the drifts, and one more.
-    let mut walking = (levels, best);
+    let mut walking = (levels, score(&levels));
     settle(&mut walking.0, &mut walking.1, &[0, 1, 2], score);
     let mut likeliest = (levels, walking.1 + RELAXATION);
     let mut walks = levels.walk_rad2_s;

@@ -10,6 +10,7 @@
 //! motion of 10 Hz. Within a row the angle goes by the same Taylor series, which is exact for the row's end.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use std::iter;
 
 use super::samples::Shown;
 use crate::diagnose::streams::Triad;
@@ -30,11 +31,15 @@ pub struct Path {
     increments_rad: Triad,
     /// ω, α, j, s \[rad/s, /s², /s³, /s⁴\].
     derivatives: [Triad; 4],
-    axes: Axes,
-    /// At row boundaries; where angles are summed up in the body's axes, of no turn.
-    start_from_body: Vec<UnitQuaternion<f64>>,
-    /// At row boundaries \[rad\].
-    sum_rad: Vec<Vector3<f64>>,
+    boundaries: Boundaries,
+}
+
+/// What a perfect reference reads at row boundaries.
+enum Boundaries {
+    /// Start frame from body.
+    Attitudes(Vec<UnitQuaternion<f64>>),
+    /// The integral of the rate in the body's axes \[rad\].
+    Sums(Vec<Vector3<f64>>),
 }
 
 impl Path {
@@ -52,27 +57,33 @@ impl Path {
             rate_hz,
             increments_rad,
             derivatives,
-            axes,
-            start_from_body: Vec::with_capacity(rows + 1),
-            sum_rad: Vec::with_capacity(rows + 1),
+            boundaries: Boundaries::Sums(Vec::new()),
         };
-        let mut now = UnitQuaternion::identity();
-        let mut sum_rad = Vector3::zeros();
-        path.start_from_body.push(now);
-        path.sum_rad.push(sum_rad);
-        for row in 0..rows {
-            sum_rad += path.increment(row);
-            path.sum_rad.push(sum_rad);
-            if axes == Axes::Body {
-                path.start_from_body.push(now);
-                continue;
+        path.boundaries = match axes {
+            Axes::Start => {
+                let mut now = UnitQuaternion::identity();
+                let turned = (0..rows).map(|row| {
+                    let turn = path.increment(row) + path.coning(row);
+                    now *= UnitQuaternion::from_scaled_axis(turn);
+                    // Rounding of a million products would leave the unit sphere.
+                    now.renormalize_fast();
+                    now
+                });
+                Boundaries::Attitudes(
+                    iter::once(UnitQuaternion::identity())
+                        .chain(turned)
+                        .collect(),
+                )
             }
-            let turn = path.increment(row) + path.coning(row);
-            now *= UnitQuaternion::from_scaled_axis(turn);
-            // Rounding of a million products would leave the unit sphere.
-            now.renormalize_fast();
-            path.start_from_body.push(now);
-        }
+            Axes::Body => {
+                let mut sum_rad = Vector3::zeros();
+                let summed = (0..rows).map(|row| {
+                    sum_rad += path.increment(row);
+                    sum_rad
+                });
+                Boundaries::Sums(iter::once(Vector3::zeros()).chain(summed).collect())
+            }
+        };
         path
     }
 
@@ -98,50 +109,46 @@ impl Path {
         (0.0..=self.rows() as f64).contains(&place)
     }
 
-    /// The attitude at a place inside.
+    /// The attitude at a place inside; none where angles are summed up in the body's axes.
     pub fn at(&self, place: f64) -> UnitQuaternion<f64> {
-        let row = (place.floor() as usize).min(self.rows());
-        let share = place - row as f64;
-        let from = self.start_from_body[row];
-        if share <= 0.0 || row == self.rows() || self.axes == Axes::Body {
-            return from;
-        }
-        let turn = self.part(row, share) + self.coning(row) * share;
-        from * UnitQuaternion::from_scaled_axis(turn)
-    }
-
-    /// The integral of the rate in the body's axes at a place inside \[rad\].
-    pub fn sum_rad(&self, place: f64) -> Vector3<f64> {
-        let row = (place.floor() as usize).min(self.rows());
-        let share = place - row as f64;
-        match share <= 0.0 || row == self.rows() {
-            true => self.sum_rad[row],
-            false => self.sum_rad[row] + self.part(row, share),
+        match self.shown(place) {
+            Shown::Attitude(start_from_body) => start_from_body,
+            Shown::Sum(_) => UnitQuaternion::identity(),
         }
     }
 
     /// What a perfect reference reads at a place inside.
     pub fn shown(&self, place: f64) -> Shown {
-        match self.axes {
-            Axes::Start => Shown::Attitude(self.at(place)),
-            Axes::Body => Shown::Sum(self.sum_rad(place)),
+        let row = (place.floor() as usize).min(self.rows());
+        let share = place - row as f64;
+        let inside = share > 0.0 && row < self.rows();
+        match &self.boundaries {
+            Boundaries::Attitudes(start_from_body) if inside => {
+                let turn = self.part(row, share) + self.coning(row) * share;
+                Shown::Attitude(start_from_body[row] * UnitQuaternion::from_scaled_axis(turn))
+            }
+            Boundaries::Attitudes(start_from_body) => Shown::Attitude(start_from_body[row]),
+            Boundaries::Sums(sum_rad) if inside => Shown::Sum(sum_rad[row] + self.part(row, share)),
+            Boundaries::Sums(sum_rad) => Shown::Sum(sum_rad[row]),
         }
     }
 
     /// In which axes angles are summed up.
     pub fn axes(&self) -> Axes {
-        self.axes
+        match self.boundaries {
+            Boundaries::Attitudes(_) => Axes::Start,
+            Boundaries::Sums(_) => Axes::Body,
+        }
     }
 
     /// The attitude where a row begins.
     pub fn boundary(&self, row: usize) -> UnitQuaternion<f64> {
-        self.start_from_body[row.min(self.rows())]
+        self.at(row.min(self.rows()) as f64)
     }
 
     /// The attitude at a row's middle.
     pub fn middle(&self, row: usize) -> UnitQuaternion<f64> {
-        let sum =
-            self.start_from_body[row].into_inner() + self.start_from_body[row + 1].into_inner();
+        let sum = self.boundary(row).into_inner() + self.boundary(row + 1).into_inner();
         UnitQuaternion::from_quaternion(sum)
     }
 

@@ -187,7 +187,7 @@ impl Record {
             // e = r × θ.
             Axes::Body => {
                 let about = Vector3::ith(axis, 1.0);
-                let of = |place: &f64| about.cross(&self.path.sum_rad(*place));
+                let of = |place: &f64| about.cross(&self.path.shown(*place).angle_rad());
                 self.places.iter().map(of).collect()
             }
         }

@@ -21,8 +21,6 @@ pub struct AttitudeSample {
     pub time_s: f64,
     /// Body to navigation frame.
     pub navigation_from_body: UnitQuaternion<f64>,
-    /// Whether its relation to the sample before is unknown.
-    pub after_gap: bool,
 }
 
 /// What a slow reference reads.
@@ -103,7 +101,7 @@ pub fn slow_samples(recording: &Recording) -> Result<Vec<SlowSample>, InputError
         let shown = attitudes.into_iter().map(|sample| SlowSample {
             time_s: sample.time_s,
             shown: Shown::Attitude(sample.navigation_from_body),
-            after_gap: sample.after_gap,
+            after_gap: false,
         });
         Ok(shown.collect())
     } else {
@@ -149,7 +147,6 @@ pub fn attitude_samples(recording: &Recording) -> Result<Vec<AttitudeSample>, In
         samples.push(AttitudeSample {
             time_s: end_s(table, row),
             navigation_from_body: UnitQuaternion::from_quaternion(quaternion),
-            after_gap: false,
         });
     }
     Ok(without_held(samples))

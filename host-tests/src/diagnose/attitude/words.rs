@@ -9,7 +9,6 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::bench::{AttitudeBench, Behind};
 use super::cut::Cut;
 use super::judge;
-use super::levels::NO_MORE;
 use super::path::Axes;
 use super::prepare::Prepared;
 use super::promise;
@@ -17,7 +16,7 @@ use super::record::{Lie, Record};
 use crate::diagnose::Outcome;
 use crate::diagnose::bench::Bench as _;
 use crate::diagnose::declare::REGRESSOR_FIDELITY;
-use crate::diagnose::excess::Excess;
+use crate::diagnose::excess::{Excess, LEAST_EXCESS};
 use crate::diagnose::explain::{self, Findings};
 use crate::diagnose::hunt::Catch;
 use crate::diagnose::hypotheses;
@@ -77,7 +76,7 @@ impl Told<'_> {
             held_out: Cut::rows(record, &cut.held_out),
         };
         let noise = self.noise();
-        let excess = self.excess(&catch);
+        let excess = self.excess(&catch, &left_rad);
         let pictures = self.pictures(&left_rad, tiles_before, tiles_after);
         let rows_found = RowsFound::default();
         let findings = Findings {
@@ -305,12 +304,12 @@ impl Told<'_> {
     }
 
     /// Random walk beyond the declared one, which the levels' fit keeps unless it is contradicted.
-    fn excess(&self, catch: &Catch) -> Vec<Excess> {
+    fn excess(&self, catch: &Catch, left_rad: &[Vector3<f64>]) -> Vec<Excess> {
         let levels = &self.bench.levels;
         let declared = &self.prepared.declared;
         let more = [0, 1, 2].map(|axis: usize| {
             declared.walk_rad2_s[axis]
-                .filter(|walk| levels.walk_rad2_s[axis] > NO_MORE * walk)
+                .filter(|walk| levels.walk_rad2_s[axis] > LEAST_EXCESS * walk)
                 .map_or(0.0, |walk| levels.walk_rad2_s[axis] - walk)
         });
         if more == [0.0; 3] {
@@ -340,7 +339,7 @@ impl Told<'_> {
         });
         let strongest = ratios.into_iter().fold(0.0, f64::max);
         // What the imperfect columns of strong effects leave looks like a walk.
-        if ratios.iter().sum::<f64>() < REGRESSOR_FIDELITY.powi(2) * self.explained(catch) {
+        if ratios.iter().sum::<f64>() < REGRESSOR_FIDELITY.powi(2) * self.explained(left_rad) {
             return Vec::new();
         }
         let chance = 0.5 * ChiSquared::new(1.0).map_or(1.0, |law| law.sf(strongest));
@@ -357,15 +356,11 @@ impl Told<'_> {
         }]
     }
 
-    /// Whitened power of what was found.
-    fn explained(&self, catch: &Catch) -> f64 {
-        let whitener = self.bench.whitener();
-        let (all, left) = (
-            self.bench.left_over(&[]),
-            self.bench.left_over(&catch.values),
-        );
-        let found: Vec<Vector3<f64>> = all.iter().zip(&left).map(|(a, b)| a - b).collect();
-        let whitened = whitener.whiten(&found);
+    /// Whitened power of what was found, by what it leaves.
+    fn explained(&self, left_rad: &[Vector3<f64>]) -> f64 {
+        let pairs = self.bench.error_rad().iter().zip(left_rad);
+        let found: Vec<Vector3<f64>> = pairs.map(|(all, left)| all - left).collect();
+        let whitened = self.bench.whitener().whiten(&found);
         whitened.iter().map(|value| value * value).sum()
     }
 
