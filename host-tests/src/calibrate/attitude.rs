@@ -108,9 +108,7 @@ impl AttitudeRecord {
             return Err(too_short(recording, 0.0));
         }
         let white_rad2 = [0, 1, 2].map(|axis: usize| {
-            let pickoff = model.dither.as_ref().map_or(0.0, |dither| {
-                dither.pickoff_gain[axis] * dither.pickoff_noise_rad[axis]
-            });
+            let pickoff = model.pickoff_gain(axis) * model.pickoff_noise_rad(axis);
             model.gyro.pulse_weight_rad[axis].powi(2) / 12.0 + pickoff.powi(2)
         });
         let own_noise_rad = white_rad2

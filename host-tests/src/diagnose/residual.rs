@@ -47,15 +47,13 @@ pub fn residual_rad(
             *value -= (along + bias_rad) / one_less_scale;
         }
     }
-    if let Some(dither) = &model.dither {
-        for (axis, values) in residual.iter_mut().enumerate() {
-            if let Some(increments) = scene.dither_increment_rad(axis) {
-                let gain = dither.pickoff_gain[axis];
-                values
-                    .iter_mut()
-                    .zip(increments)
-                    .for_each(|(value, dither)| *value -= gain * dither);
-            }
+    for (axis, values) in residual.iter_mut().enumerate() {
+        if let Some(increments) = scene.dither_increment_rad(axis) {
+            let gain = model.pickoff_gain(axis);
+            values
+                .iter_mut()
+                .zip(increments)
+                .for_each(|(value, dither)| *value -= gain * dither);
         }
     }
     for effect in model

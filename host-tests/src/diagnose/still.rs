@@ -127,12 +127,7 @@ pub fn shown_rad(
     rate_hz: f64,
 ) -> Triad {
     let body_from_sensing = body_from_sensing(&model.gyro.installation_rad);
-    let gain = |axis: usize| {
-        model
-            .dither
-            .as_ref()
-            .map_or(0.0, |dither| dither.pickoff_gain[axis])
-    };
+    let gain = |axis: usize| model.pickoff_gain(axis);
     let along_sensing = |row: usize| {
         Vector3::from_fn(|axis, _| {
             let swung = pickoff_rad.map_or(0.0, |angle| angle[axis][row + 1] - angle[axis][row]);

@@ -136,8 +136,8 @@ pub(crate) fn unchecked_parameters(
     model: &Model,
     unit: &Unit,
 ) -> Result<(Parameters, Vec<String>), ParameterError> {
-    let dithered = model.dither.is_some();
-    let motion = unit.dither.filter(|_| dithered);
+    let motion = unit.dither;
+    let dithered = model.dither.is_some() || motion.is_some();
     let has_accelerometers = unit.accelerometer_weight_m_s.is_some();
     let mut bias = Vector3::zeros();
     let mut scale = Vector3::zeros();
@@ -177,10 +177,10 @@ pub(crate) fn unchecked_parameters(
 
     let keep = |axis: usize| 1.0 - gyro.scale_error[axis];
     let each = |value: &dyn Fn(usize) -> f64| [value(0), value(1), value(2)];
-    let gain = model
-        .dither
-        .as_ref()
-        .map_or([0.0; 3], |dither| dither.pickoff_gain);
+    let gain = match dithered {
+        true => [0, 1, 2].map(|axis| model.pickoff_gain(axis)),
+        false => [0.0; 3],
+    };
     let parameters = Parameters {
         pulse_weight_rad: gyro.pulse_weight_rad,
         bias_rad_s: each(&|i| (gyro.bias_rad_s[i] / keep(i) + bias[i]) / stretch[i]),

@@ -89,7 +89,7 @@ struct GyroEntry {
 #[derive(Deserialize)]
 struct DitherEntry {
     pickoff_gain: Option<Triple>,
-    pickoff_noise_rad: Triple,
+    pickoff_noise_rad: Option<Triple>,
 }
 
 #[derive(Deserialize)]
@@ -177,7 +177,7 @@ impl Model {
             },
             dither: file.dither.map(|dither| Dither {
                 pickoff_gain: dither.pickoff_gain.unwrap_or(Triple([1.0; 3])).0,
-                pickoff_noise_rad: dither.pickoff_noise_rad.0,
+                pickoff_noise_rad: dither.pickoff_noise_rad.unwrap_or(zero).0,
             }),
             reference: file.reference.map(|reference| Reference {
                 angle_noise_rad: reference.angle_noise_rad,

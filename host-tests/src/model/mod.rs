@@ -52,7 +52,8 @@ pub struct Gyro {
     pub installation_rad: Installation,
 }
 
-/// `[dither]`, each x, y, z. Absent in models of undithered gyros.
+/// `[dither]`, each x, y, z. Absent in models of undithered gyros; pickoffs that were recorded all the same are taken at
+/// their word ([`Model::pickoff_gain`]).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dither {
     /// Block angle over pickoff angle \[1\].
@@ -116,6 +117,20 @@ pub struct Model {
     pub accelerometer: Option<Accelerometer>,
     /// The effects switched on.
     pub effects: Vec<ModelEffect>,
+}
+
+impl Model {
+    /// Block angle over a recorded pickoff's angle; 1 where the model says nothing of a dither.
+    pub fn pickoff_gain(&self, axis: usize) -> f64 {
+        let dither = self.dither.as_ref();
+        dither.map_or(1.0, |dither| dither.pickoff_gain[axis])
+    }
+
+    /// Noise of one reading of a recorded pickoff \[rad\]; 0 where the model says nothing of a dither.
+    pub fn pickoff_noise_rad(&self, axis: usize) -> f64 {
+        let dither = self.dither.as_ref();
+        dither.map_or(0.0, |dither| dither.pickoff_noise_rad[axis])
+    }
 }
 
 impl Gyro {

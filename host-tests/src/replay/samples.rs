@@ -119,10 +119,7 @@ pub fn samples_from_recording(
     } else {
         (None, None)
     };
-    let noise_rad = model
-        .dither
-        .as_ref()
-        .map_or([0.0; 3], |dither| dither.pickoff_noise_rad);
+    let noise_rad = [0, 1, 2].map(|axis| model.pickoff_noise_rad(axis));
     let unit = Unit {
         sample_rate_hz: rate_hz,
         samples_per_output: setup.samples_per_output,
@@ -224,20 +221,19 @@ pub fn dither_of_recording(
 ) -> Result<DitherMotion, InputError> {
     let gyros = Gyros::find(recording)?;
     let rate_hz = uniform_rate_hz(recording, gyros.table)?;
-    let (Some(pickoffs), Some(dither)) = (gyros.pickoffs(recording, model)?, &model.dither) else {
+    let Some(pickoffs) = gyros.pickoffs(recording, model)? else {
         return Err(
             InputError::new(&recording.folder, "shows no dither to measure")
                 .channel("dither_angle")
-                .expected(
-                    "gyro_count and dither_angle for x, y and z, and a [dither] in the model",
-                ),
+                .expected("gyro_count and dither_angle for x, y and z"),
         );
     };
     let rows = kept_rows(recording, &gyros, &Some(pickoffs))?;
     let angles: Vec<[f64; 3]> = rows
         .map(|row| pickoffs.map(|channel| channel.values[row]))
         .collect();
-    Ok(dither::measure(&angles, dither.pickoff_noise_rad, rate_hz))
+    let noise_rad = [0, 1, 2].map(|axis| model.pickoff_noise_rad(axis));
+    Ok(dither::measure(&angles, noise_rad, rate_hz))
 }
 
 /// Which of the inputs the chain's limits refuse, and what it says there (effects of the model included).
@@ -371,13 +367,8 @@ impl<'a> Gyros<'a> {
         });
         match (found, &model.dither) {
             (false, None) => Ok(None),
-            (true, Some(_)) => triad(recording, self.table, &Quantity::DitherAngle).map(Some),
-            (true, None) => Err(InputError::new(
-                &recording.folder,
-                "has dithered gyros, but the model says nothing of a dither",
-            )
-            .channel("dither_angle")
-            .expected("a [dither] table in the model")),
+            // Without a [dither] the pickoffs are taken at their word.
+            (true, _) => triad(recording, self.table, &Quantity::DitherAngle).map(Some),
             (false, Some(_)) => Err(InputError::new(
                 &recording.folder,
                 "has no pickoff channel, but the model has a [dither] to strip",

@@ -8,7 +8,13 @@ use rlg::diagnose::motion::{Reading, Spectrum, smooth_length};
 use rlg::diagnose::noise::{Declared, Noise, fit};
 use rlg::diagnose::portion::{Bins, Portion, inner};
 use rlg::diagnose::regressor::{Regressor, regressors};
+use rlg::diagnose::residual::residual_rad;
+use rlg::diagnose::scene::Scene;
+use rlg::diagnose::streams::Streams;
+use rlg::model::Model;
+use rlg::simulate::coning_demo;
 use std::f64::consts::TAU;
+use std::path::Path;
 
 const RATE_HZ: f64 = 4000.0;
 
@@ -179,4 +185,25 @@ fn lengths_for_the_transform_have_small_factors() {
         [7, 97, 4097, 180_001].map(smooth_length),
         [8, 100, 4320, 182_250]
     );
+}
+
+#[test]
+fn a_dither_that_the_model_does_not_speak_of_is_taken_at_its_pickoffs_word() {
+    let simulation = coning_demo(5).expect("a scenario");
+    let file = Path::new("model.toml");
+    let residual = |model: &Model| {
+        let streams = Streams::align(&simulation.recording, model).expect("channels");
+        let scene = Scene::new(streams, None, model.gyro.scale_error);
+        residual_rad(&scene, model, file).expect("a residual")
+    };
+    let mut silent = simulation.model.clone();
+    let told = silent.dither.take().expect("a dithered unit");
+    assert_eq!(told.pickoff_gain, [1.0; 3]);
+    assert_eq!(residual(&silent), residual(&simulation.model));
+    // A swing of 1e-4 rad at 400 Hz would stand out of the pulses.
+    let most = residual(&silent)
+        .iter()
+        .flatten()
+        .fold(0.0, |most: f64, value| most.max(value.abs()));
+    assert!(most < 3e-5, "{most:e}");
 }

@@ -15,8 +15,8 @@ pub fn take_own_motion(streams: &mut Streams, model: &Model, body_from_sensing: 
     for row in 0..streams.rows {
         let sensed = Vector3::from_fn(|axis, _| {
             let mut value = streams.sensed_rad[axis][row];
-            if let (Some(pickoff), Some(dither)) = (&streams.pickoff_rad, &model.dither) {
-                value -= dither.pickoff_gain[axis] * (pickoff[axis][row + 1] - pickoff[axis][row]);
+            if let Some(pickoff) = &streams.pickoff_rad {
+                value -= model.pickoff_gain(axis) * (pickoff[axis][row + 1] - pickoff[axis][row]);
             }
             (1.0 - model.gyro.scale_error[axis]) * value - model.gyro.bias_rad_s[axis] * period_s
         });
