@@ -162,19 +162,29 @@ impl Term {
     }
 }
 
-/// Places of the terms that stand and fall with the one at `place`: the halves of a harmonic are one effect, and behind
-/// one another.
+/// Places of the terms that stand and fall with the one at `place`: the halves of a harmonic or of a line are one wave, and
+/// behind one another.
 pub fn together(terms: &[Term], place: usize) -> Range<usize> {
     let is_other_half = |other: usize| {
-        let order = |term: &Term| match term.form {
-            Form::Harmonic { order, .. } => Some((term.axis, order)),
-            _ => None,
+        let (one, other) = (&terms[place], &terms[other]);
+        let is_half = match (&one.form, &other.form) {
+            (Form::Harmonic { order, .. }, Form::Harmonic { order: same, .. }) => order == same,
+            (Form::Product { expression }, Form::Product { expression: same }) => {
+                tone(expression).is_some() && tone(expression) == tone(same)
+            }
+            _ => false,
         };
-        order(&terms[place]).is_some() && order(&terms[other]) == order(&terms[place])
+        is_half && one.axis == other.axis
     };
     let first = (0..place).find(|&other| is_other_half(other));
     let last = (place + 1..terms.len()).find(|&other| is_other_half(other));
     first.unwrap_or(place)..last.unwrap_or(place) + 1
+}
+
+/// A line's frequency as its sine and its cosine write it.
+fn tone(expression: &str) -> Option<&str> {
+    let sine = expression.strip_prefix("co").unwrap_or(expression);
+    sine.strip_prefix("sine(")
 }
 
 /// What an empirical effect of a model adds \[rad\]; `None` where the effect is of another kind.
@@ -244,4 +254,34 @@ pub fn prediction(scene: &Scene, effect: &ModelEffect) -> Option<Result<Triad, S
         "gyro_bias_step" | "counter_slip" | "unlisted" | reference_harmonic::KIND
     )
     .then(build)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_halves_of_a_wave_stand_and_fall_together() {
+        let product = |axis, expression: &str| Term {
+            axis,
+            form: Form::Product {
+                expression: expression.to_string(),
+            },
+        };
+        let half = |cosine| Term {
+            axis: 1,
+            form: Form::Harmonic { order: 3, cosine },
+        };
+        let terms = [
+            product(0, "omega_x*omega_y"),
+            product(0, "sine(50.00353)"),
+            product(0, "cosine(50.00353)"),
+            product(1, "sine(50.00353)"),
+            half(true),
+            half(false),
+        ];
+        let of = |place| together(&terms, place);
+        assert_eq!([of(0), of(1), of(2)], [0..1, 1..3, 1..3]);
+        assert_eq!([of(3), of(4), of(5)], [3..4, 4..6, 4..6]);
+    }
 }
