@@ -6,6 +6,7 @@
 
 use super::own_motion::add_sensed;
 use super::prepare::Prepared;
+use super::samples::SlowSample;
 use crate::diagnose::empirical::Term;
 use crate::diagnose::hunt::Catch;
 use crate::diagnose::hypotheses::CATALOGUE;
@@ -13,6 +14,9 @@ use crate::diagnose::residual::body_from_sensing;
 use crate::diagnose::scene::Scene;
 use crate::diagnose::streams::{Triad, add, add_triad};
 use crate::model::Model;
+
+/// Longest time between attitudes \[s\] over which kinds that explain them alike carry gravity alike.
+const UNWATCHED_S: f64 = 2.0;
 
 /// What the gyros err by, as it was found.
 pub(super) struct Errors {
@@ -22,7 +26,7 @@ pub(super) struct Errors {
 
 impl Errors {
     /// Of the search's catch; or why the gyros' motion is not known from it.
-    pub(super) fn of(catch: &Catch) -> Result<Self, String> {
+    pub(super) fn of(catch: &Catch, samples: &[SlowSample]) -> Result<Self, String> {
         let is_reference = |effect: usize| CATALOGUE[effect].turns_reference();
         let chosen = &catch.choice.chosen;
         let undecided = chosen.iter().any(|one| {
@@ -34,6 +38,18 @@ impl Errors {
         if undecided {
             let why = "what was found may be the gyros' or the reference's, and gravity would be carried wrongly by one of them";
             return Err(why.to_string());
+        }
+        let gaps_s = samples
+            .windows(2)
+            .map(|pair| pair[1].time_s - pair[0].time_s);
+        let longest_s = gaps_s.fold(0.0, f64::max);
+        let has_a_class = chosen
+            .iter()
+            .any(|one| !one.indistinguishable_from.is_empty());
+        if has_a_class && longest_s > UNWATCHED_S {
+            return Err(format!(
+                "no attitude was read for {longest_s:.0} s, over which each of the kinds that what was found may be carries gravity otherwise"
+            ));
         }
         let of_gyros = chosen.iter().filter(|one| !is_reference(one.effect));
         let terms = catch.terms.iter();

@@ -208,7 +208,7 @@ pub fn diagnose(
         record = nearer;
     }
 
-    let errors = gravity::Errors::of(&catch);
+    let errors = gravity::Errors::of(&catch, &prepared.samples);
     progress("validating on what was held out");
     let mut outcome = words::Told {
         recording,
