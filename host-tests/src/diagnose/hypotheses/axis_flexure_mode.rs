@@ -179,8 +179,8 @@ impl Hypothesis for AxisFlexureMode {
     fn seek(&self, bench: &Workbench, left: &[Bins; 3]) -> Option<Sought> {
         /// 2 Δ ln L of eight parameters that chance over the grid does not reach.
         const CLEAR: f64 = 60.0;
-        /// A fifth of that, as no look need be near the mode, which may be narrow; chance comes so far once in twenty times.
-        const WORTH_A_LOOK: f64 = 12.0;
+        /// A third of that, as no look need be near the mode; chance hardly ever comes so far.
+        const WORTH_A_LOOK: f64 = 20.0;
         let scene = bench.scene();
         let edge_hz = scene.motion_edge_hz;
         let weights = [0, 1, 2].map(|axis: usize| bench.noise[axis].weights(&bench.portion));
@@ -191,26 +191,24 @@ impl Hypothesis for AxisFlexureMode {
                 .collect()
         };
         let coarse_from = (edge_hz / LOWEST_SHARE).max(CARD.others[0].range[0]);
-        let count = ((REACH * edge_hz / coarse_from).ln() / COARSE.ln()).ceil() as i32;
-        let coarse = (0..=count).map(|k| coarse_from * COARSE.powi(k));
-        // Two of three that the motion reaches tell whether anything tilts at all.
-        let (few, others): (Vec<_>, Vec<_>) = coarse
-            .enumerate()
-            .partition(|(k, mode_hz)| k % 3 != 2 && *mode_hz < COARSE * edge_hz);
-        let points =
-            |of: Vec<(usize, f64)>| of.into_iter().map(|(_, mode_hz)| (mode_hz, COARSE_DAMPING));
-        let mut trials = few.len() + 1;
-        let mut looks = look(
-            points(few)
-                .chain([(STATIC * edge_hz, COARSE_DAMPING)])
-                .collect(),
-        );
-        if Look::best(&looks)?.ratio < WORTH_A_LOOK {
+        // Few looks tell whether anything tilts at all.
+        let shares = (0..FEW_LOOKS).map(|k| FEW.powi(k) / LOWEST_SHARE);
+        let few: Vec<(f64, f64)> = shares
+            .chain([STATIC])
+            .map(|share| (share * edge_hz, COARSE_DAMPING))
+            .collect();
+        let mut trials = few.len();
+        if Look::best(&look(few))?.ratio < WORTH_A_LOOK {
             return None;
         }
+        let count = ((REACH * edge_hz / coarse_from).ln() / COARSE.ln()).ceil() as i32;
+        let coarse: Vec<(f64, f64)> = (0..=count)
+            .map(|k| (coarse_from * COARSE.powi(k), COARSE_DAMPING))
+            .chain([(STATIC * edge_hz, COARSE_DAMPING)])
+            .collect();
+        trials += coarse.len();
+        let mut looks = look(coarse);
         let rigid = looks.pop()?;
-        trials += others.len();
-        looks.extend(look(points(others).collect()));
         let first = Look::best(&looks)?;
         // A mode just beyond reach is better begun at the reach's end than not at all.
         let fine: Vec<(f64, f64)> = [-0.5, 0.0, 0.5]
@@ -254,6 +252,10 @@ const STATIC: f64 = 10.0;
 const COARSE: f64 = 1.25;
 const COARSE_DAMPING: f64 = 0.12;
 const FINE_DAMPINGS: [f64; 3] = [0.03, 0.1, 0.35];
+
+/// Ratio of neighbours and number of the few looks before, from the slowest to the motion's last frequency.
+const FEW: f64 = 1.8;
+const FEW_LOOKS: i32 = 5;
 
 /// What a mode on the grid explains.
 struct Look {
