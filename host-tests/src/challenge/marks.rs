@@ -194,27 +194,55 @@ pub fn marks(plan: &Plan, cases: &[Case]) -> Vec<Mark> {
     list
 }
 
+/// One parameter a trial, which no other of its trial resembles, and all of them, more by far, with limits from how trials
+/// scatter.
 fn coverage(cases: &[Case]) -> Vec<Mark> {
     let deviations = one_deviation(cases);
-    [(1.0, 0.683), (2.0, 0.954)]
-        .into_iter()
-        .map(|(sigmas, nominal)| {
-            let hits = deviations
-                .iter()
-                .filter(|[own, _]| own.abs() <= sigmas)
-                .count();
-            let count = deviations.len();
-            let measured = hits as f64 / count.max(1) as f64;
-            let name = format!("{:.1} % intervals cover", 100.0 * nominal);
-            mark(
-                &name,
-                Need::Within(nominal, 0.02),
-                measured,
-                limits(hits, count),
-                count,
-            )
-        })
-        .collect()
+    let all: Vec<Vec<[f64; 2]>> = cases
+        .iter()
+        .filter(|case| case.is_named())
+        .map(Case::deviations)
+        .collect();
+    const NOMINAL: [(f64, f64); 2] = [(1.0, 0.683), (2.0, 0.954)];
+    let of_all = NOMINAL.map(|(sigmas, nominal)| share_of_all(&all, sigmas, nominal));
+    let of_one = NOMINAL.into_iter().map(|(sigmas, nominal)| {
+        let hits = deviations
+            .iter()
+            .filter(|[own, _]| own.abs() <= sigmas)
+            .count();
+        let count = deviations.len();
+        let measured = hits as f64 / count.max(1) as f64;
+        let name = format!("{:.1} % intervals cover", 100.0 * nominal);
+        mark(
+            &name,
+            Need::Within(nominal, 0.02),
+            measured,
+            limits(hits, count),
+            count,
+        )
+    });
+    of_one.chain(of_all).collect()
+}
+
+/// The share of all trials' parameters within so many deviations.
+fn share_of_all(trials: &[Vec<[f64; 2]>], sigmas: f64, nominal: f64) -> Mark {
+    let count: usize = trials.iter().map(Vec::len).sum();
+    let hits = |trial: &Vec<[f64; 2]>| {
+        let within = trial.iter().filter(|[own, _]| own.abs() <= sigmas);
+        within.count() as f64
+    };
+    let share = trials.iter().map(hits).sum::<f64>() / count.max(1) as f64;
+    let scatter = trials
+        .iter()
+        .map(|trial| (hits(trial) - share * trial.len() as f64).powi(2));
+    let error = 1.96 * scatter.sum::<f64>().sqrt() / count.max(1) as f64;
+    mark(
+        &format!("the same {:.1} %, every parameter", 100.0 * nominal),
+        Need::Within(nominal, 0.02),
+        share,
+        [(share - error).max(0.0), (share + error).min(1.0)],
+        count,
+    )
 }
 
 fn outside(cases: &[&Case]) -> [Mark; 3] {
@@ -337,4 +365,20 @@ fn held_out(cases: &[&Case]) -> Mark {
         [mean - error, mean + error],
         shares.len(),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::share_of_all;
+
+    #[test]
+    fn limits_of_all_parameters_know_that_those_of_a_trial_go_together() {
+        // Ten trials of four parameters, which are within one deviation all together or not at all.
+        let trial = |own: f64| vec![[own, 1.0]; 4];
+        let trials: Vec<_> = [0.5, 2.0].into_iter().cycle().take(10).map(trial).collect();
+        let mark = share_of_all(&trials, 1.0, 0.683);
+        assert_eq!((mark.measured, mark.trials), (Some(0.5), 40));
+        // 1.96 sqrt(10 * 2^2) / 40; forty parameters of their own would come to half of it.
+        assert!((mark.limits[1] - 0.5 - 0.30990).abs() < 1e-4, "{mark:?}");
+    }
 }
