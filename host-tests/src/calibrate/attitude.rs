@@ -108,8 +108,7 @@ impl AttitudeRecord {
             return Err(too_short(recording, 0.0));
         }
         let white_rad2 = [0, 1, 2].map(|axis: usize| {
-            let pickoff = model.pickoff_gain(axis) * model.pickoff_noise_rad(axis);
-            model.gyro.pulse_weight_rad[axis].powi(2) / 12.0 + pickoff.powi(2)
+            model.gyro.pulse_weight_rad[axis].powi(2) / 12.0 + model.pickoff_white_rad2(axis)
         });
         let own_noise_rad = white_rad2
             .iter()

@@ -49,7 +49,7 @@ pub fn declared_noise(model: &Model, rate_hz: f64) -> [Declared; 3] {
                     reference.angle_random_walk_rad_sqrt_s.powi(2),
                 )
             });
-        let pickoff = (model.pickoff_gain(axis) * model.pickoff_noise_rad(axis)).powi(2);
+        let pickoff = model.pickoff_white_rad2(axis);
         let pulses = model.gyro.pulse_weight_rad[axis].powi(2) / 12.0;
         Declared {
             random_walk: model.gyro.angle_random_walk_rad_sqrt_s.map(|walk| {

@@ -126,10 +126,15 @@ impl Model {
         dither.map_or(1.0, |dither| dither.pickoff_gain[axis])
     }
 
-    /// Noise of one reading of a recorded pickoff \[rad\]; 0 where the model says nothing of a dither.
-    pub fn pickoff_noise_rad(&self, axis: usize) -> f64 {
+    /// Noise of one reading of each recorded pickoff \[rad\]; 0 where the model says nothing of a dither.
+    pub fn pickoff_noise_rad(&self) -> [f64; 3] {
         let dither = self.dither.as_ref();
-        dither.map_or(0.0, |dither| dither.pickoff_noise_rad[axis])
+        dither.map_or([0.0; 3], |dither| dither.pickoff_noise_rad)
+    }
+
+    /// White noise of a block's angle as its pickoff says it \[rad²\].
+    pub fn pickoff_white_rad2(&self, axis: usize) -> f64 {
+        (self.pickoff_gain(axis) * self.pickoff_noise_rad()[axis]).powi(2)
     }
 }
 

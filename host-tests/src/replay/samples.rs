@@ -119,7 +119,7 @@ pub fn samples_from_recording(
     } else {
         (None, None)
     };
-    let noise_rad = [0, 1, 2].map(|axis| model.pickoff_noise_rad(axis));
+    let noise_rad = model.pickoff_noise_rad();
     let unit = Unit {
         sample_rate_hz: rate_hz,
         samples_per_output: setup.samples_per_output,
@@ -232,8 +232,7 @@ pub fn dither_of_recording(
     let angles: Vec<[f64; 3]> = rows
         .map(|row| pickoffs.map(|channel| channel.values[row]))
         .collect();
-    let noise_rad = [0, 1, 2].map(|axis| model.pickoff_noise_rad(axis));
-    Ok(dither::measure(&angles, noise_rad, rate_hz))
+    Ok(dither::measure(&angles, model.pickoff_noise_rad(), rate_hz))
 }
 
 /// Which of the inputs the chain's limits refuse, and what it says there (effects of the model included).
@@ -350,7 +349,7 @@ impl<'a> Gyros<'a> {
             && (other.end_s() - self.table.end_s()).abs() < tolerance_s
     }
 
-    /// The pickoffs where the gyros are dithered; an error where the model and the recording disagree.
+    /// The pickoffs where the gyros are dithered; an error where the model has a dither to strip and the recording none.
     fn pickoffs(
         &self,
         recording: &'a Recording,

@@ -136,9 +136,8 @@ fn declared_levels(model: &Model) -> DeclaredLevels {
             Some(walk + reference_walk + squares("angle_random_walk", axis))
         }),
         gyro_white_rad2: [0, 1, 2].map(|axis: usize| {
-            let pickoff = model.pickoff_gain(axis) * model.pickoff_noise_rad(axis);
             let pulses = model.gyro.pulse_weight_rad[axis].powi(2) / 12.0;
-            pulses + pickoff.powi(2) + squares("pulse_quantisation", axis) / 12.0
+            pulses + model.pickoff_white_rad2(axis) + squares("pulse_quantisation", axis) / 12.0
         }),
         reference_white_rad2: reference.map(|reference| reference.angle_noise_rad.powi(2)),
     }
