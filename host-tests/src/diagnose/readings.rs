@@ -49,11 +49,10 @@ pub fn best(bench: &mut Workbench, hunt: &Hunt, progress: &dyn Fn(&str)) -> Resu
     let fitted = bench.noise;
     let seconds = bench.seconds();
     let as_noise = hunt::hunt(bench, hunt, true, progress)?;
-    // A generous library may eat drift that shows again once little was chosen, and the other way round.
-    let drifts = fitted
-        .iter()
-        .chain(&bench.noise)
-        .any(|noise| inflation(noise, seconds) > DRIFTS);
+    let any_drifts = |noise: &[Noise; 3]| noise.iter().any(|one| inflation(one, seconds) > DRIFTS);
+    // A generous library may eat drift that shows again once little was chosen, and the other way round. Where neither
+    // drift nor a term is left, effects were just looked for in noise that does not drift.
+    let drifts = any_drifts(&bench.noise) || any_drifts(&fitted) && !as_noise.terms.is_empty();
     let known = hunt
         .declared
         .iter()
@@ -90,6 +89,10 @@ pub fn best(bench: &mut Workbench, hunt: &Hunt, progress: &dyn Fn(&str)) -> Resu
         if slow.clone().next().is_some() && (!at_rest || slow.clone().all(is_jump)) {
             needed = price(bench, &as_shapes);
             best = as_shapes;
+            // So they were beside shapes that took the place of all drift.
+            if !any_drifts(&bench.noise) {
+                return Ok(best);
+            }
         } else {
             bench.restore(kept)?;
         }
