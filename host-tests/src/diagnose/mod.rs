@@ -37,6 +37,8 @@ mod unmeasured;
 
 pub mod qualify;
 
+pub mod wiring;
+
 mod outliers;
 
 pub mod transforms;
@@ -284,6 +286,7 @@ pub fn diagnose_aligned(
     progress("deriving the motion");
     let mut scene = derive(streams, model);
     let before_rad = residual::residual_rad(&scene, model, model_file)?;
+    wiring::check(&scene, &before_rad, &recording, model_file)?;
 
     let given = Given {
         left_out,

@@ -16,3 +16,4 @@ mod several;
 mod slow_reference;
 mod stages;
 mod support;
+mod wiring;
