@@ -31,6 +31,8 @@ pub struct Information {
     pub parameters: usize,
     /// The parameters each offset belongs to.
     pub offsets: Vec<Range<usize>>,
+    /// How many of the parameters, at their end, are of the mounting: nothing is known of them before.
+    pub of_mounting: usize,
     /// Drifting noise, one entry an axis that has any.
     pub drifts: Vec<Drift>,
 }
@@ -50,6 +52,15 @@ impl Information {
         Self::with_offsets(parameters, Vec::new())
     }
 
+    /// Adds what is said of the first parameters, the model's own; terms and offsets stand behind them, as many as there are.
+    pub fn add_leading(&mut self, said: &Self) {
+        let count = said.fisher.nrows();
+        let mut fisher = self.fisher.view_mut((0, 0), (count, count));
+        fisher += &said.fisher;
+        let mut right = self.right.rows_mut(0, count);
+        right += &said.right;
+    }
+
     /// The same with room for offsets of nonlinear effects.
     pub fn with_offsets(parameters: usize, offsets: Vec<Range<usize>>) -> Self {
         let size = parameters + offsets.len();
@@ -59,6 +70,7 @@ impl Information {
             power: 0.0,
             parameters,
             offsets,
+            of_mounting: 0,
             drifts: Vec::new(),
         }
     }

@@ -11,9 +11,12 @@ use super::information::{Information, Solution};
 use super::workbench::Parameters;
 
 /// Width of the prior in a fit: the effect's typical size times [`FIT_PRIOR`], or up to ten times that where the recording
-/// knows less; for a term found in the data a thousand of its own standard errors. Either leaves the value alone.
+/// knows less; for a term found in the data a thousand of its own standard errors, for a number of the mounting a million. Each leaves
+/// the value alone.
 pub fn prior_width(parameters: &Parameters, information: &Information, index: usize) -> f64 {
     const LOOSE: f64 = 1e3;
+    /// Any tilt: where it binds, a misalignment would have to take the tilt's place.
+    const FLAT: f64 = 1e6;
     /// In standard errors: takes a part in a thousand off a value.
     const LOOSE_ENOUGH: f64 = 30.0;
     /// Times [`FIT_PRIOR`]: beyond that an effect imitates what it is not.
@@ -25,6 +28,7 @@ pub fn prior_width(parameters: &Parameters, information: &Information, index: us
             let usual = FIT_PRIOR * CATALOGUE[id.effect].card().typical_of(id.parameter);
             (LOOSE_ENOUGH * standard_error).clamp(usual, LOOSEST * usual)
         }
+        None if index + information.of_mounting >= information.parameters => FLAT * standard_error,
         None => LOOSE * standard_error,
     }
 }

@@ -3,6 +3,7 @@
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
+use rlg::diagnose::hypotheses;
 use rlg::diagnose::information::Information;
 use rlg::diagnose::motion::{Reading, Spectrum, smooth_length};
 use rlg::diagnose::noise::{Declared, Noise, fit};
@@ -11,6 +12,8 @@ use rlg::diagnose::regressor::{Regressor, regressors};
 use rlg::diagnose::residual::residual_rad;
 use rlg::diagnose::scene::Scene;
 use rlg::diagnose::streams::Streams;
+use rlg::diagnose::weigh::prior_width;
+use rlg::diagnose::workbench::Parameters;
 use rlg::model::Model;
 use rlg::simulate::coning_demo;
 use std::f64::consts::TAU;
@@ -206,4 +209,61 @@ fn a_dither_that_the_model_does_not_speak_of_is_taken_at_its_pickoffs_word() {
         .flatten()
         .fold(0.0, |most: f64, value| most.max(value.abs()));
     assert!(most < 3e-5, "{most:e}");
+}
+
+/// Fisher information of two numbers that do the same to what is measured, but for one part in a thousand.
+fn all_but_the_same(
+    information: &mut Information,
+    (first, second): (usize, usize),
+    knowledge: f64,
+) {
+    for (a, b) in [(first, first), (first, second), (second, first)] {
+        information.fisher[(a, b)] = knowledge;
+    }
+    information.fisher[(second, second)] = knowledge * 1.000_001;
+}
+
+#[test]
+fn a_misalignment_does_not_have_to_take_the_place_of_a_tilt() {
+    let (misalignment, _) = hypotheses::find("accel_misalignment").expect("in the catalogue");
+    let parameters = Parameters::of_catalogue();
+    let own = parameters.of(misalignment).start;
+    let tilt = parameters.count();
+    let mut information = Information {
+        of_mounting: 1,
+        ..Information::empty(parameters.count() + 1)
+    };
+    // Either to a microradian; the unit stood by ten milliradian other than was thought.
+    all_but_the_same(&mut information, (own, tilt), 1e12);
+    information.right[own] = 1e12 * 0.01;
+    information.right[tilt] = 1e12 * 1.000_001 * 0.01;
+    let gain = |set: &[usize]| {
+        let solution =
+            information.solve(set, &|index| prior_width(&parameters, &information, index));
+        (solution.log_likelihood_gain, solution)
+    };
+    let ((alone, _), (beside, both)) = (gain(&[tilt]), gain(&[own, tilt]));
+    // Of 5e7 that the tilt explains, nothing for the misalignment.
+    assert!(2.0 * (beside - alone) < 0.1, "{}", 2.0 * (beside - alone));
+    assert!(
+        both.values[0].abs() < 1e-3 * both.values[1],
+        "{}",
+        both.values
+    );
+}
+
+#[test]
+fn what_is_said_of_the_model_leaves_its_offsets_alone() {
+    let mut whole = Information::with_offsets(3, vec![0..2]);
+    for place in 0..4 {
+        whole.fisher[(place, place)] = 1.0;
+        whole.right[place] = 1.0;
+    }
+    let mut said = Information::empty(2);
+    said.fisher[(0, 1)] = 2.0;
+    said.right[1] = 3.0;
+    whole.add_leading(&said);
+    assert_eq!(whole.right.as_slice(), [1.0, 4.0, 1.0, 1.0]);
+    assert_eq!(whole.fisher[(0, 1)], 2.0);
+    assert_eq!(whole.fisher.sum(), 6.0);
 }

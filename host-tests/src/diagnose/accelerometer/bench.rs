@@ -165,7 +165,11 @@ impl Bench for ForceBench<'_> {
 
     fn information(&self) -> Information {
         let count = self.parameters.count() + self.unknowns;
-        Information::of_axes(Information::empty(count), |axis, part| {
+        let nothing = Information {
+            of_mounting: self.unknowns,
+            ..Information::empty(count)
+        };
+        Information::of_axes(nothing, |axis, part| {
             let weights = self.noise[axis].weights(&self.portion);
             let columns: Vec<(usize, &Regressor)> = columns::on(&self.columns, axis)
                 .map(|column| (column.index, &column.bins))

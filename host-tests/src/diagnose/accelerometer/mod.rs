@@ -174,7 +174,7 @@ impl Look {
         progress("predicting the accelerometers");
         let (streams, split) = prepare(scene, given, found)?;
         let noise = quiet_noise(scene_felt(scene), &residual_m_s(scene, given), &split);
-        settle_vertical(scene, given, parameters, &split, noise);
+        settle_vertical(scene, given, parameters, &split, noise, &[]);
         let first = residual_m_s(scene, given);
         let was_shaken = shaken::shaken(scene, &first, parameters, candidates, &split, noise);
         let shaken: Vec<String> = name_shaken(&split, &was_shaken);
@@ -186,7 +186,7 @@ impl Look {
             let reason = "less than two seconds in which the case was turned and not shaken";
             return Err(reason.to_string());
         }
-        settle_vertical(scene, given, parameters, &split, noise);
+        settle_vertical(scene, given, parameters, &split, noise, &[]);
         progress("weighing the accelerometers' effects");
         let declared = declared(given.model, rate_hz);
         let beside = (noise, &declared);

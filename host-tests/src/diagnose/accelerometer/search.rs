@@ -1,8 +1,9 @@
 //! Selection of the accelerometers' effects together with the vertical, until every name stands.
 //!
-//! Enters: the scene with a first vertical, candidates, the split, the noise to begin with. Leaves: [`Weighed`], and the
-//! scene with the vertical where the selection puts it. A name that is not the same in every regime, or that single
-//! expressions outside the catalogue beat, is vetoed, and the selection begins again without it.
+//! Enters: the scene with the vertical that fits best without an effect, candidates, the split, the noise to begin with.
+//! Leaves: [`Weighed`], and the scene with the vertical where the selection puts it. A name that is not the same in
+//! every regime, or that single expressions outside the catalogue beat, is vetoed, and the selection begins again
+//! without it.
 
 use super::Given;
 use super::bench::ForceBench;
@@ -18,7 +19,7 @@ use crate::diagnose::invariance::Verdict;
 use crate::diagnose::noise::{Declared, Noise};
 use crate::diagnose::portion::Portion;
 use crate::diagnose::scene::Scene;
-use crate::diagnose::select::{self, Choice};
+use crate::diagnose::select::{self, Choice, Chosen};
 use crate::diagnose::split::Split;
 use crate::diagnose::streams::{Triad, add_triad};
 use crate::diagnose::weigh::prior_width;
@@ -37,9 +38,11 @@ pub(super) struct Weighed {
     pub(super) vetoed: Vec<(usize, String)>,
     /// Noise of each accelerometer.
     pub(super) noise: [Noise; 3],
-    /// The residual under the model \[m/s per row\].
+    /// The residual under the model, beside the vertical that fits it best \[m/s per row\].
     pub(super) before: Triad,
-    /// The same less what was found.
+    /// The same beside the vertical that the selection left.
+    pub(super) beside: Triad,
+    /// That less what was found.
     pub(super) after: Triad,
     /// The expression that what is left follows best.
     pub(super) grows: Option<[Option<rivals::Best>; 3]>,
@@ -57,16 +60,13 @@ pub(super) fn search(
     let mut allowed = candidates.to_vec();
     let mut vetoed: Vec<(usize, String)> = Vec::new();
     let expressions = rivals::expressions(scene, scene_felt(scene));
+    let under_model = residual_m_s(scene, given);
     loop {
         let (choice, noise) = choose(scene, given, parameters, &allowed, split, (noise, declared));
-        let before = residual_m_s(scene, given);
+        let beside = residual_m_s(scene, given);
         let felt = scene_felt(scene);
-        let predictions: Vec<Triad> = choice
-            .chosen
-            .iter()
-            .map(|one| prediction(scene, one.effect, one.values.as_slice()))
-            .collect();
-        let mut after = before.clone();
+        let predictions = predictions(scene, &choice.chosen);
+        let mut after = beside.clone();
         for prediction in &predictions {
             add_triad(&mut after, prediction, -1.0);
         }
@@ -123,12 +123,17 @@ pub(super) fn search(
         };
         let Some((effect, reason)) = unsteady.or_else(beaten) else {
             let grows = bench_of(&after, None).map(|rivalry| rivalry.best);
+            let before = match choice.chosen.is_empty() {
+                true => beside.clone(),
+                false => under_model,
+            };
             return Weighed {
                 choice,
                 verdicts,
                 vetoed,
                 noise,
                 before,
+                beside,
                 after,
                 grows,
             };
@@ -138,18 +143,22 @@ pub(super) fn search(
     }
 }
 
-/// Gauss–Newton on the vertical alone.
+/// Gauss–Newton on the vertical alone, beside what was chosen.
 pub(super) fn settle_vertical(
     scene: &mut Scene,
     given: &Given,
     parameters: &Parameters,
     split: &Split,
     noise: [Noise; 3],
+    chosen: &[Chosen],
 ) {
     /// From a per cent of tilt to below a microradian.
     const STEPS: usize = 3;
     for _ in 0..STEPS {
-        let residual = residual_m_s(scene, given);
+        let mut residual = residual_m_s(scene, given);
+        for prediction in predictions(scene, chosen) {
+            add_triad(&mut residual, &prediction, -1.0);
+        }
         let rate_hz = scene_felt(scene).rows.rate_hz;
         let Some(portion) = Portion::new(split.fitted.clone(), rate_hz) else {
             return;
@@ -172,6 +181,12 @@ pub(super) fn settle_vertical(
         };
         move_vertical(scene, moves.as_slice());
     }
+}
+
+/// What each of the chosen adds to the readings \[m/s per row\].
+fn predictions(scene: &Scene, chosen: &[Chosen]) -> Vec<Triad> {
+    let of = |one: &Chosen| prediction(scene, one.effect, one.values.as_slice());
+    chosen.iter().map(of).collect()
 }
 
 fn move_vertical(scene: &mut Scene, unknowns: &[f64]) {
@@ -220,6 +235,8 @@ fn choose(
         });
         let noise = bench.noise;
         if stays || round == MOST_ROUNDS {
+            // The values kept are likelier than those of this fit, and what a tilt took off theirs would be left.
+            settle_vertical(scene, given, parameters, split, noise, &choice.chosen);
             return (choice, noise);
         }
         move_vertical(scene, &moves);

@@ -106,7 +106,7 @@ pub(super) fn said(
     let effects = [&own[..], open].concat();
     let bench = ForceBench::new(
         scene,
-        &weighed.before,
+        &weighed.beside,
         parameters,
         portion,
         weighed.noise,
@@ -134,7 +134,7 @@ pub(super) fn said(
     // They found what is missing beside the error that the reference was already cleared of.
     let already = DMatrix::from_fn(asked.len(), 1, |a, _| already(gyros, asked[a]));
     let right = of(&asked) - through * of(&aside) + &fisher * already;
-    let mut said = Information::empty(gyros.catch.information.fisher.nrows());
+    let mut said = Information::empty(parameters.count());
     for (a, &index_a) in asked.iter().enumerate() {
         said.right[index_a] = right[a];
         for (b, &index_b) in asked.iter().enumerate() {
@@ -169,8 +169,7 @@ pub(super) fn decide(
     let ways: Vec<(&Information, Information)> = linearised
         .map(|alone| {
             let mut both = alone.clone();
-            both.fisher += &said.fisher;
-            both.right += &said.right;
+            both.add_leading(said);
             (alone, both)
         })
         .collect();

@@ -233,6 +233,7 @@ impl<'a> AttitudeBench<'a> {
                 power: 0.0,
                 parameters: scored.widths.len(),
                 offsets: Vec::new(),
+                of_mounting: 0,
                 drifts: Vec::new(),
             };
             let set: Vec<usize> = (0..scored.widths.len()).collect();
