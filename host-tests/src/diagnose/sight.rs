@@ -232,6 +232,8 @@ impl Sight<'_> {
         let rival = |effect: usize| {
             let own: Vec<usize> = self.parameters.of(effect).collect();
             let share = whole.without(&own).share;
+            // One with a frequency of its own holds any product of what stands at one frequency.
+            let bends = !CATALOGUE[effect].card().others.is_empty();
             // Each further number of the effect explains two more, or it says nothing (Akaike).
             let needed = share - 2.0 * (own.len() as f64 - 1.0);
             (0..3)
@@ -241,7 +243,8 @@ impl Sight<'_> {
                     let better = self.survey.best_of(axis, &own, &is_other);
                     let better = better.filter(|best| best.ratio > share + PLAINER);
                     let as_good = || {
-                        let wanted = |product: usize| is_other(product) && apart(product);
+                        let is_apart = |product: usize| bends || apart(product);
+                        let wanted = |product: usize| is_other(product) && is_apart(product);
                         self.survey.best_of(axis, &own, &wanted)
                     };
                     Some((axis, better.or_else(as_good)?))
