@@ -37,7 +37,7 @@ pub(super) const CLEARLY_BETTER: f64 = 20.0;
 
 /// A term whose size has come down to this many variances no longer says anything (a step, slip or product
 /// enters with twenty or more).
-const IDLE: f64 = 9.0;
+pub(super) const IDLE: f64 = 9.0;
 
 /// What a step or slip has ahead of a product of channels that explains as much (2 Δ ln L), one channel of a product of
 /// two ahead of both (a force that never turns is a constant), and an effect ahead of a product nearly in its columns.

@@ -16,8 +16,8 @@ use std::ops::Range;
 use super::bench::Bench as _;
 use super::declare::FAMILY_SIGNIFICANCE;
 use super::drift;
-use super::empirical::{Form, Term};
-use super::hunt::{Alike, Catch, FoundTerm, PLAINER, VETO};
+use super::empirical::{Form, Term, together};
+use super::hunt::{Alike, Catch, FoundTerm, IDLE, PLAINER, VETO};
 use super::information::Solution;
 use super::invariance::SYSTEMATIC;
 use super::noise::Declared;
@@ -60,6 +60,7 @@ pub fn confine(
     if confined {
         // What the wrong size left behind was taken for noise.
         bench.refit_noise(&set, declared, true);
+        drop_idle(bench, parameters, &set);
         renew(bench, parameters, &set, catch);
     }
     Ok(())
@@ -190,6 +191,25 @@ pub(super) fn window(scene: &Scene, rows: &Range<usize>) -> String {
         window += &format!("*recording({})", pieces::name_in_expression(recording));
     }
     window
+}
+
+/// Takes out the terms that only stood for what the wrong size had left.
+fn drop_idle(bench: &mut Workbench, parameters: &Parameters, set: &[usize]) {
+    loop {
+        let (_, solution) = joint(bench, parameters, set);
+        let first = solution.values.len() - bench.terms().len();
+        let says_something = |place: usize| {
+            let at = first + place;
+            solution.values[at].powi(2) >= IDLE * solution.covariance[(at, at)]
+        };
+        let mut places = (0..bench.terms().len()).map(|place| together(bench.terms(), place));
+        let Some(idle) = places.find(|both| !both.clone().any(says_something)) else {
+            return;
+        };
+        for _ in idle.clone() {
+            bench.remove_term(idle.start);
+        }
+    }
 }
 
 /// Sizes of everything as the bench now has it.

@@ -254,8 +254,8 @@ fn a_misalignment_does_not_have_to_take_the_place_of_a_tilt() {
 
 #[test]
 fn what_is_said_of_the_model_leaves_its_offsets_alone() {
-    let mut whole = Information::with_offsets(3, vec![0..2]);
-    for place in 0..4 {
+    let mut whole = Information::with_offsets(3, vec![0..2, 2..3]);
+    for place in 0..5 {
         whole.fisher[(place, place)] = 1.0;
         whole.right[place] = 1.0;
     }
@@ -263,7 +263,7 @@ fn what_is_said_of_the_model_leaves_its_offsets_alone() {
     said.fisher[(0, 1)] = 2.0;
     said.right[1] = 3.0;
     whole.add_leading(&said);
-    assert_eq!(whole.right.as_slice(), [1.0, 4.0, 1.0, 1.0]);
+    assert_eq!(whole.right.as_slice(), [1.0, 4.0, 1.0, 1.0, 1.0]);
     assert_eq!(whole.fisher[(0, 1)], 2.0);
-    assert_eq!(whole.fisher.sum(), 6.0);
+    assert_eq!(whole.fisher.sum(), 7.0);
 }
