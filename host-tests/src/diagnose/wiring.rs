@@ -98,11 +98,11 @@ pub fn crossings(scene: &Scene, residual_rad: &Triad) -> Vec<Crossing> {
         (largest_s * streams.rate_hz).ceil() as isize
     };
     let mut found = Vec::new();
-    for gyro in 0..3 {
+    for (gyro, own_rad) in residual_rad.iter().enumerate() {
         let bench = Bench {
             case: has_reference.then_some(&streams.case_rad),
             pickoff: pickoff.as_ref(),
-            residual_rad: &residual_rad[gyro],
+            residual_rad: own_rad,
             gyro,
             rows: &rows,
         };
