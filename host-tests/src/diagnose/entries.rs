@@ -190,6 +190,9 @@ pub(super) fn term(halves: Vec<&FoundTerm>, streams: &Streams) -> EffectEntry {
         (Some(expression), _) if signals::is_window(expression) => format!(
             "Gyro {axis} drifts in one stretch of time and no measured channel explains it; the constant in the model is a description, not physics."
         ),
+        (Some(expression), _) if *expression == format!("time*alpha_{axis}") => format!(
+            "The reference is late against gyro {axis} by a time that grows, by the coefficient in seconds a second: their clocks, or the rates of their tables, part by that share."
+        ),
         (Some(expression), _) => format!(
             "Gyro {axis} follows {expression}, which is no effect of the catalogue: an expression in measured channels, found by search."
         ),

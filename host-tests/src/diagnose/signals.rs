@@ -352,6 +352,8 @@ fn of_third_order(factors: &[Signal], alone: &[String]) -> Vec<String> {
         }
         if has("omega", a) {
             names.push(format!("time*omega_{first}"));
+            // A reference whose clock gains on the gyros'.
+            names.push(format!("time*alpha_{first}"));
             if has("temperature", a) {
                 names.push(format!("omega_{first}*omega_{first}*temperature_{first}"));
             }

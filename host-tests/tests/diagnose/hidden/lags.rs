@@ -1,6 +1,8 @@
 //! Physics that goes with the past of the motion: no product of channels, row by row, is like it. It is put into a
 //! recording's increments here, because the simulator knows no such effect.
 
+use crate::support::holds;
+
 use super::case::{Case, WITHIN, sensing_besides, slew, still, text, vibration};
 use rlg::diagnose::result::{EffectEntry, ParameterEntry};
 use rlg::model::Model;
@@ -154,4 +156,24 @@ fn what_is_seen_above_the_band_of_drift_is_no_drift() {
         std::iter::once(0.0).chain(turned).collect()
     });
     follows(made, "alpha_x");
+}
+
+#[test]
+fn a_reference_whose_clock_gains_is_found_as_a_delay_that_grows() {
+    const SHARE: f64 = 5e-8;
+    let made = sensing_besides(made(66), |rates_rad_s, rate_hz| {
+        let rates = &rates_rad_s[1];
+        let last = rates.len() - 1;
+        let late = |row: usize| {
+            let slope = 0.5 * rate_hz * (rates[(row + 1).min(last)] - rates[row.saturating_sub(1)]);
+            SHARE * (row as f64 / rate_hz) * slope
+        };
+        (0..rates.len()).map(late).collect()
+    });
+    let case = Case::diagnosed(made);
+    assert_eq!(case.kinds(), ["unlisted"], "{:#?}", case.said.summary);
+    let found = case.found("unlisted");
+    assert_eq!(text(found, "expression"), Some("time*alpha_y"));
+    holds(found, &[("coefficient", SHARE)]);
+    assert!(found.what_was_left_out.contains("clocks"));
 }
