@@ -89,10 +89,6 @@ pub fn best(bench: &mut Workbench, hunt: &Hunt, progress: &dyn Fn(&str)) -> Resu
         if slow.clone().next().is_some() && (!at_rest || slow.clone().all(is_jump)) {
             needed = price(bench, &as_shapes);
             best = as_shapes;
-            // So they were beside shapes that took the place of all drift.
-            if !any_drifts(&bench.noise) {
-                return Ok(best);
-            }
         } else {
             bench.restore(kept)?;
         }
