@@ -11,8 +11,8 @@ use super::information::{Information, Solution};
 use super::workbench::Parameters;
 
 /// Width of the prior in a fit: the effect's typical size times [`FIT_PRIOR`], or up to ten times that where the recording
-/// knows less; for a term found in the data a thousand of its own standard errors, for a number of the mounting a million. Each leaves
-/// the value alone.
+/// knows less; for a term found in the data a thousand of its own standard errors, for a number of the mounting a
+/// million. Each leaves the value alone.
 pub fn prior_width(parameters: &Parameters, information: &Information, index: usize) -> f64 {
     const LOOSE: f64 = 1e3;
     /// Any tilt: where it binds, a misalignment would have to take the tilt's place.
