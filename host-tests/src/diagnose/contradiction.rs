@@ -32,13 +32,58 @@ const OF_ANOTHER: f64 = 0.05;
 
 /// What the held-out rows say of one chosen effect.
 #[derive(Clone, Copy)]
-struct HeldOut {
+pub(super) struct HeldOut {
     /// Its size there over the fitted one.
     amplitude: f64,
     /// Standard deviation of that, the fit's own share within.
     std: f64,
     /// Chance of parameters this far from the fitted ones.
     p_value: f64,
+}
+
+impl HeldOut {
+    /// Of an effect with these `values`: Fisher information on the held-out rows, what they show beyond the values, and
+    /// how that scatters. `None` where those rows hardly show the effect.
+    pub(super) fn of(
+        values: &DVector<f64>,
+        fisher: &DMatrix<f64>,
+        found: &DVector<f64>,
+        spread: &DMatrix<f64>,
+    ) -> Option<Self> {
+        let pattern = fisher * values;
+        let power = values.dot(&pattern);
+        if power < LEAST_SNR * LEAST_SNR {
+            return None;
+        }
+        let mut imperfect = &pattern * pattern.transpose() * SYSTEMATIC * SYSTEMATIC;
+        for (value, column) in values.iter().zip(fisher.column_iter()) {
+            let of_one = column * (*value * OF_ANOTHER);
+            imperfect += &of_one * of_one.transpose();
+        }
+        let spread = spread + imperfect;
+        let distance = found.dot(&(scaled_inverse(&spread) * found));
+        let law = ChiSquared::new(values.len() as f64).ok()?;
+        let amplitude = 1.0 + values.dot(found) / power;
+        let std = values.dot(&(&spread * values)).sqrt() / power;
+        let of_size = 2.0 * Normal::standard().sf((amplitude - 1.0).abs() / std);
+        // Two tests of one question: all its parameters, and its size as a whole.
+        let p_value = (2.0 * law.sf(distance).min(of_size)).min(1.0);
+        Some(Self {
+            amplitude,
+            std,
+            p_value,
+        })
+    }
+
+    /// Why the name is taken back, where it is.
+    pub(super) fn contradicts(&self) -> Option<String> {
+        (self.p_value < CONTRADICTED).then(|| {
+            format!(
+                "on held-out time it is {:.2} ± {:.2} of the fitted size (chance {:.1e})",
+                self.amplitude, self.std, self.p_value
+            )
+        })
+    }
 }
 
 /// Takes back every name that the held-out rows contradict, and says whether there was any. `rows` are what everything
@@ -54,15 +99,11 @@ pub fn take_back(
     let before = said.len();
     // From the last, so that the places before stay.
     for (place, said) in said.into_iter().enumerate().rev() {
-        let Some(said) = said.filter(|said| said.p_value < CONTRADICTED) else {
+        let Some(why) = said.and_then(|said| said.contradicts()) else {
             continue;
         };
         let one = catch.choice.chosen.remove(place);
         catch.regimes.remove(place);
-        let why = format!(
-            "on held-out time it is {:.2} ± {:.2} of the fitted size (chance {:.1e})",
-            said.amplitude, said.std, said.p_value
-        );
         catch.vetoed.push((one.effect, why));
         catch.terms.extend(as_terms(bench.scene(), &one));
     }
@@ -150,32 +191,59 @@ fn ask(
             let start = parameters.of(one.effect).start;
             let first = indices.iter().position(|&index| index == start)?;
             let own = one.values.len();
-            let values = &one.values;
-            let fisher = fisher.view((first, first), (own, own));
-            let found = found.rows(first, own).into_owned();
-            let pattern = fisher * values;
-            let power = values.dot(&pattern);
-            if power < LEAST_SNR * LEAST_SNR {
-                return None;
-            }
-            let mut imperfect = &pattern * pattern.transpose() * SYSTEMATIC * SYSTEMATIC;
-            for (value, column) in values.iter().zip(fisher.column_iter()) {
-                let of_one = column * (*value * OF_ANOTHER);
-                imperfect += &of_one * of_one.transpose();
-            }
-            let spread = spread.view((first, first), (own, own)) + imperfect;
-            let distance = found.dot(&(scaled_inverse(&spread) * &found));
-            let law = ChiSquared::new(own as f64).ok()?;
-            let amplitude = 1.0 + values.dot(&found) / power;
-            let std = values.dot(&(&spread * values)).sqrt() / power;
-            let of_size = 2.0 * Normal::standard().sf((amplitude - 1.0).abs() / std);
-            // Two tests of one question: all its parameters, and its size as a whole.
-            let p_value = (2.0 * law.sf(distance).min(of_size)).min(1.0);
-            Some(HeldOut {
-                amplitude,
-                std,
-                p_value,
-            })
+            HeldOut::of(
+                &one.values,
+                &fisher.view((first, first), (own, own)).into_owned(),
+                &found.rows(first, own).into_owned(),
+                &spread.view((first, first), (own, own)).into_owned(),
+            )
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the held-out rows say of an effect of two numbers, 3 and -4, that acts there with so much of its size.
+    fn said(share: f64) -> Option<HeldOut> {
+        let values = DVector::from_vec(vec![3.0, -4.0]);
+        let fisher = DMatrix::from_row_slice(2, 2, &[40.0, 10.0, 10.0, 60.0]);
+        let found = &fisher * &values * (share - 1.0);
+        HeldOut::of(&values, &fisher, &found, &fisher)
+    }
+
+    #[test]
+    fn held_out_rows_contradict_an_effect_that_is_not_there_and_none_that_is() {
+        let there = said(1.0).expect("rows that show it");
+        assert!((there.amplitude - 1.0).abs() < 1e-12);
+        assert!(there.contradicts().is_none());
+        let little_less = said(0.97).expect("rows that show it");
+        assert!((little_less.amplitude - 0.97).abs() < 1e-12);
+        assert!(little_less.contradicts().is_none());
+        let why = said(0.0).expect("rows that show it").contradicts();
+        assert!(why.is_some_and(|why| why.contains("it is 0.00 ±")));
+    }
+
+    /// Rows that hardly show an effect may not take its name, whatever they show.
+    #[test]
+    fn held_out_rows_that_would_not_show_it_say_nothing() {
+        let values = DVector::from_vec(vec![0.1]);
+        let fisher = DMatrix::from_element(1, 1, 1.0);
+        let found = DVector::from_vec(vec![30.0]);
+        assert!(HeldOut::of(&values, &fisher, &found, &fisher).is_none());
+    }
+
+    /// An error of the fit as large as the effect widens what is expected on other rows by as much.
+    #[test]
+    fn a_size_that_was_badly_known_is_not_contradicted() {
+        let values = DVector::from_vec(vec![1.0]);
+        let fisher = DMatrix::from_element(1, 1, 400.0);
+        let found = &fisher * &values * -0.8;
+        let surely = HeldOut::of(&values, &fisher, &found, &fisher).expect("rows that show it");
+        assert!(surely.contradicts().is_some());
+        let of_the_fit = &fisher * DMatrix::from_element(1, 1, 0.25) * &fisher;
+        let badly = HeldOut::of(&values, &fisher, &found, &(&fisher + of_the_fit));
+        assert!(badly.expect("rows that show it").contradicts().is_none());
+    }
 }

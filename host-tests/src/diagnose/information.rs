@@ -177,6 +177,29 @@ impl Information {
         }
     }
 
+    /// Fisher information about `asked` and what the data say of it, whatever `aside` is under priors of the given widths.
+    pub fn whatever(
+        &self,
+        asked: &[usize],
+        aside: &[usize],
+        prior: &dyn Fn(usize) -> f64,
+    ) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let block = |rows: &[usize], columns: &[usize]| {
+            DMatrix::from_fn(rows.len(), columns.len(), |a, b| {
+                self.fisher[(rows[a], columns[b])]
+            })
+        };
+        let right =
+            |indices: &[usize]| DVector::from_fn(indices.len(), |a, _| self.right[indices[a]]);
+        let mut of_aside = block(aside, aside);
+        for (place, &index) in aside.iter().enumerate() {
+            of_aside[(place, place)] += prior(index).powi(-2);
+        }
+        let through = block(asked, aside) * of_aside.try_inverse()?;
+        let fisher = block(asked, asked) - &through * block(aside, asked);
+        Some((fisher, right(asked) - through * right(aside)))
+    }
+
     /// Solves for a set of parameters under zero-mean priors of the given widths.
     pub fn solve(&self, set: &[usize], prior: &dyn Fn(usize) -> f64) -> Solution {
         let count = set.len();
@@ -312,4 +335,44 @@ pub fn stable_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
         }
     });
     &root.eigenvectors * DMatrix::from_diagonal(&inverted) * root.eigenvectors.transpose()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three columns over five rows, the second of them aside and free.
+    #[test]
+    fn what_is_said_whatever_stands_aside_is_what_remains_beside_it() {
+        let columns = DMatrix::from_row_slice(
+            5,
+            3,
+            &[
+                1.0, 0.5, 0.0, //
+                2.0, 1.0, 1.0, //
+                0.0, 1.0, -1.0, //
+                1.0, -1.0, 2.0, //
+                -1.0, 3.0, 1.0,
+            ],
+        );
+        let data = DVector::from_vec(vec![1.0, -2.0, 0.5, 3.0, 1.0]);
+        let mut information = Information::empty(3);
+        information.fisher = columns.transpose() * &columns;
+        information.right = columns.transpose() * &data;
+        let asked = [0, 2];
+        let free = |_: usize| f64::INFINITY;
+        let (fisher, said) = information.whatever(&asked, &[1], &free).expect("a matrix");
+        let aside = columns.column(1);
+        let beside = |column: DVector<f64>| {
+            let share = aside.dot(&column) / aside.norm_squared();
+            column - aside * share
+        };
+        let left = DMatrix::from_columns(&asked.map(|index| beside(columns.column(index).into())));
+        assert!((&left.transpose() * &left - &fisher).norm() < 1e-12);
+        assert!((left.transpose() * &data - &said).norm() < 1e-12);
+        // What stands aside may hold any share of the data without a word changing.
+        information.right = columns.transpose() * (&data + aside * 7.0);
+        let (_, again) = information.whatever(&asked, &[1], &free).expect("a matrix");
+        assert!((again - said).norm() < 1e-12);
+    }
 }

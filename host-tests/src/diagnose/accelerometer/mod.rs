@@ -1,7 +1,7 @@
 //! The same road for the accelerometers: what the model leaves out of the specific force.
 //!
 //! rows → carried (attitude, lever arms) → vertical → felt (prediction) → residual → level (noise) → shaken (what no
-//! gravity explains is left out) → search (bench, select, reach, steady, rivals) → whose (the gyros' error or their
+//! gravity explains is left out) → search (bench, select, reach, steady, rivals, held_out) → whose (the gyros' error or their
 //! reference's, and once more) → validate → words
 //!
 //! Enters: a recording's model, the scene of the gyros' road and what was found on it. Leaves: that, with names that gravity
@@ -16,6 +16,8 @@ pub mod bench;
 pub mod carried;
 
 pub mod felt;
+
+mod held_out;
 
 pub mod level;
 

@@ -2,11 +2,12 @@
 //!
 //! Enters: the scene with the vertical that fits best without an effect, candidates, the split, the noise to begin with.
 //! Leaves: [`Weighed`], and the scene with the vertical where the selection puts it. A name that is not the same in
-//! every regime, or that single expressions outside the catalogue beat, is vetoed, and the selection begins again
-//! without it.
+//! every regime, that single expressions outside the catalogue beat, or that the held-out rows contradict, is vetoed, and
+//! the selection begins again without it.
 
 use super::Given;
 use super::bench::ForceBench;
+use super::held_out;
 use super::level::start_noise;
 use super::reach::reach;
 use super::residual::{prediction, residual_m_s, scene_felt};
@@ -121,7 +122,14 @@ pub(super) fn search(
                     ))
                 })
         };
-        let Some((effect, reason)) = unsteady.or_else(beaten) else {
+        let contradicted = || {
+            let mut chosen = choice.chosen.iter();
+            chosen.find_map(|one| {
+                let why = held_out::contradicts(scene, &after, parameters, split, noise, one)?;
+                Some((one.effect, why))
+            })
+        };
+        let Some((effect, reason)) = unsteady.or_else(beaten).or_else(contradicted) else {
             let grows = bench_of(&after, None).map(|rivalry| rivalry.best);
             let before = match choice.chosen.is_empty() {
                 true => beside.clone(),

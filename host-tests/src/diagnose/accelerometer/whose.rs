@@ -11,7 +11,7 @@
 //! Not here: a soft mount, which turns the case too little to be felt, and an encoder's harmonics, which are undone
 //! (carried.rs) but not weighed.
 
-use nalgebra::DMatrix;
+use nalgebra::DVector;
 
 use super::bench::ForceBench;
 use super::search::Weighed;
@@ -117,23 +117,12 @@ pub(super) fn said(
     let asked = parameters.of_all(open);
     let mut aside = parameters.of_all(&own);
     aside.extend(bench.unknowns());
-    let block = |rows: &[usize], columns: &[usize]| {
-        DMatrix::from_fn(rows.len(), columns.len(), |a, b| {
-            information.fisher[(rows[a], columns[b])]
-        })
-    };
-    let mut of_aside = block(&aside, &aside);
-    for (place, &index) in aside.iter().enumerate() {
-        of_aside[(place, place)] += prior_width(parameters, &information, index).powi(-2);
-    }
-    let through = block(&asked, &aside) * of_aside.try_inverse()?;
-    let fisher = block(&asked, &asked) - &through * block(&aside, &asked);
-    let of = |indices: &[usize]| {
-        DMatrix::from_fn(indices.len(), 1, |a, _| information.right[indices[a]])
-    };
+    let (fisher, right) = information.whatever(&asked, &aside, &|index| {
+        prior_width(parameters, &information, index)
+    })?;
     // They found what is missing beside the error that the reference was already cleared of.
-    let already = DMatrix::from_fn(asked.len(), 1, |a, _| already(gyros, asked[a]));
-    let right = of(&asked) - through * of(&aside) + &fisher * already;
+    let already = DVector::from_fn(asked.len(), |a, _| already(gyros, asked[a]));
+    let right = right + &fisher * already;
     let mut said = Information::empty(parameters.count());
     for (a, &index_a) in asked.iter().enumerate() {
         said.right[index_a] = right[a];
