@@ -119,7 +119,7 @@ impl<N: NumberSystem> ChainState<N> {
     /// Adds bits to the present output period.
     fn raise(&mut self, status: Status) {
         self.faults.watch(self.status, status, self.samples());
-        self.status = self.status.and(status);
+        self.status = self.status.union(status);
     }
 }
 
@@ -242,7 +242,7 @@ impl<N: NumberSystem> Chain<N> {
     fn prepare(&self, state: &mut ChainState<N>, sample: &Sample) -> Option<Sample> {
         if state.next == Next::First {
             let held = self.limits.hold(&sample.pickoff_codes, sample, 1);
-            state.raise(held.status.and(Status::PRIMED));
+            state.raise(held.status.union(Status::PRIMED));
             self.dither.start(&mut state.dither, sample.pickoff_codes);
             state.flexure = *self.installation.flexure();
             state.periods_without = 1;
@@ -361,7 +361,7 @@ impl<N: NumberSystem> Chain<N> {
             .map(|accelerometers| accelerometers.finish(state, rotation, with_rotation));
 
         let before = core::mem::take(&mut state.status);
-        let status = before.and(state.health);
+        let status = before.union(state.health);
         let frame = frame::process(&mut state.frame, rotation, velocity, status, outputs);
         let last = state.periods_before.wrapping_add(periods).wrapping_sub(1);
         state.faults.watch(before, frame.status, last);
@@ -379,14 +379,14 @@ impl<N: NumberSystem> Chain<N> {
 
     /// Switches the flexure term off while a gyro's increments hold its dither, and on again.
     fn degrade(&self, state: &mut ChainState<N>, health: Status) {
-        let unusable = Status::PICKOFF_FAILED.and(Status::COUNTER_STUCK);
+        let unusable = Status::PICKOFF_FAILED.union(Status::COUNTER_STUCK);
         let off = health.bits() & unusable.bits() != 0;
         state.flexure = if off {
             SignedFlexure::<N>::default()
         } else {
             *self.installation.flexure()
         };
-        state.health = health.and(Status::DYNAMIC_TERM_OFF.when(off));
+        state.health = health.union(Status::DYNAMIC_TERM_OFF.when(off));
     }
 }
 

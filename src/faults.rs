@@ -113,10 +113,10 @@ impl Status {
         self.0 & other.0 == other.0
     }
 
-    /// Both.
+    /// The bits of either.
     #[inline(always)]
     #[must_use]
-    pub const fn and(self, other: Self) -> Self {
+    pub const fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 

@@ -159,8 +159,8 @@ impl<N: NumberSystem> Processor<N> {
             },
             boot: Status::CLOCK_FALLBACK
                 .when(boot.clock_fallback)
-                .and(Status::PARAMETERS_DEFAULT.when(boot.parameters_default))
-                .and(Status::PARAMETER_SLOT_BAD.when(boot.slot_bad)),
+                .union(Status::PARAMETERS_DEFAULT.when(boot.parameters_default))
+                .union(Status::PARAMETER_SLOT_BAD.when(boot.slot_bad)),
             pending: Status::default(),
             of_period: Status::default(),
             periods: 0,
@@ -267,7 +267,7 @@ impl<N: NumberSystem> Processor<N> {
         let add = |counter: &mut u32, events: u32| *counter = counter.saturating_add(events);
         let mut raised = Status::INTERRUPT_MISSED
             .when(timing.missed > 0)
-            .and(Status::INTERRUPT_LATE.when(timing.late));
+            .union(Status::INTERRUPT_LATE.when(timing.late));
         add(&mut health.interrupts_missed, timing.missed);
         add(&mut health.interrupts_late, u32::from(timing.late));
         add(&mut self.unasked, timing.missed);
@@ -276,31 +276,31 @@ impl<N: NumberSystem> Processor<N> {
             None => {}
             Some(SourceFault::Bus) => {
                 add(&mut health.bus_faults, 1);
-                raised = raised.and(Status::BUS_FAULT);
+                raised = raised.union(Status::BUS_FAULT);
             }
             Some(SourceFault::StuckLine) => {
                 add(&mut health.bus_faults, 1);
                 add(&mut health.stuck_lines, 1);
-                raised = raised.and(Status::BUS_FAULT);
+                raised = raised.union(Status::BUS_FAULT);
             }
             Some(SourceFault::Checksum) => {
                 add(&mut health.frame_checksums, 1);
-                raised = raised.and(Status::FRAME_CHECKSUM);
+                raised = raised.union(Status::FRAME_CHECKSUM);
             }
             Some(SourceFault::Repeated) => {
                 add(&mut health.samples_repeated, 1);
-                raised = raised.and(Status::SAMPLE_REPEATED);
+                raised = raised.union(Status::SAMPLE_REPEATED);
             }
             Some(SourceFault::Starved) => {
                 add(&mut health.samples_starved, 1);
                 add(&mut self.unasked, 1);
-                raised = raised.and(Status::SAMPLE_LOST);
+                raised = raised.union(Status::SAMPLE_LOST);
             }
             Some(SourceFault::Skipped(missing)) => {
                 // Of missed interrupts and starved periods the bank's driver knows nothing.
                 let unexplained = u32::from(missing).saturating_sub(self.unasked);
                 add(&mut health.samples_skipped, unexplained);
-                raised = raised.and(Status::SAMPLE_LOST.when(unexplained > 0));
+                raised = raised.union(Status::SAMPLE_LOST.when(unexplained > 0));
                 lost = lost.saturating_add(unexplained);
             }
         }
@@ -311,8 +311,8 @@ impl<N: NumberSystem> Processor<N> {
 
     /// Sets bits for this period and its output period, and latches the first fault.
     fn raise(&mut self, raised: Status, period: u32) {
-        self.of_period = self.of_period.and(raised);
-        self.pending = self.pending.and(raised);
+        self.of_period = self.of_period.union(raised);
+        self.pending = self.pending.union(raised);
         let none_yet = self.health.first.stages == Status::default();
         if none_yet && raised != Status::default() {
             self.health.first = FirstFault {
@@ -330,8 +330,8 @@ impl<N: NumberSystem> Processor<N> {
             return;
         };
         let pending = core::mem::take(&mut self.pending);
-        output.status = output.status.and(pending).and(self.boot);
-        self.of_period = self.of_period.and(output.status);
+        output.status = output.status.union(pending).union(self.boot);
+        self.of_period = self.of_period.union(output.status);
         self.latch_chains_first();
 
         let index = *HEALTH_ITEMS.get(usize::from(self.turn)).unwrap_or(&0);
@@ -368,7 +368,7 @@ impl<N: NumberSystem> Processor<N> {
                 if lead > 0 {
                     *first = chain;
                 } else if lead == 0 {
-                    first.stages = first.stages.and(chain.stages);
+                    first.stages = first.stages.union(chain.stages);
                 }
             }
         }

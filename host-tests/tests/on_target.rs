@@ -243,8 +243,8 @@ fn the_boards_image_sends_its_flags_without_crystal_bank_and_parameters() {
         assert_eq!(decoder.statistics().frames_lost, 0);
         // The emulator has neither a crystal nor a device on SPI1, whose line then reads zeros.
         let flags = Status::CLOCK_FALLBACK
-            .and(Status::PARAMETERS_DEFAULT)
-            .and(Status::BUS_FAULT);
+            .union(Status::PARAMETERS_DEFAULT)
+            .union(Status::BUS_FAULT);
         for frame in &frames {
             assert!(frame.output.status.contains(flags), "{frame:?}");
             assert_eq!(frame.output.dtheta_codes, [0; 3]);

@@ -265,8 +265,8 @@ impl Adaptation {
             let tracked = &mut state.tracked[index];
             let before = tracked.health;
             tracked.health = axis.judge(sums);
-            verdict.status = verdict.status.and(tracked.health);
-            let good = tracked.health.and(before) == Status::default();
+            verdict.status = verdict.status.union(tracked.health);
+            let good = tracked.health.union(before) == Status::default();
             if axis.dithered && good && state.disturbed == 0 {
                 axis.follow(sums, tracked);
                 let moved = axis.taps(tracked);
@@ -322,7 +322,7 @@ impl Axis {
         let stuck = square >= share(smallest) && sums.changed == 0;
         Status::DITHER_OUT_OF_BAND
             .when(band)
-            .and(Status::COUNTER_STUCK.when(stuck))
+            .union(Status::COUNTER_STUCK.when(stuck))
     }
 
     /// One step of the tracked values.

@@ -51,7 +51,7 @@ pub fn process(
         sequence,
         dtheta_codes,
         dvel_codes,
-        status: status.and(Status::OUTPUT_SATURATED.when(rotation_held | velocity_held)),
+        status: status.union(Status::OUTPUT_SATURATED.when(rotation_held | velocity_held)),
     }
 }
 

@@ -114,8 +114,8 @@ impl Limits {
             held.pickoff_excess[axis] = codes.wrapping_sub(previous).wrapping_sub(step_held);
             held.status = held
                 .status
-                .and(Status::COUNTS_SATURATED.when(counts_held))
-                .and(Status::PICKOFF_SATURATED.when(step_held != step));
+                .union(Status::COUNTS_SATURATED.when(counts_held))
+                .union(Status::PICKOFF_SATURATED.when(step_held != step));
         }
         held
     }

@@ -131,7 +131,7 @@ fn bounded(injection: &Injection, faulty: &Angles, clean: &Angles, errors: &mut 
 /// Every frame of the last [`WELL_PERIODS`] of each stretch says that nothing is wrong.
 fn recovered(injections: &[Injection], frames: &[TelemetryFrame]) {
     let every = u32::from(unit::SAMPLES_PER_OUTPUT);
-    let degraded = Status::IN_SERVICE_FAULTS.and(Status::DYNAMIC_TERM_OFF);
+    let degraded = Status::IN_SERVICE_FAULTS.union(Status::DYNAMIC_TERM_OFF);
     let mut injections = injections.iter().peekable();
     for frame in frames {
         let period = frame.output.sequence * every;

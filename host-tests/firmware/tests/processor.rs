@@ -147,7 +147,7 @@ fn every_fault_of_the_source_raises_its_bit_and_counter_and_keeps_the_angle() {
         );
         let first = processor.health().first;
         assert_eq!(first.sample, 34, "{fault:?}");
-        assert_eq!(first.stages, bit.and(Status::GAP), "{fault:?}");
+        assert_eq!(first.stages, bit.union(Status::GAP), "{fault:?}");
     }
 }
 
@@ -236,8 +236,8 @@ fn the_boots_faults_stand_in_every_frame_and_leave_the_first_fault_to_service() 
         (period == 50).then_some((Reading::without_sample(SourceFault::Bus), IN_TIME))
     });
     let bits = Status::CLOCK_FALLBACK
-        .and(Status::PARAMETERS_DEFAULT)
-        .and(Status::PARAMETER_SLOT_BAD);
+        .union(Status::PARAMETERS_DEFAULT)
+        .union(Status::PARAMETER_SLOT_BAD);
     assert!(
         frames
             .iter()
@@ -245,7 +245,7 @@ fn the_boots_faults_stand_in_every_frame_and_leave_the_first_fault_to_service() 
     );
     assert_eq!(
         processor.health().first.stages,
-        Status::BUS_FAULT.and(Status::GAP)
+        Status::BUS_FAULT.union(Status::GAP)
     );
     assert_eq!(item_now(&processor, item::GENERATION), 7);
 }
