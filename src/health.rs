@@ -7,7 +7,7 @@
 //! | index | value, u32 |
 //! |---|---|
 //! | 0 to 3, 5 to 9, 12 | the chain's counter of the [`Status`] bit of this number \[output periods that had it\] |
-//! | 16 to 22 | the processor's counter of the status bit of this number: 16 periods whose interrupt never came, 17 late interrupts, 18 repeated frames, 19 samples skipped or starved, 20 check sums, 21 bus errors and stuck lines, 22 frames without room |
+//! | 16 to 22, 26 | the processor's counter of the status bit of this number: 16 periods whose interrupt never came, 17 late interrupts, 18 repeated frames, 19 samples that were not ready, 20 check sums, 21 bus errors and stuck lines, 22 frames without room, 26 restarts of the bank |
 //! | 32 | first fault: its status bits; 0 while there is none |
 //! | 33 | first fault: its sampling period since start |
 //! | 34 | version: major, minor, patch, and 0 for f32 or 1 for fixed point, a byte each, major highest |
@@ -16,12 +16,12 @@
 //! | 37 | generation of the parameter block; 0 with the nominal values |
 //! | 38 | configuration: bit 0 accelerometers, bit 1 the dither strip adapts |
 //! | 39 | sampling periods since start, wraps |
-//! | 40 | of item 19, samples that the bank latched and nobody asked for |
 //! | 41 | of item 21, frames with every bit the same |
 //!
 //! Counters of conditions (5 to 8, 12) grow with each output period that the condition lasts; counters of
 //! events count events. Boot faults (status bits 23 to 25) stay in every frame's status instead of a
-//! counter, and do not take the place of the first fault in service.
+//! counter, and do not take the place of the first fault in service. 40 was a counter of frames that nobody asked for,
+//! until the board's clock said how many there must be.
 //!
 //! Deliberately not here: what the unit does about a fault; that table is in [`processor`](crate::processor).
 
@@ -55,8 +55,6 @@ pub mod item {
     pub const CONFIGURATION: u8 = 38;
     /// Sampling periods since start.
     pub const PERIODS: u8 = 39;
-    /// Samples that nobody asked the bank for.
-    pub const SKIPPED: u8 = 40;
     /// Frames with every bit the same.
     pub const STUCK_LINES: u8 = 41;
 
@@ -93,7 +91,7 @@ pub const HEALTH_ITEMS: [u8; 27] = [
     20,
     21,
     22,
-    item::SKIPPED,
+    26,
     item::STUCK_LINES,
 ];
 
@@ -107,8 +105,6 @@ pub struct Health {
     pub interrupts_late: u32,
     /// Frames that came again.
     pub samples_repeated: u32,
-    /// Samples that the bank latched and nobody asked for.
-    pub samples_skipped: u32,
     /// Periods in which the source had no sample ready.
     pub samples_starved: u32,
     /// Frames whose check sum was wrong.
@@ -119,6 +115,8 @@ pub struct Health {
     pub stuck_lines: u32,
     /// Output frames that found no room.
     pub output_overruns: u32,
+    /// Times that the bank started anew.
+    pub bank_restarts: u32,
     /// The first fault in service, the chain's or the processor's.
     pub first: FirstFault,
 }
@@ -129,12 +127,12 @@ impl Health {
         interrupts_missed: 0,
         interrupts_late: 0,
         samples_repeated: 0,
-        samples_skipped: 0,
         samples_starved: 0,
         frame_checksums: 0,
         bus_faults: 0,
         stuck_lines: 0,
         output_overruns: 0,
+        bank_restarts: 0,
         first: FirstFault {
             stages: Status::from_bits(0),
             sample: 0,
@@ -157,10 +155,11 @@ impl Health {
             16 => self.interrupts_missed,
             17 => self.interrupts_late,
             18 => self.samples_repeated,
-            19 => self.samples_skipped.saturating_add(self.samples_starved),
+            19 => self.samples_starved,
             20 => self.frame_checksums,
             21 => self.bus_faults,
             22 => self.output_overruns,
+            26 => self.bank_restarts,
             _ => 0,
         }
     }

@@ -62,6 +62,8 @@ pub mod design_parameters;
 
 pub mod triad;
 
+mod dither_phase;
+
 pub mod sample;
 
 pub mod parameters;

@@ -73,7 +73,7 @@ fn bound_rad(injection: &Injection) -> f64 {
             Fault::Missed
             | Fault::Repeated
             | Fault::Starved
-            | Fault::Skipped
+            | Fault::BankRestarted
             | Fault::Checksum
             | Fault::BusError
             | Fault::StuckLine => turned,
@@ -90,7 +90,7 @@ fn bound_rad(injection: &Injection) -> f64 {
 fn bound_left_rad(injection: &Injection) -> f64 {
     match injection.fault {
         // What was not counted is gone.
-        Fault::CountBeyondRate | Fault::CounterStuck => bound_rad(injection),
+        Fault::CountBeyondRate | Fault::CounterStuck | Fault::BankRestarted => bound_rad(injection),
         // The strip telescopes, but for what of the pickoff's step back is beyond its range.
         Fault::PickoffFailed => STRIP_RAD + 2.0 * BLOCK_RAD - DITHER_LIMIT_RAD,
         _ => STRIP_RAD,
