@@ -3,7 +3,7 @@
 //! Enters: the parameter slots, and whether the clock is the one that was asked for. Leaves: the parameters
 //! and, when it is asked for, the [`Processor`], which says in every frame what was wrong at boot.
 
-use trueaxis::parameter_slots::ParameterSlots;
+use trueaxis::parameter_slots::{MEND_ATTEMPTS, Mending, ParameterSlots};
 use trueaxis::processor::{BootReport, Processor};
 use trueaxis::{NumberSystem, Parameters};
 
@@ -32,8 +32,11 @@ impl Booted {
 }
 
 /// Loads the parameters and mends a slot that is bad.
+///
+/// # Inputs
+/// `supply_suffices`: the supply is known to be high enough for erasing and programming flash.
 #[inline(never)]
-pub fn boot(flash: SlotFlash, clock_fallback: bool) -> Booted {
+pub fn boot(flash: SlotFlash, supply_suffices: bool, clock_fallback: bool) -> Booted {
     let mut slots = ParameterSlots::new(flash, [0, SECTOR_BYTES]);
     let loaded = slots.load();
     defmt::info!(
@@ -44,8 +47,19 @@ pub fn boot(flash: SlotFlash, clock_fallback: bool) -> Booted {
         clock_fallback
     );
     if loaded.slot_bad {
-        match slots.mend() {
-            Ok(_) => defmt::warn!("a parameter slot was bad and is mended"),
+        match slots.mend(supply_suffices) {
+            Ok(Mending::Done) => defmt::warn!("a parameter slot was bad and is mended"),
+            Ok(Mending::SupplyLow) => {
+                defmt::warn!("a parameter slot is bad; the supply is too low to mend it");
+            }
+            Ok(Mending::Exhausted) => defmt::error!(
+                "a parameter slot is bad; {=usize} attempts did not mend it",
+                MEND_ATTEMPTS
+            ),
+            // A second reading found both good, or none.
+            Ok(Mending::NotNeeded) => {
+                defmt::warn!("a parameter slot read as bad once and not again")
+            }
             Err(fault) => defmt::error!("a parameter slot is bad and cannot be mended: {}", fault),
         }
     }

@@ -26,6 +26,7 @@ use super::link::Link;
 use super::sample_timer::SampleTimer;
 use super::sampling::{FRAME_QUEUE, SAMPLING, Sampling, WATCH};
 use super::serial::Serial;
+use super::supply;
 
 pub use self::spi_bus::SpiBus as Spi;
 
@@ -59,7 +60,11 @@ fn main() -> ! {
         defmt::error!("the previous run ended in {} at {=u32:#x}", kind, place);
     }
 
-    let booted = boot(SlotFlash::new(peripherals.FLASH), clocks.is_fallback());
+    let booted = boot(
+        SlotFlash::new(peripherals.FLASH),
+        supply::suffices(&peripherals.PWR),
+        clocks.is_fallback(),
+    );
 
     let (frames, queued) = FRAMES.split();
     let serial = Serial::new(peripherals.USART1, &peripherals.GPIOA, &rcc, clocks.apb2_hz);
