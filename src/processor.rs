@@ -60,6 +60,12 @@ pub struct BootReport {
     pub slot_bad: bool,
     /// Generation of the parameters in use; 0 for the nominal ones.
     pub generation: u32,
+    /// What reset the board: bits of [`reset_cause`](crate::health::reset_cause).
+    pub reset_cause: u32,
+    /// How the previous run failed and where, as health items 43 and 44 have it; 0 where it did not.
+    pub last_failure_kind: u32,
+    /// Source line or instruction address.
+    pub last_failure_place: u32,
 }
 
 /// How the interrupt of this period came.
@@ -137,6 +143,9 @@ struct Settings {
     samples_per_output: u32,
     generation: u32,
     configuration: u32,
+    reset_cause: u32,
+    last_failure_kind: u32,
+    last_failure_place: u32,
 }
 
 impl<N: NumberSystem> Processor<N> {
@@ -156,6 +165,9 @@ impl<N: NumberSystem> Processor<N> {
                     item::WITH_ACCELEROMETERS,
                     parameters.accelerometers.is_some(),
                 ) | with(item::ADAPTIVE, parameters.adaptation_time_s > 0.0),
+                reset_cause: boot.reset_cause,
+                last_failure_kind: boot.last_failure_kind,
+                last_failure_place: boot.last_failure_place,
             },
             boot: Status::CLOCK_FALLBACK
                 .when(boot.clock_fallback)
@@ -388,6 +400,9 @@ impl<N: NumberSystem> Processor<N> {
             item::PERIODS => self.periods,
             item::SKIPPED => self.health.samples_skipped,
             item::STUCK_LINES => self.health.stuck_lines,
+            item::RESET_CAUSE => self.settings.reset_cause,
+            item::LAST_FAILURE_KIND => self.settings.last_failure_kind,
+            item::LAST_FAILURE_PLACE => self.settings.last_failure_place,
             bit => self.health.counter(self.state.faults(), bit),
         }
     }

@@ -1,7 +1,7 @@
 //! From flash to a processor that is ready: what both images do before the first sample.
 //!
-//! Enters: the parameter slots, and whether the clock is the one that was asked for. Leaves: the parameters
-//! and, when it is asked for, the [`Processor`], which says in every frame what was wrong at boot.
+//! Enters: the parameter slots, and what clock, reset and previous run were. Leaves: the parameters and, when it
+//! is asked for, the [`Processor`], which says in its frames what was wrong at boot.
 
 use trueaxis::parameter_slots::{MEND_ATTEMPTS, Mending, ParameterSlots};
 use trueaxis::processor::{BootReport, Processor};
@@ -34,9 +34,10 @@ impl Booted {
 /// Loads the parameters and mends a slot that is bad.
 ///
 /// # Inputs
-/// `supply_suffices`: the supply is known to be high enough for erasing and programming flash.
+/// `supply_suffices`: the supply is known to be high enough for erasing and programming flash. `before`: what
+/// is known already, of clock, reset and previous run.
 #[inline(never)]
-pub fn boot(flash: SlotFlash, supply_suffices: bool, clock_fallback: bool) -> Booted {
+pub fn boot(flash: SlotFlash, supply_suffices: bool, before: BootReport) -> Booted {
     let mut slots = ParameterSlots::new(flash, [0, SECTOR_BYTES]);
     let loaded = slots.load();
     defmt::info!(
@@ -44,7 +45,7 @@ pub fn boot(flash: SlotFlash, supply_suffices: bool, clock_fallback: bool) -> Bo
         <Core as NumberSystem>::NAME,
         loaded.generation,
         loaded.parameters_default(),
-        clock_fallback
+        before.clock_fallback
     );
     if loaded.slot_bad {
         match slots.mend(supply_suffices) {
@@ -64,10 +65,10 @@ pub fn boot(flash: SlotFlash, supply_suffices: bool, clock_fallback: bool) -> Bo
         }
     }
     let report = BootReport {
-        clock_fallback,
         parameters_default: loaded.parameters_default(),
         slot_bad: loaded.slot_bad,
         generation: loaded.generation,
+        ..before
     };
     Booted {
         parameters: loaded.parameters,

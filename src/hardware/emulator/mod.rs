@@ -22,10 +22,10 @@ use heapless::spsc::{Consumer, Producer, Queue};
 use semihosting::fs::File;
 use semihosting::io::{self, Write};
 use stm32f4::stm32f405::Peripherals;
-use trueaxis::TelemetryFrame;
 use trueaxis::bank_record::BankRecord;
 use trueaxis::counter_bank::{AccelerometerInput, CounterBank};
 use trueaxis::run_report::{RunOutcome, RunReport};
+use trueaxis::{BootReport, TelemetryFrame};
 
 use self::bank_file::{BankFile, LINK_HELD, Records, read_ahead, ticks};
 use super::background::Background;
@@ -85,7 +85,11 @@ fn run(
     let booted = boot(
         SlotFlash::new(peripherals.FLASH),
         supply_suffices,
-        clocks.is_fallback(),
+        // It resets for no reason and keeps no failure.
+        BootReport {
+            clock_fallback: clocks.is_fallback(),
+            ..BootReport::default()
+        },
     );
 
     let mut input = File::open(c"frames.bin")?;
