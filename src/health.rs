@@ -17,6 +17,9 @@
 //! | 38 | configuration: bit 0 accelerometers, bit 1 the dither strip adapts |
 //! | 39 | sampling periods since start, wraps |
 //! | 41 | of item 21, frames with every bit the same |
+//! | 42 | what reset the board, bits of [`reset_cause`]; 0 where nothing tells, as in the emulator |
+//! | 43 | how the previous run failed: 0 it did not, 1 panic, 2 hard fault, 3 clock lost |
+//! | 44 | where: the source line of a panic, the instruction's address of a hard fault, else 0 |
 //!
 //! Counters of conditions (5 to 8, 12) grow with each output period that the condition lasts; counters of
 //! events count events. Boot faults (status bits 23 to 25) stay in every frame's status instead of a
@@ -57,6 +60,12 @@ pub mod item {
     pub const PERIODS: u8 = 39;
     /// Frames with every bit the same.
     pub const STUCK_LINES: u8 = 41;
+    /// What reset the board.
+    pub const RESET_CAUSE: u8 = 42;
+    /// How the previous run failed.
+    pub const LAST_FAILURE_KIND: u8 = 43;
+    /// Where it failed.
+    pub const LAST_FAILURE_PLACE: u8 = 44;
 
     /// Bit of [`CONFIGURATION`]: there are accelerometers.
     pub const WITH_ACCELEROMETERS: u32 = 1 << 0;
@@ -64,8 +73,28 @@ pub mod item {
     pub const ADAPTIVE: u32 = 1 << 1;
 }
 
-/// The items in the order of their turns: at 400 frames a second each comes round every 70 ms.
-pub const HEALTH_ITEMS: [u8; 27] = [
+/// Bits of [`item::RESET_CAUSE`], in the order of RCC_CSR (RM0090 7.3.21). The firmware clears them at each
+/// boot, so they are of the last reset. Several may stand together: every reset from inside pulls the pin,
+/// and power-on sets the brown-out's bit.
+pub mod reset_cause {
+    /// The supply was below the brown-out level.
+    pub const BROWN_OUT: u32 = 1 << 0;
+    /// The reset pin.
+    pub const PIN: u32 = 1 << 1;
+    /// Power came on, or was lost for a moment.
+    pub const POWER_ON: u32 = 1 << 2;
+    /// Software: the end of a run that failed (items 43 and 44), or a probe.
+    pub const SOFTWARE: u32 = 1 << 3;
+    /// The independent watchdog: samples stopped or the main loop hung.
+    pub const INDEPENDENT_WATCHDOG: u32 = 1 << 4;
+    /// The window watchdog, unused here.
+    pub const WINDOW_WATCHDOG: u32 = 1 << 5;
+    /// Low power: a forbidden stop or standby mode.
+    pub const LOW_POWER: u32 = 1 << 6;
+}
+
+/// The items in the order of their turns: at 400 frames a second each comes round every 75 ms.
+pub const HEALTH_ITEMS: [u8; 30] = [
     item::SAMPLE_RATE,
     item::SAMPLES_PER_OUTPUT,
     item::CONFIGURATION,
@@ -93,6 +122,9 @@ pub const HEALTH_ITEMS: [u8; 27] = [
     22,
     26,
     item::STUCK_LINES,
+    item::RESET_CAUSE,
+    item::LAST_FAILURE_KIND,
+    item::LAST_FAILURE_PLACE,
 ];
 
 /// Faults around the chain since start. Every counter stops at its end instead of wrapping.

@@ -90,6 +90,8 @@ pub mod health;
 
 pub mod processor;
 
+pub mod clock_start;
+
 pub mod trace;
 
 pub mod telemetry;

@@ -69,6 +69,12 @@ pub struct BootReport {
     pub slot_bad: bool,
     /// Generation of the parameters in use; 0 for the nominal ones.
     pub generation: u32,
+    /// What reset the board: bits of [`reset_cause`](crate::health::reset_cause).
+    pub reset_cause: u32,
+    /// How the previous run failed and where, as health items 43 and 44 have it; 0 where it did not.
+    pub last_failure_kind: u32,
+    /// Source line or instruction address.
+    pub last_failure_place: u32,
 }
 
 /// How the interrupt of this period came.
@@ -147,6 +153,9 @@ struct Settings {
     generation: u32,
     configuration: u32,
     start_up_periods: u32,
+    reset_cause: u32,
+    last_failure_kind: u32,
+    last_failure_place: u32,
 }
 
 impl<N: NumberSystem> Processor<N> {
@@ -167,6 +176,9 @@ impl<N: NumberSystem> Processor<N> {
                     parameters.accelerometers.is_some(),
                 ) | with(item::ADAPTIVE, parameters.adaptation_time_s > 0.0),
                 start_up_periods: (START_UP_LIMIT_S * parameters.sample_rate_hz) as u32,
+                reset_cause: boot.reset_cause,
+                last_failure_kind: boot.last_failure_kind,
+                last_failure_place: boot.last_failure_place,
             },
             boot: Status::CLOCK_FALLBACK
                 .when(boot.clock_fallback)
@@ -404,6 +416,9 @@ impl<N: NumberSystem> Processor<N> {
             item::CONFIGURATION => self.settings.configuration,
             item::PERIODS => self.periods,
             item::STUCK_LINES => self.health.stuck_lines,
+            item::RESET_CAUSE => self.settings.reset_cause,
+            item::LAST_FAILURE_KIND => self.settings.last_failure_kind,
+            item::LAST_FAILURE_PLACE => self.settings.last_failure_place,
             bit => self.health.counter(self.state.faults(), bit),
         }
     }

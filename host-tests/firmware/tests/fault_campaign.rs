@@ -236,6 +236,7 @@ fn boots<N: NumberSystem>(seed: u64) {
                 parameters_default: loaded.parameters_default(),
                 slot_bad: loaded.slot_bad,
                 generation: loaded.generation,
+                ..BootReport::default()
             };
             let played = play::<N>(&loaded.parameters, report, stream, []);
             assert!(!played.frames.is_empty());

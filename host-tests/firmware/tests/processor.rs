@@ -1,7 +1,7 @@
 //! The processor around the chain: what a fault costs, what it counts, when it ends.
 
 use proptest::prelude::*;
-use trueaxis::health::{HEALTH_ITEMS, item};
+use trueaxis::health::{HEALTH_ITEMS, item, reset_cause};
 use trueaxis::sample_source::{Reading, SourceFault};
 use trueaxis::trace::{TraceEntry, TraceRing};
 use trueaxis::{
@@ -341,6 +341,7 @@ fn the_boots_faults_stand_in_every_frame_and_leave_the_first_fault_to_service() 
         parameters_default: true,
         slot_bad: true,
         generation: 7,
+        ..BootReport::default()
     };
     let mut processor = Processor::<F32>::new(&parameters(10), boot).expect("in range");
     let frames = run(&mut processor, 0..100, |period| {
@@ -398,6 +399,37 @@ fn every_health_item_takes_its_turn_and_tells_the_settings() {
     let text = format!("{}.{}.{}", version[0], version[1], version[2]);
     assert_eq!(text, env!("CARGO_PKG_VERSION"));
     assert_eq!(version[3], 1, "fixed point");
+}
+
+#[test]
+fn reset_cause_and_last_failure_are_told_in_their_turn() {
+    let boot = BootReport {
+        reset_cause: reset_cause::PIN | reset_cause::SOFTWARE,
+        last_failure_kind: 2,
+        last_failure_place: 0x0800_1234,
+        ..BootReport::default()
+    };
+    for (boot, told) in [
+        (boot, [0b1010, 2, 0x0800_1234]),
+        (BootReport::default(), [0; 3]),
+    ] {
+        let mut processor = Processor::<F32>::new(&parameters(4), boot).expect("in range");
+        let turn = HEALTH_ITEMS.len() as u32;
+        let frames = run(&mut processor, 0..8 * turn, |_| None);
+        for (index, value) in (42..=44).zip(told) {
+            let of_item = frames.iter().filter(|frame| frame.health.index == index);
+            let values: Vec<_> = of_item.map(|frame| frame.health.value).collect();
+            assert_eq!(values, [value; 2], "item {index} in two turns");
+            assert_eq!(item_now(&processor, index), value);
+        }
+        // Neither is a fault of this run.
+        assert_eq!(*processor.health(), trueaxis::Health::NONE);
+        assert!(
+            frames.iter().all(|frame| {
+                frame.output.status.bits() & Status::IN_SERVICE_FAULTS.bits() == 0
+            })
+        );
+    }
 }
 
 #[test]

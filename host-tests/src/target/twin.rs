@@ -52,6 +52,7 @@ fn run_in<N: NumberSystem>(
         parameters_default: loaded.parameters_default(),
         slot_bad: loaded.slot_bad,
         generation: loaded.generation,
+        ..BootReport::default()
     };
     let mut processor = Processor::<N>::new(&loaded.parameters, boot)?;
     let wire = Cell::new(None);
