@@ -1,4 +1,4 @@
-//! `cargo stages`: what each stage of the chain costs, as a markdown table for the README.
+//! `cargo stages`: what each stage of the chain costs, as the markdown table of `docs/measured.md`.
 //!
 //! Enters: nothing: both emulated images are built, and play a simulated motion: three dithered gyros on a
 //! coning case. Leaves: on standard output, instructions a sample by stage and number system as QEMU executed

@@ -6,11 +6,14 @@ use std::f64::consts::TAU;
 use rlg::diagnose::locate::Tile;
 use rlg::diagnose::pictures::Pictures;
 use rlg::diagnose::result::*;
-use rlg::report::page;
+use rlg::report::{figure, page};
 use serde_json::Value;
 
 /// A page must travel as an attachment and open on a phone.
 const LARGEST_PAGE_BYTES: usize = 1_500_000;
+
+/// A picture in a page on the web must appear at once.
+const LARGEST_PICTURE_BYTES: usize = 60_000;
 
 /// Text that would run, were it not escaped.
 const HOSTILE: &str = "<script>alert('1')</script><img src=x onerror=\"x()\">&amp;";
@@ -226,6 +229,43 @@ fn numbers_that_are_not_known_do_not_break_a_page() {
     let page = page(&diagnosis, Some(&pictures));
     assert!(page.contains("not known"));
     assert!(!page.contains("could not be drawn"));
+}
+
+#[test]
+fn the_residual_picture_stands_alone_and_says_what_fell() {
+    let svg = figure::residuals(&explained(), Some(&pictures(60.0)));
+    assert!(svg.len() < LARGEST_PICTURE_BYTES, "{} bytes", svg.len());
+    assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width="));
+    for expected in [
+        "fill=\"#FFFFFF\"",
+        "aria-label=",
+        "time [s]",
+        "residual [″]",
+        "after: with axis flexure",
+        "held out of the fit",
+        // 6.9633e-6 and 1.4069e-7 ± 2.7506e-7 rad/s, times 206265 °/h in a rad/s
+        "gyro x: mean residual rate on held-out time 1.436 ± 0.057 °/h before, 0.029 ± 0.057 °/h after",
+        "gyro z: ",
+    ] {
+        assert!(svg.contains(expected), "the picture lacks {expected}");
+    }
+    for forbidden in ["bench-17", "<script", "href=", "url(", "NaN", "inf"] {
+        assert!(!svg.contains(forbidden), "the picture has {forbidden}");
+    }
+}
+
+#[test]
+fn a_picture_of_nothing_found_claims_no_before_and_after() {
+    let diagnosis = Diagnosis {
+        verdict: Verdict::Matches,
+        effects: Vec::new(),
+        ..explained()
+    };
+    let svg = figure::residuals(&diagnosis, Some(&pictures(60.0)));
+    assert!(svg.contains("model as given"));
+    assert!(!svg.contains("before") && !svg.contains("after"));
+    let nothing = figure::residuals(&diagnosis, None);
+    assert!(nothing.contains("No residual to draw"));
 }
 
 fn collect(value: &Value, numbers: &mut Vec<String>) {

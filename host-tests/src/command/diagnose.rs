@@ -13,17 +13,23 @@ use crate::diagnose::streams::Streams;
 use crate::diagnose::{diagnose, diagnose_aligned};
 use crate::error::InputError;
 use crate::recording::Recording;
-use crate::report::page;
 use crate::report::terminal::lines;
+use crate::report::{figure, page};
 use crate::terminal::Terminal;
 
 /// What it writes.
-const RESULTS: &[&str] = &["diagnosis.json", "model.toml", "report.html"];
+const RESULTS: &[&str] = &[
+    "diagnosis.json",
+    "model.toml",
+    "report.html",
+    "residual.svg",
+];
 
 /// Find what a model leaves out of a recording
 ///
-/// Writes OUT/diagnosis.json (every number), OUT/report.html (one page with the plots) and OUT/model.toml
-/// (the model with the found effects switched on: diagnosed again, it matches).
+/// Writes OUT/diagnosis.json (every number), OUT/report.html (one page with the plots), OUT/residual.svg (the
+/// residual of the three gyros before and after, a picture for a document) and OUT/model.toml (the model with
+/// the found effects switched on: diagnosed again, it matches).
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  rlg diagnose recordings/bench-17 --model recordings/bench-17/model.toml --out out/bench-17\n  rlg diagnose monday tuesday friday --model unit.toml --hold-out friday --out out/unit"
@@ -153,6 +159,8 @@ impl Diagnose {
         out.write("model.toml", outcome.model.to_toml().as_bytes())?;
         let report = page(&outcome.diagnosis, outcome.pictures.as_ref());
         out.write("report.html", report.as_bytes())?;
+        let residual = figure::residuals(&outcome.diagnosis, outcome.pictures.as_ref());
+        out.write("residual.svg", residual.as_bytes())?;
         out.commit()?;
         for line in lines(&outcome.diagnosis) {
             terminal.say(line);

@@ -3,8 +3,8 @@
 //! Enters: a seed. Leaves: [`Figure`]: both gyros' mean rates over time \[°/h\], axis of the cone, and the difference
 //! while coning.
 //!
-//! Expected: Ω³φ²/2 (K_xy + K_xz), physics of the README's "sums": 0.495 °/h at 15 Hz and 0.367°, 0.027 °/h at 1 Hz
-//! and 5°. The paper prints neither cone angle. 15 Hz: 0.367° is what its 0.5 °/h asks of its own Table 3. 1 Hz:
+//! Expected: Ω³φ²/2 (K_xy + K_xz), the drift of a flexible block under coning: 0.495 °/h at 15 Hz and 0.367°,
+//! 0.027 °/h at 1 Hz and 5°. The paper prints neither cone angle. 15 Hz: 0.367° is what its 0.5 °/h asks of its own Table 3. 1 Hz:
 //! "larger", 5° is what a table does without effort.
 //!
 //! As in the paper, the gyros' rates are set side by side and not their attitudes: the cone's own −2Ω sin²(φ/2) stays.

@@ -5,7 +5,7 @@
 //! velocity, as in the paper's Fig. 6 and 7.
 //!
 //! The paper gives the class and the 4 kHz, nothing else: pulse, dither and random walk are the usual ones of a
-//! dithered block (physics as in the README), biases those that make 0.8 nmile/h.
+//! dithered block, biases those that make 0.8 nmile/h.
 
 use trueaxis::CrossAxis;
 

@@ -112,7 +112,8 @@ pub fn time_range(pictures: &Pictures) -> std::ops::Range<f64> {
     }
 }
 
-fn arcsec(angle_rad: &[f64]) -> Vec<f64> {
+/// Angles in arcseconds.
+pub fn arcsec(angle_rad: &[f64]) -> Vec<f64> {
     angle_rad
         .iter()
         .map(|angle| angle * ARCSEC_PER_RAD)

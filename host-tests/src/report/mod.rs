@@ -15,6 +15,7 @@ pub mod calibration;
 pub mod challenge;
 mod curves;
 mod facts;
+pub mod figure;
 mod findings;
 mod limits;
 

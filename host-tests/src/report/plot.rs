@@ -47,25 +47,35 @@ pub type Drawn = Result<(), Box<dyn Error>>;
 /// One plot of `height` page pixels; `label` says in words what is seen.
 pub fn plot(label: &str, height: u32, draw: impl FnOnce(&Area) -> Drawn) -> Markup {
     let size = (WIDTH * FINE, height * FINE);
-    let mut svg = String::new();
-    let drawn = {
-        let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
-        draw(&area).and_then(|()| Ok(area.present()?))
-    };
-    // The backend's own outer tag fixes the size in pixels; ours scales.
-    let inner = svg.find('>').zip(svg.rfind("</svg>"));
-    match (drawn, inner) {
-        (Ok(()), Some((begin, end))) => {
-            let inner = svg[begin + 1..end].replace(" opacity=\"1\"", "");
-            html! {
-                svg.plot viewBox=(format!("0 0 {} {}", size.0, size.1)) role="img" aria-label=(label) {
-                    (PreEscaped(inner))
-                }
+    match drawing(size, draw) {
+        Ok(inner) => html! {
+            svg.plot viewBox=(format!("0 0 {} {}", size.0, size.1)) role="img" aria-label=(label) {
+                (PreEscaped(inner))
             }
-        }
-        (Err(problem), _) => html! { p { "This plot could not be drawn: " (problem) "." } },
-        (Ok(()), None) => html! {},
+        },
+        Err(problem) => html! { p { "This plot could not be drawn: " (problem) "." } },
     }
+}
+
+/// Draws on a surface of `size` units and returns the SVG elements without the outer tag, whose size in pixels is
+/// fixed by the backend.
+///
+/// # Errors
+/// Whatever the drawing reports.
+pub fn drawing(
+    size: (u32, u32),
+    draw: impl FnOnce(&Area) -> Drawn,
+) -> Result<String, Box<dyn Error>> {
+    let mut svg = String::new();
+    {
+        let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+        draw(&area)?;
+        area.present()?;
+    }
+    let inner = svg.find('>').zip(svg.rfind("</svg>"));
+    Ok(inner.map_or(String::new(), |(begin, end)| {
+        svg[begin + 1..end].replace(" opacity=\"1\"", "")
+    }))
 }
 
 /// A short line as a legend shows it.

@@ -101,7 +101,12 @@ fn the_command_leaves_all_of_its_results_or_none() {
         let words = String::from_utf8_lossy(&output.stderr);
         match output.status.code() {
             Some(0) => {
-                for name in ["diagnosis.json", "model.toml", "report.html"] {
+                for name in [
+                    "diagnosis.json",
+                    "model.toml",
+                    "report.html",
+                    "residual.svg",
+                ] {
                     assert!(out.join(name).exists(), "seed {seed}: no {name}");
                 }
                 assert_eq!(left, 2, "seed {seed}: something beside the results");

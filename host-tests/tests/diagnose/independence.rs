@@ -83,14 +83,19 @@ fn same_bytes(
                 .arg(&out)
                 .assert()
                 .success();
-            ["diagnosis.json", "model.toml", "report.html"]
-                .map(|name| {
-                    (
-                        name.to_string(),
-                        fs::read(out.join(name)).expect("a result"),
-                    )
-                })
-                .to_vec()
+            [
+                "diagnosis.json",
+                "model.toml",
+                "report.html",
+                "residual.svg",
+            ]
+            .map(|name| {
+                (
+                    name.to_string(),
+                    fs::read(out.join(name)).expect("a result"),
+                )
+            })
+            .to_vec()
         })
         .collect();
     assert!(written.windows(2).all(|pair| pair[0] == pair[1]));
