@@ -54,21 +54,21 @@ pub struct Summed {
     rest: i32,
 }
 
-const INCREMENT: u32 = 37;
-const COEFFICIENT: u32 = 32;
-const FILTER: u32 = 30;
-const ACCELERATION: u32 = 40;
-const FLEXURE: u32 = 26;
-const TILT: u32 = FLEXURE + ACCELERATION - 32;
-const TILTED: u32 = TILT + INCREMENT;
-const ANGLE: u32 = 33;
-const CROSS: u32 = ANGLE + INCREMENT;
+pub(super) const INCREMENT: u32 = 37;
+pub(super) const COEFFICIENT: u32 = 32;
+pub(super) const FILTER: u32 = 30;
+pub(super) const ACCELERATION: u32 = 40;
+pub(super) const FLEXURE: u32 = 26;
+pub(super) const TILT: u32 = FLEXURE + ACCELERATION - 32;
+pub(super) const TILTED: u32 = TILT + INCREMENT;
+pub(super) const ANGLE: u32 = 33;
+pub(super) const CROSS: u32 = ANGLE + INCREMENT;
 /// Bits that correlations drop of both factors, so that a window's sum fits: 2 · 23 bits and 2⁷ terms.
-const REDUCED: u32 = 8;
-const FINE: u32 = FINE_PER_RAD_LOG2 as u32;
+pub(super) const REDUCED: u32 = 8;
+pub(super) const FINE: u32 = FINE_PER_RAD_LOG2 as u32;
 
 /// 2c, so that its upper word with an increment is an angle.
-const TWICE_CONING: [i32; 2] = [
+pub(super) const TWICE_CONING: [i32; 2] = [
     twice_coning(CONING_COEFFICIENTS[0]),
     twice_coning(CONING_COEFFICIENTS[1]),
 ];
@@ -79,10 +79,10 @@ const fn twice_coning(c: f64) -> i32 {
 }
 
 /// Below 1/2, so that the upper word with an increment is an increment.
-const KAPPA: i32 = (WITHIN_SAMPLE * (1u64 << 32) as f64) as i32;
+pub(super) const KAPPA: i32 = (WITHIN_SAMPLE * (1u64 << 32) as f64) as i32;
 
 /// Half the limit's span in the filter sum's upper word.
-const ACCELERATION_LIMIT: i32 =
+pub(super) const ACCELERATION_LIMIT: i32 =
     (ACCELERATION_LIMIT_RAD * (1u64 << (INCREMENT + FILTER - 32)) as f64) as i32;
 
 /// a × b, exact.
@@ -98,7 +98,7 @@ fn upper(a: i32, b: i32) -> i32 {
 }
 
 /// The largest power of two by which `limit` still fits an `i32`.
-fn filling(limit: i32) -> u32 {
+pub(super) fn filling(limit: i32) -> u32 {
     limit.max(1).leading_zeros() - 1
 }
 

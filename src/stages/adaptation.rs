@@ -247,6 +247,42 @@ impl Adaptation {
         Some(self.close(state, strip, strip_state))
     }
 
+    /// Output periods of one window; 1 where no gyro is dithered.
+    #[cfg(feature = "proof")]
+    pub(crate) fn frames_per_window(&self) -> u32 {
+        if self.watches {
+            self.frames_per_window
+        } else {
+            1
+        }
+    }
+
+    /// Lowest and highest of each tap that the windows can ask for \[fine units per code\]: a tap rises or
+    /// falls with either tracked value, rounding included, so that its extremes stand at their ends.
+    #[cfg(feature = "proof")]
+    pub(crate) fn tap_ranges(&self, nominal: &[ExactTaps; 3]) -> [[(i64, i64); 2]; 3] {
+        let mut ranges = nominal.map(|taps| taps.map(|tap| (tap, tap)));
+        for (axis, ranges) in self.axes.iter().zip(&mut ranges) {
+            if !(self.tracks && axis.dithered) {
+                continue;
+            }
+            for gain in [-ADAPTATION_RANGE, ADAPTATION_RANGE] {
+                for quadrature in [-ADAPTATION_RANGE, ADAPTATION_RANGE] {
+                    let tracked = Tracked {
+                        gain,
+                        quadrature,
+                        ..Tracked::default()
+                    };
+                    for ((low, high), tap) in ranges.iter_mut().zip(axis.taps(&tracked)) {
+                        *low = tap.min(*low);
+                        *high = tap.max(*high);
+                    }
+                }
+            }
+        }
+        ranges
+    }
+
     /// Judges the window, moves the taps, begins the next one.
     #[inline(never)]
     fn close<N: NumberSystem>(
@@ -354,6 +390,12 @@ impl<N: NumberSystem> AdaptationState<N> {
     /// The window holds lost or held samples: it may judge, but moves nothing; nor does the next one.
     pub fn disturb(&mut self) {
         self.disturbed = DISTURBED_WINDOWS;
+    }
+
+    /// The sums of the window.
+    #[cfg(feature = "proof")]
+    pub(crate) fn sums(&self) -> impl core::fmt::Debug + '_ {
+        &self.sums
     }
 
     /// What the last window found of each gyro.
