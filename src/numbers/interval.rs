@@ -437,9 +437,10 @@ impl NumberSystem for Interval {
     /// What is held, together with what is not beyond and stays.
     fn held(sum: Span) -> Span {
         let end = i128::from(ACCELERATION_LIMIT) << 32;
+        let limit = end - (1 << (INCREMENT + FILTER - ACCELERATION));
         Span {
-            low: sum.low.clamp(-end, end - 1),
-            high: sum.high.clamp(-end, end - 1),
+            low: sum.low.clamp(-limit, limit).min(sum.low.max(-end)),
+            high: sum.high.clamp(-limit, limit).max(sum.high.min(end - 1)),
         }
     }
     #[track_caller]

@@ -392,10 +392,11 @@ impl<N: NumberSystem> AdaptationState<N> {
         self.disturbed = DISTURBED_WINDOWS;
     }
 
-    /// The sums of the window.
+    /// The window's sums that are kept in the number system's words.
     #[cfg(feature = "proof")]
-    pub(crate) fn sums(&self) -> impl core::fmt::Debug + '_ {
-        &self.sums
+    pub(crate) fn sums(&self) -> impl core::fmt::Debug {
+        self.sums
+            .map(|sums| (sums.correlations, sums.steps, sums.error))
     }
 
     /// What the last window found of each gyro.

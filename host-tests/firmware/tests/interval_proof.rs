@@ -17,9 +17,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use proptest::prelude::*;
 use trueaxis::numbers::Interval;
-use trueaxis::numbers::interval::{Bound, Operation, take_bounds};
-use trueaxis::{AccelerometerParameters, Chain, ChainState, CrossAxis, Parameters, Sample};
+use trueaxis::numbers::interval::{Bound, Operation, Span, Summed, take_bounds};
+use trueaxis::{
+    AccelerometerParameters, Chain, ChainState, CrossAxis, Fixed, NumberSystem, Parameters, Sample,
+};
 
 // ---- Configurations
 
@@ -274,4 +277,210 @@ fn no_word_of_the_fixed_point_chain_wraps() {
         .map(|(key, _)| *key)
         .collect();
     assert_eq!(wraps, WRAPS);
+}
+
+/// Bounds are those of all samples: the sample at hand does not matter, nor what was held or lost.
+#[test]
+fn the_bounds_do_not_depend_on_the_samples() {
+    let corner = Corner {
+        samples_per_output: 7,
+        sample_rate_hz: 4000.0,
+        acceleration_order: 4,
+        cycles: 0.1,
+        delay_s: 1e-5,
+        adapts: true,
+        sign: 1.0,
+        weights: WEIGHTS[1],
+    };
+    let parameters = corner.parameters();
+    let expected = prove(&parameters, still);
+    // Any 32 bits: most of them are held.
+    let bits = |k: u32| k.wrapping_mul(2_654_435_761).rotate_left(k % 32) as i32;
+    let any = prove(&parameters, |k| Sample {
+        pulse_counts: [bits(k), bits(k + 1), bits(k + 2) % 1000],
+        pickoff_codes: [bits(k + 3), bits(k + 4) % 1_000_000, bits(k + 5)],
+        accelerometer_codes: [bits(k + 6), bits(k + 7), bits(k + 8)],
+    });
+    assert_eq!(any, expected);
+
+    // A lost sample in every third output period.
+    let chain = Chain::<Interval>::new(&parameters).expect("parameters in range");
+    let mut state = ChainState::new();
+    for k in 0..10_000 {
+        if k % 21 == 3 {
+            chain.process_lost(&mut state, 1);
+        } else {
+            chain.process(&mut state, &Sample::default());
+        }
+        chain.widen_taps(&mut state);
+    }
+    for bound in take_bounds() {
+        let same = |b: &&Bound| (b.operation, b.file) == (bound.operation, bound.file);
+        let known = expected.iter().find(same);
+        // Levers that an angle of a gap turned are no part of the expected ones.
+        let turned = TURNED_BY_GAPS.contains(&bound.operation);
+        assert!(
+            turned
+                || known.is_some_and(|known| {
+                    known.span.low <= bound.span.low && bound.span.high <= known.span.high
+                }),
+            "{bound:?}, {known:?}"
+        );
+    }
+}
+
+/// Words that the angle of a reading after lost samples enters, where they may wrap.
+///
+/// To be emptied with [`WRAPS`].
+const TURNED_BY_GAPS: &[Operation] = &[
+    Operation::Turned,
+    Operation::Advance,
+    Operation::Lever,
+    Operation::AddCross,
+    Operation::Fine,
+];
+
+// ---- The intervals are those of `Fixed`
+
+fn span(limit: i32) -> impl Strategy<Value = (Span, i32)> {
+    (-limit..=limit, -limit..=limit, 0.0..=1.0f64).prop_map(|(one, other, share)| {
+        let (low, high) = (one.min(other), one.max(other));
+        let inside = f64::from(low) + share * (f64::from(high) - f64::from(low));
+        let span = Span {
+            low: low.into(),
+            high: high.into(),
+        };
+        (span, (inside as i32).clamp(low, high))
+    })
+}
+
+fn long_span(limit: i64) -> impl Strategy<Value = (Span, i64)> {
+    (-limit..=limit, -limit..=limit, any::<bool>()).prop_map(|(one, other, at_high)| {
+        let (low, high) = (one.min(other), one.max(other));
+        let span = Span {
+            low: low.into(),
+            high: high.into(),
+        };
+        (span, if at_high { high } else { low })
+    })
+}
+
+/// An increment, within the largest that the chain knows.
+fn increment() -> impl Strategy<Value = (Span, i32)> {
+    span(1 << 30)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    /// Each operation of `Fixed` on values inside intervals gives a value inside the interval's result, and on
+    /// points the result itself.
+    #[test]
+    fn an_interval_holds_what_fixed_point_makes_of_its_values(
+        (a, x) in increment(),
+        (b, y) in increment(),
+        (c, z) in increment(),
+        (d, w) in increment(),
+        (t, k) in span(1 << 30),
+        (long, sum) in long_span(1 << 60),
+        (tilts, tilted) in long_span(1 << 62),
+    ) {
+        type I = Interval;
+        type F = Fixed;
+        let point = |value: i32| Span::point(value);
+        let (pa, pb, pc, pd, pt) = (point(x), point(y), point(z), point(w), point(k));
+        let p_long = Span::point(sum);
+        let p_tilts = Span::point(tilted);
+        // Of intervals, of points, of fixed point.
+        let mut cases: Vec<(Span, Span, i64)> = Vec::new();
+        let mut case = |interval: Span, point: Span, fixed: i64| cases.push((interval, point, fixed));
+
+        case(I::strip(a, t, b), I::strip(pa, pt, pb), F::strip(x, k, y).into());
+        case(I::add_product(a, t, b), I::add_product(pa, pt, pb), F::add_product(x, k, y).into());
+        case(I::difference(a, b), I::difference(pa, pb), F::difference(x, y).into());
+        let filter = I::filter(&[t, t, t, t], [a, b, c, d]);
+        let of_points = I::filter(&[pt, pt, pt, pt], [pa, pb, pc, pd]);
+        case(filter, of_points, F::filter(&[k; 4], [x, y, z, w]));
+        let held = |sum: i64| if F::beyond(sum) { F::held(sum) } else { sum };
+        let (i_held, p_held) = (I::held(long), I::held(p_long));
+        prop_assert!(i_held.contains(held(sum)) && p_held.contains(held(sum)));
+        case(I::acceleration(i_held), I::acceleration(Span::point(held(sum))),
+            F::acceleration(held(sum)).into());
+        prop_assert!(!F::beyond(sum) || I::beyond(long));
+        case(I::tilt(t, a), I::tilt(pt, pa), F::tilt(k, x).into());
+        case(I::tilted(t, a, b, c), I::tilted(pt, pa, pb, pc), F::tilted(k, x, y, z));
+        case(I::add_tilted(long, long), I::add_tilted(p_long, p_long), F::add_tilted(sum, sum));
+        case(I::turn(a, tilts), I::turn(pa, p_tilts), F::turn(x, tilted).into());
+        case(I::add_cross(long, a, b, c, d), I::add_cross(p_long, pa, pb, pc, pd),
+            F::add_cross(sum, x, y, z, w));
+        case(I::add_product_of(long, a, b), I::add_product_of(p_long, pa, pb),
+            F::add_product_of(sum, x, y));
+        case(I::within_sample(a), I::within_sample(pa), F::within_sample(x).into());
+        case(I::increment_factor(a), I::increment_factor(pa), F::increment_factor(x).into());
+        case(I::step_factor(a), I::step_factor(pa), F::step_factor(x).into());
+        case(I::add_correlation(long, a, b), I::add_correlation(p_long, pa, pb),
+            F::add_correlation(sum, x, y));
+        // An angle at the period's start, and one sample on.
+        let zero = Summed::default();
+        let lever = I::lever(I::advance(zero, a), b, c);
+        let fixed = F::lever(F::advance(Default::default(), x), y, z);
+        case(lever, lever, fixed.into());
+
+        for (index, (interval, point, fixed)) in cases.into_iter().enumerate() {
+            prop_assert!(interval.contains(fixed), "case {index}: {interval:?} {fixed}");
+            prop_assert!(
+                point == Span::point(fixed) || point == interval,
+                "case {index}: {point:?} {fixed}"
+            );
+        }
+
+        // What leaves the words returns nothing and is recorded.
+        take_bounds();
+        I::fine(tilts, long);
+        I::at_end(a, b);
+        for bound in take_bounds() {
+            let fixed = match bound.operation {
+                Operation::Fine => F::fine(tilted, sum),
+                _ => F::at_end(x, y),
+            };
+            prop_assert!(bound.span.contains(fixed));
+        }
+    }
+
+    /// The same of what boot converts: weights with their counts, taps with their steps.
+    #[test]
+    fn an_interval_holds_what_boot_makes_of_a_weight(
+        limit in 1..i32::MAX,
+        share in 0.0..=1.0f64,
+        angle_rad in 1e-9..0.0024f64,
+        up in 1..=4i64,
+    ) {
+        let value = (f64::from(limit) * share) as i32;
+        let weight = angle_rad / f64::from(limit);
+        let interval = Interval::pulse_weight(weight, limit);
+        let fixed = Fixed::pulse_weight(weight, limit);
+        for counts in [value, -value, limit, -limit] {
+            prop_assert!(Interval::pulses(interval, 0).contains(Fixed::pulses(fixed, counts)));
+        }
+        // A tap of up to four thirds of a gain.
+        let tap = (weight * 2f64.powi(64)) as i64 / 3 * up;
+        let (scale, scale_fixed) = (Interval::step_scale(limit), Fixed::step_scale(limit));
+        prop_assert_eq!(Interval::codes_per_factor(scale), Fixed::codes_per_factor(scale_fixed));
+        prop_assert_eq!(
+            Interval::tap(tap, scale),
+            Span::point(Fixed::tap(tap, scale_fixed))
+        );
+        prop_assert!(Interval::step(scale, 0).contains(Fixed::step(scale_fixed, value)));
+        for small in [share / 64.0, -share / 64.0] {
+            prop_assert_eq!(Interval::coefficient(small), Span::point(Fixed::coefficient(small)));
+            prop_assert_eq!(
+                Interval::filter_coefficient(64.0 * small),
+                Span::point(Fixed::filter_coefficient(64.0 * small))
+            );
+            prop_assert_eq!(
+                Interval::flexure(512.0 * small),
+                Span::point(Fixed::flexure(512.0 * small))
+            );
+        }
+    }
 }
