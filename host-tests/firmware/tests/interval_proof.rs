@@ -15,10 +15,19 @@
 //! the same limits in `i128`.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use std::fmt;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use proptest::prelude::*;
+use trueaxis::design_parameters::{
+    ACCELERATION_LIMIT_RAD, ACCELEROMETER_SUM_CODES, ADAPTATION_RANGE, DITHER_LIMIT_RAD,
+    FINE_PER_CODE_LOG2, GAP_LIMIT_RAD, LARGEST_CARRY_CODES, LEVER_ARM_LIMIT_M, SENSED_LIMIT_RAD,
+    VELOCITY_GAP_LIMIT_M_S, VELOCITY_LIMIT_M_S,
+};
 use trueaxis::numbers::Interval;
+use trueaxis::numbers::exact::{ExactCoefficient, ExactLever, ExactWeight, VELOCITY_UNIT_M_S};
 use trueaxis::numbers::interval::{Bound, Operation, Span, Summed, take_bounds};
 use trueaxis::{
     AccelerometerParameters, Chain, ChainState, CrossAxis, Fixed, NumberSystem, Parameters, Sample,
@@ -38,8 +47,26 @@ struct Corner {
     adapts: bool,
     /// Sign of all signed parameters.
     sign: f64,
-    /// Angle of a pulse \[rad\] and velocity of an accelerometer code \[m/s\].
-    weights: (f64, f64),
+    /// Angles of a pulse and of a pickoff code \[rad\] and velocity of an accelerometer code \[m/s\].
+    weights: (f64, f64, f64),
+}
+
+impl fmt::Display for Corner {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "n {}, {} Hz, order {}, {:.3} cycles, {:.0} us, {}, weights {:.1e} rad {:.0e} rad {:.0e} m/s",
+            self.samples_per_output,
+            self.sample_rate_hz,
+            self.acceleration_order,
+            self.cycles,
+            self.delay_s * 1e6,
+            if self.adapts { "adapts" } else { "frozen" },
+            self.weights.0,
+            self.weights.1,
+            self.weights.2,
+        )
+    }
 }
 
 impl Corner {
@@ -56,7 +83,7 @@ impl Corner {
                 [8.0 * sign / (self.sample_rate_hz * self.sample_rate_hz); 6],
             ),
             pickoff_gain: [2.0; 3],
-            pickoff_weight_rad: 1e-10,
+            pickoff_weight_rad: self.weights.1,
             sample_rate_hz: self.sample_rate_hz,
             samples_per_output: self.samples_per_output,
             acceleration_order: self.acceleration_order,
@@ -65,7 +92,7 @@ impl Corner {
             dither_amplitude_rad: [if self.adapts { 0.01 } else { 0.0 }; 3],
             adaptation_time_s: if self.adapts { 0.1 } else { 0.0 },
             accelerometers: Some(AccelerometerParameters {
-                weight_m_s: [self.weights.1; 3],
+                weight_m_s: [self.weights.2; 3],
                 bias_m_s2: [sign; 3],
                 scale_error: [-1.0 / 128.0; 3],
                 misalignment_rad: CrossAxis::from_array([limit; 6]),
@@ -106,11 +133,11 @@ impl Corner {
     }
 }
 
-/// Finest, ordinary and coarsest pulses and accelerometer codes \[rad, m/s\].
-const WEIGHTS: [(f64, f64); 3] = [
-    (1.0 / (1u64 << 34) as f64, 1e-9),
-    (1e-6, 1e-6),
-    (1e-4, 1e-2),
+/// Finest, ordinary and coarsest pulses, pickoff codes and accelerometer codes \[rad, rad, m/s\].
+const WEIGHTS: [(f64, f64, f64); 3] = [
+    (1.0 / (1u64 << 34) as f64, 1e-12, 1e-9),
+    (1e-6, 1e-10, 1e-6),
+    (1e-4, 1e-4, 1e-2),
 ];
 
 /// All lengths of the output period at the corners of what sums depend on.
@@ -197,6 +224,17 @@ fn prove(parameters: &Parameters, sample: impl Fn(u32) -> Sample) -> Vec<Bound> 
     bounds
 }
 
+/// The corners that stand, each with its bounds: found once for all tests.
+fn proofs() -> &'static [(Corner, Vec<Bound>)] {
+    static PROOFS: OnceLock<Vec<(Corner, Vec<Bound>)>> = OnceLock::new();
+    PROOFS.get_or_init(|| {
+        let standing = corners().into_iter().filter_map(Corner::accepted);
+        standing
+            .map(|corner| (corner, prove(&corner.parameters(), still)))
+            .collect()
+    })
+}
+
 /// Widens bounds by others.
 fn merge(bounds: &mut Vec<Bound>, others: Vec<Bound>) {
     for other in others {
@@ -239,36 +277,25 @@ const WRAPS: &[(Operation, &str)] = &[
 #[test]
 fn no_word_of_the_fixed_point_chain_wraps() {
     let mut worst: BTreeMap<(Operation, &str), (Bound, Corner)> = BTreeMap::new();
-    let mut proved = 0;
-    for corner in corners() {
-        let Some(corner) = corner.accepted() else {
-            continue;
-        };
-        proved += 1;
-        for bound in prove(&corner.parameters(), still) {
+    for (corner, bounds) in proofs() {
+        for bound in bounds {
             let entry = worst
-                .entry((bound.operation, stage(&bound)))
-                .or_insert((bound, corner));
+                .entry((bound.operation, stage(bound)))
+                .or_insert((*bound, *corner));
             if bound.headroom() < entry.0.headroom() {
-                *entry = (bound, corner);
+                *entry = (*bound, *corner);
             }
         }
     }
-    println!("{proved} configurations");
+    println!("{} configurations", proofs().len());
     println!("| operation | stage | word | largest | headroom | attained with |");
     println!("|---|---|---|---|---|---|");
     for ((operation, stage), (bound, corner)) in &worst {
         println!(
-            "| {operation:?} | {stage} | i{} | {:.6e} | {:.3} | n {}, {} Hz, order {}, {:.3} cycles, {:.0} us, {} |",
+            "| {operation:?} | {stage} | i{} | {:.6e} | {:.3} | {corner} |",
             bound.bits,
             bound.value(),
             bound.headroom(),
-            corner.samples_per_output,
-            corner.sample_rate_hz,
-            corner.acceleration_order,
-            corner.cycles,
-            corner.delay_s * 1e6,
-            if corner.adapts { "adapts" } else { "frozen" },
         );
     }
     let wraps: Vec<(Operation, &str)> = worst
@@ -482,5 +509,480 @@ proptest! {
                 Span::point(Fixed::flexure(512.0 * small))
             );
         }
+    }
+}
+
+// ---- The exact sums
+
+/// Longest gap of the proof \[s\]: the bias over a gap grows with it and has no limit of its own.
+const LONGEST_GAP_S: f64 = 1.0;
+
+/// Farthest that a pickoff is from its first reading \[rad\]: the largest dither amplitude, twice, and half as
+/// much again. Readings of which the chain takes steps alone have no limit of their own.
+const LONGEST_SWING_RAD: f64 = 0.03;
+
+/// A magnitude that an exact sum reaches, and its word.
+#[derive(Debug, Clone, Copy)]
+struct Sum {
+    name: &'static str,
+    magnitude: i128,
+    bits: u32,
+    /// LSB as an exponent of two, and its unit.
+    unit: (i32, &'static str),
+}
+
+impl Sum {
+    fn headroom(&self) -> f64 {
+        2f64.powi(self.bits as i32 - 1) / self.magnitude as f64
+    }
+
+    /// Magnitudes alone, so that the word's lowest value counts as beyond.
+    fn fits(&self) -> bool {
+        self.magnitude < 1 << (self.bits - 1)
+    }
+}
+
+/// Sums as they are met, each one compared with its word; gives the magnitude on.
+#[derive(Default)]
+struct Sums(Vec<Sum>);
+
+impl Sums {
+    fn keep(
+        &mut self,
+        name: &'static str,
+        magnitude: i128,
+        bits: u32,
+        unit: (i32, &'static str),
+    ) -> i128 {
+        self.0.push(Sum {
+            name,
+            magnitude,
+            bits,
+            unit,
+        });
+        magnitude
+    }
+
+    fn angle(&mut self, name: &'static str, magnitude: i128) -> i128 {
+        self.keep(name, magnitude, 64, (-64, "rad"))
+    }
+
+    fn velocity(&mut self, name: &'static str, magnitude: i128) -> i128 {
+        self.keep(name, magnitude, 64, (-56, "m/s"))
+    }
+
+    /// Angle words × vector words, as `turning::cross` forms them, for any unit of the vector.
+    fn crossed(&mut self, angle: i128, vector: i128) -> i128 {
+        let words = |fine: i128| (fine + (1 << 31)) >> 32;
+        self.keep("turning: angle word", words(angle), 32, (-32, "rad"));
+        self.keep("turning: vector word", words(vector), 32, (-24, "m/s"));
+        self.velocity("turning: product", 2 * words(angle) * words(vector))
+    }
+}
+
+fn up(value: f64, exponent: i32) -> i128 {
+    (value.abs() * 2f64.powi(exponent)).ceil() as i128
+}
+
+/// The largest magnitudes of the integer sums between the fixed-point words and the frame, in the order of the
+/// data: of an output period of ordinary samples, or `across_gap` of one in which a reading follows lost ones.
+///
+/// `bounds` are those of [`prove`] for the same parameters.
+fn exact_sums(parameters: &Parameters, bounds: &[Bound], across_gap: bool) -> Vec<Sum> {
+    let chain = Chain::<Interval>::new(parameters).expect("parameters in range");
+    let ranges = chain.tap_ranges();
+    take_bounds();
+    let mut sums = Sums::default();
+    let n = i128::from(parameters.samples_per_output);
+    let rate = parameters.sample_rate_hz;
+    let lost = up(LONGEST_GAP_S * rate, 0);
+    let periods = if across_gap { lost + n } else { n };
+    let leaving = |operation: Operation, file: &str| {
+        let same = |b: &&Bound| b.operation == operation && stage(b) == file;
+        bounds.iter().find(same).map_or(0, Bound::magnitude)
+    };
+
+    // counts.rs: without the gap, n samples; with it, its reading for one of them.
+    let weight = parameters.pulse_weight_rad[0];
+    let scaled = weight * (1.0 - parameters.scale_error[0]);
+    let one = i128::from((SENSED_LIMIT_RAD / weight) as i32);
+    let gap = if across_gap {
+        i128::from((GAP_LIMIT_RAD / weight) as i32)
+    } else {
+        0
+    };
+    let counts = (n * one).max((n - 1) * one + gap);
+    sums.keep("counts: sum", counts, 32, (0, "counts"));
+    let angle_of = |counts: i128| up(scaled, 64) * counts + counts;
+    let sensed = sums.angle("counts: weight x sum", angle_of(counts));
+    let bias = up(parameters.bias_rad_s[0] / rate, 64) * periods;
+    let sensed = sums.angle("counts: with bias", sensed + bias);
+
+    // dither.rs: n steps, one of them after lost samples of up to four.
+    let gain = parameters.pickoff_gain[0]
+        * parameters.pickoff_weight_rad
+        * (1.0 - parameters.scale_error[0]);
+    let step = i128::from((DITHER_LIMIT_RAD / gain) as i32);
+    let phases = if across_gap { 4 } else { 1 };
+    let steps = (n - 1) * step + phases * step;
+    sums.keep("dither: difference of codes", steps, 32, (0, "codes"));
+    let largest = |(low, high): (i64, i64)| i128::from(low.unsigned_abs().max(high.unsigned_abs()));
+    let [tap_now, tap_past] = ranges[0].map(largest);
+    let stripped = sums.angle("dither: taps x difference", (tap_now + tap_past) * steps);
+
+    // adaptation.rs: a hundredth of gain and of quadrature a window, over all codes since the start.
+    let span = |(low, high): (i64, i64)| i128::from(high) - i128::from(low);
+    let swing_codes = up(LONGEST_SWING_RAD / parameters.pickoff_weight_rad, 0).min(1 << 31);
+    // Of ±ADAPTATION_RANGE, one step of ADAPTATION_STEP_LIMIT.
+    let moved = ranges[0]
+        .map(span)
+        .iter()
+        .map(|span| (span / 40 + 1) * swing_codes)
+        .sum();
+    let moved = sums.angle("adaptation: moved taps x codes", moved);
+
+    // compensation.rs: the matrix over the period's angle, and over a gap's alone.
+    let term = up(parameters.installation_rad.xy, 37);
+    sums.keep("compensation: coefficient", term, 32, (-37, ""));
+    let through_matrix = |angle: i128| angle + 2 * (((angle * term) >> 37) + 2);
+    let axes = sums.angle("compensation: sensing axes", sensed + stripped + moved);
+    let case = sums.angle("compensation: at rest", through_matrix(axes));
+
+    // coning.rs: across a gap, ½ before × angle, the words' products and their difference.
+    let taps = tap_now + tap_past;
+    let before = through_matrix(angle_of((n - 1) * one) + taps * (n - 1) * step);
+    let of_gap = through_matrix(angle_of(gap) + taps * phases * step);
+    sums.angle("coning: angle of a gap", of_gap);
+    let across = 2 * ((before >> 32) + 1) * ((of_gap >> 32) + 1);
+    let across = if across_gap { across } else { 0 };
+    sums.angle("coning: across a gap", across);
+    let beside = sums.angle("coning: beside the sum", leaving(Operation::Fine, "coning"));
+    let rotation = sums.angle("chain: rotation vector", case + beside);
+
+    // frame.rs: as much again may be carried.
+    let carry = (LARGEST_CARRY_CODES as i128) << FINE_PER_CODE_LOG2;
+    let whole = rotation + (across >> 1) + carry + (1 << (FINE_PER_CODE_LOG2 - 1));
+    sums.angle("frame: rotation with carry", whole);
+
+    let Some(accelerometers) = &parameters.accelerometers else {
+        return sums.0;
+    };
+    // velocity.rs
+    let weight = accelerometers.weight_m_s[0];
+    let scaled = weight * (1.0 - accelerometers.scale_error[0]);
+    let codes = |limit: f64| i128::from((limit / weight) as i32);
+    let most = i128::from(ACCELEROMETER_SUM_CODES);
+    let one = codes(VELOCITY_LIMIT_M_S).min(most / n);
+    let gap = if across_gap {
+        codes(VELOCITY_GAP_LIMIT_M_S).min(most)
+    } else {
+        0
+    };
+    let total = (n * one).max((n - 1) * one + gap);
+    sums.keep("velocity: sum of codes", total, 32, (0, "codes"));
+    let bias = |periods: i128| up(accelerometers.bias_m_s2[0] / rate, 56) * periods;
+    let of_codes = |codes: i128| up(scaled, 56) * codes + codes;
+    let gained = through_matrix(of_codes(gap) + bias(periods));
+    let felt = through_matrix(of_codes(total) + bias(periods));
+    let felt = sums.velocity("velocity: felt", felt);
+
+    // sculling.rs: across a gap θ × v + v × θ; then what rectified.
+    let gained_before = through_matrix(of_codes((n - 1) * one));
+    let twice = sums.crossed(before, gained) + sums.crossed(of_gap, gained_before);
+    let twice = if across_gap { twice } else { 0 };
+    let twice = sums.velocity("sculling: twice across a gap", twice);
+    let rectified = leaving(Operation::Fine, "sculling");
+    let rectified = sums.velocity("sculling: rectified", rectified + (twice >> 1));
+
+    // size_effect.rs: levers of the arms, and of twice their differences.
+    let lever = |arm_m: f64| up(arm_m * rate / 256.0, 25);
+    let (of_rate, of_square) = (lever(LEVER_ARM_LIMIT_M), lever(4.0 * LEVER_ARM_LIMIT_M));
+    sums.keep(
+        "size effect: lever of a rate",
+        of_rate,
+        32,
+        (-25, "x 256 m/s"),
+    );
+    sums.keep(
+        "size effect: lever of a square",
+        of_square,
+        32,
+        (-25, "x 256 m/s"),
+    );
+    let times = |lever: i128, value: i128| ((lever * value) >> 25) + 2;
+    let at_end = leaving(Operation::AtEnd, "size_effect");
+    let swing = sums.velocity("size effect: arms x rate", 2 * times(of_rate, at_end));
+    let square = leaving(Operation::Fine, "size_effect");
+    let gathered = sums.velocity("size effect: gathered", 4 * times(of_square, square));
+
+    // turning.rs: what gathered evenly, and the swing at the end; then the difference of both.
+    let evenly = sums.velocity("chain: gathered evenly", felt + rectified + gathered);
+    let third = sums.crossed(rotation, evenly) >> 2;
+    let second = sums.crossed(rotation, evenly + third) / 3 + (1 << 32);
+    let turned = sums.crossed(rotation, evenly + second) >> 1;
+    let gathered = sums.velocity("turning: gathered", evenly + turned);
+    let third = sums.crossed(rotation, swing) / 3 + (1 << 32);
+    let second = sums.crossed(rotation, swing + third) >> 1;
+    let swung = swing + sums.crossed(rotation, swing + second);
+    let swung = sums.velocity("turning: at the end", swung);
+    let owed = sums.velocity("chain: swing of the period", swung + swing);
+    let velocity = sums.velocity("chain: velocity", gathered + owed);
+    let whole = velocity + carry + (1 << (FINE_PER_CODE_LOG2 - 1));
+    sums.velocity("frame: velocity with carry", whole);
+    sums.0
+}
+
+/// Exact sums that wrap for some stream of samples: across a gap, and what.
+///
+/// To be emptied: the `i32` of counts is too short for the finest pulses after a gap, that of pickoff codes for
+/// codes below 2e-11 rad of the block and 40 steps at the limit; 40 of the largest
+/// increments with a gap and a carry leave ±0.5 rad; arms of 0.5 m at 8 kHz leave ±128 m/s.
+const EXACT_WRAPS: &[(bool, &str)] = &[
+    (false, "dither: difference of codes"),
+    (false, "turning: vector word"),
+    (false, "turning: gathered"),
+    (false, "turning: at the end"),
+    (false, "chain: swing of the period"),
+    (false, "chain: velocity"),
+    (false, "frame: velocity with carry"),
+    (true, "counts: sum"),
+    (true, "dither: difference of codes"),
+    (true, "compensation: sensing axes"),
+    (true, "compensation: at rest"),
+    (true, "chain: rotation vector"),
+    (true, "frame: rotation with carry"),
+    (true, "turning: angle word"),
+    (true, "turning: vector word"),
+    (true, "turning: product"),
+    (true, "chain: gathered evenly"),
+    (true, "turning: gathered"),
+    (true, "turning: at the end"),
+    (true, "chain: swing of the period"),
+    (true, "chain: velocity"),
+    (true, "frame: velocity with carry"),
+];
+
+#[test]
+fn no_exact_sum_wraps() {
+    let mut worst: Vec<(bool, Sum, Corner)> = Vec::new();
+    for (corner, bounds) in proofs() {
+        let parameters = corner.parameters();
+        for across_gap in [false, true] {
+            for sum in exact_sums(&parameters, bounds, across_gap) {
+                let same = |known: &&mut (bool, Sum, Corner)| {
+                    (known.0, known.1.name) == (across_gap, sum.name)
+                };
+                match worst.iter_mut().find(same) {
+                    Some(known) if sum.headroom() < known.1.headroom() => {
+                        *known = (across_gap, sum, *corner);
+                    }
+                    Some(_) => {}
+                    None => worst.push((across_gap, sum, *corner)),
+                }
+            }
+        }
+    }
+    worst.sort_by_key(|(across_gap, ..)| *across_gap);
+    println!("| gap | sum | word | largest | headroom | attained with |");
+    println!("|---|---|---|---|---|---|");
+    for (across_gap, sum, corner) in &worst {
+        let (exponent, unit) = sum.unit;
+        println!(
+            "| {} | {} | i{} | {:.5e} {unit} | {:.3} | {corner} |",
+            if *across_gap { "gap" } else { "-" },
+            sum.name,
+            sum.bits,
+            sum.magnitude as f64 * 2f64.powi(exponent),
+            sum.headroom(),
+        );
+    }
+    let wraps: Vec<(bool, &str)> = worst
+        .iter()
+        .filter(|(_, sum, _)| !sum.fits())
+        .map(|(across_gap, sum, _)| (*across_gap, sum.name))
+        .collect();
+    assert_eq!(wraps, EXACT_WRAPS);
+}
+
+proptest! {
+    /// The products of the exact sums are those that the bounds take them for, at the ends of their words too.
+    #[test]
+    fn exact_products_are_those_of_whole_numbers(
+        exponent in -34.0..-13.3f64,
+        counts in any::<i32>(),
+        share in -1.0..=1.0f64,
+        value in -(1i64 << 62)..1i64 << 62,
+        small in -(1i64 << 57)..1i64 << 57,
+    ) {
+        let weight = exponent.exp2();
+        // Half a radian of them.
+        let most = (0.5 / weight) as i128;
+        let counts = i128::from(counts).clamp(-most, most) as i32;
+        let product = ExactWeight::of(weight, 64).times(counts);
+        let per_count = weight * 2f64.powi(64);
+        let exact = ((per_count * 2048.0) as i128 * i128::from(counts)) >> 11;
+        prop_assert!((i128::from(product) - exact).abs() <= 1 + i128::from(counts).abs());
+
+        let coefficient = share / 64.0 * 0.999;
+        let whole = (coefficient * 2f64.powi(37)).round_ties_even() as i128;
+        let product = ExactCoefficient::of(coefficient).times(value);
+        let exact = (whole * i128::from(value)) >> 37;
+        prop_assert!((i128::from(product) - exact).abs() <= 2);
+
+        let lever = share * 62.5;
+        let whole = (lever * 2f64.powi(25)).round_ties_even() as i128;
+        let product = ExactLever::of(lever * VELOCITY_UNIT_M_S).times(small);
+        let exact = (whole * i128::from(small)) >> 25;
+        // The lowest bit of the value is left out.
+        prop_assert!((i128::from(product) - exact).abs() <= 66, "{product} {exact}");
+    }
+}
+
+// ---- The largest increment
+
+/// Largest magnitude of a case increment \[rad\], and largest |h₀| + |h₁| over the gain \[1\], in closed form.
+fn largest_increment(parameters: &Parameters) -> ([f64; 3], [f64; 3]) {
+    let rate = parameters.sample_rate_hz;
+    let strips = [0, 1, 2].map(|axis| {
+        let omega = TAU * parameters.dither_frequency_hz[axis] / rate;
+        let lag = omega * parameters.pickoff_delay_s[axis] * rate;
+        let (cot, cosec) = if omega.sin().abs() < 1e-3 {
+            (0.0, 0.0)
+        } else {
+            (1.0 / omega.tan(), 1.0 / omega.sin())
+        };
+        let adapts = parameters.adaptation_time_s > 0.0
+            && parameters.dither_amplitude_rad[axis] > 0.0
+            && parameters.pickoff_gain[axis] > 0.0;
+        let range = if adapts {
+            f64::from(ADAPTATION_RANGE)
+        } else {
+            0.0
+        };
+        let now = (lag.cos() + lag.sin() * cot).abs() + range * (1.0 + cot.abs());
+        let past = (lag.sin().abs() + range) * cosec.abs();
+        now + past
+    });
+    let stripped = [0, 1, 2].map(|axis| {
+        SENSED_LIMIT_RAD * (1.0 - parameters.scale_error[axis]) + DITHER_LIMIT_RAD * strips[axis]
+    });
+    let [x, y, z] = stripped;
+    let e = parameters.installation_rad.map(f64::abs);
+    // K/T² times the largest acceleration.
+    let tilt = |k: f64| (k * rate * rate).abs() * ACCELERATION_LIMIT_RAD;
+    let t = parameters.flexure_s2.map(tilt);
+    let increments = [
+        x + (e.xy + t.xy) * z + (e.xz + t.xz) * y,
+        y + (e.yz + t.yz) * x + (e.yx + t.yx) * z,
+        z + (e.zx + t.zx) * y + (e.zy + t.zy) * x,
+    ];
+    (increments, strips)
+}
+
+/// The closed form that may stand in a check of parameters is the bound of the words, to their rounding.
+#[test]
+fn the_largest_increment_has_a_closed_form() {
+    let mut largest = (0.0, String::new());
+    for (corner, bounds) in proofs() {
+        let parameters = corner.parameters();
+        let of_words = case_increment(bounds);
+        let (increments, strips) = largest_increment(&parameters);
+        let closed = increments.into_iter().fold(0.0, f64::max);
+        // Ten LSBs from above. From below, limits are whole counts and codes: close where those are fine.
+        assert!(of_words < closed + 10.0 * INCREMENT_LSB_RAD, "{corner}");
+        let fine = corner.weights != WEIGHTS[2];
+        assert!(
+            !fine || of_words > 0.999 * closed,
+            "{corner}: {of_words} {closed}"
+        );
+        if closed > largest.0 {
+            largest = (closed, format!("{corner}, taps {}", strips[0]));
+        }
+    }
+    println!("{} rad: {}", largest.0, largest.1);
+}
+
+const INCREMENT_LSB_RAD: f64 = 1.0 / (1u64 << 37) as f64;
+
+fn case_increment(bounds: &[Bound]) -> f64 {
+    let is_turn = |b: &&Bound| b.operation == Operation::Turn;
+    bounds.iter().find(is_turn).expect("a turn").value()
+}
+
+// ---- Inside the corners
+
+fn six(limit: f64) -> impl Strategy<Value = CrossAxis<f64>> {
+    prop::array::uniform6(-limit..=limit).prop_map(CrossAxis::from_array)
+}
+
+/// Anywhere in the ranges, every axis on its own.
+fn parameters() -> impl Strategy<Value = Parameters> {
+    use prop::array::uniform3 as three;
+    let limit = 1.0 / 128.0;
+    let gyros = (
+        three((-34.0..-13.4f64).prop_map(f64::exp2)),
+        three(-limit..=limit),
+        six(limit),
+        six(8.0),
+        three(prop_oneof![Just(0.0), 0.0..=2.0f64]),
+        (-39.8..-13.4f64).prop_map(f64::exp2),
+        three(-1e-4..=1e-4f64),
+        three(0.04..0.4f64),
+        three(prop_oneof![Just(0.0), 1e-5..0.01f64]),
+        prop_oneof![Just(0.0), 0.1..1000.0f64],
+    );
+    let accelerometers = (
+        three((-29.8..-6.7f64).prop_map(f64::exp2)),
+        three(-1.0..=1.0f64),
+        three(-limit..=limit),
+        six(limit),
+        three(three(-0.5..=0.5f64)),
+    );
+    (gyros, accelerometers, 500.0..=8000.0f64, 1..=40u16, 1..=4u8).prop_map(
+        |(gyros, accelerometers, rate, samples_per_output, acceleration_order)| {
+            let (pulse_weight_rad, scale_error, installation_rad, flexure, gain, code, ..) = gyros;
+            let (.., pickoff_delay_s, cycles, dither_amplitude_rad, adaptation_time_s) = gyros;
+            let (weight_m_s, bias_m_s2, scale, misalignment_rad, lever_arm_m) = accelerometers;
+            Parameters {
+                pulse_weight_rad,
+                bias_rad_s: [0.01; 3],
+                scale_error,
+                installation_rad,
+                flexure_s2: flexure.map(|k| k / (rate * rate)),
+                pickoff_gain: gain,
+                pickoff_weight_rad: code,
+                sample_rate_hz: rate,
+                samples_per_output,
+                acceleration_order,
+                pickoff_delay_s,
+                dither_frequency_hz: cycles.map(|cycles| cycles * rate),
+                dither_amplitude_rad,
+                adaptation_time_s,
+                accelerometers: Some(AccelerometerParameters {
+                    weight_m_s,
+                    bias_m_s2,
+                    scale_error: scale,
+                    misalignment_rad,
+                    lever_arm_m,
+                }),
+            }
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(500))]
+
+    /// The corners bound what is inside them.
+    #[test]
+    fn no_word_wraps_inside_the_corners(parameters in parameters()) {
+        prop_assume!(parameters.check().is_ok());
+        let bounds = prove(&parameters, still);
+        for bound in &bounds {
+            let known = WRAPS.contains(&(bound.operation, stage(bound)));
+            prop_assert!(known || bound.fits(), "{bound:?}");
+        }
+        let closed = largest_increment(&parameters).0.into_iter().fold(0.0, f64::max);
+        prop_assert!(case_increment(&bounds) < closed + 10.0 * INCREMENT_LSB_RAD);
     }
 }
