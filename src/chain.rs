@@ -1,6 +1,7 @@
 //! The whole chain: the stages in the order of the data.
 
-use crate::faults::{Faults, Status};
+use crate::design_parameters::BIAS_PERIODS;
+use crate::faults::{Faults, FirstFault, Status};
 use crate::numbers::NumberSystem;
 use crate::parameters::{ParameterError, Parameters};
 use crate::sample::{OutputFrame, Sample};
@@ -11,6 +12,7 @@ use crate::stages::coning::{self, ConingState};
 use crate::stages::counts::{Counts, CountsState};
 use crate::stages::dither::{Dither, DitherState};
 use crate::stages::frame::{self, FrameState};
+use crate::stages::gap::{GapState, Motion};
 use crate::stages::installation::{self, Installation, SignedFlexure};
 use crate::stages::limits::Limits;
 use crate::stages::sculling::{self, ScullingState};
@@ -33,6 +35,8 @@ pub struct Chain<N: NumberSystem> {
     limits: Limits,
     adaptation: Adaptation,
     samples_per_output: u32,
+    /// Exponent of the increment unit.
+    unit_log2: u32,
     accelerometers: Option<Accelerometers<N>>,
 }
 
@@ -55,11 +59,12 @@ pub struct ChainState<N: NumberSystem> {
     flexure: SignedFlexure<N>,
     coning: ConingState<N>,
     frame: FrameState,
-    next: Next,
+    phase: StreamPhase,
     periods_in_output: u32,
     /// Periods before the present output period.
     periods_before: u32,
-    /// Periods of the present output period without rotation and velocity, nor bias: the stream's first.
+    /// Periods of the present output period whose bias is not taken off at its end: the stream's first, which has no
+    /// rotation and velocity, and those of a long outage, whose bias is settled already.
     periods_without: u32,
     status: Status,
     /// What the last adaptation window found; stands until the next one.
@@ -68,11 +73,13 @@ pub struct ChainState<N: NumberSystem> {
     velocity: VelocityState,
     sculling: ScullingState<N>,
     size_effect: SizeEffectState<N>,
+    /// Readings of the present output period that cover several sampling periods.
+    gap: GapState,
 }
 
 /// What the next sample is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-enum Next {
+enum StreamPhase {
     /// The stream's first: no pickoff reading to difference with.
     #[default]
     First,
@@ -81,6 +88,8 @@ enum Next {
     /// The first after this many lost ones.
     AfterLost(u32),
     Ordinary,
+    /// The first of a source that started anew, after this many lost ones: its counts tell nothing.
+    Restarted(u32),
 }
 
 impl<N: NumberSystem> ChainState<N> {
@@ -103,7 +112,7 @@ impl<N: NumberSystem> ChainState<N> {
 
     /// Whether the next sample is one of those that follow a start or a gap.
     pub fn is_beginning(&self) -> bool {
-        self.next != Next::Ordinary
+        self.phase != StreamPhase::Ordinary
     }
 
     /// What the last adaptation window found of gyros x, y, z.
@@ -116,10 +125,15 @@ impl<N: NumberSystem> ChainState<N> {
         self.adaptation.tracked()
     }
 
+    /// Lets the next fault be the first.
+    pub(crate) fn forget_first_fault(&mut self) {
+        self.faults.first = FirstFault::default();
+    }
+
     /// Adds bits to the present output period.
     fn raise(&mut self, status: Status) {
         self.faults.watch(self.status, status, self.samples());
-        self.status = self.status.and(status);
+        self.status = self.status.union(status);
     }
 }
 
@@ -141,9 +155,16 @@ impl<N: NumberSystem> Chain<N> {
                 }
             }),
             samples_per_output: u32::from(parameters.samples_per_output),
+            unit_log2: parameters.increment_unit_log2(),
             limits,
             dither,
         })
+    }
+
+    /// Whether the stream has its first sample, and its dithers, where they are watched, have had a window in which
+    /// nothing was wrong.
+    pub fn has_started(&self, state: &ChainState<N>) -> bool {
+        state.phase != StreamPhase::First && self.adaptation.has_started(&state.adaptation)
     }
 
     /// Takes one sample through the chain; every `samples_per_output`-th gives a frame.
@@ -157,18 +178,18 @@ impl<N: NumberSystem> Chain<N> {
     #[inline]
     pub fn process(&self, state: &mut ChainState<N>, sample: &Sample) -> Option<OutputFrame> {
         let brought_into_range;
-        let ordinary = matches!(state.next, Next::Second | Next::Ordinary)
+        let ordinary = matches!(state.phase, StreamPhase::Second | StreamPhase::Ordinary)
             && self.limits.fit(state.dither.previous(), sample);
         let sample = if ordinary {
             sample
         } else {
             core::hint::cold_path();
-            match self.prepare(state, sample) {
+            match self.begin_or_resume(state, sample) {
                 Some(held) => {
                     brought_into_range = held;
                     &brought_into_range
                 }
-                None => return self.pass(state, 1),
+                None => return self.advance_time(state, 1),
             }
         };
 
@@ -187,14 +208,14 @@ impl<N: NumberSystem> Chain<N> {
 
         let at_rest = compensation::at_rest::<N>(self.installation.at_rest(), stripped);
 
-        if state.next == Next::Second {
+        if state.phase == StreamPhase::Second {
             core::hint::cold_path();
             self.acceleration.start(&mut state.acceleration, at_rest);
             if let Some(accelerometers) = &self.accelerometers {
                 let size_effect = &accelerometers.size_effect;
                 size_effect.start(&mut state.size_effect, at_rest);
             }
-            state.next = Next::Ordinary;
+            state.phase = StreamPhase::Ordinary;
         }
         let (acceleration, saturated) = self.acceleration.process(&mut state.acceleration, at_rest);
         if saturated != Status::default() {
@@ -212,87 +233,182 @@ impl<N: NumberSystem> Chain<N> {
             accelerometers.process(state, sample.accelerometer_codes);
         }
 
-        self.pass(state, 1)
+        self.advance_time(state, 1)
     }
 
     /// Lets `periods` periods pass whose sample did not come. If they end output periods, the frame is the
     /// last of those, and its sequence number says so.
     ///
     /// The next sample's counts and accelerometer codes are taken to cover them (free-running counters), so
-    /// that no angle and no velocity is lost; acceleration, coning and sculling within samples, the size
-    /// effect's squares and tap adaptation begin anew after it.
+    /// that no angle and no velocity is lost, however long they span: what one frame cannot show follows in the next
+    /// ones. Acceleration, coning and sculling within samples, the size effect's squares and tap adaptation begin anew
+    /// after it.
     #[inline(never)]
     pub fn process_lost(&self, state: &mut ChainState<N>, periods: u32) -> Option<OutputFrame> {
         if periods == 0 {
             return None;
         }
         state.raise(Status::GAP);
-        size_effect::interrupt(&mut state.size_effect);
-        state.next = match state.next {
-            Next::First => Next::First,
-            Next::AfterLost(before) => Next::AfterLost(before.saturating_add(periods)),
-            Next::Second | Next::Ordinary => Next::AfterLost(periods),
+        size_effect::discontinue(&mut state.size_effect);
+        if state.phase == StreamPhase::First {
+            return self.wait_for_first(state, periods);
+        }
+        if let far @ 1.. = periods.saturating_sub(BIAS_PERIODS) {
+            // More bias than the sums of one output period take.
+            self.give_back_bias(state, i64::from(far).wrapping_neg());
+            state.periods_without = state.periods_without.wrapping_add(far);
+        }
+        state.phase = match state.phase {
+            StreamPhase::First => StreamPhase::First,
+            StreamPhase::AfterLost(before) => {
+                StreamPhase::AfterLost(before.saturating_add(periods))
+            }
+            StreamPhase::Restarted(before) => {
+                StreamPhase::Restarted(before.saturating_add(periods))
+            }
+            StreamPhase::Second | StreamPhase::Ordinary => StreamPhase::AfterLost(periods),
         };
-        self.pass(state, periods)
+        self.advance_time(state, periods)
+    }
+
+    /// Lets periods pass before the stream's first sample: nobody counts, so there is no bias to take off.
+    fn wait_for_first(&self, state: &mut ChainState<N>, periods: u32) -> Option<OutputFrame> {
+        let waited = state.periods_in_output.wrapping_add(periods);
+        let left = waited.checked_rem(self.samples_per_output).unwrap_or(0);
+        // Of those that end now none is to be taken off, and so of those that are left.
+        state.periods_without = match waited.wrapping_sub(left) {
+            0 => left,
+            ended => ended,
+        };
+        let frame = self.advance_time(state, periods);
+        state.periods_without = left;
+        frame
+    }
+
+    /// Tells that the source of samples has started anew, so that the next sample's counts and accelerometer codes say
+    /// nothing of the time since the last one. They are ignored, whatever they are: the rotation, the velocity and the
+    /// bias of that time are left out, and the pickoffs begin at that sample's readings.
+    #[inline(never)]
+    pub fn restart(&self, state: &mut ChainState<N>) {
+        state.phase = match state.phase {
+            StreamPhase::First => StreamPhase::First,
+            StreamPhase::AfterLost(lost) | StreamPhase::Restarted(lost) => {
+                StreamPhase::Restarted(lost)
+            }
+            StreamPhase::Second | StreamPhase::Ordinary => StreamPhase::Restarted(0),
+        };
     }
 
     /// What a sample needs that is not an ordinary one; it goes on as the sample returned, if any.
     #[cold]
     #[inline(never)]
-    fn prepare(&self, state: &mut ChainState<N>, sample: &Sample) -> Option<Sample> {
-        if state.next == Next::First {
-            let held = self.limits.hold(&sample.pickoff_codes, sample, 1);
-            state.raise(held.status.and(Status::PRIMED));
-            self.dither.start(&mut state.dither, sample.pickoff_codes);
-            state.flexure = *self.installation.flexure();
-            state.periods_without = 1;
-            state.next = Next::Second;
-            return None;
+    fn begin_or_resume(&self, state: &mut ChainState<N>, sample: &Sample) -> Option<Sample> {
+        match state.phase {
+            StreamPhase::First => {
+                let held = self.limits.hold(&sample.pickoff_codes, sample, 1);
+                state.raise(held.status.union(Status::PRIMED));
+                self.dither.start(&mut state.dither, sample.pickoff_codes);
+                state.flexure = *self.installation.flexure();
+                state.periods_without = state.periods_without.wrapping_add(1);
+                state.phase = StreamPhase::Second;
+                None
+            }
+            StreamPhase::Restarted(lost) => {
+                self.resume_without(state, sample, lost.saturating_add(1));
+                None
+            }
+            StreamPhase::AfterLost(lost) => {
+                self.resume(state, sample, lost.saturating_add(1));
+                None
+            }
+            StreamPhase::Second | StreamPhase::Ordinary => Some(self.hold(state, sample, 1)),
         }
-        let periods = match state.next {
-            Next::AfterLost(lost) => lost.saturating_add(1),
-            _ => 1,
-        };
+    }
+
+    /// The sample within its limits.
+    fn hold(&self, state: &mut ChainState<N>, sample: &Sample, periods: u32) -> Sample {
         let held = self.limits.hold(state.dither.previous(), sample, periods);
         if held.status != Status::default() {
             state.raise(held.status);
             state.adaptation.disturb();
             state.dither.shift(held.pickoff_excess);
         }
-        let sample = held.sample;
-        if periods > 1 {
-            // Sums and the coning across: this increment is none of one period, and serves no other product.
-            state.raise(Status::GAP);
-            state.adaptation.disturb();
-            let before = self.exact_case(
-                self.counts.since_start(&state.counts),
-                self.dither.since_start(&state.dither),
-            );
-            let angle = self.exact_case(
-                self.counts.exact(sample.pulse_counts),
-                self.dither.exact(&state.dither, sample.pickoff_codes),
-            );
-            state.counts.add(sample.pulse_counts);
-            self.dither.resume(&mut state.dither, sample.pickoff_codes);
-            let beside = coning::resume(&mut state.coning, before, angle);
-            frame::carry(&mut state.frame, beside);
-            if let Some(accelerometers) = &self.accelerometers {
-                let velocity = &accelerometers.velocity;
-                let codes = sample.accelerometer_codes;
-                let gained_before = velocity.since_start(&state.velocity);
-                let (gained, saturated) = velocity.resume(&mut state.velocity, codes, periods);
-                state.raise(saturated);
-                sculling::resume(
-                    &mut state.sculling,
-                    &state.coning,
-                    (before, angle),
-                    (gained_before, gained),
-                );
-            }
-            state.next = Next::Second;
-            return None;
+        held.sample
+    }
+
+    /// Takes a reading that covers several periods: its angle and velocity, and what they are worth across the rest of
+    /// the output period. It is no increment of one period, and serves no other product.
+    fn resume(&self, state: &mut ChainState<N>, sample: &Sample, periods: u32) {
+        let sample = self.hold(state, sample, periods);
+        let (counts, pickoffs) = (sample.pulse_counts, sample.pickoff_codes);
+        let stripped = self.dither.exact(&state.dither, pickoffs);
+        let mut sensed = self.counts.exact_wide(counts);
+        for (sensed, stripped) in sensed.iter_mut().zip(stripped) {
+            *sensed = sensed.wrapping_sub(i128::from(stripped));
         }
-        Some(sample)
+        let angle = compensation::at_rest_wide(self.installation.exact_at_rest(), sensed);
+        let (codes, velocity_status) = match &self.accelerometers {
+            Some(known) => known.velocity.hold(sample.accelerometer_codes, periods),
+            None => ([0; 3], Status::default()),
+        };
+        let velocity = match &self.accelerometers {
+            Some(known) => known.velocity.exact_wide(codes),
+            None => [0; 3],
+        };
+        let of_samples = |limit: i32| limit.saturating_mul(self.samples_per_output as i32);
+        let fits = state.gap.fits(angle, velocity)
+            && (state.counts).has_room(counts, self.limits.counts().map(of_samples))
+            && state.velocity.has_room(codes);
+        if fits {
+            let before = Motion {
+                angle: self.exact_case(
+                    self.counts.since_start(&state.counts),
+                    self.dither.since_start(&state.dither),
+                ),
+                velocity: self.velocity_since_start(state),
+            };
+            let reading = Motion {
+                angle: angle.map(|angle| angle as i64),
+                velocity: velocity.map(|velocity| velocity as i64),
+            };
+            state.gap.take(&before, &reading);
+            state.counts.add(counts);
+            state.velocity.add(codes);
+        } else {
+            state.frame.owe(angle, velocity);
+            self.dither.leave_out(&mut state.dither, pickoffs);
+        }
+        self.dither.resume(&mut state.dither, pickoffs);
+        self.begin_products(state, velocity_status);
+    }
+
+    /// The velocity felt since the output period's start, without its bias \[fine units\].
+    fn velocity_since_start(&self, state: &ChainState<N>) -> [i64; 3] {
+        match &self.accelerometers {
+            Some(known) => known.velocity.since_start(&state.velocity),
+            None => [0; 3],
+        }
+    }
+
+    /// Takes the pickoffs of a sample whose counts tell nothing of the last `periods` periods.
+    fn resume_without(&self, state: &mut ChainState<N>, sample: &Sample, periods: u32) {
+        // What the blocks moved was not counted either.
+        self.dither.restart(&mut state.dither, sample.pickoff_codes);
+        // Nor is there a bias to take off, of this output period or of those that have ended.
+        let of_this = periods.min(state.periods_in_output.wrapping_add(1));
+        state.periods_without = state.periods_without.wrapping_add(of_this);
+        self.give_back_bias(state, i64::from(periods.wrapping_sub(of_this)));
+        size_effect::discontinue(&mut state.size_effect);
+        self.begin_products(state, Status::default());
+    }
+
+    /// Begins the products of neighbouring samples anew after a gap.
+    fn begin_products(&self, state: &mut ChainState<N>, raised: Status) {
+        state.raise(raised.union(Status::GAP));
+        state.adaptation.disturb();
+        coning::resume(&mut state.coning);
+        sculling::resume(&mut state.sculling);
+        state.phase = StreamPhase::Second;
     }
 
     /// The case's angle at rest \[fine units\].
@@ -305,7 +421,7 @@ impl<N: NumberSystem> Chain<N> {
 
     /// Lets time pass; the frame, if an output period ends.
     #[inline(always)]
-    fn pass(&self, state: &mut ChainState<N>, periods: u32) -> Option<OutputFrame> {
+    fn advance_time(&self, state: &mut ChainState<N>, periods: u32) -> Option<OutputFrame> {
         state.periods_in_output = state.periods_in_output.wrapping_add(periods);
         if state.periods_in_output < self.samples_per_output {
             return None;
@@ -326,7 +442,8 @@ impl<N: NumberSystem> Chain<N> {
                 .unwrap_or(1)
         };
         let periods = outputs.wrapping_mul(self.samples_per_output);
-        let with_rotation = periods.wrapping_sub(core::mem::take(&mut state.periods_without));
+        let without = core::mem::take(&mut state.periods_without);
+        let with_rotation = periods.wrapping_sub(without);
 
         let sensed = self.counts.finish(&mut state.counts, with_rotation);
         let stripped = self.dither.finish(&mut state.dither);
@@ -350,18 +467,21 @@ impl<N: NumberSystem> Chain<N> {
                 .wrapping_sub(stripped[axis]);
         }
         let case = compensation::at_rest_exactly(self.installation.exact_at_rest(), sensing_axes);
-        let beside = coning::finish(&mut state.coning);
+        let beside = coning::finish(&mut state.coning, self.unit_log2);
         let mut rotation = case;
         for (rotation, beside) in rotation.iter_mut().zip(beside) {
             *rotation = rotation.wrapping_add(beside);
         }
-        let velocity = self
-            .accelerometers
-            .as_ref()
-            .map(|accelerometers| accelerometers.finish(state, rotation, with_rotation));
-
         let before = core::mem::take(&mut state.status);
-        let status = before.and(state.health);
+        if before.contains(Status::GAP) {
+            core::hint::cold_path();
+            rotation = turning::add(rotation, state.gap.coning(rotation));
+        }
+        let velocity = self.accelerometers.as_ref().map(|accelerometers| {
+            accelerometers.finish(state, self.unit_log2, rotation, with_rotation)
+        });
+
+        let status = before.union(state.health);
         let frame = frame::process(&mut state.frame, rotation, velocity, status, outputs);
         let last = state.periods_before.wrapping_add(periods).wrapping_sub(1);
         state.faults.watch(before, frame.status, last);
@@ -369,7 +489,11 @@ impl<N: NumberSystem> Chain<N> {
 
         state.periods_before = state.periods_before.wrapping_add(periods);
         state.periods_in_output = state.periods_in_output.wrapping_sub(periods);
-        if let Next::AfterLost(_) = state.next
+        if before.contains(Status::GAP) {
+            core::hint::cold_path();
+            state.gap = GapState::default();
+        }
+        if let StreamPhase::AfterLost(_) | StreamPhase::Restarted(_) = state.phase
             && state.periods_in_output > 0
         {
             state.status = Status::GAP;
@@ -377,16 +501,29 @@ impl<N: NumberSystem> Chain<N> {
         frame
     }
 
+    /// Gives back, or takes off for a negative number, the bias of so many sampling periods.
+    #[cold]
+    #[inline(never)]
+    fn give_back_bias(&self, state: &mut ChainState<N>, periods: i64) {
+        let sensed = self.counts.bias_wide(periods);
+        let rotation = compensation::at_rest_wide(self.installation.exact_at_rest(), sensed);
+        let velocity = match &self.accelerometers {
+            Some(known) => known.velocity.bias_wide(periods),
+            None => [0; 3],
+        };
+        state.frame.owe(rotation, velocity);
+    }
+
     /// Switches the flexure term off while a gyro's increments hold its dither, and on again.
     fn degrade(&self, state: &mut ChainState<N>, health: Status) {
-        let unusable = Status::PICKOFF_FAILED.and(Status::COUNTER_STUCK);
+        let unusable = Status::PICKOFF_FAILED.union(Status::COUNTER_STUCK);
         let off = health.bits() & unusable.bits() != 0;
         state.flexure = if off {
             SignedFlexure::<N>::default()
         } else {
             *self.installation.flexure()
         };
-        state.health = health.and(Status::DYNAMIC_TERM_OFF.when(off));
+        state.health = health.union(Status::DYNAMIC_TERM_OFF.when(off));
     }
 }
 
@@ -444,12 +581,26 @@ impl<N: NumberSystem> Accelerometers<N> {
     /// The velocity increment of the output period that turned by `rotation`, in the body frame at its start
     /// \[fine units\].
     #[inline(never)]
-    fn finish(&self, state: &mut ChainState<N>, rotation: [i64; 3], periods: u32) -> [i64; 3] {
+    fn finish(
+        &self,
+        state: &mut ChainState<N>,
+        unit_log2: u32,
+        rotation: [i64; 3],
+        periods: u32,
+    ) -> [i64; 3] {
         let felt = self.velocity.finish(&mut state.velocity, periods);
         // Without the dynamic term the increments are not the case's.
         let known = !state.health.contains(Status::DYNAMIC_TERM_OFF);
         let owed = self.size_effect.finish(&mut state.size_effect, known);
-        let rectified = sculling::finish(&mut state.sculling);
+        let mut rectified = sculling::finish(&mut state.sculling, unit_log2);
+        if !state.gap.is_none() {
+            core::hint::cold_path();
+            let whole = Motion {
+                angle: rotation,
+                velocity: felt,
+            };
+            rectified = turning::add(rectified, state.gap.sculling(&whole));
+        }
 
         let evenly = turning::add(turning::add(felt, rectified), owed.gathered);
         let mut velocity = turning::gathered(rotation, evenly);

@@ -22,22 +22,23 @@
 //! period only; for those that were lost the last one stands, since none would lose 2.5 mm/s at 1 g each.
 //!
 //! # What the sequence number shows
-//! With f periods since the last sample in which the driver got none (bus error, check sum, stuck line,
-//! repeated frame) the next step should be f + 1.
+//! The board's own timer is the only latch of the bank: it makes one frame a sampling period, whether somebody reads it
+//! or not. So of e periods since the last good frame, by the caller's clock, the number must have grown by e, less at
+//! most one for each frame of these periods that came again (the bank did not latch, or latched late).
 //!
-//! | step | reading |
+//! | step s | reading |
 //! |---|---|
-//! | f + 1 | good |
-//! | 0 | [`SourceFault::Repeated`], no sample: the bank did not latch, or runs slower than the caller |
-//! | more than f + 1 | a sample with [`SourceFault::Skipped`]: the bank latched frames that nobody asked for |
-//! | 1 to f | good: the bank stood still for a while, which its repeats have shown, or it is the slower |
+//! | e − repeats ≤ s ≤ e, modulo 2¹⁶ | good: the counts since the last good frame |
+//! | 0, and the same counters | [`SourceFault::Repeated`], no sample: the bank did not latch |
+//! | anything else | [`SourceFault::Restarted`]: the bank has started anew, and a difference of its counters would be a rotation that never was; the sample has zero counts and this frame's pickoffs |
+//!
+//! A bank that starts anew with just the number that is due, one time in 65 536, is not seen: its counts are held at
+//! their limit for the time that passed.
 //!
 //! All bits equal is told apart as [`SourceFault::StuckLine`] before the CRC is looked at: it is a wire,
 //! not noise, and no CRC is defined by what a dead line happens to spell.
 //!
-//! Assumes fewer than 65 536 lost frames in a row (16 s); the outage itself has long been counted by then.
-//! A bank that restarts shows a step and a count at random: the chain holds the count at its physical limit
-//! and flags it. Deliberately not here: what to do about a fault. The caller counts it.
+//! Deliberately not here: what to do about a fault. The caller counts it.
 
 use crc::{CRC_16_IBM_3740, Crc};
 use embedded_hal::spi::SpiDevice;
@@ -139,8 +140,10 @@ pub struct CounterBank<SPI> {
     spi: SPI,
     accelerometers: AccelerometerInput,
     previous: Option<Latched>,
-    /// Periods since the last sample in which there was none.
-    without_sample: u16,
+    /// Periods since the last good frame, by the caller's clock.
+    elapsed: u32,
+    /// Of these, periods in which that frame came again.
+    repeats: u16,
 }
 
 /// The part of the last good frame that the next one is compared with.
@@ -159,7 +162,8 @@ impl<SPI: SpiDevice> CounterBank<SPI> {
             spi,
             accelerometers,
             previous: None,
-            without_sample: 0,
+            elapsed: 0,
+            repeats: 0,
         }
     }
 
@@ -168,46 +172,58 @@ impl<SPI: SpiDevice> CounterBank<SPI> {
         self.spi
     }
 
-    fn failed(&mut self, fault: SourceFault) -> Reading {
-        self.without_sample = self.without_sample.saturating_add(1);
-        Reading::without_sample(fault)
+    /// Goes on from this frame.
+    fn latch(&mut self, frame: &BankFrame) {
+        self.previous = Some(Latched::of(frame));
+        self.elapsed = 0;
+        self.repeats = 0;
+    }
+
+    /// A reading of no counts, from which the next one goes on.
+    #[cold]
+    #[inline(never)]
+    fn begin(&mut self, frame: &BankFrame, fault: Option<SourceFault>) -> Reading {
+        self.latch(frame);
+        Reading {
+            sample: Some(Sample {
+                pulse_counts: [0; 3],
+                pickoff_codes: frame.pickoff_codes,
+                accelerometer_codes: match self.accelerometers {
+                    AccelerometerInput::Counters => [0; 3],
+                    AccelerometerInput::Codes => frame.accelerometers,
+                },
+            }),
+            periods: 0,
+            fault,
+        }
     }
 }
 
 impl<SPI: SpiDevice> SampleSource for CounterBank<SPI> {
     #[inline]
-    fn take(&mut self) -> Reading {
+    fn take(&mut self, elapsed: u32) -> Reading {
+        self.elapsed = self.elapsed.saturating_add(elapsed);
         let mut bytes = [0; FRAME_BYTES];
         if self.spi.read(&mut bytes).is_err() {
-            return self.failed(SourceFault::Bus);
+            return Reading::without_sample(SourceFault::Bus);
         }
         let frame = match BankFrame::from_bytes(&bytes) {
             Ok(frame) => frame,
-            Err(fault) => return self.failed(fault),
+            Err(fault) => return Reading::without_sample(fault),
         };
         let Some(previous) = self.previous else {
-            self.previous = Some(Latched::of(&frame));
-            self.without_sample = 0;
-            return Reading {
-                sample: Some(Sample {
-                    pulse_counts: [0; 3],
-                    pickoff_codes: frame.pickoff_codes,
-                    accelerometer_codes: match self.accelerometers {
-                        AccelerometerInput::Counters => [0; 3],
-                        AccelerometerInput::Codes => frame.accelerometers,
-                    },
-                }),
-                periods: 0,
-                fault: None,
-            };
+            return self.begin(&frame, None);
         };
         let step = frame.sequence.wrapping_sub(previous.sequence);
-        if step == 0 {
-            return self.failed(SourceFault::Repeated);
+        if step == 0 && frame.counters == previous.counters {
+            self.repeats = self.repeats.saturating_add(1);
+            return Reading::without_sample(SourceFault::Repeated);
         }
-        let expected = self.without_sample.saturating_add(1);
-        self.previous = Some(Latched::of(&frame));
-        self.without_sample = 0;
+        let periods = self.elapsed;
+        if (periods as u16).wrapping_sub(step) > self.repeats {
+            return self.begin(&frame, Some(SourceFault::Restarted));
+        }
+        self.latch(&frame);
         Reading {
             sample: Some(Sample {
                 pulse_counts: difference(frame.counters, previous.counters),
@@ -216,16 +232,16 @@ impl<SPI: SpiDevice> SampleSource for CounterBank<SPI> {
                     AccelerometerInput::Counters => {
                         difference(frame.accelerometers, previous.accelerometers)
                     }
-                    AccelerometerInput::Codes => frame
-                        .accelerometers
-                        .map(|code| code.saturating_mul(i32::from(step))),
+                    AccelerometerInput::Codes => {
+                        let several = i32::try_from(periods).unwrap_or(i32::MAX);
+                        frame
+                            .accelerometers
+                            .map(|code| code.saturating_mul(several))
+                    }
                 },
             }),
-            periods: u32::from(step),
-            fault: match step.saturating_sub(expected) {
-                0 => None,
-                missing => Some(SourceFault::Skipped(missing)),
-            },
+            periods,
+            fault: None,
         }
     }
 }

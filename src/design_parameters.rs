@@ -4,13 +4,31 @@
 /// (400 Hz), so that the strip and the acceleration see its sine and not its alias.
 pub const DESIGN_SAMPLE_RATE_HZ: f64 = 4000.0;
 
+/// Exponent s of the increment unit 2ˢ rad: increments, and velocities over one sample, are counted in it. 0 from
+/// 4 kHz on; one more for every halving of the rate, since what a sample turns by doubles.
+pub const fn increment_unit_log2(sample_rate_hz: f64) -> u32 {
+    let design = DESIGN_SAMPLE_RATE_HZ;
+    if sample_rate_hz >= design {
+        0
+    } else if sample_rate_hz >= design / 2.0 {
+        1
+    } else if sample_rate_hz >= design / 4.0 {
+        2
+    } else {
+        3
+    }
+}
+
 /// Sample rates a configuration may ask for \[Hz\]: below 500 Hz the dither itself would alias; above
 /// 8 kHz one sample's instructions no longer fit its period on a 168 MHz Cortex-M4F with margin.
 pub const SAMPLE_RATE_RANGE_HZ: (f64, f64) = (500.0, 8000.0);
 
-/// Most samples in one output period \[samples\]: with [`CASE_LIMIT_RAD`] each, their sum stays within
-/// ±0.16 rad, inside the ±0.5 rad of the exact sums and of the fixed-point coning lever.
+/// Most samples in one output period \[samples\].
 pub const MAX_SAMPLES_PER_OUTPUT: u16 = 40;
+
+/// Largest angle that the samples of one output period may sum to \[rad\], by the limits of the configuration:
+/// its square, which bounds the coning sum, stays within the ±2⁻⁵ of that sum's fixed-point format.
+pub const OUTPUT_PERIOD_LIMIT_RAD: f64 = 0.1767;
 
 /// Angle of one output code \[rad\]: 2⁻³⁵ = 6e-6 arcsec. One code per 5 ms is 0.0012 °/h, and the part of a
 /// code is carried; an `i32` of them spans ±0.0625 rad, 716 °/s over 5 ms, 358 °/s over 10 ms.
@@ -24,33 +42,29 @@ pub const OUTPUT_M_S_PER_CODE: f64 = 1.0 / (1u64 << 27) as f64;
 /// (2⁻⁶⁴ rad, 2⁻⁵⁶ m/s), which spans eight times the range of a frame.
 pub const FINE_PER_CODE_LOG2: u32 = 29;
 
-/// Part of a rotation beyond a frame's range that later frames still show \[codes\]: as much as one frame
-/// holds. More can only come of a rate beyond the sensor's.
-pub const LARGEST_CARRY_CODES: i64 = 1 << 31;
-
-/// Largest sensed increment \[rad per sample\]: 5/8 of 2⁻⁸, 559 °/s at 4 kHz: the case's 400 °/s
-/// plus the dither's 100 °/s, with margin.
+/// Largest sensed increment \[increment units per sample\]: 5/8 of 2⁻⁸, 559 °/s at 4 kHz: the case's 400 °/s
+/// plus the dither's 100 °/s, with margin. An increment unit is 1 rad from 4 kHz on and doubles with every halving
+/// of the sample rate ([`increment_unit_log2`]), so the limits are at least these rates at every sample rate.
 pub const SENSED_LIMIT_RAD: f64 = 5.0 / 8.0 / 256.0;
 
-/// Largest dither increment \[rad per sample\]: 2⁻¹⁰, 223 °/s at 4 kHz: 200″ at 500 Hz peaks at 175 °/s.
+/// Largest dither increment \[increment units per sample\]: 2⁻¹⁰, 223 °/s at 4 kHz: 200″ at 500 Hz peaks at
+/// 175 °/s.
 pub const DITHER_LIMIT_RAD: f64 = 2.0 / 8.0 / 256.0;
 
-/// Largest angle of the first sample after lost ones \[rad\]: 7/32. With an output period's own 0.16 rad, the
-/// carry's 0.06 rad and the coning across both of 0.04 rad it stays inside the ±0.5 rad of the exact sums:
-/// 125 ms at 100 °/s.
-pub const GAP_LIMIT_RAD: f64 = 7.0 / 32.0;
+/// Largest angle after lost samples that is composed with the rest of its output period \[rad\]: 1/16, what one
+/// frame can show; 36 ms at 100 °/s. A larger one is shown by as many frames as it takes.
+pub const GAP_IN_FRAME_RAD: f64 = 1.0 / 16.0;
 
-/// Largest compensated increment \[rad per sample\]: 7/8 of 2⁻⁸ times (1 + 1/64)(1 + 2/64), and bias,
-/// rounded up. (A strip with delay can ask for up to three times its own limit; a real dither does not.)
-pub const CASE_LIMIT_RAD: f64 = 60.0 / 64.0 / 256.0;
-
-/// Largest angular acceleration the compensation follows \[rad per sample²\]: 2⁻¹⁰, 15 600 rad/s² at
+/// Largest angular acceleration the compensation follows \[increment units per sample²\]: 2⁻¹⁰, 15 600 rad/s² at
 /// 4 kHz. Shaker tests reach 100 rad/s²; pulse quantisation of 1″ adds some 100 rad/s².
 pub const ACCELERATION_LIMIT_RAD: f64 = 1.0 / 1024.0;
 
 /// Largest |K|/T² \[1\]: 8, K = 5e-7 s² at 4 kHz, seven times the paper's values (Table 3: 7e-8 s²).
-/// With [`ACCELERATION_LIMIT_RAD`] a tilt stays within 1/128 rad.
+/// With [`ACCELERATION_LIMIT_RAD`] a tilt stays within 1/128 rad at 4 kHz.
 pub const FLEXURE_LIMIT: f64 = 8.0;
+
+/// Largest |K|/T² times the increment unit \[1\]: 32, the fixed-point format's range. It binds below 1 kHz.
+pub const SCALED_FLEXURE_LIMIT: f64 = 32.0;
 
 /// Largest known installation angle |ε_ij0| \[rad\]: 1/128 (0.45°); real ones stay within 1e-3 rad. With the
 /// largest tilt a matrix term stays within 1/64.
@@ -66,9 +80,22 @@ pub const BIAS_LIMIT_RAD_S: f64 = 0.01;
 /// 40 samples at the sensed limit are 1.7e9, and their sum fits an `i32`; up to 20″.
 pub const PULSE_WEIGHT_RANGE_RAD: (f64, f64) = (1.0 / (1u64 << 34) as f64, 1e-4);
 
-/// Pickoff codes a configuration may ask for \[rad\]: below 1e-12 the fixed-point gain has fewer than 30
-/// bits; 1e-4 rad is a sixth of the dither's amplitude, useless beyond.
-pub const PICKOFF_WEIGHT_RANGE_RAD: (f64, f64) = (1e-12, 1e-4);
+/// Pickoff codes a configuration may ask for \[rad\]: 2⁻³⁵ (6e-6″), with which 40 steps at their limit fit an `i32`;
+/// 1e-4 rad is a sixth of the dither's amplitude, useless beyond.
+pub const PICKOFF_WEIGHT_RANGE_RAD: (f64, f64) = (1.0 / (1u64 << 35) as f64, 1e-4);
+
+/// Farthest that a block may be from where its pickoff was first read while the strip's taps follow it \[rad\]: three
+/// times the largest dither amplitude. No suspension lets a block go there, and what a moved tap is worth over all of
+/// it fits the exact sums.
+pub const PICKOFF_REACH_RAD: f64 = 1.0 / 32.0;
+
+/// Largest velocity with which an accelerometer may swing about the body origin at the largest increment of the
+/// configuration \[m/s\]: the vectors that are turned with the case stay below 64 m/s.
+pub const SWING_LIMIT_M_S: f64 = 40.0;
+
+/// Periods of bias that one output period's exact sums take at once \[sampling periods\]: 0.08 rad of the largest bias
+/// at the lowest rate. After a longer outage the rest is taken off what later frames show.
+pub const BIAS_PERIODS: u32 = 4000;
 
 /// Pickoff gains a configuration may ask for \[1\]: 0 for gyros without dither, 2 far beyond any tolerance.
 pub const PICKOFF_GAIN_RANGE: (f64, f64) = (0.0, 2.0);
@@ -101,17 +128,16 @@ pub const ACCELEROMETER_BIAS_LIMIT_M_S2: f64 = 1.0;
 /// Largest distance of an accelerometer from the body origin \[m\], each coordinate.
 pub const LEVER_ARM_LIMIT_M: f64 = 0.5;
 
-/// Largest velocity of one sample \[m/s\]: 1/4, 102 g at 4 kHz; 40 samples of it reach 10 m/s, inside a frame's
-/// 16 m/s. The codes of an output period sum in an `i32`: with the finest weights the limit is
+/// Largest velocity of one sample \[m/s, times the increment unit\]: 1/4, 102 g at 4 kHz; 40 samples of it reach
+/// 10 m/s, inside a frame's 16 m/s. The codes of an output period sum in an `i32`: with the finest weights the limit is
 /// [`ACCELEROMETER_SUM_CODES`].
 pub const VELOCITY_LIMIT_M_S: f64 = 0.25;
 
-/// Largest velocity of the first sample after lost ones \[m/s\]: 32, 3.2 s at 1 g. With an output period's own
-/// 10 m/s and the carry's 16 m/s it stays inside the ±128 m/s of the exact sums.
-pub const VELOCITY_GAP_LIMIT_M_S: f64 = 32.0;
+/// Largest velocity after lost samples that is composed with the rest of its output period \[m/s\]: 16, what one
+/// frame can show; 1.6 s at 1 g. A larger one is shown by as many frames as it takes.
+pub const VELOCITY_GAP_IN_FRAME_M_S: f64 = 16.0;
 
-/// Most accelerometer codes of an output period's samples, and of a reading after lost ones \[codes\]: both
-/// together fit an `i32`. With codes of 2⁻²⁹ m/s (replayed recordings) and ten samples 81 g at 4 kHz.
+/// Most accelerometer codes of an output period's samples \[codes\]: their sum fits an `i32`. With codes of 2⁻²⁹ m/s (replayed recordings) and ten samples 81 g at 4 kHz.
 pub const ACCELEROMETER_SUM_CODES: i32 = 1 << 30;
 
 /// Length of an adaptation window \[s\]: a dozen dither periods, short beside what a fault may cost.
@@ -170,6 +196,10 @@ pub const CONING_COEFFICIENTS: [f64; 2] = [7.0 / 60.0, -1.0 / 60.0];
 /// differences; D D alone lacks what a sample averages out, x²/12 (x = ΩT; 3.3 % at 400 Hz and 4 kHz). What is left
 /// is x⁴/90: 0.17 % at 400 Hz. A correction by D ΔD would cost less, and shift ω ω in time.
 pub const WITHIN_SAMPLE: f64 = 0.288_675_134_594_812_9;
+
+/// Time that bank and dithers may take to start before what is wrong with them is latched as the first fault \[s\]: a
+/// dither reaches its amplitude within a second or so.
+pub const START_UP_LIMIT_S: f64 = 2.0;
 
 /// An interrupt that is entered later than this share of a period after the period's end counts as late
 /// \[1\]: 1/16, 15.6 µs at 4 kHz. Nothing in the image holds it that long (only the reset handlers mask it),

@@ -19,7 +19,7 @@ impl Status {
     pub const PICKOFF_SATURATED: Self = Self(1 << 1);
     /// Acceleration beyond [`ACCELERATION_LIMIT_RAD`](crate::design_parameters::ACCELERATION_LIMIT_RAD).
     pub const ACCELERATION_SATURATED: Self = Self(1 << 2);
-    /// An output beyond ±(2³¹ − 1) codes, 0.0625 rad or 16 m/s.
+    /// The output is beyond ±(2³¹ − 1) codes, 0.0625 rad or 16 m/s: the frame leaves part of it to later ones.
     pub const OUTPUT_SATURATED: Self = Self(1 << 3);
     /// Information: the period holds the stream's first sample, which contributes no rotation: it has no
     /// previous pickoff reading to strip the dither with.
@@ -40,13 +40,15 @@ impl Status {
     pub const ADAPTING: Self = Self(1 << 11);
     /// The sample of at least one of the period's sampling periods did not come.
     pub const GAP: Self = Self(1 << 12);
+    /// Information: the frame shows rotation or velocity of earlier periods, which their frames could not hold.
+    pub const CARRIED_OVER: Self = Self(1 << 13);
     /// Of the processor: the sampling interrupt did not come in time for at least one period.
     pub const INTERRUPT_MISSED: Self = Self(1 << 16);
     /// Of the processor: the sampling interrupt was entered late.
     pub const INTERRUPT_LATE: Self = Self(1 << 17);
     /// Of the processor: the previous period's sample came again.
     pub const SAMPLE_REPEATED: Self = Self(1 << 18);
-    /// Of the processor: a sample was skipped or was not ready.
+    /// Of the processor: a sample was not ready.
     pub const SAMPLE_LOST: Self = Self(1 << 19);
     /// Of the processor: a frame of the counter bank failed its check.
     pub const FRAME_CHECKSUM: Self = Self(1 << 20);
@@ -60,10 +62,13 @@ impl Status {
     pub const PARAMETERS_DEFAULT: Self = Self(1 << 24);
     /// Of the processor: one parameter slot was bad and the other one is used.
     pub const PARAMETER_SLOT_BAD: Self = Self(1 << 25);
+    /// Of the processor: the counter bank's sequence number does not fit the time that passed, so it has started anew;
+    /// what the gyros turned since its last frame is not known and is left out.
+    pub const BANK_RESTARTED: Self = Self(1 << 26);
     /// Every bit of the chain that is a fault.
     const FAULTS: u32 = 0b1_0011_1110_1111;
     /// Every bit that is a fault in service: the chain's and the processor's, those of the boot apart.
-    pub const IN_SERVICE_FAULTS: Self = Self(Self::FAULTS | 0x7F << 16);
+    pub const IN_SERVICE_FAULTS: Self = Self(Self::FAULTS | 0x47F << 16);
 
     /// What people call bit `bit`; `None` for bits without a meaning.
     pub const fn name(bit: u8) -> Option<&'static str> {
@@ -81,6 +86,7 @@ impl Status {
             10 => "dynamic term off",
             11 => "adapting",
             12 => "gap",
+            13 => "carried over",
             16 => "interrupt missed",
             17 => "interrupt late",
             18 => "sample repeated",
@@ -91,6 +97,7 @@ impl Status {
             23 => "clock fallback",
             24 => "nominal parameters",
             25 => "parameter slot bad",
+            26 => "bank restarted",
             _ => return None,
         })
     }
@@ -113,10 +120,10 @@ impl Status {
         self.0 & other.0 == other.0
     }
 
-    /// Both.
+    /// The bits of either.
     #[inline(always)]
     #[must_use]
-    pub const fn and(self, other: Self) -> Self {
+    pub const fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
@@ -153,7 +160,7 @@ pub struct Faults {
     pub pickoff: u32,
     /// Periods with an angular acceleration beyond its range.
     pub acceleration: u32,
-    /// Periods whose rotation was beyond the frame's range.
+    /// Periods whose rotation or velocity was beyond the frame's range.
     pub output: u32,
     /// Periods with a failed pickoff.
     pub pickoff_failed: u32,

@@ -65,6 +65,8 @@ pub mod design_parameters;
 
 pub mod triad;
 
+mod dither_phase;
+
 pub mod sample;
 
 pub mod parameters;
@@ -90,6 +92,8 @@ pub mod counter_bank;
 pub mod health;
 
 pub mod processor;
+
+pub mod clock_start;
 
 pub mod trace;
 

@@ -18,8 +18,25 @@
 //! `host-tests/firmware/tests/parameter_slots.rs` cuts the power at every step. The CRC stands last because
 //! a driver may write a range in any order; alone, it makes the rest valid in one last step.
 //!
+//! # Mending
 //! [`ParameterSlots::mend`] rewrites a slot that is not good from the one that is, at boot before sampling:
-//! erasing a sector stops the STM32F405 from running code in flash for up to two seconds.
+//! erasing a sector stops the STM32F405 from running code in flash for up to two seconds. Two things bound it:
+//!
+//! - The supply must be known to suffice: a supply that sags below what programming needs damages what is
+//!   written, and resets the board in the middle.
+//! - At most [`MEND_ATTEMPTS`] attempts, over all boots: a worn-out slot would else cost each boot an erasure,
+//!   and its seconds. They are counted in the good slot's sector without erasing it: behind the block there is
+//!   a mark for each attempt, erased until it is made. The mark is written **before** the erasure, so that a
+//!   reset in the middle counts.
+//!
+//! | offset in a slot | holds |
+//! |---|---|
+//! | 0 | the block, filled up with 0xFF to a whole [`LARGEST_UNIT_BYTES`] |
+//! | [`MEND_MARKS_OFFSET`] | [`MEND_ATTEMPTS`] marks of [`LARGEST_UNIT_BYTES`] each: all 0xFF = free, anything else = an attempt made |
+//!
+//! Whatever erases that sector frees its marks: a [`ParameterSlots::store`] into it (every second one), or a
+//! programming tool; a tool that writes only the block leaves them 0xFF, no attempt made. Each mark is
+//! programmed once, as a whole unit of any supported flash, so flash with an error-correcting code serves too.
 //!
 //! Assumes erased flash reads 0xFF and programming only clears bits. It leaves out wear levelling: parameters
 //! change when the instrument is calibrated, and a sector stands 10 000 erasures.
@@ -37,6 +54,15 @@ pub const LARGEST_UNIT_BYTES: usize = 32;
 
 /// A block and what fills its last unit.
 const BUFFER_BYTES: usize = PARAMETER_BLOCK_BYTES.next_multiple_of(LARGEST_UNIT_BYTES);
+
+/// Attempts to mend a slot until the good slot's sector is erased.
+pub const MEND_ATTEMPTS: usize = 3;
+
+/// Where a slot's marks of attempts begin \[bytes\].
+pub const MEND_MARKS_OFFSET: u32 = BUFFER_BYTES as u32;
+
+/// Of all marks.
+const MARKS_BYTES: usize = MEND_ATTEMPTS * LARGEST_UNIT_BYTES;
 
 /// Bytes of the CRC at the block's end.
 const CRC_BYTES: usize = 4;
@@ -84,6 +110,20 @@ impl Loaded {
     pub fn parameters_default(&self) -> bool {
         self.slot.is_none()
     }
+}
+
+/// What [`ParameterSlots::mend`] did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Mending {
+    /// Nothing: both slots are good, or none is.
+    NotNeeded,
+    /// The bad slot holds the good one's block.
+    Done,
+    /// Nothing: the supply is not known to suffice.
+    SupplyLow,
+    /// Nothing: all attempts are made.
+    Exhausted,
 }
 
 /// Why a slot could not be written.
@@ -177,7 +217,7 @@ impl<F: NorFlash> ParameterSlots<F> {
     const WRITTEN_BYTES: usize = PARAMETER_BLOCK_BYTES.next_multiple_of(F::WRITE_SIZE);
 
     /// Whole sectors that a slot takes.
-    const SLOT_BYTES: u32 = BUFFER_BYTES.next_multiple_of(F::ERASE_SIZE) as u32;
+    const SLOT_BYTES: u32 = (BUFFER_BYTES + MARKS_BYTES).next_multiple_of(F::ERASE_SIZE) as u32;
 
     /// Makes `parameters` those of the next boot; returns their generation. Where it fails, the block that
     /// was in use still is.
@@ -191,15 +231,52 @@ impl<F: NorFlash> ParameterSlots<F> {
         Ok(generation)
     }
 
-    /// Copies the good slot's block to the one that is not good, if there is such a pair; whether it did.
-    pub fn mend(&mut self) -> Result<bool, SlotError<F::Error>> {
+    /// Copies the good slot's block to the one that is not good, if there is such a pair.
+    ///
+    /// # Inputs
+    /// `supply_suffices`: the supply is known to be high enough for erasing and programming.
+    ///
+    /// # Errors
+    /// The attempt failed and is counted; or it could not be counted, and nothing was erased. The good slot's
+    /// block is untouched in any case.
+    pub fn mend(&mut self, supply_suffices: bool) -> Result<Mending, SlotError<F::Error>> {
         self.check_layout()?;
         let current = self.load_certainly().map_err(SlotError::Flash)?;
         let (Some(good), true) = (current.slot, current.slot_bad) else {
-            return Ok(false);
+            return Ok(Mending::NotNeeded);
         };
+        if !supply_suffices {
+            return Ok(Mending::SupplyLow);
+        }
+        if !self.count_attempt(good)? {
+            return Ok(Mending::Exhausted);
+        }
         self.write(good.other(), &current.parameters, current.generation)?;
-        Ok(true)
+        Ok(Mending::Done)
+    }
+
+    /// Writes the next mark behind `good`'s block; whether one was free.
+    fn count_attempt(&mut self, good: Slot) -> Result<bool, SlotError<F::Error>> {
+        let free = [ERASED; LARGEST_UNIT_BYTES];
+        for attempt in 0..MEND_ATTEMPTS {
+            let at = self.offset(good) + MEND_MARKS_OFFSET + (attempt * LARGEST_UNIT_BYTES) as u32;
+            let mut mark = free;
+            self.flash.read(at, &mut mark).map_err(SlotError::Flash)?;
+            if mark != free {
+                continue;
+            }
+            self.flash
+                .write(at, &[0; LARGEST_UNIT_BYTES])
+                .map_err(SlotError::Flash)?;
+            self.flash.read(at, &mut mark).map_err(SlotError::Flash)?;
+            // An attempt that is not counted would come again at every boot.
+            return if mark == free {
+                Err(SlotError::Verify)
+            } else {
+                Ok(true)
+            };
+        }
+        Ok(false)
     }
 
     fn write(

@@ -6,6 +6,7 @@
 use core::fmt;
 
 use crate::design_parameters as design;
+use crate::dither_phase::DitherPhase;
 use crate::triad::CrossAxis;
 
 /// What the chain knows of its triad. Axes x, y, z of the body frame.
@@ -20,15 +21,17 @@ pub struct Parameters {
     pub scale_error: [f64; 3],
     /// ε_ij0 of Eq. (7) \[rad\], within ±1/128: ε_xy multiplies the **z** rate in gyro x, and so on.
     pub installation_rad: CrossAxis<f64>,
-    /// K_ij \[s²\]: the tilt is δ_ij = −K_ij α_j; |K_ij|·rate² within 8 (5e-7 s² at 4 kHz).
+    /// K_ij \[s²\]: the tilt is δ_ij = −K_ij α_j; |K_ij|·rate² within 8 (5e-7 s² at 4 kHz),
+    /// below 1 kHz within 4.
     pub flexure_s2: CrossAxis<f64>,
     /// Block angle over pickoff angle \[1\], 0 to 2; 0 for gyros without dither.
     pub pickoff_gain: [f64; 3],
-    /// Angle of one pickoff code \[rad\], 1e-12 to 1e-4.
+    /// Angle of one pickoff code \[rad\], 2⁻³⁵ (2.9e-11) to 1e-4.
     pub pickoff_weight_rad: f64,
     /// 1/T \[Hz\], 500 to 8000.
     pub sample_rate_hz: f64,
-    /// Samples in one output period \[samples\], 1 to 40.
+    /// Samples in one output period \[samples\], 1 to 40, and no more than the sums of a period can hold at the limit
+    /// of its readings: some 12 ms, 6 at 500 Hz, 24 at 2 kHz.
     pub samples_per_output: u16,
     /// Terms of the acceleration filter, 1 to 4; 4 unless noise matters more than 400 Hz.
     pub acceleration_order: u8,
@@ -60,7 +63,8 @@ pub struct AccelerometerParameters {
     /// Small angles of the pattern of Eq. (7) \[rad\], within ±1/128: xy multiplies the **z** force in
     /// accelerometer x, and so on.
     pub misalignment_rad: CrossAxis<f64>,
-    /// Row i: the position of accelerometer i in the body frame \[m\], within ±0.5 each.
+    /// Row i: the position of accelerometer i in the body frame \[m\], within ±0.5 each, and so that it swings by 40 m/s
+    /// at most at the largest increment that readings within their limits can form (1 m in all across at 4 kHz).
     pub lever_arm_m: [[f64; 3]; 3],
 }
 
@@ -110,6 +114,8 @@ pub enum ParameterError {
     SampleRate,
     /// `samples_per_output`.
     SamplesPerOutput,
+    /// `samples_per_output` with `sample_rate_hz` and the pickoff's taps.
+    OutputPeriod,
     /// `acceleration_order`.
     AccelerationOrder,
     /// `pickoff_delay_s`.
@@ -141,11 +147,17 @@ impl fmt::Display for ParameterError {
             Self::Bias => "bias_rad_s must be within +-0.01 rad/s",
             Self::ScaleError => "scale_error must be within +-1/128",
             Self::Installation => "installation_rad must be within +-1/128 rad",
-            Self::Flexure => "flexure_s2 times the square of the sample rate must be within +-8",
+            Self::Flexure => {
+                "flexure_s2 times the square of the sample rate must be within +-8, below 1 kHz within +-4"
+            }
             Self::PickoffGain => "pickoff_gain must be 0 to 2",
-            Self::PickoffWeight => "pickoff_weight_rad must be 1e-12 to 1e-4 rad",
+            Self::PickoffWeight => "pickoff_weight_rad must be 2.92e-11 (2^-35) to 1e-4 rad",
             Self::SampleRate => "sample_rate_hz must be 500 to 8000 Hz",
             Self::SamplesPerOutput => "samples_per_output must be 1 to 40",
+            Self::OutputPeriod => {
+                "samples_per_output is too many at this sample_rate_hz: what the samples of one output period may \
+                 turn by, at the limit of their readings, must stay within 0.1767 rad (some 12 ms)"
+            }
             Self::AccelerationOrder => "acceleration_order must be 1 to 4",
             Self::PickoffDelay => "pickoff_delay_s must be within +-1e-4 s",
             Self::DitherFrequency => {
@@ -160,7 +172,9 @@ impl fmt::Display for ParameterError {
                 "scale_error of the accelerometers must be within +-1/128"
             }
             Self::AccelerometerMisalignment => "misalignment_rad must be within +-1/128 rad",
-            Self::LeverArm => "lever_arm_m must be within +-0.5 m",
+            Self::LeverArm => {
+                "lever_arm_m must be within +-0.5 m, and swing by 40 m/s at most at the largest increment"
+            }
         })
     }
 }
@@ -203,7 +217,10 @@ impl Parameters {
         )?;
         all(
             &self.flexure_s2.to_array(),
-            within(design::FLEXURE_LIMIT / rate_squared),
+            within(
+                design::FLEXURE_LIMIT.min(design::SCALED_FLEXURE_LIMIT / self.increment_unit_rad())
+                    / rate_squared,
+            ),
             E::Flexure,
         )?;
         all(
@@ -255,6 +272,9 @@ impl Parameters {
                 E::DitherFrequency,
             )?;
         }
+        if self.samples_per_output > self.most_samples_per_output() {
+            return Err(E::OutputPeriod);
+        }
         let Some(accelerometers) = &self.accelerometers else {
             return Ok(());
         };
@@ -282,7 +302,93 @@ impl Parameters {
             accelerometers.lever_arm_m.as_flattened(),
             within(design::LEVER_ARM_LIMIT_M),
             E::LeverArm,
-        )
+        )?;
+        // ω extrapolated to a sample's end is at most twice the largest mean.
+        let fastest_rad_s = 2.0 * self.largest_increment_rad() * self.sample_rate_hz;
+        let swings_m_s = [0, 1, 2].map(|axis: usize| {
+            let arm = accelerometers.lever_arm_m[axis];
+            fastest_rad_s * (arm[(axis + 1) % 3].abs() + arm[(axis + 2) % 3].abs())
+        });
+        all(&swings_m_s, (0.0, design::SWING_LIMIT_M_S), E::LeverArm)
+    }
+
+    /// Exponent of the unit in which increments are counted at this sample rate.
+    pub(crate) fn increment_unit_log2(&self) -> u32 {
+        design::increment_unit_log2(self.sample_rate_hz)
+    }
+
+    /// That unit \[rad\].
+    pub(crate) fn increment_unit_rad(&self) -> f64 {
+        f64::from(1u8 << self.increment_unit_log2())
+    }
+
+    /// Fastest rate about a sensing axis that every sample can hold, the block's dither included \[rad/s\].
+    pub fn sensed_range_rad_s(&self) -> f64 {
+        design::SENSED_LIMIT_RAD * self.increment_unit_rad() * self.sample_rate_hz
+    }
+
+    /// Fastest steady rate of the case about a body axis that every frame can show \[rad/s\]. What is faster is shown
+    /// by later frames, flagged, and must not last.
+    pub fn frame_range_rad_s(&self) -> f64 {
+        let frame_rad = f64::from(i32::MAX) * design::OUTPUT_RAD_PER_CODE;
+        frame_rad * self.sample_rate_hz / f64::from(self.samples_per_output)
+    }
+
+    /// Most samples of one output period whose sums fit at the limit of their readings \[samples\]. The other fields are
+    /// in their ranges.
+    pub fn most_samples_per_output(&self) -> u16 {
+        // A float's conversion holds at the ends.
+        let most = (design::OUTPUT_PERIOD_LIMIT_RAD / self.largest_increment_rad()) as u16;
+        most.min(design::MAX_SAMPLES_PER_OUTPUT)
+    }
+
+    /// Largest increment of the case over one sample that readings within their limits can form \[rad\]: counts at
+    /// their limit, pickoff steps at theirs through both taps, wherever adaptation may move them, turned by the matrix
+    /// and the largest tilts. The other fields are in their ranges.
+    pub fn largest_increment_rad(&self) -> f64 {
+        let unit_rad = self.increment_unit_rad();
+        let sensed = [0, 1, 2].map(|axis| {
+            let strip = design::DITHER_LIMIT_RAD * self.largest_taps(axis);
+            design::SENSED_LIMIT_RAD * (1.0 - self.scale_error[axis]) + strip
+        });
+        let [x, y, z] = sensed;
+        let tilt_s2 =
+            self.sample_rate_hz * self.sample_rate_hz * unit_rad * design::ACCELERATION_LIMIT_RAD;
+        let e = self.installation_rad.map(f64::abs);
+        let k = self.flexure_s2.map(|k| k.abs() * tilt_s2);
+        let case = [
+            x + (e.xy + k.xy) * z + (e.xz + k.xz) * y,
+            y + (e.yz + k.yz) * x + (e.yx + k.yx) * z,
+            z + (e.zx + k.zx) * y + (e.zy + k.zy) * x,
+        ];
+        case.into_iter().fold(0.0, f64::max) * unit_rad
+    }
+
+    /// |h₀| + |h₁| over the pickoff's gain, at most; 0 where nothing is stripped.
+    fn largest_taps(&self, axis: usize) -> f64 {
+        if self.pickoff_gain[axis] == 0.0 {
+            return 0.0;
+        }
+        let [now, past] = self.relative_taps(axis).map(f64::abs);
+        let moves = self.adaptation_time_s != 0.0 && self.dither_amplitude_rad[axis] != 0.0;
+        let moved = if moves {
+            let phase = self.dither_phase(axis);
+            f64::from(design::ADAPTATION_RANGE) * (1.0 + phase.cot().abs() + phase.cosec().abs())
+        } else {
+            0.0
+        };
+        now + past + moved
+    }
+
+    /// The phase of a gyro's dither over one sample.
+    pub(crate) fn dither_phase(&self, axis: usize) -> DitherPhase {
+        DitherPhase::of(self.dither_frequency_hz[axis] / self.sample_rate_hz)
+    }
+
+    /// The strip's taps over the pickoff's gain.
+    pub(crate) fn relative_taps(&self, axis: usize) -> [f64; 2] {
+        let delay_samples = self.pickoff_delay_s[axis] * self.sample_rate_hz;
+        self.dither_phase(axis).relative_taps(delay_samples)
     }
 
     /// Pickoff gain in the unit of the sensed angle after scale correction \[rad per code\].

@@ -18,16 +18,24 @@
 //! | interrupt missed | 16 | its period passes as lost | next sample: whole angle, no dynamic term, flagged GAP |
 //! | interrupt late | 17 | nothing: the sample is whole, the bank latched it in time | at once |
 //! | frame repeated | 18 | period lost | as above |
-//! | sample skipped, starved | 19 | periods lost | as above |
+//! | source not ready | 19 | period lost | as above |
 //! | check sum | 20 | period lost | as above |
 //! | bus error, stuck line | 21 | period lost | as above |
 //! | no room for a frame | 22 | the frame is dropped with its angle; the next ones say so and the sequence shows it | with the next frame that finds room |
-//! | count, pickoff step, acceleration, velocity, output beyond range | 0 1 2 9 3 | held at the range's end; the excess is lost | with the next sample in range |
+//! | bank restarted | 26 | what it counted since its last frame is left out, as no one knows it; the strip begins at its pickoffs | at once |
+//! | count, pickoff step, acceleration, velocity beyond range | 0 1 2 9 | held at the range's end; the excess is lost | with the next sample in range |
+//! | output beyond a frame's range | 3 | the frame shows what it can, the next ones the rest ([`Status::CARRIED_OVER`]) | when all is shown |
 //! | pickoff failed, counter stuck | 5 8 | no dynamic term ([`Status::DYNAMIC_TERM_OFF`]) and no size effect, that axis's strip is not adapted | after one whole good window |
 //! | dither stopped, out of band | 6 7 | nothing is switched off: lock-in spoils the gyro, not the chain | with the next good window |
 //! | clock fallback | 23 | runs on the internal oscillator, 1 % off: angles right, times not | reset |
 //! | no parameter slot good | 24 | nominal parameters, nothing compensated | reset with a good slot |
 //! | one slot bad | 25 | the other slot | reset after mending |
+//!
+//! # Start-up
+//! Until the bank has given a sample and every dither has had a window without a finding, at most
+//! [`START_UP_LIMIT_S`], faults raise their bits and counters but are not latched as the first fault: a bank or a dither
+//! that is still starting would take the place of the fault in service that the latch and the trace are for. What is
+//! still wrong after that time is latched.
 //!
 //! A status bit stands in the frame of the output period in which the fault was seen; of the boot, in every
 //! frame. After a gap of several output periods there is one frame for all of them, and the sequence jumps.
@@ -40,6 +48,7 @@
 //! it covers: that would be a guess, and navigation sees the flag.
 
 use crate::chain::{Chain, ChainState};
+use crate::design_parameters::START_UP_LIMIT_S;
 use crate::faults::{Faults, FirstFault, Status};
 use crate::health::{HEALTH_ITEMS, Health, HealthItem, item};
 use crate::numbers::NumberSystem;
@@ -60,6 +69,12 @@ pub struct BootReport {
     pub slot_bad: bool,
     /// Generation of the parameters in use; 0 for the nominal ones.
     pub generation: u32,
+    /// What reset the board: bits of [`reset_cause`](crate::health::reset_cause).
+    pub reset_cause: u32,
+    /// How the previous run failed and where, as health items 43 and 44 have it; 0 where it did not.
+    pub last_failure_kind: u32,
+    /// Source line or instruction address.
+    pub last_failure_place: u32,
 }
 
 /// How the interrupt of this period came.
@@ -120,8 +135,8 @@ pub struct Processor<N: NumberSystem> {
     of_period: Status,
     /// Sampling periods since start, wrapping.
     periods: u32,
-    /// Periods since the last sample in which the bank was not asked.
-    unasked: u32,
+    /// The start-up is over: faults are latched.
+    in_service: bool,
     /// The first fault was seen in this output period, so the chain may yet show an earlier one.
     first_is_fresh: bool,
     /// Whose turn it is.
@@ -137,6 +152,10 @@ struct Settings {
     samples_per_output: u32,
     generation: u32,
     configuration: u32,
+    start_up_periods: u32,
+    reset_cause: u32,
+    last_failure_kind: u32,
+    last_failure_place: u32,
 }
 
 impl<N: NumberSystem> Processor<N> {
@@ -156,15 +175,19 @@ impl<N: NumberSystem> Processor<N> {
                     item::WITH_ACCELEROMETERS,
                     parameters.accelerometers.is_some(),
                 ) | with(item::ADAPTIVE, parameters.adaptation_time_s > 0.0),
+                start_up_periods: (START_UP_LIMIT_S * parameters.sample_rate_hz) as u32,
+                reset_cause: boot.reset_cause,
+                last_failure_kind: boot.last_failure_kind,
+                last_failure_place: boot.last_failure_place,
             },
             boot: Status::CLOCK_FALLBACK
                 .when(boot.clock_fallback)
-                .and(Status::PARAMETERS_DEFAULT.when(boot.parameters_default))
-                .and(Status::PARAMETER_SLOT_BAD.when(boot.slot_bad)),
+                .union(Status::PARAMETERS_DEFAULT.when(boot.parameters_default))
+                .union(Status::PARAMETER_SLOT_BAD.when(boot.slot_bad)),
             pending: Status::default(),
             of_period: Status::default(),
             periods: 0,
-            unasked: 0,
+            in_service: false,
             first_is_fresh: false,
             turn: 0,
             held: None,
@@ -205,7 +228,6 @@ impl<N: NumberSystem> Processor<N> {
             self.periods = self.periods.wrapping_add(lost);
         }
         if let Some(sample) = reading.sample {
-            self.unasked = 0;
             // The chain decides for itself: a decision shared with it costs it registers.
             let beginning = core::hint::black_box(self.state.is_beginning());
             watch.begin();
@@ -233,6 +255,12 @@ impl<N: NumberSystem> Processor<N> {
     /// Faults around the chain, and the first of all.
     pub fn health(&self) -> &Health {
         &self.health
+    }
+
+    /// Whether a fault in service has been seen.
+    #[inline]
+    pub fn has_latched_fault(&self) -> bool {
+        self.health.first.stages != Status::default()
     }
 
     /// The chain's own counters.
@@ -267,41 +295,37 @@ impl<N: NumberSystem> Processor<N> {
         let add = |counter: &mut u32, events: u32| *counter = counter.saturating_add(events);
         let mut raised = Status::INTERRUPT_MISSED
             .when(timing.missed > 0)
-            .and(Status::INTERRUPT_LATE.when(timing.late));
+            .union(Status::INTERRUPT_LATE.when(timing.late));
         add(&mut health.interrupts_missed, timing.missed);
         add(&mut health.interrupts_late, u32::from(timing.late));
-        add(&mut self.unasked, timing.missed);
-        let mut lost = u32::from(reading.sample.is_none());
+        let lost = u32::from(reading.sample.is_none());
         match reading.fault {
             None => {}
             Some(SourceFault::Bus) => {
                 add(&mut health.bus_faults, 1);
-                raised = raised.and(Status::BUS_FAULT);
+                raised = raised.union(Status::BUS_FAULT);
             }
             Some(SourceFault::StuckLine) => {
                 add(&mut health.bus_faults, 1);
                 add(&mut health.stuck_lines, 1);
-                raised = raised.and(Status::BUS_FAULT);
+                raised = raised.union(Status::BUS_FAULT);
             }
             Some(SourceFault::Checksum) => {
                 add(&mut health.frame_checksums, 1);
-                raised = raised.and(Status::FRAME_CHECKSUM);
+                raised = raised.union(Status::FRAME_CHECKSUM);
             }
             Some(SourceFault::Repeated) => {
                 add(&mut health.samples_repeated, 1);
-                raised = raised.and(Status::SAMPLE_REPEATED);
+                raised = raised.union(Status::SAMPLE_REPEATED);
             }
             Some(SourceFault::Starved) => {
                 add(&mut health.samples_starved, 1);
-                add(&mut self.unasked, 1);
-                raised = raised.and(Status::SAMPLE_LOST);
+                raised = raised.union(Status::SAMPLE_LOST);
             }
-            Some(SourceFault::Skipped(missing)) => {
-                // Of missed interrupts and starved periods the bank's driver knows nothing.
-                let unexplained = u32::from(missing).saturating_sub(self.unasked);
-                add(&mut health.samples_skipped, unexplained);
-                raised = raised.and(Status::SAMPLE_LOST.when(unexplained > 0));
-                lost = lost.saturating_add(unexplained);
+            Some(SourceFault::Restarted) => {
+                add(&mut health.bank_restarts, 1);
+                raised = raised.union(Status::BANK_RESTARTED);
+                self.chain.restart(&mut self.state);
             }
         }
         // The first period that the fault concerns, as the chain counts it.
@@ -311,10 +335,9 @@ impl<N: NumberSystem> Processor<N> {
 
     /// Sets bits for this period and its output period, and latches the first fault.
     fn raise(&mut self, raised: Status, period: u32) {
-        self.of_period = self.of_period.and(raised);
-        self.pending = self.pending.and(raised);
-        let none_yet = self.health.first.stages == Status::default();
-        if none_yet && raised != Status::default() {
+        self.of_period = self.of_period.union(raised);
+        self.pending = self.pending.union(raised);
+        if self.in_service && !self.has_latched_fault() && raised != Status::default() {
             self.health.first = FirstFault {
                 stages: raised,
                 sample: period,
@@ -330,9 +353,15 @@ impl<N: NumberSystem> Processor<N> {
             return;
         };
         let pending = core::mem::take(&mut self.pending);
-        output.status = output.status.and(pending).and(self.boot);
-        self.of_period = self.of_period.and(output.status);
-        self.latch_chains_first();
+        output.status = output.status.union(pending).union(self.boot);
+        self.of_period = self.of_period.union(output.status);
+        if self.in_service {
+            self.latch_chains_first();
+        } else {
+            self.state.forget_first_fault();
+            self.in_service = self.chain.has_started(&self.state)
+                || self.periods >= self.settings.start_up_periods;
+        }
 
         let index = *HEALTH_ITEMS.get(usize::from(self.turn)).unwrap_or(&0);
         self.turn = match usize::from(self.turn) + 1 {
@@ -368,7 +397,7 @@ impl<N: NumberSystem> Processor<N> {
                 if lead > 0 {
                     *first = chain;
                 } else if lead == 0 {
-                    first.stages = first.stages.and(chain.stages);
+                    first.stages = first.stages.union(chain.stages);
                 }
             }
         }
@@ -386,8 +415,10 @@ impl<N: NumberSystem> Processor<N> {
             item::GENERATION => self.settings.generation,
             item::CONFIGURATION => self.settings.configuration,
             item::PERIODS => self.periods,
-            item::SKIPPED => self.health.samples_skipped,
             item::STUCK_LINES => self.health.stuck_lines,
+            item::RESET_CAUSE => self.settings.reset_cause,
+            item::LAST_FAILURE_KIND => self.settings.last_failure_kind,
+            item::LAST_FAILURE_PLACE => self.settings.last_failure_place,
             bit => self.health.counter(self.state.faults(), bit),
         }
     }

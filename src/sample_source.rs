@@ -1,6 +1,6 @@
 //! Where samples come from: one trait for every source of readings.
 //!
-//! Enters: nothing but time; the caller asks once a period. Leaves: a [`Reading`], block frame, raw counts
+//! Enters: the time that passed; the caller asks once a period. Leaves: a [`Reading`], block frame, raw counts
 //! and codes. Deliberately not here: waiting. A source answers at once, because the caller is an interrupt
 //! with a deadline.
 
@@ -9,7 +9,10 @@ use crate::Sample;
 /// Something that yields one sample a period.
 pub trait SampleSource {
     /// The sample of the period that just ended. Answers without waiting for the next period.
-    fn take(&mut self) -> Reading;
+    ///
+    /// `elapsed`: sampling periods since the previous call, by the caller's clock; 1 as a rule, more where it could not
+    /// ask.
+    fn take(&mut self, elapsed: u32) -> Reading;
 }
 
 /// What one request yielded.
@@ -18,11 +21,10 @@ pub struct Reading {
     /// The sample, if there is one that the chain may use.
     pub sample: Option<Sample>,
     /// Sampling periods that the sample's counts cover: 1 as a rule, more after periods without a sample,
-    /// 0 for the first sample (its counts are zeros: there is nothing yet to difference with) and where
+    /// 0 for the first sample of a source (its counts are zeros: there is nothing yet to difference with) and where
     /// there is none.
     pub periods: u32,
-    /// What was wrong. Both can be present: after a skipped frame the sample holds the angle of several
-    /// periods, which is right as an angle and wrong as a rate.
+    /// What was wrong. Only [`SourceFault::Restarted`] has a sample beside it.
     pub fault: Option<SourceFault>,
 }
 
@@ -49,8 +51,9 @@ pub enum SourceFault {
     Checksum,
     /// The frame of the previous period came again.
     Repeated,
-    /// This many frames, which nobody failed to read, never came.
-    Skipped(u16),
+    /// The source has started anew, so that what it counted since its last frame is not known. The sample holds the
+    /// readings from which it goes on.
+    Restarted,
     /// The stream had no sample ready.
     Starved,
 }

@@ -1,7 +1,7 @@
 //! The trace: the last samples before and after the first fault, for a debugger.
 //!
-//! Enters: one [`TraceEntry`] a period. Leaves: nothing by itself; a probe reads the memory. After the
-//! first entry with a fault, half a ring more is recorded and then nothing: so half of what stands there led
+//! Enters: one [`TraceEntry`] a period, and whether the first fault in service is latched. Leaves: nothing by itself; a
+//! probe reads the memory. After the first entry with a latched fault, half a ring more is recorded and then nothing: so half of what stands there led
 //! to the fault and half followed from it, whenever the probe arrives.
 //!
 //! Layout in memory, little-endian, words of 32 bits (`repr(C)`):
@@ -106,9 +106,9 @@ impl<const L: usize> TraceRing<L> {
         }
     }
 
-    /// Records one period, unless the ring is frozen. Costs the same for every entry that it takes.
+    /// Records one period, unless the ring is frozen; `fault_latched` once the first fault in service has come. Costs the same for every entry that it takes.
     #[inline]
-    pub fn record(&mut self, entry: TraceEntry) {
+    pub fn record(&mut self, entry: TraceEntry, fault_latched: bool) {
         if self.to_record == 0 {
             return;
         }
@@ -122,7 +122,7 @@ impl<const L: usize> TraceRing<L> {
         };
         if self.to_record != ENDLESS {
             self.to_record -= 1;
-        } else if entry.status & Status::IN_SERVICE_FAULTS.bits() != 0 {
+        } else if fault_latched {
             self.to_record = (L / 2) as u32;
         }
     }

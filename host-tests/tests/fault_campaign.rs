@@ -134,7 +134,7 @@ fn boots(core: TargetCore, seed: u64) {
     let begin = Instant::now();
     let mut table = format!("\n{} image: boot with | boots | said so", core.name());
     for fault in [BootFault::OneSlot, BootFault::BothSlots, BootFault::None] {
-        let due = fault.status().and(Status::CLOCK_FALLBACK);
+        let due = fault.status().union(Status::CLOCK_FALLBACK);
         let mut said = 0;
         for _ in 0..TIMES {
             let slots = SlotImages(fault.slots(&block, &mut random));

@@ -6,11 +6,14 @@ use std::path::Path;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rlg::target::budgets::Budgets;
 use rlg::target::records::records_of;
-use rlg::target::{Image, OnTarget, Platform, SlotImages, TargetCore, emulator, on_target};
+use rlg::target::{Image, OnTarget, Platform, SlotImages, TargetCore, emulator, on_target, twin};
 use trueaxis::bank_record::BankRecord;
 use trueaxis::health::{HEALTH_ITEMS, item};
-use trueaxis::{CrossAxis, Decoder, Parameters, Sample, Status};
+use trueaxis::{
+    AccelerometerParameters, CrossAxis, Decoder, Parameters, Sample, Status, TELEMETRY_BYTES,
+};
 
 /// Every parameter away from the value that would hide it.
 fn parameters() -> Parameters {
@@ -22,6 +25,28 @@ fn parameters() -> Parameters {
         flexure_s2: cross_axis([6.9e-8, 7.1e-8, 7.5e-8, 7.3e-8, 6.7e-8, 7.6e-8]),
         pickoff_gain: [1.001, 0.999, 1.002],
         ..Parameters::default()
+    }
+}
+
+/// Velocity of one pulse of the accelerometers \[m/s\]: 1 g is 400 pulses a period at 4 kHz, and their limit
+/// 40 000.
+const PULSE_M_S: [f64; 3] = [6.1e-6, 5.9e-6, 6.3e-6];
+
+/// [`parameters`] with accelerometers, none of whose parameters is zero either.
+fn parameters_with_accelerometers(weight_m_s: [f64; 3]) -> Parameters {
+    Parameters {
+        accelerometers: Some(AccelerometerParameters {
+            weight_m_s,
+            bias_m_s2: [3.1e-3, -4.7e-3, 2.2e-3],
+            scale_error: [2.1e-4, -3.4e-4, 1.6e-4],
+            misalignment_rad: cross_axis([2.1e-4, -1.4e-4, -3.0e-4, 1.7e-4, 2.6e-4, -1.9e-4]),
+            lever_arm_m: [
+                [0.045, 0.012, -0.018],
+                [-0.011, 0.050, 0.016],
+                [-0.021, 0.014, 0.038],
+            ],
+        }),
+        ..parameters()
     }
 }
 
@@ -44,6 +69,18 @@ fn noisy_samples(count: usize, counts: i32, codes: i32) -> Vec<Sample> {
             pulse_counts: std::array::from_fn(|_| random.random_range(-counts..=counts)),
             pickoff_codes: std::array::from_fn(|_| random.random_range(-codes..=codes)),
             ..Sample::default()
+        })
+        .collect()
+}
+
+/// As [`noisy_samples`], with accelerometer codes within ± `forces`.
+fn noisy_samples_with_forces(count: usize, counts: i32, codes: i32, forces: i32) -> Vec<Sample> {
+    let mut random = ChaCha8Rng::seed_from_u64(4001);
+    noisy_samples(count, counts, codes)
+        .into_iter()
+        .map(|sample| Sample {
+            accelerometer_codes: std::array::from_fn(|_| random.random_range(-forces..=forces)),
+            ..sample
         })
         .collect()
 }
@@ -89,6 +126,123 @@ fn the_f32_image_gives_the_hosts_bits_whatever_enters() {
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
 fn the_fixed_image_gives_the_hosts_bits_whatever_enters() {
     holds_bit_for_bit(TargetCore::Fixed);
+}
+
+/// Accelerometer codes within their range, around their limit and far beyond it; pulses, and the finer codes
+/// of a replayed recording, whose limit is that of the integer sum. The gyros likewise.
+fn holds_bit_for_bit_with_accelerometers(core: TargetCore) {
+    const REPLAYED_M_S: [f64; 3] = [1.0 / (1u64 << 29) as f64; 3];
+    for (weight_m_s, counts, codes, forces) in [
+        (PULSE_M_S, 20, 50_000, 2_000),
+        (PULSE_M_S, 220, 2_000_000, 80_000),
+        (REPLAYED_M_S, 220, 2_000_000, 100_000_000),
+        (PULSE_M_S, 20, 50_000, i32::MAX),
+        (REPLAYED_M_S, i32::MAX, i32::MAX, i32::MAX),
+    ] {
+        let samples = noisy_samples_with_forces(20_003, counts, codes, forces);
+        let parameters = parameters_with_accelerometers(weight_m_s);
+        let slots = SlotImages::both(&parameters);
+        let result = play(core, &slots, &records_of(samples.iter().copied()));
+        assert!(
+            result.bit_equal,
+            "forces {forces}: {:?}",
+            result.first_difference
+        );
+        assert_eq!(result.samples as usize, samples.len());
+        assert!(result.accelerometers);
+        assert_eq!(result.frames_with_velocity, result.frames);
+        assert_eq!(
+            (result.missed, result.late, result.outputs_lost),
+            (0, 0, 0),
+            "the interrupt lost something"
+        );
+        let held = result.health[&VELOCITY_HELD];
+        assert_eq!(held > 0, forces > 2_000, "forces {forces}: {held} held");
+    }
+}
+
+#[test]
+#[ignore = "needs qemu-system-arm; cargo verify runs it"]
+fn the_f32_image_gives_the_hosts_bits_whatever_accelerometers_send() {
+    holds_bit_for_bit_with_accelerometers(TargetCore::F32);
+}
+
+#[test]
+#[ignore = "needs qemu-system-arm; cargo verify runs it"]
+fn the_fixed_image_gives_the_hosts_bits_whatever_accelerometers_send() {
+    holds_bit_for_bit_with_accelerometers(TargetCore::Fixed);
+}
+
+#[test]
+#[ignore = "needs qemu-system-arm; cargo verify runs it"]
+fn one_bit_of_one_accelerometer_code_is_seen_in_the_images_frames() {
+    const SAMPLES: usize = 400;
+    const AT: usize = 205;
+    let parameters = parameters_with_accelerometers(PULSE_M_S);
+    let slots = SlotImages::both(&parameters);
+    let samples = noisy_samples_with_forces(SAMPLES, 20, 50_000, 2_000);
+    let due = AT / usize::from(parameters.samples_per_output);
+    for core in [TargetCore::F32, TargetCore::Fixed] {
+        let image = image(core);
+        let host = |samples: &[Sample]| {
+            let records = records_of(samples.iter().copied());
+            let run = twin::run(core, &slots, &records).expect("parameters in range");
+            run.telemetry
+        };
+        let whole = host(&samples);
+        for axis in 0..3 {
+            for bit in 0..i32::BITS {
+                let mut flipped = samples.clone();
+                flipped[AT].accelerometer_codes[axis] ^= 1 << bit;
+                let telemetry = host(&flipped);
+                assert_eq!(first_that_differs(&whole, &telemetry), Some(due));
+                // The emulator plays the weakest bit and the sign.
+                if bit == 0 || bit == i32::BITS - 1 {
+                    let records = records_of(flipped);
+                    let emulation = emulator::run(&image.path, &slots, &records, &mut |_| {})
+                        .expect("the image runs");
+                    assert_eq!(first_that_differs(&telemetry, &emulation.telemetry), None);
+                    assert_eq!(first_that_differs(&whole, &emulation.telemetry), Some(due));
+                }
+            }
+        }
+    }
+}
+
+/// Number of the first frame in which two streams differ.
+fn first_that_differs(one: &[u8], other: &[u8]) -> Option<usize> {
+    let (mut left, mut right) = (one.chunks(TELEMETRY_BYTES), other.chunks(TELEMETRY_BYTES));
+    (0..)
+        .map_while(|frame| match (left.next(), right.next()) {
+            (None, None) => None,
+            (one, other) => Some((frame, one != other)),
+        })
+        .find_map(|(frame, differs)| differs.then_some(frame))
+}
+
+#[test]
+#[ignore = "needs qemu-system-arm; cargo verify runs it"]
+fn accelerometers_come_through_lost_samples_as_on_the_host() {
+    for core in [TargetCore::F32, TargetCore::Fixed] {
+        let mut records = records_of(noisy_samples_with_forces(4_000, 20, 50_000, 2_000));
+        for at in [700, 1_500, 1_501, 1_502] {
+            records[at].bus_error = true;
+        }
+        records[900].frame[30] ^= 0x40;
+        records[1_100] = records[1_099];
+        // More than a whole output period.
+        for record in &mut records[2_000..2_050] {
+            record.bus_error = true;
+        }
+        // Two missed and one late.
+        records[3_000].hold = 104;
+        let slots = SlotImages::both(&parameters_with_accelerometers(PULSE_M_S));
+        let result = play(core, &slots, &records);
+        assert!(result.bit_equal, "{:?}", result.first_difference);
+        assert_eq!((result.missed, result.late), (2, 1));
+        assert_eq!(result.health[&BUS_FAULTS], 54);
+        assert!(result.accelerometers && result.frames_with_velocity > 0);
+    }
 }
 
 #[test]
@@ -161,6 +315,7 @@ fn logged(result: &OnTarget, words: &str) -> bool {
 }
 
 /// Status bits' counters among the health items.
+const VELOCITY_HELD: u8 = 9;
 const REPEATED: u8 = 18;
 const CHECKSUMS: u8 = 20;
 const BUS_FAULTS: u8 = 21;
@@ -196,8 +351,10 @@ fn late_missed_and_overrun_are_counted_as_they_were_asked_for() {
     let mut records = records_of(noisy_samples(4_000, 20, 50_000));
     // 1/4 of a period beyond its end: the next is late. 2 periods and a bit: one is missed, none late.
     // 3 1/4: two missed and one late.
-    for (at, hold) in [(500, 40), (1_000, 65), (1_500, 104)] {
+    for (at, hold, missed) in [(500, 40, 0), (1_000, 65, 1), (1_500, 104, 2)] {
         records[at].hold = hold;
+        // The bank latches on: nobody reads these.
+        records.drain(at + 1..at + 1 + missed);
     }
     // The link stands still for 20 output periods: the queue holds 15 frames.
     let held = 20 * usize::from(parameters().samples_per_output);
@@ -243,8 +400,8 @@ fn the_boards_image_sends_its_flags_without_crystal_bank_and_parameters() {
         assert_eq!(decoder.statistics().frames_lost, 0);
         // The emulator has neither a crystal nor a device on SPI1, whose line then reads zeros.
         let flags = Status::CLOCK_FALLBACK
-            .and(Status::PARAMETERS_DEFAULT)
-            .and(Status::BUS_FAULT);
+            .union(Status::PARAMETERS_DEFAULT)
+            .union(Status::BUS_FAULT);
         for frame in &frames {
             assert!(frame.output.status.contains(flags), "{frame:?}");
             assert_eq!(frame.output.dtheta_codes, [0; 3]);
@@ -283,6 +440,34 @@ fn the_boards_image_takes_its_parameters_from_the_slots() {
 }
 
 #[test]
+fn each_chain_has_budgets_of_its_own_and_each_budget_a_reason() {
+    let budgets = Budgets::of_workspace().expect("the budgets");
+    for core in [TargetCore::F32, TargetCore::Fixed] {
+        let mean = |accelerometers| &budgets.chain(core, accelerometers).instructions_mean;
+        // What the gyros alone may take would not do for both.
+        let found = mean(false).at_most + 1.0;
+        assert!(mean(false).exceeded_by("mean", found).is_some());
+        assert!(mean(true).exceeded_by("mean", found).is_none());
+        assert!(mean(true).exceeded_by("mean", f64::NAN).is_some());
+    }
+
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware-budgets.toml");
+    let text = fs::read_to_string(workspace).expect("the budgets' file");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("budgets.toml");
+    let table = "[with_accelerometers.fixed.instructions_mean]\nat_most = ";
+    assert!(text.contains(table));
+    fs::write(&path, text.replace(table, &format!("{table}-"))).expect("a file");
+    let error = Budgets::read(&path).expect_err("a budget below nothing");
+    assert!(
+        error
+            .to_string()
+            .contains("with_accelerometers.fixed.instructions_mean"),
+        "{error}"
+    );
+}
+
+#[test]
 fn a_file_that_is_no_image_is_refused_by_name() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("firmware");
@@ -304,8 +489,9 @@ fn this_programs_own_binary_is_no_image() {
     assert!(Image::read(&own).is_err());
 }
 
-/// A quarter of a second of three dithered gyros at rest, as a folder that anybody could have written.
-fn recording_at_rest(folder: &Path) {
+/// A quarter of a second of three dithered gyros at rest, as a folder that anybody could have written; x and y
+/// level, z up where there are accelerometers.
+fn recording_at_rest(folder: &Path, accelerometers: bool) {
     const RATE_HZ: f64 = 4000.0;
     const PULSE_RAD: f64 = 2e-6;
     /// 150 arcsec, and three frequencies as block dithers have.
@@ -313,7 +499,11 @@ fn recording_at_rest(folder: &Path) {
     let mut manifest =
         String::from("format = 1\nname = \"rest\"\n[[table]]\nfile = \"samples.csv\"\n");
     manifest += &format!("rate_hz = {RATE_HZ:?}\nstart_s = 0.0\n");
-    for (quantity, prefix) in [("gyro_count", "g"), ("dither_angle", "d")] {
+    let mut quantities = vec![("gyro_count", "g"), ("dither_angle", "d")];
+    if accelerometers {
+        quantities.push(("specific_force", "a"));
+    }
+    for (quantity, prefix) in &quantities {
         for axis in ["x", "y", "z"] {
             manifest += &format!(
                 "[[table.channel]]\ncolumn = \"{prefix}{axis}\"\nquantity = \"{quantity}\"\n\
@@ -325,16 +515,23 @@ fn recording_at_rest(folder: &Path) {
         let (amplitude_rad, frequency_hz) = DITHER[axis];
         amplitude_rad * (std::f64::consts::TAU * frequency_hz * row / RATE_HZ).sin()
     };
-    let mut table = String::from("gx,gy,gz,dx,dy,dz\n");
+    let header: Vec<String> = quantities
+        .iter()
+        .flat_map(|(_, prefix)| ["x", "y", "z"].map(|axis| format!("{prefix}{axis}")))
+        .collect();
+    let mut table = header.join(",") + "\n";
     for row in 0..1000 {
         let (before, after) = (f64::from(row), f64::from(row + 1));
-        let cells: Vec<String> = (0..3)
+        let mut cells: Vec<String> = (0..3)
             .map(|axis| {
                 let pulses = |row| (angle(axis, row) / PULSE_RAD).floor();
                 (pulses(after) - pulses(before)).to_string()
             })
             .chain((0..3).map(|axis| format!("{:e}", angle(axis, after))))
             .collect();
+        if accelerometers {
+            cells.extend(["0.0", "0.0", "9.8"].map(str::to_owned));
+        }
         table += &(cells.join(",") + "\n");
     }
     let model = "format = 1\n[motion]\nsource = \"static\"\nearth_rate = false\n[gyro]\n\
@@ -366,7 +563,7 @@ fn on_target_command(folder: &Path) -> assert_cmd::Command {
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
 fn the_command_writes_what_the_contract_names() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    recording_at_rest(folder.path());
+    recording_at_rest(folder.path(), false);
     let printed = on_target_command(folder.path()).assert().success();
     let written = fs::read(folder.path().join("out/on_target.json")).expect("on_target.json");
     assert_eq!(printed.get_output().stdout, written);
@@ -400,10 +597,48 @@ fn the_command_writes_what_the_contract_names() {
 }
 
 #[test]
+#[ignore = "needs qemu-system-arm; cargo verify runs it"]
+fn the_command_says_whether_accelerometers_were_played() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    recording_at_rest(folder.path(), true);
+    for (asked, sentence) in [
+        (true, "accelerometers played: velocity in 100 of 100 frames"),
+        (false, "accelerometers not played"),
+    ] {
+        let mut command = on_target_command(folder.path());
+        if asked {
+            command.arg("--accelerometers");
+        }
+        let ended = command.assert().success();
+        let output = ended.get_output();
+        let words = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(words.contains(sentence), "{words}");
+        let result: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        assert_eq!(result["accelerometers"], asked);
+        let frames = if asked { 100 } else { 0 };
+        assert_eq!(result["frames_with_velocity"], frames);
+        assert_eq!(result["bit_equal"], true);
+    }
+}
+
+#[test]
+fn accelerometers_that_are_not_there_end_the_command_with_code_2() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    recording_at_rest(folder.path(), false);
+    let ended = on_target_command(folder.path())
+        .arg("--accelerometers")
+        .assert()
+        .code(2);
+    let words = String::from_utf8_lossy(&ended.get_output().stderr).into_owned();
+    assert!(words.contains("has no accelerometers to play"), "{words}");
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
 #[ignore = "needs the image's target; cargo verify runs it"]
 fn a_missing_emulator_is_answered_with_the_command_that_installs_it() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    recording_at_rest(folder.path());
+    recording_at_rest(folder.path(), false);
     let image = image(TargetCore::F32);
     let ended = on_target_command(folder.path())
         .arg("--image")
@@ -419,7 +654,7 @@ fn a_missing_emulator_is_answered_with_the_command_that_installs_it() {
 #[test]
 fn an_image_that_is_none_ends_the_command_with_code_2() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    recording_at_rest(folder.path());
+    recording_at_rest(folder.path(), false);
     let ended = on_target_command(folder.path())
         .arg("--image")
         .arg(folder.path().join("samples.csv"))

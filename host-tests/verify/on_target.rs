@@ -1,7 +1,9 @@
-//! A whole recording through both images, held against the firmware's budgets.
+//! Whole recordings through both images, held against the firmware's budgets: one of gyros alone, one with
+//! accelerometers.
 //!
-//! Enters: `bench-coning` from `RLG_RECORDINGS`, or else a recording that `rlg simulate` makes. Leaves:
-//! the figures, and a failure where an output differs or a budget is exceeded.
+//! Enters: `bench-coning` from `RLG_RECORDINGS`, or else a recording that `rlg simulate` makes; the one with
+//! accelerometers is always simulated. Leaves: the figures, and a failure where an output differs, where
+//! accelerometer codes do not reach the outputs, or where a budget is exceeded.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -19,58 +21,90 @@ const CORES: [TargetCore; 2] = [TargetCore::F32, TargetCore::Fixed];
 /// is played there and back until it is so many.
 const SAMPLES: u64 = 1_000_000;
 
-/// A recording and its model.
+/// With accelerometers: 50 s, the simulated recording once.
+const SAMPLES_WITH_ACCELEROMETERS: u64 = 200_000;
+
+/// A recording, its model, and how it is played.
 #[derive(Debug)]
 pub struct Recording {
     folder: PathBuf,
     model: PathBuf,
-    /// Results go here.
+    /// Results go here, a folder for each core.
     out: PathBuf,
+    samples: u64,
+    /// Whether its accelerometers are played.
+    accelerometers: bool,
 }
 
-/// The bench recording if there is one, or a simulated one.
-pub fn recording(root: &Path) -> Result<Recording, String> {
-    let out = root.join("target").join("verify");
+/// The bench recording if there is one, or a simulated one; played without accelerometers.
+pub fn gyros_alone(root: &Path) -> Result<Recording, String> {
     let bench = recordings().map(|recordings| recordings.join("bench-coning"));
     let folder = match bench {
         Some(bench) if bench.is_dir() => bench,
         Some(bench) => return Err(format!("{} is not there", bench.display())),
-        None => {
-            let simulated = out.join("simulated-coning");
-            let mut command = rlg(&["simulate", "host-tests/scenarios/coning.toml", "--out"]);
-            command.arg(&simulated);
-            run(command)?;
-            simulated
-        }
+        None => simulated(root, "coning")?,
     };
     Ok(Recording {
         model: folder.join("model.toml"),
         folder,
-        out,
+        out: results(root),
+        samples: SAMPLES,
+        accelerometers: false,
     })
 }
 
+/// A simulated recording with accelerometers, none of whose parameters is zero.
+pub fn with_accelerometers(root: &Path) -> Result<Recording, String> {
+    let folder = simulated(root, "accelerometers")?;
+    Ok(Recording {
+        model: folder.join("model.toml"),
+        folder,
+        out: results(root).join("with-accelerometers"),
+        samples: SAMPLES_WITH_ACCELEROMETERS,
+        accelerometers: true,
+    })
+}
+
+/// Everything of this step is written below this folder.
+fn results(root: &Path) -> PathBuf {
+    root.join("target").join("verify")
+}
+
+/// Simulates the scenario `name`; the recording's folder.
+fn simulated(root: &Path, name: &str) -> Result<PathBuf, String> {
+    let folder = results(root).join(format!("simulated-{name}"));
+    let scenario = format!("host-tests/scenarios/{name}.toml");
+    let mut command = rlg(&["simulate", &scenario, "--out"]);
+    command.arg(&folder);
+    run(command)?;
+    Ok(folder)
+}
+
 /// Both cores at once, as each emulator keeps one processor busy for minutes.
-pub fn hold_their_marks(recording: &Recording) -> [Result<(), String>; 2] {
+pub fn hold_their_budgets(recording: &Recording) -> [Result<(), String>; 2] {
     thread::scope(|scope| {
         CORES
-            .map(|core| scope.spawn(move || holds_its_marks(recording, core)))
+            .map(|core| scope.spawn(move || holds_its_budgets(recording, core)))
             .map(|run| run.join().unwrap_or_else(|_| Err("panicked".to_owned())))
     })
 }
 
-/// Runs `core` over the recording: every output equal, and the cost within its marks. What it says is printed in one piece.
-fn holds_its_marks(recording: &Recording, core: TargetCore) -> Result<(), String> {
+/// Runs `core` over the recording: every output equal, and the cost within its budgets. What it says is
+/// printed in one piece.
+fn holds_its_budgets(recording: &Recording, core: TargetCore) -> Result<(), String> {
     let mut command = rlg(&["on-target", "--json", "--core", core.name()]);
     command
-        .args(["--samples", &SAMPLES.to_string()])
+        .args(["--samples", &recording.samples.to_string()])
         // The strip follows the pickoff, as it would on the unit.
         .args(["--adapt-s", "2"])
         .arg("--model")
         .arg(&recording.model)
         .arg("--out")
-        .arg(recording.out.join(core.name()))
-        .arg(&recording.folder);
+        .arg(recording.out.join(core.name()));
+    if recording.accelerometers {
+        command.arg("--accelerometers");
+    }
+    command.arg(&recording.folder);
     let budgets = Budgets::of_workspace().map_err(|error| error.to_string())?;
     let output = command
         .output()
@@ -96,13 +130,23 @@ fn holds_its_marks(recording: &Recording, core: TargetCore) -> Result<(), String
         ));
     }
     let samples = figure("/samples")?;
-    if samples != SAMPLES as f64 {
+    if samples != recording.samples as f64 {
         return Err(format!("{}: {samples} samples", core.name()));
     }
-    let budgets = match core {
-        TargetCore::F32 => budgets.f32,
-        TargetCore::Fixed => budgets.fixed,
+    // Gravity alone puts a velocity into every frame: one without means that codes did not reach the output.
+    let with_velocity = match recording.accelerometers {
+        true => figure("/frames")?,
+        false => 0.0,
     };
+    let found = figure("/frames_with_velocity")?;
+    if result["accelerometers"] != recording.accelerometers || found != with_velocity {
+        return Err(format!(
+            "{}: accelerometers {}, velocity in {found} frames, expected in {with_velocity}",
+            core.name(),
+            result["accelerometers"]
+        ));
+    }
+    let budgets = budgets.chain(core, recording.accelerometers);
     let mean = figure("/instructions_per_sample/mean")?;
     let most_over_least =
         figure("/instructions_between_outputs/max")? / figure("/instructions_between_outputs/min")?;

@@ -1,9 +1,9 @@
 //! From flash to a processor that is ready: what both images do before the first sample.
 //!
-//! Enters: the parameter slots, and whether the clock is the one that was asked for. Leaves: the parameters
-//! and, when it is asked for, the [`Processor`], which says in every frame what was wrong at boot.
+//! Enters: the parameter slots, and what clock, reset and previous run were. Leaves: the parameters and, when it
+//! is asked for, the [`Processor`], which says in its frames what was wrong at boot.
 
-use trueaxis::parameter_slots::ParameterSlots;
+use trueaxis::parameter_slots::{MEND_ATTEMPTS, Mending, ParameterSlots};
 use trueaxis::processor::{BootReport, Processor};
 use trueaxis::{NumberSystem, Parameters};
 
@@ -32,8 +32,12 @@ impl Booted {
 }
 
 /// Loads the parameters and mends a slot that is bad.
+///
+/// # Inputs
+/// `supply_suffices`: the supply is known to be high enough for erasing and programming flash. `before`: what
+/// is known already, of clock, reset and previous run.
 #[inline(never)]
-pub fn boot(flash: SlotFlash, clock_fallback: bool) -> Booted {
+pub fn boot(flash: SlotFlash, supply_suffices: bool, before: BootReport) -> Booted {
     let mut slots = ParameterSlots::new(flash, [0, SECTOR_BYTES]);
     let loaded = slots.load();
     defmt::info!(
@@ -41,19 +45,30 @@ pub fn boot(flash: SlotFlash, clock_fallback: bool) -> Booted {
         <Core as NumberSystem>::NAME,
         loaded.generation,
         loaded.parameters_default(),
-        clock_fallback
+        before.clock_fallback
     );
     if loaded.slot_bad {
-        match slots.mend() {
-            Ok(_) => defmt::warn!("a parameter slot was bad and is mended"),
+        match slots.mend(supply_suffices) {
+            Ok(Mending::Done) => defmt::warn!("a parameter slot was bad and is mended"),
+            Ok(Mending::SupplyLow) => {
+                defmt::warn!("a parameter slot is bad; the supply is too low to mend it");
+            }
+            Ok(Mending::Exhausted) => defmt::error!(
+                "a parameter slot is bad; {=usize} attempts did not mend it",
+                MEND_ATTEMPTS
+            ),
+            // A second reading found both good, or none.
+            Ok(Mending::NotNeeded) => {
+                defmt::warn!("a parameter slot read as bad once and not again")
+            }
             Err(fault) => defmt::error!("a parameter slot is bad and cannot be mended: {}", fault),
         }
     }
     let report = BootReport {
-        clock_fallback,
         parameters_default: loaded.parameters_default(),
         slot_bad: loaded.slot_bad,
         generation: loaded.generation,
+        ..before
     };
     Booted {
         parameters: loaded.parameters,

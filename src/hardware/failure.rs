@@ -1,7 +1,7 @@
 //! The end of a run that nobody ordered: a panic, a fault exception, a lost clock.
 //!
 //! Enters: what happened. Leaves: [`LAST_FAILURE`], where a debugger finds it by name, in memory that a reset
-//! keeps; the next boot logs it ([`take_report`]). Then:
+//! keeps; the next boot logs it and tells it in health items 43 and 44 ([`take_report`]). Then:
 //!
 //! | where | what follows |
 //! |---|---|
@@ -27,7 +27,7 @@ const FRESH: u32 = u32::from_le_bytes(*b"FAIL");
 #[cfg(feature = "board")]
 const REPORTED: u32 = u32::from_le_bytes(*b"SEEN");
 
-/// What failed. The numbers are in memory only.
+/// What failed. The numbers are those of health item 43.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 #[repr(u32)]
 pub enum FailureKind {

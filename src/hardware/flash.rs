@@ -6,8 +6,8 @@
 //!
 //! Writing and erasing hold the processor (the flash is one bank: instructions cannot be fetched meanwhile),
 //! up to 4 s for a sector: at boot only, before sampling and the watchdog start. Assumes a supply of 2.7 V to
-//! 3.6 V, for words of 32 bits at a time. The emulator's flash is read-only: there a write changes nothing,
-//! and reading back shows it.
+//! 3.6 V, for words of 32 bits at a time; the board asks `supply` before it mends a slot. The
+//! emulator's flash is read-only: there a write changes nothing, and reading back shows it.
 
 use core::ptr;
 

@@ -15,7 +15,7 @@
 //!
 //! Read in this order: [`board`] or [`emulator`] (the main loop), [`sampling`] (the interrupt and its
 //! deadline), [`sample_timer`], [`handover`], [`boot`], [`link`], [`background`], then the peripherals
-//! [`clock`], [`flash`], [`serial`], and [`failure`]. A port to another board changes only this folder and
+//! [`clock`], [`flash`], `supply`, [`serial`], and [`failure`]. A port to another board changes only this folder and
 //! memory.x (docs/porting.md).
 
 #[cfg(all(feature = "board", feature = "emulator"))]
@@ -42,6 +42,9 @@ mod background;
 mod clock;
 
 mod flash;
+
+#[cfg(feature = "board")]
+mod supply;
 
 mod serial;
 

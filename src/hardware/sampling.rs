@@ -155,7 +155,7 @@ impl<Spi: SpiDevice> Sampling<Spi> {
     fn tick(&mut self, trace: &mut TraceRing<TRACE_ENTRIES>) {
         let entry = self.timer.now();
         let timing = self.timer.enter();
-        let reading = self.bank.take();
+        let reading = self.bank.take(timing.missed.saturating_add(1));
 
         let before = self.timer.now();
         let mut watch = Stopwatch {
@@ -189,7 +189,8 @@ impl<Spi: SpiDevice> Sampling<Spi> {
     fn show(&self, trace: &mut TraceRing<TRACE_ENTRIES>, reading: Reading, cost: u32) {
         let served = WATCH.served.load(Ordering::Relaxed);
         let status: Status = self.processor.period_status();
-        trace.record(TraceEntry::new(served, status, cost, reading.sample));
+        let entry = TraceEntry::new(served, status, cost, reading.sample);
+        trace.record(entry, self.processor.has_latched_fault());
         if let Some(sample) = reading.sample {
             for (shown, code) in WATCH.pickoff_codes.iter().zip(sample.pickoff_codes) {
                 shown.store(code, Ordering::Relaxed);

@@ -67,6 +67,16 @@ impl ExactWeight {
     }
 }
 
+impl ExactWeight {
+    /// weight × counts \[fine units\], beyond the range of an `i64` too: for readings after lost samples.
+    pub fn times_wide(self, counts: i32) -> i128 {
+        let part = (i64::from(self.fraction) * i64::from(counts)) >> 31;
+        i128::from(self.whole)
+            .wrapping_mul(i128::from(counts))
+            .wrapping_add(i128::from(part))
+    }
+}
+
 /// A small number, Q37, within ±1/64: 27 significant bits at 1e-3.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ExactCoefficient(i32);
@@ -87,6 +97,13 @@ impl ExactCoefficient {
         // 31 bits, so that the factor is a signed word; the 32nd is half a fine unit times 1/64.
         let low = i64::from(((value as u32) >> 1) as i32) * c;
         high.wrapping_add(low >> 31) >> (COEFFICIENT_BITS - 32)
+    }
+}
+
+impl ExactCoefficient {
+    /// coefficient × value \[fine units\], down, beyond the range of an `i64` too.
+    pub fn times_wide(self, value: i128) -> i128 {
+        i128::from(self.0).wrapping_mul(value) >> COEFFICIENT_BITS
     }
 }
 

@@ -16,10 +16,10 @@
 //! | K/T² | 26 | 1.5e-8 | ±32 | at boot |
 //! | tilt | 34 | 5.8e-11 rad | ±1/8 rad | down |
 //! | tilt × increment, summed | 71 | 4.2e-22 rad | ±2⁻⁸ rad | exact |
-//! | angle, lever | 33 | 1.2e-10 rad | ±0.25 rad | down; the angle keeps the rest |
+//! | angle, lever | 31 | 4.7e-10 rad | ±1 rad | to nearest; the angle keeps the rest |
 //! | factor of a correlation | 29 | 1.9e-9 rad | ±2⁻⁶ rad | down |
-//! | lever × increment, summed | 70 | 8.5e-22 rad | ±2⁻⁷ rad: a half circle of 40 samples at 500 °/s | exact |
-//! | square of an increment, summed | 70 | 8.5e-22 rad² | ±2⁻⁷ rad²; one factor at F = 33 | down |
+//! | lever × increment, summed | 68 | 3.4e-21 rad | ±2⁻⁵ rad | exact |
+//! | square of an increment, summed | 68 | 3.4e-21 rad² | ±2⁻⁵ rad²; one factor at F = 31 | down |
 //! | velocity | as an angle's increment and sum, in units of 2⁸ m/s | | | |
 //!
 //! Rounding *down* moves a factor by half an LSB in the mean: as much as a rate error of 3e-3 °/h (increment)
@@ -48,10 +48,20 @@ pub struct Scaled {
 
 /// An angle, and the rest of its increments that is finer than its LSB: without it a steady turn would round
 /// the same way each time.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub struct Summed {
     sum: i32,
     rest: i32,
+}
+
+impl Default for Summed {
+    /// No angle. The rest begins at half an LSB, so that the sum is rounded to nearest.
+    fn default() -> Self {
+        Self {
+            sum: 0,
+            rest: 1 << (INCREMENT - ANGLE - 1),
+        }
+    }
 }
 
 pub(super) const INCREMENT: u32 = 37;
@@ -61,7 +71,7 @@ pub(super) const ACCELERATION: u32 = 40;
 pub(super) const FLEXURE: u32 = 26;
 pub(super) const TILT: u32 = FLEXURE + ACCELERATION - 32;
 pub(super) const TILTED: u32 = TILT + INCREMENT;
-pub(super) const ANGLE: u32 = 33;
+pub(super) const ANGLE: u32 = 31;
 pub(super) const CROSS: u32 = ANGLE + INCREMENT;
 /// Bits that correlations drop of both factors, so that a window's sum fits: 2 · 23 bits and 2⁷ terms.
 pub(super) const REDUCED: u32 = 8;
@@ -95,6 +105,14 @@ fn wide(a: i32, b: i32) -> i64 {
 #[inline(always)]
 fn upper(a: i32, b: i32) -> i32 {
     (wide(a, b) >> 32) as i32
+}
+
+/// sum + the upper word of a × b, to nearest: one `SMMLAR`.
+#[inline(always)]
+fn add_nearest(sum: i32, a: i32, b: i32) -> i32 {
+    let half = 1 << 31;
+    let sum = (i64::from(sum) << 32) | half;
+    (sum.wrapping_add(wide(a, b)) >> 32) as i32
 }
 
 /// The largest power of two by which `limit` still fits an `i32`.
@@ -233,10 +251,8 @@ impl NumberSystem for Fixed {
     }
     #[inline(always)]
     fn lever(angle: Summed, previous: i32, before_previous: i32) -> i32 {
-        angle
-            .sum
-            .wrapping_add(upper(TWICE_CONING[0], previous))
-            .wrapping_add(upper(TWICE_CONING[1], before_previous))
+        let with_previous = add_nearest(angle.sum, TWICE_CONING[0], previous);
+        add_nearest(with_previous, TWICE_CONING[1], before_previous)
     }
     #[inline(always)]
     fn add_cross(sum: i64, u_a: i32, d_b: i32, u_b: i32, d_a: i32) -> i64 {
@@ -259,13 +275,6 @@ impl NumberSystem for Fixed {
     #[inline(always)]
     fn fine(tilted: i64, cross: i64) -> i64 {
         (tilted >> (TILTED - FINE)).wrapping_add(cross >> (CROSS + 1 - FINE))
-    }
-    #[inline(always)]
-    fn turned(angle: Summed, fine: i64) -> Summed {
-        Summed {
-            sum: angle.sum.wrapping_add((fine >> (FINE - ANGLE)) as i32),
-            ..angle
-        }
     }
     #[inline(always)]
     fn step_factor(step: i32) -> i32 {

@@ -167,10 +167,6 @@ impl NumberSystem for F32 {
         fine_of_f32(tilted + 0.5 * cross)
     }
     #[inline(always)]
-    fn turned(angle: Summed, fine: i64) -> Summed {
-        Self::advance(angle, fine as f32 * RAD_PER_FINE)
-    }
-    #[inline(always)]
     fn step_factor(step: f32) -> f32 {
         step
     }

@@ -123,6 +123,11 @@ impl Span {
     fn upper(self, other: Self) -> Self {
         self.times(other).down(32)
     }
+
+    /// The same to nearest.
+    fn upper_nearest(self, other: Self) -> Self {
+        self.times(other).plus(Self::point(1u32 << 31)).down(32)
+    }
 }
 
 /// An operation whose result is compared with its word.
@@ -166,8 +171,6 @@ pub enum Operation {
     Wanted,
     /// Angle since the output period's start.
     Advance,
-    /// Angle + an angle of the exact sums.
-    Turned,
     /// Angle with the terms within a sample.
     Lever,
     /// Lever × increment, summed.
@@ -176,7 +179,11 @@ pub enum Operation {
     AddProductOf,
     /// Increment at the end of a sample in fine units.
     AtEnd,
-    /// Tilted + cross/2 in fine units.
+    /// Tilted in fine units.
+    FineTilted,
+    /// Cross/2 in fine units.
+    FineCross,
+    /// Their sum.
     Fine,
     /// Sum of products of factors over an adaptation window.
     AddCorrelation,
@@ -202,9 +209,9 @@ impl Operation {
             Self::Acceleration => ACCELERATION,
             Self::Tilt => TILT,
             Self::Tilted | Self::AddTilted => TILTED,
-            Self::Advance | Self::Turned | Self::Lever => ANGLE,
+            Self::Advance | Self::Lever => ANGLE,
             Self::AddCross | Self::AddProductOf => CROSS,
-            Self::AtEnd | Self::Fine => FINE,
+            Self::AtEnd | Self::FineTilted | Self::FineCross | Self::Fine => FINE,
             Self::AddCorrelation => 2 * (INCREMENT - REDUCED),
         }
     }
@@ -288,11 +295,13 @@ fn long(operation: Operation, span: Span) -> Span {
     record(operation, span, 64)
 }
 
-/// A conversion at boot, which `Fixed` holds at the word's ends.
+/// A conversion at boot, which `Fixed` holds at the word's ends: its upper end itself is an LSB inside.
 #[track_caller]
 fn nearest(operation: Operation, value: f64, exponent: u32) -> Span {
     let value = libm::rint(libm::ldexp(value, exponent as i32)) as i128;
-    word(operation, Span::point(value))
+    let end = 1 << 31;
+    let held = if value == end { end - 1 } else { value };
+    word(operation, Span::point(held))
 }
 
 /// Mantissa of a pulse weight, shift and limit of its counts.
@@ -311,12 +320,22 @@ pub struct Scale {
 }
 
 /// An angle, and the rest of its increments that is finer than its LSB.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Summed {
     /// The angle.
     pub sum: Span,
     /// The rest.
     pub rest: Span,
+}
+
+impl Default for Summed {
+    /// No angle; the rest begins at half an LSB.
+    fn default() -> Self {
+        Self {
+            sum: Span::default(),
+            rest: Span::point(1 << (INCREMENT - ANGLE - 1)),
+        }
+    }
 }
 
 impl Interval {
@@ -328,12 +347,6 @@ impl Interval {
             low: Self::tap(high, scale).low,
             high: Self::tap(low, scale).high,
         }
-    }
-
-    /// Every angle of the exact sums that turns a lever after lost samples: ±1/4 rad holds
-    /// `GAP_LIMIT_RAD` and four steps of the pickoff through the matrix, and 64 m/s.
-    fn gap() -> Span {
-        Span::within(1 << (ANGLE - 2))
     }
 }
 
@@ -483,11 +496,10 @@ impl NumberSystem for Interval {
     #[track_caller]
     fn lever(angle: Summed, previous: Span, before_previous: Span) -> Span {
         let [one, two] = TWICE_CONING.map(Span::point);
-        let with_previous = word(Operation::Lever, angle.sum.plus(one.upper(previous)));
-        word(
-            Operation::Lever,
-            with_previous.plus(two.upper(before_previous)),
-        )
+        let with_previous = angle.sum.plus(one.upper_nearest(previous));
+        let with_previous = word(Operation::Lever, with_previous);
+        let lever = with_previous.plus(two.upper_nearest(before_previous));
+        word(Operation::Lever, lever)
     }
     #[track_caller]
     fn add_cross(sum: Span, u_a: Span, d_b: Span, u_b: Span, d_a: Span) -> Span {
@@ -511,16 +523,10 @@ impl NumberSystem for Interval {
     }
     #[track_caller]
     fn fine(tilted: Span, cross: Span) -> i64 {
-        let tilted = tilted.down(TILTED - FINE);
-        long(Operation::Fine, tilted.plus(cross.down(CROSS + 1 - FINE)));
+        let tilted = long(Operation::FineTilted, tilted.down(TILTED - FINE));
+        let cross = long(Operation::FineCross, cross.down(CROSS + 1 - FINE));
+        long(Operation::Fine, tilted.plus(cross));
         0
-    }
-    #[track_caller]
-    fn turned(angle: Summed, _: i64) -> Summed {
-        Summed {
-            sum: word(Operation::Turned, angle.sum.plus(Self::gap())),
-            ..angle
-        }
     }
     fn step_factor(step: Span) -> Span {
         step.down(REDUCED)

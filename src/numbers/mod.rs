@@ -1,6 +1,8 @@
 //! What a number is: the words in which the stages are written, and their two meanings.
 //!
-//! An *increment* is an angle over one sample \[rad\]. Increments are factors of products (acceleration,
+//! An *increment* is an angle over one sample, counted in increment units: 2ˢ rad, s = 0 from 4 kHz on
+//! ([`increment_unit_log2`](crate::design_parameters::increment_unit_log2)), so that the formats' ranges follow the
+//! sample rate. Where this page says rad, it means this unit; squares of it where it says rad². Increments are factors of products (acceleration,
 //! tilt, coning) and are rounded; nothing sums them for its own sake. What is summed over an output period
 //! is exact and common to both systems ([`exact`]). A velocity over one sample is an increment too, in units
 //! of [`VELOCITY_UNIT_M_S`](exact::VELOCITY_UNIT_M_S): it has an angle's formats, and its products with angles
@@ -156,8 +158,6 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     fn at_end(now: Self::Increment, past: Self::Increment) -> i64;
     /// tilted + cross/2 \[fine units\].
     fn fine(tilted: Self::Tilted, cross: Self::Cross) -> i64;
-    /// angle + an angle of the exact sums \[fine units\].
-    fn turned(angle: Self::Angle, fine: i64) -> Self::Angle;
     /// A step as a factor.
     fn step_factor(step: Self::Step) -> Self::Factor;
     /// Codes of one unit of such a factor.

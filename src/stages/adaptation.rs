@@ -41,19 +41,20 @@
 //!
 //! Assumes that nothing else moves at the block's own frequency and in its phase: the case's answer to the
 //! dither's torque is taken for pickoff gain. It does not track the dither's frequency. Around lost or held
-//! samples the taps rest for two windows, and the first is judged by what it has.
+//! samples the taps rest for two windows, and the first is judged by what it has. They rest too while a pickoff is
+//! further than [`PICKOFF_REACH_RAD`] from its first reading, where no block can be.
 
 use crate::design_parameters::{
     ADAPTATION_RANGE, ADAPTATION_STEP_LIMIT, ADAPTATION_WINDOW_S, HEALTHY_AMPLITUDE,
-    HEALTHY_FREQUENCY, LARGEST_ADAPTATION_SHARE, LEAST_WINDOW_SAMPLES, STILL_AMPLITUDE,
-    UNSTRIPPED_ENERGY,
+    HEALTHY_FREQUENCY, LARGEST_ADAPTATION_SHARE, LEAST_WINDOW_SAMPLES, PICKOFF_REACH_RAD,
+    STILL_AMPLITUDE, UNSTRIPPED_ENERGY,
 };
 use crate::faults::Status;
 use crate::numbers::NumberSystem;
 use crate::parameters::Parameters;
 use crate::sample::Sample;
 use crate::stages::acceleration::AccelerationState;
-use crate::stages::dither::{Dither, DitherState, ExactTaps, Phase};
+use crate::stages::dither::{Dither, DitherState, ExactTaps};
 
 /// Windows in which the taps rest from a disturbance on: if it comes with the window's last sample, the next
 /// one begins with its increment.
@@ -75,6 +76,8 @@ struct Axis {
     tap_per_gain: f32,
     taps_per_quadrature: [f32; 2],
     nominal: ExactTaps,
+    /// Farthest from the first reading at which the taps follow \[codes\].
+    reach: u32,
 }
 
 /// Configuration.
@@ -117,6 +120,8 @@ pub struct AdaptationState<N: NumberSystem> {
     frames: u32,
     /// Windows, this one included, in which the taps rest.
     disturbed: u8,
+    /// A window had no finding.
+    has_been_well: bool,
 }
 
 /// What a closed window asks for.
@@ -147,7 +152,7 @@ impl Adaptation {
             if amplitude_rad == 0.0 || gain == 0.0 {
                 return Axis::default();
             }
-            let phase = Phase::of(parameters, axis);
+            let phase = parameters.dither_phase(axis);
             let (sin, cos) = (libm::sin(phase.omega), libm::cos(phase.omega));
             let square_of_z = 2.0 * (1.0 - cos);
             // Of the pickoff in codes, then in the correlations' units, and of the block in rad.
@@ -155,7 +160,8 @@ impl Adaptation {
                 amplitude_rad / parameters.pickoff_weight_rad * libm::sqrt(square_of_z);
             let step_rad = step_codes * gain;
             let step = step_codes / N::codes_per_factor(dither.scales()[axis]);
-            let correlation = looks * 0.5 * step_rad / N::RAD_PER_FACTOR * step;
+            let rad_per_factor = N::RAD_PER_FACTOR * parameters.increment_unit_rad();
+            let correlation = looks * 0.5 * step_rad / rad_per_factor * step;
             // y and 1/z as real matrices, one after the other.
             let y = [[1.0, 0.0], [-cos / sin, 1.0 / sin]];
             let by_z = [[1.0 - cos, sin], [-sin, 1.0 - cos]];
@@ -172,7 +178,7 @@ impl Adaptation {
                 estimate,
                 step_energy: (looks * 0.5 * step * step) as f32,
                 error_energy: {
-                    let error = step_rad * libm::sqrt(square_of_z) / N::RAD_PER_FACTOR;
+                    let error = step_rad * libm::sqrt(square_of_z) / rad_per_factor;
                     (looks * 0.5 * error * error) as f32
                 },
                 cosines: [fast, slow].map(|ratio| {
@@ -181,6 +187,8 @@ impl Adaptation {
                 tap_per_gain: fine as f32,
                 taps_per_quadrature: [(fine * phase.cot()) as f32, (-fine * phase.cosec()) as f32],
                 nominal: dither.nominal()[axis],
+                // A float's conversion holds at the end.
+                reach: (PICKOFF_REACH_RAD / gain) as u32,
             }
         });
         let watches = axes.iter().any(|axis| axis.dithered);
@@ -226,6 +234,11 @@ impl Adaptation {
         sums.changed |= counts ^ sums.counts;
         sums.counts = counts;
         state.turn = if turn < 2 { turn + 1 } else { 0 };
+    }
+
+    /// Whether a window had no finding, or none is looked at.
+    pub fn has_started<N: NumberSystem>(&self, state: &AdaptationState<N>) -> bool {
+        !self.watches || state.has_been_well
     }
 
     /// One output period more; closes the window at its last.
@@ -301,9 +314,11 @@ impl Adaptation {
             let tracked = &mut state.tracked[index];
             let before = tracked.health;
             tracked.health = axis.judge(sums);
-            verdict.status = verdict.status.and(tracked.health);
-            let good = tracked.health.and(before) == Status::default();
-            if axis.dithered && good && state.disturbed == 0 {
+            verdict.status = verdict.status.union(tracked.health);
+            let good = tracked.health.union(before) == Status::default();
+            let travelled = strip_state.previous()[index].wrapping_sub(strip_state.origin()[index]);
+            let there = travelled.unsigned_abs() <= axis.reach;
+            if axis.dithered && good && there && state.disturbed == 0 {
                 axis.follow(sums, tracked);
                 let moved = axis.taps(tracked);
                 let [new_now, new_past] = moved;
@@ -324,6 +339,8 @@ impl Adaptation {
                 ..Sums::default()
             };
         }
+        let found = verdict.status.bits() & !Status::ADAPTING.bits();
+        state.has_been_well |= found == 0;
         if self.tracks {
             strip.set_taps(strip_state, &taps);
         }
@@ -358,7 +375,7 @@ impl Axis {
         let stuck = square >= share(smallest) && sums.changed == 0;
         Status::DITHER_OUT_OF_BAND
             .when(band)
-            .and(Status::COUNTER_STUCK.when(stuck))
+            .union(Status::COUNTER_STUCK.when(stuck))
     }
 
     /// One step of the tracked values.

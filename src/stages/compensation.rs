@@ -52,3 +52,13 @@ pub fn at_rest_exactly(e: &CrossAxis<ExactCoefficient>, [x, y, z]: [i64; 3]) -> 
         add(z, e.zx.times(y), e.zy.times(x)),
     ]
 }
+
+/// The same over what one reading covers of several periods, beyond the range of an `i64` too \[fine units\].
+pub fn at_rest_wide(e: &CrossAxis<ExactCoefficient>, [x, y, z]: [i128; 3]) -> [i128; 3] {
+    let add = |to: i128, a: i128, b: i128| to.wrapping_add(a).wrapping_add(b);
+    [
+        add(x, e.xy.times_wide(z), e.xz.times_wide(y)),
+        add(y, e.yz.times_wide(x), e.yx.times_wide(z)),
+        add(z, e.zx.times_wide(y), e.zy.times_wide(x)),
+    ]
+}

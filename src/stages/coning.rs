@@ -64,38 +64,19 @@ pub fn process<N: NumberSystem>(
     state.previous = d;
 }
 
-/// Goes on after lost samples with the angle of the one that covers them, after `before` since the period's
-/// start; gives what that is worth beside their sum \[all fine units\]: ½ before × angle. It turns the lever;
-/// its own coning is not known.
-pub fn resume<N: NumberSystem>(
-    state: &mut ConingState<N>,
-    before: [i64; 3],
-    angle: [i64; 3],
-) -> [i64; 3] {
-    let [x, y, z] = angle;
-    state.angle = Triad {
-        x: N::turned(state.angle.x, x),
-        y: N::turned(state.angle.y, y),
-        z: N::turned(state.angle.z, z),
-    };
+/// Goes on after lost samples: the increments before them are not the next one's neighbours.
+pub fn resume<N: NumberSystem>(state: &mut ConingState<N>) {
     state.previous = Triad::default();
     state.before_previous = Triad::default();
-    // Upper words are units of 2⁻³² rad, and their products of 2⁻⁶⁴.
-    let [bx, by, bz] = before;
-    let across = |one: (i64, i64), other: (i64, i64)| {
-        let product = |(a, b): (i64, i64)| (a >> 32).wrapping_mul(b >> 32);
-        product(one).wrapping_sub(product(other)) >> 1
-    };
-    [
-        across((by, z), (bz, y)),
-        across((bz, x), (bx, z)),
-        across((bx, y), (by, x)),
-    ]
 }
 
-/// Takes the period's sums \[fine units\] and starts the next ones.
+/// Takes the period's sums \[fine units\] and starts the next ones; `unit_log2` is the increment unit's exponent.
 #[inline(always)]
-pub fn finish<N: NumberSystem>(state: &mut ConingState<N>) -> [i64; 3] {
+pub fn finish<N: NumberSystem>(state: &mut ConingState<N>, unit_log2: u32) -> [i64; 3] {
+    if unit_log2 != 0 {
+        core::hint::cold_path();
+        return finish_in_units(state, unit_log2);
+    }
     let tilted = core::mem::take(&mut state.tilted);
     let cross = core::mem::take(&mut state.cross);
     state.angle = Triad::default();
@@ -103,6 +84,26 @@ pub fn finish<N: NumberSystem>(state: &mut ConingState<N>) -> [i64; 3] {
         N::fine(tilted.x, cross.x),
         N::fine(tilted.y, cross.y),
         N::fine(tilted.z, cross.z),
+    ]
+}
+
+/// The same where increments are not counted in rad: tilts are in rad, so their products are in units; products of two
+/// increments are in squares of them.
+#[cold]
+#[inline(never)]
+fn finish_in_units<N: NumberSystem>(state: &mut ConingState<N>, unit_log2: u32) -> [i64; 3] {
+    let tilted = core::mem::take(&mut state.tilted);
+    let cross = core::mem::take(&mut state.cross);
+    state.angle = Triad::default();
+    let fine = |tilted, cross| {
+        let tilted = N::fine(tilted, N::Cross::default());
+        let cross = N::fine(N::Tilted::default(), cross);
+        (tilted << unit_log2).wrapping_add(cross << (2 * unit_log2))
+    };
+    [
+        fine(tilted.x, cross.x),
+        fine(tilted.y, cross.y),
+        fine(tilted.z, cross.z),
     ]
 }
 

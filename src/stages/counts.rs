@@ -37,8 +37,10 @@ impl<N: NumberSystem> Counts<N> {
             |axis: usize| parameters.pulse_weight_rad[axis] * (1.0 - parameters.scale_error[axis]);
         let limits = limits.counts();
         Self {
-            weights: Triad::from_array([0, 1, 2])
-                .map(|axis| N::pulse_weight(weight(axis), limits[axis])),
+            weights: Triad::from_array([0, 1, 2]).map(|axis| {
+                let in_units = weight(axis) / parameters.increment_unit_rad();
+                N::pulse_weight(in_units, limits[axis])
+            }),
             exact: [0, 1, 2].map(|axis| ExactWeight::of(weight(axis), FINE_PER_RAD_LOG2)),
             bias: parameters
                 .bias_rad_s
@@ -58,18 +60,28 @@ impl<N: NumberSystem> Counts<N> {
         }
     }
 
-    /// W n \[fine units\].
-    pub fn exact(&self, counts: [i32; 3]) -> [i64; 3] {
+    /// W n of a reading that covers several periods \[fine units\].
+    pub fn exact_wide(&self, counts: [i32; 3]) -> [i128; 3] {
         let mut angle = [0; 3];
         for (angle, (weight, counts)) in angle.iter_mut().zip(self.exact.iter().zip(counts)) {
-            *angle = weight.times(counts);
+            *angle = weight.times_wide(counts);
         }
         angle
     }
 
+    /// b t over any number of sample periods \[fine units\].
+    pub fn bias_wide(&self, periods: i64) -> [i128; 3] {
+        self.bias
+            .map(|bias| i128::from(bias).wrapping_mul(i128::from(periods)))
+    }
+
     /// W Σn since the output period's start \[fine units\].
     pub fn since_start(&self, state: &CountsState) -> [i64; 3] {
-        self.exact(state.sums)
+        let mut angle = [0; 3];
+        for (angle, (weight, counts)) in angle.iter_mut().zip(self.exact.iter().zip(state.sums)) {
+            *angle = weight.times(counts);
+        }
+        angle
     }
 
     /// W Σn − b t over `periods` sample periods \[fine units\]; starts the next sum.
@@ -87,6 +99,11 @@ impl<N: NumberSystem> Counts<N> {
 }
 
 impl CountsState {
+    /// Whether the sum has room for these counts, and for `reserve` more on either side.
+    pub fn has_room(&self, counts: [i32; 3], reserve: [i32; 3]) -> bool {
+        has_room(self.sums, counts, reserve)
+    }
+
     /// Adds counts to the period's sum.
     #[inline(always)]
     pub fn add(&mut self, counts: [i32; 3]) {
@@ -94,4 +111,13 @@ impl CountsState {
             *sum = sum.wrapping_add(counts);
         }
     }
+}
+
+/// Whether sum + more stays within an `i32` by `reserve`, on each axis.
+pub fn has_room(sum: [i32; 3], more: [i32; 3], reserve: [i32; 3]) -> bool {
+    let mut axes = sum.iter().zip(more).zip(reserve);
+    axes.all(|((sum, more), reserve)| {
+        let whole = i64::from(*sum).wrapping_add(i64::from(more));
+        whole.abs() <= i64::from(i32::MAX.wrapping_sub(reserve))
+    })
 }

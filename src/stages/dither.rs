@@ -34,6 +34,8 @@ pub type ExactTaps = [i64; 2];
 pub struct Dither<N: NumberSystem> {
     scales: [N::StepScale; 3],
     nominal: [ExactTaps; 3],
+    /// Exponent of the increment unit.
+    unit_log2: u32,
 }
 
 /// Readings of the last samples, and the taps at work.
@@ -49,22 +51,20 @@ pub struct DitherState<N: NumberSystem> {
     exact_taps: [ExactTaps; 3],
     /// The last reading before the output period, and the one before that.
     start: [[i32; 3]; 2],
-    /// p₀, the stream's first reading.
+    /// p₀, the first reading of the stream, or of a source that restarted.
     origin: [i32; 3],
 }
 
 impl<N: NumberSystem> Dither<N> {
     pub(crate) fn new(parameters: &Parameters, limits: &Limits) -> Self {
         Self {
+            unit_log2: parameters.increment_unit_log2(),
             scales: limits.codes().map(N::step_scale),
             nominal: [0, 1, 2].map(|axis| {
                 let gain = parameters.strip_rad_per_code(axis);
-                let phase = Phase::of(parameters, axis);
-                let lag =
-                    phase.omega * parameters.pickoff_delay_s[axis] * parameters.sample_rate_hz;
-                let (a, b) = (libm::cos(lag), libm::sin(lag));
-                [gain * (a + b * phase.cot()), -gain * b * phase.cosec()]
-                    .map(|tap| fine(tap, FINE_PER_RAD_LOG2))
+                parameters
+                    .relative_taps(axis)
+                    .map(|tap| fine(gain * tap, FINE_PER_RAD_LOG2))
             }),
         }
     }
@@ -98,9 +98,34 @@ impl<N: NumberSystem> Dither<N> {
         state.step = Default::default();
     }
 
+    /// Leaves the steps to these readings out of the output period's angle: what [`exact`](Self::exact) tells is
+    /// somebody else's, or nobody's.
+    pub fn leave_out(&self, state: &mut DitherState<N>, codes: [i32; 3]) {
+        let [start, before_start] = &mut state.start;
+        for axis in 0..3 {
+            let step = |from: i32| codes[axis].wrapping_sub(from);
+            start[axis] = start[axis].wrapping_add(step(state.previous[axis]));
+            before_start[axis] = before_start[axis].wrapping_add(step(state.before_previous[axis]));
+        }
+    }
+
+    /// Begins at these readings within a stream: nothing is known of the steps to them, and moved taps act on what
+    /// follows alone.
+    pub fn restart(&self, state: &mut DitherState<N>, codes: [i32; 3]) {
+        self.leave_out(state, codes);
+        self.resume(state, codes);
+        state.origin = codes;
+    }
+
     /// Uses these taps from the next sample on.
     pub(crate) fn set_taps(&self, state: &mut DitherState<N>, taps: &[ExactTaps; 3]) {
         state.exact_taps = *taps;
+        let mut in_units = *taps;
+        if self.unit_log2 != 0 {
+            core::hint::cold_path();
+            in_units = taps.map(|taps| taps.map(|tap| tap >> self.unit_log2));
+        }
+        let taps = &in_units;
         for (axis, taps) in taps.iter().enumerate() {
             state.taps[axis] = taps.map(|tap| N::tap(tap, self.scales[axis]));
         }
@@ -180,11 +205,11 @@ impl Dither<crate::numbers::Interval> {
     ) {
         use crate::numbers::Interval;
         for (axis, [now, past]) in ranges.iter().enumerate() {
-            let scale = self.scales[axis];
-            state.taps[axis] = [
-                Interval::taps_between(now.0, now.1, scale),
-                Interval::taps_between(past.0, past.1, scale),
-            ];
+            let taps = |(low, high): (i64, i64)| {
+                let (low, high) = (low >> self.unit_log2, high >> self.unit_log2);
+                Interval::taps_between(low, high, self.scales[axis])
+            };
+            state.taps[axis] = [taps(*now), taps(*past)];
         }
     }
 }
@@ -237,33 +262,5 @@ impl<N: NumberSystem> DitherState<N> {
                 *code = code.wrapping_add(by);
             }
         }
-    }
-}
-
-/// The dither's phase over one sample.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Phase {
-    /// Ω \[rad\].
-    pub omega: f64,
-}
-
-impl Phase {
-    /// At the nominal frequency.
-    pub fn of(parameters: &Parameters, axis: usize) -> Self {
-        let cycles = parameters.dither_frequency_hz[axis] / parameters.sample_rate_hz;
-        Self {
-            omega: core::f64::consts::TAU * cycles,
-        }
-    }
-
-    /// 1 / sin Ω; 0 where the parameters cannot use the frequency.
-    pub fn cosec(self) -> f64 {
-        let sin = libm::sin(self.omega);
-        if sin.abs() < 1e-3 { 0.0 } else { 1.0 / sin }
-    }
-
-    /// cot Ω; likewise.
-    pub fn cot(self) -> f64 {
-        libm::cos(self.omega) * self.cosec()
     }
 }

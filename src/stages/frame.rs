@@ -5,29 +5,133 @@
 //! [`OUTPUT_RAD_PER_CODE`](crate::OUTPUT_RAD_PER_CODE) and
 //! [`OUTPUT_M_S_PER_CODE`](crate::OUTPUT_M_S_PER_CODE).
 //!
-//! What a frame cannot show is carried into the next one: the part of a code, so that the sum of all frames
-//! is never more than half a code from the sum of all increments; and beyond an `i32` of codes, flagged, up to
-//! as much again ([`LARGEST_CARRY_CODES`]). More than that is lost.
+//! What a frame cannot show later ones do, so that nothing is lost: the part of a code, which keeps the sum of all
+//! frames within half a code of the sum of all increments; and what is beyond an `i32` of codes, after an outage or at
+//! a rate that a frame cannot hold. Frames that leave something for later say [`Status::OUTPUT_SATURATED`], frames that
+//! show something of earlier periods [`Status::CARRIED_OVER`].
+//!
+//! What is carried over is added as it is, without turning it: the order in which the case turned about several axes
+//! meanwhile is lost, the angle about each is not.
 
-use crate::design_parameters::{FINE_PER_CODE_LOG2, LARGEST_CARRY_CODES};
+use crate::design_parameters::FINE_PER_CODE_LOG2;
 use crate::faults::Status;
 use crate::sample::OutputFrame;
 
 /// Upper words of fine units whose codes fit an `i32`: −`FITS` to `FITS` − 1.
 const FITS: i32 = 1 << (FINE_PER_CODE_LOG2 - 1);
 
-/// Number of the next frame, and what the last one could not show \[fine units\].
-#[derive(Debug, Clone, Copy, Default)]
+/// Half a code \[fine units\].
+const HALF: u32 = 1 << (FINE_PER_CODE_LOG2 - 1);
+
+/// Fine units below a code.
+const BELOW: u32 = (1 << FINE_PER_CODE_LOG2) - 1;
+
+/// Whole codes are owed of frames before this one, or of this one.
+const OWES_OF_BEFORE: u32 = 1;
+const OWES_SINCE_NOW: u32 = 2;
+
+/// Number of the next frame, and what the frames so far could not show.
+#[derive(Debug, Clone, Copy)]
 pub struct FrameState {
     sequence: u32,
-    rotation_carry: [i64; 3],
-    velocity_carry: [i64; 3],
+    /// [`OWES_OF_BEFORE`] where whole codes are owed, else 0.
+    owes: u32,
+    rotation: Remainder,
+    velocity: Remainder,
 }
 
-/// Adds to the rotation that the next frame shows \[fine units\].
-pub fn carry(state: &mut FrameState, rotation: [i64; 3]) {
-    for (carry, rotation) in state.rotation_carry.iter_mut().zip(rotation) {
-        *carry = carry.wrapping_add(rotation);
+/// What the frames so far could not show of three values.
+#[derive(Debug, Clone, Copy)]
+struct Remainder {
+    /// The part of a code and a half of one, so that the next code is rounded to nearest \[fine units\].
+    carry: [u32; 3],
+    /// Whole codes.
+    owed: [i64; 3],
+}
+
+impl Default for FrameState {
+    fn default() -> Self {
+        let nothing = Remainder {
+            carry: [HALF; 3],
+            owed: [0; 3],
+        };
+        Self {
+            sequence: 0,
+            owes: 0,
+            rotation: nothing,
+            velocity: nothing,
+        }
+    }
+}
+
+impl FrameState {
+    /// Leaves a rotation and a velocity of any size to the next frames \[fine units\].
+    pub fn owe(&mut self, rotation: [i128; 3], velocity: [i128; 3]) {
+        self.rotation.add(rotation);
+        self.velocity.add(velocity);
+        self.look_for_debts();
+    }
+
+    fn look_for_debts(&mut self) {
+        let owes = self.rotation.owed != [0; 3] || self.velocity.owed != [0; 3];
+        self.owes = if owes { OWES_OF_BEFORE } else { 0 };
+    }
+
+    /// The frame with as many owed codes as it has room for.
+    #[cold]
+    #[inline(never)]
+    fn share_out(&mut self, mut frame: OutputFrame) -> OutputFrame {
+        let carried_over = Status::CARRIED_OVER.when(self.owes != 0);
+        self.rotation.settle(&mut frame.dtheta_codes);
+        self.velocity.settle(&mut frame.dvel_codes);
+        self.look_for_debts();
+        let saturated = Status::OUTPUT_SATURATED.when(self.owes != 0);
+        frame.status = frame.status.union(carried_over).union(saturated);
+        frame
+    }
+}
+
+impl Remainder {
+    /// Adds a value of any size \[fine units\].
+    fn add(&mut self, value: [i128; 3]) {
+        for axis in 0..3 {
+            let whole = value[axis].wrapping_add(i128::from(self.carry[axis]));
+            self.carry[axis] = whole as u32 & BELOW;
+            let codes = (whole >> FINE_PER_CODE_LOG2) as i64;
+            self.owed[axis] = self.owed[axis].saturating_add(codes);
+        }
+    }
+
+    /// Three values as codes \[fine units\]; those beyond a frame's range are owed.
+    #[inline(always)]
+    fn codes(&mut self, value: [i64; 3], owes: &mut u32) -> [i32; 3] {
+        let mut codes = [0; 3];
+        for axis in 0..3 {
+            let whole = value[axis].wrapping_add(i64::from(self.carry[axis]));
+            self.carry[axis] = whole as u32 & BELOW;
+            let code = whole >> FINE_PER_CODE_LOG2;
+            codes[axis] = code as i32;
+            // The upper word alone tells whether the code fits: one comparison.
+            let upper = (whole >> 32) as i32;
+            if upper.wrapping_add(FITS) as u32 >= 2 * FITS as u32 {
+                core::hint::cold_path();
+                *owes |= OWES_SINCE_NOW;
+                codes[axis] = 0;
+                self.owed[axis] = self.owed[axis].saturating_add(code);
+            }
+        }
+        codes
+    }
+
+    /// Adds what a frame has room for to its codes.
+    fn settle(&mut self, codes: &mut [i32; 3]) {
+        let limit = i64::from(i32::MAX);
+        for (owed, code) in self.owed.iter_mut().zip(codes) {
+            let all = owed.saturating_add(i64::from(*code));
+            let within = all.max(-limit).min(limit);
+            *code = within as i32;
+            *owed = all.wrapping_sub(within);
+        }
     }
 }
 
@@ -42,43 +146,19 @@ pub fn process(
 ) -> OutputFrame {
     let sequence = state.sequence.wrapping_add(periods.wrapping_sub(1));
     state.sequence = sequence.wrapping_add(1);
-    let (dtheta_codes, rotation_held) = codes(&mut state.rotation_carry, rotation);
-    let (dvel_codes, velocity_held) = match velocity {
-        Some(velocity) => codes(&mut state.velocity_carry, velocity),
-        None => ([0; 3], false),
-    };
-    OutputFrame {
+    let mut owes = state.owes;
+    let frame = OutputFrame {
         sequence,
-        dtheta_codes,
-        dvel_codes,
-        status: status.and(Status::OUTPUT_SATURATED.when(rotation_held | velocity_held)),
+        dtheta_codes: state.rotation.codes(rotation, &mut owes),
+        dvel_codes: match velocity {
+            Some(velocity) => state.velocity.codes(velocity, &mut owes),
+            None => [0; 3],
+        },
+        status,
+    };
+    if owes != 0 {
+        core::hint::cold_path();
+        return state.share_out(frame);
     }
-}
-
-/// Three values as codes; whether one was held.
-#[inline(always)]
-fn codes(carry: &mut [i64; 3], value: [i64; 3]) -> ([i32; 3], bool) {
-    let mut any_held = false;
-    let mut codes = [0; 3];
-    for axis in 0..3 {
-        let whole = value[axis].wrapping_add(carry[axis]);
-        let rounded = whole.wrapping_add(1 << (FINE_PER_CODE_LOG2 - 1));
-        codes[axis] = (rounded >> FINE_PER_CODE_LOG2) as i32;
-        carry[axis] = whole.wrapping_sub(i64::from(codes[axis]) << FINE_PER_CODE_LOG2);
-        // The upper word alone tells whether the code fits: one comparison.
-        let upper = (rounded >> 32) as i32;
-        if upper.wrapping_add(FITS) as u32 >= 2 * FITS as u32 {
-            core::hint::cold_path();
-            any_held = true;
-            let limit = i64::from(i32::MAX);
-            let held = (rounded >> FINE_PER_CODE_LOG2).max(-limit).min(limit);
-            let largest = LARGEST_CARRY_CODES << FINE_PER_CODE_LOG2;
-            codes[axis] = held as i32;
-            carry[axis] = whole
-                .wrapping_sub(held << FINE_PER_CODE_LOG2)
-                .max(-largest)
-                .min(largest);
-        }
-    }
-    (codes, any_held)
+    frame
 }

@@ -1,6 +1,6 @@
 //! Angular acceleration → the installation matrix of this sample, Eq. (6).
 //!
-//! Enters: α̂ T² \[rad per sample²\] of the case, body frame. Leaves: ε_ij − ε_ij0 \[rad\], what the
+//! Enters: α̂ T² \[increment units per sample²\] of the case, body frame. Leaves: ε_ij − ε_ij0 \[rad\], what the
 //! acceleration adds to the six small angles of Eq. (7).
 //!
 //! A tilt δ_ij = −K_ij α_j turns gyro i's sensing axis about body axis j, and gyro x then senses
@@ -31,7 +31,9 @@ pub struct Installation<N: NumberSystem> {
 
 impl<N: NumberSystem> Installation<N> {
     pub(crate) fn new(parameters: &Parameters) -> Self {
-        let rate_squared = parameters.sample_rate_hz * parameters.sample_rate_hz;
+        let rate = parameters.sample_rate_hz;
+        // Accelerations are counted in increment units, tilts in rad.
+        let per_s2 = rate * rate * parameters.increment_unit_rad();
         let k = &parameters.flexure_s2;
         let signed = CrossAxis {
             xy: -k.xy,
@@ -44,7 +46,7 @@ impl<N: NumberSystem> Installation<N> {
         Self {
             at_rest: parameters.installation_rad.map(N::coefficient),
             exact_at_rest: parameters.installation_rad.map(ExactCoefficient::of),
-            flexure: signed.map(|k| N::flexure(k * rate_squared)),
+            flexure: signed.map(|k| N::flexure(k * per_s2)),
         }
     }
 

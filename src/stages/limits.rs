@@ -3,17 +3,17 @@
 //! Enters: one [`Sample`]; the previous pickoff codes. Leaves: whether every reading is in range; if not,
 //! the sample with its counts held, the excess of the pickoff steps, and a status.
 //!
-//! Counts may reach ±[`SENSED_LIMIT_RAD`], pickoff steps ±[`DITHER_LIMIT_RAD`]. A pickoff that steps further
-//! is taken to have moved its origin by the excess: the strip goes on from there, and a step back brings
-//! the origin back.
+//! Counts may reach ±[`SENSED_LIMIT_RAD`], pickoff steps ±[`DITHER_LIMIT_RAD`], both times the increment unit, which
+//! follows the sample rate. A pickoff that steps further is taken to have moved its origin by the excess: the strip
+//! goes on from there, and a step back brings the origin back.
 //!
-//! After lost samples one reading covers several periods. Its counts may be as many times larger, up to
-//! [`GAP_LIMIT_RAD`], and its pickoff step [`PHASES`] times.
+//! After lost samples one reading covers several periods. Its counts may be as many times larger, and its pickoff
+//! step [`PHASES`] times.
 //!
 //! The check alone is on the ordinary path: its cost does not depend on the readings. It does not judge
 //! stuck or implausible readings; that takes a window (`adaptation.rs`).
 
-use crate::design_parameters::{DITHER_LIMIT_RAD, GAP_LIMIT_RAD, SENSED_LIMIT_RAD};
+use crate::design_parameters::{DITHER_LIMIT_RAD, SENSED_LIMIT_RAD};
 use crate::faults::Status;
 use crate::parameters::Parameters;
 use crate::sample::Sample;
@@ -26,7 +26,6 @@ const PHASES: i32 = 4;
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
     counts: [i32; 3],
-    gap_counts: [i32; 3],
     codes: [i32; 3],
 }
 
@@ -43,11 +42,12 @@ pub struct Held {
 
 impl Limits {
     pub(crate) fn new(parameters: &Parameters) -> Self {
-        let weights = parameters.pulse_weight_rad;
+        let unit_rad = parameters.increment_unit_rad();
         Self {
             // A float's conversion holds at the end of the range.
-            counts: weights.map(|weight| (SENSED_LIMIT_RAD / weight) as i32),
-            gap_counts: weights.map(|weight| (GAP_LIMIT_RAD / weight) as i32),
+            counts: parameters
+                .pulse_weight_rad
+                .map(|weight| (SENSED_LIMIT_RAD * unit_rad / weight) as i32),
             codes: [0, 1, 2].map(|axis| Self::codes_limit(parameters, axis)),
         }
     }
@@ -57,9 +57,12 @@ impl Limits {
         self.counts
     }
 
-    /// Largest pickoff step \[codes\]; a zero gain divides to infinity, which converts to `i32::MAX`.
+    /// Largest pickoff step \[codes\]; a zero gain divides to infinity, which converts to the largest there is.
     fn codes_limit(parameters: &Parameters, axis: usize) -> i32 {
-        (DITHER_LIMIT_RAD / parameters.strip_rad_per_code(axis)) as i32
+        let limit_rad = DITHER_LIMIT_RAD * parameters.increment_unit_rad();
+        // An output period's steps must fit the words in which readings are differenced, with a gap's in every other.
+        let fits = i32::MAX / (2 * i32::from(parameters.samples_per_output) + PHASES);
+        ((limit_rad / parameters.strip_rad_per_code(axis)) as i32).min(fits)
     }
 
     /// Largest pickoff steps of one sample \[codes\].
@@ -96,12 +99,7 @@ impl Limits {
         };
         let several = i32::try_from(periods).unwrap_or(i32::MAX);
         for (axis, &previous) in previous_codes.iter().enumerate() {
-            let limit = match periods {
-                0 | 1 => self.counts[axis],
-                _ => self.counts[axis]
-                    .saturating_mul(several)
-                    .min(self.gap_counts[axis]),
-            };
+            let limit = self.counts[axis].saturating_mul(several);
             let counts = sample.pulse_counts[axis];
             held.sample.pulse_counts[axis] = counts.max(limit.wrapping_neg()).min(limit);
             let counts_held = held.sample.pulse_counts[axis] != counts;
@@ -114,8 +112,8 @@ impl Limits {
             held.pickoff_excess[axis] = codes.wrapping_sub(previous).wrapping_sub(step_held);
             held.status = held
                 .status
-                .and(Status::COUNTS_SATURATED.when(counts_held))
-                .and(Status::PICKOFF_SATURATED.when(step_held != step));
+                .union(Status::COUNTS_SATURATED.when(counts_held))
+                .union(Status::PICKOFF_SATURATED.when(step_held != step));
         }
         held
     }

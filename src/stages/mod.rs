@@ -24,4 +24,6 @@ pub mod size_effect;
 
 pub mod turning;
 
+pub mod gap;
+
 pub mod frame;

@@ -22,7 +22,6 @@
 
 use crate::numbers::NumberSystem;
 use crate::stages::coning::ConingState;
-use crate::stages::turning;
 use crate::triad::Triad;
 
 /// Sums since the period's start, and the last two increments.
@@ -35,8 +34,6 @@ pub struct ScullingState<N: NumberSystem> {
     /// θ_{k−1} and D_{k−2}.
     angle: Triad<N::Angle>,
     turned_before: Triad<N::Increment>,
-    /// Of readings after lost samples \[fine units\].
-    across: [i64; 3],
 }
 
 /// Adds one sample, which coning has added already.
@@ -86,41 +83,19 @@ fn add<N: NumberSystem>(
     }
 }
 
-/// Goes on after lost samples, as coning has, with the reading that covers them: angles and velocities from
-/// the period's start up to it, and of it \[fine units\]. What the two do across the reading counts; what they
-/// did within it is not known.
-pub fn resume<N: NumberSystem>(
-    state: &mut ScullingState<N>,
-    coning: &ConingState<N>,
-    (angle_before, angle): ([i64; 3], [i64; 3]),
-    (velocity_before, velocity): ([i64; 3], [i64; 3]),
-) {
-    let with_force = turning::crossed(angle_before, velocity);
-    // v × θ = −θ × v.
-    let with_rate = turning::crossed(angle, velocity_before);
-    for axis in 0..3 {
-        let twice = with_force[axis].wrapping_sub(with_rate[axis]);
-        state.across[axis] = state.across[axis].wrapping_add(twice >> 1);
-    }
-    state.angle = coning.angle();
+/// Goes on after lost samples: the increments before them are not the next one's neighbours.
+pub fn resume<N: NumberSystem>(state: &mut ScullingState<N>) {
     state.turned_before = Triad::default();
-    let [x, y, z] = velocity;
-    state.velocity = Triad {
-        x: N::turned(state.velocity.x, x),
-        y: N::turned(state.velocity.y, y),
-        z: N::turned(state.velocity.z, z),
-    };
     state.previous = Triad::default();
     state.before_previous = Triad::default();
 }
 
-/// Takes the period's sum \[fine units\] and starts the next one.
+/// Takes the period's sum \[fine units\] and starts the next one; `unit_log2` is the increment unit's exponent.
 #[inline(always)]
-pub fn finish<N: NumberSystem>(state: &mut ScullingState<N>) -> [i64; 3] {
+pub fn finish<N: NumberSystem>(state: &mut ScullingState<N>, unit_log2: u32) -> [i64; 3] {
     let cross = core::mem::take(&mut state.cross);
     state.velocity = Triad::default();
     state.angle = Triad::default();
-    let across = core::mem::take(&mut state.across);
-    let half = |sum| N::fine(N::Tilted::default(), sum);
-    turning::add(across, [half(cross.x), half(cross.y), half(cross.z)])
+    let half = |sum| N::fine(N::Tilted::default(), sum) << (2 * unit_log2);
+    [half(cross.x), half(cross.y), half(cross.z)]
 }

@@ -49,6 +49,8 @@ pub struct SizeEffect {
     /// Q_i: of ω_i ω_j, ω_i ω_k, ω_j², ω_k², with j and k the next axes, over half the sums
     /// \[m/s per rad²\].
     square: [[ExactLever; 4]; 3],
+    /// Exponent of the increment unit.
+    unit_log2: u32,
 }
 
 /// Sums over the period, and the latest increments \[rad\].
@@ -88,6 +90,7 @@ impl SizeEffect {
         let square = |to_m: f64, from_m: f64| ExactLever::of(2.0 * rate * (to_m - from_m));
         let next = |axis: usize| [(axis + 1) % 3, (axis + 2) % 3];
         Self {
+            unit_log2: parameters.increment_unit_log2(),
             rate: [0, 1, 2].map(|i| {
                 let [j, k] = next(i);
                 [lever(arms[i][k]), lever(-arms[i][j])]
@@ -130,7 +133,7 @@ impl SizeEffect {
         let start = state.start;
         let mut gathered = [0; 3];
         if known {
-            let half = |sum| N::fine(N::Tilted::default(), sum);
+            let half = |sum| N::fine(N::Tilted::default(), sum) << (2 * self.unit_log2);
             let squares = squares.map(half).to_array();
             let products = products.map(half).to_array();
             for i in 0..3 {
@@ -158,9 +161,9 @@ impl SizeEffect {
     fn swing<N: NumberSystem>(&self, state: &SizeEffectState<N>) -> [i64; 3] {
         let (now, past) = (state.latest, state.previous);
         let rate = [
-            N::at_end(now.x, past.x),
-            N::at_end(now.y, past.y),
-            N::at_end(now.z, past.z),
+            N::at_end(now.x, past.x) << self.unit_log2,
+            N::at_end(now.y, past.y) << self.unit_log2,
+            N::at_end(now.z, past.z) << self.unit_log2,
         ];
         let mut swing = [0; 3];
         for i in 0..3 {
@@ -201,6 +204,6 @@ pub fn process<N: NumberSystem>(state: &mut SizeEffectState<N>, d: Triad<N::Incr
 }
 
 /// Lost samples: what the latest increments say is past.
-pub fn interrupt<N: NumberSystem>(state: &mut SizeEffectState<N>) {
+pub fn discontinue<N: NumberSystem>(state: &mut SizeEffectState<N>) {
     state.current = false;
 }

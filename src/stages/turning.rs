@@ -47,7 +47,7 @@ fn third(value: i64) -> i64 {
 
 /// Upper words, to nearest.
 #[inline(always)]
-fn words(fine: [i64; 3]) -> [i32; 3] {
+pub fn words(fine: [i64; 3]) -> [i32; 3] {
     fine.map(|fine| (fine.wrapping_add(1 << 31) >> 32) as i32)
 }
 

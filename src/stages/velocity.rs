@@ -10,14 +10,11 @@
 //! no longer nothing.
 //!
 //! Codes beyond ±[`VELOCITY_LIMIT_M_S`] are held and flagged here, on the accelerometers' own path. After
-//! lost samples one reading covers several periods: that many times the limit, up to
-//! [`VELOCITY_GAP_LIMIT_M_S`].
+//! lost samples one reading covers several periods: that many times the limit.
 //!
 //! It does not judge stuck readings, has no temperature terms and none of second order in the force.
 
-use crate::design_parameters::{
-    ACCELEROMETER_SUM_CODES, VELOCITY_GAP_LIMIT_M_S, VELOCITY_LIMIT_M_S,
-};
+use crate::design_parameters::{ACCELEROMETER_SUM_CODES, VELOCITY_LIMIT_M_S};
 use crate::faults::Status;
 use crate::numbers::NumberSystem;
 use crate::numbers::exact::{
@@ -25,6 +22,7 @@ use crate::numbers::exact::{
 };
 use crate::parameters::{AccelerometerParameters, Parameters};
 use crate::stages::compensation;
+use crate::stages::counts::has_room;
 use crate::triad::{CrossAxis, Triad};
 
 /// Configuration.
@@ -37,9 +35,8 @@ pub struct Velocity<N: NumberSystem> {
     /// b T \[fine units\].
     exact_bias: [i64; 3],
     exact_misalignment: CrossAxis<ExactCoefficient>,
-    /// Largest codes of one sample, and of a reading after lost ones.
+    /// Largest codes of one sample.
     limits: [i32; 3],
-    gap_limits: [i32; 3],
 }
 
 /// Σn since the output period's start.
@@ -56,12 +53,13 @@ impl<N: NumberSystem> Velocity<N> {
         let bias = accelerometers
             .bias_m_s2
             .map(|bias| bias / parameters.sample_rate_hz);
-        // A float's conversion holds at the ends.
-        let codes = |limit_m_s: f64, axis: usize| (limit_m_s / weight[axis]) as i32;
+        let increment_unit = parameters.increment_unit_rad();
+        let limit_m_s = VELOCITY_LIMIT_M_S * increment_unit;
         let share = ACCELEROMETER_SUM_CODES / i32::from(parameters.samples_per_output.max(1));
-        let limits = axes.map(|axis| codes(VELOCITY_LIMIT_M_S, axis).min(share));
+        // A float's conversion holds at the ends.
+        let limits = axes.map(|axis| ((limit_m_s / weight[axis]) as i32).min(share));
         let in_units = |value_m_s: f64, limit: i32| {
-            let unit = VELOCITY_UNIT_M_S;
+            let unit = VELOCITY_UNIT_M_S * increment_unit;
             N::pulse_weight(value_m_s / unit, limit)
         };
         Self {
@@ -73,8 +71,6 @@ impl<N: NumberSystem> Velocity<N> {
             exact_bias: bias.map(|bias| fine(bias, FINE_PER_M_S_LOG2)),
             exact_misalignment: accelerometers.misalignment_rad.map(ExactCoefficient::of),
             limits,
-            gap_limits: axes
-                .map(|axis| codes(VELOCITY_GAP_LIMIT_M_S, axis).min(ACCELEROMETER_SUM_CODES)),
         }
     }
 
@@ -114,28 +110,30 @@ impl<N: NumberSystem> Velocity<N> {
         self.exact(state.sums, 0)
     }
 
-    /// Adds the reading of `periods` periods, all but the last lost; its velocity \[fine units\].
-    pub fn resume(
-        &self,
-        state: &mut VelocityState,
-        codes: [i32; 3],
-        periods: u32,
-    ) -> ([i64; 3], Status) {
+    /// Codes of a reading that covers `periods` periods within their limits; flagged where they were held.
+    pub fn hold(&self, codes: [i32; 3], periods: u32) -> ([i32; 3], Status) {
         let several = i32::try_from(periods).unwrap_or(i32::MAX);
-        let limits = [0, 1, 2].map(|axis| {
-            let limit = self.limits[axis].saturating_mul(several);
-            limit.min(self.gap_limits[axis])
-        });
+        let limits = self.limits.map(|limit| limit.saturating_mul(several));
         let within = held(codes, limits);
-        let mut excess = 0;
-        for (within, codes) in within.iter().zip(codes) {
-            excess |= within ^ codes;
+        (within, Status::VELOCITY_SATURATED.when(within != codes))
+    }
+
+    /// M W n of a reading that covers several periods \[fine units\]. Their bias is in [`finish`](Self::finish), which
+    /// knows how long an output period was.
+    pub fn exact_wide(&self, codes: [i32; 3]) -> [i128; 3] {
+        let mut sensed = [0; 3];
+        for axis in 0..3 {
+            sensed[axis] = self.exact_weights[axis].times_wide(codes[axis]);
         }
-        state.add(within);
-        (
-            self.exact(within, periods),
-            Status::VELOCITY_SATURATED.when(excess != 0),
-        )
+        compensation::at_rest_wide(&self.exact_misalignment, sensed)
+    }
+
+    /// M b t over any number of sample periods \[fine units\].
+    pub fn bias_wide(&self, periods: i64) -> [i128; 3] {
+        let sensed = self
+            .exact_bias
+            .map(|bias| i128::from(bias).wrapping_mul(i128::from(periods)));
+        compensation::at_rest_wide(&self.exact_misalignment, sensed)
     }
 
     /// M (W Σn − b t) over `periods` sample periods \[fine units\]; starts the next sum.
@@ -158,8 +156,14 @@ impl<N: NumberSystem> Velocity<N> {
 }
 
 impl VelocityState {
+    /// Whether the sum has room for these codes beside an output period's own.
+    pub fn has_room(&self, codes: [i32; 3]) -> bool {
+        has_room(self.sums, codes, [ACCELEROMETER_SUM_CODES; 3])
+    }
+
+    /// Adds codes to the period's sum.
     #[inline(always)]
-    fn add(&mut self, codes: [i32; 3]) {
+    pub fn add(&mut self, codes: [i32; 3]) {
         for (sum, codes) in self.sums.iter_mut().zip(codes) {
             *sum = sum.wrapping_add(codes);
         }

@@ -31,8 +31,8 @@ impl BootFault {
 
     /// The bits of which every frame must show this one's and no other.
     pub const ANY: Status = Status::PARAMETER_SLOT_BAD
-        .and(Status::PARAMETERS_DEFAULT)
-        .and(Status::CLOCK_FALLBACK);
+        .union(Status::PARAMETERS_DEFAULT)
+        .union(Status::CLOCK_FALLBACK);
 
     /// What people call it.
     pub fn name(self) -> &'static str {

@@ -11,7 +11,7 @@
 //! | missed | 1 to 3 interrupts do not come |
 //! | repeated | the bank's frame of the previous period comes again |
 //! | starved | the source has nothing ready (host only: a bus always has an answer) |
-//! | skipped | the bank latches 1 to 5 periods within one interrupt's |
+//! | bank restarted | the bus reports an error for 0 to 40 periods, then the bank goes on with number and counters from 0 |
 //! | check sum | a bit of the frame is flipped |
 //! | bus error | the bus reports an error |
 //! | stuck line | every bit of the frame is the same |
@@ -72,8 +72,8 @@ pub enum Fault {
     Repeated,
     /// The source is not ready.
     Starved,
-    /// Frames never come.
-    Skipped,
+    /// The bank starts anew.
+    BankRestarted,
     /// A frame is damaged.
     Checksum,
     /// The bus fails.
@@ -101,7 +101,7 @@ impl Fault {
         Self::Missed,
         Self::Repeated,
         Self::Starved,
-        Self::Skipped,
+        Self::BankRestarted,
         Self::Checksum,
         Self::BusError,
         Self::StuckLine,
@@ -120,7 +120,7 @@ impl Fault {
             Self::Missed => "interrupt missed",
             Self::Repeated => "frame repeated",
             Self::Starved => "source starved",
-            Self::Skipped => "frames skipped",
+            Self::BankRestarted => "bank restarted",
             Self::Checksum => "check sum",
             Self::BusError => "bus error",
             Self::StuckLine => "line stuck",
@@ -144,10 +144,11 @@ impl Fault {
             Self::Missed => 16,
             Self::Late => 17,
             Self::Repeated => 18,
-            Self::Starved | Self::Skipped => 19,
+            Self::Starved => 19,
             Self::Checksum => 20,
             Self::BusError | Self::StuckLine => 21,
             Self::OutputOverrun => 22,
+            Self::BankRestarted => 26,
         }
     }
 
@@ -166,8 +167,8 @@ impl Fault {
             Self::Missed | Self::Repeated | Self::Starved | Self::Checksum | Self::BusError => {
                 &[12]
             }
-            // As above; frames that nobody asked for have an item of their own.
-            Self::Skipped => &[12, item::SKIPPED],
+            // As above; while it starts the bus fails, and a window that lacks samples shows part of the amplitude.
+            Self::BankRestarted => &[12, 21, 7],
             // As above; dead lines too.
             Self::StuckLine => &[12, item::STUCK_LINES],
             // A count at its limit in one sample is an acceleration beyond any.
@@ -282,10 +283,7 @@ fn draw(fault: Fault, begin: u32, lasting_periods: u32, random: &mut ChaCha8Rng)
             periods = random.random_range(1..=3);
             counted = periods;
         }
-        Fault::Skipped => {
-            periods = random.random_range(1..=5);
-            counted = periods;
-        }
+        Fault::BankRestarted => periods = random.random_range(1..=41),
         Fault::CountBeyondRate => {
             let jump = f64::from(random.random_range(5_000..1_000_000));
             size = if random.random() { jump } else { -jump };
@@ -355,7 +353,10 @@ fn play(
                 missed += 1;
                 continue;
             }
-            Some(Fault::Skipped) => continue,
+            Some(Fault::BankRestarted) => {
+                // Off until the last of these periods, of which it counts what is its first.
+                bank = BankFrame::default().followed_by(&sample, AccelerometerInput::Counters);
+            }
             _ => {}
         }
         if fault != Some(Fault::Repeated) {
@@ -364,6 +365,11 @@ fn play(
         let wire = match fault {
             Some(Fault::Starved) => Wire::Starved,
             Some(Fault::BusError) => Wire::Error,
+            Some(Fault::BankRestarted)
+                if active.is_some_and(|injection| period + 1 < injection.end_of_fault) =>
+            {
+                Wire::Error
+            }
             Some(Fault::StuckLine) => Wire::Frame([random.random::<bool>() as u8 * 0xFF; _]),
             Some(Fault::Checksum) => {
                 let mut damaged = on_the_wire;

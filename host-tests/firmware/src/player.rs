@@ -40,21 +40,26 @@ pub fn play<N: NumberSystem>(
     let mut bank = CounterBank::new(Line(&line), AccelerometerInput::Counters);
     let mut moments = moments.into_iter().peekable();
     let mut queued = 0;
+    let mut unasked = 0;
     let mut frames = Vec::new();
     let mut health_at = Vec::new();
     for interrupt in interrupts {
         while moments.next_if(|at| *at <= interrupt.period).is_some() {
             health_at.push(processor.health_items());
         }
+        let elapsed = unasked + interrupt.timing.missed + 1;
         let reading = match interrupt.wire {
-            Wire::Starved => Reading::without_sample(SourceFault::Starved),
-            Wire::Error => {
-                line.set(None);
-                bank.take()
+            Wire::Starved => {
+                unasked = elapsed;
+                Reading::without_sample(SourceFault::Starved)
             }
-            Wire::Frame(bytes) => {
-                line.set(Some(bytes));
-                bank.take()
+            Wire::Error | Wire::Frame(_) => {
+                line.set(match interrupt.wire {
+                    Wire::Frame(bytes) => Some(bytes),
+                    _ => None,
+                });
+                unasked = 0;
+                bank.take(elapsed)
             }
         };
         if let Some(frame) = processor.period(reading, interrupt.timing) {

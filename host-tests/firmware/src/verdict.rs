@@ -53,7 +53,6 @@ impl fmt::Display for Row {
         )?;
         for (number, (index, times)) in self.consequences.iter().enumerate() {
             let name = match *index {
-                item::SKIPPED => "skipped",
                 item::STUCK_LINES => "stuck lines",
                 bit => Status::name(bit).unwrap_or("?"),
             };
@@ -66,7 +65,7 @@ impl fmt::Display for Row {
 
 /// Whether item `index` counts faults.
 fn is_counter(index: u8) -> bool {
-    index < 32 || index == item::SKIPPED || index == item::STUCK_LINES
+    index < 32 || index == item::STUCK_LINES
 }
 
 /// The periods at which [`judge`] wants the health items: where each stretch begins, and where the last ends.

@@ -54,6 +54,15 @@ fn readings(frames: &[Bytes]) -> Vec<Reading> {
 }
 
 fn readings_with(accelerometers: AccelerometerInput, frames: &[Bytes]) -> Vec<Reading> {
+    timed_readings(accelerometers, frames, &vec![1; frames.len()])
+}
+
+/// The same, each after so many periods.
+fn timed_readings(
+    accelerometers: AccelerometerInput,
+    frames: &[Bytes],
+    elapsed: &[u32],
+) -> Vec<Reading> {
     let transactions: Vec<_> = frames
         .iter()
         .flat_map(|bytes| {
@@ -65,7 +74,7 @@ fn readings_with(accelerometers: AccelerometerInput, frames: &[Bytes]) -> Vec<Re
         })
         .collect();
     let mut bank = CounterBank::new(Mock::new(&transactions), accelerometers);
-    let readings = frames.iter().map(|_| bank.take()).collect();
+    let readings = elapsed.iter().map(|elapsed| bank.take(*elapsed)).collect();
     bank.release().done();
     readings
 }
@@ -82,11 +91,15 @@ fn good(pulse_counts: [i32; 3], pickoff_codes: [i32; 3]) -> Reading {
     }
 }
 
-fn after_a_gap(periods: u32, fault: Option<SourceFault>, reading: Reading) -> Reading {
+fn after_a_gap(periods: u32, reading: Reading) -> Reading {
+    Reading { periods, ..reading }
+}
+
+fn restarted(pickoff_codes: [i32; 3]) -> Reading {
     Reading {
-        periods,
-        fault,
-        ..reading
+        periods: 0,
+        fault: Some(SourceFault::Restarted),
+        ..good([0; 3], pickoff_codes)
     }
 }
 
@@ -124,7 +137,7 @@ fn the_first_frame_gives_its_pickoffs_and_the_next_the_difference() {
     ]);
     assert_eq!(
         seen[0],
-        after_a_gap(0, None, good([0, 0, 0], [11, 12, 13])),
+        after_a_gap(0, good([0, 0, 0], [11, 12, 13])),
         "there is nothing yet to difference with"
     );
     assert_eq!(seen[1], good([220, -220, -1], [-21, 22, 23]));
@@ -160,7 +173,8 @@ fn accelerometer_counters_are_differenced_and_converter_codes_stand_for_lost_per
         frame_with_accelerometers(5, [0; 3], [0; 3], [1_000, -1_000, i32::MAX]),
     ];
     let codes = |input| {
-        readings_with(input, &frames)
+        // Two interrupts were missed before the last.
+        timed_readings(input, &frames, &[1, 1, 3])
             .iter()
             .map(|reading| reading.sample.expect("a sample").accelerometer_codes)
             .collect::<Vec<_>>()
@@ -198,7 +212,7 @@ fn every_single_flipped_bit_is_refused_and_loses_no_angle() {
         // The angle of both periods arrives with the next good frame, and the driver knows why.
         assert_eq!(
             seen[2],
-            after_a_gap(2, None, good([22, 44, 66], [4, 5, 6])),
+            after_a_gap(2, good([22, 44, 66], [4, 5, 6])),
             "bit {bit}"
         );
     }
@@ -215,7 +229,7 @@ fn a_dead_line_is_told_apart_from_noise() {
         ]);
         let stuck = Reading::without_sample(SourceFault::StuckLine);
         assert_eq!(seen[1..3], [stuck, stuck], "level {level:#x}");
-        assert_eq!(seen[3], after_a_gap(3, None, good([9, 9, 9], [0; 3])));
+        assert_eq!(seen[3], after_a_gap(3, good([9, 9, 9], [0; 3])));
     }
 }
 
@@ -234,34 +248,48 @@ fn a_repeated_frame_gives_no_sample_and_loses_no_angle() {
         frame(4, [0; 3], [0; 3]),
         again,
         again,
-        // The bank missed one period and went on: two periods, of which one was repeated.
+        // The bank latched late and went on: two periods.
         frame(7, [31, 0, 0], [2, 2, 2]),
         frame(7, [31, 0, 0], [2, 2, 2]),
-        // The bank is the slower of the two clocks: one period, though the driver asked twice.
+        // The bank missed a latch: its counters ran on over both periods.
         frame(8, [41, 0, 0], [3, 3, 3]),
     ]);
     let repeated = Reading::without_sample(SourceFault::Repeated);
     assert_eq!(seen[1], good([10, 0, 0], [1, 1, 1]));
     assert_eq!(seen[2], repeated);
-    assert_eq!(seen[3], after_a_gap(2, None, good([21, 0, 0], [2, 2, 2])));
+    assert_eq!(seen[3], after_a_gap(2, good([21, 0, 0], [2, 2, 2])));
     assert_eq!(seen[4], repeated);
-    assert_eq!(seen[5], good([10, 0, 0], [3, 3, 3]));
+    assert_eq!(seen[5], after_a_gap(2, good([10, 0, 0], [3, 3, 3])));
 }
 
 #[test]
-fn skipped_frames_are_counted_and_their_angle_kept() {
-    let seen = readings(&[
-        frame(u16::MAX - 1, [5, 5, 5], [0; 3]),
-        frame(3, [505, -495, 5], [9, 8, 7]),
-    ]);
-    assert_eq!(
-        seen[1],
-        after_a_gap(
-            5,
-            Some(SourceFault::Skipped(4)),
-            good([500, -500, 0], [9, 8, 7])
-        )
+fn frames_of_missed_interrupts_are_due_and_their_angle_is_kept() {
+    let seen = timed_readings(
+        AccelerometerInput::Counters,
+        &[
+            frame(u16::MAX - 1, [5, 5, 5], [0; 3]),
+            frame(3, [505, -495, 5], [9, 8, 7]),
+        ],
+        &[1, 5],
     );
+    assert_eq!(seen[1], after_a_gap(5, good([500, -500, 0], [9, 8, 7])));
+}
+
+#[test]
+fn a_number_that_the_clock_does_not_allow_is_a_restart_and_no_count() {
+    for (sequence, elapsed) in [(0, 1), (10, 1), (12, 1), (9, 1), (11, 2), (500, 489)] {
+        let seen = timed_readings(
+            AccelerometerInput::Counters,
+            &[
+                frame(10, [5, 5, 5], [0; 3]),
+                frame(sequence, [1_000_000, 0, -3], [9, 8, 7]),
+                frame(sequence.wrapping_add(1), [1_000_007, 1, -3], [9, 8, 7]),
+            ],
+            &[1, elapsed, 1],
+        );
+        assert_eq!(seen[1], restarted([9, 8, 7]), "{sequence} after {elapsed}");
+        assert_eq!(seen[2], good([7, 1, 0], [9, 8, 7]), "{sequence}");
+    }
 }
 
 /// A bus that answers in turn; `None` is an error. (The mock above cannot report one.)
@@ -283,7 +311,7 @@ impl SpiDevice for FlakyBus<'_> {
 }
 
 #[test]
-fn after_failed_reads_only_what_they_do_not_explain_is_called_skipped() {
+fn failed_reads_explain_their_own_periods_and_no_more() {
     let answers = [
         Some(frame(1, [0; 3], [0; 3])),
         None,
@@ -293,18 +321,11 @@ fn after_failed_reads_only_what_they_do_not_explain_is_called_skipped() {
         Some(frame(8, [20, 7, 7], [1, 2, 3])),
     ];
     let mut bank = CounterBank::new(FlakyBus(answers.iter()), AccelerometerInput::default());
-    let seen: Vec<_> = answers.iter().map(|_| bank.take()).collect();
+    let seen: Vec<_> = answers.iter().map(|_| bank.take(1)).collect();
     assert_eq!(seen[1], Reading::without_sample(SourceFault::Bus));
-    assert_eq!(seen[2], after_a_gap(2, None, good([7, 7, 7], [1, 2, 3])));
-    // Five periods: two failed, one is this frame's, two nobody asked for.
-    assert_eq!(
-        seen[5],
-        after_a_gap(
-            5,
-            Some(SourceFault::Skipped(2)),
-            good([13, 0, 0], [1, 2, 3])
-        )
-    );
+    assert_eq!(seen[2], after_a_gap(2, good([7, 7, 7], [1, 2, 3])));
+    // Three periods, and five more in number: the bank is not the one it was.
+    assert_eq!(seen[5], restarted([1, 2, 3]));
 }
 
 /// What one period does on the wire.
@@ -338,41 +359,41 @@ proptest! {
         periods in prop::collection::vec((wire(), any::<[i16; 3]>()), 1..60),
     ) {
         let mut bank = BankFrame { sequence, counters: start, ..BankFrame::default() };
-        let mut answers = vec![Some(bank.to_bytes())];
-        let mut unasked = 0;
+        let mut answers = vec![(1, Some(bank.to_bytes()))];
+        let mut elapsed = 0;
         for (wire, counts) in &periods {
             let sample = Sample { pulse_counts: counts.map(i32::from), ..Sample::default() };
             bank = bank.followed_by(&sample, AccelerometerInput::Counters);
             let mut bytes = bank.to_bytes();
+            elapsed += 1;
             match wire {
                 Wire::Good => {}
                 Wire::Flipped(bit) => bytes[bit / 8] ^= 1 << (bit % 8),
                 Wire::Dead(high) => bytes = [if *high { 0xFF } else { 0 }; FRAME_BYTES],
-                Wire::Error => { answers.push(None); continue; }
-                Wire::Unasked => { unasked += 1; continue; }
+                Wire::Error => { answers.push((std::mem::take(&mut elapsed), None)); continue; }
+                Wire::Unasked => continue,
             }
-            answers.push(Some(bytes));
+            answers.push((std::mem::take(&mut elapsed), Some(bytes)));
         }
         bank = bank.followed_by(&Sample::default(), AccelerometerInput::Counters);
-        answers.push(Some(bank.to_bytes()));
+        answers.push((elapsed + 1, Some(bank.to_bytes())));
 
-        let mut driver = CounterBank::new(FlakyBus(answers.iter()), AccelerometerInput::Counters);
-        let (mut counted, mut passed, mut skipped) = (start, 0, 0);
-        for _ in &answers {
-            let reading = driver.take();
+        let on_the_bus: Vec<_> = answers.iter().map(|(_, answer)| *answer).collect();
+        let mut driver =
+            CounterBank::new(FlakyBus(on_the_bus.iter()), AccelerometerInput::Counters);
+        let (mut counted, mut passed) = (start, 0);
+        for (elapsed, _) in &answers {
+            let reading = driver.take(*elapsed);
+            prop_assert!(reading.fault != Some(SourceFault::Restarted));
             passed += reading.periods;
             if let Some(sample) = reading.sample {
                 for (sum, pulses) in counted.iter_mut().zip(sample.pulse_counts) {
                     *sum = sum.wrapping_add(pulses);
                 }
             }
-            if let Some(SourceFault::Skipped(missing)) = reading.fault {
-                skipped += u32::from(missing);
-            }
         }
         prop_assert_eq!(counted, bank.counters);
         prop_assert_eq!(passed as usize, periods.len() + 1);
-        prop_assert_eq!(skipped, unasked);
     }
 
     /// Any 40 bytes are a frame or a fault.

@@ -73,7 +73,7 @@ fn bound_rad(injection: &Injection) -> f64 {
             Fault::Missed
             | Fault::Repeated
             | Fault::Starved
-            | Fault::Skipped
+            | Fault::BankRestarted
             | Fault::Checksum
             | Fault::BusError
             | Fault::StuckLine => turned,
@@ -90,7 +90,7 @@ fn bound_rad(injection: &Injection) -> f64 {
 fn bound_left_rad(injection: &Injection) -> f64 {
     match injection.fault {
         // What was not counted is gone.
-        Fault::CountBeyondRate | Fault::CounterStuck => bound_rad(injection),
+        Fault::CountBeyondRate | Fault::CounterStuck | Fault::BankRestarted => bound_rad(injection),
         // The strip telescopes, but for what of the pickoff's step back is beyond its range.
         Fault::PickoffFailed => STRIP_RAD + 2.0 * BLOCK_RAD - DITHER_LIMIT_RAD,
         _ => STRIP_RAD,
@@ -131,7 +131,7 @@ fn bounded(injection: &Injection, faulty: &Angles, clean: &Angles, errors: &mut 
 /// Every frame of the last [`WELL_PERIODS`] of each stretch says that nothing is wrong.
 fn recovered(injections: &[Injection], frames: &[TelemetryFrame]) {
     let every = u32::from(unit::SAMPLES_PER_OUTPUT);
-    let degraded = Status::IN_SERVICE_FAULTS.and(Status::DYNAMIC_TERM_OFF);
+    let degraded = Status::IN_SERVICE_FAULTS.union(Status::DYNAMIC_TERM_OFF);
     let mut injections = injections.iter().peekable();
     for frame in frames {
         let period = frame.output.sequence * every;
@@ -236,6 +236,7 @@ fn boots<N: NumberSystem>(seed: u64) {
                 parameters_default: loaded.parameters_default(),
                 slot_bad: loaded.slot_bad,
                 generation: loaded.generation,
+                ..BootReport::default()
             };
             let played = play::<N>(&loaded.parameters, report, stream, []);
             assert!(!played.frames.is_empty());

@@ -9,7 +9,9 @@ use embedded_storage::nor_flash::{
 };
 use proptest::prelude::*;
 use trueaxis::Parameters;
-use trueaxis::parameter_slots::{Loaded, ParameterSlots, Slot, SlotError};
+use trueaxis::parameter_slots::{
+    Loaded, MEND_ATTEMPTS, MEND_MARKS_OFFSET, Mending, ParameterSlots, Slot, SlotError,
+};
 
 /// Two sectors.
 const SLOTS: usize = 2;
@@ -17,6 +19,9 @@ const SLOTS: usize = 2;
 /// Smaller than a real sector (128 KiB), so that every byte of an erasure can be a place to lose power;
 /// larger than a block.
 const SECTOR: usize = 1024;
+
+/// The byte of a worn-out sector that stays 0: of the block's magic word.
+const WORN_BYTE: usize = 0;
 
 /// What an interrupted erasure leaves in the bytes that it had not finished.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,6 +45,10 @@ struct Nor<const UNIT: usize> {
     leftover: Leftover,
     seed: u64,
     steps: usize,
+    /// Erasures begun of each sector, over all boots.
+    erasures: [usize; SLOTS],
+    /// A sector of which a byte stays 0 whatever is erased.
+    worn: Option<usize>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,12 +72,18 @@ impl<const UNIT: usize> Nor<UNIT> {
             leftover: Leftover::Old,
             seed: 1,
             steps: 0,
+            erasures: [0; SLOTS],
+            worn: None,
         }
     }
 
     /// The same content after the next boot.
     fn rebooted(&self) -> Self {
-        Self::holding(self.content.clone())
+        Self {
+            erasures: self.erasures,
+            worn: self.worn,
+            ..Self::holding(self.content.clone())
+        }
     }
 
     fn failing_after(&self, steps: usize, leftover: Leftover, seed: u64) -> Self {
@@ -137,9 +152,13 @@ impl<const UNIT: usize> NorFlash for Nor<UNIT> {
         let (from, to) = (from as usize, to as usize);
         assert!(from.is_multiple_of(SECTOR) && to.is_multiple_of(SECTOR));
         self.powered()?;
+        for sector in from / SECTOR..to / SECTOR {
+            self.erasures[sector] += 1;
+        }
         for at in from..to {
             if self.step() {
-                self.content[at] = 0xFF;
+                let worn = self.worn == Some(at / SECTOR) && at % SECTOR == WORN_BYTE;
+                self.content[at] = if worn { 0 } else { 0xFF };
                 continue;
             }
             for unfinished in at..to {
@@ -160,7 +179,11 @@ impl<const UNIT: usize> NorFlash for Nor<UNIT> {
         assert!(begin.is_multiple_of(UNIT) && bytes.len().is_multiple_of(UNIT));
         self.powered()?;
         for (at, byte) in (begin..).zip(bytes) {
-            assert_eq!(self.content[at], 0xFF, "programmed twice at {at:#x}");
+            let worn = self.worn == Some(at / SECTOR) && at % SECTOR == WORN_BYTE;
+            assert!(
+                self.content[at] == 0xFF || worn,
+                "programmed twice at {at:#x}"
+            );
             if !self.step() {
                 // Any part of the bits to clear is cleared.
                 self.content[at] &= byte | self.random();
@@ -229,8 +252,12 @@ fn cuts_of_a_store<const UNIT: usize>(flash: &Nor<UNIT>, old: Option<u32>) -> (u
 
             // Mending changes no parameter and leaves two good slots; a store then succeeds as ever.
             let mut mended = slots(left);
-            let did = mended.mend().expect("power holds");
-            assert_eq!(did, found.slot_bad);
+            let expected = if found.slot_bad {
+                Mending::Done
+            } else {
+                Mending::NotNeeded
+            };
+            assert_eq!(mended.mend(true), Ok(expected));
             let after = mended.load();
             assert_eq!(after.parameters, found.parameters);
             assert!(!after.slot_bad);
@@ -267,27 +294,184 @@ fn power_lost_in_the_very_first_store_leaves_the_nominal_values_and_the_flag() {
     assert!(kept > 3 * SECTOR);
 }
 
-#[test]
-fn power_lost_at_any_step_of_mending_changes_no_parameter() {
-    // The second slot was written halfway when power failed.
-    let whole = after_stores::<4>(1);
+/// The first slot holds `parameters(0)`; the second was written halfway when power failed.
+fn with_one_slot_bad<const UNIT: usize>() -> Nor<UNIT> {
+    let whole = after_stores::<UNIT>(1);
     let mut interrupted = slots(whole.failing_after(SECTOR + 100, Leftover::Old, 3));
     interrupted.store(&parameters(5)).expect_err("power fails");
-    let flash = interrupted.release().rebooted();
+    let mut flash = interrupted.release().rebooted();
+    flash.erasures = [0; SLOTS];
     assert!(load(&flash).slot_bad);
+    flash
+}
 
-    let mut mended = slots(flash.rebooted());
-    assert_eq!(mended.mend(), Ok(true));
-    let steps = mended.release().steps;
-    for leftover in LEFTOVERS {
-        for cut in 0..steps {
-            let mut mend = slots(flash.failing_after(cut, leftover, cut as u64));
-            assert_eq!(mend.mend(), Err(SlotError::Flash(PowerLost)));
-            let found = load(&mend.release().rebooted());
-            assert_eq!(found.parameters, parameters(0), "cut at {cut}");
-            assert_eq!(found.slot, Some(Slot::First));
+/// Attempts that the first slot's marks show.
+fn attempts<const UNIT: usize>(flash: &Nor<UNIT>) -> usize {
+    let marks = &flash.content[MEND_MARKS_OFFSET as usize..][..32 * MEND_ATTEMPTS];
+    let (marks, _) = marks.as_chunks::<32>();
+    let made = |mark: &&[u8; 32]| mark.iter().any(|byte| *byte != 0xFF);
+    marks.iter().filter(made).count()
+}
+
+#[test]
+fn power_lost_at_any_step_of_mending_changes_no_parameter() {
+    fn with_units_of<const UNIT: usize>() {
+        let flash = with_one_slot_bad::<UNIT>();
+        let mut mended = slots(flash.rebooted());
+        assert_eq!(mended.mend(true), Ok(Mending::Done));
+        assert!(!mended.load().slot_bad);
+        let steps = mended.release().steps;
+        for leftover in LEFTOVERS {
+            for cut in 0..steps {
+                let mut mend = slots(flash.failing_after(cut, leftover, cut as u64));
+                assert_eq!(mend.mend(true), Err(SlotError::Flash(PowerLost)));
+                let left = mend.release().rebooted();
+                let found = load(&left);
+                assert_eq!(found.parameters, parameters(0), "cut at {cut}");
+                assert_eq!(found.slot, Some(Slot::First));
+                // Whoever erased has counted it.
+                assert!(left.erasures[1] <= attempts(&left), "cut at {cut}");
+                assert_eq!(left.erasures[0], 0);
+            }
         }
     }
+    with_units_of::<1>();
+    with_units_of::<4>();
+    with_units_of::<8>();
+    with_units_of::<32>();
+}
+
+#[test]
+fn a_worn_out_slot_is_erased_three_times_in_all() {
+    let mut flash = with_one_slot_bad::<4>();
+    flash.worn = Some(1);
+    for boot in 0..20 {
+        let mut slots = slots(flash.rebooted());
+        let expected = if boot < MEND_ATTEMPTS {
+            Err(SlotError::Verify)
+        } else {
+            Ok(Mending::Exhausted)
+        };
+        assert_eq!(slots.mend(true), expected, "boot {boot}");
+        let found = slots.load();
+        assert_eq!(found.parameters, parameters(0));
+        assert!(found.slot_bad, "the flag stays");
+        flash = slots.release();
+    }
+    assert_eq!(flash.erasures, [0, 3]);
+}
+
+#[test]
+fn a_board_that_browns_out_in_every_mend_erases_three_times_in_all() {
+    for cut in [
+        0,
+        1,
+        31,
+        32,
+        33,
+        500,
+        SECTOR + 31,
+        SECTOR + 32,
+        SECTOR + 300,
+    ] {
+        for leftover in LEFTOVERS {
+            let mut flash = with_one_slot_bad::<4>();
+            for boot in 0..20 {
+                let mut slots = slots(flash.failing_after(cut, leftover, boot));
+                slots.mend(true).ok();
+                flash = slots.release();
+                assert_eq!(load(&flash).parameters, parameters(0));
+            }
+            assert!(flash.erasures[1] <= MEND_ATTEMPTS, "cut at {cut}");
+            assert_eq!(flash.erasures[0], 0);
+        }
+    }
+}
+
+#[test]
+fn a_low_supply_erases_and_writes_nothing() {
+    let flash = with_one_slot_bad::<4>();
+    let mut slots = slots(flash.rebooted());
+    for _ in 0..20 {
+        assert_eq!(slots.mend(false), Ok(Mending::SupplyLow));
+        assert!(slots.load().slot_bad, "the flag stays");
+    }
+    // Nothing is counted either: when the supply is back, the first attempt mends.
+    let mut left = slots.release();
+    assert_eq!(left.content, flash.content);
+    left.erasures = [0; SLOTS];
+    let mut slots = self::slots(left);
+    assert_eq!(slots.mend(true), Ok(Mending::Done));
+    assert_eq!(slots.mend(true), Ok(Mending::NotNeeded));
+    let left = slots.release();
+    assert_eq!(left.erasures, [0, 1]);
+    assert_eq!(attempts(&left), 1);
+}
+
+#[test]
+fn a_slot_whose_attempt_cannot_be_counted_is_not_erased() {
+    // As in the emulator, where flash takes no write.
+    struct ReadOnly(Nor<4>);
+    impl ErrorType for ReadOnly {
+        type Error = PowerLost;
+    }
+    impl ReadNorFlash for ReadOnly {
+        const READ_SIZE: usize = 1;
+        fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), PowerLost> {
+            self.0.read(offset, bytes)
+        }
+        fn capacity(&self) -> usize {
+            self.0.capacity()
+        }
+    }
+    impl NorFlash for ReadOnly {
+        const WRITE_SIZE: usize = 4;
+        const ERASE_SIZE: usize = SECTOR;
+        fn erase(&mut self, _: u32, _: u32) -> Result<(), PowerLost> {
+            panic!("erased")
+        }
+        fn write(&mut self, _: u32, _: &[u8]) -> Result<(), PowerLost> {
+            Ok(())
+        }
+    }
+    let flash = ReadOnly(with_one_slot_bad::<4>());
+    let mut slots = ParameterSlots::new(flash, [0, SECTOR as u32]);
+    assert_eq!(slots.mend(true), Err(SlotError::Verify));
+}
+
+#[test]
+fn attempts_come_back_when_the_good_slots_sector_is_erased() {
+    let mut flash = with_one_slot_bad::<4>();
+    flash.worn = Some(1);
+    for _ in 0..MEND_ATTEMPTS {
+        let mut slots = slots(flash.rebooted());
+        slots.mend(true).expect_err("worn out");
+        flash = slots.release();
+    }
+    // The first store goes to the second slot, the next one to the first, whose marks it erases.
+    flash.worn = None;
+    let mut stored = slots(flash.rebooted());
+    stored.store(&parameters(1)).expect("power holds");
+    let flash = stored.release();
+    assert_eq!(attempts(&flash), MEND_ATTEMPTS);
+    let mut stored = slots(flash);
+    stored.store(&parameters(2)).expect("power holds");
+    let mut flash = stored.release();
+    assert_eq!(attempts(&flash), 0);
+    flash.content[SECTOR + 20] ^= 1;
+    let mut mended = slots(flash);
+    assert_eq!(mended.mend(true), Ok(Mending::Done));
+}
+
+#[test]
+fn a_tool_that_writes_only_the_block_leaves_every_attempt() {
+    let mut flash = Nor::<4>::erased();
+    let block = parameters(3).to_block(9);
+    flash.content[SECTOR..][..block.len()].copy_from_slice(&block);
+    let mut slots = slots(flash);
+    assert_eq!(slots.mend(true), Ok(Mending::Done));
+    let found = slots.load();
+    assert_eq!((found.parameters, found.slot_bad), (parameters(3), false));
 }
 
 #[test]
@@ -366,7 +550,7 @@ proptest! {
             let succeeded = if store {
                 slots.store(&new).is_ok()
             } else {
-                slots.mend().is_ok()
+                slots.mend(true).is_ok()
             };
             flash = slots.release().rebooted();
             let found = load(&flash).parameters;

@@ -1,7 +1,7 @@
 //! The processor around the chain: what a fault costs, what it counts, when it ends.
 
 use proptest::prelude::*;
-use trueaxis::health::{HEALTH_ITEMS, item};
+use trueaxis::health::{HEALTH_ITEMS, item, reset_cause};
 use trueaxis::sample_source::{Reading, SourceFault};
 use trueaxis::trace::{TraceEntry, TraceRing};
 use trueaxis::{
@@ -66,13 +66,13 @@ fn run<N: NumberSystem>(
 }
 
 /// A sample that covers `periods` periods.
-fn whole(periods: u32, period: u32, fault: Option<SourceFault>) -> Reading {
+fn whole(periods: u32, period: u32) -> Reading {
     let mut sample = sample(period);
     sample.pulse_counts[2] *= i32::try_from(periods).expect("few");
     Reading {
         sample: Some(sample),
         periods,
-        fault,
+        fault: None,
     }
 }
 
@@ -120,11 +120,7 @@ fn every_fault_of_the_source_raises_its_bit_and_counter_and_keeps_the_angle() {
         let mut processor = processor::<Fixed>(10);
         let frames = run(&mut processor, 0..100, |period| match period {
             34 => Some((Reading::without_sample(fault), IN_TIME)),
-            // A starved source did not ask its bank, which calls the step a skip.
-            35 => {
-                let skipped = (fault == SourceFault::Starved).then_some(SourceFault::Skipped(1));
-                Some((whole(2, 35, skipped), IN_TIME))
-            }
+            35 => Some((whole(2, 35), IN_TIME)),
             _ => None,
         });
         assert_eq!(frames.len(), 10, "{fault:?}");
@@ -147,7 +143,7 @@ fn every_fault_of_the_source_raises_its_bit_and_counter_and_keeps_the_angle() {
         );
         let first = processor.health().first;
         assert_eq!(first.sample, 34, "{fault:?}");
-        assert_eq!(first.stages, bit.and(Status::GAP), "{fault:?}");
+        assert_eq!(first.stages, bit.union(Status::GAP), "{fault:?}");
     }
 }
 
@@ -160,7 +156,7 @@ fn missed_interrupts_pass_their_periods_and_are_not_called_skipped() {
     };
     // Interrupts 0..49 come; three are missed; the next finds what the bank counted meanwhile.
     let mut frames = run(&mut processor, 0..49, |_| None);
-    let after = whole(4, 52, Some(SourceFault::Skipped(3)));
+    let after = whole(4, 52);
     frames.extend(processor.period(after, missed));
     frames.extend(run(&mut processor, 53..100, |_| None));
     assert_eq!(processor.periods(), 100);
@@ -173,22 +169,137 @@ fn missed_interrupts_pass_their_periods_and_are_not_called_skipped() {
     assert_eq!(first.sample, 49);
 }
 
+/// The reading of a bank that has started anew: where the pickoffs are, and counts that tell nothing.
+fn restarted(period: u32) -> Reading {
+    let mut sample = sample(period);
+    sample.pulse_counts = [123_456, -7, 99];
+    Reading {
+        sample: Some(sample),
+        periods: 0,
+        fault: Some(SourceFault::Restarted),
+    }
+}
+
 #[test]
-fn skipped_samples_are_counted_one_by_one_and_pass_their_periods() {
+fn a_restart_of_the_bank_costs_the_angle_that_it_did_not_count_and_no_time() {
+    for outage in [0, 1, 25, 200] {
+        let mut processor = processor::<Fixed>(10);
+        let onset = 45;
+        let back = onset + outage;
+        let frames = run(&mut processor, 0..400, |period| match period {
+            period if period == back => Some((restarted(period), IN_TIME)),
+            period if (onset..back).contains(&period) => {
+                Some((Reading::without_sample(SourceFault::Bus), IN_TIME))
+            }
+            _ => None,
+        });
+        assert_eq!(processor.periods(), 400);
+        assert_eq!(frames.len(), 40);
+        // The stream's first sample and those from the onset to the restart.
+        let counted = i64::from(400 - 1 - (outage + 1));
+        assert_eq!(angle_about_z(&frames), 3 * counted * CODES_PER_PULSE);
+        let flagged = frames
+            .iter()
+            .filter(|frame| frame.output.status.contains(Status::BANK_RESTARTED))
+            .map(|frame| frame.output.sequence)
+            .collect::<Vec<_>>();
+        assert_eq!(flagged, [back / 10], "{outage}");
+        assert_eq!(item_now(&processor, 26), 1);
+    }
+}
+
+#[test]
+fn a_restart_gives_back_the_bias_of_the_time_that_nobody_counted() {
+    let parameters = Parameters {
+        bias_rad_s: [0.01; 3],
+        ..parameters(10)
+    };
+    let mut processor =
+        Processor::<F32>::new(&parameters, BootReport::default()).expect("in range");
+    let frames = run(&mut processor, 0..2000, |period| match period {
+        1200 => Some((restarted(period), IN_TIME)),
+        400..1200 => Some((Reading::without_sample(SourceFault::Bus), IN_TIME)),
+        _ => None,
+    });
+    let shown_rad = angle_about_z(&frames) as f64 * trueaxis::OUTPUT_RAD_PER_CODE;
+    let counted = f64::from(2000 - 1 - 801);
+    let expected_rad = counted * (3.0 * parameters.pulse_weight_rad[2] - 0.01 / 4000.0);
+    assert!((shown_rad - expected_rad).abs() < trueaxis::OUTPUT_RAD_PER_CODE);
+}
+
+#[test]
+fn the_time_before_the_first_sample_has_no_bias() {
+    let parameters = Parameters {
+        bias_rad_s: [0.01; 3],
+        ..parameters(10)
+    };
+    for waited in [3, 10, 47, 5000] {
+        for at_once in [false, true] {
+            let mut processor =
+                Processor::<F32>::new(&parameters, BootReport::default()).expect("in range");
+            let mut frames = Vec::new();
+            if at_once {
+                let missed = Timing {
+                    missed: waited,
+                    late: false,
+                };
+                frames.extend(processor.period(good(waited), missed));
+            } else {
+                frames.extend(run(&mut processor, 0..waited, |_| {
+                    Some((Reading::without_sample(SourceFault::Bus), IN_TIME))
+                }));
+                frames.extend(processor.period(good(waited), IN_TIME));
+            }
+            let end = (waited + 401).next_multiple_of(10);
+            frames.extend(run(&mut processor, waited + 1..end, |_| None));
+            let shown_rad = angle_about_z(&frames) as f64 * trueaxis::OUTPUT_RAD_PER_CODE;
+            let counted = f64::from(end - waited - 1);
+            let expected_rad = counted * (3.0 * parameters.pulse_weight_rad[2] - 0.01 / 4000.0);
+            let error = (shown_rad - expected_rad).abs();
+            assert!(error < trueaxis::OUTPUT_RAD_PER_CODE, "{waited}: {error}");
+        }
+    }
+}
+
+#[test]
+fn a_bank_that_is_late_to_start_leaves_the_latch_to_service() {
     let mut processor = processor::<F32>(10);
-    let mut frames = run(&mut processor, 0..20, |_| None);
-    let skipped = whole(26, 45, Some(SourceFault::Skipped(25)));
-    frames.extend(processor.period(skipped, IN_TIME));
-    frames.extend(run(&mut processor, 46..60, |_| None));
-    let numbers: Vec<_> = frames.iter().map(|frame| frame.output.sequence).collect();
-    assert_eq!(
-        numbers,
-        [0, 1, 3, 4, 5],
-        "one frame for both lost output periods"
-    );
-    assert_eq!(processor.periods(), 60);
-    assert_eq!(item_now(&processor, item::SKIPPED), 25);
-    assert_eq!(item_now(&processor, 19), 25);
+    let mut ring = TraceRing::<16>::new();
+    let mut latched = None;
+    for period in 0..2000 {
+        let reading = match period {
+            // The bank is not there yet.
+            0..1000 => Reading::without_sample(SourceFault::Bus),
+            1700 => Reading::without_sample(SourceFault::Checksum),
+            1701 => whole(2, period),
+            _ => good(period),
+        };
+        processor.period(reading, IN_TIME);
+        if processor.has_latched_fault() {
+            latched.get_or_insert(period);
+        }
+        let entry = TraceEntry::new(period, processor.period_status(), 0, reading.sample);
+        ring.record(entry, processor.has_latched_fault());
+    }
+    assert_eq!(item_now(&processor, 21), 1000, "it is counted");
+    assert_eq!(latched, Some(1700));
+    let first = processor.health().first;
+    assert_eq!(first.sample, 1700);
+    assert_eq!(first.stages, Status::FRAME_CHECKSUM.union(Status::GAP));
+    assert!(ring.entries().any(|entry| entry.period == 1700));
+}
+
+#[test]
+fn a_bank_that_never_starts_is_latched_when_the_start_up_is_over() {
+    let mut processor = processor::<F32>(10);
+    let frames = run(&mut processor, 0..8100, |_| {
+        Some((Reading::without_sample(SourceFault::StuckLine), IN_TIME))
+    });
+    assert_eq!(frames.len(), 810);
+    let first = processor.health().first;
+    assert!(first.stages.contains(Status::BUS_FAULT), "{first:?}");
+    // 2 s, and the rest of the output period in which they end.
+    assert!((8000..8020).contains(&first.sample), "{first:?}");
 }
 
 #[test]
@@ -200,7 +311,7 @@ fn a_gap_that_ends_one_output_period_and_a_sample_that_ends_the_next_lose_no_fra
         late: false,
     };
     // Periods 9 to 18 are missed, 19 ends the second output period.
-    let now = processor.period(whole(11, 19, Some(SourceFault::Skipped(10))), missed);
+    let now = processor.period(whole(11, 19), missed);
     let later = processor.period(good(20), IN_TIME);
     assert_eq!(now.map(|frame| frame.output.sequence), Some(0));
     assert_eq!(later.map(|frame| frame.output.sequence), Some(1));
@@ -230,14 +341,15 @@ fn the_boots_faults_stand_in_every_frame_and_leave_the_first_fault_to_service() 
         parameters_default: true,
         slot_bad: true,
         generation: 7,
+        ..BootReport::default()
     };
     let mut processor = Processor::<F32>::new(&parameters(10), boot).expect("in range");
     let frames = run(&mut processor, 0..100, |period| {
         (period == 50).then_some((Reading::without_sample(SourceFault::Bus), IN_TIME))
     });
     let bits = Status::CLOCK_FALLBACK
-        .and(Status::PARAMETERS_DEFAULT)
-        .and(Status::PARAMETER_SLOT_BAD);
+        .union(Status::PARAMETERS_DEFAULT)
+        .union(Status::PARAMETER_SLOT_BAD);
     assert!(
         frames
             .iter()
@@ -245,7 +357,7 @@ fn the_boots_faults_stand_in_every_frame_and_leave_the_first_fault_to_service() 
     );
     assert_eq!(
         processor.health().first.stages,
-        Status::BUS_FAULT.and(Status::GAP)
+        Status::BUS_FAULT.union(Status::GAP)
     );
     assert_eq!(item_now(&processor, item::GENERATION), 7);
 }
@@ -290,6 +402,37 @@ fn every_health_item_takes_its_turn_and_tells_the_settings() {
 }
 
 #[test]
+fn reset_cause_and_last_failure_are_told_in_their_turn() {
+    let boot = BootReport {
+        reset_cause: reset_cause::PIN | reset_cause::SOFTWARE,
+        last_failure_kind: 2,
+        last_failure_place: 0x0800_1234,
+        ..BootReport::default()
+    };
+    for (boot, told) in [
+        (boot, [0b1010, 2, 0x0800_1234]),
+        (BootReport::default(), [0; 3]),
+    ] {
+        let mut processor = Processor::<F32>::new(&parameters(4), boot).expect("in range");
+        let turn = HEALTH_ITEMS.len() as u32;
+        let frames = run(&mut processor, 0..8 * turn, |_| None);
+        for (index, value) in (42..=44).zip(told) {
+            let of_item = frames.iter().filter(|frame| frame.health.index == index);
+            let values: Vec<_> = of_item.map(|frame| frame.health.value).collect();
+            assert_eq!(values, [value; 2], "item {index} in two turns");
+            assert_eq!(item_now(&processor, index), value);
+        }
+        // Neither is a fault of this run.
+        assert_eq!(*processor.health(), trueaxis::Health::NONE);
+        assert!(
+            frames.iter().all(|frame| {
+                frame.output.status.bits() & Status::IN_SERVICE_FAULTS.bits() == 0
+            })
+        );
+    }
+}
+
+#[test]
 fn counters_stop_at_their_end_instead_of_wrapping() {
     let mut processor = processor::<F32>(10);
     let missed = Timing {
@@ -314,7 +457,8 @@ fn the_trace_keeps_half_a_ring_before_the_first_fault_and_half_after_it() {
         };
         processor.period(reading, IN_TIME);
         let status = processor.period_status();
-        ring.record(TraceEntry::new(period, status, 7, reading.sample));
+        let entry = TraceEntry::new(period, status, 7, reading.sample);
+        ring.record(entry, processor.has_latched_fault());
         assert_eq!(ring.is_frozen(), period >= 58, "period {period}");
     }
     let kept: Vec<_> = ring.entries().collect();
@@ -331,7 +475,7 @@ fn the_traces_memory_is_laid_out_as_documented() {
     assert_eq!(size_of::<TraceEntry>(), 52);
     assert_eq!(size_of::<TraceRing<256>>(), 20 + 256 * 52);
     let mut ring = TraceRing::<2>::new();
-    ring.record(TraceEntry::new(
+    let entry = TraceEntry::new(
         5,
         Status::PRIMED,
         9,
@@ -340,7 +484,8 @@ fn the_traces_memory_is_laid_out_as_documented() {
             pickoff_codes: [4, 5, 6],
             accelerometer_codes: [7, 8, 9],
         }),
-    ));
+    );
+    ring.record(entry, false);
     // SAFETY: the ring is 31 words of 32 bits without padding, as the sizes above say; it is read, as a
     // probe reads it, and outlives the reference.
     let words = unsafe { &*(&raw const ring).cast::<[u32; 31]>() };
@@ -385,7 +530,7 @@ fn any_reading() -> impl Strategy<Value = Reading> {
         Just(Some(SourceFault::Checksum)),
         Just(Some(SourceFault::Repeated)),
         Just(Some(SourceFault::Starved)),
-        any::<u16>().prop_map(|missing| Some(SourceFault::Skipped(missing))),
+        Just(Some(SourceFault::Restarted)),
     ];
     (sample, any::<u32>(), fault).prop_map(|(sample, periods, fault)| Reading {
         sample,
@@ -406,7 +551,7 @@ proptest! {
         samples_per_output in 2..20_u16,
     ) {
         let mut processor = processor::<Fixed>(samples_per_output);
-        let mut frames: Vec<_> = processor.period(whole(0, 0, None), IN_TIME).into_iter().collect();
+        let mut frames: Vec<_> = processor.period(whole(0, 0), IN_TIME).into_iter().collect();
         // Periods that passed, and those since the last sample.
         let (mut passed, mut open, mut missed_in_all) = (1_u32, 0_u32, 0_u32);
         let tail = std::iter::repeat_n(&Meets::Good, 2 * usize::from(samples_per_output));
@@ -419,14 +564,12 @@ proptest! {
             let reading = if let Meets::NoSample(fault) = meets {
                 Reading::without_sample(*fault)
             } else {
-                let skipped = (missed > 0).then_some(SourceFault::Skipped(missed as u16));
-                whole(std::mem::take(&mut open), passed - 1, skipped)
+                whole(std::mem::take(&mut open), passed - 1)
             };
             frames.extend(processor.period(reading, timing));
         }
         prop_assert_eq!(processor.periods(), passed);
         prop_assert_eq!(processor.health().interrupts_missed, missed_in_all);
-        prop_assert_eq!(processor.health().samples_skipped, 0);
         prop_assert!(frames.is_sorted_by(|a, b| a.output.sequence < b.output.sequence));
         if processor.health().output_overruns == 0 {
             // Up to the last frame's end; what is in no frame yet is less than an output period.

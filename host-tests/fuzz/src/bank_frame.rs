@@ -35,12 +35,12 @@ fuzz_target!(|data: &[u8]| {
         if let (Some(bytes), Some(Ok(frame))) = (bytes, frame) {
             assert_eq!(frame.to_bytes(), bytes);
         }
-        let reading = bank.take();
-        assert!(reading.sample.is_none() || matches!(frame, Some(Ok(_))));
         let timing = Timing {
             missed: u32::from(transfer[0] >> 4),
             late: transfer[0] & 8 != 0,
         };
+        let reading = bank.take(timing.missed + 1);
+        assert!(reading.sample.is_none() || matches!(frame, Some(Ok(_))));
         processor.period(reading, timing);
     }
 });

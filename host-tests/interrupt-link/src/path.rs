@@ -66,15 +66,16 @@ pub struct Sampling<N: NumberSystem> {
 
 impl<N: NumberSystem> Sampling<N> {
     fn tick(&mut self, timing: Timing) {
-        let reading = self.bank.take();
+        let reading = self.bank.take(timing.missed.saturating_add(1));
         inserted_panic(reading.sample.unwrap_or_default());
         let frame = self.processor.period(reading, timing);
-        self.trace.record(TraceEntry::new(
+        let entry = TraceEntry::new(
             self.processor.periods(),
             self.processor.period_status(),
             0,
             reading.sample,
-        ));
+        );
+        self.trace.record(entry, self.processor.has_latched_fault());
         let Some(frame) = frame else {
             return;
         };

@@ -20,8 +20,8 @@ const RESULT: &str = "on_target.json";
 
 /// Run a recording through the firmware image in QEMU and compare every output with the host's
 ///
-/// Writes on_target.json: whether every output is equal bit for bit, instructions per sample, flash, RAM
-/// and stack, the image's events. Without --image the image is built in the workspace rlg was built from.
+/// Writes on_target.json: whether every output is equal bit for bit, whether accelerometers were played,
+/// instructions per sample, flash, RAM and stack, the image's events. Without --image the image is built in the workspace rlg was built from.
 /// The emulator counts instructions, not cycles.
 #[derive(Debug, Args)]
 #[command(
@@ -55,7 +55,7 @@ pub struct OnTargetCommand {
     /// Time in which the dither strip follows the pickoff's gain and delay [s]; 0: frozen
     #[arg(long, default_value_t = 0.0)]
     adapt_s: f64,
-    /// Take the recording's accelerometers through the chain, too
+    /// Take the recording's accelerometers through the chain, too; an error if it has none that can be used
     #[arg(long)]
     accelerometers: bool,
 }
@@ -88,6 +88,16 @@ impl OnTargetCommand {
             accelerometers: self.accelerometers,
         };
         let input = samples_from_recording(&recording, &model, &self.model, setup)?;
+        if self.accelerometers && input.velocity_m_s.is_none() {
+            let why = input
+                .velocity_refused
+                .unwrap_or_else(|| "there are none".to_owned());
+            return Err(InputError::new(
+                &self.recording,
+                format!("has no accelerometers to play: {why}"),
+            )
+            .expected("specific_force or velocity_increment for x, y and z, at the gyros' rows"));
+        }
         spinner.set_message("building the image");
         let image = match &self.image {
             Some(path) => Image::read(path)?,
@@ -152,6 +162,13 @@ fn words(result: &OnTarget) -> Vec<String> {
             "{}: {} samples, {} frames: {verdict}",
             result.core, result.samples, result.frames
         ),
+        match result.accelerometers {
+            true => format!(
+                "  accelerometers played: velocity in {} of {} frames",
+                result.frames_with_velocity, result.frames
+            ),
+            false => "  accelerometers not played (--accelerometers plays them)".to_owned(),
+        },
         format!(
             "  {:<18} {:>6} {:>8} {:>6}   instructions (the emulator knows no cycles)",
             "", "min", "mean", "max"

@@ -272,6 +272,16 @@ fn unfit(
             "samples_per_output",
             parameters.samples_per_output.to_string(),
         ),
+        ParameterError::OutputPeriod => (
+            Path::new("--output-every"),
+            "samples_per_output",
+            format!(
+                "{}, at most {} at {} Hz",
+                parameters.samples_per_output,
+                parameters.most_samples_per_output(),
+                parameters.sample_rate_hz
+            ),
+        ),
         ParameterError::AccelerationOrder => (
             Path::new("--order"),
             "acceleration_order",

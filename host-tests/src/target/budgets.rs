@@ -7,6 +7,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use super::TargetCore;
 use super::image::{self, Image};
 use super::stack::{StackBound, StackError};
 use crate::error::InputError;
@@ -50,6 +51,16 @@ pub struct ChainBudgets {
     pub between_outputs_ratio: Budget,
 }
 
+/// What the chains of both number systems may take.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BothChains {
+    /// Single precision.
+    pub f32: ChainBudgets,
+    /// Fixed point.
+    pub fixed: ChainBudgets,
+}
+
 /// The whole file.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -62,13 +73,25 @@ pub struct Budgets {
     pub ram_bytes: Budget,
     /// Computed worst case.
     pub stack_bytes: Budget,
-    /// Single precision.
+    /// Single precision, gyros alone.
     pub f32: ChainBudgets,
-    /// Fixed point.
+    /// Fixed point, gyros alone.
     pub fixed: ChainBudgets,
+    /// Gyros and accelerometers.
+    pub with_accelerometers: BothChains,
 }
 
 impl Budgets {
+    /// What the chain of `core` may take, with or without accelerometers.
+    pub fn chain(&self, core: TargetCore, accelerometers: bool) -> &ChainBudgets {
+        match (core, accelerometers) {
+            (TargetCore::F32, false) => &self.f32,
+            (TargetCore::Fixed, false) => &self.fixed,
+            (TargetCore::F32, true) => &self.with_accelerometers.f32,
+            (TargetCore::Fixed, true) => &self.with_accelerometers.fixed,
+        }
+    }
+
     /// The file of the workspace that this tool was compiled from.
     pub fn of_workspace() -> Result<Self, InputError> {
         Self::read(&image::workspace().join(FILE))
@@ -100,19 +123,25 @@ impl Budgets {
         Ok(budgets)
     }
 
-    fn all(&self) -> [(&'static str, &Budget); 7] {
-        [
-            ("flash_bytes", &self.flash_bytes),
-            ("ram_bytes", &self.ram_bytes),
-            ("stack_bytes", &self.stack_bytes),
-            ("f32.instructions_mean", &self.f32.instructions_mean),
-            ("f32.between_outputs_ratio", &self.f32.between_outputs_ratio),
-            ("fixed.instructions_mean", &self.fixed.instructions_mean),
-            (
-                "fixed.between_outputs_ratio",
-                &self.fixed.between_outputs_ratio,
-            ),
-        ]
+    /// Every budget with its name in the file.
+    fn all(&self) -> Vec<(String, &Budget)> {
+        let mut all = vec![
+            ("flash_bytes".to_owned(), &self.flash_bytes),
+            ("ram_bytes".to_owned(), &self.ram_bytes),
+            ("stack_bytes".to_owned(), &self.stack_bytes),
+        ];
+        for (part, accelerometers) in [("", false), ("with_accelerometers.", true)] {
+            for core in [TargetCore::F32, TargetCore::Fixed] {
+                let chain = self.chain(core, accelerometers);
+                for (name, budget) in [
+                    ("instructions_mean", &chain.instructions_mean),
+                    ("between_outputs_ratio", &chain.between_outputs_ratio),
+                ] {
+                    all.push((format!("{part}{}.{name}", core.name()), budget));
+                }
+            }
+        }
+        all
     }
 
     /// What an image's memory exceeds: each budget, and what `memory.x` leaves the stack.

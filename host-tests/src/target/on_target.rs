@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use trueaxis::bank_record::BankRecord;
-use trueaxis::health::HEALTH_ITEMS;
+use trueaxis::health::{HEALTH_ITEMS, item};
 use trueaxis::run_report::CostRecord;
 use trueaxis::{Parameters, Sample, TELEMETRY_BYTES, TelemetryFrame};
 
@@ -78,6 +78,10 @@ pub struct OnTarget {
     pub samples: u32,
     /// Output frames of the image.
     pub frames: u32,
+    /// Whether the image's chain has accelerometers, by its own health item.
+    pub accelerometers: bool,
+    /// Output frames of the image whose velocity is not zero.
+    pub frames_with_velocity: u32,
     /// Every output and fault counter of the image equals the host's.
     pub bit_equal: bool,
     /// Where they first differ.
@@ -168,6 +172,10 @@ pub fn compare_records(
         core: core.name(),
         samples: report.periods,
         frames: report.frames,
+        accelerometers: report
+            .health_item(item::CONFIGURATION)
+            .is_some_and(|bits| bits & item::WITH_ACCELEROMETERS != 0),
+        frames_with_velocity: frames_with_velocity(&emulation.telemetry),
         bit_equal: first_difference.is_none()
             && report.health == host.health
             && report.periods as usize == records.len(),
@@ -217,6 +225,16 @@ fn first_difference(host: &[u8], image: &[u8]) -> Option<Difference> {
             image: words(&image),
         })
     })
+}
+
+/// Counts the whole frames in `telemetry` that carry a velocity.
+fn frames_with_velocity(telemetry: &[u8]) -> u32 {
+    let (frames, _) = telemetry.as_chunks::<TELEMETRY_BYTES>();
+    frames
+        .iter()
+        .filter_map(|bytes| TelemetryFrame::from_bytes(bytes).ok())
+        .map(|frame| u32::from(frame.output.dvel_codes != [0; 3]))
+        .sum()
 }
 
 /// A frame in words.

@@ -52,6 +52,7 @@ fn run_in<N: NumberSystem>(
         parameters_default: loaded.parameters_default(),
         slot_bad: loaded.slot_bad,
         generation: loaded.generation,
+        ..BootReport::default()
     };
     let mut processor = Processor::<N>::new(&loaded.parameters, boot)?;
     let wire = Cell::new(None);
@@ -61,7 +62,7 @@ fn run_in<N: NumberSystem>(
     let mut telemetry = Vec::new();
     for record in records {
         wire.set((!record.bus_error).then_some(record.frame));
-        if let Some(frame) = processor.period(bank.take(), timing) {
+        if let Some(frame) = processor.period(bank.take(timing.missed + 1), timing) {
             if queued < QUEUED_FRAMES {
                 queued += 1;
                 telemetry.extend_from_slice(&frame.to_bytes());

@@ -2,7 +2,7 @@
 
 use proptest::collection::vec;
 use proptest::prelude::*;
-use trueaxis::design_parameters::{CASE_LIMIT_RAD, SENSED_LIMIT_RAD};
+use trueaxis::design_parameters::{OUTPUT_PERIOD_LIMIT_RAD, SENSED_LIMIT_RAD};
 use trueaxis::{
     Chain, ChainState, CrossAxis, F32, Fixed, NumberSystem, Parameters, Sample, Status,
 };
@@ -24,7 +24,7 @@ fn worst_parameters() -> Parameters {
         installation_rad: end(1.0 / 128.0),
         flexure_s2: end(5e-7),
         pickoff_gain: [2.0, 0.0, 1.0],
-        pickoff_weight_rad: 1e-12,
+        pickoff_weight_rad: 1.0 / (1u64 << 35) as f64,
         samples_per_output: 40,
         ..Parameters::default()
     }
@@ -43,18 +43,21 @@ fn any_sample() -> impl Strategy<Value = Sample> {
     })
 }
 
-/// The output never exceeds the largest case increments plus the largest coning they can form.
+/// The outputs never sum to more than the largest case increments and the largest coning they can form.
 fn assert_survives<N: NumberSystem>(parameters: &Parameters, samples: &[Sample]) {
     let (frames, state) = run::<N>(parameters, samples.iter().copied());
     let per_output = usize::from(parameters.samples_per_output);
     assert_eq!(frames.len(), samples.len() / per_output);
     assert_eq!(state.samples() as usize, samples.len());
-    let angle = CASE_LIMIT_RAD * per_output as f64;
+    let angle = OUTPUT_PERIOD_LIMIT_RAD * per_output as f64
+        / f64::from(parameters.most_samples_per_output());
     let bound = angle + angle * angle;
+    let mut turned = [0.0; 3];
     for (sequence, frame) in frames.iter().enumerate() {
         assert_eq!(frame.sequence as usize, sequence);
-        for code in frame.dtheta_codes {
-            assert!(f64::from(code).abs() * CODE_RAD <= bound);
+        for (turned, code) in turned.iter_mut().zip(frame.dtheta_codes) {
+            *turned += f64::from(code) * CODE_RAD;
+            assert!(turned.abs() <= bound * (sequence + 1) as f64);
         }
     }
 }

@@ -157,6 +157,7 @@ fn the_flexure_limit_follows_the_sample_rate() {
 fn a_dither_frequency_that_is_used_must_be_sampled_well() {
     let slow = Parameters {
         sample_rate_hz: 500.0,
+        samples_per_output: 5,
         ..Parameters::default()
     };
     assert_eq!(slow.check(), Ok(()));

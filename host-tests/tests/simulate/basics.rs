@@ -316,6 +316,7 @@ fn scenarios_that_come_with_the_tool_are_read() {
         "spin",
         "shaker",
         "beside-fibre-optic",
+        "accelerometers",
     ] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenarios/{name}.toml"));
         assert_eq!(Scenario::read(path).unwrap().name, name);

@@ -13,8 +13,8 @@ use cortex_m_rt::entry;
 use defmt_rtt as _;
 use heapless::spsc::Queue;
 use stm32f4::stm32f405::Peripherals;
-use trueaxis::TelemetryFrame;
 use trueaxis::counter_bank::{AccelerometerInput, CounterBank};
+use trueaxis::{BootReport, TelemetryFrame};
 
 use self::watchdog::Watchdog;
 use super::background::Background;
@@ -26,6 +26,7 @@ use super::link::Link;
 use super::sample_timer::SampleTimer;
 use super::sampling::{FRAME_QUEUE, SAMPLING, Sampling, WATCH};
 use super::serial::Serial;
+use super::supply;
 
 pub use self::spi_bus::SpiBus as Spi;
 
@@ -55,11 +56,23 @@ fn main() -> ! {
         reset.sftrstf().bit()
     );
     rcc.csr().modify(|_, w| w.rmvf().clear());
+    let mut report = BootReport {
+        clock_fallback: clocks.is_fallback(),
+        // BORRSTF to LPWRRSTF, bits 25 to 31, in the order of `health::reset_cause`.
+        reset_cause: reset.bits() >> 25,
+        ..BootReport::default()
+    };
     if let Some((kind, place)) = failure::take_report() {
         defmt::error!("the previous run ended in {} at {=u32:#x}", kind, place);
+        report.last_failure_kind = kind as u32;
+        report.last_failure_place = place;
     }
 
-    let booted = boot(SlotFlash::new(peripherals.FLASH), clocks.is_fallback());
+    let booted = boot(
+        SlotFlash::new(peripherals.FLASH),
+        supply::suffices(&peripherals.PWR),
+        report,
+    );
 
     let (frames, queued) = FRAMES.split();
     let serial = Serial::new(peripherals.USART1, &peripherals.GPIOA, &rcc, clocks.apb2_hz);

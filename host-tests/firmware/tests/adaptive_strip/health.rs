@@ -41,10 +41,10 @@ fn assert_seen<N: NumberSystem>(
         range.clone().all(|frame| shown(frame).contains(bits))
     };
     let findings = Status::PICKOFF_FAILED
-        .and(Status::DITHER_STOPPED)
-        .and(Status::DITHER_OUT_OF_BAND)
-        .and(Status::COUNTER_STUCK)
-        .and(Status::DYNAMIC_TERM_OFF);
+        .union(Status::DITHER_STOPPED)
+        .union(Status::DITHER_OUT_OF_BAND)
+        .union(Status::COUNTER_STUCK)
+        .union(Status::DYNAMIC_TERM_OFF);
     assert!(!any(0..400, findings), "{}: before", N::NAME);
     assert!(
         all(400 + LATEST..800, bits),
