@@ -60,6 +60,10 @@ use crate::stages::dither::{Dither, DitherState, ExactTaps};
 /// one begins with its increment.
 const DISTURBED_WINDOWS: u8 = 2;
 
+/// Most codes of that distance: with the finest codes three times the largest amplitude, and a step more still fits an
+/// `i32`.
+const LARGEST_REACH_CODES: u32 = 1 << 30;
+
 /// One gyro's configuration; all zeros without dither.
 #[derive(Debug, Clone, Copy, Default)]
 struct Axis {
@@ -188,7 +192,7 @@ impl Adaptation {
                 taps_per_quadrature: [(fine * phase.cot()) as f32, (-fine * phase.cosec()) as f32],
                 nominal: dither.nominal()[axis],
                 // A float's conversion holds at the end.
-                reach: (PICKOFF_REACH_RAD / gain) as u32,
+                reach: ((PICKOFF_REACH_RAD / gain) as u32).min(LARGEST_REACH_CODES),
             }
         });
         let watches = axes.iter().any(|axis| axis.dithered);
