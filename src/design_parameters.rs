@@ -77,7 +77,8 @@ pub const SCALE_ERROR_LIMIT: f64 = 1.0 / 128.0;
 pub const BIAS_LIMIT_RAD_S: f64 = 0.01;
 
 /// Pulse weights a configuration may ask for \[rad\]: with 2⁻³⁴ (1.2e-5″, resampled recordings) the counts of
-/// 40 samples at the sensed limit are 1.7e9, and their sum fits an `i32`; up to 20″.
+/// 40 samples at the sensed limit of 4 kHz are 1.7e9, and their sum fits an `i32`; below 4 kHz fewer samples may make an
+/// output period. Up to 20″.
 pub const PULSE_WEIGHT_RANGE_RAD: (f64, f64) = (1.0 / (1u64 << 34) as f64, 1e-4);
 
 /// Pickoff codes a configuration may ask for \[rad\]: 2⁻³⁵ (6e-6″), with which 40 steps at their limit fit an `i32`;

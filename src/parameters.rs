@@ -156,7 +156,8 @@ impl fmt::Display for ParameterError {
             Self::SamplesPerOutput => "samples_per_output must be 1 to 40",
             Self::OutputPeriod => {
                 "samples_per_output is too many at this sample_rate_hz: what the samples of one output period may \
-                 turn by, at the limit of their readings, must stay within 0.1767 rad (some 12 ms)"
+                 turn by, at the limit of their readings, must stay within 0.1767 rad (some 12 ms), and \
+                 their pulses within an i32"
             }
             Self::AccelerationOrder => "acceleration_order must be 1 to 4",
             Self::PickoffDelay => "pickoff_delay_s must be within +-1e-4 s",
@@ -337,8 +338,12 @@ impl Parameters {
     /// Most samples of one output period whose sums fit at the limit of their readings \[samples\]. The other fields are
     /// in their ranges.
     pub fn most_samples_per_output(&self) -> u16 {
+        let of_angle = design::OUTPUT_PERIOD_LIMIT_RAD / self.largest_increment_rad();
+        let finest_rad = self.pulse_weight_rad.into_iter().fold(1.0, f64::min);
+        let sensed_rad = design::SENSED_LIMIT_RAD * self.increment_unit_rad();
+        let of_counts = f64::from(i32::MAX) * finest_rad / sensed_rad;
         // A float's conversion holds at the ends.
-        let most = (design::OUTPUT_PERIOD_LIMIT_RAD / self.largest_increment_rad()) as u16;
+        let most = of_angle.min(of_counts) as u16;
         most.min(design::MAX_SAMPLES_PER_OUTPUT)
     }
 
