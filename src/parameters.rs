@@ -63,8 +63,8 @@ pub struct AccelerometerParameters {
     /// Small angles of the pattern of Eq. (7) \[rad\], within ±1/128: xy multiplies the **z** force in
     /// accelerometer x, and so on.
     pub misalignment_rad: CrossAxis<f64>,
-    /// Row i: the position of accelerometer i in the body frame \[m\], within ±0.5 each, and so that it swings by 40 m/s
-    /// at most at the largest increment that readings within their limits can form (1 m in all across at 4 kHz).
+    /// Row i: the position of accelerometer i in the body frame \[m\], within ±0.5 each, and so that it swings by 20 m/s
+    /// at most at the largest increment that readings within their limits can form (0.5 m in all across at 4 kHz).
     pub lever_arm_m: [[f64; 3]; 3],
 }
 
@@ -174,7 +174,7 @@ impl fmt::Display for ParameterError {
             }
             Self::AccelerometerMisalignment => "misalignment_rad must be within +-1/128 rad",
             Self::LeverArm => {
-                "lever_arm_m must be within +-0.5 m, and swing by 40 m/s at most at the largest increment"
+                "lever_arm_m must be within +-0.5 m, and swing by 20 m/s at most at the largest increment"
             }
         })
     }
