@@ -527,6 +527,41 @@ impl<N: NumberSystem> Chain<N> {
     }
 }
 
+#[cfg(feature = "proof")]
+impl Chain<crate::numbers::Interval> {
+    /// Lowest and highest of both taps of gyros x, y, z that adaptation can put to work \[fine units per code\].
+    pub fn tap_ranges(&self) -> [[(i64, i64); 2]; 3] {
+        self.adaptation.tap_ranges(self.dither.nominal())
+    }
+
+    /// Puts all those taps to work for the next sample.
+    pub fn widen_taps(&self, state: &mut ChainState<crate::numbers::Interval>) {
+        self.dither
+            .widen_taps(&mut state.dither, &self.tap_ranges());
+    }
+
+    /// Samples of one adaptation window; of an output period where no gyro is dithered.
+    pub fn samples_per_window(&self) -> u32 {
+        self.adaptation.frames_per_window() * self.samples_per_output
+    }
+}
+
+#[cfg(feature = "proof")]
+impl ChainState<crate::numbers::Interval> {
+    /// Everything that the state keeps in fixed-point words.
+    pub fn words(&self) -> impl core::fmt::Debug + '_ {
+        (
+            (
+                self.dither.step(),
+                self.dither.taps(),
+                self.adaptation.sums(),
+            ),
+            (&self.acceleration, &self.flexure, &self.coning),
+            (&self.sculling, &self.size_effect),
+        )
+    }
+}
+
 impl<N: NumberSystem> Accelerometers<N> {
     /// One sample, after its rotation. A function of its own, so that the chain without accelerometers pays for
     /// a branch alone: inlined, it costs 26 instructions more where it is not taken.

@@ -77,7 +77,8 @@ pub const SCALE_ERROR_LIMIT: f64 = 1.0 / 128.0;
 pub const BIAS_LIMIT_RAD_S: f64 = 0.01;
 
 /// Pulse weights a configuration may ask for \[rad\]: with 2⁻³⁴ (1.2e-5″, resampled recordings) the counts of
-/// 40 samples at the sensed limit are 1.7e9, and their sum fits an `i32`; up to 20″.
+/// 40 samples at the sensed limit of 4 kHz are 1.7e9, and their sum fits an `i32`; below 4 kHz fewer samples may make an
+/// output period. Up to 20″.
 pub const PULSE_WEIGHT_RANGE_RAD: (f64, f64) = (1.0 / (1u64 << 34) as f64, 1e-4);
 
 /// Pickoff codes a configuration may ask for \[rad\]: 2⁻³⁵ (6e-6″), with which 40 steps at their limit fit an `i32`;
@@ -90,12 +91,13 @@ pub const PICKOFF_WEIGHT_RANGE_RAD: (f64, f64) = (1.0 / (1u64 << 35) as f64, 1e-
 pub const PICKOFF_REACH_RAD: f64 = 1.0 / 32.0;
 
 /// Largest velocity with which an accelerometer may swing about the body origin at the largest increment of the
-/// configuration \[m/s\]: the vectors that are turned with the case stay below 64 m/s.
-pub const SWING_LIMIT_M_S: f64 = 40.0;
+/// configuration \[m/s\]: turned with the case, at an output period's end and at its start, it takes half of the exact
+/// sums' ±128 m/s. The other half is the velocity's.
+pub const SWING_LIMIT_M_S: f64 = 20.0;
 
-/// Periods of bias that one output period's exact sums take at once \[sampling periods\]: 0.08 rad of the largest bias
-/// at the lowest rate. After a longer outage the rest is taken off what later frames show.
-pub const BIAS_PERIODS: u32 = 4000;
+/// Periods of bias that one output period's exact sums take at once \[sampling periods\]: 0.02 rad and 2 m/s of the
+/// largest bias at the lowest rate. After a longer outage the rest is taken off what later frames show.
+pub const BIAS_PERIODS: u32 = 1000;
 
 /// Pickoff gains a configuration may ask for \[1\]: 0 for gyros without dither, 2 far beyond any tolerance.
 pub const PICKOFF_GAIN_RANGE: (f64, f64) = (0.0, 2.0);
@@ -133,9 +135,9 @@ pub const LEVER_ARM_LIMIT_M: f64 = 0.5;
 /// [`ACCELEROMETER_SUM_CODES`].
 pub const VELOCITY_LIMIT_M_S: f64 = 0.25;
 
-/// Largest velocity after lost samples that is composed with the rest of its output period \[m/s\]: 16, what one
-/// frame can show; 1.6 s at 1 g. A larger one is shown by as many frames as it takes.
-pub const VELOCITY_GAP_IN_FRAME_M_S: f64 = 16.0;
+/// Largest velocity after lost samples that is composed with the rest of its output period \[m/s\]: 4, a quarter of
+/// what one frame can show; 0.4 s at 1 g. A larger one is shown by as many frames as it takes.
+pub const VELOCITY_GAP_IN_FRAME_M_S: f64 = 4.0;
 
 /// Most accelerometer codes of an output period's samples \[codes\]: their sum fits an `i32`. With codes of 2⁻²⁹ m/s (replayed recordings) and ten samples 81 g at 4 kHz.
 pub const ACCELEROMETER_SUM_CODES: i32 = 1 << 30;

@@ -58,6 +58,9 @@
 //! delay and axis flexure, and of accelerometers bias, scale, misalignment and size effect.
 #![no_std]
 
+#[cfg(feature = "proof")]
+extern crate std;
+
 pub mod design_parameters;
 
 pub mod triad;

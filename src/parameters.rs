@@ -63,8 +63,8 @@ pub struct AccelerometerParameters {
     /// Small angles of the pattern of Eq. (7) \[rad\], within ±1/128: xy multiplies the **z** force in
     /// accelerometer x, and so on.
     pub misalignment_rad: CrossAxis<f64>,
-    /// Row i: the position of accelerometer i in the body frame \[m\], within ±0.5 each, and so that it swings by 40 m/s
-    /// at most at the largest increment that readings within their limits can form (1 m in all across at 4 kHz).
+    /// Row i: the position of accelerometer i in the body frame \[m\], within ±0.5 each, and so that it swings by 20 m/s
+    /// at most at the largest increment that readings within their limits can form (0.5 m in all across at 4 kHz).
     pub lever_arm_m: [[f64; 3]; 3],
 }
 
@@ -156,7 +156,8 @@ impl fmt::Display for ParameterError {
             Self::SamplesPerOutput => "samples_per_output must be 1 to 40",
             Self::OutputPeriod => {
                 "samples_per_output is too many at this sample_rate_hz: what the samples of one output period may \
-                 turn by, at the limit of their readings, must stay within 0.1767 rad (some 12 ms)"
+                 turn by, at the limit of their readings, must stay within 0.1767 rad (some 12 ms), and \
+                 their pulses within an i32"
             }
             Self::AccelerationOrder => "acceleration_order must be 1 to 4",
             Self::PickoffDelay => "pickoff_delay_s must be within +-1e-4 s",
@@ -173,7 +174,7 @@ impl fmt::Display for ParameterError {
             }
             Self::AccelerometerMisalignment => "misalignment_rad must be within +-1/128 rad",
             Self::LeverArm => {
-                "lever_arm_m must be within +-0.5 m, and swing by 40 m/s at most at the largest increment"
+                "lever_arm_m must be within +-0.5 m, and swing by 20 m/s at most at the largest increment"
             }
         })
     }
@@ -337,15 +338,19 @@ impl Parameters {
     /// Most samples of one output period whose sums fit at the limit of their readings \[samples\]. The other fields are
     /// in their ranges.
     pub fn most_samples_per_output(&self) -> u16 {
+        let of_angle = design::OUTPUT_PERIOD_LIMIT_RAD / self.largest_increment_rad();
+        let finest_rad = self.pulse_weight_rad.into_iter().fold(1.0, f64::min);
+        let sensed_rad = design::SENSED_LIMIT_RAD * self.increment_unit_rad();
+        let of_counts = f64::from(i32::MAX) * finest_rad / sensed_rad;
         // A float's conversion holds at the ends.
-        let most = (design::OUTPUT_PERIOD_LIMIT_RAD / self.largest_increment_rad()) as u16;
+        let most = of_angle.min(of_counts) as u16;
         most.min(design::MAX_SAMPLES_PER_OUTPUT)
     }
 
     /// Largest increment of the case over one sample that readings within their limits can form \[rad\]: counts at
     /// their limit, pickoff steps at theirs through both taps, wherever adaptation may move them, turned by the matrix
-    /// and the largest tilts.
-    fn largest_increment_rad(&self) -> f64 {
+    /// and the largest tilts. The other fields are in their ranges.
+    pub fn largest_increment_rad(&self) -> f64 {
         let unit_rad = self.increment_unit_rad();
         let sensed = [0, 1, 2].map(|axis| {
             let strip = design::DITHER_LIMIT_RAD * self.largest_taps(axis);

@@ -13,7 +13,8 @@
 //! | lever of an accelerometer | 2⁻¹⁸ m/s per rad: 1e-9 m of arm at 4 kHz |
 //! | from f32 | exact below 2⁻⁵ of the value's unit |
 //!
-//! Everything wraps: a value beyond the range is wrong, but nothing panics.
+//! Everything wraps: a value beyond the range is wrong, but nothing panics. By the limits of readings and parameters no
+//! value is beyond it (`fixed.rs`, Proof).
 
 use crate::design_parameters::{FINE_PER_CODE_LOG2, OUTPUT_M_S_PER_CODE, OUTPUT_RAD_PER_CODE};
 

@@ -4,29 +4,45 @@
 //! On a Cortex-M4 a product of which the upper word is kept is one `SMMUL`, with its sum one `SMMLA`, and a
 //! product with a 64-bit sum one `SMLAL`: the formats are chosen so that the upper word is the result.
 //!
-//! | quantity | F | LSB | range | rounding |
-//! |---|---|---|---|---|
-//! | counts, pickoff steps | — | 1 | shifted up at boot's choice to fill 31 bits | exact |
-//! | weight, tap | mantissa | 2⁻²⁹ of it or better | that of the counts and steps | to nearest |
-//! | increment | 37 | 7.3e-12 rad | ±2⁻⁶ rad; 2⁻⁸ is the design's largest | products down |
-//! | matrix term | 32 | 2.3e-10 | ±1/2 | at boot |
-//! | filter coefficient | 30 | 9.3e-10 | ±2 | at boot |
-//! | filter sum | 67 | 6.8e-21 rad | ±2⁻⁴ rad per sample² | exact |
-//! | acceleration × T² | 40 | 9.1e-13 rad | ±2⁻¹⁰, held | down |
-//! | K/T² | 26 | 1.5e-8 | ±32 | at boot |
-//! | tilt | 34 | 5.8e-11 rad | ±1/8 rad | down |
-//! | tilt × increment, summed | 71 | 4.2e-22 rad | ±2⁻⁸ rad | exact |
-//! | angle, lever | 31 | 4.7e-10 rad | ±1 rad | to nearest; the angle keeps the rest |
-//! | factor of a correlation | 29 | 1.9e-9 rad | ±2⁻⁶ rad | down |
-//! | lever × increment, summed | 68 | 3.4e-21 rad | ±2⁻⁵ rad | exact |
-//! | square of an increment, summed | 68 | 3.4e-21 rad² | ±2⁻⁵ rad²; one factor at F = 31 | down |
-//! | velocity | as an angle's increment and sum, in units of 2⁸ m/s | | | |
+//! | quantity | F | LSB | range | largest | rounding |
+//! |---|---|---|---|---|---|
+//! | counts, pickoff steps | — | 1 | shifted up at boot's choice to fill 31 bits | their limits | exact |
+//! | weight, tap | mantissa | 2⁻²⁹ of it or better | that of the counts and steps | 0.6 of it | to nearest |
+//! | increment | 37 | 7.3e-12 rad | ±2⁻⁶ = 0.0156 rad; 2⁻⁸ is the design's largest | 0.0070; difference of two 0.0139 | products down |
+//! | matrix term | 32 | 2.3e-10 | ±1/2 | 1/128 | at boot |
+//! | filter coefficient | 30 | 9.3e-10 | ±2 | 1.44 | at boot |
+//! | filter sum | 67 | 6.8e-21 rad | ±2⁻⁴ = 0.0625 rad per sample² | 0.0289 | exact |
+//! | acceleration × T² | 40 | 9.1e-13 rad | ±2⁻⁹, held at 2⁻¹⁰ | 2⁻¹⁰ | down |
+//! | K/T² | 26 | 1.5e-8 | ±32, held | 32 | at boot |
+//! | tilt | 34 | 5.8e-11 rad | ±1/8 rad | 1/32 | down |
+//! | tilt × increment, summed | 71 | 4.2e-22 rad | ±2⁻⁸ = 0.0039 rad | 0.0027 | exact |
+//! | angle, lever | 31 | 4.7e-10 rad | ±1 rad | 0.177 | to nearest; the angle keeps the rest |
+//! | factor of a correlation | 29 | 1.9e-9 rad | ±2⁻⁶ rad | 0.0139; steps fill 24 bits | down |
+//! | product of two, summed | 58 | 3.5e-18 rad² | ±32 rad² | 0.016 | exact |
+//! | lever × increment, summed | 68 | 3.4e-21 rad | ±2⁻⁵ = 0.03125 rad | 0.0309 | exact |
+//! | square of an increment, summed | 68 | 3.4e-21 rad² | ±2⁻⁵ rad²; one factor at F = 31 | 0.0016 | down |
+//! | velocity | as an angle's increment and sum, in units of 2⁸ m/s | | | 0.0010; sum 0.040 | |
 //!
 //! Rounding *down* moves a factor by half an LSB in the mean: as much as a rate error of 3e-3 °/h (increment)
 //! or a tilt error of 3e-11 rad, which reach an output only through products, as 1e-5 °/h at 100 °/s.
 //!
-//! Every sum fits by the limits in `design_parameters`; the additions still wrap, so that a wrong limit could
-//! give a wrong number but never a panic.
+//! # Proof
+//! Nothing wraps, whatever samples enter: `host-tests/firmware/tests/interval_proof.rs` runs the chain itself in interval
+//! arithmetic (`interval.rs`), over every count and pickoff step within its limit, every tap that adaptation can reach
+//! and output periods of all lengths. *Largest* is the largest magnitude of each quantity over the corners of the
+//! parameters that [`Parameters::check`](crate::Parameters::check) accepts. Tightest is lever × increment: by
+//! [`OUTPUT_PERIOD_LIMIT_RAD`](crate::design_parameters::OUTPUT_PERIOD_LIMIT_RAD) it stays below 0.1767² = 0.0312, also
+//! between the corners. The same test bounds the exact sums by the same limits, with readings after lost samples:
+//! a rotation reaches 0.30 of ±0.5 rad, a velocity 117 of ±128 m/s, counts 2.10e9 and pickoff codes 1.79e9 of 2.15e9.
+//!
+//! What it assumes:
+//! - Each interval grows with the magnitude of each parameter. Parameters within the corners are drawn at random as
+//!   a check.
+//! - At most 2³¹ codes lie between a pickoff and its first reading. Readings count modulo 2³²; with more, a moved tap
+//!   would act on a wrong angle.
+//! - What frames owe stays below 2⁶³ codes, where it is held.
+//!
+//! The additions are wrapping ones, so that a wrong limit could give a wrong number but never a panic.
 
 use super::NumberSystem;
 use super::exact::FINE_PER_RAD_LOG2;
@@ -64,21 +80,21 @@ impl Default for Summed {
     }
 }
 
-const INCREMENT: u32 = 37;
-const COEFFICIENT: u32 = 32;
-const FILTER: u32 = 30;
-const ACCELERATION: u32 = 40;
-const FLEXURE: u32 = 26;
-const TILT: u32 = FLEXURE + ACCELERATION - 32;
-const TILTED: u32 = TILT + INCREMENT;
-const ANGLE: u32 = 31;
-const CROSS: u32 = ANGLE + INCREMENT;
+pub(super) const INCREMENT: u32 = 37;
+pub(super) const COEFFICIENT: u32 = 32;
+pub(super) const FILTER: u32 = 30;
+pub(super) const ACCELERATION: u32 = 40;
+pub(super) const FLEXURE: u32 = 26;
+pub(super) const TILT: u32 = FLEXURE + ACCELERATION - 32;
+pub(super) const TILTED: u32 = TILT + INCREMENT;
+pub(super) const ANGLE: u32 = 31;
+pub(super) const CROSS: u32 = ANGLE + INCREMENT;
 /// Bits that correlations drop of both factors, so that a window's sum fits: 2 · 23 bits and 2⁷ terms.
-const REDUCED: u32 = 8;
-const FINE: u32 = FINE_PER_RAD_LOG2 as u32;
+pub(super) const REDUCED: u32 = 8;
+pub(super) const FINE: u32 = FINE_PER_RAD_LOG2 as u32;
 
 /// 2c, so that its upper word with an increment is an angle.
-const TWICE_CONING: [i32; 2] = [
+pub(super) const TWICE_CONING: [i32; 2] = [
     twice_coning(CONING_COEFFICIENTS[0]),
     twice_coning(CONING_COEFFICIENTS[1]),
 ];
@@ -89,10 +105,10 @@ const fn twice_coning(c: f64) -> i32 {
 }
 
 /// Below 1/2, so that the upper word with an increment is an increment.
-const KAPPA: i32 = (WITHIN_SAMPLE * (1u64 << 32) as f64) as i32;
+pub(super) const KAPPA: i32 = (WITHIN_SAMPLE * (1u64 << 32) as f64) as i32;
 
 /// Half the limit's span in the filter sum's upper word.
-const ACCELERATION_LIMIT: i32 =
+pub(super) const ACCELERATION_LIMIT: i32 =
     (ACCELERATION_LIMIT_RAD * (1u64 << (INCREMENT + FILTER - 32)) as f64) as i32;
 
 /// a × b, exact.
@@ -116,7 +132,7 @@ fn add_nearest(sum: i32, a: i32, b: i32) -> i32 {
 }
 
 /// The largest power of two by which `limit` still fits an `i32`.
-fn filling(limit: i32) -> u32 {
+pub(super) fn filling(limit: i32) -> u32 {
     limit.max(1).leading_zeros() - 1
 }
 

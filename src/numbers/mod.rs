@@ -17,8 +17,13 @@ pub mod fixed;
 
 pub mod float;
 
+#[cfg(feature = "proof")]
+pub mod interval;
+
 pub use fixed::Fixed;
 pub use float::F32;
+#[cfg(feature = "proof")]
+pub use interval::Interval;
 
 use core::fmt::Debug;
 
@@ -28,9 +33,11 @@ mod sealed {
     pub trait Sealed {}
     impl Sealed for super::Fixed {}
     impl Sealed for super::F32 {}
+    #[cfg(feature = "proof")]
+    impl Sealed for super::Interval {}
 }
 
-/// A number system of the chain: [`F32`] or [`Fixed`]. Conversions from `f64` run at boot only.
+/// A number system of the chain: [`F32`] or [`Fixed`]; for proofs also `Interval`. Conversions from `f64` run at boot only.
 pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'static {
     /// As users call it: `f32` or `fixed`.
     const NAME: &'static str;

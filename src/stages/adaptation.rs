@@ -60,6 +60,10 @@ use crate::stages::dither::{Dither, DitherState, ExactTaps};
 /// one begins with its increment.
 const DISTURBED_WINDOWS: u8 = 2;
 
+/// Most codes of that distance: with the finest codes three times the largest amplitude, and a step more still fits an
+/// `i32`.
+const LARGEST_REACH_CODES: u32 = 1 << 30;
+
 /// One gyro's configuration; all zeros without dither.
 #[derive(Debug, Clone, Copy, Default)]
 struct Axis {
@@ -188,7 +192,7 @@ impl Adaptation {
                 taps_per_quadrature: [(fine * phase.cot()) as f32, (-fine * phase.cosec()) as f32],
                 nominal: dither.nominal()[axis],
                 // A float's conversion holds at the end.
-                reach: (PICKOFF_REACH_RAD / gain) as u32,
+                reach: ((PICKOFF_REACH_RAD / gain) as u32).min(LARGEST_REACH_CODES),
             }
         });
         let watches = axes.iter().any(|axis| axis.dithered);
@@ -258,6 +262,42 @@ impl Adaptation {
             return None;
         }
         Some(self.close(state, strip, strip_state))
+    }
+
+    /// Output periods of one window; 1 where no gyro is dithered.
+    #[cfg(feature = "proof")]
+    pub(crate) fn frames_per_window(&self) -> u32 {
+        if self.watches {
+            self.frames_per_window
+        } else {
+            1
+        }
+    }
+
+    /// Lowest and highest of each tap that the windows can ask for \[fine units per code\]: a tap rises or
+    /// falls with either tracked value, rounding included, so that its extremes stand at their ends.
+    #[cfg(feature = "proof")]
+    pub(crate) fn tap_ranges(&self, nominal: &[ExactTaps; 3]) -> [[(i64, i64); 2]; 3] {
+        let mut ranges = nominal.map(|taps| taps.map(|tap| (tap, tap)));
+        for (axis, ranges) in self.axes.iter().zip(&mut ranges) {
+            if !(self.tracks && axis.dithered) {
+                continue;
+            }
+            for gain in [-ADAPTATION_RANGE, ADAPTATION_RANGE] {
+                for quadrature in [-ADAPTATION_RANGE, ADAPTATION_RANGE] {
+                    let tracked = Tracked {
+                        gain,
+                        quadrature,
+                        ..Tracked::default()
+                    };
+                    for ((low, high), tap) in ranges.iter_mut().zip(axis.taps(&tracked)) {
+                        *low = tap.min(*low);
+                        *high = tap.max(*high);
+                    }
+                }
+            }
+        }
+        ranges
     }
 
     /// Judges the window, moves the taps, begins the next one.
@@ -371,6 +411,13 @@ impl<N: NumberSystem> AdaptationState<N> {
     /// The window holds lost or held samples: it may judge, but moves nothing; nor does the next one.
     pub fn disturb(&mut self) {
         self.disturbed = DISTURBED_WINDOWS;
+    }
+
+    /// The window's sums that are kept in the number system's words.
+    #[cfg(feature = "proof")]
+    pub(crate) fn sums(&self) -> impl core::fmt::Debug {
+        self.sums
+            .map(|sums| (sums.correlations, sums.steps, sums.error))
     }
 
     /// What the last window found of each gyro.

@@ -195,6 +195,25 @@ impl<N: NumberSystem> Dither<N> {
     }
 }
 
+#[cfg(feature = "proof")]
+impl Dither<crate::numbers::Interval> {
+    /// Puts intervals of taps to work, from the lowest to the highest of each \[fine units per code\].
+    pub(crate) fn widen_taps(
+        &self,
+        state: &mut DitherState<crate::numbers::Interval>,
+        ranges: &[[(i64, i64); 2]; 3],
+    ) {
+        use crate::numbers::Interval;
+        for (axis, [now, past]) in ranges.iter().enumerate() {
+            let taps = |(low, high): (i64, i64)| {
+                let (low, high) = (low >> self.unit_log2, high >> self.unit_log2);
+                Interval::taps_between(low, high, self.scales[axis])
+            };
+            state.taps[axis] = [taps(*now), taps(*past)];
+        }
+    }
+}
+
 impl<N: NumberSystem> DitherState<N> {
     /// p_{k−1} \[codes\].
     #[inline(always)]
@@ -216,6 +235,12 @@ impl<N: NumberSystem> DitherState<N> {
     /// The stream's first reading \[codes\].
     pub(crate) fn origin(&self) -> &[i32; 3] {
         &self.origin
+    }
+
+    /// The taps at work, rounded.
+    #[cfg(feature = "proof")]
+    pub(crate) fn taps(&self) -> &[[N::Tap; 2]; 3] {
+        &self.taps
     }
 
     /// The taps at work.

@@ -94,8 +94,8 @@ impl FrameState {
 impl Remainder {
     /// Adds a value of any size \[fine units\].
     fn add(&mut self, value: [i128; 3]) {
-        for axis in 0..3 {
-            let whole = value[axis].wrapping_add(i128::from(self.carry[axis]));
+        for (axis, value) in value.into_iter().enumerate() {
+            let whole = value.wrapping_add(i128::from(self.carry[axis]));
             self.carry[axis] = whole as u32 & BELOW;
             let codes = (whole >> FINE_PER_CODE_LOG2) as i64;
             self.owed[axis] = self.owed[axis].saturating_add(codes);

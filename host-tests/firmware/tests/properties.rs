@@ -128,13 +128,13 @@ fn parameters() -> impl Strategy<Value = Parameters> {
             samples_per_output: parameters
                 .samples_per_output
                 .min(parameters.most_samples_per_output()),
-            // Fast strips at 8 kHz allow a third of the farthest arms.
+            // Fast strips at 8 kHz allow a sixth of the farthest arms.
             accelerometers: parameters
                 .accelerometers
                 .map(|known| AccelerometerParameters {
                     lever_arm_m: known
                         .lever_arm_m
-                        .map(|arm| arm.map(|coordinate| coordinate / 3.0)),
+                        .map(|arm| arm.map(|coordinate| coordinate / 6.0)),
                     ..known
                 }),
             ..parameters
