@@ -1,40 +1,26 @@
-//! The host half of the project: recordings in, truth out.
+//! The command `rlg`, its demonstration and the paper's experiments, over the packages of the host half:
 //!
 //! recording → replay or prediction → residual → locate → hypothesise → fit → select → validate → report
 
-pub mod error;
-
-pub mod output;
-
-mod toml_file;
-
-pub mod recording;
+pub use rlg_calibration as calibrate;
+pub use rlg_challenge as challenge;
+pub use rlg_diagnosis as diagnose;
+pub use rlg_model as model;
+pub use rlg_parameters as parameters;
+pub use rlg_recording as recording;
+pub use rlg_recording::{error, output, toml_file};
+pub use rlg_reference as reference;
+pub use rlg_replay as replay;
+pub use rlg_replay::navigate;
+pub use rlg_report as report;
+pub use rlg_simulator as simulate;
+pub use rlg_target as target;
 
 pub mod import;
-
-pub mod model;
-
-pub mod simulate;
-
-pub mod reference;
-
-pub mod replay;
-
-pub mod navigate;
-
-pub mod target;
 
 pub mod terminal;
 
 pub mod command;
-
-pub mod diagnose;
-
-pub mod calibrate;
-
-pub mod challenge;
-
-pub mod report;
 
 pub mod demo;
 

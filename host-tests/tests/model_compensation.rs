@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use rlg::model::compensation::{Unit, parameters_from_model};
 use rlg::model::{Dither, EffectValue, Gyro, Installation, Model, ModelEffect, MotionSource};
+use rlg::parameters::{Unit, parameters_from_model};
 
 /// Rounding of some thirty f64 operations on rates of order 1 rad/s: 30 · 2⁻⁵³ · 1 rad/s.
 const ROUNDING_RAD_S: f64 = 4e-15;

@@ -389,17 +389,6 @@ fn effects_the_chain_lacks_are_named() {
     assert_eq!(input.uncompensated, ["elastic_rate_by_jerk"]);
 }
 
-#[test]
-fn reference_chain_imports_neither_the_core_nor_the_simulator() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/reference");
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let text = std::fs::read_to_string(entry.unwrap().path()).unwrap();
-        for foreign in ["trueaxis", "crate::simulate", "crate::replay"] {
-            assert!(!text.contains(foreign), "{foreign}");
-        }
-    }
-}
-
 fn rlg(arguments: &[&str]) -> assert_cmd::assert::Assert {
     Command::cargo_bin("rlg").unwrap().args(arguments).assert()
 }

@@ -7,13 +7,13 @@ use serde::Serialize;
 
 use super::inputs::{read_model, results_folder};
 use crate::error::InputError;
-use crate::model::compensation::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
 use crate::recording::Recording;
 use crate::replay::samples::{Setup, samples_from_recording};
 use crate::target::on_target::{Instructions, compare};
 use crate::target::records::there_and_back;
 use crate::target::{Image, OnTarget, Platform, TargetCore};
 use crate::terminal::Terminal;
+use rlg_parameters::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
 
 /// What it writes.
 const RESULT: &str = "on_target.json";

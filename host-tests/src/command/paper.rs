@@ -7,8 +7,8 @@ use clap::Args;
 use crate::error::InputError;
 use crate::output::OutputFolder;
 use crate::paper::lengths::Lengths;
+use crate::paper::page::page;
 use crate::paper::{Results, reproduce, rows};
-use crate::report::paper::page;
 use crate::terminal::Terminal;
 
 /// Run the paper's experiments on the simulator and the chain, beside its printed figures

@@ -10,13 +10,11 @@ use serde::Serialize;
 
 use super::inputs::read_model;
 use crate::error::InputError;
-use crate::model::compensation::{
-    ACCELERATION_ORDER, SAMPLES_PER_OUTPUT, Unit, parameters_from_model,
-};
 use crate::output::write_file;
 use crate::recording::Recording;
 use crate::replay::samples::dither_of_recording;
 use crate::terminal::Terminal;
+use rlg_parameters::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT, Unit, parameters_from_model};
 
 /// Turn a model into the parameter block to flash, and say what the chain cannot compensate
 #[derive(Debug, Args)]

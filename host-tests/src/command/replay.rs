@@ -12,13 +12,13 @@ use serde::Serialize;
 
 use super::inputs::{read_model, results_folder};
 use crate::error::InputError;
-use crate::model::compensation::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
 use crate::output::OutputFolder;
 use crate::recording::{Axis, Channel, Clock, MANIFEST, Quantity, Recording, Segment, Table};
 use crate::replay::drift::{drift_deg_h, periods_in, reference_rotations_rad, segments};
 use crate::replay::samples::{ReplayInput, Setup, samples_from_recording};
 use crate::replay::{Core, Replay, replay};
 use crate::terminal::Terminal;
+use rlg_parameters::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
 use trueaxis::{CrossAxis, ParameterError};
 
 /// The table that it writes.

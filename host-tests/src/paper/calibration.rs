@@ -23,8 +23,8 @@ use super::unit::{
     ANGLE_RANDOM_WALK_RAD_SQRT_S, Grade, RAMP_S, RATE_HZ, coning, residual_bias, sections,
 };
 use crate::error::InputError;
-use crate::model::compensation::SAMPLES_PER_OUTPUT;
 use crate::replay::drift::DEG_H_PER_RAD_S;
+use rlg_parameters::SAMPLES_PER_OUTPUT;
 
 /// Cone frequency \[Hz\].
 pub const FREQUENCY_HZ: f64 = 15.0;

@@ -16,7 +16,7 @@ use super::run::{Correction, Progress, run};
 use super::sins::{Bench, Sins};
 use super::unit::{Grade, RATE_HZ, REST_S, coning, residual_bias, sections, still};
 use crate::error::InputError;
-use crate::model::compensation::SAMPLES_PER_OUTPUT;
+use rlg_parameters::SAMPLES_PER_OUTPUT;
 
 /// The systems on the same table.
 #[derive(Debug, Clone, PartialEq)]

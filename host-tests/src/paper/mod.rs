@@ -25,6 +25,7 @@ pub mod entry;
 pub mod gyros;
 pub mod lengths;
 mod marks;
+pub mod page;
 pub mod printed;
 pub mod rows;
 pub mod run;

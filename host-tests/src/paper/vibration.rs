@@ -23,7 +23,7 @@ use super::run::{Correction, Progress, Run, run};
 use super::sins::{Bench, Sins};
 use super::unit::{Grade, RAMP_S, RATE_HZ, REST_S, residual_bias, sections, still};
 use crate::error::InputError;
-use crate::model::compensation::SAMPLES_PER_OUTPUT;
+use rlg_parameters::SAMPLES_PER_OUTPUT;
 
 /// Length of a run that shows half or twice the level \[s\].
 const SENSITIVITY_S: f64 = 20.0;

@@ -7,38 +7,6 @@ use assert_cmd::Command;
 use rlg::simulate::coning_demo;
 
 #[test]
-fn diagnosis_and_calibration_import_neither_simulator_nor_core_nor_truth() {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let mut folders = vec![source.join("diagnose"), source.join("calibrate")];
-    let mut read = 0;
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                folders.push(path);
-                continue;
-            }
-            let text = fs::read_to_string(&path).expect("a source file");
-            read += 1;
-            for forbidden in [
-                "simulate::",
-                "trueaxis",
-                "reference::",
-                "replay::",
-                "truth.json",
-                "truth/",
-            ] {
-                let named = text
-                    .lines()
-                    .any(|line| !line.trim_start().starts_with("//") && line.contains(forbidden));
-                assert!(!named, "{} names {forbidden}", path.display());
-            }
-        }
-    }
-    assert!(read > 30, "only {read} files were looked at");
-}
-
-#[test]
 fn any_number_of_threads_writes_the_same_bytes() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let simulation = coning_demo(3).expect("the demo's scenario");

@@ -1,0 +1,177 @@
+//! Whether the recordings can be of one instrument that moved.
+//!
+//! Enters: each recording's own estimate, the joint one, and what the recordings are made of. Leaves: nothing,
+//! or one error that names the recording at fault.
+
+use nalgebra::DVector;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+use std::path::Path;
+
+use super::combinations::TYPICAL_S2;
+use super::estimate::{Estimate, directions, quadratic};
+use super::unknowns::{COEFFICIENTS, Unknowns};
+use rlg_diagnosis::hypotheses::CATALOGUE;
+use rlg_recording::error::InputError;
+use rlg_recording::{Clock, MANIFEST, Quantity, Recording};
+
+/// Installation and scale of one instrument stay within some 1e-5 (physics §5); another one's differ by 1e-4
+/// and more. Compared only beyond [`SURE`] standard deviations.
+const SAME_INSTRUMENT: [(&str, f64); 2] = [("installation", 1e-4), ("gyro_scale", 1e-4)];
+
+/// Standard deviations that are no chance among the hundred comparisons of ten recordings.
+const SURE: f64 = 6.0;
+
+/// Chance below which two sets of six K are not one.
+const NOT_ONE: f64 = 1e-9;
+
+/// The gyros of all recordings must report alike.
+pub fn gyros_report_alike(recordings: &[Recording]) -> Result<(), InputError> {
+    let mut first: Option<(String, f64)> = None;
+    for recording in recordings {
+        let Some((table, channel)) = Quantity::GYROS
+            .iter()
+            .find_map(|quantity| recording.channel(quantity, "x"))
+        else {
+            continue;
+        };
+        let Clock::Uniform { rate_hz, .. } = table.clock else {
+            continue;
+        };
+        let own = (channel.quantity.name().to_owned(), rate_hz);
+        match &first {
+            None => first = Some(own),
+            Some(first) if *first == own => {}
+            Some((quantity, rate_hz)) => {
+                return Err(InputError::new(
+                    recording.folder.join(MANIFEST),
+                    "is not of the same instrument as the recordings before it",
+                )
+                .channel(channel.column.clone())
+                .value(format!("{} at {} Hz", own.0, own.1))
+                .expected(format!("{quantity} at {rate_hz} Hz")));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Fitted scale and installation must be those of a gyro whose data are in the units they claim.
+pub fn is_credible(
+    recording: &Recording,
+    own: &Estimate,
+    unknowns: &Unknowns,
+) -> Result<(), InputError> {
+    for index in unknowns.fitted().skip(COEFFICIENTS) {
+        let unknown = unknowns.get(index);
+        let largest = unknown.largest();
+        if ["gyro_scale", "installation"].contains(&unknown.kind())
+            && own.values[index].abs() - SURE * own.stds[index] > largest
+        {
+            return Err(InputError::new(
+                recording.folder.join(MANIFEST),
+                "has gyros and reference that do not show the same motion",
+            )
+            .channel(format!("{} {}", unknown.kind(), unknown.name()))
+            .value(format!("{:.3e}", own.values[index]))
+            .expected(format!(
+                "at most {largest} {}: are both in rad, on the same axes, with the model's pulse weight?",
+                CATALOGUE[unknown.effect].card().unit
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Recordings of one instrument agree on installation, scale and K.
+pub fn agree(
+    recordings: &[Recording],
+    own: &[(Unknowns, Estimate)],
+    joint: &Estimate,
+) -> Result<(), InputError> {
+    for (place, (unknowns, estimate)) in own.iter().enumerate().skip(1) {
+        let fault = |what: String, value: String, expected: String| {
+            Err(InputError::new(
+                recordings[place].folder.join(MANIFEST),
+                format!("does not agree with {} on {what}", recordings[0].name),
+            )
+            .value(value)
+            .expected(expected))
+        };
+        let first = &own[0].1;
+        for index in unknowns.fitted().skip(COEFFICIENTS) {
+            let unknown = unknowns.get(index);
+            let Some((_, stable)) = SAME_INSTRUMENT
+                .iter()
+                .find(|(kind, _)| *kind == unknown.kind())
+            else {
+                continue;
+            };
+            let apart = (estimate.values[index] - first.values[index]).abs();
+            let std = estimate.stds[index].hypot(first.stds[index]);
+            if apart - SURE * std > *stable {
+                return fault(
+                    format!("{} {}", unknown.kind(), unknown.name()),
+                    format!("{apart:.3e} apart"),
+                    format!("recordings of one instrument, the same to {stable}"),
+                );
+            }
+        }
+    }
+    if own.len() < 2 {
+        return Ok(());
+    }
+    // Σ over recordings of (K_r − K)ᵀ C_r⁻¹ (K_r − K): six degrees for each beyond the first.
+    let apart: Vec<f64> = own
+        .iter()
+        .map(|(_, estimate)| {
+            let difference =
+                DVector::from_fn(COEFFICIENTS, |k, _| estimate.values[k] - joint.values[k]);
+            quadratic(&estimate.covariance, &difference)
+        })
+        .collect();
+    let degrees = (COEFFICIENTS * (own.len() - 1)) as f64;
+    let chance = ChiSquared::new(degrees).map_or(1.0, |law| law.sf(apart.iter().sum()));
+    if chance < NOT_ONE {
+        let worst = (0..apart.len())
+            .max_by(|&a, &b| apart[a].total_cmp(&apart[b]))
+            .unwrap_or(0);
+        return Err(InputError::new(
+            recordings[worst].folder.join(MANIFEST),
+            "has other flexure coefficients than the recordings together",
+        )
+        .channel("axis_flexure")
+        .value(format!("chi-squared {:.1}", apart[worst]))
+        .expected(format!(
+            "about {COEFFICIENTS}: recordings of one instrument"
+        )));
+    }
+    Ok(())
+}
+
+/// Something must have been learnt.
+pub fn moved(
+    model_file: &Path,
+    recordings: &[Recording],
+    joint: &Estimate,
+    acceleration_rad_s2: f64,
+) -> Result<(), InputError> {
+    let best = directions(&joint.covariance)[0].std;
+    if best <= TYPICAL_S2 {
+        return Ok(());
+    }
+    let file = match recordings {
+        [only] => only.folder.join(MANIFEST),
+        _ => model_file.to_path_buf(),
+    };
+    Err(
+        InputError::new(file, "no recording moves enough to bend an axis")
+            .channel("axis_flexure")
+            .value(format!(
+                "at most {acceleration_rad_s2:.3} rad/s^2, best combination known to {best:.1e} s^2"
+            ))
+            .expected(
+                "coning, or spin with an oscillation across it, of some rad/s^2; before attitude samples also \
+                 turns about all three axes, because an unknown scale error cones like flexure",
+            ),
+    )
+}

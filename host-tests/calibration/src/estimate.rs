@@ -1,0 +1,161 @@
+//! The joint estimate, its covariance and its directions.
+//!
+//! Enters: [`Information`] over all unknowns, summed over recordings. Leaves: [`Estimate`]. With F the
+//! information, P the priors' and g the right side, θ = (F + P)⁻¹ g; everything that is not K is fitted away, so
+//! that the covariance of the six K is their block of the inverse.
+//!
+//! Units differ by fifteen decades, so the matrix is brought to a unit diagonal before it is inverted.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::unknowns::{COEFFICIENTS, Unknowns};
+use rlg_diagnosis::information::Information;
+
+/// See the page above.
+#[derive(Clone)]
+pub struct Estimate {
+    /// By index of the unknowns; 0 where nothing was fitted.
+    pub values: Vec<f64>,
+    /// Standard deviations in the same order.
+    pub stds: Vec<f64>,
+    /// Of the six K \[s⁴\].
+    pub covariance: DMatrix<f64>,
+    /// ln likelihood that the six K gain.
+    pub log_likelihood_gain: f64,
+    /// ln evidence that they gain (Laplace).
+    pub log_evidence_gain: f64,
+    /// Chance of such a gain without flexure.
+    pub p_value: f64,
+}
+
+/// A direction in the space of the six K.
+pub struct Direction {
+    /// Unit vector.
+    pub weights: [f64; COEFFICIENTS],
+    /// Standard deviation along it \[s²\].
+    pub std: f64,
+}
+
+/// A direction whose spread is this share of the prior's has learnt nothing.
+pub const LEARNT: f64 = 0.5;
+
+/// Eigenvalues of a unit-diagonal matrix below this are rounding of sums over 1e6 bins.
+const ROUNDING: f64 = 1e-14;
+
+/// Solves for the unknowns of `set`; those the recordings do not touch keep their prior.
+pub fn estimate(unknowns: &Unknowns, information: &Information, set: &[usize]) -> Estimate {
+    let count = set.len();
+    let precision = |index: usize| unknowns.get(index).prior_width().powi(-2);
+    let scale: Vec<f64> = set
+        .iter()
+        .map(|&index| {
+            (information.fisher[(index, index)] + precision(index))
+                .sqrt()
+                .recip()
+        })
+        .collect();
+    let matrix = DMatrix::from_fn(count, count, |a, b| {
+        let prior = if a == b { precision(set[a]) } else { 0.0 };
+        (information.fisher[(set[a], set[b])] + prior) * scale[a] * scale[b]
+    });
+    let root = matrix.symmetric_eigen();
+    let inverse = &root.eigenvectors
+        * DMatrix::from_diagonal(&root.eigenvalues.map(|value| value.max(ROUNDING).recip()))
+        * root.eigenvectors.transpose();
+    let right = DVector::from_fn(count, |a, _| information.right[set[a]] * scale[a]);
+    let solution = &inverse * right;
+    let mut values = vec![0.0; unknowns.count()];
+    let mut stds = vec![0.0; unknowns.count()];
+    for (a, &index) in set.iter().enumerate() {
+        values[index] = solution[a] * scale[a];
+        stds[index] = inverse[(a, a)].max(0.0).sqrt() * scale[a];
+    }
+    let place: Vec<usize> = (0..COEFFICIENTS)
+        .map(|index| {
+            set.iter()
+                .position(|&of| of == index)
+                .expect("K is always fitted")
+        })
+        .collect();
+    let covariance = DMatrix::from_fn(COEFFICIENTS, COEFFICIENTS, |a, b| {
+        let (a, b) = (place[a], place[b]);
+        inverse[(a, b)] * scale[a] * scale[b]
+    });
+    let k = DVector::from_fn(COEFFICIENTS, |a, _| values[a]);
+    let log_likelihood_gain = 0.5 * quadratic(&covariance, &k);
+    // Volume of the posterior over that of the prior, in units of the prior's width.
+    let volume: f64 = directions(&covariance)
+        .iter()
+        .map(|direction| {
+            (direction.std / unknowns.get(0).prior_width())
+                .min(1.0)
+                .ln()
+        })
+        .sum();
+    Estimate {
+        log_likelihood_gain,
+        log_evidence_gain: log_likelihood_gain + volume,
+        p_value: ChiSquared::new(COEFFICIENTS as f64)
+            .map_or(1.0, |law| law.sf(2.0 * log_likelihood_gain)),
+        values,
+        stds,
+        covariance,
+    }
+}
+
+impl Estimate {
+    /// Value and spread of a combination of the six K.
+    pub fn combination(&self, weights: &[(usize, f64)]) -> (f64, f64) {
+        let value = weights
+            .iter()
+            .map(|(k, weight)| weight * self.values[*k])
+            .sum();
+        let variance: f64 = weights
+            .iter()
+            .flat_map(|a| weights.iter().map(move |b| (a, b)))
+            .map(|((a, wa), (b, wb))| wa * wb * self.covariance[(*a, *b)])
+            .sum();
+        (value, variance.max(0.0).sqrt())
+    }
+}
+
+/// vᵀ C⁻¹ v.
+pub fn quadratic(covariance: &DMatrix<f64>, vector: &DVector<f64>) -> f64 {
+    let scale = DVector::from_fn(vector.len(), |a, _| covariance[(a, a)].sqrt().recip());
+    let unit = DMatrix::from_fn(vector.len(), vector.len(), |a, b| {
+        covariance[(a, b)] * scale[a] * scale[b]
+    });
+    let vector = vector.component_mul(&scale);
+    unit.cholesky()
+        .map_or(f64::INFINITY, |root| vector.dot(&root.solve(&vector)))
+}
+
+/// Eigenvectors of the covariance, best known first.
+pub fn directions(covariance: &DMatrix<f64>) -> Vec<Direction> {
+    /// K are of this order \[s²\]: the eigenvalue solver then works near one.
+    const UNIT: f64 = 1e-7;
+    let root = (covariance / (UNIT * UNIT)).symmetric_eigen();
+    let mut directions: Vec<Direction> = (0..COEFFICIENTS)
+        .map(|k| {
+            let vector = root.eigenvectors.column(k);
+            // An eigenvector has no sign of its own: the largest component is made positive.
+            let largest = vector.iter().copied().fold(0.0, |most: f64, v| {
+                if v.abs() > most.abs() + 1e-9 { v } else { most }
+            });
+            Direction {
+                weights: std::array::from_fn(|a| vector[a] * largest.signum()),
+                std: root.eigenvalues[k].max(0.0).sqrt() * UNIT,
+            }
+        })
+        .collect();
+    directions.sort_by(|a, b| a.std.total_cmp(&b.std));
+    directions
+}
+
+/// Spread of the worst direction over that of the best; `None` where the worst is the prior's.
+pub fn condition_number(unknowns: &Unknowns, covariance: &DMatrix<f64>) -> Option<f64> {
+    let directions = directions(covariance);
+    let (best, worst) = (directions.first()?.std, directions.last()?.std);
+    (worst < LEARNT * unknowns.get(0).prior_width()).then(|| worst / best)
+}

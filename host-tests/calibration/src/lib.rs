@@ -1,0 +1,255 @@
+//! Calibration of the flexure coefficients K_ij. The road, in order, a file each:
+//!
+//! recording → rates | attitude (whiten) → unknowns → estimate → agreement → combinations → words
+//!
+//! Enters: recordings of one instrument and its model. Leaves: [`Outcome`]: K with covariance, the combinations
+//! that are fixed and those that are not, the model with what is fixed. `plan/` proposes the motion that fixes
+//! all six. Equations: physics §1–3 (tilt δ_ij = −K_ij α_j), §6 (noise); Cheng 2023, Eqs. 10–17 for attitude.
+//!
+//! A sister of the diagnosis, whose alignment, scene, columns and noise it uses; imports nothing of the
+//! simulator, the core or its reference, and reads no truth file. Deliberately not here: looking for other
+//! physics; a recording that holds some must be diagnosed first.
+
+pub mod agreement;
+
+pub mod attitude;
+
+pub mod combinations;
+
+pub mod estimate;
+
+pub mod plan;
+
+pub mod rates;
+
+pub mod result;
+
+pub mod unknowns;
+
+pub mod whiten;
+
+mod words;
+
+use std::path::Path;
+
+use rlg_diagnosis::attitude::samples;
+use rlg_diagnosis::hypotheses::CATALOGUE;
+use rlg_diagnosis::information::Information;
+use rlg_diagnosis::streams::AXES;
+use rlg_diagnosis::workbench::Parameters;
+use rlg_model::{EffectValue, Model, ModelEffect};
+use rlg_recording::error::InputError;
+use rlg_recording::{MANIFEST, Quantity, Recording};
+
+use attitude::AttitudeRecord;
+use combinations::Pair;
+use estimate::{Estimate, estimate};
+use rates::Heard;
+use unknowns::{FLEXURE, Unknowns};
+
+/// Everything a calibration leaves behind.
+pub struct Outcome {
+    /// `calibration.json`.
+    pub calibration: result::Calibration,
+    /// The model with the calibrated flexure.
+    pub model: Model,
+}
+
+/// Calibrations of K from attitudes are linear to parts in 1e4 after one step from nothing; the third changes
+/// nothing that is printed.
+const STEPS: usize = 3;
+
+/// How a recording is compared with its reference.
+enum Record {
+    Rates(Box<Heard>),
+    Attitude(Box<AttitudeRecord>),
+}
+
+/// Calibrates. `model_file` is for messages.
+pub fn calibrate(
+    recordings: &[Recording],
+    model: &Model,
+    model_file: &Path,
+    progress: &dyn Fn(&str),
+) -> Result<Outcome, InputError> {
+    agreement::gyros_report_alike(recordings)?;
+    // Flexure that the model already has would be predicted away and only the rest be found.
+    let mut bare = model.clone();
+    bare.effects.retain(|effect| effect.kind != FLEXURE);
+    let catalogue = Parameters::of_catalogue();
+    let mut records = Vec::new();
+    for recording in recordings {
+        progress(&format!("listening to {}", recording.name));
+        records.push(listen(recording, &bare, model_file, &catalogue)?);
+    }
+    progress("estimating");
+    let unknowns = Unknowns::of(recordings.len());
+    let (joint, heard) = solve(&records, &unknowns, &catalogue);
+    let mut own = Vec::new();
+    for (record, recording) in records.iter().zip(recordings) {
+        let unknowns = Unknowns::of(1);
+        let estimate = if records.len() == 1 {
+            joint.clone()
+        } else {
+            solve(std::slice::from_ref(record), &unknowns, &catalogue).0
+        };
+        agreement::is_credible(recording, &estimate, &unknowns)?;
+        own.push((unknowns, estimate));
+    }
+    let most_rad_s2 = heard
+        .iter()
+        .flat_map(|heard| heard.said.acceleration_rad_s2)
+        .fold(0.0, f64::max);
+    agreement::moved(model_file, recordings, &joint, most_rad_s2)?;
+    agreement::agree(recordings, &own, &joint)?;
+    let pairs = combinations::pairs(&joint);
+    let findings = words::Findings {
+        recordings,
+        records: &heard,
+        methods: records.iter().map(Record::method).collect(),
+        own: &own,
+        unknowns: &unknowns,
+        joint: &joint,
+        pairs: &pairs,
+        confused: confused(&heard, &unknowns, &joint),
+    };
+    Ok(Outcome {
+        calibration: findings.calibration(),
+        model: calibrated(&bare, &joint, &pairs),
+    })
+}
+
+/// One recording's word, in the joint order.
+pub struct Joined {
+    /// As the recording gives it.
+    pub said: Heard,
+    /// Over all unknowns.
+    pub information: Information,
+}
+
+impl Record {
+    fn method(&self) -> &'static str {
+        match self {
+            Self::Rates(_) => "rates",
+            Self::Attitude(_) => "attitude",
+        }
+    }
+}
+
+fn listen(
+    recording: &Recording,
+    model: &Model,
+    model_file: &Path,
+    catalogue: &Parameters,
+) -> Result<Record, InputError> {
+    let rates = AXES.iter().any(|axis| {
+        recording
+            .channel(&Quantity::ReferenceIncrement, axis)
+            .is_some()
+    });
+    if rates {
+        rates::hear(recording, model, model_file, catalogue)
+            .map(|heard| Record::Rates(Box::new(heard)))
+    } else if samples::has_attitude(recording) {
+        AttitudeRecord::new(recording, model, model_file)
+            .map(|record| Record::Attitude(Box::new(record)))
+    } else {
+        Err(InputError::new(
+            recording.folder.join(MANIFEST),
+            "has no reference to calibrate against",
+        )
+        .channel("reference_increment, reference_attitude")
+        .expected(
+            "reference increments on x, y, z at the gyros' rate, or attitude samples w, x, y, z",
+        ))
+    }
+}
+
+/// Solves for all unknowns; attitudes are asked again at each estimate.
+fn solve(
+    records: &[Record],
+    unknowns: &Unknowns,
+    catalogue: &Parameters,
+) -> (Estimate, Vec<Joined>) {
+    let set: Vec<usize> = unknowns.fitted().collect();
+    let nonlinear = records
+        .iter()
+        .any(|record| matches!(record, Record::Attitude(_)));
+    let mut values = vec![0.0; unknowns.count()];
+    for _ in 0..if nonlinear { STEPS - 1 } else { 0 } {
+        let joined = join(records, unknowns, catalogue, &values);
+        values = estimate(unknowns, &total(&joined, unknowns), &set).values;
+    }
+    let joined = join(records, unknowns, catalogue, &values);
+    (estimate(unknowns, &total(&joined, unknowns), &set), joined)
+}
+
+fn join(
+    records: &[Record],
+    unknowns: &Unknowns,
+    catalogue: &Parameters,
+    values: &[f64],
+) -> Vec<Joined> {
+    records
+        .iter()
+        .enumerate()
+        .map(|(place, record)| {
+            let said = match record {
+                Record::Rates(heard) => (**heard).clone(),
+                Record::Attitude(record) => {
+                    let mut at = vec![0.0; catalogue.count()];
+                    for index in unknowns.of_recording(place) {
+                        let unknown = unknowns.get(index);
+                        at[catalogue.of(unknown.effect).start + unknown.parameter] = values[index];
+                    }
+                    record.hear(catalogue, &at)
+                }
+            };
+            Joined {
+                information: unknowns.adopt(catalogue, &said.information, place),
+                said,
+            }
+        })
+        .collect()
+}
+
+fn total(joined: &[Joined], unknowns: &Unknowns) -> Information {
+    let mut total = Information::empty(unknowns.count());
+    for part in joined {
+        total.fisher += &part.information.fisher;
+        total.right += &part.information.right;
+        total.power += part.information.power;
+    }
+    total
+}
+
+/// Whether an elastic rate would explain the recordings as well: flexure then stands less than
+/// [`SEPARATE`] standard deviations outside what W can do (diagnosis road, step 8).
+fn confused(joined: &[Joined], unknowns: &Unknowns, joint: &Estimate) -> bool {
+    const SEPARATE: f64 = 5.0;
+    let set: Vec<usize> = unknowns.fitted().chain(unknowns.rivals()).collect();
+    let with_rival = estimate(unknowns, &total(joined, unknowns), &set);
+    let k = nalgebra::DVector::from_column_slice(&joint.values[..unknowns::COEFFICIENTS]);
+    let alone = estimate::quadratic(&joint.covariance, &k).sqrt();
+    let outside = estimate::quadratic(&with_rival.covariance, &k).sqrt();
+    alone >= SEPARATE && outside < SEPARATE
+}
+
+/// The model with what is fixed switched on.
+fn calibrated(bare: &Model, joint: &Estimate, pairs: &[Pair; 3]) -> Model {
+    let shape = CATALOGUE[unknowns::effect(FLEXURE)].card().shape;
+    let parameters: std::collections::BTreeMap<String, EffectValue> =
+        combinations::for_model(joint, pairs)
+            .iter()
+            .enumerate()
+            .filter_map(|(k, value)| Some((shape.name(k), EffectValue::Number((*value)?))))
+            .collect();
+    let mut model = bare.clone();
+    if !parameters.is_empty() {
+        model.effects.push(ModelEffect {
+            kind: FLEXURE.to_owned(),
+            parameters,
+        });
+    }
+    model
+}

@@ -1,0 +1,157 @@
+//! Moves that the table can make, and what a second of each tells about the six K.
+//!
+//! Enters: [`Limits`] and the noise of a row. Leaves: [`Candidate`]s at the limits: spin-synchronous oscillations
+//! of every pair of axes at several rates, cones about every axis at several frequencies.
+//!
+//! Information of a line of amplitude A (rate per unit K, rad/s per s²) at frequency f: A²/(2 S(f)) a second,
+//! A²/S(0) for a mean; S the power of the rate's noise. Spin Ω about k, α about j: A = α Ω on K_ij, at f. Cone
+//! about i with Ω and φ: Ω³φ²/2 on each of K_ij and K_ik, in step in the mean and opposed at 2f.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::DMatrix;
+
+use super::limits::Limits;
+use super::moves::{Kind, Move, STEEPEST};
+use crate::unknowns::COEFFICIENTS;
+use rlg_diagnosis::hypotheses::SIX;
+use rlg_diagnosis::noise::Noise;
+
+/// Shares of the greatest rate that are tried for the spin.
+const SPINS: [f64; 6] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.2];
+
+/// Frequencies of cones that are tried, over the one at which rate and acceleration are both at their limit:
+/// faster ones rectify less but resolve the line at twice their frequency apart from slow noise.
+const CONES: [f64; 5] = [1.0, 1.5, 2.0, 3.0, 5.0];
+
+/// Ramps are made this much longer than the limit needs, against rounding.
+const MARGIN: f64 = 1.02;
+
+/// One kind of move.
+#[derive(Clone)]
+pub struct Candidate {
+    /// Variants that share its time equally: both senses.
+    pub variants: Vec<Kind>,
+    /// At either end of each \[s\].
+    pub ramp_s: f64,
+    /// Of a second on the six K \[1/s⁴\].
+    pub information_per_s: DMatrix<f64>,
+}
+
+impl Candidate {
+    /// A variant for `plateau_s` at full motion.
+    pub fn moved(&self, variant: usize, plateau_s: f64) -> Move {
+        Move {
+            kind: self.variants[variant],
+            duration_s: plateau_s + 2.0 * self.ramp_s,
+            ramp_s: self.ramp_s,
+        }
+    }
+}
+
+/// All candidates for one gyro noise per axis.
+pub fn candidates(limits: &Limits, noise: &[Noise; 3]) -> Vec<Candidate> {
+    let mut all = Vec::new();
+    for (k, (gyro, across)) in SIX.iter().enumerate() {
+        let axis = 3 - gyro - across;
+        for share in SPINS {
+            all.extend(spin(limits, &noise[*gyro], k, axis, *across, share));
+        }
+    }
+    for (axis, noise) in noise.iter().enumerate() {
+        for factor in CONES {
+            all.extend(cone(limits, noise, axis, factor));
+        }
+    }
+    all
+}
+
+/// Power of the noise of a gyro's rate \[(rad/s)²/Hz, two-sided\].
+fn rate_power(noise: &Noise, frequency_hz: f64) -> f64 {
+    let differenced = 4.0 * (PI * frequency_hz / noise.rate_hz).sin().powi(2);
+    (noise.theta[0] + differenced * noise.theta[1]) * noise.rate_hz
+}
+
+/// The greatest rate amplitude of an oscillation of `omega_rad_s` that starts within `ramp_s`.
+fn amplitude(limits: &Limits, omega_rad_s: f64, ramp_s: f64) -> f64 {
+    let steepest = omega_rad_s.hypot(STEEPEST / ramp_s) * MARGIN;
+    (limits.greatest_acceleration_rad_s2 / steepest)
+        .min(limits.greatest_rate_rad_s)
+        .min(limits.greatest_angle_rad * omega_rad_s)
+}
+
+fn spin(
+    limits: &Limits,
+    noise: &Noise,
+    k: usize,
+    axis: usize,
+    across: usize,
+    share: f64,
+) -> Option<Candidate> {
+    let rate_rad_s = share * limits.greatest_rate_rad_s / MARGIN;
+    let frequency_hz = rate_rad_s / TAU;
+    if frequency_hz > limits.greatest_frequency_hz {
+        return None;
+    }
+    let ramp_s = rounded_up(MARGIN * STEEPEST * rate_rad_s / limits.greatest_acceleration_rad_s2);
+    let rate_amplitude = amplitude(limits, rate_rad_s, ramp_s);
+    let column = rate_amplitude * rate_rad_s * rate_rad_s;
+    let mut information_per_s = DMatrix::zeros(COEFFICIENTS, COEFFICIENTS);
+    information_per_s[(k, k)] = 0.5 * column * column / rate_power(noise, frequency_hz);
+    let variant = |sense: f64, phase_rad: f64| Kind::Spin {
+        axis,
+        rate_rad_s: sense * rate_rad_s,
+        across,
+        frequency_hz,
+        angle_rad: rate_amplitude / rate_rad_s,
+        phase_rad,
+    };
+    Some(Candidate {
+        // Against attitudes the two phases show drift about two axes of space.
+        variants: vec![variant(1.0, 0.0), variant(-1.0, TAU / 4.0)],
+        ramp_s,
+        information_per_s,
+    })
+}
+
+fn cone(limits: &Limits, noise: &Noise, axis: usize, factor: f64) -> Option<Candidate> {
+    // Slower than this the rate (or the angle) is the limit, and the column falls with the frequency.
+    let corner_hz = (limits.greatest_acceleration_rad_s2 / limits.greatest_rate_rad_s / TAU)
+        .max((limits.greatest_acceleration_rad_s2 / limits.greatest_angle_rad).sqrt() / TAU)
+        .min(limits.greatest_frequency_hz);
+    let frequency_hz = factor * corner_hz;
+    if frequency_hz > limits.greatest_frequency_hz {
+        return None;
+    }
+    let omega = TAU * frequency_hz;
+    // A cone opens over three turns.
+    let ramp_s = rounded_up(3.0 / frequency_hz);
+    let angle_rad = amplitude(limits, omega, ramp_s) / omega;
+    let column = 0.5 * omega.powi(3) * angle_rad * angle_rad;
+    let mean = column * column / rate_power(noise, 0.0);
+    let line = 0.5 * column * column / rate_power(noise, 2.0 * frequency_hz);
+    let mut information_per_s = DMatrix::zeros(COEFFICIENTS, COEFFICIENTS);
+    let (a, b) = (2 * axis, 2 * axis + 1);
+    for (row, other, value) in [
+        (a, a, mean + line),
+        (b, b, mean + line),
+        (a, b, mean - line),
+        (b, a, mean - line),
+    ] {
+        information_per_s[(row, other)] = value;
+    }
+    Some(Candidate {
+        variants: vec![Kind::Coning {
+            axis,
+            frequency_hz,
+            angle_rad,
+        }],
+        ramp_s,
+        information_per_s,
+    })
+}
+
+/// Times of a programme are quarters of a second: whole rows at any sample rate that is a multiple of 4 Hz.
+pub fn rounded_up(seconds: f64) -> f64 {
+    (4.0 * seconds).ceil() / 4.0
+}

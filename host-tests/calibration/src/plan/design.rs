@@ -1,0 +1,80 @@
+//! How long to make each move: the design of least total variance of the six K.
+//!
+//! Enters: candidates with their information a second, and the time. Leaves: seconds at full motion for each
+//! candidate that is worth any. A-optimal: minimise tr M⁻¹ with M = Σ t_c F_c, Σ t_c fixed, by multiplicative
+//! steps t_c ← t_c √(tr(M⁻¹F_cM⁻¹)/tr M⁻¹ · T), which rise monotonically (Silvey, Titterington and Torsney 1978).
+
+use nalgebra::DMatrix;
+
+use super::candidates::Candidate;
+use crate::unknowns::{COEFFICIENTS, Unknowns};
+
+/// Steps; the weights of useless candidates halve every few.
+const STEPS: usize = 400;
+
+/// A candidate below this share of the time is not worth its ramps.
+const WORTH: f64 = 0.02;
+
+/// Shares of the time, one for each candidate, adding up to 1.
+pub fn shares(candidates: &[Candidate], time_s: f64) -> Vec<f64> {
+    let mut shares = vec![1.0 / candidates.len() as f64; candidates.len()];
+    // What no candidate can show keeps the prior, so that M has an inverse.
+    let prior = Unknowns::of(0).get(0).prior_width().powi(-2);
+    // In units of a typical K the numbers are near one.
+    const UNIT: f64 = 1e-8;
+    let information: Vec<DMatrix<f64>> = candidates
+        .iter()
+        .map(|candidate| &candidate.information_per_s * (time_s * UNIT * UNIT))
+        .collect();
+    let improve = |shares: &mut Vec<f64>| {
+        let mut total = DMatrix::identity(COEFFICIENTS, COEFFICIENTS) * (prior * UNIT * UNIT);
+        for (share, information) in shares.iter().zip(&information) {
+            total += information * *share;
+        }
+        let Some(inverse) = total.try_inverse() else {
+            return;
+        };
+        let square = &inverse * &inverse;
+        for (share, information) in shares.iter_mut().zip(&information) {
+            *share *= (&square * information).trace().max(0.0).sqrt();
+        }
+        let sum: f64 = shares.iter().sum();
+        shares.iter_mut().for_each(|share| *share /= sum);
+    };
+    for _ in 0..STEPS {
+        improve(&mut shares);
+    }
+    // Neighbours on the grid of rates share what one of them deserves: the best of each kind takes it all.
+    for one in 0..candidates.len() {
+        for other in 0..one {
+            if same_directions(&candidates[one], &candidates[other]) {
+                let (keep, drop) = if shares[one] > shares[other] {
+                    (one, other)
+                } else {
+                    (other, one)
+                };
+                shares[keep] += shares[drop];
+                shares[drop] = 0.0;
+            }
+        }
+    }
+    for share in &mut shares {
+        if *share < WORTH {
+            *share = 0.0;
+        }
+    }
+    for _ in 0..STEPS {
+        improve(&mut shares);
+    }
+    shares
+}
+
+/// Whether two candidates inform about the same coefficients.
+fn same_directions(one: &Candidate, other: &Candidate) -> bool {
+    let touched = |candidate: &Candidate| -> Vec<bool> {
+        (0..COEFFICIENTS)
+            .map(|k| candidate.information_per_s[(k, k)] > 0.0)
+            .collect()
+    };
+    touched(one) == touched(other)
+}

@@ -1,0 +1,83 @@
+//! What a turntable may do: the file that `rlg calibrate --plan` reads.
+//!
+//! Enters: TOML, SI units. Leaves: [`Limits`], checked. A key that is not known is an error, because a limit
+//! that is passed over may break a table.
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use rlg_recording::error::InputError;
+use rlg_recording::toml_file::{self, within};
+
+/// See the page above.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    /// Of this file.
+    #[serde(rename = "format")]
+    _format: i64,
+    /// The greatest rate about any body axis \[rad/s\].
+    pub greatest_rate_rad_s: f64,
+    /// The greatest angular acceleration about any body axis \[rad/s²\].
+    pub greatest_acceleration_rad_s2: f64,
+    /// The greatest angle of an oscillation or cone \[rad\].
+    #[serde(default = "half_a_radian")]
+    pub greatest_angle_rad: f64,
+    /// The greatest frequency of an oscillation or cone \[Hz\].
+    #[serde(default = "ten_hertz")]
+    pub greatest_frequency_hz: f64,
+    /// Time for the whole programme, rest and ramps included \[s\].
+    pub table_time_s: f64,
+    /// Rows per second of the recording \[Hz\].
+    #[serde(default = "four_kilohertz")]
+    pub rate_hz: f64,
+}
+
+/// Cones and oscillations of gimbals reach about this far.
+fn half_a_radian() -> f64 {
+    0.5
+}
+
+/// Rate tables follow a sine to about this frequency.
+fn ten_hertz() -> f64 {
+    10.0
+}
+
+fn four_kilohertz() -> f64 {
+    4000.0
+}
+
+impl Limits {
+    /// Reads and checks `path`.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let (_, limits): (_, Self) = toml_file::read(path)?;
+        let positive = |key: &str, value: f64, most: f64, unit: &str| {
+            within(path, key, value, [f64::MIN_POSITIVE, most], unit)
+        };
+        // Ten turns a second and 1e5 rad/s² are beyond any table; a week is beyond any patience.
+        positive(
+            "greatest_rate_rad_s",
+            limits.greatest_rate_rad_s,
+            62.8,
+            "rad/s",
+        )?;
+        positive(
+            "greatest_acceleration_rad_s2",
+            limits.greatest_acceleration_rad_s2,
+            1e5,
+            "rad/s^2",
+        )?;
+        positive("greatest_angle_rad", limits.greatest_angle_rad, 1.5, "rad")?;
+        positive("table_time_s", limits.table_time_s, 604_800.0, "s")?;
+        within(path, "rate_hz", limits.rate_hz, [100.0, 1e5], "Hz")?;
+        // The column of flexure has twice the frequency of a cone and must lie well inside the band.
+        positive(
+            "greatest_frequency_hz",
+            limits.greatest_frequency_hz,
+            limits.rate_hz / 10.0,
+            "Hz",
+        )?;
+        Ok(limits)
+    }
+}

@@ -1,0 +1,279 @@
+//! The planner: a turntable programme that fixes all six K, and how well it will.
+//!
+//! limits → candidates (moves) → design → predict → scenario
+//!
+//! Enters: what the table may do and the instrument's model. Leaves: [`Plan`]: moves within the limits, their
+//! predicted covariance against a rate reference (Cramér–Rao, physics §6), and a scenario for `rlg simulate`.
+//!
+//! Deliberately not here: the gimbals of a particular table, and moves that excite several pairs at once.
+
+pub mod candidates;
+
+pub mod design;
+
+pub mod limits;
+
+pub mod moves;
+
+pub mod predict;
+
+mod scenario;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::estimate::{condition_number, directions};
+use super::unknowns::{COEFFICIENTS, Unknowns};
+use rlg_diagnosis::declared_noise;
+use rlg_diagnosis::hypotheses::Shape;
+use rlg_diagnosis::noise::Noise;
+use rlg_diagnosis::streams::AXES;
+use rlg_model::Model;
+use rlg_recording::error::InputError;
+
+use candidates::{Candidate, candidates, rounded_up};
+use limits::Limits;
+use moves::{Kind, Move};
+
+/// Rest at the beginning and at the end \[s\]: where bias is seen alone and an attitude is taken.
+const REST_S: f64 = 4.0;
+
+/// A programme with less than this at full motion in every variant is all ramps \[s\].
+const LEAST_PLATEAU_S: f64 = 2.0;
+
+/// What the planner proposes.
+pub struct Plan {
+    /// The moves, in order.
+    pub moves: Vec<Move>,
+    /// `plan.json`.
+    pub entry: PlanEntry,
+    /// `scenario.toml`.
+    pub scenario: String,
+}
+
+/// `plan.json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct PlanEntry {
+    /// Format of this file.
+    pub format: u32,
+    /// The moves as people read them.
+    pub programme: Vec<String>,
+    /// Rest and ramps included \[s\].
+    pub table_time_s: f64,
+    /// The greatest body rate \[rad/s\].
+    pub greatest_rate_rad_s: f64,
+    /// The greatest angular acceleration \[rad/s²\].
+    pub greatest_acceleration_rad_s2: f64,
+    /// Predicted standard deviation of each K \[s²\].
+    pub std: BTreeMap<String, f64>,
+    /// Of each gyro's sum \[s²\].
+    pub sum_std: BTreeMap<String, f64>,
+    /// Predicted covariance, xy, xz, yx, yz, zx, zy \[s⁴\].
+    pub covariance: Vec<Vec<f64>>,
+    /// Spread of the worst direction over that of the best; null: a direction stays unknown.
+    pub condition_number: Option<f64>,
+    /// For people, a line each.
+    pub summary: Vec<String>,
+}
+
+/// Plans within the limits of `limits_file` for the instrument of `model_file`.
+pub fn plan(
+    limits: &Limits,
+    limits_file: &Path,
+    model: &Model,
+    model_file: &Path,
+) -> Result<Plan, InputError> {
+    let noise = noise_of(model, model_file, limits.rate_hz)?;
+    let candidates = candidates(limits, &noise);
+    let moves = programme(limits, limits_file, &candidates)?;
+    let covariance = predict::covariance(&moves, limits, &noise).ok_or_else(|| {
+        InputError::new(limits_file, "leaves no time to measure")
+            .channel("table_time_s")
+            .value(limits.table_time_s)
+    })?;
+    let entry = entry(&moves, &covariance);
+    Ok(Plan {
+        scenario: scenario::text("calibration-programme", &moves, limits, model),
+        moves,
+        entry,
+    })
+}
+
+/// The declared noise of each gyro against its reference.
+fn noise_of(model: &Model, file: &Path, rate_hz: f64) -> Result<[Noise; 3], InputError> {
+    let declared = declared_noise(model, rate_hz);
+    let mut noise = [Noise {
+        theta: [0.0; 4],
+        rate_hz,
+    }; 3];
+    for (noise, declared) in noise.iter_mut().zip(declared) {
+        let walk = declared
+            .random_walk
+            .filter(|walk| *walk > 0.0)
+            .ok_or_else(|| {
+                InputError::new(file, "does not state the noise to plan with")
+                    .channel("gyro.angle_random_walk_rad_sqrt_s")
+                    .expected("three positive numbers in rad/sqrt(s)")
+            })?;
+        noise.theta[0] = walk;
+        noise.theta[1] = declared.white_angle.unwrap_or(0.0);
+    }
+    if model.reference.is_none() {
+        return Err(
+            InputError::new(file, "does not state the reference's noise")
+                .channel("reference")
+                .expected("[reference] with angle_noise_rad"),
+        );
+    }
+    Ok(noise)
+}
+
+/// The moves: rest, every candidate that is worth its time in all its variants, rest.
+fn programme(
+    limits: &Limits,
+    file: &Path,
+    candidates: &[Candidate],
+) -> Result<Vec<Move>, InputError> {
+    let too_little = |least_s: f64| {
+        InputError::new(file, "leaves no time at full motion beside rest and ramps")
+            .channel("table_time_s")
+            .value(limits.table_time_s)
+            .expected(format!("at least {least_s:.0} s within these limits"))
+    };
+    if candidates.is_empty() {
+        return Err(
+            InputError::new(file, "leaves no spin and no cone that a table could make")
+                .channel("greatest_frequency_hz")
+                .value(limits.greatest_frequency_hz)
+                .expected("a frequency at which the greatest rate and acceleration can be reached"),
+        );
+    }
+    let shares = design::shares(candidates, limits.table_time_s);
+    let used: Vec<(&Candidate, f64)> = candidates
+        .iter()
+        .zip(shares)
+        .filter(|(_, share)| *share > 0.0)
+        .collect();
+    let ramps_s: f64 = used
+        .iter()
+        .map(|(candidate, _)| 2.0 * candidate.ramp_s * candidate.variants.len() as f64)
+        .sum();
+    let left_s = limits.table_time_s - 2.0 * REST_S - ramps_s;
+    let least_s = 2.0 * REST_S
+        + ramps_s
+        + used
+            .iter()
+            .map(|(candidate, share)| LEAST_PLATEAU_S * candidate.variants.len() as f64 / share)
+            .fold(0.0, f64::max);
+    let rest = Move {
+        kind: Kind::Still,
+        duration_s: REST_S,
+        ramp_s: 0.0,
+    };
+    let mut moves = vec![rest];
+    for (candidate, share) in used {
+        let count = candidate.variants.len();
+        // Rounded down to quarters of a second, so that the whole stays within the time.
+        let plateau_s = rounded_up(left_s * share / count as f64 - 0.25);
+        if plateau_s < LEAST_PLATEAU_S {
+            return Err(too_little(least_s));
+        }
+        moves.extend((0..count).map(|variant| candidate.moved(variant, plateau_s)));
+    }
+    moves.push(rest);
+    Ok(moves)
+}
+
+fn entry(moves: &[Move], covariance: &nalgebra::DMatrix<f64>) -> PlanEntry {
+    let name = |k: usize| Shape::Six.name(k);
+    let std: BTreeMap<String, f64> = (0..COEFFICIENTS)
+        .map(|k| (name(k), covariance[(k, k)].sqrt()))
+        .collect();
+    let sum_std: BTreeMap<String, f64> = (0..3)
+        .map(|gyro| {
+            let (a, b) = (2 * gyro, 2 * gyro + 1);
+            let variance = covariance[(a, a)] + covariance[(b, b)] + 2.0 * covariance[(a, b)];
+            (format!("{}+{}", name(a), name(b)), variance.sqrt())
+        })
+        .collect();
+    let greatest = moves
+        .iter()
+        .map(Move::greatest)
+        .fold((0.0, 0.0), |most: (f64, f64), one| {
+            (most.0.max(one.0), most.1.max(one.1))
+        });
+    let table_time_s: f64 = moves.iter().map(|one| one.duration_s).sum();
+    let programme: Vec<String> = moves.iter().map(words).collect();
+    let condition_number = condition_number(&Unknowns::of(0), covariance);
+    let worst = directions(covariance).last().map_or(0.0, |d| d.std);
+    let mut summary = vec![format!(
+        "{} moves in {table_time_s:.1} s, up to {:.2} rad/s and {:.2} rad/s^2; each spin also in the other sense",
+        moves.len(),
+        greatest.0,
+        greatest.1
+    )];
+    summary.extend(moves.iter().filter(|one| one.leads()).map(words));
+    for (gyro, axis) in AXES.iter().enumerate() {
+        let (a, b) = (name(2 * gyro), name(2 * gyro + 1));
+        summary.push(format!(
+            "predicted for gyro {axis}: K_{a} ± {:.3}, K_{b} ± {:.3}, sum ± {:.3} e-8 s^2",
+            std[&a] * 1e8,
+            std[&b] * 1e8,
+            sum_std[&format!("{a}+{b}")] * 1e8
+        ));
+    }
+    summary.push(format!(
+        "worst direction ± {:.3} e-8 s^2, condition number {}",
+        worst * 1e8,
+        condition_number.map_or("infinite".to_owned(), |number| format!("{number:.2}"))
+    ));
+    PlanEntry {
+        format: 1,
+        table_time_s,
+        greatest_rate_rad_s: greatest.0,
+        greatest_acceleration_rad_s2: greatest.1,
+        std,
+        sum_std,
+        covariance: covariance
+            .row_iter()
+            .map(|row| row.iter().copied().collect())
+            .collect(),
+        condition_number,
+        summary,
+        programme,
+    }
+}
+
+/// A move as people read it.
+fn words(one: &Move) -> String {
+    match one.kind {
+        Kind::Still => format!("{:.2} s still", one.duration_s),
+        Kind::Coning {
+            axis,
+            frequency_hz,
+            angle_rad,
+        } => format!(
+            "{:.2} s coning about {} at {frequency_hz:.3} Hz, half-angle {:.3} deg",
+            one.duration_s,
+            AXES[axis],
+            angle_rad.to_degrees()
+        ),
+        Kind::Spin {
+            axis,
+            rate_rad_s,
+            across,
+            frequency_hz,
+            angle_rad,
+            ..
+        } => format!(
+            "{:.2} s spin about {} at {:.1} deg/s, oscillating about {} at {frequency_hz:.3} Hz, {:.2} deg",
+            one.duration_s,
+            AXES[axis],
+            rate_rad_s.to_degrees(),
+            AXES[across],
+            angle_rad.to_degrees()
+        ),
+    }
+}

@@ -1,0 +1,344 @@
+//! The estimate in the words and entries of `calibration.json`.
+//!
+//! Enters: [`Findings`]. Leaves: [`Calibration`] with a summary of at most twenty lines. A value is printed only
+//! where the recordings fix it; intervals are ± one standard deviation.
+
+use std::collections::BTreeMap;
+
+use nalgebra::DMatrix;
+
+use super::Joined;
+use super::combinations::{self, Known, Pair, symbol};
+use super::estimate::{Estimate, LEARNT, condition_number, directions};
+use super::result::{Calibration, DirectionEntry, NuisanceEntry, RecordingEntry, UnfixedEntry};
+use super::unknowns::{COEFFICIENTS, FLEXURE, RIVAL, Unknowns, effect};
+use rlg_diagnosis::hypotheses::{CATALOGUE, Card};
+use rlg_diagnosis::result::{EffectEntry, NoiseEntry, ParameterEntry, RegimeEntry};
+use rlg_diagnosis::streams::AXES;
+use rlg_recording::Recording;
+
+/// K as people write them: in units of 1e-8 s².
+const E8: f64 = 1e8;
+
+/// Recordings and unfixed combinations beyond this many are only counted in the summary, to keep it short.
+const LINES: usize = 5;
+
+/// Power left above this share of the noise is a warning: of the 1e4 and more degrees of a rate reference a
+/// tenth is far from chance; attitude samples have few, so theirs is compared with its own scatter too.
+const LEFT_OVER: f64 = 1.1;
+
+/// Everything a calibration knows at its end.
+pub struct Findings<'a> {
+    /// What was read.
+    pub recordings: &'a [Recording],
+    /// What each said.
+    pub records: &'a [Joined],
+    /// How each was compared.
+    pub methods: Vec<&'static str>,
+    /// What each says alone.
+    pub own: &'a [(Unknowns, Estimate)],
+    /// The joint unknowns.
+    pub unknowns: &'a Unknowns,
+    /// The joint estimate.
+    pub joint: &'a Estimate,
+    /// What is known of each gyro.
+    pub pairs: &'a [Pair; 3],
+    /// Whether an elastic rate explains them as well.
+    pub confused: bool,
+}
+
+impl Findings<'_> {
+    /// `calibration.json`.
+    pub fn calibration(&self) -> Calibration {
+        let shape = self.card().shape;
+        let recordings = self.recordings();
+        let unfixed = combinations::unfixed(self.joint, self.pairs);
+        let next_experiment = self.next_experiment(&unfixed);
+        Calibration {
+            format: 1,
+            version: env!("CARGO_PKG_VERSION").to_string(),
+            effects: vec![self.effect()],
+            condition_number: condition_number(self.unknowns, &self.joint.covariance),
+            directions: directions(&self.joint.covariance)
+                .iter()
+                .map(|direction| DirectionEntry {
+                    combination: direction
+                        .weights
+                        .iter()
+                        .enumerate()
+                        .map(|(k, weight)| (shape.name(k), *weight))
+                        .collect(),
+                    std: direction.std,
+                })
+                .collect(),
+            not_identifiable: unfixed
+                .iter()
+                .map(|unfixed| UnfixedEntry {
+                    combination: combinations::names(&unfixed.weights),
+                    std: unfixed.std,
+                    motion: unfixed.motion.clone(),
+                })
+                .collect(),
+            in_model: combinations::for_model(self.joint, self.pairs)
+                .iter()
+                .enumerate()
+                .map(|(k, value)| (shape.name(k), *value))
+                .collect::<BTreeMap<_, _>>(),
+            nuisances: self.nuisances(),
+            summary: self.summary(&recordings, &unfixed, &next_experiment),
+            next_experiment,
+            recordings,
+        }
+    }
+
+    fn card(&self) -> &'static Card {
+        CATALOGUE[effect(FLEXURE)].card()
+    }
+
+    fn effect(&self) -> EffectEntry {
+        let card = self.card();
+        let joint = self.joint;
+        EffectEntry {
+            gravity_speaks_against: Vec::new(),
+            kind: card.kind.to_owned(),
+            indistinguishable_from: if self.confused {
+                vec![RIVAL.to_owned()]
+            } else {
+                Vec::new()
+            },
+            equation: card.equation.to_owned(),
+            parameters: (0..COEFFICIENTS)
+                .map(|k| ParameterEntry::Number {
+                    name: card.shape.name(k),
+                    value: joint.values[k],
+                    std: joint.covariance[(k, k)].sqrt(),
+                    unit: card.unit.to_owned(),
+                })
+                .collect(),
+            covariance: rows(&joint.covariance),
+            identifiable: combinations::identifiable(joint, self.pairs),
+            log_evidence_gain: joint.log_evidence_gain,
+            p_value: joint.p_value,
+            what_was_left_out: card.left_out.to_owned(),
+            expression: None,
+            regimes: self
+                .recordings
+                .iter()
+                .zip(self.own)
+                .map(|(recording, (_, own))| self.regime(recording, own))
+                .collect(),
+        }
+    }
+
+    /// How large the joint flexure is in one recording alone: λ of λK, generalised least squares.
+    fn regime(&self, recording: &Recording, own: &Estimate) -> RegimeEntry {
+        let weight = self.weighted(own);
+        let length = self.dot(&weight);
+        let along: f64 = weight.iter().zip(&own.values).map(|(w, k)| w * k).sum();
+        RegimeEntry {
+            name: recording.name.clone(),
+            amplitude: along / length,
+            std: length.sqrt().recip(),
+        }
+    }
+
+    /// C⁻¹K with the covariance of one recording and the joint K.
+    fn weighted(&self, own: &Estimate) -> Vec<f64> {
+        let k = nalgebra::DVector::from_column_slice(&self.joint.values[..COEFFICIENTS]);
+        let scale = own.covariance.diagonal().map(|v| v.sqrt().recip());
+        let unit = DMatrix::from_fn(COEFFICIENTS, COEFFICIENTS, |a, b| {
+            own.covariance[(a, b)] * scale[a] * scale[b]
+        });
+        unit.cholesky().map_or_else(
+            || vec![0.0; COEFFICIENTS],
+            |root| {
+                root.solve(&k.component_mul(&scale))
+                    .component_mul(&scale)
+                    .iter()
+                    .copied()
+                    .collect()
+            },
+        )
+    }
+
+    fn dot(&self, weight: &[f64]) -> f64 {
+        weight
+            .iter()
+            .zip(&self.joint.values)
+            .map(|(weight, k)| weight * k)
+            .sum()
+    }
+
+    fn recordings(&self) -> Vec<RecordingEntry> {
+        let left = |part: &Joined, values: &[f64]| {
+            let theta = nalgebra::DVector::from_column_slice(values);
+            let information = &part.information;
+            let power = information.power - 2.0 * theta.dot(&information.right)
+                + theta.dot(&(&information.fisher * &theta));
+            power / part.said.degrees
+        };
+        let mut without = self.joint.values.clone();
+        without[..COEFFICIENTS].fill(0.0);
+        self.recordings
+            .iter()
+            .zip(self.records)
+            .enumerate()
+            .map(|(place, (recording, part))| RecordingEntry {
+                recording: recording.name.clone(),
+                method: self.methods[place],
+                seconds: part.said.seconds,
+                greatest_acceleration_rad_s2: part.said.acceleration_rad_s2,
+                normalised_power_before: left(part, &without),
+                normalised_power_after: left(part, &self.joint.values),
+                snr: self.dot(&self.weighted(&self.own[place].1)).max(0.0).sqrt(),
+                covariance: rows(&self.own[place].1.covariance),
+                noise: (0..3)
+                    .map(|axis| NoiseEntry {
+                        channel: format!("gyro_{}", AXES[axis]),
+                        angle_random_walk_rad_sqrt_s: part.said.noise[axis]
+                            .angle_random_walk_rad_sqrt_s(),
+                        angle_noise_rad: part.said.noise[axis].angle_noise_rad(),
+                        wandering_rad_s: None,
+                    })
+                    .collect(),
+            })
+            .collect()
+    }
+
+    fn nuisances(&self) -> Vec<NuisanceEntry> {
+        self.unknowns
+            .fitted()
+            .skip(COEFFICIENTS)
+            .filter_map(|index| {
+                let unknown = self.unknowns.get(index);
+                let place = unknown.recording?;
+                // What the recording does not touch keeps its prior and is not worth a line.
+                let learnt = self.joint.stds[index] < LEARNT * unknown.prior_width();
+                learnt.then(|| NuisanceEntry {
+                    recording: self.recordings[place].name.clone(),
+                    kind: unknown.kind(),
+                    name: unknown.name(),
+                    value: self.joint.values[index],
+                    std: self.joint.stds[index],
+                    unit: CATALOGUE[unknown.effect].card().unit,
+                })
+            })
+            .collect()
+    }
+
+    fn next_experiment(&self, unfixed: &[combinations::Unfixed]) -> String {
+        let mut sentences: Vec<String> = unfixed
+            .iter()
+            .map(|unfixed| format!("{}: {}.", symbol(&unfixed.weights), unfixed.motion))
+            .collect();
+        if self.confused {
+            sentences.push(
+                "To tell an elastic rate: spin in both senses with an oscillation across, against a rate reference; flexure changes sign with the spin, an elastic rate does not."
+                    .to_owned(),
+            );
+        }
+        if sentences.is_empty() {
+            "Nothing is left to separate; twice the table time gives spreads 0.7 times these."
+                .to_owned()
+        } else {
+            sentences.push("`rlg calibrate --plan LIMITS.toml` proposes the programme.".to_owned());
+            sentences.join(" ")
+        }
+    }
+
+    fn summary(
+        &self,
+        recordings: &[RecordingEntry],
+        unfixed: &[combinations::Unfixed],
+        next_experiment: &str,
+    ) -> Vec<String> {
+        let mut lines = Vec::new();
+        for entry in recordings.iter().take(LINES) {
+            let [x, y, z] = entry.greatest_acceleration_rad_s2;
+            lines.push(format!(
+                "{}: {:.0} s by {}, up to {:.1} rad/s^2, flexure at SNR {:.1}",
+                entry.recording,
+                entry.seconds,
+                entry.method,
+                x.max(y).max(z),
+                entry.snr
+            ));
+        }
+        if recordings.len() > LINES {
+            lines.push(format!("and {} more recordings", recordings.len() - LINES));
+        }
+        for pair in self.pairs {
+            lines.push(self.gyro_line(pair));
+        }
+        for unfixed in unfixed.iter().take(LINES) {
+            let seen = if unfixed.std < LEARNT * self.unknowns.get(0).prior_width() {
+                format!("known to ± {:.1}e-8 s^2 only", unfixed.std * E8)
+            } else {
+                "not seen at all".to_owned()
+            };
+            lines.push(format!(
+                "not identifiable: {} ({seen})",
+                symbol(&unfixed.weights)
+            ));
+        }
+        match condition_number(self.unknowns, &self.joint.covariance) {
+            Some(number) => lines.push(format!("condition number of the six: {number:.1}")),
+            None => lines.push("condition number of the six: infinite".to_owned()),
+        }
+        for entry in recordings.iter().filter(|entry| {
+            let degrees = self.records[self.place(entry)].said.degrees;
+            entry.normalised_power_after > LEFT_OVER + 5.0 * (2.0 / degrees).sqrt()
+        }) {
+            lines.push(format!(
+                "{}: the residual has {:.1} times the noise's power; run `rlg diagnose` before trusting this",
+                entry.recording, entry.normalised_power_after
+            ));
+        }
+        if self.confused {
+            lines.push(
+                "an elastic rate of the blocks would explain these recordings as well".to_owned(),
+            );
+        }
+        lines.push(format!("next: {next_experiment}"));
+        lines
+    }
+
+    fn place(&self, entry: &RecordingEntry) -> usize {
+        self.recordings
+            .iter()
+            .position(|recording| recording.name == entry.recording)
+            .unwrap_or(0)
+    }
+
+    fn gyro_line(&self, pair: &Pair) -> String {
+        let (a, b) = (2 * pair.gyro, 2 * pair.gyro + 1);
+        let said = |weights: &[(usize, f64)]| {
+            let (value, std) = self.joint.combination(weights);
+            format!(
+                "{} = {:.3} ± {:.3} e-8 s^2",
+                symbol(weights),
+                value * E8,
+                std * E8
+            )
+        };
+        let sum = said(&[(a, 1.0), (b, 1.0)]);
+        let text = match pair.known {
+            Known::Both => {
+                format!("{}, {}, {sum}", said(&[(a, 1.0)]), said(&[(b, 1.0)]))
+            }
+            Known::One(which) => {
+                format!("{}; the model takes it for both", said(&[(a + which, 1.0)]))
+            }
+            Known::Sum => format!("{sum}; the model takes half for each"),
+            Known::Nothing => "nothing fixed; the model leaves its flexure off".to_owned(),
+        };
+        format!("gyro {}: {text}", AXES[pair.gyro])
+    }
+}
+
+fn rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    matrix
+        .row_iter()
+        .map(|row| row.iter().copied().collect())
+        .collect()
+}

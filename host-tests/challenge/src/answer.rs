@@ -1,0 +1,491 @@
+//! What a trial conceals, with its strength and what can be known of it.
+//!
+//! Enters: a [`Ticket`] and its scene's [`Workshop`]. Leaves: [`Answer`]: the effects, scaled to a matched-filter SNR
+//! that is log-uniform from 3 to 100 over the fitted rows, what separates them from their nearest rival, and the
+//! Cramér–Rao bound. It is written down, hashed and committed to before anything is diagnosed.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use nalgebra::{DMatrix, DVector};
+use rand::RngExt as _;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::bounds::{beside, bound, degrees, nearest};
+use super::kinds::{DRAWN, LINEAR, Linear, NOISY, UNLISTED};
+use super::predict::{PARTS, Workshop, effect};
+use super::scene::{Scene, Setting, log_uniform};
+use super::trial::{Design, Family, Ticket};
+use super::whiten::Variances;
+use rlg_recording::error::InputError;
+use rlg_simulator::instrument::normal;
+
+/// Strengths that are drawn, over the fitted rows.
+pub const STRENGTHS: [f64; 2] = [3.0, 100.0];
+
+/// Strengths of the detection marks, and what is around them.
+pub const LADDER: [f64; 6] = [4.0, 5.0, 6.0, 7.0, 8.0, 10.0];
+
+/// A parameter counts as fixed if its bound is below this many typical sizes: there a prior thirty times as wide
+/// as the typical size changes nothing that a thousand trials would show.
+pub const FIXED: f64 = 3.0;
+
+/// No instrument is off by more typical sizes than this; the tool's own prior is as wide.
+const MOST_TYPICAL: f64 = 30.0;
+
+/// One concealed effect.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Concealed {
+    /// The contract's kind.
+    pub kind: String,
+    /// Its parameters: numbers, an axis, an expression.
+    pub parameters: BTreeMap<String, Value>,
+    /// Matched-filter SNR over the fitted rows.
+    pub rho: f64,
+    /// The same over the whole recording.
+    pub rho_whole: f64,
+    /// What is left of it beside the other concealed effects.
+    pub rho_beside: f64,
+    /// What is left beside the nearest rival, too.
+    pub separation: f64,
+    /// That rival.
+    pub nearest: Option<String>,
+    /// Directions that the data fix better than an instrument can be off.
+    pub degrees: usize,
+    /// Joint Cramér–Rao bound of each parameter that the data fix, as a standard deviation.
+    pub bound: BTreeMap<String, f64>,
+}
+
+/// Everything about a trial that the examined tool must not see.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Answer {
+    /// Number of the trial.
+    pub trial: u64,
+    /// What it tests.
+    pub family: Family,
+    /// Its scene.
+    pub scene: usize,
+    /// What is special about the scene.
+    pub setting: Setting,
+    /// Rows a second \[Hz\].
+    pub rate_hz: f64,
+    /// Seed of its noise.
+    pub noise_seed: u64,
+    /// Columns of no meaning are recorded too.
+    pub dummies: bool,
+    /// Readings that jump for a row, and rows that are lost.
+    pub glitches: bool,
+    /// What is concealed.
+    pub effects: Vec<Concealed>,
+    /// The kind that it cannot be told from, by design.
+    pub partner: Option<String>,
+    /// Kinds of the catalogue that this scene could conceal: the hypotheses of the theory's detection threshold.
+    pub kinds: usize,
+    /// Strength over the fitted rows of everything together.
+    pub rho: f64,
+    /// Power over the held-out rows, in units of the noise.
+    pub held_out: f64,
+    /// Power that one who knows the kinds would leave there, on the mean.
+    pub oracle_leaves: f64,
+    /// Makes the hash tell nothing of a short answer.
+    pub salt: String,
+}
+
+impl Answer {
+    /// The text that is hashed and written: one line.
+    pub fn line(&self) -> Result<String, serde_json::Error> {
+        serde_json::to_string(self)
+    }
+
+    /// The concealed effects as TOML of the simulator.
+    pub fn toml(&self) -> String {
+        self.effects.iter().map(Concealed::toml).collect()
+    }
+}
+
+impl Concealed {
+    /// As TOML of the simulator.
+    pub fn toml(&self) -> String {
+        let mut lines = String::new();
+        for (name, value) in &self.parameters {
+            let _ = match (value.as_f64(), value.as_str()) {
+                (Some(number), _) => writeln!(lines, "{name} = {number:e}"),
+                (None, text) => writeln!(lines, "{name} = \"{}\"", text.unwrap_or_default()),
+            };
+        }
+        effect(&self.kind, &lines)
+    }
+
+    /// Its numbers.
+    pub fn numbers(&self) -> BTreeMap<String, f64> {
+        let numbers = self.parameters.iter();
+        numbers
+            .filter_map(|(name, value)| Some((name.clone(), value.as_f64()?)))
+            .collect()
+    }
+}
+
+/// An effect before it is scaled: parameters that scale and parameters that do not, power and projections.
+struct Draft {
+    kind: &'static str,
+    scaled: BTreeMap<String, f64>,
+    fixed: BTreeMap<String, Value>,
+    power: [f64; PARTS],
+    against: DVector<f64>,
+}
+
+impl Draft {
+    fn scale(&mut self, factor: f64) {
+        self.scaled.values_mut().for_each(|value| *value *= factor);
+        self.power = self.power.map(|power| power * factor * factor);
+        self.against *= factor;
+    }
+
+    /// Whether it is an instrument's still, at strength `rho`.
+    fn fits(&self, rho: f64) -> bool {
+        let factor = rho / self.power[0].sqrt();
+        let largest = Linear::of(self.kind).map_or(f64::INFINITY, |entry| {
+            entry.largest.min(MOST_TYPICAL * entry.typical)
+        });
+        factor.is_finite()
+            && self
+                .scaled
+                .values()
+                .all(|value| (value * factor).abs() <= largest)
+    }
+}
+
+/// Draws before a strength is given up for a weaker one: some kinds hardly show in some scenes.
+const ATTEMPTS: usize = 40;
+
+/// Draws what a trial conceals.
+pub fn conceal(mut ticket: Ticket, scene: &Scene, shop: &Workshop) -> Result<Answer, InputError> {
+    let rng = &mut ticket.rng;
+    let mut drafts: Vec<Draft> = Vec::new();
+    let mut noise = None;
+    match ticket.family {
+        Family::Null => {}
+        Family::Single => drafts.push(draw(rng, shop, STRENGTHS, |rng, shop| {
+            let kinds = shop.book.kinds();
+            let place = rng.random_range(0..kinds.len() + DRAWN.len());
+            match kinds.get(place) {
+                Some(entry) => Ok(linear(rng, shop, entry)),
+                None => drawn(rng, scene, shop, DRAWN[place - kinds.len()]),
+            }
+        })?),
+        Family::Detection => {
+            let rho = LADDER[rng.random_range(0..LADDER.len())];
+            drafts.push(draw(rng, shop, [rho, rho], |rng, shop| {
+                let six: Vec<_> = shop
+                    .book
+                    .kinds()
+                    .into_iter()
+                    .filter(|entry| entry.names().len() == 6)
+                    .collect();
+                let entry = six[rng.random_range(0..six.len())];
+                Ok(linear(rng, shop, entry))
+            })?);
+        }
+        Family::Pair => {
+            while drafts.len() < 2 {
+                let draft = draw(rng, shop, STRENGTHS, |rng, shop| {
+                    let kinds = shop.book.kinds();
+                    let entry = kinds[rng.random_range(0..kinds.len())];
+                    Ok(linear(rng, shop, entry))
+                })?;
+                if drafts.iter().all(|other| other.kind != draft.kind) {
+                    drafts.push(draft);
+                }
+            }
+        }
+        Family::Confounded => {
+            let design = ticket.design.unwrap_or(Design::Scale);
+            let entry = Linear::of(design.kinds().0).unwrap_or(&LINEAR[0]);
+            drafts.push(draw(rng, shop, STRENGTHS, |rng, shop| {
+                Ok(linear(rng, shop, entry))
+            })?);
+        }
+        Family::Unlisted => drafts.push(draw(rng, shop, STRENGTHS, |rng, shop| {
+            let known: Vec<_> = UNLISTED
+                .iter()
+                .filter(|(_, _, needs)| scene.has(*needs))
+                .collect();
+            let (axis, expression, _) = known[rng.random_range(0..known.len())];
+            unlisted(shop, axis, expression)
+        })?),
+        Family::Noise => noise = Some(noisy(rng, scene)),
+    }
+    let salt: [u64; 2] = [rng.random(), rng.random()];
+    let places: Vec<usize> = drafts
+        .iter()
+        .flat_map(|draft| shop.book.of(draft.kind))
+        .collect();
+    let joint = bound(&shop.book, &places);
+    let held = |matrix: &DMatrix<f64>| {
+        let count = places.len();
+        DMatrix::from_fn(count, count, |a, b| matrix[(places[a], places[b])])
+    };
+    let total: Option<DVector<f64>> = shop
+        .book
+        .vector(drafts.iter().map(|draft| (draft.kind, &draft.scaled)));
+    let power = |part: usize| match &total {
+        Some(vector) => shop.book.power(vector, part),
+        None => drafts.iter().map(|draft| draft.power[part]).sum(),
+    };
+    let effects: Vec<Concealed> = match &noise {
+        Some(concealed) => vec![concealed.clone()],
+        None => drafts
+            .iter()
+            .map(|draft| concealed(shop, draft, &drafts, &places, &joint))
+            .collect(),
+    };
+    Ok(Answer {
+        trial: ticket.trial,
+        family: ticket.family,
+        scene: scene.number,
+        setting: scene.setting,
+        rate_hz: scene.rate_hz,
+        noise_seed: ticket.noise_seed,
+        dummies: ticket.dummies,
+        glitches: ticket.glitches,
+        rho: noise.map_or_else(|| power(0).sqrt(), |noise| noise.rho),
+        held_out: power(1),
+        oracle_leaves: (&joint * held(&shop.book.gram[1])).trace(),
+        effects,
+        partner: ticket.design.map(|design| design.kinds().1.to_owned()),
+        kinds: shop.book.kinds().len(),
+        salt: format!("{:016x}{:016x}", salt[0], salt[1]),
+    })
+}
+
+/// Draws until the effect is an instrument's at the strength drawn for it.
+fn draw(
+    rng: &mut ChaCha8Rng,
+    shop: &Workshop,
+    [low, high]: [f64; 2],
+    mut one: impl FnMut(&mut ChaCha8Rng, &Workshop) -> Result<Draft, InputError>,
+) -> Result<Draft, InputError> {
+    let rho = log_uniform(rng, low, high);
+    for _ in 0..ATTEMPTS {
+        let mut draft = one(rng, shop)?;
+        if draft.fits(rho) {
+            draft.scale(rho / draft.power[0].sqrt());
+            return Ok(draft);
+        }
+    }
+    // A bias shows in every scene.
+    let mut draft = linear(rng, shop, &LINEAR[0]);
+    draft.scale(rho / draft.power[0].sqrt());
+    Ok(draft)
+}
+
+/// A kind whose parameters all scale: each of its own sign and size, one gyro in three left alone.
+fn linear(rng: &mut ChaCha8Rng, shop: &Workshop, entry: &Linear) -> Draft {
+    /// Spread of the sizes' logarithm: a factor of 1.6 between parameters of one instrument.
+    const SPREAD: f64 = 0.5;
+    let places = shop.book.of(entry.kind);
+    let mut vector = DVector::zeros(shop.book.names.len());
+    for &place in &places {
+        let draw = rng.random_bool(0.5);
+        let sign = if draw || entry.is_positive() {
+            1.0
+        } else {
+            -1.0
+        };
+        vector[place] = sign * entry.typical * (SPREAD * normal(rng)).exp();
+    }
+    let scaled = places
+        .iter()
+        .map(|&place| (shop.book.names[place].parameter.to_owned(), vector[place]))
+        .collect();
+    Draft {
+        kind: entry.kind,
+        scaled,
+        fixed: BTreeMap::new(),
+        power: [0, 1, 2].map(|part| shop.book.power(&vector, part)),
+        against: &shop.book.gram[0] * vector,
+    }
+}
+
+/// A kind with an instant, an order or a mode.
+fn drawn(
+    rng: &mut ChaCha8Rng,
+    scene: &Scene,
+    shop: &Workshop,
+    kind: &'static str,
+) -> Result<Draft, InputError> {
+    let axis = Value::from(["x", "y", "z"][rng.random_range(0..3)]);
+    let one = |name: &str, value: Value| (name.to_owned(), value);
+    let seconds = if scene.is_dithered() { 20.0 } else { 40.0 };
+    let mut scaled = BTreeMap::new();
+    let fixed: BTreeMap<String, Value> = match kind {
+        "axis_flexure_mode" => {
+            for name in rlg_model::catalogue::SIX {
+                scaled.insert((*name).to_owned(), 1e-7 * log_uniform(rng, 0.6, 1.6));
+            }
+            let top = (0.4 * scene.rate_hz).min(200.0);
+            [
+                one("frequency_hz", Value::from(log_uniform(rng, 10.0, top))),
+                one("damping", Value::from(log_uniform(rng, 0.01, 0.1))),
+            ]
+            .into()
+        }
+        "reference_harmonic" => {
+            let phase = rng.random::<f64>() * std::f64::consts::TAU;
+            scaled.insert("cos".to_owned(), 1e-6 * phase.cos());
+            scaled.insert("sin".to_owned(), 1e-6 * phase.sin());
+            let order = f64::from(rng.random_range(1..=4));
+            [one("axis", axis), one("order", Value::from(order))].into()
+        }
+        _ => {
+            scaled.insert("size".to_owned(), 1e-6);
+            // between a sixth and five sixths, so that there is a before and an after
+            let time_s = seconds * (1.0 + 4.0 * rng.random::<f64>()) / 6.0;
+            [one("axis", axis), one("time_s", Value::from(time_s))].into()
+        }
+    };
+    simulated(shop, kind, scaled, fixed)
+}
+
+/// A product of channels that no catalogue lists.
+fn unlisted(shop: &Workshop, axis: &str, expression: &str) -> Result<Draft, InputError> {
+    let fixed: BTreeMap<String, Value> = [
+        ("axis".to_owned(), Value::from(axis)),
+        ("expression".to_owned(), Value::from(expression)),
+    ]
+    .into();
+    let mut coefficient = 1e-6;
+    loop {
+        let scaled = BTreeMap::from([("coefficient".to_owned(), coefficient)]);
+        let draft = simulated(shop, "unlisted", scaled, fixed.clone())?;
+        // Far above what the differences are rounded to.
+        if draft.power[0] > 100.0 || coefficient > 1e20 {
+            return Ok(draft);
+        }
+        coefficient *= 1e4;
+    }
+}
+
+fn simulated(
+    shop: &Workshop,
+    kind: &'static str,
+    scaled: BTreeMap<String, f64>,
+    fixed: BTreeMap<String, Value>,
+) -> Result<Draft, InputError> {
+    let mut parameters = fixed.clone();
+    parameters.extend(
+        scaled
+            .iter()
+            .map(|(name, value)| (name.clone(), Value::from(*value))),
+    );
+    let bare = Concealed {
+        kind: kind.to_owned(),
+        parameters,
+        rho: 0.0,
+        rho_whole: 0.0,
+        rho_beside: 0.0,
+        separation: 0.0,
+        nearest: None,
+        degrees: 0,
+        bound: BTreeMap::new(),
+    };
+    let prediction = shop.prediction(&bare.toml())?;
+    Ok(Draft {
+        kind,
+        scaled,
+        fixed,
+        power: [0, 1, 2].map(|part| prediction.dot(&prediction, part)),
+        against: shop.against(&prediction),
+    })
+}
+
+/// More noise of a kind. Its strength is the deflection of the likelihood's log: √(½ Σ (ln S'/S)²) over the bins.
+fn noisy(rng: &mut ChaCha8Rng, scene: &Scene) -> Concealed {
+    let kind = if scene.is_dithered() {
+        NOISY[0]
+    } else {
+        NOISY[rng.random_range(0..2)]
+    };
+    let mut parameters = BTreeMap::new();
+    let mut deflection = 0.0;
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        let variances = Variances::of(scene, axis);
+        let more = log_uniform(rng, 0.2, 8.0);
+        let (value, walk, angle) = if kind == NOISY[0] {
+            (
+                (more * variances.walk * scene.rate_hz).sqrt(),
+                more * variances.walk,
+                0.0,
+            )
+        } else {
+            (
+                (12.0 * more * variances.angle).sqrt(),
+                0.0,
+                more * variances.angle,
+            )
+        };
+        parameters.insert(name.to_owned(), Value::from(value));
+        deflection += variances.deflection(walk, angle, scene.fitted_rows());
+    }
+    let rho = deflection.sqrt();
+    Concealed {
+        kind: kind.to_owned(),
+        parameters,
+        rho,
+        rho_whole: rho,
+        rho_beside: rho,
+        separation: rho,
+        nearest: None,
+        degrees: 3,
+        bound: BTreeMap::new(),
+    }
+}
+
+fn concealed(
+    shop: &Workshop,
+    draft: &Draft,
+    all: &[Draft],
+    places: &[usize],
+    joint: &DMatrix<f64>,
+) -> Concealed {
+    let book = &shop.book;
+    let others: Vec<&str> = all
+        .iter()
+        .map(|other| other.kind)
+        .filter(|kind| *kind != draft.kind)
+        .collect();
+    let given: Vec<usize> = others.iter().flat_map(|kind| book.of(kind)).collect();
+    let left = beside(&book.gram[0], draft.power[0], &draft.against, &given).sqrt();
+    let rival = nearest(book, draft.power[0], &draft.against, draft.kind, &others);
+    let own = book.of(draft.kind);
+    let bound = own
+        .iter()
+        .filter_map(|place| {
+            let at = places.iter().position(|known| known == place)?;
+            let name = book.names[*place];
+            let std = joint[(at, at)].sqrt();
+            (std < FIXED * LINEAR[name.entry].typical).then(|| (name.parameter.to_owned(), std))
+        })
+        .collect();
+    let numbers = draft
+        .scaled
+        .iter()
+        .map(|(name, value)| (name.clone(), Value::from(*value)));
+    Concealed {
+        kind: draft.kind.to_owned(),
+        parameters: numbers.chain(draft.fixed.clone()).collect(),
+        rho: draft.power[0].sqrt(),
+        rho_whole: draft.power[2].sqrt(),
+        rho_beside: left,
+        separation: rival.map_or(left, |(_, separation)| separation),
+        nearest: rival.map(|(kind, _)| kind.to_owned()),
+        degrees: if own.is_empty() {
+            1
+        } else {
+            degrees(book, &own, MOST_TYPICAL)
+        },
+        bound,
+    }
+}

@@ -1,0 +1,70 @@
+//! Commitments: the answers' hashes are on disk before anything is diagnosed.
+//!
+//! Enters: the answers, a line of JSON each, every one with its salt. Leaves: `commitments.txt`, a line
+//! `TRIAL SHA256` each. Afterwards `answers.jsonl` reveals the lines; anybody can check one by
+//! `sed -n 1p answers.jsonl | tr -d '\n' | sha256sum`.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use sha2::{Digest as _, Sha256};
+
+use rlg_recording::error::InputError;
+
+/// File of the commitments.
+pub const COMMITMENTS: &str = "commitments.txt";
+
+/// File of the answers.
+pub const ANSWERS: &str = "answers.jsonl";
+
+/// File of what the diagnosis said.
+pub const OUTCOMES: &str = "outcomes.jsonl";
+
+/// SHA-256 in hexadecimal.
+pub fn sha256(bytes: &[u8]) -> String {
+    let mut text = String::new();
+    for byte in Sha256::digest(bytes) {
+        let _ = write!(text, "{byte:02x}");
+    }
+    text
+}
+
+/// `commitments.txt` of answers by trial.
+pub fn commitments(lines: &[(u64, String)]) -> String {
+    let mut text = String::new();
+    for (trial, line) in lines {
+        let _ = writeln!(text, "{trial} {}", sha256(line.as_bytes()));
+    }
+    text
+}
+
+/// Whether revealed answers are those that were committed to.
+pub fn check(committed: &str, answers: &str, folder: &Path) -> Result<usize, InputError> {
+    let hashes: Vec<(&str, &str)> = committed
+        .lines()
+        .filter_map(|line| line.split_once(' '))
+        .collect();
+    let lines: Vec<&str> = answers.lines().collect();
+    if hashes.len() != lines.len() {
+        return Err(
+            InputError::new(folder.join(ANSWERS), "does not match the commitments")
+                .value(format!("{} answers", lines.len()))
+                .expected(format!("{} of {COMMITMENTS}", hashes.len())),
+        );
+    }
+    for (row, ((trial, hash), line)) in hashes.into_iter().zip(&lines).enumerate() {
+        let found = sha256(line.as_bytes());
+        if found != hash {
+            return Err(InputError::new(
+                folder.join(ANSWERS),
+                format!(
+                    "line {}: is not what was committed to for trial {trial}",
+                    row + 1
+                ),
+            )
+            .value(found)
+            .expected(hash));
+        }
+    }
+    Ok(lines.len())
+}

@@ -1,0 +1,166 @@
+//! The blind proof: effects are concealed by a seed, diagnosed, and scored.
+//!
+//! tickets (`trial`) → scenes (`scene`) → predictions without noise (`predict`, `whiten`, `bounds`) → answers
+//! (`kinds`, `answer`) → commitments (`commit`) → recordings and diagnoses (`examine`) → scores (`score`, `marks`,
+//! `chance`)
+//!
+//! Recordings of others, each with a truth file, go the same way (`given`).
+//!
+//! Enters: a [`Plan`]. Leaves: answers, commitments to them, outcomes and [`score::Scores`]. The examiner knows the
+//! simulator and calls the diagnosis; the diagnosis gets a recording and a model, and nothing else.
+//!
+//! The same plan gives the same bytes for any number of threads and shards: every trial has a ChaCha stream of its
+//! own, and scores are taken of what was written, line by line.
+
+pub mod answer;
+pub mod bounds;
+pub mod case;
+pub mod chance;
+pub mod commit;
+pub mod examine;
+pub mod given;
+pub mod kinds;
+pub mod marks;
+pub mod predict;
+pub mod scene;
+pub mod score;
+pub mod trial;
+pub mod whiten;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use answer::{Answer, conceal};
+pub use case::Plan;
+use examine::{Outcome, examine, record};
+use predict::{Book, Workshop};
+use rlg_model::Model;
+use rlg_recording::Recording;
+use rlg_recording::error::InputError;
+use scene::Scene;
+use trial::Ticket;
+
+/// Which trials of a plan are run here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Share {
+    /// Trials whose number leaves this remainder by the number of shards.
+    Shard(u64, u64),
+    /// One trial.
+    One(u64),
+}
+
+/// Trials with their answers, before anything is diagnosed.
+pub struct Prepared {
+    /// Answers in the order of the trials.
+    pub answers: Vec<Answer>,
+    /// Each as the line that is hashed.
+    pub lines: Vec<(u64, String)>,
+    scenes: BTreeMap<usize, (Scene, Book)>,
+    leave_one_out: bool,
+}
+
+/// Draws what is concealed in each trial. `progress` is told the scenes done and all.
+pub fn prepare(
+    plan: &Plan,
+    share: Share,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Prepared, InputError> {
+    let mine = |trial: &u64| match share {
+        Share::Shard(shard, of) => trial % of == shard,
+        Share::One(one) => *trial == one,
+    };
+    let trials = (0..plan.trials).filter(mine);
+    let tickets: Vec<Ticket> = trials
+        .map(|trial| Ticket::draw(plan.seed, trial, &plan.families))
+        .collect();
+    let numbers: BTreeSet<usize> = tickets.iter().map(|ticket| ticket.scene).collect();
+    let mut answers = Vec::with_capacity(tickets.len());
+    let mut scenes = BTreeMap::new();
+    for (done, &number) in numbers.iter().enumerate() {
+        progress(done, numbers.len());
+        let scene = Scene::draw(plan.seed, number);
+        let shop = Workshop::open(&scene)?;
+        let here: Vec<&Ticket> = tickets
+            .iter()
+            .filter(|ticket| ticket.scene == number)
+            .collect();
+        let found: Vec<Answer> = here
+            .par_iter()
+            .map(|ticket| conceal((*ticket).clone(), &scene, &shop))
+            .collect::<Result<_, _>>()?;
+        answers.extend(found);
+        let book = shop.book;
+        scenes.insert(number, (scene, book));
+    }
+    answers.sort_by_key(|answer| answer.trial);
+    let lines = answers
+        .iter()
+        .map(|answer| Ok((answer.trial, answer.line().map_err(no_json)?)))
+        .collect::<Result<_, InputError>>()?;
+    Ok(Prepared {
+        answers,
+        lines,
+        scenes,
+        leave_one_out: plan.leave_one_out,
+    })
+}
+
+impl Prepared {
+    /// The first trial's recording and model, to be looked at by hand.
+    pub fn first_recording(&self) -> Option<Result<(Recording, Model), InputError>> {
+        let answer = self.answers.first()?;
+        Some(record(answer, &self.scenes[&answer.scene].0))
+    }
+
+    /// Diagnoses every trial, as lines of JSON in the order of the trials. `progress` is told of each.
+    pub fn examine(&self, progress: &(dyn Fn() + Sync)) -> Result<Vec<String>, InputError> {
+        self.answers
+            .par_iter()
+            .map(|answer| {
+                let (scene, book) = &self.scenes[&answer.scene];
+                // A recording that the tool cannot stand is a result, and the others go on.
+                let run = || examine(answer, scene, book, self.leave_one_out);
+                let outcome = match catch_unwind(AssertUnwindSafe(run)) {
+                    Ok(Ok(outcome)) => outcome,
+                    Ok(Err(error)) => without_verdict(answer, format!("refused: {error}")),
+                    Err(_) => without_verdict(answer, "panicked".to_owned()),
+                };
+                progress();
+                serde_json::to_string(&outcome).map_err(no_json)
+            })
+            .collect()
+    }
+}
+
+fn without_verdict(answer: &Answer, verdict: String) -> Outcome {
+    Outcome {
+        trial: answer.trial,
+        verdict,
+        findings: Vec::new(),
+        locations: 0,
+        leaves: None,
+    }
+}
+
+fn no_json(error: serde_json::Error) -> InputError {
+    InputError::new("challenge", format!("a result has no JSON form ({error})"))
+}
+
+/// Reads lines of JSON that were written by a challenge.
+pub fn lines_of<T: serde::de::DeserializeOwned>(
+    text: &str,
+    file: &Path,
+) -> Result<Vec<T>, InputError> {
+    text.lines()
+        .enumerate()
+        .map(|(row, line)| {
+            serde_json::from_str(line).map_err(|error| {
+                InputError::new(file, format!("line {}: {error}", row + 1))
+                    .expected("a line that rlg challenge wrote")
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,106 @@
+//! TOML files with a format number: `recording.toml`, `model.toml`.
+//!
+//! Enters: the path of a TOML file. Leaves: its text as a table and as a typed structure, or an
+//! [`InputError`] that names the line. The format number is looked at before anything else, because a
+//! file of another format may mean something different by the same keys.
+
+use std::fs;
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+
+use crate::error::InputError;
+
+/// The only format number this version reads and writes, of recordings and of models.
+pub const FORMAT: i64 = 1;
+
+/// Reads `path`; the table holds every key as written, the structure what `T` knows.
+pub fn read<T: DeserializeOwned>(path: &Path) -> Result<(toml::Table, T), InputError> {
+    parse(path, &read_text(path)?)
+}
+
+/// As [`read`], of a text that `path` holds or will hold.
+pub fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<(toml::Table, T), InputError> {
+    let table: toml::Table = toml::from_str(text).map_err(|error| locate(path, text, &error))?;
+    check_format(path, &table)?;
+    let typed = toml::from_str(text).map_err(|error| locate(path, text, &error))?;
+    Ok((table, typed))
+}
+
+/// A float as TOML writes it: the shortest digits that give the same f64 back. Needs a finite value.
+pub fn float(value: f64) -> String {
+    debug_assert!(value.is_finite());
+    format!("{value:?}")
+}
+
+/// A string with TOML's quotes and escapes.
+pub fn string(text: &str) -> String {
+    toml::Value::from(text).to_string()
+}
+
+/// Whether the value of `key` is finite and in `range`, both ends included.
+pub fn within(
+    path: &Path,
+    key: &str,
+    value: f64,
+    range: [f64; 2],
+    unit: &str,
+) -> Result<(), InputError> {
+    if value.is_finite() && value >= range[0] && value <= range[1] {
+        return Ok(());
+    }
+    let expected = match range {
+        [low, f64::MAX] => format!("a finite number of at least {low} {unit}"),
+        [f64::MIN_POSITIVE, high] => format!("a positive number up to {high} {unit}"),
+        [low, high] => format!("{low} to {high} {unit}"),
+    };
+    Err(InputError::new(path, "is out of range")
+        .channel(key)
+        .value(value)
+        .expected(expected))
+}
+
+fn read_text(path: &Path) -> Result<String, InputError> {
+    let bytes = fs::read(path).map_err(|error| InputError::unreadable(path, &error))?;
+    if bytes.iter().all(u8::is_ascii_whitespace) {
+        return Err(InputError::new(path, "is empty").expected("a TOML file with `format = 1`"));
+    }
+    String::from_utf8(bytes)
+        .map_err(|_| InputError::new(path, "is not UTF-8 text").expected("a TOML file"))
+}
+
+fn check_format(path: &Path, table: &toml::Table) -> Result<(), InputError> {
+    match table.get("format") {
+        Some(toml::Value::Integer(FORMAT)) => Ok(()),
+        Some(other) => Err(
+            InputError::new(path, "is of a format this version does not read")
+                .channel("format")
+                .value(other)
+                .expected(format!("format = {FORMAT}")),
+        ),
+        None => Err(InputError::new(path, "has no format number")
+            .channel("format")
+            .expected(format!("format = {FORMAT}"))),
+    }
+}
+
+fn locate(path: &Path, text: &str, error: &toml::de::Error) -> InputError {
+    let message = error.message().replace('\n', ", ");
+    let (problem, expected) = message.split_once(", expected ").unwrap_or((&message, ""));
+    let mut located = InputError::new(path, problem);
+    if !expected.is_empty() {
+        located = located.expected(if expected == "f64" {
+            "a number"
+        } else {
+            expected
+        });
+    }
+    let Some(span) = error.span() else {
+        return located;
+    };
+    let before = &text[..span.start.min(text.len())];
+    let line = before.matches('\n').count();
+    located
+        .channel(format!("line {}", line + 1))
+        .value(format!("`{}`", text.lines().nth(line).unwrap_or("").trim()))
+}

@@ -1,0 +1,128 @@
+//! What people compare of a course: attitude after the motion against before it, largest velocity.
+//!
+//! Enters: [`Course`], the recording's segments. Leaves: [`CourseFigures`]; degrees, arcsec, °/h as the names
+//! say: these are the paper's Tables 4 and 5.
+//!
+//! The unit did not travel, so velocity and offset are errors as they stand. Its attitude did move: it is
+//! compared only where it rests again.
+
+use nalgebra::Vector3;
+use serde::Serialize;
+use strapdown::EulerAngles;
+
+use super::course::{Course, Place};
+use super::readings::Readings;
+use rlg_recording::Segment;
+
+/// °/h in one rad/s, and arcseconds in one rad.
+const DEG_H_PER_RAD_S: f64 = 180.0 / std::f64::consts::PI * 3600.0;
+
+/// What the end of a course is averaged over \[s\]: many periods of any vibration, little drift.
+const END_S: f64 = 1.0;
+
+/// Figures of one course.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CourseFigures {
+    /// Attitude found at rest \[°\].
+    pub alignment: Angles,
+    /// Mean rate at rest less the Earth's, north, east, down \[°/h\].
+    pub rate_residual_deg_h: [f64; 3],
+    /// Mean specific force at rest less gravity \[m/s²\].
+    pub force_residual_m_s2: f64,
+    /// Mean attitude of each later stretch of rest, less the alignment's \[°\].
+    pub attitude_change_at_rest: Vec<AtRest>,
+    /// Largest north and east velocity, either sign \[m/s\].
+    pub max_velocity_m_s: [f64; 2],
+    /// North and east velocity at the end \[m/s\].
+    pub final_velocity_m_s: [f64; 2],
+    /// North and east offset from the site at the end \[m\].
+    pub final_offset_m: [f64; 2],
+    /// Error against the reference over the last second, about north, east, down \[arcsec\].
+    pub final_attitude_error_arcsec: Option<[f64; 3]>,
+}
+
+/// Angles \[°\].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[allow(missing_docs)]
+pub struct Angles {
+    pub roll_deg: f64,
+    pub pitch_deg: f64,
+    pub heading_deg: f64,
+}
+
+/// One stretch of rest.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AtRest {
+    /// Its segment.
+    pub segment: String,
+    /// Begin \[s\].
+    pub start_s: f64,
+    /// End \[s\].
+    pub end_s: f64,
+    /// Mean attitude less the alignment's.
+    pub change: Angles,
+}
+
+impl Angles {
+    fn from_rad([roll, pitch, heading]: [f64; 3]) -> Self {
+        Self {
+            roll_deg: roll.to_degrees(),
+            pitch_deg: pitch.to_degrees(),
+            heading_deg: heading.to_degrees(),
+        }
+    }
+}
+
+impl CourseFigures {
+    /// Of a course through `readings`.
+    pub fn of(course: &Course, place: &Place, readings: &Readings, segments: &[Segment]) -> Self {
+        let begin = EulerAngles::of(&course.alignment.ned_from_body);
+        let changes: Vec<[f64; 3]> = course.attitude_change_rad().collect();
+        let at_rest = segments
+            .iter()
+            .filter(|segment| segment.kind == "still")
+            .filter_map(|segment| {
+                let periods = readings.periods_in(segment.start_s, segment.end_s);
+                let first = periods.start.checked_sub(course.first_period)?;
+                let of_rest = changes.get(first..periods.end.checked_sub(course.first_period)?)?;
+                let count = of_rest.len();
+                (count > 0).then(|| AtRest {
+                    segment: segment.name.clone(),
+                    start_s: segment.start_s,
+                    end_s: segment.end_s,
+                    change: Angles::from_rad([0, 1, 2].map(|angle| {
+                        of_rest.iter().map(|change| change[angle]).sum::<f64>() / count as f64
+                    })),
+                })
+            })
+            .collect();
+        let last = course.solutions.last();
+        let largest = |axis: usize| {
+            let values = course.solutions.iter().map(|s| s.velocity_m_s[axis].abs());
+            values.fold(0.0, f64::max)
+        };
+        let final_velocity_m_s = last.map_or([0.0; 2], |s| [s.velocity_m_s.x, s.velocity_m_s.y]);
+        Self {
+            alignment: Angles::from_rad([begin.roll_rad, begin.pitch_rad, begin.heading_rad]),
+            rate_residual_deg_h: (course.rate_residual_rad_s * DEG_H_PER_RAD_S).into(),
+            force_residual_m_s2: course.force_residual_m_s2,
+            attitude_change_at_rest: at_rest,
+            max_velocity_m_s: [largest(0), largest(1)],
+            final_velocity_m_s,
+            final_offset_m: last.map_or([0.0; 2], |s| s.offset_m(place.latitude_rad, 0.0)),
+            final_attitude_error_arcsec: final_error_arcsec(course, readings.period_s),
+        }
+    }
+}
+
+/// `None` without a reference, and where it was not measured to the end.
+fn final_error_arcsec(course: &Course, period_s: f64) -> Option<[f64; 3]> {
+    let errors = course.attitude_error_rad.as_ref()?;
+    let count = ((END_S / period_s).round() as usize).clamp(1, errors.len().max(1));
+    let end = &errors[errors.len().saturating_sub(count)..];
+    let mean = end.iter().sum::<Vector3<f64>>() / count as f64;
+    let mean = mean * DEG_H_PER_RAD_S;
+    mean.iter()
+        .all(|value| value.is_finite())
+        .then(|| mean.into())
+}

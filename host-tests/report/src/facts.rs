@@ -1,0 +1,86 @@
+//! What the diagnosis rests on: times, noise, version; and all numbers.
+//!
+//! Enters: [`Diagnosis`]. Leaves: the last two sections of the page.
+
+use maud::{Markup, html};
+
+use super::words::{
+    ARCSEC_PER_RAD, DEG_SQRT_H_PER_RAD_SQRT_S, MICRO_G_PER_M_S2, number, seconds, spaced,
+};
+use rlg_diagnosis::result::Diagnosis;
+
+/// Stretches of time that are written out; a longer list is in the data.
+const STRETCHES: usize = 20;
+
+/// Noise and times.
+pub fn facts(diagnosis: &Diagnosis) -> Markup {
+    html! {
+        section {
+            h2 { "What this rests on" }
+            @if !diagnosis.noise.is_empty() {
+                div.scroll { table {
+                    thead { tr { th { "noise of" } th { "angle random walk [°/√h]" } th { "white angle noise [″]" } } }
+                    tbody {
+                        @for noise in &diagnosis.noise {
+                            tr {
+                                td { (spaced(&noise.channel)) }
+                                td.number { (number(noise.angle_random_walk_rad_sqrt_s * DEG_SQRT_H_PER_RAD_SQRT_S)) }
+                                td.number { (number(noise.angle_noise_rad * ARCSEC_PER_RAD)) }
+                            }
+                        }
+                    }
+                } }
+            }
+            @if !diagnosis.accelerometer_noise.is_empty() {
+                div.scroll { table {
+                    thead { tr { th { "noise of" } th { "white noise [µg/√Hz]" } th { "velocity noise [m/s]" } } }
+                    tbody {
+                        @for noise in &diagnosis.accelerometer_noise {
+                            tr {
+                                td { (spaced(&noise.channel)) }
+                                td.number { (number(noise.noise_m_s2_sqrt_hz * MICRO_G_PER_M_S2)) }
+                                td.number { (number(noise.velocity_noise_m_s)) }
+                            }
+                        }
+                    }
+                } }
+            }
+            @if !diagnosis.fit.fitted_on.is_empty() {
+                p { b { "Fitted on " } (stretches(&diagnosis.fit.fitted_on)) "." }
+            }
+            @if !diagnosis.fit.held_out.is_empty() {
+                p { b { "Held out " } (stretches(&diagnosis.fit.held_out)) "." }
+            }
+            p {
+                "rlg " (diagnosis.version) ", seed " (diagnosis.seed) ", "
+                (diagnosis.trials) " hypotheses tried and counted. Body axes x, y, z; 1 °/h = 4.848 × 10⁻⁶ rad/s."
+            }
+        }
+    }
+}
+
+fn stretches(stretches: &[[f64; 2]]) -> String {
+    let mut words: Vec<String> = stretches
+        .iter()
+        .take(STRETCHES)
+        .map(|[begin, end]| format!("{}–{} s", seconds(*begin), seconds(*end)))
+        .collect();
+    if stretches.len() > STRETCHES {
+        words.push(format!("{} more", stretches.len() - STRETCHES));
+    }
+    words.join(", ")
+}
+
+/// `diagnosis.json` itself, so that a forwarded page loses nothing.
+pub fn everything(diagnosis: &Diagnosis) -> Markup {
+    let text = serde_json::to_string_pretty(diagnosis)
+        .unwrap_or_else(|error| format!("The result has no JSON form ({error})."));
+    html! {
+        section.data {
+            details {
+                summary { "All numbers (diagnosis.json, SI units)" }
+                pre { (text) }
+            }
+        }
+    }
+}

@@ -1,0 +1,419 @@
+//! What differs and where; what was left out, how large, and how sure.
+//!
+//! Enters: [`Diagnosis`] and [`Pictures`]. Leaves: two sections of the page.
+
+use maud::{Markup, html};
+
+use super::bars::error_bar;
+use super::corrected;
+use super::lines;
+use super::map;
+use super::words::{band, chance, for_people, number, seconds, spaced, symbols, with_spread};
+use rlg_diagnosis::explain::combination;
+use rlg_diagnosis::pictures::Pictures;
+use rlg_diagnosis::result::{
+    Diagnosis, EffectEntry, Identifiable, LocationEntry, ONLY_DESCRIBED, ParameterEntry,
+    RegimeEntry, Verdict,
+};
+use rlg_diagnosis::streams::AXES;
+
+/// Rows that a table of the page may have: more are not read; all of them are in the data at its end.
+const MOST_ROWS: usize = 24;
+
+/// Where a combination is known so much better than its single values, it is the combination that counts:
+/// beyond this ratio of standard deviations the page says so.
+const BETTER_KNOWN: f64 = 1.5;
+
+/// Below this many standard deviations a value is not told from zero.
+const TOLD_FROM_ZERO: f64 = 3.0;
+
+/// The effects in one sentence, for whoever reads no further.
+pub fn in_short(diagnosis: &Diagnosis) -> Option<Markup> {
+    let mut kinds: Vec<&str> = Vec::new();
+    for effect in &diagnosis.effects {
+        if !kinds.contains(&effect.kind.as_str()) {
+            kinds.push(&effect.kind);
+        }
+    }
+    let fallen = fallen_drifts(diagnosis);
+    let rivals: Vec<String> = match &diagnosis.effects[..] {
+        [only] => not_told_apart(only)
+            .iter()
+            .map(|kind| spaced(kind))
+            .collect(),
+        _ => Vec::new(),
+    };
+    if kinds.is_empty() {
+        return None;
+    }
+    Some(html! {
+        "Left out: "
+        @for (place, kind) in kinds.iter().enumerate() {
+            @if place > 0 { ", " }
+            b { (spaced(kind)) }
+        }
+        "."
+        @if !rivals.is_empty() { " This recording cannot tell it from " (rivals.join(", ")) "." }
+        @if !fallen.is_empty() {
+            " With it in the model the drift on time that was not fitted falls: " (fallen.join("; ")) "."
+        }
+    })
+}
+
+/// "gyro x from 1.44 to 0.03 ± 0.06 °/h" for each gyro whose drift was there.
+fn fallen_drifts(diagnosis: &Diagnosis) -> Vec<String> {
+    let channels = diagnosis.fit.channels.iter().filter(|channel| {
+        let before = &channel.held_out_before;
+        before.drift_rad_s.abs() > TOLD_FROM_ZERO * before.drift_std_rad_s
+    });
+    channels
+        .map(|channel| {
+            let (factor, unit) = for_people(channel.unit.unwrap_or("rad/s"));
+            let (before, after) = (&channel.held_out_before, &channel.held_out_after);
+            format!(
+                "{} from {} to {} {unit}",
+                spaced(&channel.channel),
+                number(rounded(before.drift_rad_s * factor)),
+                with_spread(after.drift_rad_s * factor, after.drift_std_rad_s * factor)
+            )
+        })
+        .collect()
+}
+
+/// Locations and the maps.
+pub fn differences(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> Markup {
+    if diagnosis.verdict == Verdict::Unusable {
+        return html! {};
+    }
+    html! {
+        section {
+            h2 { "What differs, and where" }
+            @if diagnosis.locations.is_empty() {
+                p { "Nothing stands above the noise in any stretch of time, band or gyro." }
+            } @else { (locations(&diagnosis.locations)) }
+            @if let Some(pictures) = pictures { (maps(pictures, corrected(diagnosis))) }
+        }
+    }
+}
+
+fn locations(locations: &[LocationEntry]) -> Markup {
+    html! {
+        div.scroll { table {
+            thead { tr { th { "channel" } th { "time [s]" } th { "band" } th { "size" } th { "how it goes" } th { "chance" } } }
+            tbody {
+                @for location in locations.iter().take(MOST_ROWS) {
+                    @let (factor, unit) = for_people(&location.unit);
+                    tr {
+                        td.number { (spaced(&location.channel)) }
+                        td.number { (seconds(location.start_s)) "–" (seconds(location.end_s)) }
+                        td.number { (band(location.low_hz, location.high_hz)) }
+                        td.number { (number(rounded(location.size * factor))) " " (unit) }
+                        td { (symbols(&location.regime)) }
+                        td.number { (chance(location.p_value)) }
+                    }
+                }
+            }
+        } }
+        (and_more(locations.len()))
+        (companions(locations))
+        p.note { "Size: the largest mean or excess in the stretch. Chance: that noise alone does this anywhere in the recording." }
+    }
+}
+
+/// What each gyro and band goes with, each once.
+fn companions(locations: &[LocationEntry]) -> Markup {
+    let mut told: Vec<(&str, String)> = Vec::new();
+    let mut lines: Vec<Markup> = Vec::new();
+    for location in locations.iter().take(MOST_ROWS) {
+        let place = (
+            location.channel.as_str(),
+            band(location.low_hz, location.high_hz),
+        );
+        if location.coherent_with.is_empty() || told.contains(&place) {
+            continue;
+        }
+        lines.push(html! {
+            li {
+                (spaced(place.0)) ", " (place.1) ": "
+                @for (rank, with) in location.coherent_with.iter().enumerate() {
+                    @if rank > 0 { "; " }
+                    (symbols(&with.with)) " (coherence " (number(rounded(with.coherence)))
+                    @if with.lag_s != 0.0 { ", " (number(rounded(1e3 * with.lag_s))) " ms late" }
+                    ", chance " (chance(with.p_value)) ")"
+                }
+            }
+        });
+        told.push(place);
+    }
+    html! {
+        @if !lines.is_empty() {
+            p { "Before anything was fitted, the difference already went with:" }
+            ul { @for line in &lines { (line) } }
+        }
+    }
+}
+
+/// Three digits are enough for a size.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
+
+fn and_more(rows: usize) -> Markup {
+    html! {
+        @if rows > MOST_ROWS { p.note { "And " (rows - MOST_ROWS) " more, in the data at the end of this page." } }
+    }
+}
+
+fn maps(pictures: &Pictures, both: bool) -> Markup {
+    let one = |axis: usize, what: &str, after: bool| {
+        html! {
+            figure {
+                figcaption { "Gyro " (AXES[axis]) (what) }
+                (map::map(pictures, axis, after))
+            }
+        }
+    };
+    html! {
+        (map::legend())
+        @if both {
+            @for axis in 0..AXES.len() {
+                div.pair {
+                    (one(axis, ", as recorded", false))
+                    (one(axis, ", what was found taken out", true))
+                }
+            }
+        } @else {
+            div.pair { @for axis in 0..AXES.len() { (one(axis, "", false)) } }
+        }
+    }
+}
+
+/// What was left out, effect by effect.
+pub fn effects(diagnosis: &Diagnosis) -> Markup {
+    html! {
+        @if !diagnosis.effects.is_empty() {
+            section {
+                h2 { "What was left out" }
+                @let (lines, others): (Vec<_>, Vec<_>) = diagnosis.effects.iter().partition(|effect| lines::is_line(effect));
+                @for effect in others.iter().take(MOST_ROWS) { (one(effect)) }
+                (and_more(others.len()))
+                @if !lines.is_empty() { (lines::table(diagnosis)) }
+            }
+        }
+    }
+}
+
+/// Kinds that nothing in the recording speaks against.
+fn not_told_apart(effect: &EffectEntry) -> Vec<&str> {
+    let alike = effect.indistinguishable_from.iter();
+    alike
+        .filter(|kind| !effect.gravity_speaks_against.contains(kind))
+        .map(String::as_str)
+        .collect()
+}
+
+fn one(effect: &EffectEntry) -> Markup {
+    html! {
+        article {
+            h3 { (spaced(&effect.kind)) " " code { (effect.kind) } }
+            p { (effect.what_was_left_out) }
+            @if !effect.equation.is_empty() { p.equation { (symbols(&effect.equation)) } }
+            @if let Some(expression) = &effect.expression {
+                @match effect.kind.as_str() {
+                    "unlisted" => p { "Expression: " code { (expression) } },
+                    _ => p.caution { "Explains as much with one number, and is no effect of the catalogue: " code { (expression) } },
+                }
+            }
+            (known(effect))
+            @let alike = not_told_apart(effect);
+            @if effect.expression.is_none() && effect.may_be_unlisted() {
+                p.caution { (ONLY_DESCRIBED) }
+            }
+            @if !alike.is_empty() {
+                p.caution {
+                    b { "Not told apart: " }
+                    "this recording cannot tell it from "
+                    @for (place, kind) in alike.iter().enumerate() {
+                        @if place > 0 { ", " }
+                        (spaced(kind))
+                    }
+                    ". Either, or a mixture, gives what was measured."
+                }
+            }
+            @if !effect.gravity_speaks_against.is_empty() {
+                p.note {
+                    "The gyros alone cannot tell it from "
+                    (effect.gravity_speaks_against.iter().map(|kind| spaced(kind)).collect::<Vec<_>>().join(", "))
+                    "; gravity, as the accelerometers feel it, speaks against that."
+                }
+            }
+            @if effect.log_evidence_gain > 0.0 {
+                p.note {
+                    "Evidence: ln " (number(rounded(effect.log_evidence_gain)))
+                    " in favour; chance " (chance(effect.p_value)) ", all trials counted."
+                }
+            }
+            (regimes(&effect.regimes))
+        }
+    }
+}
+
+/// A numeric parameter.
+struct Parameter<'a> {
+    name: &'a str,
+    value: f64,
+    std: f64,
+    unit: &'a str,
+}
+
+fn numbers(effect: &EffectEntry) -> Vec<Parameter<'_>> {
+    let number = |parameter| match parameter {
+        &ParameterEntry::Number {
+            ref name,
+            value,
+            std,
+            ref unit,
+        } => Some(Parameter {
+            name,
+            value,
+            std,
+            unit,
+        }),
+        ParameterEntry::Text { .. } => None,
+    };
+    effect.parameters.iter().filter_map(number).collect()
+}
+
+/// The combinations that the recording fixes, then the single values.
+fn known(effect: &EffectEntry) -> Markup {
+    let parameters = numbers(effect);
+    let texts = effect
+        .parameters
+        .iter()
+        .filter_map(|parameter| match parameter {
+            ParameterEntry::Text { name, value } => Some((name, value)),
+            ParameterEntry::Number { .. } => None,
+        });
+    let (factor, unit) = parameters
+        .first()
+        .map_or((1.0, String::new()), |first| for_people(first.unit));
+    let combined = effect
+        .identifiable
+        .iter()
+        .any(|fixed| fixed.combination.len() > 1);
+    html! {
+        @for (name, value) in texts { p { (name) ": " code { (value) } } }
+        @if combined {
+            @let (better, ratio) = confidence(effect, &parameters);
+            h4 { "What the recording fixes" }
+            (values(
+                effect.identifiable.iter().map(|fixed| (combination(&fixed.combination), fixed.value, fixed.std)),
+                (factor, &unit),
+            ))
+            @if effect.identifiable.len() < parameters.len() {
+                p.caution {
+                    b { "The single values are not known. " }
+                    "The recording fixes " (effect.identifiable.len()) " combinations of " (parameters.len())
+                    " numbers; the single values below are one choice among many that fit as well."
+                }
+            } @else if ratio > BETTER_KNOWN {
+                p.caution {
+                    b { "Use the combinations, not the single values. " }
+                    "The best of them (" (better) ") is known " (format!("{ratio:.1}"))
+                    " times better than the single values it is made of."
+                }
+            }
+        }
+        @if !parameters.is_empty() {
+            h4 { @if combined { "Single values, as they stand in the model" } @else { "Size" } }
+            (values(
+                parameters.iter().map(|p| {
+                    let (own, _) = for_people(p.unit);
+                    (p.name.to_owned(), p.value * own / factor, p.std * own / factor)
+                }),
+                (factor, &unit),
+            ))
+        }
+    }
+}
+
+/// The combination that is known best against the single values in it, with by how much: the standard
+/// deviation that its parameters' own spreads alone would give it, over its own.
+fn confidence(effect: &EffectEntry, parameters: &[Parameter]) -> (String, f64) {
+    let ratio = |fixed: &Identifiable| {
+        let parts = fixed.combination.iter().filter_map(|(name, weight)| {
+            let parameter = parameters
+                .iter()
+                .find(|parameter| parameter.name == *name)?;
+            Some((weight * parameter.std).powi(2))
+        });
+        parts.sum::<f64>().sqrt() / fixed.std
+    };
+    let combined = effect
+        .identifiable
+        .iter()
+        .filter(|fixed| fixed.combination.len() > 1);
+    let best = combined
+        .map(|fixed| (ratio(fixed), fixed))
+        .filter(|(ratio, _)| ratio.is_finite())
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    best.map_or((String::new(), 0.0), |(ratio, fixed)| {
+        (combination(&fixed.combination), ratio)
+    })
+}
+
+fn values(rows: impl Iterator<Item = (String, f64, f64)>, (factor, unit): (f64, &str)) -> Markup {
+    html! {
+        div.scroll { table.values {
+            thead { tr { th { "parameter" } th { "value ± standard deviation" @if !unit.is_empty() { " [" (unit) "]" } } th { "from zero" } } }
+            tbody {
+                @for (name, value, std) in rows {
+                    tr {
+                        td { (name) }
+                        td.number { (with_spread(value * factor, std * factor)) }
+                        td {
+                            @if std > 0.0 {
+                                (format!("{:.1} σ", (value / std).abs()))
+                                @if (value / std).abs() < TOLD_FROM_ZERO { " (not told from 0)" }
+                            }
+                        }
+                    }
+                }
+            }
+        } }
+    }
+}
+
+/// The same coefficients in every regime, or not.
+fn regimes(regimes: &[RegimeEntry]) -> Markup {
+    let mut shown: Vec<&RegimeEntry> = regimes.iter().collect();
+    if shown.len() > MOST_ROWS {
+        let pull = |regime: &RegimeEntry| ((regime.amplitude - 1.0) / regime.std).abs();
+        shown.sort_by(|a, b| pull(b).total_cmp(&pull(a)));
+        shown.truncate(MOST_ROWS);
+    }
+    let reach = shown
+        .iter()
+        .flat_map(|r| [r.amplitude - r.std, r.amplitude + r.std]);
+    let (low, high) = super::plot::ends(reach.chain([0.8, 1.2])).unwrap_or((0.0, 2.0));
+    html! {
+        @if !shown.is_empty() {
+            h4 { "The same everywhere?" }
+            p.note {
+                "Its amplitude in each kind of motion, 1 (the line) being the value above; a wrong name would not fit all of them."
+                @if shown.len() < regimes.len() {
+                    " Shown are the " (shown.len()) " of " (regimes.len()) " that differ most."
+                }
+            }
+            div.scroll { table.bars { tbody {
+                @for regime in &shown {
+                    tr {
+                        td { (regime.name) }
+                        td.wide { (error_bar(regime.amplitude, regime.std, low, high, 1.0)) }
+                        td.number { (with_spread(regime.amplitude, regime.std)) }
+                    }
+                }
+            } } }
+        }
+    }
+}

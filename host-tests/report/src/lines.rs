@@ -1,0 +1,42 @@
+//! Steady lines as one table: a section each would bury everything else.
+//!
+//! Enters: [`Diagnosis`]. Leaves: a part of the section on what was left out.
+
+use maud::{Markup, html};
+
+use super::words::{for_people, number, with_spread};
+use rlg_diagnosis::result::{Diagnosis, EffectEntry, ParameterEntry};
+
+/// Whether an effect is a steady line on several gyros.
+pub fn is_line(effect: &EffectEntry) -> bool {
+    let expression = effect.expression.as_deref();
+    expression.is_some_and(|text| text.starts_with("sine("))
+        && effect.equation.starts_with("omega_i")
+}
+
+/// All lines, the strongest first.
+pub fn table(diagnosis: &Diagnosis) -> Markup {
+    let lines: Vec<&EffectEntry> = diagnosis.effects.iter().filter(|e| is_line(e)).collect();
+    let (factor, unit) = for_people("rad/s");
+    html! {
+        @if !lines.is_empty() {
+            article {
+                h3 { "steady lines " code { "unlisted" } }
+                p { "Frequencies in hertz of the nominal clock. Amplitudes on the fitted half; a line is here only if it keeps its phase through it." }
+                div.scroll { table.values {
+                    thead { tr { th { "line [Hz]" } th { "x [" (unit) "]" } th { "y" } th { "z" } th { "ln evidence" } th { "what it is" } } }
+                    tbody { @for line in &lines { tr {
+                        td { (line.expression.as_deref().unwrap_or_default().trim_start_matches("sine(").trim_end_matches(')')) }
+                        @for parameter in &line.parameters {
+                            @if let ParameterEntry::Number { value, std, .. } = parameter {
+                                td.number { @if *value > 0.0 { (with_spread(value * factor, std * factor)) } @else { "–" } }
+                            }
+                        }
+                        td.number { (number(line.log_evidence_gain.round())) }
+                        td { (line.what_was_left_out.split_once(" on x, y, z. ").map_or("", |(_, what)| what)) }
+                    } } }
+                } }
+            }
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! Where the residual stands above its noise: time × band, one map a gyro.
+//!
+//! Enters: [`Tile`]s with their chance. Leaves: a plot whose colour is the chance, all tiles of the map
+//! counted: chance × tiles. Held-out time is marked by a bar along the top.
+//!
+//! A recording of many tiles is drawn in [`COLUMNS`] columns, each showing the least chance that falls in it.
+
+use maud::{Markup, html};
+use plotters::prelude::*;
+
+use super::curves::time_range;
+use super::plot::{Axes, FINE, INK, builder, frame, plot};
+use super::words::number;
+use rlg_diagnosis::declare::TILE_SIGNIFICANCE;
+use rlg_diagnosis::locate::Tile;
+use rlg_diagnosis::pictures::Pictures;
+use rlg_diagnosis::streams::AXES;
+
+/// Height of a map \[page pixels\].
+const HEIGHT: u32 = 230;
+
+/// Most columns of a map: narrower ones would not be seen, and the page would grow with the recording.
+const COLUMNS: usize = 150;
+
+/// Share of a row's height that the bar of held-out time takes.
+const BAR: f64 = 0.35;
+
+/// Chance below which a tile has this colour, and how the legend calls it; the first is what the diagnosis
+/// itself takes for more than noise. One hue from light to dark, readable without colour.
+const LEVELS: [(f64, RGBColor, &str); 5] = [
+    (f64::INFINITY, RGBColor(0xEE, 0xEE, 0xEE), "noise"),
+    (TILE_SIGNIFICANCE, RGBColor(0xF6, 0xC9, 0x8B), "< 10⁻⁴"),
+    (1e-8, RGBColor(0xE6, 0x9F, 0x00), "< 10⁻⁸"),
+    (1e-16, RGBColor(0xC0, 0x4F, 0x00), "< 10⁻¹⁶"),
+    (1e-32, RGBColor(0x6B, 0x22, 0x00), "< 10⁻³²"),
+];
+
+/// A rectangle of the map.
+struct Cell {
+    begin_s: f64,
+    end_s: f64,
+    band: usize,
+    chance: f64,
+}
+
+/// The map of one gyro before (`tiles_before`) or after the found effects are taken out.
+pub fn map(pictures: &Pictures, axis: usize, after: bool) -> Markup {
+    let (tiles, when) = if after {
+        (&pictures.tiles_after, "after")
+    } else {
+        (&pictures.tiles_before, "before")
+    };
+    let bands = bands(&pictures.tiles_before);
+    let label = format!(
+        "Chance of the residual of gyro {} being noise, {when}, by time and band",
+        AXES[axis]
+    );
+    plot(&label, HEIGHT, |area| {
+        let rows = bands.len().max(1) as f64;
+        let x = time_range(pictures);
+        // Labels stand at the edges between bands.
+        let mut chart = builder(area).build_cartesian_2d(x, 0.0..rows + BAR)?;
+        let edge = |place: &f64| match (place.fract() == 0.0, bands.get(*place as usize)) {
+            (true, Some((low, _))) => number(*low),
+            (true, None) => bands
+                .last()
+                .map_or(String::new(), |(_, high)| number(*high)),
+            (false, _) => String::new(),
+        };
+        let axes = Axes {
+            x_title: "time [s]",
+            y_title: "band [Hz]",
+            x_number: &|time_s| number(*time_s),
+            y_number: &edge,
+            y_count: bands.len() + 2,
+        };
+        frame(&mut chart, &axes)?;
+        let cells = cells(pictures, tiles, axis, &bands);
+        chart.draw_series(cells.iter().map(|cell| {
+            let row = cell.band as f64;
+            let colour = colour(cell.chance * tiles.len() as f64);
+            Rectangle::new(
+                [(cell.begin_s, row), (cell.end_s, row + 1.0)],
+                colour.filled(),
+            )
+        }))?;
+        chart.draw_series(pictures.held_out_s.iter().map(|[begin, end]| {
+            let (low, high) = (rows + BAR / 3.0, rows + BAR);
+            Rectangle::new([(*begin, low), (*end, high)], INK.filled())
+        }))?;
+        // Lines between the bands, over the tiles.
+        chart.draw_series((1..bands.len()).map(|row| {
+            let ends = [
+                (time_range(pictures).start, row as f64),
+                (time_range(pictures).end, row as f64),
+            ];
+            PathElement::new(ends, WHITE.stroke_width(FINE / 2))
+        }))?;
+        Ok(())
+    })
+}
+
+/// What the colours mean.
+pub fn legend() -> Markup {
+    html! {
+        p.legend {
+            "Chance of being noise: "
+            @for (_, RGBColor(red, green, blue), words) in &LEVELS {
+                span.key {
+                    svg.swatch viewBox="0 0 14 14" aria-hidden="true" {
+                        rect width="14" height="14" fill=(format!("#{red:02X}{green:02X}{blue:02X}")) {}
+                    }
+                    (words)
+                }
+            }
+            span.key {
+                svg.swatch viewBox="0 0 14 14" aria-hidden="true" { rect y="5" width="14" height="4" fill="#222222" {} }
+                "held out"
+            }
+        }
+    }
+}
+
+fn colour(chance: f64) -> RGBColor {
+    let level = LEVELS.iter().rev().find(|(limit, _, _)| chance < *limit);
+    level.map_or(LEVELS[0].1, |(_, colour, _)| *colour)
+}
+
+/// The bands in rising order.
+fn bands(tiles: &[Tile]) -> Vec<(f64, f64)> {
+    let mut bands: Vec<(f64, f64)> = tiles.iter().map(|tile| tile.band_hz).collect();
+    bands.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    bands.dedup_by(|a, b| a.0 == b.0);
+    bands
+}
+
+fn cells(pictures: &Pictures, tiles: &[Tile], axis: usize, bands: &[(f64, f64)]) -> Vec<Cell> {
+    let time_s = |row: usize| pictures.start_s + row as f64 / pictures.rate_hz;
+    let own = tiles.iter().filter(|tile| tile.axis == axis);
+    let all = own.filter_map(|tile| {
+        Some(Cell {
+            begin_s: time_s(tile.rows.start),
+            end_s: time_s(tile.rows.end),
+            band: bands.iter().position(|band| band.0 == tile.band_hz.0)?,
+            chance: tile.chance,
+        })
+    });
+    let all: Vec<Cell> = all.collect();
+    if all.len() <= COLUMNS * bands.len() {
+        return all;
+    }
+    let time = time_range(pictures);
+    let width_s = (time.end - time.start) / COLUMNS as f64;
+    let mut least = vec![None::<f64>; COLUMNS * bands.len()];
+    for cell in &all {
+        let first = ((cell.begin_s - time.start) / width_s) as usize;
+        let last = (((cell.end_s - time.start) / width_s).ceil() as usize).max(first + 1);
+        for column in first..last.min(COLUMNS) {
+            let slot = &mut least[column * bands.len() + cell.band];
+            *slot = Some(slot.map_or(cell.chance, |known| known.min(cell.chance)));
+        }
+    }
+    let thinned = least.iter().enumerate().filter_map(|(slot, chance)| {
+        let begin_s = time.start + (slot / bands.len()) as f64 * width_s;
+        Some(Cell {
+            begin_s,
+            end_s: begin_s + width_s,
+            band: slot % bands.len(),
+            chance: (*chance)?,
+        })
+    });
+    thinned.collect()
+}

@@ -1,0 +1,107 @@
+//! How this very recording answered to known patterns, against theory.
+//!
+//! Enters: [`SelfTestEntry`]. Leaves: a plot of the share found against strength (matched-filter SNR), with
+//! the binomial standard deviation, and what the time slides showed, in a sentence.
+
+use maud::{Markup, html};
+use plotters::prelude::*;
+
+use super::plot::{AFTER, Axes, FINE, INK, builder, frame, plot, swatch};
+use super::words::{number, spaced};
+use rlg_diagnosis::result::{SelfTestEntry, SelfTestPoint};
+
+/// Height of the plot \[page pixels\].
+const HEIGHT: u32 = 250;
+
+/// Half a step of strength beside the first and last.
+const AIR: f64 = 1.0;
+
+/// Plot and sentence.
+pub fn self_test(test: &SelfTestEntry) -> Markup {
+    let shown: Vec<&SelfTestPoint> = test.curve.iter().filter(|p| p.injections > 0).collect();
+    let named_falsely: Vec<String> = test
+        .kinds
+        .iter()
+        .filter(|kind| kind.false_names > 0)
+        .map(|kind| format!("{} in {}", spaced(&kind.kind), kind.false_names))
+        .collect();
+    html! {
+        h3 { "Tried on this very recording" }
+        p {
+            "What the fit left was slid against the motion by random times, " (test.slides)
+            " times over: whatever the search names then is false. It named something in " (test.false_names)
+            @if !named_falsely.is_empty() { " (" (named_falsely.join(", ")) ")" }
+            "; the true share is below " (number((1000.0 * test.upper_limit_95).round() / 10.0))
+            " % with 95 % confidence."
+        }
+        @if !shown.is_empty() {
+            p {
+                "Into the same slid residuals patterns of every kind were put, at known strength. Of those with signal to noise "
+                @for (place, point) in shown.iter().enumerate() {
+                    @if place > 0 { ", " }
+                    (number(point.rho)) " it found " (percent(point.detected, point.injections))
+                    " and rightly named " (percent(point.named, point.injections))
+                }
+                "."
+            }
+            p.legend {
+                span.key { (swatch("#0072B2", "none", "2.5")) "found in this recording ± standard deviation" }
+                span.key { (swatch("#222222", "6 4", "2")) "theory, noise as modelled" }
+            }
+            figure {
+                figcaption { "Share of injected patterns that is found" }
+                (curve(&shown))
+            }
+        }
+    }
+}
+
+fn percent(count: usize, of: usize) -> String {
+    format!("{:.0} %", 100.0 * count as f64 / of as f64)
+}
+
+fn curve(points: &[&SelfTestPoint]) -> Markup {
+    plot(
+        "Share of injected patterns found against their strength",
+        HEIGHT,
+        |area| {
+            let (Some(first), Some(last)) = (points.first(), points.last()) else {
+                return Ok(());
+            };
+            let x = first.rho - AIR..last.rho + AIR;
+            let mut chart = builder(area).build_cartesian_2d(x, -0.03..1.05)?;
+            let axes = Axes {
+                x_title: "signal to noise",
+                y_title: "share found",
+                x_number: &|rho| number(*rho),
+                y_number: &|share| number((share * 100.0).round() / 100.0),
+                y_count: 6,
+            };
+            frame(&mut chart, &axes)?;
+            let theory: Vec<(f64, f64)> = points.iter().map(|p| (p.rho, p.theory)).collect();
+            let style = INK.stroke_width(FINE * 3 / 2);
+            chart.draw_series(DashedLineSeries::new(theory, 6 * FINE, 4 * FINE, style))?;
+            let found: Vec<(f64, f64, f64)> = points
+                .iter()
+                .map(|p| {
+                    let count = p.injections as f64;
+                    // Laplace's share, so that none of forty keeps a spread.
+                    let likely = (p.detected as f64 + 1.0) / (count + 2.0);
+                    let std = (likely * (1.0 - likely) / count).sqrt();
+                    (p.rho, p.detected as f64 / count, std)
+                })
+                .collect();
+            let style = AFTER.stroke_width(FINE * 3 / 2);
+            chart.draw_series(found.iter().map(|&(rho, share, std)| {
+                let ends = [(rho, (share - std).max(0.0)), (rho, (share + std).min(1.0))];
+                PathElement::new(ends, style)
+            }))?;
+            chart.draw_series(
+                found
+                    .iter()
+                    .map(|&(rho, share, _)| Circle::new((rho, share), 4 * FINE, AFTER.filled())),
+            )?;
+            Ok(())
+        },
+    )
+}

@@ -1,0 +1,160 @@
+//! The tables that a scenario's recording has.
+//!
+//! Enters: a scenario. Leaves: each table's file, rate and columns, in the order in which rows are made.
+//!
+//! The gyros' rows come first, then a table a further reference, then slow channels at rates of their own. The
+//! first reference is the one that the model and the reference's effects speak of; readers take the first too.
+
+use super::scenario::{GyroOutput, Scenario};
+use rlg_recording::Quantity;
+
+/// What measures the case's or the table's angle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReferenceKind {
+    /// `[reference]`.
+    Gyro,
+    /// `[fibre_optic]`.
+    FibreOptic,
+    /// `[encoder]`.
+    Encoder,
+}
+
+/// The references of a scenario, the first being *the* reference.
+pub fn references(scenario: &Scenario) -> impl Iterator<Item = ReferenceKind> + use<> {
+    [
+        (ReferenceKind::Gyro, scenario.reference.is_some()),
+        (ReferenceKind::FibreOptic, scenario.fibre_optic.is_some()),
+        (ReferenceKind::Encoder, scenario.encoder.is_some()),
+    ]
+    .into_iter()
+    .filter_map(|(kind, there)| there.then_some(kind))
+}
+
+/// One column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Its name in the file.
+    pub name: String,
+    /// What it measures.
+    pub quantity: Quantity,
+    /// "x", "y", "z", or "w".
+    pub axis: &'static str,
+    /// Its resolution: values are whole multiples. `None`: any value.
+    pub weight: Option<f64>,
+    /// Its name in an effect's `channel`; `None`: no fault can be switched on.
+    pub fault_name: Option<String>,
+}
+
+/// One table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableLayout {
+    /// File in the recording's folder.
+    pub file: &'static str,
+    /// Gyro rows that one of its rows covers.
+    pub gyro_rows: usize,
+    /// Its columns.
+    pub columns: Vec<Column>,
+}
+
+const LETTERS: [&str; 3] = ["x", "y", "z"];
+
+fn triad(
+    prefix: &str,
+    quantity: Quantity,
+    weights: [f64; 3],
+    fault_stem: Option<&str>,
+) -> impl Iterator<Item = Column> {
+    let make = |(axis, weight): (&'static str, f64)| Column {
+        name: format!("{prefix}{axis}"),
+        quantity: quantity.clone(),
+        axis,
+        weight: Some(weight),
+        fault_name: fault_stem.map(|stem| format!("{stem}_{axis}")),
+    };
+    let columns: Vec<_> = LETTERS.into_iter().zip(weights).map(make).collect();
+    columns.into_iter()
+}
+
+/// Every table of the recording.
+pub fn tables(scenario: &Scenario) -> Vec<TableLayout> {
+    let gyro = &scenario.gyro;
+    let (quantity, weights) = match gyro.output {
+        GyroOutput::Count => (Quantity::GyroCount, [1.0; 3]),
+        GyroOutput::Increment => (Quantity::GyroIncrement, gyro.pulse_weight_rad),
+    };
+    let mut columns: Vec<Column> = triad("g", quantity, weights, Some("gyro")).collect();
+    if let Some(dither) = &scenario.dither {
+        let weights = [dither.pickoff_weight_rad; 3];
+        columns.extend(triad("d", Quantity::DitherAngle, weights, Some("dither")));
+    }
+    if let Some(reference) = &scenario.reference {
+        let increment = Quantity::ReferenceIncrement;
+        columns.extend(triad(
+            "r",
+            increment,
+            [reference.weight_rad; 3],
+            Some("reference"),
+        ));
+    }
+    if let Some(accelerometer) = &scenario.accelerometer {
+        let weights = [accelerometer.weight_m_s2; 3];
+        columns.extend(triad("a", Quantity::SpecificForce, weights, Some("force")));
+    }
+    if scenario
+        .reference
+        .is_some_and(|reference| reference.attitude)
+    {
+        columns.extend(["w", "x", "y", "z"].map(|axis| Column {
+            name: format!("q{axis}"),
+            quantity: Quantity::ReferenceAttitude,
+            axis,
+            weight: None,
+            fault_name: None,
+        }));
+    }
+    let mut tables = vec![TableLayout {
+        file: "samples.parquet",
+        gyro_rows: 1,
+        columns,
+    }];
+    let first = references(scenario).next();
+    let stem = |kind| (first == Some(kind)).then_some("reference");
+    let mut add = |file, rate_hz: f64, columns: Vec<Column>| {
+        tables.push(TableLayout {
+            file,
+            gyro_rows: (scenario.rate_hz / rate_hz).round() as usize,
+            columns,
+        });
+    };
+    let increment = Quantity::ReferenceIncrement;
+    if let Some(gyro) = &scenario.fibre_optic {
+        let stem = stem(ReferenceKind::FibreOptic);
+        let columns = triad("f", increment.clone(), [gyro.weight_rad; 3], stem);
+        add("fibre_optic.parquet", scenario.rate_hz, columns.collect());
+    }
+    if let Some(encoder) = &scenario.encoder {
+        let stem = stem(ReferenceKind::Encoder);
+        let columns = triad("e", increment, [encoder.weight_rad; 3], stem);
+        add("encoder.parquet", scenario.rate_hz, columns.collect());
+    }
+    if let Some(thermal) = &scenario.thermal {
+        let weights = [thermal.sensor_weight_k; 3];
+        let columns = triad("t", Quantity::Temperature, weights, Some("temperature"));
+        add("temperature.parquet", thermal.rate_hz, columns.collect());
+    }
+    if let Some(magnetic) = &scenario.magnetic {
+        let weights = [magnetic.sensor_weight_t; 3];
+        let columns = triad("b", Quantity::MagneticField, weights, Some("field"));
+        add("magnetic.parquet", magnetic.rate_hz, columns.collect());
+    }
+    tables
+}
+
+/// Names under which an effect may address a channel.
+pub fn fault_channels(scenario: &Scenario) -> Vec<String> {
+    tables(scenario)
+        .into_iter()
+        .flat_map(|table| table.columns)
+        .filter_map(|column| column.fault_name)
+        .collect()
+}

@@ -1,0 +1,315 @@
+//! One run of an image in QEMU.
+//!
+//! Enters: the image, the content of its parameter slots, and the records that its counter bank plays.
+//! Leaves: [`Emulation`]: what the serial port sent, the image's report, and its raw event log. The emulated
+//! machine is an STM32F405 (`netduinoplus2`); `-icount shift=0` makes one instruction one nanosecond of its
+//! virtual time, so the chain's and the processor's counts repeat exactly; when the sleeping processor wakes can differ by
+//! a few, which whole interrupts show. [`first_telemetry`] runs the board's own image, whose bank is not
+//! there, until it has sent something.
+//!
+//! Files go through a temporary folder that is gone afterwards.
+
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use trueaxis::TELEMETRY_BYTES;
+use trueaxis::bank_record::BankRecord;
+use trueaxis::run_report::{RunOutcome, RunReport};
+
+use super::slots::{SLOT_ADDRESSES, SlotImages};
+use rlg_recording::error::InputError;
+
+/// The emulator's program.
+pub const EMULATOR: &str = "qemu-system-arm";
+
+/// The machine and its clock. `sleep=off`: virtual time does not wait for the wall clock while the
+/// processor sleeps.
+const MACHINE: [&str; 10] = [
+    "-M",
+    "netduinoplus2",
+    "-icount",
+    "shift=0,sleep=off",
+    "-display",
+    "none",
+    "-monitor",
+    "none",
+    "-nodefaults",
+    "-no-reboot",
+];
+
+/// An image that has sent nothing for this long hangs: it needs under 1 ms of wall time for a frame.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// How often progress is looked at. Short beside a person's patience, long beside a file look-up.
+const POLL: Duration = Duration::from_millis(50);
+
+/// What a run left behind.
+#[derive(Debug, Clone)]
+pub struct Emulation {
+    /// What left the serial port.
+    pub telemetry: Vec<u8>,
+    /// The image's account of the run.
+    pub report: RunReport,
+    /// The event log as the image sent it.
+    pub events: Vec<u8>,
+}
+
+/// The emulator's own name and version, first line.
+pub fn version() -> Result<String, InputError> {
+    let output = Command::new(EMULATOR)
+        .arg("--version")
+        .output()
+        .map_err(|error| missing(&error))?;
+    let words = String::from_utf8_lossy(&output.stdout);
+    Ok(words.lines().next().unwrap_or(EMULATOR).to_owned())
+}
+
+/// The files of a run, in its folder.
+const TELEMETRY: &str = "telemetry.bin";
+const EVENTS: &str = "events.bin";
+const REPORT: &str = "report.bin";
+const TRACE: &str = "trace.log";
+const SLOTS: [&str; 2] = ["slot-0.bin", "slot-1.bin"];
+
+/// Runs the emulator's `image` over `records`. `progress` is called with the number of frames so far.
+pub fn run(
+    image: &Path,
+    slots: &SlotImages,
+    records: &[BankRecord],
+    progress: &mut dyn FnMut(u64),
+) -> Result<Emulation, InputError> {
+    run_in(&Folder::new()?, image, slots, records, &[], progress)
+}
+
+/// As [`run`]; also the address of every instruction that was executed within `code`, in order. One
+/// instruction a step and a line in a file for each: for some thousand samples, not for millions.
+pub fn run_traced(
+    image: &Path,
+    slots: &SlotImages,
+    records: &[BankRecord],
+    code: &[Range<u64>],
+) -> Result<(Emulation, Vec<u64>), InputError> {
+    let folder = Folder::new()?;
+    let ranges: Vec<String> = code
+        .iter()
+        // The emulator counts the end in.
+        .map(|range| format!("{:#x}..{:#x}", range.start, range.end.saturating_sub(1)))
+        .collect();
+    let options = [
+        "-singlestep",
+        "-d",
+        "exec,nochain",
+        "-D",
+        TRACE,
+        "-dfilter",
+        &ranges.join(","),
+    ];
+    let emulation = run_in(&folder, image, slots, records, &options, &mut |_| {})?;
+    let trace = String::from_utf8_lossy(&folder.read(TRACE))
+        .lines()
+        .filter_map(executed)
+        .collect();
+    Ok((emulation, trace))
+}
+
+/// The address in a line such as `Trace 0: 0x7f2c [00000000/08000abc/00000120/ff020201] advance`.
+fn executed(line: &str) -> Option<u64> {
+    let (_, address) = line.strip_prefix("Trace ")?.split_once('/')?;
+    u64::from_str_radix(address.split('/').next()?, 16).ok()
+}
+
+fn run_in(
+    folder: &Folder,
+    image: &Path,
+    slots: &SlotImages,
+    records: &[BankRecord],
+    options: &[&str],
+    progress: &mut dyn FnMut(u64),
+) -> Result<Emulation, InputError> {
+    let stream: Vec<u8> = records.iter().flat_map(BankRecord::to_bytes).collect();
+    folder.write("frames.bin", &stream)?;
+    let semihosting = ["-semihosting-config", "enable=on,target=native"];
+    let mut running = folder.start(image, slots, &[&semihosting, options].concat())?;
+    let status = wait(
+        &mut running,
+        &folder.at(TELEMETRY),
+        image,
+        u64::MAX,
+        progress,
+    )?;
+
+    let report = fs::read(folder.at(REPORT))
+        .ok()
+        .and_then(|bytes| RunReport::from_bytes(&bytes))
+        .ok_or_else(|| {
+            let status = status.map_or_else(String::new, |status| format!(" ({status})"));
+            InputError::new(image, format!("ended without a report{status}"))
+                .expected("an image of this workspace's version that does not panic")
+        })?;
+    match report.outcome {
+        RunOutcome::FileFault => Err(InputError::new(image, "could not use the files of its run")),
+        RunOutcome::Complete => Ok(Emulation {
+            telemetry: folder.read(TELEMETRY),
+            report,
+            events: folder.read(EVENTS),
+        }),
+    }
+}
+
+/// Runs the board's `image` until it has sent `frames` frames' worth of bytes, and ends it.
+pub fn first_telemetry(
+    image: &Path,
+    slots: &SlotImages,
+    frames: u64,
+) -> Result<Vec<u8>, InputError> {
+    let folder = Folder::new()?;
+    let mut running = folder.start(image, slots, &[])?;
+    wait(
+        &mut running,
+        &folder.at(TELEMETRY),
+        image,
+        frames,
+        &mut |_| {},
+    )?;
+    drop(running);
+    Ok(folder.read(TELEMETRY))
+}
+
+/// The temporary folder of a run.
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Result<Self, InputError> {
+        tempfile::tempdir().map(Self).map_err(|error| {
+            InputError::new(std::env::temp_dir(), format!("cannot hold files ({error})"))
+        })
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, content: &[u8]) -> Result<(), InputError> {
+        fs::write(self.at(name), content)
+            .map_err(|error| InputError::new(self.at(name), format!("cannot be written ({error})")))
+    }
+
+    /// What the run wrote there; nothing where it did not.
+    fn read(&self, name: &str) -> Vec<u8> {
+        fs::read(self.at(name)).unwrap_or_default()
+    }
+
+    /// Starts the emulator in this folder.
+    fn start(
+        &self,
+        image: &Path,
+        slots: &SlotImages,
+        options: &[&str],
+    ) -> Result<Running, InputError> {
+        // The emulator works in another folder.
+        let image = fs::canonicalize(image)
+            .map_err(|error| InputError::new(image, format!("cannot be found ({error})")))?;
+        let log = fs::File::create(self.at(EVENTS)).map_err(|error| {
+            InputError::new(self.at(EVENTS), format!("cannot be written ({error})"))
+        })?;
+        let mut command = Command::new(EMULATOR);
+        command
+            .current_dir(self.0.path())
+            .args(MACHINE)
+            .args(["-serial", &format!("file:{TELEMETRY}")])
+            .arg("-kernel")
+            .arg(&image);
+        for ((name, content), address) in SLOTS.iter().zip(&slots.0).zip(SLOT_ADDRESSES) {
+            self.write(name, content)?;
+            command.args([
+                "-device",
+                &format!("loader,file={name},addr={address:#x},force-raw=on"),
+            ]);
+        }
+        command
+            .args(options)
+            .stdin(Stdio::null())
+            // The image's semihosting console is the emulator's standard output: the event log. What the
+            // emulator itself says goes to ours.
+            .stdout(log)
+            .stderr(Stdio::inherit())
+            .spawn()
+            .map(Running)
+            .map_err(|error| missing(&error))
+    }
+}
+
+/// A child that does not outlive this process's interest in it.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Both fail only where it has already ended.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Waits for the end, or for `enough` frames in `telemetry`, watching it grow; the exit status at the end.
+fn wait(
+    running: &mut Running,
+    telemetry: &Path,
+    image: &Path,
+    enough: u64,
+    progress: &mut dyn FnMut(u64),
+) -> Result<Option<ExitStatus>, InputError> {
+    let mut length = 0;
+    let mut grown = Instant::now();
+    loop {
+        if let Some(status) = running
+            .0
+            .try_wait()
+            .map_err(|error| InputError::new(EMULATOR, format!("was lost ({error})")))?
+        {
+            return Ok(Some(status));
+        }
+        let now = fs::metadata(telemetry).map_or(0, |file| file.len());
+        if now != length {
+            length = now;
+            grown = Instant::now();
+            let frames = length / TELEMETRY_BYTES as u64;
+            progress(frames);
+            if frames >= enough {
+                return Ok(None);
+            }
+        } else if grown.elapsed() > PATIENCE {
+            return Err(InputError::new(
+                image,
+                format!(
+                    "has sent nothing for {} s on the emulator",
+                    PATIENCE.as_secs()
+                ),
+            )
+            .expected("an image that runs to the end of its samples"));
+        }
+        thread::sleep(POLL);
+    }
+}
+
+/// The emulator cannot be started.
+fn missing(error: &std::io::Error) -> InputError {
+    InputError::new(EMULATOR, format!("cannot be started ({error})")).expected(
+        "QEMU for Arm to be installed: apt-get install qemu-system-arm (Debian and its relatives)",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::executed;
+
+    #[test]
+    fn the_address_of_an_executed_instruction_is_read() {
+        let line = "Trace 0: 0x7f2c5c000100 [00000000/08000abc/00000120/ff020201] advance";
+        assert_eq!(executed(line), Some(0x0800_0abc));
+        assert_eq!(executed("Stopped execution of TB chain before 0x1"), None);
+    }
+}

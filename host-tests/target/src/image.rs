@@ -1,0 +1,142 @@
+//! The firmware image: built or found, and what it takes in memory.
+//!
+//! Enters: a path, or nothing but the workspace this tool was compiled from. Leaves: [`Image`], its bytes
+//! in flash and RAM from the sections of its ELF file.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use object::{Object, ObjectSection, SectionFlags};
+
+use super::{Platform, TargetCore};
+use rlg_recording::error::InputError;
+
+/// The target triple of the image: Cortex-M4 with its single-precision unit.
+pub const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Where RAM begins on every Cortex-M (ARMv7-M reference manual, B3.1); below lies code memory.
+const RAM_BEGIN: u64 = 0x2000_0000;
+
+/// The firmware, ready to run.
+#[derive(Debug, Clone)]
+pub struct Image {
+    /// The ELF file.
+    pub path: PathBuf,
+    /// Its content.
+    pub elf: Vec<u8>,
+    /// Code, constants and the initial values of variables \[bytes\].
+    pub flash_bytes: u64,
+    /// Static variables \[bytes\], without the stack.
+    pub ram_bytes: u64,
+}
+
+impl Image {
+    /// The image in the file `path`.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let elf = fs::read(path).map_err(|error| {
+            InputError::new(path, format!("cannot be read ({error})"))
+                .expected("a firmware image in ELF format")
+        })?;
+        let (flash_bytes, ram_bytes) = memory(&elf).ok_or_else(|| {
+            InputError::new(path, "is not a firmware image")
+                .expected(format!("an ELF file for {TARGET}"))
+        })?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            elf,
+            flash_bytes,
+            ram_bytes,
+        })
+    }
+
+    /// Builds the image of `core` for `platform` in the workspace that this tool was compiled from. Cargo does nothing
+    /// where it is up to date.
+    pub fn build(platform: Platform, core: TargetCore) -> Result<Self, InputError> {
+        let workspace = workspace();
+        if !workspace.join("memory.x").is_file() {
+            return Err(
+                InputError::new(&workspace, "no longer holds the firmware's sources").expected(
+                    "the workspace this tool was built from, or an image given with --image",
+                ),
+            );
+        }
+        let binary = platform.binary(core);
+        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+        let output = Command::new(cargo)
+            .current_dir(&workspace)
+            .args(["build", "--release", "--package", "trueaxis"])
+            .args(["--target", TARGET, "--bin", binary])
+            .args(["--features", platform.feature()])
+            .arg("--message-format=json-render-diagnostics")
+            .stdin(Stdio::null())
+            .output()
+            .map_err(|error| {
+                InputError::new("cargo", format!("cannot be started ({error})")).expected(
+                    "cargo on the path, to build the image, or an image given with --image",
+                )
+            })?;
+        if !output.status.success() {
+            return Err(build_failure(&workspace, platform, &output.stderr));
+        }
+        let path = executable(&output.stdout, binary)
+            .ok_or_else(|| InputError::new(&workspace, format!("gave no binary `{binary}`")))?;
+        Self::read(&path)
+    }
+}
+
+/// The workspace that this tool was compiled from.
+pub(crate) fn workspace() -> PathBuf {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    package.ancestors().nth(2).unwrap_or(package).to_path_buf()
+}
+
+/// Names the one thing a user can do about a failed build.
+fn build_failure(workspace: &Path, platform: Platform, stderr: &[u8]) -> InputError {
+    let words = String::from_utf8_lossy(stderr);
+    if words.contains("target may not be installed") || words.contains("E0463") {
+        return InputError::new(TARGET, "the compiler has no core library for this target")
+            .expected(format!("it to be installed: rustup target add {TARGET}"));
+    }
+    let reason = words
+        .lines()
+        .find(|line| line.starts_with("error"))
+        .unwrap_or("cargo gave no reason");
+    InputError::new(workspace, format!("the image does not build: {reason}"))
+        .expected(format!("`cargo {}` to succeed", platform.feature()))
+}
+
+/// The path of the binary in cargo's messages, one JSON object a line.
+fn executable(messages: &[u8], binary: &str) -> Option<PathBuf> {
+    messages
+        .split(|byte| *byte == b'\n')
+        .filter_map(|line| serde_json::from_slice::<serde_json::Value>(line).ok())
+        .filter(|message| message["target"]["name"] == binary)
+        .find_map(|message| message["executable"].as_str().map(PathBuf::from))
+}
+
+/// Bytes in flash and in RAM. A section that is loaded takes its size where it runs; `.data` counts twice,
+/// since its initial values stand in flash.
+fn memory(elf: &[u8]) -> Option<(u64, u64)> {
+    let file = object::File::parse(elf).ok()?;
+    if file.architecture() != object::Architecture::Arm {
+        return None;
+    }
+    let (mut flash_bytes, mut ram_bytes) = (0, 0);
+    for section in file.sections() {
+        let SectionFlags::Elf { sh_flags } = section.flags() else {
+            return None;
+        };
+        if sh_flags & u64::from(object::elf::SHF_ALLOC) == 0 {
+            continue;
+        }
+        let has_content = section.file_range().is_some();
+        if section.address() >= RAM_BEGIN {
+            ram_bytes += section.size();
+            flash_bytes += if has_content { section.size() } else { 0 };
+        } else if has_content {
+            flash_bytes += section.size();
+        }
+    }
+    (flash_bytes > 0).then_some((flash_bytes, ram_bytes))
+}
