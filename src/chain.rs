@@ -1,24 +1,40 @@
 //! The whole chain: the stages in the order of the data.
 
-use crate::design_parameters::BIAS_PERIODS;
-use crate::faults::{Faults, FirstFault, Status};
-use crate::numbers::NumberSystem;
-use crate::parameters::{ParameterError, Parameters};
-use crate::sample::{OutputFrame, Sample};
-use crate::stages::acceleration::{Acceleration, AccelerationState};
-use crate::stages::adaptation::{Adaptation, AdaptationState};
-use crate::stages::compensation;
-use crate::stages::coning::{self, ConingState};
-use crate::stages::counts::{Counts, CountsState};
-use crate::stages::dither::{Dither, DitherState};
-use crate::stages::frame::{self, FrameState};
-use crate::stages::gap::{GapState, Motion};
-use crate::stages::installation::{self, Installation, SignedFlexure};
-use crate::stages::limits::Limits;
-use crate::stages::sculling::{self, ScullingState};
-use crate::stages::size_effect::{self, SizeEffect, SizeEffectState};
-use crate::stages::turning;
-use crate::stages::velocity::{Velocity, VelocityState};
+pub mod design_parameters;
+
+pub mod triad;
+
+pub(crate) mod dither_phase;
+
+pub mod sample;
+
+pub mod faults;
+
+pub mod numbers;
+
+pub mod stages;
+
+pub mod dither_monitor;
+
+use crate::chain::design_parameters::BIAS_PERIODS;
+use crate::chain::faults::{Faults, FirstFault, Status};
+use crate::chain::numbers::NumberSystem;
+use crate::chain::sample::{OutputFrame, Sample};
+use crate::chain::stages::acceleration::{Acceleration, AccelerationState};
+use crate::chain::stages::adaptation::{Adaptation, AdaptationState};
+use crate::chain::stages::compensation;
+use crate::chain::stages::coning::{self, ConingState};
+use crate::chain::stages::counts::{Counts, CountsState};
+use crate::chain::stages::dither::{Dither, DitherState};
+use crate::chain::stages::frame::{self, FrameState};
+use crate::chain::stages::gap::{GapState, Motion};
+use crate::chain::stages::installation::{self, Installation, SignedFlexure};
+use crate::chain::stages::limits::Limits;
+use crate::chain::stages::sculling::{self, ScullingState};
+use crate::chain::stages::size_effect::{self, SizeEffect, SizeEffectState};
+use crate::chain::stages::turning;
+use crate::chain::stages::velocity::{Velocity, VelocityState};
+use crate::store::parameters::{ParameterError, Parameters};
 
 /// The configuration of every stage: checked once when built, constant afterwards.
 ///
@@ -528,14 +544,14 @@ impl<N: NumberSystem> Chain<N> {
 }
 
 #[cfg(feature = "proof")]
-impl Chain<crate::numbers::Interval> {
+impl Chain<crate::chain::numbers::Interval> {
     /// Lowest and highest of both taps of gyros x, y, z that adaptation can put to work \[fine units per code\].
     pub fn tap_ranges(&self) -> [[(i64, i64); 2]; 3] {
         self.adaptation.tap_ranges(self.dither.nominal())
     }
 
     /// Puts all those taps to work for the next sample.
-    pub fn widen_taps(&self, state: &mut ChainState<crate::numbers::Interval>) {
+    pub fn widen_taps(&self, state: &mut ChainState<crate::chain::numbers::Interval>) {
         self.dither
             .widen_taps(&mut state.dither, &self.tap_ranges());
     }
@@ -547,7 +563,7 @@ impl Chain<crate::numbers::Interval> {
 }
 
 #[cfg(feature = "proof")]
-impl ChainState<crate::numbers::Interval> {
+impl ChainState<crate::chain::numbers::Interval> {
     /// Everything that the state keeps in fixed-point words.
     pub fn words(&self) -> impl core::fmt::Debug + '_ {
         (

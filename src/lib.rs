@@ -11,7 +11,7 @@
 //! body frame at their start, in codes of [`OUTPUT_RAD_PER_CODE`] and [`OUTPUT_M_S_PER_CODE`].
 //!
 //! # The data flow
-//! [`Chain::process`] in `chain.rs` is this list, line by line; each stage is a file of `stages/`, a
+//! [`Chain::process`] in `chain.rs` is this list, line by line; each stage is a file of `chain/stages/`, a
 //! configuration that was checked once and (where it remembers) a state, joined by a pure `process`.
 //!
 //! ```text
@@ -32,10 +32,10 @@
 //!
 //! # Two number systems, one text
 //! The stages are written once over [`NumberSystem`]; [`F32`] and [`Fixed`] say what an increment, a
-//! coefficient and a product are (`numbers/`: formats, ranges, rounding). In both, an increment travels
-//! beside its small terms unrounded ([`numbers::Unrounded`]), is rounded once where it is summed, and what
-//! that takes is summed too; what a frame cannot show is carried into the next one. So nothing drifts:
-//! at most 1e-4 °/h against the equations in f64 (`host-tests/tests/core_chain`).
+//! coefficient and a product are (`chain/numbers/`: formats, ranges, rounding). In both, increments are factors of
+//! products alone; what is summed over an output period is summed in whole numbers ([`numbers::exact`]), and what
+//! a frame cannot show follows in the next ones. So nothing drifts: at most 1e-4 °/h against the equations in f64
+//! (`host-tests/tests/core_chain`).
 //!
 //! # What it promises
 //! [`Chain::process`] allocates nothing, returns no `Result`, cannot panic whatever bits enter, and costs
@@ -57,51 +57,23 @@
 //! Temperature models, the navigation itself; effects other than bias, scale, installation, pickoff gain and
 //! delay and axis flexure, and of accelerometers bias, scale, misalignment and size effect.
 #![no_std]
+#![forbid(unsafe_code)]
 
 #[cfg(feature = "proof")]
 extern crate std;
 
-pub mod design_parameters;
-
-pub mod triad;
-
-mod dither_phase;
-
-pub mod sample;
-
-pub mod parameters;
-
-pub mod parameter_block;
-
-pub mod parameter_slots;
-
-pub mod faults;
-
-pub mod numbers;
-
-pub mod stages;
-
 pub mod chain;
 
-pub mod dither_monitor;
+pub mod unit;
 
-pub mod sample_source;
+pub mod wire;
 
-pub mod counter_bank;
+pub mod store;
 
-pub mod health;
-
-pub mod processor;
-
-pub mod clock_start;
-
-pub mod trace;
-
-pub mod telemetry;
-
-pub mod bank_record;
-
-pub mod run_report;
+pub use chain::{design_parameters, dither_monitor, faults, numbers, sample, stages, triad};
+pub use store::{parameter_block, parameter_slots, parameters};
+pub use unit::{clock_start, counter_bank, health, processor, sample_source, trace};
+pub use wire::{bank_record, run_report, telemetry};
 
 pub use chain::{Chain, ChainState};
 pub use design_parameters::{OUTPUT_M_S_PER_CODE, OUTPUT_RAD_PER_CODE};

@@ -71,7 +71,7 @@ impl Row {
 
     fn of_file(path: &str) -> Option<Self> {
         let path = path.replace('\\', "/");
-        if let Some((_, file)) = path.rsplit_once("src/stages/") {
+        if let Some((_, file)) = path.rsplit_once("src/chain/stages/") {
             let stem = file.strip_suffix(".rs")?;
             return STAGES
                 .into_iter()
@@ -81,7 +81,7 @@ impl Row {
         let is = |file: &str| path.ends_with(file);
         if is("src/chain.rs") {
             Some(Self::Chain)
-        } else if is("src/processor.rs") || is("src/health.rs") {
+        } else if is("src/unit/processor.rs") || is("src/unit/health.rs") {
             Some(Self::Processor)
         } else if path.contains("src/hardware/") {
             Some(Self::Measuring)
@@ -285,14 +285,14 @@ mod tests {
     fn a_file_is_the_row_it_is_named_after() {
         let row = |path| Row::of_file(path);
         assert_eq!(
-            row("src/stages/coning.rs"),
+            row("src/chain/stages/coning.rs"),
             Some(Row::Stage("coning"))
         );
         assert_eq!(row("/home/x/src/chain.rs"), Some(Row::Chain));
-        assert_eq!(row("src/processor.rs"), Some(Row::Processor));
+        assert_eq!(row("src/unit/processor.rs"), Some(Row::Processor));
         assert_eq!(row("src/hardware/sample_timer.rs"), Some(Row::Measuring));
         // Number systems and the core library are part of whatever stage used them.
-        assert_eq!(row("src/numbers/fixed.rs"), None);
+        assert_eq!(row("src/chain/numbers/fixed.rs"), None);
         assert_eq!(row("/rustc/1/library/core/src/num/mod.rs"), None);
     }
 

@@ -1,0 +1,21 @@
+//! The firmware for QEMU, with the fixed-point core. On the target: the image (`hardware`). On the host: the same binary
+//! prints what it was built with.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(all(target_os = "none", not(feature = "emulator")))]
+compile_error!("the image `emulated-fixed` needs the feature `emulator`");
+
+/// The number system of this image.
+type Core = trueaxis::Fixed;
+
+#[cfg(target_os = "none")]
+#[path = "../hardware/mod.rs"]
+mod hardware;
+
+#[cfg(not(target_os = "none"))]
+mod settings;
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    settings::print::<Core>("emulated-fixed");
+}

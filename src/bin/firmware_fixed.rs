@@ -1,0 +1,21 @@
+//! The firmware of the board, with the fixed-point core. On the target: the image (`hardware`). On the host: the same binary
+//! prints what it was built with.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(all(target_os = "none", not(feature = "board")))]
+compile_error!("the image `firmware-fixed` needs the feature `board`");
+
+/// The number system of this image.
+type Core = trueaxis::Fixed;
+
+#[cfg(target_os = "none")]
+#[path = "../hardware/mod.rs"]
+mod hardware;
+
+#[cfg(not(target_os = "none"))]
+mod settings;
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    settings::print::<Core>("firmware-fixed");
+}

@@ -1,0 +1,233 @@
+//! What went beyond its range or failed: bits per frame, counters since start, the first one latched.
+//!
+//! A stage that holds a value at the end of its range raises its bit for that sample. The counters never
+//! wrap, and the first fault keeps its sample number until the state is made anew, because after a failure
+//! the first one is the cause and the rest are its consequences.
+//!
+//! Bits 0 to 15 are the chain's own; bits 16 to 31 are of what feeds it and takes from it, raised by the
+//! processor around the chain. Bits that are no fault but information say so.
+
+/// Bits of one output period.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Status(u32);
+
+impl Status {
+    /// Pulse counts beyond [`SENSED_LIMIT_RAD`](crate::chain::design_parameters::SENSED_LIMIT_RAD).
+    pub const COUNTS_SATURATED: Self = Self(1 << 0);
+    /// Pickoff step beyond [`DITHER_LIMIT_RAD`](crate::chain::design_parameters::DITHER_LIMIT_RAD).
+    pub const PICKOFF_SATURATED: Self = Self(1 << 1);
+    /// Acceleration beyond [`ACCELERATION_LIMIT_RAD`](crate::chain::design_parameters::ACCELERATION_LIMIT_RAD).
+    pub const ACCELERATION_SATURATED: Self = Self(1 << 2);
+    /// The output is beyond ±(2³¹ − 1) codes, 0.0625 rad or 16 m/s: the frame leaves part of it to later ones.
+    pub const OUTPUT_SATURATED: Self = Self(1 << 3);
+    /// Information: the period holds the stream's first sample, which contributes no rotation: it has no
+    /// previous pickoff reading to strip the dither with.
+    pub const PRIMED: Self = Self(1 << 4);
+    /// A pickoff stands still while its gyro counts the dither.
+    pub const PICKOFF_FAILED: Self = Self(1 << 5);
+    /// A block that should dither does not.
+    pub const DITHER_STOPPED: Self = Self(1 << 6);
+    /// A block dithers with less than half or more than one and a half of its nominal amplitude.
+    pub const DITHER_OUT_OF_BAND: Self = Self(1 << 7);
+    /// A block dithers and its gyro's counts do not change.
+    pub const COUNTER_STUCK: Self = Self(1 << 8);
+    /// Accelerometer codes beyond the chain's range.
+    pub const VELOCITY_SATURATED: Self = Self(1 << 9);
+    /// Information: the installation matrix is held at rest, without the flexure term.
+    pub const DYNAMIC_TERM_OFF: Self = Self(1 << 10);
+    /// Information: the dither strip is tracking gain and delay.
+    pub const ADAPTING: Self = Self(1 << 11);
+    /// The sample of at least one of the period's sampling periods did not come.
+    pub const GAP: Self = Self(1 << 12);
+    /// Information: the frame shows rotation or velocity of earlier periods, which their frames could not hold.
+    pub const CARRIED_OVER: Self = Self(1 << 13);
+    /// Of the processor: the sampling interrupt did not come in time for at least one period.
+    pub const INTERRUPT_MISSED: Self = Self(1 << 16);
+    /// Of the processor: the sampling interrupt was entered late.
+    pub const INTERRUPT_LATE: Self = Self(1 << 17);
+    /// Of the processor: the previous period's sample came again.
+    pub const SAMPLE_REPEATED: Self = Self(1 << 18);
+    /// Of the processor: a sample was not ready.
+    pub const SAMPLE_LOST: Self = Self(1 << 19);
+    /// Of the processor: a frame of the counter bank failed its check.
+    pub const FRAME_CHECKSUM: Self = Self(1 << 20);
+    /// Of the processor: the bus to the counter bank reported an error.
+    pub const BUS_FAULT: Self = Self(1 << 21);
+    /// Of the processor: an output frame found no room.
+    pub const OUTPUT_OVERRUN: Self = Self(1 << 22);
+    /// Of the processor: the board runs on its internal oscillator.
+    pub const CLOCK_FALLBACK: Self = Self(1 << 23);
+    /// Of the processor: no parameter slot was usable; the values are the nominal ones.
+    pub const PARAMETERS_DEFAULT: Self = Self(1 << 24);
+    /// Of the processor: one parameter slot was bad and the other one is used.
+    pub const PARAMETER_SLOT_BAD: Self = Self(1 << 25);
+    /// Of the processor: the counter bank's sequence number does not fit the time that passed, so it has started anew;
+    /// what the gyros turned since its last frame is not known and is left out.
+    pub const BANK_RESTARTED: Self = Self(1 << 26);
+    /// Every bit of the chain that is a fault.
+    const FAULTS: u32 = 0b1_0011_1110_1111;
+    /// Every bit that is a fault in service: the chain's and the processor's, those of the boot apart.
+    pub const IN_SERVICE_FAULTS: Self = Self(Self::FAULTS | 0x47F << 16);
+
+    /// What people call bit `bit`; `None` for bits without a meaning.
+    pub const fn name(bit: u8) -> Option<&'static str> {
+        Some(match bit {
+            0 => "counts saturated",
+            1 => "pickoff saturated",
+            2 => "acceleration saturated",
+            3 => "output saturated",
+            4 => "primed",
+            5 => "pickoff failed",
+            6 => "dither stopped",
+            7 => "dither out of band",
+            8 => "counter stuck",
+            9 => "velocity saturated",
+            10 => "dynamic term off",
+            11 => "adapting",
+            12 => "gap",
+            13 => "carried over",
+            16 => "interrupt missed",
+            17 => "interrupt late",
+            18 => "sample repeated",
+            19 => "sample lost",
+            20 => "frame check sum",
+            21 => "bus fault",
+            22 => "output overrun",
+            23 => "clock fallback",
+            24 => "nominal parameters",
+            25 => "parameter slot bad",
+            26 => "bank restarted",
+            _ => return None,
+        })
+    }
+
+    /// As bits.
+    #[inline(always)]
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// From bits; unknown ones are kept.
+    #[inline(always)]
+    pub const fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
+    /// Whether every bit of `other` is set.
+    #[inline(always)]
+    pub const fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// The bits of either.
+    #[inline(always)]
+    #[must_use]
+    pub const fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// This bit if `raised`.
+    #[inline(always)]
+    #[must_use]
+    pub const fn when(self, raised: bool) -> Self {
+        // Negating 0 or 1 gives a mask: no branch.
+        Self(self.0 & (raised as u32).wrapping_neg())
+    }
+}
+
+/// The first fault since start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct FirstFault {
+    /// The stages that raised a fault in the first output period that had one; empty before its end.
+    pub stages: Status,
+    /// Number of the first faulty sample since start, wrapping; 0 while there was none. What a frame or an
+    /// adaptation window finds has the number of its last sample.
+    pub sample: u32,
+}
+
+/// Faults since start, per stage \[output periods that had at least one\].
+///
+/// Periods and not samples, because they are counted where a frame is made: a sample pays only for
+/// its bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Faults {
+    /// Periods with pulse counts beyond their range.
+    pub counts: u32,
+    /// Periods with a pickoff step beyond its range.
+    pub pickoff: u32,
+    /// Periods with an angular acceleration beyond its range.
+    pub acceleration: u32,
+    /// Periods whose rotation or velocity was beyond the frame's range.
+    pub output: u32,
+    /// Periods with a failed pickoff.
+    pub pickoff_failed: u32,
+    /// Periods with a block that stands still.
+    pub dither_stopped: u32,
+    /// Periods with a block out of its band.
+    pub dither_out_of_band: u32,
+    /// Periods with a stuck counter.
+    pub counter_stuck: u32,
+    /// Periods with accelerometer codes beyond their range.
+    pub velocity: u32,
+    /// Periods that lack at least one sample.
+    pub gap: u32,
+    /// The first of all.
+    pub first: FirstFault,
+}
+
+impl Faults {
+    /// None yet.
+    pub const NONE: Self = Self {
+        counts: 0,
+        pickoff: 0,
+        acceleration: 0,
+        output: 0,
+        pickoff_failed: 0,
+        dither_stopped: 0,
+        dither_out_of_band: 0,
+        counter_stuck: 0,
+        velocity: 0,
+        gap: 0,
+        first: FirstFault {
+            stages: Status(0),
+            sample: 0,
+        },
+    };
+
+    /// Latches the sample of the first fault: `before` holds the bits of the output period so far.
+    pub(crate) fn watch(&mut self, before: Status, raised: Status, sample: u32) {
+        let clean = (self.first.stages.0 | before.0) & Status::FAULTS == 0;
+        if clean && raised.0 & Status::FAULTS != 0 {
+            self.first.sample = sample;
+        }
+    }
+
+    /// Adds one output period's bits.
+    #[inline(always)]
+    pub(crate) fn record(&mut self, period: Status) {
+        if period.0 & Status::FAULTS == 0 {
+            return;
+        }
+        core::hint::cold_path();
+        for (counter, mask) in [
+            (&mut self.counts, Status::COUNTS_SATURATED),
+            (&mut self.pickoff, Status::PICKOFF_SATURATED),
+            (&mut self.acceleration, Status::ACCELERATION_SATURATED),
+            (&mut self.output, Status::OUTPUT_SATURATED),
+            (&mut self.pickoff_failed, Status::PICKOFF_FAILED),
+            (&mut self.dither_stopped, Status::DITHER_STOPPED),
+            (&mut self.dither_out_of_band, Status::DITHER_OUT_OF_BAND),
+            (&mut self.counter_stuck, Status::COUNTER_STUCK),
+            (&mut self.velocity, Status::VELOCITY_SATURATED),
+            (&mut self.gap, Status::GAP),
+        ] {
+            *counter = counter.saturating_add(u32::from(period.0 & mask.0 != 0));
+        }
+        if self.first.stages == Status::default() {
+            self.first.stages.0 = period.0 & Status::FAULTS;
+        }
+    }
+}

@@ -1,0 +1,315 @@
+//! The chain's numbers as integers.
+//!
+//! A number is an `i32` or `i64` whose LSB is 2⁻ᶠ of the unit; F stands in the table and in the constants.
+//! On a Cortex-M4 a product of which the upper word is kept is one `SMMUL`, with its sum one `SMMLA`, and a
+//! product with a 64-bit sum one `SMLAL`: the formats are chosen so that the upper word is the result.
+//!
+//! | quantity | F | LSB | range | largest | rounding |
+//! |---|---|---|---|---|---|
+//! | counts, pickoff steps | — | 1 | shifted up at boot's choice to fill 31 bits | their limits | exact |
+//! | weight, tap | mantissa | 2⁻²⁹ of it or better | that of the counts and steps | 0.6 of it | to nearest |
+//! | increment | 37 | 7.3e-12 rad | ±2⁻⁶ = 0.0156 rad; 2⁻⁸ is the design's largest | 0.0070; difference of two 0.0139 | products down |
+//! | matrix term | 32 | 2.3e-10 | ±1/2 | 1/128 | at boot |
+//! | filter coefficient | 30 | 9.3e-10 | ±2 | 1.44 | at boot |
+//! | filter sum | 67 | 6.8e-21 rad | ±2⁻⁴ = 0.0625 rad per sample² | 0.0289 | exact |
+//! | acceleration × T² | 40 | 9.1e-13 rad | ±2⁻⁹, held at 2⁻¹⁰ | 2⁻¹⁰ | down |
+//! | K/T² | 26 | 1.5e-8 | ±32, held | 32 | at boot |
+//! | tilt | 34 | 5.8e-11 rad | ±1/8 rad | 1/32 | down |
+//! | tilt × increment, summed | 71 | 4.2e-22 rad | ±2⁻⁸ = 0.0039 rad | 0.0027 | exact |
+//! | angle, lever | 31 | 4.7e-10 rad | ±1 rad | 0.177 | to nearest; the angle keeps the rest |
+//! | factor of a correlation | 29 | 1.9e-9 rad | ±2⁻⁶ rad | 0.0139; steps fill 24 bits | down |
+//! | product of two, summed | 58 | 3.5e-18 rad² | ±32 rad² | 0.016 | exact |
+//! | lever × increment, summed | 68 | 3.4e-21 rad | ±2⁻⁵ = 0.03125 rad | 0.0309 | exact |
+//! | square of an increment, summed | 68 | 3.4e-21 rad² | ±2⁻⁵ rad²; one factor at F = 31 | 0.0016 | down |
+//! | velocity | as an angle's increment and sum, in units of 2⁸ m/s | | | 0.0010; sum 0.040 | |
+//!
+//! Rounding *down* moves a factor by half an LSB in the mean: as much as a rate error of 3e-3 °/h (increment)
+//! or a tilt error of 3e-11 rad, which reach an output only through products, as 1e-5 °/h at 100 °/s.
+//!
+//! # Proof
+//! Nothing wraps, whatever samples enter: `host-tests/firmware/tests/interval_proof.rs` runs the chain itself in interval
+//! arithmetic (`interval.rs`), over every count and pickoff step within its limit, every tap that adaptation can reach
+//! and output periods of all lengths. *Largest* is the largest magnitude of each quantity over the corners of the
+//! parameters that [`Parameters::check`](crate::Parameters::check) accepts. Tightest is lever × increment: by
+//! [`OUTPUT_PERIOD_LIMIT_RAD`](crate::chain::design_parameters::OUTPUT_PERIOD_LIMIT_RAD) it stays below 0.1767² = 0.0312, also
+//! between the corners. The same test bounds the exact sums by the same limits, with readings after lost samples:
+//! a rotation reaches 0.30 of ±0.5 rad, a velocity 117 of ±128 m/s, counts 2.10e9 and pickoff codes 1.79e9 of 2.15e9.
+//!
+//! What it assumes:
+//! - Each interval grows with the magnitude of each parameter. Parameters within the corners are drawn at random as
+//!   a check.
+//! - At most 2³¹ codes lie between a pickoff and its first reading. Readings count modulo 2³²; with more, a moved tap
+//!   would act on a wrong angle.
+//! - What frames owe stays below 2⁶³ codes, where it is held.
+//!
+//! The additions are wrapping ones, so that a wrong limit could give a wrong number but never a panic.
+
+use super::NumberSystem;
+use super::exact::FINE_PER_RAD_LOG2;
+use crate::chain::design_parameters::{
+    ACCELERATION_LIMIT_RAD, ACCELERATION_TERMS, CONING_COEFFICIENTS, WITHIN_SAMPLE,
+};
+
+/// Fixed point, for processors without a floating-point unit and for proofs of exactness.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Fixed;
+
+/// Counts × weight: counts × 2^shift fill 31 bits, and the mantissa's product has its result in the upper
+/// word. The shift is kept as a factor: a multiplication costs what a shift does.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Scaled {
+    factor: i32,
+    mantissa: i32,
+}
+
+/// An angle, and the rest of its increments that is finer than its LSB: without it a steady turn would round
+/// the same way each time.
+#[derive(Debug, Clone, Copy)]
+pub struct Summed {
+    sum: i32,
+    rest: i32,
+}
+
+impl Default for Summed {
+    /// No angle. The rest begins at half an LSB, so that the sum is rounded to nearest.
+    fn default() -> Self {
+        Self {
+            sum: 0,
+            rest: 1 << (INCREMENT - ANGLE - 1),
+        }
+    }
+}
+
+pub(super) const INCREMENT: u32 = 37;
+pub(super) const COEFFICIENT: u32 = 32;
+pub(super) const FILTER: u32 = 30;
+pub(super) const ACCELERATION: u32 = 40;
+pub(super) const FLEXURE: u32 = 26;
+pub(super) const TILT: u32 = FLEXURE + ACCELERATION - 32;
+pub(super) const TILTED: u32 = TILT + INCREMENT;
+pub(super) const ANGLE: u32 = 31;
+pub(super) const CROSS: u32 = ANGLE + INCREMENT;
+/// Bits that correlations drop of both factors, so that a window's sum fits: 2 · 23 bits and 2⁷ terms.
+pub(super) const REDUCED: u32 = 8;
+pub(super) const FINE: u32 = FINE_PER_RAD_LOG2 as u32;
+
+/// 2c, so that its upper word with an increment is an angle.
+pub(super) const TWICE_CONING: [i32; 2] = [
+    twice_coning(CONING_COEFFICIENTS[0]),
+    twice_coning(CONING_COEFFICIENTS[1]),
+];
+
+const fn twice_coning(c: f64) -> i32 {
+    let scaled = 2.0 * c * (1u64 << (ANGLE + 32 - INCREMENT)) as f64;
+    (scaled + if scaled < 0.0 { -0.5 } else { 0.5 }) as i32
+}
+
+/// Below 1/2, so that the upper word with an increment is an increment.
+pub(super) const KAPPA: i32 = (WITHIN_SAMPLE * (1u64 << 32) as f64) as i32;
+
+/// Half the limit's span in the filter sum's upper word.
+pub(super) const ACCELERATION_LIMIT: i32 =
+    (ACCELERATION_LIMIT_RAD * (1u64 << (INCREMENT + FILTER - 32)) as f64) as i32;
+
+/// a × b, exact.
+#[inline(always)]
+fn wide(a: i32, b: i32) -> i64 {
+    i64::from(a) * i64::from(b)
+}
+
+/// The upper word of a × b.
+#[inline(always)]
+fn upper(a: i32, b: i32) -> i32 {
+    (wide(a, b) >> 32) as i32
+}
+
+/// sum + the upper word of a × b, to nearest: one `SMMLAR`.
+#[inline(always)]
+fn add_nearest(sum: i32, a: i32, b: i32) -> i32 {
+    let half = 1 << 31;
+    let sum = (i64::from(sum) << 32) | half;
+    (sum.wrapping_add(wide(a, b)) >> 32) as i32
+}
+
+/// The largest power of two by which `limit` still fits an `i32`.
+pub(super) fn filling(limit: i32) -> u32 {
+    limit.max(1).leading_zeros() - 1
+}
+
+/// To the nearest `i32`.
+fn nearest(value: f64, exponent: u32) -> i32 {
+    // A float's conversion holds at the ends.
+    libm::rint(libm::ldexp(value, exponent as i32)) as i32
+}
+
+impl NumberSystem for Fixed {
+    const NAME: &'static str = "fixed";
+
+    type PulseWeight = Scaled;
+    type StepScale = i32;
+    type Step = i32;
+    type Tap = i32;
+    type Increment = i32;
+    type Coefficient = i32;
+    type FilterCoefficient = i32;
+    type FilterSum = i64;
+    type Acceleration = i32;
+    type Flexure = i32;
+    type Tilt = i32;
+    type Tilted = i64;
+    type Angle = Summed;
+    type Lever = i32;
+    type Cross = i64;
+    type Factor = i32;
+    type Correlation = i64;
+
+    const RAD_PER_FACTOR: f64 = (1u64 << REDUCED) as f64 / (1u64 << INCREMENT) as f64;
+
+    fn pulse_weight(weight_rad: f64, limit_counts: i32) -> Scaled {
+        let shift = filling(limit_counts);
+        Scaled {
+            factor: 1 << shift,
+            mantissa: nearest(weight_rad, INCREMENT + 32 - shift),
+        }
+    }
+    fn step_scale(limit_codes: i32) -> i32 {
+        1 << filling(limit_codes)
+    }
+    fn tap(fine_per_code: i64, scale: i32) -> i32 {
+        // Negative, so that stripping is an addition.
+        let shift = scale.trailing_zeros();
+        let up = INCREMENT + 32 - FINE;
+        let mantissa = (fine_per_code.wrapping_neg() << up) >> shift;
+        mantissa.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+    }
+    fn coefficient(value: f64) -> i32 {
+        nearest(value, COEFFICIENT)
+    }
+    fn filter_coefficient(value: f64) -> i32 {
+        nearest(value, FILTER)
+    }
+    fn flexure(value: f64) -> i32 {
+        nearest(value, FLEXURE)
+    }
+
+    #[inline(always)]
+    fn pulses(weight: Scaled, counts: i32) -> i32 {
+        upper(weight.factor.wrapping_mul(counts), weight.mantissa)
+    }
+    #[inline(always)]
+    fn step(scale: i32, codes: i32) -> i32 {
+        scale.wrapping_mul(codes)
+    }
+    #[inline(always)]
+    fn strip(increment: i32, tap: i32, step: i32) -> i32 {
+        increment.wrapping_add(upper(tap, step))
+    }
+    #[inline(always)]
+    fn add_product(to: i32, coefficient: i32, increment: i32) -> i32 {
+        to.wrapping_add(upper(coefficient, increment))
+    }
+    #[inline(always)]
+    fn difference(now: i32, past: i32) -> i32 {
+        now.saturating_sub(past)
+    }
+
+    #[inline(always)]
+    fn filter(
+        [c1, c2, c3, c4]: &[i32; ACCELERATION_TERMS],
+        [d1, d2, d3, d4]: [i32; ACCELERATION_TERMS],
+    ) -> i64 {
+        wide(*c1, d1)
+            .wrapping_add(wide(*c2, d2))
+            .wrapping_add(wide(*c3, d3))
+            .wrapping_add(wide(*c4, d4))
+    }
+    #[inline(always)]
+    fn beyond(sum: i64) -> bool {
+        let upper = (sum >> 32) as i32;
+        upper.wrapping_add(ACCELERATION_LIMIT) as u32 >= 2 * ACCELERATION_LIMIT as u32
+    }
+    #[inline(always)]
+    fn held(sum: i64) -> i64 {
+        // One LSB of the acceleration inside, so that the end itself is no overflow.
+        let limit =
+            (i64::from(ACCELERATION_LIMIT) << 32) - (1 << (INCREMENT + FILTER - ACCELERATION));
+        sum.clamp(-limit, limit)
+    }
+    #[inline(always)]
+    fn acceleration(sum: i64) -> i32 {
+        (sum >> (INCREMENT + FILTER - ACCELERATION)) as i32
+    }
+    #[inline(always)]
+    fn tilt(flexure: i32, acceleration: i32) -> i32 {
+        upper(flexure, acceleration)
+    }
+    #[inline(always)]
+    fn tilted(t_a: i32, r_a: i32, t_b: i32, r_b: i32) -> i64 {
+        wide(t_a, r_a).wrapping_add(wide(t_b, r_b))
+    }
+    #[inline(always)]
+    fn add_tilted(a: i64, b: i64) -> i64 {
+        a.wrapping_add(b)
+    }
+    #[inline(always)]
+    fn turn(increment: i32, tilted: i64) -> i32 {
+        increment.wrapping_add((tilted >> (TILTED - INCREMENT)) as i32)
+    }
+
+    #[inline(always)]
+    fn advance(angle: Summed, increment: i32) -> Summed {
+        const DROP: u32 = INCREMENT - ANGLE;
+        let wanted = increment.wrapping_add(angle.rest);
+        Summed {
+            sum: angle.sum.wrapping_add(wanted >> DROP),
+            rest: wanted & ((1 << DROP) - 1),
+        }
+    }
+    #[inline(always)]
+    fn lever(angle: Summed, previous: i32, before_previous: i32) -> i32 {
+        let with_previous = add_nearest(angle.sum, TWICE_CONING[0], previous);
+        add_nearest(with_previous, TWICE_CONING[1], before_previous)
+    }
+    #[inline(always)]
+    fn add_cross(sum: i64, u_a: i32, d_b: i32, u_b: i32, d_a: i32) -> i64 {
+        sum.wrapping_add(wide(u_a, d_b))
+            .wrapping_add(wide(u_b.wrapping_neg(), d_a))
+    }
+    #[inline(always)]
+    fn add_product_of(sum: i64, a: i32, b: i32) -> i64 {
+        sum.wrapping_add(wide(a >> (INCREMENT - ANGLE), b))
+    }
+    #[inline(always)]
+    fn within_sample(difference: i32) -> i32 {
+        upper(KAPPA, difference)
+    }
+    #[inline(always)]
+    fn at_end(now: i32, past: i32) -> i64 {
+        let twice = 3 * i64::from(now) - i64::from(past);
+        twice << (FINE - INCREMENT - 1)
+    }
+    #[inline(always)]
+    fn fine(tilted: i64, cross: i64) -> i64 {
+        (tilted >> (TILTED - FINE)).wrapping_add(cross >> (CROSS + 1 - FINE))
+    }
+    #[inline(always)]
+    fn step_factor(step: i32) -> i32 {
+        step >> REDUCED
+    }
+    fn codes_per_factor(scale: i32) -> f64 {
+        (1u32 << REDUCED) as f64 / scale as f64
+    }
+    #[inline(always)]
+    fn increment_factor(increment: i32) -> i32 {
+        increment >> REDUCED
+    }
+    #[inline(always)]
+    fn add_correlation(sum: i64, a: i32, b: i32) -> i64 {
+        sum.wrapping_add(wide(a, b))
+    }
+    #[inline(always)]
+    fn correlation(sum: i64) -> f32 {
+        // Once a window, and no angle: where there is no floating-point unit, some hundred instructions.
+        sum as f32
+    }
+}

@@ -1,0 +1,188 @@
+//! The chain's numbers as f32.
+//!
+//! f32 holds 24 bits: an increment of 100 °/s at 4 kHz (4.4e-4 rad) has an LSB of 2.9e-11 rad, which every
+//! sample, always in the same direction, would be 0.02 °/h. So no increment is summed into an output: f32
+//! carries only factors and products, and those are 1e-2 of an angle or less and round either way. One factor
+//! is itself a sum: the lever of the coning, which on a steady turn would round the same way each time. It
+//! keeps what its additions take (Kahan); without that a turn of 100 °/s shows 1.5e-4 °/h.
+//!
+//! Only + − × and conversions, in this order: Rust contracts nothing to fused operations, so the bits are
+//! the same on host and target.
+
+use super::NumberSystem;
+use super::exact::{FINE_PER_RAD_LOG2, fine_of_f32};
+use crate::chain::design_parameters::{
+    ACCELERATION_LIMIT_RAD, ACCELERATION_TERMS, CONING_COEFFICIENTS, WITHIN_SAMPLE,
+};
+
+/// f32, for processors with a single-precision unit.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct F32;
+
+/// An angle, and what its additions took too little.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Summed {
+    sum: f32,
+    lost: f32,
+}
+
+const ACCELERATION_LIMIT: f32 = ACCELERATION_LIMIT_RAD as f32;
+const TWICE_CONING: [f32; 2] = [
+    2.0 * CONING_COEFFICIENTS[0] as f32,
+    2.0 * CONING_COEFFICIENTS[1] as f32,
+];
+const KAPPA: f32 = WITHIN_SAMPLE as f32;
+const RAD_PER_FINE: f32 = 1.0 / (1u128 << FINE_PER_RAD_LOG2) as f32;
+
+impl NumberSystem for F32 {
+    const NAME: &'static str = "f32";
+
+    type PulseWeight = f32;
+    type StepScale = ();
+    type Step = f32;
+    type Tap = f32;
+    type Increment = f32;
+    type Coefficient = f32;
+    type FilterCoefficient = f32;
+    type FilterSum = f32;
+    type Acceleration = f32;
+    type Flexure = f32;
+    type Tilt = f32;
+    type Tilted = f32;
+    type Angle = Summed;
+    type Lever = f32;
+    type Cross = f32;
+    type Factor = f32;
+    type Correlation = f32;
+
+    const RAD_PER_FACTOR: f64 = 1.0;
+
+    fn pulse_weight(weight_rad: f64, _: i32) -> f32 {
+        weight_rad as f32
+    }
+    fn step_scale(_: i32) {}
+    fn tap(fine_per_code: i64, (): ()) -> f32 {
+        fine_per_code as f32 * RAD_PER_FINE
+    }
+    fn coefficient(value: f64) -> f32 {
+        value as f32
+    }
+    fn filter_coefficient(value: f64) -> f32 {
+        value as f32
+    }
+    fn flexure(value: f64) -> f32 {
+        value as f32
+    }
+
+    #[inline(always)]
+    fn pulses(weight: f32, counts: i32) -> f32 {
+        weight * counts as f32
+    }
+    #[inline(always)]
+    fn step((): (), codes: i32) -> f32 {
+        codes as f32
+    }
+    #[inline(always)]
+    fn strip(increment: f32, tap: f32, step: f32) -> f32 {
+        increment - tap * step
+    }
+    #[inline(always)]
+    fn add_product(to: f32, coefficient: f32, increment: f32) -> f32 {
+        to + coefficient * increment
+    }
+    #[inline(always)]
+    fn difference(now: f32, past: f32) -> f32 {
+        now - past
+    }
+
+    #[inline(always)]
+    fn filter(
+        [c1, c2, c3, c4]: &[f32; ACCELERATION_TERMS],
+        [d1, d2, d3, d4]: [f32; ACCELERATION_TERMS],
+    ) -> f32 {
+        c1 * d1 + c2 * d2 + c3 * d3 + c4 * d4
+    }
+    #[inline(always)]
+    fn beyond(sum: f32) -> bool {
+        // Floats of one sign order as their bits do, and integers compare at half the cost.
+        sum.to_bits() << 1 > ACCELERATION_LIMIT.to_bits() << 1
+    }
+    #[inline(always)]
+    fn held(sum: f32) -> f32 {
+        sum.clamp(-ACCELERATION_LIMIT, ACCELERATION_LIMIT)
+    }
+    #[inline(always)]
+    fn acceleration(sum: f32) -> f32 {
+        sum
+    }
+    #[inline(always)]
+    fn tilt(flexure: f32, acceleration: f32) -> f32 {
+        flexure * acceleration
+    }
+    #[inline(always)]
+    fn tilted(t_a: f32, r_a: f32, t_b: f32, r_b: f32) -> f32 {
+        t_a * r_a + t_b * r_b
+    }
+    #[inline(always)]
+    fn add_tilted(a: f32, b: f32) -> f32 {
+        a + b
+    }
+    #[inline(always)]
+    fn turn(increment: f32, tilted: f32) -> f32 {
+        increment + tilted
+    }
+
+    #[inline(always)]
+    fn advance(angle: Summed, increment: f32) -> Summed {
+        let wanted = increment - angle.lost;
+        let sum = angle.sum + wanted;
+        Summed {
+            sum,
+            lost: (sum - angle.sum) - wanted,
+        }
+    }
+    #[inline(always)]
+    fn lever(angle: Summed, previous: f32, before_previous: f32) -> f32 {
+        angle.sum + TWICE_CONING[0] * previous + TWICE_CONING[1] * before_previous
+    }
+    #[inline(always)]
+    fn add_cross(sum: f32, u_a: f32, d_b: f32, u_b: f32, d_a: f32) -> f32 {
+        // The difference first: on a steady turn it is a small one of large products.
+        sum + (u_a * d_b - u_b * d_a)
+    }
+    #[inline(always)]
+    fn add_product_of(sum: f32, a: f32, b: f32) -> f32 {
+        sum + a * b
+    }
+    #[inline(always)]
+    fn within_sample(difference: f32) -> f32 {
+        KAPPA * difference
+    }
+    #[inline(always)]
+    fn at_end(now: f32, past: f32) -> i64 {
+        fine_of_f32(now + 0.5 * (now - past))
+    }
+    #[inline(always)]
+    fn fine(tilted: f32, cross: f32) -> i64 {
+        fine_of_f32(tilted + 0.5 * cross)
+    }
+    #[inline(always)]
+    fn step_factor(step: f32) -> f32 {
+        step
+    }
+    fn codes_per_factor((): ()) -> f64 {
+        1.0
+    }
+    #[inline(always)]
+    fn increment_factor(increment: f32) -> f32 {
+        increment
+    }
+    #[inline(always)]
+    fn add_correlation(sum: f32, a: f32, b: f32) -> f32 {
+        sum + a * b
+    }
+    #[inline(always)]
+    fn correlation(sum: f32) -> f32 {
+        sum
+    }
+}

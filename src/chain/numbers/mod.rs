@@ -1,0 +1,175 @@
+//! What a number is: the words in which the stages are written, and their two meanings.
+//!
+//! An *increment* is an angle over one sample, counted in increment units: 2ˢ rad, s = 0 from 4 kHz on
+//! ([`increment_unit_log2`](crate::chain::design_parameters::increment_unit_log2)), so that the formats' ranges follow the
+//! sample rate. Where this page says rad, it means this unit; squares of it where it says rad². Increments are factors of products (acceleration,
+//! tilt, coning) and are rounded; nothing sums them for its own sake. What is summed over an output period
+//! is exact and common to both systems ([`exact`]). A velocity over one sample is an increment too, in units
+//! of [`VELOCITY_UNIT_M_S`](exact::VELOCITY_UNIT_M_S): it has an angle's formats, and its products with angles
+//! those of angles with angles.
+//!
+//! It deliberately is not a general arithmetic: each operation is one that a stage needs, so that each has
+//! its own format, rounding and range.
+
+pub mod exact;
+
+pub mod fixed;
+
+pub mod float;
+
+#[cfg(feature = "proof")]
+pub mod interval;
+
+pub use fixed::Fixed;
+pub use float::F32;
+#[cfg(feature = "proof")]
+pub use interval::Interval;
+
+use core::fmt::Debug;
+
+use crate::chain::design_parameters::ACCELERATION_TERMS;
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for crate::chain::numbers::Fixed {}
+    impl Sealed for crate::chain::numbers::F32 {}
+    #[cfg(feature = "proof")]
+    impl Sealed for crate::chain::numbers::Interval {}
+}
+
+/// A number system of the chain: [`F32`] or [`Fixed`]; for proofs also `Interval`. Conversions from `f64` run at boot only.
+pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'static {
+    /// As users call it: `f32` or `fixed`.
+    const NAME: &'static str;
+
+    /// Pulse weight \[rad per pulse\].
+    type PulseWeight: Debug + Clone + Copy + Default;
+    /// How a pickoff step is scaled for its taps.
+    type StepScale: Debug + Clone + Copy + Default;
+    /// Difference of two pickoff readings \[codes\], scaled.
+    type Step: Debug + Clone + Copy + Default;
+    /// Strip per pickoff code \[rad\], scaled.
+    type Tap: Debug + Clone + Copy + Default;
+    /// Angle over one sample \[rad\].
+    type Increment: Debug + Clone + Copy + Default + PartialEq;
+    /// Term of the matrix at rest \[1\], within ±1/64.
+    type Coefficient: Debug + Clone + Copy + Default;
+    /// Coefficient of the acceleration filter \[1\], within ±2.
+    type FilterCoefficient: Debug + Clone + Copy + Default;
+    /// Angular acceleration × T² \[rad per sample²\], not yet held.
+    type FilterSum: Debug + Clone + Copy + Default;
+    /// Angular acceleration × T² \[rad per sample²\], held.
+    type Acceleration: Debug + Clone + Copy + Default;
+    /// K/T² \[1\], within ±8.
+    type Flexure: Debug + Clone + Copy + Default;
+    /// Flexure × acceleration \[rad\], within 1/128.
+    type Tilt: Debug + Clone + Copy + Default;
+    /// Tilt × increment, and its sum over an output period \[rad\].
+    type Tilted: Debug + Clone + Copy + Default;
+    /// Angle since the output period's start \[rad\].
+    type Angle: Debug + Clone + Copy + Default;
+    /// Angle with the terms within a sample \[rad\]: what an increment is crossed with.
+    type Lever: Debug + Clone + Copy + Default;
+    /// Lever × increment, and its sum over an output period \[rad²\].
+    type Cross: Debug + Clone + Copy + Default;
+    /// A step or increment as a factor of a correlation.
+    type Factor: Debug + Clone + Copy + Default;
+    /// Sum of products of factors over an adaptation window.
+    type Correlation: Debug + Clone + Copy + Default;
+
+    /// Increment of one unit of a factor \[rad\].
+    const RAD_PER_FACTOR: f64;
+
+    /// From rad per pulse, for up to this many pulses.
+    fn pulse_weight(weight_rad: f64, limit_counts: i32) -> Self::PulseWeight;
+    /// For steps of up to this many codes.
+    fn step_scale(limit_codes: i32) -> Self::StepScale;
+    /// From fine units per code.
+    fn tap(fine_per_code: i64, scale: Self::StepScale) -> Self::Tap;
+    /// From a number within ±1/64.
+    fn coefficient(value: f64) -> Self::Coefficient;
+    /// From a number within ±2.
+    fn filter_coefficient(value: f64) -> Self::FilterCoefficient;
+    /// From K/T².
+    fn flexure(value: f64) -> Self::Flexure;
+
+    /// weight × counts; counts are within their limit.
+    fn pulses(weight: Self::PulseWeight, counts: i32) -> Self::Increment;
+    /// Scaled codes; codes are within their limit.
+    fn step(scale: Self::StepScale, codes: i32) -> Self::Step;
+    /// increment − tap × step.
+    fn strip(increment: Self::Increment, tap: Self::Tap, step: Self::Step) -> Self::Increment;
+    /// to + coefficient × increment.
+    fn add_product(
+        to: Self::Increment,
+        coefficient: Self::Coefficient,
+        increment: Self::Increment,
+    ) -> Self::Increment;
+    /// now − past.
+    fn difference(now: Self::Increment, past: Self::Increment) -> Self::Increment;
+
+    /// Σ coefficient × difference.
+    fn filter(
+        coefficients: &[Self::FilterCoefficient; ACCELERATION_TERMS],
+        differences: [Self::Increment; ACCELERATION_TERMS],
+    ) -> Self::FilterSum;
+    /// Whether the sum is beyond the acceleration limit.
+    fn beyond(sum: Self::FilterSum) -> bool;
+    /// The sum at the limit's near end.
+    fn held(sum: Self::FilterSum) -> Self::FilterSum;
+    /// The sum as a factor; the sum is within the limit.
+    fn acceleration(sum: Self::FilterSum) -> Self::Acceleration;
+    /// flexure × acceleration.
+    fn tilt(flexure: Self::Flexure, acceleration: Self::Acceleration) -> Self::Tilt;
+    /// t_a r_a + t_b r_b.
+    fn tilted(
+        t_a: Self::Tilt,
+        r_a: Self::Increment,
+        t_b: Self::Tilt,
+        r_b: Self::Increment,
+    ) -> Self::Tilted;
+    /// a + b.
+    fn add_tilted(a: Self::Tilted, b: Self::Tilted) -> Self::Tilted;
+    /// increment + tilted.
+    fn turn(increment: Self::Increment, tilted: Self::Tilted) -> Self::Increment;
+
+    /// angle + increment.
+    fn advance(angle: Self::Angle, increment: Self::Increment) -> Self::Angle;
+    /// angle + 2 c₁ D_{k−1} + 2 c₂ D_{k−2}, c of
+    /// [`CONING_COEFFICIENTS`](crate::chain::design_parameters::CONING_COEFFICIENTS).
+    fn lever(
+        angle: Self::Angle,
+        previous: Self::Increment,
+        before_previous: Self::Increment,
+    ) -> Self::Lever;
+    /// sum + u_a D_b − u_b D_a: one component of lever × increment.
+    fn add_cross(
+        sum: Self::Cross,
+        u_a: Self::Lever,
+        d_b: Self::Increment,
+        u_b: Self::Lever,
+        d_a: Self::Increment,
+    ) -> Self::Cross;
+    /// sum + a b, in the format of the sum of crossed increments.
+    fn add_product_of(sum: Self::Cross, a: Self::Increment, b: Self::Increment) -> Self::Cross;
+    /// κ × difference, κ of [`WITHIN_SAMPLE`](crate::chain::design_parameters::WITHIN_SAMPLE).
+    fn within_sample(difference: Self::Increment) -> Self::Increment;
+    /// now + ½ (now − past) \[fine units\].
+    fn at_end(now: Self::Increment, past: Self::Increment) -> i64;
+    /// tilted + cross/2 \[fine units\].
+    fn fine(tilted: Self::Tilted, cross: Self::Cross) -> i64;
+    /// A step as a factor.
+    fn step_factor(step: Self::Step) -> Self::Factor;
+    /// Codes of one unit of such a factor.
+    fn codes_per_factor(scale: Self::StepScale) -> f64;
+    /// An increment as a factor.
+    fn increment_factor(increment: Self::Increment) -> Self::Factor;
+    /// sum + a b.
+    fn add_correlation(
+        sum: Self::Correlation,
+        a: Self::Factor,
+        b: Self::Factor,
+    ) -> Self::Correlation;
+    /// The sum \[factor units²\], once per window.
+    fn correlation(sum: Self::Correlation) -> f32;
+}

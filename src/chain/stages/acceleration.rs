@@ -1,0 +1,94 @@
+//! Case increments → angular acceleration.
+//!
+//! Enters: increments D \[rad\] in the body frame: stripped, and compensated with the *static* matrix.
+//! Leaves: α̂ T² \[rad per sample²\] of the case, at the middle of the sample in the sense that its product
+//! with D has the right mean.
+//!
+//! α̂_k T² = Σ_{p=1..order} c_p (D_k − D_{k−p}); coefficients and their errors in
+//! [`ACCELERATION_COEFFICIENTS`](crate::chain::design_parameters::ACCELERATION_COEFFICIENTS). It is causal and
+//! uses the sample's own D, because the tilt it predicts acts on that sample. Formed from differences:
+//! α̂_k T² = Σ_p b_p d_{k−p+1} with d_k = D_k − D_{k−1} and b_p = Σ_{q≥p} c_q, which is the same sum with one
+//! subtraction instead of four, of numbers that are small already.
+//!
+//! The unit is rad per sample², so that K/T² (about 1.1 for 7e-8 s² at 4 kHz) is a plain number. Beyond
+//! ±[`ACCELERATION_LIMIT_RAD`](crate::chain::design_parameters::ACCELERATION_LIMIT_RAD) α̂ T² is held and flagged.
+//! The first increment it is given makes no difference, so that a start in motion is no impulse.
+//!
+//! Pulse quantisation of q rad shows as about 2 q of noise in α̂ T². It telescopes, and gyros quantise
+//! independently, so it does not rectify; no further filter is spent on it.
+
+use crate::chain::design_parameters::ACCELERATION_TERMS;
+use crate::chain::faults::Status;
+use crate::chain::numbers::NumberSystem;
+use crate::chain::triad::Triad;
+use crate::store::parameters::Parameters;
+
+/// Configuration: b_p, zero beyond the order, so that every order costs the same.
+#[derive(Debug, Clone, Copy)]
+pub struct Acceleration<N: NumberSystem> {
+    coefficients: [N::FilterCoefficient; ACCELERATION_TERMS],
+}
+
+/// D_{k−1}, and the differences before it, latest first \[rad\].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct AccelerationState<N: NumberSystem> {
+    previous: Triad<N::Increment>,
+    differences: [[N::Increment; 3]; ACCELERATION_TERMS - 1],
+}
+
+impl<N: NumberSystem> Acceleration<N> {
+    pub(crate) fn new(parameters: &Parameters) -> Self {
+        let [c1, c2, c3, c4] = parameters.acceleration_coefficients();
+        let of_differences = [c1 + c2 + c3 + c4, c2 + c3 + c4, c3 + c4, c4];
+        Self {
+            coefficients: of_differences.map(N::filter_coefficient),
+        }
+    }
+
+    /// Forgets what was, and takes `increment` for the previous one.
+    pub fn start(&self, state: &mut AccelerationState<N>, increment: Triad<N::Increment>) {
+        *state = AccelerationState {
+            previous: increment,
+            ..AccelerationState::default()
+        };
+    }
+
+    /// The acceleration of one sample; flagged where it was held.
+    #[inline(always)]
+    pub fn process(
+        &self,
+        state: &mut AccelerationState<N>,
+        increment: Triad<N::Increment>,
+    ) -> (Triad<N::Acceleration>, Status) {
+        let now = [
+            N::difference(increment.x, state.previous.x),
+            N::difference(increment.y, state.previous.y),
+            N::difference(increment.z, state.previous.z),
+        ];
+        let [one, two, three] = state.differences;
+        let filter = |axis: usize| {
+            let differences = [now[axis], one[axis], two[axis], three[axis]];
+            N::filter(&self.coefficients, differences)
+        };
+        let mut sums = [filter(0), filter(1), filter(2)];
+        state.previous = increment;
+        state.differences = [now, one, two];
+
+        let [x, y, z] = sums;
+        let mut status = Status::default();
+        if N::beyond(x) || N::beyond(y) || N::beyond(z) {
+            core::hint::cold_path();
+            status = Status::ACCELERATION_SATURATED;
+            sums = sums.map(|sum| if N::beyond(sum) { N::held(sum) } else { sum });
+        }
+        (Triad::from_array(sums).map(N::acceleration), status)
+    }
+}
+
+impl<N: NumberSystem> AccelerationState<N> {
+    /// The latest difference D_{k−1} − D_{k−2}.
+    #[inline(always)]
+    pub(crate) fn difference(&self) -> &[N::Increment; 3] {
+        &self.differences[0]
+    }
+}

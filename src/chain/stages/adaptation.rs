@@ -1,0 +1,433 @@
+//! Stripped increments and pickoff → taps of the strip that follow the pickoff, and the dither's health.
+//!
+//! Enters: every sample, d = r_k − r_{k−1} \[rad\] and the pickoff step dp \[codes\] of *one* gyro, the next
+//! gyro's with the next sample. Leaves, once per window of about
+//! [`ADAPTATION_WINDOW_S`](crate::chain::design_parameters::ADAPTATION_WINDOW_S), closed at an output frame: new
+//! taps (`dither.rs`) with the angle that the change itself is worth, and a status per gyro.
+//!
+//! # Tracking (block LMS)
+//! If the block's increment is G ((a+α) dp + (b+β) q/sin Ω) and the strip takes out a, b, what is left is
+//! Re{G P (α + iβ) e^{iΩk}} for dp = Re{P e^{iΩk}}, and d is that times z = 1 − e^{−iΩ}. With
+//! C₀ = Σ d_{k−1} dp_{k−1} and C₁ = Σ d_{k−1} dp_k over ½ n G P²,
+//!
+//! ```text
+//! y = C₀ + i (C₁ − C₀ cos Ω)/sin Ω        α + iβ = y / z
+//! ```
+//!
+//! P is the nominal one, so nothing is divided on the board; a smaller dither is followed more slowly. A share
+//! μ = window / adaptation time of α and β is added, within [`ADAPTATION_STEP_LIMIT`] per window and
+//! [`ADAPTATION_RANGE`] in all. An adaptation time of 0 freezes the taps at the parameters' own.
+//!
+//! *Convergence*: exponential with the adaptation time; five of them leave 0.03 % of 5 %. *Misadjustment*:
+//! pulses of w rad leave in one window α of w √(6/12) √(2/n) / (G P |z|), 0.2 % for 0.8″, 150″ and n = 40, and
+//! √(μ/2) of that in the taps: 0.02 % with 2 s, falling with the root of the time. **2 s is the choice** for a
+//! pickoff that warms up: 0.1 % of the dither is reached within 10 s, from 5 %. *Drift*: none. Moved taps act on
+//! the block's angle since the start and not only on what follows: the step of h₀ (p − p₀) + h₁ (p' − p₀) is
+//! taken out at once, p₀ the stream's first reading, so that the angle since the start is always what
+//! the taps of now would have given from the start. Its error is the taps' error times a pickoff angle: bounded.
+//!
+//! # Health
+//! From the same window, of gyros with a nominal amplitude: X = Σ dp², E = Σ d².
+//!
+//! | finding | when | what follows |
+//! |---|---|---|
+//! | `DITHER_OUT_OF_BAND` | amplitude beyond 0.5 to 1.5, or frequency beyond 0.8 to 1.2 of nominal | taps rest |
+//! | `PICKOFF_FAILED` | amplitude below 0.1, E above ¼ of an unstripped dither's | taps rest, no flexure term |
+//! | `DITHER_STOPPED` | amplitude below 0.1, E small | taps rest |
+//! | `COUNTER_STUCK` | amplitude above 0.5, counts the same in all of the window | taps rest, no flexure term |
+//!
+//! A finding stands until a later window has none; then the taps and the flexure term go on. A fault is thus
+//! seen one to two windows after it began, and over one to two windows after it ended.
+//!
+//! Assumes that nothing else moves at the block's own frequency and in its phase: the case's answer to the
+//! dither's torque is taken for pickoff gain. It does not track the dither's frequency. Around lost or held
+//! samples the taps rest for two windows, and the first is judged by what it has. They rest too while a pickoff is
+//! further than [`PICKOFF_REACH_RAD`] from its first reading, where no block can be.
+
+use crate::chain::design_parameters::{
+    ADAPTATION_RANGE, ADAPTATION_STEP_LIMIT, ADAPTATION_WINDOW_S, HEALTHY_AMPLITUDE,
+    HEALTHY_FREQUENCY, LARGEST_ADAPTATION_SHARE, LEAST_WINDOW_SAMPLES, PICKOFF_REACH_RAD,
+    STILL_AMPLITUDE, UNSTRIPPED_ENERGY,
+};
+use crate::chain::faults::Status;
+use crate::chain::numbers::NumberSystem;
+use crate::chain::sample::Sample;
+use crate::chain::stages::acceleration::AccelerationState;
+use crate::chain::stages::dither::{Dither, DitherState, ExactTaps};
+use crate::store::parameters::Parameters;
+
+/// Windows in which the taps rest from a disturbance on: if it comes with the window's last sample, the next
+/// one begins with its increment.
+const DISTURBED_WINDOWS: u8 = 2;
+
+/// Most codes of that distance: with the finest codes three times the largest amplitude, and a step more still fits an
+/// `i32`.
+const LARGEST_REACH_CODES: u32 = 1 << 30;
+
+/// One gyro's configuration; all zeros without dither.
+#[derive(Debug, Clone, Copy, Default)]
+struct Axis {
+    dithered: bool,
+    /// μ α and μ β per correlation: rows α, β; columns C₀, C₁.
+    estimate: [[f32; 2]; 2],
+    /// X of the nominal dither.
+    step_energy: f32,
+    /// E of the nominal dither, unstripped.
+    error_energy: f32,
+    /// cos Ω at the lower and the upper end of the healthy frequencies.
+    cosines: [f32; 2],
+    /// Tap change per α and per β \[fine units per code\].
+    tap_per_gain: f32,
+    taps_per_quadrature: [f32; 2],
+    nominal: ExactTaps,
+    /// Farthest from the first reading at which the taps follow \[codes\].
+    reach: u32,
+}
+
+/// Configuration.
+#[derive(Debug, Clone, Copy)]
+pub struct Adaptation {
+    axes: [Axis; 3],
+    watches: bool,
+    tracks: bool,
+    frames_per_window: u32,
+}
+
+/// One gyro's sums over the window.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums<N: NumberSystem> {
+    /// Σ d_{k−1} dp_{k−1}, Σ d_{k−1} dp_k.
+    correlations: [N::Correlation; 2],
+    /// Σ dp_k², Σ dp_k dp_{k−1}.
+    steps: [N::Correlation; 2],
+    /// Σ d².
+    error: N::Correlation,
+    /// Bits in which the counts of two looks differed, and the last look's.
+    changed: i32,
+    counts: i32,
+}
+
+/// One gyro's tracked values.
+#[derive(Debug, Clone, Copy, Default)]
+struct Tracked {
+    gain: f32,
+    quadrature: f32,
+    health: Status,
+}
+
+/// What the windows remember.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct AdaptationState<N: NumberSystem> {
+    sums: [Sums<N>; 3],
+    tracked: [Tracked; 3],
+    turn: usize,
+    frames: u32,
+    /// Windows, this one included, in which the taps rest.
+    disturbed: u8,
+    /// A window had no finding.
+    has_been_well: bool,
+}
+
+/// What a closed window asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Verdict {
+    /// Of all three gyros.
+    pub status: Status,
+    /// What the moved taps are worth \[fine units\], to be added to the sensed angles.
+    pub angle: [i64; 3],
+}
+
+impl Adaptation {
+    pub(crate) fn new<N: NumberSystem>(parameters: &Parameters, dither: &Dither<N>) -> Self {
+        let frames = (ADAPTATION_WINDOW_S * parameters.sample_rate_hz).max(LEAST_WINDOW_SAMPLES)
+            / f64::from(parameters.samples_per_output);
+        let frames = libm::ceil(frames);
+        let samples = frames * f64::from(parameters.samples_per_output);
+        let looks = samples / 3.0;
+        let share = if parameters.adaptation_time_s > 0.0 {
+            let window_s = samples / parameters.sample_rate_hz;
+            (window_s / parameters.adaptation_time_s).min(LARGEST_ADAPTATION_SHARE)
+        } else {
+            0.0
+        };
+        let axes = [0, 1, 2].map(|axis| {
+            let gain = parameters.strip_rad_per_code(axis);
+            let amplitude_rad = parameters.dither_amplitude_rad[axis];
+            if amplitude_rad == 0.0 || gain == 0.0 {
+                return Axis::default();
+            }
+            let phase = parameters.dither_phase(axis);
+            let (sin, cos) = (libm::sin(phase.omega), libm::cos(phase.omega));
+            let square_of_z = 2.0 * (1.0 - cos);
+            // Of the pickoff in codes, then in the correlations' units, and of the block in rad.
+            let step_codes =
+                amplitude_rad / parameters.pickoff_weight_rad * libm::sqrt(square_of_z);
+            let step_rad = step_codes * gain;
+            let step = step_codes / N::codes_per_factor(dither.scales()[axis]);
+            let rad_per_factor = N::RAD_PER_FACTOR * parameters.increment_unit_rad();
+            let correlation = looks * 0.5 * step_rad / rad_per_factor * step;
+            // y and 1/z as real matrices, one after the other.
+            let y = [[1.0, 0.0], [-cos / sin, 1.0 / sin]];
+            let by_z = [[1.0 - cos, sin], [-sin, 1.0 - cos]];
+            let estimate = [0, 1].map(|row| {
+                [0, 1].map(|column| {
+                    let product = by_z[row][0] * y[0][column] + by_z[row][1] * y[1][column];
+                    (share * product / square_of_z / correlation) as f32
+                })
+            });
+            let (slow, fast) = HEALTHY_FREQUENCY;
+            let fine = libm::ldexp(gain, crate::chain::numbers::exact::FINE_PER_RAD_LOG2);
+            Axis {
+                dithered: true,
+                estimate,
+                step_energy: (looks * 0.5 * step * step) as f32,
+                error_energy: {
+                    let error = step_rad * libm::sqrt(square_of_z) / rad_per_factor;
+                    (looks * 0.5 * error * error) as f32
+                },
+                cosines: [fast, slow].map(|ratio| {
+                    libm::cos((phase.omega * ratio).min(core::f64::consts::PI)) as f32
+                }),
+                tap_per_gain: fine as f32,
+                taps_per_quadrature: [(fine * phase.cot()) as f32, (-fine * phase.cosec()) as f32],
+                nominal: dither.nominal()[axis],
+                // A float's conversion holds at the end.
+                reach: ((PICKOFF_REACH_RAD / gain) as u32).min(LARGEST_REACH_CODES),
+            }
+        });
+        let watches = axes.iter().any(|axis| axis.dithered);
+        Self {
+            axes,
+            watches,
+            tracks: watches && share > 0.0,
+            frames_per_window: frames as u32,
+        }
+    }
+
+    /// Looks at one gyro before the sample goes through the strip.
+    #[inline(always)]
+    pub fn observe<N: NumberSystem>(
+        &self,
+        state: &mut AdaptationState<N>,
+        dither: (&Dither<N>, &DitherState<N>),
+        acceleration: &AccelerationState<N>,
+        sample: &Sample,
+    ) {
+        if !self.watches {
+            return;
+        }
+        let turn = state.turn;
+        let (strip, strip_state) = dither;
+        // All arrays have three elements: one check serves.
+        let Some(sums) = state.sums.get_mut(turn) else {
+            return;
+        };
+        let code = sample.pickoff_codes[turn];
+        let codes = code.wrapping_sub(strip_state.previous()[turn]);
+        let now = N::step_factor(N::step(strip.scales()[turn], codes));
+        let past = N::step_factor(strip_state.step()[turn]);
+        let error = N::increment_factor(acceleration.difference()[turn]);
+        let [with_past, with_now] = &mut sums.correlations;
+        *with_past = N::add_correlation(*with_past, error, past);
+        *with_now = N::add_correlation(*with_now, error, now);
+        let [square, lagged] = &mut sums.steps;
+        *square = N::add_correlation(*square, now, now);
+        *lagged = N::add_correlation(*lagged, now, past);
+        sums.error = N::add_correlation(sums.error, error, error);
+        let counts = sample.pulse_counts[turn];
+        sums.changed |= counts ^ sums.counts;
+        sums.counts = counts;
+        state.turn = if turn < 2 { turn + 1 } else { 0 };
+    }
+
+    /// Whether a window had no finding, or none is looked at.
+    pub fn has_started<N: NumberSystem>(&self, state: &AdaptationState<N>) -> bool {
+        !self.watches || state.has_been_well
+    }
+
+    /// One output period more; closes the window at its last.
+    #[inline(always)]
+    pub fn finish<N: NumberSystem>(
+        &self,
+        state: &mut AdaptationState<N>,
+        strip: &Dither<N>,
+        strip_state: &mut DitherState<N>,
+        periods: u32,
+    ) -> Option<Verdict> {
+        if !self.watches {
+            return None;
+        }
+        state.frames = state.frames.wrapping_add(periods);
+        if state.frames < self.frames_per_window {
+            return None;
+        }
+        Some(self.close(state, strip, strip_state))
+    }
+
+    /// Output periods of one window; 1 where no gyro is dithered.
+    #[cfg(feature = "proof")]
+    pub(crate) fn frames_per_window(&self) -> u32 {
+        if self.watches {
+            self.frames_per_window
+        } else {
+            1
+        }
+    }
+
+    /// Lowest and highest of each tap that the windows can ask for \[fine units per code\]: a tap rises or
+    /// falls with either tracked value, rounding included, so that its extremes stand at their ends.
+    #[cfg(feature = "proof")]
+    pub(crate) fn tap_ranges(&self, nominal: &[ExactTaps; 3]) -> [[(i64, i64); 2]; 3] {
+        let mut ranges = nominal.map(|taps| taps.map(|tap| (tap, tap)));
+        for (axis, ranges) in self.axes.iter().zip(&mut ranges) {
+            if !(self.tracks && axis.dithered) {
+                continue;
+            }
+            for gain in [-ADAPTATION_RANGE, ADAPTATION_RANGE] {
+                for quadrature in [-ADAPTATION_RANGE, ADAPTATION_RANGE] {
+                    let tracked = Tracked {
+                        gain,
+                        quadrature,
+                        ..Tracked::default()
+                    };
+                    for ((low, high), tap) in ranges.iter_mut().zip(axis.taps(&tracked)) {
+                        *low = tap.min(*low);
+                        *high = tap.max(*high);
+                    }
+                }
+            }
+        }
+        ranges
+    }
+
+    /// Judges the window, moves the taps, begins the next one.
+    #[inline(never)]
+    fn close<N: NumberSystem>(
+        &self,
+        state: &mut AdaptationState<N>,
+        strip: &Dither<N>,
+        strip_state: &mut DitherState<N>,
+    ) -> Verdict {
+        let mut verdict = Verdict {
+            status: Status::ADAPTING.when(self.tracks),
+            angle: [0; 3],
+        };
+        let mut taps = *strip_state.exact_taps();
+        for (index, axis) in self.axes.iter().enumerate() {
+            let sums = &mut state.sums[index];
+            let tracked = &mut state.tracked[index];
+            let before = tracked.health;
+            tracked.health = axis.judge(sums);
+            verdict.status = verdict.status.union(tracked.health);
+            let good = tracked.health.union(before) == Status::default();
+            let travelled = strip_state.previous()[index].wrapping_sub(strip_state.origin()[index]);
+            let there = travelled.unsigned_abs() <= axis.reach;
+            if axis.dithered && good && there && state.disturbed == 0 {
+                axis.follow(sums, tracked);
+                let moved = axis.taps(tracked);
+                let [new_now, new_past] = moved;
+                let [old_now, old_past] = taps[index];
+                let now = new_now.wrapping_sub(old_now);
+                let past = new_past.wrapping_sub(old_past);
+                let since_start = |codes: &[i32; 3]| {
+                    i64::from(codes[index].wrapping_sub(strip_state.origin()[index]))
+                };
+                verdict.angle[index] = now
+                    .wrapping_mul(since_start(strip_state.previous()))
+                    .wrapping_add(past.wrapping_mul(since_start(strip_state.before_previous())))
+                    .wrapping_neg();
+                taps[index] = moved;
+            }
+            *sums = Sums {
+                counts: sums.counts,
+                ..Sums::default()
+            };
+        }
+        let found = verdict.status.bits() & !Status::ADAPTING.bits();
+        state.has_been_well |= found == 0;
+        if self.tracks {
+            strip.set_taps(strip_state, &taps);
+        }
+        state.frames = 0;
+        state.disturbed = state.disturbed.saturating_sub(1);
+        verdict
+    }
+}
+
+impl Axis {
+    /// What the window says of this gyro.
+    fn judge<N: NumberSystem>(&self, sums: &Sums<N>) -> Status {
+        if !self.dithered {
+            return Status::default();
+        }
+        let [square, lagged] = sums.steps.map(N::correlation);
+        let share = |amplitude: f32| amplitude * amplitude * self.step_energy;
+        let (smallest, largest) = HEALTHY_AMPLITUDE;
+        if square < share(STILL_AMPLITUDE) {
+            let unstripped = N::correlation(sums.error) > UNSTRIPPED_ENERGY * self.error_energy;
+            return if unstripped {
+                Status::PICKOFF_FAILED
+            } else {
+                Status::DITHER_STOPPED
+            };
+        }
+        let [fast, slow] = self.cosines;
+        let band = square < share(smallest)
+            || square > share(largest)
+            || lagged < fast * square
+            || lagged > slow * square;
+        let stuck = square >= share(smallest) && sums.changed == 0;
+        Status::DITHER_OUT_OF_BAND
+            .when(band)
+            .union(Status::COUNTER_STUCK.when(stuck))
+    }
+
+    /// One step of the tracked values.
+    fn follow<N: NumberSystem>(&self, sums: &Sums<N>, tracked: &mut Tracked) {
+        let [past, now] = sums.correlations.map(N::correlation);
+        let step = |row: [f32; 2]| {
+            let step = row[0] * past + row[1] * now;
+            step.clamp(-ADAPTATION_STEP_LIMIT, ADAPTATION_STEP_LIMIT)
+        };
+        let [gain, quadrature] = self.estimate.map(step);
+        let within = |value: f32| value.clamp(-ADAPTATION_RANGE, ADAPTATION_RANGE);
+        tracked.gain = within(tracked.gain + gain);
+        tracked.quadrature = within(tracked.quadrature + quadrature);
+    }
+
+    /// The taps of the tracked values.
+    fn taps(&self, tracked: &Tracked) -> ExactTaps {
+        let [now, past] = self.taps_per_quadrature;
+        let [nominal_now, nominal_past] = self.nominal;
+        [
+            nominal_now
+                .wrapping_add((self.tap_per_gain * tracked.gain + now * tracked.quadrature) as i64),
+            nominal_past.wrapping_add((past * tracked.quadrature) as i64),
+        ]
+    }
+}
+
+impl<N: NumberSystem> AdaptationState<N> {
+    /// The window holds lost or held samples: it may judge, but moves nothing; nor does the next one.
+    pub fn disturb(&mut self) {
+        self.disturbed = DISTURBED_WINDOWS;
+    }
+
+    /// The window's sums that are kept in the number system's words.
+    #[cfg(feature = "proof")]
+    pub(crate) fn sums(&self) -> impl core::fmt::Debug {
+        self.sums
+            .map(|sums| (sums.correlations, sums.steps, sums.error))
+    }
+
+    /// What the last window found of each gyro.
+    pub fn health(&self) -> [Status; 3] {
+        self.tracked.map(|tracked| tracked.health)
+    }
+
+    /// Tracked gain and quadrature of each gyro, over and above nominal \[1\].
+    pub fn tracked(&self) -> [[f32; 2]; 3] {
+        self.tracked
+            .map(|tracked| [tracked.gain, tracked.quadrature])
+    }
+}

@@ -1,0 +1,64 @@
+//! Stripped increments → increments of the case along the true body axes, Eq. (7).
+//!
+//! Enters: r \[rad\] about the sensing axes; ε_ij0 and what the acceleration adds to it \[rad\]. Leaves: case
+//! increments \[rad\], body frame. Once per output period the same matrix at rest over the exact angles
+//! \[fine units\].
+//!
+//! x: r_x + ε_xy r_z + ε_xz r_y;  y: r_y + ε_yz r_x + ε_yx r_z;  z: r_z + ε_zx r_y + ε_zy r_x.
+//!
+//! First order in ε, as printed: the model's M is this very matrix, so nothing of second order is missing.
+//! The matrix is linear, so its constant part may act on the period's sum (`at_rest_exactly`), and only
+//! what changes within the period (`tilted`) acts sample by sample.
+
+use crate::chain::numbers::NumberSystem;
+use crate::chain::numbers::exact::ExactCoefficient;
+use crate::chain::triad::{CrossAxis, Triad};
+
+/// The matrix at rest over one sample, for products.
+#[inline(always)]
+pub fn at_rest<N: NumberSystem>(
+    e: &CrossAxis<N::Coefficient>,
+    r: Triad<N::Increment>,
+) -> Triad<N::Increment> {
+    let add = |to, c_a, r_a, c_b, r_b| N::add_product(N::add_product(to, c_a, r_a), c_b, r_b);
+    Triad {
+        x: add(r.x, e.xy, r.z, e.xz, r.y),
+        y: add(r.y, e.yz, r.x, e.yx, r.z),
+        z: add(r.z, e.zx, r.y, e.zy, r.x),
+    }
+}
+
+/// What the tilts of one sample add.
+#[inline(always)]
+pub fn tilted<N: NumberSystem>(
+    tilts: &CrossAxis<N::Tilt>,
+    r: Triad<N::Increment>,
+) -> Triad<N::Tilted> {
+    let t = tilts;
+    Triad {
+        x: N::tilted(t.xy, r.z, t.xz, r.y),
+        y: N::tilted(t.yz, r.x, t.yx, r.z),
+        z: N::tilted(t.zx, r.y, t.zy, r.x),
+    }
+}
+
+/// The matrix at rest over an output period's angles \[fine units\].
+#[inline(always)]
+pub fn at_rest_exactly(e: &CrossAxis<ExactCoefficient>, [x, y, z]: [i64; 3]) -> [i64; 3] {
+    let add = |to: i64, a: i64, b: i64| to.wrapping_add(a).wrapping_add(b);
+    [
+        add(x, e.xy.times(z), e.xz.times(y)),
+        add(y, e.yz.times(x), e.yx.times(z)),
+        add(z, e.zx.times(y), e.zy.times(x)),
+    ]
+}
+
+/// The same over what one reading covers of several periods, beyond the range of an `i64` too \[fine units\].
+pub fn at_rest_wide(e: &CrossAxis<ExactCoefficient>, [x, y, z]: [i128; 3]) -> [i128; 3] {
+    let add = |to: i128, a: i128, b: i128| to.wrapping_add(a).wrapping_add(b);
+    [
+        add(x, e.xy.times_wide(z), e.xz.times_wide(y)),
+        add(y, e.yz.times_wide(x), e.yx.times_wide(z)),
+        add(z, e.zx.times_wide(y), e.zy.times_wide(x)),
+    ]
+}

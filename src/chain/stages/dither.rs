@@ -1,0 +1,266 @@
+//! Sensed increments → increments of the case: each block's own motion stripped.
+//!
+//! Enters: sensed increments \[rad\]; block angles relative to the case at the sample's end \[pickoff codes\].
+//! Leaves: r = D − h₀ (p_k − p_{k−1}) − h₁ (p_{k−1} − p_{k−2}) \[rad\]; once per output period the strip's
+//! angle over it \[fine units\].
+//!
+//! The strip comes before the acceleration: 150″ at 400 Hz is 4600 rad/s² of block motion that the other
+//! gyros do not feel, and a matrix that followed it would inject it.
+//!
+//! A pickoff that shows the block d late shows, at the dither frequency, cos Ωd of the block and its
+//! quadrature. With Ω the dither's phase over one sample, q_k = cos Ω dp_k − dp_{k−1} is −sin Ω times that
+//! quadrature, exactly, so the block's increment is G (a dp_k + b q_k / sin Ω), a = cos Ωd/T, b = sin Ωd/T, or
+//!
+//! ```text
+//! h₀ = G (a + b cot Ω)        h₁ = −G b / sin Ω        G = gain × code weight × (1 − s)
+//! ```
+//!
+//! Both taps act on differences of codes, so the strip telescopes: over a period it is h₀ and h₁ times the
+//! difference of two readings, whatever was in between, and adds no drift. `adaptation.rs` moves the taps.
+//!
+//! It does not filter the pickoff, nor correct its nonlinearity.
+
+use crate::chain::numbers::NumberSystem;
+use crate::chain::numbers::exact::{FINE_PER_RAD_LOG2, fine};
+use crate::chain::stages::limits::Limits;
+use crate::chain::triad::Triad;
+use crate::store::parameters::Parameters;
+
+/// The strip's two taps \[fine units per code\], exactly as used.
+pub type ExactTaps = [i64; 2];
+
+/// Configuration.
+#[derive(Debug, Clone, Copy)]
+pub struct Dither<N: NumberSystem> {
+    scales: [N::StepScale; 3],
+    nominal: [ExactTaps; 3],
+    /// Exponent of the increment unit.
+    unit_log2: u32,
+}
+
+/// Readings of the last samples, and the taps at work.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct DitherState<N: NumberSystem> {
+    /// p_{k−1} \[codes\].
+    previous: [i32; 3],
+    /// p_{k−2} \[codes\].
+    before_previous: [i32; 3],
+    /// p_{k−1} − p_{k−2}.
+    step: [N::Step; 3],
+    taps: [[N::Tap; 2]; 3],
+    exact_taps: [ExactTaps; 3],
+    /// The last reading before the output period, and the one before that.
+    start: [[i32; 3]; 2],
+    /// p₀, the first reading of the stream, or of a source that restarted.
+    origin: [i32; 3],
+}
+
+impl<N: NumberSystem> Dither<N> {
+    pub(crate) fn new(parameters: &Parameters, limits: &Limits) -> Self {
+        Self {
+            unit_log2: parameters.increment_unit_log2(),
+            scales: limits.codes().map(N::step_scale),
+            nominal: [0, 1, 2].map(|axis| {
+                let gain = parameters.strip_rad_per_code(axis);
+                parameters
+                    .relative_taps(axis)
+                    .map(|tap| fine(gain * tap, FINE_PER_RAD_LOG2))
+            }),
+        }
+    }
+
+    /// The taps that the parameters ask for.
+    pub(crate) fn nominal(&self) -> &[ExactTaps; 3] {
+        &self.nominal
+    }
+
+    /// How steps are scaled.
+    pub(crate) fn scales(&self) -> &[N::StepScale; 3] {
+        &self.scales
+    }
+
+    /// Begins at these readings: what they were before is not known, so the first step is none.
+    pub fn start(&self, state: &mut DitherState<N>, codes: [i32; 3]) {
+        *state = DitherState {
+            previous: codes,
+            before_previous: codes,
+            start: [codes; 2],
+            origin: codes,
+            ..DitherState::default()
+        };
+        self.set_taps(state, &self.nominal);
+    }
+
+    /// Goes on at these readings after ones that never came.
+    pub fn resume(&self, state: &mut DitherState<N>, codes: [i32; 3]) {
+        state.previous = codes;
+        state.before_previous = codes;
+        state.step = Default::default();
+    }
+
+    /// Leaves the steps to these readings out of the output period's angle: what [`exact`](Self::exact) tells is
+    /// somebody else's, or nobody's.
+    pub fn leave_out(&self, state: &mut DitherState<N>, codes: [i32; 3]) {
+        let [start, before_start] = &mut state.start;
+        for axis in 0..3 {
+            let step = |from: i32| codes[axis].wrapping_sub(from);
+            start[axis] = start[axis].wrapping_add(step(state.previous[axis]));
+            before_start[axis] = before_start[axis].wrapping_add(step(state.before_previous[axis]));
+        }
+    }
+
+    /// Begins at these readings within a stream: nothing is known of the steps to them, and moved taps act on what
+    /// follows alone.
+    pub fn restart(&self, state: &mut DitherState<N>, codes: [i32; 3]) {
+        self.leave_out(state, codes);
+        self.resume(state, codes);
+        state.origin = codes;
+    }
+
+    /// Uses these taps from the next sample on.
+    pub(crate) fn set_taps(&self, state: &mut DitherState<N>, taps: &[ExactTaps; 3]) {
+        state.exact_taps = *taps;
+        let mut in_units = *taps;
+        if self.unit_log2 != 0 {
+            core::hint::cold_path();
+            in_units = taps.map(|taps| taps.map(|tap| tap >> self.unit_log2));
+        }
+        let taps = &in_units;
+        for (axis, taps) in taps.iter().enumerate() {
+            state.taps[axis] = taps.map(|tap| N::tap(tap, self.scales[axis]));
+        }
+    }
+
+    /// Strips one sample.
+    #[inline(always)]
+    pub fn process(
+        &self,
+        state: &mut DitherState<N>,
+        sensed: Triad<N::Increment>,
+        codes: [i32; 3],
+    ) -> Triad<N::Increment> {
+        let sensed = sensed.to_array();
+        let mut stripped = sensed;
+        for axis in 0..3 {
+            let previous = state.previous[axis];
+            let step = N::step(self.scales[axis], codes[axis].wrapping_sub(previous));
+            let [now, past] = state.taps[axis];
+            stripped[axis] = N::strip(N::strip(sensed[axis], now, step), past, state.step[axis]);
+            state.step[axis] = step;
+            state.before_previous[axis] = previous;
+            state.previous[axis] = codes[axis];
+        }
+        Triad::from_array(stripped)
+    }
+
+    /// The strip's angle from the last reading to this one after lost ones \[fine units\], as
+    /// [`resume`](Self::resume) leaves it: both taps stand on this reading.
+    pub fn exact(&self, state: &DitherState<N>, codes: [i32; 3]) -> [i64; 3] {
+        let mut angle = [0; 3];
+        for axis in 0..3 {
+            let [now, past] = state.exact_taps[axis];
+            let step = |from: i32| i64::from(codes[axis].wrapping_sub(from));
+            angle[axis] = now
+                .wrapping_mul(step(state.previous[axis]))
+                .wrapping_add(past.wrapping_mul(step(state.before_previous[axis])));
+        }
+        angle
+    }
+
+    /// The strip's angle over the output period \[fine units\]; starts the next one.
+    #[inline(always)]
+    pub fn finish(&self, state: &mut DitherState<N>) -> [i64; 3] {
+        let start = state.start;
+        state.start = [state.previous, state.before_previous];
+        Self::since(state, start)
+    }
+
+    /// The strip's angle since the output period's start \[fine units\].
+    pub fn since_start(&self, state: &DitherState<N>) -> [i64; 3] {
+        Self::since(state, state.start)
+    }
+
+    #[inline(always)]
+    fn since(state: &DitherState<N>, [start, before_start]: [[i32; 3]; 2]) -> [i64; 3] {
+        let mut angle = [0; 3];
+        for axis in 0..3 {
+            let [now, past] = state.exact_taps[axis];
+            let difference = |end: i32, start: i32| i64::from(end.wrapping_sub(start));
+            let late = difference(state.before_previous[axis], before_start[axis]);
+            angle[axis] = now
+                .wrapping_mul(difference(state.previous[axis], start[axis]))
+                .wrapping_add(past.wrapping_mul(late));
+        }
+        angle
+    }
+}
+
+#[cfg(feature = "proof")]
+impl Dither<crate::chain::numbers::Interval> {
+    /// Puts intervals of taps to work, from the lowest to the highest of each \[fine units per code\].
+    pub(crate) fn widen_taps(
+        &self,
+        state: &mut DitherState<crate::chain::numbers::Interval>,
+        ranges: &[[(i64, i64); 2]; 3],
+    ) {
+        use crate::chain::numbers::Interval;
+        for (axis, [now, past]) in ranges.iter().enumerate() {
+            let taps = |(low, high): (i64, i64)| {
+                let (low, high) = (low >> self.unit_log2, high >> self.unit_log2);
+                Interval::taps_between(low, high, self.scales[axis])
+            };
+            state.taps[axis] = [taps(*now), taps(*past)];
+        }
+    }
+}
+
+impl<N: NumberSystem> DitherState<N> {
+    /// p_{k−1} \[codes\].
+    #[inline(always)]
+    pub fn previous(&self) -> &[i32; 3] {
+        &self.previous
+    }
+
+    /// p_{k−2} \[codes\].
+    pub(crate) fn before_previous(&self) -> &[i32; 3] {
+        &self.before_previous
+    }
+
+    /// p_{k−1} − p_{k−2}.
+    #[inline(always)]
+    pub(crate) fn step(&self) -> &[N::Step; 3] {
+        &self.step
+    }
+
+    /// The stream's first reading \[codes\].
+    pub(crate) fn origin(&self) -> &[i32; 3] {
+        &self.origin
+    }
+
+    /// The taps at work, rounded.
+    #[cfg(feature = "proof")]
+    pub(crate) fn taps(&self) -> &[[N::Tap; 2]; 3] {
+        &self.taps
+    }
+
+    /// The taps at work.
+    pub(crate) fn exact_taps(&self) -> &[ExactTaps; 3] {
+        &self.exact_taps
+    }
+
+    /// Moves the origin of the codes.
+    pub fn shift(&mut self, by: [i32; 3]) {
+        let [start, before_start] = &mut self.start;
+        for codes in [
+            &mut self.previous,
+            &mut self.before_previous,
+            start,
+            before_start,
+            &mut self.origin,
+        ] {
+            for (code, by) in codes.iter_mut().zip(by) {
+                *code = code.wrapping_add(by);
+            }
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! Rotation and velocity increment of the output period → output frame.
+//!
+//! Enters: the rotation vector and, with accelerometers, the velocity increment \[fine units\], body frame at
+//! the period's start; the period's status. Leaves: [`OutputFrame`], in codes of
+//! [`OUTPUT_RAD_PER_CODE`](crate::OUTPUT_RAD_PER_CODE) and
+//! [`OUTPUT_M_S_PER_CODE`](crate::OUTPUT_M_S_PER_CODE).
+//!
+//! What a frame cannot show later ones do, so that nothing is lost: the part of a code, which keeps the sum of all
+//! frames within half a code of the sum of all increments; and what is beyond an `i32` of codes, after an outage or at
+//! a rate that a frame cannot hold. Frames that leave something for later say [`Status::OUTPUT_SATURATED`], frames that
+//! show something of earlier periods [`Status::CARRIED_OVER`].
+//!
+//! What is carried over is added as it is, without turning it: the order in which the case turned about several axes
+//! meanwhile is lost, the angle about each is not.
+
+use crate::chain::design_parameters::FINE_PER_CODE_LOG2;
+use crate::chain::faults::Status;
+use crate::chain::sample::OutputFrame;
+
+/// Upper words of fine units whose codes fit an `i32`: −`FITS` to `FITS` − 1.
+const FITS: i32 = 1 << (FINE_PER_CODE_LOG2 - 1);
+
+/// Half a code \[fine units\].
+const HALF: u32 = 1 << (FINE_PER_CODE_LOG2 - 1);
+
+/// Fine units below a code.
+const BELOW: u32 = (1 << FINE_PER_CODE_LOG2) - 1;
+
+/// Whole codes are owed of frames before this one, or of this one.
+const OWES_OF_BEFORE: u32 = 1;
+const OWES_SINCE_NOW: u32 = 2;
+
+/// Number of the next frame, and what the frames so far could not show.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameState {
+    sequence: u32,
+    /// [`OWES_OF_BEFORE`] where whole codes are owed, else 0.
+    owes: u32,
+    rotation: Remainder,
+    velocity: Remainder,
+}
+
+/// What the frames so far could not show of three values.
+#[derive(Debug, Clone, Copy)]
+struct Remainder {
+    /// The part of a code and a half of one, so that the next code is rounded to nearest \[fine units\].
+    carry: [u32; 3],
+    /// Whole codes.
+    owed: [i64; 3],
+}
+
+impl Default for FrameState {
+    fn default() -> Self {
+        let nothing = Remainder {
+            carry: [HALF; 3],
+            owed: [0; 3],
+        };
+        Self {
+            sequence: 0,
+            owes: 0,
+            rotation: nothing,
+            velocity: nothing,
+        }
+    }
+}
+
+impl FrameState {
+    /// Leaves a rotation and a velocity of any size to the next frames \[fine units\].
+    pub fn owe(&mut self, rotation: [i128; 3], velocity: [i128; 3]) {
+        self.rotation.add(rotation);
+        self.velocity.add(velocity);
+        self.look_for_debts();
+    }
+
+    fn look_for_debts(&mut self) {
+        let owes = self.rotation.owed != [0; 3] || self.velocity.owed != [0; 3];
+        self.owes = if owes { OWES_OF_BEFORE } else { 0 };
+    }
+
+    /// The frame with as many owed codes as it has room for.
+    #[cold]
+    #[inline(never)]
+    fn share_out(&mut self, mut frame: OutputFrame) -> OutputFrame {
+        let carried_over = Status::CARRIED_OVER.when(self.owes != 0);
+        self.rotation.settle(&mut frame.dtheta_codes);
+        self.velocity.settle(&mut frame.dvel_codes);
+        self.look_for_debts();
+        let saturated = Status::OUTPUT_SATURATED.when(self.owes != 0);
+        frame.status = frame.status.union(carried_over).union(saturated);
+        frame
+    }
+}
+
+impl Remainder {
+    /// Adds a value of any size \[fine units\].
+    fn add(&mut self, value: [i128; 3]) {
+        for (axis, value) in value.into_iter().enumerate() {
+            let whole = value.wrapping_add(i128::from(self.carry[axis]));
+            self.carry[axis] = whole as u32 & BELOW;
+            let codes = (whole >> FINE_PER_CODE_LOG2) as i64;
+            self.owed[axis] = self.owed[axis].saturating_add(codes);
+        }
+    }
+
+    /// Three values as codes \[fine units\]; those beyond a frame's range are owed.
+    #[inline(always)]
+    fn codes(&mut self, value: [i64; 3], owes: &mut u32) -> [i32; 3] {
+        let mut codes = [0; 3];
+        for axis in 0..3 {
+            let whole = value[axis].wrapping_add(i64::from(self.carry[axis]));
+            self.carry[axis] = whole as u32 & BELOW;
+            let code = whole >> FINE_PER_CODE_LOG2;
+            codes[axis] = code as i32;
+            // The upper word alone tells whether the code fits: one comparison.
+            let upper = (whole >> 32) as i32;
+            if upper.wrapping_add(FITS) as u32 >= 2 * FITS as u32 {
+                core::hint::cold_path();
+                *owes |= OWES_SINCE_NOW;
+                codes[axis] = 0;
+                self.owed[axis] = self.owed[axis].saturating_add(code);
+            }
+        }
+        codes
+    }
+
+    /// Adds what a frame has room for to its codes.
+    fn settle(&mut self, codes: &mut [i32; 3]) {
+        let limit = i64::from(i32::MAX);
+        for (owed, code) in self.owed.iter_mut().zip(codes) {
+            let all = owed.saturating_add(i64::from(*code));
+            let within = all.max(-limit).min(limit);
+            *code = within as i32;
+            *owed = all.wrapping_sub(within);
+        }
+    }
+}
+
+/// Makes the frame of the last of `periods` output periods.
+#[inline(always)]
+pub fn process(
+    state: &mut FrameState,
+    rotation: [i64; 3],
+    velocity: Option<[i64; 3]>,
+    status: Status,
+    periods: u32,
+) -> OutputFrame {
+    let sequence = state.sequence.wrapping_add(periods.wrapping_sub(1));
+    state.sequence = sequence.wrapping_add(1);
+    let mut owes = state.owes;
+    let frame = OutputFrame {
+        sequence,
+        dtheta_codes: state.rotation.codes(rotation, &mut owes),
+        dvel_codes: match velocity {
+            Some(velocity) => state.velocity.codes(velocity, &mut owes),
+            None => [0; 3],
+        },
+        status,
+    };
+    if owes != 0 {
+        core::hint::cold_path();
+        return state.share_out(frame);
+    }
+    frame
+}

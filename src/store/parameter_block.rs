@@ -1,0 +1,205 @@
+//! The parameter block: what `rlg params` writes and the firmware reads from flash.
+//!
+//! Little-endian.
+//!
+//! | offset | holds |
+//! |---|---|
+//! | 0 | magic `RLGP` |
+//! | 4 | `u16` version (2) |
+//! | 6 | `u16` length of the whole block |
+//! | 8 | `u16` samples per output |
+//! | 10 | `u8` acceleration order |
+//! | 11 | `u8` 1 with accelerometers, 0 without |
+//! | 12 | `u32` generation: of two whole blocks the later one counts |
+//! | 16 | 60 `f64`: pulse weight ×3, bias ×3, scale ×3, installation ×6, flexure ×6, pickoff gain ×3, pickoff weight, sample rate, pickoff delay ×3, dither frequency ×3, dither amplitude ×3, adaptation time; accelerometers: weight ×3, bias ×3, scale ×3, misalignment ×6, lever arms ×9 (zeros without) |
+//! | last 4 | `u32` CRC-32 (ISO-HDLC, as zip) of everything before it |
+//!
+//! Left out: choosing between two blocks; that is the slot store's.
+
+use core::fmt;
+
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+
+use crate::chain::triad::CrossAxis;
+use crate::store::parameters::{AccelerometerParameters, ParameterError, Parameters};
+
+const MAGIC: [u8; 4] = *b"RLGP";
+const VERSION: u16 = 2;
+const HEADER_BYTES: usize = 16;
+const NUMBERS: usize = 60;
+const CRC_OFFSET: usize = HEADER_BYTES + 8 * NUMBERS;
+
+/// Size of the block \[bytes\].
+pub const PARAMETER_BLOCK_BYTES: usize = CRC_OFFSET + 4;
+
+/// Bitwise: it runs once at boot, and a table would cost 1 KiB of flash.
+const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+
+/// Why bytes are not a parameter block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum BlockError {
+    /// Fewer bytes than a block, or its length field is another \[bytes found\].
+    Length(usize),
+    /// It does not begin with `RLGP`.
+    Magic,
+    /// A version this chain does not know.
+    Version(u16),
+    /// Stored and computed CRC-32 differ.
+    Checksum {
+        /// As stored.
+        stored: u32,
+        /// As computed.
+        computed: u32,
+    },
+    /// The byte that says whether there are accelerometers is neither 0 nor 1.
+    Accelerometers(u8),
+    /// The block is whole, but a parameter is out of range.
+    Parameter(ParameterError),
+}
+
+impl fmt::Display for BlockError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Length(found) => write!(
+                f,
+                "parameter block of {found} bytes, expected {PARAMETER_BLOCK_BYTES}"
+            ),
+            Self::Magic => f.write_str("parameter block does not begin with RLGP"),
+            Self::Version(found) => {
+                write!(f, "parameter block of version {found}, expected {VERSION}")
+            }
+            Self::Checksum { stored, computed } => write!(
+                f,
+                "parameter block CRC-32 is {stored:#010x}, computed {computed:#010x}"
+            ),
+            Self::Accelerometers(found) => write!(
+                f,
+                "parameter block says {found} of its accelerometers, expected 0 or 1"
+            ),
+            Self::Parameter(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for BlockError {}
+
+impl Parameters {
+    /// The block of these parameters, whether or not they pass [`Parameters::check`].
+    pub fn to_block(&self, generation: u32) -> [u8; PARAMETER_BLOCK_BYTES] {
+        let mut block = [0; PARAMETER_BLOCK_BYTES];
+        block[0..4].copy_from_slice(&MAGIC);
+        block[4..6].copy_from_slice(&VERSION.to_le_bytes());
+        block[6..8].copy_from_slice(&(PARAMETER_BLOCK_BYTES as u16).to_le_bytes());
+        block[8..10].copy_from_slice(&self.samples_per_output.to_le_bytes());
+        block[10] = self.acceleration_order;
+        block[11] = u8::from(self.accelerometers.is_some());
+        block[12..16].copy_from_slice(&generation.to_le_bytes());
+        let chunks = block[HEADER_BYTES..CRC_OFFSET].chunks_exact_mut(8);
+        for (chunk, number) in chunks.zip(self.numbers()) {
+            chunk.copy_from_slice(&number.to_le_bytes());
+        }
+        let crc = CHECKSUM.checksum(&block[..CRC_OFFSET]);
+        block[CRC_OFFSET..].copy_from_slice(&crc.to_le_bytes());
+        block
+    }
+
+    /// Reads and checks a block, and gives its generation too; bytes after it are ignored.
+    pub fn from_block(bytes: &[u8]) -> Result<(Self, u32), BlockError> {
+        let Some((block, _)) = bytes.split_first_chunk::<PARAMETER_BLOCK_BYTES>() else {
+            return Err(BlockError::Length(bytes.len()));
+        };
+        if block[0..4] != MAGIC {
+            return Err(BlockError::Magic);
+        }
+        let version = u16::from_le_bytes([block[4], block[5]]);
+        if version != VERSION {
+            return Err(BlockError::Version(version));
+        }
+        let length = usize::from(u16::from_le_bytes([block[6], block[7]]));
+        if length != PARAMETER_BLOCK_BYTES {
+            return Err(BlockError::Length(length));
+        }
+        let (body, stored) = block.split_at(CRC_OFFSET);
+        let stored = stored
+            .iter()
+            .rev()
+            .fold(0, |word, byte| word << 8 | u32::from(*byte));
+        let computed = CHECKSUM.checksum(body);
+        if stored != computed {
+            return Err(BlockError::Checksum { stored, computed });
+        }
+        let mut numbers = body[HEADER_BYTES..]
+            .as_chunks::<8>()
+            .0
+            .iter()
+            .map(|chunk| f64::from_le_bytes(*chunk));
+        let numbers = &mut numbers;
+        // Fields in the order in which they are written below.
+        let mut parameters = Self {
+            pulse_weight_rad: take(numbers),
+            bias_rad_s: take(numbers),
+            scale_error: take(numbers),
+            installation_rad: CrossAxis::from_array(take(numbers)),
+            flexure_s2: CrossAxis::from_array(take(numbers)),
+            pickoff_gain: take(numbers),
+            pickoff_weight_rad: take::<1>(numbers)[0],
+            sample_rate_hz: take::<1>(numbers)[0],
+            samples_per_output: u16::from_le_bytes([block[8], block[9]]),
+            acceleration_order: block[10],
+            pickoff_delay_s: take(numbers),
+            dither_frequency_hz: take(numbers),
+            dither_amplitude_rad: take(numbers),
+            adaptation_time_s: take::<1>(numbers)[0],
+            accelerometers: None,
+        };
+        match block[11] {
+            0 => {}
+            1 => {
+                parameters.accelerometers = Some(AccelerometerParameters {
+                    weight_m_s: take(numbers),
+                    bias_m_s2: take(numbers),
+                    scale_error: take(numbers),
+                    misalignment_rad: CrossAxis::from_array(take(numbers)),
+                    lever_arm_m: [take(numbers), take(numbers), take(numbers)],
+                });
+            }
+            other => return Err(BlockError::Accelerometers(other)),
+        }
+        parameters.check().map_err(BlockError::Parameter)?;
+        let generation = u32::from_le_bytes([block[12], block[13], block[14], block[15]]);
+        Ok((parameters, generation))
+    }
+
+    fn numbers(&self) -> impl Iterator<Item = f64> {
+        let accelerometers = self.accelerometers.unwrap_or(AccelerometerParameters {
+            weight_m_s: [0.0; 3],
+            bias_m_s2: [0.0; 3],
+            scale_error: [0.0; 3],
+            misalignment_rad: CrossAxis::default(),
+            lever_arm_m: [[0.0; 3]; 3],
+        });
+        self.pulse_weight_rad
+            .into_iter()
+            .chain(self.bias_rad_s)
+            .chain(self.scale_error)
+            .chain(self.installation_rad.to_array())
+            .chain(self.flexure_s2.to_array())
+            .chain(self.pickoff_gain)
+            .chain([self.pickoff_weight_rad, self.sample_rate_hz])
+            .chain(self.pickoff_delay_s)
+            .chain(self.dither_frequency_hz)
+            .chain(self.dither_amplitude_rad)
+            .chain([self.adaptation_time_s])
+            .chain(accelerometers.weight_m_s)
+            .chain(accelerometers.bias_m_s2)
+            .chain(accelerometers.scale_error)
+            .chain(accelerometers.misalignment_rad.to_array())
+            .chain(accelerometers.lever_arm_m.into_iter().flatten())
+    }
+}
+
+/// The next numbers; 0 beyond the last, which the block's length excludes.
+fn take<const N: usize>(numbers: &mut impl Iterator<Item = f64>) -> [f64; N] {
+    core::array::from_fn(|_| numbers.next().unwrap_or_default())
+}

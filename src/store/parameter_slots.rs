@@ -1,0 +1,361 @@
+//! Two places in flash for the parameter block, of which one is always whole.
+//!
+//! Enters: NOR flash behind `embedded_storage::nor_flash`. Leaves: [`Loaded`], the parameters to start with
+//! and what is wrong with the slots; or, when parameters are changed, a written and verified slot.
+//!
+//! | slots found | parameters | flags |
+//! |---|---|---|
+//! | both good | of the newer generation | none |
+//! | one good | the good one's | `slot_bad` |
+//! | none good (new device, both worn out) | [`Parameters::default`]: a perfect triad, nothing corrected | `parameters_default` |
+//!
+//! *Good* is what [`Parameters::from_block`] accepts: magic, version, length, CRC-32 and every field in its
+//! range. A newer generation is one that is ahead by less than 2³¹, so the number may wrap.
+//!
+//! [`ParameterSlots::store`] writes only to the slot that is **not** in use: erase, everything but the CRC,
+//! the CRC last, read back. Power may fail at any of these steps: the slot in use is not touched, and what
+//! the other then holds fails its CRC. So the next boot finds the old block or the new one, never neither;
+//! `host-tests/firmware/tests/parameter_slots.rs` cuts the power at every step. The CRC stands last because
+//! a driver may write a range in any order; alone, it makes the rest valid in one last step.
+//!
+//! # Mending
+//! [`ParameterSlots::mend`] rewrites a slot that is not good from the one that is, at boot before sampling:
+//! erasing a sector stops the STM32F405 from running code in flash for up to two seconds. Two things bound it:
+//!
+//! - The supply must be known to suffice: a supply that sags below what programming needs damages what is
+//!   written, and resets the board in the middle.
+//! - At most [`MEND_ATTEMPTS`] attempts, over all boots: a worn-out slot would else cost each boot an erasure,
+//!   and its seconds. They are counted in the good slot's sector without erasing it: behind the block there is
+//!   a mark for each attempt, erased until it is made. The mark is written **before** the erasure, so that a
+//!   reset in the middle counts.
+//!
+//! | offset in a slot | holds |
+//! |---|---|
+//! | 0 | the block, filled up with 0xFF to a whole [`LARGEST_UNIT_BYTES`] |
+//! | [`MEND_MARKS_OFFSET`] | [`MEND_ATTEMPTS`] marks of [`LARGEST_UNIT_BYTES`] each: all 0xFF = free, anything else = an attempt made |
+//!
+//! Whatever erases that sector frees its marks: a [`ParameterSlots::store`] into it (every second one), or a
+//! programming tool; a tool that writes only the block leaves them 0xFF, no attempt made. Each mark is
+//! programmed once, as a whole unit of any supported flash, so flash with an error-correcting code serves too.
+//!
+//! Assumes erased flash reads 0xFF and programming only clears bits. It leaves out wear levelling: parameters
+//! change when the instrument is calibrated, and a sector stands 10 000 erasures.
+
+use core::fmt;
+
+use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
+
+use crate::store::parameter_block::PARAMETER_BLOCK_BYTES;
+use crate::store::parameters::{ParameterError, Parameters};
+
+/// Largest unit of reading or writing that is served \[bytes\]: the 256 bits of an STM32H7's flash word;
+/// an STM32F405 has 1 to 8 bytes.
+pub const LARGEST_UNIT_BYTES: usize = 32;
+
+/// A block and what fills its last unit.
+const BUFFER_BYTES: usize = PARAMETER_BLOCK_BYTES.next_multiple_of(LARGEST_UNIT_BYTES);
+
+/// Attempts to mend a slot until the good slot's sector is erased.
+pub const MEND_ATTEMPTS: usize = 3;
+
+/// Where a slot's marks of attempts begin \[bytes\].
+pub const MEND_MARKS_OFFSET: u32 = BUFFER_BYTES as u32;
+
+/// Of all marks.
+const MARKS_BYTES: usize = MEND_ATTEMPTS * LARGEST_UNIT_BYTES;
+
+/// Bytes of the CRC at the block's end.
+const CRC_BYTES: usize = 4;
+
+/// What flash holds where nothing was programmed since the last erasure.
+const ERASED: u8 = 0xFF;
+
+/// One of the two.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Slot {
+    /// At the first offset.
+    First,
+    /// At the second.
+    Second,
+}
+
+impl Slot {
+    const BOTH: [Self; 2] = [Self::First, Self::Second];
+
+    fn other(self) -> Self {
+        match self {
+            Self::First => Self::Second,
+            Self::Second => Self::First,
+        }
+    }
+}
+
+/// What the firmware starts with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Loaded {
+    /// Of the newer good slot, or [`Parameters::default`].
+    pub parameters: Parameters,
+    /// Their generation; 0 for the default.
+    pub generation: u32,
+    /// The slot they came from; `None`: the default.
+    pub slot: Option<Slot>,
+    /// A slot is good and the other is not.
+    pub slot_bad: bool,
+}
+
+impl Loaded {
+    /// No slot is good.
+    pub fn parameters_default(&self) -> bool {
+        self.slot.is_none()
+    }
+}
+
+/// What [`ParameterSlots::mend`] did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Mending {
+    /// Nothing: both slots are good, or none is.
+    NotNeeded,
+    /// The bad slot holds the good one's block.
+    Done,
+    /// Nothing: the supply is not known to suffice.
+    SupplyLow,
+    /// Nothing: all attempts are made.
+    Exhausted,
+}
+
+/// Why a slot could not be written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum SlotError<E> {
+    /// These parameters would be refused at the next boot.
+    Parameter(ParameterError),
+    /// A slot does not begin at an erasable sector, overlaps the other or ends beyond the flash.
+    Layout,
+    /// The flash reported an error.
+    Flash(E),
+    /// What was read back is not what was written.
+    Verify,
+}
+
+impl<E: fmt::Debug> fmt::Display for SlotError<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Parameter(error) => error.fmt(f),
+            Self::Layout => f.write_str("the parameter slots do not fit the flash's sectors"),
+            Self::Flash(error) => write!(f, "flash error {error:?}"),
+            Self::Verify => f.write_str("the parameter slot does not hold what was written"),
+        }
+    }
+}
+
+impl<E: fmt::Debug> core::error::Error for SlotError<E> {}
+
+/// Two slots in one flash, or in two sectors of it.
+#[derive(Debug)]
+pub struct ParameterSlots<F> {
+    flash: F,
+    offsets: [u32; 2],
+}
+
+impl<F: ReadNorFlash> ParameterSlots<F> {
+    const READ_UNIT_FITS: () = assert!(LARGEST_UNIT_BYTES.is_multiple_of(F::READ_SIZE));
+
+    /// Slots that begin at `offsets` of `flash`, each the first byte of an erasable sector.
+    pub fn new(flash: F, offsets: [u32; 2]) -> Self {
+        Self { flash, offsets }
+    }
+
+    /// Gives the flash back.
+    pub fn release(self) -> F {
+        self.flash
+    }
+
+    /// The newest good parameters. A slot that cannot be read counts as not good.
+    pub fn load(&mut self) -> Loaded {
+        let [first, second] = Slot::BOTH.map(|slot| self.read(slot).unwrap_or(None));
+        choose(first, second)
+    }
+
+    /// As [`Self::load`], but a slot that cannot be read is an error: before a slot is overwritten, what
+    /// the other one holds must be known and not guessed.
+    fn load_certainly(&mut self) -> Result<Loaded, F::Error> {
+        let first = self.read(Slot::First)?;
+        Ok(choose(first, self.read(Slot::Second)?))
+    }
+
+    /// A slot's parameters and generation, if it is good.
+    fn read(&mut self, slot: Slot) -> Result<Option<Numbered>, F::Error> {
+        let mut buffer = [0; BUFFER_BYTES];
+        self.read_bytes(slot, &mut buffer)?;
+        Ok(Parameters::from_block(&buffer).ok())
+    }
+
+    fn read_bytes(&mut self, slot: Slot, buffer: &mut [u8; BUFFER_BYTES]) -> Result<(), F::Error> {
+        const { Self::READ_UNIT_FITS };
+        self.flash.read(self.offset(slot), buffer)
+    }
+
+    fn offset(&self, slot: Slot) -> u32 {
+        let [first, second] = self.offsets;
+        match slot {
+            Slot::First => first,
+            Slot::Second => second,
+        }
+    }
+}
+
+impl<F: NorFlash> ParameterSlots<F> {
+    const WRITE_UNIT_FITS: () = assert!(LARGEST_UNIT_BYTES.is_multiple_of(F::WRITE_SIZE));
+
+    /// The last step of a write begins here: the unit, or the few units, that hold the CRC.
+    const LAST_WRITE: usize = (PARAMETER_BLOCK_BYTES - CRC_BYTES) / F::WRITE_SIZE * F::WRITE_SIZE;
+
+    /// Whole units.
+    const WRITTEN_BYTES: usize = PARAMETER_BLOCK_BYTES.next_multiple_of(F::WRITE_SIZE);
+
+    /// Whole sectors that a slot takes.
+    const SLOT_BYTES: u32 = (BUFFER_BYTES + MARKS_BYTES).next_multiple_of(F::ERASE_SIZE) as u32;
+
+    /// Makes `parameters` those of the next boot; returns their generation. Where it fails, the block that
+    /// was in use still is.
+    pub fn store(&mut self, parameters: &Parameters) -> Result<u32, SlotError<F::Error>> {
+        parameters.check().map_err(SlotError::Parameter)?;
+        self.check_layout()?;
+        let current = self.load_certainly().map_err(SlotError::Flash)?;
+        let target = current.slot.map_or(Slot::First, Slot::other);
+        let generation = current.generation.wrapping_add(1);
+        self.write(target, parameters, generation)?;
+        Ok(generation)
+    }
+
+    /// Copies the good slot's block to the one that is not good, if there is such a pair.
+    ///
+    /// # Inputs
+    /// `supply_suffices`: the supply is known to be high enough for erasing and programming.
+    ///
+    /// # Errors
+    /// The attempt failed and is counted; or it could not be counted, and nothing was erased. The good slot's
+    /// block is untouched in any case.
+    pub fn mend(&mut self, supply_suffices: bool) -> Result<Mending, SlotError<F::Error>> {
+        self.check_layout()?;
+        let current = self.load_certainly().map_err(SlotError::Flash)?;
+        let (Some(good), true) = (current.slot, current.slot_bad) else {
+            return Ok(Mending::NotNeeded);
+        };
+        if !supply_suffices {
+            return Ok(Mending::SupplyLow);
+        }
+        if !self.count_attempt(good)? {
+            return Ok(Mending::Exhausted);
+        }
+        self.write(good.other(), &current.parameters, current.generation)?;
+        Ok(Mending::Done)
+    }
+
+    /// Writes the next mark behind `good`'s block; whether one was free.
+    fn count_attempt(&mut self, good: Slot) -> Result<bool, SlotError<F::Error>> {
+        let free = [ERASED; LARGEST_UNIT_BYTES];
+        for attempt in 0..MEND_ATTEMPTS {
+            let at = self.offset(good) + MEND_MARKS_OFFSET + (attempt * LARGEST_UNIT_BYTES) as u32;
+            let mut mark = free;
+            self.flash.read(at, &mut mark).map_err(SlotError::Flash)?;
+            if mark != free {
+                continue;
+            }
+            self.flash
+                .write(at, &[0; LARGEST_UNIT_BYTES])
+                .map_err(SlotError::Flash)?;
+            self.flash.read(at, &mut mark).map_err(SlotError::Flash)?;
+            // An attempt that is not counted would come again at every boot.
+            return if mark == free {
+                Err(SlotError::Verify)
+            } else {
+                Ok(true)
+            };
+        }
+        Ok(false)
+    }
+
+    fn write(
+        &mut self,
+        slot: Slot,
+        parameters: &Parameters,
+        generation: u32,
+    ) -> Result<(), SlotError<F::Error>> {
+        const { Self::WRITE_UNIT_FITS };
+        let mut buffer = [ERASED; BUFFER_BYTES];
+        for (byte, of_block) in buffer.iter_mut().zip(parameters.to_block(generation)) {
+            *byte = of_block;
+        }
+        let begin = self.offset(slot);
+        let (body, rest) = buffer.split_at(Self::LAST_WRITE);
+        let (last, _) = rest.split_at(Self::WRITTEN_BYTES - Self::LAST_WRITE);
+
+        self.flash
+            .erase(begin, begin + Self::SLOT_BYTES)
+            .map_err(SlotError::Flash)?;
+        self.flash.write(begin, body).map_err(SlotError::Flash)?;
+        self.flash
+            .write(begin + Self::LAST_WRITE as u32, last)
+            .map_err(SlotError::Flash)?;
+
+        let mut found = [0; BUFFER_BYTES];
+        self.read_bytes(slot, &mut found)
+            .map_err(SlotError::Flash)?;
+        if found == buffer {
+            Ok(())
+        } else {
+            Err(SlotError::Verify)
+        }
+    }
+
+    fn check_layout(&self) -> Result<(), SlotError<F::Error>> {
+        let [first, second] = self.offsets;
+        let capacity = u32::try_from(self.flash.capacity()).unwrap_or(u32::MAX);
+        let fits = |offset: u32| {
+            offset.is_multiple_of(F::ERASE_SIZE as u32)
+                && offset
+                    .checked_add(Self::SLOT_BYTES)
+                    .is_some_and(|end| end <= capacity)
+        };
+        if fits(first) && fits(second) && first.abs_diff(second) >= Self::SLOT_BYTES {
+            Ok(())
+        } else {
+            Err(SlotError::Layout)
+        }
+    }
+}
+
+/// Parameters and their generation.
+type Numbered = (Parameters, u32);
+
+fn choose(first: Option<Numbered>, second: Option<Numbered>) -> Loaded {
+    let slot_bad = first.is_none() || second.is_none();
+    let (slot, (parameters, generation)) = match (first, second) {
+        (Some(first), Some(second)) if is_newer(second.1, first.1) => (Slot::Second, second),
+        (Some(first), _) => (Slot::First, first),
+        (None, Some(second)) => (Slot::Second, second),
+        (None, None) => {
+            return Loaded {
+                parameters: Parameters::default(),
+                generation: 0,
+                slot: None,
+                slot_bad: false,
+            };
+        }
+    };
+    Loaded {
+        parameters,
+        generation,
+        slot: Some(slot),
+        slot_bad,
+    }
+}
+
+/// Whether generation `a` is ahead of `b`, by less than half the range.
+fn is_newer(a: u32, b: u32) -> bool {
+    (a.wrapping_sub(b) as i32) > 0
+}

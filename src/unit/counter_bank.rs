@@ -1,0 +1,295 @@
+//! The gyro counter bank: the logic device that counts the pulses of three gyros and three accelerometers
+//! and latches three pickoffs.
+//!
+//! Enters: one frame a period over SPI. Leaves: a [`Reading`] with a [`Sample`]: pulses over the period
+//! \[1\], pickoff codes at its end \[1\], accelerometer codes \[1\]; block frame, axes x, y, z.
+//!
+//! The frame, version 2, 40 bytes, little-endian; the bank latches it once a period and shifts it out while
+//! chip select is low:
+//!
+//! | bytes | holds |
+//! |---|---|
+//! | 0..2 | sequence number, u16, one more each period, wraps |
+//! | 2..14 | pulse counters x, y, z, i32, free-running, wrap |
+//! | 14..26 | pickoff codes x, y, z, i32 |
+//! | 26..38 | accelerometers x, y, z, i32: free-running pulse counters, or converter codes (below); zeros without |
+//! | 38..40 | CRC-16/IBM-3740 (polynomial 0x1021, initial 0xFFFF) of bytes 0..38 |
+//!
+//! The counters run freely instead of being cleared on reading, so a lost frame loses no angle: the next
+//! difference holds both periods. A wrap is exact, since the difference is taken modulo 2³² and a period's
+//! count is far below 2³¹ (100 °/s of dither at 2 µrad a pulse: 220).
+//! [`AccelerometerInput`] says which of the two the accelerometers send. A converter's codes show one
+//! period only; for those that were lost the last one stands, since none would lose 2.5 mm/s at 1 g each.
+//!
+//! # What the sequence number shows
+//! The board's own timer is the only latch of the bank: it makes one frame a sampling period, whether somebody reads it
+//! or not. So of e periods since the last good frame, by the caller's clock, the number must have grown by e, less at
+//! most one for each frame of these periods that came again (the bank did not latch, or latched late).
+//!
+//! | step s | reading |
+//! |---|---|
+//! | e − repeats ≤ s ≤ e, modulo 2¹⁶ | good: the counts since the last good frame |
+//! | 0, and the same counters | [`SourceFault::Repeated`], no sample: the bank did not latch |
+//! | anything else | [`SourceFault::Restarted`]: the bank has started anew, and a difference of its counters would be a rotation that never was; the sample has zero counts and this frame's pickoffs |
+//!
+//! A bank that starts anew with just the number that is due, one time in 65 536, is not seen: its counts are held at
+//! their limit for the time that passed.
+//!
+//! All bits equal is told apart as [`SourceFault::StuckLine`] before the CRC is looked at: it is a wire,
+//! not noise, and no CRC is defined by what a dead line happens to spell.
+//!
+//! Deliberately not here: what to do about a fault. The caller counts it.
+
+use crc::{CRC_16_IBM_3740, Crc};
+use embedded_hal::spi::SpiDevice;
+
+use crate::Sample;
+use crate::unit::sample_source::{Reading, SampleSource, SourceFault};
+
+/// Version of the frame's layout.
+pub const BANK_FRAME_VERSION: u16 = 2;
+
+/// Bytes in a frame.
+pub const FRAME_BYTES: usize = 40;
+
+/// Bytes that the CRC covers.
+const CHECKED_BYTES: usize = 38;
+
+/// Finds every error of up to 3 bits in frames below 4 KiB (Hamming distance 4), and every burst up to 16.
+const FRAME_CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
+
+/// What a frame holds, its check sum apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct BankFrame {
+    /// One more each period, wrapping.
+    pub sequence: u16,
+    /// Free-running pulse counters x, y, z.
+    pub counters: [i32; 3],
+    /// Block angle relative to the case at the period's end, x, y, z.
+    pub pickoff_codes: [i32; 3],
+    /// Free-running counters or codes of the accelerometers x, y, z.
+    pub accelerometers: [i32; 3],
+}
+
+impl BankFrame {
+    /// The frame on the wire: for a bank's firmware, for tests, and for the stream of an emulated bank.
+    pub fn to_bytes(&self) -> [u8; FRAME_BYTES] {
+        let mut bytes = [0; FRAME_BYTES];
+        let words = self
+            .counters
+            .iter()
+            .chain(&self.pickoff_codes)
+            .chain(&self.accelerometers);
+        let (sequence, rest) = bytes.split_at_mut(2);
+        sequence.copy_from_slice(&self.sequence.to_le_bytes());
+        for (place, word) in rest.as_chunks_mut::<4>().0.iter_mut().zip(words) {
+            *place = word.to_le_bytes();
+        }
+        let crc = checksum(&bytes).to_le_bytes();
+        [bytes[CHECKED_BYTES], bytes[CHECKED_BYTES + 1]] = crc;
+        bytes
+    }
+
+    /// What the wire brought, or why it is no frame.
+    #[inline]
+    pub fn from_bytes(bytes: &[u8; FRAME_BYTES]) -> Result<Self, SourceFault> {
+        if is_stuck(bytes) {
+            return Err(SourceFault::StuckLine);
+        }
+        if checksum(bytes) != u16_at::<CHECKED_BYTES>(bytes) {
+            return Err(SourceFault::Checksum);
+        }
+        Ok(Self {
+            sequence: u16_at::<0>(bytes),
+            counters: axes_at::<2>(bytes),
+            pickoff_codes: axes_at::<14>(bytes),
+            accelerometers: axes_at::<26>(bytes),
+        })
+    }
+
+    /// The frame one period later, if that period brought `sample`: what a bank does.
+    #[must_use]
+    pub fn followed_by(&self, sample: &Sample, accelerometers: AccelerometerInput) -> Self {
+        Self {
+            sequence: self.sequence.wrapping_add(1),
+            counters: sum(self.counters, sample.pulse_counts),
+            pickoff_codes: sample.pickoff_codes,
+            accelerometers: match accelerometers {
+                AccelerometerInput::Counters => {
+                    sum(self.accelerometers, sample.accelerometer_codes)
+                }
+                AccelerometerInput::Codes => sample.accelerometer_codes,
+            },
+        }
+    }
+}
+
+/// What the accelerometers' words are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum AccelerometerInput {
+    /// Free-running counters of velocity pulses, as the gyros'.
+    #[default]
+    Counters,
+    /// A converter's mean over the period.
+    Codes,
+}
+
+/// The bank behind `SPI`; the bus driver owns chip select, mode and clock, and bounds its waits.
+#[derive(Debug)]
+pub struct CounterBank<SPI> {
+    spi: SPI,
+    accelerometers: AccelerometerInput,
+    previous: Option<Latched>,
+    /// Periods since the last good frame, by the caller's clock.
+    elapsed: u32,
+    /// Of these, periods in which that frame came again.
+    repeats: u16,
+}
+
+/// The part of the last good frame that the next one is compared with.
+#[derive(Debug, Clone, Copy)]
+struct Latched {
+    sequence: u16,
+    counters: [i32; 3],
+    accelerometers: [i32; 3],
+}
+
+impl<SPI: SpiDevice> CounterBank<SPI> {
+    /// A bank that has not been read yet. The first good frame gives a sample of zero counts, which lets
+    /// the chain begin with that frame's pickoffs.
+    pub fn new(spi: SPI, accelerometers: AccelerometerInput) -> Self {
+        Self {
+            spi,
+            accelerometers,
+            previous: None,
+            elapsed: 0,
+            repeats: 0,
+        }
+    }
+
+    /// Gives the bus back.
+    pub fn release(self) -> SPI {
+        self.spi
+    }
+
+    /// Goes on from this frame.
+    fn latch(&mut self, frame: &BankFrame) {
+        self.previous = Some(Latched::of(frame));
+        self.elapsed = 0;
+        self.repeats = 0;
+    }
+
+    /// A reading of no counts, from which the next one goes on.
+    #[cold]
+    #[inline(never)]
+    fn begin(&mut self, frame: &BankFrame, fault: Option<SourceFault>) -> Reading {
+        self.latch(frame);
+        Reading {
+            sample: Some(Sample {
+                pulse_counts: [0; 3],
+                pickoff_codes: frame.pickoff_codes,
+                accelerometer_codes: match self.accelerometers {
+                    AccelerometerInput::Counters => [0; 3],
+                    AccelerometerInput::Codes => frame.accelerometers,
+                },
+            }),
+            periods: 0,
+            fault,
+        }
+    }
+}
+
+impl<SPI: SpiDevice> SampleSource for CounterBank<SPI> {
+    #[inline]
+    fn take(&mut self, elapsed: u32) -> Reading {
+        self.elapsed = self.elapsed.saturating_add(elapsed);
+        let mut bytes = [0; FRAME_BYTES];
+        if self.spi.read(&mut bytes).is_err() {
+            return Reading::without_sample(SourceFault::Bus);
+        }
+        let frame = match BankFrame::from_bytes(&bytes) {
+            Ok(frame) => frame,
+            Err(fault) => return Reading::without_sample(fault),
+        };
+        let Some(previous) = self.previous else {
+            return self.begin(&frame, None);
+        };
+        let step = frame.sequence.wrapping_sub(previous.sequence);
+        if step == 0 && frame.counters == previous.counters {
+            self.repeats = self.repeats.saturating_add(1);
+            return Reading::without_sample(SourceFault::Repeated);
+        }
+        let periods = self.elapsed;
+        if (periods as u16).wrapping_sub(step) > self.repeats {
+            return self.begin(&frame, Some(SourceFault::Restarted));
+        }
+        self.latch(&frame);
+        Reading {
+            sample: Some(Sample {
+                pulse_counts: difference(frame.counters, previous.counters),
+                pickoff_codes: frame.pickoff_codes,
+                accelerometer_codes: match self.accelerometers {
+                    AccelerometerInput::Counters => {
+                        difference(frame.accelerometers, previous.accelerometers)
+                    }
+                    AccelerometerInput::Codes => {
+                        let several = i32::try_from(periods).unwrap_or(i32::MAX);
+                        frame
+                            .accelerometers
+                            .map(|code| code.saturating_mul(several))
+                    }
+                },
+            }),
+            periods,
+            fault: None,
+        }
+    }
+}
+
+impl Latched {
+    fn of(frame: &BankFrame) -> Self {
+        Self {
+            sequence: frame.sequence,
+            counters: frame.counters,
+            accelerometers: frame.accelerometers,
+        }
+    }
+}
+
+/// The CRC that belongs at the end of `frame`.
+pub fn checksum(frame: &[u8; FRAME_BYTES]) -> u16 {
+    FRAME_CRC.checksum(
+        frame
+            .first_chunk::<CHECKED_BYTES>()
+            .unwrap_or(&[0; CHECKED_BYTES]),
+    )
+}
+
+/// Whether every bit of `frame` is 0, or every bit is 1.
+#[inline]
+fn is_stuck(frame: &[u8; FRAME_BYTES]) -> bool {
+    let words = frame.as_chunks::<4>().0.iter().copied();
+    let (any, all) = words
+        .map(u32::from_le_bytes)
+        .fold((0, u32::MAX), |(any, all), word| (any | word, all & word));
+    any == 0 || all == u32::MAX
+}
+
+fn difference(new: [i32; 3], old: [i32; 3]) -> [i32; 3] {
+    core::array::from_fn(|axis| new[axis].wrapping_sub(old[axis]))
+}
+
+fn sum(old: [i32; 3], increment: [i32; 3]) -> [i32; 3] {
+    core::array::from_fn(|axis| old[axis].wrapping_add(increment[axis]))
+}
+
+/// The number at byte `AT`: a constant, so that the bounds are settled when the code is compiled.
+fn u16_at<const AT: usize>(frame: &[u8; FRAME_BYTES]) -> u16 {
+    u16::from_le_bytes([frame[AT], frame[AT + 1]])
+}
+
+/// Three consecutive i32 from byte `AT`.
+fn axes_at<const AT: usize>(frame: &[u8; FRAME_BYTES]) -> [i32; 3] {
+    core::array::from_fn(|axis| core::array::from_fn(|byte| frame[AT + 4 * axis + byte]))
+        .map(i32::from_le_bytes)
+}

@@ -1,0 +1,198 @@
+//! The unit's health: fault counters around the chain, the first fault, and one item of it a frame.
+//!
+//! Enters: events from the processor, the chain's own [`Faults`]. Leaves: counters \[events since start,
+//! saturating\], the first fault with its sampling period, and a [`HealthItem`] for each telemetry frame:
+//! the items take turns, so a listener knows all of them after [`HEALTH_ITEMS`]`.len()` frames.
+//!
+//! | index | value, u32 |
+//! |---|---|
+//! | 0 to 3, 5 to 9, 12 | the chain's counter of the [`Status`] bit of this number \[output periods that had it\] |
+//! | 16 to 22, 26 | the processor's counter of the status bit of this number: 16 periods whose interrupt never came, 17 late interrupts, 18 repeated frames, 19 samples that were not ready, 20 check sums, 21 bus errors and stuck lines, 22 frames without room, 26 restarts of the bank |
+//! | 32 | first fault: its status bits; 0 while there is none |
+//! | 33 | first fault: its sampling period since start |
+//! | 34 | version: major, minor, patch, and 0 for f32 or 1 for fixed point, a byte each, major highest |
+//! | 35 | sample rate \[Hz\], bits of an f32 |
+//! | 36 | samples in an output period |
+//! | 37 | generation of the parameter block; 0 with the nominal values |
+//! | 38 | configuration: bit 0 accelerometers, bit 1 the dither strip adapts |
+//! | 39 | sampling periods since start, wraps |
+//! | 41 | of item 21, frames with every bit the same |
+//! | 42 | what reset the board, bits of [`reset_cause`]; 0 where nothing tells, as in the emulator |
+//! | 43 | how the previous run failed: 0 it did not, 1 panic, 2 hard fault, 3 clock lost |
+//! | 44 | where: the source line of a panic, the instruction's address of a hard fault, else 0 |
+//!
+//! Counters of conditions (5 to 8, 12) grow with each output period that the condition lasts; counters of
+//! events count events. Boot faults (status bits 23 to 25) stay in every frame's status instead of a
+//! counter, and do not take the place of the first fault in service. 40 was a counter of frames that nobody asked for,
+//! until the board's clock said how many there must be.
+//!
+//! Deliberately not here: what the unit does about a fault; that table is in [`processor`](crate::unit::processor).
+
+use crate::chain::faults::{Faults, FirstFault, Status};
+
+/// One item of the table above.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct HealthItem {
+    /// Which one.
+    pub index: u8,
+    /// Its value.
+    pub value: u32,
+}
+
+/// Indices that are not a status bit's.
+pub mod item {
+    /// First fault: status bits.
+    pub const FIRST_FAULT_STATUS: u8 = 32;
+    /// First fault: sampling period.
+    pub const FIRST_FAULT_PERIOD: u8 = 33;
+    /// Version and number system.
+    pub const VERSION: u8 = 34;
+    /// Sample rate \[Hz\], bits of an f32.
+    pub const SAMPLE_RATE: u8 = 35;
+    /// Samples in an output period.
+    pub const SAMPLES_PER_OUTPUT: u8 = 36;
+    /// Generation of the parameter block.
+    pub const GENERATION: u8 = 37;
+    /// Configuration bits.
+    pub const CONFIGURATION: u8 = 38;
+    /// Sampling periods since start.
+    pub const PERIODS: u8 = 39;
+    /// Frames with every bit the same.
+    pub const STUCK_LINES: u8 = 41;
+    /// What reset the board.
+    pub const RESET_CAUSE: u8 = 42;
+    /// How the previous run failed.
+    pub const LAST_FAILURE_KIND: u8 = 43;
+    /// Where it failed.
+    pub const LAST_FAILURE_PLACE: u8 = 44;
+
+    /// Bit of [`CONFIGURATION`]: there are accelerometers.
+    pub const WITH_ACCELEROMETERS: u32 = 1 << 0;
+    /// Bit of [`CONFIGURATION`]: the dither strip adapts.
+    pub const ADAPTIVE: u32 = 1 << 1;
+}
+
+/// Bits of [`item::RESET_CAUSE`], in the order of RCC_CSR (RM0090 7.3.21). The firmware clears them at each
+/// boot, so they are of the last reset. Several may stand together: every reset from inside pulls the pin,
+/// and power-on sets the brown-out's bit.
+pub mod reset_cause {
+    /// The supply was below the brown-out level.
+    pub const BROWN_OUT: u32 = 1 << 0;
+    /// The reset pin.
+    pub const PIN: u32 = 1 << 1;
+    /// Power came on, or was lost for a moment.
+    pub const POWER_ON: u32 = 1 << 2;
+    /// Software: the end of a run that failed (items 43 and 44), or a probe.
+    pub const SOFTWARE: u32 = 1 << 3;
+    /// The independent watchdog: samples stopped or the main loop hung.
+    pub const INDEPENDENT_WATCHDOG: u32 = 1 << 4;
+    /// The window watchdog, unused here.
+    pub const WINDOW_WATCHDOG: u32 = 1 << 5;
+    /// Low power: a forbidden stop or standby mode.
+    pub const LOW_POWER: u32 = 1 << 6;
+}
+
+/// The items in the order of their turns: at 400 frames a second each comes round every 75 ms.
+pub const HEALTH_ITEMS: [u8; 30] = [
+    item::SAMPLE_RATE,
+    item::SAMPLES_PER_OUTPUT,
+    item::CONFIGURATION,
+    item::VERSION,
+    item::GENERATION,
+    item::FIRST_FAULT_STATUS,
+    item::FIRST_FAULT_PERIOD,
+    item::PERIODS,
+    0,
+    1,
+    2,
+    3,
+    5,
+    6,
+    7,
+    8,
+    9,
+    12,
+    16,
+    17,
+    18,
+    19,
+    20,
+    21,
+    22,
+    26,
+    item::STUCK_LINES,
+    item::RESET_CAUSE,
+    item::LAST_FAILURE_KIND,
+    item::LAST_FAILURE_PLACE,
+];
+
+/// Faults around the chain since start. Every counter stops at its end instead of wrapping.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Health {
+    /// Sampling periods whose interrupt never came.
+    pub interrupts_missed: u32,
+    /// Interrupts that came or ended late.
+    pub interrupts_late: u32,
+    /// Frames that came again.
+    pub samples_repeated: u32,
+    /// Periods in which the source had no sample ready.
+    pub samples_starved: u32,
+    /// Frames whose check sum was wrong.
+    pub frame_checksums: u32,
+    /// Bus errors, stuck lines included.
+    pub bus_faults: u32,
+    /// Frames with every bit the same.
+    pub stuck_lines: u32,
+    /// Output frames that found no room.
+    pub output_overruns: u32,
+    /// Times that the bank started anew.
+    pub bank_restarts: u32,
+    /// The first fault in service, the chain's or the processor's.
+    pub first: FirstFault,
+}
+
+impl Health {
+    /// Everything at 0.
+    pub const NONE: Self = Self {
+        interrupts_missed: 0,
+        interrupts_late: 0,
+        samples_repeated: 0,
+        samples_starved: 0,
+        frame_checksums: 0,
+        bus_faults: 0,
+        stuck_lines: 0,
+        output_overruns: 0,
+        bank_restarts: 0,
+        first: FirstFault {
+            stages: Status::from_bits(0),
+            sample: 0,
+        },
+    };
+
+    /// The counter of status bit `bit`, the chain's from `chain`; 0 for bits without one.
+    pub fn counter(&self, chain: &Faults, bit: u8) -> u32 {
+        match bit {
+            0 => chain.counts,
+            1 => chain.pickoff,
+            2 => chain.acceleration,
+            3 => chain.output,
+            5 => chain.pickoff_failed,
+            6 => chain.dither_stopped,
+            7 => chain.dither_out_of_band,
+            8 => chain.counter_stuck,
+            9 => chain.velocity,
+            12 => chain.gap,
+            16 => self.interrupts_missed,
+            17 => self.interrupts_late,
+            18 => self.samples_repeated,
+            19 => self.samples_starved,
+            20 => self.frame_checksums,
+            21 => self.bus_faults,
+            22 => self.output_overruns,
+            26 => self.bank_restarts,
+            _ => 0,
+        }
+    }
+}

@@ -1,0 +1,444 @@
+//! The processor: what stands around the chain in the interrupt, the same code on the board, in the emulator
+//! and on the host.
+//!
+//! Enters, once a period: a [`Reading`] of the counter bank and the interrupt's own [`Timing`]. Leaves: a
+//! [`TelemetryFrame`] at the end of each output period, health counters, the first fault. Increments are in
+//! the body frame; units are those of [`OutputFrame`].
+//!
+//! # Time
+//! A period passes whether its sample came or not. The chain is told of each that brought none
+//! ([`Chain::process_lost`]), so output periods keep their length and number. The bank counts on meanwhile,
+//! so the next sample holds the angle of all of them: what a fault costs is *when* the angle is shown, and
+//! the flexure term of that one sample, never the angle.
+//!
+//! # Faults: what is done, and when it ends
+//!
+//! | fault | status bit | meanwhile | ends |
+//! |---|---|---|---|
+//! | interrupt missed | 16 | its period passes as lost | next sample: whole angle, no dynamic term, flagged GAP |
+//! | interrupt late | 17 | nothing: the sample is whole, the bank latched it in time | at once |
+//! | frame repeated | 18 | period lost | as above |
+//! | source not ready | 19 | period lost | as above |
+//! | check sum | 20 | period lost | as above |
+//! | bus error, stuck line | 21 | period lost | as above |
+//! | no room for a frame | 22 | the frame is dropped with its angle; the next ones say so and the sequence shows it | with the next frame that finds room |
+//! | bank restarted | 26 | what it counted since its last frame is left out, as no one knows it; the strip begins at its pickoffs | at once |
+//! | count, pickoff step, acceleration, velocity beyond range | 0 1 2 9 | held at the range's end; the excess is lost | with the next sample in range |
+//! | output beyond a frame's range | 3 | the frame shows what it can, the next ones the rest ([`Status::CARRIED_OVER`]) | when all is shown |
+//! | pickoff failed, counter stuck | 5 8 | no dynamic term ([`Status::DYNAMIC_TERM_OFF`]) and no size effect, that axis's strip is not adapted | after one whole good window |
+//! | dither stopped, out of band | 6 7 | nothing is switched off: lock-in spoils the gyro, not the chain | with the next good window |
+//! | clock fallback | 23 | runs on the internal oscillator, 1 % off: angles right, times not | reset |
+//! | no parameter slot good | 24 | nominal parameters, nothing compensated | reset with a good slot |
+//! | one slot bad | 25 | the other slot | reset after mending |
+//!
+//! # Start-up
+//! Until the bank has given a sample and every dither has had a window without a finding, at most
+//! [`START_UP_LIMIT_S`], faults raise their bits and counters but are not latched as the first fault: a bank or a dither
+//! that is still starting would take the place of the fault in service that the latch and the trace are for. What is
+//! still wrong after that time is latched.
+//!
+//! A status bit stands in the frame of the output period in which the fault was seen; of the boot, in every
+//! frame. After a gap of several output periods there is one frame for all of them, and the sequence jumps.
+//!
+//! # In the interrupt
+//! No panic, no allocation, no wait, no loop over data. A period without a fault and without a frame costs
+//! the chain and some twenty instructions.
+//!
+//! Deliberately not here: the bus, the queue, the clock. A gap's angle is not spread over the periods that
+//! it covers: that would be a guess, and navigation sees the flag.
+
+use crate::chain::design_parameters::START_UP_LIMIT_S;
+use crate::chain::faults::{Faults, FirstFault, Status};
+use crate::chain::numbers::NumberSystem;
+use crate::chain::sample::{OutputFrame, Sample};
+use crate::chain::{Chain, ChainState};
+use crate::store::parameters::{ParameterError, Parameters};
+use crate::unit::health::{HEALTH_ITEMS, Health, HealthItem, item};
+use crate::unit::sample_source::{Reading, SourceFault};
+use crate::wire::telemetry::TelemetryFrame;
+
+/// What the boot found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BootReport {
+    /// The external oscillator did not answer.
+    pub clock_fallback: bool,
+    /// No parameter slot was good: nominal values.
+    pub parameters_default: bool,
+    /// One slot was bad, the other is used.
+    pub slot_bad: bool,
+    /// Generation of the parameters in use; 0 for the nominal ones.
+    pub generation: u32,
+    /// What reset the board: bits of [`reset_cause`](crate::unit::health::reset_cause).
+    pub reset_cause: u32,
+    /// How the previous run failed and where, as health items 43 and 44 have it; 0 where it did not.
+    pub last_failure_kind: u32,
+    /// Source line or instruction address.
+    pub last_failure_place: u32,
+}
+
+/// How the interrupt of this period came.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Timing {
+    /// Periods since the previous interrupt that had none.
+    pub missed: u32,
+    /// This one came later than it may.
+    pub late: bool,
+}
+
+/// Somebody who measures what the chain costs. The functions are inlined: one that does nothing costs
+/// nothing.
+pub trait ChainWatch {
+    /// The chain begins with a sample.
+    fn begin(&mut self);
+    /// It is through.
+    fn end(&mut self, course: Course);
+}
+
+/// What a sample was to the chain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Course {
+    /// It completed no output frame.
+    BetweenOutputs,
+    /// It completed one.
+    WithOutput,
+    /// It completed none, and followed a start or a gap: one of the two in which the chain begins anew.
+    Beginning,
+}
+
+/// Nobody.
+struct Unwatched;
+
+impl ChainWatch for Unwatched {
+    #[inline(always)]
+    fn begin(&mut self) {}
+    #[inline(always)]
+    fn end(&mut self, _: Course) {}
+}
+
+/// The chain, its state, and the health around them.
+///
+/// In memory as declared, for the reason that [`Chain`] states.
+#[derive(Debug, Clone)]
+#[repr(C)]
+pub struct Processor<N: NumberSystem> {
+    state: ChainState<N>,
+    chain: Chain<N>,
+    health: Health,
+    settings: Settings,
+    /// Boot bits: in every frame.
+    boot: Status,
+    /// Bits of the output period so far.
+    pending: Status,
+    /// Bits of this sampling period.
+    of_period: Status,
+    /// Sampling periods since start, wrapping.
+    periods: u32,
+    /// The start-up is over: faults are latched.
+    in_service: bool,
+    /// The first fault was seen in this output period, so the chain may yet show an earlier one.
+    first_is_fresh: bool,
+    /// Whose turn it is.
+    turn: u8,
+    /// The second frame of a period that ended two output periods.
+    held: Option<TelemetryFrame>,
+}
+
+/// Health items that do not change.
+#[derive(Debug, Clone, Copy)]
+struct Settings {
+    sample_rate_hz: f32,
+    samples_per_output: u32,
+    generation: u32,
+    configuration: u32,
+    start_up_periods: u32,
+    reset_cause: u32,
+    last_failure_kind: u32,
+    last_failure_place: u32,
+}
+
+impl<N: NumberSystem> Processor<N> {
+    /// Checks the parameters and builds the chain. Runs at boot.
+    pub fn new(parameters: &Parameters, boot: BootReport) -> Result<Self, ParameterError> {
+        let chain = Chain::new(parameters)?;
+        let with = |bit: u32, set: bool| if set { bit } else { 0 };
+        Ok(Self {
+            chain,
+            state: ChainState::new(),
+            health: Health::NONE,
+            settings: Settings {
+                sample_rate_hz: parameters.sample_rate_hz as f32,
+                samples_per_output: u32::from(parameters.samples_per_output),
+                generation: boot.generation,
+                configuration: with(
+                    item::WITH_ACCELEROMETERS,
+                    parameters.accelerometers.is_some(),
+                ) | with(item::ADAPTIVE, parameters.adaptation_time_s > 0.0),
+                start_up_periods: (START_UP_LIMIT_S * parameters.sample_rate_hz) as u32,
+                reset_cause: boot.reset_cause,
+                last_failure_kind: boot.last_failure_kind,
+                last_failure_place: boot.last_failure_place,
+            },
+            boot: Status::CLOCK_FALLBACK
+                .when(boot.clock_fallback)
+                .union(Status::PARAMETERS_DEFAULT.when(boot.parameters_default))
+                .union(Status::PARAMETER_SLOT_BAD.when(boot.slot_bad)),
+            pending: Status::default(),
+            of_period: Status::default(),
+            periods: 0,
+            in_service: false,
+            first_is_fresh: false,
+            turn: 0,
+            held: None,
+        })
+    }
+
+    /// One sampling period. With `timing.missed` the periods before it are accounted for too.
+    ///
+    /// Gives at most one frame. A gap can end one output period and the sample after it another: the second
+    /// frame comes with the next call. Where that call has two again (only with one sample an output, or
+    /// gaps longer than an output period one after the other) a frame is dropped and counted as
+    /// [`Status::OUTPUT_OVERRUN`].
+    #[inline]
+    pub fn period(&mut self, reading: Reading, timing: Timing) -> Option<TelemetryFrame> {
+        self.period_watched(reading, timing, &mut Unwatched)
+    }
+
+    /// [`Processor::period`], with `watch` told when the chain begins a sample and when it ends.
+    #[inline]
+    pub fn period_watched(
+        &mut self,
+        reading: Reading,
+        timing: Timing,
+        watch: &mut impl ChainWatch,
+    ) -> Option<TelemetryFrame> {
+        let mut lost = timing.missed;
+        self.of_period = Status::default();
+        if timing.missed > 0 || timing.late || reading.fault.is_some() {
+            lost = lost.saturating_add(self.account(&reading, timing));
+        } else if reading.sample.is_none() {
+            // No sample and no reason given: still a period that passes.
+            lost = lost.saturating_add(1);
+        }
+        let mut frame = self.held.take();
+        if lost > 0 {
+            let ended = self.chain.process_lost(&mut self.state, lost);
+            self.finish(ended, &mut frame);
+            self.periods = self.periods.wrapping_add(lost);
+        }
+        if let Some(sample) = reading.sample {
+            // The chain decides for itself: a decision shared with it costs it registers.
+            let beginning = core::hint::black_box(self.state.is_beginning());
+            watch.begin();
+            let ended = self.chain.process(&mut self.state, &sample);
+            watch.end(match (ended.is_some(), beginning) {
+                (true, _) => Course::WithOutput,
+                (false, true) => Course::Beginning,
+                (false, false) => Course::BetweenOutputs,
+            });
+            self.periods = self.periods.wrapping_add(1);
+            if ended.is_some() {
+                self.finish(ended, &mut frame);
+            }
+        }
+        frame
+    }
+
+    /// Tells that the frame which [`Processor::period`] gave found no room.
+    #[inline]
+    pub fn output_overrun(&mut self) {
+        self.health.output_overruns = self.health.output_overruns.saturating_add(1);
+        self.raise(Status::OUTPUT_OVERRUN, self.periods.wrapping_sub(1));
+    }
+
+    /// Faults around the chain, and the first of all.
+    pub fn health(&self) -> &Health {
+        &self.health
+    }
+
+    /// Whether a fault in service has been seen.
+    #[inline]
+    pub fn has_latched_fault(&self) -> bool {
+        self.health.first.stages != Status::default()
+    }
+
+    /// The chain's own counters.
+    pub fn faults(&self) -> &Faults {
+        self.state.faults()
+    }
+
+    /// The chain's state.
+    pub fn state(&self) -> &ChainState<N> {
+        &self.state
+    }
+
+    /// Bits of the last period: the processor's own, and where an output period ended, its frame's.
+    pub fn period_status(&self) -> Status {
+        self.of_period
+    }
+
+    /// Sampling periods since start, wrapping.
+    pub fn periods(&self) -> u32 {
+        self.periods
+    }
+
+    /// Every health item now, in the order of [`HEALTH_ITEMS`].
+    pub fn health_items(&self) -> [u32; HEALTH_ITEMS.len()] {
+        HEALTH_ITEMS.map(|index| self.value(index))
+    }
+
+    /// Counts what is wrong with this period. Leaves: periods lost beside those that `timing` tells.
+    #[inline(never)]
+    fn account(&mut self, reading: &Reading, timing: Timing) -> u32 {
+        let health = &mut self.health;
+        let add = |counter: &mut u32, events: u32| *counter = counter.saturating_add(events);
+        let mut raised = Status::INTERRUPT_MISSED
+            .when(timing.missed > 0)
+            .union(Status::INTERRUPT_LATE.when(timing.late));
+        add(&mut health.interrupts_missed, timing.missed);
+        add(&mut health.interrupts_late, u32::from(timing.late));
+        let lost = u32::from(reading.sample.is_none());
+        match reading.fault {
+            None => {}
+            Some(SourceFault::Bus) => {
+                add(&mut health.bus_faults, 1);
+                raised = raised.union(Status::BUS_FAULT);
+            }
+            Some(SourceFault::StuckLine) => {
+                add(&mut health.bus_faults, 1);
+                add(&mut health.stuck_lines, 1);
+                raised = raised.union(Status::BUS_FAULT);
+            }
+            Some(SourceFault::Checksum) => {
+                add(&mut health.frame_checksums, 1);
+                raised = raised.union(Status::FRAME_CHECKSUM);
+            }
+            Some(SourceFault::Repeated) => {
+                add(&mut health.samples_repeated, 1);
+                raised = raised.union(Status::SAMPLE_REPEATED);
+            }
+            Some(SourceFault::Starved) => {
+                add(&mut health.samples_starved, 1);
+                raised = raised.union(Status::SAMPLE_LOST);
+            }
+            Some(SourceFault::Restarted) => {
+                add(&mut health.bank_restarts, 1);
+                raised = raised.union(Status::BANK_RESTARTED);
+                self.chain.restart(&mut self.state);
+            }
+        }
+        // The first period that the fault concerns, as the chain counts it.
+        self.raise(raised, self.periods);
+        lost
+    }
+
+    /// Sets bits for this period and its output period, and latches the first fault.
+    fn raise(&mut self, raised: Status, period: u32) {
+        self.of_period = self.of_period.union(raised);
+        self.pending = self.pending.union(raised);
+        if self.in_service && !self.has_latched_fault() && raised != Status::default() {
+            self.health.first = FirstFault {
+                stages: raised,
+                sample: period,
+            };
+            self.first_is_fresh = true;
+        }
+    }
+
+    /// Completes an output frame and puts it where there is room: into `free`, or aside for the next call.
+    #[inline(never)]
+    fn finish(&mut self, ended: Option<OutputFrame>, free: &mut Option<TelemetryFrame>) {
+        let Some(mut output) = ended else {
+            return;
+        };
+        let pending = core::mem::take(&mut self.pending);
+        output.status = output.status.union(pending).union(self.boot);
+        self.of_period = self.of_period.union(output.status);
+        if self.in_service {
+            self.latch_chains_first();
+        } else {
+            self.state.forget_first_fault();
+            self.in_service = self.chain.has_started(&self.state)
+                || self.periods >= self.settings.start_up_periods;
+        }
+
+        let index = *HEALTH_ITEMS.get(usize::from(self.turn)).unwrap_or(&0);
+        self.turn = match usize::from(self.turn) + 1 {
+            turn if turn < HEALTH_ITEMS.len() => turn as u8,
+            _ => 0,
+        };
+        let frame = TelemetryFrame {
+            output,
+            health: HealthItem {
+                index,
+                value: self.value(index),
+            },
+        };
+        if free.is_none() {
+            *free = Some(frame);
+        } else if self.held.is_none() {
+            self.held = Some(frame);
+        } else {
+            self.output_overrun();
+        }
+    }
+
+    /// The chain shows its faults at the end of an output period only, with the sample of the first: that
+    /// may be before the one which the processor latched in the same period.
+    fn latch_chains_first(&mut self) {
+        let chain = self.state.faults().first;
+        let first = &mut self.health.first;
+        if chain.stages != Status::default() {
+            if first.stages == Status::default() {
+                *first = chain;
+            } else if self.first_is_fresh {
+                let lead = first.sample.wrapping_sub(chain.sample) as i32;
+                if lead > 0 {
+                    *first = chain;
+                } else if lead == 0 {
+                    first.stages = first.stages.union(chain.stages);
+                }
+            }
+        }
+        self.first_is_fresh = false;
+    }
+
+    /// The value of health item `index`, table in [`health`](crate::unit::health).
+    fn value(&self, index: u8) -> u32 {
+        match index {
+            item::FIRST_FAULT_STATUS => self.health.first.stages.bits(),
+            item::FIRST_FAULT_PERIOD => self.health.first.sample,
+            item::VERSION => VERSION | u32::from(matches!(N::NAME.as_bytes(), b"fixed")),
+            item::SAMPLE_RATE => self.settings.sample_rate_hz.to_bits(),
+            item::SAMPLES_PER_OUTPUT => self.settings.samples_per_output,
+            item::GENERATION => self.settings.generation,
+            item::CONFIGURATION => self.settings.configuration,
+            item::PERIODS => self.periods,
+            item::STUCK_LINES => self.health.stuck_lines,
+            item::RESET_CAUSE => self.settings.reset_cause,
+            item::LAST_FAILURE_KIND => self.settings.last_failure_kind,
+            item::LAST_FAILURE_PLACE => self.settings.last_failure_place,
+            bit => self.health.counter(self.state.faults(), bit),
+        }
+    }
+}
+
+/// Major, minor and patch of the package, a byte each above the lowest.
+const VERSION: u32 = u32::from_be_bytes([
+    decimal(env!("CARGO_PKG_VERSION_MAJOR")),
+    decimal(env!("CARGO_PKG_VERSION_MINOR")),
+    decimal(env!("CARGO_PKG_VERSION_PATCH")),
+    0,
+]);
+
+/// A number of decimal digits, at compile time.
+const fn decimal(digits: &str) -> u8 {
+    match u8::from_str_radix(digits, 10) {
+        Ok(number) => number,
+        Err(_) => panic!("a version number beyond 255"),
+    }
+}
+
+/// A sample is copied, not referenced, into a [`Reading`]; it must stay small.
+const _: () = assert!(size_of::<Sample>() <= 40);

@@ -1,0 +1,149 @@
+//! The trace: the last samples before and after the first fault, for a debugger.
+//!
+//! Enters: one [`TraceEntry`] a period, and whether the first fault in service is latched. Leaves: nothing by itself; a
+//! probe reads the memory. After the first entry with a latched fault, half a ring more is recorded and then nothing: so half of what stands there led
+//! to the fault and half followed from it, whenever the probe arrives.
+//!
+//! Layout in memory, little-endian, words of 32 bits (`repr(C)`):
+//!
+//! | offset | holds |
+//! |---|---|
+//! | 0 | magic `RLGT` |
+//! | 4 | u16 layout version (1), u16 bytes of an entry (52) |
+//! | 8 | entries in the ring, L |
+//! | 12 | entries recorded since start, L after 2³² − 1; the next one goes to this number modulo L |
+//! | 16 | entries still to record: `0xFFFF_FFFF` before a fault, 0 when frozen |
+//! | 20 | L entries: sampling period, status, cost, pulse counts x y z, pickoffs x y z, accelerometers x y z, 1 if a sample came |
+//!
+//! Put it into a static with `#[unsafe(no_mangle)]`, so that the name is there for the probe and the
+//! compiler may not drop stores that no code reads back:
+//! `probe-rs read b32 $(nm -C image | awk '/ TRACE$/{print "0x"$1}') 3333` for 256 entries.
+//!
+//! Deliberately not here: a second trace, or a restart in service. The first fault is the cause; a reset
+//! arms the ring again.
+
+use crate::Sample;
+use crate::chain::faults::Status;
+
+/// What happened in one sampling period.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(C)]
+pub struct TraceEntry {
+    /// Sampling period since start.
+    pub period: u32,
+    /// The processor's bits of this period; with the whole frame's where one ended here.
+    pub status: u32,
+    /// Cost of the period in the caller's unit: instructions under emulation, cycles on a board.
+    pub cost: u32,
+    /// The sample's content; zeros without one.
+    pub pulse_counts: [i32; 3],
+    /// As above.
+    pub pickoff_codes: [i32; 3],
+    /// As above.
+    pub accelerometer_codes: [i32; 3],
+    /// 1 if a sample came, else 0.
+    pub with_sample: u32,
+}
+
+impl TraceEntry {
+    /// Nothing yet.
+    pub const EMPTY: Self = Self {
+        period: 0,
+        status: 0,
+        cost: 0,
+        pulse_counts: [0; 3],
+        pickoff_codes: [0; 3],
+        accelerometer_codes: [0; 3],
+        with_sample: 0,
+    };
+
+    /// One period's entry.
+    #[inline]
+    pub fn new(period: u32, status: Status, cost: u32, sample: Option<Sample>) -> Self {
+        let with_sample = u32::from(sample.is_some());
+        let sample = sample.unwrap_or_default();
+        Self {
+            period,
+            status: status.bits(),
+            cost,
+            pulse_counts: sample.pulse_counts,
+            pickoff_codes: sample.pickoff_codes,
+            accelerometer_codes: sample.accelerometer_codes,
+            with_sample,
+        }
+    }
+}
+
+/// A ring of `L` entries, a power of two.
+#[derive(Debug)]
+#[repr(C)]
+pub struct TraceRing<const L: usize> {
+    magic: [u8; 4],
+    version: u16,
+    entry_bytes: u16,
+    length: u32,
+    recorded: u32,
+    to_record: u32,
+    entries: [TraceEntry; L],
+}
+
+/// Before a fault.
+const ENDLESS: u32 = u32::MAX;
+
+impl<const L: usize> TraceRing<L> {
+    /// An empty ring.
+    pub const fn new() -> Self {
+        // A power of two keeps the place continuous when the count of entries wraps, and is no division.
+        const { assert!(L.is_power_of_two() && L >= 2 && L <= 1 << 16) };
+        Self {
+            magic: *b"RLGT",
+            version: 1,
+            entry_bytes: size_of::<TraceEntry>() as u16,
+            length: L as u32,
+            recorded: 0,
+            to_record: ENDLESS,
+            entries: [TraceEntry::EMPTY; L],
+        }
+    }
+
+    /// Records one period, unless the ring is frozen; `fault_latched` once the first fault in service has come. Costs the same for every entry that it takes.
+    #[inline]
+    pub fn record(&mut self, entry: TraceEntry, fault_latched: bool) {
+        if self.to_record == 0 {
+            return;
+        }
+        if let Some(place) = self.entries.get_mut(self.recorded as usize & (L - 1)) {
+            *place = entry;
+        }
+        // A count that wraps goes on at L, which is the same place and still says that the ring is full.
+        self.recorded = match self.recorded.wrapping_add(1) {
+            0 => L as u32,
+            recorded => recorded,
+        };
+        if self.to_record != ENDLESS {
+            self.to_record -= 1;
+        } else if fault_latched {
+            self.to_record = (L / 2) as u32;
+        }
+    }
+
+    /// Whether a fault has been seen and its half ring is full.
+    pub fn is_frozen(&self) -> bool {
+        self.to_record == 0
+    }
+
+    /// The entries, oldest first.
+    pub fn entries(&self) -> impl Iterator<Item = &TraceEntry> {
+        let begin = self.recorded as usize & (L - 1);
+        let (newer, older) = self.entries.split_at(begin);
+        let whole = self.recorded as usize >= L;
+        let older = if whole { older } else { &[] };
+        older.iter().chain(newer)
+    }
+}
+
+impl<const L: usize> Default for TraceRing<L> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,7 @@
+//! Formats that leave or enter the unit as bytes: telemetry, and what the emulator's image plays and reports.
+
+pub mod telemetry;
+
+pub mod bank_record;
+
+pub mod run_report;
