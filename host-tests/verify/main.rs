@@ -18,7 +18,7 @@ mod fuzz;
 
 use std::process::ExitCode;
 
-use step::{Tally, cargo, heading, root};
+use step::{Tally, cargo, cargo_command, heading, root, run};
 
 /// The image's target.
 const TARGET: &str = "thumbv7em-none-eabihf";
@@ -72,6 +72,11 @@ fn main() -> ExitCode {
             "warnings",
         ]));
     }
+
+    heading("documentation");
+    let mut documentation = cargo_command(&["doc", "--release", "--workspace", "--no-deps"]);
+    documentation.env("RUSTDOCFLAGS", "-D warnings");
+    tally.step(run(documentation));
 
     heading("tests");
     tally.tests(&["test", "--release", "--workspace", "--no-fail-fast"]);

@@ -1,7 +1,7 @@
 //! Rates that last for a moment: longer than a slip, shorter than a regime.
 //!
 //! Enters: what is left of a gyro's residual, in bins, and its noise. Leaves: what a matched filter of a run of rows says
-//! of every run ([`Matched`]), and the run that explains most as a window ([`bursts`]), every run counted as a trial.
+//! of every run (`Matched`), and the run that explains most as a window ([`bursts`]), every run counted as a trial.
 //!
 //! With K the transform of 1/S, a constant over rows a to b shows as the sum of the residual's matched filter over them,
 //! with the variance Σ K(i − j) over both.

@@ -2,7 +2,7 @@
 //! compiles it, with mocks of what stands around it. The tests are in `tests/`.
 //!
 //! The library is the fault campaign, which runs on the host here and in the emulator from `rlg`'s tests:
-//! [`unit`] is a dithered unit that is well, [`campaign`] makes it ill at random moments, [`player`] plays
+//! [`mod@unit`] is a dithered unit that is well, [`campaign`] makes it ill at random moments, [`player`] plays
 //! the result into the firmware's processor, [`verdict`] holds the counters against what was done; [`boots`]
 //! is what a boot may find.
 

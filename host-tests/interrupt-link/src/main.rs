@@ -1,7 +1,7 @@
 //! A binary that links only if nothing in the sampling interrupt's path can panic.
 //!
 //! It is never run. For the target it links what the interrupt calls, for both number systems, from one
-//! entry ([`path`]), with a panic handler that calls a function which does not exist. The linker leaves out
+//! entry (`path.rs`), with a panic handler that calls a function which does not exist. The linker leaves out
 //! what the entry cannot reach; if a panic is reachable, so is its handler, and linking fails with
 //! `undefined symbol: the_interrupt_can_panic`.
 //!

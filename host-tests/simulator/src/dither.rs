@@ -78,7 +78,7 @@ impl BlockDither {
         dither
     }
 
-    /// Draws the amplitudes until `time_s`; those more than [`KEPT_S`] before it are forgotten.
+    /// Draws the amplitudes until `time_s`; those more than `KEPT_S` before it are forgotten.
     pub fn reach(&mut self, time_s: f64) {
         let keep = (-1.0 / AMPLITUDE_MEMORY_HALF_CYCLES).exp();
         let drive = (1.0 - keep * keep).sqrt();

@@ -13,7 +13,7 @@
 //! instruction is refused. The compiler's own account, the call frame information in `.debug_frame` (DWARF
 //! 6.4), must not say more: that would mean this reading missed something.
 //!
-//! Tables of branches (TBB, TBH) stay within their function; they count for its loops ([`flow`](super::flow)).
+//! Tables of branches (TBB, TBH) stay within their function; they count for its loops ([`flow`]).
 
 use std::collections::{BTreeMap, BTreeSet};
 

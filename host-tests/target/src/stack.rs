@@ -14,7 +14,7 @@
 //!   too.
 //! - A call through a register may reach any function whose address stands anywhere in the image.
 //! - Recursion has no bound: it is refused, by the name of the cycle, but for the functions of
-//!   [`BOUNDED_RECURSION`], and for those too in a handler.
+//!   `BOUNDED_RECURSION`, and for those too in a handler.
 //!
 //! Assumes that the stack is the main one throughout (no PSP) and the handlers are those of the table.
 

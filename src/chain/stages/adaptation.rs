@@ -2,7 +2,7 @@
 //!
 //! Enters: every sample, d = r_k − r_{k−1} \[rad\] and the pickoff step dp \[codes\] of *one* gyro, the next
 //! gyro's with the next sample. Leaves, once per window of about
-//! [`ADAPTATION_WINDOW_S`](crate::chain::design_parameters::ADAPTATION_WINDOW_S), closed at an output frame: new
+//! [`ADAPTATION_WINDOW_S`], closed at an output frame: new
 //! taps (`dither.rs`) with the angle that the change itself is worth, and a status per gyro.
 //!
 //! # Tracking (block LMS)

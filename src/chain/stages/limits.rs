@@ -8,7 +8,7 @@
 //! goes on from there, and a step back brings the origin back.
 //!
 //! After lost samples one reading covers several periods. Its counts may be as many times larger, and its pickoff
-//! step [`PHASES`] times.
+//! step four times.
 //!
 //! The check alone is on the ordinary path: its cost does not depend on the readings. It does not judge
 //! stuck or implausible readings; that takes a window (`adaptation.rs`).

@@ -5,7 +5,7 @@
 //! reference's, and once more) → validate → words
 //!
 //! Enters: a recording's model, the scene of the gyros' road and what was found on it. Leaves: that, with names that gravity
-//! decided, and findings to be added to its [`Outcome`](super::Outcome). Predicted is the force of a unit that is turned and not shaken:
+//! decided, and findings to be added to its [`Outcome`]. Predicted is the force of a unit that is turned and not shaken:
 //! gravity, carried by the reference, and what lever arms feel of the turning.
 //!
 //! At rest gravity is one number for three accelerometers: nothing is named there (words.rs says what is not).
