@@ -215,7 +215,7 @@ impl<SPI: SpiDevice> SampleSource for CounterBank<SPI> {
             return self.begin(&frame, None);
         };
         let step = frame.sequence.wrapping_sub(previous.sequence);
-        if step == 0 && frame.counters == previous.counters {
+        if step == 0 && are_equal(frame.counters, previous.counters) {
             self.repeats = self.repeats.saturating_add(1);
             return Reading::without_sample(SourceFault::Repeated);
         }
@@ -273,6 +273,11 @@ fn is_stuck(frame: &[u8; FRAME_BYTES]) -> bool {
         .map(u32::from_le_bytes)
         .fold((0, u32::MAX), |(any, all), word| (any | word, all & word));
     any == 0 || all == u32::MAX
+}
+
+/// Word by word: the comparison of arrays is a loop of the core library.
+fn are_equal([ax, ay, az]: [i32; 3], [bx, by, bz]: [i32; 3]) -> bool {
+    (ax ^ bx) | (ay ^ by) | (az ^ bz) == 0
 }
 
 fn difference(new: [i32; 3], old: [i32; 3]) -> [i32; 3] {

@@ -73,7 +73,9 @@ impl FrameState {
     }
 
     fn look_for_debts(&mut self) {
-        let owes = self.rotation.owed != [0; 3] || self.velocity.owed != [0; 3];
+        let [x, y, z] = self.rotation.owed;
+        let [u, v, w] = self.velocity.owed;
+        let owes = x | y | z | u | v | w != 0;
         self.owes = if owes { OWES_OF_BEFORE } else { 0 };
     }
 

@@ -66,7 +66,9 @@ impl GapState {
     /// Whether the period has had no such reading.
     #[inline(always)]
     pub fn is_none(&self) -> bool {
-        self.angle == [0; 3] && self.velocity == [0; 3]
+        let [x, y, z] = self.angle;
+        let [u, v, w] = self.velocity;
+        x | y | z | u | v | w == 0
     }
 
     /// Takes a reading that fits, after `before` of its output period.

@@ -115,7 +115,11 @@ impl<N: NumberSystem> Velocity<N> {
         let several = i32::try_from(periods).unwrap_or(i32::MAX);
         let limits = self.limits.map(|limit| limit.saturating_mul(several));
         let within = held(codes, limits);
-        (within, Status::VELOCITY_SATURATED.when(within != codes))
+        let mut excess = 0;
+        for (within, codes) in within.iter().zip(codes) {
+            excess |= within ^ codes;
+        }
+        (within, Status::VELOCITY_SATURATED.when(excess != 0))
     }
 
     /// M W n of a reading that covers several periods \[fine units\]. Their bias is in [`finish`](Self::finish), which
