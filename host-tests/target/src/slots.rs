@@ -4,14 +4,16 @@
 //! a flash that can be read, so that the host chooses between them by the firmware's own code.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlashErrorKind, ReadNorFlash};
-use trueaxis::parameter_slots::{Loaded, ParameterSlots};
-use trueaxis::{PARAMETER_BLOCK_BYTES, Parameters};
+use trueaxis::parameter_slots::{
+    LARGEST_UNIT_BYTES, Loaded, MEND_ATTEMPTS, MEND_MARKS_OFFSET, ParameterSlots,
+};
+use trueaxis::Parameters;
 
 /// Where the slots begin in the image's address space: SLOTS in memory.x.
 pub const SLOT_ADDRESSES: [u32; 2] = [0x080C_0000, 0x080E_0000];
 
-/// What is left for a slot on the host: it is read no further than a block and its last unit.
-const SLOT_BYTES: usize = 2 * PARAMETER_BLOCK_BYTES;
+/// Bytes of a slot that the firmware reads: the block and the marks of attempts to mend behind it.
+const SLOT_BYTES: usize = MEND_MARKS_OFFSET as usize + MEND_ATTEMPTS * LARGEST_UNIT_BYTES;
 
 /// Flash that was erased and not written.
 const ERASED: u8 = 0xFF;
@@ -23,8 +25,10 @@ pub struct SlotImages(pub [Vec<u8>; 2]);
 impl SlotImages {
     /// The same block in both: a unit that is well.
     pub fn both(parameters: &Parameters) -> Self {
-        let block = parameters.to_block(1).to_vec();
-        Self([block.clone(), block])
+        // The emulator fills what is not loaded with 0, which on the board reads as attempts already made.
+        let mut slot = parameters.to_block(1).to_vec();
+        slot.resize(SLOT_BYTES, ERASED);
+        Self([slot.clone(), slot])
     }
 
     /// Nothing in either: a new unit.
