@@ -327,6 +327,7 @@ fn explained() -> Diagnosis {
             }],
         }],
         effects: vec![EffectEntry {
+            evidence: None,
             gravity_speaks_against: Vec::new(),
             kind: "axis_flexure".to_string(),
             indistinguishable_from: vec!["axis_flexure_cubic".to_string()],

@@ -99,6 +99,7 @@ impl Findings<'_> {
         let card = self.card();
         let joint = self.joint;
         EffectEntry {
+            evidence: None,
             gravity_speaks_against: Vec::new(),
             kind: card.kind.to_owned(),
             indistinguishable_from: if self.confused {

@@ -31,6 +31,7 @@ pub(super) fn listed(one: &Chosen) -> EffectEntry {
     let card = CATALOGUE[one.effect].card();
     let kept = parameters_of(one);
     EffectEntry {
+        evidence: None,
         gravity_speaks_against: one
             .gravity_speaks_against
             .iter()
@@ -93,6 +94,7 @@ pub(super) fn regimes(verdict: &Verdict) -> Vec<RegimeEntry> {
 /// What has no name in the catalogue.
 pub(super) fn unlisted(equation: String, what_was_left_out: String) -> EffectEntry {
     EffectEntry {
+        evidence: None,
         gravity_speaks_against: Vec::new(),
         kind: UNLISTED.to_string(),
         indistinguishable_from: Vec::new(),
@@ -203,6 +205,7 @@ pub(super) fn term(halves: Vec<&FoundTerm>, streams: &Streams) -> EffectEntry {
         ),
     };
     EffectEntry {
+        evidence: None,
         gravity_speaks_against: Vec::new(),
         kind: found.term.kind().to_string(),
         indistinguishable_from: rival.iter().map(|_| UNLISTED.to_string()).collect(),
@@ -243,6 +246,7 @@ pub(super) fn term(halves: Vec<&FoundTerm>, streams: &Streams) -> EffectEntry {
 pub(super) fn noise(excess: &Excess) -> EffectEntry {
     let (parameters, covariance) = by_axis(excess.values, excess.stds, excess.unit);
     EffectEntry {
+        evidence: None,
         gravity_speaks_against: Vec::new(),
         kind: excess.kind.to_string(),
         indistinguishable_from: excess
@@ -278,6 +282,7 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
         unit: "s".to_string(),
     };
     EffectEntry {
+        evidence: None,
         gravity_speaks_against: Vec::new(),
         kind: fault.kind.to_string(),
         indistinguishable_from: fault

@@ -66,7 +66,7 @@ impl Excess {
 }
 
 /// Random walk, which lock-in imitates.
-const WALK: Excess = Excess::of(
+pub const WALK: Excess = Excess::of(
     "angle_random_walk",
     &["lock_in"],
     "angle random walk beyond the model's, added in square",

@@ -167,6 +167,8 @@ mod still_words;
 
 pub mod pictures;
 
+pub mod rate;
+
 pub use declared::{declared_noise, own_noise, reference_noise};
 
 use std::path::Path;
@@ -210,8 +212,42 @@ pub fn diagnose(
     diagnose_without(&[], recording, model, model_file, seed, progress)
 }
 
+/// Which engine decides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Engine {
+    /// One likelihood and one search (rate/) where they serve; the older stages for everything else, and where something is
+    /// left that the new catalogue cannot name.
+    #[default]
+    Both,
+    /// The older stages alone.
+    Old,
+    /// The new engine alone, where it serves.
+    New,
+}
+
 /// The same with some kinds taken out of the catalogue: what the tool says of physics it does not know.
 pub fn diagnose_without(
+    left_out: &[&str],
+    recording: &Recording,
+    model: &Model,
+    model_file: &Path,
+    seed: u64,
+    progress: &dyn Fn(&str),
+) -> Result<Outcome, InputError> {
+    diagnose_by(
+        Engine::default(),
+        left_out,
+        recording,
+        model,
+        model_file,
+        seed,
+        progress,
+    )
+}
+
+/// The same by a chosen engine.
+pub fn diagnose_by(
+    engine: Engine,
     left_out: &[&str],
     recording: &Recording,
     model: &Model,
@@ -223,8 +259,37 @@ pub fn diagnose_without(
         return attitude::diagnose(left_out, recording, model, model_file, seed, progress);
     }
     progress("aligning the channels");
-    let streams = vec![Streams::align(recording, model)?];
-    diagnose_aligned(left_out, streams, None, model, model_file, seed, progress)
+    let streams = Streams::align(recording, model)?;
+    let old = |streams: Streams| {
+        let streams = vec![streams];
+        diagnose_aligned(left_out, streams, None, model, model_file, seed, progress)
+    };
+    if engine == Engine::Old || !rate::serves(&streams, model) {
+        return old(streams);
+    }
+    let mut qualified = streams;
+    let mut faults = qualify::qualify(&mut qualified);
+    faults.retain(|fault| !qualify::is_known(fault, &qualified, &model.effects));
+    let found = rate::diagnose(
+        left_out,
+        &qualified,
+        &faults,
+        (model, model_file),
+        seed,
+        progress,
+    )?;
+    match found {
+        Some(found) if engine == Engine::New => Ok(found),
+        Some(found) if found.diagnosis.verdict.is_told() && qualified.accelerometers.is_err() => {
+            Ok(found)
+        }
+        Some(found) => {
+            progress("the older stages");
+            let older = old(Streams::align(recording, model)?)?;
+            Ok(rate::beside(found, older, model))
+        }
+        None => old(Streams::align(recording, model)?),
+    }
 }
 
 /// The motion of aligned channels under a model.

@@ -271,6 +271,20 @@ pub struct EffectEntry {
     pub expression: Option<String>,
     /// Addition: its amplitude in each regime (1 = as fitted on all).
     pub regimes: Vec<RegimeEntry>,
+    /// Additions: how sure it is, where rows beside the fitted ones were asked.
+    #[serde(flatten)]
+    pub evidence: Option<EvidenceEntry>,
+}
+
+/// How sure an effect is.
+#[derive(Debug, Clone, Serialize)]
+pub struct EvidenceEntry {
+    /// `named`, or `class` where this recording cannot tell it from another kind or from drift.
+    pub label: &'static str,
+    /// Predictive log score that it gains on rows that were not fitted.
+    pub confirmed_gain: f64,
+    /// Share of the residual's power that it explains \[1\].
+    pub share: f64,
 }
 
 /// The contract's kind of what has no name in the catalogue.

@@ -1,0 +1,394 @@
+//! The catalogue spelt out for the search: hypotheses over a pool of columns, each with its price.
+
+use rlg_inference::{Columns, Hypothesis, Term};
+
+use crate::column::Column;
+use crate::entries::{CATALOGUE, Entry, Law, MODE, SLIP, STEP, tilt};
+use crate::resonance::Mode;
+use crate::signals::Signals;
+
+/// Names of the axes.
+pub const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Which part of an entry a candidate is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Variant {
+    /// All its parameters.
+    Whole,
+    /// One axis alone.
+    Axis(usize),
+    /// xx, yy and zz alone.
+    Diagonal,
+    /// One value for all three axes.
+    Common,
+    /// At one row of one gyro.
+    Event {
+        /// Gyro.
+        axis: usize,
+        /// Row.
+        row: usize,
+    },
+    /// With one mode for all axes.
+    Mode(Mode),
+}
+
+/// A hypothesis with its name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// The contract's kind.
+    pub kind: &'static str,
+    /// Which part of it.
+    pub variant: Variant,
+    /// Names of its parameters, as the contract has them.
+    pub names: Vec<String>,
+    /// What the search sees.
+    pub hypothesis: Hypothesis,
+}
+
+/// Columns by place, each once.
+#[derive(Debug, Clone, Default)]
+pub struct Pool {
+    /// Columns.
+    pub columns: Vec<Column>,
+}
+
+/// Columns of a pool from a place on, made of signals.
+pub struct PoolColumns<'a> {
+    /// Columns.
+    pub columns: &'a [Column],
+    /// What they are made of.
+    pub signals: &'a Signals,
+}
+
+impl Columns for PoolColumns<'_> {
+    fn count(&self) -> usize {
+        self.columns.len()
+    }
+
+    fn column(&self, place: usize) -> Vec<f64> {
+        self.columns[place].values(self.signals)
+    }
+}
+
+/// Prices of variants: one gyro alone is one of six ways of a misfit, all three share one cause half the time, and so do the
+/// nine and their diagonal; everyday errors are three times likelier.
+const ONE_AXIS: f64 = 6.0;
+const SHARED: f64 = 2.0;
+const COMMON: f64 = 1.1;
+const EVERYDAY: f64 = 1.0 / 3.0;
+
+/// One value for three gyros is a coincidence but for what sits in front of all of them.
+const COMMON_KINDS: [&str; 1] = ["gyro_delay"];
+
+impl Pool {
+    /// The place of a column, new or old.
+    pub fn place(&mut self, column: Column) -> usize {
+        match self.columns.iter().position(|other| *other == column) {
+            Some(place) => place,
+            None => {
+                self.columns.push(column);
+                self.columns.len() - 1
+            }
+        }
+    }
+
+    /// Every candidate of the catalogue that the signals can show, kinds in `left_out` excepted.
+    ///
+    /// # Inputs
+    /// `is_moving`: axes on which motion stands out of the reference's noise.
+    pub fn candidates(
+        &mut self,
+        signals: &Signals,
+        is_moving: [bool; 3],
+        left_out: &[&str],
+    ) -> Vec<Candidate> {
+        CATALOGUE
+            .iter()
+            .filter(|entry| !left_out.contains(&entry.kind))
+            .flat_map(|entry| self.of_entry(entry, signals, is_moving))
+            .collect()
+    }
+
+    fn of_entry(
+        &mut self,
+        entry: &Entry,
+        signals: &Signals,
+        is_moving: [bool; 3],
+    ) -> Vec<Candidate> {
+        let whole = self.terms(entry, signals, is_moving);
+        let everyday = if entry.everyday { EVERYDAY } else { 1.0 };
+        let candidate = |variant, keep: &dyn Fn(usize, &Named) -> bool, places: f64| {
+            let kept: Vec<&Named> = whole
+                .iter()
+                .enumerate()
+                .filter(|(place, named)| !named.terms.is_empty() && keep(*place, named))
+                .map(|(_, named)| named)
+                .collect();
+            let terms = kept.iter().enumerate().flat_map(|(parameter, named)| {
+                named
+                    .terms
+                    .iter()
+                    .map(move |term| Term { parameter, ..*term })
+            });
+            (!kept.is_empty()).then(|| Candidate {
+                kind: entry.kind,
+                variant,
+                names: kept.iter().map(|named| named.name.clone()).collect(),
+                hypothesis: Hypothesis {
+                    parameters: kept.len(),
+                    terms: terms.collect(),
+                    price: (places * everyday).ln(),
+                },
+            })
+        };
+        let all = |_: usize, _: &Named| true;
+        let mut found = Vec::new();
+        match entry.law {
+            Law::Axes(_) => {
+                for axis in 0..3 {
+                    found.extend(candidate(
+                        Variant::Axis(axis),
+                        &|place, _| place == axis,
+                        ONE_AXIS,
+                    ));
+                }
+                let shown = whole.iter().filter(|named| !named.terms.is_empty()).count();
+                if shown > 1 {
+                    found.extend(candidate(Variant::Whole, &all, SHARED));
+                }
+                if shown == 3 && COMMON_KINDS.contains(&entry.kind) {
+                    found.push(common(entry, &whole, (COMMON * everyday).ln()));
+                }
+            }
+            Law::Nine(_) => {
+                let is_diagonal = |place: usize, _: &Named| place / 3 == place % 3;
+                found.extend(candidate(Variant::Diagonal, &is_diagonal, SHARED));
+                found.extend(candidate(Variant::Whole, &all, SHARED));
+            }
+            Law::Body(_)
+                if entry.kind != "reference_misalignment" && entry.kind != "earth_rate" =>
+            {
+                found.extend(candidate(Variant::Whole, &all, 1.2));
+            }
+            Law::Body(_) | Law::Common(_) | Law::Tilts(..) | Law::Across(_) => {
+                found.extend(candidate(Variant::Whole, &all, 1.0));
+            }
+        }
+        found
+    }
+
+    /// Every parameter of an entry with its terms, all axes taken for moving.
+    pub fn whole(&mut self, entry: &Entry, signals: &Signals) -> Vec<(String, Vec<Term>)> {
+        self.terms(entry, signals, [true; 3])
+            .into_iter()
+            .map(|named| (named.name, named.terms))
+            .collect()
+    }
+
+    /// Parameters of an entry with what each does; without terms where the recording cannot show it.
+    fn terms(&mut self, entry: &Entry, signals: &Signals, is_moving: [bool; 3]) -> Vec<Named> {
+        let sensed = |gyro: usize| 1.0 / (1.0 - signals.scale_error[gyro]);
+        let mut add = |named: &mut Named, gyro: usize, column: Column, factor: f64| {
+            if factor != 0.0 && column.is_available(signals) && moves(column, is_moving) {
+                named.terms.push(Term {
+                    parameter: 0,
+                    record: gyro,
+                    column: self.place(column),
+                    coefficient: factor * sensed(gyro),
+                });
+            }
+        };
+        let pair = |gyro: usize, other: usize| format!("{}{}", AXES[gyro], AXES[other]);
+        let mut all = Vec::new();
+        match entry.law {
+            Law::Axes(columns) => {
+                for axis in 0..3 {
+                    let mut named = Named::new(AXES[axis].to_string());
+                    for (column, factor) in columns(axis) {
+                        add(&mut named, axis, column, factor);
+                    }
+                    all.push(named);
+                }
+            }
+            Law::Common(columns) => {
+                let mut named = Named::new("all".to_string());
+                for axis in 0..3 {
+                    for (column, factor) in columns(axis) {
+                        add(&mut named, axis, column, factor);
+                    }
+                }
+                all.push(named);
+            }
+            Law::Tilts(column, factor) => {
+                for gyro in 0..3 {
+                    for about in (0..3).filter(|about| *about != gyro) {
+                        let (sign, senses) = tilt(gyro, about);
+                        let mut named = Named::new(pair(gyro, about));
+                        add(&mut named, gyro, column(gyro, about, senses), factor * sign);
+                        all.push(named);
+                    }
+                }
+            }
+            Law::Nine(column) => {
+                for gyro in 0..3 {
+                    for other in 0..3 {
+                        let mut named = Named::new(pair(gyro, other));
+                        add(&mut named, gyro, column(other), 1.0);
+                        all.push(named);
+                    }
+                }
+            }
+            Law::Across(column) => {
+                for gyro in 0..3 {
+                    for other in (0..3).filter(|other| *other != gyro) {
+                        let mut named = Named::new(pair(gyro, other));
+                        add(&mut named, gyro, column(other), 1.0);
+                        all.push(named);
+                    }
+                }
+            }
+            Law::Body(columns) => {
+                for parameter in 0..3 {
+                    let mut named = Named::new(AXES[parameter].to_string());
+                    for gyro in 0..3 {
+                        for axis in 0..3 {
+                            let along = signals.sensing_from_body[(gyro, axis)];
+                            for (column, factor) in columns(parameter, axis) {
+                                add(&mut named, gyro, column, factor * along);
+                            }
+                        }
+                    }
+                    all.push(named);
+                }
+            }
+        }
+        all
+    }
+
+    /// A step (`STEP`) or slip (`SLIP`) of one gyro at a row, picked from `places`.
+    pub fn event(
+        &mut self,
+        kind: &'static str,
+        axis: usize,
+        row: usize,
+        places: f64,
+        signals: &Signals,
+    ) -> Candidate {
+        debug_assert!(kind == STEP || kind == SLIP);
+        let (column, coefficient) = if kind == STEP {
+            (Column::Step(row), 1.0 / (1.0 - signals.scale_error[axis]))
+        } else {
+            (Column::Impulse(row), 1.0)
+        };
+        Candidate {
+            kind,
+            variant: Variant::Event { axis, row },
+            names: vec!["size".to_string()],
+            hypothesis: Hypothesis {
+                parameters: 1,
+                terms: vec![Term {
+                    parameter: 0,
+                    record: axis,
+                    column: self.place(column),
+                    coefficient,
+                }],
+                price: places.ln(),
+            },
+        }
+    }
+
+    /// Flexure behind one mode, picked from `places`.
+    pub fn mode(&mut self, mode: Mode, places: f64, signals: &Signals) -> Candidate {
+        let mut names = Vec::new();
+        let mut terms = Vec::new();
+        for gyro in 0..3 {
+            for about in (0..3).filter(|about| *about != gyro) {
+                let (sign, senses) = tilt(gyro, about);
+                terms.push(Term {
+                    parameter: names.len(),
+                    record: gyro,
+                    column: self.place(Column::ModeFlexure(about, senses, mode)),
+                    coefficient: -sign / (1.0 - signals.scale_error[gyro]),
+                });
+                names.push(format!("{}{}", AXES[gyro], AXES[about]));
+            }
+        }
+        Candidate {
+            kind: MODE,
+            variant: Variant::Mode(mode),
+            names,
+            hypothesis: Hypothesis {
+                parameters: 6,
+                terms,
+                price: places.ln(),
+            },
+        }
+    }
+}
+
+/// One parameter of an entry.
+struct Named {
+    name: String,
+    terms: Vec<Term>,
+}
+
+impl Named {
+    fn new(name: String) -> Self {
+        Self {
+            name,
+            terms: Vec::new(),
+        }
+    }
+}
+
+fn common(entry: &Entry, whole: &[Named], price: f64) -> Candidate {
+    Candidate {
+        kind: entry.kind,
+        variant: Variant::Common,
+        names: vec!["all".to_string()],
+        hypothesis: Hypothesis {
+            parameters: 1,
+            terms: whole.iter().flat_map(|named| named.terms.clone()).collect(),
+            price,
+        },
+    }
+}
+
+/// Whether the motion that a column is made of stands out of the reference's noise.
+fn moves(column: Column, is_moving: [bool; 3]) -> bool {
+    use Column::{
+        Cube, CubicFlexure, Delay, Flexure, ForceTimesIncrement, Harmonic, Increment, Jerk,
+        Magnitude, ModeFlexure, Square, WarmingTimesIncrement,
+    };
+    match column {
+        Increment(axis)
+        | Delay(axis)
+        | Jerk(axis)
+        | Magnitude(axis)
+        | Square(axis)
+        | Cube(axis)
+        | ForceTimesIncrement(axis)
+        | Harmonic(axis, ..)
+        | WarmingTimesIncrement(_, axis) => is_moving[axis],
+        Flexure(about, senses) | CubicFlexure(about, senses) | ModeFlexure(about, senses, _) => {
+            is_moving[about] && is_moving[senses]
+        }
+        _ => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::tilt;
+
+    #[test]
+    fn tilts_have_the_signs_of_the_physics_page() {
+        let (x, y, z) = (0, 1, 2);
+        assert_eq!(tilt(x, z), (1.0, y));
+        assert_eq!(tilt(x, y), (-1.0, z));
+        assert_eq!(tilt(y, x), (1.0, z));
+        assert_eq!(tilt(y, z), (-1.0, x));
+        assert_eq!(tilt(z, y), (1.0, x));
+        assert_eq!(tilt(z, x), (-1.0, y));
+    }
+}

@@ -1,0 +1,249 @@
+//! Design columns: what a unit parameter adds to a sensed increment, before 1/(1 − s_i).
+
+use rlg_signal::derivatives::{Spectrum, row_means};
+
+use crate::resonance::Mode;
+use crate::signals::{Signals, Triad};
+
+/// One column, by what it is made of. Axes are 0, 1, 2.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Column {
+    /// T \[s\].
+    Constant,
+    /// Time from −½ to ½ over the record, times T.
+    Line,
+    /// The case's increment \[rad\].
+    Increment(usize),
+    /// Its derivative \[rad/s\]; where a delay is known already, the secant of that delay.
+    Delay(usize),
+    /// The rate's second derivative times T.
+    Jerk(usize),
+    /// |ω| T.
+    Magnitude(usize),
+    /// ω² T.
+    Square(usize),
+    /// ω³ T.
+    Cube(usize),
+    /// α_about · ω_senses · T.
+    Flexure(usize, usize),
+    /// α_about³ · ω_senses · T.
+    CubicFlexure(usize, usize),
+    /// α_about behind a mode · ω_senses · T.
+    ModeFlexure(usize, usize, Mode),
+    /// f T.
+    Force(usize),
+    /// f² T.
+    ForceSquare(usize),
+    /// df/dt T.
+    ForceRate(usize),
+    /// f · increment, both of one axis.
+    ForceTimesIncrement(usize),
+    /// Warming · T.
+    Warming(usize),
+    /// d(warming)/dt · T.
+    WarmingRate(usize),
+    /// Warming of the first axis · increment of the second.
+    WarmingTimesIncrement(usize, usize),
+    /// B T.
+    Magnetic(usize),
+    /// The block's increment \[rad\].
+    Dither(usize),
+    /// Its derivative \[rad/s\].
+    DitherDelay(usize),
+    /// Increment of the pickoff angle's cube \[rad³\].
+    DitherCube(usize),
+    /// Component along the second axis of what lay along the first at the start, T.
+    SpaceVector(usize, usize),
+    /// Increment of cos or sin (true or false) of an order times the angle turned about an axis.
+    Harmonic(usize, u32, bool),
+    /// 1 in one row.
+    Impulse(usize),
+    /// T from a row on.
+    Step(usize),
+}
+
+impl Column {
+    /// Whether the recording has what it is made of.
+    pub fn is_available(self, signals: &Signals) -> bool {
+        use Column::{
+            Dither, DitherCube, DitherDelay, Force, ForceRate, ForceSquare, ForceTimesIncrement,
+            Magnetic, Warming, WarmingRate, WarmingTimesIncrement,
+        };
+        let varies = |triad: &Option<Triad>, axis: usize| {
+            triad
+                .as_ref()
+                .is_some_and(|triad| triad[axis].iter().any(|value| *value != triad[axis][0]))
+        };
+        match self {
+            Force(axis) | ForceSquare(axis) | ForceTimesIncrement(axis) => signals
+                .force_m_s2
+                .as_ref()
+                .is_some_and(|triad| triad[axis].iter().any(|value| *value != 0.0)),
+            ForceRate(axis) => varies(&signals.force_m_s2, axis),
+            Warming(axis) | WarmingRate(axis) | WarmingTimesIncrement(axis, _) => {
+                varies(&signals.warming_k, axis)
+            }
+            Magnetic(axis) => varies(&signals.magnetic_t, axis),
+            Dither(_) | DitherDelay(_) | DitherCube(_) => signals.dither_rad.is_some(),
+            _ => true,
+        }
+    }
+
+    /// Its values by row; zero where the recording lacks what it is made of.
+    pub fn values(self, signals: &Signals) -> Vec<f64> {
+        let period = signals.period_s();
+        let rows = signals.rows;
+        let scaled = |values: &[f64], factor: f64| -> Vec<f64> {
+            values.iter().map(|value| value * factor).collect()
+        };
+        let of_rate = |law: &dyn Fn(f64) -> f64, axis: usize| {
+            let at_middles: Vec<f64> = signals.rate_rad_s[axis]
+                .iter()
+                .map(|rate| law(*rate))
+                .collect();
+            scaled(&row_means(&at_middles), period)
+        };
+        let product =
+            |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a * b).collect() };
+        let channel = |triad: &Option<Triad>, law: &dyn Fn(&[f64]) -> Vec<f64>, axis: usize| {
+            triad
+                .as_ref()
+                .map_or_else(|| vec![0.0; rows], |triad| law(&triad[axis]))
+        };
+        match self {
+            Self::Constant => vec![period; rows],
+            Self::Line => (0..rows)
+                .map(|row| (row as f64 / (rows - 1) as f64 - 0.5) * period)
+                .collect(),
+            Self::Increment(axis) => signals.case_rad[axis].clone(),
+            Self::Delay(axis) => {
+                let delay = signals.delay_s[axis];
+                if delay == 0.0 {
+                    scaled(&signals.spectra[axis].mean_derivative(1), period)
+                } else {
+                    let pairs = signals.undelayed_rad[axis]
+                        .iter()
+                        .zip(&signals.case_rad[axis]);
+                    pairs
+                        .map(|(before, after)| (before - after) / delay)
+                        .collect()
+                }
+            }
+            Self::Jerk(axis) => scaled(&signals.spectra[axis].mean_derivative(2), period),
+            Self::Magnitude(axis) => of_rate(&f64::abs, axis),
+            Self::Square(axis) => of_rate(&|rate| rate * rate, axis),
+            Self::Cube(axis) => of_rate(&|rate| rate.powi(3), axis),
+            Self::Flexure(about, senses) => {
+                let at_middles = product(
+                    &signals.acceleration_rad_s2[about],
+                    &signals.rate_rad_s[senses],
+                );
+                scaled(&row_means(&at_middles), period)
+            }
+            Self::CubicFlexure(about, senses) => {
+                let cubes: Vec<f64> = signals.acceleration_rad_s2[about]
+                    .iter()
+                    .map(|alpha| alpha.powi(3))
+                    .collect();
+                scaled(
+                    &row_means(&product(&cubes, &signals.rate_rad_s[senses])),
+                    period,
+                )
+            }
+            Self::ModeFlexure(about, senses, mode) => {
+                let behind = signals.spectra[about].middle_through(1, |hz| mode.response(hz));
+                scaled(
+                    &row_means(&product(&behind, &signals.rate_rad_s[senses])),
+                    period,
+                )
+            }
+            Self::Force(axis) => channel(&signals.force_m_s2, &|force| scaled(force, period), axis),
+            Self::ForceSquare(axis) => channel(
+                &signals.force_m_s2,
+                &|force| scaled(&product(force, force), period),
+                axis,
+            ),
+            Self::ForceRate(axis) => channel(
+                &signals.force_m_s2,
+                &|force| {
+                    scaled(
+                        &Spectrum::new(force, signals.rate_hz).mean_derivative(1),
+                        period,
+                    )
+                },
+                axis,
+            ),
+            Self::ForceTimesIncrement(axis) => channel(
+                &signals.force_m_s2,
+                &|force| product(force, &signals.case_rad[axis]),
+                axis,
+            ),
+            Self::Warming(axis) => {
+                channel(&signals.warming_k, &|warming| scaled(warming, period), axis)
+            }
+            Self::WarmingRate(axis) => channel(
+                &signals.warming_k,
+                &|warming| {
+                    scaled(
+                        &Spectrum::new(warming, signals.rate_hz).mean_derivative(1),
+                        period,
+                    )
+                },
+                axis,
+            ),
+            Self::WarmingTimesIncrement(of, with) => channel(
+                &signals.warming_k,
+                &|warming| product(warming, &signals.case_rad[with]),
+                of,
+            ),
+            Self::Magnetic(axis) => {
+                channel(&signals.magnetic_t, &|field| scaled(field, period), axis)
+            }
+            Self::Dither(axis) => channel(&signals.dither_rad, &<[f64]>::to_vec, axis),
+            Self::DitherDelay(axis) => channel(
+                &signals.dither_rad,
+                &|dither| Spectrum::new(dither, signals.rate_hz).mean_derivative(1),
+                axis,
+            ),
+            Self::DitherCube(axis) => channel(
+                &signals.pickoff_rad,
+                &|angle| {
+                    let mut before = angle[0].powi(3);
+                    angle
+                        .iter()
+                        .map(|angle| {
+                            let cube = angle.powi(3);
+                            let increment = cube - before;
+                            before = cube;
+                            increment
+                        })
+                        .collect()
+                },
+                axis,
+            ),
+            Self::SpaceVector(at_start, axis) => {
+                scaled(&signals.space_vector(at_start, axis), period)
+            }
+            Self::Harmonic(axis, order, cosine) => {
+                let wave = |angle: f64| {
+                    let turn = f64::from(order) * angle;
+                    if cosine { turn.cos() } else { turn.sin() }
+                };
+                let ends = signals.turned_rad(axis);
+                let rows = ends.iter().zip(&signals.case_rad[axis]);
+                rows.map(|(end, increment)| wave(*end) - wave(end - increment))
+                    .collect()
+            }
+            Self::Impulse(row) => {
+                let mut values = vec![0.0; rows];
+                values[row] = 1.0;
+                values
+            }
+            Self::Step(row) => {
+                let mut values = vec![0.0; rows];
+                values[row..].fill(period);
+                values
+            }
+        }
+    }
+}

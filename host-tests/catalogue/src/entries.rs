@@ -1,0 +1,342 @@
+//! The catalogue: one row an effect.
+
+use crate::column::Column;
+
+/// How an effect's parameters act on the gyros.
+#[derive(Clone, Copy)]
+pub enum Law {
+    /// Parameter i acts on gyro i alone: columns with factors.
+    Axes(fn(usize) -> Vec<(Column, f64)>),
+    /// One parameter for all gyros: columns of gyro i.
+    Common(fn(usize) -> Vec<(Column, f64)>),
+    /// Parameter ij tilts gyro i about body axis j: the column of (i, j, the axis whose rate it then senses), times the
+    /// tilt's sign.
+    Tilts(fn(usize, usize, usize) -> Column, f64),
+    /// Parameter ij adds column j to gyro i.
+    Nine(fn(usize) -> Column),
+    /// Parameter ij, i ≠ j, adds column j to gyro i.
+    Across(fn(usize) -> Column),
+    /// Parameter i adds to the case's rate along body axis k, on every gyro through the installation.
+    Body(fn(usize, usize) -> Vec<(Column, f64)>),
+}
+
+/// One effect.
+pub struct Entry {
+    /// The contract's kind.
+    pub kind: &'static str,
+    /// Its equation.
+    pub equation: &'static str,
+    /// Unit of its parameters.
+    pub unit: &'static str,
+    /// How it acts.
+    pub law: Law,
+    /// Whether it is an everyday error, three times likelier than others.
+    pub everyday: bool,
+    /// What it means, for a navigation engineer.
+    pub meaning: &'static str,
+    /// The motion that would show it best.
+    pub experiment: &'static str,
+}
+
+/// Sign and axis k of a tilt of gyro `axis` about `about`: it then senses sign · δ · ω_k (physics §1).
+pub fn tilt(axis: usize, about: usize) -> (f64, usize) {
+    let sign = if (about + 1) % 3 == axis { 1.0 } else { -1.0 };
+    (sign, 3 - axis - about)
+}
+
+/// Every kind that increments on the gyros' rows can show, in the order of the contract's table.
+pub static CATALOGUE: &[Entry] = &[
+    Entry {
+        kind: "gyro_bias",
+        equation: "omega_i += b_i",
+        unit: "rad/s",
+        law: Law::Axes(|_| vec![(Column::Constant, 1.0)]),
+        everyday: true,
+        meaning: "The model lacks a constant rate on the gyro: a bias, present at rest and in motion alike.",
+        experiment: "A still record of some minutes at two opposite attitudes separates bias from Earth rate and g-sensitivity.",
+    },
+    Entry {
+        kind: "gyro_bias_temperature",
+        equation: "omega_i += c_i (T_i - T_i(start))",
+        unit: "rad/s/K",
+        law: Law::Axes(|i| vec![(Column::Warming(i), 1.0)]),
+        everyday: true,
+        meaning: "The gyro bias moves with the temperature of its block and the model keeps it constant.",
+        experiment: "Cycle the temperature up and down: a bias that retraces its path is temperature, one that does not is time or gradient.",
+    },
+    Entry {
+        kind: "gyro_bias_temperature_rate",
+        equation: "omega_i += c_i dT_i/dt",
+        unit: "rad/K",
+        law: Law::Axes(|i| vec![(Column::WarmingRate(i), 1.0)]),
+        everyday: false,
+        meaning: "The gyro bias follows the rate of temperature change (a gradient across the block) and the model knows no such term.",
+        experiment: "Hold, ramp and hold the temperature: the bias then steps with the ramp rate and returns.",
+    },
+    Entry {
+        kind: "gyro_bias_magnetic",
+        equation: "omega_i += sum_j c_ij B_j",
+        unit: "rad/s/T",
+        law: Law::Nine(Column::Magnetic),
+        everyday: false,
+        meaning: "The gyro output moves with the magnetic field at the block and the model has no such term.",
+        experiment: "Turn a known field (a coil) on and off on each axis with the case at rest.",
+    },
+    Entry {
+        kind: "gyro_g_bias",
+        equation: "omega_i += sum_j G_ij f_j",
+        unit: "rad/s per m/s^2",
+        law: Law::Nine(Column::Force),
+        everyday: false,
+        meaning: "The gyro output moves with the specific force (g-sensitivity) and the model has no such term.",
+        experiment: "Tumble the case through six attitudes: gravity then changes sign on each axis and a bias does not.",
+    },
+    Entry {
+        kind: "gyro_g2_bias",
+        equation: "omega_i += g_i f_i^2",
+        unit: "rad/s per (m/s^2)^2",
+        law: Law::Axes(|i| vec![(Column::ForceSquare(i), 1.0)]),
+        everyday: false,
+        meaning: "The gyro answers to the square of the force along its axis, so vibration leaves a drift.",
+        experiment: "Vibrate linearly along each axis at two levels: the drift of this effect grows as the square of the level.",
+    },
+    Entry {
+        kind: "gyro_scale",
+        equation: "omega_i += s_i (omega_i + dither rate_i)",
+        unit: "1",
+        law: Law::Axes(|i| vec![(Column::Increment(i), 1.0), (Column::Dither(i), 1.0)]),
+        everyday: true,
+        meaning: "The gyro's scale is not what the model says: the laser senses case motion and dither alike with a scale error.",
+        experiment: "A slew of whole turns about each axis shows the scale against the turntable.",
+    },
+    Entry {
+        kind: "gyro_scale_asymmetry",
+        equation: "omega_i += a_i |omega_i|",
+        unit: "1",
+        law: Law::Axes(|i| vec![(Column::Magnitude(i), 1.0)]),
+        everyday: false,
+        meaning: "The gyro has a different scale for positive and negative rotation, so an oscillation leaves a drift.",
+        experiment: "Equal slews forward and back: the difference of the two angles is this effect.",
+    },
+    Entry {
+        kind: "gyro_scale_quadratic",
+        equation: "omega_i += q_i omega_i^2",
+        unit: "s/rad",
+        law: Law::Axes(|i| vec![(Column::Square(i), 1.0)]),
+        everyday: false,
+        meaning: "The gyro has a small term in the square of its rate, so an oscillation leaves a drift that grows as its square.",
+        experiment: "Slews at several rates, both senses: this effect is even in the rate and grows as its square.",
+    },
+    Entry {
+        kind: "gyro_scale_cubic",
+        equation: "omega_i += q_i omega_i^3",
+        unit: "s^2/rad^2",
+        law: Law::Axes(|i| vec![(Column::Cube(i), 1.0)]),
+        everyday: false,
+        meaning: "The scale of the gyro changes with the square of its rate.",
+        experiment: "Slews at several rates: the scale error of this effect grows as the square of the rate.",
+    },
+    Entry {
+        kind: "installation",
+        equation: "delta_ij constant",
+        unit: "rad",
+        law: Law::Tilts(|_, _, senses| Column::Increment(senses), 1.0),
+        everyday: true,
+        meaning: "The sensing axes do not lie where the installation matrix of the model puts them, so each gyro sees a share of the rates across it.",
+        experiment: "A slew about each axis shows the angles; none of them leaves a drift under vibration.",
+    },
+    Entry {
+        kind: "installation_temperature",
+        equation: "delta_ij = c_ij (T_i - T_i(start))",
+        unit: "rad/K",
+        law: Law::Tilts(
+            |gyro, _, senses| Column::WarmingTimesIncrement(gyro, senses),
+            1.0,
+        ),
+        everyday: false,
+        meaning: "The sensing axes turn with the temperature of the block and the model keeps the installation constant.",
+        experiment: "Repeat the same slew at two temperatures.",
+    },
+    Entry {
+        kind: "axis_flexure",
+        equation: "delta_ij = -K_ij alpha_j",
+        unit: "s^2",
+        law: Law::Tilts(|_, about, senses| Column::Flexure(about, senses), -1.0),
+        everyday: false,
+        meaning: "The dither suspension is not stiff: under angular acceleration each laser block lags its case, its sensing axis tilts by K times the acceleration, and the tilt times the cross rate rectifies into a drift whenever the motion cones.",
+        experiment: "Spin at a steady rate about one axis while oscillating at the same frequency about a second (spin-synchronous oscillation), both spin senses and two phases for every pair of axes: this separates the single coefficients of a pair, which coning and vibration never do.",
+    },
+    Entry {
+        kind: "axis_flexure_cubic",
+        equation: "delta_ij = -Q_ij alpha_j^3",
+        unit: "s^6/rad^2",
+        law: Law::Tilts(|_, about, senses| Column::CubicFlexure(about, senses), -1.0),
+        everyday: false,
+        meaning: "The dither suspension bends more than in proportion: the tilt has a term in the cube of the angular acceleration.",
+        experiment: "The same coning at two amplitudes: the drift of this effect grows as the fourth power, that of linear flexure as the square.",
+    },
+    Entry {
+        kind: "axis_tilt_by_force",
+        equation: "delta_ij = tau_ij f_k",
+        unit: "rad per m/s^2",
+        law: Law::Tilts(|_, _, senses| Column::ForceTimesIncrement(senses), 1.0),
+        everyday: false,
+        meaning: "The block bends under specific force, so its sensing axis tilts with gravity and vibration.",
+        experiment: "Slew about one axis with gravity along each of the others in turn.",
+    },
+    Entry {
+        kind: "elastic_rate_by_force",
+        equation: "omega_i += sum_j U_ij df_j/dt",
+        unit: "rad per m/s^2",
+        law: Law::Nine(Column::ForceRate),
+        everyday: false,
+        meaning: "The block turns elastically with the force on it; the gyro reports that turning as a rate of the case.",
+        experiment: "Linear vibration along each axis without rotation.",
+    },
+    Entry {
+        kind: "elastic_rate_by_jerk",
+        equation: "omega_i += sum_j W_ij d2omega_j/dt2",
+        unit: "s^2",
+        law: Law::Nine(Column::Jerk),
+        everyday: false,
+        meaning: "The block turns elastically about its sensing axis under angular acceleration, so the gyro reports a rate the case does not have.",
+        experiment: "Reverse the spin of a spin-synchronous oscillation: flexure changes sign, this effect does not.",
+    },
+    Entry {
+        kind: "gyro_bandwidth",
+        equation: "omega_i += (v_i/2) d2omega_i/dt2",
+        unit: "s^2",
+        law: Law::Axes(|i| vec![(Column::Jerk(i), 0.5)]),
+        everyday: false,
+        meaning: "A filter on the gyro's path smooths its rate, and the model has none.",
+        experiment: "Oscillate at two frequencies: what a filter takes away grows as the square of the frequency.",
+    },
+    Entry {
+        kind: "gyro_delay",
+        equation: "omega_i(t - d_i) instead of omega_i(t)",
+        unit: "s",
+        law: Law::Axes(|i| vec![(Column::Delay(i), -1.0)]),
+        everyday: true,
+        meaning: "The gyro channel is late (or early) against the reference by a fixed time that the model does not know.",
+        experiment: "Any vigorous oscillation; two frequencies tell a delay from a phase.",
+    },
+    Entry {
+        kind: "dither_gain",
+        equation: "block rate_i = (1 + g_i) pickoff rate_i",
+        unit: "1",
+        law: Law::Axes(|i| vec![(Column::Dither(i), 1.0)]),
+        everyday: true,
+        meaning: "The dither pickoff reads the block motion with a wrong gain, so stripping leaves a residue of the dither in the increments.",
+        experiment: "None needed: the dither itself shows it at rest.",
+    },
+    Entry {
+        kind: "dither_delay",
+        equation: "block_i(t) = pickoff_i(t + d_i)",
+        unit: "s",
+        law: Law::Axes(|i| vec![(Column::DitherDelay(i), 1.0)]),
+        everyday: false,
+        meaning: "The dither pickoff is sampled late against the pulse counter, so stripping leaves a residue in quadrature with the dither.",
+        experiment: "None needed: the dither itself shows it at rest.",
+    },
+    Entry {
+        kind: "dither_cubic",
+        equation: "block angle_i += c_i pickoff_i^3",
+        unit: "1/rad^2",
+        law: Law::Axes(|i| vec![(Column::DitherCube(i), 1.0)]),
+        everyday: false,
+        meaning: "The dither pickoff is not linear: a cubic term leaves lines at one and three times the dither frequency after stripping.",
+        experiment: "None needed: the dither itself shows it at rest.",
+    },
+    Entry {
+        kind: "dither_crosstalk",
+        equation: "omega_i += c_ij dither rate_j",
+        unit: "1",
+        law: Law::Across(Column::Dither),
+        everyday: false,
+        meaning: "The gyro senses a share of the dither of a neighbouring block, through the structure or the electronics.",
+        experiment: "Switch the dithers off one at a time.",
+    },
+    Entry {
+        kind: "reference_misalignment",
+        equation: "reference reads omega - r x omega",
+        unit: "rad",
+        law: Law::Body(|parameter, axis| {
+            // (r × ω)_axis = Σ ε_{axis, parameter, k} ω_k.
+            if parameter == axis {
+                return Vec::new();
+            }
+            let k = 3 - parameter - axis;
+            let sign = if (axis + 1) % 3 == parameter {
+                1.0
+            } else {
+                -1.0
+            };
+            vec![(Column::Increment(k), sign)]
+        }),
+        everyday: false,
+        meaning: "The reference does not sit square to the case: all three gyros show the same small rotation against it.",
+        experiment: "Remount the reference: a turned reference changes, the installation of the gyros does not.",
+    },
+    Entry {
+        kind: "reference_delay",
+        equation: "reference(t) = case(t - d)",
+        unit: "s",
+        law: Law::Common(|i| vec![(Column::Delay(i), 1.0)]),
+        everyday: true,
+        meaning: "The clock of the reference and the clock of the gyros differ by a fixed time.",
+        experiment: "A second reference, or an event marked on both clocks, tells a late reference from late gyros.",
+    },
+    Entry {
+        kind: "reference_scale",
+        equation: "reference_i = (1 + r_i) case_i",
+        unit: "1",
+        law: Law::Body(|parameter, axis| {
+            if parameter == axis {
+                vec![(Column::Increment(axis), -1.0)]
+            } else {
+                Vec::new()
+            }
+        }),
+        everyday: true,
+        meaning: "The reference itself has a scale error; the gyro and its dither agree with each other and not with it.",
+        experiment: "Whole turns of the table against an optical mark calibrate the reference.",
+    },
+    Entry {
+        kind: "reference_bandwidth",
+        equation: "reference_i = omega_i + (v_i/2) d2omega_i/dt2",
+        unit: "s^2",
+        law: Law::Body(|parameter, axis| {
+            if parameter == axis {
+                vec![(Column::Jerk(axis), -0.5)]
+            } else {
+                Vec::new()
+            }
+        }),
+        everyday: false,
+        meaning: "A filter on the reference's path smooths its rate, and the model has none.",
+        experiment: "Oscillate at two frequencies against a reference of known bandwidth.",
+    },
+    Entry {
+        kind: "earth_rate",
+        equation: "omega += C(t)^T omega_earth(start)",
+        unit: "rad/s",
+        law: Law::Body(|parameter, axis| vec![(Column::SpaceVector(parameter, axis), 1.0)]),
+        everyday: false,
+        meaning: "The reference reports motion against the Earth and the gyros against space: the rotation of the Earth is missing from the prediction.",
+        experiment: "A still record at two attitudes tells the rotation of the Earth from bias.",
+    },
+];
+
+/// The entry of a kind.
+pub fn find(kind: &str) -> Option<&'static Entry> {
+    CATALOGUE.iter().find(|entry| entry.kind == kind)
+}
+
+/// A step of one gyro's bias, found by scanning.
+pub const STEP: &str = "gyro_bias_step";
+
+/// A jump of one gyro's angle, found by scanning.
+pub const SLIP: &str = "counter_slip";
+
+/// An axis that follows acceleration through a mode.
+pub const MODE: &str = "axis_flexure_mode";

@@ -1,0 +1,20 @@
+//! Effects that a model may lack, as hypotheses over design columns.
+//!
+//! [`signals`] holds the measured inputs and the motion derived from them; [`column`] makes one design column of them;
+//! [`entries`] is the catalogue, one row an effect; [`candidates`] spells its rows out for the search, with the price of
+//! each; [`resonance`] makes the columns of axes that follow acceleration through a second-order mode.
+
+pub mod signals;
+
+pub mod column;
+
+pub mod entries;
+
+pub mod candidates;
+
+pub mod resonance;
+
+pub use candidates::{Candidate, Pool};
+pub use column::Column;
+pub use entries::{CATALOGUE, Entry};
+pub use signals::Signals;

@@ -1,0 +1,246 @@
+//! The recording as the search sees it: residual of the model, reference, measured inputs, and which rows serve what.
+
+use std::ops::Range;
+
+use nalgebra::{Matrix3, Vector3};
+use rlg_catalogue::entries::{SLIP, STEP};
+use rlg_catalogue::signals::{Inputs, Signals};
+use rlg_catalogue::{Column, Pool};
+use rlg_model::{EffectValue, Model, ModelEffect};
+use rlg_recording::error::InputError;
+use rlg_signal::partition::{Partition, Use};
+
+use super::plan::AnalysisPlan;
+use crate::excess::NOISE_KINDS;
+use crate::qualify::FAULT_KINDS;
+use crate::residual::body_from_sensing;
+use crate::streams::{AXES, Streams, Triad, add};
+
+/// Everything that does not change while effects are searched for.
+pub struct Data<'a> {
+    /// Aligned channels.
+    pub streams: &'a Streams,
+    /// The model.
+    pub model: &'a Model,
+    /// Sensed less predicted increments \[rad\], the model's effects still in.
+    pub residual_rad: Triad,
+    /// Channels that columns are made of.
+    pub inputs: Inputs,
+    /// Increments of block against case \[rad\].
+    pub dither_rad: Option<Triad>,
+    /// The inverse of Eq. (7)'s matrix.
+    pub sensing_from_body: Matrix3<f64>,
+    /// Effects that the model holds already.
+    pub known: Vec<Known>,
+    /// The use of every row.
+    pub partition: Partition,
+}
+
+/// An effect of the model.
+pub struct Known {
+    /// What it adds: gyro, column, size.
+    parts: Vec<(usize, Column, f64)>,
+    /// How late it makes each gyro \[s\].
+    pub delay_s: [f64; 3],
+}
+
+impl<'a> Data<'a> {
+    /// Prepares an aligned recording.
+    ///
+    /// # Errors
+    /// The installation matrix has no inverse.
+    pub fn new(
+        streams: &'a Streams,
+        model: &'a Model,
+        plan: &AnalysisPlan,
+        file: &std::path::Path,
+    ) -> Result<Self, InputError> {
+        let sensing_from_body = body_from_sensing(&model.gyro.installation_rad)
+            .try_inverse()
+            .ok_or_else(|| {
+                InputError::new(file, "the installation matrix has no inverse")
+                    .channel("gyro.installation_rad")
+            })?;
+        let dither_rad = streams.pickoff_rad.as_ref().map(|pickoff| {
+            std::array::from_fn(|axis| {
+                let angles: &Vec<f64> = &pickoff[axis];
+                angles.windows(2).map(|pair| pair[1] - pair[0]).collect()
+            })
+        });
+        let segments: Vec<Range<usize>> = streams.pieces[0]
+            .segments
+            .iter()
+            .map(|segment| {
+                let row = |time_s: f64| {
+                    let rows = ((time_s - streams.start_s) * streams.rate_hz).round();
+                    (rows.max(0.0) as usize).min(streams.rows)
+                };
+                row(segment.start_s)..row(segment.end_s)
+            })
+            .collect();
+        let inputs = Inputs {
+            force_m_s2: streams.force_m_s2.clone(),
+            temperature_k: streams.temperature_k.clone(),
+            magnetic_t: streams.magnetic_t.clone(),
+            pickoff_rad: streams.pickoff_rad.clone(),
+        };
+        Ok(Self {
+            residual_rad: residual(streams, model, sensing_from_body, dither_rad.as_ref()),
+            partition: Partition::new(streams.rows, streams.rate_hz, &segments, &plan.partition),
+            known: Vec::new(),
+            streams,
+            model,
+            inputs,
+            dither_rad,
+            sensing_from_body,
+        })
+    }
+
+    /// Rows that are measured and serve one of `uses`.
+    pub fn rows_of(&self, uses: &[Use]) -> Vec<bool> {
+        self.partition.rows_of(uses, &self.streams.usable)
+    }
+
+    /// Contiguous rows of [`Data::rows_of`].
+    pub fn ranges_of(&self, uses: &[Use]) -> Vec<Range<usize>> {
+        rlg_inference::observations::runs(&self.rows_of(uses), true)
+    }
+
+    /// Reads the model's effects: what they add can only be spelt out once there are signals.
+    pub fn set_known(&mut self, signals: &Signals) {
+        self.known = self
+            .model
+            .effects
+            .iter()
+            .filter_map(|effect| known(effect, signals, self.streams))
+            .collect();
+    }
+
+    /// How late the model's own delays make each gyro \[s\].
+    pub fn known_delay_s(&self) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for effect in &self.model.effects {
+            for axis in 0..3 {
+                sum[axis] += delay_of(effect, axis);
+            }
+        }
+        sum
+    }
+
+    /// What the model's effects add to the sensed increments \[rad\].
+    pub fn known_rad(&self, signals: &Signals) -> Triad {
+        let mut sum: Triad = std::array::from_fn(|_| vec![0.0; signals.rows]);
+        for known in &self.known {
+            for (gyro, column, size) in &known.parts {
+                add(&mut sum[*gyro], &column.values(signals), *size);
+            }
+        }
+        sum
+    }
+}
+
+/// Whether every effect of a model can be predicted here.
+pub fn can_predict(model: &Model) -> bool {
+    model.effects.iter().all(|effect| {
+        let kind = effect.kind.as_str();
+        is_silent(kind)
+            || kind == STEP
+            || kind == SLIP
+            || rlg_catalogue::entries::find(kind).is_some()
+    })
+}
+
+/// Effects of the noise, of the accelerometers and faults of the data add nothing to what a gyro senses.
+fn is_silent(kind: &str) -> bool {
+    NOISE_KINDS.contains(&kind)
+        || FAULT_KINDS.contains(&kind)
+        || kind == "lock_in"
+        || kind.starts_with("accel_")
+        || kind == "size_effect"
+}
+
+fn number(effect: &ModelEffect, name: &str) -> f64 {
+    match effect.parameters.get(name) {
+        Some(EffectValue::Number(value)) => *value,
+        _ => 0.0,
+    }
+}
+
+fn delay_of(effect: &ModelEffect, axis: usize) -> f64 {
+    match effect.kind.as_str() {
+        "gyro_delay" => number(effect, AXES[axis]),
+        "reference_delay" => -number(effect, "all"),
+        _ => 0.0,
+    }
+}
+
+fn known(effect: &ModelEffect, signals: &Signals, streams: &Streams) -> Option<Known> {
+    let kind = effect.kind.as_str();
+    if is_silent(kind) {
+        return None;
+    }
+    let mut parts = Vec::new();
+    if kind == STEP || kind == SLIP {
+        let axis = match effect.parameters.get("axis") {
+            Some(EffectValue::Text(name)) => AXES.iter().position(|axis| axis == name)?,
+            _ => return None,
+        };
+        let rows = (number(effect, "time_s") - streams.start_s) * streams.rate_hz;
+        let size = number(effect, "size");
+        if kind == STEP {
+            let row = (rows.round().max(0.0) as usize).min(streams.rows - 1);
+            parts.push((
+                axis,
+                Column::Step(row),
+                size / (1.0 - signals.scale_error[axis]),
+            ));
+        } else {
+            let row = (rows.floor().max(0.0) as usize).min(streams.rows - 1);
+            parts.push((axis, Column::Impulse(row), size));
+        }
+    } else {
+        // All axes count as moving: the model says that the effect is there.
+        let mut pool = Pool::default();
+        let entry = rlg_catalogue::entries::find(kind)?;
+        let whole = pool.whole(entry, signals);
+        for (name, terms) in whole {
+            let value = number(effect, &name);
+            if value != 0.0 {
+                parts.extend(terms.iter().map(|term| {
+                    (
+                        term.record,
+                        pool.columns[term.column],
+                        value * term.coefficient,
+                    )
+                }));
+            }
+        }
+    }
+    Some(Known {
+        parts,
+        delay_s: std::array::from_fn(|axis| delay_of(effect, axis)),
+    })
+}
+
+/// Contract, "The model without effects predicts".
+fn residual(
+    streams: &Streams,
+    model: &Model,
+    sensing_from_body: Matrix3<f64>,
+    dither_rad: Option<&Triad>,
+) -> Triad {
+    let period_s = 1.0 / streams.rate_hz;
+    std::array::from_fn(|axis| {
+        let one_less_scale = 1.0 - model.gyro.scale_error[axis];
+        let bias_rad = model.gyro.bias_rad_s[axis] * period_s / one_less_scale;
+        let gain = model.pickoff_gain(axis);
+        (0..streams.rows)
+            .map(|row| {
+                let case = Vector3::from_fn(|axis, _| streams.case_rad[axis][row]);
+                let along = sensing_from_body.row(axis).transpose().dot(&case);
+                let dither = dither_rad.map_or(0.0, |dither| dither[axis][row]);
+                streams.sensed_rad[axis][row] - (along + bias_rad) / one_less_scale - gain * dither
+            })
+            .collect()
+    })
+}

@@ -1,0 +1,613 @@
+//! Findings in the terms of `diagnosis.json`, the report and the updated model.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rlg_catalogue::Candidate;
+use rlg_catalogue::candidates::{AXES, Variant};
+use rlg_catalogue::entries::{self, SLIP, STEP};
+use rlg_inference::{Drift, Fit};
+use rlg_model::{EffectValue, ModelEffect};
+use rlg_signal::partition::Use;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::confirm;
+use super::data::Data;
+use super::excess_noise::excess;
+use super::noise::reported;
+use super::plan::AnalysisPlan;
+use super::search::Found;
+use crate::Outcome;
+use crate::entries::{fault_entry, noise as noise_entry};
+use crate::excess::Excess;
+use crate::explained_model::switch_on;
+use crate::figures::channel;
+use crate::locate::{self, Location};
+use crate::noise::Noise;
+use crate::pictures;
+use crate::qualify::Fault;
+use crate::result::{
+    Diagnosis, EffectEntry, EvidenceEntry, FitEntry, Identifiable, LocationEntry, NoiseEntry,
+    ParameterEntry, RunnerUp, UNLISTED, Verdict,
+};
+use crate::split::{Part, split};
+use crate::streams::{Streams, Triad};
+use crate::validate::validate;
+
+/// One finding.
+struct Finding<'a> {
+    candidate: &'a Candidate,
+    /// Its parameters in the final fit.
+    block: std::ops::Range<usize>,
+    squared_size: f64,
+    rank: usize,
+    /// Kinds that the recording cannot tell from it.
+    alike: Vec<String>,
+    /// Whether drift explains it as well.
+    or_drift: bool,
+    cost_without: f64,
+    confirmed_gain: f64,
+}
+
+/// What is written of a search.
+pub fn outcome(
+    data: &Data,
+    found: &Found,
+    faults: &[Fault],
+    seed: u64,
+    plan: &AnalysisPlan,
+) -> Option<Outcome> {
+    let streams = data.streams;
+    let gains = confirm::gains(data, found);
+    let mut members = Vec::new();
+    let mut of_member = Vec::new();
+    let mut unconfirmed = Vec::new();
+    for (place, judged) in found.judged.iter().enumerate() {
+        if judged.cost_without <= plan.naming {
+            continue;
+        }
+        if gains[place] <= 0.0 {
+            unconfirmed.push(judged.hypothesis);
+            continue;
+        }
+        members.push(headline(found, place));
+        of_member.push(place);
+    }
+    let (fit, after_rad) = confirm::refit(data, found, &members)?;
+    let findings: Vec<Finding> = of_member
+        .iter()
+        .enumerate()
+        .map(|(place, &member)| finding(found, &fit, place, member, gains[member], plan))
+        .collect();
+
+    let noise: [Noise; 3] =
+        std::array::from_fn(|axis| reported(fit.levels[axis], streams.rows, streams.rate_hz));
+    let regimes = split(streams, Part::End).regimes;
+    let all_rows = data.ranges_of(&[Use::Train, Use::Confirm, Use::Test]);
+    let fitted_rows = data.ranges_of(&[Use::Train, Use::Confirm]);
+    let test_rows = data.ranges_of(&[Use::Test]);
+    let tiles_before = locate::tiles(streams, &found.residual_rad, &noise, &regimes, &all_rows);
+    let tiles_after = locate::tiles(streams, &after_rad, &noise, &regimes, &all_rows);
+    let mut locations = locate::join(&tiles_before, &regimes, &all_rows);
+    // What is left is judged on the rows that the findings saw: test rows change no finding.
+    let left = locate::join(
+        &locate::tiles(streams, &after_rad, &noise, &regimes, &fitted_rows),
+        &regimes,
+        &fitted_rows,
+    );
+    name_regimes(&mut locations, &findings);
+    let validations = validate(
+        &found.residual_rad,
+        &after_rad,
+        &noise,
+        (&test_rows, streams.band_hz()),
+        &locations,
+        streams.rate_hz,
+    );
+    let noise_found = excess(data, &fit, &found.motion, plan);
+
+    let mut effects: Vec<EffectEntry> = findings
+        .iter()
+        .map(|one| entry(one, &fit, streams, share(&found.residual_rad, &after_rad)))
+        .collect();
+    effects.extend(noise_found.iter().map(noise_entry));
+    effects.extend(left.iter().map(|location| unexplained(location, streams)));
+    let is_explained = !findings.is_empty() || !noise_found.is_empty() || !faults.is_empty();
+    let verdict = match (is_explained, left.is_empty()) {
+        (false, true) => Verdict::Matches,
+        (false, false) => Verdict::Unexplained,
+        (true, true) => Verdict::Explained,
+        (true, false) => Verdict::PartlyExplained,
+    };
+    effects.extend(faults.iter().map(|fault| fault_entry(streams, fault)));
+    let span =
+        |rows: &std::ops::Range<usize>| [streams.begin_s(rows.start), streams.begin_s(rows.end)];
+    let diagnosis = Diagnosis {
+        format: 1,
+        recording: streams.pieces[0].recording.clone(),
+        version: env!("CARGO_PKG_VERSION").to_string(),
+        seed,
+        verdict,
+        summary: summary(verdict, &findings, &unconfirmed, found, &fit),
+        locations: locations
+            .iter()
+            .map(|one| location_entry(one, streams))
+            .collect(),
+        effects,
+        fit: FitEntry {
+            fitted_on: fitted_rows.iter().map(span).collect(),
+            held_out: test_rows.iter().map(span).collect(),
+            recordings: Vec::new(),
+            whole: None,
+            channels: validations.iter().map(channel).collect(),
+        },
+        not_excluded: not_excluded(found, streams),
+        next_experiment: next_experiment(&findings),
+        promises: Vec::new(),
+        noise: (0..3)
+            .map(|axis| NoiseEntry {
+                channel: format!("gyro_{}", AXES[axis]),
+                angle_random_walk_rad_sqrt_s: noise[axis].angle_random_walk_rad_sqrt_s(),
+                angle_noise_rad: noise[axis].angle_noise_rad(),
+                wandering_rad_s: (fit.drift[axis] != Drift::None)
+                    .then(|| noise[axis].wander_rad_s(streams.span_s())),
+            })
+            .collect(),
+        accelerometer_noise: Vec::new(),
+        trials: found.tried,
+        runners_up: runners_up(found),
+        sensitivity: Vec::new(),
+        control: None,
+        self_test: None,
+    };
+    let mut model = data.model.clone();
+    for one in &findings {
+        switch_on(&mut model, effect_of(one, &fit, streams));
+    }
+    for excess in &noise_found {
+        switch_on(&mut model, noise_effect(excess));
+    }
+    for fault in faults {
+        switch_on(&mut model, fault_effect(fault, streams));
+    }
+    let pictures = pictures::draw(
+        streams,
+        &found.residual_rad,
+        &after_rad,
+        &noise,
+        (tiles_before, tiles_after),
+        &test_rows,
+    );
+    Some(Outcome {
+        diagnosis,
+        model,
+        pictures: Some(pictures),
+    })
+}
+
+/// The candidate with the fewest free numbers among a member and the rivals that reach it.
+fn headline(found: &Found, place: usize) -> usize {
+    let judged = &found.judged[place];
+    let numbers = |candidate: usize| found.candidates[candidate].hypothesis.parameters;
+    let own = (numbers(judged.hypothesis), 0.0, judged.hypothesis);
+    judged
+        .rivals
+        .iter()
+        .map(|&(rival, behind)| (numbers(rival), behind, rival))
+        .fold(own, |best, one| if one.0 < best.0 { one } else { best })
+        .2
+}
+
+fn finding<'a>(
+    found: &'a Found,
+    fit: &Fit,
+    place: usize,
+    member: usize,
+    confirmed_gain: f64,
+    plan: &AnalysisPlan,
+) -> Finding<'a> {
+    let judged = &found.judged[member];
+    let candidate = &found.candidates[fit.members[place]];
+    let alike: BTreeSet<&str> = judged
+        .rivals
+        .iter()
+        .map(|(rival, _)| *rival)
+        .chain(found.spanned_by[member].iter().copied())
+        .chain([judged.hypothesis])
+        .map(|rival| found.candidates[rival].kind)
+        .filter(|kind| *kind != candidate.kind)
+        .collect();
+    Finding {
+        candidate,
+        block: fit.blocks[place].clone(),
+        squared_size: fit.squared_sizes[place],
+        rank: fit.ranks[place],
+        alike: alike.into_iter().map(str::to_string).collect(),
+        or_drift: judged.cost_against_drift < plan.drift_within,
+        cost_without: judged.cost_without,
+        confirmed_gain,
+    }
+}
+
+/// Equation, unit, meaning and experiment of a kind.
+fn card(kind: &str) -> (&'static str, &'static str, &'static str, &'static str) {
+    match kind {
+        STEP => (
+            "omega_i += size from time_s on",
+            "rad/s",
+            "The bias of the gyro jumps once and stays there.",
+            "A second recording shows whether the bias jumps again, and when.",
+        ),
+        SLIP => (
+            "angle_i += size at time_s",
+            "rad",
+            "The angle of the gyro jumps once, as when its counter loses or gains pulses.",
+            "A second recording shows whether the counter slips again, and when.",
+        ),
+        _ => {
+            let entry = entries::find(kind).expect("a candidate is of the catalogue");
+            (entry.equation, entry.unit, entry.meaning, entry.experiment)
+        }
+    }
+}
+
+fn entry(one: &Finding, fit: &Fit, streams: &Streams, share: f64) -> EffectEntry {
+    let (equation, unit, meaning, _) = card(one.candidate.kind);
+    let numbers = one.candidate.names.iter().zip(one.block.clone());
+    let mut parameters: Vec<ParameterEntry> = numbers
+        .map(|(name, at)| ParameterEntry::Number {
+            name: name.clone(),
+            value: fit.estimate[at],
+            std: fit.covariance[(at, at)].max(0.0).sqrt(),
+            unit: unit.to_string(),
+        })
+        .collect();
+    let mut covariance: Vec<Vec<f64>> = one
+        .block
+        .clone()
+        .map(|a| one.block.clone().map(|b| fit.covariance[(a, b)]).collect())
+        .collect();
+    if let Variant::Event { axis, row } = one.candidate.variant {
+        parameters.push(ParameterEntry::Text {
+            name: "axis".to_string(),
+            value: AXES[axis].to_string(),
+        });
+        let std = event_std_s(one, streams);
+        parameters.push(ParameterEntry::Number {
+            name: "time_s".to_string(),
+            value: event_time_s(one.candidate.kind, row, streams),
+            std,
+            unit: "s".to_string(),
+        });
+        covariance = vec![vec![covariance[0][0], 0.0], vec![0.0, std * std]];
+    }
+    let mut alike = one.alike.clone();
+    if one.or_drift {
+        alike.push(DRIFT.to_string());
+    }
+    let label = if alike.is_empty() { "named" } else { "class" };
+    let mut what_was_left_out = meaning.to_string();
+    if one.or_drift {
+        what_was_left_out.push_str(
+            " A drifting gyro explains it as well: a longer record, or a second cycle of what drives it, would decide.",
+        );
+    }
+    let tail = ChiSquared::new(one.rank.max(1) as f64).map_or(1.0, |law| law.sf(one.squared_size));
+    EffectEntry {
+        kind: one.candidate.kind.to_string(),
+        indistinguishable_from: alike,
+        gravity_speaks_against: Vec::new(),
+        equation: equation.to_string(),
+        parameters,
+        covariance,
+        identifiable: identifiable(one, fit),
+        log_evidence_gain: one.cost_without,
+        p_value: (tail * one.candidate.hypothesis.price.exp().max(1.0)).min(1.0),
+        what_was_left_out,
+        expression: None,
+        regimes: Vec::new(),
+        evidence: Some(EvidenceEntry {
+            label,
+            confirmed_gain: one.confirmed_gain,
+            share,
+        }),
+    }
+}
+
+/// What stands in a class for a gyro that drifts.
+pub const DRIFT: &str = "rate_random_walk";
+
+fn event_time_s(kind: &str, row: usize, streams: &Streams) -> f64 {
+    if kind == STEP {
+        streams.begin_s(row)
+    } else {
+        streams.middle_s(row)
+    }
+}
+
+/// A slip is known to its row, a step of z standard deviations to n/(z²/2) rows.
+fn event_std_s(one: &Finding, streams: &Streams) -> f64 {
+    let rows = if one.candidate.kind == STEP {
+        2.0 * streams.rows as f64 / one.squared_size.max(4.0)
+    } else {
+        0.5
+    };
+    rows / streams.rate_hz
+}
+
+/// Sums of the two tilts of each gyro where they alone are known, else every parameter.
+fn identifiable(one: &Finding, fit: &Fit) -> Vec<Identifiable> {
+    let names = &one.candidate.names;
+    let at = one.block.start;
+    let covariance = |a: usize, b: usize| fit.covariance[(at + a, at + b)];
+    let single = |k: usize| Identifiable {
+        combination: BTreeMap::from([(names[k].clone(), 1.0)]),
+        value: fit.estimate[at + k],
+        std: covariance(k, k).max(0.0).sqrt(),
+    };
+    let mut all = Vec::new();
+    let mut k = 0;
+    while k < names.len() {
+        let is_pair = names.len() == 6 && k % 2 == 0;
+        let correlation = if is_pair {
+            covariance(k, k + 1) / (covariance(k, k) * covariance(k + 1, k + 1)).sqrt()
+        } else {
+            0.0
+        };
+        // Of a pair that is known mostly by its sum, six numbers would say more than three are worth.
+        if correlation < -0.5 {
+            let variance = covariance(k, k) + covariance(k + 1, k + 1) + 2.0 * covariance(k, k + 1);
+            all.push(Identifiable {
+                combination: BTreeMap::from([(names[k].clone(), 1.0), (names[k + 1].clone(), 1.0)]),
+                value: fit.estimate[at + k] + fit.estimate[at + k + 1],
+                std: variance.max(0.0).sqrt(),
+            });
+            k += 2;
+        } else {
+            all.push(single(k));
+            if is_pair {
+                all.push(single(k + 1));
+                k += 1;
+            }
+            k += 1;
+        }
+    }
+    all
+}
+
+fn effect_of(one: &Finding, fit: &Fit, streams: &Streams) -> ModelEffect {
+    let mut parameters: BTreeMap<String, EffectValue> = one
+        .candidate
+        .names
+        .iter()
+        .zip(one.block.clone())
+        .map(|(name, at)| (name.clone(), EffectValue::Number(fit.estimate[at])))
+        .collect();
+    if one.candidate.variant == Variant::Common
+        && let Some(EffectValue::Number(all)) = parameters.remove("all")
+    {
+        for axis in AXES {
+            parameters.insert(axis.to_string(), EffectValue::Number(all));
+        }
+    }
+    if let Variant::Event { axis, row } = one.candidate.variant {
+        let time_s = event_time_s(one.candidate.kind, row, streams);
+        parameters.insert(
+            "axis".to_string(),
+            EffectValue::Text(AXES[axis].to_string()),
+        );
+        parameters.insert("time_s".to_string(), EffectValue::Number(time_s));
+    }
+    ModelEffect {
+        kind: one.candidate.kind.to_string(),
+        parameters,
+    }
+}
+
+fn noise_effect(excess: &Excess) -> ModelEffect {
+    let values = AXES.iter().zip(excess.values);
+    ModelEffect {
+        kind: excess.kind.to_string(),
+        parameters: values
+            .map(|(axis, value)| ((*axis).to_string(), EffectValue::Number(value)))
+            .collect(),
+    }
+}
+
+fn fault_effect(fault: &Fault, streams: &Streams) -> ModelEffect {
+    let (_, [start_s, end_s]) = streams.own_span(&fault.rows);
+    ModelEffect {
+        kind: fault.kind.to_string(),
+        parameters: BTreeMap::from([
+            (
+                "channel".to_string(),
+                EffectValue::Text(fault.channel.clone()),
+            ),
+            ("start_s".to_string(), EffectValue::Number(start_s)),
+            ("end_s".to_string(), EffectValue::Number(end_s)),
+        ]),
+    }
+}
+
+/// Every location follows the finding that acts on its gyro with the largest size.
+fn name_regimes(locations: &mut [Location], findings: &[Finding]) {
+    for location in locations {
+        let acts = |one: &&Finding| {
+            let mut terms = one.candidate.hypothesis.terms.iter();
+            terms.any(|term| term.record == location.axis)
+        };
+        let strongest = findings
+            .iter()
+            .filter(acts)
+            .max_by(|a, b| a.squared_size.total_cmp(&b.squared_size));
+        if let Some(one) = strongest {
+            location.regime = format!("follows {}", card(one.candidate.kind).0);
+        }
+    }
+}
+
+fn location_entry(location: &Location, streams: &Streams) -> LocationEntry {
+    let (_, [start_s, end_s]) = streams.own_span(&location.rows);
+    LocationEntry {
+        channel: format!("gyro_{}", AXES[location.axis]),
+        recording: None,
+        start_s,
+        end_s,
+        low_hz: location.band_hz.0,
+        high_hz: location.band_hz.1,
+        regime: location.regime.clone(),
+        size: location.size_rad_s,
+        unit: "rad/s".to_string(),
+        p_value: location.p_value,
+        coherent_with: Vec::new(),
+    }
+}
+
+/// A stretch and band that no effect explains.
+fn unexplained(location: &Location, streams: &Streams) -> EffectEntry {
+    let (_, [start_s, end_s]) = streams.own_span(&location.rows);
+    let axis = AXES[location.axis];
+    crate::entries::unlisted(
+        String::new(),
+        format!(
+            "Gyro {axis} differs from its model between {start_s:.1} and {end_s:.1} s at {:.1} to {:.1} Hz, and no effect of the catalogue explains it.",
+            location.band_hz.0,
+            location.band_hz.1.min(0.5 * streams.rate_hz),
+        ),
+    )
+}
+
+/// Share of the residual's power that the findings explain.
+fn share(before_rad: &Triad, after_rad: &Triad) -> f64 {
+    let power = |triad: &Triad| -> f64 { triad.iter().flatten().map(|value| value * value).sum() };
+    (1.0 - power(after_rad) / power(before_rad).max(f64::MIN_POSITIVE)).max(0.0)
+}
+
+fn summary(
+    verdict: Verdict,
+    findings: &[Finding],
+    unconfirmed: &[usize],
+    found: &Found,
+    fit: &Fit,
+) -> Vec<String> {
+    let mut lines = vec![crate::sentences::opening(verdict).to_string()];
+    for one in findings {
+        let numbers: Vec<String> = one
+            .candidate
+            .names
+            .iter()
+            .zip(one.block.clone())
+            .map(|(name, at)| {
+                let std = fit.covariance[(at, at)].max(0.0).sqrt();
+                format!("{name} {:.3e} ± {std:.1e}", fit.estimate[at])
+            })
+            .collect();
+        let unit = card(one.candidate.kind).1;
+        let unit = if unit == "1" {
+            String::new()
+        } else {
+            format!(" {unit}")
+        };
+        let alike = match (one.alike.is_empty(), one.or_drift) {
+            (true, false) => String::new(),
+            (true, true) => ", or drift".to_string(),
+            (false, false) => format!(", or {}", one.alike.join(" or ")),
+            (false, true) => format!(", or {} or drift", one.alike.join(" or ")),
+        };
+        lines.push(format!(
+            "Found: {}{alike}: {}{unit}; predicts rows that were not fitted better by {:.1} in log score.",
+            one.candidate.kind,
+            numbers.join(", "),
+            one.confirmed_gain
+        ));
+    }
+    for &place in unconfirmed {
+        lines.push(format!(
+            "Indicated, not confirmed on rows that were not fitted: {}.",
+            found.candidates[place].kind
+        ));
+    }
+    let drifting: Vec<&str> = (0..3)
+        .filter(|&axis| fit.drift[axis] != Drift::None)
+        .map(|axis| AXES[axis])
+        .collect();
+    if !drifting.is_empty() {
+        lines.push(format!(
+            "Drift: gyro {} beyond white noise.",
+            drifting.join(", ")
+        ));
+    }
+    lines
+}
+
+/// Kinds of the catalogue that had no candidate, with the reason.
+fn not_excluded(found: &Found, streams: &Streams) -> Vec<String> {
+    let tried: BTreeSet<&str> = found.candidates.iter().map(|one| one.kind).collect();
+    let reason = |kind: &str| {
+        if kind.contains("temperature") && streams.temperature_k.is_none() {
+            "no temperature channel"
+        } else if kind.contains("magnetic") && streams.magnetic_t.is_none() {
+            "no magnetic field channel"
+        } else if kind.starts_with("dither") && streams.pickoff_rad.is_none() {
+            "no dither"
+        } else if (kind.contains("force") || kind.contains("_g")) && streams.force_m_s2.is_none() {
+            "no specific force channel"
+        } else {
+            "the motion does not stand out of the reference's noise"
+        }
+    };
+    entries::CATALOGUE
+        .iter()
+        .filter(|entry| !tried.contains(entry.kind))
+        .map(|entry| format!("{}: {}", entry.kind, reason(entry.kind)))
+        .collect()
+}
+
+fn next_experiment(findings: &[Finding]) -> String {
+    let confused = findings
+        .iter()
+        .find(|one| !one.alike.is_empty() || one.or_drift);
+    match confused.or(findings.first()) {
+        Some(one) => card(one.candidate.kind).3.to_string(),
+        None => "None needed for this recording; a motion that excites what is not excluded would show more.".to_string(),
+    }
+}
+
+fn runners_up(found: &Found) -> Vec<RunnerUp> {
+    let mut nearest: BTreeMap<&str, f64> = BTreeMap::new();
+    for judged in &found.judged {
+        for (rival, behind) in &judged.rivals {
+            let kind = found.candidates[*rival].kind;
+            let entry = nearest.entry(kind).or_insert(*behind);
+            *entry = entry.min(*behind);
+        }
+    }
+    nearest
+        .into_iter()
+        .map(|(kind, behind)| RunnerUp {
+            kind: kind.to_string(),
+            behind,
+        })
+        .collect()
+}
+
+/// Whether an entry only describes what nothing explains.
+pub fn is_description(entry: &EffectEntry) -> bool {
+    entry.kind == UNLISTED && entry.expression.is_none()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::card;
+
+    #[test]
+    fn every_kind_of_the_catalogue_has_its_sentences() {
+        for entry in rlg_catalogue::CATALOGUE {
+            let (equation, unit, meaning, experiment) = card(entry.kind);
+            assert!(
+                [equation, unit, meaning, experiment]
+                    .iter()
+                    .all(|text| !text.is_empty())
+            );
+        }
+    }
+}

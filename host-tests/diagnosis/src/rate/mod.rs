@@ -1,0 +1,116 @@
+//! Diagnosis against a reference on the gyros' rows: one likelihood, one search, one honest test.
+//!
+//! In the order of the data: [`data`] (residual, rows) → [`motion`] (independent of the residual) → [`search`] (passes of
+//! columns and structure search on the rows to fit) → [`confirm`] (on rows that were not fitted) → [`findings`] and
+//! [`excess_noise`].
+
+pub mod plan;
+
+pub mod data;
+
+pub mod noise;
+
+pub mod motion;
+
+pub mod search;
+
+pub mod confirm;
+
+pub mod excess_noise;
+
+pub mod findings;
+
+pub use plan::AnalysisPlan;
+
+use std::path::Path;
+
+use rlg_model::Model;
+use rlg_recording::error::InputError;
+
+use crate::Outcome;
+use crate::qualify::Fault;
+use crate::streams::Streams;
+
+/// Whether this engine serves a recording: one record of increments with a reference on the same rows, counters with their
+/// dithers, and a model whose effects it can predict.
+pub fn serves(streams: &Streams, model: &Model) -> bool {
+    let counts_plainly = streams.pulse_rad != [0.0; 3] && streams.pickoff_rad.is_none();
+    streams.pieces.len() == 1
+        && !streams.pieces[0].held_out
+        && !streams.own_motion
+        && streams.at_rest.is_none()
+        && !counts_plainly
+        && data::can_predict(model)
+}
+
+/// Diagnoses an aligned and qualified recording; `None` where too few rows can be fitted.
+///
+/// # Errors
+/// The model's installation matrix has no inverse.
+pub fn diagnose(
+    left_out: &[&str],
+    streams: &Streams,
+    faults: &[Fault],
+    (model, model_file): (&Model, &Path),
+    seed: u64,
+    progress: &dyn Fn(&str),
+) -> Result<Option<Outcome>, InputError> {
+    let plan = AnalysisPlan::default();
+    let mut data = data::Data::new(streams, model, &plan, model_file)?;
+    let Some(found) = search::find(&mut data, left_out, &plan, progress) else {
+        return Ok(None);
+    };
+    progress("writing the findings");
+    Ok(findings::outcome(&data, &found, faults, seed, &plan))
+}
+
+/// The better of both engines' results: the new one where it leaves nothing, with what the older stages say of the
+/// accelerometers, which it does not look at; else the older one if that leaves nothing.
+pub fn beside(found: Outcome, older: Outcome, model: &Model) -> Outcome {
+    if !found.diagnosis.verdict.is_told() {
+        return if older.diagnosis.verdict.is_told() {
+            older
+        } else {
+            found
+        };
+    }
+    let of_accelerometers = |kind: &str| kind.starts_with("accel_") || kind == "size_effect";
+    let mut merged = found;
+    let from = older.diagnosis;
+    let effects: Vec<_> = from
+        .effects
+        .into_iter()
+        .filter(|effect| of_accelerometers(&effect.kind))
+        .collect();
+    if !effects.is_empty() && merged.diagnosis.verdict == crate::result::Verdict::Matches {
+        merged.diagnosis.verdict = crate::result::Verdict::Explained;
+        merged.diagnosis.summary[0] =
+            crate::sentences::opening(merged.diagnosis.verdict).to_string();
+    }
+    merged.diagnosis.effects.extend(effects);
+    let is_of_accelerometer = |channel: &str| channel.starts_with("accel_");
+    let locations = from
+        .locations
+        .into_iter()
+        .filter(|one| is_of_accelerometer(&one.channel));
+    merged.diagnosis.locations.extend(locations);
+    let channels = from
+        .fit
+        .channels
+        .into_iter()
+        .filter(|one| is_of_accelerometer(&one.channel));
+    merged.diagnosis.fit.channels.extend(channels);
+    merged.diagnosis.accelerometer_noise = from.accelerometer_noise;
+    let known = |effect: &&rlg_model::ModelEffect| {
+        of_accelerometers(&effect.kind) && !model.effects.contains(effect)
+    };
+    let added: Vec<_> = older.model.effects.iter().filter(known).cloned().collect();
+    for effect in added {
+        merged
+            .model
+            .effects
+            .retain(|other| other.kind != effect.kind);
+        merged.model.effects.push(effect);
+    }
+    merged
+}

@@ -1,0 +1,61 @@
+//! The numbers of a diagnosis against a reference on the gyros' rows, decided before looking.
+
+use rlg_inference::SearchPlan;
+use rlg_signal::partition::PartitionPlan;
+use rlg_signal::shrinkage::Gate;
+
+/// All thresholds of this engine.
+///
+/// `rlg challenge --marks --engine new` shows what they give on seeds that they were not chosen on.
+#[derive(Debug, Clone, Copy)]
+pub struct AnalysisPlan {
+    /// Rows fitted, confirmed, tested.
+    pub partition: PartitionPlan,
+    /// Prices of the search.
+    pub search: SearchPlan,
+    /// Log posterior that a named effect must cost to do without.
+    pub naming: f64,
+    /// A rival that comes within this in log posterior stands in the effect's class.
+    pub class_within: f64,
+    /// A rival whose columns leave less of the effect than this \[σ\] stands in its class.
+    pub separation: f64,
+    /// An effect that drift explains to within this, drift unpriced, may be drift.
+    pub drift_within: f64,
+    /// Standard deviation of the reference's noise power about its declaration \[1\].
+    pub reference_std: f64,
+    /// Where the reference shows motion.
+    pub gate: Gate,
+    /// Share of cells above the gate below which an axis shows no motion at all.
+    pub least_open: f64,
+    /// Size of an event below which it is not tried \[σ\].
+    pub event: f64,
+    /// Chance of a band's power below which the fit leaves something there, all bands counted.
+    pub unexplained: f64,
+    /// Excess of a noise level over what is declared and measured below which it is no finding \[σ\].
+    pub excess_noise: f64,
+    /// The same as a ratio of powers.
+    pub excess_ratio: f64,
+    /// Most passes between motion, columns and search.
+    pub passes: usize,
+}
+
+impl Default for AnalysisPlan {
+    fn default() -> Self {
+        Self {
+            partition: PartitionPlan::default(),
+            search: SearchPlan::default(),
+            naming: 4.0,
+            class_within: 3.0,
+            separation: 5.0,
+            drift_within: 3.0,
+            reference_std: 0.5,
+            gate: Gate::default(),
+            least_open: 0.01,
+            event: 3.5,
+            unexplained: 1e-4,
+            excess_noise: 6.0,
+            excess_ratio: 1.1,
+            passes: 8,
+        }
+    }
+}

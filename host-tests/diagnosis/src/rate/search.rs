@@ -1,0 +1,536 @@
+//! Passes between motion, columns and structure search, until the set and its delays stand still.
+
+use std::collections::BTreeSet;
+
+use rlg_catalogue::candidates::{PoolColumns, Variant};
+use rlg_catalogue::entries::{SLIP, STEP};
+use rlg_catalogue::{Candidate, Pool, Signals};
+use rlg_inference::events::{Event, EventKind, scan};
+use rlg_inference::search::{DriftPrior, Judged};
+use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels, NormalEquations, Observations, Search};
+use rlg_signal::partition::Use;
+
+use super::data::Data;
+use super::motion::{Motion, estimate};
+use super::noise::first_levels;
+use super::plan::AnalysisPlan;
+use crate::streams::{Triad, add};
+
+/// What the fitted rows say.
+pub struct Found {
+    /// Every candidate, places as in `fit`.
+    pub candidates: Vec<Candidate>,
+    /// Columns of the candidates.
+    pub pool: Pool,
+    /// The best set.
+    pub fit: Fit,
+    /// Its members with cost and rivals.
+    pub judged: Vec<Judged>,
+    /// Rivals of each member whose columns span it.
+    pub spanned_by: Vec<Vec<usize>>,
+    /// The set without each member, fitted anew.
+    pub without: Vec<Fit>,
+    /// Nothing but noise.
+    pub empty: Fit,
+    /// The motion of the last pass.
+    pub motion: Motion,
+    /// Residual of the model with its effects \[rad\].
+    pub residual_rad: Triad,
+    /// Sets that were looked at.
+    pub tried: usize,
+    /// Columns of every candidate on the fitted rows.
+    pub equations: NormalEquations,
+}
+
+/// What a search is about.
+struct Pass {
+    motion: Motion,
+    residual_rad: Triad,
+    pool: Pool,
+    candidates: Vec<Candidate>,
+    equations: NormalEquations,
+}
+
+/// Finds the best set; `None` where too few rows can be fitted.
+pub fn find(
+    data: &mut Data,
+    left_out: &[&str],
+    plan: &AnalysisPlan,
+    progress: &dyn Fn(&str),
+) -> Option<Found> {
+    let fitted = Observations::bridged(&data.rows_of(&[Use::Train]))?;
+    let seen = data.rows_of(&[Use::Train, Use::Confirm]);
+    let looked_at = Observations::bridged(&seen)?;
+    let mut clean = bridged(&data.residual_rad, &looked_at);
+    let mut levels = first_levels(&data.residual_rad, &fitted);
+    let known_delay_s = data.known_delay_s();
+    if !data.model.effects.is_empty() {
+        // What the model holds is taken out before the noise of what is left means anything.
+        for _ in 0..2 {
+            let motion = estimate(data, &clean, &levels, &seen, known_delay_s, plan);
+            data.set_known(&motion.signals);
+            let left = without_known(data, &motion.signals);
+            levels = first_levels(&left, &fitted);
+            clean = bridged(&left, &looked_at);
+        }
+    }
+    let mut found_delay_s = [0.0; 3];
+    let mut best: Option<(Fit, Vec<Candidate>)> = None;
+    let mut settling = false;
+    let mut tried = 0;
+    let mut pass = 0;
+    loop {
+        progress(&format!("pass {}: motion and columns", pass + 1));
+        let delay_s = std::array::from_fn(|axis| known_delay_s[axis] + found_delay_s[axis]);
+        let motion = estimate(data, &clean, &levels, &seen, delay_s, plan);
+        let events: Vec<Candidate> = best.as_ref().map_or_else(Vec::new, |(fit, candidates)| {
+            let members = fit.members.iter().map(|&place| candidates[place].clone());
+            members.filter(is_event).collect()
+        });
+        let mut now = Pass::new(data, motion, left_out, &fitted, &levels, events);
+        progress(&format!(
+            "pass {}: {} candidates",
+            pass + 1,
+            now.candidates.len()
+        ));
+        let before: Option<Vec<Candidate>> = best.as_ref().map(|(fit, candidates)| {
+            fit.members
+                .iter()
+                .map(|&place| candidates[place].clone())
+                .collect()
+        });
+        let start: Vec<usize> = before
+            .iter()
+            .flatten()
+            .filter_map(|member| {
+                now.candidates
+                    .iter()
+                    .position(|other| is_same(other, member))
+            })
+            .collect();
+        let was_settling = settling;
+        let run = now.search(
+            &start,
+            &levels,
+            pass == 0 || was_settling,
+            plan,
+            |fit, candidates| {
+                // A strong delay is linearised to the end before anything is added to it.
+                let (delays_s, _) = delays(fit, candidates);
+                delays_s != [0.0; 3] && !(pass > 0 && is_settled(fit, candidates, found_delay_s))
+            },
+        );
+        settling = run.only_delay;
+        tried += run.tried;
+        let fit = run.fit;
+        let (now_s, _) = delays(&fit, &now.candidates);
+        let settled = is_settled(&fit, &now.candidates, found_delay_s);
+        let same = before.as_ref().is_some_and(|before| {
+            before.len() == fit.members.len()
+                && before.iter().zip(&fit.members).all(|(before, &place)| {
+                    fit.members
+                        .iter()
+                        .any(|&other| is_same(&now.candidates[other], before))
+                        && place < now.candidates.len()
+                })
+        });
+        let nothing = fit.members.is_empty() && pass == 0;
+        levels.clone_from(&fit.levels);
+        let mut left = now.residual_rad.clone();
+        subtract(
+            &mut left,
+            &fit,
+            &now.candidates,
+            &now.pool,
+            &now.motion.signals,
+        );
+        clean = bridged(&left, &looked_at);
+        pass += 1;
+        let ended = !settling && (nothing || (same && settled));
+        if ended || pass >= plan.passes {
+            return Some(now.judge(fit, plan, tried));
+        }
+        found_delay_s = now_s;
+        best = Some((fit, now.candidates));
+    }
+}
+
+struct Run {
+    fit: Fit,
+    only_delay: bool,
+    tried: usize,
+}
+
+impl Pass {
+    fn new(
+        data: &mut Data,
+        motion: Motion,
+        left_out: &[&str],
+        fitted: &Observations,
+        levels: &[NoiseLevels],
+        events: Vec<Candidate>,
+    ) -> Self {
+        if !data.model.effects.is_empty() {
+            data.set_known(&motion.signals);
+        }
+        let residual_rad = without_known(data, &motion.signals);
+        let mut pool = Pool::default();
+        let mut candidates = pool.candidates(&motion.signals, motion.is_moving, left_out);
+        for event in events {
+            let Variant::Event { axis, row } = event.variant else {
+                continue;
+            };
+            let mut again = pool.event(event.kind, axis, row, 1.0, &motion.signals);
+            again.hypothesis.price = event.hypothesis.price;
+            candidates.push(again);
+        }
+        let columns = PoolColumns {
+            columns: &pool.columns,
+            signals: &motion.signals,
+        };
+        let equations = NormalEquations::new(fitted.clone(), &residual_rad, &columns, mean(levels));
+        // A column that the signals leave empty is no hypothesis.
+        candidates.retain(|candidate| {
+            let terms = candidate.hypothesis.terms.iter();
+            (0..candidate.hypothesis.parameters).all(|parameter| {
+                terms
+                    .clone()
+                    .any(|term| term.parameter == parameter && equations.scale(term.column) > 0.0)
+            })
+        });
+        Self {
+            motion,
+            residual_rad,
+            pool,
+            candidates,
+            equations,
+        }
+    }
+
+    fn hypotheses(&self) -> Vec<Hypothesis> {
+        self.candidates
+            .iter()
+            .map(|one| one.hypothesis.clone())
+            .collect()
+    }
+
+    fn kinds(&self) -> usize {
+        let kinds: BTreeSet<&str> = self.candidates.iter().map(|one| one.kind).collect();
+        kinds.len().max(1)
+    }
+
+    /// Searches, then scans for events until none improves the set.
+    fn search(
+        &mut self,
+        start: &[usize],
+        levels: &[NoiseLevels],
+        delay_first: bool,
+        plan: &AnalysisPlan,
+        is_unsettled_delay: impl Fn(&Fit, &[Candidate]) -> bool,
+    ) -> Run {
+        let drift = DriftPrior::Unknown;
+        let hypotheses = self.hypotheses();
+        let kinds = self.kinds();
+        let mut search = Search::new(
+            &self.equations,
+            &hypotheses,
+            kinds,
+            &plan.search,
+            &drift,
+            levels.to_vec(),
+        );
+        if delay_first {
+            let fit = search.run(if start.len() <= 1 { start } else { &[] }, 1);
+            if is_unsettled_delay(&fit, &self.candidates) {
+                return Run {
+                    fit,
+                    only_delay: true,
+                    tried: search.tried_sets(),
+                };
+            }
+        }
+        let mut fit = search.run(start, plan.search.most_members);
+        let empty = search.fit(&[], None);
+        let mut memory = search.into_seen();
+        const ROUNDS: usize = 4;
+        for round in 0..ROUNDS {
+            let from_nothing = (round == 0 && !fit.members.is_empty()).then_some(&empty);
+            let places = self.add_events([Some(&fit), from_nothing].into_iter().flatten(), plan);
+            if places.is_empty() {
+                break;
+            }
+            let hypotheses = self.hypotheses();
+            let mut search = Search::new(
+                &self.equations,
+                &hypotheses,
+                kinds,
+                &plan.search,
+                &drift,
+                levels.to_vec(),
+            )
+            .with_seen(memory);
+            let better = with_event(&mut search, &fit, &places, plan);
+            let improved = better.score > fit.score + 1e-9;
+            if improved {
+                fit = search.run(&better.members, plan.search.most_members);
+            }
+            memory = search.into_seen();
+            if !improved {
+                break;
+            }
+        }
+        Run {
+            fit,
+            only_delay: false,
+            tried: memory.1,
+        }
+    }
+
+    /// Scans what `fits` leave; the places of events that are new.
+    fn add_events<'a>(
+        &mut self,
+        fits: impl Iterator<Item = &'a Fit>,
+        plan: &AnalysisPlan,
+    ) -> Vec<usize> {
+        const TRIED_EACH: usize = 3;
+        let mut new: Vec<Candidate> = Vec::new();
+        for fit in fits {
+            let mut events: Vec<(usize, Event)> = Vec::new();
+            for gyro in 0..3 {
+                let sizes = sizes_on(fit, &self.candidates, gyro);
+                let residual = self.equations.residual_spectrum(gyro, &sizes);
+                let mut noises = vec![fit.levels[gyro]];
+                if fit.drift[gyro] != Drift::None {
+                    noises.push(fit.levels[gyro].stationary());
+                }
+                for noise in noises {
+                    let found = scan(
+                        &self.equations.transform,
+                        &self.equations.basis,
+                        &residual,
+                        noise,
+                    );
+                    events.extend(found.into_iter().map(|event| (gyro, event)));
+                }
+            }
+            events.retain(|(_, event)| event.size.abs() > plan.event);
+            events.sort_by(|a, b| b.1.size.abs().total_cmp(&a.1.size.abs()));
+            for (gyro, event) in events.into_iter().take(TRIED_EACH) {
+                let rows = self.motion.signals.rows as f64;
+                let (kind, places) = match event.kind {
+                    EventKind::Impulse => (SLIP, rows),
+                    // The row of a step of z standard deviations is known to n/(z²/2) rows.
+                    EventKind::Step => (STEP, (0.5 * event.size * event.size).max(4.0)),
+                };
+                let known = self.candidates.iter().chain(&new).any(|one| {
+                    one.kind == kind
+                        && one.variant
+                            == Variant::Event {
+                                axis: gyro,
+                                row: event.row,
+                            }
+                });
+                if !known {
+                    new.push(self.pool.event(
+                        kind,
+                        gyro,
+                        event.row,
+                        3.0 * places,
+                        &self.motion.signals,
+                    ));
+                }
+            }
+        }
+        let columns = PoolColumns {
+            columns: &self.pool.columns[self.equations.columns()..],
+            signals: &self.motion.signals,
+        };
+        self.equations.add(&columns);
+        let first = self.candidates.len();
+        self.candidates.extend(new);
+        (first..self.candidates.len()).collect()
+    }
+
+    fn judge(self, fit: Fit, plan: &AnalysisPlan, tried: usize) -> Found {
+        let drift = DriftPrior::Unknown;
+        let hypotheses = self.hypotheses();
+        let mut search = Search::new(
+            &self.equations,
+            &hypotheses,
+            self.kinds(),
+            &plan.search,
+            &drift,
+            fit.levels.clone(),
+        );
+        let judged = search.judge(&fit, plan.class_within);
+        let spanned_by = fit
+            .members
+            .iter()
+            .map(|&member| {
+                (0..hypotheses.len())
+                    .filter(|other| !fit.members.contains(other))
+                    .filter(|&other| search.separation(&fit, member, other) < plan.separation)
+                    .collect()
+            })
+            .collect();
+        let without = fit
+            .members
+            .iter()
+            .map(|member| {
+                let rest: Vec<usize> = fit
+                    .members
+                    .iter()
+                    .copied()
+                    .filter(|other| other != member)
+                    .collect();
+                search.fit(&rest, None)
+            })
+            .collect();
+        let empty = search.fit(&[], None);
+        let tried = tried + search.tried_sets();
+        Found {
+            candidates: self.candidates,
+            pool: self.pool,
+            motion: self.motion,
+            residual_rad: self.residual_rad,
+            equations: self.equations,
+            fit,
+            judged,
+            spanned_by,
+            without,
+            empty,
+            tried,
+        }
+    }
+}
+
+/// The best set that has one of the events at `places` besides, or instead of a member.
+fn with_event(search: &mut Search, fit: &Fit, places: &[usize], plan: &AnalysisPlan) -> Fit {
+    let mut best = fit.clone();
+    for &place in places {
+        let mut keys = Vec::new();
+        if fit.members.len() < plan.search.most_members {
+            keys.push([&fit.members[..], &[place]].concat());
+        }
+        keys.extend(fit.members.iter().map(|member| {
+            let rest = fit.members.iter().copied().filter(|other| other != member);
+            rest.chain([place]).collect::<Vec<usize>>()
+        }));
+        for key in keys {
+            let tried = search.fit(&key, Some(&fit.levels));
+            if tried.score > best.score {
+                best = tried;
+            }
+        }
+    }
+    best
+}
+
+fn is_event(candidate: &Candidate) -> bool {
+    matches!(candidate.variant, Variant::Event { .. })
+}
+
+/// Whether two candidates are the same, columns aside.
+pub fn is_same(a: &Candidate, b: &Candidate) -> bool {
+    a.kind == b.kind && a.variant == b.variant && a.names == b.names
+}
+
+/// Delay of each gyro by the set \[s\], with its standard deviation; infinite where there is none.
+fn delays(fit: &Fit, candidates: &[Candidate]) -> ([f64; 3], [f64; 3]) {
+    let mut delay_s = [0.0; 3];
+    let mut std_s = [f64::INFINITY; 3];
+    for (&place, block) in fit.members.iter().zip(&fit.blocks) {
+        let candidate = &candidates[place];
+        if candidate.kind == "gyro_delay" || candidate.kind == "reference_delay" {
+            for term in &candidate.hypothesis.terms {
+                let at = block.start + term.parameter;
+                delay_s[term.record] -= term.coefficient * fit.estimate[at];
+                std_s[term.record] = fit.covariance[(at, at)].sqrt();
+            }
+        }
+    }
+    (delay_s, std_s)
+}
+
+/// Whether the delays that the columns were made with are those that came out.
+fn is_settled(fit: &Fit, candidates: &[Candidate], made_with_s: [f64; 3]) -> bool {
+    const SETTLED: f64 = 0.1;
+    let (delay_s, std_s) = delays(fit, candidates);
+    (0..3).all(|axis| {
+        let change = (delay_s[axis] - made_with_s[axis]).abs();
+        if std_s[axis].is_finite() {
+            change < SETTLED * std_s[axis]
+        } else {
+            change == 0.0
+        }
+    })
+}
+
+/// Column sizes of a fit on one gyro.
+pub fn sizes_on(fit: &Fit, candidates: &[Candidate], gyro: usize) -> Vec<(usize, f64)> {
+    let mut sizes: Vec<(usize, f64)> = Vec::new();
+    for (&place, block) in fit.members.iter().zip(&fit.blocks) {
+        for term in &candidates[place].hypothesis.terms {
+            if term.record == gyro {
+                let size = term.coefficient * fit.estimate[block.start + term.parameter];
+                sizes.push((term.column, size));
+            }
+        }
+    }
+    sizes
+}
+
+/// Takes a fit's effects out of `residual_rad`.
+pub fn subtract(
+    residual_rad: &mut Triad,
+    fit: &Fit,
+    candidates: &[Candidate],
+    pool: &Pool,
+    signals: &Signals,
+) {
+    let sizes: [Vec<(usize, f64)>; 3] = std::array::from_fn(|gyro| sizes_on(fit, candidates, gyro));
+    let used: BTreeSet<usize> = sizes.iter().flatten().map(|(column, _)| *column).collect();
+    for column in used {
+        let values = pool.columns[column].values(signals);
+        for (gyro, sizes) in sizes.iter().enumerate() {
+            let size: f64 = sizes
+                .iter()
+                .filter(|(other, _)| *other == column)
+                .map(|(_, size)| size)
+                .sum();
+            if size != 0.0 {
+                add(&mut residual_rad[gyro], &values, -size);
+            }
+        }
+    }
+}
+
+fn without_known(data: &Data, signals: &Signals) -> Triad {
+    let mut residual_rad = data.residual_rad.clone();
+    if !data.known.is_empty() {
+        crate::streams::add_triad(&mut residual_rad, &data.known_rad(signals), -1.0);
+    }
+    residual_rad
+}
+
+/// Values on all rows, bridged where they may not be looked at, 0 outside the spans.
+fn bridged(values: &Triad, observations: &Observations) -> Triad {
+    std::array::from_fn(|axis| {
+        let mut all = vec![0.0; observations.record_rows];
+        for span in &observations.spans {
+            all[span.rows.clone()].copy_from_slice(&span.bridge(&values[axis]));
+        }
+        all
+    })
+}
+
+/// One noise for taking gaps and ends out of all gyros.
+pub fn mean(levels: &[NoiseLevels]) -> NoiseLevels {
+    let mut sum = [0.0; rlg_inference::noise::TERMS];
+    for levels in levels {
+        for (sum, level) in sum.iter_mut().zip(levels.as_array()) {
+            *sum += level / 3.0;
+        }
+    }
+    NoiseLevels::from_array(sum)
+}

@@ -1,0 +1,551 @@
+//! The log posterior of one set of hypotheses: coefficients integrated out, noise at its best.
+//!
+//! Each hypothesis has a g-prior, `N(0, g F⁻¹)` with F its own information, g by empirical Bayes (MacKay's update). The
+//! noise levels are refitted under every set, from residual powers that hold the posterior covariance of the fit: without
+//! it every level comes out low and everything looks significant.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use crate::hypothesis::Hypothesis;
+use crate::noise::{NoiseLevels, TERMS};
+use crate::normal_equations::NormalEquations;
+
+/// The drift term of one record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drift {
+    /// None.
+    None,
+    /// 1/f.
+    Flicker,
+    /// A random walk of the record itself.
+    Walk,
+}
+
+impl Drift {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::None, Self::Flicker, Self::Walk];
+
+    /// Which noise terms are fitted.
+    pub fn active(self) -> [bool; TERMS] {
+        [true, true, self == Self::Flicker, self == Self::Walk]
+    }
+}
+
+/// A fitted set.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// Places of the members, ascending.
+    pub members: Vec<usize>,
+    /// Log marginal likelihood.
+    pub log_likelihood: f64,
+    /// With prices of drift and of the members.
+    pub score: f64,
+    /// Noise of each record.
+    pub levels: Vec<NoiseLevels>,
+    /// Drift of each record.
+    pub drift: Vec<Drift>,
+    /// Parameters of each member.
+    pub blocks: Vec<Range<usize>>,
+    /// Posterior means.
+    pub estimate: DVector<f64>,
+    /// Posterior covariance.
+    pub covariance: DMatrix<f64>,
+    /// Number of directions of each member that the data show.
+    pub ranks: Vec<usize>,
+    /// Squared size of each member in standard deviations.
+    pub squared_sizes: Vec<f64>,
+    /// Whether one member adds no direction to the others.
+    pub is_redundant: bool,
+}
+
+/// Steps of an evaluation.
+#[derive(Debug, Clone, Copy)]
+pub struct Effort {
+    /// Most alternations between coefficients and noise.
+    pub alternations: usize,
+    /// Change of the log likelihood at which they end.
+    pub tolerance: f64,
+}
+
+impl Effort {
+    /// To the end.
+    pub const FULL: Self = Self {
+        alternations: 14,
+        tolerance: 5e-3,
+    };
+    /// A first look from noise that is nearly right.
+    pub const QUICK: Self = Self {
+        alternations: 5,
+        tolerance: 5e-3,
+    };
+}
+
+/// Directions with less than this share of a block's largest information are not seen.
+const LEAST_DIRECTION: f64 = 1e-9;
+
+/// The same for a member beside others, of columns scaled alike; columns are kept in single precision.
+const LEAST_ADDED: f64 = 1e-8;
+
+/// Bounds of g.
+const G_RANGE: [f64; 2] = [1.0, 1e12];
+
+/// Columns of a set, record by record, in parameters scaled to unit power.
+pub(crate) struct Assembled {
+    /// Parameters of each member.
+    pub blocks: Vec<Range<usize>>,
+    /// What a scaled parameter is in its own unit.
+    pub scale: Vec<f64>,
+    records: Vec<OfRecord>,
+}
+
+struct OfRecord {
+    /// Parameters that this record shows.
+    parameters: Vec<usize>,
+    /// Per bin G, row by row.
+    gram: Vec<Vec<f64>>,
+    /// Per bin h.
+    moments: Vec<Vec<f64>>,
+}
+
+impl Assembled {
+    pub(crate) fn new(equations: &NormalEquations, set: &[&Hypothesis]) -> Self {
+        let mut blocks = Vec::new();
+        let mut count = 0;
+        for one in set {
+            blocks.push(count..count + one.parameters);
+            count += one.parameters;
+        }
+        let records = equations.record_count();
+        let mut columns: Vec<Vec<Vec<(usize, f64)>>> = vec![vec![Vec::new(); count]; records];
+        let mut power = vec![0.0; count];
+        for (one, block) in set.iter().zip(&blocks) {
+            for term in &one.terms {
+                let scale = equations.scale(term.column);
+                if scale > 0.0 {
+                    let size = term.coefficient / scale;
+                    let parameter = block.start + term.parameter;
+                    columns[term.record][parameter].push((term.column, size));
+                    power[parameter] += size * size;
+                }
+            }
+        }
+        let scale: Vec<f64> = power
+            .iter()
+            .map(|power| {
+                if *power > 0.0 {
+                    1.0 / power.sqrt()
+                } else {
+                    1.0
+                }
+            })
+            .collect();
+        let records = columns
+            .into_iter()
+            .enumerate()
+            .map(|(record, of_parameters)| OfRecord::new(equations, record, &of_parameters, &scale))
+            .collect();
+        Self {
+            blocks,
+            scale,
+            records,
+        }
+    }
+
+    fn parameters(&self) -> usize {
+        self.scale.len()
+    }
+
+    /// Information and score of all parameters under noise powers by bin, `[record][bin]`.
+    fn sums(&self, powers: &[Vec<f64>]) -> (DMatrix<f64>, DVector<f64>) {
+        let count = self.parameters();
+        let mut information = DMatrix::zeros(count, count);
+        let mut score = DVector::zeros(count);
+        for (record, powers) in self.records.iter().zip(powers) {
+            let size = record.parameters.len();
+            let mut gram = vec![0.0; size * size];
+            let mut moments = vec![0.0; size];
+            for ((of_bin, of_moments), power) in record.gram.iter().zip(&record.moments).zip(powers)
+            {
+                let weight = 1.0 / power;
+                for (sum, value) in gram.iter_mut().zip(of_bin) {
+                    *sum += weight * value;
+                }
+                for (sum, value) in moments.iter_mut().zip(of_moments) {
+                    *sum += weight * value;
+                }
+            }
+            for (i, &a) in record.parameters.iter().enumerate() {
+                score[a] += moments[i];
+                for (j, &b) in record.parameters.iter().enumerate() {
+                    information[(a, b)] += gram[i * size + j];
+                }
+            }
+        }
+        (information, score)
+    }
+
+    /// Information of all parameters, scaled, under the noise of a fit.
+    pub(crate) fn information(
+        &self,
+        equations: &NormalEquations,
+        levels: &[NoiseLevels],
+    ) -> DMatrix<f64> {
+        let powers: Vec<Vec<f64>> = levels
+            .iter()
+            .map(|levels| equations.basis.binned(*levels))
+            .collect();
+        self.sums(&powers).0
+    }
+}
+
+impl OfRecord {
+    fn new(
+        equations: &NormalEquations,
+        record: usize,
+        of_parameters: &[Vec<(usize, f64)>],
+        scale: &[f64],
+    ) -> Self {
+        let parameters: Vec<usize> = (0..of_parameters.len())
+            .filter(|&parameter| !of_parameters[parameter].is_empty())
+            .collect();
+        let bins = equations.basis.bins.len();
+        let size = parameters.len();
+        let mut gram = vec![vec![0.0; size * size]; bins];
+        let mut moments = vec![vec![0.0; size]; bins];
+        for (i, &a) in parameters.iter().enumerate() {
+            for &(column, weight) in &of_parameters[a] {
+                for (bin, moments) in moments.iter_mut().enumerate() {
+                    moments[i] += weight * scale[a] * equations.moment(record, bin, column);
+                }
+            }
+            for (j, &b) in parameters.iter().enumerate().take(i + 1) {
+                for &(first, first_weight) in &of_parameters[a] {
+                    for &(second, second_weight) in &of_parameters[b] {
+                        let weight = first_weight * second_weight * scale[a] * scale[b];
+                        for (bin, gram) in gram.iter_mut().enumerate() {
+                            gram[i * size + j] += weight * equations.product(bin, first, second);
+                        }
+                    }
+                }
+            }
+        }
+        for gram in &mut gram {
+            for i in 0..size {
+                for j in 0..i {
+                    gram[j * size + i] = gram[i * size + j];
+                }
+            }
+        }
+        Self {
+            parameters,
+            gram,
+            moments,
+        }
+    }
+}
+
+/// What a block's information says by its directions.
+struct BlockPrior {
+    information: DMatrix<f64>,
+    rank: usize,
+    /// Prior precision of directions that are not seen, to keep them finite.
+    unseen: DMatrix<f64>,
+    /// Σ ln of the seen eigenvalues, and of the largest one for each that is not seen.
+    log_seen: f64,
+    log_unseen: f64,
+}
+
+impl BlockPrior {
+    fn new(information: DMatrix<f64>) -> Self {
+        let eigen = SymmetricEigen::new(information.clone());
+        let largest = eigen.eigenvalues.max().max(LEAST_INFORMATION);
+        let size = information.nrows();
+        let (mut rank, mut log_seen, mut log_unseen) = (0, 0.0, 0.0);
+        let mut unseen = DMatrix::zeros(size, size);
+        for (value, direction) in eigen
+            .eigenvalues
+            .iter()
+            .zip(eigen.eigenvectors.column_iter())
+        {
+            if *value > LEAST_DIRECTION * largest && *value > LEAST_INFORMATION {
+                rank += 1;
+                log_seen += value.ln();
+            } else {
+                unseen += direction * direction.transpose() * largest;
+                log_unseen += largest.ln();
+            }
+        }
+        Self {
+            information,
+            rank,
+            unseen,
+            log_seen,
+            log_unseen,
+        }
+    }
+}
+
+/// Information below which a direction counts as empty.
+const LEAST_INFORMATION: f64 = 1e-200;
+
+/// Fits a set with given drift terms, its noise from `start`.
+///
+/// # Returns
+/// A [`Fit`] whose `score` is still its `log_likelihood`.
+pub fn evaluate(
+    equations: &NormalEquations,
+    set: &[&Hypothesis],
+    start: &[NoiseLevels],
+    drift: &[Drift],
+    effort: Effort,
+) -> Fit {
+    let assembled = Assembled::new(equations, set);
+    let basis = &equations.basis;
+    let count = assembled.parameters();
+    let mut levels: Vec<NoiseLevels> = start
+        .iter()
+        .zip(drift)
+        .map(|(levels, drift)| start_level(*levels, *drift))
+        .collect();
+    let mut g = vec![100.0; set.len()];
+    let mut last = f64::NEG_INFINITY;
+    let mut alternation = 0;
+    loop {
+        let powers: Vec<Vec<f64>> = levels.iter().map(|levels| basis.binned(*levels)).collect();
+        let (information, score) = assembled.sums(&powers);
+        let mut log_likelihood = 0.0;
+        for (record, powers) in powers.iter().enumerate() {
+            let bins = powers
+                .iter()
+                .zip(&basis.counts)
+                .zip(equations.energy(record));
+            log_likelihood -= 0.5
+                * bins
+                    .map(|((power, count), energy)| count * power.ln() + energy / power)
+                    .sum::<f64>();
+        }
+        let mut precision = information.clone();
+        let priors: Vec<BlockPrior> = assembled
+            .blocks
+            .iter()
+            .map(|block| BlockPrior::new(sub_matrix(&information, block)))
+            .collect();
+        for ((block, prior), g) in assembled.blocks.iter().zip(&priors).zip(&g) {
+            for i in 0..block.len() {
+                for j in 0..block.len() {
+                    precision[(block.start + i, block.start + j)] +=
+                        prior.information[(i, j)] / g + prior.unseen[(i, j)];
+                }
+            }
+            log_likelihood +=
+                0.5 * (prior.log_seen - prior.rank as f64 * g.ln() + prior.log_unseen);
+        }
+        let (inverse, log_determinant) = invert(&precision);
+        let estimate = &inverse * &score;
+        log_likelihood += 0.5 * (score.dot(&estimate) - log_determinant);
+        let settled = (log_likelihood - last).abs() < effort.tolerance && alternation > 2;
+        alternation += 1;
+        if settled || alternation >= effort.alternations {
+            return finish(Finished {
+                assembled,
+                levels,
+                drift,
+                information,
+                inverse,
+                estimate,
+                ranks: priors.iter().map(|prior| prior.rank).collect(),
+                log_likelihood,
+            });
+        }
+        last = log_likelihood;
+        for ((block, prior), g) in assembled.blocks.iter().zip(&priors).zip(&mut g) {
+            let of_block = estimate.rows_range(block.clone()).into_owned();
+            let covariance = sub_matrix(&inverse, block);
+            let lost = (&covariance * &prior.information).trace() / *g;
+            let freedom = (prior.rank as f64 - lost).max(1e-3);
+            let power = of_block.dot(&(&prior.information * &of_block));
+            *g = (power / freedom).clamp(G_RANGE[0], G_RANGE[1]);
+        }
+        for (record, of_record) in assembled.records.iter().enumerate() {
+            let power = of_record.residual_power(equations.energy(record), &estimate, &inverse);
+            levels[record] = basis.fit(&power, levels[record], drift[record].active());
+        }
+        debug_assert_eq!(estimate.len(), count);
+    }
+}
+
+impl OfRecord {
+    /// Expected power left in each bin: of the mean, and of the posterior spread.
+    fn residual_power(
+        &self,
+        energy: &[f64],
+        estimate: &DVector<f64>,
+        covariance: &DMatrix<f64>,
+    ) -> Vec<f64> {
+        let size = self.parameters.len();
+        let of_record: Vec<f64> = self.parameters.iter().map(|&a| estimate[a]).collect();
+        let mut second = vec![0.0; size * size];
+        for (i, &a) in self.parameters.iter().enumerate() {
+            for (j, &b) in self.parameters.iter().enumerate() {
+                second[i * size + j] = covariance[(a, b)] + estimate[a] * estimate[b];
+            }
+        }
+        let bins = energy.iter().zip(&self.gram).zip(&self.moments);
+        bins.map(|((energy, gram), moments)| {
+            let cross: f64 = moments.iter().zip(&of_record).map(|(h, x)| h * x).sum();
+            let square: f64 = gram.iter().zip(&second).map(|(g, v)| g * v).sum();
+            (energy - 2.0 * cross + square).max(LEAST_INFORMATION)
+        })
+        .collect()
+    }
+}
+
+/// Noise to start from: a drift term that was off begins at three times the white one.
+fn start_level(levels: NoiseLevels, drift: Drift) -> NoiseLevels {
+    let begun = |level: f64| {
+        if level > 0.0 {
+            level
+        } else {
+            3.0 * levels.white
+        }
+    };
+    match drift {
+        Drift::None => levels.stationary(),
+        Drift::Flicker => NoiseLevels {
+            flicker: begun(levels.flicker),
+            walk: 0.0,
+            ..levels
+        },
+        Drift::Walk => NoiseLevels {
+            flicker: 0.0,
+            walk: begun(levels.walk),
+            ..levels
+        },
+    }
+}
+
+/// Inverse and ln determinant of a positive matrix, scaled to unit diagonal before.
+fn invert(precision: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
+    let count = precision.nrows();
+    if count == 0 {
+        return (DMatrix::zeros(0, 0), 0.0);
+    }
+    let scale: Vec<f64> = (0..count)
+        .map(|k| 1.0 / precision[(k, k)].max(LEAST_INFORMATION).sqrt())
+        .collect();
+    // Members that add nothing to each other leave a matrix without an inverse; their set is refused by its rank.
+    for ridge in [1e-12, 1e-9, 1e-6] {
+        let mut scaled =
+            DMatrix::from_fn(count, count, |i, j| precision[(i, j)] * scale[i] * scale[j]);
+        for k in 0..count {
+            scaled[(k, k)] += ridge;
+        }
+        if let Some(cholesky) = scaled.cholesky() {
+            let log_determinant = 2.0
+                * (0..count)
+                    .map(|k| cholesky.l_dirty()[(k, k)].ln() - scale[k].ln())
+                    .sum::<f64>();
+            let inverse = cholesky.inverse();
+            let inverse =
+                DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
+            return (inverse, log_determinant);
+        }
+    }
+    (DMatrix::zeros(count, count), f64::INFINITY)
+}
+
+fn sub_matrix(matrix: &DMatrix<f64>, block: &Range<usize>) -> DMatrix<f64> {
+    matrix
+        .view((block.start, block.start), (block.len(), block.len()))
+        .into_owned()
+}
+
+struct Finished<'a> {
+    assembled: Assembled,
+    levels: Vec<NoiseLevels>,
+    drift: &'a [Drift],
+    information: DMatrix<f64>,
+    inverse: DMatrix<f64>,
+    estimate: DVector<f64>,
+    ranks: Vec<usize>,
+    log_likelihood: f64,
+}
+
+fn finish(
+    Finished {
+        assembled,
+        levels,
+        drift,
+        information,
+        inverse,
+        estimate,
+        ranks,
+        log_likelihood,
+    }: Finished,
+) -> Fit {
+    let scale = &assembled.scale;
+    let blocks = assembled.blocks.clone();
+    let squared_sizes = blocks
+        .iter()
+        .map(|block| {
+            let of_block = estimate.rows_range(block.clone()).into_owned();
+            let covariance = sub_matrix(&inverse, block);
+            squared_size(&of_block, &covariance)
+        })
+        .collect();
+    let count = scale.len();
+    Fit {
+        members: Vec::new(),
+        is_redundant: is_redundant(&information, &blocks),
+        log_likelihood,
+        score: log_likelihood,
+        levels,
+        drift: drift.to_vec(),
+        estimate: DVector::from_fn(count, |k, _| estimate[k] * scale[k]),
+        covariance: DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j]),
+        blocks,
+        ranks,
+        squared_sizes,
+    }
+}
+
+/// xᵀ V⁻¹ x over the directions that V has.
+fn squared_size(estimate: &DVector<f64>, covariance: &DMatrix<f64>) -> f64 {
+    let eigen = SymmetricEigen::new(covariance.clone());
+    let largest = eigen.eigenvalues.max();
+    eigen
+        .eigenvalues
+        .iter()
+        .zip(eigen.eigenvectors.column_iter())
+        .filter(|(value, _)| **value > 1e-10 * largest)
+        .map(|(value, direction)| direction.dot(estimate).powi(2) / value)
+        .sum()
+}
+
+/// Whether a member adds no direction to the others.
+fn is_redundant(information: &DMatrix<f64>, blocks: &[Range<usize>]) -> bool {
+    if blocks.len() < 2 {
+        return false;
+    }
+    let all: Vec<usize> = (0..information.nrows()).collect();
+    let whole = scaled_rank(information, &all);
+    blocks.iter().any(|block| {
+        let others: Vec<usize> = all.iter().copied().filter(|k| !block.contains(k)).collect();
+        scaled_rank(information, &others) == whole
+    })
+}
+
+/// Rank of some rows and columns, each scaled to unit information.
+pub(crate) fn scaled_rank(information: &DMatrix<f64>, of: &[usize]) -> usize {
+    if of.is_empty() {
+        return 0;
+    }
+    let scale = |k: usize| 1.0 / information[(k, k)].max(LEAST_INFORMATION).sqrt();
+    let scaled = DMatrix::from_fn(of.len(), of.len(), |i, j| {
+        information[(of[i], of[j])] * scale(of[i]) * scale(of[j])
+    });
+    let eigen = scaled.symmetric_eigenvalues();
+    eigen.iter().filter(|value| **value > LEAST_ADDED).count()
+}

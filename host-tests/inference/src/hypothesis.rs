@@ -1,0 +1,25 @@
+//! A hypothesis: parameters, and how each scales columns into records.
+
+/// `parameter · coefficient · column` is part of a record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Term {
+    /// Place of the parameter in its hypothesis.
+    pub parameter: usize,
+    /// Place of the record.
+    pub record: usize,
+    /// Place of the column.
+    pub column: usize,
+    /// Factor.
+    pub coefficient: f64,
+}
+
+/// One thing that may or may not be there, as a block of parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hypothesis {
+    /// Number of parameters.
+    pub parameters: usize,
+    /// What they do.
+    pub terms: Vec<Term>,
+    /// ln of the number of places it was picked from, less what makes it likelier than others: a price in log posterior.
+    pub price: f64,
+}

@@ -1,0 +1,41 @@
+//! Which of many linear hypotheses a set of noisy records calls for, and how large each is.
+//!
+//! The observation model is `y = Σ coefficient · column + noise`, for several records (one a sensor) on the same rows.
+//! The noise is stationary with the terms of IEEE 952 (angle random walk, white angle, flicker, rate random walk);
+//! all four are diagonal in a DCT-II, so that one likelihood holds down to the lowest frequency. Nothing here
+//! knows what the columns mean.
+//!
+//! In the order of the data:
+//! [`dct`] transforms → [`observations`] says which rows are seen → [`noise`] gives the spectrum of each term →
+//! [`normal_equations`] sums columns and records by frequency → [`evaluate`] fits a set of hypotheses with its noise →
+//! [`search`] finds the set; [`events`] scans all rows for steps and impulses; [`predict`] scores rows that were not
+//! fitted.
+
+pub mod dct;
+
+pub mod plan;
+
+pub mod observations;
+
+pub mod noise;
+
+pub mod normal_equations;
+
+pub mod hypothesis;
+
+pub mod evaluate;
+
+pub mod search;
+
+pub mod events;
+
+pub mod predict;
+
+pub use dct::Dct;
+pub use evaluate::{Drift, Fit};
+pub use hypothesis::{Hypothesis, Term};
+pub use noise::{NoiseBasis, NoiseLevels};
+pub use normal_equations::{Columns, NormalEquations};
+pub use observations::Observations;
+pub use plan::SearchPlan;
+pub use search::Search;

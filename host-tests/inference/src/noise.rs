@@ -1,0 +1,470 @@
+//! Stationary noise in the terms of IEEE 952, each diagonal in a DCT-II.
+//!
+//! With λ_k = 4 sin²(π k / 2n), per row: angle random walk (N) is 1, white angle (Q) is λ_k, flicker (B) is 1/k,
+//! rate random walk (K) is 1/λ_k. The two drift terms are scaled to 1 at the second and the first frequency of the
+//! whole record. A constant under drift (k = 0) has the variance that the drift builds up until then: a random walk
+//! from 0 has a mean of variance σ² (a + m/3) over m rows after a rows.
+
+use std::f64::consts::PI;
+use std::ops::Range;
+
+use crate::observations::Observations;
+
+/// Number of noise terms.
+pub const TERMS: usize = 4;
+
+/// Power of each term per row, in the record's unit squared: N, Q, B, K in this order.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct NoiseLevels {
+    /// White noise of the record: angle random walk.
+    pub white: f64,
+    /// White noise of its sum, differenced: quantisation, pickoff, encoder.
+    pub angle: f64,
+    /// Flicker, at the second frequency of the record.
+    pub flicker: f64,
+    /// Rate random walk, at the first frequency of the record.
+    pub walk: f64,
+}
+
+impl NoiseLevels {
+    /// In the order N, Q, B, K.
+    pub fn as_array(self) -> [f64; TERMS] {
+        [self.white, self.angle, self.flicker, self.walk]
+    }
+
+    /// From the order N, Q, B, K.
+    pub fn from_array([white, angle, flicker, walk]: [f64; TERMS]) -> Self {
+        Self {
+            white,
+            angle,
+            flicker,
+            walk,
+        }
+    }
+
+    /// Without drift.
+    pub fn stationary(self) -> Self {
+        Self {
+            flicker: 0.0,
+            walk: 0.0,
+            ..self
+        }
+    }
+}
+
+/// Frequencies in bins, with each term's mean power in them.
+#[derive(Debug, Clone)]
+pub struct NoiseBasis {
+    /// Coefficients of each bin, counted through all spans.
+    pub bins: Vec<Range<usize>>,
+    /// Effective number of observations in each bin: bridged gaps hold none of their own.
+    pub counts: Vec<f64>,
+    /// Mean power of each term in each bin.
+    pub power: [Vec<f64>; TERMS],
+    /// Place of each bin's middle frequency \[cycles per row\].
+    pub frequency: Vec<f64>,
+    spans: Vec<SpanShape>,
+    record_rows: usize,
+}
+
+#[derive(Debug, Clone)]
+struct SpanShape {
+    rows: usize,
+    /// Rows of the record before the span.
+    before: usize,
+}
+
+/// Bins are single up to this coefficient.
+const SINGLE_BINS: usize = 32;
+
+/// Width of a bin beyond, as a share of its frequency.
+const BIN_WIDTH: f64 = 0.08;
+
+/// Zero frequency of differenced noise: a quarter of the next.
+const CONSTANT_OF_ANGLE: f64 = 0.25;
+
+impl NoiseBasis {
+    /// Forms bins and terms for `observations`.
+    pub fn new(observations: &Observations) -> Self {
+        let mut basis = Self {
+            bins: Vec::new(),
+            counts: Vec::new(),
+            power: Default::default(),
+            frequency: Vec::new(),
+            spans: Vec::new(),
+            record_rows: observations.record_rows,
+        };
+        let mut first = 0;
+        for span in &observations.spans {
+            let shape = SpanShape {
+                rows: span.rows.len(),
+                before: span.rows.start,
+            };
+            // Above this coefficient a bridged gap holds no power.
+            let bridged_from = match span.longest_gap() {
+                0 => usize::MAX,
+                gap => span.rows.len() / (2 * gap) + 1,
+            };
+            let mut begin = 0;
+            while begin < shape.rows {
+                let wide = (begin as f64 * (1.0 + BIN_WIDTH)) as usize;
+                let end = if begin < SINGLE_BINS {
+                    begin + 1
+                } else {
+                    wide.max(begin + 1)
+                };
+                let end = end.min(shape.rows);
+                let share = if begin >= bridged_from {
+                    span.seen_share()
+                } else {
+                    1.0
+                };
+                let mut sums = [0.0; TERMS];
+                for k in begin..end {
+                    for (sum, term) in sums.iter_mut().zip(basis.terms_at(&shape, k)) {
+                        *sum += term;
+                    }
+                }
+                for (power, sum) in basis.power.iter_mut().zip(sums) {
+                    power.push(sum / (end - begin) as f64);
+                }
+                basis.counts.push(share * (end - begin) as f64);
+                basis.bins.push(first + begin..first + end);
+                basis
+                    .frequency
+                    .push((begin + end - 1) as f64 / (4 * shape.rows) as f64);
+                begin = end;
+            }
+            first += shape.rows;
+            basis.spans.push(shape);
+        }
+        basis
+    }
+
+    /// Power of each term in coefficient `k` of a span.
+    fn terms_at(&self, shape: &SpanShape, k: usize) -> [f64; TERMS] {
+        let n = shape.rows as f64;
+        let record = self.record_rows as f64;
+        let walk = (PI / record).powi(2);
+        let flicker = 2.0 / record;
+        if k == 0 {
+            let before = shape.before as f64;
+            let first = 4.0 * (PI / (2.0 * n)).sin().powi(2);
+            let built_up = n * (before + n / 3.0);
+            let grown = (1.0 + before / n).ln() + 1.0;
+            return [
+                1.0,
+                CONSTANT_OF_ANGLE * first,
+                flicker * n / CONSTANT_OF_FLICKER * grown,
+                walk * built_up,
+            ];
+        }
+        let lambda = 4.0 * (PI * k as f64 / (2.0 * n)).sin().powi(2);
+        [1.0, lambda, flicker * n / k as f64, walk / lambda]
+    }
+
+    /// Number of coefficients.
+    pub fn coefficients(&self) -> usize {
+        self.spans.iter().map(|span| span.rows).sum()
+    }
+
+    /// Noise power in every bin.
+    pub fn binned(&self, levels: NoiseLevels) -> Vec<f64> {
+        let levels = levels.as_array();
+        (0..self.bins.len())
+            .map(|bin| {
+                let terms = self.power.iter().zip(levels);
+                terms.map(|(power, level)| level * power[bin]).sum()
+            })
+            .collect()
+    }
+
+    /// Noise power of every coefficient.
+    pub fn by_coefficient(&self, levels: NoiseLevels) -> Vec<f64> {
+        let levels = levels.as_array();
+        let mut powers = Vec::with_capacity(self.coefficients());
+        for shape in &self.spans {
+            powers.extend((0..shape.rows).map(|k| {
+                let terms = self.terms_at(shape, k).into_iter().zip(levels);
+                terms.map(|(power, level)| level * power).sum::<f64>()
+            }));
+        }
+        powers
+    }
+
+    /// The levels of `active` terms that maximise `−½ Σ count (ln S + P/S)`, from `start`.
+    ///
+    /// # Inputs
+    /// `power`: sum of squared coefficients expected in each bin, positive. Multiplicative steps first, which
+    /// come near from anywhere; then Fisher scoring as non-negative least squares.
+    pub fn fit(&self, power: &[f64], start: NoiseLevels, active: [bool; TERMS]) -> NoiseLevels {
+        let density: Vec<f64> = power
+            .iter()
+            .zip(&self.counts)
+            .map(|(sum, count)| (sum / count).max(LEAST_POWER))
+            .collect();
+        let floor: [f64; TERMS] = std::array::from_fn(|term| {
+            if !active[term] {
+                return 0.0;
+            }
+            let ratios = density
+                .iter()
+                .zip(&self.power[term])
+                .map(|(density, power)| density / power);
+            1e-3 * ratios.fold(f64::INFINITY, f64::min)
+        });
+        let mut levels = start.as_array();
+        for (level, floor) in levels.iter_mut().zip(floor) {
+            *level = if floor > 0.0 { level.max(floor) } else { 0.0 };
+        }
+        let cost = |levels: [f64; TERMS]| -> f64 {
+            let of_bin = |bin: usize| {
+                let s: f64 = (0..TERMS)
+                    .map(|term| levels[term] * self.power[term][bin])
+                    .sum();
+                self.counts[bin] * (s.ln() + density[bin] / s)
+            };
+            0.5 * (0..density.len()).map(of_bin).sum::<f64>()
+        };
+        let mut current = cost(levels);
+        for step in 0..MOST_MULTIPLICATIVE {
+            let mut factor = self.multiplicative(&density, levels);
+            let stepped =
+                |factor: [f64; TERMS]| std::array::from_fn(|term| levels[term] * factor[term]);
+            let mut tried: [f64; TERMS] = stepped(factor);
+            let mut value = cost(tried);
+            if value > current {
+                factor = factor.map(f64::sqrt);
+                tried = stepped(factor);
+                value = cost(tried);
+            }
+            let gained = current - value;
+            if gained > 0.0 {
+                levels = tried;
+                current = value;
+            }
+            if gained < if step < 12 { 0.3 } else { 3.0 } {
+                break;
+            }
+        }
+        for _ in 0..MOST_SCORING {
+            let target = self.scoring(&density, levels, active);
+            let target: [f64; TERMS] = std::array::from_fn(|term| {
+                if active[term] {
+                    target[term].max(1e-3 * floor[term])
+                } else {
+                    0.0
+                }
+            });
+            let mut share = 1.0;
+            let mut gained = 0.0;
+            for _ in 0..5 {
+                let tried: [f64; TERMS] = std::array::from_fn(|term| {
+                    levels[term] + share * (target[term] - levels[term])
+                });
+                let value = cost(tried);
+                if value < current - 1e-9 {
+                    gained = current - value;
+                    levels = tried;
+                    current = value;
+                    break;
+                }
+                share /= 2.0;
+            }
+            if gained < 1e-3 {
+                break;
+            }
+        }
+        NoiseLevels::from_array(levels)
+    }
+
+    /// Factors of one multiplicative step.
+    fn multiplicative(&self, density: &[f64], levels: [f64; TERMS]) -> [f64; TERMS] {
+        let mut sums = [[0.0; 2]; TERMS];
+        for (bin, density) in density.iter().enumerate() {
+            let s: f64 = (0..TERMS)
+                .map(|term| levels[term] * self.power[term][bin])
+                .sum();
+            let count = self.counts[bin];
+            for (term, [above, below]) in sums.iter_mut().enumerate() {
+                let power = self.power[term][bin];
+                *above += power * count * density / (s * s);
+                *below += power * count / s;
+            }
+        }
+        sums.map(|[above, below]| above / below)
+    }
+
+    /// Levels that one Fisher-scoring step asks for.
+    fn scoring(
+        &self,
+        density: &[f64],
+        levels: [f64; TERMS],
+        active: [bool; TERMS],
+    ) -> [f64; TERMS] {
+        let scale: [f64; TERMS] =
+            std::array::from_fn(|term| self.power[term].iter().copied().fold(0.0, f64::max));
+        let mut normal = [[0.0; TERMS]; TERMS];
+        let mut right = [0.0; TERMS];
+        for (bin, density) in density.iter().enumerate() {
+            let terms: [f64; TERMS] = std::array::from_fn(|term| self.power[term][bin]);
+            let s: f64 = terms
+                .iter()
+                .zip(levels)
+                .map(|(power, level)| power * level)
+                .sum();
+            let weight = 0.5 * self.counts[bin] / (s * s);
+            for a in 0..TERMS {
+                let scaled = terms[a] / scale[a];
+                right[a] += weight * scaled * density;
+                for b in 0..=a {
+                    normal[a][b] += weight * scaled * terms[b] / scale[b];
+                }
+            }
+        }
+        for a in 0..TERMS {
+            for b in 0..a {
+                normal[b][a] = normal[a][b];
+            }
+        }
+        let solved = non_negative(&normal, &right, active);
+        std::array::from_fn(|term| solved[term] / scale[term])
+    }
+}
+
+/// Flicker's constant has the power of its frequency 0.55, as a random walk's mean has.
+const CONSTANT_OF_FLICKER: f64 = 0.55;
+/// Power below which a bin counts as empty.
+const LEAST_POWER: f64 = 1e-300;
+const MOST_MULTIPLICATIVE: usize = 60;
+const MOST_SCORING: usize = 10;
+
+/// Minimises ½ xᵀ A x − bᵀ x over x ≥ 0 with only `active` entries free: the best of all subsets whose solution is positive.
+fn non_negative(
+    a: &[[f64; TERMS]; TERMS],
+    b: &[f64; TERMS],
+    active: [bool; TERMS],
+) -> [f64; TERMS] {
+    let mut best = [0.0; TERMS];
+    let mut least = 0.0;
+    for subset in 1_usize..1 << TERMS {
+        let members: Vec<usize> = (0..TERMS).filter(|term| subset >> term & 1 == 1).collect();
+        if members.iter().any(|&term| !active[term]) {
+            continue;
+        }
+        let matrix = nalgebra::DMatrix::from_fn(members.len(), members.len(), |i, j| {
+            a[members[i]][members[j]]
+        });
+        let right = nalgebra::DVector::from_fn(members.len(), |i, _| b[members[i]]);
+        let Some(cholesky) = matrix.cholesky() else {
+            continue;
+        };
+        let solved = cholesky.solve(&right);
+        let value = -0.5 * right.dot(&solved);
+        if value < least && solved.iter().all(|&value| value >= 0.0) {
+            least = value;
+            best = [0.0; TERMS];
+            for (&term, &value) in members.iter().zip(solved.iter()) {
+                best[term] = value;
+            }
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::{NoiseBasis, NoiseLevels};
+    use crate::{Dct, Observations};
+
+    const ROWS: usize = 8192;
+
+    fn spectrum(record: &[f64]) -> Vec<f64> {
+        let mut values = record.to_vec();
+        Dct::new(record.len()).forward(&mut values);
+        values
+    }
+
+    fn basis() -> NoiseBasis {
+        NoiseBasis::new(&Observations::bridged(&vec![true; ROWS]).expect("rows"))
+    }
+
+    fn power(basis: &NoiseBasis, spectrum: &[f64]) -> Vec<f64> {
+        let sum = |bin: &std::ops::Range<usize>| spectrum[bin.clone()].iter().map(|c| c * c).sum();
+        basis.bins.iter().map(sum).collect()
+    }
+
+    /// Normal numbers of a seed.
+    fn normals(seed: u64, count: usize) -> Vec<f64> {
+        let rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        StandardNormal.sample_iter(rng).take(count).collect()
+    }
+
+    #[test]
+    fn each_term_is_fitted_within_its_own_uncertainty() {
+        let basis = basis();
+        let (white, angle) = (2.0, 0.5);
+        let walk_step = 0.02;
+        let (mut whites, mut angles, mut walks) = (0.0, 0.0, 0.0);
+        let seeds = 12;
+        for seed in 0..seeds {
+            let steps = normals(3 * seed, ROWS);
+            let angles_rad = normals(3 * seed + 1, ROWS + 1);
+            let rates = normals(3 * seed + 2, ROWS);
+            let mut drift = 0.0;
+            let record: Vec<f64> = (0..ROWS)
+                .map(|row| {
+                    drift += walk_step * steps[row];
+                    let differenced = angles_rad[row + 1] - angles_rad[row];
+                    drift + f64::sqrt(white) * rates[row] + f64::sqrt(angle) * differenced
+                })
+                .collect();
+            let fitted = basis.fit(
+                &power(&basis, &spectrum(&record)),
+                NoiseLevels {
+                    white: 1.0,
+                    angle: 1.0,
+                    flicker: 0.0,
+                    walk: 1.0,
+                },
+                [true, true, false, true],
+            );
+            whites += fitted.white / seeds as f64;
+            angles += fitted.angle / seeds as f64;
+            walks += fitted.walk / seeds as f64;
+        }
+        let expected_walk = walk_step * walk_step / (std::f64::consts::PI / ROWS as f64).powi(2);
+        assert!((whites / white - 1.0).abs() < 0.03, "{whites}");
+        assert!((angles / angle - 1.0).abs() < 0.03, "{angles}");
+        assert!(
+            (walks / expected_walk - 1.0).abs() < 0.25,
+            "{}",
+            walks / expected_walk
+        );
+    }
+
+    #[test]
+    fn the_mean_of_a_random_walk_has_the_power_that_is_set_for_it() {
+        let basis = NoiseBasis::new(&Observations::bridged(&[true; 256]).expect("rows"));
+        let trials = 4000;
+        let mut sum = 0.0;
+        for seed in 0..trials {
+            let mut drift = 0.0;
+            let mut total = 0.0;
+            for step in normals(seed, 256) {
+                drift += step;
+                total += drift;
+            }
+            sum += total * total / 256.0 / trials as f64;
+        }
+        let level = 1.0 / (std::f64::consts::PI / 256.0).powi(2);
+        let expected = basis.by_coefficient(NoiseLevels {
+            walk: level,
+            ..NoiseLevels::default()
+        })[0];
+        assert!((sum / expected - 1.0).abs() < 0.08, "{}", sum / expected);
+    }
+}

@@ -1,0 +1,460 @@
+//! Which set of hypotheses has the best log posterior: forwards, backwards, and exchanges one for one.
+
+use std::collections::BTreeMap;
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use crate::evaluate::{Assembled, Drift, Effort, Fit, evaluate};
+use crate::hypothesis::Hypothesis;
+use crate::noise::NoiseLevels;
+use crate::normal_equations::NormalEquations;
+use crate::plan::SearchPlan;
+
+/// What is known of drift before the data.
+#[derive(Debug, Clone, PartialEq)]
+pub enum DriftPrior {
+    /// Possible on every record, at the plan's prices.
+    Unknown,
+    /// Declared by the model, record by record.
+    Declared(Vec<Drift>),
+}
+
+/// A search over `hypotheses`, which may grow.
+pub struct Search<'a> {
+    /// Sums of columns and records.
+    pub equations: &'a NormalEquations,
+    /// Candidates.
+    pub hypotheses: &'a [Hypothesis],
+    /// Number of kinds over which the prior is spread.
+    pub kinds: usize,
+    /// Prices.
+    pub plan: &'a SearchPlan,
+    /// Drift.
+    pub drift: &'a DriftPrior,
+    /// Fits so far, by members.
+    seen: BTreeMap<Vec<usize>, Fit>,
+    start: Vec<NoiseLevels>,
+    tried: usize,
+}
+
+/// A member of the best set, with what could stand in its place.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    /// Place of the hypothesis.
+    pub hypothesis: usize,
+    /// What it costs in log posterior to do without, everything else allowed in its place.
+    pub cost_without: f64,
+    /// The same if drift had no price beyond that of its terms.
+    pub cost_against_drift: f64,
+    /// Hypotheses that reach within `within` of it in its place, nearest first, and how far behind.
+    pub rivals: Vec<(usize, f64)>,
+}
+
+impl<'a> Search<'a> {
+    /// Begins a search, the noise from `start`.
+    pub fn new(
+        equations: &'a NormalEquations,
+        hypotheses: &'a [Hypothesis],
+        kinds: usize,
+        plan: &'a SearchPlan,
+        drift: &'a DriftPrior,
+        start: Vec<NoiseLevels>,
+    ) -> Self {
+        Self {
+            equations,
+            hypotheses,
+            kinds,
+            plan,
+            drift,
+            seen: BTreeMap::new(),
+            start,
+            tried: 0,
+        }
+    }
+
+    /// The same with fits of an earlier search, whose hypotheses were the first of these.
+    pub fn with_seen(mut self, (seen, tried): (BTreeMap<Vec<usize>, Fit>, usize)) -> Self {
+        self.seen = seen;
+        self.tried = tried;
+        self
+    }
+
+    /// All fits, and the number of sets that were looked at.
+    pub fn into_seen(self) -> (BTreeMap<Vec<usize>, Fit>, usize) {
+        (self.seen, self.tried)
+    }
+
+    /// Sets that were looked at.
+    pub fn tried_sets(&self) -> usize {
+        self.tried
+    }
+
+    fn members(&self, key: &[usize]) -> Vec<&'a Hypothesis> {
+        key.iter().map(|&place| &self.hypotheses[place]).collect()
+    }
+
+    /// ln prior of a set.
+    fn log_prior(&self, key: &[usize]) -> f64 {
+        let each = (self.plan.expected_effects / self.kinds as f64).ln();
+        key.iter()
+            .map(|&place| each - self.hypotheses[place].price)
+            .sum()
+    }
+
+    /// Price of drift.
+    fn drift_price(&self, drift: &[Drift]) -> f64 {
+        if matches!(self.drift, DriftPrior::Declared(_)) {
+            return 0.0;
+        }
+        let on = drift.iter().filter(|drift| **drift != Drift::None).count();
+        let odd = on.min(drift.len() - on);
+        let any = if on > 0 { self.plan.drift_any } else { 0.0 };
+        self.plan.drift_term * on as f64 + any + self.plan.drift_odd * odd as f64
+    }
+
+    /// Price of drift's terms alone: what stays where a class with drift is asked about.
+    fn drift_terms(&self, drift: &[Drift]) -> f64 {
+        if matches!(self.drift, DriftPrior::Declared(_)) {
+            return 0.0;
+        }
+        let on = drift.iter().filter(|drift| **drift != Drift::None).count();
+        self.plan.drift_term * on as f64
+    }
+
+    /// Fits a set to the end, drift included; from `levels` where they are given.
+    pub fn fit(&mut self, key: &[usize], levels: Option<&[NoiseLevels]>) -> Fit {
+        let mut key = key.to_vec();
+        key.sort_unstable();
+        if let Some(seen) = self.seen.get(&key) {
+            return seen.clone();
+        }
+        let fit = self.fit_set(&key, levels.unwrap_or(&self.start));
+        self.tried += 1;
+        self.seen.insert(key, fit.clone());
+        fit
+    }
+
+    /// Fits several sets side by side.
+    fn fit_all(&mut self, keys: Vec<Vec<usize>>, levels: &[NoiseLevels]) -> Vec<Fit> {
+        let mut keys = keys;
+        keys.iter_mut().for_each(|key| key.sort_unstable());
+        let new: Vec<&Vec<usize>> = keys
+            .iter()
+            .filter(|key| !self.seen.contains_key(*key))
+            .collect();
+        let fits: Vec<(Vec<usize>, Fit)> = new
+            .into_par_iter()
+            .map(|key| (key.clone(), self.fit_set(key, levels)))
+            .collect();
+        self.tried += fits.len();
+        self.seen.extend(fits);
+        keys.iter().map(|key| self.seen[key].clone()).collect()
+    }
+
+    fn fit_set(&self, key: &[usize], levels: &[NoiseLevels]) -> Fit {
+        let set = self.members(key);
+        let records = self.equations.record_count();
+        let prior = self.log_prior(key);
+        let scored = |levels: &[NoiseLevels], drift: &[Drift]| {
+            let mut fit = evaluate(self.equations, &set, levels, drift, Effort::FULL);
+            fit.score = fit.log_likelihood + prior - self.drift_price(drift);
+            if fit.is_redundant {
+                fit.score = f64::NEG_INFINITY;
+            }
+            fit.members = key.to_vec();
+            fit
+        };
+        if let DriftPrior::Declared(drift) = self.drift {
+            return scored(levels, drift);
+        }
+        let mut fits: Vec<Fit> = Drift::ALL
+            .into_iter()
+            .map(|drift| scored(levels, &vec![drift; records]))
+            .collect();
+        fits.sort_by(|a, b| b.score.total_cmp(&a.score));
+        let mut best = fits.swap_remove(0);
+        for record in 0..records {
+            for drift in Drift::ALL {
+                if drift == best.drift[record] {
+                    continue;
+                }
+                let mut other = best.drift.clone();
+                other[record] = drift;
+                let fit = scored(&best.levels, &other);
+                if fit.score > best.score + 1e-3 {
+                    best = fit;
+                }
+            }
+        }
+        best
+    }
+
+    /// A few steps from the noise of `current`: its drift as it is, and without.
+    fn quick(&self, current: &Fit, key: &[usize]) -> f64 {
+        let mut key = key.to_vec();
+        key.sort_unstable();
+        if let Some(seen) = self.seen.get(&key) {
+            return seen.score;
+        }
+        let set = self.members(&key);
+        let prior = self.log_prior(&key);
+        let score = |drift: &[Drift]| {
+            let fit = evaluate(self.equations, &set, &current.levels, drift, Effort::QUICK);
+            if fit.is_redundant {
+                return f64::NEG_INFINITY;
+            }
+            fit.log_likelihood + prior - self.drift_price(drift)
+        };
+        let kept = score(&current.drift);
+        let drifts = current.drift.iter().any(|drift| *drift != Drift::None);
+        if drifts && *self.drift == DriftPrior::Unknown {
+            kept.max(score(&vec![Drift::None; current.drift.len()]))
+        } else {
+            kept
+        }
+    }
+
+    /// Scores of `keys` at the present noise.
+    fn screen(&mut self, current: &Fit, keys: &[Vec<usize>]) -> Vec<f64> {
+        self.tried += keys.len();
+        keys.par_iter()
+            .map(|key| self.quick(current, key))
+            .collect()
+    }
+
+    /// The best set that steps from `start` lead to, of at most `most` members.
+    pub fn run(&mut self, start: &[usize], most: usize) -> Fit {
+        let mut current = self.fit(start, None);
+        loop {
+            let before = current.score;
+            if current.members.len() < most {
+                current = self.extend(current);
+            }
+            let smaller = self.reduce(&current);
+            let was_reduced = smaller.is_some();
+            current = smaller.unwrap_or(current);
+            if current.score <= before + 1e-9 && !was_reduced {
+                match self.exchange(&current) {
+                    Some(better) => current = better,
+                    None => return current,
+                }
+            }
+        }
+    }
+
+    /// The best single addition, or the set as it is.
+    fn extend(&mut self, current: Fit) -> Fit {
+        let keys: Vec<Vec<usize>> = (0..self.hypotheses.len())
+            .filter(|place| !current.members.contains(place))
+            .map(|place| [&current.members[..], &[place]].concat())
+            .collect();
+        let scores = self.screen(&current, &keys);
+        let mut ranked: Vec<(f64, Vec<usize>)> = scores.into_iter().zip(keys).collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let chosen: Vec<Vec<usize>> = ranked
+            .into_iter()
+            .take(self.plan.refitted)
+            .filter(|(score, _)| *score > current.score - self.plan.screening)
+            .map(|(_, key)| key)
+            .collect();
+        let fits = self.fit_all(chosen, &current.levels);
+        best_of(fits, current)
+    }
+
+    /// The set without the member whose loss improves it first.
+    fn reduce(&mut self, current: &Fit) -> Option<Fit> {
+        let keys: Vec<Vec<usize>> = current
+            .members
+            .iter()
+            .map(|member| without(&current.members, *member))
+            .collect();
+        let fits = self.fit_all(keys, &current.levels);
+        fits.into_iter()
+            .filter(|fit| fit.score > current.score)
+            .max_by(|a, b| a.score.total_cmp(&b.score))
+    }
+
+    /// The set with one member exchanged, where that is better.
+    fn exchange(&mut self, current: &Fit) -> Option<Fit> {
+        for member in current.members.clone() {
+            let rest = without(&current.members, member);
+            let keys: Vec<Vec<usize>> = (0..self.hypotheses.len())
+                .filter(|place| !current.members.contains(place))
+                .map(|place| [&rest[..], &[place]].concat())
+                .collect();
+            let scores = self.screen(current, &keys);
+            let mut ranked: Vec<(f64, Vec<usize>)> = scores.into_iter().zip(keys).collect();
+            ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let chosen: Vec<Vec<usize>> = ranked
+                .into_iter()
+                .take(self.plan.refitted)
+                .filter(|(score, _)| *score > current.score - self.plan.screening)
+                .map(|(_, key)| key)
+                .collect();
+            let fits = self.fit_all(chosen, &current.levels);
+            let better = fits
+                .into_iter()
+                .filter(|fit| fit.score > current.score + 1e-6)
+                .max_by(|a, b| a.score.total_cmp(&b.score));
+            if better.is_some() {
+                return better;
+            }
+        }
+        None
+    }
+
+    /// Each member of `best` with its cost and its rivals.
+    pub fn judge(&mut self, best: &Fit, within: f64) -> Vec<Judged> {
+        best.members
+            .clone()
+            .into_iter()
+            .map(|member| self.judge_member(best, member, within))
+            .collect()
+    }
+
+    fn judge_member(&mut self, best: &Fit, member: usize, within: f64) -> Judged {
+        let rest = without(&best.members, member);
+        let alone = self.fit(&rest, Some(&best.levels));
+        let others: Vec<usize> = (0..self.hypotheses.len())
+            .filter(|place| !best.members.contains(place))
+            .collect();
+        let keys: Vec<Vec<usize>> = others
+            .iter()
+            .map(|&place| [&rest[..], &[place]].concat())
+            .collect();
+        let scores = self.screen(best, &keys);
+        let near: Vec<(usize, Vec<usize>)> = others
+            .into_iter()
+            .zip(keys)
+            .zip(scores)
+            .filter(|(_, score)| *score > best.score - within - SCREENING_MARGIN)
+            .map(|(near, _)| near)
+            .collect();
+        let fits = self.fit_all(
+            near.iter().map(|(_, key)| key.clone()).collect(),
+            &best.levels,
+        );
+        let mut rivals: Vec<(usize, f64)> = near
+            .iter()
+            .zip(&fits)
+            .map(|((place, _), fit)| (*place, best.score - fit.score))
+            .filter(|(_, behind)| *behind < within)
+            .collect();
+        rivals.sort_by(|a, b| a.1.total_cmp(&b.1));
+        Judged {
+            hypothesis: member,
+            cost_without: best.score - alone.score,
+            cost_against_drift: self.cost_against_drift(best, &rest),
+            rivals,
+        }
+    }
+
+    /// What it costs to explain by drift what a member explains, only drift's terms priced.
+    fn cost_against_drift(&self, best: &Fit, rest: &[usize]) -> f64 {
+        if matches!(self.drift, DriftPrior::Declared(_)) {
+            return f64::INFINITY;
+        }
+        let lenient = |fit: &Fit| {
+            fit.log_likelihood + self.log_prior(&fit.members) - self.drift_terms(&fit.drift)
+        };
+        let set = self.members(rest);
+        let records = best.drift.len();
+        let mut candidates: Vec<Vec<Drift>> =
+            vec![vec![Drift::Flicker; records], vec![Drift::Walk; records]];
+        for record in 0..records {
+            for drift in [Drift::Flicker, Drift::Walk] {
+                let mut one = best.drift.clone();
+                one[record] = drift;
+                candidates.push(one);
+            }
+        }
+        let reached = candidates
+            .into_iter()
+            .map(|drift| {
+                let mut fit = evaluate(self.equations, &set, &best.levels, &drift, Effort::FULL);
+                fit.members = rest.to_vec();
+                lenient(&fit)
+            })
+            .fold(f64::NEG_INFINITY, f64::max);
+        lenient(best) - reached
+    }
+
+    /// How far a member's effect lies outside what `rival` and the other members can make, in standard deviations.
+    pub fn separation(&self, best: &Fit, member: usize, rival: usize) -> f64 {
+        let place = best
+            .members
+            .iter()
+            .position(|&other| other == member)
+            .expect("a member of the set");
+        let mut set = self.members(&best.members);
+        set.push(&self.hypotheses[rival]);
+        let assembled = Assembled::new(self.equations, &set);
+        let information = assembled.information(self.equations, &best.levels);
+        let own = assembled.blocks[place].clone();
+        let effect = nalgebra::DVector::from_iterator(
+            own.len(),
+            own.clone().map(|k| {
+                best.estimate[best.blocks[place].start + k - own.start] / assembled.scale[k]
+            }),
+        );
+        let others: Vec<usize> = (0..information.nrows())
+            .filter(|k| !own.contains(k))
+            .collect();
+        let of_own = information
+            .view((own.start, own.start), (own.len(), own.len()))
+            .into_owned();
+        let cross = DMatrix::from_fn(others.len(), own.len(), |i, j| {
+            information[(others[i], own.start + j)]
+        });
+        let between = DMatrix::from_fn(others.len(), others.len(), |i, j| {
+            information[(others[i], others[j])]
+        });
+        let seen_by_others = &cross * &effect;
+        let inverse = pseudo_inverse(&between);
+        let whole = effect.dot(&(&of_own * &effect));
+        let spanned = seen_by_others.dot(&(&inverse * &seen_by_others));
+        (whole - spanned).max(0.0).sqrt()
+    }
+}
+
+/// A rival may gain this much from refitting the noise.
+const SCREENING_MARGIN: f64 = 5.0;
+
+/// Inverse over the directions that are there, rows scaled to unit diagonal before.
+fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let scale: Vec<f64> = (0..matrix.nrows())
+        .map(|k| 1.0 / matrix[(k, k)].max(1e-200).sqrt())
+        .collect();
+    let count = matrix.nrows();
+    let scaled = DMatrix::from_fn(count, count, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+    let eigen = nalgebra::SymmetricEigen::new(scaled);
+    let mut inverse = DMatrix::zeros(count, count);
+    for (value, direction) in eigen
+        .eigenvalues
+        .iter()
+        .zip(eigen.eigenvectors.column_iter())
+    {
+        if *value > 1e-8 {
+            inverse += direction * direction.transpose() / *value;
+        }
+    }
+    DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j])
+}
+
+fn without(members: &[usize], member: usize) -> Vec<usize> {
+    members
+        .iter()
+        .copied()
+        .filter(|&other| other != member)
+        .collect()
+}
+
+fn best_of(fits: Vec<Fit>, current: Fit) -> Fit {
+    fits.into_iter().fold(
+        current,
+        |best, fit| {
+            if fit.score > best.score { fit } else { best }
+        },
+    )
+}

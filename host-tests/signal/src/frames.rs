@@ -1,0 +1,106 @@
+//! Hann frames at half overlap, and their transforms.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use realfft::num_complex::Complex64;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+
+/// Frames of one length.
+pub struct Frames {
+    /// Rows of a frame, even.
+    pub length: usize,
+    /// The window.
+    pub window: Vec<f64>,
+    /// Σ window².
+    pub window_power: f64,
+    forward: Arc<dyn RealToComplex<f64>>,
+    inverse: Arc<dyn ComplexToReal<f64>>,
+}
+
+/// Length of a frame \[s\]: slow motion and bursts are both resolved.
+const FRAME_S: f64 = 2.0;
+
+/// Bounds of a frame in rows.
+const FRAME_ROWS: [f64; 2] = [128.0, 8192.0];
+
+/// Least number of frames in a record.
+const LEAST_FRAMES: usize = 4;
+
+impl Frames {
+    /// Frames of some two seconds for `rows` rows at `rate_hz`; `None` where there are too few rows.
+    pub fn new(rows: usize, rate_hz: f64) -> Option<Self> {
+        let wished = (FRAME_S * rate_hz).clamp(FRAME_ROWS[0], FRAME_ROWS[1]);
+        let length = 1_usize << (wished.log2().round() as u32);
+        let longest = (rows / LEAST_FRAMES)
+            .checked_ilog2()
+            .map(|power| 1_usize << power)?;
+        let length = length.min(longest);
+        if length < 16 {
+            return None;
+        }
+        let mut planner = RealFftPlanner::new();
+        let window: Vec<f64> = (0..length)
+            .map(|row| 0.5 - 0.5 * (TAU * row as f64 / length as f64).cos())
+            .collect();
+        Some(Self {
+            length,
+            window_power: window.iter().map(|value| value * value).sum(),
+            window,
+            forward: planner.plan_fft_forward(length),
+            inverse: planner.plan_fft_inverse(length),
+        })
+    }
+
+    /// Rows between frames.
+    pub fn hop(&self) -> usize {
+        self.length / 2
+    }
+
+    /// Frequencies of a frame's transform.
+    pub fn frequencies(&self) -> usize {
+        self.length / 2 + 1
+    }
+
+    /// Transform of the windowed frame that begins at `first`.
+    pub fn transform(&self, values: &[f64], first: usize) -> Vec<Complex64> {
+        let mut frame: Vec<f64> = values[first..first + self.length]
+            .iter()
+            .zip(&self.window)
+            .map(|(value, window)| value * window)
+            .collect();
+        let mut spectrum = self.forward.make_output_vec();
+        self.forward
+            .process(&mut frame, &mut spectrum)
+            .expect("lengths as planned");
+        spectrum
+    }
+
+    /// Rows of a transform.
+    pub fn rows_of(&self, mut spectrum: Vec<Complex64>) -> Vec<f64> {
+        let mut frame = self.inverse.make_output_vec();
+        spectrum[0].im = 0.0;
+        let last = spectrum.len() - 1;
+        spectrum[last].im = 0.0;
+        self.inverse
+            .process(&mut spectrum, &mut frame)
+            .expect("lengths as planned");
+        let scale = 1.0 / self.length as f64;
+        frame.iter_mut().for_each(|value| *value *= scale);
+        frame
+    }
+
+    /// Noise power per row at a frame's frequencies, from that of DCT-II coefficients of `by_coefficient.len()` rows.
+    pub fn resample(&self, by_coefficient: &[f64]) -> Vec<f64> {
+        let count = by_coefficient.len();
+        (0..self.frequencies())
+            .map(|k| {
+                let place = k as f64 / self.length as f64 * 2.0 * count as f64;
+                let low = (place as usize).min(count - 1);
+                let high = (low + 1).min(count - 1);
+                let share = (place - low as f64).clamp(0.0, 1.0);
+                by_coefficient[low] + share * (by_coefficient[high] - by_coefficient[low])
+            })
+            .collect()
+    }
+}
