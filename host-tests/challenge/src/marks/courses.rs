@@ -113,13 +113,7 @@ fn ship(rng: &mut ChaCha8Rng) -> Motion {
 }
 
 /// Lines between two frequencies whose rates add up to `rms_rad_s`; a line's rate goes as f^`slope`.
-fn band(
-    low_hz: f64,
-    high_hz: f64,
-    slope: f64,
-    rms_rad_s: f64,
-    rng: &mut ChaCha8Rng,
-) -> Vec<Term> {
+fn band(low_hz: f64, high_hz: f64, slope: f64, rms_rad_s: f64, rng: &mut ChaCha8Rng) -> Vec<Term> {
     let lines: Vec<(f64, f64)> = (0..LINES)
         .map(|place| {
             let share = (place as f64 + rng.random::<f64>()) / LINES as f64;

@@ -218,10 +218,7 @@ impl Dithered {
 }
 
 fn toml(effect: &Effect) -> String {
-    let mut text = format!(
-        "[[effect]]\nkind = \"{}\"\nconcealed = true\n",
-        effect.kind
-    );
+    let mut text = format!("[[effect]]\nkind = \"{}\"\nconcealed = true\n", effect.kind);
     if let Some(axis) = effect.axis {
         let _ = writeln!(text, "axis = \"{}\"", AXES[axis]);
     }

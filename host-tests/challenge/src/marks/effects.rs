@@ -146,14 +146,16 @@ impl Effect {
                     integral(case, |node_s| rates(case, axis, node_s), |rate| rate * rate)
                 }
                 // The temperature of the row's middle, from its two ends; the first row begins at the start.
-                "gyro_bias_temperature" => case.warming_k.as_ref().map_or_else(Vec::new, |warming| {
-                    let ends = &warming[axis];
-                    let before = std::iter::once(&0.0).chain(ends);
-                    before
-                        .zip(ends)
-                        .map(|(begin, end)| 0.5 * (begin + end) * case.period_s)
-                        .collect()
-                }),
+                "gyro_bias_temperature" => {
+                    case.warming_k.as_ref().map_or_else(Vec::new, |warming| {
+                        let ends = &warming[axis];
+                        let before = std::iter::once(&0.0).chain(ends);
+                        before
+                            .zip(ends)
+                            .map(|(begin, end)| 0.5 * (begin + end) * case.period_s)
+                            .collect()
+                    })
+                }
                 _ => Vec::new(),
             };
             add_scaled(&mut added.gyro_rad[axis], size, &shape);
@@ -268,11 +270,7 @@ fn rates(case: &Case, axis: usize, start_s: f64) -> Vec<f64> {
 }
 
 /// Integrates a function of a series over each row.
-fn integral(
-    case: &Case,
-    at: impl Fn(f64) -> Vec<f64>,
-    function: impl Fn(f64) -> f64,
-) -> Vec<f64> {
+fn integral(case: &Case, at: impl Fn(f64) -> Vec<f64>, function: impl Fn(f64) -> f64) -> Vec<f64> {
     let mut sum = vec![0.0; case.rows];
     for (node, weight) in GAUSS {
         let values = at(node * case.period_s);

@@ -70,12 +70,22 @@ pub const BASIC: [KindRow; 5] = [
 /// The others.
 pub const OTHERS: [KindRow; 9] = [
     row("installation", 0.01, Needs::Motion, Numbers::Six),
-    row("reference_misalignment", 0.02, Needs::Motion, Numbers::Three),
+    row(
+        "reference_misalignment",
+        0.02,
+        Needs::Motion,
+        Numbers::Three,
+    ),
     row("gyro_bias_step", 1e-3, Needs::Nothing, Numbers::Event),
     row("counter_slip", 1e-2, Needs::Nothing, Numbers::Event),
     row("gyro_scale_asymmetry", 0.02, Needs::Motion, Numbers::Three),
     row("gyro_scale_quadratic", 0.05, Needs::Motion, Numbers::Three),
-    row("gyro_bias_temperature", 1e-3, Needs::Temperature, Numbers::Three),
+    row(
+        "gyro_bias_temperature",
+        1e-3,
+        Needs::Temperature,
+        Numbers::Three,
+    ),
     row("gyro_g_bias", 1e-4, Needs::Force, Numbers::Nine),
     row("axis_flexure", 1e-6, Needs::FastMotion, Numbers::Six),
 ];
@@ -165,4 +175,13 @@ impl KindRow {
             _ => true,
         }
     }
+}
+
+/// Returns the largest credible size of a kind; infinite for kinds that are not in the tables.
+pub fn largest(kind: &str) -> f64 {
+    BASIC
+        .iter()
+        .chain(&OTHERS)
+        .find(|row| row.kind == kind)
+        .map_or(f64::INFINITY, |row| row.largest)
 }

@@ -75,10 +75,8 @@ impl Term {
                 let order = derivative.order();
                 amplitude_rad
                     * angular_frequency_rad_s.powi(order)
-                    * (angular_frequency_rad_s * time_s
-                        + phase_rad
-                        + FRAC_PI_2 * f64::from(order))
-                    .sin()
+                    * (angular_frequency_rad_s * time_s + phase_rad + FRAC_PI_2 * f64::from(order))
+                        .sin()
             }
             Self::Chirp {
                 amplitude_rad,
@@ -86,8 +84,8 @@ impl Term {
                 sweep_rad_s2,
                 phase_rad,
             } => {
-                let phase = phase_rad
-                    + (angular_frequency_rad_s + 0.5 * sweep_rad_s2 * time_s) * time_s;
+                let phase =
+                    phase_rad + (angular_frequency_rad_s + 0.5 * sweep_rad_s2 * time_s) * time_s;
                 let rate = angular_frequency_rad_s + sweep_rad_s2 * time_s;
                 let (sin, cos) = phase.sin_cos();
                 amplitude_rad

@@ -113,7 +113,9 @@ fn record_rows(rows: &Rows, noise_seed: u64) -> (Recording, Model) {
         // What the contract's model predicts, with the effects beside the case's part.
         let scale = 1.0 / (1.0 - rows.unit.scale_error[axis]);
         let bias_rad = rows.unit.bias_rad_s[axis] * period_s * scale;
-        let noise = setting.gyro_levels(axis).series_rad(count, period_s, &mut rng);
+        let noise = setting
+            .gyro_levels(axis)
+            .series_rad(count, period_s, &mut rng);
         let sensed: Vec<f64> = (0..count)
             .map(|row| {
                 let case_rad: f64 = (0..3)

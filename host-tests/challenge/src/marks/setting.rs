@@ -23,9 +23,7 @@ pub struct Limits {
 }
 
 /// How the case moves.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MotionKind {
     /// A rate table's sine about one axis.
@@ -65,9 +63,7 @@ pub const MOTIONS: [MotionKind; 10] = [
 ];
 
 /// What measures the case's motion.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ReferenceKind {
     /// An encoder of 1e-7 rad.
@@ -215,5 +211,50 @@ impl Setting {
     pub fn reference_rate_density(&self, frequency_hz: f64) -> f64 {
         let angle = 2.0 * (PI * frequency_hz * self.period_s()).sin() * self.reference_angle_rad;
         self.reference_walk_rad_sqrt_s.powi(2) + angle.powi(2) / self.period_s()
+    }
+}
+
+/// Returns a kind's name in files.
+fn name_of(kind: &impl Serialize) -> String {
+    serde_json::to_value(kind)
+        .ok()
+        .and_then(|value| value.as_str().map(str::to_owned))
+        .unwrap_or_default()
+}
+
+impl Setting {
+    /// Returns the setting in one line.
+    pub fn words(&self) -> String {
+        format!(
+            "{}, {}, {} Hz, {:.0} s, declared × {:.2}, drift {}",
+            name_of(&self.motion),
+            name_of(&self.reference),
+            self.rate_hz,
+            self.length_s(),
+            self.declared_over_true,
+            self.drift.name()
+        )
+    }
+
+    /// Returns what the setting has in common with others.
+    pub fn groups(&self) -> Vec<String> {
+        let length = match self.length_s() {
+            seconds if seconds < 60.0 => "below 60 s",
+            seconds if seconds < 200.0 => "60 to 200 s",
+            _ => "200 s and more",
+        };
+        let declared = match self.declared_over_true {
+            factor if factor < 0.85 => "too low",
+            factor if factor > 1.0 / 0.85 => "too high",
+            _ => "about right",
+        };
+        vec![
+            format!("motion {}", name_of(&self.motion)),
+            format!("reference {}", name_of(&self.reference)),
+            format!("rate {} Hz", self.rate_hz),
+            format!("length {length}"),
+            format!("declared noise {declared}"),
+            format!("drift {}", self.drift.name()),
+        ]
     }
 }

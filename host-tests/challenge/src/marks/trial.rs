@@ -20,17 +20,7 @@ use rlg_recording::error::InputError;
 
 /// What a trial tests.
 #[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Hash,
-    Serialize,
-    Deserialize,
-    ValueEnum,
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ValueEnum,
 )]
 #[serde(rename_all = "snake_case")]
 pub enum Family {
@@ -62,8 +52,23 @@ pub const CYCLE: [Family; 17] = {
         Basic, Dithered, DitheredNull, Drift, DriftBasic, Hour, Null, Pair, Single, WeakDrift,
     };
     [
-        Null, Basic, Drift, Single, Null, Basic, WeakDrift, Pair, Null, Single, DriftBasic, Drift,
-        Null, Basic, DitheredNull, Dithered, Hour,
+        Null,
+        Basic,
+        Drift,
+        Single,
+        Null,
+        Basic,
+        WeakDrift,
+        Pair,
+        Null,
+        Single,
+        DriftBasic,
+        Drift,
+        Null,
+        Basic,
+        DitheredNull,
+        Dithered,
+        Hour,
     ]
 };
 
