@@ -428,4 +428,4 @@ fn say(scores: &Scores, terminal: &Terminal) {
 }
 
 /// Wrong trials that are listed on the terminal.
-pub const SHOWN: usize = 12;
+const SHOWN: usize = 12;

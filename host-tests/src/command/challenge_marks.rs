@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde_json::json;
 
-use super::challenge::SHOWN;
 use crate::challenge::commit::{ANSWERS, COMMITMENTS, OUTCOMES, commitments};
 use crate::challenge::marks::engine::{EngineName, engine};
 use crate::challenge::marks::run::{Cost, Outcome, Plan, prepare};
@@ -20,6 +19,9 @@ const SCORES: &str = "challenge.json";
 
 /// Times, which are not the same bytes twice.
 const COSTS: &str = "costs.json";
+
+/// Failures that are listed on the terminal.
+const SHOWN: usize = 30;
 
 /// Options of `rlg challenge --marks`.
 #[derive(Debug, Args)]

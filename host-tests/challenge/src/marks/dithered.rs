@@ -16,10 +16,9 @@ use rlg_recording::{Quantity, Recording};
 use rlg_simulator::scenario::Scenario;
 use rlg_simulator::{Seeds, simulate};
 
-use super::effects::{AXES, Effect};
-use super::noise::{Levels, dct, weighted_product};
-use super::setting::{log_uniform, one_of, sign};
-use super::trial::{Strong, draw_strength};
+use super::effects::{AXES, Effect, Strong};
+use super::noise::{Levels, Weighting, dct};
+use super::setting::{draw_strength, log_uniform, one_of, sign};
 
 /// Rows a second \[Hz\].
 const RATE_HZ: f64 = 4000.0;
@@ -131,11 +130,9 @@ impl Dithered {
                 .zip(&before[axis])
                 .map(|(with, without)| with - without)
                 .collect();
-            let spectrum = self
-                .levels(axis)
-                .spectrum_rad2(difference.len(), 1.0 / RATE_HZ);
+            let weighting = Weighting::new(&self.levels(axis), difference.len(), 1.0 / RATE_HZ);
             let shape = dct(&difference);
-            power += weighted_product(&shape, &shape, &spectrum);
+            power += weighting.product(&shape, &shape);
         }
         Ok(power.sqrt())
     }
@@ -293,4 +290,27 @@ fn motion(rng: &mut ChaCha8Rng) -> String {
         let _ = write!(text, "[[motion]]\n{lines}duration_s = 4.0\n");
     }
     text + "[[motion]]\nkind = \"still\"\nduration_s = 2.0\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng as _;
+
+    #[test]
+    fn a_bias_of_dithered_counts_is_as_strong_as_in_increments() {
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        let drawn = Dithered::draw(&mut rng, false).expect("drawn");
+        let before = drawn.residual_rad(None).expect("simulated");
+        let bias = Effect {
+            kind: "gyro_bias",
+            axis: None,
+            values: BTreeMap::from([("y".to_owned(), 3e-6)]),
+        };
+        let rho = drawn.strength(&bias, &before).expect("simulated");
+        let walk = drawn.walk_rad_sqrt_s[1].hypot(drawn.reference_walk_rad_sqrt_s);
+        let exact = 3e-6 * 20_f64.sqrt() / walk;
+        // Pulses, pickoff and reference blur the angle at either end.
+        assert!(rho < exact && rho > 0.9 * exact, "{rho} {exact}");
+    }
 }

@@ -31,6 +31,15 @@ pub struct Effect {
     pub values: BTreeMap<String, f64>,
 }
 
+/// An effect with its strength.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Strong {
+    /// The effect.
+    pub effect: Effect,
+    /// Its matched-filter SNR in the noise that is really added.
+    pub rho: f64,
+}
+
 /// What an effect adds to increments \[rad\].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Perturbation {

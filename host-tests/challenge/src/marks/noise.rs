@@ -2,10 +2,11 @@
 //!
 //! IEEE 952's N, Q (as white noise of angle), B and K. Spectra are two-sided densities of increments \[rad²\] over
 //! the bins of an orthonormal DCT-II: white increments of variance σ² have σ² in every bin, so the strength of a known
-//! signal is ρ² = Σ Y_k²/S_k.
+//! signal is ρ² = Σ Y_k²/S_k, but for the rows at the ends ([`Weighting`]).
 
 use std::f64::consts::{LN_2, PI};
 
+use nalgebra::{Matrix2, Vector2};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use realfft::RealFftPlanner;
@@ -191,11 +192,59 @@ pub fn dct(series: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Returns Σ a_k b_k / S_k of two DCTs.
-pub fn weighted_product(a: &[f64], b: &[f64], spectrum: &[f64]) -> f64 {
+/// The inverse covariance of noise, for DCTs of series.
+///
+/// Differenced white angle is diagonal in the DCT-II but for the first and the last row, whose angles before and
+/// after have no neighbour: C = diag(S) + σ²(e₁e₁ᵀ + eₙeₙᵀ), inverted by Woodbury's identity. Without it a coarse
+/// encoder would seem to measure the mean rate as well as its angle random walk allows.
+#[derive(Debug, Clone)]
+pub struct Weighting {
+    spectrum_rad2: Vec<f64>,
+    ends: [Vec<f64>; 2],
+    /// (σ⁻² + Σ c cᵀ/S)⁻¹.
+    inside: Matrix2<f64>,
+}
+
+impl Weighting {
+    /// Prepares the weights of noise over some rows.
+    pub fn new(levels: &Levels, rows: usize, period_s: f64) -> Self {
+        let spectrum_rad2 = levels.spectrum_rad2(rows, period_s);
+        let ends = [0, rows - 1].map(|row| {
+            let mut impulse = vec![0.0; rows];
+            impulse[row] = 1.0;
+            dct(&impulse)
+        });
+        let inner = Matrix2::from_fn(|a, b| weighted_product(&ends[a], &ends[b], &spectrum_rad2));
+        let angle = levels.angle_rad.powi(2);
+        // (1/σ² + G)⁻¹ = σ² (1 + σ² G)⁻¹, which has an inverse for any noise.
+        let inside = (Matrix2::identity() + inner * angle)
+            .try_inverse()
+            .unwrap_or_else(Matrix2::zeros)
+            * angle;
+        Self {
+            spectrum_rad2,
+            ends,
+            inside,
+        }
+    }
+
+    /// Returns aᵀ C⁻¹ b of the DCTs of two series \[rad\].
+    pub fn product(&self, a: &[f64], b: &[f64]) -> f64 {
+        let at_ends = |series: &[f64]| {
+            Vector2::from_fn(|end, _| {
+                weighted_product(series, &self.ends[end], &self.spectrum_rad2)
+            })
+        };
+        weighted_product(a, b, &self.spectrum_rad2)
+            - (at_ends(a).transpose() * self.inside * at_ends(b))[0]
+    }
+}
+
+/// Returns Σ a_k b_k / S_k.
+fn weighted_product(a: &[f64], b: &[f64], spectrum_rad2: &[f64]) -> f64 {
     a.iter()
         .zip(b)
-        .zip(spectrum)
+        .zip(spectrum_rad2)
         .map(|((a, b), density)| a * b / density)
         .sum()
 }

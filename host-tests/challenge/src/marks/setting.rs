@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use super::noise::{Drift, Levels};
 
+/// Strengths that are drawn: matched-filter SNR.
+const STRENGTHS: [f64; 2] = [10.0, 30.0];
+
 /// Rates of ordinary recorders \[Hz\].
 pub const RATES_HZ: [f64; 6] = [50.0, 100.0, 200.0, 400.0, 1000.0, 4000.0];
 
@@ -117,6 +120,11 @@ pub struct Setting {
 /// Returns a number whose logarithm is uniform.
 pub fn log_uniform(rng: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
     low * (high / low).powf(rng.random::<f64>())
+}
+
+/// Returns a strength: the logarithm is uniform.
+pub fn draw_strength(rng: &mut ChaCha8Rng) -> f64 {
+    log_uniform(rng, STRENGTHS[0], STRENGTHS[1])
 }
 
 /// Returns one of several.

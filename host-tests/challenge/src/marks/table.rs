@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::judge::{Judgement, Score, judge};
+use super::groups::{Counts, Failure, Judged, failure, groups, id};
+use super::judge::{Score, judge};
 use super::record::Answer;
 use super::run::{Outcome, Plan};
 use super::trial::Family;
@@ -57,38 +58,6 @@ enum Need {
     Within(f64, f64),
 }
 
-/// A trial whose diagnosis was not right.
-#[derive(Debug, Clone, Serialize)]
-pub struct Failure {
-    /// `seed:number`.
-    pub trial: String,
-    /// Its family.
-    pub family: Family,
-    /// Its setting in words.
-    pub setting: String,
-    /// What was concealed, with ρ.
-    pub concealed: Vec<String>,
-    /// What was claimed.
-    pub claimed: Vec<String>,
-    /// How it was judged.
-    pub score: Score,
-}
-
-/// Counts of like trials by score.
-#[derive(Debug, Clone, Copy, Default, Serialize)]
-pub struct Counts {
-    /// Right, or nothing said of a null.
-    pub right: usize,
-    /// Right, "or drift".
-    pub or_drift: usize,
-    /// Not named.
-    pub missed: usize,
-    /// Named wrongly.
-    pub wrong: usize,
-    /// No answer.
-    pub unanswered: usize,
-}
-
 /// `challenge.json` of the marks.
 #[derive(Debug, Clone, Serialize)]
 pub struct Scores {
@@ -106,18 +75,6 @@ pub struct Scores {
     pub groups: BTreeMap<String, Counts>,
     /// What was not right.
     pub failures: Vec<Failure>,
-}
-
-impl Counts {
-    fn add(&mut self, score: Score) {
-        *match score {
-            Score::Right => &mut self.right,
-            Score::OrDrift => &mut self.or_drift,
-            Score::Missed => &mut self.missed,
-            Score::Wrong => &mut self.wrong,
-            Score::Unanswered => &mut self.unanswered,
-        } += 1;
-    }
 }
 
 fn status(need: Need, hits: usize, of: usize, [low, high]: [f64; 2]) -> Status {
@@ -162,13 +119,6 @@ fn mark(name: &str, need: Need, hits: usize, of: usize, against: Vec<String>) ->
         status: status(need, hits, of, limits_95),
         against,
     }
-}
-
-/// An answer with its judgement.
-type Judged<'a> = (&'a Answer, Judgement);
-
-fn id(answer: &Answer) -> String {
-    format!("{}:{}", answer.seed, answer.trial)
 }
 
 fn false_names(name: &str, family: Family, judged: &[Judged]) -> Mark {
@@ -309,54 +259,6 @@ pub fn score(plan: &Plan, answers: &[Answer], outcomes: &[Outcome]) -> Scores {
             .map(failure)
             .collect(),
     }
-}
-
-fn failure((answer, judgement): &Judged) -> Failure {
-    Failure {
-        trial: id(answer),
-        family: answer.family,
-        setting: answer
-            .setting
-            .as_ref()
-            .map_or("dithered counts".to_owned(), |setting| setting.words()),
-        concealed: answer
-            .effects
-            .iter()
-            .map(|effect| {
-                let names: Vec<&str> = effect.parameters.keys().map(String::as_str).collect();
-                format!("{} [{}] ρ {:.0}", effect.kind, names.join(" "), effect.rho)
-            })
-            .collect(),
-        claimed: judgement.claims.clone(),
-        score: judgement.score,
-    }
-}
-
-/// Counts by motion, reference, rate, length, declaration, drift and kind.
-fn groups(judged: &[Judged]) -> BTreeMap<String, Counts> {
-    let mut groups: BTreeMap<String, Counts> = BTreeMap::new();
-    for (answer, judgement) in judged {
-        let side = if answer.effects.is_empty() {
-            "null"
-        } else {
-            "positive"
-        };
-        let mut names = vec![format!("family {}", answer.family.name())];
-        if let Some(setting) = &answer.setting {
-            names.extend(setting.groups());
-        }
-        names.extend(
-            answer
-                .effects
-                .iter()
-                .map(|effect| format!("kind {}", effect.kind)),
-        );
-        for name in names {
-            let counts = groups.entry(format!("{side}, {name}")).or_default();
-            counts.add(judgement.score);
-        }
-    }
-    groups
 }
 
 impl Scores {

@@ -11,11 +11,11 @@ use serde::{Deserialize, Serialize};
 use super::case::{Case, Unit, Warming};
 use super::courses;
 use super::dithered::Dithered;
-use super::effects::Effect;
+use super::effects::{Effect, Strong};
 use super::kinds::{BASIC, KindRow, OTHERS};
 use super::motion::Motion;
-use super::noise::{Drift, dct, weighted_product};
-use super::setting::{Limits, MOTIONS, Setting, log_uniform, one_of};
+use super::noise::{Drift, Weighting, dct};
+use super::setting::{Limits, MOTIONS, Setting, draw_strength, one_of};
 use rlg_recording::error::InputError;
 
 /// What a trial tests.
@@ -79,9 +79,6 @@ const DRIFTS: [Drift; 3] = [
     Drift::Flicker(0.05),
 ];
 
-/// Strengths that are drawn: matched-filter SNR.
-const STRENGTHS: [f64; 2] = [10.0, 30.0];
-
 /// Two effects of a pair are as good as orthogonal: |⟨e₁, e₂⟩|/(ρ₁ρ₂) below this.
 const MOST_ALIKE: f64 = 0.5;
 
@@ -144,15 +141,6 @@ impl Family {
             _ => Vec::new(),
         }
     }
-}
-
-/// An effect with its strength.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Strong {
-    /// The effect.
-    pub effect: Effect,
-    /// Its matched-filter SNR in the noise that is really added.
-    pub rho: f64,
 }
 
 /// A recording of increments, drawn.
@@ -225,11 +213,6 @@ impl Trial {
     }
 }
 
-/// Returns a strength: the logarithm is uniform.
-pub fn draw_strength(rng: &mut ChaCha8Rng) -> f64 {
-    log_uniform(rng, STRENGTHS[0], STRENGTHS[1])
-}
-
 impl Rows {
     fn draw(family: Family, limits: &Limits, rng: &mut ChaCha8Rng) -> Self {
         let limits = family.limits(limits);
@@ -275,15 +258,21 @@ impl Rows {
             return Some(drawn);
         }
         let case = drawn.case();
+        let weightings = drawn.weightings();
         let mut shapes: Vec<[Vec<f64>; 3]> = Vec::new();
         for kind in kinds {
             let pattern = kind.draw(&drawn.setting, &drawn.motion, rng)?;
-            let (strong, shape) = drawn.scale(&pattern, kind.largest, &case, draw_strength(rng))?;
+            let (strong, shape) = drawn.scale(
+                &pattern,
+                kind.largest,
+                (&case, &weightings),
+                draw_strength(rng),
+            )?;
             drawn.effects.push(strong);
             shapes.push(shape);
         }
         if let [first, second] = shapes.as_slice() {
-            let product = drawn.product(first, second);
+            let product = product(&weightings, first, second);
             let alike = product.abs() / (drawn.effects[0].rho * drawn.effects[1].rho);
             if alike > MOST_ALIKE {
                 return None;
@@ -304,17 +293,12 @@ impl Rows {
         std::array::from_fn(|axis| dct(&added.residual_rad(axis, &sensing_from_body)))
     }
 
-    /// Returns Σ a b/S over gyros and frequencies, S the density of the noise that is really added.
-    pub fn product(&self, a: &[Vec<f64>; 3], b: &[Vec<f64>; 3]) -> f64 {
-        (0..3)
-            .map(|axis| {
-                let spectrum = self
-                    .setting
-                    .residual_levels(axis)
-                    .spectrum_rad2(self.setting.rows, self.setting.period_s());
-                weighted_product(&a[axis], &b[axis], &spectrum)
-            })
-            .sum()
+    /// Returns the weights of the noise that is really added, by gyro.
+    pub fn weightings(&self) -> [Weighting; 3] {
+        let (rows, period_s) = (self.setting.rows, self.setting.period_s());
+        std::array::from_fn(|axis| {
+            Weighting::new(&self.setting.residual_levels(axis), rows, period_s)
+        })
     }
 
     /// Scales an effect to a strength. None where its size would be no instrument's.
@@ -322,7 +306,7 @@ impl Rows {
         &self,
         pattern: &Effect,
         largest: f64,
-        case: &Case,
+        (case, weightings): (&Case, &[Weighting; 3]),
         rho: f64,
     ) -> Option<(Strong, [Vec<f64>; 3])> {
         // Delays bend with their size: a small one first.
@@ -330,7 +314,7 @@ impl Rows {
         let mut effect = pattern.scaled(SMALL * largest);
         let mut shape = self.shape(&effect, case);
         for _ in 0..2 {
-            let now = self.product(&shape, &shape).sqrt();
+            let now = product(weightings, &shape, &shape).sqrt();
             if now <= 0.0 {
                 return None;
             }
@@ -340,7 +324,14 @@ impl Rows {
             }
             shape = self.shape(&effect, case);
         }
-        let rho = self.product(&shape, &shape).sqrt();
+        let rho = product(weightings, &shape, &shape).sqrt();
         Some((Strong { effect, rho }, shape))
     }
+}
+
+/// Returns aᵀ C⁻¹ b summed over the gyros.
+pub fn product(weightings: &[Weighting; 3], a: &[Vec<f64>; 3], b: &[Vec<f64>; 3]) -> f64 {
+    (0..3)
+        .map(|axis| weightings[axis].product(&a[axis], &b[axis]))
+        .sum()
 }
