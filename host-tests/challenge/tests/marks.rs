@@ -226,6 +226,18 @@ fn recordings_hold_the_effects_and_the_noise_that_their_answers_state() {
 }
 
 #[test]
+fn two_effects_are_never_two_names_of_one() {
+    for number in (7..7 + 17 * 12).step_by(17) {
+        let trial = Trial::draw(3, number, &LIMITS).expect("drawn");
+        let kinds: Vec<&str> = trial.effects().iter().map(|one| one.effect.kind).collect();
+        let both = |a: &str, b: &str| kinds.contains(&a) && kinds.contains(&b);
+        assert_eq!((trial.family, kinds.len()), (Family::Pair, 2));
+        assert!(!both("gyro_scale", "reference_scale"), "trial {number}");
+        assert!(!both("gyro_delay", "reference_delay"), "trial {number}");
+    }
+}
+
+#[test]
 fn a_trial_alone_is_the_trial_of_a_run() {
     let mut plan = Plan::new(4, 5, &[Family::Basic, Family::Null]);
     plan.most_rows = 5000.0;

@@ -87,8 +87,9 @@ fn force(increments_rad: &[Vec<f64>; 3]) -> [Vec<f64>; 3] {
     let mut before = Vector3::zeros();
     let mut felt = up;
     let mut force: [Vec<f64>; 3] = std::array::from_fn(|_| Vec::with_capacity(rows));
-    for row in 0..rows {
-        let turned = Vector3::from_fn(|axis, _| increments_rad[axis][row]);
+    let [x, y, z] = increments_rad;
+    for ((x, y), z) in x.iter().zip(y).zip(z) {
+        let turned = Vector3::new(*x, *y, *z);
         // Savage's two-sample coning term
         let rotation = turned + before.cross(&turned) / 12.0;
         attitude *= UnitQuaternion::from_scaled_axis(rotation);

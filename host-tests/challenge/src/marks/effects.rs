@@ -240,8 +240,7 @@ impl Effect {
     }
 
     fn add_to_reference(&self, case: &Case, added: &mut Perturbation) {
-        for axis in 0..3 {
-            let sum = &mut added.reference_rad[axis];
+        for (axis, sum) in added.reference_rad.iter_mut().enumerate() {
             match self.kind {
                 "reference_delay" => {
                     add_scaled(sum, 1.0, &lateness(case, axis, self.value("all")));

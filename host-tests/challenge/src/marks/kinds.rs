@@ -156,6 +156,26 @@ impl KindRow {
         Some(effect.scaled(1.0 / largest))
     }
 
+    /// Returns one effect of a small size for each number of the kind; of a step or slip the drawn one.
+    pub fn columns(&self, drawn: &Effect) -> Vec<Effect> {
+        const SMALL: f64 = 1e-3;
+        let names = match self.numbers {
+            Numbers::Event => return vec![drawn.clone()],
+            Numbers::One => &["all"],
+            Numbers::Three => AXES.as_slice(),
+            Numbers::Six => SIX,
+            Numbers::Nine => NINE,
+        };
+        names
+            .iter()
+            .map(|name| Effect {
+                kind: self.kind,
+                axis: None,
+                values: BTreeMap::from([((*name).to_owned(), SMALL * self.largest)]),
+            })
+            .collect()
+    }
+
     /// Whether a number of that name shows under a motion.
     fn acts(&self, name: &str, motion: &Motion) -> bool {
         let letters: Vec<usize> = name

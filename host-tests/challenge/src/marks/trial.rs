@@ -4,6 +4,7 @@
 //! families were chosen.
 
 use clap::ValueEnum;
+use nalgebra::{DMatrix, DVector};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -16,6 +17,7 @@ use super::kinds::{BASIC, KindRow, OTHERS};
 use super::motion::Motion;
 use super::noise::{Drift, Weighting, dct};
 use super::setting::{Limits, MOTIONS, Setting, draw_strength, one_of};
+use crate::bounds::beside;
 use rlg_recording::error::InputError;
 
 /// What a trial tests.
@@ -79,8 +81,9 @@ const DRIFTS: [Drift; 3] = [
     Drift::Flicker(0.05),
 ];
 
-/// Two effects of a pair are as good as orthogonal: |⟨e₁, e₂⟩|/(ρ₁ρ₂) below this.
-const MOST_ALIKE: f64 = 0.5;
+/// Share of an effect of a pair that must remain beside every effect of the other's kind: less, and a recording shows
+/// one effect and not two.
+const LEAST_BESIDE: f64 = 0.8;
 
 /// Settings drawn before a kind that none of them can show gives way to another kind.
 const ATTEMPTS: usize = 20;
@@ -259,26 +262,44 @@ impl Rows {
         }
         let case = drawn.case();
         let weightings = drawn.weightings();
-        let mut shapes: Vec<[Vec<f64>; 3]> = Vec::new();
         for kind in kinds {
             let pattern = kind.draw(&drawn.setting, &drawn.motion, rng)?;
-            let (strong, shape) = drawn.scale(
+            let strong = drawn.scale(
                 &pattern,
                 kind.largest,
                 (&case, &weightings),
                 draw_strength(rng),
             )?;
             drawn.effects.push(strong);
-            shapes.push(shape);
         }
-        if let [first, second] = shapes.as_slice() {
-            let product = product(&weightings, first, second);
-            let alike = product.abs() / (drawn.effects[0].rho * drawn.effects[1].rho);
-            if alike > MOST_ALIKE {
-                return None;
+        for (own, other) in [(0, 1), (1, 0)] {
+            if let (Some(strong), Some(rival)) = (drawn.effects.get(own), kinds.get(other)) {
+                let left = drawn.rho_beside(strong, rival, &drawn.effects[other], &case);
+                if left < LEAST_BESIDE * strong.rho {
+                    return None;
+                }
             }
         }
         Some(drawn)
+    }
+
+    /// Returns what is left of a strength beside every effect of another kind.
+    fn rho_beside(&self, strong: &Strong, rival: &KindRow, drawn: &Strong, case: &Case) -> f64 {
+        let weightings = self.weightings();
+        let own = self.shape(&strong.effect, case);
+        let columns: Vec<[Vec<f64>; 3]> = rival
+            .columns(&drawn.effect)
+            .iter()
+            .map(|column| self.shape(column, case))
+            .collect();
+        let count = columns.len();
+        let gram = DMatrix::from_fn(count, count, |a, b| {
+            product(&weightings, &columns[a], &columns[b])
+        });
+        let against = DVector::from_fn(count, |a, _| product(&weightings, &own, &columns[a]));
+        // A column that the motion does not show has no power.
+        let shown: Vec<usize> = (0..count).filter(|&a| gram[(a, a)] > 0.0).collect();
+        beside(&gram, strong.rho.powi(2), &against, &shown).sqrt()
     }
 
     /// Returns what the instruments are exposed to.
@@ -308,7 +329,7 @@ impl Rows {
         largest: f64,
         (case, weightings): (&Case, &[Weighting; 3]),
         rho: f64,
-    ) -> Option<(Strong, [Vec<f64>; 3])> {
+    ) -> Option<Strong> {
         // Delays bend with their size: a small one first.
         const SMALL: f64 = 1e-3;
         let mut effect = pattern.scaled(SMALL * largest);
@@ -325,7 +346,7 @@ impl Rows {
             shape = self.shape(&effect, case);
         }
         let rho = product(weightings, &shape, &shape).sqrt();
-        Some((Strong { effect, rho }, shape))
+        Some(Strong { effect, rho })
     }
 }
 
