@@ -1,7 +1,7 @@
 //! The blind proof: effects are concealed by a seed, diagnosed, and scored.
 //!
 //! tickets (`trial`) → scenes (`scene`) → predictions without noise (`predict`, `whiten`, `bounds`) → answers
-//! (`kinds`, `answer`) → commitments (`commit`) → recordings and diagnoses (`examine`) → scores (`score`, `marks`,
+//! (`kinds`, `answer`) → commitments (`commit`) → recordings and diagnoses (`examine`) → scores (`score`, `catalogue_marks`,
 //! `chance`)
 //!
 //! Recordings of others, each with a truth file, go the same way (`given`).
@@ -15,6 +15,7 @@
 pub mod answer;
 pub mod bounds;
 pub mod case;
+pub mod catalogue_marks;
 pub mod chance;
 pub mod commit;
 pub mod examine;

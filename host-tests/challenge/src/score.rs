@@ -14,9 +14,9 @@ use statrs::distribution::{ContinuousCDF as _, Normal};
 
 use super::answer::{Answer, LADDER};
 use super::case::{Case, NAMEABLE, Plan, one_deviation, unread};
+use super::catalogue_marks::{Mark, marks};
 use super::chance::limits;
 use super::examine::Outcome;
-use super::marks::{Mark, marks};
 use super::trial::Family;
 
 /// Edges of the bins of strength.

@@ -14,8 +14,8 @@ use plotters::prelude::*;
 use super::plot::{AFTER, Axes, BEFORE, FINE, INK, builder, frame, plot, swatch};
 use super::words::number;
 use rlg_challenge::case::NAMEABLE;
+use rlg_challenge::catalogue_marks::Mark;
 use rlg_challenge::chance::upper_limit;
-use rlg_challenge::marks::Mark;
 use rlg_challenge::score::{Counts, Scores, Strength};
 
 /// Height of a plot \[page pixels\].

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::challenge_marks::{Common, MarksOptions};
 use crate::challenge::answer::Answer;
 use crate::challenge::commit::{ANSWERS, COMMITMENTS, OUTCOMES, check, commitments};
 use crate::challenge::examine::Outcome;
@@ -39,7 +40,7 @@ const RECORDING: &str = "recording";
 #[derive(Debug, Args)]
 #[command(
     name = "challenge",
-    after_help = "Examples:\n  rlg challenge --out out/challenge --trials 200\n  rlg challenge --out out/one --trials 200 --trial 17\n  rlg challenge --out out/s3 --trials 2000 --shard 3/8\n  rlg challenge --out out/all --merge out/s0 out/s1 out/s2\n  rlg challenge --check out/all\n  rlg challenge --recording R/bench-17 --truth truth/bench-17.json --out out/bench-17"
+    after_help = "Examples:\n  rlg challenge --out out/challenge --trials 200\n  rlg challenge --out out/one --trials 200 --trial 17\n  rlg challenge --out out/s3 --trials 2000 --shard 3/8\n  rlg challenge --out out/all --merge out/s0 out/s1 out/s2\n  rlg challenge --check out/all\n  rlg challenge --recording R/bench-17 --truth truth/bench-17.json --out out/bench-17\n  rlg challenge --marks --trials 600 --family null drift --out out/nulls\n  rlg challenge --marks --trial 17 --keep out/kept --out out/one"
 )]
 pub struct ChallengeCommand {
     /// Folder for the results
@@ -78,6 +79,8 @@ pub struct ChallengeCommand {
     /// Threads to work with; the result is the same bytes for any number [default: all]
     #[arg(long)]
     threads: Option<std::num::NonZeroUsize>,
+    #[command(flatten)]
+    ordinary: MarksOptions,
 }
 
 /// "3/8".
@@ -104,26 +107,40 @@ impl ChallengeCommand {
         if !self.recording.is_empty() {
             return self.others(out, terminal);
         }
-        let work = || {
+        if self.ordinary.marks {
+            let common = Common {
+                out,
+                seed: self.seed,
+                trials: self.trials,
+                only: self.trial,
+            };
+            return self.on_threads(|| self.ordinary.run(common, terminal));
+        }
+        let scores = self.on_threads(|| {
             if self.merge.is_empty() {
                 self.challenge(out, terminal)
             } else {
                 merge(&self.merge, out)
             }
-        };
-        let scores = match self.threads {
-            None => work(),
-            Some(threads) => rayon::ThreadPoolBuilder::new()
-                .num_threads(threads.get())
-                .build()
-                .map_err(|error| {
-                    InputError::new("--threads", format!("cannot be started ({error})"))
-                })?
-                .install(work),
-        }?;
+        })?;
         say(&scores, terminal);
         terminal.say(format!("To read: {}", out.join(PAGE).display()));
         terminal.result(&scores)
+    }
+
+    /// Works with as many threads as were asked for.
+    fn on_threads<T: Send>(
+        &self,
+        work: impl FnOnce() -> Result<T, InputError> + Send,
+    ) -> Result<T, InputError> {
+        let Some(threads) = self.threads else {
+            return work();
+        };
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.get())
+            .build()
+            .map_err(|error| InputError::new("--threads", format!("cannot be started ({error})")))?
+            .install(work)
     }
 
     /// Recordings of others.

@@ -16,6 +16,7 @@ use crate::terminal::Terminal;
 
 mod calibrate;
 mod challenge;
+mod challenge_marks;
 mod demo;
 mod diagnose;
 mod import;

@@ -1,0 +1,132 @@
+//! The diagnosis under test: the one place that knows which engine is called, and what is read of its answer.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use clap::ValueEnum;
+use rlg_diagnosis::diagnose_without;
+use rlg_model::Model;
+use rlg_recording::Recording;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// Which engine diagnoses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "snake_case")]
+pub enum EngineName {
+    /// The engine of `rlg diagnose`.
+    Old,
+    /// The engine with one likelihood.
+    New,
+    /// None: recordings are made and nothing is diagnosed.
+    None,
+}
+
+/// A diagnosis of recordings.
+pub trait Engine: Sync {
+    /// Diagnoses a recording under a model, or says why it cannot.
+    fn diagnose(&self, recording: &Recording, model: &Model) -> Result<DiagnosisSummary, String>;
+}
+
+/// A number with its spread.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Value.
+    pub value: f64,
+    /// Standard deviation.
+    pub std: f64,
+}
+
+/// One effect that a diagnosis reports.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FoundEffect {
+    /// Its kind.
+    pub kind: String,
+    /// Kinds that it cannot be told from.
+    pub indistinguishable_from: Vec<String>,
+    /// `named`, `measured`, `class`; engines that do not say name what they report.
+    pub label: Option<String>,
+    /// Its numbers.
+    pub numbers: BTreeMap<String, Estimate>,
+    /// Its texts: `axis`.
+    pub texts: BTreeMap<String, String>,
+    /// Its expression, where it is `unlisted`.
+    pub expression: Option<String>,
+}
+
+/// What is read of a diagnosis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DiagnosisSummary {
+    /// The verdict in one word.
+    pub verdict: String,
+    /// What was left out.
+    pub effects: Vec<FoundEffect>,
+}
+
+impl DiagnosisSummary {
+    /// Reads a `diagnosis.json`.
+    pub fn from_json(diagnosis: &Value) -> Result<Self, String> {
+        let text = |value: &Value| value.as_str().map(str::to_owned);
+        let effects = diagnosis["effects"].as_array().ok_or("no effects")?;
+        Ok(Self {
+            verdict: text(&diagnosis["verdict"]).ok_or("no verdict")?,
+            effects: effects.iter().map(found).collect(),
+        })
+    }
+}
+
+fn found(effect: &Value) -> FoundEffect {
+    let text = |name: &str| effect[name].as_str().map(str::to_owned);
+    let mut numbers = BTreeMap::new();
+    let mut texts = BTreeMap::new();
+    for parameter in effect["parameters"].as_array().into_iter().flatten() {
+        let Some(name) = parameter["name"].as_str() else {
+            continue;
+        };
+        match (parameter["value"].as_f64(), parameter["value"].as_str()) {
+            (Some(value), _) => {
+                let std = parameter["std"].as_f64().unwrap_or(f64::INFINITY);
+                numbers.insert(name.to_owned(), Estimate { value, std });
+            }
+            (None, Some(value)) => {
+                texts.insert(name.to_owned(), value.to_owned());
+            }
+            (None, None) => {}
+        }
+    }
+    let alike = effect["indistinguishable_from"].as_array();
+    FoundEffect {
+        kind: text("kind").unwrap_or_default(),
+        indistinguishable_from: alike
+            .into_iter()
+            .flatten()
+            .filter_map(|kind| kind.as_str().map(str::to_owned))
+            .collect(),
+        label: text("label"),
+        numbers,
+        texts,
+        expression: text("expression"),
+    }
+}
+
+/// The engine of `rlg diagnose`.
+struct Old;
+
+impl Engine for Old {
+    fn diagnose(&self, recording: &Recording, model: &Model) -> Result<DiagnosisSummary, String> {
+        let file = Path::new("model.toml");
+        let outcome = diagnose_without(&[], recording, model, file, 0, &|_| {})
+            .map_err(|error| error.to_string())?;
+        let json = serde_json::to_value(&outcome.diagnosis).map_err(|error| error.to_string())?;
+        DiagnosisSummary::from_json(&json)
+    }
+}
+
+/// Returns the engine of a name; none for [`EngineName::None`].
+pub fn engine(name: EngineName) -> Result<Option<Box<dyn Engine>>, String> {
+    match name {
+        EngineName::Old => Ok(Some(Box::new(Old))),
+        EngineName::New => Err("is not built into this version".to_owned()),
+        EngineName::None => Ok(None),
+    }
+}

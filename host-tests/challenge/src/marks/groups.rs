@@ -1,0 +1,110 @@
+//! Judged trials in groups, and those that were not right.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::judge::{Judgement, Score};
+use super::record::Answer;
+use super::trial::Family;
+
+/// An answer with its judgement.
+pub type Judged<'a> = (&'a Answer, Judgement);
+
+/// Returns `seed:number`.
+pub fn id(answer: &Answer) -> String {
+    format!("{}:{}", answer.seed, answer.trial)
+}
+
+/// A trial whose diagnosis was not right.
+#[derive(Debug, Clone, Serialize)]
+pub struct Failure {
+    /// `seed:number`.
+    pub trial: String,
+    /// Its family.
+    pub family: Family,
+    /// Its setting in words.
+    pub setting: String,
+    /// What was concealed, with ρ.
+    pub concealed: Vec<String>,
+    /// What was claimed.
+    pub claimed: Vec<String>,
+    /// How it was judged.
+    pub score: Score,
+}
+
+/// Counts of like trials by score.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub struct Counts {
+    /// Right, or nothing said of a null.
+    pub right: usize,
+    /// Right, "or drift".
+    pub or_drift: usize,
+    /// Not named.
+    pub missed: usize,
+    /// Named wrongly.
+    pub wrong: usize,
+    /// No answer.
+    pub unanswered: usize,
+}
+
+impl Counts {
+    fn add(&mut self, score: Score) {
+        *match score {
+            Score::Right => &mut self.right,
+            Score::OrDrift => &mut self.or_drift,
+            Score::Missed => &mut self.missed,
+            Score::Wrong => &mut self.wrong,
+            Score::Unanswered => &mut self.unanswered,
+        } += 1;
+    }
+}
+
+/// Returns a judged trial as it is listed.
+pub fn failure((answer, judgement): &Judged) -> Failure {
+    Failure {
+        trial: id(answer),
+        family: answer.family,
+        setting: answer
+            .setting
+            .as_ref()
+            .map_or("dithered counts".to_owned(), |setting| setting.words()),
+        concealed: answer
+            .effects
+            .iter()
+            .map(|effect| {
+                let names: Vec<&str> = effect.parameters.keys().map(String::as_str).collect();
+                format!("{} [{}] ρ {:.0}", effect.kind, names.join(" "), effect.rho)
+            })
+            .collect(),
+        claimed: judgement.claims.clone(),
+        score: judgement.score,
+    }
+}
+
+/// Counts trials by motion, reference, rate, length, declaration, drift and kind.
+pub fn groups(judged: &[Judged]) -> BTreeMap<String, Counts> {
+    let mut groups: BTreeMap<String, Counts> = BTreeMap::new();
+    for (answer, judgement) in judged {
+        let side = if answer.effects.is_empty() {
+            "null"
+        } else {
+            "positive"
+        };
+        let mut names = vec![format!("family {}", answer.family.name())];
+        if let Some(setting) = &answer.setting {
+            names.extend(setting.groups());
+        }
+        names.extend(
+            answer
+                .effects
+                .iter()
+                .map(|effect| format!("kind {}", effect.kind)),
+        );
+        for name in names {
+            let counts = groups.entry(format!("{side}, {name}")).or_default();
+            counts.add(judgement.score);
+        }
+    }
+    groups
+}

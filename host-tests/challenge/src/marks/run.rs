@@ -1,0 +1,213 @@
+//! A run: trials drawn, committed to, recorded, diagnosed.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::time::Instant;
+
+use rayon::prelude::*;
+use rlg_model::Model;
+use rlg_recording::Recording;
+use rlg_recording::error::InputError;
+use rlg_recording::output::write_file;
+use serde::{Deserialize, Serialize};
+
+use super::engine::{DiagnosisSummary, Engine, EngineName};
+use super::record::{Answer, record};
+use super::setting::Limits;
+use super::trial::{CYCLE, Family, Trial};
+use crate::given::MODEL;
+
+/// What is run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// Seed of everything.
+    pub seed: u64,
+    /// Trials.
+    pub trials: u64,
+    /// Families; others' numbers are passed over.
+    pub families: Vec<Family>,
+    /// Which engine diagnoses.
+    pub engine: EngineName,
+    /// One trial alone.
+    pub only: Option<u64>,
+    /// The declared noise of the reference is wrong by at most this factor.
+    pub declared_within: f64,
+    /// Longest recording \[s\].
+    pub longest_s: f64,
+    /// Rows at most.
+    pub most_rows: f64,
+}
+
+impl Plan {
+    /// Returns a plan with the marks' defaults.
+    pub fn new(seed: u64, trials: u64, families: &[Family]) -> Self {
+        let all = CYCLE.into_iter().filter(|family| *family != Family::Hour);
+        Self {
+            seed,
+            trials,
+            families: if families.is_empty() {
+                all.collect()
+            } else {
+                families.to_vec()
+            },
+            engine: EngineName::Old,
+            only: None,
+            declared_within: 1.5,
+            longest_s: 600.0,
+            most_rows: 240_000.0,
+        }
+    }
+
+    /// Returns the limits that settings are drawn in.
+    pub fn limits(&self) -> Limits {
+        Limits {
+            length_s: [20.0, self.longest_s],
+            most_rows: self.most_rows,
+            declared_within: self.declared_within,
+        }
+    }
+
+    /// Returns the numbers of the trials.
+    pub fn numbers(&self) -> Vec<u64> {
+        match self.only {
+            Some(number) => vec![number],
+            None => (0..)
+                .filter(|number| self.families.contains(&Family::of(*number)))
+                .take(self.trials as usize)
+                .collect(),
+        }
+    }
+}
+
+/// What a diagnosis said of a trial.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// The trial's number.
+    pub trial: u64,
+    /// What was said.
+    pub said: Option<DiagnosisSummary>,
+    /// Why nothing was said.
+    pub failure: Option<String>,
+}
+
+/// Cost of one trial's diagnosis; not part of the outcome, which is the same bytes every time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Cost {
+    /// The trial's number.
+    pub trial: u64,
+    /// Rows of the recording.
+    pub rows: usize,
+    /// Elapsed time of the diagnosis \[s\].
+    pub seconds: f64,
+}
+
+/// Trials with their answers, before anything is diagnosed.
+pub struct Prepared {
+    /// Trials in order.
+    pub trials: Vec<Trial>,
+    /// Their answers.
+    pub answers: Vec<Answer>,
+    /// Each answer as the line that is hashed.
+    pub lines: Vec<(u64, String)>,
+}
+
+/// Draws every trial. `progress` is told of each.
+pub fn prepare(plan: &Plan, progress: &(dyn Fn() + Sync)) -> Result<Prepared, InputError> {
+    let limits = plan.limits();
+    let drawn: Vec<(Trial, Answer, String)> = plan
+        .numbers()
+        .into_par_iter()
+        .map(|number| {
+            let trial = Trial::draw(plan.seed, number, &limits)?;
+            let answer = Answer::of(plan.seed, &trial);
+            let line = serde_json::to_string(&answer).map_err(no_json)?;
+            progress();
+            Ok((trial, answer, line))
+        })
+        .collect::<Result<_, InputError>>()?;
+    let mut prepared = Prepared {
+        trials: Vec::new(),
+        answers: Vec::new(),
+        lines: Vec::new(),
+    };
+    for (trial, answer, line) in drawn {
+        prepared.lines.push((trial.number, line));
+        prepared.trials.push(trial);
+        prepared.answers.push(answer);
+    }
+    Ok(prepared)
+}
+
+impl Prepared {
+    /// Diagnoses every trial. Recordings are kept under `keep`, where it is given; `progress` is told of each trial.
+    pub fn diagnose(
+        &self,
+        seed: u64,
+        engine: Option<&dyn Engine>,
+        keep: Option<&Path>,
+        progress: &(dyn Fn() + Sync),
+    ) -> Result<Vec<(Outcome, Cost)>, InputError> {
+        self.trials
+            .par_iter()
+            .zip(&self.lines)
+            .map(|(trial, (_, line))| {
+                let (recording, model) = record(trial)?;
+                if let Some(folder) = keep {
+                    let name = format!("trial-{seed}-{:06}", trial.number);
+                    keep_trial(&folder.join(name), &recording, &model, line)?;
+                }
+                let done = diagnose(trial.number, engine, &recording, &model);
+                progress();
+                Ok(done)
+            })
+            .collect()
+    }
+}
+
+fn diagnose(
+    trial: u64,
+    engine: Option<&dyn Engine>,
+    recording: &Recording,
+    model: &Model,
+) -> (Outcome, Cost) {
+    let begun = Instant::now();
+    // A recording that the tool cannot stand is a result, and the others go on.
+    let said = engine.map(|engine| {
+        catch_unwind(AssertUnwindSafe(|| engine.diagnose(recording, model)))
+            .unwrap_or_else(|_| Err("panicked".to_owned()))
+    });
+    let cost = Cost {
+        trial,
+        rows: recording.tables.first().map_or(0, |table| table.rows),
+        seconds: begun.elapsed().as_secs_f64(),
+    };
+    let (said, failure) = match said {
+        Some(Ok(said)) => (Some(said), None),
+        Some(Err(failure)) => (None, Some(failure)),
+        None => (None, None),
+    };
+    let outcome = Outcome {
+        trial,
+        said,
+        failure,
+    };
+    (outcome, cost)
+}
+
+/// Writes `recording/` with its model, and beside it `truth.json`.
+fn keep_trial(
+    folder: &Path,
+    recording: &Recording,
+    model: &Model,
+    truth: &str,
+) -> Result<(), InputError> {
+    let mut out = Recording::create_folder(folder.join("recording"))?;
+    recording.write_into(&mut out)?;
+    out.write(MODEL, model.to_toml().as_bytes())?;
+    out.commit()?;
+    write_file(folder.join("truth.json"), format!("{truth}\n").as_bytes())
+}
+
+fn no_json(error: serde_json::Error) -> InputError {
+    InputError::new("challenge", format!("a result has no JSON form ({error})"))
+}

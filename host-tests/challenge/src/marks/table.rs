@@ -1,0 +1,296 @@
+//! The marks table: each mark with its figure, its limits, and the trials that settle it.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::groups::{Counts, Failure, Judged, failure, groups, id};
+use super::judge::{Score, judge};
+use super::record::Answer;
+use super::run::{Outcome, Plan};
+use super::trial::Family;
+use crate::chance::{limits, upper_limit};
+
+/// "None" is met where this many trials, all without a hit, bound the share: 0 of 600 is below 0.5 %.
+const NONE_BELOW: f64 = 5e-3;
+
+/// Trials after which a share is judged by its figure alone.
+const ENOUGH: usize = 300;
+
+/// Whether a mark is met.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// Met.
+    Met,
+    /// Missed.
+    Missed,
+    /// Too few trials to say.
+    Open,
+}
+
+/// One mark.
+#[derive(Debug, Clone, Serialize)]
+pub struct Mark {
+    /// What is counted.
+    pub mark: String,
+    /// What it takes.
+    pub needed: String,
+    /// Hits.
+    pub hits: usize,
+    /// Of so many.
+    pub of: usize,
+    /// 95 % limits of the share (Clopper and Pearson); one-sided where nothing was hit.
+    pub limits_95: [f64; 2],
+    /// Whether it is met.
+    pub status: Status,
+    /// `seed:number` of the trials that speak against it.
+    pub against: Vec<String>,
+}
+
+/// What a share must be.
+#[derive(Debug, Clone, Copy)]
+enum Need {
+    None,
+    AtLeast(f64),
+    AtMost(f64),
+    Within(f64, f64),
+}
+
+/// `challenge.json` of the marks.
+#[derive(Debug, Clone, Serialize)]
+pub struct Scores {
+    /// Format of this file.
+    pub format: u32,
+    /// Version of the tool.
+    pub version: &'static str,
+    /// What was run.
+    pub plan: Plan,
+    /// Trials.
+    pub trials: usize,
+    /// The table.
+    pub marks: Vec<Mark>,
+    /// Counts by what trials have in common, nulls and positives apart.
+    pub groups: BTreeMap<String, Counts>,
+    /// What was not right.
+    pub failures: Vec<Failure>,
+}
+
+fn status(need: Need, hits: usize, of: usize, [low, high]: [f64; 2]) -> Status {
+    let share = hits as f64 / of.max(1) as f64;
+    let (sure_met, sure_missed, met_now) = match need {
+        Need::None => (high <= NONE_BELOW && hits == 0, hits > 0, false),
+        Need::AtLeast(least) => (low >= least, high < least, share >= least),
+        Need::AtMost(most) => (high <= most, low > most, share <= most),
+        Need::Within(at, by) => (
+            low >= at - by && high <= at + by,
+            low > at + by || high < at - by,
+            (share - at).abs() <= by,
+        ),
+    };
+    let enough = of >= ENOUGH && !matches!(need, Need::None);
+    match () {
+        () if of == 0 => Status::Open,
+        () if sure_met || (enough && met_now) => Status::Met,
+        () if sure_missed || enough => Status::Missed,
+        () => Status::Open,
+    }
+}
+
+fn mark(name: &str, need: Need, hits: usize, of: usize, against: Vec<String>) -> Mark {
+    let limits_95 = if hits == 0 {
+        [0.0, upper_limit(0, of)]
+    } else {
+        limits(hits, of)
+    };
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    Mark {
+        mark: name.to_owned(),
+        needed: match need {
+            Need::None => "0".to_owned(),
+            Need::AtLeast(least) => format!("≥ {}", percent(least)),
+            Need::AtMost(most) => format!("≤ {}", percent(most)),
+            Need::Within(at, by) => format!("{} ± {}", percent(at), percent(by)),
+        },
+        hits,
+        of,
+        limits_95,
+        status: status(need, hits, of, limits_95),
+        against,
+    }
+}
+
+fn false_names(name: &str, family: Family, judged: &[Judged]) -> Mark {
+    let own = judged.iter().filter(|(answer, judgement)| {
+        answer.family == family && judgement.score != Score::Unanswered
+    });
+    let (mut of, mut against) = (0, Vec::new());
+    for (answer, judgement) in own {
+        of += 1;
+        if judgement.score == Score::Wrong {
+            against.push(id(answer));
+        }
+    }
+    mark(name, Need::None, against.len(), of, against)
+}
+
+fn right_names(name: &str, family: Family, judged: &[Judged]) -> Mark {
+    // "Or drift" is neither a false name nor a miss.
+    let own: Vec<&Judged> = judged
+        .iter()
+        .filter(|(answer, judgement)| {
+            answer.family == family
+                && !matches!(judgement.score, Score::Unanswered | Score::OrDrift)
+        })
+        .collect();
+    let against: Vec<String> = own
+        .iter()
+        .filter(|(_, judgement)| judgement.score != Score::Right)
+        .map(|(answer, _)| id(answer))
+        .collect();
+    let hits = own.len() - against.len();
+    mark(name, Need::AtLeast(0.98), hits, own.len(), against)
+}
+
+fn pulls(judged: &[Judged]) -> [Mark; 2] {
+    let all: Vec<f64> = judged
+        .iter()
+        .flat_map(|(_, judgement)| judgement.pulls.iter().map(|pull| pull.abs()))
+        .collect();
+    let beyond = |sigmas: f64| all.iter().filter(|pull| **pull > sigmas).count();
+    let far = judged
+        .iter()
+        .filter(|(_, judgement)| judgement.pulls.iter().any(|pull| pull.abs() > 3.0));
+    let within = all.len() - beyond(1.0);
+    [
+        mark(
+            "parameters more than 3 σ from the truth",
+            Need::AtMost(0.01),
+            beyond(3.0),
+            all.len(),
+            far.map(|(answer, _)| id(answer)).collect(),
+        ),
+        mark(
+            "parameters within 1 σ of the truth",
+            Need::Within(0.683, 0.02),
+            within,
+            all.len(),
+            Vec::new(),
+        ),
+    ]
+}
+
+fn unanswered(judged: &[Judged]) -> Mark {
+    let against: Vec<String> = judged
+        .iter()
+        .filter(|(_, judgement)| judgement.score == Score::Unanswered)
+        .map(|(answer, _)| id(answer))
+        .collect();
+    let name = "recordings without an answer";
+    mark(name, Need::None, against.len(), judged.len(), against)
+}
+
+/// Scores a run.
+pub fn score(plan: &Plan, answers: &[Answer], outcomes: &[Outcome]) -> Scores {
+    let judged: Vec<Judged> = answers
+        .iter()
+        .zip(outcomes)
+        .map(|(answer, outcome)| (answer, judge(answer, outcome)))
+        .collect();
+    let nulls = [
+        (
+            "false names, ordinary motions without effects",
+            Family::Null,
+        ),
+        (
+            "false names, drifting gyros (walks of 0.05 and 0.3 Hz, flicker)",
+            Family::Drift,
+        ),
+        (
+            "false names, weakest drift (walk of 0.01 Hz, 120 to 200 s)",
+            Family::WeakDrift,
+        ),
+        (
+            "false names, dithered counts at 4 kHz",
+            Family::DitheredNull,
+        ),
+        ("false names, an hour", Family::Hour),
+    ];
+    let positives = [
+        (
+            "one bias, scale error or delay: right name or class",
+            Family::Basic,
+        ),
+        (
+            "the same on drifting gyros, \"or drift\" not counted",
+            Family::DriftBasic,
+        ),
+        (
+            "one effect of another kind: right name or class",
+            Family::Single,
+        ),
+        ("two effects: both right", Family::Pair),
+        (
+            "dithered counts at 4 kHz, one effect: right name or class",
+            Family::Dithered,
+        ),
+    ];
+    let mut marks: Vec<Mark> = nulls
+        .into_iter()
+        .map(|(name, family)| false_names(name, family, &judged))
+        .collect();
+    let right = positives
+        .into_iter()
+        .map(|(name, family)| right_names(name, family, &judged));
+    marks.extend(right);
+    marks.extend(pulls(&judged));
+    marks.push(unanswered(&judged));
+    Scores {
+        format: 1,
+        version: env!("CARGO_PKG_VERSION"),
+        plan: plan.clone(),
+        trials: judged.len(),
+        marks,
+        groups: groups(&judged),
+        failures: judged
+            .iter()
+            .filter(|(_, judgement)| !matches!(judgement.score, Score::Right | Score::OrDrift))
+            .map(failure)
+            .collect(),
+    }
+}
+
+impl Scores {
+    /// Returns the table in words.
+    pub fn table(&self) -> String {
+        let mut text = String::new();
+        for mark in &self.marks {
+            let word = match mark.status {
+                Status::Met => "met",
+                Status::Missed => "MISSED",
+                Status::Open => "open",
+            };
+            let figure = if mark.of == 0 {
+                "no trials".to_owned()
+            } else if mark.hits == 0 {
+                format!("0 of {}: below {:.2} %", mark.of, 100.0 * mark.limits_95[1])
+            } else {
+                format!(
+                    "{} of {}: {:.1} % ({:.1} to {:.1})",
+                    mark.hits,
+                    mark.of,
+                    100.0 * mark.hits as f64 / mark.of as f64,
+                    100.0 * mark.limits_95[0],
+                    100.0 * mark.limits_95[1]
+                )
+            };
+            let _ = writeln!(
+                text,
+                "{word:<7} {:<66} {:<15} {figure}",
+                mark.mark, mark.needed
+            );
+        }
+        text
+    }
+}

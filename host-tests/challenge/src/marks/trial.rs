@@ -1,0 +1,358 @@
+//! Trials: a family by the number, a setting, and what is concealed, scaled to a matched-filter SNR.
+//!
+//! A trial's number fixes its family and its ChaCha stream, so that `seed:number` repeats a trial alone, whichever
+//! families were chosen.
+
+use clap::ValueEnum;
+use nalgebra::{DMatrix, DVector};
+use rand::{RngExt as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::case::{Case, Unit, Warming};
+use super::courses;
+use super::dithered::Dithered;
+use super::effects::{Effect, Strong};
+use super::kinds::{BASIC, KindRow, OTHERS};
+use super::motion::Motion;
+use super::noise::{Drift, Weighting, dct};
+use super::setting::{Limits, MOTIONS, Setting, draw_strength, one_of};
+use crate::bounds::beside;
+use rlg_recording::error::InputError;
+
+/// What a trial tests.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ValueEnum,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum Family {
+    /// Nothing concealed, no drift.
+    Null,
+    /// Nothing concealed, gyros that drift.
+    Drift,
+    /// Nothing concealed, a random walk of rate that equals the angle random walk at 0.01 Hz, 120 to 200 s.
+    WeakDrift,
+    /// A bias, a scale error or a delay.
+    Basic,
+    /// One effect of another kind.
+    Single,
+    /// Two effects.
+    Pair,
+    /// A bias, a scale error or a delay of gyros that drift.
+    DriftBasic,
+    /// Dithered counts at 4 kHz, nothing concealed.
+    DitheredNull,
+    /// Dithered counts at 4 kHz, one effect.
+    Dithered,
+    /// An hour, nothing concealed; runs only by name.
+    Hour,
+}
+
+/// Families by the trial's number, again and again.
+pub const CYCLE: [Family; 17] = {
+    use Family::{
+        Basic, Dithered, DitheredNull, Drift, DriftBasic, Hour, Null, Pair, Single, WeakDrift,
+    };
+    [
+        Null,
+        Basic,
+        Drift,
+        Single,
+        Null,
+        Basic,
+        WeakDrift,
+        Pair,
+        Null,
+        Single,
+        DriftBasic,
+        Drift,
+        Null,
+        Basic,
+        DitheredNull,
+        Dithered,
+        Hour,
+    ]
+};
+
+/// Drifts of the drifting families: corners with the angle random walk \[Hz\].
+const DRIFTS: [Drift; 3] = [
+    Drift::RateWalk(0.05),
+    Drift::RateWalk(0.3),
+    Drift::Flicker(0.05),
+];
+
+/// Share of an effect of a pair that must remain beside every effect of the other's kind: less, and a recording shows
+/// one effect and not two.
+const LEAST_BESIDE: f64 = 0.8;
+
+/// Settings drawn before a kind that none of them can show gives way to another kind.
+const ATTEMPTS: usize = 20;
+
+impl Family {
+    /// Returns the family of a trial's number.
+    pub fn of(number: u64) -> Self {
+        CYCLE[(number % CYCLE.len() as u64) as usize]
+    }
+
+    /// Whether nothing is concealed.
+    pub fn is_null(self) -> bool {
+        matches!(
+            self,
+            Self::Null | Self::Drift | Self::WeakDrift | Self::DitheredNull | Self::Hour
+        )
+    }
+
+    /// Returns its name as the command line has it.
+    pub fn name(self) -> String {
+        self.to_possible_value()
+            .map(|value| value.get_name().to_owned())
+            .unwrap_or_default()
+    }
+
+    fn limits(self, limits: &Limits) -> Limits {
+        let mut own = *limits;
+        match self {
+            Self::WeakDrift => own.length_s = [120.0, 200.0],
+            Self::Hour => {
+                own.length_s = [3600.0; 2];
+                own.most_rows = f64::INFINITY;
+            }
+            _ => {}
+        }
+        own
+    }
+
+    fn drift(self, rng: &mut ChaCha8Rng) -> Drift {
+        match self {
+            Self::Drift | Self::DriftBasic => one_of(rng, &DRIFTS),
+            Self::WeakDrift => Drift::RateWalk(0.01),
+            _ => Drift::None,
+        }
+    }
+
+    /// Kinds to conceal, in random order.
+    fn kinds(self, rng: &mut ChaCha8Rng) -> Vec<KindRow> {
+        let all: Vec<KindRow> = BASIC.into_iter().chain(OTHERS).collect();
+        match self {
+            Self::Basic | Self::DriftBasic => vec![one_of(rng, &BASIC)],
+            Self::Single => vec![one_of(rng, &OTHERS)],
+            Self::Pair => {
+                let first = rng.random_range(0..all.len());
+                let second = (first + rng.random_range(1..all.len())) % all.len();
+                vec![all[first], all[second]]
+            }
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// A recording of increments, drawn.
+#[derive(Debug, Clone)]
+pub struct Rows {
+    /// Instruments and length.
+    pub setting: Setting,
+    /// Motion of the case.
+    pub motion: Motion,
+    /// Warming of the blocks, where thermometers are recorded.
+    pub warming: Option<[Warming; 3]>,
+    /// Constants that the model knows.
+    pub unit: Unit,
+    /// What is concealed.
+    pub effects: Vec<Strong>,
+}
+
+/// What is recorded, and by whom it is made.
+#[derive(Debug, Clone)]
+pub enum Source {
+    /// Increments in closed form.
+    Rows(Box<Rows>),
+    /// Dithered counts of the simulator.
+    Dithered(Dithered),
+}
+
+/// A trial, drawn.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    /// Its number.
+    pub number: u64,
+    /// Its family.
+    pub family: Family,
+    /// What is recorded.
+    pub source: Source,
+    /// Seed of the noise.
+    pub noise_seed: u64,
+    /// Random hexadecimal digits that keep the commitment from being guessed.
+    pub salt: String,
+}
+
+impl Trial {
+    /// Draws trial `number` of a seed.
+    pub fn draw(seed: u64, number: u64, limits: &Limits) -> Result<Self, InputError> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(number);
+        let family = Family::of(number);
+        let noise_seed = rng.random();
+        let salt: [u64; 2] = [rng.random(), rng.random()];
+        let source = match family {
+            Family::DitheredNull => Source::Dithered(Dithered::draw(&mut rng, false)?),
+            Family::Dithered => Source::Dithered(Dithered::draw(&mut rng, true)?),
+            _ => Source::Rows(Box::new(Rows::draw(family, limits, &mut rng))),
+        };
+        Ok(Self {
+            number,
+            family,
+            source,
+            noise_seed,
+            salt: format!("{:016x}{:016x}", salt[0], salt[1]),
+        })
+    }
+
+    /// Returns what is concealed.
+    pub fn effects(&self) -> &[Strong] {
+        match &self.source {
+            Source::Rows(rows) => &rows.effects,
+            Source::Dithered(dithered) => &dithered.effects,
+        }
+    }
+}
+
+impl Rows {
+    fn draw(family: Family, limits: &Limits, rng: &mut ChaCha8Rng) -> Self {
+        let limits = family.limits(limits);
+        loop {
+            let kinds = family.kinds(rng);
+            for _ in 0..ATTEMPTS {
+                if let Some(drawn) = Self::attempt(family, &limits, &kinds, rng) {
+                    return drawn;
+                }
+            }
+        }
+    }
+
+    /// One setting, if it can show the kinds at the strengths that are drawn.
+    fn attempt(
+        family: Family,
+        limits: &Limits,
+        kinds: &[KindRow],
+        rng: &mut ChaCha8Rng,
+    ) -> Option<Self> {
+        let motions: Vec<_> = MOTIONS
+            .into_iter()
+            .filter(|motion| kinds.iter().all(|kind| kind.motions().contains(motion)))
+            .collect();
+        let drift = family.drift(rng);
+        let mut setting = Setting::draw(rng, limits, drift, &motions);
+        for kind in kinds {
+            kind.equip(&mut setting);
+        }
+        let motion = courses::draw(&setting, rng);
+        let warming = setting.has_temperature.then(|| {
+            let length_s = setting.length_s();
+            std::array::from_fn(|_| Warming::draw(length_s, rng))
+        });
+        let mut drawn = Self {
+            setting,
+            motion,
+            warming,
+            unit: Unit::draw(rng),
+            effects: Vec::new(),
+        };
+        if kinds.is_empty() {
+            return Some(drawn);
+        }
+        let case = drawn.case();
+        let weightings = drawn.weightings();
+        for kind in kinds {
+            let pattern = kind.draw(&drawn.setting, &drawn.motion, rng)?;
+            let strong = drawn.scale(
+                &pattern,
+                kind.largest,
+                (&case, &weightings),
+                draw_strength(rng),
+            )?;
+            drawn.effects.push(strong);
+        }
+        for (own, other) in [(0, 1), (1, 0)] {
+            if let (Some(strong), Some(rival)) = (drawn.effects.get(own), kinds.get(other)) {
+                let left = drawn.rho_beside(strong, rival, &drawn.effects[other], &case);
+                if left < LEAST_BESIDE * strong.rho {
+                    return None;
+                }
+            }
+        }
+        Some(drawn)
+    }
+
+    /// Returns what is left of a strength beside every effect of another kind.
+    fn rho_beside(&self, strong: &Strong, rival: &KindRow, drawn: &Strong, case: &Case) -> f64 {
+        let weightings = self.weightings();
+        let own = self.shape(&strong.effect, case);
+        let columns: Vec<[Vec<f64>; 3]> = rival
+            .columns(&drawn.effect)
+            .iter()
+            .map(|column| self.shape(column, case))
+            .collect();
+        let count = columns.len();
+        let gram = DMatrix::from_fn(count, count, |a, b| {
+            product(&weightings, &columns[a], &columns[b])
+        });
+        let against = DVector::from_fn(count, |a, _| product(&weightings, &own, &columns[a]));
+        // A column that the motion does not show has no power.
+        let shown: Vec<usize> = (0..count).filter(|&a| gram[(a, a)] > 0.0).collect();
+        beside(&gram, strong.rho.powi(2), &against, &shown).sqrt()
+    }
+
+    /// Returns what the instruments are exposed to.
+    pub fn case(&self) -> Case {
+        Case::new(&self.setting, &self.motion, self.warming)
+    }
+
+    /// Returns the DCTs of what an effect leaves in the three residuals.
+    pub fn shape(&self, effect: &Effect, case: &Case) -> [Vec<f64>; 3] {
+        let sensing_from_body = self.unit.sensing_from_body();
+        let added = effect.perturbation(case, &sensing_from_body);
+        std::array::from_fn(|axis| dct(&added.residual_rad(axis, &sensing_from_body)))
+    }
+
+    /// Returns the weights of the noise that is really added, by gyro.
+    pub fn weightings(&self) -> [Weighting; 3] {
+        let (rows, period_s) = (self.setting.rows, self.setting.period_s());
+        std::array::from_fn(|axis| {
+            Weighting::new(&self.setting.residual_levels(axis), rows, period_s)
+        })
+    }
+
+    /// Scales an effect to a strength. None where its size would be no instrument's.
+    fn scale(
+        &self,
+        pattern: &Effect,
+        largest: f64,
+        (case, weightings): (&Case, &[Weighting; 3]),
+        rho: f64,
+    ) -> Option<Strong> {
+        // Delays bend with their size: a small one first.
+        const SMALL: f64 = 1e-3;
+        let mut effect = pattern.scaled(SMALL * largest);
+        let mut shape = self.shape(&effect, case);
+        for _ in 0..2 {
+            let now = product(weightings, &shape, &shape).sqrt();
+            if now <= 0.0 {
+                return None;
+            }
+            effect = effect.scaled(rho / now);
+            if effect.largest() > largest {
+                return None;
+            }
+            shape = self.shape(&effect, case);
+        }
+        let rho = product(weightings, &shape, &shape).sqrt();
+        Some(Strong { effect, rho })
+    }
+}
+
+/// Returns aᵀ C⁻¹ b summed over the gyros.
+pub fn product(weightings: &[Weighting; 3], a: &[Vec<f64>; 3], b: &[Vec<f64>; 3]) -> f64 {
+    (0..3)
+        .map(|axis| weightings[axis].product(&a[axis], &b[axis]))
+        .sum()
+}
