@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::golden::GoldenArguments;
 use crate::challenge::answer::Answer;
 use crate::challenge::commit::{ANSWERS, COMMITMENTS, OUTCOMES, check, commitments};
 use crate::challenge::examine::Outcome;
@@ -36,14 +37,18 @@ const RECORDING: &str = "recording";
 ///
 /// The same seed gives the same bytes for any number of threads. A campaign may be split: --shard 0/4 ... 3/4 in any
 /// order or on several machines, then --merge with the four folders.
+///
+/// With --golden it scores nothing: it writes what the diagnosis says of the trials and of the shared recordings as a
+/// table, a row each (verdict, kinds, expressions, values ± σ, log evidence, p, SHA-256 of diagnosis.json without its
+/// version). With --compare it makes the rows again and prints every field that differs.
 #[derive(Debug, Args)]
 #[command(
     name = "challenge",
-    after_help = "Examples:\n  rlg challenge --out out/challenge --trials 200\n  rlg challenge --out out/one --trials 200 --trial 17\n  rlg challenge --out out/s3 --trials 2000 --shard 3/8\n  rlg challenge --out out/all --merge out/s0 out/s1 out/s2\n  rlg challenge --check out/all\n  rlg challenge --recording R/bench-17 --truth truth/bench-17.json --out out/bench-17"
+    after_help = "Examples:\n  rlg challenge --out out/challenge --trials 200\n  rlg challenge --out out/one --trials 200 --trial 17\n  rlg challenge --out out/s3 --trials 2000 --shard 3/8\n  rlg challenge --out out/all --merge out/s0 out/s1 out/s2\n  rlg challenge --check out/all\n  rlg challenge --recording R/bench-17 --truth truth/bench-17.json --out out/bench-17\n  rlg challenge --golden golden.tsv --trials 100 --recordings R\n  rlg challenge --golden golden.tsv --compare --rows 0..20"
 )]
 pub struct ChallengeCommand {
     /// Folder for the results
-    #[arg(long, required_unless_present = "check")]
+    #[arg(long, required_unless_present_any = ["check", "golden"])]
     out: Option<PathBuf>,
     /// Trials in all, over all shards
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
@@ -78,6 +83,8 @@ pub struct ChallengeCommand {
     /// Threads to work with; the result is the same bytes for any number [default: all]
     #[arg(long)]
     threads: Option<std::num::NonZeroUsize>,
+    #[command(flatten)]
+    golden: GoldenArguments,
 }
 
 /// "3/8".
@@ -99,19 +106,33 @@ impl ChallengeCommand {
             terminal.say(format!("{count} answers are those that were committed to"));
             return Ok(());
         }
-        // clap asks for it unless --check is there
+        if let Some(file) = &self.golden.golden {
+            let of = (self.seed, self.trials);
+            return self.on_threads(|| self.golden.run(file, self.share(), of, terminal));
+        }
+        // clap asks for it unless --check or --golden is there
         let out = self.out.as_deref().unwrap_or(Path::new(""));
         if !self.recording.is_empty() {
             return self.others(out, terminal);
         }
-        let work = || {
+        let scores = self.on_threads(|| {
             if self.merge.is_empty() {
                 self.challenge(out, terminal)
             } else {
                 merge(&self.merge, out)
             }
-        };
-        let scores = match self.threads {
+        })?;
+        say(&scores, terminal);
+        terminal.say(format!("To read: {}", out.join(PAGE).display()));
+        terminal.result(&scores)
+    }
+
+    /// Does the work on the threads that were asked for.
+    fn on_threads<T: Send>(
+        &self,
+        work: impl FnOnce() -> Result<T, InputError> + Send,
+    ) -> Result<T, InputError> {
+        match self.threads {
             None => work(),
             Some(threads) => rayon::ThreadPoolBuilder::new()
                 .num_threads(threads.get())
@@ -120,10 +141,16 @@ impl ChallengeCommand {
                     InputError::new("--threads", format!("cannot be started ({error})"))
                 })?
                 .install(work),
-        }?;
-        say(&scores, terminal);
-        terminal.say(format!("To read: {}", out.join(PAGE).display()));
-        terminal.result(&scores)
+        }
+    }
+
+    /// The trials that are run here.
+    fn share(&self) -> Share {
+        match (self.trial, self.shard) {
+            (Some(one), _) => Share::One(one),
+            (None, Some((shard, of))) => Share::Shard(shard, of),
+            (None, None) => Share::Shard(0, 1),
+        }
     }
 
     /// Recordings of others.
@@ -200,11 +227,7 @@ impl ChallengeCommand {
             },
             leave_one_out: self.leave_one_out,
         };
-        let share = match (self.trial, self.shard) {
-            (Some(one), _) => Share::One(one),
-            (None, Some((shard, of))) => Share::Shard(shard, of),
-            (None, None) => Share::Shard(0, 1),
-        };
+        let share = self.share();
         if let Share::One(one) = share
             && one >= self.trials
         {

@@ -1,7 +1,7 @@
 //! `rlg import`: a foreign stream becomes a recording.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -57,7 +57,7 @@ const MODEL: &str = "model.toml";
 
 /// What a file can hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+pub(super) enum Format {
     /// Telemetry frames from the unit's serial port
     Frames,
     /// Records of seven little-endian f64: time s, gyro x y z deg/s, accelerometer x y z m/s^2
@@ -67,6 +67,19 @@ enum Format {
 }
 
 impl Import {
+    /// The import of a file whose source the project knows, or that names its own site.
+    pub(super) fn file(file: &Path, format: Format, out: &Path) -> Self {
+        Self {
+            file: file.to_path_buf(),
+            format,
+            rate_hz: None,
+            latitude_deg: None,
+            gravity: None,
+            sha256: None,
+            out: out.to_path_buf(),
+        }
+    }
+
     /// Reads, writes the recording, says what was met.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         if let Some(rate_hz) = self.rate_hz

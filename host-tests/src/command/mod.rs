@@ -18,6 +18,7 @@ mod calibrate;
 mod challenge;
 mod demo;
 mod diagnose;
+mod golden;
 mod import;
 mod inputs;
 mod inspect;

@@ -4,10 +4,10 @@
 //! a flash that can be read, so that the host chooses between them by the firmware's own code.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlashErrorKind, ReadNorFlash};
+use trueaxis::Parameters;
 use trueaxis::parameter_slots::{
     LARGEST_UNIT_BYTES, Loaded, MEND_ATTEMPTS, MEND_MARKS_OFFSET, ParameterSlots,
 };
-use trueaxis::Parameters;
 
 /// Where the slots begin in the image's address space: SLOTS in memory.x.
 pub const SLOT_ADDRESSES: [u32; 2] = [0x080C_0000, 0x080E_0000];
