@@ -4,6 +4,7 @@
 //! folder of the real ones, those are imported and diagnosed too.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
@@ -135,7 +136,17 @@ fn at_rest_a_line_and_a_clock_are_found_and_go_on_in_the_other_half() {
 
 #[test]
 fn at_rest_noise_alone_gives_no_line_no_clock_no_cycle_and_no_bias() {
-    for seed in 2..5 {
+    noise_alone_gives_nothing(2..3);
+}
+
+#[test]
+#[ignore = "many seeds: --test diagnose -- --ignored in_full"]
+fn at_rest_noise_alone_gives_nothing_in_full() {
+    noise_alone_gives_nothing(2..5);
+}
+
+fn noise_alone_gives_nothing(seeds: Range<u64>) {
+    for seed in seeds {
         let diagnosis = Bench::made(&Made::default(), seed).diagnosed();
         for stem in ["sine(", "row_rate(", "noise_cycle("] {
             assert_eq!(
@@ -202,10 +213,23 @@ fn a_static_model_without_a_site_is_refused() {
     assert!(!out.exists());
 }
 
-#[test]
-fn the_real_recordings_show_what_their_models_leave_out_and_shuffled_ones_nothing() {
-    let Some(folder) = std::env::var_os("RLG_RECORDINGS").map(PathBuf::from) else {
+fn recordings() -> Option<PathBuf> {
+    let folder = std::env::var_os("RLG_RECORDINGS").map(PathBuf::from);
+    if folder.is_none() {
         eprintln!("RLG_RECORDINGS names no folder: the real files were not diagnosed");
+    }
+    folder
+}
+
+/// Of the same rows in random order nothing is said.
+fn shuffled_ones_show_nothing(diagnosis: &Value) {
+    assert_eq!(diagnosis["control"]["lines"], 0);
+    assert_eq!(diagnosis["control"]["cycles"], 0);
+}
+
+#[test]
+fn a_real_recording_shows_what_its_model_leaves_out_and_a_shuffled_one_nothing() {
+    let Some(folder) = recordings() else {
         return;
     };
     let ln100 = Bench::imported(&folder.join("x_LN100_up.ins"), &["--format", "f64x7"]).diagnosed();
@@ -216,11 +240,17 @@ fn the_real_recordings_show_what_their_models_leave_out_and_shuffled_ones_nothin
         "{rate:?}"
     );
     assert!(!expressions(&ln100, "sine(").is_empty());
+    shuffled_ones_show_nothing(&ln100);
+}
+
+#[test]
+#[ignore = "minutes: --test diagnose -- --ignored in_full"]
+fn a_real_recording_of_half_an_hour_shows_the_cycle_of_its_noise_in_full() {
+    let Some(folder) = recordings() else {
+        return;
+    };
     let laser =
         Bench::imported(&folder.join("lasergyro.imu"), &["--format", "psins-imu"]).diagnosed();
     assert_eq!(expressions(&laser, "noise_cycle(1/4)").len(), 1);
-    for diagnosis in [&ln100, &laser] {
-        assert_eq!(diagnosis["control"]["lines"], 0);
-        assert_eq!(diagnosis["control"]["cycles"], 0);
-    }
+    shuffled_ones_show_nothing(&laser);
 }

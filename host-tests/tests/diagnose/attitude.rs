@@ -10,6 +10,7 @@ use rlg::diagnose::result::{Diagnosis, EffectEntry, Verdict};
 use rlg::recording::{Channel, Clock, Quantity, Recording, Table};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::{Simulation, simulate};
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 /// An increment gyro of 0.4″ with 0.002 °/√h beside a reference of 0.2″.
@@ -186,6 +187,16 @@ pub(super) fn told(recording: &Recording, simulation: &Simulation) -> Diagnosis 
 
 #[test]
 fn attitudes_of_a_model_that_is_right_name_nothing() {
+    attitudes_name_nothing(1..=3);
+}
+
+#[test]
+#[ignore = "many seeds: --test diagnose -- --ignored in_full"]
+fn attitudes_of_a_model_that_is_right_name_nothing_in_full() {
+    attitudes_name_nothing(1..=20);
+}
+
+fn attitudes_name_nothing(seeds: RangeInclusive<u64>) {
     let text = format!(
         "{}{}{}{}",
         instrument(200.0),
@@ -193,7 +204,7 @@ fn attitudes_of_a_model_that_is_right_name_nothing() {
         slews(),
         tumble(15.0)
     );
-    for seed in 1..=20 {
+    for seed in seeds {
         let simulation = made(&text, seed);
         let diagnosis = told(&slow(&simulation, 20, 0), &simulation);
         names_nothing(&diagnosis, format!("seed {seed}"));
@@ -522,7 +533,17 @@ fn accelerometers_beside_attitudes_are_weighed_too() {
         assert_eq!(kinds(&diagnosis), [kind], "{:#?}", diagnosis.summary);
         sizes_are(&diagnosis.effects[0], &truth);
     }
-    for seed in 1..=5 {
+    accelerometers_match(1..=1);
+}
+
+#[test]
+#[ignore = "many seeds: --test diagnose -- --ignored in_full"]
+fn accelerometers_beside_attitudes_of_a_model_that_is_right_match_in_full() {
+    accelerometers_match(1..=5);
+}
+
+fn accelerometers_match(seeds: RangeInclusive<u64>) {
+    for seed in seeds {
         let simulation = made(&with_accelerometers(200.0, ""), seed);
         let diagnosis = told(&slow(&simulation, 20, 0), &simulation);
         let summary = &diagnosis.summary;

@@ -1,18 +1,23 @@
 //! Effects concealed by this workspace's simulator, which shares no code with the diagnosis. Sizes are
 //! those of real instruments, at a matched-filter SNR of 15 and more.
 
-use super::support::{concealed, holds, kinds, number, sizes_are};
+use super::support::{at_a_quarter, concealed, holds, kinds, number, sizes_are};
 use rlg::diagnose::diagnose;
 use rlg::diagnose::result::{Diagnosis, Verdict};
 use rlg::recording::Quantity;
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../scenarios/null.toml");
 
 fn diagnosis_of(effect: &str, seed: u64) -> Diagnosis {
-    let text = format!("{STILL_SLEWS_AND_VIBRATION}\n{effect}");
+    diagnosis_in(&at_a_quarter(STILL_SLEWS_AND_VIBRATION), effect, seed)
+}
+
+fn diagnosis_in(scenario: &str, effect: &str, seed: u64) -> Diagnosis {
+    let text = format!("{scenario}{effect}");
     let scenario = Scenario::parse(&text, Path::new("null.toml")).expect("a scenario");
     let simulation = simulate(&scenario, seed, |_| {});
     diagnose(
@@ -28,8 +33,11 @@ fn diagnosis_of(effect: &str, seed: u64) -> Diagnosis {
 
 /// `kind` alone is named and its parameters are the concealed ones.
 fn is_named(kind: &str, truth: &[(&str, f64)]) {
-    let diagnosis = diagnosis_of(&concealed(kind, truth), 11);
-    assert_eq!(kinds(&diagnosis), [kind], "{:#?}", diagnosis.summary);
+    is_said_of(&diagnosis_of(&concealed(kind, truth), 11), kind, truth);
+}
+
+fn is_said_of(diagnosis: &Diagnosis, kind: &str, truth: &[(&str, f64)]) {
+    assert_eq!(kinds(diagnosis), [kind], "{:#?}", diagnosis.summary);
     sizes_are(&diagnosis.effects[0], truth);
     assert_eq!(
         diagnosis.verdict,
@@ -41,7 +49,17 @@ fn is_named(kind: &str, truth: &[(&str, f64)]) {
 
 #[test]
 fn nothing_concealed_is_nothing_found() {
-    for seed in [1, 2, 3] {
+    nothing_is_found(1..=1);
+}
+
+#[test]
+#[ignore = "minutes: --test diagnose -- --ignored in_full"]
+fn nothing_concealed_is_nothing_found_in_full() {
+    nothing_is_found(1..=3);
+}
+
+fn nothing_is_found(seeds: RangeInclusive<u64>) {
+    for seed in seeds {
         let diagnosis = diagnosis_of("", seed);
         assert_eq!(
             diagnosis.verdict,
@@ -90,7 +108,11 @@ fn an_installation_error_is_named() {
 #[test]
 fn a_wrong_dither_gain_and_delay_are_named() {
     is_named("dither_gain", &[("x", 1e-4), ("y", -2e-4), ("z", 3e-4)]);
-    is_named("dither_delay", &[("x", 5e-7), ("y", -8e-7), ("z", 1e-6)]);
+    // At a quarter of the rows the dither's phase moves so fast that a rest stays unexplained.
+    let (kind, truth) = ("dither_delay", [("x", 5e-7), ("y", -8e-7), ("z", 1e-6)]);
+    let effect = format!("\n{}", concealed(kind, &truth));
+    let diagnosis = diagnosis_in(STILL_SLEWS_AND_VIBRATION, &effect, 11);
+    is_said_of(&diagnosis, kind, &truth);
 }
 
 #[test]
@@ -156,9 +178,11 @@ fn two_effects_at_once_are_both_named() {
 
 #[test]
 fn a_stuck_counter_is_a_fault_of_the_data_and_is_left_out_of_everything_else() {
-    let scenario =
-        Scenario::parse(STILL_SLEWS_AND_VIBRATION, Path::new("null.toml")).expect("a scenario");
-    let mut simulation = simulate(&scenario, 3, |_| {});
+    let scenario = Scenario::parse(
+        &at_a_quarter(STILL_SLEWS_AND_VIBRATION),
+        Path::new("null.toml"),
+    );
+    let mut simulation = simulate(&scenario.expect("a scenario"), 3, |_| {});
     let channel = simulation.recording.tables[0]
         .channels
         .iter_mut()
@@ -166,8 +190,8 @@ fn a_stuck_counter_is_a_fault_of_the_data_and_is_left_out_of_everything_else() {
             channel.quantity == Quantity::GyroCount && channel.axis.as_deref() == Some("y")
         })
         .expect("a gyro y");
-    let held = channel.values[60_000];
-    channel.values[60_000..62_000].fill(held);
+    let held = channel.values[15_000];
+    channel.values[15_000..15_500].fill(held);
     let file = Path::new("model.toml");
     let outcome =
         diagnose(&simulation.recording, &simulation.model, file, 0, &|_| {}).expect("a diagnosis");

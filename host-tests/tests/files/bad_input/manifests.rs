@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::bench::{Bench, inspect, manifest};
+use super::bench::{Bench, inspect, manifest};
 
 #[test]
 fn a_recording_that_is_not_there() {

@@ -1,6 +1,7 @@
 //! The fault campaign in the emulator: both images play it, every frame and every counter equal to the host's,
 //! where each injection is judged one by one. What the faults are: `firmware_tests::campaign` and `boots`.
-//! `cargo test --release -p rlg --test fault_campaign -- --ignored --nocapture` prints the tables.
+//! `cargo test --release -p rlg --test target fault_campaign -- --ignored --nocapture` prints the tables; those of the
+//! tests `..._in_full` are in `docs/board.md`.
 //!
 //! Not here: the source that has nothing ready (a bus always answers; an emulated bank without a record is a
 //! bus error), a boot with an oscillator (the emulator has none, so every boot of it shows that fault), and
@@ -19,7 +20,10 @@ use trueaxis::counter_bank::FRAME_BYTES;
 use trueaxis::{BootReport, Decoder, F32, Fixed, NumberSystem, Status, TelemetryFrame};
 
 /// Injections of each fault, and boots with each.
-const TIMES: usize = 100;
+const TIMES: usize = 10;
+
+/// The same in full: minutes.
+const TIMES_IN_FULL: usize = 100;
 
 /// How far beyond a period's end the bus holds the interrupt, so that the next one is late \[1/32 of a period\]:
 /// a quarter, four times the limit.
@@ -61,12 +65,12 @@ pub fn records(interrupts: &[Interrupt]) -> Vec<BankRecord> {
         .collect()
 }
 
-fn campaign<N: NumberSystem>(core: TargetCore, seed: u64) {
+fn campaign<N: NumberSystem>(core: TargetCore, seed: u64, times: usize) {
     let faults: Vec<Fault> = Fault::ALL
         .into_iter()
         .filter(|fault| *fault != Fault::Starved)
         .collect();
-    let campaign = Campaign::new(seed, &faults, TIMES, UNTIL_OVER_PERIODS);
+    let campaign = Campaign::new(seed, &faults, times, UNTIL_OVER_PERIODS);
     let records = records(&campaign.interrupts);
     let slots = SlotImages::both(&unit::parameters());
 
@@ -113,19 +117,19 @@ fn campaign<N: NumberSystem>(core: TargetCore, seed: u64) {
 #[test]
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
 fn the_f32_image_counts_every_fault_as_the_host_does() {
-    campaign::<F32>(TargetCore::F32, 4);
+    campaign::<F32>(TargetCore::F32, 4, TIMES);
 }
 
 #[test]
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
 fn the_fixed_image_counts_every_fault_as_the_host_does() {
-    campaign::<Fixed>(TargetCore::Fixed, 5);
+    campaign::<Fixed>(TargetCore::Fixed, 5, TIMES);
 }
 
 /// Interrupts of one boot: ten frames, to show that what the boot found stays in them.
 const BOOT_INTERRUPTS: usize = 100;
 
-fn boots(core: TargetCore, seed: u64) {
+fn boots(core: TargetCore, seed: u64, times: usize) {
     let image = Image::build(Platform::Emulator, core).expect("the image builds");
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let clean = Campaign::new(seed, &[], 0, 0).clean;
@@ -136,7 +140,7 @@ fn boots(core: TargetCore, seed: u64) {
     for fault in [BootFault::OneSlot, BootFault::BothSlots, BootFault::None] {
         let due = fault.status().union(Status::CLOCK_FALLBACK);
         let mut said = 0;
-        for _ in 0..TIMES {
+        for _ in 0..times {
             let slots = SlotImages(fault.slots(&block, &mut random));
             let host = twin::run(core, &slots, &records).expect("parameters in range");
             let emulation =
@@ -153,8 +157,8 @@ fn boots(core: TargetCore, seed: u64) {
                     }),
             );
         }
-        assert_eq!(said, TIMES, "{fault:?}");
-        table += &format!("\n{} | {TIMES} | {said}", fault.name());
+        assert_eq!(said, times, "{fault:?}");
+        table += &format!("\n{} | {times} | {said}", fault.name());
     }
     println!("{table}\n{:.0} s", begin.elapsed().as_secs_f64());
 }
@@ -162,11 +166,25 @@ fn boots(core: TargetCore, seed: u64) {
 #[test]
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
 fn the_f32_image_says_what_its_boot_found() {
-    boots(TargetCore::F32, 6);
+    boots(TargetCore::F32, 6, TIMES);
 }
 
 #[test]
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
 fn the_fixed_image_says_what_its_boot_found() {
-    boots(TargetCore::Fixed, 7);
+    boots(TargetCore::Fixed, 7, TIMES);
+}
+
+#[test]
+#[ignore = "needs qemu-system-arm, and minutes: --test target -- --ignored in_full"]
+fn the_f32_image_counts_every_fault_in_full() {
+    campaign::<F32>(TargetCore::F32, 4, TIMES_IN_FULL);
+    boots(TargetCore::F32, 6, TIMES_IN_FULL);
+}
+
+#[test]
+#[ignore = "needs qemu-system-arm, and minutes: --test target -- --ignored in_full"]
+fn the_fixed_image_counts_every_fault_in_full() {
+    campaign::<Fixed>(TargetCore::Fixed, 5, TIMES_IN_FULL);
+    boots(TargetCore::Fixed, 7, TIMES_IN_FULL);
 }

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::bench::{Bench, READERS_OF_MODELS, model, model_with, params};
+use super::bench::{Bench, READERS_OF_MODELS, model, model_with, params};
 
 #[test]
 fn a_model_that_is_not_there() {

@@ -1,21 +1,48 @@
 //! Running one step and counting what came of it.
 //!
-//! Enters: a command. Leaves: its output on this program's, and a count in [`Tally`].
+//! Each command's output goes to this program's, and [`Tally`] keeps count and time.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::Instant;
 
-/// Steps and tests so far.
+/// Steps and tests so far, and the time that they took.
 #[derive(Debug, Default)]
 pub struct Tally {
     /// That did what they should.
-    pub passed: u64,
+    passed: u64,
     /// That did not.
-    pub failed: u64,
+    failed: u64,
+    /// Headings with the moments of their beginnings.
+    headings: Vec<(&'static str, Instant)>,
 }
 
 impl Tally {
+    /// Begins a step, or several under one heading.
+    pub fn heading(&mut self, words: &'static str) {
+        println!("\n== {words}");
+        self.headings.push((words, Instant::now()));
+    }
+
+    /// Prints the time of each heading, then the counts.
+    ///
+    /// # Returns
+    /// How many failed.
+    pub fn end(self) -> u64 {
+        let now = Instant::now();
+        let ends = self.headings.iter().skip(1).map(|(_, begin)| *begin);
+        println!("\n== seconds");
+        for ((words, begin), end) in self.headings.iter().zip(ends.chain([now])) {
+            println!("{:7.1}  {words}", (end - *begin).as_secs_f64());
+        }
+        if let Some((_, begin)) = self.headings.first() {
+            println!("{:7.1}  in all", (now - *begin).as_secs_f64());
+        }
+        println!("\n{} passed, {} failed", self.passed, self.failed);
+        self.failed
+    }
+
     /// Counts one step, and prints why it failed.
     pub fn step(&mut self, outcome: Result<(), String>) {
         match outcome {
@@ -50,7 +77,7 @@ impl Tally {
 /// The workspace.
 pub fn root() -> &'static Path {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
-    package.parent().unwrap_or(package)
+    package.ancestors().nth(2).unwrap_or(package)
 }
 
 /// Names the folder with recordings that others made.
@@ -64,11 +91,6 @@ pub fn recordings() -> Option<PathBuf> {
 
 fn whole(given: &Path) -> PathBuf {
     given.canonicalize().unwrap_or_else(|_| given.to_path_buf())
-}
-
-/// Begins a step.
-pub fn heading(words: &str) {
-    println!("\n== {words}");
 }
 
 /// Runs cargo in the workspace.

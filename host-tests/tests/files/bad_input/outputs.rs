@@ -5,7 +5,7 @@ use std::path::Path;
 
 use assert_cmd::Command;
 
-use crate::bench::{Arguments, Bench, diagnose, navigate, on_target, replay};
+use super::bench::{Arguments, Bench, diagnose, navigate, on_target, replay};
 
 #[test]
 fn an_output_that_cannot_be_written() {

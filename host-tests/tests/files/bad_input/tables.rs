@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::bench::{Bench, inspect, manifest, table};
+use super::bench::{Bench, inspect, manifest, table};
 
 #[test]
 fn a_table_that_is_not_there() {

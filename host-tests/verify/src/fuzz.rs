@@ -1,7 +1,7 @@
 //! The fuzz targets of `host-tests/fuzz`, each for a bounded time.
 //!
-//! Enters: nothing: the fuzzer starts without a corpus, from a fixed seed. Leaves: how many inputs each target
-//! took, and a failure with the input that ended one.
+//! The fuzzer starts without a corpus, from a fixed seed. What is printed is how many inputs each target took, or the
+//! input that ended one.
 //!
 //! LLVM's fuzzer follows which branches an input reaches. The pinned stable compiler puts in the counters
 //! for it by the flags below, which cargo-fuzz passes too; only the address sanitizer needs nightly, and
@@ -9,8 +9,9 @@
 
 use std::fs;
 use std::io::{BufRead, BufReader};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::thread;
 
 use crate::step::{cargo_command, root, run};
 
@@ -46,8 +47,19 @@ pub fn build() -> Result<PathBuf, String> {
     Ok(folder.join(host).join("checked"))
 }
 
+/// Runs every target for its time, side by side: each keeps one processor busy.
+pub fn targets(built: &Path) -> Vec<Result<(), String>> {
+    thread::scope(|scope| {
+        TARGETS
+            .map(|name| scope.spawn(move || target(built, name)))
+            .into_iter()
+            .map(|run| run.join().unwrap_or_else(|_| Err("panicked".to_owned())))
+            .collect()
+    })
+}
+
 /// Runs one target for its time.
-pub fn target(built: &std::path::Path, name: &str) -> Result<(), String> {
+fn target(built: &Path, name: &str) -> Result<(), String> {
     let found = root().join("target").join("fuzz").join("found");
     fs::create_dir_all(&found).map_err(|error| format!("{}: {error}", found.display()))?;
     let mut command = Command::new(built.join(name));
