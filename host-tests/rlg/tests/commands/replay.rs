@@ -234,7 +234,7 @@ fn first_sample_primes_both_chains_and_turns_nothing() {
 
 /// A short simulated recording, of which a test may change what it likes.
 fn short() -> (Recording, Model) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/coning.toml");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/coning.toml");
     let text = std::fs::read_to_string(path)
         .unwrap()
         .replace("duration_s = 17.0", "duration_s = 2.0")

@@ -287,7 +287,7 @@ fn late_pickoff_with_a_wrong_gain_leaves_that_much_dither() {
 #[test]
 fn same_seed_gives_the_same_values_and_another_seed_others() {
     let text = std::fs::read_to_string(
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/coning.toml"),
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/coning.toml"),
     )
     .unwrap()
     .replace("duration_s = 17.0", "duration_s = 2.0");
@@ -318,7 +318,7 @@ fn scenarios_that_come_with_the_tool_are_read() {
         "beside-fibre-optic",
         "accelerometers",
     ] {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenarios/{name}.toml"));
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../scenarios/{name}.toml"));
         assert_eq!(Scenario::read(path).unwrap().name, name);
     }
 }

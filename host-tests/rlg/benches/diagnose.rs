@@ -14,7 +14,7 @@ use rlg::simulate::simulate;
 use std::path::Path;
 use std::sync::OnceLock;
 
-const SCENARIO: &str = include_str!("../scenarios/vibration.toml");
+const SCENARIO: &str = include_str!("../../scenarios/vibration.toml");
 
 /// A megabyte in the kilobytes of /proc.
 const MB_KB: f64 = 1000.0 / 1.024;

@@ -13,7 +13,7 @@ use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
 use std::path::Path;
 
-const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../scenarios/null.toml");
+const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../../scenarios/null.toml");
 
 /// A recording of that name with an effect concealed, of a quarter of the rows: a family of recordings is the work of one,
 /// several times.

@@ -21,7 +21,7 @@ use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
 use std::path::Path;
 
-pub(super) const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../../scenarios/null.toml");
+pub(super) const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../../../scenarios/null.toml");
 
 /// Of the hundred numbers in this file one in three hundred is further than three deviations by chance, one in
 /// fifteen thousand further than four.

@@ -10,7 +10,7 @@ use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
 use std::path::Path;
 
-const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../scenarios/null.toml");
+const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../../scenarios/null.toml");
 
 fn run(recording: &Recording, model: &Model) -> (Diagnosis, Model) {
     let outcome =
@@ -145,7 +145,7 @@ fn a_quadratic_scale_is_no_encoder_error() {
 }
 
 /// Vibration whose axes share their tones out of phase, so that flexure rectifies.
-const VIBRATION: &str = include_str!("../../scenarios/vibration.toml");
+const VIBRATION: &str = include_str!("../../../scenarios/vibration.toml");
 
 fn vibration() -> &'static str {
     VIBRATION

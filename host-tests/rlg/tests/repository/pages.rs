@@ -12,7 +12,11 @@ const LETTERS: [(&str, &str); 4] = [("α", "alpha"), ("ρ", "rho"), ("σ", "sigm
 
 fn root() -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
-    package.parent().expect("a workspace").to_path_buf()
+    package
+        .ancestors()
+        .nth(2)
+        .expect("a workspace")
+        .to_path_buf()
 }
 
 fn read(page: &Path) -> String {

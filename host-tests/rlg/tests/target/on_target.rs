@@ -451,7 +451,7 @@ fn each_chain_has_budgets_of_its_own_and_each_budget_a_reason() {
         assert!(mean(true).exceeded_by("mean", f64::NAN).is_some());
     }
 
-    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware-budgets.toml");
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware-budgets.toml");
     let text = fs::read_to_string(workspace).expect("the budgets' file");
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("budgets.toml");

@@ -11,7 +11,7 @@ use rlg::challenge::commit::sha256;
 use rlg::challenge::golden::{Header, Table, compare, recording_row};
 
 fn reviewed() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("challenge/golden.tsv")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../challenge/golden.tsv")
 }
 
 fn rlg(folder: &Path, arguments: &[&str]) -> Output {

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-const PAGE: &str = include_str!("../../../docs/recording-elsewhere.md");
+const PAGE: &str = include_str!("../../../../docs/recording-elsewhere.md");
 
 /// The lines between ```` ```language ```` and the next fence.
 fn block(language: &str) -> String {

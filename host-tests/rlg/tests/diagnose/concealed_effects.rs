@@ -10,7 +10,7 @@ use rlg::simulate::simulate;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../scenarios/null.toml");
+const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../../scenarios/null.toml");
 
 fn diagnosis_of(effect: &str, seed: u64) -> Diagnosis {
     diagnosis_in(&at_a_quarter(STILL_SLEWS_AND_VIBRATION), effect, seed)

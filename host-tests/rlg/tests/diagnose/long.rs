@@ -12,7 +12,7 @@ use std::path::Path;
 
 /// The hour in two minutes: 1 kHz, a stronger vibration, a quicker warming.
 fn shortened(effects: &str) -> String {
-    let hour = include_str!("../../scenarios/hour.toml");
+    let hour = include_str!("../../../scenarios/hour.toml");
     let (instrument, _) = hour.split_once("[[effect]]").expect("it conceals effects");
     let mut text = instrument.replace("rate_hz = 4000.0", "rate_hz = 1000.0");
     for (from, to) in [

@@ -11,7 +11,7 @@ use trueaxis::Parameters;
 
 /// 6.5 s of a dithered triad, its scenario, and the model of what is known.
 fn recorded() -> (Scenario, Recording, Model) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/coning.toml");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/coning.toml");
     let text = std::fs::read_to_string(path)
         .unwrap()
         .replace("duration_s = 17.0", "duration_s = 2.0")

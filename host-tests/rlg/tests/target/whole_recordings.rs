@@ -41,7 +41,7 @@ impl Played {
     fn simulated(scenario: &str) -> Self {
         let own = tempfile::tempdir().expect("a temporary folder");
         let folder = own.path().join("recording");
-        let scenarios = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+        let scenarios = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
         let output = rlg()
             .arg("simulate")
             .arg(scenarios.join(scenario).with_extension("toml"))

@@ -9,7 +9,7 @@ use rlg::simulate::Simulator;
 use rlg::simulate::scenario::Scenario;
 use std::path::Path;
 
-const SCENARIO: &str = include_str!("../scenarios/vibration.toml");
+const SCENARIO: &str = include_str!("../../scenarios/vibration.toml");
 
 const LOCK_IN: &str = "\n[[effect]]\nkind = \"lock_in\"\nx = 1e-3\ny = 1e-3\nz = 1e-3\n";
 
