@@ -13,7 +13,8 @@ mod set_up;
 
 mod fuzz;
 
-use std::process::ExitCode;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
 
 use step::{Tally, cargo, cargo_command, root, run};
 
@@ -77,6 +78,17 @@ fn main() -> ExitCode {
     documentation.env("RUSTDOCFLAGS", "-D warnings");
     tally.step(run(documentation));
 
+    tally.heading("licences, sources and unused dependencies");
+    match set_up::dependency_tools() {
+        Ok([deny, shear]) => {
+            let checks = ["check", "licenses", "bans", "sources"];
+            let arguments = [&["--locked", "--workspace"], &checks[..]].concat();
+            tally.step(run(in_workspace(&deny, &arguments)));
+            tally.step(run(in_workspace(&shear, &["--locked", "--deny-warnings"])));
+        }
+        Err(reason) => tally.step(Err(reason)),
+    }
+
     tally.heading("firmware images");
     for (feature, _) in IMAGES {
         // Aliases of .cargo/config.toml: what the documents tell people to type.
@@ -124,8 +136,14 @@ fn main() -> ExitCode {
 }
 
 /// A program that `cargo test` built beside the tests.
-fn built(name: &str) -> std::process::Command {
+fn built(name: &str) -> Command {
     let folder = std::env::var_os("CARGO_TARGET_DIR");
-    let folder = folder.map_or_else(|| root().join("target"), std::path::PathBuf::from);
-    std::process::Command::new(folder.join("release").join(name))
+    let folder = folder.map_or_else(|| root().join("target"), PathBuf::from);
+    Command::new(folder.join("release").join(name))
+}
+
+fn in_workspace(program: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(program);
+    command.current_dir(root()).args(arguments);
+    command
 }

