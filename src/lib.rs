@@ -35,7 +35,7 @@
 //! coefficient and a product are (`chain/numbers/`: formats, ranges, rounding). In both, increments are factors of
 //! products alone; what is summed over an output period is summed in whole numbers ([`numbers::exact`]), and what
 //! a frame cannot show follows in the next ones. So nothing drifts: at most 1e-4 °/h against the equations in f64
-//! (`host-tests/tests/core_chain`).
+//! (`host-tests/rlg/tests/core_chain`).
 //!
 //! # What it promises
 //! [`Chain::process`] allocates nothing, returns no `Result`, cannot panic whatever bits enter, and costs
@@ -47,7 +47,7 @@
 //! # libm or micromath
 //! `libm` where accuracy decides: rounding in the frame stage and the conversion of parameters at boot are
 //! exact operations and must stay so. `micromath` in [`DitherMonitor`], whose amplitude is a health figure:
-//! its square root is measured in `host-tests/tests/core_chain/monitor.rs`.
+//! its square root is measured in `host-tests/rlg/tests/core_chain/monitor.rs`.
 //!
 //! # Around the chain
 //! [`processor::Processor`] is what the interrupt runs: it takes a reading of the counter bank and its own

@@ -195,6 +195,19 @@ pub fn examine(
     book: &Book,
     leave_one_out: bool,
 ) -> Result<Outcome, InputError> {
+    let said = diagnose_trial(answer, scene, leave_one_out)?;
+    let mut outcome = outcome_of(answer.trial, &said);
+    outcome.leaves = leaves(answer, &outcome, book);
+    Ok(outcome)
+}
+
+/// Simulates the recording of a trial and diagnoses it. With `leave_one_out` the diagnosis does not know the concealed
+/// kinds.
+pub fn diagnose_trial(
+    answer: &Answer,
+    scene: &Scene,
+    leave_one_out: bool,
+) -> Result<Diagnosis, InputError> {
     let (recording, model) = record(answer, scene)?;
     let without: Vec<&str> = if leave_one_out {
         answer
@@ -206,10 +219,8 @@ pub fn examine(
         Vec::new()
     };
     let file = Path::new("model.toml");
-    let said = diagnose_without(&without, &recording, &model, file, 0, &|_| {})?.diagnosis;
-    let mut outcome = outcome_of(answer.trial, &said);
-    outcome.leaves = leaves(answer, &outcome, book);
-    Ok(outcome)
+    let outcome = diagnose_without(&without, &recording, &model, file, 0, &|_| {})?;
+    Ok(outcome.diagnosis)
 }
 
 /// What a diagnosis said, in the challenge's form.

@@ -4,7 +4,8 @@
 //! (`kinds`, `answer`) → commitments (`commit`) → recordings and diagnoses (`examine`) → scores (`score`, `catalogue_marks`,
 //! `chance`)
 //!
-//! Recordings of others, each with a truth file, go the same way (`given`).
+//! Recordings of others, each with a truth file, go the same way (`given`). What the diagnosis says of fixed trials and
+//! recordings is kept as a table to compare later versions with (`golden`).
 //!
 //! Enters: a [`Plan`]. Leaves: answers, commitments to them, outcomes and [`score::Scores`]. The examiner knows the
 //! simulator and calls the diagnosis; the diagnosis gets a recording and a model, and nothing else.
@@ -20,6 +21,7 @@ pub mod chance;
 pub mod commit;
 pub mod examine;
 pub mod given;
+pub mod golden;
 pub mod kinds;
 pub mod marks;
 pub mod predict;
@@ -31,13 +33,15 @@ pub mod whiten;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::time::Instant;
 
 use rayon::prelude::*;
 
 use answer::{Answer, conceal};
 pub use case::Plan;
-use examine::{Outcome, examine, record};
+use examine::{Outcome, diagnose_trial, examine, record};
 use predict::{Book, Workshop};
+use rlg_diagnosis::result::Diagnosis;
 use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
@@ -51,6 +55,8 @@ pub enum Share {
     Shard(u64, u64),
     /// One trial.
     One(u64),
+    /// Trials from the first number up to, but without, the second.
+    Range(u64, u64),
 }
 
 /// Trials with their answers, before anything is diagnosed.
@@ -72,6 +78,7 @@ pub fn prepare(
     let mine = |trial: &u64| match share {
         Share::Shard(shard, of) => trial % of == shard,
         Share::One(one) => *trial == one,
+        Share::Range(first, end) => (first..end).contains(trial),
     };
     let trials = (0..plan.trials).filter(mine);
     let tickets: Vec<Ticket> = trials
@@ -123,16 +130,38 @@ impl Prepared {
             .map(|answer| {
                 let (scene, book) = &self.scenes[&answer.scene];
                 // A recording that the tool cannot stand is a result, and the others go on.
-                let run = || examine(answer, scene, book, self.leave_one_out);
-                let outcome = match catch_unwind(AssertUnwindSafe(run)) {
-                    Ok(Ok(outcome)) => outcome,
-                    Ok(Err(error)) => without_verdict(answer, format!("refused: {error}")),
-                    Err(_) => without_verdict(answer, "panicked".to_owned()),
-                };
+                let outcome = caught(|| examine(answer, scene, book, self.leave_one_out))
+                    .unwrap_or_else(|reason| without_verdict(answer, reason));
                 progress();
                 serde_json::to_string(&outcome).map_err(no_json)
             })
             .collect()
+    }
+
+    /// Diagnoses every trial on all threads and maps each result, in the order of the trials. `map` gets the answer,
+    /// the diagnosis or the reason why there is none, and the wall-clock time of simulation and diagnosis \[s\].
+    pub fn diagnose_each<T: Send>(
+        &self,
+        map: impl Fn(&Answer, Result<Diagnosis, String>, f64) -> T + Sync,
+    ) -> Vec<T> {
+        self.answers
+            .par_iter()
+            .map(|answer| {
+                let (scene, _) = &self.scenes[&answer.scene];
+                let begun = Instant::now();
+                let said = caught(|| diagnose_trial(answer, scene, self.leave_one_out));
+                map(answer, said, begun.elapsed().as_secs_f64())
+            })
+            .collect()
+    }
+}
+
+/// The result of one trial, or in words why there is none.
+fn caught<T>(run: impl FnOnce() -> Result<T, InputError>) -> Result<T, String> {
+    match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(Ok(result)) => Ok(result),
+        Ok(Err(error)) => Err(format!("refused: {error}")),
+        Err(_) => Err("panicked".to_owned()),
     }
 }
 

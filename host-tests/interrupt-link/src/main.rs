@@ -9,7 +9,7 @@
 //! without them, so the check is known to fail when it should.
 //!
 //! It leaves out the image's own peripherals: those are walked in the linked image
-//! (`host-tests/tests/interrupt_calls.rs`).
+//! (`host-tests/rlg/tests/target/interrupt_calls.rs`).
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

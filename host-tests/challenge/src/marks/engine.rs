@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use clap::ValueEnum;
-use rlg_diagnosis::diagnose_without;
+use rlg_diagnosis::diagnose_by;
 use rlg_model::Model;
 use rlg_recording::Recording;
 use serde::{Deserialize, Serialize};
@@ -14,10 +14,12 @@ use serde_json::Value;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum EngineName {
-    /// The engine of `rlg diagnose`.
+    /// The older stages.
     Old,
-    /// The engine with one likelihood.
+    /// One likelihood and one search.
     New,
+    /// As `rlg diagnose` decides: the new one where it serves and leaves nothing, else the older stages.
+    Both,
     /// None: recordings are made and nothing is diagnosed.
     None,
 }
@@ -109,13 +111,13 @@ fn found(effect: &Value) -> FoundEffect {
     }
 }
 
-/// The engine of `rlg diagnose`.
-struct Old;
+/// An engine of the diagnosis.
+struct Of(rlg_diagnosis::Engine);
 
-impl Engine for Old {
+impl Engine for Of {
     fn diagnose(&self, recording: &Recording, model: &Model) -> Result<DiagnosisSummary, String> {
         let file = Path::new("model.toml");
-        let outcome = diagnose_without(&[], recording, model, file, 0, &|_| {})
+        let outcome = diagnose_by(self.0, &[], recording, model, file, 0, &|_| {})
             .map_err(|error| error.to_string())?;
         let json = serde_json::to_value(&outcome.diagnosis).map_err(|error| error.to_string())?;
         DiagnosisSummary::from_json(&json)
@@ -123,10 +125,12 @@ impl Engine for Old {
 }
 
 /// Returns the engine of a name; none for [`EngineName::None`].
-pub fn engine(name: EngineName) -> Result<Option<Box<dyn Engine>>, String> {
-    match name {
-        EngineName::Old => Ok(Some(Box::new(Old))),
-        EngineName::New => Err("is not built into this version".to_owned()),
-        EngineName::None => Ok(None),
-    }
+pub fn engine(name: EngineName) -> Option<Box<dyn Engine>> {
+    let engine = match name {
+        EngineName::Old => rlg_diagnosis::Engine::Old,
+        EngineName::New => rlg_diagnosis::Engine::New,
+        EngineName::Both => rlg_diagnosis::Engine::Both,
+        EngineName::None => return None,
+    };
+    Some(Box::new(Of(engine)))
 }

@@ -1,0 +1,61 @@
+//! Rows of the golden table: simulated trials, and recordings on disk.
+
+use std::path::Path;
+use std::time::Instant;
+
+use super::row::Row;
+use crate::given::MODEL;
+use crate::trial::MIX;
+use crate::{Plan, Share, prepare};
+use rlg_diagnosis::diagnose;
+use rlg_diagnosis::result::Diagnosis;
+use rlg_model::Model;
+use rlg_recording::Recording;
+use rlg_recording::error::InputError;
+
+/// Makes the rows of simulated trials, in the order of their numbers.
+///
+/// # Inputs
+/// The seed, the number of trials of the whole table and the share of them to run. The trials are those of
+/// `rlg challenge` with the same seed: all families, as often as its marks need them. `progress` gets the name of each
+/// finished row and its wall-clock time \[s\], in the order in which the rows finish.
+///
+/// # Assumptions
+/// Rows share the threads: the time of one row contains work for others.
+pub fn trial_rows(
+    seed: u64,
+    trials: u64,
+    share: Share,
+    progress: &(dyn Fn(&str, f64) + Sync),
+) -> Result<Vec<Row>, InputError> {
+    let plan = Plan {
+        seed,
+        trials,
+        families: MIX.to_vec(),
+        leave_one_out: false,
+    };
+    let begun = Instant::now();
+    let prepared = prepare(&plan, share, &|_, _| {})?;
+    progress("answers of the trials", begun.elapsed().as_secs_f64());
+    let rows = prepared.diagnose_each(|answer, said, seconds| {
+        let row = Row::of_trial(answer, said.as_ref().map_err(String::as_str))?;
+        progress(row.name(), seconds);
+        Ok(row)
+    });
+    rows.into_iter().collect()
+}
+
+/// Makes the row of a recording whose model lies beside it, as `rlg diagnose` would see it.
+///
+/// # Errors
+/// The recording or its model cannot be read. A recording that the diagnosis refuses is a row that says so.
+pub fn recording_row(name: &str, folder: &Path) -> Result<Row, InputError> {
+    let file = folder.join(MODEL);
+    let (model, _) = Model::read_with_warnings(&file)?;
+    let recording = Recording::read(folder)?;
+    let said: Result<Diagnosis, String> = diagnose(&recording, &model, &file, 0, &|_| {})
+        .map(|outcome| outcome.diagnosis)
+        // The error's file is left out: the folder must not enter the table.
+        .map_err(|error| format!("refused: {}", error.problem));
+    Row::of_recording(name, said.as_ref().map_err(String::as_str))
+}

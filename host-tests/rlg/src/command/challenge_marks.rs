@@ -1,0 +1,210 @@
+//! `rlg challenge --marks`: ordinary recordings, any engine, and the table of marks.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde_json::json;
+
+use crate::challenge::commit::{ANSWERS, COMMITMENTS, OUTCOMES, commitments};
+use crate::challenge::marks::engine::{EngineName, engine};
+use crate::challenge::marks::run::{Cost, Outcome, Plan, prepare};
+use crate::challenge::marks::table::{Scores, score};
+use crate::challenge::marks::trial::Family;
+use crate::error::InputError;
+use crate::output::OutputFolder;
+use crate::terminal::Terminal;
+
+/// The scores.
+const SCORES: &str = "challenge.json";
+
+/// Times, which are not the same bytes twice.
+const COSTS: &str = "costs.json";
+
+/// Failures that are listed on the terminal.
+const SHOWN: usize = 30;
+
+/// Options of `rlg challenge --marks`.
+#[derive(Debug, Args)]
+pub struct MarksOptions {
+    /// Examine ordinary recordings instead: motions × references × rates × lengths × declared noise, and print the
+    /// table of marks
+    #[arg(long, conflicts_with_all = ["families", "shard", "leave_one_out", "merge", "recording", "truth", "check"])]
+    pub marks: bool,
+    /// Families of the marks, others' trial numbers are passed over [default: all but hour]
+    #[arg(long, value_enum, num_args = 1.., value_delimiter = ',', requires = "marks")]
+    family: Vec<Family>,
+    /// Engine that diagnoses
+    #[arg(long, value_enum, default_value = "old", requires = "marks")]
+    engine: EngineName,
+    /// Keep every trial's recording, with its model, and its truth beside it
+    #[arg(long, value_name = "DIR", requires = "marks")]
+    keep: Option<PathBuf>,
+    /// The declared noise of the reference is wrong by at most this factor, either way
+    #[arg(long, default_value_t = 1.5, value_name = "FACTOR", requires = "marks")]
+    declared_within: f64,
+    /// Rows of a recording at most
+    #[arg(long, default_value_t = 240_000, value_name = "N", requires = "marks",
+        value_parser = clap::value_parser!(u32).range(2_000..=20_000_000))]
+    most_rows: u32,
+}
+
+/// What the options share with the challenge's own.
+#[derive(Debug, Clone, Copy)]
+pub struct Common<'a> {
+    /// Folder for the results.
+    pub out: &'a Path,
+    /// Seed of everything.
+    pub seed: u64,
+    /// Trials.
+    pub trials: u64,
+    /// One trial alone.
+    pub only: Option<u64>,
+}
+
+impl MarksOptions {
+    /// Draws, commits, diagnoses and scores.
+    pub fn run(&self, common: Common, terminal: &Terminal) -> Result<(), InputError> {
+        let engine = engine(self.engine);
+        if !(1.0..=10.0).contains(&self.declared_within) {
+            return Err(
+                InputError::new("--declared-within", "is no factor of a noise level")
+                    .value(self.declared_within)
+                    .expected("1 to 10"),
+            );
+        }
+        let plan = Plan {
+            engine: self.engine,
+            only: common.only,
+            declared_within: self.declared_within,
+            most_rows: f64::from(self.most_rows),
+            ..Plan::new(common.seed, common.trials, &self.family)
+        };
+        let mut first = OutputFolder::create(common.out)?;
+        let count = plan.numbers().len() as u64;
+        let bar = terminal.bar(count, "drawing");
+        let prepared = prepare(&plan, &|| bar.inc(1))?;
+        bar.finish_and_clear();
+        // On disk before the first diagnosis begins.
+        first.write(COMMITMENTS, commitments(&prepared.lines).as_bytes())?;
+        first.commit()?;
+        let bar = terminal.bar(count, "diagnosing");
+        let before_s = processor_s();
+        let engine = engine.as_deref();
+        let done = prepared.diagnose(plan.seed, engine, self.keep.as_deref(), &|| bar.inc(1))?;
+        bar.finish_and_clear();
+        let spent_s = before_s
+            .zip(processor_s())
+            .map(|(before, after)| after - before);
+        let (outcomes, costs): (Vec<Outcome>, Vec<Cost>) = done.into_iter().unzip();
+        let scores = score(&plan, &prepared.answers, &outcomes);
+        write(common.out, &prepared.lines, &outcomes, &costs, &scores)?;
+        if engine.is_some() {
+            say(&scores, &costs, spent_s, terminal);
+        }
+        terminal.result(&scores)
+    }
+}
+
+fn write(
+    out: &Path,
+    answers: &[(u64, String)],
+    outcomes: &[Outcome],
+    costs: &[Cost],
+    scores: &Scores,
+) -> Result<(), InputError> {
+    let fault = |error: serde_json::Error| InputError::new(out, format!("no JSON form ({error})"));
+    let mut folder = OutputFolder::create(out)?;
+    let answers: String = answers
+        .iter()
+        .map(|(_, line)| format!("{line}\n"))
+        .collect();
+    folder.write(ANSWERS, answers.as_bytes())?;
+    let mut lines = String::new();
+    for outcome in outcomes {
+        lines += &serde_json::to_string(outcome).map_err(fault)?;
+        lines.push('\n');
+    }
+    folder.write(OUTCOMES, lines.as_bytes())?;
+    let json = serde_json::to_string_pretty(scores).map_err(fault)?;
+    folder.write(SCORES, format!("{json}\n").as_bytes())?;
+    let costs = json!({"format": 1, "trials": costs});
+    folder.write(COSTS, format!("{costs:#}\n").as_bytes())?;
+    folder.commit()
+}
+
+fn say(scores: &Scores, costs: &[Cost], spent_s: Option<f64>, terminal: &Terminal) {
+    terminal.say(scores.table().trim_end());
+    for (name, counts) in &scores.groups {
+        terminal.say(format!(
+            "  {name:<44} {:>4} right {:>4} or drift {:>4} missed {:>4} wrong {:>4} unanswered",
+            counts.right, counts.or_drift, counts.missed, counts.wrong, counts.unanswered
+        ));
+    }
+    for failure in scores.failures.iter().take(SHOWN) {
+        let list = |words: &[String]| {
+            if words.is_empty() {
+                "nothing".to_owned()
+            } else {
+                words.join(" + ")
+            }
+        };
+        terminal.say(format!(
+            "  {} {:?} ({}): {} → {}",
+            failure.trial,
+            failure.score,
+            failure.setting,
+            list(&failure.concealed),
+            list(&failure.claimed)
+        ));
+    }
+    if scores.failures.len() > SHOWN {
+        terminal.say(format!(
+            "  {} more in {SCORES}: failures",
+            scores.failures.len() - SHOWN
+        ));
+    }
+    let elapsed_s: f64 = costs.iter().map(|cost| cost.seconds).sum();
+    let longest = costs.iter().max_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    if let Some(longest) = longest {
+        terminal.say(format!(
+            "{elapsed_s:.1} s of diagnosis for {} trials, the longest {:.1} s for {} rows (trial {})",
+            costs.len(),
+            longest.seconds,
+            longest.rows,
+            longest.trial
+        ));
+    }
+    if let Some(spent_s) = spent_s {
+        terminal.say(format!(
+            "{:.2} s of processor time a trial, recordings included",
+            spent_s / costs.len().max(1) as f64
+        ));
+    }
+    if let Some(peak_mb) = peak_memory_mb() {
+        terminal.say(format!("{peak_mb:.0} MB at most, all threads together"));
+    }
+}
+
+/// Processor time of this process so far \[s\], where the system tells it.
+fn processor_s() -> Option<f64> {
+    /// Linux counts these in hundredths on every architecture.
+    const TICKS_PER_S: f64 = 100.0;
+    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // The name before ") " may hold spaces; utime and stime are the 12th and 13th after it.
+    let (_, fields) = text.rsplit_once(") ")?;
+    let ticks: f64 = fields
+        .split(' ')
+        .skip(11)
+        .take(2)
+        .filter_map(|field| field.parse::<f64>().ok())
+        .sum();
+    Some(ticks / TICKS_PER_S)
+}
+
+/// Largest resident memory of this process so far \[MB\], where the system tells it.
+fn peak_memory_mb() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: f64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
+    Some(kilobytes / 1024.0)
+}

@@ -1,0 +1,199 @@
+//! `rlg challenge --golden`: the golden table is written, or made again and compared.
+
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+
+use super::import::{Format, Import};
+use crate::challenge::Share;
+use crate::challenge::golden::{
+    Comparison, Header, Row, Table, compare, recording_row, trial_rows,
+};
+use crate::error::InputError;
+use crate::output::write_file;
+use crate::terminal::Terminal;
+
+/// Options of the golden table.
+#[derive(Debug, Args)]
+pub(super) struct GoldenArguments {
+    /// Write the golden table instead: a row for each trial, and for each shared recording
+    #[arg(
+        long,
+        value_name = "FILE.tsv",
+        conflicts_with_all = ["out", "families", "leave_one_out", "merge", "recording", "check"]
+    )]
+    pub(super) golden: Option<PathBuf>,
+    /// Make the rows again and compare them with FILE.tsv, whose seed and number of trials are used; exit code 2 if
+    /// any row differs
+    #[arg(long, requires = "golden", conflicts_with_all = ["seed", "trials"])]
+    compare: bool,
+    /// Folder with the shared recordings; without it the table holds trials only
+    #[arg(long, value_name = "DIR", requires = "golden")]
+    recordings: Option<PathBuf>,
+    /// Make only the trials with numbers from A up to, but without, B
+    #[arg(long, value_name = "A..B", value_parser = rows, requires = "golden", conflicts_with_all = ["shard", "trial"])]
+    rows: Option<Range<u64>>,
+}
+
+/// "0..20".
+fn rows(text: &str) -> Result<Range<u64>, String> {
+    text.split_once("..")
+        .and_then(|(first, end)| Some(first.parse().ok()?..end.parse().ok()?))
+        .filter(|rows| rows.start <= rows.end)
+        .ok_or_else(|| "expected A..B with A not above B, such as 0..20".to_owned())
+}
+
+/// A recording that has a row.
+struct Shared {
+    /// Name of its row.
+    name: &'static str,
+    /// Its file or folder in the folder of recordings.
+    path: &'static str,
+    /// What the file holds; `None`: a folder in the project's own form.
+    format: Option<Format>,
+}
+
+/// The shared recordings.
+const SHARED: [Shared; 5] = [
+    Shared {
+        name: "bench-coning",
+        path: "bench-coning",
+        format: None,
+    },
+    Shared {
+        name: "bench-null",
+        path: "bench-null",
+        format: None,
+    },
+    Shared {
+        name: "bench-shake",
+        path: "bench-shake",
+        format: None,
+    },
+    Shared {
+        name: "laser-gyro-vehicle",
+        path: "lasergyro.imu",
+        format: Some(Format::PsinsImu),
+    },
+    Shared {
+        name: "ln100-x-up",
+        path: "x_LN100_up.ins",
+        format: Some(Format::F64x7),
+    },
+];
+
+impl Shared {
+    /// Makes its row. A foreign file is imported into a temporary folder first.
+    fn row(&self, recordings: &Path) -> Result<Row, InputError> {
+        let source = recordings.join(self.path);
+        let Some(format) = self.format else {
+            return recording_row(self.name, &source);
+        };
+        let temporary = tempfile::tempdir()
+            .map_err(|error| InputError::unwritable(std::env::temp_dir(), &error))?;
+        let folder = temporary.path().join("recording");
+        Import::file(&source, format, &folder).run(&Terminal::silent())?;
+        recording_row(self.name, &folder)
+    }
+}
+
+impl GoldenArguments {
+    /// Writes the table to `file`, or compares. Times go to the terminal, never into the table.
+    ///
+    /// # Errors
+    /// With `--compare` also a row that differs.
+    pub(super) fn run(
+        &self,
+        file: &Path,
+        share: Share,
+        (seed, trials): (u64, u64),
+        terminal: &Terminal,
+    ) -> Result<(), InputError> {
+        let begun = Instant::now();
+        if !self.compare {
+            let table = self.make(Header::here(seed, trials), share, terminal)?;
+            write_file(file, table.text().as_bytes())?;
+            say_seconds(&table, begun, terminal);
+            return terminal.result(&serde_json::json!({ "rows": table.rows.len() }));
+        }
+        let text =
+            fs::read_to_string(file).map_err(|error| InputError::unreadable(file, &error))?;
+        let reviewed = Table::parse(&text, file)?;
+        let header = Header::here(reviewed.header.seed, reviewed.header.trials);
+        let made = self.make(header, share, terminal)?;
+        say_seconds(&made, begun, terminal);
+        let comparison = compare(&reviewed, &made);
+        say_comparison(&comparison, &reviewed, &made, terminal);
+        terminal.result(&comparison)?;
+        if comparison.is_equal() {
+            return Ok(());
+        }
+        let differ = comparison.rows.len() + comparison.not_reviewed.len();
+        Err(InputError::new(file, "does not have the rows made now")
+            .value(format!("{differ} that differ"))
+            .expected(format!("{} equal rows", made.rows.len())))
+    }
+
+    /// Makes the rows that were asked for.
+    fn make(&self, header: Header, share: Share, terminal: &Terminal) -> Result<Table, InputError> {
+        let share = match &self.rows {
+            Some(rows) => Share::Range(rows.start, rows.end),
+            None => share,
+        };
+        let (option, end) = match share {
+            Share::Range(_, end) => ("--rows", end),
+            Share::One(one) => ("--trial", one.saturating_add(1)),
+            Share::Shard(..) => ("--shard", 0),
+        };
+        if end > header.trials {
+            return Err(InputError::new(option, "is beyond the table")
+                .expected(format!("trials below {}", header.trials)));
+        }
+        let said = |name: &str, seconds: f64| terminal.say(format!("{seconds:7.1} s  {name}"));
+        let mut rows = Vec::new();
+        if let Some(recordings) = &self.recordings {
+            for shared in &SHARED {
+                let begun = Instant::now();
+                rows.push(shared.row(recordings)?);
+                said(shared.name, begun.elapsed().as_secs_f64());
+            }
+        }
+        rows.extend(trial_rows(header.seed, header.trials, share, &said)?);
+        if rows.is_empty() {
+            return Err(InputError::new(option, "leaves no row to make")
+                .expected("trials, or --recordings"));
+        }
+        Ok(Table::new(header, rows))
+    }
+}
+
+fn say_seconds(table: &Table, begun: Instant, terminal: &Terminal) {
+    let seconds = begun.elapsed().as_secs_f64();
+    terminal.say(format!(
+        "{} rows in {seconds:.0} s on {} threads",
+        table.rows.len(),
+        rayon::current_num_threads()
+    ));
+}
+
+fn say_comparison(comparison: &Comparison, reviewed: &Table, made: &Table, terminal: &Terminal) {
+    for line in comparison.lines() {
+        terminal.say(line);
+    }
+    if comparison.hashes_left_out {
+        terminal.warn(format!(
+            "hashes are not compared: the table was made with {}, these rows with {}",
+            reviewed.header.arithmetic, made.header.arithmetic
+        ));
+    }
+    let differ = comparison.rows.len();
+    terminal.say(format!(
+        "{} rows compared: {} equal, {differ} differ; {} reviewed rows were not made",
+        comparison.compared,
+        comparison.compared - differ,
+        comparison.not_made
+    ));
+}

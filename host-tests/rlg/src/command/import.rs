@@ -1,0 +1,306 @@
+//! `rlg import`: a foreign stream becomes a recording.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use serde_json::json;
+use trueaxis::Status;
+use trueaxis::health::item;
+
+use crate::error::InputError;
+use crate::import::frames::{self, Imported};
+use crate::import::hashed::Hashed;
+use crate::import::known::{self, Known};
+use crate::import::still::{self, Foreign};
+use crate::import::{f64x7, psins_imu};
+use crate::recording::{MANIFEST, Recording, Site};
+use crate::terminal::Terminal;
+
+/// Relative difference between the caller's rate and the unit's that is worth a word: a crystal is within
+/// 1e-4, an internal oscillator within 1e-2.
+const RATE_MISMATCH: f64 = 0.02;
+
+/// Read a captured stream, or a file of others, into a recording
+///
+/// Where the site is known (--latitude-deg and --gravity, the file itself, or a file whose source the project
+/// knows) it also writes OUT/model.toml: at rest on the turning Earth, white noise, nominal clock.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  rlg import capture.bin --format frames --out flight\n  rlg import x_LN100_up.ins --format f64x7 --latitude-deg 51.0447 --gravity 9.80841 --out out/ln100\n  rlg import lasergyro.imu --format psins-imu --sha256 SHA256SUMS --out out/lasergyro\n\nCapture the unit's serial port as it is, e.g.\n  stty -F /dev/ttyUSB0 1000000 raw && cat /dev/ttyUSB0 > capture.bin"
+)]
+pub struct Import {
+    /// The file
+    file: PathBuf,
+    /// What it holds
+    #[arg(long, value_enum)]
+    format: Format,
+    /// Rows a second [Hz]; as a rule the file tells it
+    #[arg(long)]
+    rate_hz: Option<f64>,
+    /// Geodetic latitude of the site [deg]; not for frames
+    #[arg(long, requires = "gravity", allow_negative_numbers = true)]
+    latitude_deg: Option<f64>,
+    /// Gravity at the site [m/s^2]; not for frames
+    #[arg(long, requires = "latitude_deg")]
+    gravity: Option<f64>,
+    /// SHA-256 the file must have: 64 digits, or a file of `SUM  NAME` lines; not for frames
+    #[arg(long)]
+    sha256: Option<String>,
+    /// Folder for the recording: new, empty, or a recording to replace
+    #[arg(long)]
+    out: PathBuf,
+}
+
+/// The model of a unit at rest, beside the recording.
+const MODEL: &str = "model.toml";
+
+/// What a file can hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Format {
+    /// Telemetry frames from the unit's serial port
+    Frames,
+    /// Records of seven little-endian f64: time s, gyro x y z deg/s, accelerometer x y z m/s^2
+    F64x7,
+    /// PSINS text: six counts a line
+    PsinsImu,
+}
+
+impl Import {
+    /// The import of a file whose source the project knows, or that names its own site.
+    pub(super) fn file(file: &Path, format: Format, out: &Path) -> Self {
+        Self {
+            file: file.to_path_buf(),
+            format,
+            rate_hz: None,
+            latitude_deg: None,
+            gravity: None,
+            sha256: None,
+            out: out.to_path_buf(),
+        }
+    }
+
+    /// Reads, writes the recording, says what was met.
+    pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
+        if let Some(rate_hz) = self.rate_hz
+            && !(rate_hz.is_finite() && rate_hz > 0.0)
+        {
+            return Err(InputError::new(&self.file, "cannot be read at this rate")
+                .channel("--rate-hz")
+                .value(rate_hz)
+                .expected("a positive number of frames a second"));
+        }
+        if self.format != Format::Frames {
+            return self.foreign(terminal);
+        }
+        let bytes =
+            fs::read(&self.file).map_err(|error| InputError::unreadable(&self.file, &error))?;
+        let imported = frames::import(&self.file, &bytes, self.rate_hz, &self.out)?;
+        self.keep_input(&[frames::TABLE, MANIFEST])?;
+        let mut out = Recording::create_folder(&self.out)?;
+        imported.recording.write_into(&mut out)?;
+        out.commit()?;
+        self.say(terminal, &imported);
+        self.result(terminal, &imported)
+    }
+
+    /// Refuses to write over the input.
+    fn keep_input(&self, names: &[&str]) -> Result<(), InputError> {
+        let same = |name: &str| {
+            let (there, here) = (self.out.join(name), &self.file);
+            matches!((there.canonicalize(), here.canonicalize()), (Ok(a), Ok(b)) if a == b)
+        };
+        match names.iter().find(|name| same(name)) {
+            Some(name) => {
+                let problem =
+                    format!("holds the input, which the recording's {name} would replace");
+                Err(InputError::new(&self.out, problem)
+                    .channel("--out")
+                    .expected("another folder"))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Reads a file of others, row by row.
+    fn foreign(&self, terminal: &Terminal) -> Result<(), InputError> {
+        let site = self.site()?;
+        let expected = self
+            .sha256
+            .as_deref()
+            .map(|given| known::expected_sum(&self.file, given))
+            .transpose()?;
+        self.keep_input(&[still::TABLE, MANIFEST, MODEL])?;
+        let mut out = Recording::create_folder(&self.out)?;
+        let bar = terminal.bar(0, "reading");
+        let (mut source, length) = Hashed::open(&self.file, &bar)?;
+        let read = match self.format {
+            Format::PsinsImu => {
+                psins_imu::import(&self.file, &mut source, self.rate_hz, site, &mut out)
+            }
+            _ => f64x7::import(
+                &self.file,
+                &mut source,
+                length,
+                self.rate_hz,
+                site,
+                &mut out,
+            ),
+        };
+        bar.finish_and_clear();
+        let mut foreign = read?;
+        let sha256 = source.into_inner().sum();
+        known::check(&self.file, &sha256, expected.as_deref())?;
+        let source = Known::of(&sha256);
+        if foreign.recording.site.is_none() {
+            foreign.recording.site = source.and_then(Known::site);
+        }
+        foreign.recording.write_manifest_into(&mut out)?;
+        if foreign.recording.site.is_some() {
+            let model = still::model(foreign.resolution_rad);
+            model.check(&self.out.join(MODEL))?;
+            out.write(MODEL, model.to_toml().as_bytes())?;
+        }
+        out.commit()?;
+        self.say_foreign(terminal, &foreign, source, expected.is_some());
+        terminal.result(&json!({
+            "recording": self.out,
+            "rows": foreign.rows,
+            "rate_hz": foreign.rate_hz,
+            "stamped_rate_hz": foreign.stamped_rate_hz,
+            "sha256": sha256,
+            "source": source.map(|known| known.source),
+            "latitude_rad": foreign.recording.site.map(|site| site.latitude_rad),
+            "gravity_m_s2": foreign.recording.site.map(|site| site.gravity_m_s2),
+        }))
+    }
+
+    /// The caller's site.
+    fn site(&self) -> Result<Option<Site>, InputError> {
+        let (Some(latitude_deg), Some(gravity_m_s2)) = (self.latitude_deg, self.gravity) else {
+            return Ok(None);
+        };
+        let fault = |key: &str, value: f64, expected: &str| {
+            Err(InputError::new(&self.file, "cannot have been made there")
+                .channel(key)
+                .value(value)
+                .expected(expected))
+        };
+        if !(-90.0..=90.0).contains(&latitude_deg) {
+            return fault("--latitude-deg", latitude_deg, "-90 to 90 degrees");
+        }
+        // The strongest gravity on the ground is 9.83, the weakest 9.76 m/s^2.
+        if !(9.7..=9.9).contains(&gravity_m_s2) {
+            return fault("--gravity", gravity_m_s2, "9.7 to 9.9 m/s^2");
+        }
+        Ok(Some(Site {
+            latitude_rad: latitude_deg.to_radians(),
+            gravity_m_s2,
+        }))
+    }
+
+    fn say_foreign(
+        &self,
+        terminal: &Terminal,
+        foreign: &Foreign,
+        source: Option<&Known>,
+        checked: bool,
+    ) {
+        terminal.say(format!(
+            "{}: {} rows at {} Hz in {}",
+            self.file.display(),
+            foreign.rows,
+            foreign.rate_hz,
+            self.out.display()
+        ));
+        match (source, checked) {
+            (Some(known), _) => terminal.say(format!("{} from {}", known.name, known.source)),
+            (None, true) => terminal.say("the sha256 is the one given"),
+            (None, false) => {
+                terminal.warn("no sha256 was given, and the file is none that is known")
+            }
+        }
+        match foreign.recording.site {
+            Some(_) => terminal.say(format!(
+                "To diagnose: rlg diagnose {0} --model {0}/{MODEL} --out DIR",
+                self.out.display()
+            )),
+            None => terminal.warn("without --latitude-deg and --gravity no model.toml is written"),
+        }
+    }
+
+    fn say(&self, terminal: &Terminal, imported: &Imported) {
+        let stream = &imported.stream;
+        terminal.say(format!(
+            "{}: {} frames in {} rows at {} Hz in {}; {} rows without a frame, {} bytes skipped, {} bad \
+             check sums, {} bytes of an unfinished frame at the end",
+            self.file.display(),
+            stream.frames,
+            imported.recording.tables[0].rows,
+            imported.rate_hz,
+            self.out.display(),
+            imported.rows_without_frame,
+            stream.bytes_skipped,
+            stream.bad_checksums,
+            imported.bytes_at_end,
+        ));
+        if let (Some(asked), Some(told)) = (self.rate_hz, imported.unit_rate_hz)
+            && (asked / told - 1.0).abs() > RATE_MISMATCH
+        {
+            terminal.warn(format!(
+                "the unit says {told} Hz, --rate-hz {asked} is used"
+            ));
+        }
+        let told = |index| imported.health.get(&index).copied();
+        if let (Some(bits), Some(period)) = (
+            told(item::FIRST_FAULT_STATUS),
+            told(item::FIRST_FAULT_PERIOD),
+        ) && bits != 0
+        {
+            let names = names(bits).join(", ");
+            terminal.warn(format!(
+                "the unit's first fault: {names}, in its sampling period {period}"
+            ));
+        }
+        for (name, frames) in bits_seen(imported) {
+            terminal.say(format!("{frames} frames say: {name}"));
+        }
+    }
+
+    fn result(&self, terminal: &Terminal, imported: &Imported) -> Result<(), InputError> {
+        let stream = &imported.stream;
+        let status: serde_json::Map<_, _> = bits_seen(imported)
+            .map(|(name, frames)| (name.to_owned(), frames.into()))
+            .collect();
+        terminal.result(&json!({
+            "recording": self.out,
+            "rate_hz": imported.rate_hz,
+            "rows": imported.recording.tables[0].rows,
+            "frames": stream.frames,
+            "first_sequence": imported.first_sequence,
+            "rows_without_frame": imported.rows_without_frame,
+            "bytes_skipped": stream.bytes_skipped,
+            "bad_checksums": stream.bad_checksums,
+            "bytes_at_end": imported.bytes_at_end,
+            "status": status,
+            "health": imported.health,
+        }))
+    }
+}
+
+/// Names of the bits that any frame carries, with the number of those frames.
+fn bits_seen(imported: &Imported) -> impl Iterator<Item = (&'static str, u64)> {
+    let frames = imported.frames_with_bit.into_iter();
+    (0_u8..)
+        .zip(frames)
+        .filter(|(_, frames)| *frames > 0)
+        .filter_map(|(bit, frames)| Some((Status::name(bit)?, frames)))
+}
+
+/// Names of the bits set.
+fn names(bits: u32) -> Vec<&'static str> {
+    (0..32)
+        .filter(|bit| bits >> bit & 1 == 1)
+        .filter_map(Status::name)
+        .collect()
+}

@@ -1,0 +1,128 @@
+//! The command `rlg`: one sub-command a file.
+//!
+//! Enters: the command line. Leaves: exit code 0 (the work was done) or 2 (the input cannot be used: one
+//! sentence on standard error; or the command line is wrong). Words and progress go to standard error,
+//! a result to standard output with `--json` only.
+//!
+//! A new sub-command is a file with a struct of arguments and `fn run(&self, terminal: &Terminal)`, a
+//! variant of `Command` and its line in `Command::run`.
+
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::error::InputError;
+use crate::terminal::Terminal;
+
+mod calibrate;
+mod challenge;
+mod challenge_marks;
+mod demo;
+mod diagnose;
+mod golden;
+mod import;
+mod inputs;
+mod inspect;
+mod navigate;
+mod on_target;
+mod paper;
+mod params;
+mod replay;
+mod simulate;
+
+/// Simulate, replay and diagnose recordings of dithered ring-laser gyros
+#[derive(Debug, Parser)]
+#[command(name = "rlg", version, max_term_width = 100)]
+struct CommandLine {
+    #[command(flatten)]
+    talk: Talk,
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// What every sub-command takes.
+#[derive(Debug, Args)]
+struct Talk {
+    /// Print the result as JSON on standard output
+    #[arg(long, global = true)]
+    json: bool,
+    /// No progress and no words on standard error, errors excepted
+    #[arg(long, global = true)]
+    quiet: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Calibrate(calibrate::Calibrate),
+    Challenge(challenge::ChallengeCommand),
+    Demo(demo::DemoCommand),
+    Diagnose(diagnose::Diagnose),
+    Import(import::Import),
+    Inspect(inspect::Inspect),
+    Navigate(navigate::NavigateCommand),
+    OnTarget(on_target::OnTargetCommand),
+    Paper(paper::PaperCommand),
+    Replay(replay::ReplayCommand),
+    Simulate(simulate::Simulate),
+    Params(params::Params),
+}
+
+impl Command {
+    fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
+        match self {
+            Self::Calibrate(command) => command.run(terminal),
+            Self::Challenge(command) => command.run(terminal),
+            Self::Demo(command) => command.run(terminal),
+            Self::Diagnose(command) => command.run(terminal),
+            Self::Import(command) => command.run(terminal),
+            Self::Inspect(command) => command.run(terminal),
+            Self::Navigate(command) => command.run(terminal),
+            Self::OnTarget(command) => command.run(terminal),
+            Self::Paper(command) => command.run(terminal),
+            Self::Replay(command) => command.run(terminal),
+            Self::Simulate(command) => command.run(terminal),
+            Self::Params(command) => command.run(terminal),
+        }
+    }
+}
+
+/// Exit code of an input that cannot be used; clap ends with the same for a wrong command line.
+const UNUSABLE: u8 = 2;
+
+/// Runs the command line of this process.
+pub fn run() -> ExitCode {
+    let line = CommandLine::parse();
+    let terminal = Terminal::new(line.talk.json, line.talk.quiet);
+    match line.command.run(&terminal) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            terminal.error(&error);
+            ExitCode::from(UNUSABLE)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent_and_every_sub_command_shows_an_example() {
+        let mut line = CommandLine::command();
+        line.build();
+        line.clone().debug_assert();
+        for sub in line
+            .get_subcommands_mut()
+            .filter(|sub| sub.get_name() != "help")
+        {
+            let name = sub.get_name().to_owned();
+            let help = sub.render_long_help().to_string();
+            assert!(
+                help.contains(&format!("  rlg {name} ")),
+                "{name}: no example in\n{help}"
+            );
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! The golden table: a part of it is made again and must be the reviewed file's, to the last bit of every diagnosis.
+//!
+//! The whole table takes minutes: `rlg challenge --golden host-tests/challenge/golden.tsv --compare --recordings R`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use assert_cmd::Command;
+use rlg::challenge::commit::sha256;
+use rlg::challenge::golden::{Header, Table, compare, recording_row};
+
+fn reviewed() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../challenge/golden.tsv")
+}
+
+fn rlg(folder: &Path, arguments: &[&str]) -> Output {
+    Command::cargo_bin("rlg")
+        .expect("the binary")
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("it starts")
+}
+
+fn words(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn the_first_ten_trials_are_those_of_the_reviewed_table() {
+    let output = Command::cargo_bin("rlg")
+        .expect("the binary")
+        .args(["challenge", "--compare", "--rows", "0..10", "--golden"])
+        .arg(reviewed())
+        .output()
+        .expect("it starts");
+    let said = words(&output);
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("10 rows compared: 10 equal"), "{said}");
+}
+
+#[test]
+fn the_bench_recordings_are_those_of_the_reviewed_table() {
+    let Some(folder) = std::env::var_os("RLG_RECORDINGS").map(PathBuf::from) else {
+        eprintln!("skipped: RLG_RECORDINGS names no folder of recordings");
+        return;
+    };
+    let text = fs::read_to_string(reviewed()).expect("the reviewed table");
+    let reviewed = Table::parse(&text, &reviewed()).unwrap_or_else(|error| panic!("{error}"));
+    let rows = ["bench-coning", "bench-null", "bench-shake"].map(|name| {
+        recording_row(name, &folder.join(name)).unwrap_or_else(|error| panic!("{error}"))
+    });
+    let header = Header::here(reviewed.header.seed, reviewed.header.trials);
+    let comparison = compare(&reviewed, &Table::new(header, rows.into()));
+    assert!(comparison.is_equal(), "{}", comparison.lines().join("\n"));
+    assert_eq!(comparison.compared, 3);
+}
+
+#[test]
+fn the_reviewed_table_reads_back_to_its_own_bytes() {
+    let text = fs::read_to_string(reviewed()).expect("the reviewed table");
+    let table = Table::parse(&text, &reviewed()).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(table.text(), text, "rows are sorted and complete");
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_table_and_a_changed_field_is_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let golden = |file: &str, more: &[&str]| {
+        let output = rlg(at, &[&["challenge", "--golden", file][..], more].concat());
+        (output.status.code(), words(&output))
+    };
+    let part = ["--trials", "20", "--rows", "0..2"];
+    for (file, threads) in [("one.tsv", "1"), ("two.tsv", "2")] {
+        let (code, said) = golden(file, &[&part[..], &["--threads", threads]].concat());
+        assert_eq!(code, Some(0), "{said}");
+    }
+    let read = |name: &str| fs::read_to_string(at.join(name)).expect("written");
+    let text = read("one.tsv");
+    assert_eq!(text, read("two.tsv"));
+    assert_eq!(text.lines().count(), 5, "{text}");
+
+    // The hash is that of the file which rlg diagnose writes, but for the version.
+    let trial = [
+        "challenge",
+        "--out",
+        "trial",
+        "--trials",
+        "20",
+        "--trial",
+        "1",
+    ];
+    let output = rlg(at, &trial);
+    assert!(output.status.success(), "{}", words(&output));
+    let model = "trial/recording/model.toml";
+    let output = rlg(
+        at,
+        &[
+            "diagnose",
+            "trial/recording",
+            "--model",
+            model,
+            "--out",
+            "said",
+        ],
+    );
+    assert!(output.status.success(), "{}", words(&output));
+    let json = read("said/diagnosis.json");
+    let kept = json
+        .lines()
+        .filter(|line| !line.starts_with("  \"version\": "));
+    let kept: String = kept.map(|line| format!("{line}\n")).collect();
+    let row = text.lines().last().expect("a row");
+    assert!(row.starts_with("trial-0001\t"), "{row}");
+    assert!(row.ends_with(&sha256(kept.as_bytes())), "{row}");
+
+    fs::write(at.join("one.tsv"), text.replace("\tnull\t", "\tsingle\t")).expect("writable");
+    let (code, said) = golden("one.tsv", &["--compare", "--rows", "0..2"]);
+    assert_eq!(code, Some(2), "{said}");
+    for part in [
+        "trial-0000:",
+        "family",
+        "- single",
+        "+ null",
+        "1 equal, 1 differ",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    // Nothing compared is not equal.
+    for (rows, problem) in [("0..21", "is beyond the table"), ("0..0", "leaves no row")] {
+        let (code, said) = golden("one.tsv", &["--compare", "--rows", rows]);
+        assert_eq!(code, Some(2), "{said}");
+        assert!(said.contains(problem), "{said}");
+    }
+    fs::write(at.join("one.tsv"), "name\tverdict\n").expect("writable");
+    let (code, said) = golden("one.tsv", &["--compare", "--rows", "0..2"]);
+    assert_eq!(code, Some(2));
+    assert!(said.contains("is no golden table"), "{said}");
+}

@@ -1,0 +1,10 @@
+//! Commands of `rlg` from end to end, a module for each. What they refuse is in `files/bad_input`.
+
+mod challenge;
+mod demo;
+mod golden;
+mod navigate;
+mod paper;
+mod replay;
+mod replay_dither;
+mod report;

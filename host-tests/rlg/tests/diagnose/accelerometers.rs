@@ -1,0 +1,313 @@
+//! What a model leaves out of the accelerometers, concealed by the simulator in a table programme: named right, its
+//! size right, and nothing named where nothing was concealed.
+
+use std::ops::RangeInclusive;
+use std::path::Path;
+
+use super::support::{concealed, kinds, sizes_are};
+use rlg::diagnose::result::{Diagnosis, Verdict};
+use rlg::diagnose::{Outcome, diagnose, diagnose_without};
+use rlg::recording::{Channel, Clock, Quantity, Table};
+use rlg::simulate::scenario::Scenario;
+use rlg::simulate::{Simulation, simulate};
+
+const TABLE: &str = include_str!("table_programme.toml");
+
+fn recorded(effects: &str, seed: u64) -> Simulation {
+    let scenario = Scenario::parse(&format!("{TABLE}\n{effects}"), Path::new("table.toml"));
+    simulate(&scenario.expect("a scenario"), seed, |_| {})
+}
+
+fn diagnosed(simulation: &Simulation, model: &rlg::model::Model) -> Outcome {
+    let file = Path::new("model.toml");
+    diagnose(&simulation.recording, model, file, 0, &|_| {}).expect("a diagnosis")
+}
+
+/// `kind` alone is named, its sizes are right, and the model with it matches.
+fn is_named(kind: &str, truth: &[(&str, f64)]) {
+    let simulation = recorded(&concealed(kind, truth), 7);
+    let outcome = diagnosed(&simulation, &simulation.model);
+    let diagnosis = &outcome.diagnosis;
+    assert_eq!(kinds(diagnosis), [kind], "{:#?}", diagnosis.summary);
+    assert_eq!(diagnosis.verdict, Verdict::Explained);
+    sizes_are(&diagnosis.effects[0], truth);
+    let again = diagnosed(&simulation, &outcome.model).diagnosis;
+    assert_eq!(again.verdict, Verdict::Matches, "{:#?}", again.summary);
+}
+
+#[test]
+fn nothing_concealed_in_the_accelerometers_is_nothing_found() {
+    nothing_is_found(1..=2);
+}
+
+#[test]
+#[ignore = "many seeds: --test diagnose -- --ignored in_full"]
+fn nothing_concealed_in_the_accelerometers_is_nothing_found_in_full() {
+    nothing_is_found(1..=5);
+}
+
+fn nothing_is_found(seeds: RangeInclusive<u64>) {
+    for seed in seeds {
+        let simulation = recorded("", seed);
+        let diagnosis = diagnosed(&simulation, &simulation.model).diagnosis;
+        assert_eq!(
+            diagnosis.verdict,
+            Verdict::Matches,
+            "seed {seed}: {:#?}",
+            diagnosis.summary
+        );
+        assert_eq!(
+            diagnosis.accelerometer_noise.len(),
+            3,
+            "they were looked at"
+        );
+    }
+}
+
+#[test]
+fn an_accelerometer_bias_is_named() {
+    is_named("accel_bias", &[("x", 1e-3), ("y", -5e-4), ("z", 8e-4)]);
+}
+
+#[test]
+fn an_accelerometer_scale_error_is_named() {
+    is_named("accel_scale", &[("x", 1e-4), ("y", -8e-5), ("z", 5e-5)]);
+}
+
+#[test]
+fn turned_accelerometers_are_named() {
+    let angles = [
+        ("xy", 1e-4),
+        ("xz", -5e-5),
+        ("yx", 8e-5),
+        ("yz", 3e-5),
+        ("zx", -6e-5),
+        ("zy", 1.2e-4),
+    ];
+    is_named("accel_misalignment", &angles);
+}
+
+#[test]
+fn a_bent_accelerometer_is_named() {
+    is_named("accel_quadratic", &[("x", 2e-5), ("y", -1e-5), ("z", 1e-5)]);
+}
+
+#[test]
+fn late_accelerometers_are_named() {
+    is_named("accel_delay", &[("x", 2e-3), ("y", 1e-3), ("z", -5e-4)]);
+}
+
+#[test]
+fn accelerometers_away_from_the_centre_are_named() {
+    let arms = [
+        ("xx", 0.03),
+        ("xy", -0.01),
+        ("xz", 0.02),
+        ("yx", -0.02),
+        ("yy", 0.04),
+        ("yz", 0.01),
+        ("zx", 0.01),
+        ("zy", -0.02),
+        ("zz", 0.03),
+    ];
+    is_named("size_effect", &arms);
+}
+
+#[test]
+fn an_effect_of_a_gyro_and_one_of_an_accelerometer_are_both_named() {
+    let (bias, tilt) = ([("x", 2e-6), ("y", -3e-6)], [("xy", 1e-4), ("zx", -1e-4)]);
+    let both = concealed("gyro_bias", &bias) + &concealed("accel_misalignment", &tilt);
+    let simulation = recorded(&both, 3);
+    let diagnosis = diagnosed(&simulation, &simulation.model).diagnosis;
+    let expected = ["gyro_bias", "accel_misalignment"];
+    assert_eq!(kinds(&diagnosis), expected, "{:#?}", diagnosis.summary);
+    sizes_are(&diagnosis.effects[0], &bias);
+    sizes_are(&diagnosis.effects[1], &tilt);
+}
+
+/// `kind` alone is named, and gravity, which moves with the case through the accelerometers, speaks against `others`.
+fn is_told_from(others: &[&str], kind: &str, truth: &[(&str, f64)]) {
+    let simulation = recorded(&concealed(kind, truth), 4);
+    let diagnosis = diagnosed(&simulation, &simulation.model).diagnosis;
+    assert_eq!(kinds(&diagnosis), [kind], "{:#?}", diagnosis.summary);
+    let found = &diagnosis.effects[0];
+    // To the gyros they are one class, whether or not it says so.
+    let (alike, against) = (&found.indistinguishable_from, &found.gravity_speaks_against);
+    for other in others.iter().map(|other| (*other).to_string()) {
+        let told = !alike.contains(&other) || against.contains(&other);
+        assert!(told, "{alike:?} {against:?}");
+    }
+    sizes_are(&diagnosis.effects[0], truth);
+}
+
+const TURNED: [(&str, f64); 3] = [("x", 2e-4), ("y", -1e-4), ("z", 3e-4)];
+
+const SCALED: [(&str, f64); 3] = [("x", 4e-5), ("y", -3e-5), ("z", 6e-5)];
+
+#[test]
+fn gravity_tells_a_turned_reference_from_turned_gyros_and_accelerometers() {
+    is_told_from(&["installation"], "reference_misalignment", &TURNED);
+}
+
+#[test]
+fn gravity_tells_gyros_all_turned_alike_from_a_turned_reference() {
+    // The same to the gyros as the reference turned by TURNED: delta_ij = r_j.
+    let gyros = [
+        ("xy", -1e-4),
+        ("xz", 3e-4),
+        ("yx", 2e-4),
+        ("yz", 3e-4),
+        ("zx", 2e-4),
+        ("zy", -1e-4),
+    ];
+    is_told_from(&["reference_misalignment"], "installation", &gyros);
+}
+
+#[test]
+fn gravity_tells_whose_scale_is_wrong() {
+    is_told_from(&["gyro_scale"], "reference_scale", &SCALED);
+    is_told_from(&["reference_scale"], "gyro_scale", &SCALED);
+}
+
+#[test]
+fn gravity_tells_whose_clock_is_late() {
+    is_told_from(&["gyro_delay"], "reference_delay", &[("all", 3e-4)]);
+    let gyros = [("x", 3e-4), ("y", 3e-4), ("z", 3e-4)];
+    is_told_from(&["reference_delay"], "gyro_delay", &gyros);
+}
+
+#[test]
+fn errors_of_the_reference_and_of_the_gyros_beside_each_other_are_told_apart() {
+    let gyros = [("x", -5e-5), ("y", 7e-5), ("z", 2e-5)];
+    let both = concealed("reference_scale", &SCALED) + &concealed("gyro_scale", &gyros);
+    let simulation = recorded(&both, 5);
+    let diagnosis = diagnosed(&simulation, &simulation.model).diagnosis;
+    let expected = ["gyro_scale", "reference_scale"];
+    assert_eq!(kinds(&diagnosis), expected, "{:#?}", diagnosis.summary);
+    sizes_are(&diagnosis.effects[0], &gyros);
+    sizes_are(&diagnosis.effects[1], &SCALED);
+}
+
+#[test]
+fn a_stretch_shaken_along_a_line_is_left_out_and_said_so() {
+    let shaken = "[[motion]]\nkind = \"random_vibration\"\nname = \"shaken\"\nduration_s = 8.0\nramp_s = 1.0\n\
+        linear_psd_m2_s4_hz = { y = [[10.0, 0.1], [100.0, 0.1]] }\n";
+    let bias = [("x", 1e-3), ("y", -5e-4), ("z", 8e-4)];
+    let simulation = recorded(&(shaken.to_string() + &concealed("accel_bias", &bias)), 5);
+    let diagnosis = diagnosed(&simulation, &simulation.model).diagnosis;
+    assert_eq!(
+        kinds(&diagnosis),
+        ["accel_bias"],
+        "{:#?}",
+        diagnosis.summary
+    );
+    sizes_are(&diagnosis.effects[0], &bias);
+    let said = |words: &str| {
+        diagnosis
+            .not_excluded
+            .iter()
+            .any(|line| line.contains(words))
+    };
+    assert!(
+        said("accelerometer effects in shaken"),
+        "{:#?}",
+        diagnosis.not_excluded
+    );
+}
+
+/// The accelerometers in a table of their own: velocity increments at a quarter of the rate, from 0.3 s later on.
+fn in_a_table_of_their_own(simulation: &mut Simulation) {
+    const EACH: usize = 4;
+    const LATER: usize = 120;
+    let recording = &mut simulation.recording;
+    let gyros = &mut recording.tables[0];
+    let Clock::Uniform { rate_hz, start_s } = gyros.clock else {
+        panic!("the simulator's rows are uniform");
+    };
+    let (force, others): (Vec<Channel>, Vec<Channel>) = gyros
+        .channels
+        .drain(..)
+        .partition(|channel| channel.quantity == Quantity::SpecificForce);
+    gyros.channels = others;
+    let channels: Vec<Channel> = force
+        .into_iter()
+        .map(|channel| {
+            let pieces = channel.values[LATER..].chunks_exact(EACH);
+            let values = pieces
+                .map(|piece| piece.iter().sum::<f64>() / rate_hz)
+                .collect();
+            Channel {
+                quantity: Quantity::VelocityIncrement,
+                values,
+                ..channel
+            }
+        })
+        .collect();
+    recording.tables.push(Table {
+        file: "velocity.parquet".to_string(),
+        clock: Clock::Uniform {
+            rate_hz: rate_hz / EACH as f64,
+            start_s: start_s + LATER as f64 / rate_hz,
+        },
+        rows: channels[0].values.len(),
+        channels,
+    });
+}
+
+#[test]
+fn velocity_increments_at_their_own_rate_and_start_say_the_same() {
+    let angles = [("xy", 1e-4), ("yz", -8e-5), ("zx", 6e-5)];
+    let mut simulation = recorded(&concealed("accel_misalignment", &angles), 6);
+    in_a_table_of_their_own(&mut simulation);
+    let diagnosis = diagnosed(&simulation, &simulation.model).diagnosis;
+    assert_eq!(
+        kinds(&diagnosis),
+        ["accel_misalignment"],
+        "{:#?}",
+        diagnosis.summary
+    );
+    sizes_are(&diagnosis.effects[0], &angles);
+}
+
+#[test]
+fn an_effect_that_is_not_in_the_catalogue_gets_no_name_of_another() {
+    let cases: [(&str, &[(&str, f64)]); 5] = [
+        ("accel_scale", &[("x", 2e-4), ("y", -2e-4), ("z", 2e-4)]),
+        (
+            "accel_misalignment",
+            &[("xy", 2e-4), ("yz", -2e-4), ("zx", 2e-4)],
+        ),
+        ("accel_quadratic", &[("x", 3e-5), ("y", -3e-5), ("z", 3e-5)]),
+        ("accel_delay", &[("x", 2e-3), ("y", 2e-3), ("z", -2e-3)]),
+        ("size_effect", &[("xy", 0.02), ("yz", 0.02), ("zx", 0.02)]),
+    ];
+    for (kind, sizes) in cases {
+        let simulation = recorded(&concealed(kind, sizes), 8);
+        let model = &simulation.model;
+        let file = Path::new("model.toml");
+        let left_out = diagnose_without(&[kind], &simulation.recording, model, file, 0, &|_| {});
+        let diagnosis = left_out.expect("a diagnosis").diagnosis;
+        let named: Vec<&str> = kinds(&diagnosis)
+            .into_iter()
+            .filter(|named| *named != "unlisted")
+            .collect();
+        assert!(named.is_empty(), "{kind}: {:#?}", diagnosis.summary);
+    }
+}
+
+#[test]
+fn what_keeps_the_accelerometers_out_is_said() {
+    let mut simulation = recorded("", 1);
+    simulation.recording.site = None;
+    let diagnosis = diagnosed(&simulation, &simulation.model).diagnosis;
+    let said = |diagnosis: &Diagnosis, words: &str| {
+        let lines = &diagnosis.not_excluded;
+        assert!(lines.iter().any(|line| line.contains(words)), "{lines:#?}");
+    };
+    said(&diagnosis, "accel_bias: the recording names no site");
+    let channels = &mut simulation.recording.tables[0].channels;
+    channels.retain(|channel| channel.quantity != Quantity::SpecificForce);
+    let diagnosis = diagnosed(&simulation, &simulation.model).diagnosis;
+    said(&diagnosis, "size_effect: no accelerometer channels");
+    assert_eq!(diagnosis.verdict, Verdict::Matches);
+}

@@ -1,0 +1,84 @@
+//! What the tests of this folder share: effects as a scenario conceals them, and a diagnosis held against them.
+
+use std::fmt::Display;
+
+use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
+
+/// Each number within this many of its standard deviations. A file holds some forty to a hundred: one in three hundred is
+/// further than three by chance, one in fifteen thousand further than four.
+pub const WITHIN: f64 = 4.0;
+
+/// The scenario at a quarter of its rows, 1000 a second: enough for dithers and motion, and a quarter of the work.
+pub fn at_a_quarter(scenario: &str) -> String {
+    let thinned = scenario.replace("\nrate_hz = 4000.0\n", "\nrate_hz = 1000.0\n");
+    assert_ne!(thinned, scenario, "it has 4000 rows a second");
+    thinned
+}
+
+/// An effect of a scenario that its model does not tell.
+pub fn concealed(kind: &str, values: &[(&str, f64)]) -> String {
+    let values: String = values
+        .iter()
+        .map(|(name, value)| format!("{name} = {value:e}\n"))
+        .collect();
+    format!("[[effect]]\nkind = \"{kind}\"\nconcealed = true\n{values}")
+}
+
+/// The names that were given.
+pub fn kinds(diagnosis: &Diagnosis) -> Vec<&str> {
+    diagnosis
+        .effects
+        .iter()
+        .map(|effect| effect.kind.as_str())
+        .collect()
+}
+
+/// The model is right, and no name was given.
+pub fn names_nothing(diagnosis: &Diagnosis, which: impl Display) {
+    let summary = &diagnosis.summary;
+    assert_eq!(kinds(diagnosis), [""; 0], "{which}: {summary:#?}");
+    assert_eq!(diagnosis.verdict, Verdict::Matches, "{which}: {summary:#?}");
+}
+
+/// The effect's numbers: name, value, standard deviation.
+fn numbers(effect: &EffectEntry) -> impl Iterator<Item = (&str, f64, f64)> {
+    effect
+        .parameters
+        .iter()
+        .filter_map(|parameter| match parameter {
+            ParameterEntry::Number {
+                name, value, std, ..
+            } => Some((name.as_str(), *value, *std)),
+            ParameterEntry::Text { .. } => None,
+        })
+}
+
+/// One of the effect's numbers with its standard deviation.
+pub fn number(effect: &EffectEntry, wanted: &str) -> (f64, f64) {
+    numbers(effect)
+        .find(|(name, ..)| *name == wanted)
+        .map(|(_, value, std)| (value, std))
+        .unwrap_or_else(|| panic!("no {wanted} in {:?}", effect.parameters))
+}
+
+/// The effect has these numbers.
+pub fn holds(effect: &EffectEntry, truth: &[(&str, f64)]) {
+    for (name, truth) in truth {
+        let (value, std) = number(effect, name);
+        assert!(
+            (value - truth).abs() < WITHIN * std,
+            "{} {name}: {value:e} ± {std:e}, {truth:e}",
+            effect.kind
+        );
+    }
+}
+
+/// The effect has these numbers, and all its others are zero.
+pub fn sizes_are(effect: &EffectEntry, truth: &[(&str, f64)]) {
+    holds(effect, truth);
+    let others: Vec<(&str, f64)> = numbers(effect)
+        .filter(|(name, ..)| truth.iter().all(|(known, _)| known != name))
+        .map(|(name, ..)| (name, 0.0))
+        .collect();
+    holds(effect, &others);
+}

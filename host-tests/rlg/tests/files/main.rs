@@ -1,0 +1,15 @@
+//! Recordings, models and results on disk: what is written comes back, what others write is read, and what cannot be used
+//! is refused in one sentence. One binary, because linking each of these tests takes longer than running it.
+
+mod bad_input;
+mod damaged_recordings;
+mod import;
+mod import_foreign;
+mod model_compensation;
+mod model_round_trip;
+mod output_folder;
+mod recording_bench;
+mod recording_elsewhere;
+mod recording_parquet;
+mod recording_range;
+mod recording_round_trip;

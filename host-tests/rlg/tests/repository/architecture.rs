@@ -1,0 +1,326 @@
+//! The walls of the house: which package may know which, and no import cycle between the modules of a package.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+/// Package, and the packages of this workspace that it may depend on.
+const MAY_DEPEND_ON: [(&str, &[&str]); 18] = [
+    ("trueaxis", &[]),
+    ("strapdown", &[]),
+    ("rlg-recording", &[]),
+    ("rlg-model", &["rlg-recording"]),
+    ("rlg-parameters", &["rlg-model", "trueaxis"]),
+    (
+        "rlg-diagnosis",
+        &["rlg-recording", "rlg-model", "strapdown"],
+    ),
+    (
+        "rlg-calibration",
+        &["rlg-recording", "rlg-model", "rlg-diagnosis"],
+    ),
+    ("rlg-reference", &[]),
+    ("rlg-simulator", &["rlg-recording", "rlg-model"]),
+    (
+        "rlg-replay",
+        &[
+            "rlg-recording",
+            "rlg-model",
+            "rlg-parameters",
+            "rlg-reference",
+            "strapdown",
+            "trueaxis",
+        ],
+    ),
+    ("rlg-target", &["rlg-recording", "trueaxis"]),
+    (
+        "rlg-challenge",
+        &[
+            "rlg-recording",
+            "rlg-model",
+            "rlg-simulator",
+            "rlg-diagnosis",
+        ],
+    ),
+    (
+        "rlg-report",
+        &[
+            "rlg-diagnosis",
+            "rlg-calibration",
+            "rlg-challenge",
+            "rlg-replay",
+        ],
+    ),
+    (
+        "rlg",
+        &[
+            "trueaxis",
+            "strapdown",
+            "rlg-recording",
+            "rlg-model",
+            "rlg-parameters",
+            "rlg-diagnosis",
+            "rlg-calibration",
+            "rlg-reference",
+            "rlg-simulator",
+            "rlg-replay",
+            "rlg-target",
+            "rlg-challenge",
+            "rlg-report",
+        ],
+    ),
+    ("firmware-tests", &["trueaxis"]),
+    ("interrupt-link", &["trueaxis"]),
+    ("firmware-fuzz", &["trueaxis"]),
+    ("verify", &[]),
+];
+
+/// Packages that hold the answer, or something made from it: the diagnosis may not reach them, through anybody.
+const OUT_OF_REACH: [&str; 4] = ["trueaxis", "rlg-simulator", "rlg-reference", "rlg-replay"];
+
+/// Packages whose modules may still import each other in circles. The diagnosis is to be rewritten.
+const MAY_HAVE_CYCLES: [&str; 1] = ["rlg-diagnosis"];
+
+/// What the workspace's manifests say.
+struct Workspace {
+    /// Package, and the packages of this workspace that its code depends on, tests apart.
+    dependencies: BTreeMap<String, BTreeSet<String>>,
+    /// Package, and its folder.
+    folders: BTreeMap<String, PathBuf>,
+}
+
+fn workspace() -> Workspace {
+    let output = Command::new(env!("CARGO"))
+        .args([
+            "metadata",
+            "--format-version",
+            "1",
+            "--no-deps",
+            "--offline",
+        ])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("cargo runs");
+    assert!(output.status.success(), "{output:?}");
+    let metadata: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let packages = metadata["packages"].as_array().expect("packages");
+    let text = |value: &Value| value.as_str().expect("a string").to_owned();
+    let folders: BTreeMap<String, PathBuf> = packages
+        .iter()
+        .map(|package| {
+            let manifest = PathBuf::from(text(&package["manifest_path"]));
+            let folder = manifest.parent().expect("a folder").to_path_buf();
+            (text(&package["name"]), folder)
+        })
+        .collect();
+    let dependencies = packages
+        .iter()
+        .map(|package| {
+            let on = package["dependencies"].as_array().expect("dependencies");
+            let on = on
+                .iter()
+                .filter(|one| one["kind"].is_null())
+                .map(|one| text(&one["name"]))
+                .filter(|name| folders.contains_key(name))
+                .collect();
+            (text(&package["name"]), on)
+        })
+        .collect();
+    Workspace {
+        dependencies,
+        folders,
+    }
+}
+
+#[test]
+fn every_package_depends_only_on_what_it_may_know() {
+    let workspace = workspace();
+    let allowed: BTreeMap<_, _> = MAY_DEPEND_ON.into_iter().collect();
+    for (package, dependencies) in &workspace.dependencies {
+        let allowed = allowed
+            .get(package.as_str())
+            .unwrap_or_else(|| panic!("{package} has no row in the table"));
+        for dependency in dependencies {
+            assert!(
+                allowed.contains(&dependency.as_str()),
+                "{package} may not depend on {dependency}"
+            );
+        }
+    }
+}
+
+/// A package and all that it reaches.
+fn closure(workspace: &Workspace, package: &str) -> BTreeSet<String> {
+    let mut reached = BTreeSet::from([package.to_owned()]);
+    let mut open = vec![package.to_owned()];
+    while let Some(package) = open.pop() {
+        for dependency in &workspace.dependencies[&package] {
+            if reached.insert(dependency.clone()) {
+                open.push(dependency.clone());
+            }
+        }
+    }
+    reached
+}
+
+#[test]
+fn diagnosis_and_calibration_reach_neither_simulator_nor_chain_nor_truth() {
+    let workspace = workspace();
+    for package in ["rlg-diagnosis", "rlg-calibration"] {
+        let reached = closure(&workspace, package);
+        for forbidden in OUT_OF_REACH {
+            assert!(
+                !reached.contains(forbidden),
+                "{package} reaches {forbidden}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_three_implementations_know_nothing_of_each_other() {
+    let workspace = workspace();
+    let implementations = ["trueaxis", "rlg-reference", "rlg-simulator"];
+    for one in implementations {
+        let reached = closure(&workspace, one);
+        for other in implementations {
+            assert!(
+                one == other || !reached.contains(other),
+                "{one} reaches {other}"
+            );
+        }
+    }
+}
+
+/// Every module of a package, by its path in the crate, with its source.
+fn modules(folder: &Path) -> BTreeMap<Vec<String>, String> {
+    let root = folder.join("src");
+    let mut found = BTreeMap::new();
+    let mut folders = vec![root.clone()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            if path.extension().is_none_or(|extension| extension != "rs") {
+                continue;
+            }
+            let relative = path
+                .strip_prefix(&root)
+                .expect("below it")
+                .with_extension("");
+            let mut name: Vec<String> = relative
+                .iter()
+                .map(|part| part.to_string_lossy().into_owned())
+                .collect();
+            if matches!(
+                name.last().map(String::as_str),
+                Some("mod" | "lib" | "main")
+            ) {
+                name.pop();
+            }
+            found.insert(name, fs::read_to_string(&path).expect("a source file"));
+        }
+    }
+    found
+}
+
+/// The modules of the same crate that a source names by `crate::`, `super::` or `self::`; the crate's root apart.
+fn imports(
+    name: &[String],
+    source: &str,
+    all: &BTreeMap<Vec<String>, String>,
+) -> BTreeSet<Vec<String>> {
+    let code: String = source
+        .lines()
+        .filter(|line| !line.trim_start().starts_with("//"))
+        .flat_map(|line| [line, "\n"])
+        .collect();
+    let is_word = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == ':';
+    let mut imports = BTreeSet::new();
+    for path in code.split(|letter| !is_word(letter)) {
+        let parts: Vec<&str> = path.split("::").collect();
+        let supers = parts.iter().take_while(|part| **part == "super").count();
+        let (base, rest) = match parts.first() {
+            Some(&"crate") => (&name[..0], &parts[1..]),
+            Some(&"self") => (name, &parts[1..]),
+            Some(&"super") if supers <= name.len() => {
+                (&name[..name.len() - supers], &parts[supers..])
+            }
+            _ => continue,
+        };
+        let mut target = base.to_vec();
+        target.extend(rest.iter().map(|part| (*part).to_owned()));
+        while !target.is_empty() && !all.contains_key(&target) {
+            target.pop();
+        }
+        if !target.is_empty() && target != name {
+            imports.insert(target);
+        }
+    }
+    imports
+}
+
+/// The modules that reach themselves through others.
+fn in_cycles(all: &BTreeMap<Vec<String>, String>) -> BTreeSet<Vec<String>> {
+    let graph: BTreeMap<_, _> = all
+        .iter()
+        .map(|(name, source)| (name.clone(), imports(name, source, all)))
+        .collect();
+    let reaches_itself = |start: &Vec<String>| {
+        let mut reached = BTreeSet::new();
+        let mut open: Vec<_> = graph[start].iter().collect();
+        while let Some(next) = open.pop() {
+            if next == start {
+                return true;
+            }
+            if reached.insert(next) {
+                open.extend(&graph[next]);
+            }
+        }
+        false
+    };
+    graph
+        .keys()
+        .filter(|name| !name.is_empty() && reaches_itself(name))
+        .cloned()
+        .collect()
+}
+
+/// Run with `--nocapture` it prints the count by package.
+#[test]
+fn no_module_imports_itself_through_others() {
+    for (package, folder) in workspace().folders {
+        let all = modules(&folder);
+        let circular = in_cycles(&all);
+        let modules = all.len();
+        println!(
+            "{package}: {} of {modules} modules in cycles",
+            circular.len()
+        );
+        if MAY_HAVE_CYCLES.contains(&package.as_str()) {
+            continue;
+        }
+        let names: Vec<String> = circular.iter().map(|name| name.join("::")).collect();
+        assert!(names.is_empty(), "{package}: {}", names.join(", "));
+    }
+}
+
+#[test]
+fn a_cycle_would_be_seen() {
+    let module = |name: &str, source: &str| (vec![name.to_owned()], source.to_owned());
+    let all = BTreeMap::from([
+        module("one", "use super::two::Two;"),
+        module("two", "use crate::three::Three;"),
+        module("three", "// use super::one::One;\nfn three() {}"),
+    ]);
+    assert!(in_cycles(&all).is_empty());
+    let mut circular = all.clone();
+    circular.extend([module("three", "fn three() { super::one::one() }")]);
+    assert_eq!(in_cycles(&circular).len(), 3);
+}

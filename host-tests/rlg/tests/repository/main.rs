@@ -1,0 +1,4 @@
+//! The repository itself: which package knows which, and whether the pages are right.
+
+mod architecture;
+mod pages;

@@ -1,0 +1,9 @@
+//! The firmware's images: played in the emulator against the host, and read instruction by instruction.
+//!
+//! Most tests need `qemu-system-arm` and the image's target, so a plain `cargo test` passes them over; `cargo verify`
+//! installs both and runs them.
+
+mod fault_campaign;
+mod interrupt_calls;
+mod on_target;
+mod whole_recordings;

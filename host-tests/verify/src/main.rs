@@ -1,0 +1,149 @@
+//! `cargo verify`: everything that must hold before a change is merged, on a machine that has only rustup.
+//!
+//! It takes the workspace, and recordings of others from `RLG_RECORDINGS` if that is set. It prints the output of each
+//! step, then the seconds of each, and as the last line `N passed, N failed`: the tests by their own count, every other
+//! step as one. The exit code is 0 only if nothing failed.
+//!
+//! Host code is compiled once: every step that runs some of it names the whole workspace with its tests, because cargo
+//! compiles packages again for another selection of features.
+
+mod step;
+
+mod set_up;
+
+mod fuzz;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+use step::{Tally, cargo, cargo_command, root, run};
+
+/// The image's target.
+const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Features and the binaries that need them; the aliases that build them have the features' names.
+const IMAGES: [(&str, [&str; 2]); 2] = [
+    ("board", ["firmware", "firmware-fixed"]),
+    ("emulator", ["emulated", "emulated-fixed"]),
+];
+
+/// What each test command begins with.
+const TEST: [&str; 3] = ["test", "--release", "--workspace"];
+
+fn main() -> ExitCode {
+    let mut tally = Tally::default();
+
+    tally.heading("target and components");
+    tally.step(set_up::compiler());
+    tally.heading("emulator");
+    tally.step(set_up::emulator());
+    tally.heading("C++ compiler");
+    tally.step(set_up::cxx());
+
+    tally.heading("formatting");
+    tally.step(cargo(&["fmt", "--all", "--check"]));
+    tally.heading("clippy, host");
+    tally.step(cargo(&[
+        "clippy",
+        "--release",
+        "--workspace",
+        "--all-targets",
+        "--",
+        "-D",
+        "warnings",
+    ]));
+    tally.heading("clippy, target");
+    for (feature, [one, other]) in IMAGES {
+        tally.step(cargo(&[
+            "clippy",
+            "--release",
+            "--package",
+            "trueaxis",
+            "--lib",
+            "--features",
+            feature,
+            "--bin",
+            one,
+            "--bin",
+            other,
+            "--target",
+            TARGET,
+            "--",
+            "-D",
+            "warnings",
+        ]));
+    }
+    tally.heading("documentation");
+    let mut documentation = cargo_command(&["doc", "--release", "--workspace", "--no-deps"]);
+    documentation.env("RUSTDOCFLAGS", "-D warnings");
+    tally.step(run(documentation));
+
+    tally.heading("licences, sources and unused dependencies");
+    match set_up::dependency_tools() {
+        Ok([deny, shear]) => {
+            let checks = ["check", "licenses", "bans", "sources"];
+            let arguments = [&["--locked", "--workspace"], &checks[..]].concat();
+            tally.step(run(in_workspace(&deny, &arguments)));
+            tally.step(run(in_workspace(&shear, &["--locked", "--deny-warnings"])));
+        }
+        Err(reason) => tally.step(Err(reason)),
+    }
+
+    tally.heading("firmware images");
+    for (feature, _) in IMAGES {
+        // Aliases of .cargo/config.toml: what the documents tell people to type.
+        tally.step(cargo(&[feature]));
+    }
+    tally.heading("building the tests");
+    tally.step(cargo(&[&TEST[..], &["--no-run"]].concat()));
+    tally.heading("tests");
+    tally.tests(&[&TEST[..], &["--no-fail-fast"]].concat());
+    tally.heading("no panic links into the interrupt's path");
+    tally.tests(&[&TEST[..], &["--test", "interrupt_link", "--", "--ignored"]].concat());
+    tally.heading("tests on the emulated target");
+    // Those in full take half an hour.
+    let emulated = ["--test", "target", "--", "--ignored", "--skip", "in_full"];
+    tally.tests(&[&TEST[..], &emulated].concat());
+    tally.heading("instructions by stage");
+    tally.step(run(built("examples/stages")));
+
+    tally.heading("laws of the firmware, with overflow checks");
+    tally.tests(&[
+        "test",
+        "--profile",
+        "checked",
+        "--package",
+        "firmware-tests",
+        "--test",
+        "properties",
+    ]);
+    tally.heading("fuzzing");
+    match fuzz::build() {
+        Ok(built) => {
+            for outcome in fuzz::targets(&built) {
+                tally.step(outcome);
+            }
+        }
+        Err(reason) => tally.step(Err(reason)),
+    }
+
+    let failed = tally.end();
+    if failed == 0 {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
+}
+
+/// A program that `cargo test` built beside the tests.
+fn built(name: &str) -> Command {
+    let folder = std::env::var_os("CARGO_TARGET_DIR");
+    let folder = folder.map_or_else(|| root().join("target"), PathBuf::from);
+    Command::new(folder.join("release").join(name))
+}
+
+fn in_workspace(program: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(program);
+    command.current_dir(root()).args(arguments);
+    command
+}

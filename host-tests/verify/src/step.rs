@@ -1,0 +1,174 @@
+//! Running one step and counting what came of it.
+//!
+//! Each command's output goes to this program's, and [`Tally`] keeps count and time.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+/// Steps and tests so far, and the time that they took.
+#[derive(Debug, Default)]
+pub struct Tally {
+    /// That did what they should.
+    passed: u64,
+    /// That did not.
+    failed: u64,
+    /// Headings with the moments of their beginnings.
+    headings: Vec<(&'static str, Instant)>,
+}
+
+impl Tally {
+    /// Begins a step, or several under one heading.
+    pub fn heading(&mut self, words: &'static str) {
+        println!("\n== {words}");
+        self.headings.push((words, Instant::now()));
+    }
+
+    /// Prints the time of each heading, then the counts.
+    ///
+    /// # Returns
+    /// How many failed.
+    pub fn end(self) -> u64 {
+        let now = Instant::now();
+        let ends = self.headings.iter().skip(1).map(|(_, begin)| *begin);
+        println!("\n== seconds");
+        for ((words, begin), end) in self.headings.iter().zip(ends.chain([now])) {
+            println!("{:7.1}  {words}", (end - *begin).as_secs_f64());
+        }
+        if let Some((_, begin)) = self.headings.first() {
+            println!("{:7.1}  in all", (now - *begin).as_secs_f64());
+        }
+        println!("\n{} passed, {} failed", self.passed, self.failed);
+        self.failed
+    }
+
+    /// Counts one step, and prints why it failed.
+    pub fn step(&mut self, outcome: Result<(), String>) {
+        match outcome {
+            Ok(()) => self.passed += 1,
+            Err(reason) => {
+                println!("FAILED: {reason}");
+                self.failed += 1;
+            }
+        }
+    }
+
+    /// Runs `cargo ARGUMENTS`, a test command, and counts its tests. A run that fails without a failed
+    /// test (it does not compile, or a test ended the process) counts as one failure.
+    pub fn tests(&mut self, arguments: &[&str]) {
+        let (mut passed, mut failed) = (0, 0);
+        let outcome = watch(cargo_command(arguments), |line| {
+            if let Some((good, bad)) = test_counts(line) {
+                passed += good;
+                failed += bad;
+            }
+        });
+        self.passed += passed;
+        self.failed += failed;
+        match outcome {
+            Ok(()) if passed + failed == 0 => self.step(Err("no test ran".to_owned())),
+            Err(reason) if failed == 0 => self.step(Err(reason)),
+            _ => {}
+        }
+    }
+}
+
+/// The workspace.
+pub fn root() -> &'static Path {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    package.ancestors().nth(2).unwrap_or(package)
+}
+
+/// Names the folder with recordings that others made.
+const RECORDINGS: &str = "RLG_RECORDINGS";
+
+/// That folder from the file system's root, since cargo runs tests in another folder than this program;
+/// as given where it does not exist, for the steps to say so.
+pub fn recordings() -> Option<PathBuf> {
+    std::env::var_os(RECORDINGS).map(|given| whole(Path::new(&given)))
+}
+
+fn whole(given: &Path) -> PathBuf {
+    given.canonicalize().unwrap_or_else(|_| given.to_path_buf())
+}
+
+/// Runs cargo in the workspace.
+pub fn cargo(arguments: &[&str]) -> Result<(), String> {
+    run(cargo_command(arguments))
+}
+
+/// The cargo that runs this program, in the workspace.
+pub fn cargo_command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(root()).args(arguments);
+    if let Some(folder) = recordings() {
+        command.env(RECORDINGS, folder);
+    }
+    command
+}
+
+/// Runs a command with this program's output.
+pub fn run(mut command: Command) -> Result<(), String> {
+    let status = command
+        .status()
+        .map_err(|error| format!("{command:?} cannot be started ({error})"))?;
+    if status.success() {
+        Ok(())
+    } else {
+        Err(format!("{command:?}: {status}"))
+    }
+}
+
+/// Runs a command, passes its lines on and shows each to `look`.
+fn watch(mut command: Command, mut look: impl FnMut(&str)) -> Result<(), String> {
+    let mut child = command
+        .stdout(Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("{command:?} cannot be started ({error})"))?;
+    let output = child.stdout.take().expect("the output is piped");
+    for line in BufReader::new(output).split(b'\n') {
+        let line = line.map_err(|error| format!("{command:?}: {error}"))?;
+        let line = String::from_utf8_lossy(&line);
+        println!("{line}");
+        look(&line);
+    }
+    let status = child
+        .wait()
+        .map_err(|error| format!("{command:?}: {error}"))?;
+    if status.success() {
+        Ok(())
+    } else {
+        Err(format!("{command:?}: {status}"))
+    }
+}
+
+/// Passed and failed in a line such as `test result: ok. 12 passed; 0 failed; 1 ignored; ...`.
+fn test_counts(line: &str) -> Option<(u64, u64)> {
+    let (_, counts) = line.strip_prefix("test result: ")?.split_once(". ")?;
+    let count = |word: &str| {
+        counts
+            .split("; ")
+            .find_map(|part| part.strip_suffix(word)?.trim().parse().ok())
+    };
+    Some((count("passed")?, count("failed")?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Path, test_counts, whole};
+
+    #[test]
+    fn a_relative_folder_reaches_the_steps_from_the_root() {
+        assert!(whole(Path::new("verify")).is_absolute());
+        assert_eq!(whole(Path::new("not/there")), Path::new("not/there"));
+    }
+
+    #[test]
+    fn the_summary_of_a_test_run_is_read() {
+        let line =
+            "test result: FAILED. 12 passed; 3 failed; 1 ignored; 0 measured; 0 filtered out";
+        assert_eq!(test_counts(line), Some((12, 3)));
+        assert_eq!(test_counts("test a_name ... ok"), None);
+    }
+}
