@@ -1,7 +1,7 @@
-//! The end of a run that nobody ordered: a panic, a fault exception, a lost clock.
+//! Ends a run that has failed: by a panic, a fault exception or a lost clock.
 //!
-//! Enters: what happened. Leaves: [`LAST_FAILURE`], where a debugger finds it by name, in memory that a reset
-//! keeps; the next boot logs it and tells it in health items 43 and 44 ([`take_report`]). Then:
+//! What happened is written to [`LAST_FAILURE`], where a debugger finds it by name, in memory that a reset keeps. The
+//! next boot logs it and reports it in health items 43 and 44 ([`take_report`]). Then:
 //!
 //! | where | what follows |
 //! |---|---|

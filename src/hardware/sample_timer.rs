@@ -1,8 +1,9 @@
-//! TIM2 brings the interrupt and the bank's latch once a sample period; TIM5 tells how late it was served.
+//! Times the samples: TIM2 requests the interrupt and the bank's latch once a period, TIM5 tells how late it was
+//! served.
 //!
-//! Enters: the timers' clock \[Hz\] and the sample rate \[Hz\]. Leaves: the TIM2 interrupt, [`Timing`] of each
-//! one, readings of TIM5 \[ticks, modulo 2³²\], which runs freely on the same clock, and a pulse on PA0 whose
-//! rising edge is the period's end: there the bank latches, so that a late interrupt moves no sample.
+//! It is set up from the timers' clock \[Hz\] and the sample rate \[Hz\]. It gives the TIM2 interrupt, the [`Timing`]
+//! of each one, readings of TIM5 \[ticks, modulo 2³²\], which runs freely on the same clock, and a pulse on PA0 whose
+//! rising edge is the period's end: there the bank latches, so a late interrupt moves no sample.
 //!
 //! Both timers count the same clock, so the end of every period is known in TIM5's time exactly, and no
 //! period can be missed unseen: two update events that came to one interrupt leave it a whole period behind.
@@ -86,7 +87,7 @@ impl SampleTimer {
         self
     }
 
-    /// Takes the interrupt's request and says how it stands in time.
+    /// Takes the interrupt's request and returns its timing.
     ///
     /// The time is read before the request is cleared: an event between the two is then a missed period of
     /// the next interrupt, never a lost one.

@@ -1,7 +1,7 @@
-//! USART1, sending only: telemetry frames leave the board here, PA9.
+//! Drives USART1, sending only: telemetry frames leave the board here, on PA9.
 //!
-//! Enters: bytes. Leaves: 8 data bits, no parity, 1 stop bit at [`BAUD`]. Nothing waits: [`Serial::send`]
-//! takes a byte if there is room and says so, and the main loop comes again.
+//! Bytes leave with 8 data bits, no parity and 1 stop bit at [`BAUD`]. Nothing waits: [`Serial::send`] takes a byte if
+//! there is room and says whether it did; the main loop tries again.
 
 use stm32f4::stm32f405::{GPIOA, RCC, USART1};
 

@@ -1,12 +1,11 @@
-//! Where samples come from: one trait for every source of readings.
+//! Defines where samples come from: one trait for every source of readings.
 //!
-//! Enters: the time that passed; the caller asks once a period. Leaves: a [`Reading`], block frame, raw counts
-//! and codes. Deliberately not here: waiting. A source answers at once, because the caller is an interrupt
-//! with a deadline.
+//! The caller asks once a period and says how much time has passed; a source answers at once with a [`Reading`] of raw
+//! counts and codes in the block frame. It never waits, because the caller is an interrupt with a deadline.
 
 use crate::Sample;
 
-/// Something that yields one sample a period.
+/// A source of one sample a period.
 pub trait SampleSource {
     /// The sample of the period that just ended. Answers without waiting for the next period.
     ///
@@ -15,7 +14,7 @@ pub trait SampleSource {
     fn take(&mut self, elapsed: u32) -> Reading;
 }
 
-/// What one request yielded.
+/// A source's answer for one period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Reading {
     /// The sample, if there is one that the chain may use.

@@ -1,7 +1,7 @@
 //! Faults that are found at boot: what the parameter slots hold, whether the oscillator answers.
 //!
-//! Enters: a good parameter block. Leaves: the content of both slots, damaged at random places, or as flash
-//! is that was never written; and what every frame must say then.
+//! From a good parameter block it makes the content of both slots, damaged at random places or erased, and what every
+//! frame must then say.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

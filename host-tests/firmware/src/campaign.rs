@@ -1,9 +1,9 @@
 //! The fault campaign: each fault at random moments, and what must be counted for it.
 //!
-//! Enters: a seed, how often each fault comes. Leaves: [`Campaign`]: what happens in each interrupt of the
-//! faulty unit ([`Interrupt`]), the samples of the same unit in good health, and the list of [`Injection`]s
-//! with the counters that each must raise. The order is drawn, and within each injection's stretch of time
-//! the moment, the axis and the size.
+//! From a seed and the number of each kind of fault it draws a [`Campaign`]: what happens in each interrupt of the
+//! faulty unit ([`Interrupt`]), the samples of the same unit without faults, and the list of [`Injection`]s with the
+//! counters that each must raise. The order is drawn, and within each injection's stretch of time the moment, the axis
+//! and the size.
 //!
 //! | fault | what is done to the unit |
 //! |---|---|

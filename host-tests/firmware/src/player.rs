@@ -1,7 +1,7 @@
 //! A campaign played into the firmware's own bank driver and processor, on this machine.
 //!
-//! Enters: [`Interrupt`]s. Leaves: [`Played`]: the frames that left, and the health items at moments that
-//! the caller names. Imitated and not shared with the image: the bus, and the room of the queue.
+//! It takes [`Interrupt`]s and gives [`Played`]: the frames that were sent, and the health items at moments that the
+//! caller names. The bus and the queue's room are imitated, not shared with the image.
 
 use std::cell::Cell;
 

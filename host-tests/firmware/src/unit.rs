@@ -1,8 +1,8 @@
 //! A dithered unit that is well: what its counters and pickoffs show, period by period.
 //!
-//! Enters: a seed; for each period how much of its amplitude each block has. Leaves: [`Sample`]: pulses over
-//! the period, pickoff codes at its end; block frame, axes x, y, z. The case turns steadily and swings at
-//! 5 Hz, at most 0.25 rad/s; the blocks dither at 390, 410 and 430 Hz with 150″, which wanders by a tenth.
+//! From a seed and each block's share of its amplitude in each period it makes [`Sample`]s: pulses over the period,
+//! pickoff codes at its end; block frame, axes x, y, z. The case turns steadily and swings at 5 Hz, at most 0.25 rad/s;
+//! the blocks dither at 390, 410 and 430 Hz with 150″, which wanders by a tenth.
 //!
 //! Not a simulator of the physics: no flexure, lock-in or noise. It shows faults, not drift.
 

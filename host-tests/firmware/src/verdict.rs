@@ -1,7 +1,7 @@
 //! Did each fault raise its counter, and no fault another's?
 //!
-//! Enters: the injections and the health items at their boundaries. Leaves: a [`Row`] a fault, to be printed;
-//! or a panic that names the first injection that was miscounted: this is for tests.
+//! It takes the injections and the health items at their boundaries, and gives a [`Row`] for each kind of fault, to be
+//! printed. It panics with the first injection that was miscounted, because this is for tests.
 
 use std::collections::BTreeMap;
 use std::fmt;

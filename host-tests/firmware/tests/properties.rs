@@ -1,8 +1,8 @@
 //! What holds for every input: laws instead of examples.
 //!
-//! Enters: parameters anywhere in their ranges, samples of any bits. Both number systems. `cargo verify` runs
-//! these tests a second time with overflow checks and debug assertions (profile `checked`), where an
-//! integer operation that does not fit ends the test.
+//! Parameters are drawn from anywhere in their ranges, samples from any bits, for both number systems. `cargo verify`
+//! runs these tests a second time with overflow checks and debug assertions (profile `checked`), where an integer
+//! operation that does not fit ends the test.
 
 use std::collections::VecDeque;
 

@@ -1,17 +1,16 @@
-//! What each stage of the chain costs, in instructions that the emulator executed.
+//! Counts what each stage of the chain costs, in instructions that the emulator executed.
 //!
-//! Enters: the emulator's image, unchanged, and the addresses it executed in the sampling interrupt. Leaves:
-//! [`StageCosts`]: instructions a sample for each source file of the chain, and one ordinary sample's
-//! instructions in order, for [`cycles`](super::cycles).
+//! From the unchanged image and the addresses that it executed in the sampling interrupt it gives [`StageCosts`]:
+//! instructions a sample for each source file of the chain, and one ordinary sample's instructions in order, for
+//! [`cycles`](super::cycles).
 //!
-//! An instruction belongs to the stage whose source it came from: the compiler records it for each, inlining
-//! included (DWARF 3.3.8), and the outermost file of `src/stages/` in that list is the stage. What a stage
-//! calls counts to it (memory copies, rounding). `chain.rs` keeps what no stage is: counting samples,
-//! status, start and gaps.
+//! An instruction belongs to the stage whose source it came from. The compiler records its source with all inlined
+//! calls (DWARF 3.3.8); the outermost file of `src/chain/stages/` in that list is the stage. What a stage calls counts
+//! as the stage (memory copies, rounding). `chain.rs` and `discontinuity.rs` count as the chain itself: counting
+//! samples, status, start and gaps.
 //!
-//! No probe stands in the measured code, so it is the image that the other figures are of. Where the
-//! optimiser merged the work of two stages into one instruction, it counts to the one that the compiler
-//! names.
+//! The measured code has no probe in it, so it is the image that the other figures describe. Where the optimiser merged
+//! the work of two stages into one instruction, it counts as the stage that the compiler names.
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -26,9 +25,9 @@ const PROCESSOR: &str = "sampling::advance";
 /// A row of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Row {
-    /// A file of `src/stages/`, by its stem, in the order of the data.
+    /// A file of `src/chain/stages/`, by its stem, in the order of the data.
     Stage(&'static str),
-    /// `chain.rs`.
+    /// `chain.rs` and `discontinuity.rs`.
     Chain,
     /// Around the chain: health, telemetry frame.
     Processor,
@@ -79,7 +78,7 @@ impl Row {
                 .map(Self::Stage);
         }
         let is = |file: &str| path.ends_with(file);
-        if is("src/chain.rs") {
+        if is("src/chain.rs") || is("src/chain/discontinuity.rs") {
             Some(Self::Chain)
         } else if is("src/unit/processor.rs") || is("src/unit/health.rs") {
             Some(Self::Processor)

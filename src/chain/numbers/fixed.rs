@@ -27,7 +27,7 @@
 //! or a tilt error of 3e-11 rad, which reach an output only through products, as 1e-5 °/h at 100 °/s.
 //!
 //! # Proof
-//! Nothing wraps, whatever samples enter: `host-tests/firmware/tests/interval_proof.rs` runs the chain itself in interval
+//! Nothing wraps, whatever samples enter: `host-tests/firmware/tests/interval_proof/` runs the chain itself in interval
 //! arithmetic (`interval.rs`), over every count and pickoff step within its limit, every tap that adaptation can reach
 //! and output periods of all lengths. *Largest* is the largest magnitude of each quantity over the corners of the
 //! parameters that [`Parameters::check`](crate::Parameters::check) accepts. Tightest is lever × increment: by

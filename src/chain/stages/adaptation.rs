@@ -1,9 +1,8 @@
-//! Stripped increments and pickoff → taps of the strip that follow the pickoff, and the dither's health.
+//! Tracks the pickoffs' gain and delay by the dither left in the stripped increments, and judges the dithers' health.
 //!
-//! Enters: every sample, d = r_k − r_{k−1} \[rad\] and the pickoff step dp \[codes\] of *one* gyro, the next
-//! gyro's with the next sample. Leaves, once per window of about
-//! [`ADAPTATION_WINDOW_S`], closed at an output frame: new
-//! taps (`dither.rs`) with the angle that the change itself is worth, and a status per gyro.
+//! With every sample it looks at *one* gyro, the next gyro with the next sample: at d = r_k − r_{k−1} \[rad\] and at
+//! the pickoff step dp \[codes\]. A window of about [`ADAPTATION_WINDOW_S`] closes at an output frame. It then gives
+//! new taps for the strip (`dither.rs`), the angle that the change of the taps is worth, and a status for each gyro.
 //!
 //! # Tracking (block LMS)
 //! If the block's increment is G ((a+α) dp + (b+β) q/sin Ω) and the strip takes out a, b, what is left is
@@ -56,12 +55,12 @@ use crate::chain::stages::acceleration::AccelerationState;
 use crate::chain::stages::dither::{Dither, DitherState, ExactTaps};
 use crate::store::parameters::Parameters;
 
-/// Windows in which the taps rest from a disturbance on: if it comes with the window's last sample, the next
-/// one begins with its increment.
+/// Windows in which the taps are not moved after a disturbance, the disturbed one included: a disturbance in a window's
+/// last sample also spoils the next window's first increment.
 const DISTURBED_WINDOWS: u8 = 2;
 
-/// Most codes of that distance: with the finest codes three times the largest amplitude, and a step more still fits an
-/// `i32`.
+/// Most codes that [`PICKOFF_REACH_RAD`] may be: even with the finest codes this is three times the largest amplitude,
+/// and one step more still fits an `i32`.
 const LARGEST_REACH_CODES: u32 = 1 << 30;
 
 /// One gyro's configuration; all zeros without dither.
@@ -70,9 +69,9 @@ struct Axis {
     dithered: bool,
     /// μ α and μ β per correlation: rows α, β; columns C₀, C₁.
     estimate: [[f32; 2]; 2],
-    /// X of the nominal dither.
+    /// Σ dp² of the nominal dither over a window.
     step_energy: f32,
-    /// E of the nominal dither, unstripped.
+    /// Σ d² over a window of the nominal dither if it were not stripped.
     error_energy: f32,
     /// cos Ω at the lower and the upper end of the healthy frequencies.
     cosines: [f32; 2],
@@ -102,7 +101,7 @@ struct Sums<N: NumberSystem> {
     steps: [N::Correlation; 2],
     /// Σ d².
     error: N::Correlation,
-    /// Bits in which the counts of two looks differed, and the last look's.
+    /// Bits that changed between the counts of successive looks at this gyro, and the counts of the last look.
     changed: i32,
     counts: i32,
 }
@@ -115,7 +114,7 @@ struct Tracked {
     health: Status,
 }
 
-/// What the windows remember.
+/// What is kept from sample to sample and from window to window.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct AdaptationState<N: NumberSystem> {
     sums: [Sums<N>; 3],
@@ -124,16 +123,17 @@ pub struct AdaptationState<N: NumberSystem> {
     frames: u32,
     /// Windows, this one included, in which the taps rest.
     disturbed: u8,
-    /// A window had no finding.
-    has_been_well: bool,
+    /// Whether a window has closed without a finding.
+    has_closed_clean: bool,
 }
 
-/// What a closed window asks for.
+/// The result of a closed window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Verdict {
-    /// Of all three gyros.
+    /// Health bits of all three gyros together.
     pub status: Status,
-    /// What the moved taps are worth \[fine units\], to be added to the sensed angles.
+    /// The angle by which moving the taps changes the strip's sum since the start \[fine units\], to be added to the
+    /// sensed angles.
     pub angle: [i64; 3],
 }
 
@@ -204,7 +204,7 @@ impl Adaptation {
         }
     }
 
-    /// Looks at one gyro before the sample goes through the strip.
+    /// Adds one gyro's products to its window sums, before the sample goes through the strip.
     #[inline(always)]
     pub fn observe<N: NumberSystem>(
         &self,
@@ -240,12 +240,12 @@ impl Adaptation {
         state.turn = if turn < 2 { turn + 1 } else { 0 };
     }
 
-    /// Whether a window had no finding, or none is looked at.
+    /// Whether a window has closed without a finding, or no gyro is watched.
     pub fn has_started<N: NumberSystem>(&self, state: &AdaptationState<N>) -> bool {
-        !self.watches || state.has_been_well
+        !self.watches || state.has_closed_clean
     }
 
-    /// One output period more; closes the window at its last.
+    /// Counts `periods` output periods, and closes the window with its last one.
     #[inline(always)]
     pub fn finish<N: NumberSystem>(
         &self,
@@ -300,7 +300,7 @@ impl Adaptation {
         ranges
     }
 
-    /// Judges the window, moves the taps, begins the next one.
+    /// Judges the window's health, moves the taps and begins the next window.
     #[inline(never)]
     fn close<N: NumberSystem>(
         &self,
@@ -319,10 +319,10 @@ impl Adaptation {
             let before = tracked.health;
             tracked.health = axis.judge(sums);
             verdict.status = verdict.status.union(tracked.health);
-            let good = tracked.health.union(before) == Status::default();
+            let healthy = tracked.health.union(before) == Status::default();
             let travelled = strip_state.previous()[index].wrapping_sub(strip_state.origin()[index]);
-            let there = travelled.unsigned_abs() <= axis.reach;
-            if axis.dithered && good && there && state.disturbed == 0 {
+            let within_reach = travelled.unsigned_abs() <= axis.reach;
+            if axis.dithered && healthy && within_reach && state.disturbed == 0 {
                 axis.follow(sums, tracked);
                 let moved = axis.taps(tracked);
                 let [new_now, new_past] = moved;
@@ -344,7 +344,7 @@ impl Adaptation {
             };
         }
         let found = verdict.status.bits() & !Status::ADAPTING.bits();
-        state.has_been_well |= found == 0;
+        state.has_closed_clean |= found == 0;
         if self.tracks {
             strip.set_taps(strip_state, &taps);
         }
@@ -355,7 +355,7 @@ impl Adaptation {
 }
 
 impl Axis {
-    /// What the window says of this gyro.
+    /// This gyro's health according to the window's sums.
     fn judge<N: NumberSystem>(&self, sums: &Sums<N>) -> Status {
         if !self.dithered {
             return Status::default();
@@ -382,7 +382,7 @@ impl Axis {
             .union(Status::COUNTER_STUCK.when(stuck))
     }
 
-    /// One step of the tracked values.
+    /// Moves the tracked gain and quadrature by the window's estimate, within the limits of a step and of the range.
     fn follow<N: NumberSystem>(&self, sums: &Sums<N>, tracked: &mut Tracked) {
         let [past, now] = sums.correlations.map(N::correlation);
         let step = |row: [f32; 2]| {
@@ -395,7 +395,7 @@ impl Axis {
         tracked.quadrature = within(tracked.quadrature + quadrature);
     }
 
-    /// The taps of the tracked values.
+    /// The taps \[fine units per code\] for the tracked gain and quadrature.
     fn taps(&self, tracked: &Tracked) -> ExactTaps {
         let [now, past] = self.taps_per_quadrature;
         let [nominal_now, nominal_past] = self.nominal;
@@ -408,7 +408,8 @@ impl Axis {
 }
 
 impl<N: NumberSystem> AdaptationState<N> {
-    /// The window holds lost or held samples: it may judge, but moves nothing; nor does the next one.
+    /// Tells that the window holds lost or held samples: this window and the next may judge health but do not move the
+    /// taps.
     pub fn disturb(&mut self) {
         self.disturbed = DISTURBED_WINDOWS;
     }
@@ -420,7 +421,7 @@ impl<N: NumberSystem> AdaptationState<N> {
             .map(|sums| (sums.correlations, sums.steps, sums.error))
     }
 
-    /// What the last window found of each gyro.
+    /// Health of each gyro by the last window.
     pub fn health(&self) -> [Status; 3] {
         self.tracked.map(|tracked| tracked.health)
     }

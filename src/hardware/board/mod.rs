@@ -1,7 +1,7 @@
-//! The reference board: STM32F405, counter bank on SPI1, telemetry on USART1, events by RTT.
+//! Starts and runs the reference board: STM32F405, counter bank on SPI1, telemetry on USART1, events by RTT.
 //!
-//! Enters: the board's pins (table in docs/board.md). Leaves: telemetry frames, and events for a probe. The
-//! main loop sends, logs and feeds the watchdog; it sleeps while there is nothing to send.
+//! The pins are tabulated in docs/board.md. The main loop sends telemetry frames, logs events for a probe and feeds the
+//! watchdog; it sleeps while there is nothing to send.
 
 mod spi_bus;
 

@@ -1,7 +1,7 @@
-//! How deep the stack went, measured by painting.
+//! Measures how deep the stack went \[bytes\], by painting.
 //!
-//! Enters: memory that cortex-m-rt painted before `main`. Leaves: bytes. A measurement is a lower bound of
-//! the worst case: it has seen only the paths of this run.
+//! cortex-m-rt paints the memory before `main`. A measurement is a lower bound of the worst case: it covers only the
+//! paths of this run.
 
 use core::ptr;
 
