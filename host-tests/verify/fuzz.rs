@@ -1,7 +1,7 @@
 //! The fuzz targets of `host-tests/fuzz`, each for a bounded time.
 //!
-//! Enters: nothing: the fuzzer starts without a corpus, from a fixed seed. Leaves: how many inputs each target
-//! took, and a failure with the input that ended one.
+//! The fuzzer starts without a corpus, from a fixed seed. It reports how many inputs each target took; the first input
+//! that ends a target is a failure.
 //!
 //! LLVM's fuzzer follows which branches an input reaches. The pinned stable compiler puts in the counters
 //! for it by the flags below, which cargo-fuzz passes too; only the address sanitizer needs nightly, and

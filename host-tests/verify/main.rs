@@ -1,8 +1,8 @@
 //! `cargo verify`: everything that must hold before a change is merged, on a machine that has only rustup.
 //!
-//! Enters: the workspace, and `RLG_RECORDINGS`, a folder with `bench-coning`, if it is set. Leaves: the
-//! output of each step, and as the last line `N passed, N failed`: the tests by their own count, every
-//! other step as one. Exit code 0 only if nothing failed.
+//! Reads the workspace and, if it is set, `RLG_RECORDINGS`, a folder with `bench-coning`. Prints the output of each
+//! step, and as the last line `N passed, N failed`: tests by their own count, every other step as one. Exit code 0 only
+//! if nothing failed.
 //!
 //! An example and not a binary of the package, so that `cargo install --path host-tests` installs `rlg`
 //! alone. Everything runs in the release profile: it shares one set of compiled dependencies, and the

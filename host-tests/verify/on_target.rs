@@ -1,9 +1,9 @@
 //! Whole recordings through both images, held against the firmware's budgets: one of gyros alone, one with
 //! accelerometers.
 //!
-//! Enters: `bench-coning` from `RLG_RECORDINGS`, or else a recording that `rlg simulate` makes; the one with
-//! accelerometers is always simulated. Leaves: the figures, and a failure where an output differs, where
-//! accelerometer codes do not reach the outputs, or where a budget is exceeded.
+//! Plays `bench-coning` from `RLG_RECORDINGS`, or else a recording that `rlg simulate` makes; the one with
+//! accelerometers is always simulated. It fails if an output differs, if accelerometer codes do not reach the outputs,
+//! or if a budget is exceeded.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

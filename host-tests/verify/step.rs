@@ -1,6 +1,4 @@
-//! Running one step and counting what came of it.
-//!
-//! Enters: a command. Leaves: its output on this program's, and a count in [`Tally`].
+//! Runs one command as a step, shows its output, and counts the result in [`Tally`].
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};

@@ -10,7 +10,7 @@ use crate::error::InputError;
 use crate::recording::Recording;
 use crate::replay::samples::{Setup, samples_from_recording};
 use crate::target::on_target::{Instructions, compare};
-use crate::target::records::there_and_back;
+use crate::target::records::reflected;
 use crate::target::{Image, OnTarget, Platform, TargetCore};
 use crate::terminal::Terminal;
 use rlg_parameters::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
@@ -111,7 +111,7 @@ impl OnTargetCommand {
             &image,
             self.core,
             &input.parameters,
-            there_and_back(&input.samples, count),
+            reflected(&input.samples, count),
             &mut |samples| bar.set_position(samples),
         )?;
         bar.finish_and_clear();

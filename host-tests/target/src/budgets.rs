@@ -1,7 +1,6 @@
-//! What the firmware may cost: `firmware-budgets.toml`, and whether an image keeps to it.
+//! Checks an image against `firmware-budgets.toml`, the limits of what the firmware may cost.
 //!
-//! Enters: the file, an image; figures of a run. Leaves: one sentence for each
-//! budget that is exceeded; none where all are kept.
+//! Each budget that an image or the figures of a run exceed gives one sentence.
 
 use std::path::Path;
 

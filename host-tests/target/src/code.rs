@@ -1,7 +1,7 @@
-//! The image's code as a call graph, read off the linked ELF file.
+//! Reads the image's code as a call graph from the linked ELF file.
 //!
-//! Enters: an ELF file for Cortex-M4. Leaves: [`Code`]: its functions, where each calls or jumps to, and how
-//! far each moves the stack pointer \[bytes\].
+//! For a Cortex-M4 image it gives [`Code`]: its functions, where each calls or jumps to, and how far each moves the
+//! stack pointer \[bytes\].
 //!
 //! Every instruction is looked at, in address order: Thumb code has no other way to call than BL, B and
 //! their conditional forms (ARMv7-M reference manual, A7.7.12 and A7.7.18) and calls through a register

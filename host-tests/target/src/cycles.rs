@@ -1,8 +1,7 @@
-//! A static estimate of cycles, by LLVM's model of the Cortex-M4.
+//! Estimates the cycles of one sample statically, by LLVM's model of the Cortex-M4.
 //!
-//! Enters: the image, and the addresses of one sample's instructions in the order they were executed. Leaves:
-//! cycles by `llvm-mca`, which lets the straight line of instructions through its model of the pipeline: one
-//! instruction a cycle in order, each result after its latency.
+//! `llvm-mca` takes the instructions of one sample, in the order in which they were executed, through its model of the
+//! pipeline: one instruction a cycle in order, each result after its latency.
 //!
 //! It is an estimate and no measurement. It ignores flash wait states (five at 168 MHz, mostly hidden by the
 //! STM32F405's accelerator while code runs straight on), the refill of the pipeline after a taken branch

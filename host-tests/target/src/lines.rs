@@ -1,7 +1,7 @@
-//! Addresses of the image to the sources that they came from, inlining included.
+//! Finds the source lines that an address of the image came from, inlining included.
 //!
-//! Enters: the image's debug information. Leaves: for an address the [`Place`]s that it belongs to, the
-//! innermost inlined function first, the one that has a symbol last.
+//! From the image's debug information it gives for an address the [`Place`]s that it belongs to, the innermost inlined
+//! function first, the function that has a symbol last.
 
 use addr2line::gimli::{Dwarf, EndianSlice, LittleEndian, SectionId};
 use object::{Object, ObjectSection};

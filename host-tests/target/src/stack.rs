@@ -1,7 +1,6 @@
-//! The worst case of the stack, computed from the linked image.
+//! Computes the worst case of the stack \[bytes\] from the linked image.
 //!
-//! Enters: the image as an ELF file. Leaves: [`StackBound`] \[bytes\]: a number that no run can exceed, and
-//! the call path it comes from.
+//! It gives a [`StackBound`]: a number that no run can exceed, and the call path that it comes from.
 //!
 //! worst = deepest path from reset + Σ over the vector table's handlers (108 + deepest path from the handler)
 //!
