@@ -1,18 +1,18 @@
-//! The strip's gain and delay, followed by least mean squares in blocks.
+//! Follows the strip's gain and delay by least mean squares in blocks.
 //!
-//! Enters, per period: stripped increments r_k of the gyros' own axes \[rad\], pickoff angles p_k \[rad\].
-//! Leaves, at the end of a window: the phasor (a, b) of [`super::strip`] to go on with.
+//! It takes, per period, the stripped increments r_k about the gyros' own axes \[rad\] and the pickoff angles p_k
+//! \[rad\]. At the end of a window it gives the phasor (a, b) of [`super::strip`] to use next.
 //!
 //! A strip whose phasor is wrong by Δ = Δa + iΔb leaves Re{g P Δ e^{iΩk}} in its gyro, where the pickoff
 //! steps by dp_k = Re{P e^{iΩk}}; the difference d_k = r_k − r_{k−1}, in which the motion is small, holds
-//! z = 1 − e^{−iΩ} times that. So, over the n looks of a window,
+//! z = 1 − e^{−iΩ} times that. So, over the n sums of a window,
 //!
 //! ```text
 //! C₀ = Σ d_{k−1} dp_{k−1}     C₁ = Σ d_{k−1} dp_k     both over ½ n g P²,  P = 2 A sin Ω/2
 //! y = C₀ + i (C₁ − C₀ cos Ω)/sin Ω        Δ = y / z        a + ib += μ Δ,  μ = window / adaptation time
 //! ```
 //!
-//! with A the nominal amplitude. A period looks at one gyro only: the stream's second one at x, the next at y,
+//! with A the nominal amplitude. A period sums at one gyro only: the stream's second one at x, the next at y,
 //! and so on round; periods that primed, were lost or came after lost ones have no look. A window is the least
 //! whole number of output intervals that lasts 30 ms and has 72 periods. Steps and the way from the nominal
 //! phasor are bounded, μ is at most one half.
@@ -34,7 +34,7 @@ use nalgebra::{Complex, Vector3};
 /// Least length of a window \[s\]: some ten cycles of a 350–500 Hz dither.
 const WINDOW_S: f64 = 0.03;
 
-/// Least periods of a window: 24 looks a gyro, for two unknowns.
+/// Least periods of a window: 24 sums a gyro, for two unknowns.
 const WINDOW_PERIODS: f64 = 72.0;
 
 /// Most of a window's estimate that is followed at once \[1\].
@@ -48,7 +48,7 @@ const STEP_LIMIT: f64 = 0.01;
 const RANGE_LIMIT: f64 = 0.2;
 
 /// Amplitudes over the nominal one that are a dither to learn from.
-const LIVELY: std::ops::Range<f64> = 0.5..1.5;
+const HEALTHY_AMPLITUDE: std::ops::Range<f64> = 0.5..1.5;
 
 /// How the strip is to be followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,9 +61,9 @@ pub struct AdaptationCalibration {
     pub amplitude_rad: [f64; 3],
 }
 
-/// The looks at one gyro in one window.
+/// The sums at one gyro in one window.
 #[derive(Debug, Clone, Copy, Default)]
-struct Looks {
+struct WindowSums {
     /// Σ d_{k−1} dp_{k−1}, Σ d_{k−1} dp_k.
     products: [f64; 2],
     step_square: f64,
@@ -80,8 +80,8 @@ pub struct Adaptation {
     outputs_per_window: usize,
     outputs: usize,
     /// Windows that move nothing, this one included.
-    spoiled: usize,
-    looks: [Looks; 3],
+    disturbed: usize,
+    sums: [WindowSums; 3],
     next_axis: usize,
     /// r_{k−1}, r_{k−2}, … and p_k, p_{k−1}, …, newest first \[rad\].
     increments_rad: Vec<Vector3<f64>>,
@@ -105,8 +105,8 @@ impl Adaptation {
             periods_per_window: (outputs_per_window * periods_per_output) as f64,
             outputs_per_window,
             outputs: 0,
-            spoiled: 0,
-            looks: Default::default(),
+            disturbed: 0,
+            sums: Default::default(),
             next_axis: 0,
             increments_rad: Vec::new(),
             readings_rad: Vec::new(),
@@ -124,14 +124,14 @@ impl Adaptation {
         self.readings_rad.truncate(3);
         let axis = self.next_axis;
         self.next_axis = (axis + 1) % 3;
-        self.look(axis);
+        self.add_to_window(axis);
         self.increments_rad.insert(0, stripped_rad);
         self.increments_rad.truncate(2);
     }
 
-    fn look(&mut self, axis: usize) {
-        let looks = &mut self.looks[axis];
-        looks.number += 1.0;
+    fn add_to_window(&mut self, axis: usize) {
+        let sums = &mut self.sums[axis];
+        sums.number += 1.0;
         let (&[last, before], &[p0, p1, p2]) =
             (self.increments_rad.as_slice(), self.readings_rad.as_slice())
         else {
@@ -139,15 +139,15 @@ impl Adaptation {
         };
         let difference = last[axis] - before[axis];
         let step = p0[axis] - p1[axis];
-        looks.products[0] += difference * (p1[axis] - p2[axis]);
-        looks.products[1] += difference * step;
-        looks.step_square += step * step;
+        sums.products[0] += difference * (p1[axis] - p2[axis]);
+        sums.products[1] += difference * step;
+        sums.step_square += step * step;
     }
 
     /// Periods were lost before this one: its window and the next are not to be learnt from, and
     /// differences begin anew.
-    pub fn spoil(&mut self) {
-        self.spoiled = 2;
+    pub fn disturb(&mut self) {
+        self.disturbed = 2;
         self.increments_rad.clear();
         self.readings_rad.clear();
     }
@@ -159,10 +159,10 @@ impl Adaptation {
             return None;
         }
         self.outputs = 0;
-        let looks = std::mem::take(&mut self.looks);
-        let spoiled = self.spoiled > 0;
-        self.spoiled = self.spoiled.saturating_sub(1);
-        if spoiled || self.calibration.time_s == 0.0 {
+        let sums = std::mem::take(&mut self.sums);
+        let disturbed = self.disturbed > 0;
+        self.disturbed = self.disturbed.saturating_sub(1);
+        if disturbed || self.calibration.time_s == 0.0 {
             return None;
         }
         let share = self.periods_per_window * self.period_s / self.calibration.time_s;
@@ -172,7 +172,7 @@ impl Adaptation {
             *value = (*value + step).clamp(nominal - RANGE_LIMIT, nominal + RANGE_LIMIT);
         };
         for axis in 0..3 {
-            if let Some(error) = self.error(axis, &looks[axis], gain[axis]) {
+            if let Some(error) = self.error(axis, &sums[axis], gain[axis]) {
                 let nominal = &self.nominal;
                 follow(&mut phasor.in_phase[axis], error.re, nominal.in_phase[axis]);
                 follow(&mut phasor.ahead[axis], error.im, nominal.ahead[axis]);
@@ -182,17 +182,17 @@ impl Adaptation {
     }
 
     /// Δ of one gyro, by this window; `None` where it shows no dither to learn from.
-    fn error(&self, axis: usize, looks: &Looks, gain: f64) -> Option<Complex<f64>> {
+    fn error(&self, axis: usize, sums: &WindowSums, gain: f64) -> Option<Complex<f64>> {
         let turn = std::f64::consts::TAU * self.calibration.frequency_hz[axis] * self.period_s;
         let (sin, cos) = turn.sin_cos();
         let step_rad = 2.0 * self.calibration.amplitude_rad[axis] * (0.5 * turn).sin();
-        let mean_square = looks.step_square / looks.number.max(1.0);
+        let mean_square = sums.step_square / sums.number.max(1.0);
         // NaN, of an amplitude of 0, is outside; a gain of 0 is a gyro without dither
-        if gain == 0.0 || !LIVELY.contains(&((2.0 * mean_square).sqrt() / step_rad)) {
+        if gain == 0.0 || !HEALTHY_AMPLITUDE.contains(&((2.0 * mean_square).sqrt() / step_rad)) {
             return None;
         }
         let nominal = 0.5 * self.periods_per_window / 3.0 * gain * step_rad.powi(2);
-        let [zero, one] = looks.products.map(|product| product / nominal);
+        let [zero, one] = sums.products.map(|product| product / nominal);
         let seen = Complex::new(zero, (one - zero * cos) / sin);
         Some(seen / (1.0 - Complex::new(cos, -sin)))
     }

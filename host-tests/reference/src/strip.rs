@@ -1,6 +1,6 @@
-//! The dither strip: what a block turned, from a pickoff that shows it late.
+//! Computes how far a block turned from a pickoff that shows it late: the dither strip.
 //!
-//! Enters: pickoff angles p_k at the ends of periods \[rad\]. Leaves: the block's increments \[rad\].
+//! From pickoff angles p_k at the ends of periods \[rad\] it forms the block's increments \[rad\].
 //!
 //! A pickoff that shows the block d late makes the block at time t what the pickoff says at t + d. The
 //! block swings at one frequency F, Ω = 2πFT per period, so that the later angle follows from two readings:

@@ -1,8 +1,8 @@
-//! A recording and its model → the samples that the chain takes.
+//! Turns a recording and its model into the samples and parameters that the chain takes.
 //!
-//! Enters: [`Recording`], [`Model`]. Leaves: [`ReplayInput`]: the core's [`Sample`]s and [`Parameters`],
-//! the same readings in f64 for the reference chain, and the case's increments from the recording's
-//! reference where it has one; velocity increments where there are accelerometers. Body frame, rad, m/s.
+//! [`ReplayInput`] holds the core's [`Sample`]s and [`Parameters`], the same readings in f64 for the reference chain,
+//! the case's increments from the recording's reference where it has one, and velocity increments where there are
+//! accelerometers. Body frame, rad, m/s.
 //!
 //! What is requantised, and what that costs:
 //! - `gyro_count` passes as it is.

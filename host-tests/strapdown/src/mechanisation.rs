@@ -1,8 +1,8 @@
-//! The mechanisation: attitude, velocity and position, one step a period.
+//! Advances attitude, velocity and position by one step a period.
 //!
-//! Enters, per period: [`Increment`], the body's rotation vector \[rad\] and velocity increment \[m/s\], both
-//! in the body frame at the period's beginning (coning, sculling and rotation already in). Leaves:
-//! [`Solution`] in north, east, down.
+//! A step takes an [`Increment`]: the body's rotation vector \[rad\] and velocity increment \[m/s\], both in the body
+//! frame at the period's beginning, with coning, sculling and rotation already included. It gives the [`Solution`] in
+//! north, east, down.
 //!
 //! ```text
 //! q ← turn(−ζ) q turn(φ)                 ζ = (ω_ie + ω_en) T

@@ -1,6 +1,6 @@
-//! The vertical channel: free, or held to a given height by the classical third-order loop.
+//! Damps the vertical channel, or leaves it free: the classical third-order loop holds it to a given height.
 //!
-//! Enters: the channel's mode and its own height \[m\]. Leaves: corrections of the rates of height \[m/s\] and
+//! From the channel's mode and its own height \[m\] it forms corrections of the rate of height \[m/s\] and of the rate
 //! of downward velocity \[m/s²\].
 //!
 //! A free vertical channel is unstable: gravity falls with height, so an error grows e-fold in
