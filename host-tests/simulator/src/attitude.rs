@@ -1,8 +1,8 @@
-//! Attitude of the case over the ground, and what the Earth adds: its rotation and gravity.
+//! Carries the attitude of the case over the ground, and computes what the Earth adds: its rotation and gravity.
 //!
-//! Enters: body rates relative to the ground at the quadrature nodes of one period (rad/s, body frame).
-//! Leaves: at the same nodes, Earth's rotation (rad/s), specific force at rest (m/s²) and its magnetic field
-//! (T), body frame; and the attitude carried to the period's end.
+//! From the body rates relative to the ground at the quadrature nodes of one period (rad/s, body frame) it gives, at
+//! the same nodes, the Earth's rotation (rad/s), the specific force at rest (m/s²) and the Earth's magnetic field (T),
+//! body frame; and the attitude at the period's end.
 //!
 //! Frame: navigation frame n = north, west, up; a body at identity has z up. With latitude L,
 //! ω_ie = ω_E (cos L, 0, sin L) and specific force at rest is (0, 0, +g).

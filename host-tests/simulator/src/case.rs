@@ -1,7 +1,7 @@
-//! The case: how it moves, and what its instruments are exposed to.
+//! Computes how the case moves, and what its instruments are exposed to.
 //!
-//! Enters: the base's motion at the nodes of one period. Leaves: [`Period`]: body-frame rates, specific forces and
-//! the rates that the gyros sense, at the same nodes.
+//! From the base's motion at the nodes of one period it forms a [`Period`]: body-frame rates, specific forces and the
+//! rates that the gyros sense, at the same nodes.
 //!
 //! Data flow: base → isolator → reaction of the dithers → attitude (Earth, gravity, field) → modes of the
 //! suspensions → effects.

@@ -1,7 +1,7 @@
-//! The mechanical dither of one block, and its pickoff.
+//! Models the mechanical dither of one block, and its pickoff.
 //!
-//! Enters: frequency, amplitude, spread; time in s. Leaves: the pickoff angle p(t) in rad, block relative
-//! to case, and its reading at a row's end.
+//! From frequency, amplitude, spread and time in s it gives the pickoff angle p(t) in rad, block relative to case, and
+//! its reading at a row's end.
 //!
 //! Equation: p(t) = a_n sin ψ, ψ = 2πft + ψ0, with one amplitude a_n for each half-cycle n = ⌊ψ/π⌋. The
 //! amplitude changes where sin ψ = 0, so that the angle is continuous: the drive kicks the block as it

@@ -1,7 +1,7 @@
-//! The instruments: what turns true angles into what a recorder stores.
+//! Turns true angles into what a recorder stores.
 //!
-//! Enters: true increments (rad, rad/s) of one row. Leaves: pulse counts, quantised angles, quantised
-//! readings; each with its noise.
+//! From the true increments (rad, rad/s) of one row it makes pulse counts, quantised angles and quantised readings,
+//! each with its noise.
 //!
 //! Equations: a counter stores ⌊Φ_k/w⌋ − ⌊Φ_{k−1}/w⌋ of the running angle Φ; an encoder stores
 //! round(Ψ_k/w) − round(Ψ_{k−1}/w) of the running angle and its white noise. Both telescope: a count sums

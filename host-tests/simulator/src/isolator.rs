@@ -1,7 +1,7 @@
-//! The isolator between base and case: rotation follows through second-order modes, and linear vibration
-//! rocks a case whose centre of mass lies off the mounts' centre.
+//! Models the isolator between base and case: rotation follows through second-order modes, and linear vibration rocks a
+//! case whose centre of mass lies off the mounts' centre.
 //!
-//! Enters: the base's motion at the nodes of one period, body frame. Leaves: the case's, at the same nodes.
+//! From the base's motion at the nodes of one period, body frame, it gives the case's motion at the same nodes.
 //!
 //! Equations, an axis at a time:
 //! - followed: H = (ω₀² + 2ζω₀ s)/(s² + 2ζω₀ s + ω₀²), for body rate and for linear acceleration alike;

@@ -1,6 +1,6 @@
-//! The tables that a scenario's recording has.
+//! Lists the tables that a scenario's recording has.
 //!
-//! Enters: a scenario. Leaves: each table's file, rate and columns, in the order in which rows are made.
+//! Each table has a file, a rate and columns, in the order in which rows are made.
 //!
 //! The gyros' rows come first, then a table a further reference, then slow channels at rates of their own. The
 //! first reference is the one that the model and the reference's effects speak of; readers take the first too.

@@ -1,7 +1,7 @@
-//! The simulator: a dithered ring-laser triad on a moving case, with finer time than the recording.
+//! Simulates a dithered ring-laser triad on a moving case, with finer time steps than the recording.
 //!
-//! Enters: a [`Scenario`] and a seed. Leaves: a [`Recording`], the [`Model`] of it that admits only what
-//! the scenario does not conceal, and the [`Truth`]. SI units, body frame.
+//! From a [`Scenario`] and a seed it makes a [`Recording`], the [`Model`] of it that admits only what the scenario does
+//! not conceal, and the [`Truth`]. SI units, body frame.
 //!
 //! Data flow: base motion in closed form (`motion`) → isolator (`isolator`) → reaction of the dithers, Earth and
 //! gravity, modes of the suspensions (`case`) → rates that the tilted, imperfect gyros sense (`effects`) → exact

@@ -1,7 +1,6 @@
-//! The beat phase of a ring laser with lock-in.
+//! Integrates the beat phase of a ring laser with lock-in.
 //!
-//! Enters: the angle that the cavity really turned over a sub-step, in rad. Leaves: the angle that its beat
-//! shows, in rad.
+//! From the angle that the cavity turned over a sub-step, in rad, it gives the angle that the beat shows, in rad.
 //!
 //! Equation: dψ/dt = SΩ − SΩ_L sin ψ, S = 2π per pulse, Ω the cavity's inertial rate (case, dither and the gyro's
 //! errors), Ω_L the lock-in threshold (Adler; β of the paper's form is the phase at the start).

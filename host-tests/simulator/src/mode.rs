@@ -1,6 +1,6 @@
-//! A second-order mechanical mode, integrated with the simulator's own quadrature.
+//! Integrates a second-order mechanical mode with the simulator's own quadrature.
 //!
-//! Enters: frequency in Hz, damping ratio, and a drive g at the four nodes of a period. Leaves: x and x' there.
+//! From frequency in Hz, damping ratio and a drive g at the four nodes of a period it gives x and x' at the nodes.
 //!
 //! Equation: x'' + 2ζω₀ x' + ω₀² x = g(t). Gauss collocation at the nodes of [`Quadrature`]: order eight, and
 //! stable at any frequency, so that a mode far above the sample rate settles to its static limit x = g/ω₀²

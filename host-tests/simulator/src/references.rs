@@ -1,6 +1,6 @@
-//! Instruments that measure where the case is: a reference gyro, a fibre-optic triad, a table's encoders.
+//! Models instruments that measure where the case is: a reference gyro, a fibre-optic triad, a table's encoders.
 //!
-//! Enters: the window of periods. Leaves: increments over the row, in rad, multiples of each one's resolution.
+//! From the window of periods each gives its increment over the row, in rad, a multiple of its resolution.
 //!
 //! What each is exposed to: gyros the case relative to space, or the base if the case follows the reference through
 //! an isolator; encoders the base relative to the ground. Effects on the reference act on the first one.

@@ -1,7 +1,6 @@
-//! One simulation, row after row.
+//! Runs one simulation, row after row.
 //!
-//! Enters: a scenario and a seed. Leaves: blocks of rows, a block at a time, so that an hour goes to disk in the
-//! memory of a second.
+//! A scenario and a seed give blocks of rows, so an hour goes to disk in the memory of a second.
 
 use super::attitude::Quadrature;
 use super::case::Case;

@@ -1,10 +1,10 @@
 //! Physics outside the catalogue (`unlisted`): a coefficient times a product of what the case is exposed to.
 //!
-//! Enters: text such as `omega_x*force_z`. Leaves: its value at a quadrature node. The names are those of
-//! `diagnosis.json`: `omega_x` \[rad/s\], `alpha_x` \[rad/s²\], `force_x` \[m/s²\] (`abs_` before them: their size), `temperature_x`
-//! \[K since the start\], `temperature_rate_x` \[K/s\], `field_x` \[T\], `dither_angle_x` \[rad\], `dither_rate_x`
-//! \[rad/s\], `time` \[s since the start\], `window(a,b)` (1 from a to b s), `sine(f)`, `cosine(f)` \[Hz\],
-//! `decay(s)` (exp(−t/s)).
+//! A text such as `omega_x*force_z` is evaluated at a quadrature node. The names are those of `diagnosis.json`:
+//! `omega_x` \[rad/s\], `alpha_x` \[rad/s²\], `force_x` \[m/s²\] (with `abs_` before them, their magnitude),
+//! `temperature_x` \[K since the start\], `temperature_rate_x` \[K/s\], `field_x` \[T\], `dither_angle_x` \[rad\],
+//! `dither_rate_x` \[rad/s\], `time` \[s since the start\], `window(a,b)` (1 from a to b s), `sine(f)`, `cosine(f)`
+//! \[Hz\], `decay(s)` (exp(−t/s)).
 
 use super::Exposure;
 use std::f64::consts::TAU;

@@ -1,7 +1,7 @@
-//! Faults of the data itself: `lost_samples`, `stuck_channel`, `saturation`.
+//! Applies faults of the data itself: `lost_samples`, `stuck_channel`, `saturation`.
 //!
-//! Enters: a reading as the instrument made it, and the time its row begins in s. Leaves: what the recorder keeps
-//! of it: nothing (NaN), the last reading before the fault, or the reading within a limit.
+//! From a reading as the instrument made it, and the time its row begins in s, it gives what the recorder keeps:
+//! nothing (NaN), the last reading before the fault, or the reading within a limit.
 //!
 //! A saturation's limit is the scenario's `level`, in the channel's stored unit; without one, two thirds of the
 //! largest reading before the fault.

@@ -1,8 +1,8 @@
-//! Physics that a scenario switches on: entries of the contract's catalogue, as coefficients.
+//! Applies the physics that a scenario switches on: entries of the contract's catalogue, as coefficients.
 //!
-//! Enters: `[[effect]]` entries. Leaves: [`Effects`], the sum of all of them, applied where each acts: on the
-//! rates the gyros sense and the forces the accelerometers feel ([`Exposure`] at the quadrature nodes), on the
-//! blocks' angles (`block`), on what a reference reads (`reference`), on the data (`faults`).
+//! [`Effects`] is the sum of all `[[effect]]` entries. Each acts in its place: on the rates the gyros sense and the
+//! forces the accelerometers feel ([`Exposure`] at the quadrature nodes), on the blocks' angles (`block`), on what a
+//! reference reads (`reference`), on the data (`faults`).
 //!
 //! Equations: the catalogue's, with tilts δ_ij as right-hand rotations of gyro i's axis about body axis j:
 //! gyro i senses + δ_ik ω_j − δ_ij ω_k with (i, j, k) cyclic; accelerometers alike.

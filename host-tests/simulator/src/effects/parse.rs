@@ -1,7 +1,7 @@
-//! `[[effect]]` entries into coefficients.
+//! Parses `[[effect]]` entries into coefficients.
 //!
-//! Enters: one entry, its `concealed` already taken. Leaves: the entry in the form of a model, and its numbers in
-//! [`Effects`]. A kind is known if the catalogue knows it; a kind without a channel to act on is refused.
+//! From one entry, whose `concealed` has been taken already, it makes the entry in the form of a model and its numbers
+//! in [`Effects`]. A kind is known if the catalogue knows it; a kind without a channel to act on is refused.
 
 use super::expression::Expression;
 use super::faults::{Failure, FaultEntry};

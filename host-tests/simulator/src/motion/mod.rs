@@ -1,8 +1,7 @@
-//! The motion of the base relative to the ground, in closed form: one room a kind.
+//! Computes the motion of the base relative to the ground in closed form: one file a kind.
 //!
-//! Enters: a profile of a scenario and the time since its segment began. Leaves: [`BaseMotion`]: the body
-//! rate with its first two derivatives (rad/s, rad/s², rad/s³) and the linear acceleration with its first
-//! (m/s², m/s³), body frame.
+//! From a profile of a scenario and the time since its segment began it gives [`BaseMotion`]: the body rate with its
+//! first two derivatives (rad/s, rad/s², rad/s³) and the linear acceleration with its first (m/s², m/s³), body frame.
 //!
 //! Slew, oscillation, spin, tumbling and vibration are given as rates; coning as an attitude (`coning`,
 //! `rotation_vector`). Derivatives are written out, never differenced.

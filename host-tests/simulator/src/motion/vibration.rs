@@ -1,7 +1,7 @@
-//! Random vibration as a sum of tones: band-limited, or after a table of power spectral density.
+//! Makes random vibration as a sum of tones: band-limited, or after a table of power spectral density.
 //!
-//! Enters: a band with an rms, or a table of (Hz, unit²/Hz); a seeded generator. Leaves: one signal with its
-//! first two derivatives at the quadrature nodes of one period after another.
+//! From a band with an rms, or a table of (Hz, unit²/Hz), and a seeded generator it makes one signal with its first two
+//! derivatives at the quadrature nodes of one period after another.
 //!
 //! Equations: u(t) = Σ a_n cos(2πf_n t + φ_n), a_n²/2 the power of cell n of the band, f_n drawn inside its cell.
 //! Between two points of a table the density is a straight line in log–log, as vibration standards draw it.

@@ -1,7 +1,7 @@
-//! One section, `[[motion]]` or `[[effect]]` of a scenario or instrument, read key by key.
+//! Reads one section, `[[motion]]` or `[[effect]]` of a scenario or instrument, key by key.
 //!
-//! Enters: the parsed table and where it stands. Leaves: its values, each asked for once; what nobody
-//! asked for is an unknown key, reported with its line.
+//! An entry is the parsed table and its place. Each value is asked for once; a key that was never asked for is unknown
+//! and reported with its line.
 
 use rlg_recording::error::InputError;
 use std::path::Path;

@@ -1,8 +1,8 @@
-//! The sections of the gyros themselves, in a scenario or in an instrument's file: `[gyro]` and `[dither]`.
+//! Reads the sections of the gyros themselves, in a scenario or in an instrument's file: `[gyro]` and `[dither]`.
 //!
-//! Enters: one section as an [`Entry`]. Leaves: its numbers, each finite and where physics allows it; the first
-//! that is not is named with its line. The bounds refuse wrong units and slips of the pen; they do not judge an
-//! instrument. SI units; x, y, z where three.
+//! Each section comes as an [`Entry`]; its numbers must be finite and physically possible, and the first that is not is
+//! named with its line. The bounds refuse wrong units and slips of the pen; they do not judge an instrument. SI units;
+//! x, y, z where three.
 
 use super::Entry;
 use rlg_model::Installation;

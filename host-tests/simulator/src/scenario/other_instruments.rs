@@ -1,7 +1,7 @@
-//! The sections of what stands beside the gyros: `[reference]`, `[fibre_optic]`, `[encoder]`, `[accelerometer]`.
+//! Reads the sections of what stands beside the gyros: `[reference]`, `[fibre_optic]`, `[encoder]`, `[accelerometer]`.
 //!
-//! Enters: one section as an [`Entry`]. Leaves: its numbers, each finite and in range; the first that is not is named
-//! with its line. SI units; x, y, z where three.
+//! Each section comes as an [`Entry`]; its numbers must be finite and in range, and the first that is not is named with
+//! its line. SI units; x, y, z where three.
 
 use super::Entry;
 use super::instrument::{BIAS_RAD_S, NOISE_RAD, SCALE, TINY, WALK, WEIGHT_RAD};
