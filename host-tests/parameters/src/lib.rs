@@ -1,7 +1,7 @@
-//! A model → what the firmware's chain corrects.
+//! Converts a model into the parameters of the firmware's chain.
 //!
-//! Enters: [`Model`], and [`Unit`]: how the chain is to run, and what a model does not say of the hardware.
-//! Leaves: [`Parameters`] in SI units, and the kinds of effects that the chain has no term for.
+//! It takes a [`Model`] and a [`Unit`]: how the chain is to run, and what a model does not say of the hardware. It
+//! gives [`Parameters`] in SI units, and the kinds of effects that the chain has no term for.
 //!
 //! The contract's prediction, as rates, with ω the case's rate, p the pickoff angle, e the model's bias:
 //!

@@ -1,9 +1,8 @@
-//! Reading a recording's folder into memory, and the judgement of its values.
+//! Reads a recording's folder into memory, and judges its values.
 //!
-//! Enters: the folder. Leaves: [`Recording`] with every channel as value = stored · scale + offset in SI.
-//! What cannot be right is refused by name: a count that is not whole, an infinite value, a whole channel
-//! in another unit or without a single value, stamps that do not increase. What may be a fault of the
-//! unit (a jump, a stuck run, a gap) is left for whoever uses the recording.
+//! Every channel becomes value = stored · scale + offset in SI. What cannot be right is refused by name: a count that
+//! is not whole, an infinite value, a whole channel in another unit or without a single value, stamps that do not
+//! increase. What may be a fault of the unit (a jump, a stuck run, a gap) is left to the user of the recording.
 
 use std::ops::Range;
 use std::path::Path;

@@ -1,8 +1,8 @@
-//! A recording: a folder with `recording.toml` beside its tables (Parquet or CSV).
+//! Reads and writes recordings: folders with `recording.toml` beside tables (Parquet or CSV).
 //!
-//! Enters: the folder. Leaves: [`Recording`], every channel as f64 in the unit of its quantity (SI),
-//! NaN where nothing was measured. The meaning of every name is fixed by the project's contract; unknown
-//! quantities are kept as [`Quantity::Other`] and never an error.
+//! A [`Recording`] holds every channel as f64 in the unit of its quantity (SI), NaN where nothing was measured. The
+//! meaning of every name is fixed by the project's contract; unknown quantities are kept as [`Quantity::Other`] and are
+//! never an error.
 //!
 //! Deliberately not here: alignment of tables that differ in rate, and any judgement of the data's
 //! quality. That is the first stage of whoever uses the recording.

@@ -1,7 +1,7 @@
-//! A table of f64 columns on its way to disk, row by row, in bounded memory.
+//! Writes a table of f64 columns row by row, in bounded memory.
 //!
-//! Enters: rows as they are stored (before scale and offset), NaN where nothing was measured. Leaves: one
-//! Parquet file of the folder under way. The same rows give the same bytes.
+//! Rows come as they are stored (before scale and offset), NaN where nothing was measured, and go to one Parquet file
+//! of the folder being written. The same rows give the same bytes.
 //!
 //! Unlike `streamed.rs` it needs nothing of the recording beforehand: a foreign file tells its rate and site only
 //! on the way. Deliberately not here: integer columns; zstd makes whole numbers in f64 small.
