@@ -1,8 +1,8 @@
 //! What a recording with attitude samples says: the paper's way, attitude before and after (Eqs. 10–17, with
 //! the signs of physics §2).
 //!
-//! Enters: gyros at their rate and `reference_attitude` at any rate, down to one sample before and one after
-//! the coning. Leaves: [`Heard`], as the rate reference does.
+//! The recording has gyros at their rate and `reference_attitude` at any rate, down to one sample before and one after
+//! the coning. It gives [`RecordingInformation`], as the rate reference does.
 //!
 //! The gyros' own increments, compensated by Eq. (7) and by the estimate so far, are integrated to an attitude
 //! C (body to navigation frame). Its error e = Log(C C_refᵀ) \[rad, navigation frame\] grows between samples by
@@ -24,7 +24,7 @@ use std::path::Path;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
-use super::rates::{Heard, greatest, too_short};
+use super::rates::{RecordingInformation, greatest, too_short};
 use super::unknowns::{EARTH, RIVAL, Unknowns, effect};
 use super::whiten::Whitener;
 use rlg_diagnosis::attitude::own_motion::take_own_motion;
@@ -139,8 +139,8 @@ impl AttitudeRecord {
         })
     }
 
-    /// What the recording says, linearised where the catalogue's parameters have the values `at`.
-    pub fn hear(&self, catalogue: &Parameters, at: &[f64]) -> Heard {
+    /// The information of the recording, linearised where the catalogue's parameters have the values `at`.
+    pub fn information(&self, catalogue: &Parameters, at: &[f64]) -> RecordingInformation {
         let chains = self.integrate(catalogue, at);
         let mut information = Information::empty(catalogue.count());
         let earth_columns = if self.earth {
@@ -200,7 +200,7 @@ impl AttitudeRecord {
         information.power += 2.0 * at.dot(&information.right) + at.dot(&pull);
         information.right += pull;
         let rate_hz = self.scene.streams.rate_hz;
-        Heard {
+        RecordingInformation {
             information,
             noise: [0, 1, 2].map(|axis: usize| Noise {
                 theta: [

@@ -1,7 +1,7 @@
-//! Which combinations of the six K the recordings fix, and which they do not.
+//! Lists which combinations of the six K the recordings fix, and which they do not.
 //!
-//! Enters: [`Estimate`]. Leaves: for each gyro either its two coefficients, or their sum, or less; what is not
-//! fixed is named with the motion that would fix it (physics §3: a stationary oscillation shows only sums).
+//! From an [`Estimate`] it gives for each gyro either its two coefficients, or their sum, or less. What is not fixed is
+//! named with the motion that would fix it (physics §3: a stationary oscillation shows only sums).
 
 use std::collections::BTreeMap;
 

@@ -1,8 +1,8 @@
-//! The joint estimate, its covariance and its directions.
+//! Computes the joint estimate of the six K, its covariance and its directions.
 //!
-//! Enters: [`Information`] over all unknowns, summed over recordings. Leaves: [`Estimate`]. With F the
-//! information, P the priors' and g the right side, θ = (F + P)⁻¹ g; everything that is not K is fitted away, so
-//! that the covariance of the six K is their block of the inverse.
+//! It takes the [`Information`] on all unknowns, summed over recordings. With F the information, P the priors' and g
+//! the right side, θ = (F + P)⁻¹ g. Everything that is not K is a nuisance, so the covariance of the six K is their
+//! block of the inverse.
 //!
 //! Units differ by fifteen decades, so the matrix is brought to a unit diagonal before it is inverted.
 
@@ -38,7 +38,7 @@ pub struct Direction {
 }
 
 /// A direction whose spread is this share of the prior's has learnt nothing.
-pub const LEARNT: f64 = 0.5;
+pub const INFORMATIVE_SHARE: f64 = 0.5;
 
 /// Eigenvalues of a unit-diagonal matrix below this are rounding of sums over 1e6 bins.
 const ROUNDING: f64 = 1e-14;
@@ -157,5 +157,5 @@ pub fn directions(covariance: &DMatrix<f64>) -> Vec<Direction> {
 pub fn condition_number(unknowns: &Unknowns, covariance: &DMatrix<f64>) -> Option<f64> {
     let directions = directions(covariance);
     let (best, worst) = (directions.first()?.std, directions.last()?.std);
-    (worst < LEARNT * unknowns.get(0).prior_width()).then(|| worst / best)
+    (worst < INFORMATIVE_SHARE * unknowns.get(0).prior_width()).then(|| worst / best)
 }

@@ -1,10 +1,9 @@
-//! Which numbers a calibration estimates, and where each stands in the joint vector.
+//! Lists which numbers a calibration estimates, and the place of each in the joint vector.
 //!
-//! Enters: how many recordings there are. Leaves: [`Unknowns`]: six K shared by all recordings; bias, scale,
-//! installation, delay, pickoff gain and the Earth's rotation for each recording alone, because they change from
-//! one switching-on, one mounting and one clock to the next by more than a recording's own precision, and cost
-//! K next to nothing. The elastic rate W, a rival that coning confuses with K, stands behind them; it is
-//! weighed, never fitted.
+//! For a number of recordings, [`Unknowns`] has six K shared by all recordings; bias, scale, installation, delay,
+//! pickoff gain and the Earth's rotation for each recording alone, because they change from one switching-on, one
+//! mounting and one clock to the next by more than a recording's own precision, and cost K next to nothing. The elastic
+//! rate W, a rival that coning confuses with K, stands behind them; it is weighed, never fitted.
 //!
 //! Priors are zero-mean and wide: they decide only what no recording shows.
 

@@ -1,7 +1,7 @@
-//! Laws that the scores are held against.
+//! Computes the laws of chance that scores are compared with.
 //!
-//! Enters: counts, strengths. Leaves: Clopper–Pearson limits of a share, and the chance that a likelihood ratio with
-//! a given noncentrality exceeds a threshold.
+//! These are the Clopper–Pearson limits of a share, and the probability that a likelihood ratio with a given
+//! noncentrality exceeds a threshold.
 
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF as _};
 

@@ -1,7 +1,6 @@
-//! One trial: the recording is made, diagnosed, and what was said is written down.
+//! Runs one trial: makes the recording, diagnoses it, and records the [`Outcome`].
 //!
-//! Enters: an [`Answer`] and its scene. Leaves: [`Outcome`]. The diagnosis gets the recording and the model that
-//! admits nothing; the answer stays here.
+//! The diagnosis gets the recording and the model that admits nothing; the [`Answer`] stays here.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::answer::Answer;
-use super::predict::Book;
+use super::predict::PredictionProducts;
 use super::scene::Scene;
 use rlg_diagnosis::diagnose_without;
 use rlg_diagnosis::excess::NOISE_KINDS;
@@ -192,7 +191,7 @@ fn add_dummies(recording: &mut Recording, rng: &mut ChaCha8Rng) {
 pub fn examine(
     answer: &Answer,
     scene: &Scene,
-    book: &Book,
+    products: &PredictionProducts,
     leave_one_out: bool,
 ) -> Result<Outcome, InputError> {
     let (recording, model) = record(answer, scene)?;
@@ -208,7 +207,7 @@ pub fn examine(
     let file = Path::new("model.toml");
     let said = diagnose_without(&without, &recording, &model, file, 0, &|_| {})?.diagnosis;
     let mut outcome = outcome_of(answer.trial, &said);
-    outcome.leaves = leaves(answer, &outcome, book);
+    outcome.leaves = leaves(answer, &outcome, products);
     Ok(outcome)
 }
 
@@ -227,7 +226,7 @@ pub fn outcome_of(trial: u64, said: &Diagnosis) -> Outcome {
 }
 
 /// |s − ŝ|² over the fitted and the held-out rows.
-fn leaves(answer: &Answer, outcome: &Outcome, book: &Book) -> Option<[f64; 2]> {
+fn leaves(answer: &Answer, outcome: &Outcome, products: &PredictionProducts) -> Option<[f64; 2]> {
     // More noise predicts nothing, and rows left out predict nothing.
     let predicts = |one: &&Finding| one.is_physics() || one.kind == "unlisted";
     let physics: Vec<&Finding> = outcome.findings.iter().filter(predicts).collect();
@@ -250,8 +249,8 @@ fn leaves(answer: &Answer, outcome: &Outcome, book: &Book) -> Option<[f64; 2]> {
         })
         .collect();
     let pairs = |list: &[(String, BTreeMap<String, f64>)]| {
-        book.vector(list.iter().map(|(kind, values)| (kind.as_str(), values)))
+        products.vector(list.iter().map(|(kind, values)| (kind.as_str(), values)))
     };
     let left = pairs(&found)? - pairs(&truth)?;
-    Some([book.power(&left, 0), book.power(&left, 1)])
+    Some([products.power(&left, 0), products.power(&left, 1)])
 }

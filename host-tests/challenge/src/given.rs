@@ -1,7 +1,7 @@
-//! Recordings of others, with what they concealed: committed to, diagnosed, scored.
+//! Examines recordings of others, with what they concealed: committed to, diagnosed, scored.
 //!
-//! Enters: a recording's folder (its `model.toml` beside it) and the truth file that goes with it. Leaves: [`Given`].
-//! The truth is read for its hash before the diagnosis and opened only after it.
+//! From a recording's folder (its `model.toml` beside it) and the truth file that goes with it comes a [`Given`]. The
+//! truth is read for its hash before the diagnosis and opened only after it.
 //!
 //! A truth file: `{"effects": [{"kind": ..., "parameters": {...}}]}`, as `rlg simulate` writes it; further keys are
 //! passed over. Strengths are not known here, so nothing is held against theory.

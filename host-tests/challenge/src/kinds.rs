@@ -1,7 +1,7 @@
-//! What the challenge can conceal: the simulator's effects, with the sizes that instruments show.
+//! Lists what the challenge can conceal: the simulator's effects, with the sizes that instruments show.
 //!
-//! Enters: nothing. Leaves: [`Linear`] entries (prediction proportional to the parameters) by kind, and the
-//! expressions of physics that no catalogue lists. SI units as in the contract's table.
+//! There are [`Linear`] entries (prediction proportional to the parameters) by kind, and expressions of physics that no
+//! catalogue lists. SI units as in the contract's table.
 //!
 //! The sizes are the examiner's own, not the diagnosis' cards: they only set the mix of parameters, since every
 //! effect is scaled to the strength that was drawn. Larger than `largest` an effect is no instrument's, and the

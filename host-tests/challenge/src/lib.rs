@@ -1,13 +1,13 @@
 //! The blind proof: effects are concealed by a seed, diagnosed, and scored.
 //!
-//! tickets (`trial`) → scenes (`scene`) → predictions without noise (`predict`, `whiten`, `bounds`) → answers
+//! draws (`trial`) → scenes (`scene`) → predictions without noise (`predict`, `whiten`, `bounds`) → answers
 //! (`kinds`, `answer`) → commitments (`commit`) → recordings and diagnoses (`examine`) → scores (`score`, `marks`,
 //! `chance`)
 //!
 //! Recordings of others, each with a truth file, go the same way (`given`).
 //!
-//! Enters: a [`Plan`]. Leaves: answers, commitments to them, outcomes and [`score::Scores`]. The examiner knows the
-//! simulator and calls the diagnosis; the diagnosis gets a recording and a model, and nothing else.
+//! A [`Plan`] gives answers, commitments to them, outcomes and [`score::Scores`]. The examiner knows the simulator and
+//! calls the diagnosis; the diagnosis gets a recording and a model, and nothing else.
 //!
 //! The same plan gives the same bytes for any number of threads and shards: every trial has a ChaCha stream of its
 //! own, and scores are taken of what was written, line by line.
@@ -36,12 +36,12 @@ use rayon::prelude::*;
 use answer::{Answer, conceal};
 pub use case::Plan;
 use examine::{Outcome, examine, record};
-use predict::{Book, Workshop};
+use predict::{PredictionProducts, ScenePredictions};
 use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use scene::Scene;
-use trial::Ticket;
+use trial::TrialDraw;
 
 /// Which trials of a plan are run here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,7 +58,7 @@ pub struct Prepared {
     pub answers: Vec<Answer>,
     /// Each as the line that is hashed.
     pub lines: Vec<(u64, String)>,
-    scenes: BTreeMap<usize, (Scene, Book)>,
+    scenes: BTreeMap<usize, (Scene, PredictionProducts)>,
     leave_one_out: bool,
 }
 
@@ -73,27 +73,30 @@ pub fn prepare(
         Share::One(one) => *trial == one,
     };
     let trials = (0..plan.trials).filter(mine);
-    let tickets: Vec<Ticket> = trials
-        .map(|trial| Ticket::draw(plan.seed, trial, &plan.families))
+    let trial_draws: Vec<TrialDraw> = trials
+        .map(|trial| TrialDraw::draw(plan.seed, trial, &plan.families))
         .collect();
-    let numbers: BTreeSet<usize> = tickets.iter().map(|ticket| ticket.scene).collect();
-    let mut answers = Vec::with_capacity(tickets.len());
+    let numbers: BTreeSet<usize> = trial_draws
+        .iter()
+        .map(|trial_draw| trial_draw.scene)
+        .collect();
+    let mut answers = Vec::with_capacity(trial_draws.len());
     let mut scenes = BTreeMap::new();
     for (done, &number) in numbers.iter().enumerate() {
         progress(done, numbers.len());
         let scene = Scene::draw(plan.seed, number);
-        let shop = Workshop::open(&scene)?;
-        let here: Vec<&Ticket> = tickets
+        let predictions = ScenePredictions::open(&scene)?;
+        let here: Vec<&TrialDraw> = trial_draws
             .iter()
-            .filter(|ticket| ticket.scene == number)
+            .filter(|trial_draw| trial_draw.scene == number)
             .collect();
         let found: Vec<Answer> = here
             .par_iter()
-            .map(|ticket| conceal((*ticket).clone(), &scene, &shop))
+            .map(|trial_draw| conceal((*trial_draw).clone(), &scene, &predictions))
             .collect::<Result<_, _>>()?;
         answers.extend(found);
-        let book = shop.book;
-        scenes.insert(number, (scene, book));
+        let products = predictions.products;
+        scenes.insert(number, (scene, products));
     }
     answers.sort_by_key(|answer| answer.trial);
     let lines = answers
@@ -120,9 +123,9 @@ impl Prepared {
         self.answers
             .par_iter()
             .map(|answer| {
-                let (scene, book) = &self.scenes[&answer.scene];
+                let (scene, products) = &self.scenes[&answer.scene];
                 // A recording that the tool cannot stand is a result, and the others go on.
-                let run = || examine(answer, scene, book, self.leave_one_out);
+                let run = || examine(answer, scene, products, self.leave_one_out);
                 let outcome = match catch_unwind(AssertUnwindSafe(run)) {
                     Ok(Ok(outcome)) => outcome,
                     Ok(Err(error)) => without_verdict(answer, format!("refused: {error}")),

@@ -1,6 +1,6 @@
-//! The marks of the diagnosis road, each with what was measured and the number of trials behind it.
+//! Computes the marks of the diagnosis, each with what was measured and the number of trials behind it.
 //!
-//! Enters: the cases. Leaves: [`Mark`]s. A mark without a single trial says so and neither passes nor fails.
+//! A [`Mark`] without a single trial says so and neither passes nor fails.
 
 use serde::Serialize;
 

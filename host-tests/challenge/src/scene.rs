@@ -1,6 +1,6 @@
-//! Scenes: an instrument, its noise and a motion, drawn by a seed; many trials share one.
+//! Draws scenes from a seed: an instrument, its noise and a motion; many trials share one.
 //!
-//! Enters: the challenge's seed and the scene's number. Leaves: [`Scene`], which writes itself as a scenario of the
+//! From the challenge's seed and the scene's number comes a [`Scene`], which writes itself as a scenario of the
 //! simulator, with its noise or without any (SI units), and knows the true noise of a residual.
 //!
 //! Trials of one scene differ in their noise and in what is concealed; sharing the motion lets the predictions of

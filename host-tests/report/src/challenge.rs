@@ -1,6 +1,6 @@
-//! `report.html` of a challenge: the marks, and the curves behind them.
+//! Writes `report.html` of a challenge: the marks, and the curves behind them.
 //!
-//! Enters: [`Scores`]. Leaves: one HTML file without scripts and without anything from outside.
+//! It is one HTML file without scripts and without anything from outside.
 //!
 //! marks → detection against theory → intervals → false alarms → by kind → confusion → what to repeat → all numbers.
 //!

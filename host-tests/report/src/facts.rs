@@ -1,6 +1,4 @@
-//! What the diagnosis rests on: times, noise, version; and all numbers.
-//!
-//! Enters: [`Diagnosis`]. Leaves: the last two sections of the page.
+//! Writes the page's last two sections: what the diagnosis rests on (times, noise, version), and all numbers.
 
 use maud::{Markup, html};
 

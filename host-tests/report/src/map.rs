@@ -1,7 +1,7 @@
-//! Where the residual stands above its noise: time × band, one map a gyro.
+//! Draws where the residual stands above its noise: time × band, one map a gyro.
 //!
-//! Enters: [`Tile`]s with their chance. Leaves: a plot whose colour is the chance, all tiles of the map
-//! counted: chance × tiles. Held-out time is marked by a bar along the top.
+//! From [`Tile`]s with their probability it draws a plot whose colour is the probability times the number of tiles.
+//! Held-out time is marked by a bar along the top.
 //!
 //! A recording of many tiles is drawn in [`COLUMNS`] columns, each showing the least chance that falls in it.
 

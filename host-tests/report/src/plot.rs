@@ -1,7 +1,7 @@
-//! What all plots share: size, ink, frame.
+//! Holds what all plots share: size, ink, frame.
 //!
-//! Enters: ranges and axis titles. Leaves: inline SVG without a fixed width, transparent, its colours the
-//! tokens below; `style.css` turns the same tokens into those of a dark page.
+//! From ranges and axis titles it makes inline SVG without a fixed width, transparent, its colours the tokens below;
+//! `style.css` turns the same tokens into those of a dark page.
 //!
 //! The backend's coordinates are whole numbers, so everything is drawn [`FINE`] times too large and the
 //! `viewBox` brings it back. Deliberately not here: text from recordings; plots hold only our own words.

@@ -1,7 +1,7 @@
-//! Numbers, units and symbols as people read them.
+//! Formats numbers, units and symbols as people read them.
 //!
-//! Enters: SI values, units and names as the contract spells them ("s^2", "delta_ij"). Leaves: text with the
-//! digits that the spread justifies, °/h for rates, arcsec for angles, typographic symbols.
+//! SI values, units and names as the contract spells them ("s^2", "delta_ij") become text with the digits that the
+//! spread justifies, °/h for rates, arcsec for angles, typographic symbols.
 //!
 //! Deliberately not here: any judgement; a value is shown, never rounded to what would look better.
 
@@ -36,7 +36,7 @@ const LETTERS: [(&str, &str); 12] = [
 ];
 
 /// The factor and the unit in which people read a value of the SI unit `unit`.
-pub fn for_people(unit: &str) -> (f64, String) {
+pub fn display_unit(unit: &str) -> (f64, String) {
     match unit {
         "rad/s" => (DEG_H_PER_RAD_S, "°/h".to_owned()),
         "rad" => (ARCSEC_PER_RAD, "″".to_owned()),

@@ -1,7 +1,7 @@
-//! Moves that the table can make, and what a second of each tells about the six K.
+//! Lists moves that the table can make, and the information on the six K that a second of each gives.
 //!
-//! Enters: [`Limits`] and the noise of a row. Leaves: [`Candidate`]s at the limits: spin-synchronous oscillations
-//! of every pair of axes at several rates, cones about every axis at several frequencies.
+//! From [`Limits`] and the noise of a row it makes [`Candidate`]s at the limits: spin-synchronous oscillations of every
+//! pair of axes at several rates, cones about every axis at several frequencies.
 //!
 //! Information of a line of amplitude A (rate per unit K, rad/s per s²) at frequency f: A²/(2 S(f)) a second,
 //! A²/S(0) for a mean; S the power of the rate's noise. Spin Ω about k, α about j: A = α Ω on K_ij, at f. Cone

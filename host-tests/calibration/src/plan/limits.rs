@@ -1,7 +1,7 @@
-//! What a turntable may do: the file that `rlg calibrate --plan` reads.
+//! Reads what a turntable may do: the file of `rlg calibrate --plan`.
 //!
-//! Enters: TOML, SI units. Leaves: [`Limits`], checked. A key that is not known is an error, because a limit
-//! that is passed over may break a table.
+//! TOML in SI units gives checked [`Limits`]. An unknown key is an error, because a limit that is ignored may break a
+//! table.
 
 use std::path::Path;
 

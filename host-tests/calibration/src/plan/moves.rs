@@ -1,7 +1,7 @@
-//! The moves of a programme, in closed form.
+//! Computes the moves of a programme in closed form.
 //!
-//! Enters: a move and the time since its beginning. Leaves: body rate \[rad/s\] and its derivative \[rad/s²\],
-//! body frame. A three-axis table makes them by following these rates; what its gimbals do is its controller's.
+//! From a move and the time since its beginning it gives the body rate \[rad/s\] and its derivative \[rad/s²\], body
+//! frame. A three-axis table makes the move by following these rates; what its gimbals do is its controller's business.
 //!
 //! Spin: steady rate Ω about one axis, oscillation of the same frequency about another: the tilt K_ij α_j of the
 //! third gyro meets Ω, and reversing Ω reverses it alone. Cone: rates in quadrature across an axis.

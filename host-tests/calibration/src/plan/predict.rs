@@ -1,6 +1,6 @@
-//! The covariance that a programme will give: the Cramér–Rao bound of its motion under the model's noise.
+//! Predicts the covariance that a programme will give: the Cramér–Rao bound of its motion under the model's noise.
 //!
-//! Enters: moves, the noise of a row. Leaves: covariance of the six K \[s⁴\] with bias, scale, installation and
+//! From moves and the noise of a row it gives the covariance of the six K \[s⁴\], with bias, scale, installation and
 //! delay fitted beside them, as [`super::super::rates`] fits them against a rate reference.
 //!
 //! The motion is sampled more slowly than the gyros; white noise of angle is raised so that its power stays.
