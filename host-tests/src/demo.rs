@@ -1,8 +1,8 @@
-//! The whole story once: simulate, replay, diagnose, correct, replay.
+//! Tells the whole story once: simulate, replay, diagnose, correct, replay.
 //!
-//! Enters: a seed and a length \[s\]. Leaves: [`Demo`]: the simulated recording with its model, the
-//! diagnosis, the parameters that the firmware would be flashed with, and [`Figures`], the drifts of the chain
-//! before and after \[°/h\], body axes.
+//! From a seed and a length \[s\] it makes a [`Demo`]: the simulated recording with its model, the diagnosis, the
+//! parameters that the firmware would be flashed with, and [`Figures`], the drifts of the chain before and after
+//! \[°/h\], body axes.
 //!
 //! Data flow: scenario → recording → chain with Eq. (7) alone → diagnosis → the found effects as the
 //! chain's parameters → chain in f32 and in fixed point, each against the f64 reference chain.

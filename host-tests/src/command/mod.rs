@@ -1,8 +1,7 @@
-//! The command `rlg`: one sub-command a file.
+//! Runs the command `rlg`: one sub-command a file.
 //!
-//! Enters: the command line. Leaves: exit code 0 (the work was done) or 2 (the input cannot be used: one
-//! sentence on standard error; or the command line is wrong). Words and progress go to standard error,
-//! a result to standard output with `--json` only.
+//! Exit code 0: the work was done. Exit code 2: the input cannot be used (one sentence on standard error), or the
+//! command line is wrong. Words and progress go to standard error, a result to standard output with `--json` only.
 //!
 //! A new sub-command is a file with a struct of arguments and `fn run(&self, terminal: &Terminal)`, a
 //! variant of `Command` and its line in `Command::run`.

@@ -1,6 +1,4 @@
-//! A file read once from front to back, its SHA-256 formed on the way.
-//!
-//! Enters: the file. Leaves: its bytes as a buffered reader, then the sum in hexadecimal.
+//! Reads a file once from front to back and computes its SHA-256 on the way, in hexadecimal.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read};

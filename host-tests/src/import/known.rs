@@ -1,7 +1,7 @@
-//! Foreign recordings that the project knows, with where they come from, and sums given by the caller.
+//! Lists foreign recordings that the project knows by their SHA-256, with their provenance.
 //!
-//! Enters: a file's SHA-256. Leaves: its provenance, and the site where its source names one. The files
-//! themselves are not here: their owners have not said that they may be passed on.
+//! A sum gives the provenance, and the site where the source names one. The files themselves are not here: their owners
+//! have not said that they may be passed on.
 
 use std::fs;
 use std::path::Path;

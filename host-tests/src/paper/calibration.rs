@@ -1,6 +1,7 @@
-//! Table 3: the coefficients from attitude before and after coning, the paper's way with Eq. (15) to (17) corrected.
+//! Reproduces Table 3: the coefficients from attitude before and after coning, the paper's way with Eq. (15) to (17)
+//! corrected.
 //!
-//! Enters: a seed. Leaves: [`Calibration`]: K_ij + K_ik of each gyro \[s²\], with standard deviations.
+//! From a seed it gives a [`Calibration`]: K_ij + K_ik of each gyro \[s²\], with standard deviations.
 //!
 //! Equation: coning about gyro i's axis at Ω and half-angle φ drifts it by −(K_ij + K_ik) Ω³φ²/2 (physics: the mean of
 //! −K (ω × α)); the attitude before and after, on a table that comes back to where it was, gives the drift. Eq. (17)

@@ -1,7 +1,8 @@
-//! Tables 1 and 2: how far a block bends under a constant angular acceleration, and that it does so in proportion.
+//! Reproduces Tables 1 and 2: how far a block bends under a constant angular acceleration, and that it does so in
+//! proportion.
 //!
-//! Enters: nothing. Leaves: [`Deflection`]: the tilt of the simulator's block \[µrad\] at the tables' accelerations
-//! \[rad/s²\], from its inertia and stiffness alone, and the settled tilt over the acceleration \[s²\].
+//! A [`Deflection`] is the tilt of the simulator's block \[µrad\] at the tables' accelerations \[rad/s²\], from its
+//! inertia and stiffness alone, and the settled tilt over the acceleration \[s²\].
 //!
 //! Equation: δ'' + 2ζω₀δ' + ω₀²δ = −ω₀²Kα with K = J/k and ω₀² = k/J, the block as an oscillator on its suspension;
 //! a constant α leaves −Kα once it has settled.

@@ -1,6 +1,6 @@
-//! The paper's experiments, run again: simulator, firmware chain, navigation, each beside the printed figure.
+//! Runs the paper's experiments again: simulator, firmware chain, navigation, each beside the printed figure.
 //!
-//! Enters: a seed. Leaves: [`Paper`]: what `paper.json` lists and what `paper.html` draws. °, °/h, m/s as printed.
+//! From a seed it gives a [`Paper`]: what `paper.json` lists and what `paper.html` draws. °, °/h, m/s as printed.
 //!
 //! Data flow, the same for every experiment: motion as a scenario (`unit`) → simulated recording → f32 chain with
 //! Eq. (7) alone, with the dynamic terms, and with Eq. (6) as printed (`run`) → drift, or navigation (`sins`) →

@@ -1,6 +1,6 @@
-//! `paper.html`: the paper's tables and figures beside ours, as one page.
+//! Writes `paper.html`: the paper's tables and figures beside ours, as one page.
 //!
-//! Enters: [`Paper`]. Leaves: one HTML file without scripts and without anything from outside; °, °/h, m/s.
+//! It is one HTML file without scripts and without anything from outside, in °, °/h and m/s.
 //!
 //! verdicts → what the signs do → figure by figure, each with the choice that the paper left open → all numbers.
 //!

@@ -1,6 +1,6 @@
-//! Tables 4 and 5, row by row: ours beside the paper's, and what limits what is left.
+//! Compares Tables 4 and 5, row by row: ours beside the paper's, and what limits what is left.
 //!
-//! Enters: [`Vibration`]s. Leaves: [`Compared`] rows, ° and m/s as printed.
+//! [`Vibration`]s become [`Compared`] rows, in ° and m/s as printed.
 
 use serde::Serialize;
 use serde_json::{Value, json};

@@ -1,6 +1,6 @@
-//! The common room of the experiments: a scenario through the simulator, then through the firmware's chain.
+//! Takes a scenario through the simulator and then through the firmware's chain: the common part of the experiments.
 //!
-//! Enters: a scenario as TOML, a seed. Leaves: [`Run`]: rotation vectors \[rad\] per output period, body frame, by
+//! From a scenario as TOML and a seed it gives a [`Run`]: rotation vectors \[rad\] per output period, body frame, by
 //! the f32 chain under several [`Correction`]s, and by the other gyro beside it; mean rates \[°/h\].
 //!
 //! The same samples go through the chain each time, so that differences between corrections hold no noise.

@@ -1,8 +1,8 @@
-//! The unit under test: a scenario's instrument, of the class of the paper's system (0.8 nmile/h).
+//! Describes the unit under test: a scenario's instrument, of the class of the paper's system (0.8 nmile/h).
 //!
-//! Enters: [`Grade`], the block's coefficients. Leaves: the scenario's sections as TOML, SI units, body axes x right,
-//! y forward, z up; at the site the body begins with x to the north, so that a drift about x (pitch) drives the east
-//! velocity, as in the paper's Fig. 6 and 7.
+//! From a [`Grade`] and the block's coefficients it writes the scenario's sections as TOML, SI units, body axes x
+//! right, y forward, z up; at the site the body begins with x to the north, so that a drift about x (pitch) drives the
+//! east velocity, as in the paper's Fig. 6 and 7.
 //!
 //! The paper gives the class and the 4 kHz, nothing else: pulse, dither and random walk are the usual ones of a
 //! dithered block, biases those that make 0.8 nmile/h.
