@@ -92,7 +92,7 @@ pub trait CostProbe {
     /// Called before the chain takes a sample.
     fn begin(&mut self);
     /// Called when the chain has taken the sample.
-    fn end(&mut self, course: SampleClass);
+    fn end(&mut self, class: SampleClass);
 }
 
 /// Classes of samples that differ in what they cost the chain.

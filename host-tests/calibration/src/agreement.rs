@@ -20,10 +20,10 @@ const SAME_INSTRUMENT: [(&str, f64); 2] = [("installation", 1e-4), ("gyro_scale"
 /// Standard deviations that are no chance among the hundred comparisons of ten recordings.
 const SIGNIFICANT_SIGMAS: f64 = 6.0;
 
-/// Chance below which two sets of six K are not one.
+/// Probability below which two sets of six K differ.
 const DIFFERENT_P_VALUE: f64 = 1e-9;
 
-/// The gyros of all recordings must report alike.
+/// Checks that the gyros of all recordings report the same quantity at the same rate.
 pub fn gyros_report_alike(recordings: &[Recording]) -> Result<(), InputError> {
     let mut first: Option<(String, f64)> = None;
     for recording in recordings {
@@ -54,7 +54,7 @@ pub fn gyros_report_alike(recordings: &[Recording]) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Fitted scale and installation must be those of a gyro whose data are in the units they claim.
+/// Checks that fitted scale and installation are those of a gyro whose data are in the units they claim.
 pub fn is_credible(
     recording: &Recording,
     own: &Estimate,
@@ -81,7 +81,7 @@ pub fn is_credible(
     Ok(())
 }
 
-/// Recordings of one instrument agree on installation, scale and K.
+/// Checks that the recordings agree on installation, scale and K, as those of one instrument do.
 pub fn agree(
     recordings: &[Recording],
     own: &[(Unknowns, Estimate)],
@@ -147,7 +147,7 @@ pub fn agree(
     Ok(())
 }
 
-/// Something must have been learnt.
+/// Checks that the recordings contain information on at least one K.
 pub fn moved(
     model_file: &Path,
     recordings: &[Recording],

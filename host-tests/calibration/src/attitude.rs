@@ -41,7 +41,7 @@ use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 
-/// A recording ready to be asked again at another estimate.
+/// A recording prepared to be linearised at any estimate.
 pub struct AttitudeRecord {
     scene: Scene,
     samples: Vec<AttitudeSample>,
@@ -218,7 +218,7 @@ impl AttitudeRecord {
         }
     }
 
-    /// Case increments of a row less what the estimate explains, in the body frame.
+    /// Case increments of a row minus the effects of the present estimate, in the body frame.
     fn corrected(&self, catalogue: &Parameters, at: &[f64]) -> [Vec<f64>; 3] {
         let mut increments = self.scene.streams.case_rad.clone();
         for &effect in &self.effects {
@@ -237,7 +237,7 @@ impl AttitudeRecord {
         increments
     }
 
-    /// What an error of the sensed increments makes of the case's, Eq. (7).
+    /// The error of the case's increments that an error of the sensed ones causes, Eq. (7).
     fn case_from_sensed(&self, sensed: [f64; 3]) -> Vector3<f64> {
         self.body_from_sensing
             * Vector3::from_fn(|axis, _| (1.0 - self.scale_error[axis]) * sensed[axis])
@@ -344,7 +344,7 @@ fn for_rows(from: f64, to: f64, mut each: impl FnMut(usize, f64)) {
     }
 }
 
-/// A chain while it grows.
+/// A chain of steps under construction.
 struct Integration {
     chain: Chain,
     now: UnitQuaternion<f64>,
@@ -368,8 +368,8 @@ impl Integration {
         }
     }
 
-    /// Turns the attitude up to the place `to`; `each` sees the attitude at each row's middle, the
-    /// row's turn and the share.
+    /// Integrates the attitude up to the place `to`; `each` is called with the attitude at each row's middle, the row's
+    /// rotation and the share.
     fn advance(
         &mut self,
         increments: &[Vec<f64>; 3],

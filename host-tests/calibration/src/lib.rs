@@ -47,7 +47,7 @@ use estimate::{Estimate, estimate};
 use rates::RecordingInformation;
 use unknowns::{FLEXURE, Unknowns};
 
-/// Everything a calibration leaves behind.
+/// The result of a calibration.
 pub struct Outcome {
     /// `calibration.json`.
     pub calibration: result::Calibration,
@@ -65,7 +65,7 @@ enum Record {
     Attitude(Box<AttitudeRecord>),
 }
 
-/// Calibrates. `model_file` is for messages.
+/// Calibrates the six K from the recordings together. `model_file` is for messages.
 pub fn calibrate(
     recordings: &[Recording],
     model: &Model,
@@ -123,7 +123,7 @@ pub fn calibrate(
 pub struct Joined {
     /// On the parameters of the catalogue, as the recording gives it.
     pub own: RecordingInformation,
-    /// Over all unknowns.
+    /// The same information over all unknowns of the joint estimate.
     pub information: Information,
 }
 
@@ -165,7 +165,7 @@ fn evaluate(
     }
 }
 
-/// Solves for all unknowns; attitudes are asked again at each estimate.
+/// Solves for all unknowns; recordings with attitudes are linearised again at each estimate.
 fn solve(
     records: &[Record],
     unknowns: &Unknowns,

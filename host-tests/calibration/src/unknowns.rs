@@ -14,7 +14,7 @@ use rlg_diagnosis::workbench::Parameters;
 /// The coefficients to calibrate.
 pub const FLEXURE: &str = "axis_flexure";
 
-/// What also obeys Ω³A² in coning (physics §3).
+/// The rival effect, which also obeys Ω³A² in coning (physics §3).
 pub const RIVAL: &str = "elastic_rate_by_jerk";
 
 /// The Earth's rotation, where the reference does not show it.
@@ -62,14 +62,14 @@ impl Unknown {
         CATALOGUE[self.effect].card().name(self.parameter)
     }
 
-    /// How far from nothing it may credibly be (one standard deviation), in the parameter's unit.
+    /// Width of its prior around zero (one standard deviation), in the parameter's unit.
     pub fn prior_width(&self) -> f64 {
         OWN.iter()
             .find(|(kind, _)| *kind == self.kind())
             .map_or(CATALOGUE[self.effect].card().largest, |(_, width)| *width)
     }
 
-    /// Beyond this it is no physics of such an instrument.
+    /// The largest value that such an instrument can have.
     pub fn largest(&self) -> f64 {
         CATALOGUE[self.effect].card().largest
     }

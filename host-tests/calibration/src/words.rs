@@ -27,15 +27,15 @@ const LINES: usize = 5;
 /// tenth is far from chance; attitude samples have few, so theirs is compared with its own scatter too.
 const LARGEST_NORMALISED_POWER: f64 = 1.1;
 
-/// Everything a calibration knows at its end.
+/// Everything that the result of a calibration is written from.
 pub struct Findings<'a> {
-    /// What was read.
+    /// The recordings.
     pub recordings: &'a [Recording],
     /// The information of each recording.
     pub records: &'a [Joined],
-    /// How each was compared.
+    /// The method of each recording: rates or attitude.
     pub methods: Vec<&'static str>,
-    /// What each says alone.
+    /// The estimate of each recording alone.
     pub own: &'a [(Unknowns, Estimate)],
     /// The joint unknowns.
     pub unknowns: &'a Unknowns,

@@ -22,7 +22,7 @@ use super::whiten::Variances;
 use rlg_recording::error::InputError;
 use rlg_simulator::instrument::normal;
 
-/// Strengths that are drawn, over the fitted rows.
+/// Range of the strengths that are drawn, over the fitted rows.
 pub const STRENGTHS: [f64; 2] = [3.0, 100.0];
 
 /// Strengths of the detection marks, and what is around them.
@@ -46,9 +46,9 @@ pub struct Concealed {
     pub rho: f64,
     /// The same over the whole recording.
     pub rho_whole: f64,
-    /// What is left of it beside the other concealed effects.
+    /// Strength that remains beside the other concealed effects.
     pub rho_beside: f64,
-    /// What is left beside the nearest rival, too.
+    /// Strength that remains beside the nearest rival, too.
     pub separation: f64,
     /// That rival.
     pub nearest: Option<String>,
@@ -73,9 +73,9 @@ pub struct Answer {
     pub rate_hz: f64,
     /// Seed of its noise.
     pub noise_seed: u64,
-    /// Columns of no meaning are recorded too.
+    /// Whether columns without meaning are recorded too.
     pub dummies: bool,
-    /// Readings that jump for a row, and rows that are lost.
+    /// Whether readings jump for a row, and rows are lost.
     pub glitches: bool,
     /// What is concealed.
     pub effects: Vec<Concealed>,
@@ -87,9 +87,9 @@ pub struct Answer {
     pub rho: f64,
     /// Power over the held-out rows, in units of the noise.
     pub held_out: f64,
-    /// Power that one who knows the kinds would leave there, on the mean.
+    /// Power that a fit of the true kinds would leave there, on the mean.
     pub oracle_leaves: f64,
-    /// Makes the hash tell nothing of a short answer.
+    /// Salt: without it a short answer could be guessed from its hash.
     pub salt: String,
 }
 
@@ -106,7 +106,7 @@ impl Answer {
 }
 
 impl Concealed {
-    /// As TOML of the simulator.
+    /// The effect as TOML of the simulator.
     pub fn toml(&self) -> String {
         let mut lines = String::new();
         for (name, value) in &self.parameters {
@@ -118,7 +118,7 @@ impl Concealed {
         effect(&self.kind, &lines)
     }
 
-    /// Its numbers.
+    /// The effect's numbers.
     pub fn numbers(&self) -> BTreeMap<String, f64> {
         let numbers = self.parameters.iter();
         numbers
@@ -143,7 +143,7 @@ impl Draft {
         self.against *= factor;
     }
 
-    /// Whether it is an instrument's still, at strength `rho`.
+    /// Whether an instrument can have these numbers at strength `rho`.
     fn fits(&self, rho: f64) -> bool {
         let factor = rho / self.power[0].sqrt();
         let largest = Linear::of(self.kind).map_or(f64::INFINITY, |entry| {
@@ -157,7 +157,7 @@ impl Draft {
     }
 }
 
-/// Draws before a strength is given up for a weaker one: some kinds hardly show in some scenes.
+/// Draws before a strength is replaced by a weaker one: some kinds hardly show in some scenes.
 const ATTEMPTS: usize = 40;
 
 /// Draws what a trial conceals.
@@ -264,7 +264,7 @@ pub fn conceal(
     })
 }
 
-/// Draws until the effect is an instrument's at the strength drawn for it.
+/// Draws until an instrument can have the effect at the strength drawn for it.
 fn draw(
     rng: &mut ChaCha8Rng,
     predictions: &ScenePredictions,
@@ -414,7 +414,8 @@ fn simulated(
     })
 }
 
-/// More noise of a kind. Its strength is the deflection of the likelihood's log: √(½ Σ (ln S'/S)²) over the bins.
+/// Draws a kind that only raises the noise. Its strength is the deflection of the likelihood's log: √(½ Σ (ln S'/S)²)
+/// over the bins.
 fn noisy(rng: &mut ChaCha8Rng, scene: &Scene) -> Concealed {
     let kind = if scene.is_dithered() {
         NOISY[0]

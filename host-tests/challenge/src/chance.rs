@@ -5,7 +5,7 @@
 
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF as _};
 
-/// Chance that each end of an interval is missed: 95 % two-sided.
+/// Probability beyond each end of an interval: 95 % two-sided.
 const TAIL: f64 = 0.025;
 
 /// Two-sided 95 % limits of a share after `hits` of `trials` (Clopper and Pearson 1934).

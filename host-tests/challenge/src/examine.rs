@@ -51,7 +51,7 @@ pub struct Finding {
     pub parameters: BTreeMap<String, Estimate>,
     /// Its expression.
     pub expression: Option<String>,
-    /// Its chance.
+    /// Its p-value.
     pub p_value: f64,
 }
 
@@ -60,7 +60,7 @@ pub struct Finding {
 pub struct Outcome {
     /// Number of the trial.
     pub trial: u64,
-    /// One word.
+    /// The verdict in one word.
     pub verdict: String,
     /// What it found.
     pub findings: Vec<Finding>,
@@ -84,7 +84,7 @@ impl Finding {
         FAULT_KINDS.contains(&self.kind.as_str())
     }
 
-    /// Whether a kind is what it names, or in its class.
+    /// Whether a kind is the finding's own or in its class of indistinguishable kinds.
     pub fn covers(&self, kind: &str) -> bool {
         self.kind == kind || self.or.iter().any(|other| other == kind)
     }
@@ -164,7 +164,7 @@ fn glitch(recording: &mut Recording, scene: &Scene, rng: &mut ChaCha8Rng) {
     }
 }
 
-/// A pressure that walks and a voltage that is white: channels that mean nothing.
+/// Adds a pressure that walks at random and a voltage that is white: channels without meaning.
 fn add_dummies(recording: &mut Recording, rng: &mut ChaCha8Rng) {
     let table = &mut recording.tables[0];
     let mut walked = 0.0;
@@ -187,7 +187,7 @@ fn add_dummies(recording: &mut Recording, rng: &mut ChaCha8Rng) {
     }
 }
 
-/// Makes, diagnoses and writes down. `without`: kinds taken out of the diagnosis' catalogue.
+/// Makes the recording, diagnoses it and records the outcome. `without`: kinds taken out of the diagnosis' catalogue.
 pub fn examine(
     answer: &Answer,
     scene: &Scene,

@@ -36,7 +36,7 @@ pub struct Pair {
     bytes: Vec<u8>,
 }
 
-/// What a truth file says.
+/// The content of a truth file.
 #[derive(Debug, Deserialize)]
 struct Truth {
     effects: Vec<Concealed>,
@@ -76,7 +76,7 @@ pub struct Given {
     pub concealed: Vec<String>,
     /// Kinds taken out of the tool's catalogue.
     pub left_out: Vec<String>,
-    /// What the tool said in one word.
+    /// The verdict in one word.
     pub verdict: String,
     /// What it found.
     pub found: Vec<Finding>,
@@ -84,7 +84,7 @@ pub struct Given {
     pub right: bool,
     /// Claims that are not true.
     pub wrong: Vec<String>,
-    /// What it says it knows.
+    /// The combinations that the diagnosis fixed.
     pub known: Vec<Known>,
 }
 

@@ -38,7 +38,7 @@ pub struct Linear {
     pub kind: &'static str,
     /// A size met in instruments, in the kind's unit.
     pub typical: f64,
-    /// Beyond this it is no instrument.
+    /// The largest size that an instrument can have.
     pub largest: f64,
     /// What it needs.
     pub needs: Needs,
@@ -157,7 +157,7 @@ impl Linear {
         self.kind == "axis_flexure"
     }
 
-    /// Whether its size bends the prediction, so that it is taken as a central difference.
+    /// Whether the prediction is not quite proportional to its size, so that it is taken as a central difference.
     pub fn is_delay(&self) -> bool {
         self.kind.ends_with("_delay")
     }

@@ -19,13 +19,13 @@ use rlg_recording::error::InputError;
 use rlg_recording::{Quantity, Recording};
 use rlg_simulator::{Seeds, simulate};
 
-/// Rows over which strengths are told: fitted, held out, all.
+/// Parts of the rows over which strengths are computed: fitted, held out, all.
 pub const PARTS: usize = 3;
 
 /// One gyro's share of a prediction, whitened over each part.
 type Share = (usize, [Vec<f64>; PARTS]);
 
-/// What a unit of one parameter does.
+/// What a unit of one parameter adds to the residual, by gyro.
 #[derive(Debug, Clone, Default)]
 pub struct Prediction(Vec<Share>);
 
@@ -188,7 +188,7 @@ impl<'a> ScenePredictions<'a> {
         )
     }
 
-    /// What an effect of any kind does, its text as TOML.
+    /// Prediction of an effect of any kind, given as TOML.
     pub fn prediction(&self, effect: &str) -> Result<Prediction, InputError> {
         let with = residual(self.scene, effect)?;
         Ok(self.whitened([0, 1, 2].map(|axis: usize| {
@@ -208,7 +208,7 @@ impl<'a> ScenePredictions<'a> {
 }
 
 impl PredictionProducts {
-    /// Places of a kind's parameters.
+    /// Indices of a kind's parameters.
     pub fn of(&self, kind: &str) -> Vec<usize> {
         let places = self.names.iter().enumerate();
         places
@@ -217,14 +217,14 @@ impl PredictionProducts {
             .collect()
     }
 
-    /// The kinds in it.
+    /// The kinds that have parameters here.
     pub fn kinds(&self) -> Vec<&'static Linear> {
         let mut entries: Vec<usize> = self.names.iter().map(|name| name.entry).collect();
         entries.dedup();
         entries.into_iter().map(|entry| &LINEAR[entry]).collect()
     }
 
-    /// Values by name as a vector over the whole products; `None` where a kind is not in it.
+    /// Values by name as a vector over the whole catalogue; `None` where a kind is not in it.
     pub fn vector<'k>(
         &self,
         effects: impl IntoIterator<Item = (&'k str, &'k BTreeMap<String, f64>)>,

@@ -70,12 +70,12 @@ const OF_THE_RECORDING: &[&str] = &[
     "earth_rate",
 ];
 
-/// How the unit swings its blocks; amplitude 0 and 400 Hz where it does not.
+/// The dither of the unit's blocks; amplitude 0 and 400 Hz where it is not dithered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DitherMotion {
-    /// \[Hz\].
+    /// Frequency \[Hz\].
     pub frequency_hz: [f64; 3],
-    /// Of the pickoff's angle \[rad\].
+    /// Amplitude of the pickoff's angle \[rad\].
     pub amplitude_rad: [f64; 3],
 }
 
@@ -107,7 +107,7 @@ pub struct Unit {
 }
 
 impl Unit {
-    /// As the commands have it unless asked otherwise: no accelerometers, the dither not known.
+    /// The commands' defaults: no accelerometers, the dither not known.
     pub fn at(sample_rate_hz: f64) -> Self {
         Self {
             sample_rate_hz,
@@ -131,7 +131,7 @@ pub fn parameters_from_model(
     Ok((parameters, uncompensated))
 }
 
-/// The same before the check, for a caller that replaces some of them.
+/// The parameters before the check, for a caller that replaces some of them.
 pub fn unchecked_parameters(
     model: &Model,
     unit: &Unit,

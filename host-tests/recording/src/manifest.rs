@@ -234,7 +234,7 @@ impl ChannelEntry {
             AxisRule::Free => (true, ""),
         };
         if !allowed {
-            let problem = format!("{} has an axis it cannot have", quantity.name());
+            let problem = format!("{} cannot have this axis", quantity.name());
             return Err(InputError::new(path, problem)
                 .channel(name)
                 .value(axis.map_or("none".to_owned(), |axis| format!("{axis:?}")))

@@ -28,9 +28,8 @@ impl OutputFolder {
     pub fn create(target: impl AsRef<Path>) -> Result<Self, InputError> {
         let target = target.as_ref().to_path_buf();
         if target.as_os_str().is_empty() {
-            return Err(
-                InputError::new(&target, "is no folder's name").expected("a folder to write to")
-            );
+            return Err(InputError::new(&target, "is not the name of a folder")
+                .expected("a folder to write to"));
         }
         if target.exists() && !target.is_dir() {
             return Err(InputError::new(&target, "is a file").expected("a folder to write to"));

@@ -15,7 +15,7 @@ use crate::error::InputError;
 /// Rows kept on either side of a slower table's stretch, so that straight lines reach over its ends.
 const MARGIN_ROWS: usize = 3;
 
-/// What a recording's folder says without its rows.
+/// What a recording's manifest says, read without its rows.
 #[derive(Debug, Clone)]
 pub struct Extent {
     /// Its named stretches.

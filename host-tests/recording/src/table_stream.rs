@@ -22,7 +22,7 @@ use crate::output::OutputFolder;
 /// Rows held before they are handed on: half a megabyte a column, and few enough writes to cost nothing.
 const BATCH_ROWS: usize = 65_536;
 
-/// See the page above.
+/// A table that is written row by row.
 pub struct TableStream {
     path: PathBuf,
     schema: Arc<Schema>,

@@ -5,15 +5,15 @@
 //!
 //! A strip whose phasor is wrong by Δ = Δa + iΔb leaves Re{g P Δ e^{iΩk}} in its gyro, where the pickoff
 //! steps by dp_k = Re{P e^{iΩk}}; the difference d_k = r_k − r_{k−1}, in which the motion is small, holds
-//! z = 1 − e^{−iΩ} times that. So, over the n sums of a window,
+//! z = 1 − e^{−iΩ} times that. So, over the n products of a window,
 //!
 //! ```text
 //! C₀ = Σ d_{k−1} dp_{k−1}     C₁ = Σ d_{k−1} dp_k     both over ½ n g P²,  P = 2 A sin Ω/2
 //! y = C₀ + i (C₁ − C₀ cos Ω)/sin Ω        Δ = y / z        a + ib += μ Δ,  μ = window / adaptation time
 //! ```
 //!
-//! with A the nominal amplitude. A period sums at one gyro only: the stream's second one at x, the next at y,
-//! and so on round; periods that primed, were lost or came after lost ones have no look. A window is the least
+//! with A the nominal amplitude. A period adds the product of one gyro only: the stream's second one at x, the next at y,
+//! and so on round; periods that primed, were lost or came after lost ones add none. A window is the least
 //! whole number of output intervals that lasts 30 ms and has 72 periods. Steps and the way from the nominal
 //! phasor are bounded, μ is at most one half.
 //!
@@ -34,7 +34,7 @@ use nalgebra::{Complex, Vector3};
 /// Least length of a window \[s\]: some ten cycles of a 350–500 Hz dither.
 const WINDOW_S: f64 = 0.03;
 
-/// Least periods of a window: 24 sums a gyro, for two unknowns.
+/// Least periods of a window: 24 products a gyro, for two unknowns.
 const WINDOW_PERIODS: f64 = 72.0;
 
 /// Most of a window's estimate that is followed at once \[1\].
@@ -47,7 +47,7 @@ const STEP_LIMIT: f64 = 0.01;
 /// Farthest that a and b may go from their nominal values \[1\]: a pickoff that is a fifth wrong is broken.
 const RANGE_LIMIT: f64 = 0.2;
 
-/// Amplitudes over the nominal one that are a dither to learn from.
+/// Amplitudes over the nominal one from which the phasor's error can be estimated.
 const HEALTHY_AMPLITUDE: std::ops::Range<f64> = 0.5..1.5;
 
 /// How the strip is to be followed.
@@ -61,7 +61,7 @@ pub struct AdaptationCalibration {
     pub amplitude_rad: [f64; 3],
 }
 
-/// The sums at one gyro in one window.
+/// The products of one gyro, summed over a window.
 #[derive(Debug, Clone, Copy, Default)]
 struct WindowSums {
     /// Σ d_{k−1} dp_{k−1}, Σ d_{k−1} dp_k.
@@ -70,7 +70,7 @@ struct WindowSums {
     number: f64,
 }
 
-/// The window under way.
+/// The present window.
 #[derive(Debug, Clone)]
 pub struct Adaptation {
     calibration: AdaptationCalibration,
@@ -79,7 +79,7 @@ pub struct Adaptation {
     periods_per_window: f64,
     outputs_per_window: usize,
     outputs: usize,
-    /// Windows that move nothing, this one included.
+    /// Windows that do not move the phasor, this one included.
     disturbed: usize,
     sums: [WindowSums; 3],
     next_axis: usize,
@@ -89,7 +89,7 @@ pub struct Adaptation {
 }
 
 impl Adaptation {
-    /// Round the phasor `nominal`.
+    /// Starts at the phasor `nominal`, within [`RANGE_LIMIT`] of which a and b stay.
     pub fn new(
         calibration: &AdaptationCalibration,
         nominal: Phasor,
@@ -113,12 +113,12 @@ impl Adaptation {
         }
     }
 
-    /// The pickoffs at the end of a period without increment: the first, or the first after lost ones.
+    /// Takes the pickoffs at the end of a period without increment: the first, or the first after lost ones.
     pub fn prime(&mut self, pickoff_rad: Vector3<f64>) {
         self.readings_rad.insert(0, pickoff_rad);
     }
 
-    /// One period: what each gyro sensed with its block's turn taken off, and the pickoffs at its end.
+    /// Adds one period: what each gyro sensed with its block's rotation removed, and the pickoffs at its end.
     pub fn add(&mut self, stripped_rad: Vector3<f64>, pickoff_rad: Vector3<f64>) {
         self.readings_rad.insert(0, pickoff_rad);
         self.readings_rad.truncate(3);
@@ -144,15 +144,15 @@ impl Adaptation {
         sums.step_square += step * step;
     }
 
-    /// Periods were lost before this one: its window and the next are not to be learnt from, and
-    /// differences begin anew.
+    /// Tells that periods were lost before this one: its window and the next do not move the phasor, and differences
+    /// start anew.
     pub fn disturb(&mut self) {
         self.disturbed = 2;
         self.increments_rad.clear();
         self.readings_rad.clear();
     }
 
-    /// An output interval ends; the phasor to go on with where a window ends with it.
+    /// Ends an output interval; gives the phasor to use next if a window ends with it.
     pub fn end_output(&mut self, gain: &Vector3<f64>, mut phasor: Phasor) -> Option<Phasor> {
         self.outputs += 1;
         if self.outputs < self.outputs_per_window {
@@ -181,7 +181,7 @@ impl Adaptation {
         Some(phasor)
     }
 
-    /// Δ of one gyro, by this window; `None` where it shows no dither to learn from.
+    /// Estimates Δ of one gyro from this window; `None` where it shows no usable dither.
     fn error(&self, axis: usize, sums: &WindowSums, gain: f64) -> Option<Complex<f64>> {
         let turn = std::f64::consts::TAU * self.calibration.frequency_hz[axis] * self.period_s;
         let (sin, cos) = turn.sin_cos();

@@ -18,7 +18,7 @@ use nalgebra::Vector3;
 /// ½ (x − sin x) / (2(1 − cos x)) = x/12 + x³/360 + …
 const WITHIN_SERIES: [f64; 2] = [1.0 / 12.0, 1.0 / 360.0];
 
-/// What an interval gives.
+/// The result of one interval.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Output {
     /// Rotation vector \[rad\], body frame at the interval's beginning.
@@ -34,7 +34,7 @@ struct Increment {
     m_s: Vector3<f64>,
 }
 
-/// The sums under way.
+/// The sums of the present interval.
 #[derive(Debug, Clone)]
 pub struct Coning {
     coefficients: Vec<f64>,
@@ -47,7 +47,7 @@ pub struct Coning {
 }
 
 impl Coning {
-    /// Over `periods_per_output` increments each.
+    /// Starts intervals of `periods_per_output` increments each.
     pub fn new(periods_per_output: usize) -> Self {
         Self {
             coefficients: odd_powers_of_sines(&WITHIN_SERIES),
@@ -72,7 +72,7 @@ impl Coning {
         self.before = [new, self.before[0]];
     }
 
-    /// The same for increments that cover lost periods, too: nothing is known of the motion within.
+    /// Adds increments that also cover lost periods: the motion within them is not known.
     pub fn add_after_gap(&mut self, rad: Vector3<f64>, m_s: Vector3<f64>) {
         self.before = [Increment::default(); 2];
         self.add_products(Increment { rad, m_s });

@@ -51,7 +51,7 @@ pub struct Six {
     pub zy: f64,
 }
 
-/// What the chain is told about the triad.
+/// Calibration of the triad: what the chain corrects.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Calibration {
     /// b \[rad/s\].
@@ -78,7 +78,7 @@ pub struct Calibration {
     pub acceleration_order: usize,
 }
 
-/// What is read at the end of a period.
+/// The readings of one period.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Reading {
     /// Angle that each gyro sensed, its block's dither included \[rad\].
@@ -89,7 +89,7 @@ pub struct Reading {
     pub velocity_m_s: [f64; 3],
 }
 
-/// What one period gives.
+/// The chain's result for one period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// Case increment \[rad\], body frame.
@@ -98,7 +98,7 @@ pub struct Step {
     pub output: Option<Output>,
 }
 
-/// The chain and what it remembers.
+/// The chain with its state.
 #[derive(Debug, Clone)]
 pub struct ReferenceChain {
     calibration: Calibration,
@@ -110,7 +110,7 @@ pub struct ReferenceChain {
 }
 
 impl ReferenceChain {
-    /// Before the first period.
+    /// The chain before the first period.
     pub fn new(calibration: &Calibration) -> Self {
         let known = calibration;
         let strip = Strip::new(
@@ -134,12 +134,12 @@ impl ReferenceChain {
         }
     }
 
-    /// The strip's a and b as they are.
+    /// The strip's present a and b.
     pub fn phasor(&self) -> strip::Phasor {
         self.strip.phasor()
     }
 
-    /// Periods whose reading did not come; gives the output where an interval ends in them.
+    /// Advances by periods whose reading did not come; gives the output if an interval ends in them.
     pub fn process_lost(&mut self, periods: usize) -> Option<Output> {
         self.lost_periods += periods;
         let ends = self.coning.ends_in(periods);
@@ -147,7 +147,7 @@ impl ReferenceChain {
         self.coning.advance_time(periods)
     }
 
-    /// One period, and those lost before it.
+    /// Processes one period, and the lost periods before it.
     pub fn process(&mut self, reading: &Reading) -> Step {
         let known = self.calibration;
         let pickoff = Vector3::from(reading.pickoff_rad);
@@ -218,7 +218,8 @@ impl ReferenceChain {
         sensed - Vector3::from(self.calibration.scale_error).component_mul(sensed)
     }
 
-    /// Closes the adaptation's window where it ends; the step of the block's angle goes the way of any angle.
+    /// Closes the adaptation's window if it ends with this output. The step of the block's angle that new taps cause is
+    /// added as an angle.
     fn end_output(&mut self) {
         let gain = Vector3::from(self.calibration.pickoff_gain);
         let Some(phasor) = self.adaptation.end_output(&gain, self.strip.phasor()) else {

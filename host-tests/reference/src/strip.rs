@@ -76,19 +76,19 @@ impl Strip {
         Some(block)
     }
 
-    /// The same after lost periods: the reading before this one is not known.
+    /// The block's increment after lost periods \[rad\]: the reading before this one is not known.
     pub fn add_after_gap(&mut self, pickoff_rad: Vector3<f64>) -> Option<Vector3<f64>> {
         let [last, before, first] = self.readings_rad?;
         self.readings_rad = Some([pickoff_rad, pickoff_rad, first]);
         Some(self.block_rad(pickoff_rad, pickoff_rad) - self.block_rad(last, before))
     }
 
-    /// a and b as they are.
+    /// The present a and b.
     pub fn phasor(&self) -> Phasor {
         self.phasor
     }
 
-    /// New a and b; gives the step of the block's angle since the first reading that they make \[rad\].
+    /// Sets a and b; gives the change of the block's angle since the first reading that they cause \[rad\].
     pub fn turn_taps(&mut self, phasor: Phasor) -> Vector3<f64> {
         let [last, before, first] = self.readings_rad.unwrap_or_default();
         let (last, before) = (last - first, before - first);

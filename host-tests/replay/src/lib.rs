@@ -48,7 +48,7 @@ impl Core {
     }
 }
 
-/// What a replay gives.
+/// The result of a replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replay {
     /// Rotation vector of each output period \[rad\].
@@ -149,7 +149,7 @@ fn hexadecimal(hash: Sha256) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// What the reference is told, from what the core is told.
+/// Converts the core's parameters to the reference's calibration.
 pub fn calibration(parameters: &Parameters) -> Calibration {
     Calibration {
         bias_rad_s: parameters.bias_rad_s,

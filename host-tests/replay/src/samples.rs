@@ -55,7 +55,7 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// As the commands have it unless asked otherwise.
+    /// The commands' defaults.
     pub const STANDARD: Self = Self {
         samples_per_output: SAMPLES_PER_OUTPUT,
         acceleration_order: ACCELERATION_ORDER,
@@ -67,9 +67,9 @@ impl Setup {
 /// Everything a replay needs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReplayInput {
-    /// What the core takes, one a period.
+    /// Samples for the core, one a period.
     pub samples: Vec<Sample>,
-    /// What the core is told, with the weights of `samples`.
+    /// Parameters of the core, with the weights of `samples`.
     pub parameters: Parameters,
     /// Kinds of the model's effects that the chain has no term for.
     pub uncompensated: Vec<String>,

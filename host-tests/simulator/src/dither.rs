@@ -17,10 +17,10 @@ use rand_distr::StandardNormal;
 use std::collections::VecDeque;
 use std::f64::consts::{PI, TAU};
 
-/// Half-cycles over which the amplitude forgets itself: Q/π for the Q of about 60 that dither springs show.
+/// Half-cycles over which the amplitude's deviations decay: Q/π for the Q of about 60 that dither springs show.
 const AMPLITUDE_MEMORY_HALF_CYCLES: f64 = 20.0;
 
-/// Amplitudes further than this many spreads from the mean are drawn to it: no block stops or hits its stop.
+/// Amplitudes further than this many spreads from the mean are drawn towards it: no block stops or hits its stop.
 pub const AMPLITUDE_LIMIT_SPREADS: f64 = 3.0;
 
 /// Amplitudes are kept this long behind the instant reached \[s\]: pickoffs and gyros may be a tenth of a second

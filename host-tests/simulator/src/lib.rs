@@ -44,7 +44,7 @@ use scenario::Scenario;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// What the simulator concealed, for tests and scores; nothing else may read it.
+/// The concealed effects, for tests and scores; nothing else may read them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
     /// The seed.
@@ -93,9 +93,9 @@ impl Truth {
 pub struct Simulation {
     /// What the instruments stored.
     pub recording: Recording,
-    /// What a simulation of it would start from.
+    /// The model that a diagnosis of the recording starts from.
     pub model: Model,
-    /// What was concealed.
+    /// The concealed effects.
     pub truth: Truth,
     /// Exact increments of the case over each row, x y z \[rad\]: for tests.
     pub case_increments_rad: Vec<[f64; 3]>,
@@ -197,7 +197,7 @@ fn recording_of(scenario: &Scenario, layouts: &[TableLayout]) -> Recording {
     }
 }
 
-/// What a simulation of the scenario's recording would start from.
+/// Makes the model that a diagnosis of the scenario's recording starts from.
 pub fn model_of(scenario: &Scenario) -> Model {
     let gyro = &scenario.gyro;
     let first = layout::references(scenario).next();

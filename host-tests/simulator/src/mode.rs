@@ -27,7 +27,7 @@ pub struct Mode {
 }
 
 impl Mode {
-    /// At rest.
+    /// The mode at rest.
     pub fn new(frequency_hz: f64, damping: f64, quadrature: &Quadrature, period_s: f64) -> Self {
         let omega_rad_s = TAU * frequency_hz;
         let (stiffness, friction) = (omega_rad_s.powi(2), 2.0 * damping * omega_rad_s);
@@ -63,7 +63,7 @@ impl Mode {
         }
     }
 
-    /// x and x' at the nodes of the coming period.
+    /// Advances the mode by one period; gives x and x' at its nodes.
     pub fn advance(&mut self, drive: [f64; 4]) -> [[f64; 2]; 4] {
         let drive = Vector4::from(drive);
         let stages: SVector<f64, 8> =

@@ -16,9 +16,9 @@ use rand_chacha::ChaCha8Rng;
 /// One triad of reference channels.
 pub struct ReferenceTriad<'a> {
     scenario: &'a Scenario,
-    /// Which one.
+    /// The kind of reference.
     pub kind: ReferenceKind,
-    /// Whether the model speaks of it.
+    /// Whether it is the reference that the model describes.
     first: bool,
     shift: Option<Shift>,
     encoders: Vec<AngleEncoder>,
@@ -115,7 +115,7 @@ impl<'a> ReferenceTriad<'a> {
         triad
     }
 
-    /// Rows that it must know before the one recorded, and after it.
+    /// Rows that it needs before the one recorded, and after it.
     pub fn reach(&self) -> (usize, usize) {
         self.shift.map_or((0, 0), |shift| shift.reach())
     }

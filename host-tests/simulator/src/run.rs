@@ -46,14 +46,14 @@ pub struct Simulator<'a> {
     triad: Triad<'a>,
     window: Window,
     motion: Motion<'a>,
-    /// Rows made.
+    /// Rows made so far.
     row: usize,
     /// Periods that the case has moved through: ahead of the rows where an instrument is early.
     periods: usize,
 }
 
 impl<'a> Simulator<'a> {
-    /// Before the first row.
+    /// The simulation before its first row.
     pub fn new(scenario: &'a Scenario, seeds: impl Into<Seeds>) -> Self {
         let seeds = seeds.into();
         let tables = layout::tables(scenario);

@@ -32,18 +32,18 @@ mod simulate;
 #[command(name = "rlg", version, max_term_width = 100)]
 struct CommandLine {
     #[command(flatten)]
-    talk: Talk,
+    output: OutputOptions,
     #[command(subcommand)]
     command: Command,
 }
 
-/// What every sub-command takes.
+/// Options of every sub-command.
 #[derive(Debug, Args)]
-struct Talk {
+struct OutputOptions {
     /// Print the result as JSON on standard output
     #[arg(long, global = true)]
     json: bool,
-    /// No progress and no words on standard error, errors excepted
+    /// Print nothing on standard error but errors
     #[arg(long, global = true)]
     quiet: bool,
 }
@@ -89,7 +89,7 @@ const UNUSABLE: u8 = 2;
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {
     let line = CommandLine::parse();
-    let terminal = Terminal::new(line.talk.json, line.talk.quiet);
+    let terminal = Terminal::new(line.output.json, line.output.quiet);
     match line.command.run(&terminal) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -90,7 +90,7 @@ struct Results {
 }
 
 impl NavigateCommand {
-    /// Navigates, compares, writes, says the figures.
+    /// Navigates, compares with the reference, writes and prints the figures.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let spinner = terminal.spinner("reading");
         let recording = Recording::read(&self.recording)?;
@@ -208,7 +208,7 @@ impl NavigateCommand {
     fn heading_rad(&self) -> Result<Option<f64>, InputError> {
         match self.heading_deg {
             Some(heading_deg) if !heading_deg.is_finite() => {
-                Err(InputError::new(&self.recording, "cannot be headed so")
+                Err(InputError::new(&self.recording, "cannot have this heading")
                     .channel("--heading-deg")
                     .value(heading_deg)
                     .expected("an angle in degrees"))

@@ -33,9 +33,9 @@ const SENSITIVITY_S: f64 = 12.0;
 /// Output of one coning experiment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// \[Hz\].
+    /// Frequency \[Hz\].
     pub frequency_hz: f64,
-    /// \[°\].
+    /// Angle \[°\].
     pub angle_deg: f64,
     /// The laser gyro with Eq. (7), less its mean at rest \[°/h\].
     pub laser: Curve,

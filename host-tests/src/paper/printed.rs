@@ -41,7 +41,7 @@ pub struct Row {
     pub before: f64,
     /// After it.
     pub after: f64,
-    /// \[%\].
+    /// Reduction percent \[%\].
     pub reduction_percent: f64,
 }
 

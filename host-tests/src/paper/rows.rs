@@ -49,7 +49,7 @@ pub struct Compared {
     pub before: f64,
     /// With the dynamic terms.
     pub after: f64,
-    /// \[%\].
+    /// Reduction percent \[%\].
     pub reduction_percent: f64,
     /// Of the paper \[%\].
     pub paper_reduction_percent: f64,

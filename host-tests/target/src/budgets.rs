@@ -18,9 +18,9 @@ const FILE: &str = "firmware-budgets.toml";
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Budget {
-    /// The figure, in the unit that the field's name says.
+    /// The limit, in the unit that the field's name says.
     pub at_most: f64,
-    /// Why this much.
+    /// The reason for the figure.
     pub reason: String,
 }
 
@@ -112,7 +112,7 @@ impl Budgets {
             if !(budget.at_most > 0.0 && budget.at_most.is_finite()) {
                 return Err(InputError::new(
                     path,
-                    format!("{name} is no positive number"),
+                    format!("{name} is not a positive number"),
                 ));
             }
             if budget.reason.trim().is_empty() {

@@ -44,7 +44,7 @@ const MACHINE: [&str; 10] = [
 /// An image that has sent nothing for this long hangs: it needs under 1 ms of wall time for a frame.
 const TIMEOUT: Duration = Duration::from_secs(60);
 
-/// How often progress is looked at. Short beside a person's patience, long beside a file look-up.
+/// Interval between two looks at a run's progress: long beside a file look-up, short for a person.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// What a run left behind.
@@ -243,7 +243,7 @@ impl Folder {
     }
 }
 
-/// A child that does not outlive this process's interest in it.
+/// A child process that is killed when this value is dropped.
 struct Running(Child);
 
 impl Drop for Running {
@@ -268,7 +268,7 @@ fn wait(
         if let Some(status) = running
             .0
             .try_wait()
-            .map_err(|error| InputError::new(EMULATOR, format!("was lost ({error})")))?
+            .map_err(|error| InputError::new(EMULATOR, format!("stopped answering ({error})")))?
         {
             return Ok(Some(status));
         }

@@ -79,8 +79,9 @@ impl Image {
         if !output.status.success() {
             return Err(build_failure(&workspace, platform, &output.stderr));
         }
-        let path = executable(&output.stdout, binary)
-            .ok_or_else(|| InputError::new(&workspace, format!("gave no binary `{binary}`")))?;
+        let path = executable(&output.stdout, binary).ok_or_else(|| {
+            InputError::new(&workspace, format!("was built without a binary `{binary}`"))
+        })?;
         Self::read(&path)
     }
 }

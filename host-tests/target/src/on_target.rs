@@ -17,7 +17,7 @@ use super::stack::{self, StackBound};
 use super::{Image, SlotImages, TargetCore, emulator, events, host_run};
 use rlg_recording::error::InputError;
 
-/// What the figures are not.
+/// What the instruction counts mean.
 const COST_MEANING: &str = "instructions executed between entry and exit of the chain, counted by the \
                             emulator; not cycles: it knows no flash wait states, pipeline or cache";
 
@@ -155,7 +155,7 @@ pub fn compare_records(
     let host = host_run::run(core, slots, records).map_err(|error| {
         InputError::new(
             &image.path,
-            format!("cannot be given these parameters ({error:?})"),
+            format!("does not accept these parameters ({error:?})"),
         )
     })?;
     let stack = StackBound::of(&image.elf)

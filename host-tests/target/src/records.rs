@@ -20,9 +20,10 @@ pub fn records_of(samples: impl IntoIterator<Item = Sample>) -> Vec<BankRecord> 
 
 /// `samples` played forward, backward, forward and so on, `count` in all.
 ///
-/// Backward, a period's pulses change their sign and its end is the beginning it had: so pulses and pickoffs
-/// fit together at every sample, at the turns too, where only the rate reverses, within one period. What a
-/// turn is not: a motion of the unit. Accelerometer codes keep their sign, as a specific force does.
+/// Played backward, a period's pulses change their sign and its end is the beginning that it had. So pulses and
+/// pickoffs fit together at every sample, also where the direction changes, at which only the rate reverses within one
+/// period. Such a change of direction is no real motion of the unit. Accelerometer codes keep their sign, as a specific
+/// force does.
 pub fn reflected(samples: &[Sample], count: usize) -> impl Iterator<Item = Sample> {
     let legs = samples.len().saturating_sub(1).max(1);
     (0..count).map_while(move |at| {

@@ -32,14 +32,14 @@ const MARGIN: f64 = 1.02;
 pub struct Candidate {
     /// Variants that share its time equally: both senses.
     pub variants: Vec<Kind>,
-    /// At either end of each \[s\].
+    /// Ramp at either end of each variant \[s\].
     pub ramp_s: f64,
-    /// Of a second on the six K \[1/s⁴\].
+    /// Information of a second on the six K \[1/s⁴\].
     pub information_per_s: DMatrix<f64>,
 }
 
 impl Candidate {
-    /// A variant for `plateau_s` at full motion.
+    /// The moves of all variants, for `plateau_s` at full motion.
     pub fn moved(&self, variant: usize, plateau_s: f64) -> Move {
         Move {
             kind: self.variants[variant],

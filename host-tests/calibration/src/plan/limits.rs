@@ -10,11 +10,11 @@ use serde::Deserialize;
 use rlg_recording::error::InputError;
 use rlg_recording::toml_file::{self, within};
 
-/// See the page above.
+/// The limits of a turntable.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
-    /// Of this file.
+    /// Format number of the file.
     #[serde(rename = "format")]
     _format: i64,
     /// The greatest rate about any body axis \[rad/s\].

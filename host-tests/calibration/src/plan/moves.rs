@@ -15,22 +15,22 @@ pub enum Kind {
     Still,
     /// A cone about `axis`; a negative frequency runs the other way round.
     Coning {
-        /// 0, 1, 2.
+        /// 0, 1, 2 for x, y, z.
         axis: usize,
-        /// \[Hz\].
+        /// Frequency \[Hz\].
         frequency_hz: f64,
         /// Half-angle \[rad\].
         angle_rad: f64,
     },
     /// A spin about `axis` with an oscillation about `across`.
     Spin {
-        /// 0, 1, 2.
+        /// 0, 1, 2 for x, y, z.
         axis: usize,
-        /// \[rad/s\].
+        /// Rate \[rad/s\].
         rate_rad_s: f64,
-        /// 0, 1, 2.
+        /// 0, 1, 2 for x, y, z.
         across: usize,
-        /// \[Hz\].
+        /// Frequency \[Hz\].
         frequency_hz: f64,
         /// Peak angle \[rad\].
         angle_rad: f64,
@@ -44,9 +44,9 @@ pub enum Kind {
 pub struct Move {
     /// What it does.
     pub kind: Kind,
-    /// Ramps included \[s\].
+    /// Duration, ramps included \[s\].
     pub duration_s: f64,
-    /// At either end \[s\].
+    /// Length of the ramp at either end \[s\].
     pub ramp_s: f64,
 }
 

@@ -32,7 +32,7 @@ impl Place {
     }
 }
 
-/// How a trajectory begins.
+/// Where a trajectory begins: the periods of rest, and the heading if it is given.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Start {
     /// Periods of rest.
@@ -41,7 +41,7 @@ pub struct Start {
     pub heading_rad: Option<f64>,
 }
 
-/// What navigation gave.
+/// A navigated trajectory with its alignment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
     /// The alignment.
@@ -59,7 +59,7 @@ pub struct Trajectory {
     pub attitude_error_rad: Option<Vec<Vector3<f64>>>,
 }
 
-/// Why there is no trajectory.
+/// Why the unit cannot be navigated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum NotAtRest {
     /// The alignment refused the interval.

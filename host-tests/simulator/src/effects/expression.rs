@@ -9,7 +9,7 @@
 use super::Exposure;
 use std::f64::consts::TAU;
 
-/// One factor.
+/// One factor of a product.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Factor {
     Rate(usize),
@@ -33,9 +33,9 @@ enum Factor {
 /// A product of factors that adds to one gyro's rate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expression {
-    /// Gyro.
+    /// Index of the gyro.
     pub axis: usize,
-    /// \[rad/s per unit of the product\].
+    /// Coefficient \[rad/s per unit of the product\].
     pub coefficient: f64,
     factors: Vec<Factor>,
 }
@@ -55,7 +55,7 @@ impl Expression {
         })
     }
 
-    /// What it adds \[rad/s\].
+    /// The rate that the expression adds \[rad/s\].
     pub fn rate_rad_s(&self, exposure: &Exposure) -> f64 {
         let t = exposure.since_start_s;
         self.factors

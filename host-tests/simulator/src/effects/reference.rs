@@ -14,11 +14,11 @@ use nalgebra::Vector3;
 pub struct Harmonic {
     /// Axis of the encoder.
     pub axis: usize,
-    /// n.
+    /// Order n of the harmonic.
     pub order: f64,
-    /// \[rad\].
+    /// Amplitude of cos nθ \[rad\].
     pub cos: f64,
-    /// \[rad\].
+    /// Amplitude of sin nθ \[rad\].
     pub sin: f64,
 }
 

@@ -108,7 +108,7 @@ pub enum Profile {
         ramp_s: f64,
         /// Axis of the oscillation, fixed in the body.
         oscillation_axis: usize,
-        /// \[Hz\].
+        /// Frequency of the oscillation \[Hz\].
         oscillation_frequency_hz: f64,
         /// Peak angle \[rad\]; 0 for none.
         oscillation_angle_rad: f64,

@@ -23,9 +23,9 @@ pub const TABLE_TONES: usize = 128;
 /// Amplitude and frequency of a tone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tone {
-    /// In the signal's unit.
+    /// Amplitude in the signal's unit.
     pub amplitude: f64,
-    /// \[rad/s\].
+    /// Angular frequency ω \[rad/s\].
     pub omega_rad_s: f64,
     /// Phase at the segment's begin \[rad\].
     pub phase_rad: f64,

@@ -71,7 +71,7 @@ pub struct Scenario {
 pub struct SiteEntry {
     /// Geodetic latitude \[rad\].
     pub latitude_rad: f64,
-    /// \[m/s²\].
+    /// Gravity \[m/s²\].
     pub gravity_m_s2: f64,
     /// Whether the Earth turns; a reference gyro then shows its rotation too.
     pub earth_rate: bool,
