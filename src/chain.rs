@@ -288,16 +288,16 @@ impl<N: NumberSystem> Chain<N> {
 
         let sensed = self.counts.finish(&mut state.counts, with_rotation);
         let stripped = self.dither.finish(&mut state.dither);
-        let verdict = self.adaptation.finish(
+        let window = self.adaptation.finish(
             &mut state.adaptation,
             &self.dither,
             &mut state.dither,
             outputs,
         );
-        let moved = match verdict {
-            Some(verdict) => {
-                self.degrade(state, verdict.status);
-                verdict.angle
+        let moved = match window {
+            Some(window) => {
+                self.degrade(state, window.status);
+                window.angle
             }
             None => [0; 3],
         };

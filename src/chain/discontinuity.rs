@@ -161,7 +161,7 @@ impl<N: NumberSystem> Chain<N> {
             state.counts.add(counts);
             state.velocity.add(codes);
         } else {
-            state.frame.owe(angle, velocity);
+            state.frame.defer(angle, velocity);
             self.dither.leave_out(&mut state.dither, pickoffs);
         }
         self.dither.resume(&mut state.dither, pickoffs);
@@ -217,6 +217,6 @@ impl<N: NumberSystem> Chain<N> {
             Some(known) => known.velocity.bias_wide(periods),
             None => [0; 3],
         };
-        state.frame.owe(rotation, velocity);
+        state.frame.defer(rotation, velocity);
     }
 }

@@ -152,7 +152,7 @@ impl<Spi: SpiDevice> Sampling<Spi> {
 
     /// Serves one sampling period.
     #[inline]
-    fn tick(&mut self, trace: &mut TraceRing<TRACE_ENTRIES>) {
+    fn serve_period(&mut self, trace: &mut TraceRing<TRACE_ENTRIES>) {
         let entry = self.timer.now();
         let timing = self.timer.enter();
         let reading = self.bank.take(timing.missed.saturating_add(1));
@@ -176,7 +176,7 @@ impl<Spi: SpiDevice> Sampling<Spi> {
                 self.processor.output_overrun();
             }
         }
-        self.show(trace, reading, cost);
+        self.publish(trace, reading, cost);
 
         let exit = self.timer.now();
         let interrupt = &mut self.costs.interrupt;
@@ -186,7 +186,7 @@ impl<Spi: SpiDevice> Sampling<Spi> {
 
     /// Records this period for the debugger and the main loop.
     #[inline]
-    fn show(&self, trace: &mut TraceRing<TRACE_ENTRIES>, reading: Reading, cost: u32) {
+    fn publish(&self, trace: &mut TraceRing<TRACE_ENTRIES>, reading: Reading, cost: u32) {
         let served = WATCH.served.load(Ordering::Relaxed);
         let status: Status = self.processor.period_status();
         let entry = TraceEntry::new(served, status, cost, reading.sample);
@@ -235,6 +235,6 @@ fn TIM2() {
     // SAFETY: this is the interrupt, it does not nest in itself, and both references end with it.
     let (sampling, trace) = unsafe { (&mut *SAMPLING.place(), &mut *TRACE.0.get()) };
     if let Some(sampling) = sampling {
-        sampling.tick(trace);
+        sampling.serve_period(trace);
     }
 }

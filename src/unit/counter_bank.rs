@@ -22,7 +22,7 @@
 //! period only; for those that were lost the last one stands, since none would lose 2.5 mm/s at 1 g each.
 //!
 //! # What the sequence number shows
-//! The board's own timer is the only latch of the bank: it makes one frame a sampling period, whether somebody reads it
+//! The board's own timer is the only latch of the bank: it makes one frame a sampling period, whether it is read
 //! or not. So of e periods since the last good frame, by the caller's clock, the number must have grown by e, less at
 //! most one for each frame of these periods that came again (the bank did not latch, or latched late).
 //!

@@ -6,7 +6,7 @@
 //! frame; units are those of [`OutputFrame`].
 //!
 //! # Time
-//! A period passes whether its sample came or not. The chain is told of each that brought none
+//! A period passes whether its sample came or not. The chain is advanced over each without a sample
 //! ([`Chain::process_lost`]), so output periods keep their length and number. The bank counts on meanwhile,
 //! so the next sample holds the angle of all of them: what a fault costs is *when* the angle is shown, and
 //! the flexure term of that one sample, never the angle.
@@ -139,7 +139,7 @@ pub struct Processor<N: NumberSystem> {
     /// Whether the first fault was latched in this output period, so that the chain may yet report an earlier one.
     first_is_of_this_output: bool,
     /// Place in [`HEALTH_ITEMS`] of the item that the next frame carries.
-    turn: u8,
+    next_item: u8,
     /// The second frame of a period that ended two output periods.
     held: Option<TelemetryFrame>,
 }
@@ -188,7 +188,7 @@ impl<N: NumberSystem> Processor<N> {
             periods: 0,
             in_service: false,
             first_is_of_this_output: false,
-            turn: 0,
+            next_item: 0,
             held: None,
         })
     }
@@ -215,7 +215,7 @@ impl<N: NumberSystem> Processor<N> {
         let mut lost = timing.missed;
         self.of_period = Status::default();
         if timing.missed > 0 || timing.late || reading.fault.is_some() {
-            lost = lost.saturating_add(self.account(&reading, timing));
+            lost = lost.saturating_add(self.count_faults(&reading, timing));
         } else if reading.sample.is_none() {
             // No sample and no reason given: still a period that passes.
             lost = lost.saturating_add(1);
@@ -292,7 +292,7 @@ impl<N: NumberSystem> Processor<N> {
     /// # Returns
     /// Periods lost in addition to those that `timing` tells.
     #[inline(never)]
-    fn account(&mut self, reading: &Reading, timing: Timing) -> u32 {
+    fn count_faults(&mut self, reading: &Reading, timing: Timing) -> u32 {
         let health = &mut self.health;
         let add = |counter: &mut u32, events: u32| *counter = counter.saturating_add(events);
         let mut raised = Status::INTERRUPT_MISSED
@@ -365,9 +365,9 @@ impl<N: NumberSystem> Processor<N> {
                 || self.periods >= self.settings.start_up_periods;
         }
 
-        let index = *HEALTH_ITEMS.get(usize::from(self.turn)).unwrap_or(&0);
-        self.turn = match usize::from(self.turn) + 1 {
-            turn if turn < HEALTH_ITEMS.len() => turn as u8,
+        let index = *HEALTH_ITEMS.get(usize::from(self.next_item)).unwrap_or(&0);
+        self.next_item = match usize::from(self.next_item) + 1 {
+            next if next < HEALTH_ITEMS.len() => next as u8,
             _ => 0,
         };
         let frame = TelemetryFrame {

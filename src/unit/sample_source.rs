@@ -44,7 +44,7 @@ impl Reading {
 pub enum SourceFault {
     /// The bus reported an error.
     Bus,
-    /// Every bit of the frame is the same: the data line is shorted, open, or nobody drives it.
+    /// Every bit of the frame is the same: the data line is shorted, open, or not driven.
     StuckLine,
     /// The frame's check sum does not match its content.
     Checksum,

@@ -209,7 +209,7 @@ fn a_restart_of_the_bank_costs_the_angle_that_it_did_not_count_and_no_time() {
 }
 
 #[test]
-fn a_restart_gives_back_the_bias_of_the_time_that_nobody_counted() {
+fn a_restart_gives_back_the_bias_of_periods_without_counts() {
     let parameters = Parameters {
         bias_rad_s: [0.01; 3],
         ..parameters(10)

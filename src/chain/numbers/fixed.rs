@@ -40,7 +40,7 @@
 //!   a check.
 //! - At most 2³¹ codes lie between a pickoff and its first reading. Readings count modulo 2³²; with more, a moved tap
 //!   would act on a wrong angle.
-//! - What frames owe stays below 2⁶³ codes, where it is held.
+//! - What frames defer to later ones stays below 2⁶³ codes, where it is held.
 //!
 //! The additions are wrapping ones, so that a wrong limit could give a wrong number but never a panic.
 

@@ -119,7 +119,8 @@ struct Tracked {
 pub struct AdaptationState<N: NumberSystem> {
     sums: [Sums<N>; 3],
     tracked: [Tracked; 3],
-    turn: usize,
+    /// The gyro whose products the next sample adds.
+    next_gyro: usize,
     frames: u32,
     /// Windows, this one included, in which the taps rest.
     disturbed: u8,
@@ -129,7 +130,7 @@ pub struct AdaptationState<N: NumberSystem> {
 
 /// The result of a closed window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Verdict {
+pub struct WindowResult {
     /// Health bits of all three gyros together.
     pub status: Status,
     /// The angle by which moving the taps changes the strip's sum since the start \[fine units\], to be added to the
@@ -216,17 +217,17 @@ impl Adaptation {
         if !self.watches {
             return;
         }
-        let turn = state.turn;
+        let gyro = state.next_gyro;
         let (strip, strip_state) = dither;
         // All arrays have three elements: one check serves.
-        let Some(sums) = state.sums.get_mut(turn) else {
+        let Some(sums) = state.sums.get_mut(gyro) else {
             return;
         };
-        let code = sample.pickoff_codes[turn];
-        let codes = code.wrapping_sub(strip_state.previous()[turn]);
-        let now = N::step_factor(N::step(strip.scales()[turn], codes));
-        let past = N::step_factor(strip_state.step()[turn]);
-        let error = N::increment_factor(acceleration.difference()[turn]);
+        let code = sample.pickoff_codes[gyro];
+        let codes = code.wrapping_sub(strip_state.previous()[gyro]);
+        let now = N::step_factor(N::step(strip.scales()[gyro], codes));
+        let past = N::step_factor(strip_state.step()[gyro]);
+        let error = N::increment_factor(acceleration.difference()[gyro]);
         let [with_past, with_now] = &mut sums.correlations;
         *with_past = N::add_correlation(*with_past, error, past);
         *with_now = N::add_correlation(*with_now, error, now);
@@ -234,10 +235,10 @@ impl Adaptation {
         *square = N::add_correlation(*square, now, now);
         *lagged = N::add_correlation(*lagged, now, past);
         sums.error = N::add_correlation(sums.error, error, error);
-        let counts = sample.pulse_counts[turn];
+        let counts = sample.pulse_counts[gyro];
         sums.changed |= counts ^ sums.counts;
         sums.counts = counts;
-        state.turn = if turn < 2 { turn + 1 } else { 0 };
+        state.next_gyro = if gyro < 2 { gyro + 1 } else { 0 };
     }
 
     /// Whether a window has closed without a finding, or no gyro is watched.
@@ -253,7 +254,7 @@ impl Adaptation {
         strip: &Dither<N>,
         strip_state: &mut DitherState<N>,
         periods: u32,
-    ) -> Option<Verdict> {
+    ) -> Option<WindowResult> {
         if !self.watches {
             return None;
         }
@@ -307,8 +308,8 @@ impl Adaptation {
         state: &mut AdaptationState<N>,
         strip: &Dither<N>,
         strip_state: &mut DitherState<N>,
-    ) -> Verdict {
-        let mut verdict = Verdict {
+    ) -> WindowResult {
+        let mut result = WindowResult {
             status: Status::ADAPTING.when(self.tracks),
             angle: [0; 3],
         };
@@ -318,7 +319,7 @@ impl Adaptation {
             let tracked = &mut state.tracked[index];
             let before = tracked.health;
             tracked.health = axis.judge(sums);
-            verdict.status = verdict.status.union(tracked.health);
+            result.status = result.status.union(tracked.health);
             let healthy = tracked.health.union(before) == Status::default();
             let travelled = strip_state.previous()[index].wrapping_sub(strip_state.origin()[index]);
             let within_reach = travelled.unsigned_abs() <= axis.reach;
@@ -332,7 +333,7 @@ impl Adaptation {
                 let since_start = |codes: &[i32; 3]| {
                     i64::from(codes[index].wrapping_sub(strip_state.origin()[index]))
                 };
-                verdict.angle[index] = now
+                result.angle[index] = now
                     .wrapping_mul(since_start(strip_state.previous()))
                     .wrapping_add(past.wrapping_mul(since_start(strip_state.before_previous())))
                     .wrapping_neg();
@@ -343,14 +344,14 @@ impl Adaptation {
                 ..Sums::default()
             };
         }
-        let found = verdict.status.bits() & !Status::ADAPTING.bits();
+        let found = result.status.bits() & !Status::ADAPTING.bits();
         state.has_closed_clean |= found == 0;
         if self.tracks {
             strip.set_taps(strip_state, &taps);
         }
         state.frames = 0;
         state.disturbed = state.disturbed.saturating_sub(1);
-        verdict
+        result
     }
 }
 

@@ -26,16 +26,16 @@ const HALF: u32 = 1 << (FINE_PER_CODE_LOG2 - 1);
 /// Mask of the fine units below a whole code.
 const BELOW: u32 = (1 << FINE_PER_CODE_LOG2) - 1;
 
-/// Bits of `owes`: whole codes of earlier frames are still to be shown; whole codes of this frame are.
-const OWES_OF_EARLIER: u32 = 1;
-const OWES_OF_THIS: u32 = 2;
+/// Bits of `defers`: whole codes of earlier frames are still to be shown; whole codes of this frame are.
+const DEFERS_EARLIER: u32 = 1;
+const DEFERS_THIS: u32 = 2;
 
 /// Number of the next frame, and what the frames so far could not show.
 #[derive(Debug, Clone, Copy)]
 pub struct FrameState {
     sequence: u32,
-    /// [`OWES_OF_EARLIER`] while whole codes of earlier frames are still to be shown, else 0.
-    owes: u32,
+    /// [`DEFERS_EARLIER`] while whole codes of earlier frames are still to be shown, else 0.
+    defers: u32,
     rotation: Remainder,
     velocity: Remainder,
 }
@@ -46,18 +46,18 @@ struct Remainder {
     /// The part of a code and a half of one, so that the next code is rounded to nearest \[fine units\].
     carry: [u32; 3],
     /// Whole codes still to be shown.
-    owed: [i64; 3],
+    deferred: [i64; 3],
 }
 
 impl Default for FrameState {
     fn default() -> Self {
         let empty = Remainder {
             carry: [HALF; 3],
-            owed: [0; 3],
+            deferred: [0; 3],
         };
         Self {
             sequence: 0,
-            owes: 0,
+            defers: 0,
             rotation: empty,
             velocity: empty,
         }
@@ -66,26 +66,26 @@ impl Default for FrameState {
 
 impl FrameState {
     /// Adds a rotation and a velocity of any size to what the next frames show \[fine units\].
-    pub fn owe(&mut self, rotation: [i128; 3], velocity: [i128; 3]) {
+    pub fn defer(&mut self, rotation: [i128; 3], velocity: [i128; 3]) {
         self.rotation.add(rotation);
         self.velocity.add(velocity);
-        self.update_owes();
+        self.update_defers();
     }
 
-    fn update_owes(&mut self) {
-        let shown = are_zero(self.rotation.owed) & are_zero(self.velocity.owed);
-        self.owes = if shown { 0 } else { OWES_OF_EARLIER };
+    fn update_defers(&mut self) {
+        let shown = are_zero(self.rotation.deferred) & are_zero(self.velocity.deferred);
+        self.defers = if shown { 0 } else { DEFERS_EARLIER };
     }
 
-    /// Adds to the frame as many owed codes as it has room for, with the status bits that tell so.
+    /// Adds to the frame as many deferred codes as it has room for, with the status bits that tell so.
     #[cold]
     #[inline(never)]
-    fn show_owed(&mut self, mut frame: OutputFrame) -> OutputFrame {
-        let carried_over = Status::CARRIED_OVER.when(self.owes != 0);
+    fn show_deferred(&mut self, mut frame: OutputFrame) -> OutputFrame {
+        let carried_over = Status::CARRIED_OVER.when(self.defers != 0);
         self.rotation.settle(&mut frame.dtheta_codes);
         self.velocity.settle(&mut frame.dvel_codes);
-        self.update_owes();
-        let saturated = Status::OUTPUT_SATURATED.when(self.owes != 0);
+        self.update_defers();
+        let saturated = Status::OUTPUT_SATURATED.when(self.defers != 0);
         frame.status = frame.status.union(carried_over).union(saturated);
         frame
     }
@@ -98,13 +98,13 @@ impl Remainder {
             let whole = value.wrapping_add(i128::from(self.carry[axis]));
             self.carry[axis] = whole as u32 & BELOW;
             let codes = (whole >> FINE_PER_CODE_LOG2) as i64;
-            self.owed[axis] = self.owed[axis].saturating_add(codes);
+            self.deferred[axis] = self.deferred[axis].saturating_add(codes);
         }
     }
 
-    /// Converts three values \[fine units\] to codes; a code beyond a frame's range is owed instead.
+    /// Converts three values \[fine units\] to codes; a code beyond a frame's range is deferred instead.
     #[inline(always)]
-    fn codes(&mut self, value: [i64; 3], owes: &mut u32) -> [i32; 3] {
+    fn codes(&mut self, value: [i64; 3], defers: &mut u32) -> [i32; 3] {
         let mut codes = [0; 3];
         for axis in 0..3 {
             let whole = value[axis].wrapping_add(i64::from(self.carry[axis]));
@@ -115,9 +115,9 @@ impl Remainder {
             let upper = (whole >> 32) as i32;
             if upper.wrapping_add(FITS) as u32 >= 2 * FITS as u32 {
                 core::hint::cold_path();
-                *owes |= OWES_OF_THIS;
+                *defers |= DEFERS_THIS;
                 codes[axis] = 0;
-                self.owed[axis] = self.owed[axis].saturating_add(code);
+                self.deferred[axis] = self.deferred[axis].saturating_add(code);
             }
         }
         codes
@@ -126,11 +126,11 @@ impl Remainder {
     /// Adds what a frame has room for to its codes.
     fn settle(&mut self, codes: &mut [i32; 3]) {
         let limit = i64::from(i32::MAX);
-        for (owed, code) in self.owed.iter_mut().zip(codes) {
-            let all = owed.saturating_add(i64::from(*code));
+        for (deferred, code) in self.deferred.iter_mut().zip(codes) {
+            let all = deferred.saturating_add(i64::from(*code));
             let within = all.max(-limit).min(limit);
             *code = within as i32;
-            *owed = all.wrapping_sub(within);
+            *deferred = all.wrapping_sub(within);
         }
     }
 }
@@ -146,19 +146,19 @@ pub fn process(
 ) -> OutputFrame {
     let sequence = state.sequence.wrapping_add(periods.wrapping_sub(1));
     state.sequence = sequence.wrapping_add(1);
-    let mut owes = state.owes;
+    let mut defers = state.defers;
     let frame = OutputFrame {
         sequence,
-        dtheta_codes: state.rotation.codes(rotation, &mut owes),
+        dtheta_codes: state.rotation.codes(rotation, &mut defers),
         dvel_codes: match velocity {
-            Some(velocity) => state.velocity.codes(velocity, &mut owes),
+            Some(velocity) => state.velocity.codes(velocity, &mut defers),
             None => [0; 3],
         },
         status,
     };
-    if owes != 0 {
+    if defers != 0 {
         core::hint::cold_path();
-        return state.show_owed(frame);
+        return state.show_deferred(frame);
     }
     frame
 }

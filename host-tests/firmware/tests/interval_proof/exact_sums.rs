@@ -242,11 +242,11 @@ fn exact_sums_of(
     let carry = (1i128 << FINE_PER_CODE_LOG2) - 1;
     sums.angle("frame: rotation with carry", rotation + carry);
     let lost = i128::from(u32::MAX);
-    let owed = through(of_gap + all_counts * strip + bias_one * lost, matrix);
+    let deferred = through(of_gap + all_counts * strip + bias_one * lost, matrix);
     let code = |fine: i128| fine >> FINE_PER_CODE_LOG2;
     sums.keep(
-        "frame: codes owed at once",
-        code(owed) + 1,
+        "frame: codes deferred at once",
+        code(deferred) + 1,
         64,
         (-35, "rad"),
     );
@@ -279,10 +279,10 @@ fn exact_sums_of(
     let felt = through(of_samples + bias, misaligned) + gap_velocity;
     let felt = sums.velocity("velocity: felt", felt);
     let of_gap = most(axes.map(|i| velocity_of(all_counts, i)));
-    let owed = through(of_gap + bias_one * lost, misaligned);
+    let deferred = through(of_gap + bias_one * lost, misaligned);
     sums.keep(
-        "frame: velocity owed at once",
-        code(owed) + 1,
+        "frame: velocity deferred at once",
+        code(deferred) + 1,
         64,
         (-27, "m/s"),
     );
@@ -340,8 +340,8 @@ fn exact_sums_of(
     let second = sums.crossed(rotation, swing + third) >> 1;
     let swung = swing + sums.crossed(rotation, swing + second);
     let swung = sums.velocity("turning: at the end", swung);
-    let owed = sums.velocity("chain: swing of the period", swung + swing);
-    let velocity = sums.velocity("chain: velocity", gathered + owed);
+    let swing_change = sums.velocity("chain: swing of the period", swung + swing);
+    let velocity = sums.velocity("chain: velocity", gathered + swing_change);
     sums.velocity("frame: velocity with carry", velocity + carry);
     sums.0
 }

@@ -151,7 +151,7 @@ pub fn parameters(arms_m: [[f64; 3]; 3]) -> Parameters {
     }
 }
 
-/// A navigation computer that is told the attitude (space from body, at time t), so that velocity alone is
+/// A navigation computer that is given the attitude (space from body, at time t), so that velocity alone is
 /// judged: velocity in space at each frame's end.
 pub fn navigate(attitude: impl Fn(f64) -> Rotation3<f64>, frames: &[OutputFrame]) -> Vec<Vector> {
     let mut velocity_m_s = Vector::zeros();
