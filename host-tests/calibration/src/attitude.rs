@@ -16,7 +16,7 @@
 //! Cholesky recursion.
 //!
 //! Assumes gyros whose random walk the model states; where the reference does not contain the Earth's rotation,
-//! that its frame turns with the Earth at a constant rate, which is estimated. Deliberately not here: gaps
+//! that its frame turns with the Earth at a constant rate, which is estimated. Out of scope: gaps
 //! (steps across one are left out), lever arms, a frame that travels.
 
 use std::path::Path;

@@ -7,7 +7,7 @@
 //! Equations: physics §1–3 (tilt δ_ij = −K_ij α_j), §6 (noise); Cheng 2023, Eqs. 10–17 for attitude.
 //!
 //! A sister of the diagnosis, whose alignment, scene, columns and noise it uses; imports nothing of the
-//! simulator, the core or its reference, and reads no truth file. Deliberately not here: looking for other
+//! simulator, the core or its reference, and reads no truth file. Out of scope: looking for other
 //! physics; a recording that holds some must be diagnosed first.
 
 pub mod agreement;

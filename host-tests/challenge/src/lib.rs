@@ -62,7 +62,7 @@ pub struct Prepared {
     leave_one_out: bool,
 }
 
-/// Draws what is concealed in each trial. `progress` is told the scenes done and all.
+/// Draws what is concealed in each trial. `progress` is called with the scenes done and their total.
 pub fn prepare(
     plan: &Plan,
     share: Share,
@@ -118,7 +118,7 @@ impl Prepared {
         Some(record(answer, &self.scenes[&answer.scene].0))
     }
 
-    /// Diagnoses every trial, as lines of JSON in the order of the trials. `progress` is told of each.
+    /// Diagnoses every trial, as lines of JSON in the order of the trials. `progress` is called after each.
     pub fn examine(&self, progress: &(dyn Fn() + Sync)) -> Result<Vec<String>, InputError> {
         self.answers
             .par_iter()

@@ -43,7 +43,7 @@
 //! (scale error and bias in the sense that they have for the gyros), and the chain's f = M' ((1 − s') reading
 //! − b') − size. That A turns the other axes' size effect too is left out: 1e-3 of it.
 //!
-//! Deliberately not here: effects of the recording rather than of the unit (the reference, the Earth's
+//! Out of scope: effects of the recording rather than of the unit (the reference, the Earth's
 //! rotation); they leave nothing for the chain to correct and are not reported as uncompensated.
 
 use nalgebra::{Matrix3, Vector3};

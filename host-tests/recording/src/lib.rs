@@ -4,7 +4,7 @@
 //! meaning of every name is fixed by the project's contract; unknown quantities are kept as [`Quantity::Other`] and are
 //! never an error.
 //!
-//! Deliberately not here: alignment of tables that differ in rate, and any judgement of the data's
+//! Out of scope: alignment of tables that differ in rate, and any judgement of the data's
 //! quality. That is the first stage of whoever uses the recording.
 
 use std::path::PathBuf;

@@ -4,7 +4,7 @@
 //! of the folder being written. The same rows give the same bytes.
 //!
 //! Unlike `streamed.rs` it needs nothing of the recording beforehand: a foreign file tells its rate and site only
-//! on the way. Deliberately not here: integer columns; zstd makes whole numbers in f64 small.
+//! on the way. Out of scope: integer columns; zstd makes whole numbers in f64 small.
 
 use std::fs::File;
 use std::path::PathBuf;

@@ -21,7 +21,7 @@
 //! window's last), nor one whose dither is not within half and one and a half of its nominal amplitude: nothing
 //! could be learnt from it.
 //!
-//! Deliberately not here: health, and whatever follows from it; the dither's frequency is taken as known.
+//! Out of scope: health, and whatever follows from it; the dither's frequency is taken as known.
 //!
 //! # What following costs
 //! Motion that leaks through a window is written on the taps and comes back through them at its own

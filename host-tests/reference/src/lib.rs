@@ -24,7 +24,7 @@
 //!
 //! Independent of the firmware core and of the simulator: it imports neither.
 //!
-//! Deliberately not here: any rounding; ranges and health. Numbers are f64 from end to end.
+//! Out of scope: any rounding; ranges and health. Numbers are f64 from end to end.
 
 pub mod acceleration;
 pub mod adaptation;

@@ -16,7 +16,7 @@
 //! the recording such a row is an error, because an angle that was not measured cannot be made up for. A
 //! row that lacks the reference is kept; the comparison leaves out what it touches.
 //!
-//! Deliberately not here: resampling. Gyros and pickoffs must share one clock.
+//! Out of scope: resampling. Gyros and pickoffs must share one clock.
 
 use crate::accelerometers::{self, VELOCITY_WEIGHT_M_S, velocity_rows};
 use crate::dither;

@@ -4,7 +4,7 @@
 //!
 //! marks → detection against theory → intervals → false alarms → by kind → confusion → what to repeat → all numbers.
 //!
-//! Deliberately not here: any judgement that `challenge.json` does not contain.
+//! Out of scope: any judgement that `challenge.json` does not contain.
 
 use std::collections::BTreeMap;
 

@@ -7,7 +7,7 @@ use super::words::{
 };
 use rlg_diagnosis::result::Diagnosis;
 
-/// Stretches of time that are written out; a longer list is in the data.
+/// Most intervals of time that are written out; a longer list is in the data.
 const STRETCHES: usize = 20;
 
 /// Noise and times.

@@ -22,10 +22,10 @@ const MOST_ROWS: usize = 24;
 /// beyond this ratio of standard deviations the page says so.
 const BETTER_KNOWN_RATIO: f64 = 1.5;
 
-/// Below this many standard deviations a value is not told from zero.
+/// Standard deviations below which a value is not significantly different from zero.
 const SIGNIFICANT_SIGMAS: f64 = 3.0;
 
-/// The effects in one sentence, for whoever reads no further.
+/// The effects in one sentence.
 pub fn in_short(diagnosis: &Diagnosis) -> Option<Markup> {
     let mut kinds: Vec<&str> = Vec::new();
     for effect in &diagnosis.effects {
@@ -58,7 +58,7 @@ pub fn in_short(diagnosis: &Diagnosis) -> Option<Markup> {
     })
 }
 
-/// "gyro x from 1.44 to 0.03 ± 0.06 °/h" for each gyro whose drift was there.
+/// The gyros whose drift was significant before, as "gyro x from 1.44 to 0.03 ± 0.06 °/h".
 fn fallen_drifts(diagnosis: &Diagnosis) -> Vec<String> {
     let channels = diagnosis.fit.channels.iter().filter(|channel| {
         let before = &channel.held_out_before;
@@ -118,7 +118,7 @@ fn locations(locations: &[LocationEntry]) -> Markup {
     }
 }
 
-/// What each gyro and band goes with, each once.
+/// The regimes that each gyro and band correlates with, each once.
 fn companions(locations: &[LocationEntry]) -> Markup {
     let mut told: Vec<(&str, String)> = Vec::new();
     let mut lines: Vec<Markup> = Vec::new();
@@ -151,7 +151,7 @@ fn companions(locations: &[LocationEntry]) -> Markup {
     }
 }
 
-/// Three digits are enough for a size.
+/// A size rounded to three digits.
 fn rounded(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }
@@ -201,7 +201,7 @@ pub fn effects(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
-/// Kinds that nothing in the recording speaks against.
+/// Kinds that the recording cannot tell from a found one.
 fn not_told_apart(effect: &EffectEntry) -> Vec<&str> {
     let alike = effect.indistinguishable_from.iter();
     alike
@@ -382,7 +382,7 @@ fn values(rows: impl Iterator<Item = (String, f64, f64)>, (factor, unit): (f64, 
     }
 }
 
-/// The same coefficients in every regime, or not.
+/// Whether the coefficients are the same in every regime.
 fn regimes(regimes: &[RegimeEntry]) -> Markup {
     let mut shown: Vec<&RegimeEntry> = regimes.iter().collect();
     if shown.len() > MOST_ROWS {

@@ -12,7 +12,7 @@ use rlg_diagnosis::pictures::Pictures;
 use rlg_diagnosis::result::{ChannelEntry, Diagnosis, FiguresEntry};
 use rlg_diagnosis::streams::AXES;
 
-/// Table and curves.
+/// Writes the section: table and curves.
 pub fn held_out(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> Markup {
     if diagnosis.fit.channels.is_empty() && pictures.is_none() {
         return html! {};

@@ -7,7 +7,7 @@
 //! considered, what could not be seen) → facts
 //!
 //! Names in a recording are untrusted text and are escaped, every one, by the template. The same diagnosis
-//! gives the same bytes. Deliberately not here: any judgement that `diagnosis.json` does not contain; the
+//! gives the same bytes. Out of scope: any judgement that `diagnosis.json` does not contain; the
 //! page ends with that file word for word.
 
 pub mod calibration;

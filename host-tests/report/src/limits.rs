@@ -8,20 +8,20 @@ use super::words::{display_unit, number, raised, spaced};
 use rlg_diagnosis::explain::NEEDED_SNR;
 use rlg_diagnosis::result::{Diagnosis, Verdict};
 
-/// Runners-up that are listed: those further behind say nothing new.
+/// Most rival kinds that are listed; further ones explain even less.
 const MOST_RIVALS: usize = 8;
 
 /// Evidence (ln) behind the winner below which another name is not ruled out: odds of 150 to 1, "very
 /// strong" on Kass and Raftery's scale.
 const DECISIVE_GAIN: f64 = 5.0;
 
-/// How a line of the summary begins that tells of a name that was refused.
+/// Beginning of a summary line about a name that was refused.
 const NOT_NAMED_PREFIX: &str = "Not named: ";
 
-/// How a line begins that tells of noise that drifts.
+/// Beginning of a summary line about noise that drifts.
 const DRIFTS: &str = "Drift: ";
 
-/// What else fits, and why it is not the name.
+/// Lists what else was considered, and why it was not named.
 pub fn considered(diagnosis: &Diagnosis) -> Markup {
     let refused: Vec<&str> = diagnosis
         .summary
@@ -69,7 +69,7 @@ pub fn considered(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
-/// How large each kind would have had to be.
+/// Lists how large each kind would have had to be to be found.
 pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
     let mut reach: Vec<_> = diagnosis.sensitivity.iter().collect();
     reach.sort_by(|a, b| b.snr.total_cmp(&a.snr));
@@ -114,7 +114,7 @@ fn two_digits(value: f64) -> String {
     number(format!("{value:.1e}").parse().unwrap_or(value))
 }
 
-/// Kinds by the reason that hid them.
+/// Lists the kinds that could not have been found, by reason.
 pub fn not_excluded(diagnosis: &Diagnosis) -> Markup {
     let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
     for line in &diagnosis.not_excluded {
@@ -144,7 +144,7 @@ pub fn not_excluded(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
-/// The motion that separates what is confused.
+/// Describes the motion that separates what is confused.
 pub fn next_experiment(diagnosis: &Diagnosis) -> Markup {
     html! {
         @if !diagnosis.next_experiment.is_empty() {

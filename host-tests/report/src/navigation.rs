@@ -16,21 +16,21 @@ use rlg_replay::navigate::{Readings, Trajectory};
 /// Height of a curve \[page pixels\].
 const HEIGHT: u32 = 250;
 
-/// Points of a curve: more than a plot has pixels across tell the eye nothing.
+/// Most points of a curve: a plot has no more pixels across.
 const POINTS: usize = 460;
 
 /// Least width of the window \[s\]: Hann's leaves 3e-4 of a vibration of 15 Hz, the paper's.
 const WINDOW_S: f64 = 1.0;
 
-/// What the page shows.
+/// Content of the page.
 pub struct Navigation<'a> {
     /// The recording's name.
     pub recording: &'a str,
-    /// What was navigated on.
+    /// The increments that were navigated.
     pub readings: &'a Readings,
-    /// Without the dynamic terms, where the model has any.
+    /// Navigation without the dynamic terms, if the model has any.
     pub before: Option<(&'a Trajectory, &'a TrajectoryFigures)>,
-    /// With them.
+    /// Navigation with them.
     pub after: (&'a Trajectory, &'a TrajectoryFigures),
     /// `navigation.json` word for word.
     pub json: &'a str,

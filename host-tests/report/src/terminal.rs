@@ -27,7 +27,7 @@ const KINDS: [&str; 10] = [
     "  ",
 ];
 
-/// The lines.
+/// Chooses and shortens the lines.
 pub fn lines(diagnosis: &Diagnosis) -> Vec<String> {
     let mut all: Vec<&str> = diagnosis.summary.iter().map(String::as_str).collect();
     let next = format!("Next: {}", diagnosis.next_experiment);

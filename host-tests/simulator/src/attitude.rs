@@ -9,7 +9,7 @@
 //! Equations: θ_i = T Σ_j a_ij ω_j with the collocation matrix of the nodes; rotation over the period
 //! Θ = θ(T) + ½ ∫ θ × ω dt (Bortz to second order in θ: the next term is below 1e-10 rad a period at 400 °/s).
 //!
-//! Deliberately not here: transport rate. The case stays at its site.
+//! Out of scope: transport rate. The case stays at its site.
 
 use nalgebra::{Matrix4, Quaternion, UnitQuaternion, Vector3};
 

@@ -8,7 +8,7 @@
 //! passes through rest position. Amplitudes wander as a first-order Gauss–Markov sequence, which is what a
 //! resonator of finite Q makes of a random drive; without it lock-in would leave dead bands.
 //!
-//! Deliberately not here: lock-in itself (`lock_in.rs`), the reaction on the case (`case.rs`), wander of the
+//! Out of scope: lock-in itself (`lock_in.rs`), the reaction on the case (`case.rs`), wander of the
 //! frequency.
 
 use rand::RngExt;

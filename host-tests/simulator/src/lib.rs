@@ -13,7 +13,7 @@
 //!
 //! Independent of the firmware core and of the f64 reference: it imports neither.
 //!
-//! Deliberately not here: travel over the Earth, gradients of temperature inside a block, mode coupling between
+//! Out of scope: travel over the Earth, gradients of temperature inside a block, mode coupling between
 //! blocks other than through the case.
 
 pub mod attitude;
@@ -114,7 +114,7 @@ pub fn coning_demo(seed: u64) -> Result<Simulation, InputError> {
     Ok(simulate(&demo_scenario()?, seed, |_| {}))
 }
 
-/// Runs a scenario in memory. `progress` is told the rows done. The same scenario and seed give the same values.
+/// Runs a scenario in memory. `progress` is called with the rows done. The same scenario and seed give the same values.
 pub fn simulate(
     scenario: &Scenario,
     seeds: impl Into<Seeds>,

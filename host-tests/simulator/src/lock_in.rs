@@ -11,7 +11,7 @@
 //! the change of Ω inside a sub-step: S Ω' h²/8 of phase, which [`sub_steps`] keeps below
 //! [`PHASE_BEND_RAD`]. Tests hold the scheme against Runge–Kutta steps of a fiftieth of a pulse.
 //!
-//! Deliberately not here: the beat's mean shift by unequal loss (a bias), noise (the random walk is added by
+//! Out of scope: the beat's mean shift by unequal loss (a bias), noise (the random walk is added by
 //! the instrument and turns the phase with it).
 
 use std::f64::consts::TAU;

@@ -7,7 +7,7 @@
 //! Equations: T_i(t) = T_start + R_i (1 − e^{−t/τ_i}) + r t + A sin(2πt/P): self-heating with one time constant,
 //! surroundings that drift and swing. B(t) = B_coil sin(2πft).
 //!
-//! Assumes one temperature a block. Deliberately not here: gradients inside a block; a bias that follows them is
+//! Assumes one temperature a block. Out of scope: gradients inside a block; a bias that follows them is
 //! the catalogue's `gyro_bias_temperature_rate`.
 
 use nalgebra::Vector3;

@@ -2,7 +2,7 @@
 //!
 //! `compensated.parquet` has `dtheta_*`, and `dvel_*` where the recording has accelerometers.
 //!
-//! Deliberately not here: a truth of the velocity. What drifts are given are those of the angle.
+//! Out of scope: a truth of the velocity. What drifts are given are those of the angle.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;

@@ -9,7 +9,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::error::InputError;
 
-/// A reader that remembers the hash of what went through it.
+/// A reader that computes the hash of what it reads.
 pub struct Hashed {
     file: File,
     hash: Sha256,

@@ -39,7 +39,7 @@ pub const KNOWN: [Known; 2] = [
 ];
 
 impl Known {
-    /// By its sum.
+    /// The file with this sum.
     pub fn of(sha256: &str) -> Option<&'static Self> {
         KNOWN.iter().find(|known| known.sha256 == sha256)
     }

@@ -52,7 +52,7 @@ pub fn printed_sums_s2() -> [f64; 3] {
 }
 
 impl Calibration {
-    /// What the chain is told: half a gyro's sum each.
+    /// The coefficients for the chain: half a gyro's sum each.
     pub fn coefficients_s2(&self) -> CrossAxis<f64> {
         let [x, y, z] = self.sums_s2.map(|sum| 0.5 * sum);
         CrossAxis {

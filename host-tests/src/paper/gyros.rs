@@ -35,7 +35,7 @@ const SENSITIVITY_S: f64 = 12.0;
 pub struct Figure {
     /// Frequency \[Hz\].
     pub frequency_hz: f64,
-    /// Angle \[°\].
+    /// Half-angle of the cone \[°\].
     pub angle_deg: f64,
     /// The laser gyro with Eq. (7), less its mean at rest \[°/h\].
     pub laser: Curve,

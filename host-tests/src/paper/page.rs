@@ -4,7 +4,7 @@
 //!
 //! verdicts → what the signs do → figure by figure, each with the choice that the paper left open → all numbers.
 //!
-//! Deliberately not here: any judgement that `paper.json` does not contain, and the paper's own plots.
+//! Out of scope: any judgement that `paper.json` does not contain, and the paper's own plots.
 
 use maud::{Markup, html};
 use plotters::prelude::*;

@@ -35,7 +35,7 @@ pub struct Sins {
     pub largest_m_s: [f64; 2],
 }
 
-/// The navigator of one experiment, with what perfect gyros make of it.
+/// The navigator of one experiment, with the trajectory of perfect gyros.
 pub struct Bench<'a> {
     run: &'a Run,
     velocities_m_s: Vec<[f64; 3]>,

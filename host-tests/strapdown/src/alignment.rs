@@ -11,7 +11,7 @@
 //! What the sensors' biases b leave: tilt about east b_N/g, about north −b_E/g; heading −b_E/(Ω cos L) from
 //! the east gyro and + tan L b_E/g from the east accelerometer (`tests/initial_alignment.rs`).
 //!
-//! Deliberately not here: fine alignment, and alignment while the unit travels. Noise is averaged over the
+//! Out of scope: fine alignment, and alignment while the unit travels. Noise is averaged over the
 //! interval: angle random walk N leaves N/√T/(Ω cos L) in heading.
 
 use std::fmt;

@@ -7,7 +7,7 @@
 //! & Moritz, *Physical Geodesy*, 1967, eq. 2-20 (Bruns). Not Groves' eq. 2.140 for the lean to the north,
 //! −8.08e-9 h sin 2L: against the potential it is 3.5e-7 m/s² off at 10 km.
 //!
-//! Deliberately not here: the geoid, anomalies of gravity, tides, polar motion. Where gravity was measured,
+//! Out of scope: the geoid, anomalies of gravity, tides, polar motion. Where gravity was measured,
 //! its difference from normal gravity is a number that the caller adds.
 
 use nalgebra::Vector3;

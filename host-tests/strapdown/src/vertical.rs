@@ -25,27 +25,27 @@ const INSTABILITY_S2: f64 = 2.0 * 9.8 / 6.371e6;
 pub enum VerticalChannel {
     /// From the accelerometers alone: for minutes at most.
     Free,
-    /// Drawn to this height over the ellipsoid \[m\].
+    /// Held to this height over the ellipsoid \[m\].
     Aided(f64),
 }
 
-/// What the loop remembers.
+/// State of the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct HeightLoop {
     acceleration_m_s2: f64,
 }
 
-/// What the loop adds to the vertical rates.
+/// Corrections of the vertical rates.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Correction {
-    /// To the rate of the height \[m/s\].
+    /// Correction of the rate of the height \[m/s\].
     pub climb_m_s: f64,
-    /// To the rate of the downward velocity \[m/s²\].
+    /// Correction of the rate of the downward velocity \[m/s²\].
     pub down_m_s2: f64,
 }
 
 impl HeightLoop {
-    /// The loop over the next `period_s`, at the height `height_m`.
+    /// Advances the loop by `period_s`, at the height `height_m`.
     pub fn correct(
         &mut self,
         channel: VerticalChannel,

@@ -20,7 +20,7 @@ use super::slots::SlotImages;
 /// Frames that the image's queue holds (FRAME_QUEUE in src/hardware/sampling.rs, less the empty slot).
 const QUEUED_FRAMES: usize = 15;
 
-/// What the host made of the records.
+/// The host's result for the records.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct HostRun {
     /// The serial port's bytes.

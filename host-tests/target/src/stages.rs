@@ -29,7 +29,7 @@ pub enum Row {
     Stage(&'static str),
     /// `chain.rs` and `discontinuity.rs`.
     Chain,
-    /// Around the chain: health, telemetry frame.
+    /// The code around the chain: health, telemetry frame.
     Processor,
     /// Reading the timer for the figures of the run's report.
     Measuring,
@@ -53,7 +53,7 @@ const STAGES: [&str; 13] = [
 ];
 
 impl Row {
-    /// As the table shows it.
+    /// The row's name in the table.
     pub fn name(self) -> &'static str {
         match self {
             Self::Stage(name) => name,
@@ -63,7 +63,7 @@ impl Row {
         }
     }
 
-    /// Whether it is part of the chain.
+    /// Whether the row is part of the chain.
     pub fn is_chain(self) -> bool {
         matches!(self, Self::Stage(_) | Self::Chain)
     }
@@ -117,13 +117,13 @@ pub fn interrupt_ranges(code: &Code) -> Option<Vec<Range<u64>>> {
 /// Instructions of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StageCosts {
-    /// Over all samples but the stream's first [`SETTLING_SAMPLES`].
+    /// Number of samples, without the stream's first [`SETTLING_SAMPLES`].
     pub samples: u32,
-    /// Samples that completed an output, of those.
+    /// Number of these samples that completed an output.
     pub with_output: u32,
     /// Instructions of samples that complete no output, by row.
     pub between_outputs: BTreeMap<Row, u64>,
-    /// Of samples that complete one.
+    /// Instructions of samples that complete one, by row.
     pub at_outputs: BTreeMap<Row, u64>,
     /// Addresses of the chain's instructions in one sample between outputs, in order.
     pub ordinary_sample: Vec<u64>,
@@ -236,7 +236,7 @@ impl StageCosts {
     }
 }
 
-/// Addresses to rows, by the image's debug information.
+/// Finds the row of an address by the image's debug information.
 struct Rows<'a> {
     lines: Lines<'a>,
     known: HashMap<u64, Option<Row>>,

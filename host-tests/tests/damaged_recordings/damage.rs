@@ -4,7 +4,7 @@
 //! into a folder. The same bytes give the same files. Shared by the test beside it and by the fuzz target of
 //! `host-tests/fuzz`.
 //!
-//! Deliberately not here: judgement. Damage may leave a recording whole.
+//! Out of scope: judgement. Damage may leave a recording whole.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;

@@ -4,7 +4,7 @@
 //! delay fitted beside them, as [`super::super::rates`] fits them against a rate reference.
 //!
 //! The motion is sampled more slowly than the gyros; white noise of angle is raised so that its power stays.
-//! Deliberately not here: noise that drifts (flicker, rate random walk), which no model states.
+//! Out of scope: noise that drifts (flicker, rate random walk), which no model states.
 
 use nalgebra::DMatrix;
 

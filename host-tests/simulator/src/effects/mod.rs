@@ -7,7 +7,7 @@
 //! Equations: the catalogue's, with tilts δ_ij as right-hand rotations of gyro i's axis about body axis j:
 //! gyro i senses + δ_ik ω_j − δ_ij ω_k with (i, j, k) cyclic; accelerometers alike.
 //!
-//! Deliberately not here: how much a model compensates; that is `model::compensation`, which shares no code.
+//! Out of scope: how much a model compensates; that is `model::compensation`, which shares no code.
 
 mod block;
 mod expression;

@@ -9,7 +9,7 @@
 //! Assumes segments of whole sample periods, each of which begins and ends at rest (C³ tapers), so that
 //! quadrature inside a period never meets a kink.
 //!
-//! Deliberately not here: the Earth's rotation and gravity (`attitude.rs`), the isolator between base and
+//! Out of scope: the Earth's rotation and gravity (`attitude.rs`), the isolator between base and
 //! case (`isolator.rs`), sustained linear motion: the base vibrates at its site and does not travel.
 
 mod coning;

@@ -7,7 +7,7 @@
 //! Between two points of a table the density is a straight line in log–log, as vibration standards draw it.
 //! Phasors step by one period with one complex product each.
 //!
-//! Deliberately not here: which axis a signal moves, and its taper.
+//! Out of scope: which axis a signal moves, and its taper.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
