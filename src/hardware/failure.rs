@@ -27,7 +27,7 @@ const FRESH: u32 = u32::from_le_bytes(*b"FAIL");
 #[cfg(feature = "board")]
 const REPORTED: u32 = u32::from_le_bytes(*b"SEEN");
 
-/// What failed. The numbers are those of health item 43.
+/// Kinds of failure. The numbers are those of health item 43.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 #[repr(u32)]
 pub enum FailureKind {
@@ -64,7 +64,7 @@ static LAST_FAILURE: Failure = Failure {
     file_bytes: AtomicU32::new(0),
 };
 
-/// The failure that ended the previous run, once.
+/// Returns the failure that ended the previous run, once.
 #[cfg(feature = "board")]
 pub fn take_report() -> Option<(FailureKind, u32)> {
     if LAST_FAILURE.state.load(Ordering::Relaxed) != FRESH {

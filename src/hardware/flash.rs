@@ -16,7 +16,7 @@ use embedded_storage::nor_flash::{
 };
 use stm32f4::stm32f405::FLASH;
 
-/// One sector \[bytes\].
+/// Size of one sector \[bytes\].
 pub const SECTOR_BYTES: u32 = 128 * 1024;
 
 /// Size of both sectors \[bytes\].
@@ -36,7 +36,7 @@ const ERASE_POLLS: u32 = 200_000_000;
 const WRITE_POLLS: u32 = 100_000;
 
 unsafe extern "C" {
-    /// Where the slots begin, from memory.x.
+    /// First address of the slots, from memory.x.
     static _parameter_slots: u8;
 }
 
@@ -63,7 +63,7 @@ impl NorFlashError for FlashFault {
     }
 }
 
-/// The two sectors.
+/// The two flash sectors, with the controller that writes them.
 pub struct SlotFlash {
     controller: FLASH,
 }

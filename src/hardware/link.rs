@@ -9,7 +9,7 @@ use trueaxis::{TELEMETRY_BYTES, TelemetryFrame};
 
 use super::serial::Serial;
 
-/// The sending end.
+/// Sends telemetry frames to the serial port.
 pub struct Link {
     frames: Consumer<'static, TelemetryFrame>,
     serial: Serial,
@@ -20,7 +20,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// Nothing to send yet.
+    /// Starts with nothing to send.
     pub fn new(frames: Consumer<'static, TelemetryFrame>, serial: Serial) -> Self {
         Self {
             frames,
@@ -50,7 +50,7 @@ impl Link {
         }
     }
 
-    /// Frames begun so far.
+    /// Number of frames begun so far.
     #[cfg(feature = "emulator")]
     pub fn frames_sent(&self) -> u32 {
         self.frames_sent

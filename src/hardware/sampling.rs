@@ -37,15 +37,15 @@ const TRACE_ENTRIES: usize = 256;
 #[unsafe(no_mangle)]
 static TRACE: Trace = Trace(UnsafeCell::new(TraceRing::new()));
 
-/// Written by the interrupt alone.
+/// The trace ring in a static; the interrupt alone writes it.
 #[repr(transparent)]
 struct Trace(UnsafeCell<TraceRing<TRACE_ENTRIES>>);
 
 // SAFETY: only the interrupt touches it, and that does not nest.
 unsafe impl Sync for Trace {}
 
-/// What the main loop sees of the interrupt. Single words: each is whole, together they may be a period
-/// apart.
+/// What the main loop sees of the interrupt. Each field is a single word and thus always whole, but fields may be a
+/// period apart.
 pub struct Watch {
     /// Interrupts served so far, wrapping.
     pub served: AtomicU32,
@@ -53,13 +53,13 @@ pub struct Watch {
     pub pickoff_codes: [AtomicI32; 3],
     /// The first fault in service: status bits, 0 while there is none.
     pub first_fault: AtomicU32,
-    /// Its sampling period.
+    /// Sampling period of the first fault.
     pub first_fault_period: AtomicU32,
     /// Longest interrupt so far \[ticks of TIM5\].
     pub longest: AtomicU32,
 }
 
-/// The interrupt's side of it is here, the main loop's in [`super::background`].
+/// What the main loop watches. The interrupt writes it here; the main loop reads it in [`super::background`].
 pub static WATCH: Watch = Watch {
     served: AtomicU32::new(0),
     pickoff_codes: [const { AtomicI32::new(0) }; 3],
@@ -74,9 +74,9 @@ pub static WATCH: Watch = Watch {
 pub struct Sampling<Spi> {
     /// The chain with its health.
     pub processor: Processor<Core>,
-    /// Where samples come from.
+    /// The counter bank that samples come from.
     pub bank: CounterBank<Spi>,
-    /// Where frames go.
+    /// The queue that frames go to.
     pub frames: Producer<'static, TelemetryFrame>,
     /// The timer that brings the interrupt.
     pub timer: SampleTimer,
@@ -134,7 +134,7 @@ impl CostProbe for Stopwatch<'_> {
 }
 
 impl<Spi: SpiDevice> Sampling<Spi> {
-    /// Nothing measured yet.
+    /// Starts with nothing measured.
     pub fn new(
         bank: CounterBank<Spi>,
         processor: Processor<Core>,

@@ -59,10 +59,10 @@ const CHECKED_BYTES: usize = 38;
 /// Finds every error of up to 3 bits in frames below 4 KiB (Hamming distance 4), and every burst up to 16.
 const FRAME_CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 
-/// What a frame holds, its check sum apart.
+/// Content of a frame without its check sum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct BankFrame {
-    /// One more each period, wrapping.
+    /// Sequence number: one more each period, wrapping.
     pub sequence: u16,
     /// Free-running pulse counters x, y, z.
     pub counters: [i32; 3],

@@ -57,7 +57,7 @@ use crate::unit::health::{HEALTH_ITEMS, Health, HealthItem, item};
 use crate::unit::sample_source::{Reading, SourceFault};
 use crate::wire::telemetry::TelemetryFrame;
 
-/// What the boot found.
+/// Findings of the boot that frames report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BootReport {
@@ -144,7 +144,7 @@ pub struct Processor<N: NumberSystem> {
     held: Option<TelemetryFrame>,
 }
 
-/// Health items that do not change.
+/// Health items that do not change in service.
 #[derive(Debug, Clone, Copy)]
 struct Settings {
     sample_rate_hz: f32,
@@ -272,7 +272,8 @@ impl<N: NumberSystem> Processor<N> {
         &self.state
     }
 
-    /// Bits of the last period: the processor's own, and where an output period ended, its frame's.
+    /// Status bits of the last period: the processor's own, and those of the frame of an output period that ended in
+    /// it.
     pub fn period_status(&self) -> Status {
         self.of_period
     }

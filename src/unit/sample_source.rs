@@ -23,12 +23,12 @@ pub struct Reading {
     /// 0 for the first sample of a source (its counts are zeros: there is nothing yet to difference with) and where
     /// there is none.
     pub periods: u32,
-    /// What was wrong. Only [`SourceFault::Restarted`] has a sample beside it.
+    /// The fault of this period, if any. Only [`SourceFault::Restarted`] has a sample beside it.
     pub fault: Option<SourceFault>,
 }
 
 impl Reading {
-    /// No sample, for this reason.
+    /// A reading without a sample, for the reason `fault`.
     pub const fn without_sample(fault: SourceFault) -> Self {
         Self {
             sample: None,
@@ -38,7 +38,7 @@ impl Reading {
     }
 }
 
-/// Why a reading is not an ordinary one.
+/// Faults of a source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SourceFault {

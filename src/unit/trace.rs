@@ -33,11 +33,11 @@ pub struct TraceEntry {
     pub status: u32,
     /// Cost of the period in the caller's unit: instructions under emulation, cycles on a board.
     pub cost: u32,
-    /// The sample's content; zeros without one.
+    /// Pulse counts of the sample; zeros without one.
     pub pulse_counts: [i32; 3],
-    /// As above.
+    /// Pickoff codes of the sample; zeros without one.
     pub pickoff_codes: [i32; 3],
-    /// As above.
+    /// Accelerometer codes of the sample; zeros without one.
     pub accelerometer_codes: [i32; 3],
     /// 1 if a sample came, else 0.
     pub with_sample: u32,

@@ -580,7 +580,7 @@ proptest! {
 
     /// Any reading and timing is survived, in both number systems.
     #[test]
-    fn anything_is_survived(
+    fn any_reading_and_timing_do_not_panic(
         interrupts in prop::collection::vec((any_reading(), any_timing()), 1..60),
         samples_per_output in 1..=40_u16,
     ) {

@@ -30,7 +30,7 @@ use super::supply;
 
 pub use self::spi_bus::SpiBus as Spi;
 
-/// What this board's bank sends for the accelerometers.
+/// The kind of accelerometer words that this board's bank sends.
 const ACCELEROMETERS: AccelerometerInput = AccelerometerInput::Counters;
 
 defmt::timestamp!("period {=u32}", WATCH.served.load(Ordering::Relaxed));

@@ -44,7 +44,7 @@ pub struct SpiBus {
     select: ChipSelect,
 }
 
-/// PA4.
+/// The chip select pin, PA4.
 struct ChipSelect(GPIOA);
 
 impl PinErrorType for ChipSelect {
@@ -64,7 +64,7 @@ impl OutputPin for ChipSelect {
 }
 
 impl SpiBus {
-    /// Sets pins, mode and rate. Takes port A, whose other pins are set by then.
+    /// Configures pins, mode and rate. Takes port A, whose other pins must be configured by then.
     pub fn new(spi: SPI1, gpioa: GPIOA, rcc: &RCC, apb2_hz: u32) -> Self {
         rcc.ahb1enr().modify(|_, w| w.gpioaen().enabled());
         rcc.apb2enr().modify(|_, w| w.spi1en().enabled());

@@ -47,7 +47,7 @@ impl Error for NoFrame {
 }
 
 impl BankFile {
-    /// Plays what comes through `records`; a period lasts `period_ticks` of TIM5.
+    /// Plays the records from the queue `records`; a period lasts `period_ticks` of TIM5.
     pub fn new(records: Consumer<'static, BankRecord>, period_ticks: u32) -> Self {
         Self {
             records,

@@ -67,10 +67,10 @@ fn main() -> ! {
     })
 }
 
-/// The filling and the emptying end of a queue.
+/// Producer and consumer of a queue.
 type Ends<T> = (Producer<'static, T>, Consumer<'static, T>);
 
-/// The run from reset to the last frame.
+/// Runs from reset to the last frame.
 fn run(
     (mut records, record_queue): Ends<BankRecord>,
     (frames, queued): Ends<TelemetryFrame>,

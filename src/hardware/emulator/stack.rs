@@ -14,12 +14,12 @@ unsafe extern "C" {
     static _stack_end: u32;
 }
 
-/// Memory set aside for the stack \[bytes\].
+/// Size of the memory set aside for the stack \[bytes\].
 pub fn size_bytes() -> u32 {
     (ptr::addr_of!(_stack_start).addr() - ptr::addr_of!(_stack_end).addr()) as u32
 }
 
-/// Deepest use so far \[bytes\].
+/// Deepest use of the stack so far \[bytes\].
 pub fn used_bytes() -> u32 {
     let top = ptr::addr_of!(_stack_start);
     let mut word = ptr::addr_of!(_stack_end);
