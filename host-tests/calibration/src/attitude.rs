@@ -1,5 +1,5 @@
-//! What a recording with attitude samples says: the paper's way, attitude before and after (Eqs. 10–17, with
-//! the signs of physics §2).
+//! Extracts the information of a recording with attitude samples: the paper's way, attitude before and after (Eqs.
+//! 10–17, with the signs of physics §2).
 //!
 //! The recording has gyros at their rate and `reference_attitude` at any rate, down to one sample before and one after
 //! the coning. It gives [`RecordingInformation`], as the rate reference does.

@@ -1,4 +1,4 @@
-//! The blind proof: effects are concealed by a seed, diagnosed, and scored.
+//! Proves the diagnosis blind: effects drawn from a seed are concealed, diagnosed and scored.
 //!
 //! draws (`trial`) → scenes (`scene`) → predictions without noise (`predict`, `whiten`, `bounds`) → answers
 //! (`kinds`, `answer`) → commitments (`commit`) → recordings and diagnoses (`examine`) → scores (`score`, `marks`,

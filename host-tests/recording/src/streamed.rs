@@ -22,7 +22,7 @@ use crate::output::OutputFolder;
 /// Rows of a Parquet row group, which the writer holds in memory: a minute at 4 kHz, some ten megabytes.
 const ROWS_PER_GROUP: usize = 1 << 18;
 
-/// A recording under way to disk.
+/// A recording that is being written to disk.
 pub struct RecordingStream {
     tables: Vec<TableStream>,
     manifest: String,

@@ -71,7 +71,7 @@ pub fn document(title: &str, main: &Markup) -> String {
     page.into_string()
 }
 
-/// Name, verdict, and what it means.
+/// Writes the recording's name, the verdict, and what it means.
 fn verdict(diagnosis: &Diagnosis) -> Markup {
     html! {
         header {
@@ -85,7 +85,7 @@ fn verdict(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
-/// The verdict as people say it.
+/// The verdict in words.
 pub fn word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Matches => "Matches",
@@ -96,7 +96,7 @@ pub fn word(verdict: Verdict) -> &'static str {
     }
 }
 
-/// Whether anything was taken out, so that "after" differs from "before".
+/// Whether any effect was corrected, so that "after" differs from "before".
 fn corrected(diagnosis: &Diagnosis) -> bool {
     diagnosis
         .effects

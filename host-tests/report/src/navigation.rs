@@ -143,13 +143,13 @@ fn velocity(navigation: &Navigation, name: &str, axis: usize) -> Markup {
 
 impl Navigation<'_> {
     /// Periods between two points.
-    fn stretch(&self) -> usize {
+    fn interval(&self) -> usize {
         self.after.0.solutions.len().div_ceil(POINTS).max(1)
     }
 
-    /// Width of the window: no narrower than two stretches, so that nothing falls between points.
+    /// Width of the window: no narrower than two intervals, so that nothing falls between points.
     fn window_s(&self) -> f64 {
-        WINDOW_S.max(2.0 * self.stretch() as f64 * self.readings.period_s)
+        WINDOW_S.max(2.0 * self.interval() as f64 * self.readings.period_s)
     }
 
     /// Times \[s\] and smoothed values; where a value in the window is not finite there is no point.
@@ -157,7 +157,7 @@ impl Navigation<'_> {
         let period_s = self.readings.period_s;
         let begin_s = self.readings.start_s + self.after.0.first_period as f64 * period_s;
         let half = ((0.5 * self.window_s() / period_s).round() as usize).max(1);
-        let points = (0..values.len()).step_by(self.stretch());
+        let points = (0..values.len()).step_by(self.interval());
         points
             .map(|middle| {
                 let window = middle.saturating_sub(half)..(middle + half + 1).min(values.len());

@@ -38,7 +38,7 @@ pub struct Block {
     pub case_increments_rad: Vec<[f64; 3]>,
 }
 
-/// A simulation under way.
+/// A running simulation.
 pub struct Simulator<'a> {
     scenario: &'a Scenario,
     tables: Vec<TableLayout>,
