@@ -89,7 +89,7 @@ pub struct Adaptation {
 }
 
 impl Adaptation {
-    /// Starts at the phasor `nominal`, within [`RANGE_LIMIT`] of which a and b stay.
+    /// Starts at the phasor `nominal`, within `RANGE_LIMIT` of which a and b stay.
     pub fn new(
         calibration: &AdaptationCalibration,
         nominal: Phasor,
