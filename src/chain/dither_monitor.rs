@@ -1,7 +1,7 @@
-//! How far each block swings: a health figure of the dither drive.
+//! Measures the amplitude of each block's dither \[arcsec\], a health figure of the dither drive.
 //!
-//! Enters: pickoff codes, every sample or every n-th. Leaves: amplitude √2 × rms about the mean \[arcsec\],
-//! per axis, when asked, once per window.
+//! It takes pickoff codes, every sample or every n-th, and on request, once per window, gives √2 × their rms about the
+//! mean \[arcsec\] for each axis.
 //!
 //! It is no part of [`Chain`](crate::Chain): it runs in the background loop. The sums are integers, so that
 //! a long window loses nothing; the square root is `micromath`'s, three times cheaper than `libm`'s and
@@ -21,7 +21,7 @@ const SQRT_2: f32 = core::f32::consts::SQRT_2;
 /// Codes are held within ±2²³ (2e-3 rad at 2⁻³² rad per code), so that 2¹⁶ squares fit 64 bits.
 const CODE_LIMIT: i32 = 1 << 23;
 
-/// Sums over the present window.
+/// Sums of pickoff codes and of their squares over the present window.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DitherMonitor {
     samples: u16,
@@ -30,7 +30,7 @@ pub struct DitherMonitor {
 }
 
 impl DitherMonitor {
-    /// An empty window.
+    /// Starts with an empty window.
     pub fn new() -> Self {
         Self::default()
     }

@@ -8,7 +8,7 @@ pub(crate) struct DitherPhase {
 }
 
 impl DitherPhase {
-    /// From the frequency in cycles per sample.
+    /// Forms the phase from the frequency \[cycles per sample\].
     pub fn of(cycles_per_sample: f64) -> Self {
         Self {
             omega: core::f64::consts::TAU * cycles_per_sample,
@@ -21,7 +21,7 @@ impl DitherPhase {
         if sin.abs() < 1e-3 { 0.0 } else { 1.0 / sin }
     }
 
-    /// cot Ω; likewise.
+    /// cot Ω; 0 where the parameters cannot use the frequency.
     pub fn cot(self) -> f64 {
         libm::cos(self.omega) * self.cosec()
     }

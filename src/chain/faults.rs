@@ -7,7 +7,7 @@
 //! Bits 0 to 15 are the chain's own; bits 16 to 31 are of what feeds it and takes from it, raised by the
 //! processor around the chain. Bits that are no fault but information say so.
 
-/// Bits of one output period.
+/// Status bits of one output period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status(u32);
@@ -26,7 +26,7 @@ impl Status {
     pub const PRIMED: Self = Self(1 << 4);
     /// A pickoff stands still while its gyro counts the dither.
     pub const PICKOFF_FAILED: Self = Self(1 << 5);
-    /// A block that should dither does not.
+    /// A block with a nominal dither amplitude does not move.
     pub const DITHER_STOPPED: Self = Self(1 << 6);
     /// A block dithers with less than half or more than one and a half of its nominal amplitude.
     pub const DITHER_OUT_OF_BAND: Self = Self(1 << 7);
@@ -70,7 +70,7 @@ impl Status {
     /// Every bit that is a fault in service: the chain's and the processor's, those of the boot apart.
     pub const IN_SERVICE_FAULTS: Self = Self(Self::FAULTS | 0x47F << 16);
 
-    /// What people call bit `bit`; `None` for bits without a meaning.
+    /// The name of bit `bit` in reports; `None` for a bit without a meaning.
     pub const fn name(bit: u8) -> Option<&'static str> {
         Some(match bit {
             0 => "counts saturated",
@@ -102,13 +102,13 @@ impl Status {
         })
     }
 
-    /// As bits.
+    /// The status as a word of bits.
     #[inline(always)]
     pub const fn bits(self) -> u32 {
         self.0
     }
 
-    /// From bits; unknown ones are kept.
+    /// The status of a word of bits; unknown bits are kept.
     #[inline(always)]
     pub const fn from_bits(bits: u32) -> Self {
         Self(bits)
@@ -120,14 +120,14 @@ impl Status {
         self.0 & other.0 == other.0
     }
 
-    /// The bits of either.
+    /// The bits that are set in either.
     #[inline(always)]
     #[must_use]
     pub const fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// This bit if `raised`.
+    /// This status if `raised`, else no bit.
     #[inline(always)]
     #[must_use]
     pub const fn when(self, raised: bool) -> Self {
@@ -174,12 +174,12 @@ pub struct Faults {
     pub velocity: u32,
     /// Periods that lack at least one sample.
     pub gap: u32,
-    /// The first of all.
+    /// The first fault since start.
     pub first: FirstFault,
 }
 
 impl Faults {
-    /// None yet.
+    /// No fault yet.
     pub const NONE: Self = Self {
         counts: 0,
         pickoff: 0,

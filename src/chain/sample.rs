@@ -1,4 +1,4 @@
-//! What enters the chain and what leaves it, and their bytes.
+//! Defines the chain's input and output, samples and output frames, and their bytes.
 //!
 //! All integers little-endian. A stream of samples says [`Sample::LAYOUT_VERSION`] once, in its own
 //! header; every frame carries [`OutputFrame::LAYOUT_VERSION`] itself, because frames are stored and sent
@@ -68,7 +68,7 @@ pub struct OutputFrame {
     /// \[codes of [`OUTPUT_M_S_PER_CODE`](crate::OUTPUT_M_S_PER_CODE)\], carried likewise; zeros without
     /// accelerometers.
     pub dvel_codes: [i32; 3],
-    /// What happened within the period.
+    /// Status bits of the period.
     pub status: Status,
 }
 
@@ -76,7 +76,7 @@ pub struct OutputFrame {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FrameError {
-    /// The layout version is another one.
+    /// The frame has this layout version, which is not [`OutputFrame::LAYOUT_VERSION`].
     Version(u16),
 }
 

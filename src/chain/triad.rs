@@ -1,4 +1,6 @@
-//! Three axes, and the six terms between them.
+//! Holds one value for each of three axes, or for each of the six pairs of different axes.
+
+use core::ops::BitOr;
 
 /// One value for each body axis x, y, z (right-handed).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -12,7 +14,7 @@ pub struct Triad<T> {
 }
 
 impl<T: Copy> Triad<T> {
-    /// The same function on each axis.
+    /// Applies `f` to the value of each axis.
     #[inline(always)]
     pub fn map<U>(self, mut f: impl FnMut(T) -> U) -> Triad<U> {
         Triad {
@@ -54,7 +56,7 @@ pub struct CrossAxis<T> {
 }
 
 impl<T: Copy> CrossAxis<T> {
-    /// The same function on each term.
+    /// Applies `f` to each term.
     #[inline(always)]
     pub fn map<U>(self, mut f: impl FnMut(T) -> U) -> CrossAxis<U> {
         CrossAxis {
@@ -85,4 +87,17 @@ impl<T: Copy> CrossAxis<T> {
     pub fn to_array(self) -> [T; 6] {
         [self.xy, self.xz, self.yx, self.yz, self.zx, self.zy]
     }
+}
+
+/// Whether all three values are zero. Compares word by word: `==` on arrays is a loop of the core library (`memcmp`),
+/// which the sampling interrupt must not contain.
+#[inline(always)]
+pub fn are_zero<T: BitOr<Output = T> + Default + PartialEq>([x, y, z]: [T; 3]) -> bool {
+    (x | y | z) == T::default()
+}
+
+/// Whether two triples are equal, axis by axis; word by word, as [`are_zero`].
+#[inline(always)]
+pub fn are_equal([ax, ay, az]: [i32; 3], [bx, by, bz]: [i32; 3]) -> bool {
+    are_zero([ax ^ bx, ay ^ by, az ^ bz])
 }

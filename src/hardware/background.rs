@@ -1,8 +1,8 @@
-//! What the main loop does beside sending: the event log and the dither's amplitude.
+//! Does the main loop's work beside sending: logs events and the dither's amplitude.
 //!
-//! Enters: [`WATCH`]. Leaves: events by defmt: the first fault when it appears, and once a second the
-//! amplitude of each block's dither \[arcsec\] and the longest interrupt so far \[ticks of TIM5\]. It looks
-//! at most once a period; what it overlooks, the frames still carry.
+//! It watches [`WATCH`] and logs by defmt: the first fault when it appears, and once a second the amplitude of each
+//! block's dither \[arcsec\] and the longest interrupt so far \[ticks of TIM5\]. It looks at most once a period; what
+//! it misses is still in the frames.
 
 use core::sync::atomic::Ordering;
 
@@ -10,7 +10,7 @@ use trueaxis::{DitherMonitor, Parameters, Status};
 
 use super::sampling::WATCH;
 
-/// The main loop's view.
+/// What the main loop has already logged.
 pub struct Background {
     dither: DitherMonitor,
     pickoff_weight_rad: f32,
@@ -21,7 +21,7 @@ pub struct Background {
 }
 
 impl Background {
-    /// Nothing seen yet.
+    /// Starts with nothing logged.
     pub fn new(parameters: &Parameters) -> Self {
         Self {
             dither: DitherMonitor::new(),
@@ -33,7 +33,7 @@ impl Background {
         }
     }
 
-    /// Looks at what the interrupt shows; returns the interrupts served so far.
+    /// Reads what the interrupt shows in [`WATCH`] and logs it; returns the number of interrupts served so far.
     pub fn poll(&mut self) -> u32 {
         let served = WATCH.served.load(Ordering::Acquire);
         if served == self.seen {

@@ -1,7 +1,7 @@
-//! From flash to a processor that is ready: what both images do before the first sample.
+//! Makes a processor that is ready from the parameters in flash: what both images do before the first sample.
 //!
-//! Enters: the parameter slots, and what clock, reset and previous run were. Leaves: the parameters and, when it
-//! is asked for, the [`Processor`], which says in its frames what was wrong at boot.
+//! It takes the parameter slots and what is known of clock, reset and previous run. It gives the parameters and, on
+//! request, the [`Processor`], whose frames say what was wrong at boot.
 
 use trueaxis::parameter_slots::{MEND_ATTEMPTS, Mending, ParameterSlots};
 use trueaxis::processor::{BootReport, Processor};
@@ -10,16 +10,16 @@ use trueaxis::{NumberSystem, Parameters};
 use super::flash::{SECTOR_BYTES, SlotFlash};
 use crate::Core;
 
-/// What the boot leaves.
+/// The result of the boot.
 pub struct Booted {
-    /// In force.
+    /// The parameters in use.
     pub parameters: Parameters,
     report: BootReport,
 }
 
 impl Booted {
-    /// The chain with its health. Not made before it has a place: it is large, and would lie on the stack
-    /// below all that the boot calls.
+    /// Builds the chain with its health. It is built only once it has a place: it is large, and would lie on the stack
+    /// below everything that the boot calls.
     #[inline]
     pub fn processor(&self) -> Processor<Core> {
         // Parameters from a slot were checked, and the default ones pass (host-tests); a panic here would be

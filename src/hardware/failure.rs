@@ -1,7 +1,7 @@
-//! The end of a run that nobody ordered: a panic, a fault exception, a lost clock.
+//! Ends a run that has failed: by a panic, a fault exception or a lost clock.
 //!
-//! Enters: what happened. Leaves: [`LAST_FAILURE`], where a debugger finds it by name, in memory that a reset
-//! keeps; the next boot logs it and tells it in health items 43 and 44 ([`take_report`]). Then:
+//! What happened is written to [`LAST_FAILURE`], where a debugger finds it by name, in memory that a reset keeps. The
+//! next boot logs it and reports it in health items 43 and 44 ([`take_report`]). Then:
 //!
 //! | where | what follows |
 //! |---|---|
@@ -27,7 +27,7 @@ const FRESH: u32 = u32::from_le_bytes(*b"FAIL");
 #[cfg(feature = "board")]
 const REPORTED: u32 = u32::from_le_bytes(*b"SEEN");
 
-/// What failed. The numbers are those of health item 43.
+/// Kinds of failure. The numbers are those of health item 43.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 #[repr(u32)]
 pub enum FailureKind {
@@ -64,7 +64,7 @@ static LAST_FAILURE: Failure = Failure {
     file_bytes: AtomicU32::new(0),
 };
 
-/// The failure that ended the previous run, once.
+/// Returns the failure that ended the previous run, once.
 #[cfg(feature = "board")]
 pub fn take_report() -> Option<(FailureKind, u32)> {
     if LAST_FAILURE.state.load(Ordering::Relaxed) != FRESH {

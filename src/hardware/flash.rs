@@ -1,8 +1,8 @@
-//! The two flash sectors of the parameter slots, as `embedded-storage` sees NOR flash.
+//! Gives access to the two flash sectors of the parameter slots through the traits of `embedded-storage`.
 //!
-//! Enters: offsets into the two sectors, slot A at 0, slot B at [`SECTOR_BYTES`]. Leaves: their bytes, or
-//! [`FlashFault`]. Sectors 10 and 11 of the STM32F405 (RM0090 section 3.3), 128 KiB each, set apart in
-//! memory.x. Every wait is bounded.
+//! Offsets count over the two sectors: slot A begins at 0, slot B at [`SECTOR_BYTES`]. They are sectors 10 and 11 of
+//! the STM32F405 (RM0090 section 3.3), 128 KiB each, set apart in memory.x. Every wait is bounded; a controller that
+//! does not answer gives a [`FlashFault`].
 //!
 //! Writing and erasing hold the processor (the flash is one bank: instructions cannot be fetched meanwhile),
 //! up to 4 s for a sector: at boot only, before sampling and the watchdog start. Assumes a supply of 2.7 V to
@@ -16,10 +16,10 @@ use embedded_storage::nor_flash::{
 };
 use stm32f4::stm32f405::FLASH;
 
-/// One sector \[bytes\].
+/// Size of one sector \[bytes\].
 pub const SECTOR_BYTES: u32 = 128 * 1024;
 
-/// Both.
+/// Size of both sectors \[bytes\].
 const CAPACITY: u32 = 2 * SECTOR_BYTES;
 
 /// Number of the sector at offset 0.
@@ -36,16 +36,16 @@ const ERASE_POLLS: u32 = 200_000_000;
 const WRITE_POLLS: u32 = 100_000;
 
 unsafe extern "C" {
-    /// Where the slots begin, from memory.x.
+    /// First address of the slots, from memory.x.
     static _parameter_slots: u8;
 }
 
-/// The flash refused.
+/// Why the flash did not do what was asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub enum FlashFault {
-    /// Beyond the two sectors.
+    /// The range is beyond the two sectors.
     OutOfBounds,
-    /// Not whole words, or not whole sectors.
+    /// The range is not one of whole words, or of whole sectors.
     NotAligned,
     /// The controller did not finish within its bound.
     Timeout,
@@ -63,18 +63,18 @@ impl NorFlashError for FlashFault {
     }
 }
 
-/// The two sectors.
+/// The two flash sectors, with the controller that writes them.
 pub struct SlotFlash {
     controller: FLASH,
 }
 
 impl SlotFlash {
-    /// Locked, as after reset.
+    /// Takes the controller, which is locked after reset.
     pub fn new(controller: FLASH) -> Self {
         Self { controller }
     }
 
-    /// Where `offset` lies.
+    /// The address of `offset`.
     fn address(offset: u32) -> *mut u8 {
         (&raw const _parameter_slots)
             .cast_mut()

@@ -1,22 +1,20 @@
-//! A place whose content belongs to the sampling interrupt while that is unmasked, and to the main loop
-//! otherwise.
+//! Hands a value over to the sampling interrupt while that is unmasked, and back to the main loop.
 //!
-//! Enters and leaves: the value. Nothing is shared, so nothing is locked: what the two exchange while both
-//! run goes through queues and atomics.
+//! Nothing is shared, so nothing is locked: what the two exchange while both run goes through queues and atomics.
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{Ordering, compiler_fence};
 
 use stm32f4::stm32f405::{NVIC, interrupt};
 
-/// The place.
+/// A place whose content belongs to the sampling interrupt while that is unmasked, and to the main loop otherwise.
 pub struct Handover<T>(UnsafeCell<Option<T>>);
 
 // SAFETY: one core; `lend` and `take_back` change the owner only while the interrupt is masked.
 unsafe impl<T: Send> Sync for Handover<T> {}
 
 impl<T> Handover<T> {
-    /// Nothing in it.
+    /// An empty place.
     pub const fn empty() -> Self {
         Self(UnsafeCell::new(None))
     }

@@ -1,26 +1,26 @@
-//! Frames from the queue to the serial port, a byte at a time.
+//! Sends frames from the queue to the serial port, a byte at a time.
 //!
-//! Enters: telemetry frames from the interrupt's queue. Leaves: their bytes on USART1. Never waits, so that
-//! the main loop stays free for the watchdog and the event log; a frame is encoded here and not in the
-//! interrupt. At 1 Mbaud a frame of 43 bytes takes 430 µs, so the line is full at 2 300 frames a second.
+//! It takes telemetry frames from the interrupt's queue and writes their bytes to USART1. It never waits, so the main
+//! loop stays free for the watchdog and the event log; a frame is encoded here and not in the interrupt. At 1 Mbaud a
+//! frame of 43 bytes takes 430 µs, so the line is full at 2 300 frames a second.
 
 use heapless::spsc::Consumer;
 use trueaxis::{TELEMETRY_BYTES, TelemetryFrame};
 
 use super::serial::Serial;
 
-/// The sending end.
+/// Sends telemetry frames to the serial port.
 pub struct Link {
     frames: Consumer<'static, TelemetryFrame>,
     serial: Serial,
     bytes: [u8; TELEMETRY_BYTES],
-    /// Bytes of the present frame that are gone; all of them where there is none.
+    /// Bytes of the present frame that have been sent; [`TELEMETRY_BYTES`] while there is no frame.
     sent: usize,
     frames_sent: u32,
 }
 
 impl Link {
-    /// Nothing to send yet.
+    /// Starts with nothing to send.
     pub fn new(frames: Consumer<'static, TelemetryFrame>, serial: Serial) -> Self {
         Self {
             frames,
@@ -31,7 +31,7 @@ impl Link {
         }
     }
 
-    /// Sends what the transmitter takes now; whether there is more to send.
+    /// Sends the bytes that the transmitter takes now; returns whether there is more to send.
     pub fn poll(&mut self) -> bool {
         loop {
             let Some(byte) = self.bytes.get(self.sent) else {
@@ -50,7 +50,7 @@ impl Link {
         }
     }
 
-    /// Frames begun so far.
+    /// Number of frames begun so far.
     #[cfg(feature = "emulator")]
     pub fn frames_sent(&self) -> u32 {
         self.frames_sent

@@ -1,8 +1,9 @@
-//! TIM2 brings the interrupt and the bank's latch once a sample period; TIM5 tells how late it was served.
+//! Times the samples: TIM2 requests the interrupt and the bank's latch once a period, TIM5 tells how late it was
+//! served.
 //!
-//! Enters: the timers' clock \[Hz\] and the sample rate \[Hz\]. Leaves: the TIM2 interrupt, [`Timing`] of each
-//! one, readings of TIM5 \[ticks, modulo 2³²\], which runs freely on the same clock, and a pulse on PA0 whose
-//! rising edge is the period's end: there the bank latches, so that a late interrupt moves no sample.
+//! It is set up from the timers' clock \[Hz\] and the sample rate \[Hz\]. It gives the TIM2 interrupt, the [`Timing`]
+//! of each one, readings of TIM5 \[ticks, modulo 2³²\], which runs freely on the same clock, and a pulse on PA0 whose
+//! rising edge is the period's end: there the bank latches, so a late interrupt moves no sample.
 //!
 //! Both timers count the same clock, so the end of every period is known in TIM5's time exactly, and no
 //! period can be missed unseen: two update events that came to one interrupt leave it a whole period behind.
@@ -19,12 +20,12 @@ use trueaxis::processor::Timing;
 /// a few guard against the first one carrying a start-up effect.
 const OVERHEAD_PAIRS: usize = 8;
 
-/// The two timers.
+/// Both timers, and where the present period ends in TIM5's time.
 pub struct SampleTimer {
     periods: TIM2,
     time: TIM5,
     period_ticks: NonZeroU32,
-    /// When the period ends that the next interrupt is for \[ticks\].
+    /// End of the period that the next interrupt is for \[ticks\].
     due: u32,
     reading_overhead: u32,
 }
@@ -66,14 +67,14 @@ impl SampleTimer {
         timer
     }
 
-    /// Lets the latch pulse out on PA0.
+    /// Connects the latch pulse to PA0.
     #[cfg(feature = "board")]
     pub fn show_latch(gpioa: &stm32f4::stm32f405::GPIOA) {
         gpioa.afrl().modify(|_, w| w.afrl0().af1());
         gpioa.moder().modify(|_, w| w.moder0().alternate());
     }
 
-    /// A sample period \[ticks\].
+    /// Length of a sample period \[ticks\].
     #[cfg(feature = "emulator")]
     pub fn period_ticks(&self) -> u32 {
         self.period_ticks.get()
@@ -86,7 +87,7 @@ impl SampleTimer {
         self
     }
 
-    /// Takes the interrupt's request and says how it stands in time.
+    /// Takes the interrupt's request and returns its timing.
     ///
     /// The time is read before the request is cleared: an event between the two is then a missed period of
     /// the next interrupt, never a lost one.
@@ -117,7 +118,7 @@ impl SampleTimer {
         }
     }
 
-    /// TIM5 now \[ticks\]. The fences keep memory accesses on their side of the reading.
+    /// Reading of TIM5 \[ticks\]. The fences keep memory accesses on their side of the reading.
     #[inline(always)]
     pub fn now(&self) -> u32 {
         compiler_fence(Ordering::SeqCst);
@@ -126,7 +127,7 @@ impl SampleTimer {
         count
     }
 
-    /// Ticks between two readings, without the cost of reading.
+    /// Time between two readings \[ticks\], without the cost of reading.
     #[inline(always)]
     pub fn between(&self, before: u32, after: u32) -> u32 {
         after
@@ -134,7 +135,7 @@ impl SampleTimer {
             .saturating_sub(self.reading_overhead)
     }
 
-    /// What a reading costs \[ticks\].
+    /// Cost of one reading \[ticks\].
     #[cfg(feature = "emulator")]
     pub fn reading_overhead(&self) -> u32 {
         self.reading_overhead

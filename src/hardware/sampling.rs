@@ -1,10 +1,10 @@
-//! The sampling interrupt: bank → processor → queue, once a period.
+//! Serves the sampling interrupt: bank → processor → queue, once a period.
 //!
-//! Enters: the counter bank's frames from an `SpiDevice`, time from the [`SampleTimer`]. Leaves: telemetry
-//! frames in a queue, one entry a period in the trace ring [`TRACE`], and what the main loop watches in
-//! [`Watch`]. Everything it works on belongs to the interrupt alone from [`SAMPLING`]'s lending on.
+//! It reads the counter bank's frames from an `SpiDevice` and the time from the [`SampleTimer`]. It puts telemetry
+//! frames into a queue, one entry a period into the trace ring [`TRACE`], and what the main loop watches into
+//! [`Watch`]. Everything it works on belongs to the interrupt alone once [`SAMPLING`] has been lent to it.
 //!
-//! The same text serves the board and the emulator; only the `SpiDevice` differs.
+//! The same code serves the board and the emulator; only the `SpiDevice` differs.
 
 use core::cell::UnsafeCell;
 use core::hint::assert_unchecked;
@@ -14,7 +14,7 @@ use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
 use stm32f4::stm32f405::interrupt;
 use trueaxis::counter_bank::CounterBank;
-use trueaxis::processor::{ChainWatch, Course, Processor, Timing};
+use trueaxis::processor::{CostProbe, Processor, SampleClass, Timing};
 use trueaxis::run_report::CostRecord;
 use trueaxis::sample_source::{Reading, SampleSource};
 use trueaxis::trace::{TraceEntry, TraceRing};
@@ -37,15 +37,15 @@ const TRACE_ENTRIES: usize = 256;
 #[unsafe(no_mangle)]
 static TRACE: Trace = Trace(UnsafeCell::new(TraceRing::new()));
 
-/// Written by the interrupt alone.
+/// The trace ring in a static; the interrupt alone writes it.
 #[repr(transparent)]
 struct Trace(UnsafeCell<TraceRing<TRACE_ENTRIES>>);
 
 // SAFETY: only the interrupt touches it, and that does not nest.
 unsafe impl Sync for Trace {}
 
-/// What the main loop sees of the interrupt. Single words: each is whole, together they may be a period
-/// apart.
+/// What the main loop sees of the interrupt. Each field is a single word and thus always whole, but fields may be a
+/// period apart.
 pub struct Watch {
     /// Interrupts served so far, wrapping.
     pub served: AtomicU32,
@@ -53,13 +53,13 @@ pub struct Watch {
     pub pickoff_codes: [AtomicI32; 3],
     /// The first fault in service: status bits, 0 while there is none.
     pub first_fault: AtomicU32,
-    /// Its sampling period.
+    /// Sampling period of the first fault.
     pub first_fault_period: AtomicU32,
     /// Longest interrupt so far \[ticks of TIM5\].
     pub longest: AtomicU32,
 }
 
-/// The interrupt's side of it is here, the main loop's in [`super::background`].
+/// What the main loop watches. The interrupt writes it here; the main loop reads it in [`super::background`].
 pub static WATCH: Watch = Watch {
     served: AtomicU32::new(0),
     pickoff_codes: [const { AtomicI32::new(0) }; 3],
@@ -68,19 +68,19 @@ pub static WATCH: Watch = Watch {
     longest: AtomicU32::new(0),
 };
 
-/// Everything the interrupt works on; in memory as declared, the processor within reach of the one base
-/// (`chain.rs` says of what).
+/// Everything the interrupt works on. In memory in the order of declaration (`repr(C)`), so that the processor lies
+/// within reach of one base address, as [`Chain`](trueaxis::Chain) needs it.
 #[repr(C)]
 pub struct Sampling<Spi> {
     /// The chain with its health.
     pub processor: Processor<Core>,
-    /// Where samples come from.
+    /// The counter bank that samples come from.
     pub bank: CounterBank<Spi>,
-    /// Where frames go.
+    /// The queue that frames go to.
     pub frames: Producer<'static, TelemetryFrame>,
     /// The timer that brings the interrupt.
     pub timer: SampleTimer,
-    /// What everything costs.
+    /// What each part has cost so far.
     pub costs: Costs,
 }
 
@@ -116,25 +116,25 @@ struct Stopwatch<'a> {
     begun: u32,
 }
 
-impl ChainWatch for Stopwatch<'_> {
+impl CostProbe for Stopwatch<'_> {
     #[inline(always)]
     fn begin(&mut self) {
         self.begun = self.timer.now();
     }
 
     #[inline(always)]
-    fn end(&mut self, course: Course) {
+    fn end(&mut self, class: SampleClass) {
         let cost = self.timer.between(self.begun, self.timer.now());
-        match course {
-            Course::BetweenOutputs => self.costs.chain_between_outputs.record(cost),
-            Course::WithOutput => self.costs.chain_with_output.record(cost),
-            Course::Beginning => self.costs.chain_beginning.record(cost),
+        match class {
+            SampleClass::BetweenOutputs => self.costs.chain_between_outputs.record(cost),
+            SampleClass::WithOutput => self.costs.chain_with_output.record(cost),
+            SampleClass::Beginning => self.costs.chain_beginning.record(cost),
         }
     }
 }
 
 impl<Spi: SpiDevice> Sampling<Spi> {
-    /// Nothing measured yet.
+    /// Starts with nothing measured.
     pub fn new(
         bank: CounterBank<Spi>,
         processor: Processor<Core>,
@@ -150,20 +150,20 @@ impl<Spi: SpiDevice> Sampling<Spi> {
         }
     }
 
-    /// One period.
+    /// Serves one sampling period.
     #[inline]
-    fn tick(&mut self, trace: &mut TraceRing<TRACE_ENTRIES>) {
+    fn serve_period(&mut self, trace: &mut TraceRing<TRACE_ENTRIES>) {
         let entry = self.timer.now();
         let timing = self.timer.enter();
         let reading = self.bank.take(timing.missed.saturating_add(1));
 
         let before = self.timer.now();
-        let mut watch = Stopwatch {
+        let mut probe = Stopwatch {
             timer: &self.timer,
             costs: &mut self.costs,
             begun: before,
         };
-        let frame = advance(&mut self.processor, reading, timing, &mut watch);
+        let frame = advance(&mut self.processor, reading, timing, &mut probe);
         let cost = self.timer.between(before, self.timer.now());
         self.costs.processor.record(cost);
 
@@ -176,7 +176,7 @@ impl<Spi: SpiDevice> Sampling<Spi> {
                 self.processor.output_overrun();
             }
         }
-        self.show(trace, reading, cost);
+        self.publish(trace, reading, cost);
 
         let exit = self.timer.now();
         let interrupt = &mut self.costs.interrupt;
@@ -184,9 +184,9 @@ impl<Spi: SpiDevice> Sampling<Spi> {
         WATCH.longest.store(interrupt.maximum, Ordering::Relaxed);
     }
 
-    /// Leaves this period's account for the debugger and the main loop.
+    /// Records this period for the debugger and the main loop.
     #[inline]
-    fn show(&self, trace: &mut TraceRing<TRACE_ENTRIES>, reading: Reading, cost: u32) {
+    fn publish(&self, trace: &mut TraceRing<TRACE_ENTRIES>, reading: Reading, cost: u32) {
         let served = WATCH.served.load(Ordering::Relaxed);
         let status: Status = self.processor.period_status();
         let entry = TraceEntry::new(served, status, cost, reading.sample);
@@ -209,19 +209,19 @@ impl<Spi: SpiDevice> Sampling<Spi> {
     }
 }
 
-/// The processor, as one function of the image: the call is a border that the measured code cannot leave,
-/// and its symbol is where a disassembly of the chain begins.
+/// Runs the processor for one period. It is one function of the image: measured code cannot be moved out of the call,
+/// and a disassembly of the chain begins at its symbol.
 #[inline(never)]
 fn advance(
     processor: &mut Processor<Core>,
     reading: Reading,
     timing: Timing,
-    watch: &mut Stopwatch<'_>,
+    probe: &mut Stopwatch<'_>,
 ) -> Option<TelemetryFrame> {
-    processor.period_watched(reading, timing, watch)
+    processor.period_probed(reading, timing, probe)
 }
 
-/// The interrupt's belongings.
+/// The value of the sampling interrupt: lent to it while it is unmasked.
 pub static SAMPLING: Handover<Sampling<Spi>> = Handover::empty();
 
 /// Deadline contract: requested at the end of each sample period, at the highest priority; must return
@@ -235,6 +235,6 @@ fn TIM2() {
     // SAFETY: this is the interrupt, it does not nest in itself, and both references end with it.
     let (sampling, trace) = unsafe { (&mut *SAMPLING.place(), &mut *TRACE.0.get()) };
     if let Some(sampling) = sampling {
-        sampling.tick(trace);
+        sampling.serve_period(trace);
     }
 }

@@ -1,7 +1,7 @@
-//! USART1, sending only: telemetry frames leave the board here, PA9.
+//! Drives USART1, sending only: telemetry frames leave the board here, on PA9.
 //!
-//! Enters: bytes. Leaves: 8 data bits, no parity, 1 stop bit at [`BAUD`]. Nothing waits: [`Serial::send`]
-//! takes a byte if there is room and says so, and the main loop comes again.
+//! Bytes leave with 8 data bits, no parity and 1 stop bit at [`BAUD`]. Nothing waits: [`Serial::send`] takes a byte if
+//! there is room and says whether it did; the main loop tries again.
 
 use stm32f4::stm32f405::{GPIOA, RCC, USART1};
 
@@ -9,13 +9,13 @@ use stm32f4::stm32f405::{GPIOA, RCC, USART1};
 /// the line stays readable after a dead crystal, and the usual USB adapters know it.
 pub const BAUD: u32 = 1_000_000;
 
-/// The transmitter.
+/// The transmitter of USART1.
 pub struct Serial {
     usart: USART1,
 }
 
 impl Serial {
-    /// Sets pin and rate.
+    /// Configures pin and rate.
     pub fn new(usart: USART1, gpioa: &GPIOA, rcc: &RCC, apb2_hz: u32) -> Self {
         rcc.ahb1enr().modify(|_, w| w.gpioaen().enabled());
         rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
@@ -30,7 +30,7 @@ impl Serial {
         Self { usart }
     }
 
-    /// Sends `byte` if the transmitter has room.
+    /// Sends `byte` if the transmitter has room; returns whether it did.
     pub fn send(&mut self, byte: u8) -> bool {
         let has_room = self.usart.sr().read().txe().bit();
         if has_room {

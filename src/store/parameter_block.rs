@@ -1,4 +1,4 @@
-//! The parameter block: what `rlg params` writes and the firmware reads from flash.
+//! Encodes and decodes the parameter block: what `rlg params` writes and the firmware reads from flash.
 //!
 //! Little-endian.
 //!
@@ -14,7 +14,7 @@
 //! | 16 | 60 `f64`: pulse weight ×3, bias ×3, scale ×3, installation ×6, flexure ×6, pickoff gain ×3, pickoff weight, sample rate, pickoff delay ×3, dither frequency ×3, dither amplitude ×3, adaptation time; accelerometers: weight ×3, bias ×3, scale ×3, misalignment ×6, lever arms ×9 (zeros without) |
 //! | last 4 | `u32` CRC-32 (ISO-HDLC, as zip) of everything before it |
 //!
-//! Left out: choosing between two blocks; that is the slot store's.
+//! Choosing between two blocks is the task of [`parameter_slots`](crate::store::parameter_slots).
 
 use core::fmt;
 

@@ -1,7 +1,7 @@
-//! Two places in flash for the parameter block, of which one is always whole.
+//! Keeps the parameter block in two places of flash, of which one is always whole.
 //!
-//! Enters: NOR flash behind `embedded_storage::nor_flash`. Leaves: [`Loaded`], the parameters to start with
-//! and what is wrong with the slots; or, when parameters are changed, a written and verified slot.
+//! The flash is NOR flash behind `embedded_storage::nor_flash`. Loading gives [`Loaded`]: the parameters to start with
+//! and what is wrong with the slots. Storing writes and verifies a slot.
 //!
 //! | slots found | parameters | flags |
 //! |---|---|---|
@@ -52,7 +52,7 @@ use crate::store::parameters::{ParameterError, Parameters};
 /// an STM32F405 has 1 to 8 bytes.
 pub const LARGEST_UNIT_BYTES: usize = 32;
 
-/// A block and what fills its last unit.
+/// Size of a block, filled up to whole units \[bytes\].
 const BUFFER_BYTES: usize = PARAMETER_BLOCK_BYTES.next_multiple_of(LARGEST_UNIT_BYTES);
 
 /// Attempts to mend a slot until the good slot's sector is erased.
@@ -61,7 +61,7 @@ pub const MEND_ATTEMPTS: usize = 3;
 /// Where a slot's marks of attempts begin \[bytes\].
 pub const MEND_MARKS_OFFSET: u32 = BUFFER_BYTES as u32;
 
-/// Of all marks.
+/// Size of all marks \[bytes\].
 const MARKS_BYTES: usize = MEND_ATTEMPTS * LARGEST_UNIT_BYTES;
 
 /// Bytes of the CRC at the block's end.
@@ -70,13 +70,13 @@ const CRC_BYTES: usize = 4;
 /// What flash holds where nothing was programmed since the last erasure.
 const ERASED: u8 = 0xFF;
 
-/// One of the two.
+/// One of the two slots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Slot {
-    /// At the first offset.
+    /// The slot at the first offset.
     First,
-    /// At the second.
+    /// The slot at the second offset.
     Second,
 }
 
@@ -97,16 +97,16 @@ impl Slot {
 pub struct Loaded {
     /// Of the newer good slot, or [`Parameters::default`].
     pub parameters: Parameters,
-    /// Their generation; 0 for the default.
+    /// Generation of the parameters; 0 for the default.
     pub generation: u32,
-    /// The slot they came from; `None`: the default.
+    /// The slot that the parameters came from; `None` for the default.
     pub slot: Option<Slot>,
-    /// A slot is good and the other is not.
+    /// Whether one slot is good and the other is not.
     pub slot_bad: bool,
 }
 
 impl Loaded {
-    /// No slot is good.
+    /// Whether no slot is good, so that the default parameters are used.
     pub fn parameters_default(&self) -> bool {
         self.slot.is_none()
     }
@@ -213,10 +213,10 @@ impl<F: NorFlash> ParameterSlots<F> {
     /// The last step of a write begins here: the unit, or the few units, that hold the CRC.
     const LAST_WRITE: usize = (PARAMETER_BLOCK_BYTES - CRC_BYTES) / F::WRITE_SIZE * F::WRITE_SIZE;
 
-    /// Whole units.
+    /// Size of the block in whole write units \[bytes\].
     const WRITTEN_BYTES: usize = PARAMETER_BLOCK_BYTES.next_multiple_of(F::WRITE_SIZE);
 
-    /// Whole sectors that a slot takes.
+    /// Size of a slot in whole sectors \[bytes\].
     const SLOT_BYTES: u32 = (BUFFER_BYTES + MARKS_BYTES).next_multiple_of(F::ERASE_SIZE) as u32;
 
     /// Makes `parameters` those of the next boot; returns their generation. Where it fails, the block that
@@ -255,7 +255,7 @@ impl<F: NorFlash> ParameterSlots<F> {
         Ok(Mending::Done)
     }
 
-    /// Writes the next mark behind `good`'s block; whether one was free.
+    /// Writes the next mark behind `good`'s block; `false` if none was free.
     fn count_attempt(&mut self, good: Slot) -> Result<bool, SlotError<F::Error>> {
         let free = [ERASED; LARGEST_UNIT_BYTES];
         for attempt in 0..MEND_ATTEMPTS {

@@ -1,4 +1,4 @@
-//! The parameters as a calibration engineer writes them: f64, SI units.
+//! Holds the parameters as a calibration engineer writes them: f64, SI units.
 //!
 //! Nothing here runs per sample: [`Chain::new`](crate::Chain::new) checks them and turns them into the
 //! number system's coefficients once, at boot.
@@ -9,7 +9,7 @@ use crate::chain::design_parameters as design;
 use crate::chain::dither_phase::DitherPhase;
 use crate::chain::triad::CrossAxis;
 
-/// What the chain knows of its triad. Axes x, y, z of the body frame.
+/// Everything that the chain knows of its gyro triad. Axes x, y, z of the body frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameters {
@@ -49,7 +49,7 @@ pub struct Parameters {
     pub accelerometers: Option<AccelerometerParameters>,
 }
 
-/// What the chain knows of its accelerometers. Axes x, y, z of the body frame.
+/// Everything that the chain knows of its accelerometers. Axes x, y, z of the body frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AccelerometerParameters {

@@ -71,7 +71,7 @@ pub enum ClockSource {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Clocks {
-    /// Where they come from.
+    /// The source of the clocks.
     pub source: ClockSource,
     /// The core \[Hz\].
     pub core_hz: u32,
@@ -84,7 +84,7 @@ pub struct Clocks {
 }
 
 impl Clocks {
-    /// Whether the crystal is not what runs.
+    /// Whether the clocks run from another source than the crystal.
     pub fn is_fallback(&self) -> bool {
         self.source != ClockSource::Crystal
     }
@@ -112,9 +112,9 @@ impl Clocks {
 /// Core clock over bus clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BusDividers {
-    /// 1, 2, 4, 8 or 16.
+    /// Divider of APB1: 1, 2, 4, 8 or 16.
     pub apb1: u8,
-    /// As above.
+    /// Divider of APB2: 1, 2, 4, 8 or 16.
     pub apb2: u8,
 }
 
@@ -128,9 +128,9 @@ impl BusDividers {
 /// The PLL: core = input / `input_divider` × `multiplier` / 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PllSettings {
-    /// From the crystal; else from the internal oscillator.
+    /// Whether the input is the crystal; else it is the internal oscillator.
     pub from_crystal: bool,
-    /// Brings the input to 1 MHz.
+    /// Divider that brings the input to 1 MHz.
     pub input_divider: u8,
     /// Output of the oscillator over 1 MHz.
     pub multiplier: u16,
@@ -154,7 +154,7 @@ impl PllSettings {
     }
 }
 
-/// What the core's clock comes from.
+/// Sources of the core's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CoreClock {
     /// The internal oscillator.
@@ -224,7 +224,7 @@ fn runs_from_pll(registers: &mut impl ClockRegisters, source: ClockSource) -> bo
     runs || !goes_back_to_internal(registers)
 }
 
-/// Puts the core on the PLL, which has locked; whether it runs from there.
+/// Switches the core to the PLL, which has locked; returns whether it runs from there.
 fn goes_to_full_speed(registers: &mut impl ClockRegisters, source: ClockSource) -> bool {
     // First the wait states, and only when the flash shows them the clock that needs them (RM0090 3.5.1).
     let wait_states = Clocks::of(source).wait_states;

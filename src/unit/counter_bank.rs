@@ -1,8 +1,8 @@
-//! The gyro counter bank: the logic device that counts the pulses of three gyros and three accelerometers
-//! and latches three pickoffs.
+//! Reads the gyro counter bank: the logic device that counts the pulses of three gyros and three accelerometers and
+//! latches three pickoffs.
 //!
-//! Enters: one frame a period over SPI. Leaves: a [`Reading`] with a [`Sample`]: pulses over the period
-//! \[1\], pickoff codes at its end \[1\], accelerometer codes \[1\]; block frame, axes x, y, z.
+//! It reads one frame a period over SPI and gives a [`Reading`] with a [`Sample`]: pulses over the period, pickoff
+//! codes at its end and accelerometer codes \[1\]; block frame, axes x, y, z.
 //!
 //! The frame, version 2, 40 bytes, little-endian; the bank latches it once a period and shifts it out while
 //! chip select is low:
@@ -22,7 +22,7 @@
 //! period only; for those that were lost the last one stands, since none would lose 2.5 mm/s at 1 g each.
 //!
 //! # What the sequence number shows
-//! The board's own timer is the only latch of the bank: it makes one frame a sampling period, whether somebody reads it
+//! The board's own timer is the only latch of the bank: it makes one frame a sampling period, whether it is read
 //! or not. So of e periods since the last good frame, by the caller's clock, the number must have grown by e, less at
 //! most one for each frame of these periods that came again (the bank did not latch, or latched late).
 //!
@@ -38,12 +38,13 @@
 //! All bits equal is told apart as [`SourceFault::StuckLine`] before the CRC is looked at: it is a wire,
 //! not noise, and no CRC is defined by what a dead line happens to spell.
 //!
-//! Deliberately not here: what to do about a fault. The caller counts it.
+//! What is done about a fault is the caller's business.
 
 use crc::{CRC_16_IBM_3740, Crc};
 use embedded_hal::spi::SpiDevice;
 
 use crate::Sample;
+use crate::chain::triad::are_equal;
 use crate::unit::sample_source::{Reading, SampleSource, SourceFault};
 
 /// Version of the frame's layout.
@@ -58,10 +59,10 @@ const CHECKED_BYTES: usize = 38;
 /// Finds every error of up to 3 bits in frames below 4 KiB (Hamming distance 4), and every burst up to 16.
 const FRAME_CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 
-/// What a frame holds, its check sum apart.
+/// Content of a frame without its check sum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct BankFrame {
-    /// One more each period, wrapping.
+    /// Sequence number: one more each period, wrapping.
     pub sequence: u16,
     /// Free-running pulse counters x, y, z.
     pub counters: [i32; 3],
@@ -90,7 +91,10 @@ impl BankFrame {
         bytes
     }
 
-    /// What the wire brought, or why it is no frame.
+    /// Decodes the bytes from the wire.
+    ///
+    /// # Errors
+    /// [`SourceFault::StuckLine`] if every bit is the same, [`SourceFault::Checksum`] if the CRC differs.
     #[inline]
     pub fn from_bytes(bytes: &[u8; FRAME_BYTES]) -> Result<Self, SourceFault> {
         if is_stuck(bytes) {
@@ -107,7 +111,7 @@ impl BankFrame {
         })
     }
 
-    /// The frame one period later, if that period brought `sample`: what a bank does.
+    /// The frame that a bank sends one period after this one if that period brought `sample`.
     #[must_use]
     pub fn followed_by(&self, sample: &Sample, accelerometers: AccelerometerInput) -> Self {
         Self {
@@ -124,7 +128,7 @@ impl BankFrame {
     }
 }
 
-/// What the accelerometers' words are.
+/// What the accelerometers' words of a frame mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum AccelerometerInput {
     /// Free-running counters of velocity pulses, as the gyros'.
@@ -172,14 +176,14 @@ impl<SPI: SpiDevice> CounterBank<SPI> {
         self.spi
     }
 
-    /// Goes on from this frame.
+    /// Remembers this frame as the last good one.
     fn latch(&mut self, frame: &BankFrame) {
         self.previous = Some(Latched::of(frame));
         self.elapsed = 0;
         self.repeats = 0;
     }
 
-    /// A reading of no counts, from which the next one goes on.
+    /// Gives a reading with zero counts, and remembers the frame as the one from which the next counts are taken.
     #[cold]
     #[inline(never)]
     fn begin(&mut self, frame: &BankFrame, fault: Option<SourceFault>) -> Reading {
@@ -273,11 +277,6 @@ fn is_stuck(frame: &[u8; FRAME_BYTES]) -> bool {
         .map(u32::from_le_bytes)
         .fold((0, u32::MAX), |(any, all), word| (any | word, all & word));
     any == 0 || all == u32::MAX
-}
-
-/// Word by word: the comparison of arrays is a loop of the core library.
-fn are_equal([ax, ay, az]: [i32; 3], [bx, by, bz]: [i32; 3]) -> bool {
-    (ax ^ bx) | (ay ^ by) | (az ^ bz) == 0
 }
 
 fn difference(new: [i32; 3], old: [i32; 3]) -> [i32; 3] {

@@ -1,8 +1,8 @@
-//! The unit's health: fault counters around the chain, the first fault, and one item of it a frame.
+//! Counts the unit's faults, latches the first one, and reports one health item with each frame.
 //!
-//! Enters: events from the processor, the chain's own [`Faults`]. Leaves: counters \[events since start,
-//! saturating\], the first fault with its sampling period, and a [`HealthItem`] for each telemetry frame:
-//! the items take turns, so a listener knows all of them after [`HEALTH_ITEMS`]`.len()` frames.
+//! Events come from the processor and from the chain's own [`Faults`]. Counters count events since start and saturate;
+//! the first fault has its sampling period. Each telemetry frame carries one [`HealthItem`]: the items take turns, so a
+//! listener knows all of them after [`HEALTH_ITEMS`]`.len()` frames.
 //!
 //! | index | value, u32 |
 //! |---|---|
@@ -23,10 +23,10 @@
 //!
 //! Counters of conditions (5 to 8, 12) grow with each output period that the condition lasts; counters of
 //! events count events. Boot faults (status bits 23 to 25) stay in every frame's status instead of a
-//! counter, and do not take the place of the first fault in service. 40 was a counter of frames that nobody asked for,
+//! counter, and do not take the place of the first fault in service. Index 40 was a counter of unrequested frames,
 //! until the board's clock said how many there must be.
 //!
-//! Deliberately not here: what the unit does about a fault; that table is in [`processor`](crate::unit::processor).
+//! What the unit does about a fault is tabulated in [`processor`](crate::unit::processor).
 
 use crate::chain::faults::{Faults, FirstFault, Status};
 
@@ -34,7 +34,7 @@ use crate::chain::faults::{Faults, FirstFault, Status};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct HealthItem {
-    /// Which one.
+    /// Index of the item in the table above.
     pub index: u8,
     /// Its value.
     pub value: u32,
@@ -154,7 +154,7 @@ pub struct Health {
 }
 
 impl Health {
-    /// Everything at 0.
+    /// All counters at 0 and no fault.
     pub const NONE: Self = Self {
         interrupts_missed: 0,
         interrupts_late: 0,

@@ -1,12 +1,12 @@
-//! The processor: what stands around the chain in the interrupt, the same code on the board, in the emulator
-//! and on the host.
+//! Runs the chain once a sampling period and accounts for time and faults around it, the same code on the board, in the
+//! emulator and on the host.
 //!
-//! Enters, once a period: a [`Reading`] of the counter bank and the interrupt's own [`Timing`]. Leaves: a
-//! [`TelemetryFrame`] at the end of each output period, health counters, the first fault. Increments are in
-//! the body frame; units are those of [`OutputFrame`].
+//! It takes, once a period, a [`Reading`] of the counter bank and the interrupt's own [`Timing`]. It gives a
+//! [`TelemetryFrame`] at the end of each output period, health counters and the first fault. Increments are in the body
+//! frame; units are those of [`OutputFrame`].
 //!
 //! # Time
-//! A period passes whether its sample came or not. The chain is told of each that brought none
+//! A period passes whether its sample came or not. The chain is advanced over each without a sample
 //! ([`Chain::process_lost`]), so output periods keep their length and number. The bank counts on meanwhile,
 //! so the next sample holds the angle of all of them: what a fault costs is *when* the angle is shown, and
 //! the flexure term of that one sample, never the angle.
@@ -44,8 +44,8 @@
 //! No panic, no allocation, no wait, no loop over data. A period without a fault and without a frame costs
 //! the chain and some twenty instructions.
 //!
-//! Deliberately not here: the bus, the queue, the clock. A gap's angle is not spread over the periods that
-//! it covers: that would be a guess, and navigation sees the flag.
+//! Bus, queue and clock are outside. A gap's angle is not spread over the periods that it covers: that would be a
+//! guess, and navigation sees the flag.
 
 use crate::chain::design_parameters::START_UP_LIMIT_S;
 use crate::chain::faults::{Faults, FirstFault, Status};
@@ -57,7 +57,7 @@ use crate::unit::health::{HEALTH_ITEMS, Health, HealthItem, item};
 use crate::unit::sample_source::{Reading, SourceFault};
 use crate::wire::telemetry::TelemetryFrame;
 
-/// What the boot found.
+/// Findings of the boot that frames report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BootReport {
@@ -77,49 +77,48 @@ pub struct BootReport {
     pub last_failure_place: u32,
 }
 
-/// How the interrupt of this period came.
+/// Timing of this period's interrupt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Timing {
-    /// Periods since the previous interrupt that had none.
+    /// Sampling periods since the previous interrupt that had no interrupt.
     pub missed: u32,
-    /// This one came later than it may.
+    /// Whether this interrupt came later than it may.
     pub late: bool,
 }
 
-/// Somebody who measures what the chain costs. The functions are inlined: one that does nothing costs
-/// nothing.
-pub trait ChainWatch {
-    /// The chain begins with a sample.
+/// Measures the cost of the chain. The functions are inlined, so an implementation that does nothing costs nothing.
+pub trait CostProbe {
+    /// Called before the chain takes a sample.
     fn begin(&mut self);
-    /// It is through.
-    fn end(&mut self, course: Course);
+    /// Called when the chain has taken the sample.
+    fn end(&mut self, class: SampleClass);
 }
 
-/// What a sample was to the chain.
+/// Classes of samples that differ in what they cost the chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Course {
-    /// It completed no output frame.
+pub enum SampleClass {
+    /// The sample completed no output frame.
     BetweenOutputs,
-    /// It completed one.
+    /// The sample completed an output frame.
     WithOutput,
-    /// It completed none, and followed a start or a gap: one of the two in which the chain begins anew.
+    /// The sample completed none and followed a start or a gap: it is one of the two in which the chain begins anew.
     Beginning,
 }
 
-/// Nobody.
-struct Unwatched;
+/// A probe that measures nothing.
+struct NoProbe;
 
-impl ChainWatch for Unwatched {
+impl CostProbe for NoProbe {
     #[inline(always)]
     fn begin(&mut self) {}
     #[inline(always)]
-    fn end(&mut self, _: Course) {}
+    fn end(&mut self, _: SampleClass) {}
 }
 
 /// The chain, its state, and the health around them.
 ///
-/// In memory as declared, for the reason that [`Chain`] states.
+/// In memory in the order of declaration, for the reason that [`Chain`] states.
 #[derive(Debug, Clone)]
 #[repr(C)]
 pub struct Processor<N: NumberSystem> {
@@ -127,7 +126,7 @@ pub struct Processor<N: NumberSystem> {
     chain: Chain<N>,
     health: Health,
     settings: Settings,
-    /// Boot bits: in every frame.
+    /// Status bits of the boot, which are in every frame.
     boot: Status,
     /// Bits of the output period so far.
     pending: Status,
@@ -137,15 +136,15 @@ pub struct Processor<N: NumberSystem> {
     periods: u32,
     /// The start-up is over: faults are latched.
     in_service: bool,
-    /// The first fault was seen in this output period, so the chain may yet show an earlier one.
-    first_is_fresh: bool,
-    /// Whose turn it is.
-    turn: u8,
+    /// Whether the first fault was latched in this output period, so that the chain may yet report an earlier one.
+    first_is_of_this_output: bool,
+    /// Place in [`HEALTH_ITEMS`] of the item that the next frame carries.
+    next_item: u8,
     /// The second frame of a period that ended two output periods.
     held: Option<TelemetryFrame>,
 }
 
-/// Health items that do not change.
+/// Health items that do not change in service.
 #[derive(Debug, Clone, Copy)]
 struct Settings {
     sample_rate_hz: f32,
@@ -188,35 +187,35 @@ impl<N: NumberSystem> Processor<N> {
             of_period: Status::default(),
             periods: 0,
             in_service: false,
-            first_is_fresh: false,
-            turn: 0,
+            first_is_of_this_output: false,
+            next_item: 0,
             held: None,
         })
     }
 
-    /// One sampling period. With `timing.missed` the periods before it are accounted for too.
+    /// Processes one sampling period, and the `timing.missed` periods before it.
     ///
-    /// Gives at most one frame. A gap can end one output period and the sample after it another: the second
-    /// frame comes with the next call. Where that call has two again (only with one sample an output, or
-    /// gaps longer than an output period one after the other) a frame is dropped and counted as
-    /// [`Status::OUTPUT_OVERRUN`].
+    /// # Returns
+    /// At most one frame. A gap can end one output period and the sample after it another: the second frame then comes
+    /// with the next call. If that call has two frames again (only with one sample an output, or after successive gaps
+    /// longer than an output period), one is dropped and counted as [`Status::OUTPUT_OVERRUN`].
     #[inline]
     pub fn period(&mut self, reading: Reading, timing: Timing) -> Option<TelemetryFrame> {
-        self.period_watched(reading, timing, &mut Unwatched)
+        self.period_probed(reading, timing, &mut NoProbe)
     }
 
-    /// [`Processor::period`], with `watch` told when the chain begins a sample and when it ends.
+    /// [`Processor::period`], with `probe` called before and after the chain takes the sample.
     #[inline]
-    pub fn period_watched(
+    pub fn period_probed(
         &mut self,
         reading: Reading,
         timing: Timing,
-        watch: &mut impl ChainWatch,
+        probe: &mut impl CostProbe,
     ) -> Option<TelemetryFrame> {
         let mut lost = timing.missed;
         self.of_period = Status::default();
         if timing.missed > 0 || timing.late || reading.fault.is_some() {
-            lost = lost.saturating_add(self.account(&reading, timing));
+            lost = lost.saturating_add(self.count_faults(&reading, timing));
         } else if reading.sample.is_none() {
             // No sample and no reason given: still a period that passes.
             lost = lost.saturating_add(1);
@@ -228,14 +227,14 @@ impl<N: NumberSystem> Processor<N> {
             self.periods = self.periods.wrapping_add(lost);
         }
         if let Some(sample) = reading.sample {
-            // The chain decides for itself: a decision shared with it costs it registers.
+            // `black_box`: if the compiler shared this decision with the chain, the chain would have fewer registers.
             let beginning = core::hint::black_box(self.state.is_beginning());
-            watch.begin();
+            probe.begin();
             let ended = self.chain.process(&mut self.state, &sample);
-            watch.end(match (ended.is_some(), beginning) {
-                (true, _) => Course::WithOutput,
-                (false, true) => Course::Beginning,
-                (false, false) => Course::BetweenOutputs,
+            probe.end(match (ended.is_some(), beginning) {
+                (true, _) => SampleClass::WithOutput,
+                (false, true) => SampleClass::Beginning,
+                (false, false) => SampleClass::BetweenOutputs,
             });
             self.periods = self.periods.wrapping_add(1);
             if ended.is_some() {
@@ -273,7 +272,8 @@ impl<N: NumberSystem> Processor<N> {
         &self.state
     }
 
-    /// Bits of the last period: the processor's own, and where an output period ended, its frame's.
+    /// Status bits of the last period: the processor's own, and those of the frame of an output period that ended in
+    /// it.
     pub fn period_status(&self) -> Status {
         self.of_period
     }
@@ -288,9 +288,12 @@ impl<N: NumberSystem> Processor<N> {
         HEALTH_ITEMS.map(|index| self.value(index))
     }
 
-    /// Counts what is wrong with this period. Leaves: periods lost beside those that `timing` tells.
+    /// Counts what is wrong with this period's reading and interrupt.
+    ///
+    /// # Returns
+    /// Periods lost in addition to those that `timing` tells.
     #[inline(never)]
-    fn account(&mut self, reading: &Reading, timing: Timing) -> u32 {
+    fn count_faults(&mut self, reading: &Reading, timing: Timing) -> u32 {
         let health = &mut self.health;
         let add = |counter: &mut u32, events: u32| *counter = counter.saturating_add(events);
         let mut raised = Status::INTERRUPT_MISSED
@@ -333,7 +336,7 @@ impl<N: NumberSystem> Processor<N> {
         lost
     }
 
-    /// Sets bits for this period and its output period, and latches the first fault.
+    /// Raises status bits for this period and its output period, and latches the first fault.
     fn raise(&mut self, raised: Status, period: u32) {
         self.of_period = self.of_period.union(raised);
         self.pending = self.pending.union(raised);
@@ -342,11 +345,11 @@ impl<N: NumberSystem> Processor<N> {
                 stages: raised,
                 sample: period,
             };
-            self.first_is_fresh = true;
+            self.first_is_of_this_output = true;
         }
     }
 
-    /// Completes an output frame and puts it where there is room: into `free`, or aside for the next call.
+    /// Completes an output frame with status and health item, and puts it into `free`, or aside for the next call.
     #[inline(never)]
     fn finish(&mut self, ended: Option<OutputFrame>, free: &mut Option<TelemetryFrame>) {
         let Some(mut output) = ended else {
@@ -356,16 +359,16 @@ impl<N: NumberSystem> Processor<N> {
         output.status = output.status.union(pending).union(self.boot);
         self.of_period = self.of_period.union(output.status);
         if self.in_service {
-            self.latch_chains_first();
+            self.adopt_earlier_fault_of_chain();
         } else {
             self.state.forget_first_fault();
             self.in_service = self.chain.has_started(&self.state)
                 || self.periods >= self.settings.start_up_periods;
         }
 
-        let index = *HEALTH_ITEMS.get(usize::from(self.turn)).unwrap_or(&0);
-        self.turn = match usize::from(self.turn) + 1 {
-            turn if turn < HEALTH_ITEMS.len() => turn as u8,
+        let index = *HEALTH_ITEMS.get(usize::from(self.next_item)).unwrap_or(&0);
+        self.next_item = match usize::from(self.next_item) + 1 {
+            next if next < HEALTH_ITEMS.len() => next as u8,
             _ => 0,
         };
         let frame = TelemetryFrame {
@@ -384,15 +387,15 @@ impl<N: NumberSystem> Processor<N> {
         }
     }
 
-    /// The chain shows its faults at the end of an output period only, with the sample of the first: that
-    /// may be before the one which the processor latched in the same period.
-    fn latch_chains_first(&mut self) {
+    /// Takes over the chain's first fault where it is earlier. The chain reports faults only at the end of an output
+    /// period, with the sample of the first: that may be before the one that the processor latched in the same period.
+    fn adopt_earlier_fault_of_chain(&mut self) {
         let chain = self.state.faults().first;
         let first = &mut self.health.first;
         if chain.stages != Status::default() {
             if first.stages == Status::default() {
                 *first = chain;
-            } else if self.first_is_fresh {
+            } else if self.first_is_of_this_output {
                 let lead = first.sample.wrapping_sub(chain.sample) as i32;
                 if lead > 0 {
                     *first = chain;
@@ -401,7 +404,7 @@ impl<N: NumberSystem> Processor<N> {
                 }
             }
         }
-        self.first_is_fresh = false;
+        self.first_is_of_this_output = false;
     }
 
     /// The value of health item `index`, table in [`health`](crate::unit::health).

@@ -1,12 +1,11 @@
-//! Where samples come from: one trait for every source of readings.
+//! Defines where samples come from: one trait for every source of readings.
 //!
-//! Enters: the time that passed; the caller asks once a period. Leaves: a [`Reading`], block frame, raw counts
-//! and codes. Deliberately not here: waiting. A source answers at once, because the caller is an interrupt
-//! with a deadline.
+//! The caller asks once a period and says how much time has passed; a source answers at once with a [`Reading`] of raw
+//! counts and codes in the block frame. It never waits, because the caller is an interrupt with a deadline.
 
 use crate::Sample;
 
-/// Something that yields one sample a period.
+/// A source of one sample a period.
 pub trait SampleSource {
     /// The sample of the period that just ended. Answers without waiting for the next period.
     ///
@@ -15,7 +14,7 @@ pub trait SampleSource {
     fn take(&mut self, elapsed: u32) -> Reading;
 }
 
-/// What one request yielded.
+/// A source's answer for one period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Reading {
     /// The sample, if there is one that the chain may use.
@@ -24,12 +23,12 @@ pub struct Reading {
     /// 0 for the first sample of a source (its counts are zeros: there is nothing yet to difference with) and where
     /// there is none.
     pub periods: u32,
-    /// What was wrong. Only [`SourceFault::Restarted`] has a sample beside it.
+    /// The fault of this period, if any. Only [`SourceFault::Restarted`] has a sample beside it.
     pub fault: Option<SourceFault>,
 }
 
 impl Reading {
-    /// No sample, for this reason.
+    /// A reading without a sample, for the reason `fault`.
     pub const fn without_sample(fault: SourceFault) -> Self {
         Self {
             sample: None,
@@ -39,13 +38,13 @@ impl Reading {
     }
 }
 
-/// Why a reading is not an ordinary one.
+/// Faults of a source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SourceFault {
     /// The bus reported an error.
     Bus,
-    /// Every bit of the frame is the same: the data line is shorted, open, or nobody drives it.
+    /// Every bit of the frame is the same: the data line is shorted, open, or not driven.
     StuckLine,
     /// The frame's check sum does not match its content.
     Checksum,

@@ -1,8 +1,7 @@
-//! The trace: the last samples before and after the first fault, for a debugger.
+//! Keeps the last samples before and after the first fault, for a debugger.
 //!
-//! Enters: one [`TraceEntry`] a period, and whether the first fault in service is latched. Leaves: nothing by itself; a
-//! probe reads the memory. After the first entry with a latched fault, half a ring more is recorded and then nothing: so half of what stands there led
-//! to the fault and half followed from it, whenever the probe arrives.
+//! It records one [`TraceEntry`] a period. After the first entry with a latched fault it records half a ring more and
+//! then stops: half of the entries led to the fault and half followed it, whenever a probe reads the memory.
 //!
 //! Layout in memory, little-endian, words of 32 bits (`repr(C)`):
 //!
@@ -19,8 +18,7 @@
 //! compiler may not drop stores that no code reads back:
 //! `probe-rs read b32 $(nm -C image | awk '/ TRACE$/{print "0x"$1}') 3333` for 256 entries.
 //!
-//! Deliberately not here: a second trace, or a restart in service. The first fault is the cause; a reset
-//! arms the ring again.
+//! There is one trace and no restart in service: the first fault is the cause. A reset arms the ring again.
 
 use crate::Sample;
 use crate::chain::faults::Status;
@@ -35,18 +33,18 @@ pub struct TraceEntry {
     pub status: u32,
     /// Cost of the period in the caller's unit: instructions under emulation, cycles on a board.
     pub cost: u32,
-    /// The sample's content; zeros without one.
+    /// Pulse counts of the sample; zeros without one.
     pub pulse_counts: [i32; 3],
-    /// As above.
+    /// Pickoff codes of the sample; zeros without one.
     pub pickoff_codes: [i32; 3],
-    /// As above.
+    /// Accelerometer codes of the sample; zeros without one.
     pub accelerometer_codes: [i32; 3],
     /// 1 if a sample came, else 0.
     pub with_sample: u32,
 }
 
 impl TraceEntry {
-    /// Nothing yet.
+    /// An entry before anything is recorded.
     pub const EMPTY: Self = Self {
         period: 0,
         status: 0,
@@ -57,7 +55,7 @@ impl TraceEntry {
         with_sample: 0,
     };
 
-    /// One period's entry.
+    /// The entry of one period.
     #[inline]
     pub fn new(period: u32, status: Status, cost: u32, sample: Option<Sample>) -> Self {
         let with_sample = u32::from(sample.is_some());
@@ -87,7 +85,7 @@ pub struct TraceRing<const L: usize> {
     entries: [TraceEntry; L],
 }
 
-/// Before a fault.
+/// Value of `to_record` before a fault.
 const ENDLESS: u32 = u32::MAX;
 
 impl<const L: usize> TraceRing<L> {
@@ -106,7 +104,8 @@ impl<const L: usize> TraceRing<L> {
         }
     }
 
-    /// Records one period, unless the ring is frozen; `fault_latched` once the first fault in service has come. Costs the same for every entry that it takes.
+    /// Records one period, unless the ring is frozen; `fault_latched` once the first fault in service has come. Each
+    /// recorded entry costs the same.
     #[inline]
     pub fn record(&mut self, entry: TraceEntry, fault_latched: bool) {
         if self.to_record == 0 {

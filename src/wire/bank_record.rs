@@ -1,8 +1,7 @@
-//! What an emulated counter bank plays: one record for each sampling interrupt of the emulator's image.
+//! Encodes what an emulated counter bank plays: one record for each sampling interrupt of the emulator's image.
 //!
-//! Enters: the bytes that the bank would put on the wire, and what else happens in that interrupt. Leaves:
-//! [`BankRecord::BYTES`] bytes, little-endian: `u32` control, then the bank's frame. A file `frames.bin` is
-//! nothing but records.
+//! A record has [`BankRecord::BYTES`] bytes, little-endian: a `u32` of control bits (table below), then the frame that
+//! the bank puts on the wire. A file `frames.bin` is a sequence of records.
 //!
 //! | bits of control | what happens |
 //! |---|---|
@@ -29,7 +28,7 @@ pub struct BankRecord {
     pub link_held: bool,
     /// The bus reports an error.
     pub bus_error: bool,
-    /// What is on the wire.
+    /// The frame's bytes on the wire.
     pub frame: [u8; FRAME_BYTES],
 }
 
@@ -40,7 +39,7 @@ impl BankRecord {
     /// Bytes of a record.
     pub const BYTES: usize = 4 + FRAME_BYTES;
 
-    /// A frame as it comes from a bank that is well.
+    /// The record of a frame without any fault.
     pub const fn ordinary(frame: [u8; FRAME_BYTES]) -> Self {
         Self {
             hold: 0,
@@ -50,7 +49,7 @@ impl BankRecord {
         }
     }
 
-    /// As in the file.
+    /// The record's bytes in the file.
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
         let control = u32::from(self.hold)
             | if self.link_held { LINK_HELD } else { 0 }
@@ -62,7 +61,7 @@ impl BankRecord {
         bytes
     }
 
-    /// From the file.
+    /// Decodes a record from the file's bytes.
     pub fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {
         let [a, b, c, d, frame @ ..] = *bytes;
         let control = u32::from_le_bytes([a, b, c, d]);
@@ -74,9 +73,9 @@ impl BankRecord {
         }
     }
 
-    /// How the interrupt after this record's stands in time, where this one was entered in time and takes
-    /// well below 1/32 of a period beside the hold. Holds that end within 1/32 of a limit are not for use:
-    /// the interrupt's own cost decides them.
+    /// The timing of the interrupt after this record's, where this one was entered in time and takes well below 1/32 of
+    /// a period beside the hold. Holds that end within 1/32 of a limit must not be used: the interrupt's own cost
+    /// decides them.
     pub fn timing_of_the_next(&self) -> Timing {
         let periods = u32::from(self.hold) / HOLD_PARTS;
         let rest = u32::from(self.hold) % HOLD_PARTS;

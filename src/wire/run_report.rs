@@ -1,7 +1,7 @@
-//! What the image says about one run: the file `report.bin` that it leaves beside its outputs.
+//! Encodes the image's account of one run: the file `report.bin` that it leaves beside its outputs.
 //!
-//! Enters: counters and costs from the image. Leaves: [`RunReport`], the same on the host, over a fixed
-//! little-endian layout with a magic word and a version. No unit is converted on the way.
+//! The image fills a [`RunReport`] with counters and costs; the host reads the same from a fixed little-endian layout
+//! with a magic word and a version. No unit is converted on the way.
 //!
 //! "Instructions" are what the emulator executed. It knows nothing of cycles, flash wait states or caches,
 //! so none of these numbers is a time on the board.

@@ -1,6 +1,6 @@
-//! The telemetry frame: what leaves by the serial port, and its way back out of a byte stream.
+//! Encodes the telemetry frame that leaves by the serial port, and finds frames in a byte stream.
 //!
-//! Enters: an [`OutputFrame`] and one [`HealthItem`]. Leaves: 43 bytes, little-endian:
+//! A frame holds an [`OutputFrame`] and one [`HealthItem`] in 43 bytes, little-endian:
 //!
 //! | bytes | holds |
 //! |---|---|
@@ -28,8 +28,8 @@
 //! where the stream begins, drops one byte at a time until header and check sum fit, and counts what it
 //! dropped. A random 43 bytes pass sync, version, length and check sum together with probability 2⁻⁴⁸.
 //!
-//! Deliberately not here: commands to the unit (the line is one way), and time stamps; the sequence number
-//! is the time, its period is a health item.
+//! The line is one way, so there are no commands to the unit. There are no time stamps either: the sequence number is
+//! the time, and its period is a health item.
 
 use crc::{CRC_16_IBM_3740, Crc};
 

@@ -1,7 +1,6 @@
-//! Whether the recordings can be of one instrument that moved.
+//! Checks whether the recordings can be of one instrument that moved.
 //!
-//! Enters: each recording's own estimate, the joint one, and what the recordings are made of. Leaves: nothing,
-//! or one error that names the recording at fault.
+//! It compares each recording's own estimate with the joint one; the error names the recording at fault.
 
 use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -15,16 +14,16 @@ use rlg_recording::error::InputError;
 use rlg_recording::{Clock, MANIFEST, Quantity, Recording};
 
 /// Installation and scale of one instrument stay within some 1e-5 (physics §5); another one's differ by 1e-4
-/// and more. Compared only beyond [`SURE`] standard deviations.
+/// and more. Compared only beyond [`SIGNIFICANT_SIGMAS`] standard deviations.
 const SAME_INSTRUMENT: [(&str, f64); 2] = [("installation", 1e-4), ("gyro_scale", 1e-4)];
 
 /// Standard deviations that are no chance among the hundred comparisons of ten recordings.
-const SURE: f64 = 6.0;
+const SIGNIFICANT_SIGMAS: f64 = 6.0;
 
-/// Chance below which two sets of six K are not one.
-const NOT_ONE: f64 = 1e-9;
+/// Probability below which two sets of six K differ.
+const DIFFERENT_P_VALUE: f64 = 1e-9;
 
-/// The gyros of all recordings must report alike.
+/// Checks that the gyros of all recordings report the same quantity at the same rate.
 pub fn gyros_report_alike(recordings: &[Recording]) -> Result<(), InputError> {
     let mut first: Option<(String, f64)> = None;
     for recording in recordings {
@@ -55,7 +54,7 @@ pub fn gyros_report_alike(recordings: &[Recording]) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Fitted scale and installation must be those of a gyro whose data are in the units they claim.
+/// Checks that fitted scale and installation are those of a gyro whose data are in the units they claim.
 pub fn is_credible(
     recording: &Recording,
     own: &Estimate,
@@ -65,7 +64,7 @@ pub fn is_credible(
         let unknown = unknowns.get(index);
         let largest = unknown.largest();
         if ["gyro_scale", "installation"].contains(&unknown.kind())
-            && own.values[index].abs() - SURE * own.stds[index] > largest
+            && own.values[index].abs() - SIGNIFICANT_SIGMAS * own.stds[index] > largest
         {
             return Err(InputError::new(
                 recording.folder.join(MANIFEST),
@@ -82,7 +81,7 @@ pub fn is_credible(
     Ok(())
 }
 
-/// Recordings of one instrument agree on installation, scale and K.
+/// Checks that the recordings agree on installation, scale and K, as those of one instrument do.
 pub fn agree(
     recordings: &[Recording],
     own: &[(Unknowns, Estimate)],
@@ -108,7 +107,7 @@ pub fn agree(
             };
             let apart = (estimate.values[index] - first.values[index]).abs();
             let std = estimate.stds[index].hypot(first.stds[index]);
-            if apart - SURE * std > *stable {
+            if apart - SIGNIFICANT_SIGMAS * std > *stable {
                 return fault(
                     format!("{} {}", unknown.kind(), unknown.name()),
                     format!("{apart:.3e} apart"),
@@ -131,7 +130,7 @@ pub fn agree(
         .collect();
     let degrees = (COEFFICIENTS * (own.len() - 1)) as f64;
     let chance = ChiSquared::new(degrees).map_or(1.0, |law| law.sf(apart.iter().sum()));
-    if chance < NOT_ONE {
+    if chance < DIFFERENT_P_VALUE {
         let worst = (0..apart.len())
             .max_by(|&a, &b| apart[a].total_cmp(&apart[b]))
             .unwrap_or(0);
@@ -148,7 +147,7 @@ pub fn agree(
     Ok(())
 }
 
-/// Something must have been learnt.
+/// Checks that the recordings contain information on at least one K.
 pub fn moved(
     model_file: &Path,
     recordings: &[Recording],

@@ -1,8 +1,8 @@
-//! What a recording with attitude samples says: the paper's way, attitude before and after (Eqs. 10–17, with
-//! the signs of physics §2).
+//! Extracts the information of a recording with attitude samples: the paper's way, attitude before and after (Eqs.
+//! 10–17, with the signs of physics §2).
 //!
-//! Enters: gyros at their rate and `reference_attitude` at any rate, down to one sample before and one after
-//! the coning. Leaves: [`Heard`], as the rate reference does.
+//! The recording has gyros at their rate and `reference_attitude` at any rate, down to one sample before and one after
+//! the coning. It gives [`RecordingInformation`], as the rate reference does.
 //!
 //! The gyros' own increments, compensated by Eq. (7) and by the estimate so far, are integrated to an attitude
 //! C (body to navigation frame). Its error e = Log(C C_refᵀ) \[rad, navigation frame\] grows between samples by
@@ -16,7 +16,7 @@
 //! Cholesky recursion.
 //!
 //! Assumes gyros whose random walk the model states; where the reference does not contain the Earth's rotation,
-//! that its frame turns with the Earth at a constant rate, which is estimated. Deliberately not here: gaps
+//! that its frame turns with the Earth at a constant rate, which is estimated. Out of scope: gaps
 //! (steps across one are left out), lever arms, a frame that travels.
 
 use std::path::Path;
@@ -24,7 +24,7 @@ use std::path::Path;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
-use super::rates::{Heard, greatest, too_short};
+use super::rates::{RecordingInformation, greatest, too_short};
 use super::unknowns::{EARTH, RIVAL, Unknowns, effect};
 use super::whiten::Whitener;
 use rlg_diagnosis::attitude::own_motion::take_own_motion;
@@ -41,7 +41,7 @@ use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 
-/// A recording ready to be asked again at another estimate.
+/// A recording prepared to be linearised at any estimate.
 pub struct AttitudeRecord {
     scene: Scene,
     samples: Vec<AttitudeSample>,
@@ -139,8 +139,8 @@ impl AttitudeRecord {
         })
     }
 
-    /// What the recording says, linearised where the catalogue's parameters have the values `at`.
-    pub fn hear(&self, catalogue: &Parameters, at: &[f64]) -> Heard {
+    /// The information of the recording, linearised where the catalogue's parameters have the values `at`.
+    pub fn information(&self, catalogue: &Parameters, at: &[f64]) -> RecordingInformation {
         let chains = self.integrate(catalogue, at);
         let mut information = Information::empty(catalogue.count());
         let earth_columns = if self.earth {
@@ -200,7 +200,7 @@ impl AttitudeRecord {
         information.power += 2.0 * at.dot(&information.right) + at.dot(&pull);
         information.right += pull;
         let rate_hz = self.scene.streams.rate_hz;
-        Heard {
+        RecordingInformation {
             information,
             noise: [0, 1, 2].map(|axis: usize| Noise {
                 theta: [
@@ -218,7 +218,7 @@ impl AttitudeRecord {
         }
     }
 
-    /// Case increments of a row less what the estimate explains, in the body frame.
+    /// Case increments of a row minus the effects of the present estimate, in the body frame.
     fn corrected(&self, catalogue: &Parameters, at: &[f64]) -> [Vec<f64>; 3] {
         let mut increments = self.scene.streams.case_rad.clone();
         for &effect in &self.effects {
@@ -237,7 +237,7 @@ impl AttitudeRecord {
         increments
     }
 
-    /// What an error of the sensed increments makes of the case's, Eq. (7).
+    /// The error of the case's increments that an error of the sensed ones causes, Eq. (7).
     fn case_from_sensed(&self, sensed: [f64; 3]) -> Vector3<f64> {
         self.body_from_sensing
             * Vector3::from_fn(|axis, _| (1.0 - self.scale_error[axis]) * sensed[axis])
@@ -344,7 +344,7 @@ fn for_rows(from: f64, to: f64, mut each: impl FnMut(usize, f64)) {
     }
 }
 
-/// A chain while it grows.
+/// A chain of steps under construction.
 struct Integration {
     chain: Chain,
     now: UnitQuaternion<f64>,
@@ -368,8 +368,8 @@ impl Integration {
         }
     }
 
-    /// Turns the attitude up to the place `to`; `each` sees the attitude at each row's middle, the
-    /// row's turn and the share.
+    /// Integrates the attitude up to the place `to`; `each` is called with the attitude at each row's middle, the row's
+    /// rotation and the share.
     fn advance(
         &mut self,
         increments: &[Vec<f64>; 3],

@@ -1,7 +1,7 @@
-//! Which combinations of the six K the recordings fix, and which they do not.
+//! Lists which combinations of the six K the recordings fix, and which they do not.
 //!
-//! Enters: [`Estimate`]. Leaves: for each gyro either its two coefficients, or their sum, or less; what is not
-//! fixed is named with the motion that would fix it (physics §3: a stationary oscillation shows only sums).
+//! From an [`Estimate`] it gives for each gyro either its two coefficients, or their sum, or less. What is not fixed is
+//! named with the motion that would fix it (physics §3: a stationary oscillation shows only sums).
 
 use std::collections::BTreeMap;
 
@@ -30,9 +30,9 @@ pub enum Known {
     Nothing,
 }
 
-/// The verdict on one gyro.
+/// What is known of one gyro's pair of coefficients.
 pub struct Pair {
-    /// 0, 1, 2.
+    /// The gyro: 0, 1, 2 for x, y, z.
     pub gyro: usize,
     /// What is known.
     pub known: Known,
@@ -48,7 +48,7 @@ pub struct Unfixed {
     pub motion: String,
 }
 
-/// Judges each gyro.
+/// Decides for each gyro what is known.
 pub fn pairs(estimate: &Estimate) -> [Pair; 3] {
     [0, 1, 2].map(|gyro| {
         let fixed = |weights: &[(usize, f64)]| {
@@ -137,7 +137,7 @@ pub fn for_model(estimate: &Estimate, pairs: &[Pair; 3]) -> [Option<f64>; 6] {
     chosen
 }
 
-/// Contract's names.
+/// The contract's names of the six K.
 pub fn names(weights: &[(usize, f64)]) -> BTreeMap<String, f64> {
     weights
         .iter()
@@ -145,7 +145,7 @@ pub fn names(weights: &[(usize, f64)]) -> BTreeMap<String, f64> {
         .collect()
 }
 
-/// As people write it: `K_xy + K_xz`.
+/// The combination as text: `K_xy + K_xz`.
 pub fn symbol(weights: &[(usize, f64)]) -> String {
     weights
         .iter()

@@ -1,8 +1,8 @@
-//! The joint estimate, its covariance and its directions.
+//! Computes the joint estimate of the six K, its covariance and its directions.
 //!
-//! Enters: [`Information`] over all unknowns, summed over recordings. Leaves: [`Estimate`]. With F the
-//! information, P the priors' and g the right side, θ = (F + P)⁻¹ g; everything that is not K is fitted away, so
-//! that the covariance of the six K is their block of the inverse.
+//! It takes the [`Information`] on all unknowns, summed over recordings. With F the information, P the priors' and g
+//! the right side, θ = (F + P)⁻¹ g. Everything that is not K is a nuisance, so the covariance of the six K is their
+//! block of the inverse.
 //!
 //! Units differ by fifteen decades, so the matrix is brought to a unit diagonal before it is inverted.
 
@@ -12,20 +12,20 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::unknowns::{COEFFICIENTS, Unknowns};
 use rlg_diagnosis::information::Information;
 
-/// See the page above.
+/// The joint estimate of all unknowns, and how sure the six K are.
 #[derive(Clone)]
 pub struct Estimate {
-    /// By index of the unknowns; 0 where nothing was fitted.
+    /// Values by index of the unknowns; 0 where nothing was fitted.
     pub values: Vec<f64>,
     /// Standard deviations in the same order.
     pub stds: Vec<f64>,
-    /// Of the six K \[s⁴\].
+    /// Covariance of the six K \[s⁴\].
     pub covariance: DMatrix<f64>,
     /// ln likelihood that the six K gain.
     pub log_likelihood_gain: f64,
     /// ln evidence that they gain (Laplace).
     pub log_evidence_gain: f64,
-    /// Chance of such a gain without flexure.
+    /// Probability of such a gain without flexure.
     pub p_value: f64,
 }
 
@@ -37,8 +37,8 @@ pub struct Direction {
     pub std: f64,
 }
 
-/// A direction whose spread is this share of the prior's has learnt nothing.
-pub const LEARNT: f64 = 0.5;
+/// A direction whose spread is above this share of the prior's is not informed by the data.
+pub const INFORMATIVE_SHARE: f64 = 0.5;
 
 /// Eigenvalues of a unit-diagonal matrix below this are rounding of sums over 1e6 bins.
 const ROUNDING: f64 = 1e-14;
@@ -120,7 +120,7 @@ impl Estimate {
     }
 }
 
-/// vᵀ C⁻¹ v.
+/// The quadratic form vᵀ C⁻¹ v.
 pub fn quadratic(covariance: &DMatrix<f64>, vector: &DVector<f64>) -> f64 {
     let scale = DVector::from_fn(vector.len(), |a, _| covariance[(a, a)].sqrt().recip());
     let unit = DMatrix::from_fn(vector.len(), vector.len(), |a, b| {
@@ -157,5 +157,5 @@ pub fn directions(covariance: &DMatrix<f64>) -> Vec<Direction> {
 pub fn condition_number(unknowns: &Unknowns, covariance: &DMatrix<f64>) -> Option<f64> {
     let directions = directions(covariance);
     let (best, worst) = (directions.first()?.std, directions.last()?.std);
-    (worst < LEARNT * unknowns.get(0).prior_width()).then(|| worst / best)
+    (worst < INFORMATIVE_SHARE * unknowns.get(0).prior_width()).then(|| worst / best)
 }

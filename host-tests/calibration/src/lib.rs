@@ -2,12 +2,12 @@
 //!
 //! recording → rates | attitude (whiten) → unknowns → estimate → agreement → combinations → words
 //!
-//! Enters: recordings of one instrument and its model. Leaves: [`Outcome`]: K with covariance, the combinations
-//! that are fixed and those that are not, the model with what is fixed. `plan/` proposes the motion that fixes
-//! all six. Equations: physics §1–3 (tilt δ_ij = −K_ij α_j), §6 (noise); Cheng 2023, Eqs. 10–17 for attitude.
+//! From recordings of one instrument and its model it gives an [`Outcome`]: K with covariance, the combinations that
+//! are fixed and those that are not, the model with what is fixed. `plan/` proposes the motion that fixes all six.
+//! Equations: physics §1–3 (tilt δ_ij = −K_ij α_j), §6 (noise); Cheng 2023, Eqs. 10–17 for attitude.
 //!
 //! A sister of the diagnosis, whose alignment, scene, columns and noise it uses; imports nothing of the
-//! simulator, the core or its reference, and reads no truth file. Deliberately not here: looking for other
+//! simulator, the core or its reference, and reads no truth file. Out of scope: looking for other
 //! physics; a recording that holds some must be diagnosed first.
 
 pub mod agreement;
@@ -44,10 +44,10 @@ use rlg_recording::{MANIFEST, Quantity, Recording};
 use attitude::AttitudeRecord;
 use combinations::Pair;
 use estimate::{Estimate, estimate};
-use rates::Heard;
+use rates::RecordingInformation;
 use unknowns::{FLEXURE, Unknowns};
 
-/// Everything a calibration leaves behind.
+/// The result of a calibration.
 pub struct Outcome {
     /// `calibration.json`.
     pub calibration: result::Calibration,
@@ -61,11 +61,11 @@ const STEPS: usize = 3;
 
 /// How a recording is compared with its reference.
 enum Record {
-    Rates(Box<Heard>),
+    Rates(Box<RecordingInformation>),
     Attitude(Box<AttitudeRecord>),
 }
 
-/// Calibrates. `model_file` is for messages.
+/// Calibrates the six K from the recordings together. `model_file` is for messages.
 pub fn calibrate(
     recordings: &[Recording],
     model: &Model,
@@ -79,12 +79,12 @@ pub fn calibrate(
     let catalogue = Parameters::of_catalogue();
     let mut records = Vec::new();
     for recording in recordings {
-        progress(&format!("listening to {}", recording.name));
-        records.push(listen(recording, &bare, model_file, &catalogue)?);
+        progress(&format!("reading {}", recording.name));
+        records.push(evaluate(recording, &bare, model_file, &catalogue)?);
     }
     progress("estimating");
     let unknowns = Unknowns::of(recordings.len());
-    let (joint, heard) = solve(&records, &unknowns, &catalogue);
+    let (joint, joined) = solve(&records, &unknowns, &catalogue);
     let mut own = Vec::new();
     for (record, recording) in records.iter().zip(recordings) {
         let unknowns = Unknowns::of(1);
@@ -96,22 +96,22 @@ pub fn calibrate(
         agreement::is_credible(recording, &estimate, &unknowns)?;
         own.push((unknowns, estimate));
     }
-    let most_rad_s2 = heard
+    let most_rad_s2 = joined
         .iter()
-        .flat_map(|heard| heard.said.acceleration_rad_s2)
+        .flat_map(|joined| joined.own.acceleration_rad_s2)
         .fold(0.0, f64::max);
     agreement::moved(model_file, recordings, &joint, most_rad_s2)?;
     agreement::agree(recordings, &own, &joint)?;
     let pairs = combinations::pairs(&joint);
     let findings = words::Findings {
         recordings,
-        records: &heard,
+        records: &joined,
         methods: records.iter().map(Record::method).collect(),
         own: &own,
         unknowns: &unknowns,
         joint: &joint,
         pairs: &pairs,
-        confused: confused(&heard, &unknowns, &joint),
+        confused: confused(&joined, &unknowns, &joint),
     };
     Ok(Outcome {
         calibration: findings.calibration(),
@@ -119,11 +119,11 @@ pub fn calibrate(
     })
 }
 
-/// One recording's word, in the joint order.
+/// The information of one recording, in its own order of parameters and in the joint one.
 pub struct Joined {
-    /// As the recording gives it.
-    pub said: Heard,
-    /// Over all unknowns.
+    /// On the parameters of the catalogue, as the recording gives it.
+    pub own: RecordingInformation,
+    /// The same information over all unknowns of the joint estimate.
     pub information: Information,
 }
 
@@ -136,7 +136,7 @@ impl Record {
     }
 }
 
-fn listen(
+fn evaluate(
     recording: &Recording,
     model: &Model,
     model_file: &Path,
@@ -148,8 +148,8 @@ fn listen(
             .is_some()
     });
     if rates {
-        rates::hear(recording, model, model_file, catalogue)
-            .map(|heard| Record::Rates(Box::new(heard)))
+        rates::recording_information(recording, model, model_file, catalogue)
+            .map(|own| Record::Rates(Box::new(own)))
     } else if samples::has_attitude(recording) {
         AttitudeRecord::new(recording, model, model_file)
             .map(|record| Record::Attitude(Box::new(record)))
@@ -165,7 +165,7 @@ fn listen(
     }
 }
 
-/// Solves for all unknowns; attitudes are asked again at each estimate.
+/// Solves for all unknowns; recordings with attitudes are linearised again at each estimate.
 fn solve(
     records: &[Record],
     unknowns: &Unknowns,
@@ -194,20 +194,20 @@ fn join(
         .iter()
         .enumerate()
         .map(|(place, record)| {
-            let said = match record {
-                Record::Rates(heard) => (**heard).clone(),
+            let own = match record {
+                Record::Rates(own) => (**own).clone(),
                 Record::Attitude(record) => {
                     let mut at = vec![0.0; catalogue.count()];
                     for index in unknowns.of_recording(place) {
                         let unknown = unknowns.get(index);
                         at[catalogue.of(unknown.effect).start + unknown.parameter] = values[index];
                     }
-                    record.hear(catalogue, &at)
+                    record.information(catalogue, &at)
                 }
             };
             Joined {
-                information: unknowns.adopt(catalogue, &said.information, place),
-                said,
+                information: unknowns.adopt(catalogue, &own.information, place),
+                own,
             }
         })
         .collect()

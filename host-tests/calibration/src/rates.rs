@@ -1,9 +1,8 @@
-//! What a recording with a rate reference says: generalised least squares with the model's noise.
+//! Extracts the information of a recording with a rate reference: generalised least squares with the model's noise.
 //!
-//! Enters: a recording whose `reference_increment` lies on the gyros' rows, and the model. Leaves:
-//! [`Information`] on the catalogue's parameters. Residual = sensed − predicted; its noise is white in angle
-//! plus a random walk, so the likelihood is Whittle's (physics §6). Stages and noise fit are those of the
-//! diagnosis.
+//! The recording's `reference_increment` lies on the gyros' rows. The result is [`Information`] on the catalogue's
+//! parameters. Residual = sensed − predicted; its noise is white in angle plus a random walk, so the likelihood is
+//! Whittle's (physics §6). Stages and noise fit are those of the diagnosis.
 //!
 //! The whole recording serves: nothing is selected, so nothing need be held out. Memory: some thirty columns
 //! of 8 bytes a row, 0.4 GB for 400 s at 4 kHz.
@@ -27,10 +26,10 @@ use rlg_recording::error::InputError;
 /// Least seconds of usable rows: below this not even the noise is known.
 const LEAST_S: f64 = 2.0;
 
-/// What one recording says.
+/// The information of one recording, and what it rests on.
 #[derive(Clone)]
-pub struct Heard {
-    /// On the parameters of the catalogue.
+pub struct RecordingInformation {
+    /// Information on the parameters of the catalogue.
     pub information: Information,
     /// Noise of each gyro, as fitted.
     pub noise: [Noise; 3],
@@ -54,13 +53,13 @@ pub fn too_short(recording: &Recording, seconds: f64) -> InputError {
     .expected(format!("at least {LEAST_S} s"))
 }
 
-/// Listens to `recording`; `model` must not contain flexure, which would be predicted away.
-pub fn hear(
+/// Computes the information of `recording`. `model` must not contain flexure, which would be predicted away.
+pub fn recording_information(
     recording: &Recording,
     model: &Model,
     model_file: &Path,
     catalogue: &Parameters,
-) -> Result<Heard, InputError> {
+) -> Result<RecordingInformation, InputError> {
     let mut streams = Streams::align(recording, model)?;
     qualify::qualify(&mut streams);
     let rate_hz = streams.rate_hz;
@@ -89,7 +88,7 @@ pub fn hear(
     );
     bench.refit_noise(&fitted, &declared_noise(model, rate_hz), true);
     let joints = bench.joints().len();
-    Ok(Heard {
+    Ok(RecordingInformation {
         information: bench.information(),
         noise: bench.noise,
         seconds,

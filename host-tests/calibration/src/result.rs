@@ -45,9 +45,9 @@ pub struct RecordingEntry {
     pub seconds: f64,
     /// The greatest angular acceleration about x, y, z \[rad/s²\].
     pub greatest_acceleration_rad_s2: [f64; 3],
-    /// Power of what is left over what the noise predicts, without flexure (1 = nothing left).
+    /// Residual power without flexure over what the noise predicts (1 = nothing left).
     pub normalised_power_before: f64,
-    /// With it.
+    /// The same with flexure.
     pub normalised_power_after: f64,
     /// Matched-filter SNR of the calibrated flexure in this recording.
     pub snr: f64,
@@ -86,7 +86,7 @@ pub struct NuisanceEntry {
     pub kind: &'static str,
     /// Contract's name.
     pub name: String,
-    /// Its value beside the model's.
+    /// Fitted value, in addition to the model's.
     pub value: f64,
     /// Standard deviation.
     pub std: f64,

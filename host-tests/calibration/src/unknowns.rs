@@ -1,10 +1,9 @@
-//! Which numbers a calibration estimates, and where each stands in the joint vector.
+//! Lists which numbers a calibration estimates, and the place of each in the joint vector.
 //!
-//! Enters: how many recordings there are. Leaves: [`Unknowns`]: six K shared by all recordings; bias, scale,
-//! installation, delay, pickoff gain and the Earth's rotation for each recording alone, because they change from
-//! one switching-on, one mounting and one clock to the next by more than a recording's own precision, and cost
-//! K next to nothing. The elastic rate W, a rival that coning confuses with K, stands behind them; it is
-//! weighed, never fitted.
+//! For a number of recordings, [`Unknowns`] has six K shared by all recordings; bias, scale, installation, delay,
+//! pickoff gain and the Earth's rotation for each recording alone, because they change from one switching-on, one
+//! mounting and one clock to the next by more than a recording's own precision, and cost K next to nothing. The elastic
+//! rate W, a rival that coning confuses with K, stands behind them; it is weighed, never fitted.
 //!
 //! Priors are zero-mean and wide: they decide only what no recording shows.
 
@@ -15,7 +14,7 @@ use rlg_diagnosis::workbench::Parameters;
 /// The coefficients to calibrate.
 pub const FLEXURE: &str = "axis_flexure";
 
-/// What also obeys Ω³A² in coning (physics §3).
+/// The rival effect, which also obeys Ω³A² in coning (physics §3).
 pub const RIVAL: &str = "elastic_rate_by_jerk";
 
 /// The Earth's rotation, where the reference does not show it.
@@ -63,14 +62,14 @@ impl Unknown {
         CATALOGUE[self.effect].card().name(self.parameter)
     }
 
-    /// How far from nothing it may credibly be (one standard deviation), in the parameter's unit.
+    /// Width of its prior around zero (one standard deviation), in the parameter's unit.
     pub fn prior_width(&self) -> f64 {
         OWN.iter()
             .find(|(kind, _)| *kind == self.kind())
             .map_or(CATALOGUE[self.effect].card().largest, |(_, width)| *width)
     }
 
-    /// Beyond this it is no physics of such an instrument.
+    /// The largest value that such an instrument can have.
     pub fn largest(&self) -> f64 {
         CATALOGUE[self.effect].card().largest
     }

@@ -1,7 +1,7 @@
-//! Whitening of the steps of a random walk that is read with white noise.
+//! Whitens the steps of a random walk that is read with white noise.
 //!
-//! Enters: for each step the covariance of its walk and of the reading at its end, and that of the reading at
-//! the very beginning. Leaves: vectors turned into ones of unit covariance.
+//! From the covariance of each step's walk, of the reading at its end and of the reading at the very beginning it makes
+//! a transform of vectors to unit covariance.
 //!
 //! Covariance of the steps: D_m = walk_m + end_m + end_{m−1}, between neighbours −end_m; its Cholesky factor is
 //! block bidiagonal and is formed step by step, so any number of steps costs linear time.

@@ -1,7 +1,7 @@
-//! The estimate in the words and entries of `calibration.json`.
+//! Writes the estimate as the sentences and entries of `calibration.json`.
 //!
-//! Enters: [`Findings`]. Leaves: [`Calibration`] with a summary of at most twenty lines. A value is printed only
-//! where the recordings fix it; intervals are ± one standard deviation.
+//! [`Findings`] become a [`Calibration`] with a summary of at most twenty lines. A value is printed only where the
+//! recordings fix it; intervals are ± one standard deviation.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 
 use super::Joined;
 use super::combinations::{self, Known, Pair, symbol};
-use super::estimate::{Estimate, LEARNT, condition_number, directions};
+use super::estimate::{Estimate, INFORMATIVE_SHARE, condition_number, directions};
 use super::result::{Calibration, DirectionEntry, NuisanceEntry, RecordingEntry, UnfixedEntry};
 use super::unknowns::{COEFFICIENTS, FLEXURE, RIVAL, Unknowns, effect};
 use rlg_diagnosis::hypotheses::{CATALOGUE, Card};
@@ -25,17 +25,17 @@ const LINES: usize = 5;
 
 /// Power left above this share of the noise is a warning: of the 1e4 and more degrees of a rate reference a
 /// tenth is far from chance; attitude samples have few, so theirs is compared with its own scatter too.
-const LEFT_OVER: f64 = 1.1;
+const LARGEST_NORMALISED_POWER: f64 = 1.1;
 
-/// Everything a calibration knows at its end.
+/// Everything that the result of a calibration is written from.
 pub struct Findings<'a> {
-    /// What was read.
+    /// The recordings.
     pub recordings: &'a [Recording],
-    /// What each said.
+    /// The information of each recording.
     pub records: &'a [Joined],
-    /// How each was compared.
+    /// The method of each recording: rates or attitude.
     pub methods: Vec<&'static str>,
-    /// What each says alone.
+    /// The estimate of each recording alone.
     pub own: &'a [(Unknowns, Estimate)],
     /// The joint unknowns.
     pub unknowns: &'a Unknowns,
@@ -176,7 +176,7 @@ impl Findings<'_> {
             let information = &part.information;
             let power = information.power - 2.0 * theta.dot(&information.right)
                 + theta.dot(&(&information.fisher * &theta));
-            power / part.said.degrees
+            power / part.own.degrees
         };
         let mut without = self.joint.values.clone();
         without[..COEFFICIENTS].fill(0.0);
@@ -187,8 +187,8 @@ impl Findings<'_> {
             .map(|(place, (recording, part))| RecordingEntry {
                 recording: recording.name.clone(),
                 method: self.methods[place],
-                seconds: part.said.seconds,
-                greatest_acceleration_rad_s2: part.said.acceleration_rad_s2,
+                seconds: part.own.seconds,
+                greatest_acceleration_rad_s2: part.own.acceleration_rad_s2,
                 normalised_power_before: left(part, &without),
                 normalised_power_after: left(part, &self.joint.values),
                 snr: self.dot(&self.weighted(&self.own[place].1)).max(0.0).sqrt(),
@@ -196,9 +196,9 @@ impl Findings<'_> {
                 noise: (0..3)
                     .map(|axis| NoiseEntry {
                         channel: format!("gyro_{}", AXES[axis]),
-                        angle_random_walk_rad_sqrt_s: part.said.noise[axis]
+                        angle_random_walk_rad_sqrt_s: part.own.noise[axis]
                             .angle_random_walk_rad_sqrt_s(),
-                        angle_noise_rad: part.said.noise[axis].angle_noise_rad(),
+                        angle_noise_rad: part.own.noise[axis].angle_noise_rad(),
                         wandering_rad_s: None,
                     })
                     .collect(),
@@ -214,7 +214,7 @@ impl Findings<'_> {
                 let unknown = self.unknowns.get(index);
                 let place = unknown.recording?;
                 // What the recording does not touch keeps its prior and is not worth a line.
-                let learnt = self.joint.stds[index] < LEARNT * unknown.prior_width();
+                let learnt = self.joint.stds[index] < INFORMATIVE_SHARE * unknown.prior_width();
                 learnt.then(|| NuisanceEntry {
                     recording: self.recordings[place].name.clone(),
                     kind: unknown.kind(),
@@ -272,7 +272,7 @@ impl Findings<'_> {
             lines.push(self.gyro_line(pair));
         }
         for unfixed in unfixed.iter().take(LINES) {
-            let seen = if unfixed.std < LEARNT * self.unknowns.get(0).prior_width() {
+            let seen = if unfixed.std < INFORMATIVE_SHARE * self.unknowns.get(0).prior_width() {
                 format!("known to ± {:.1}e-8 s^2 only", unfixed.std * E8)
             } else {
                 "not seen at all".to_owned()
@@ -287,8 +287,8 @@ impl Findings<'_> {
             None => lines.push("condition number of the six: infinite".to_owned()),
         }
         for entry in recordings.iter().filter(|entry| {
-            let degrees = self.records[self.place(entry)].said.degrees;
-            entry.normalised_power_after > LEFT_OVER + 5.0 * (2.0 / degrees).sqrt()
+            let degrees = self.records[self.place(entry)].own.degrees;
+            entry.normalised_power_after > LARGEST_NORMALISED_POWER + 5.0 * (2.0 / degrees).sqrt()
         }) {
             lines.push(format!(
                 "{}: the residual has {:.1} times the noise's power; run `rlg diagnose` before trusting this",
@@ -313,7 +313,7 @@ impl Findings<'_> {
 
     fn gyro_line(&self, pair: &Pair) -> String {
         let (a, b) = (2 * pair.gyro, 2 * pair.gyro + 1);
-        let said = |weights: &[(usize, f64)]| {
+        let value = |weights: &[(usize, f64)]| {
             let (value, std) = self.joint.combination(weights);
             format!(
                 "{} = {:.3} ± {:.3} e-8 s^2",
@@ -322,13 +322,16 @@ impl Findings<'_> {
                 std * E8
             )
         };
-        let sum = said(&[(a, 1.0), (b, 1.0)]);
+        let sum = value(&[(a, 1.0), (b, 1.0)]);
         let text = match pair.known {
             Known::Both => {
-                format!("{}, {}, {sum}", said(&[(a, 1.0)]), said(&[(b, 1.0)]))
+                format!("{}, {}, {sum}", value(&[(a, 1.0)]), value(&[(b, 1.0)]))
             }
             Known::One(which) => {
-                format!("{}; the model takes it for both", said(&[(a + which, 1.0)]))
+                format!(
+                    "{}; the model takes it for both",
+                    value(&[(a + which, 1.0)])
+                )
             }
             Known::Sum => format!("{sum}; the model takes half for each"),
             Known::Nothing => "nothing fixed; the model leaves its flexure off".to_owned(),

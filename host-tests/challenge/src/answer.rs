@@ -1,6 +1,6 @@
-//! What a trial conceals, with its strength and what can be known of it.
+//! Draws what a trial conceals, with its strength and with what can be known of it.
 //!
-//! Enters: a [`Ticket`] and its scene's [`Workshop`]. Leaves: [`Answer`]: the effects, scaled to a matched-filter SNR
+//! From a [`TrialDraw`] and its scene's [`ScenePredictions`] comes the [`Answer`]: the effects, scaled to a matched-filter SNR
 //! that is log-uniform from 3 to 100 over the fitted rows, what separates them from their nearest rival, and the
 //! Cramér–Rao bound. It is written down, hashed and committed to before anything is diagnosed.
 
@@ -15,14 +15,14 @@ use serde_json::Value;
 
 use super::bounds::{beside, bound, degrees, nearest};
 use super::kinds::{DRAWN, LINEAR, Linear, NOISY, UNLISTED};
-use super::predict::{PARTS, Workshop, effect};
+use super::predict::{PARTS, ScenePredictions, effect};
 use super::scene::{Scene, Setting, log_uniform};
-use super::trial::{Design, Family, Ticket};
+use super::trial::{Design, Family, TrialDraw};
 use super::whiten::Variances;
 use rlg_recording::error::InputError;
 use rlg_simulator::instrument::normal;
 
-/// Strengths that are drawn, over the fitted rows.
+/// Range of the strengths that are drawn, over the fitted rows.
 pub const STRENGTHS: [f64; 2] = [3.0, 100.0];
 
 /// Strengths of the detection marks, and what is around them.
@@ -46,9 +46,9 @@ pub struct Concealed {
     pub rho: f64,
     /// The same over the whole recording.
     pub rho_whole: f64,
-    /// What is left of it beside the other concealed effects.
+    /// Strength that remains beside the other concealed effects.
     pub rho_beside: f64,
-    /// What is left beside the nearest rival, too.
+    /// Strength that remains beside the nearest rival, too.
     pub separation: f64,
     /// That rival.
     pub nearest: Option<String>,
@@ -73,9 +73,9 @@ pub struct Answer {
     pub rate_hz: f64,
     /// Seed of its noise.
     pub noise_seed: u64,
-    /// Columns of no meaning are recorded too.
+    /// Whether columns without meaning are recorded too.
     pub dummies: bool,
-    /// Readings that jump for a row, and rows that are lost.
+    /// Whether readings jump for a row, and rows are lost.
     pub glitches: bool,
     /// What is concealed.
     pub effects: Vec<Concealed>,
@@ -87,9 +87,9 @@ pub struct Answer {
     pub rho: f64,
     /// Power over the held-out rows, in units of the noise.
     pub held_out: f64,
-    /// Power that one who knows the kinds would leave there, on the mean.
+    /// Power that a fit of the true kinds would leave there, on the mean.
     pub oracle_leaves: f64,
-    /// Makes the hash tell nothing of a short answer.
+    /// Salt: without it a short answer could be guessed from its hash.
     pub salt: String,
 }
 
@@ -106,7 +106,7 @@ impl Answer {
 }
 
 impl Concealed {
-    /// As TOML of the simulator.
+    /// The effect as TOML of the simulator.
     pub fn toml(&self) -> String {
         let mut lines = String::new();
         for (name, value) in &self.parameters {
@@ -118,7 +118,7 @@ impl Concealed {
         effect(&self.kind, &lines)
     }
 
-    /// Its numbers.
+    /// The effect's numbers.
     pub fn numbers(&self) -> BTreeMap<String, f64> {
         let numbers = self.parameters.iter();
         numbers
@@ -143,7 +143,7 @@ impl Draft {
         self.against *= factor;
     }
 
-    /// Whether it is an instrument's still, at strength `rho`.
+    /// Whether an instrument can have these numbers at strength `rho`.
     fn fits(&self, rho: f64) -> bool {
         let factor = rho / self.power[0].sqrt();
         let largest = Linear::of(self.kind).map_or(f64::INFINITY, |entry| {
@@ -157,43 +157,47 @@ impl Draft {
     }
 }
 
-/// Draws before a strength is given up for a weaker one: some kinds hardly show in some scenes.
+/// Draws before a strength is replaced by a weaker one: some kinds hardly show in some scenes.
 const ATTEMPTS: usize = 40;
 
 /// Draws what a trial conceals.
-pub fn conceal(mut ticket: Ticket, scene: &Scene, shop: &Workshop) -> Result<Answer, InputError> {
-    let rng = &mut ticket.rng;
+pub fn conceal(
+    mut trial_draw: TrialDraw,
+    scene: &Scene,
+    predictions: &ScenePredictions,
+) -> Result<Answer, InputError> {
+    let rng = &mut trial_draw.rng;
     let mut drafts: Vec<Draft> = Vec::new();
     let mut noise = None;
-    match ticket.family {
+    match trial_draw.family {
         Family::Null => {}
-        Family::Single => drafts.push(draw(rng, shop, STRENGTHS, |rng, shop| {
-            let kinds = shop.book.kinds();
+        Family::Single => drafts.push(draw(rng, predictions, STRENGTHS, |rng, predictions| {
+            let kinds = predictions.products.kinds();
             let place = rng.random_range(0..kinds.len() + DRAWN.len());
             match kinds.get(place) {
-                Some(entry) => Ok(linear(rng, shop, entry)),
-                None => drawn(rng, scene, shop, DRAWN[place - kinds.len()]),
+                Some(entry) => Ok(linear(rng, predictions, entry)),
+                None => drawn(rng, scene, predictions, DRAWN[place - kinds.len()]),
             }
         })?),
         Family::Detection => {
             let rho = LADDER[rng.random_range(0..LADDER.len())];
-            drafts.push(draw(rng, shop, [rho, rho], |rng, shop| {
-                let six: Vec<_> = shop
-                    .book
+            drafts.push(draw(rng, predictions, [rho, rho], |rng, predictions| {
+                let six: Vec<_> = predictions
+                    .products
                     .kinds()
                     .into_iter()
                     .filter(|entry| entry.names().len() == 6)
                     .collect();
                 let entry = six[rng.random_range(0..six.len())];
-                Ok(linear(rng, shop, entry))
+                Ok(linear(rng, predictions, entry))
             })?);
         }
         Family::Pair => {
             while drafts.len() < 2 {
-                let draft = draw(rng, shop, STRENGTHS, |rng, shop| {
-                    let kinds = shop.book.kinds();
+                let draft = draw(rng, predictions, STRENGTHS, |rng, predictions| {
+                    let kinds = predictions.products.kinds();
                     let entry = kinds[rng.random_range(0..kinds.len())];
-                    Ok(linear(rng, shop, entry))
+                    Ok(linear(rng, predictions, entry))
                 })?;
                 if drafts.iter().all(|other| other.kind != draft.kind) {
                     drafts.push(draft);
@@ -201,92 +205,92 @@ pub fn conceal(mut ticket: Ticket, scene: &Scene, shop: &Workshop) -> Result<Ans
             }
         }
         Family::Confounded => {
-            let design = ticket.design.unwrap_or(Design::Scale);
+            let design = trial_draw.design.unwrap_or(Design::Scale);
             let entry = Linear::of(design.kinds().0).unwrap_or(&LINEAR[0]);
-            drafts.push(draw(rng, shop, STRENGTHS, |rng, shop| {
-                Ok(linear(rng, shop, entry))
+            drafts.push(draw(rng, predictions, STRENGTHS, |rng, predictions| {
+                Ok(linear(rng, predictions, entry))
             })?);
         }
-        Family::Unlisted => drafts.push(draw(rng, shop, STRENGTHS, |rng, shop| {
+        Family::Unlisted => drafts.push(draw(rng, predictions, STRENGTHS, |rng, predictions| {
             let known: Vec<_> = UNLISTED
                 .iter()
                 .filter(|(_, _, needs)| scene.has(*needs))
                 .collect();
             let (axis, expression, _) = known[rng.random_range(0..known.len())];
-            unlisted(shop, axis, expression)
+            unlisted(predictions, axis, expression)
         })?),
         Family::Noise => noise = Some(noisy(rng, scene)),
     }
     let salt: [u64; 2] = [rng.random(), rng.random()];
     let places: Vec<usize> = drafts
         .iter()
-        .flat_map(|draft| shop.book.of(draft.kind))
+        .flat_map(|draft| predictions.products.of(draft.kind))
         .collect();
-    let joint = bound(&shop.book, &places);
+    let joint = bound(&predictions.products, &places);
     let held = |matrix: &DMatrix<f64>| {
         let count = places.len();
         DMatrix::from_fn(count, count, |a, b| matrix[(places[a], places[b])])
     };
-    let total: Option<DVector<f64>> = shop
-        .book
+    let total: Option<DVector<f64>> = predictions
+        .products
         .vector(drafts.iter().map(|draft| (draft.kind, &draft.scaled)));
     let power = |part: usize| match &total {
-        Some(vector) => shop.book.power(vector, part),
+        Some(vector) => predictions.products.power(vector, part),
         None => drafts.iter().map(|draft| draft.power[part]).sum(),
     };
     let effects: Vec<Concealed> = match &noise {
         Some(concealed) => vec![concealed.clone()],
         None => drafts
             .iter()
-            .map(|draft| concealed(shop, draft, &drafts, &places, &joint))
+            .map(|draft| concealed(predictions, draft, &drafts, &places, &joint))
             .collect(),
     };
     Ok(Answer {
-        trial: ticket.trial,
-        family: ticket.family,
+        trial: trial_draw.trial,
+        family: trial_draw.family,
         scene: scene.number,
         setting: scene.setting,
         rate_hz: scene.rate_hz,
-        noise_seed: ticket.noise_seed,
-        dummies: ticket.dummies,
-        glitches: ticket.glitches,
+        noise_seed: trial_draw.noise_seed,
+        dummies: trial_draw.dummies,
+        glitches: trial_draw.glitches,
         rho: noise.map_or_else(|| power(0).sqrt(), |noise| noise.rho),
         held_out: power(1),
-        oracle_leaves: (&joint * held(&shop.book.gram[1])).trace(),
+        oracle_leaves: (&joint * held(&predictions.products.gram[1])).trace(),
         effects,
-        partner: ticket.design.map(|design| design.kinds().1.to_owned()),
-        kinds: shop.book.kinds().len(),
+        partner: trial_draw.design.map(|design| design.kinds().1.to_owned()),
+        kinds: predictions.products.kinds().len(),
         salt: format!("{:016x}{:016x}", salt[0], salt[1]),
     })
 }
 
-/// Draws until the effect is an instrument's at the strength drawn for it.
+/// Draws until an instrument can have the effect at the strength drawn for it.
 fn draw(
     rng: &mut ChaCha8Rng,
-    shop: &Workshop,
+    predictions: &ScenePredictions,
     [low, high]: [f64; 2],
-    mut one: impl FnMut(&mut ChaCha8Rng, &Workshop) -> Result<Draft, InputError>,
+    mut one: impl FnMut(&mut ChaCha8Rng, &ScenePredictions) -> Result<Draft, InputError>,
 ) -> Result<Draft, InputError> {
     let rho = log_uniform(rng, low, high);
     for _ in 0..ATTEMPTS {
-        let mut draft = one(rng, shop)?;
+        let mut draft = one(rng, predictions)?;
         if draft.fits(rho) {
             draft.scale(rho / draft.power[0].sqrt());
             return Ok(draft);
         }
     }
     // A bias shows in every scene.
-    let mut draft = linear(rng, shop, &LINEAR[0]);
+    let mut draft = linear(rng, predictions, &LINEAR[0]);
     draft.scale(rho / draft.power[0].sqrt());
     Ok(draft)
 }
 
 /// A kind whose parameters all scale: each of its own sign and size, one gyro in three left alone.
-fn linear(rng: &mut ChaCha8Rng, shop: &Workshop, entry: &Linear) -> Draft {
+fn linear(rng: &mut ChaCha8Rng, predictions: &ScenePredictions, entry: &Linear) -> Draft {
     /// Spread of the sizes' logarithm: a factor of 1.6 between parameters of one instrument.
     const SPREAD: f64 = 0.5;
-    let places = shop.book.of(entry.kind);
-    let mut vector = DVector::zeros(shop.book.names.len());
+    let places = predictions.products.of(entry.kind);
+    let mut vector = DVector::zeros(predictions.products.names.len());
     for &place in &places {
         let draw = rng.random_bool(0.5);
         let sign = if draw || entry.is_positive() {
@@ -298,14 +302,19 @@ fn linear(rng: &mut ChaCha8Rng, shop: &Workshop, entry: &Linear) -> Draft {
     }
     let scaled = places
         .iter()
-        .map(|&place| (shop.book.names[place].parameter.to_owned(), vector[place]))
+        .map(|&place| {
+            (
+                predictions.products.names[place].parameter.to_owned(),
+                vector[place],
+            )
+        })
         .collect();
     Draft {
         kind: entry.kind,
         scaled,
         fixed: BTreeMap::new(),
-        power: [0, 1, 2].map(|part| shop.book.power(&vector, part)),
-        against: &shop.book.gram[0] * vector,
+        power: [0, 1, 2].map(|part| predictions.products.power(&vector, part)),
+        against: &predictions.products.gram[0] * vector,
     }
 }
 
@@ -313,7 +322,7 @@ fn linear(rng: &mut ChaCha8Rng, shop: &Workshop, entry: &Linear) -> Draft {
 fn drawn(
     rng: &mut ChaCha8Rng,
     scene: &Scene,
-    shop: &Workshop,
+    predictions: &ScenePredictions,
     kind: &'static str,
 ) -> Result<Draft, InputError> {
     let axis = Value::from(["x", "y", "z"][rng.random_range(0..3)]);
@@ -346,11 +355,15 @@ fn drawn(
             [one("axis", axis), one("time_s", Value::from(time_s))].into()
         }
     };
-    simulated(shop, kind, scaled, fixed)
+    simulated(predictions, kind, scaled, fixed)
 }
 
 /// A product of channels that no catalogue lists.
-fn unlisted(shop: &Workshop, axis: &str, expression: &str) -> Result<Draft, InputError> {
+fn unlisted(
+    predictions: &ScenePredictions,
+    axis: &str,
+    expression: &str,
+) -> Result<Draft, InputError> {
     let fixed: BTreeMap<String, Value> = [
         ("axis".to_owned(), Value::from(axis)),
         ("expression".to_owned(), Value::from(expression)),
@@ -359,7 +372,7 @@ fn unlisted(shop: &Workshop, axis: &str, expression: &str) -> Result<Draft, Inpu
     let mut coefficient = 1e-6;
     loop {
         let scaled = BTreeMap::from([("coefficient".to_owned(), coefficient)]);
-        let draft = simulated(shop, "unlisted", scaled, fixed.clone())?;
+        let draft = simulated(predictions, "unlisted", scaled, fixed.clone())?;
         // Far above what the differences are rounded to.
         if draft.power[0] > 100.0 || coefficient > 1e20 {
             return Ok(draft);
@@ -369,7 +382,7 @@ fn unlisted(shop: &Workshop, axis: &str, expression: &str) -> Result<Draft, Inpu
 }
 
 fn simulated(
-    shop: &Workshop,
+    predictions: &ScenePredictions,
     kind: &'static str,
     scaled: BTreeMap<String, f64>,
     fixed: BTreeMap<String, Value>,
@@ -391,17 +404,18 @@ fn simulated(
         degrees: 0,
         bound: BTreeMap::new(),
     };
-    let prediction = shop.prediction(&bare.toml())?;
+    let prediction = predictions.prediction(&bare.toml())?;
     Ok(Draft {
         kind,
         scaled,
         fixed,
         power: [0, 1, 2].map(|part| prediction.dot(&prediction, part)),
-        against: shop.against(&prediction),
+        against: predictions.against(&prediction),
     })
 }
 
-/// More noise of a kind. Its strength is the deflection of the likelihood's log: √(½ Σ (ln S'/S)²) over the bins.
+/// Draws a kind that only raises the noise. Its strength is the deflection of the likelihood's log: √(½ Σ (ln S'/S)²)
+/// over the bins.
 fn noisy(rng: &mut ChaCha8Rng, scene: &Scene) -> Concealed {
     let kind = if scene.is_dithered() {
         NOISY[0]
@@ -444,27 +458,33 @@ fn noisy(rng: &mut ChaCha8Rng, scene: &Scene) -> Concealed {
 }
 
 fn concealed(
-    shop: &Workshop,
+    predictions: &ScenePredictions,
     draft: &Draft,
     all: &[Draft],
     places: &[usize],
     joint: &DMatrix<f64>,
 ) -> Concealed {
-    let book = &shop.book;
+    let products = &predictions.products;
     let others: Vec<&str> = all
         .iter()
         .map(|other| other.kind)
         .filter(|kind| *kind != draft.kind)
         .collect();
-    let given: Vec<usize> = others.iter().flat_map(|kind| book.of(kind)).collect();
-    let left = beside(&book.gram[0], draft.power[0], &draft.against, &given).sqrt();
-    let rival = nearest(book, draft.power[0], &draft.against, draft.kind, &others);
-    let own = book.of(draft.kind);
+    let given: Vec<usize> = others.iter().flat_map(|kind| products.of(kind)).collect();
+    let left = beside(&products.gram[0], draft.power[0], &draft.against, &given).sqrt();
+    let rival = nearest(
+        products,
+        draft.power[0],
+        &draft.against,
+        draft.kind,
+        &others,
+    );
+    let own = products.of(draft.kind);
     let bound = own
         .iter()
         .filter_map(|place| {
             let at = places.iter().position(|known| known == place)?;
-            let name = book.names[*place];
+            let name = products.names[*place];
             let std = joint[(at, at)].sqrt();
             (std < FIXED * LINEAR[name.entry].typical).then(|| (name.parameter.to_owned(), std))
         })
@@ -484,7 +504,7 @@ fn concealed(
         degrees: if own.is_empty() {
             1
         } else {
-            degrees(book, &own, MOST_TYPICAL)
+            degrees(products, &own, MOST_TYPICAL)
         },
         bound,
     }

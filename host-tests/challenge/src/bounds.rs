@@ -1,12 +1,12 @@
-//! What can be known: strengths, separations and the Cramér–Rao bound, from inner products of predictions.
+//! Computes what can be known: strengths, separations and the Cramér–Rao bound, from inner products of predictions.
 //!
-//! Enters: Fisher information of the catalogue ([`Book`]) and an effect's prediction. Leaves: the matched-filter SNR
+//! From the Fisher information of the catalogue ([`PredictionProducts`]) and an effect's prediction s it gives the matched-filter SNR
 //! ρ = |s|, what is left of it beside other effects |(I − P)s|, and the joint bound of the parameters.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::kinds::LINEAR;
-use super::predict::Book;
+use super::predict::PredictionProducts;
 
 /// A direction that the data fix worse than this many typical sizes counts as not fixed at all; it keeps inverses
 /// finite and leaves bounds alone by a part in a million.
@@ -39,37 +39,38 @@ pub fn beside(gram: &DMatrix<f64>, power: f64, against: &DVector<f64>, places: &
 
 /// The rival that comes closest to an effect: its kind and |(I − P)s|, P on the rival and the `others` that are true.
 pub fn nearest(
-    book: &Book,
+    products: &PredictionProducts,
     power: f64,
     against: &DVector<f64>,
     own: &str,
     others: &[&str],
 ) -> Option<(&'static str, f64)> {
-    let given: Vec<usize> = others.iter().flat_map(|kind| book.of(kind)).collect();
-    book.kinds()
+    let given: Vec<usize> = others.iter().flat_map(|kind| products.of(kind)).collect();
+    products
+        .kinds()
         .into_iter()
         .filter(|rival| rival.kind != own && !others.contains(&rival.kind))
         .map(|rival| {
             let mut places = given.clone();
-            places.extend(book.of(rival.kind));
+            places.extend(products.of(rival.kind));
             (
                 rival.kind,
-                beside(&book.gram[0], power, against, &places).sqrt(),
+                beside(&products.gram[0], power, against, &places).sqrt(),
             )
         })
         .min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// Joint covariance bound of the parameters at `places`.
-pub fn bound(book: &Book, places: &[usize]) -> DMatrix<f64> {
-    let width = |place: usize| UNFIXED * LINEAR[book.names[places[place]].entry].typical;
+pub fn bound(products: &PredictionProducts, places: &[usize]) -> DMatrix<f64> {
+    let width = |place: usize| UNFIXED * LINEAR[products.names[places[place]].entry].typical;
     let count = places.len();
     if count == 0 {
         return DMatrix::zeros(0, 0);
     }
     let scaled = DMatrix::from_fn(count, count, |a, b| {
         let own = if a == b { 1.0 } else { 0.0 };
-        book.gram[0][(places[a], places[b])] * width(a) * width(b) + own
+        products.gram[0][(places[a], places[b])] * width(a) * width(b) + own
     });
     let root = scaled.symmetric_eigen();
     let inverse = &root.eigenvectors
@@ -79,13 +80,13 @@ pub fn bound(book: &Book, places: &[usize]) -> DMatrix<f64> {
 }
 
 /// Directions that the data fix better than `widths` of typical size.
-pub fn degrees(book: &Book, places: &[usize], widths: f64) -> usize {
-    let width = |place: usize| widths * LINEAR[book.names[places[place]].entry].typical;
+pub fn degrees(products: &PredictionProducts, places: &[usize], widths: f64) -> usize {
+    let width = |place: usize| widths * LINEAR[products.names[places[place]].entry].typical;
     if places.is_empty() {
         return 0;
     }
     let scaled = DMatrix::from_fn(places.len(), places.len(), |a, b| {
-        book.gram[0][(places[a], places[b])] * width(a) * width(b)
+        products.gram[0][(places[a], places[b])] * width(a) * width(b)
     });
     let values = scaled.symmetric_eigenvalues();
     values.iter().filter(|value| **value > 1.0).count()

@@ -8,16 +8,16 @@ use super::examine::{Finding, Outcome};
 use super::trial::Family;
 use rlg_diagnosis::declare::CATALOGUE_SIGNIFICANCE;
 
-/// From here on a name is asked for.
+/// Strength from which on a name is required.
 pub const NAMEABLE: f64 = 8.0;
 
-/// Separation from the nearest rival from which on a name is asked for.
+/// Separation from the nearest rival from which on a name is required.
 pub const SEPARATE: f64 = 6.0;
 
-/// From here on errors are held against the bound.
+/// Strength from which on errors are compared with the bound.
 pub const STRONG: f64 = 10.0;
 
-/// What was run.
+/// The plan of a challenge.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// Seed of everything.
@@ -30,12 +30,12 @@ pub struct Plan {
     pub leave_one_out: bool,
 }
 
-/// One trial with both sides.
+/// One trial: what was concealed, and what was diagnosed.
 #[derive(Clone, Copy)]
 pub struct Case<'a> {
     /// What was concealed.
     pub answer: &'a Answer,
-    /// What was said.
+    /// What was diagnosed.
     pub outcome: &'a Outcome,
 }
 
@@ -85,7 +85,7 @@ impl Case<'_> {
             && self.wrong().next().is_none()
     }
 
-    /// Whether a name is asked for: strong enough, and far enough from every rival.
+    /// Whether a name is required: strong enough, and far enough from every rival.
     pub fn is_nameable(&self) -> bool {
         let effects = &self.answer.effects;
         !effects.is_empty()
@@ -137,7 +137,7 @@ pub fn unread(outcome: &Outcome) -> bool {
     !["matches", "explained", "partly_explained", "unexplained"].contains(&outcome.verdict.as_str())
 }
 
-/// The deviations of one parameter a named trial.
+/// The deviations of one parameter of each named trial.
 pub fn one_deviation(cases: &[Case]) -> Vec<[f64; 2]> {
     cases
         .iter()

@@ -1,6 +1,6 @@
-//! The marks of the diagnosis road, each with what was measured and the number of trials behind it.
+//! Computes the marks of the diagnosis, each with what was measured and the number of trials behind it.
 //!
-//! Enters: the cases. Leaves: [`Mark`]s. A mark without a single trial says so and neither passes nor fails.
+//! A [`Mark`] without a single trial says so and neither passes nor fails.
 
 use serde::Serialize;
 
@@ -12,26 +12,26 @@ use super::trial::Family;
 /// One mark.
 #[derive(Debug, Clone, Serialize)]
 pub struct Mark {
-    /// What is measured.
+    /// The quantity that is measured.
     pub mark: String,
-    /// What it takes.
+    /// What is required.
     pub needed: String,
-    /// What was measured.
+    /// The measured value.
     pub measured: Option<f64>,
-    /// 95 % limits of it.
+    /// 95 % limits of the measured value.
     pub limits: [f64; 2],
-    /// Trials behind it.
+    /// Number of trials behind the value.
     pub trials: usize,
-    /// Whether it is met.
+    /// Whether the requirement is met.
     pub met: Option<bool>,
-    /// Whether the limits say so too: otherwise more trials may turn it.
+    /// Whether the limits agree with that; if not, more trials may change it.
     pub sure: bool,
 }
 
-/// What "none" can mean: none in a thousand trials bounds the share by this.
+/// The share that "none" is compared with: none in a thousand trials bounds the share by this.
 const NONE: f64 = 3e-3;
 
-/// How a figure must lie.
+/// How a value must compare with its requirement.
 enum Need {
     AtLeast(f64),
     AtMost(f64),

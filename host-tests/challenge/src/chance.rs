@@ -1,11 +1,11 @@
-//! Laws that the scores are held against.
+//! Computes the laws of chance that scores are compared with.
 //!
-//! Enters: counts, strengths. Leaves: Clopper–Pearson limits of a share, and the chance that a likelihood ratio with
-//! a given noncentrality exceeds a threshold.
+//! These are the Clopper–Pearson limits of a share, and the probability that a likelihood ratio with a given
+//! noncentrality exceeds a threshold.
 
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF as _};
 
-/// Chance that each end of an interval is missed: 95 % two-sided.
+/// Probability beyond each end of an interval: 95 % two-sided.
 const TAIL: f64 = 0.025;
 
 /// Two-sided 95 % limits of a share after `hits` of `trials` (Clopper and Pearson 1934).

@@ -1,8 +1,7 @@
-//! Commitments: the answers' hashes are on disk before anything is diagnosed.
+//! Commits to the answers: their hashes are on disk before anything is diagnosed.
 //!
-//! Enters: the answers, a line of JSON each, every one with its salt. Leaves: `commitments.txt`, a line
-//! `TRIAL SHA256` each. Afterwards `answers.jsonl` reveals the lines; anybody can check one by
-//! `sed -n 1p answers.jsonl | tr -d '\n' | sha256sum`.
+//! Each answer is a line of JSON with its salt; `commitments.txt` has a line `TRIAL SHA256` for each. Afterwards
+//! `answers.jsonl` reveals the lines; anybody can check one by `sed -n 1p answers.jsonl | tr -d '\n' | sha256sum`.
 
 use std::fmt::Write as _;
 use std::path::Path;

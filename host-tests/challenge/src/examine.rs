@@ -1,7 +1,6 @@
-//! One trial: the recording is made, diagnosed, and what was said is written down.
+//! Runs one trial: makes the recording, diagnoses it, and records the [`Outcome`].
 //!
-//! Enters: an [`Answer`] and its scene. Leaves: [`Outcome`]. The diagnosis gets the recording and the model that
-//! admits nothing; the answer stays here.
+//! The diagnosis gets the recording and the model that admits nothing; the [`Answer`] stays here.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::answer::Answer;
-use super::predict::Book;
+use super::predict::PredictionProducts;
 use super::scene::Scene;
 use rlg_diagnosis::diagnose_without;
 use rlg_diagnosis::excess::NOISE_KINDS;
@@ -52,7 +51,7 @@ pub struct Finding {
     pub parameters: BTreeMap<String, Estimate>,
     /// Its expression.
     pub expression: Option<String>,
-    /// Its chance.
+    /// Its p-value.
     pub p_value: f64,
 }
 
@@ -61,7 +60,7 @@ pub struct Finding {
 pub struct Outcome {
     /// Number of the trial.
     pub trial: u64,
-    /// One word.
+    /// The verdict in one word.
     pub verdict: String,
     /// What it found.
     pub findings: Vec<Finding>,
@@ -85,7 +84,7 @@ impl Finding {
         FAULT_KINDS.contains(&self.kind.as_str())
     }
 
-    /// Whether a kind is what it names, or in its class.
+    /// Whether a kind is the finding's own or in its class of indistinguishable kinds.
     pub fn covers(&self, kind: &str) -> bool {
         self.kind == kind || self.or.iter().any(|other| other == kind)
     }
@@ -165,7 +164,7 @@ fn glitch(recording: &mut Recording, scene: &Scene, rng: &mut ChaCha8Rng) {
     }
 }
 
-/// A pressure that walks and a voltage that is white: channels that mean nothing.
+/// Adds a pressure that walks at random and a voltage that is white: channels without meaning.
 fn add_dummies(recording: &mut Recording, rng: &mut ChaCha8Rng) {
     let table = &mut recording.tables[0];
     let mut walked = 0.0;
@@ -188,16 +187,16 @@ fn add_dummies(recording: &mut Recording, rng: &mut ChaCha8Rng) {
     }
 }
 
-/// Makes, diagnoses and writes down. `without`: kinds taken out of the diagnosis' catalogue.
+/// Makes the recording, diagnoses it and records the outcome. `without`: kinds taken out of the diagnosis' catalogue.
 pub fn examine(
     answer: &Answer,
     scene: &Scene,
-    book: &Book,
+    products: &PredictionProducts,
     leave_one_out: bool,
 ) -> Result<Outcome, InputError> {
     let said = diagnose_trial(answer, scene, leave_one_out)?;
     let mut outcome = outcome_of(answer.trial, &said);
-    outcome.leaves = leaves(answer, &outcome, book);
+    outcome.leaves = leaves(answer, &outcome, products);
     Ok(outcome)
 }
 
@@ -238,7 +237,7 @@ pub fn outcome_of(trial: u64, said: &Diagnosis) -> Outcome {
 }
 
 /// |s − ŝ|² over the fitted and the held-out rows.
-fn leaves(answer: &Answer, outcome: &Outcome, book: &Book) -> Option<[f64; 2]> {
+fn leaves(answer: &Answer, outcome: &Outcome, products: &PredictionProducts) -> Option<[f64; 2]> {
     // More noise predicts nothing, and rows left out predict nothing.
     let predicts = |one: &&Finding| one.is_physics() || one.kind == "unlisted";
     let physics: Vec<&Finding> = outcome.findings.iter().filter(predicts).collect();
@@ -261,8 +260,8 @@ fn leaves(answer: &Answer, outcome: &Outcome, book: &Book) -> Option<[f64; 2]> {
         })
         .collect();
     let pairs = |list: &[(String, BTreeMap<String, f64>)]| {
-        book.vector(list.iter().map(|(kind, values)| (kind.as_str(), values)))
+        products.vector(list.iter().map(|(kind, values)| (kind.as_str(), values)))
     };
     let left = pairs(&found)? - pairs(&truth)?;
-    Some([book.power(&left, 0), book.power(&left, 1)])
+    Some([products.power(&left, 0), products.power(&left, 1)])
 }

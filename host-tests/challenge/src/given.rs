@@ -1,7 +1,7 @@
-//! Recordings of others, with what they concealed: committed to, diagnosed, scored.
+//! Examines recordings of others, with what they concealed: committed to, diagnosed, scored.
 //!
-//! Enters: a recording's folder (its `model.toml` beside it) and the truth file that goes with it. Leaves: [`Given`].
-//! The truth is read for its hash before the diagnosis and opened only after it.
+//! From a recording's folder (its `model.toml` beside it) and the truth file that goes with it comes a [`Given`]. The
+//! truth is read for its hash before the diagnosis and opened only after it.
 //!
 //! A truth file: `{"effects": [{"kind": ..., "parameters": {...}}]}`, as `rlg simulate` writes it; further keys are
 //! passed over. Strengths are not known here, so nothing is held against theory.
@@ -36,7 +36,7 @@ pub struct Pair {
     bytes: Vec<u8>,
 }
 
-/// What a truth file says.
+/// The content of a truth file.
 #[derive(Debug, Deserialize)]
 struct Truth {
     effects: Vec<Concealed>,
@@ -76,7 +76,7 @@ pub struct Given {
     pub concealed: Vec<String>,
     /// Kinds taken out of the tool's catalogue.
     pub left_out: Vec<String>,
-    /// What the tool said in one word.
+    /// The verdict in one word.
     pub verdict: String,
     /// What it found.
     pub found: Vec<Finding>,
@@ -84,7 +84,7 @@ pub struct Given {
     pub right: bool,
     /// Claims that are not true.
     pub wrong: Vec<String>,
-    /// What it says it knows.
+    /// The combinations that the diagnosis fixed.
     pub known: Vec<Known>,
 }
 

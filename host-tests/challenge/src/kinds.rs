@@ -1,7 +1,7 @@
-//! What the challenge can conceal: the simulator's effects, with the sizes that instruments show.
+//! Lists what the challenge can conceal: the simulator's effects, with the sizes that instruments show.
 //!
-//! Enters: nothing. Leaves: [`Linear`] entries (prediction proportional to the parameters) by kind, and the
-//! expressions of physics that no catalogue lists. SI units as in the contract's table.
+//! There are [`Linear`] entries (prediction proportional to the parameters) by kind, and expressions of physics that no
+//! catalogue lists. SI units as in the contract's table.
 //!
 //! The sizes are the examiner's own, not the diagnosis' cards: they only set the mix of parameters, since every
 //! effect is scaled to the strength that was drawn. Larger than `largest` an effect is no instrument's, and the
@@ -38,7 +38,7 @@ pub struct Linear {
     pub kind: &'static str,
     /// A size met in instruments, in the kind's unit.
     pub typical: f64,
-    /// Beyond this it is no instrument.
+    /// The largest size that an instrument can have.
     pub largest: f64,
     /// What it needs.
     pub needs: Needs,
@@ -157,7 +157,7 @@ impl Linear {
         self.kind == "axis_flexure"
     }
 
-    /// Whether its size bends the prediction, so that it is taken as a central difference.
+    /// Whether the prediction is not quite proportional to its size, so that it is taken as a central difference.
     pub fn is_delay(&self) -> bool {
         self.kind.ends_with("_delay")
     }

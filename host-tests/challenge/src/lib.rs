@@ -1,14 +1,14 @@
-//! The blind proof: effects are concealed by a seed, diagnosed, and scored.
+//! Proves the diagnosis blind: effects drawn from a seed are concealed, diagnosed and scored.
 //!
-//! tickets (`trial`) → scenes (`scene`) → predictions without noise (`predict`, `whiten`, `bounds`) → answers
+//! draws (`trial`) → scenes (`scene`) → predictions without noise (`predict`, `whiten`, `bounds`) → answers
 //! (`kinds`, `answer`) → commitments (`commit`) → recordings and diagnoses (`examine`) → scores (`score`, `catalogue_marks`,
 //! `chance`)
 //!
 //! Recordings of others, each with a truth file, go the same way (`given`). What the diagnosis says of fixed trials and
 //! recordings is kept as a table to compare later versions with (`golden`).
 //!
-//! Enters: a [`Plan`]. Leaves: answers, commitments to them, outcomes and [`score::Scores`]. The examiner knows the
-//! simulator and calls the diagnosis; the diagnosis gets a recording and a model, and nothing else.
+//! A [`Plan`] gives answers, commitments to them, outcomes and [`score::Scores`]. The examiner knows the simulator and
+//! calls the diagnosis; the diagnosis gets a recording and a model, and nothing else.
 //!
 //! The same plan gives the same bytes for any number of threads and shards: every trial has a ChaCha stream of its
 //! own, and scores are taken of what was written, line by line.
@@ -40,13 +40,13 @@ use rayon::prelude::*;
 use answer::{Answer, conceal};
 pub use case::Plan;
 use examine::{Outcome, diagnose_trial, examine, record};
-use predict::{Book, Workshop};
+use predict::{PredictionProducts, ScenePredictions};
 use rlg_diagnosis::result::Diagnosis;
 use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use scene::Scene;
-use trial::Ticket;
+use trial::TrialDraw;
 
 /// Which trials of a plan are run here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,11 +65,11 @@ pub struct Prepared {
     pub answers: Vec<Answer>,
     /// Each as the line that is hashed.
     pub lines: Vec<(u64, String)>,
-    scenes: BTreeMap<usize, (Scene, Book)>,
+    scenes: BTreeMap<usize, (Scene, PredictionProducts)>,
     leave_one_out: bool,
 }
 
-/// Draws what is concealed in each trial. `progress` is told the scenes done and all.
+/// Draws what is concealed in each trial. `progress` is called with the scenes done and their total.
 pub fn prepare(
     plan: &Plan,
     share: Share,
@@ -81,27 +81,30 @@ pub fn prepare(
         Share::Range(first, end) => (first..end).contains(trial),
     };
     let trials = (0..plan.trials).filter(mine);
-    let tickets: Vec<Ticket> = trials
-        .map(|trial| Ticket::draw(plan.seed, trial, &plan.families))
+    let trial_draws: Vec<TrialDraw> = trials
+        .map(|trial| TrialDraw::draw(plan.seed, trial, &plan.families))
         .collect();
-    let numbers: BTreeSet<usize> = tickets.iter().map(|ticket| ticket.scene).collect();
-    let mut answers = Vec::with_capacity(tickets.len());
+    let numbers: BTreeSet<usize> = trial_draws
+        .iter()
+        .map(|trial_draw| trial_draw.scene)
+        .collect();
+    let mut answers = Vec::with_capacity(trial_draws.len());
     let mut scenes = BTreeMap::new();
     for (done, &number) in numbers.iter().enumerate() {
         progress(done, numbers.len());
         let scene = Scene::draw(plan.seed, number);
-        let shop = Workshop::open(&scene)?;
-        let here: Vec<&Ticket> = tickets
+        let predictions = ScenePredictions::open(&scene)?;
+        let here: Vec<&TrialDraw> = trial_draws
             .iter()
-            .filter(|ticket| ticket.scene == number)
+            .filter(|trial_draw| trial_draw.scene == number)
             .collect();
         let found: Vec<Answer> = here
             .par_iter()
-            .map(|ticket| conceal((*ticket).clone(), &scene, &shop))
+            .map(|trial_draw| conceal((*trial_draw).clone(), &scene, &predictions))
             .collect::<Result<_, _>>()?;
         answers.extend(found);
-        let book = shop.book;
-        scenes.insert(number, (scene, book));
+        let products = predictions.products;
+        scenes.insert(number, (scene, products));
     }
     answers.sort_by_key(|answer| answer.trial);
     let lines = answers
@@ -123,14 +126,14 @@ impl Prepared {
         Some(record(answer, &self.scenes[&answer.scene].0))
     }
 
-    /// Diagnoses every trial, as lines of JSON in the order of the trials. `progress` is told of each.
+    /// Diagnoses every trial, as lines of JSON in the order of the trials. `progress` is called after each.
     pub fn examine(&self, progress: &(dyn Fn() + Sync)) -> Result<Vec<String>, InputError> {
         self.answers
             .par_iter()
             .map(|answer| {
-                let (scene, book) = &self.scenes[&answer.scene];
+                let (scene, products) = &self.scenes[&answer.scene];
                 // A recording that the tool cannot stand is a result, and the others go on.
-                let outcome = caught(|| examine(answer, scene, book, self.leave_one_out))
+                let outcome = caught(|| examine(answer, scene, products, self.leave_one_out))
                     .unwrap_or_else(|reason| without_verdict(answer, reason));
                 progress();
                 serde_json::to_string(&outcome).map_err(no_json)

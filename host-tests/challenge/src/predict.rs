@@ -1,8 +1,8 @@
-//! Predictions of the whole catalogue in one scene, by the simulator without noise.
+//! Predicts the whole catalogue in one scene, by the simulator without noise.
 //!
-//! Enters: a [`Scene`]. Leaves: [`Book`]: for every parameter what a unit of it adds to the residual, whitened by
-//! the true noise over the fitted rows, the held-out rows and the whole recording, and their inner products
-//! (Fisher information).
+//! For a [`Scene`] the [`PredictionProducts`] holds for every parameter what a unit of it adds to the residual, whitened by the true
+//! noise over the fitted rows, the held-out rows and the whole recording, and their inner products (Fisher
+//! information).
 //!
 //! A prediction is the difference of two noise-free simulations, one with the effect; the residual is the contract's:
 //! gyro − \[M⁻¹ case/(1 − s)\] − gain · pickoff difference. Nothing here comes from the diagnosis' own columns.
@@ -19,13 +19,13 @@ use rlg_recording::error::InputError;
 use rlg_recording::{Quantity, Recording};
 use rlg_simulator::{Seeds, simulate};
 
-/// Rows over which strengths are told: fitted, held out, all.
+/// Parts of the rows over which strengths are computed: fitted, held out, all.
 pub const PARTS: usize = 3;
 
 /// One gyro's share of a prediction, whitened over each part.
 type Share = (usize, [Vec<f64>; PARTS]);
 
-/// What a unit of one parameter does.
+/// What a unit of one parameter adds to the residual, by gyro.
 #[derive(Debug, Clone, Default)]
 pub struct Prediction(Vec<Share>);
 
@@ -46,7 +46,7 @@ impl Prediction {
     }
 }
 
-/// A parameter of the book.
+/// A parameter of the catalogue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Name {
     /// Index into [`LINEAR`].
@@ -57,7 +57,7 @@ pub struct Name {
 
 /// Inner products of all predictions over each part.
 #[derive(Debug, Clone)]
-pub struct Book {
+pub struct PredictionProducts {
     /// Parameters, in order.
     pub names: Vec<Name>,
     /// Inner products.
@@ -65,16 +65,16 @@ pub struct Book {
 }
 
 /// A scene made ready: its whiteners, its residual without effects, and the catalogue's predictions.
-pub struct Workshop<'a> {
+pub struct ScenePredictions<'a> {
     scene: &'a Scene,
     whiteners: [[Whitener; 3]; PARTS],
     nothing: [Vec<f64>; 3],
     predictions: Vec<Prediction>,
     /// Names and inner products.
-    pub book: Book,
+    pub products: PredictionProducts,
 }
 
-impl<'a> Workshop<'a> {
+impl<'a> ScenePredictions<'a> {
     /// Simulates the catalogue.
     pub fn open(scene: &'a Scene) -> Result<Self, InputError> {
         let scenario = scene.scenario(false, "")?;
@@ -85,12 +85,12 @@ impl<'a> Workshop<'a> {
             [0, 1, 2].map(|axis| Whitener::new(Variances::of(scene, axis), &ranges))
         });
         let nothing = residual(scene, "")?;
-        let mut workshop = Self {
+        let mut scene_predictions = Self {
             scene,
             whiteners,
             nothing,
             predictions: Vec::new(),
-            book: Book {
+            products: PredictionProducts {
                 names: Vec::new(),
                 gram: [(); PARTS].map(|()| DMatrix::zeros(0, 0)),
             },
@@ -103,7 +103,7 @@ impl<'a> Workshop<'a> {
             .collect();
         let found: Vec<Vec<(Name, Prediction)>> = groups
             .par_iter()
-            .map(|(index, group)| workshop.of_group(*index, group))
+            .map(|(index, group)| scene_predictions.of_group(*index, group))
             .collect::<Result<_, InputError>>()?;
         let mut named: Vec<(Name, Prediction)> = found.into_iter().flatten().collect();
         let place = |name: &Name| {
@@ -114,19 +114,22 @@ impl<'a> Workshop<'a> {
             )
         };
         named.sort_by_key(|(name, _)| place(name));
-        (workshop.book.names, workshop.predictions) = named.into_iter().unzip();
-        let count = workshop.predictions.len();
+        (
+            scene_predictions.products.names,
+            scene_predictions.predictions,
+        ) = named.into_iter().unzip();
+        let count = scene_predictions.predictions.len();
         for part in 0..PARTS {
-            workshop.book.gram[part] = DMatrix::from_fn(count, count, |a, b| {
+            scene_predictions.products.gram[part] = DMatrix::from_fn(count, count, |a, b| {
                 if b > a {
                     0.0
                 } else {
-                    workshop.predictions[a].dot(&workshop.predictions[b], part)
+                    scene_predictions.predictions[a].dot(&scene_predictions.predictions[b], part)
                 }
             });
-            workshop.book.gram[part].fill_upper_triangle_with_lower_triangle();
+            scene_predictions.products.gram[part].fill_upper_triangle_with_lower_triangle();
         }
-        Ok(workshop)
+        Ok(scene_predictions)
     }
 
     fn of_group(
@@ -185,7 +188,7 @@ impl<'a> Workshop<'a> {
         )
     }
 
-    /// What an effect of any kind does, its text as TOML.
+    /// Prediction of an effect of any kind, given as TOML.
     pub fn prediction(&self, effect: &str) -> Result<Prediction, InputError> {
         let with = residual(self.scene, effect)?;
         Ok(self.whitened([0, 1, 2].map(|axis: usize| {
@@ -194,7 +197,7 @@ impl<'a> Workshop<'a> {
         })))
     }
 
-    /// Inner products of another prediction with the book's over the fitted rows.
+    /// Inner products of another prediction with the catalogue's over the fitted rows.
     pub fn against(&self, prediction: &Prediction) -> DVector<f64> {
         let products = self
             .predictions
@@ -204,8 +207,8 @@ impl<'a> Workshop<'a> {
     }
 }
 
-impl Book {
-    /// Places of a kind's parameters.
+impl PredictionProducts {
+    /// Indices of a kind's parameters.
     pub fn of(&self, kind: &str) -> Vec<usize> {
         let places = self.names.iter().enumerate();
         places
@@ -214,14 +217,14 @@ impl Book {
             .collect()
     }
 
-    /// The kinds in it.
+    /// The kinds that have parameters here.
     pub fn kinds(&self) -> Vec<&'static Linear> {
         let mut entries: Vec<usize> = self.names.iter().map(|name| name.entry).collect();
         entries.dedup();
         entries.into_iter().map(|entry| &LINEAR[entry]).collect()
     }
 
-    /// Values by name as a vector over the whole book; `None` where a kind is not in it.
+    /// Values by name as a vector over the whole catalogue; `None` where a kind is not in it.
     pub fn vector<'k>(
         &self,
         effects: impl IntoIterator<Item = (&'k str, &'k BTreeMap<String, f64>)>,

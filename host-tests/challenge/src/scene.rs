@@ -1,6 +1,6 @@
-//! Scenes: an instrument, its noise and a motion, drawn by a seed; many trials share one.
+//! Draws scenes from a seed: an instrument, its noise and a motion; many trials share one.
 //!
-//! Enters: the challenge's seed and the scene's number. Leaves: [`Scene`], which writes itself as a scenario of the
+//! From the challenge's seed and the scene's number comes a [`Scene`], which writes itself as a scenario of the
 //! simulator, with its noise or without any (SI units), and knows the true noise of a residual.
 //!
 //! Trials of one scene differ in their noise and in what is concealed; sharing the motion lets the predictions of
@@ -66,7 +66,7 @@ pub const POOL: usize = 24;
 pub const RESTING: usize = POOL;
 
 impl Setting {
-    /// Of the scene of this number.
+    /// The setting of scene `number`.
     pub fn of(number: usize) -> Self {
         if number == RESTING {
             Self::Resting
@@ -84,7 +84,7 @@ impl Setting {
 /// First ChaCha stream of the scenes; trials have the streams below.
 const STREAMS: u64 = 1 << 40;
 
-/// A pulse, a reading step or a noise that nobody would notice: \[rad\].
+/// A pulse, a reading step or a noise far below everything else \[rad\].
 const NOTHING_RAD: f64 = 1e-14;
 
 /// True noise, x y z.
@@ -113,7 +113,7 @@ pub struct Scene {
     pub setting: Setting,
     /// Rows a second \[Hz\].
     pub rate_hz: f64,
-    /// Seed of what moves.
+    /// Seed of the motion.
     pub motion_seed: u64,
     /// Its noise.
     pub levels: Levels,
@@ -400,7 +400,7 @@ impl Scene {
         text
     }
 
-    /// Rows that are fitted, about.
+    /// About the number of rows that are fitted.
     pub fn fitted_rows(&self) -> usize {
         let seconds = if self.is_dithered() { 20.0 } else { 40.0 };
         ((1.0 - HELD_OUT_SHARE) * seconds * self.rate_hz) as usize

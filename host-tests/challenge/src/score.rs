@@ -1,7 +1,7 @@
-//! Scores: what was said against what was concealed.
+//! Scores what was diagnosed against what was concealed.
 //!
-//! Enters: answers and outcomes of the same trials. Leaves: [`Scores`], which is `challenge.json`: counts by kind, by
-//! setting and by strength, and the marks of the diagnosis road with the number of trials behind each.
+//! From answers and outcomes of the same trials come the [`Scores`], which are `challenge.json`: counts by kind, by
+//! setting and by strength, and the marks of the diagnosis with the number of trials behind each.
 //!
 //! A *claim* is a finding with a name of the catalogue (faults of the data and `unlisted` are none). A claim is wrong
 //! if neither it nor its class (`indistinguishable_from`) contains a concealed kind. A trial is *named* if every

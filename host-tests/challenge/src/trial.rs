@@ -1,7 +1,7 @@
-//! A trial before it is made: its family, its scene, its seeds.
+//! Draws a trial before it is made: its family, its scene, its seeds.
 //!
-//! Enters: the challenge's seed and the trial's number. Leaves: [`Ticket`], drawn from a ChaCha stream of the
-//! trial's own, so that any trial can be repeated alone.
+//! From the challenge's seed and the trial's number comes a [`TrialDraw`], drawn from a ChaCha stream of the trial's own,
+//! so that any trial can be repeated alone.
 
 use clap::ValueEnum;
 use rand::{RngExt as _, SeedableRng as _};
@@ -68,7 +68,7 @@ impl Design {
 
 /// A trial, drawn.
 #[derive(Debug, Clone)]
-pub struct Ticket {
+pub struct TrialDraw {
     /// Its number.
     pub trial: u64,
     /// What it tests.
@@ -87,7 +87,7 @@ pub struct Ticket {
     pub rng: ChaCha8Rng,
 }
 
-impl Ticket {
+impl TrialDraw {
     /// Draws trial `trial` of a challenge that goes through `families` again and again.
     pub fn draw(seed: u64, trial: u64, families: &[Family]) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);

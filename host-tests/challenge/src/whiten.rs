@@ -1,7 +1,7 @@
-//! Whitening by the true noise: the yardstick of every strength and bound.
+//! Whitens a series by the true noise, in which every strength and bound is measured.
 //!
-//! Enters: a series of increments of one gyro \[rad per row\] and the rows that count. Leaves: the same in units of
-//! independent standard deviations: its inner products are those of the Cramér–Rao bound.
+//! A series of increments of one gyro \[rad per row\] and the rows that count become independent values in units of
+//! standard deviations; their inner products are those of the Cramér–Rao bound.
 //!
 //! The noise of row k is T b_k + w_k + v_k − v_{k−1}: a bias that walks at random, a random walk of angle, white
 //! noise of angle. A Kalman filter of (b, v) turns it into innovations, exactly and also over gaps. The jump of

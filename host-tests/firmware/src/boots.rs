@@ -1,7 +1,7 @@
 //! Faults that are found at boot: what the parameter slots hold, whether the oscillator answers.
 //!
-//! Enters: a good parameter block. Leaves: the content of both slots, damaged at random places, or as flash
-//! is that was never written; and what every frame must say then.
+//! From a good parameter block it makes the content of both slots, damaged at random places or erased, and what every
+//! frame must then say.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -14,14 +14,14 @@ pub enum BootFault {
     None,
     /// One slot, either, is damaged or empty.
     OneSlot,
-    /// Both are.
+    /// Both slots are damaged or empty.
     BothSlots,
     /// The external oscillator does not answer.
     NoOscillator,
 }
 
 impl BootFault {
-    /// Every one.
+    /// All of them.
     pub const ALL: [Self; 4] = [
         Self::OneSlot,
         Self::BothSlots,
@@ -29,12 +29,12 @@ impl BootFault {
         Self::None,
     ];
 
-    /// The bits of which every frame must show this one's and no other.
+    /// The bits of all boot faults: every frame must show this fault's and no other.
     pub const ANY: Status = Status::PARAMETER_SLOT_BAD
         .union(Status::PARAMETERS_DEFAULT)
         .union(Status::CLOCK_FALLBACK);
 
-    /// What people call it.
+    /// The fault's name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -44,7 +44,7 @@ impl BootFault {
         }
     }
 
-    /// The bit that every frame must show.
+    /// The status bit that every frame must show.
     pub fn status(self) -> Status {
         match self {
             Self::None => Status::default(),
@@ -54,7 +54,7 @@ impl BootFault {
         }
     }
 
-    /// What the slots hold, where the unit was given `block`.
+    /// The content of both slots of a unit that was given `block`.
     pub fn slots(self, block: &[u8], random: &mut ChaCha8Rng) -> [Vec<u8>; 2] {
         let only = random.random_range(0..2);
         [0, 1].map(|slot| {

@@ -1,9 +1,9 @@
-//! The fault campaign: each fault at random moments, and what must be counted for it.
+//! Draws a fault campaign: each fault at random moments, and what must be counted for it.
 //!
-//! Enters: a seed, how often each fault comes. Leaves: [`Campaign`]: what happens in each interrupt of the
-//! faulty unit ([`Interrupt`]), the samples of the same unit in good health, and the list of [`Injection`]s
-//! with the counters that each must raise. The order is drawn, and within each injection's stretch of time
-//! the moment, the axis and the size.
+//! From a seed and the number of each kind of fault it draws a [`Campaign`]: what happens in each interrupt of the
+//! faulty unit ([`Interrupt`]), the samples of the same unit without faults, and the list of [`Injection`]s with the
+//! counters that each must raise. The order is drawn, and within each injection's stretch of time the moment, the axis
+//! and the size.
 //!
 //! | fault | what is done to the unit |
 //! |---|---|
@@ -20,7 +20,7 @@
 //! | dither stopped | a block comes to rest |
 //! | dither out of band | a block has a quarter of its amplitude, or 1¾ times it |
 //! | pickoff failed | a pickoff stands still |
-//! | output overrun | nobody takes frames for longer than the queue holds them |
+//! | output overrun | no frame is taken for longer than the queue holds them |
 //!
 //! Faults at boot (parameter slots, clock) are no part of a stream; the tests boot for each.
 
@@ -37,7 +37,7 @@ use crate::unit::{SAMPLES_PER_OUTPUT, Unit};
 /// Frames that wait for the serial port (the image's queue).
 pub const QUEUED_FRAMES: usize = 15;
 
-/// Periods at the end of an injection's stretch in which the unit must be well again.
+/// Periods at the end of an injection's interval in which no fault may be reported any more.
 pub const WELL_PERIODS: u32 = 100;
 
 /// A stretch for a fault of one moment, or of a queue that fills \[periods\]: 0.125 s.
@@ -58,7 +58,7 @@ const LASTING: std::ops::Range<u32> = 400..800;
 /// A block comes to rest and starts in this many periods, 10 ms: some cycles of a dither.
 const RAMP_PERIODS: u32 = 40;
 
-/// Before the first injection \[periods\]: 2 s, for the strip to find its gain.
+/// Time before the first injection \[periods\]: 2 s, in which the strip finds its gain.
 const SETTLING_PERIODS: u32 = 8000;
 
 /// What can go wrong in service.
@@ -95,7 +95,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// Every one.
+    /// All of them.
     pub const ALL: [Self; 14] = [
         Self::Late,
         Self::Missed,
@@ -113,7 +113,7 @@ impl Fault {
         Self::OutputOverrun,
     ];
 
-    /// What people call it.
+    /// The fault's name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Late => "interrupt late",
@@ -152,7 +152,7 @@ impl Fault {
         }
     }
 
-    /// Whether it lasts, so that its counter grows with every output period that it stands.
+    /// Whether the fault lasts, so that its counter grows with every output period.
     pub fn lasts(self) -> bool {
         matches!(
             self,
@@ -160,7 +160,7 @@ impl Fault {
         )
     }
 
-    /// Counters that the fault itself entails, with the reason beside each.
+    /// Counters that the fault itself raises too, with the reason beside each.
     pub fn consequences(self) -> &'static [u8] {
         match self {
             // The period of the sample that did not come.
@@ -185,7 +185,7 @@ impl Fault {
 /// One fault and the stretch of time that it has for itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Injection {
-    /// Which fault.
+    /// The fault.
     pub fault: Fault,
     /// First period of its stretch.
     pub begin: u32,
@@ -206,11 +206,11 @@ pub struct Injection {
 /// What the bus brings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wire {
-    /// These bytes.
+    /// The bus brings these bytes.
     Frame([u8; FRAME_BYTES]),
-    /// An error.
+    /// The bus reports an error.
     Error,
-    /// Nobody asks it: the source has nothing.
+    /// The bus is not read: the source has no sample.
     Starved,
 }
 
@@ -219,11 +219,11 @@ pub enum Wire {
 pub struct Interrupt {
     /// The sampling period at whose end it comes.
     pub period: u32,
-    /// How it comes.
+    /// Timing of the interrupt.
     pub timing: Timing,
-    /// What it reads.
+    /// What the bus brings.
     pub wire: Wire,
-    /// Nobody takes frames.
+    /// Whether the queue of frames is not emptied.
     pub link_held: bool,
 }
 
@@ -234,7 +234,7 @@ pub struct Campaign {
     pub injections: Vec<Injection>,
     /// The faulty unit, interrupt by interrupt.
     pub interrupts: Vec<Interrupt>,
-    /// The same unit in good health, period by period.
+    /// The samples of the same unit without faults, period by period.
     pub clean: Vec<Interrupt>,
 }
 
@@ -410,7 +410,7 @@ fn amplitude_share(injection: &Injection, period: u32) -> f64 {
     1.0 + gone * (during - 1.0)
 }
 
-/// Does to the sample what the fault does.
+/// Applies the fault to the sample.
 fn spoil(sample: &mut Sample, injection: &Injection, period: u32, held_pickoff: &mut i32) {
     let axis = injection.axis;
     match injection.fault {

@@ -1,7 +1,7 @@
-//! A campaign played into the firmware's own bank driver and processor, on this machine.
+//! Plays a campaign into the firmware's own bank driver and processor, on this machine.
 //!
-//! Enters: [`Interrupt`]s. Leaves: [`Played`]: the frames that left, and the health items at moments that
-//! the caller names. Imitated and not shared with the image: the bus, and the room of the queue.
+//! It takes [`Interrupt`]s and gives [`Played`]: the frames that were sent, and the health items at moments that the
+//! caller names. The bus and the queue's room are imitated, not shared with the image.
 
 use std::cell::Cell;
 
@@ -17,14 +17,14 @@ use crate::campaign::{Interrupt, QUEUED_FRAMES, Wire};
 /// Every health item, in the order of [`HEALTH_ITEMS`].
 pub type HealthItems = [u32; HEALTH_ITEMS.len()];
 
-/// What came of it.
+/// The result of a campaign.
 #[derive(Debug, Clone)]
 pub struct Played {
     /// Every frame that found room.
     pub frames: Vec<TelemetryFrame>,
     /// The health items before the first interrupt of each period named.
     pub health_at: Vec<HealthItems>,
-    /// At the end.
+    /// The health items at the end.
     pub health: HealthItems,
 }
 
@@ -82,7 +82,7 @@ pub fn play<N: NumberSystem>(
     }
 }
 
-/// A bus on which one frame stands, once; an error without.
+/// A bus that gives one frame once, and an error without a frame.
 struct Line<'a>(&'a Cell<Option<[u8; FRAME_BYTES]>>);
 
 impl ErrorType for Line<'_> {

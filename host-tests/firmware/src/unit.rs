@@ -1,8 +1,8 @@
-//! A dithered unit that is well: what its counters and pickoffs show, period by period.
+//! Models a dithered unit without faults: what its counters and pickoffs show, period by period.
 //!
-//! Enters: a seed; for each period how much of its amplitude each block has. Leaves: [`Sample`]: pulses over
-//! the period, pickoff codes at its end; block frame, axes x, y, z. The case turns steadily and swings at
-//! 5 Hz, at most 0.25 rad/s; the blocks dither at 390, 410 and 430 Hz with 150″, which wanders by a tenth.
+//! From a seed and each block's share of its amplitude in each period it makes [`Sample`]s: pulses over the period,
+//! pickoff codes at its end; block frame, axes x, y, z. The case turns steadily and swings at 5 Hz, at most 0.25 rad/s;
+//! the blocks dither at 390, 410 and 430 Hz with 150″, which wanders by a tenth.
 //!
 //! Not a simulator of the physics: no flexure, lock-in or noise. It shows faults, not drift.
 
@@ -41,7 +41,7 @@ pub const FASTEST_RAD_S: f64 = 0.25;
 /// Largest part by which the amplitude wanders from its nominal value \[1\].
 const WANDER: f64 = 0.1;
 
-/// What the firmware is told of this unit.
+/// The firmware's parameters for this unit.
 pub fn parameters() -> Parameters {
     Parameters {
         pulse_weight_rad: [PULSE_RAD; 3],
@@ -68,7 +68,7 @@ pub struct Unit {
 }
 
 impl Unit {
-    /// The unit before its first period.
+    /// Makes the unit before its first period.
     pub fn new(seed: u64) -> Self {
         Self {
             random: ChaCha8Rng::seed_from_u64(seed),
@@ -79,7 +79,7 @@ impl Unit {
         }
     }
 
-    /// One period on, with this share of each block's amplitude at its end.
+    /// Advances one period, with this share of each block's amplitude at its end.
     pub fn step(&mut self, amplitude_share: [f64; 3]) -> Sample {
         self.period += 1;
         let time_s = f64::from(self.period) / RATE_HZ;

@@ -1,7 +1,7 @@
-//! Did each fault raise its counter, and no fault another's?
+//! Judges whether each fault raised its counter, and no fault another's.
 //!
-//! Enters: the injections and the health items at their boundaries. Leaves: a [`Row`] a fault, to be printed;
-//! or a panic that names the first injection that was miscounted: this is for tests.
+//! It takes the injections and the health items at their boundaries, and gives a [`Row`] for each kind of fault, to be
+//! printed. It panics with the first injection that was miscounted, because this is for tests.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -12,14 +12,14 @@ use trueaxis::health::{HEALTH_ITEMS, item};
 use crate::campaign::{Fault, Injection};
 use crate::player::HealthItems;
 
-/// What one fault came to over all its injections.
+/// The result of one kind of fault over all its injections.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Row {
-    /// Which.
+    /// The fault.
     pub fault: Fault,
-    /// Times that it was done.
+    /// Number of injections.
     pub injected: u32,
-    /// Of these, times that its counter grew.
+    /// Number of injections for which its counter grew.
     pub seen: u32,
     /// Events that were to be counted; of a fault that lasts, its injections.
     pub due: u32,
@@ -68,20 +68,20 @@ fn is_counter(index: u8) -> bool {
     index < 32 || index == item::STUCK_LINES
 }
 
-/// The periods at which [`judge`] wants the health items: where each stretch begins, and where the last ends.
+/// The periods at which [`judge`] needs the health items: where each interval begins, and where the last ends.
 pub fn boundaries(injections: &[Injection]) -> Vec<u32> {
     let ends = injections.last().map(|one| one.end);
     injections.iter().map(|one| one.begin).chain(ends).collect()
 }
 
-/// A unit in good health counts nothing.
+/// Checks that a unit without faults counts nothing.
 pub fn nothing_is_counted(health: &HealthItems) {
     for (index, value) in HEALTH_ITEMS.into_iter().zip(health) {
         assert!(!is_counter(index) || *value == 0, "{index} counts {value}");
     }
 }
 
-/// Holds every injection's counters against what was done; rows in the order of [`Fault::ALL`].
+/// Compares every injection's counters with what was injected; rows in the order of [`Fault::ALL`].
 pub fn judge(injections: &[Injection], health_at: &[HealthItems]) -> Vec<Row> {
     let mut rows = Fault::ALL.map(|fault| Row {
         fault,
@@ -120,7 +120,7 @@ pub fn judge(injections: &[Injection], health_at: &[HealthItems]) -> Vec<Row> {
     rows.to_vec()
 }
 
-/// The latch holds the first injection, by its own bit or by one that the fault entails and that showed
+/// Checks that the first injection is latched, by its own bit or by one that the fault also raises and that showed
 /// before it.
 pub fn first_is_latched(first: &Injection, health: &HealthItems) {
     let value = |index| {

@@ -398,7 +398,7 @@ proptest! {
 
     /// Any 40 bytes are a frame or a fault.
     #[test]
-    fn any_bytes_are_survived(bytes in any::<[u8; 32]>(), tail in any::<[u8; 8]>()) {
+    fn any_bytes_do_not_panic(bytes in any::<[u8; 32]>(), tail in any::<[u8; 8]>()) {
         let mut frame = [0; FRAME_BYTES];
         frame[..32].copy_from_slice(&bytes);
         frame[32..].copy_from_slice(&tail);

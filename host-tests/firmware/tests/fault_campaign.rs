@@ -182,12 +182,12 @@ fn campaign<N: NumberSystem>(seed: u64) {
 }
 
 #[test]
-fn every_fault_is_seen_by_its_counter_and_over_when_it_is_over_f32() {
+fn every_fault_raises_its_own_counter_and_ends_f32() {
     campaign::<F32>(1);
 }
 
 #[test]
-fn every_fault_is_seen_by_its_counter_and_over_when_it_is_over_fixed() {
+fn every_fault_raises_its_own_counter_and_ends_fixed() {
     campaign::<Fixed>(2);
 }
 

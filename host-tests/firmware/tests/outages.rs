@@ -472,7 +472,7 @@ fn restarts_at_random_moments<N: NumberSystem>(seed: u64) {
     let expected = counted as f64 * PULSE_RAD / OUTPUT_RAD_PER_CODE;
     let error = shown as f64 - expected;
     println!(
-        "{}: {restarts} restarts, {uncounted} periods that nobody counted, error beside them {error:.2} codes",
+        "{}: {restarts} restarts, {uncounted} periods without counts, error beside them {error:.2} codes",
         N::NAME
     );
     assert!(error.abs() <= 0.5, "{}", N::NAME);

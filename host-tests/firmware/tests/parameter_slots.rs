@@ -532,7 +532,7 @@ proptest! {
     /// A life of stores and mends, power failing now and then: at every boot the parameters are those of
     /// the last store that succeeded, or of a later one that failed on its last step.
     #[test]
-    fn a_life_with_power_failures_never_loses_the_parameters(
+    fn repeated_power_failures_never_lose_the_parameters(
         life in prop::collection::vec(
             (any::<bool>(), prop::option::of(0..SECTOR + 400), 0..3usize, any::<u64>()),
             1..30,

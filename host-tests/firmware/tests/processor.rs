@@ -209,7 +209,7 @@ fn a_restart_of_the_bank_costs_the_angle_that_it_did_not_count_and_no_time() {
 }
 
 #[test]
-fn a_restart_gives_back_the_bias_of_the_time_that_nobody_counted() {
+fn a_restart_gives_back_the_bias_of_periods_without_counts() {
     let parameters = Parameters {
         bias_rad_s: [0.01; 3],
         ..parameters(10)
@@ -580,7 +580,7 @@ proptest! {
 
     /// Any reading and timing is survived, in both number systems.
     #[test]
-    fn anything_is_survived(
+    fn any_reading_and_timing_do_not_panic(
         interrupts in prop::collection::vec((any_reading(), any_timing()), 1..60),
         samples_per_output in 1..=40_u16,
     ) {

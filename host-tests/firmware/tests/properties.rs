@@ -1,8 +1,8 @@
 //! What holds for every input: laws instead of examples.
 //!
-//! Enters: parameters anywhere in their ranges, samples of any bits. Both number systems. `cargo verify` runs
-//! these tests a second time with overflow checks and debug assertions (profile `checked`), where an
-//! integer operation that does not fit ends the test.
+//! Parameters are drawn from anywhere in their ranges, samples from any bits, for both number systems. `cargo verify`
+//! runs these tests a second time with overflow checks and debug assertions (profile `checked`), where an integer
+//! operation that does not fit ends the test.
 
 use std::collections::VecDeque;
 
@@ -224,7 +224,7 @@ fn survives<N: NumberSystem>(parameters: &Parameters, samples: &[Sample]) {
 proptest! {
     /// 256 cases of up to 200 samples, and with every saved failure.
     #[test]
-    fn any_bits_of_samples_are_survived_and_forgotten(
+    fn any_sample_bits_are_processed_and_leave_no_trace(
         parameters in parameters(),
         samples in any_samples(200),
     ) {
@@ -350,7 +350,7 @@ fn increments(frames: Vec<OutputFrame>) -> Vec<([i32; 3], [i32; 3])> {
 }
 
 #[test]
-fn the_edges_of_every_word_are_survived_together() {
+fn the_edges_of_every_word_together_do_not_panic() {
     let edges = [i32::MIN, i32::MIN + 1, -1, 0, 1, i32::MAX - 1, i32::MAX];
     // Every ordered pair of edges, so that every step from edge to edge is taken by every word.
     let samples: Vec<Sample> = edges
@@ -424,7 +424,7 @@ fn processor_survives<N: NumberSystem>(
 
 proptest! {
     #[test]
-    fn any_readings_at_any_times_are_survived(
+    fn any_readings_at_any_times_do_not_panic(
         parameters in parameters(),
         periods in vec((reading(), missed(), any::<bool>()), 1..200),
     ) {

@@ -103,7 +103,7 @@ fn inserted_panic(sample: trueaxis::Sample) {
     }
 }
 
-/// The linker's entry: reaches the path in both number systems, with arguments that nobody knows.
+/// The linker's entry: reaches the path in both number systems, with arguments that the compiler does not know.
 #[unsafe(no_mangle)]
 pub extern "C" fn interrupt_path(
     f32: &mut Sampling<F32>,

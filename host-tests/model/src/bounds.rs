@@ -1,8 +1,7 @@
-//! What a model may say: finite numbers that a unit can have, effects of the catalogue.
+//! Checks a model: finite numbers that a unit can have, effects of the catalogue.
 //!
-//! Enters: [`Model`] and the path it stands in, for the message. Leaves: nothing, or the first key at fault
-//! with its value and what was expected. The bounds refuse wrong units and slips of the pen; they do not
-//! judge a gyro.
+//! The first key at fault is named with the file, its value and what was expected. The bounds refuse wrong units and
+//! slips of the pen; they do not judge a gyro.
 
 use std::path::Path;
 

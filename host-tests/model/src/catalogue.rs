@@ -22,11 +22,11 @@ pub enum Value {
 /// Parameters of one kind that share a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Group {
-    /// Their names in files.
+    /// Names of the parameters in files.
     pub names: &'static [&'static str],
-    /// Their unit; empty for text.
+    /// Unit of the parameters; empty for text.
     pub unit: &'static str,
-    /// What they hold.
+    /// Type of the values.
     pub value: Value,
     /// Whether all must be given; otherwise an absent one counts as 0.
     pub required: bool,
@@ -43,9 +43,9 @@ pub struct Kind {
 
 /// The body axes.
 pub const XYZ: &[&str] = &["x", "y", "z"];
-/// i ≠ j.
+/// The six pairs ij with i ≠ j.
 pub const SIX: &[&str] = &["xy", "xz", "yx", "yz", "zx", "zy"];
-/// All i, j.
+/// The nine pairs ij.
 pub const NINE: &[&str] = &["xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"];
 
 const fn of(names: &'static [&'static str], unit: &'static str) -> Group {
@@ -79,7 +79,7 @@ const AXIS: Group = needed(&["axis"], "", Value::Axis);
 const CHANNEL: Group = needed(&["channel"], "", Value::Channel);
 const TIME: Group = needed(&["time_s"], "s", Value::Number);
 const SPAN: Group = needed(&["start_s", "end_s"], "s", Value::Number);
-/// Which of several recordings an event is in; absent: any that was running then.
+/// The one of several recordings that contains an event; absent: any that was running then.
 const RECORDING: Group = bounded(&["recording"], "", Value::Recording);
 const FAULT: &[Group] = &[CHANNEL, SPAN, RECORDING];
 

@@ -1,9 +1,8 @@
-//! `model.toml` into memory.
+//! Reads `model.toml` into a checked [`Model`], with warnings about keys that this version does not know.
 //!
-//! Enters: the path. Leaves: [`Model`], checked, and warnings about keys this version does not know.
-//! What the contract gives a neutral value may be absent: bias, scale error and installation are then 0,
-//! the pickoff gain 1, the motion that of the reference. Pulse weights have no neutral value, but only counts ask for
-//! them. An accelerometer noise that is absent is estimated.
+//! What the contract gives a neutral value may be absent: bias, scale error and installation are then 0, the pickoff
+//! gain 1, the motion that of the reference. Pulse weights have no neutral value, but only counts need them. An
+//! accelerometer noise that is absent is estimated.
 
 use std::collections::BTreeMap;
 use std::path::Path;

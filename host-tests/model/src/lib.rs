@@ -1,7 +1,7 @@
-//! A model: what the simulation of a recording already contains, and what the firmware compensates.
+//! Defines a model: what the simulation of a recording already contains, and what the firmware compensates.
 //!
-//! Enters: `model.toml`. Leaves: [`Model`], checked (finite, in range, known kinds with their own
-//! parameter names). Units are SI; the meaning of every name is fixed by the project's contract.
+//! `model.toml` gives a checked [`Model`]: finite, in range, known kinds with their own parameter names. Units are SI;
+//! the meaning of every name is fixed by the project's contract.
 
 use std::collections::BTreeMap;
 

@@ -1,7 +1,7 @@
-//! A model → what the firmware's chain corrects.
+//! Converts a model into the parameters of the firmware's chain.
 //!
-//! Enters: [`Model`], and [`Unit`]: how the chain is to run, and what a model does not say of the hardware.
-//! Leaves: [`Parameters`] in SI units, and the kinds of effects that the chain has no term for.
+//! It takes a [`Model`] and a [`Unit`]: how the chain is to run, and what a model does not say of the hardware. It
+//! gives [`Parameters`] in SI units, and the kinds of effects that the chain has no term for.
 //!
 //! The contract's prediction, as rates, with ω the case's rate, p the pickoff angle, e the model's bias:
 //!
@@ -43,7 +43,7 @@
 //! (scale error and bias in the sense that they have for the gyros), and the chain's f = M' ((1 − s') reading
 //! − b') − size. That A turns the other axes' size effect too is left out: 1e-3 of it.
 //!
-//! Deliberately not here: effects of the recording rather than of the unit (the reference, the Earth's
+//! Out of scope: effects of the recording rather than of the unit (the reference, the Earth's
 //! rotation); they leave nothing for the chain to correct and are not reported as uncompensated.
 
 use nalgebra::{Matrix3, Vector3};
@@ -70,12 +70,12 @@ const OF_THE_RECORDING: &[&str] = &[
     "earth_rate",
 ];
 
-/// How the unit swings its blocks; amplitude 0 and 400 Hz where it does not.
+/// The dither of the unit's blocks; amplitude 0 and 400 Hz where it is not dithered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DitherMotion {
-    /// \[Hz\].
+    /// Frequency \[Hz\].
     pub frequency_hz: [f64; 3],
-    /// Of the pickoff's angle \[rad\].
+    /// Amplitude of the pickoff's angle \[rad\].
     pub amplitude_rad: [f64; 3],
 }
 
@@ -107,7 +107,7 @@ pub struct Unit {
 }
 
 impl Unit {
-    /// As the commands have it unless asked otherwise: no accelerometers, the dither not known.
+    /// The commands' defaults: no accelerometers, the dither not known.
     pub fn at(sample_rate_hz: f64) -> Self {
         Self {
             sample_rate_hz,
@@ -131,7 +131,7 @@ pub fn parameters_from_model(
     Ok((parameters, uncompensated))
 }
 
-/// The same before the check, for a caller that replaces some of them.
+/// The parameters before the check, for a caller that replaces some of them.
 pub fn unchecked_parameters(
     model: &Model,
     unit: &Unit,

@@ -1,9 +1,8 @@
-//! Reading a recording's folder into memory, and the judgement of its values.
+//! Reads a recording's folder into memory, and judges its values.
 //!
-//! Enters: the folder. Leaves: [`Recording`] with every channel as value = stored · scale + offset in SI.
-//! What cannot be right is refused by name: a count that is not whole, an infinite value, a whole channel
-//! in another unit or without a single value, stamps that do not increase. What may be a fault of the
-//! unit (a jump, a stuck run, a gap) is left for whoever uses the recording.
+//! Every channel becomes value = stored · scale + offset in SI. What cannot be right is refused by name: a count that
+//! is not whole, an infinite value, a whole channel in another unit or without a single value, stamps that do not
+//! increase. What may be a fault of the unit (a jump, a stuck run, a gap) is left to the user of the recording.
 
 use std::ops::Range;
 use std::path::Path;
@@ -139,10 +138,11 @@ pub(super) fn read_table(
     })
 }
 
-/// Rows as far apart everywhere, some of which may be missing: what is summed over a row's period has one then.
+/// A uniform grid of rows, some of which may be missing: what is summed over a row's period needs one period for all
+/// rows.
 struct Grid {
     clock: Clock,
-    /// Where each row there is stands among all.
+    /// Index in the grid of each row that is present.
     places: Vec<usize>,
 }
 
@@ -150,7 +150,7 @@ impl Grid {
     fn of(stamps_s: &[f64]) -> Option<Self> {
         /// Rows that a stamp may be off, as one printed with few digits is.
         const OFF_ROWS: f64 = 0.01;
-        /// Of all rows, the least that are there.
+        /// Least share of the grid's rows that must be present.
         const FEWEST: f64 = 0.5;
         let (first, last) = (*stamps_s.first()?, *stamps_s.last()?);
         let mut apart_s: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -186,7 +186,7 @@ impl Grid {
         self.places.last().map_or(0, |last| last + 1)
     }
 
-    /// Values that are not there are not measured.
+    /// Fills rows that are missing with NaN.
     fn fill(&self, column: &mut Vec<f64>) {
         let mut filled = vec![f64::NAN; self.rows()];
         for (place, value) in self.places.iter().zip(column.iter()) {
@@ -205,11 +205,13 @@ fn check_stamps(path: &Path, column: &str, stamps_s: &[f64]) -> Result<(), Input
             } else {
                 format!("a time after {previous} s")
             };
-            return Err(InputError::new(path, "is not a clock that goes forward")
-                .channel(column)
-                .row(row as u64)
-                .value(stamp)
-                .expected(expected));
+            return Err(
+                InputError::new(path, "has time stamps that do not increase")
+                    .channel(column)
+                    .row(row as u64)
+                    .value(stamp)
+                    .expected(expected),
+            );
         }
         previous = stamp;
     }
@@ -275,7 +277,7 @@ fn check_values(
     if magnitudes.is_empty() {
         if quantity.is_essential() {
             return Err(
-                InputError::new(path, "has not one value: every row is null or NaN")
+                InputError::new(path, "has no value: every row is null or NaN")
                     .channel(format!("{} ({})", channel.column, quantity.name()))
                     .expected("measured values"),
             );

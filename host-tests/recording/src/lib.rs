@@ -1,10 +1,10 @@
-//! A recording: a folder with `recording.toml` beside its tables (Parquet or CSV).
+//! Reads and writes recordings: folders with `recording.toml` beside tables (Parquet or CSV).
 //!
-//! Enters: the folder. Leaves: [`Recording`], every channel as f64 in the unit of its quantity (SI),
-//! NaN where nothing was measured. The meaning of every name is fixed by the project's contract; unknown
-//! quantities are kept as [`Quantity::Other`] and never an error.
+//! A [`Recording`] holds every channel as f64 in the unit of its quantity (SI), NaN where nothing was measured. The
+//! meaning of every name is fixed by the project's contract; unknown quantities are kept as [`Quantity::Other`] and are
+//! never an error.
 //!
-//! Deliberately not here: alignment of tables that differ in rate, and any judgement of the data's
+//! Out of scope: alignment of tables that differ in rate, and any judgement of the data's
 //! quality. That is the first stage of whoever uses the recording.
 
 use std::path::PathBuf;
@@ -106,9 +106,9 @@ pub struct Channel {
     pub quantity: Quantity,
     /// The axis as written in the file: "x", "y", "z", or "w" for attitude; `None` where not given.
     pub axis: Option<String>,
-    /// stored · scale + offset = the value in the quantity's unit.
+    /// Scale in stored · scale + offset = the value in the quantity's unit.
     pub scale: f64,
-    /// See `scale`.
+    /// Offset in stored · scale + offset.
     pub offset: f64,
     /// The values, already scaled; NaN = not measured.
     pub values: Vec<f64>,
@@ -127,7 +127,7 @@ pub struct Table {
     pub channels: Vec<Channel>,
 }
 
-/// A named stretch of time.
+/// A named interval of time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
     /// Its name.
@@ -151,7 +151,7 @@ pub struct Recording {
     pub site: Option<Site>,
     /// Its tables.
     pub tables: Vec<Table>,
-    /// Its named stretches.
+    /// Its named intervals.
     pub segments: Vec<Segment>,
 }
 

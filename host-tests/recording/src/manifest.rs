@@ -1,7 +1,7 @@
-//! `recording.toml`: the list of tables and what their columns mean.
+//! Parses and writes `recording.toml`: the list of tables and what their columns mean.
 //!
-//! Enters and leaves: the text of the file. Everything that can be judged without opening a table is
-//! judged here. Keys that the contract does not name are passed over: others may add to it.
+//! Everything that can be judged without opening a table is judged here. Keys that the contract does not name are
+//! ignored: others may add to it.
 
 use std::collections::HashSet;
 use std::path::{Component, Path};
@@ -234,7 +234,7 @@ impl ChannelEntry {
             AxisRule::Free => (true, ""),
         };
         if !allowed {
-            let problem = format!("{} has an axis it cannot have", quantity.name());
+            let problem = format!("{} cannot have this axis", quantity.name());
             return Err(InputError::new(path, problem)
                 .channel(name)
                 .value(axis.map_or("none".to_owned(), |axis| format!("{axis:?}")))

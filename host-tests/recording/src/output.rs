@@ -15,7 +15,7 @@ use tempfile::{Builder, NamedTempFile, TempDir};
 
 use crate::error::InputError;
 
-/// A folder of results under way.
+/// A folder of results that is being written.
 #[derive(Debug)]
 pub struct OutputFolder {
     target: PathBuf,
@@ -28,9 +28,8 @@ impl OutputFolder {
     pub fn create(target: impl AsRef<Path>) -> Result<Self, InputError> {
         let target = target.as_ref().to_path_buf();
         if target.as_os_str().is_empty() {
-            return Err(
-                InputError::new(&target, "is no folder's name").expected("a folder to write to")
-            );
+            return Err(InputError::new(&target, "is not the name of a folder")
+                .expected("a folder to write to"));
         }
         if target.exists() && !target.is_dir() {
             return Err(InputError::new(&target, "is a file").expected("a folder to write to"));
@@ -51,7 +50,7 @@ impl OutputFolder {
         })
     }
 
-    /// Where the results will be.
+    /// The folder in which the results will be.
     pub fn target(&self) -> &Path {
         &self.target
     }
@@ -80,7 +79,7 @@ impl OutputFolder {
         Ok(file)
     }
 
-    /// Moves everything to its place.
+    /// Moves all files to their place.
     pub fn commit(self) -> Result<(), InputError> {
         let moved = if self.target.is_dir() {
             self.replace_files()
@@ -118,7 +117,7 @@ pub fn write_file(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), InputError
     OutputFile::create(path, bytes)?.commit()
 }
 
-/// A single file, complete but not yet in its place: for a command that writes a folder beside it.
+/// A single file that is complete but not yet in its place: for a command that writes a folder beside it.
 #[derive(Debug)]
 pub struct OutputFile {
     target: PathBuf,
@@ -139,7 +138,7 @@ impl OutputFile {
         Ok(Self { target, staged })
     }
 
-    /// Moves it to its place, in a folder that exists by now.
+    /// Moves the file to its place, in a folder that exists by now.
     pub fn commit(self) -> Result<(), InputError> {
         let Self { target, staged } = self;
         match staged.persist(&target) {

@@ -52,7 +52,7 @@ const STRONGEST_FIELD_T: f64 = 1.0;
 const LARGEST_COMPONENT: f64 = 1.001;
 
 impl Quantity {
-    /// What a gyro may read, the least processed first.
+    /// The quantities that a gyro may record, the least processed first.
     pub const GYROS: [Self; 3] = [Self::GyroCount, Self::GyroIncrement, Self::GyroRate];
 
     /// Whether a row holds a sum or a mean over its period.
@@ -65,7 +65,7 @@ impl Quantity {
         Self::GYROS.contains(self) || others.contains(self)
     }
 
-    /// By its name in the file; an unlisted name is kept as [`Quantity::Other`].
+    /// The quantity of this name in the file; an unlisted name is kept as [`Quantity::Other`].
     pub fn from_name(name: &str) -> Self {
         match name {
             "gyro_count" => Self::GyroCount,
@@ -129,7 +129,7 @@ impl Quantity {
         Self::GYROS.contains(self) || references.contains(self)
     }
 
-    /// The magnitudes its unit makes possible, for rows of `period_s`; `None` where there is no bound.
+    /// The magnitudes that are possible in its unit, for rows of `period_s`; `None` where there is no bound.
     pub fn plausible(&self, period_s: f64) -> Option<Plausible> {
         let bound = |least, greatest, reason| {
             Some(Plausible {
@@ -209,7 +209,7 @@ pub fn same_unit(written: &str, expected: &str) -> bool {
 }
 
 impl Axis {
-    /// All three, in the order of the vectors.
+    /// All three axes, in the order of vectors.
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
     /// Its label in the files.

@@ -1,8 +1,8 @@
-//! Reading a stretch of a recording that is longer than memory.
+//! Reads a span of a recording that is longer than memory.
 //!
-//! Enters: the folder and a span of time. Leaves: a [`Recording`] of the rows in it, on the same clock. Parquet row
-//! groups outside are not decoded. Deliberately not here: CSV and stamped tables of that length, which are read
-//! whole and then cut, and the judgement of a channel's unit, for which a stretch may be too quiet.
+//! The [`Recording`] holds the rows in the span, on the same clock. Parquet row groups outside are not decoded. CSV and
+//! stamped tables are read whole and then cut. The unit of a channel is not judged, since a span may be too quiet for
+//! that.
 
 use std::ops::Range;
 use std::path::Path;
@@ -15,7 +15,7 @@ use crate::error::InputError;
 /// Rows kept on either side of a slower table's stretch, so that straight lines reach over its ends.
 const MARGIN_ROWS: usize = 3;
 
-/// What a recording's folder says without its rows.
+/// What a recording's manifest says, read without its rows.
 #[derive(Debug, Clone)]
 pub struct Extent {
     /// Its named stretches.

@@ -1,8 +1,8 @@
-//! Writing a recording: the folder of the contract with Parquet or CSV tables.
+//! Writes a recording: the folder of the contract with Parquet or CSV tables.
 //!
-//! Enters: [`Recording`]. Leaves: the folder, whole or not at all; the same recording gives the same
-//! bytes. A channel whose every value is scale · integer + offset is stored as those integers; any other
-//! is stored as f64 with scale 1, so that in both cases the values come back bit for bit.
+//! The folder is written whole or not at all; the same recording gives the same bytes. A channel whose every value is
+//! scale · integer + offset is stored as those integers, any other as f64 with scale 1, so in both cases the values
+//! come back bit for bit.
 
 use std::path::Path;
 use std::sync::Arc;

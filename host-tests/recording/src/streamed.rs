@@ -1,8 +1,8 @@
-//! Writing a recording that is longer than memory: rows arrive a block at a time.
+//! Writes a recording that is longer than memory: rows arrive a block at a time.
 //!
-//! Enters: the recording without its values, then blocks of columns. Leaves: the same folder as
-//! [`Recording::write_into`] would, in Parquet only. What a channel is stored as must be known before its values
-//! are: whole multiples of its scale as 64-bit integers, anything else as f64.
+//! The recording comes first without its values, then in blocks of columns. The folder is the same as
+//! [`Recording::write_into`] would write, in Parquet only. The storage of a channel must be chosen before its values
+//! are known: whole multiples of its scale as 64-bit integers, anything else as f64.
 
 use std::fs::File;
 use std::path::PathBuf;
@@ -22,7 +22,7 @@ use crate::output::OutputFolder;
 /// Rows of a Parquet row group, which the writer holds in memory: a minute at 4 kHz, some ten megabytes.
 const ROWS_PER_GROUP: usize = 1 << 18;
 
-/// A recording under way to disk.
+/// A recording that is being written to disk.
 pub struct RecordingStream {
     tables: Vec<TableStream>,
     manifest: String,

@@ -1,10 +1,10 @@
-//! A table of f64 columns on its way to disk, row by row, in bounded memory.
+//! Writes a table of f64 columns row by row, in bounded memory.
 //!
-//! Enters: rows as they are stored (before scale and offset), NaN where nothing was measured. Leaves: one
-//! Parquet file of the folder under way. The same rows give the same bytes.
+//! Rows come as they are stored (before scale and offset), NaN where nothing was measured, and go to one Parquet file
+//! of the folder being written. The same rows give the same bytes.
 //!
 //! Unlike `streamed.rs` it needs nothing of the recording beforehand: a foreign file tells its rate and site only
-//! on the way. Deliberately not here: integer columns; zstd makes whole numbers in f64 small.
+//! on the way. Out of scope: integer columns; zstd makes whole numbers in f64 small.
 
 use std::fs::File;
 use std::path::PathBuf;
@@ -22,7 +22,7 @@ use crate::output::OutputFolder;
 /// Rows held before they are handed on: half a megabyte a column, and few enough writes to cost nothing.
 const BATCH_ROWS: usize = 65_536;
 
-/// See the page above.
+/// A table that is written row by row.
 pub struct TableStream {
     path: PathBuf,
     schema: Arc<Schema>,

@@ -1,8 +1,8 @@
-//! TOML files with a format number: `recording.toml`, `model.toml`.
+//! Reads TOML files with a format number: `recording.toml`, `model.toml`.
 //!
-//! Enters: the path of a TOML file. Leaves: its text as a table and as a typed structure, or an
-//! [`InputError`] that names the line. The format number is looked at before anything else, because a
-//! file of another format may mean something different by the same keys.
+//! A file gives its text as a table and as a typed structure, or an [`InputError`] that names the line. The format
+//! number is checked before anything else, because a file of another format may mean something different by the same
+//! keys.
 
 use std::fs;
 use std::path::Path;

@@ -1,6 +1,6 @@
-//! Angular acceleration from successive increments.
+//! Estimates the angular acceleration from successive increments.
 //!
-//! Enters: increments D_k \[rad per period\]. Leaves: α̂T² = Σ_p c_p (D_k − D_{k−p}) \[rad per period²\].
+//! From increments D_k \[rad per period\] it forms α̂T² = Σ_p c_p (D_k − D_{k−p}) \[rad per period²\].
 //!
 //! The c_p are those with which the *product* of α̂_k and D_k rectifies as α × ω does. For a motion of
 //! x = ΩT that asks Σ_p c_p sin(px) · 2(1 − cos x) = x³, that is Σ_p c_p sin(px) = x (x/2 / sin(x/2))².

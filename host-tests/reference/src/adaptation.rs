@@ -1,19 +1,19 @@
-//! The strip's gain and delay, followed by least mean squares in blocks.
+//! Follows the strip's gain and delay by least mean squares in blocks.
 //!
-//! Enters, per period: stripped increments r_k of the gyros' own axes \[rad\], pickoff angles p_k \[rad\].
-//! Leaves, at the end of a window: the phasor (a, b) of [`super::strip`] to go on with.
+//! It takes, per period, the stripped increments r_k about the gyros' own axes \[rad\] and the pickoff angles p_k
+//! \[rad\]. At the end of a window it gives the phasor (a, b) of [`super::strip`] to use next.
 //!
 //! A strip whose phasor is wrong by Δ = Δa + iΔb leaves Re{g P Δ e^{iΩk}} in its gyro, where the pickoff
 //! steps by dp_k = Re{P e^{iΩk}}; the difference d_k = r_k − r_{k−1}, in which the motion is small, holds
-//! z = 1 − e^{−iΩ} times that. So, over the n looks of a window,
+//! z = 1 − e^{−iΩ} times that. So, over the n products of a window,
 //!
 //! ```text
 //! C₀ = Σ d_{k−1} dp_{k−1}     C₁ = Σ d_{k−1} dp_k     both over ½ n g P²,  P = 2 A sin Ω/2
 //! y = C₀ + i (C₁ − C₀ cos Ω)/sin Ω        Δ = y / z        a + ib += μ Δ,  μ = window / adaptation time
 //! ```
 //!
-//! with A the nominal amplitude. A period looks at one gyro only: the stream's second one at x, the next at y,
-//! and so on round; periods that primed, were lost or came after lost ones have no look. A window is the least
+//! with A the nominal amplitude. A period adds the product of one gyro only: the stream's second one at x, the next at y,
+//! and so on round; periods that primed, were lost or came after lost ones add none. A window is the least
 //! whole number of output intervals that lasts 30 ms and has 72 periods. Steps and the way from the nominal
 //! phasor are bounded, μ is at most one half.
 //!
@@ -21,7 +21,7 @@
 //! window's last), nor one whose dither is not within half and one and a half of its nominal amplitude: nothing
 //! could be learnt from it.
 //!
-//! Deliberately not here: health, and whatever follows from it; the dither's frequency is taken as known.
+//! Out of scope: health, and whatever follows from it; the dither's frequency is taken as known.
 //!
 //! # What following costs
 //! Motion that leaks through a window is written on the taps and comes back through them at its own
@@ -34,7 +34,7 @@ use nalgebra::{Complex, Vector3};
 /// Least length of a window \[s\]: some ten cycles of a 350–500 Hz dither.
 const WINDOW_S: f64 = 0.03;
 
-/// Least periods of a window: 24 looks a gyro, for two unknowns.
+/// Least periods of a window: 24 products a gyro, for two unknowns.
 const WINDOW_PERIODS: f64 = 72.0;
 
 /// Most of a window's estimate that is followed at once \[1\].
@@ -47,8 +47,8 @@ const STEP_LIMIT: f64 = 0.01;
 /// Farthest that a and b may go from their nominal values \[1\]: a pickoff that is a fifth wrong is broken.
 const RANGE_LIMIT: f64 = 0.2;
 
-/// Amplitudes over the nominal one that are a dither to learn from.
-const LIVELY: std::ops::Range<f64> = 0.5..1.5;
+/// Amplitudes over the nominal one from which the phasor's error can be estimated.
+const HEALTHY_AMPLITUDE: std::ops::Range<f64> = 0.5..1.5;
 
 /// How the strip is to be followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,16 +61,16 @@ pub struct AdaptationCalibration {
     pub amplitude_rad: [f64; 3],
 }
 
-/// The looks at one gyro in one window.
+/// The products of one gyro, summed over a window.
 #[derive(Debug, Clone, Copy, Default)]
-struct Looks {
+struct WindowSums {
     /// Σ d_{k−1} dp_{k−1}, Σ d_{k−1} dp_k.
     products: [f64; 2],
     step_square: f64,
     number: f64,
 }
 
-/// The window under way.
+/// The present window.
 #[derive(Debug, Clone)]
 pub struct Adaptation {
     calibration: AdaptationCalibration,
@@ -79,9 +79,9 @@ pub struct Adaptation {
     periods_per_window: f64,
     outputs_per_window: usize,
     outputs: usize,
-    /// Windows that move nothing, this one included.
-    spoiled: usize,
-    looks: [Looks; 3],
+    /// Windows that do not move the phasor, this one included.
+    disturbed: usize,
+    sums: [WindowSums; 3],
     next_axis: usize,
     /// r_{k−1}, r_{k−2}, … and p_k, p_{k−1}, …, newest first \[rad\].
     increments_rad: Vec<Vector3<f64>>,
@@ -89,7 +89,7 @@ pub struct Adaptation {
 }
 
 impl Adaptation {
-    /// Round the phasor `nominal`.
+    /// Starts at the phasor `nominal`, within `RANGE_LIMIT` of which a and b stay.
     pub fn new(
         calibration: &AdaptationCalibration,
         nominal: Phasor,
@@ -105,33 +105,33 @@ impl Adaptation {
             periods_per_window: (outputs_per_window * periods_per_output) as f64,
             outputs_per_window,
             outputs: 0,
-            spoiled: 0,
-            looks: Default::default(),
+            disturbed: 0,
+            sums: Default::default(),
             next_axis: 0,
             increments_rad: Vec::new(),
             readings_rad: Vec::new(),
         }
     }
 
-    /// The pickoffs at the end of a period without increment: the first, or the first after lost ones.
+    /// Takes the pickoffs at the end of a period without increment: the first, or the first after lost ones.
     pub fn prime(&mut self, pickoff_rad: Vector3<f64>) {
         self.readings_rad.insert(0, pickoff_rad);
     }
 
-    /// One period: what each gyro sensed with its block's turn taken off, and the pickoffs at its end.
+    /// Adds one period: what each gyro sensed with its block's rotation removed, and the pickoffs at its end.
     pub fn add(&mut self, stripped_rad: Vector3<f64>, pickoff_rad: Vector3<f64>) {
         self.readings_rad.insert(0, pickoff_rad);
         self.readings_rad.truncate(3);
         let axis = self.next_axis;
         self.next_axis = (axis + 1) % 3;
-        self.look(axis);
+        self.add_to_window(axis);
         self.increments_rad.insert(0, stripped_rad);
         self.increments_rad.truncate(2);
     }
 
-    fn look(&mut self, axis: usize) {
-        let looks = &mut self.looks[axis];
-        looks.number += 1.0;
+    fn add_to_window(&mut self, axis: usize) {
+        let sums = &mut self.sums[axis];
+        sums.number += 1.0;
         let (&[last, before], &[p0, p1, p2]) =
             (self.increments_rad.as_slice(), self.readings_rad.as_slice())
         else {
@@ -139,30 +139,30 @@ impl Adaptation {
         };
         let difference = last[axis] - before[axis];
         let step = p0[axis] - p1[axis];
-        looks.products[0] += difference * (p1[axis] - p2[axis]);
-        looks.products[1] += difference * step;
-        looks.step_square += step * step;
+        sums.products[0] += difference * (p1[axis] - p2[axis]);
+        sums.products[1] += difference * step;
+        sums.step_square += step * step;
     }
 
-    /// Periods were lost before this one: its window and the next are not to be learnt from, and
-    /// differences begin anew.
-    pub fn spoil(&mut self) {
-        self.spoiled = 2;
+    /// Tells that periods were lost before this one: its window and the next do not move the phasor, and differences
+    /// start anew.
+    pub fn disturb(&mut self) {
+        self.disturbed = 2;
         self.increments_rad.clear();
         self.readings_rad.clear();
     }
 
-    /// An output interval ends; the phasor to go on with where a window ends with it.
+    /// Ends an output interval; gives the phasor to use next if a window ends with it.
     pub fn end_output(&mut self, gain: &Vector3<f64>, mut phasor: Phasor) -> Option<Phasor> {
         self.outputs += 1;
         if self.outputs < self.outputs_per_window {
             return None;
         }
         self.outputs = 0;
-        let looks = std::mem::take(&mut self.looks);
-        let spoiled = self.spoiled > 0;
-        self.spoiled = self.spoiled.saturating_sub(1);
-        if spoiled || self.calibration.time_s == 0.0 {
+        let sums = std::mem::take(&mut self.sums);
+        let disturbed = self.disturbed > 0;
+        self.disturbed = self.disturbed.saturating_sub(1);
+        if disturbed || self.calibration.time_s == 0.0 {
             return None;
         }
         let share = self.periods_per_window * self.period_s / self.calibration.time_s;
@@ -172,7 +172,7 @@ impl Adaptation {
             *value = (*value + step).clamp(nominal - RANGE_LIMIT, nominal + RANGE_LIMIT);
         };
         for axis in 0..3 {
-            if let Some(error) = self.error(axis, &looks[axis], gain[axis]) {
+            if let Some(error) = self.error(axis, &sums[axis], gain[axis]) {
                 let nominal = &self.nominal;
                 follow(&mut phasor.in_phase[axis], error.re, nominal.in_phase[axis]);
                 follow(&mut phasor.ahead[axis], error.im, nominal.ahead[axis]);
@@ -181,18 +181,18 @@ impl Adaptation {
         Some(phasor)
     }
 
-    /// Δ of one gyro, by this window; `None` where it shows no dither to learn from.
-    fn error(&self, axis: usize, looks: &Looks, gain: f64) -> Option<Complex<f64>> {
+    /// Estimates Δ of one gyro from this window; `None` where it shows no usable dither.
+    fn error(&self, axis: usize, sums: &WindowSums, gain: f64) -> Option<Complex<f64>> {
         let turn = std::f64::consts::TAU * self.calibration.frequency_hz[axis] * self.period_s;
         let (sin, cos) = turn.sin_cos();
         let step_rad = 2.0 * self.calibration.amplitude_rad[axis] * (0.5 * turn).sin();
-        let mean_square = looks.step_square / looks.number.max(1.0);
+        let mean_square = sums.step_square / sums.number.max(1.0);
         // NaN, of an amplitude of 0, is outside; a gain of 0 is a gyro without dither
-        if gain == 0.0 || !LIVELY.contains(&((2.0 * mean_square).sqrt() / step_rad)) {
+        if gain == 0.0 || !HEALTHY_AMPLITUDE.contains(&((2.0 * mean_square).sqrt() / step_rad)) {
             return None;
         }
         let nominal = 0.5 * self.periods_per_window / 3.0 * gain * step_rad.powi(2);
-        let [zero, one] = looks.products.map(|product| product / nominal);
+        let [zero, one] = sums.products.map(|product| product / nominal);
         let seen = Complex::new(zero, (one - zero * cos) / sin);
         Some(seen / (1.0 - Complex::new(cos, -sin)))
     }

@@ -1,7 +1,7 @@
-//! Increments of many periods → one rotation vector and one velocity increment.
+//! Composes the increments of N periods into one rotation vector \[rad\] and one velocity increment \[m/s\].
 //!
-//! Enters: increments D_k \[rad\] and V_k \[m/s\], body frame. Leaves, every N of them: Φ = Σ D + β \[rad\] and
-//! the velocity increment in the body frame at the interval's beginning \[m/s\].
+//! From increments D_k \[rad\] and V_k \[m/s\], body frame, it forms Φ = Σ D + β \[rad\] and the velocity increment in
+//! the body frame at the interval's beginning \[m/s\].
 //!
 //! Equations (Bortz and Savage, to second order): β = ½ ∫ θ × ω dt. Between periods that is ½ θ_{k−1} × D_k
 //! with θ the sum since the interval began; within a period it is (c₁ D_{k−1} + c₂ D_{k−2}) × D_k, with the
@@ -18,7 +18,7 @@ use nalgebra::Vector3;
 /// ½ (x − sin x) / (2(1 − cos x)) = x/12 + x³/360 + …
 const WITHIN_SERIES: [f64; 2] = [1.0 / 12.0, 1.0 / 360.0];
 
-/// What an interval gives.
+/// The result of one interval.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Output {
     /// Rotation vector \[rad\], body frame at the interval's beginning.
@@ -34,7 +34,7 @@ struct Increment {
     m_s: Vector3<f64>,
 }
 
-/// The sums under way.
+/// The sums of the present interval.
 #[derive(Debug, Clone)]
 pub struct Coning {
     coefficients: Vec<f64>,
@@ -47,7 +47,7 @@ pub struct Coning {
 }
 
 impl Coning {
-    /// Over `periods_per_output` increments each.
+    /// Starts intervals of `periods_per_output` increments each.
     pub fn new(periods_per_output: usize) -> Self {
         Self {
             coefficients: odd_powers_of_sines(&WITHIN_SERIES),
@@ -62,20 +62,20 @@ impl Coning {
     /// Adds one period's rotation and its time; gives the rotation vector when the interval is complete.
     pub fn turn(&mut self, rad: Vector3<f64>) -> Option<Vector3<f64>> {
         self.add(rad, Vector3::zeros());
-        self.pass(1).map(|output| output.rotation_rad)
+        self.advance_time(1).map(|output| output.rotation_rad)
     }
 
-    /// Adds one period's increments, without its time: [`Coning::pass`] follows.
+    /// Adds one period's increments, without its time: [`Coning::advance_time`] follows.
     pub fn add(&mut self, rad: Vector3<f64>, m_s: Vector3<f64>) {
         let new = Increment { rad, m_s };
-        self.sum_up(new);
+        self.add_products(new);
         self.before = [new, self.before[0]];
     }
 
-    /// The same for increments that cover lost periods, too: nothing is known of the course within.
+    /// Adds increments that also cover lost periods: the motion within them is not known.
     pub fn add_after_gap(&mut self, rad: Vector3<f64>, m_s: Vector3<f64>) {
         self.before = [Increment::default(); 2];
-        self.sum_up(Increment { rad, m_s });
+        self.add_products(Increment { rad, m_s });
     }
 
     /// How many intervals end within the next `periods`.
@@ -83,13 +83,13 @@ impl Coning {
         (self.periods + periods) / self.periods_per_output
     }
 
-    /// A turn of the angle alone, which no motion made: it takes no time and has no course.
+    /// Adds an angle \[rad\] that is no motion: it takes no time, and no product is formed with it.
     pub fn shift(&mut self, rad: Vector3<f64>) {
         self.sum.rad += rad;
     }
 
-    /// Lets `periods` pass; gives the output where an interval's end lies in them.
-    pub fn pass(&mut self, periods: usize) -> Option<Output> {
+    /// Counts `periods` periods; gives the output if an interval ends within them.
+    pub fn advance_time(&mut self, periods: usize) -> Option<Output> {
         self.periods += periods;
         if self.periods < self.periods_per_output {
             return None;
@@ -104,7 +104,7 @@ impl Coning {
         })
     }
 
-    fn sum_up(&mut self, new: Increment) {
+    fn add_products(&mut self, new: Increment) {
         let [one, two] = self.before;
         let [c1, c2] = [self.coefficients[0], self.coefficients[1]];
         let lever_rad = self.sum.rad * 0.5 + one.rad * c1 + two.rad * c2;

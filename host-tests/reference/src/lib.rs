@@ -1,8 +1,8 @@
-//! The chain in f64, written from the paper's equations: what the firmware's number systems are held to.
+//! Computes the chain in f64, written from the paper's equations: the reference for the firmware's number systems.
 //!
-//! Enters, per period T: sensed increment of each gyro \[rad\], pickoff angle at the period's end \[rad\],
-//! velocity increment of each accelerometer \[m/s\]. Leaves: the case's increment \[rad\], body frame, and
-//! every N periods its rotation vector \[rad\] and velocity increment \[m/s\].
+//! It takes, per period T, the sensed increment of each gyro \[rad\], the pickoff angle at the period's end \[rad\] and
+//! the velocity increment of each accelerometer \[m/s\]. It gives the case's increment \[rad\], body frame, and every N
+//! periods its rotation vector \[rad\] and velocity increment \[m/s\].
 //!
 //! Equations, D the sensed increment less the block's (`strip`), all per period:
 //! 1. v = (1 − s) D − b T, the bracket of Eq. (7);
@@ -18,13 +18,13 @@
 //! The first period has no pickoff reading before it: it primes the strip and contributes neither rotation
 //! nor velocity. The second has no increment before it: its α̂ is zero.
 //!
-//! Lost periods ([`ReferenceChain::lose`]) pass without an increment. The next reading's counts cover them
-//! too (the counters run on), so that the angle is kept; its course within is not known, and there is no
+//! Lost periods ([`ReferenceChain::process_lost`]) pass without an increment. The next reading's counts cover them
+//! too (the counters run on), so that the angle is kept; the motion within them is not known, and there is no
 //! dynamic term, no size effect and no coning within it. The period after it starts as the second did.
 //!
 //! Independent of the firmware core and of the simulator: it imports neither.
 //!
-//! Deliberately not here: any rounding; ranges and health. Numbers are f64 from end to end.
+//! Out of scope: any rounding; ranges and health. Numbers are f64 from end to end.
 
 pub mod acceleration;
 pub mod adaptation;
@@ -51,7 +51,7 @@ pub struct Six {
     pub zy: f64,
 }
 
-/// What the chain is told about the triad.
+/// Calibration of the triad: what the chain corrects.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Calibration {
     /// b \[rad/s\].
@@ -78,7 +78,7 @@ pub struct Calibration {
     pub acceleration_order: usize,
 }
 
-/// What is read at the end of a period.
+/// The readings of one period.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Reading {
     /// Angle that each gyro sensed, its block's dither included \[rad\].
@@ -89,7 +89,7 @@ pub struct Reading {
     pub velocity_m_s: [f64; 3],
 }
 
-/// What one period gives.
+/// The chain's result for one period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// Case increment \[rad\], body frame.
@@ -98,7 +98,7 @@ pub struct Step {
     pub output: Option<Output>,
 }
 
-/// The chain and what it remembers.
+/// The chain with its state.
 #[derive(Debug, Clone)]
 pub struct ReferenceChain {
     calibration: Calibration,
@@ -110,7 +110,7 @@ pub struct ReferenceChain {
 }
 
 impl ReferenceChain {
-    /// Before the first period.
+    /// The chain before the first period.
     pub fn new(calibration: &Calibration) -> Self {
         let known = calibration;
         let strip = Strip::new(
@@ -134,20 +134,20 @@ impl ReferenceChain {
         }
     }
 
-    /// The strip's a and b as they are.
+    /// The strip's present a and b.
     pub fn phasor(&self) -> strip::Phasor {
         self.strip.phasor()
     }
 
-    /// Periods whose reading did not come; gives the output where an interval ends in them.
-    pub fn lose(&mut self, periods: usize) -> Option<Output> {
+    /// Advances by periods whose reading did not come; gives the output if an interval ends in them.
+    pub fn process_lost(&mut self, periods: usize) -> Option<Output> {
         self.lost_periods += periods;
         let ends = self.coning.ends_in(periods);
         (0..ends).for_each(|_| self.end_output());
-        self.coning.pass(periods)
+        self.coning.advance_time(periods)
     }
 
-    /// One period, and those lost before it.
+    /// Processes one period, and the lost periods before it.
     pub fn process(&mut self, reading: &Reading) -> Step {
         let known = self.calibration;
         let pickoff = Vector3::from(reading.pickoff_rad);
@@ -166,15 +166,16 @@ impl ReferenceChain {
             }
             Some(block) => {
                 let stripped = Vector3::from(reading.sensed_rad) - block;
-                let v = self.kept(&stripped) - Vector3::from(known.bias_rad_s) * elapsed_s;
+                let v = self.without_scale_error(&stripped)
+                    - Vector3::from(known.bias_rad_s) * elapsed_s;
                 let velocity = known.accelerometers.map_or(Vector3::zeros(), |known| {
                     known.increment(reading.velocity_m_s, elapsed_s)
                 });
                 if lost == 0 {
                     self.adaptation.add(v, pickoff);
-                    self.turned(v, velocity)
+                    self.compensate(v, velocity)
                 } else {
-                    self.adaptation.spoil();
+                    self.adaptation.disturb();
                     self.adaptation.prime(pickoff);
                     self.acceleration = Acceleration::new(known.acceleration_order);
                     (equation_7(&known.installation_rad) * v, velocity)
@@ -189,12 +190,12 @@ impl ReferenceChain {
         (0..self.coning.ends_in(1)).for_each(|_| self.end_output());
         Step {
             case_rad: case,
-            output: self.coning.pass(1),
+            output: self.coning.advance_time(1),
         }
     }
 
     /// The case's increment and the body's, from v and from what the accelerometers read.
-    fn turned(
+    fn compensate(
         &mut self,
         v: Vector3<f64>,
         velocity_m_s: Vector3<f64>,
@@ -212,18 +213,21 @@ impl ReferenceChain {
         (case, velocity_m_s - size)
     }
 
-    fn kept(&self, sensed: &Vector3<f64>) -> Vector3<f64> {
+    /// Angles about the sensing axes with the scale error corrected \[rad\]: (1 − s) D.
+    fn without_scale_error(&self, sensed: &Vector3<f64>) -> Vector3<f64> {
         sensed - Vector3::from(self.calibration.scale_error).component_mul(sensed)
     }
 
-    /// Closes the adaptation's window where it ends; the step of the block's angle goes the way of any angle.
+    /// Closes the adaptation's window if it ends with this output. The step of the block's angle that new taps cause is
+    /// added as an angle.
     fn end_output(&mut self) {
         let gain = Vector3::from(self.calibration.pickoff_gain);
         let Some(phasor) = self.adaptation.end_output(&gain, self.strip.phasor()) else {
             return;
         };
         let block = self.strip.turn_taps(phasor);
-        let case = equation_7(&self.calibration.installation_rad) * self.kept(&block);
+        let case =
+            equation_7(&self.calibration.installation_rad) * self.without_scale_error(&block);
         self.coning.shift(-case);
     }
 }

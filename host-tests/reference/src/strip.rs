@@ -1,6 +1,6 @@
-//! The dither strip: what a block turned, from a pickoff that shows it late.
+//! Computes how far a block turned from a pickoff that shows it late: the dither strip.
 //!
-//! Enters: pickoff angles p_k at the ends of periods \[rad\]. Leaves: the block's increments \[rad\].
+//! From pickoff angles p_k at the ends of periods \[rad\] it forms the block's increments \[rad\].
 //!
 //! A pickoff that shows the block d late makes the block at time t what the pickoff says at t + d. The
 //! block swings at one frequency F, Ω = 2πFT per period, so that the later angle follows from two readings:
@@ -76,19 +76,19 @@ impl Strip {
         Some(block)
     }
 
-    /// The same after lost periods: the reading before this one is not known.
+    /// The block's increment after lost periods \[rad\]: the reading before this one is not known.
     pub fn add_after_gap(&mut self, pickoff_rad: Vector3<f64>) -> Option<Vector3<f64>> {
         let [last, before, first] = self.readings_rad?;
         self.readings_rad = Some([pickoff_rad, pickoff_rad, first]);
         Some(self.block_rad(pickoff_rad, pickoff_rad) - self.block_rad(last, before))
     }
 
-    /// a and b as they are.
+    /// The present a and b.
     pub fn phasor(&self) -> Phasor {
         self.phasor
     }
 
-    /// New a and b; gives the step of the block's angle since the first reading that they make \[rad\].
+    /// Sets a and b; gives the change of the block's angle since the first reading that they cause \[rad\].
     pub fn turn_taps(&mut self, phasor: Phasor) -> Vector3<f64> {
         let [last, before, first] = self.readings_rad.unwrap_or_default();
         let (last, before) = (last - first, before - first);

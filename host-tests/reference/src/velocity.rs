@@ -1,7 +1,7 @@
-//! Accelerometer readings → velocity increments of the body origin.
+//! Turns accelerometer readings into velocity increments of the body origin \[m/s\].
 //!
-//! Enters, per period: velocity increments as read \[m/s\], the case's increment and α̂T² \[rad\]. Leaves: the
-//! body's velocity increment \[m/s\], body frame.
+//! It takes, per period, velocity increments as read \[m/s\], the case's increment and α̂T² \[rad\]. The result is in
+//! the body frame.
 //!
 //! u = (1 − s) reading − b T; then M u with M of the pattern of Eq. (7); then the size effect off, row i of
 //! T (α × r_i + ω × (ω × r_i)): what accelerometer i, at r_i, feels of the body's turning alone.

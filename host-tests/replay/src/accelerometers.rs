@@ -1,12 +1,11 @@
-//! The accelerometer channels → velocity increments and the codes of the chain.
+//! Turns accelerometer channels into velocity increments \[m/s\] and into the chain's codes.
 //!
-//! Enters: [`Recording`]. Leaves: velocity increments per period \[m/s\], body axes, on the gyros' rows; and
-//! their codes of [`VELOCITY_WEIGHT_M_S`].
+//! Increments are per period, along body axes, on the gyros' rows; codes are in units of [`VELOCITY_WEIGHT_M_S`].
 //!
 //! `velocity_increment` passes as it is, `specific_force` (a mean over the row) times the period. Codes are
 //! those of the *running* velocity: what one cannot hold goes into the next.
 //!
-//! Deliberately not here: gaps and other clocks. A velocity that was not measured throughout is not given.
+//! Channels with gaps or on another clock are not used: a velocity that was not measured throughout is not given.
 
 use std::ops::Range;
 

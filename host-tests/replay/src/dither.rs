@@ -1,14 +1,14 @@
-//! The dither's frequency and amplitude, from the pickoff channels.
+//! Finds the dither's frequency and amplitude from the pickoff channels.
 //!
-//! Enters: pickoff angles \[rad\], one channel a gyro. Leaves: [`DitherMotion`] \[Hz, rad\], with amplitude 0
-//! where there is no oscillation that the strip could follow.
+//! From pickoff angles \[rad\], one channel a gyro, it gives [`DitherMotion`] \[Hz, rad\], with amplitude 0 where there
+//! is no oscillation that the strip could follow.
 //!
 //! A tone obeys p_{k+1} + p_{k−1} = 2 cos Ω p_k. Least squares over all k, mean off, gives
 //! cos Ω = Σ p_k (p_{k+1} + p_{k−1}) / 2 Σ p_k². An amplitude that is changed where the angle is zero (as the
 //! drive of a block does) has next to no weight in it; white noise of 1/3000 of the amplitude shifts cos Ω by
 //! 1e-7. The amplitude is √2 times the rms.
 //!
-//! Deliberately not here: anything that changes with time. One frequency holds for the whole recording.
+//! One frequency holds for the whole recording: changes with time are not followed.
 
 use rlg_parameters::DitherMotion;
 use trueaxis::design_parameters::DITHER_CYCLES_RANGE;

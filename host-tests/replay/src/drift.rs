@@ -1,7 +1,7 @@
-//! Rotation vectors and the recording's reference → drift, segment by segment.
+//! Compares rotation vectors with the recording's reference, which gives the drift of each segment \[°/h\].
 //!
-//! Enters: rotation vectors per output period \[rad\]; the reference's increments at the sample rate \[rad\].
-//! Leaves: mean difference over each segment \[°/h\], body axes.
+//! It takes rotation vectors per output period \[rad\] and the reference's increments at the sample rate \[rad\]. The
+//! drift is the mean difference over a segment, along body axes.
 //!
 //! Like is compared with like: the reference's increments go through the same f64 coning to the same
 //! output periods, so that a difference is an error of the gyros or of the chain and not of the summation.

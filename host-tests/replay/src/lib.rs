@@ -1,11 +1,11 @@
-//! Replay: a recording through the chain, in one of its number systems or in f64.
+//! Replays a recording through the chain, in one of its number systems or in f64.
 //!
-//! Enters: [`samples::ReplayInput`]. Leaves: [`Replay`], rotation vectors \[rad\] and velocity increments
-//! \[m/s\] per output period, body frame at its beginning, and what was measured on the way.
+//! A [`samples::ReplayInput`] gives a [`Replay`]: rotation vectors \[rad\] and velocity increments \[m/s\] per output
+//! period, in the body frame at its beginning, and what was measured on the way.
 //!
 //! Data flow: recording and model → `samples` → the chain here → `drift` against the reference.
 //!
-//! Deliberately not here: attitude, and velocity in any frame but the body's. A replay ends where the navigation computer begins.
+//! Attitude, and velocity in any frame but the body's, are the navigation computer's task (`navigate`).
 
 pub mod navigate;
 
@@ -48,7 +48,7 @@ impl Core {
     }
 }
 
-/// What a replay gives.
+/// The result of a replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replay {
     /// Rotation vector of each output period \[rad\].
@@ -149,7 +149,7 @@ fn hexadecimal(hash: Sha256) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// What the reference is told, from what the core is told.
+/// Converts the core's parameters to the reference's calibration.
 pub fn calibration(parameters: &Parameters) -> Calibration {
     Calibration {
         bias_rad_s: parameters.bias_rad_s,

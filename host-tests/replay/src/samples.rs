@@ -1,8 +1,8 @@
-//! A recording and its model → the samples that the chain takes.
+//! Turns a recording and its model into the samples and parameters that the chain takes.
 //!
-//! Enters: [`Recording`], [`Model`]. Leaves: [`ReplayInput`]: the core's [`Sample`]s and [`Parameters`],
-//! the same readings in f64 for the reference chain, and the case's increments from the recording's
-//! reference where it has one; velocity increments where there are accelerometers. Body frame, rad, m/s.
+//! [`ReplayInput`] holds the core's [`Sample`]s and [`Parameters`], the same readings in f64 for the reference chain,
+//! the case's increments from the recording's reference where it has one, and velocity increments where there are
+//! accelerometers. Body frame, rad, m/s.
 //!
 //! What is requantised, and what that costs:
 //! - `gyro_count` passes as it is.
@@ -16,7 +16,7 @@
 //! the recording such a row is an error, because an angle that was not measured cannot be made up for. A
 //! row that lacks the reference is kept; the comparison leaves out what it touches.
 //!
-//! Deliberately not here: resampling. Gyros and pickoffs must share one clock.
+//! Out of scope: resampling. Gyros and pickoffs must share one clock.
 
 use crate::accelerometers::{self, VELOCITY_WEIGHT_M_S, velocity_rows};
 use crate::dither;
@@ -55,7 +55,7 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// As the commands have it unless asked otherwise.
+    /// The commands' defaults.
     pub const STANDARD: Self = Self {
         samples_per_output: SAMPLES_PER_OUTPUT,
         acceleration_order: ACCELERATION_ORDER,
@@ -67,9 +67,9 @@ impl Setup {
 /// Everything a replay needs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReplayInput {
-    /// What the core takes, one a period.
+    /// Samples for the core, one a period.
     pub samples: Vec<Sample>,
-    /// What the core is told, with the weights of `samples`.
+    /// Parameters of the core, with the weights of `samples`.
     pub parameters: Parameters,
     /// Kinds of the model's effects that the chain has no term for.
     pub uncompensated: Vec<String>,

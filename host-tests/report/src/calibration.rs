@@ -1,6 +1,6 @@
-//! `report.html` of a calibration: what is known of each gyro's two coefficients, drawn as ellipses.
+//! Writes `report.html` of a calibration: what is known of each gyro's two coefficients, drawn as ellipses.
 //!
-//! Enters: [`Calibration`]; K in s². Leaves: one HTML file without scripts; K in 1e-8 s².
+//! It is one HTML file without scripts, with K in 1e-8 s².
 //!
 //! An ellipse holds a pair K_ij, K_ik with 95 %: thin for each recording, thick for all together. Coning alone
 //! draws a band along which the difference is free; a spin-synchronous run closes it.

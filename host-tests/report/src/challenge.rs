@@ -1,10 +1,10 @@
-//! `report.html` of a challenge: the marks, and the curves behind them.
+//! Writes `report.html` of a challenge: the marks, and the curves behind them.
 //!
-//! Enters: [`Scores`]. Leaves: one HTML file without scripts and without anything from outside.
+//! It is one HTML file without scripts and without anything from outside.
 //!
 //! marks → detection against theory → intervals → false alarms → by kind → confusion → what to repeat → all numbers.
 //!
-//! Deliberately not here: any judgement that `challenge.json` does not contain.
+//! Out of scope: any judgement that `challenge.json` does not contain.
 
 use std::collections::BTreeMap;
 

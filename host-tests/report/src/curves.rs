@@ -1,7 +1,7 @@
-//! Residual against time and against frequency, before and after.
+//! Plots the residual against time and against frequency, before and after.
 //!
-//! Enters: [`Pictures`]: integrated residual \[rad\], one-sided power of the residual rate \[(rad/s)²/Hz\].
-//! Leaves: plots in arcsec over s, and in °/h/√Hz over Hz.
+//! [`Pictures`] hold the integrated residual \[rad\] and the one-sided power of the residual rate \[(rad/s)²/Hz\];
+//! plots show arcsec over s, and °/h/√Hz over Hz.
 
 use maud::Markup;
 use plotters::prelude::*;

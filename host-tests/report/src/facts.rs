@@ -1,6 +1,4 @@
-//! What the diagnosis rests on: times, noise, version; and all numbers.
-//!
-//! Enters: [`Diagnosis`]. Leaves: the last two sections of the page.
+//! Writes the page's last two sections: what the diagnosis rests on (times, noise, version), and all numbers.
 
 use maud::{Markup, html};
 
@@ -9,10 +7,10 @@ use super::words::{
 };
 use rlg_diagnosis::result::Diagnosis;
 
-/// Stretches of time that are written out; a longer list is in the data.
-const STRETCHES: usize = 20;
+/// Most intervals of time that are written out; a longer list is in the data.
+const MOST_INTERVALS: usize = 20;
 
-/// Noise and times.
+/// Writes the section on noise and times.
 pub fn facts(diagnosis: &Diagnosis) -> Markup {
     html! {
         section {
@@ -46,10 +44,10 @@ pub fn facts(diagnosis: &Diagnosis) -> Markup {
                 } }
             }
             @if !diagnosis.fit.fitted_on.is_empty() {
-                p { b { "Fitted on " } (stretches(&diagnosis.fit.fitted_on)) "." }
+                p { b { "Fitted on " } (intervals(&diagnosis.fit.fitted_on)) "." }
             }
             @if !diagnosis.fit.held_out.is_empty() {
-                p { b { "Held out " } (stretches(&diagnosis.fit.held_out)) "." }
+                p { b { "Held out " } (intervals(&diagnosis.fit.held_out)) "." }
             }
             p {
                 "rlg " (diagnosis.version) ", seed " (diagnosis.seed) ", "
@@ -59,14 +57,14 @@ pub fn facts(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
-fn stretches(stretches: &[[f64; 2]]) -> String {
-    let mut words: Vec<String> = stretches
+fn intervals(intervals: &[[f64; 2]]) -> String {
+    let mut words: Vec<String> = intervals
         .iter()
-        .take(STRETCHES)
+        .take(MOST_INTERVALS)
         .map(|[begin, end]| format!("{}–{} s", seconds(*begin), seconds(*end)))
         .collect();
-    if stretches.len() > STRETCHES {
-        words.push(format!("{} more", stretches.len() - STRETCHES));
+    if intervals.len() > MOST_INTERVALS {
+        words.push(format!("{} more", intervals.len() - MOST_INTERVALS));
     }
     words.join(", ")
 }

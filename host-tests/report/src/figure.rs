@@ -17,7 +17,7 @@ use super::curves::{arcsec, time_range};
 use super::plot::{
     AFTER, Area, Axes, BEFORE, Drawn, FINE, HELD_OUT, INK, builder, drawing, frame, range,
 };
-use super::words::{for_people, number, spaced, with_spread};
+use super::words::{display_unit, number, spaced, with_spread};
 use rlg_diagnosis::pictures::Pictures;
 use rlg_diagnosis::result::Diagnosis;
 use rlg_diagnosis::streams::AXES;
@@ -153,7 +153,7 @@ fn heading(diagnosis: &Diagnosis, axis: usize, both: bool) -> String {
     let Some(channel) = channel else {
         return spaced(&name);
     };
-    let (factor, unit) = for_people("rad/s");
+    let (factor, unit) = display_unit("rad/s");
     let rate = |drift: f64, std: f64| with_spread(drift * factor, std * factor);
     let (before, after) = (&channel.held_out_before, &channel.held_out_after);
     let after = rate(after.drift_rad_s, after.drift_std_rad_s);

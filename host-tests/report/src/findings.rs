@@ -1,14 +1,12 @@
-//! What differs and where; what was left out, how large, and how sure.
-//!
-//! Enters: [`Diagnosis`] and [`Pictures`]. Leaves: two sections of the page.
+//! Writes the sections on what differs and where, and on what was left out, how large, and how sure.
 
 use maud::{Markup, html};
 
-use super::bars::error_bar;
+use super::cell_marks::error_bar;
 use super::corrected;
 use super::lines;
 use super::map;
-use super::words::{band, chance, for_people, number, seconds, spaced, symbols, with_spread};
+use super::words::{band, chance, display_unit, number, seconds, spaced, symbols, with_spread};
 use rlg_diagnosis::explain::combination;
 use rlg_diagnosis::pictures::Pictures;
 use rlg_diagnosis::result::{
@@ -22,12 +20,12 @@ const MOST_ROWS: usize = 24;
 
 /// Where a combination is known so much better than its single values, it is the combination that counts:
 /// beyond this ratio of standard deviations the page says so.
-const BETTER_KNOWN: f64 = 1.5;
+const BETTER_KNOWN_RATIO: f64 = 1.5;
 
-/// Below this many standard deviations a value is not told from zero.
-const TOLD_FROM_ZERO: f64 = 3.0;
+/// Standard deviations below which a value is not significantly different from zero.
+const SIGNIFICANT_SIGMAS: f64 = 3.0;
 
-/// The effects in one sentence, for whoever reads no further.
+/// The effects in one sentence.
 pub fn in_short(diagnosis: &Diagnosis) -> Option<Markup> {
     let mut kinds: Vec<&str> = Vec::new();
     for effect in &diagnosis.effects {
@@ -60,15 +58,15 @@ pub fn in_short(diagnosis: &Diagnosis) -> Option<Markup> {
     })
 }
 
-/// "gyro x from 1.44 to 0.03 ± 0.06 °/h" for each gyro whose drift was there.
+/// The gyros whose drift was significant before, as "gyro x from 1.44 to 0.03 ± 0.06 °/h".
 fn fallen_drifts(diagnosis: &Diagnosis) -> Vec<String> {
     let channels = diagnosis.fit.channels.iter().filter(|channel| {
         let before = &channel.held_out_before;
-        before.drift_rad_s.abs() > TOLD_FROM_ZERO * before.drift_std_rad_s
+        before.drift_rad_s.abs() > SIGNIFICANT_SIGMAS * before.drift_std_rad_s
     });
     channels
         .map(|channel| {
-            let (factor, unit) = for_people(channel.unit.unwrap_or("rad/s"));
+            let (factor, unit) = display_unit(channel.unit.unwrap_or("rad/s"));
             let (before, after) = (&channel.held_out_before, &channel.held_out_after);
             format!(
                 "{} from {} to {} {unit}",
@@ -102,7 +100,7 @@ fn locations(locations: &[LocationEntry]) -> Markup {
             thead { tr { th { "channel" } th { "time [s]" } th { "band" } th { "size" } th { "how it goes" } th { "chance" } } }
             tbody {
                 @for location in locations.iter().take(MOST_ROWS) {
-                    @let (factor, unit) = for_people(&location.unit);
+                    @let (factor, unit) = display_unit(&location.unit);
                     tr {
                         td.number { (spaced(&location.channel)) }
                         td.number { (seconds(location.start_s)) "–" (seconds(location.end_s)) }
@@ -120,7 +118,7 @@ fn locations(locations: &[LocationEntry]) -> Markup {
     }
 }
 
-/// What each gyro and band goes with, each once.
+/// The regimes that each gyro and band correlates with, each once.
 fn companions(locations: &[LocationEntry]) -> Markup {
     let mut told: Vec<(&str, String)> = Vec::new();
     let mut lines: Vec<Markup> = Vec::new();
@@ -153,7 +151,7 @@ fn companions(locations: &[LocationEntry]) -> Markup {
     }
 }
 
-/// Three digits are enough for a size.
+/// A size rounded to three digits.
 fn rounded(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }
@@ -203,7 +201,7 @@ pub fn effects(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
-/// Kinds that nothing in the recording speaks against.
+/// Kinds that the recording cannot tell from a found one.
 fn not_told_apart(effect: &EffectEntry) -> Vec<&str> {
     let alike = effect.indistinguishable_from.iter();
     alike
@@ -296,7 +294,7 @@ fn known(effect: &EffectEntry) -> Markup {
         });
     let (factor, unit) = parameters
         .first()
-        .map_or((1.0, String::new()), |first| for_people(first.unit));
+        .map_or((1.0, String::new()), |first| display_unit(first.unit));
     let combined = effect
         .identifiable
         .iter()
@@ -316,7 +314,7 @@ fn known(effect: &EffectEntry) -> Markup {
                     "The recording fixes " (effect.identifiable.len()) " combinations of " (parameters.len())
                     " numbers; the single values below are one choice among many that fit as well."
                 }
-            } @else if ratio > BETTER_KNOWN {
+            } @else if ratio > BETTER_KNOWN_RATIO {
                 p.caution {
                     b { "Use the combinations, not the single values. " }
                     "The best of them (" (better) ") is known " (format!("{ratio:.1}"))
@@ -328,7 +326,7 @@ fn known(effect: &EffectEntry) -> Markup {
             h4 { @if combined { "Single values, as they stand in the model" } @else { "Size" } }
             (values(
                 parameters.iter().map(|p| {
-                    let (own, _) = for_people(p.unit);
+                    let (own, _) = display_unit(p.unit);
                     (p.name.to_owned(), p.value * own / factor, p.std * own / factor)
                 }),
                 (factor, &unit),
@@ -374,7 +372,7 @@ fn values(rows: impl Iterator<Item = (String, f64, f64)>, (factor, unit): (f64, 
                         td {
                             @if std > 0.0 {
                                 (format!("{:.1} σ", (value / std).abs()))
-                                @if (value / std).abs() < TOLD_FROM_ZERO { " (not told from 0)" }
+                                @if (value / std).abs() < SIGNIFICANT_SIGMAS { " (not told from 0)" }
                             }
                         }
                     }
@@ -384,7 +382,7 @@ fn values(rows: impl Iterator<Item = (String, f64, f64)>, (factor, unit): (f64, 
     }
 }
 
-/// The same coefficients in every regime, or not.
+/// Whether the coefficients are the same in every regime.
 fn regimes(regimes: &[RegimeEntry]) -> Markup {
     let mut shown: Vec<&RegimeEntry> = regimes.iter().collect();
     if shown.len() > MOST_ROWS {

@@ -1,17 +1,17 @@
-//! `report.html`: a diagnosis as one page that a navigation engineer can forward.
+//! Writes `report.html`: a diagnosis as one page that a navigation engineer can forward.
 //!
-//! Enters: [`Diagnosis`] and, where the recording was long enough to draw anything, [`Pictures`]; SI units,
-//! body axes. Leaves: one HTML file without scripts and without anything from outside; °/h and arcsec.
+//! It takes a [`Diagnosis`] and, where the recording was long enough to draw anything, [`Pictures`]; SI units, body
+//! axes. The page is one HTML file without scripts and without anything from outside, in °/h and arcsec.
 //!
-//! verdict → findings (what differs, what was left out) → proof (held-out time) → limits (what else was
+//! verdict → findings (what differs, what was left out) → held-out time → limits (what else was
 //! considered, what could not be seen) → facts
 //!
 //! Names in a recording are untrusted text and are escaped, every one, by the template. The same diagnosis
-//! gives the same bytes. Deliberately not here: any judgement that `diagnosis.json` does not contain; the
+//! gives the same bytes. Out of scope: any judgement that `diagnosis.json` does not contain; the
 //! page ends with that file word for word.
 
-mod bars;
 pub mod calibration;
+mod cell_marks;
 pub mod challenge;
 mod curves;
 mod facts;
@@ -19,11 +19,11 @@ pub mod figure;
 mod findings;
 mod limits;
 
+mod held_out;
 mod lines;
 mod map;
 pub mod navigation;
 pub mod plot;
-mod proof;
 mod self_test;
 pub mod terminal;
 pub mod words;
@@ -40,7 +40,7 @@ pub fn page(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> String {
             (verdict(diagnosis))
             (findings::differences(diagnosis, pictures))
             (findings::effects(diagnosis))
-            (proof::proof(diagnosis, pictures))
+            (held_out::held_out(diagnosis, pictures))
             (limits::considered(diagnosis))
             (limits::sensitivity(diagnosis))
             (limits::not_excluded(diagnosis))
@@ -71,7 +71,7 @@ pub fn document(title: &str, main: &Markup) -> String {
     page.into_string()
 }
 
-/// Name, verdict, and what it means.
+/// Writes the recording's name, the verdict, and what it means.
 fn verdict(diagnosis: &Diagnosis) -> Markup {
     html! {
         header {
@@ -85,7 +85,7 @@ fn verdict(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
-/// The verdict as people say it.
+/// The verdict in words.
 pub fn word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Matches => "Matches",
@@ -96,7 +96,7 @@ pub fn word(verdict: Verdict) -> &'static str {
     }
 }
 
-/// Whether anything was taken out, so that "after" differs from "before".
+/// Whether any effect was corrected, so that "after" differs from "before".
 fn corrected(diagnosis: &Diagnosis) -> bool {
     diagnosis
         .effects

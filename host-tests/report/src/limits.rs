@@ -1,34 +1,32 @@
-//! What else was considered, what this recording could not have shown, and how to find out.
-//!
-//! Enters: [`Diagnosis`]. Leaves: sections of the page. A finding is worth as much as this part of it.
+//! Writes the sections on what else was considered, what this recording could not have shown, and how to find out.
 
 use maud::{Markup, html};
 
-use super::bars::log_bar;
+use super::cell_marks::log_bar;
 use super::self_test::self_test;
-use super::words::{for_people, number, raised, spaced};
+use super::words::{display_unit, number, raised, spaced};
 use rlg_diagnosis::explain::NEEDED_SNR;
 use rlg_diagnosis::result::{Diagnosis, Verdict};
 
-/// Runners-up that are listed: those further behind say nothing new.
-const RUNNERS_UP: usize = 8;
+/// Most rival kinds that are listed; further ones explain even less.
+const MOST_RIVALS: usize = 8;
 
 /// Evidence (ln) behind the winner below which another name is not ruled out: odds of 150 to 1, "very
 /// strong" on Kass and Raftery's scale.
-const DECISIVE: f64 = 5.0;
+const DECISIVE_GAIN: f64 = 5.0;
 
-/// How a line of the summary begins that tells of a name that was refused.
-const REFUSED: &str = "Not named: ";
+/// Beginning of a summary line about a name that was refused.
+const NOT_NAMED_PREFIX: &str = "Not named: ";
 
-/// How a line begins that tells of noise that drifts.
+/// Beginning of a summary line about noise that drifts.
 const DRIFTS: &str = "Drift: ";
 
-/// What else fits, and why it is not the name.
+/// Lists what else was considered, and why it was not named.
 pub fn considered(diagnosis: &Diagnosis) -> Markup {
     let refused: Vec<&str> = diagnosis
         .summary
         .iter()
-        .filter_map(|line| line.strip_prefix(REFUSED))
+        .filter_map(|line| line.strip_prefix(NOT_NAMED_PREFIX))
         .collect();
     let drifts: Vec<&String> = diagnosis
         .summary
@@ -54,24 +52,24 @@ pub fn considered(diagnosis: &Diagnosis) -> Markup {
                 div.scroll { table {
                     thead { tr { th { "instead of the first finding" } th { "evidence behind it (ln)" } th {} } }
                     tbody {
-                        @for rival in behind.iter().take(RUNNERS_UP) {
+                        @for rival in behind.iter().take(MOST_RIVALS) {
                             tr {
                                 td { (spaced(&rival.kind)) }
                                 td.number { (number((rival.behind * 10.0).round() / 10.0)) }
-                                td { @if rival.behind < DECISIVE { "not ruled out" } @else { "explains less of the residual" } }
+                                td { @if rival.behind < DECISIVE_GAIN { "not ruled out" } @else { "explains less of the residual" } }
                             }
                         }
                     }
                 } }
-                @if behind.len() > RUNNERS_UP {
-                    p.note { "And " (behind.len() - RUNNERS_UP) " further kinds, further behind. A step of 5 is odds of 150 to 1." }
+                @if behind.len() > MOST_RIVALS {
+                    p.note { "And " (behind.len() - MOST_RIVALS) " further kinds, further behind. A step of 5 is odds of 150 to 1." }
                 }
             }
         }
     }
 }
 
-/// How large each kind would have had to be.
+/// Lists how large each kind would have had to be to be found.
 pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
     let mut reach: Vec<_> = diagnosis.sensitivity.iter().collect();
     reach.sort_by(|a, b| b.snr.total_cmp(&a.snr));
@@ -94,7 +92,7 @@ pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
                     thead { tr { th { "kind" } th { "typical size" } th { "signal to noise" } th {} th { "found from" } } }
                     tbody {
                         @for entry in &reach {
-                            @let (factor, unit) = for_people(&entry.unit);
+                            @let (factor, unit) = display_unit(&entry.unit);
                             @let from = entry.typical * NEEDED_SNR / entry.snr;
                             tr {
                                 td { (spaced(&entry.kind)) }
@@ -116,7 +114,7 @@ fn two_digits(value: f64) -> String {
     number(format!("{value:.1e}").parse().unwrap_or(value))
 }
 
-/// Kinds by the reason that hid them.
+/// Lists the kinds that could not have been found, by reason.
 pub fn not_excluded(diagnosis: &Diagnosis) -> Markup {
     let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
     for line in &diagnosis.not_excluded {
@@ -146,7 +144,7 @@ pub fn not_excluded(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
-/// The motion that separates what is confused.
+/// Describes the motion that separates what is confused.
 pub fn next_experiment(diagnosis: &Diagnosis) -> Markup {
     html! {
         @if !diagnosis.next_experiment.is_empty() {

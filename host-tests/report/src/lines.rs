@@ -1,10 +1,8 @@
-//! Steady lines as one table: a section each would bury everything else.
-//!
-//! Enters: [`Diagnosis`]. Leaves: a part of the section on what was left out.
+//! Writes steady spectral lines as one table, since a section for each would hide everything else.
 
 use maud::{Markup, html};
 
-use super::words::{for_people, number, with_spread};
+use super::words::{display_unit, number, with_spread};
 use rlg_diagnosis::result::{Diagnosis, EffectEntry, ParameterEntry};
 
 /// Whether an effect is a steady line on several gyros.
@@ -17,7 +15,7 @@ pub fn is_line(effect: &EffectEntry) -> bool {
 /// All lines, the strongest first.
 pub fn table(diagnosis: &Diagnosis) -> Markup {
     let lines: Vec<&EffectEntry> = diagnosis.effects.iter().filter(|e| is_line(e)).collect();
-    let (factor, unit) = for_people("rad/s");
+    let (factor, unit) = display_unit("rad/s");
     html! {
         @if !lines.is_empty() {
             article {

@@ -1,7 +1,7 @@
-//! Where the residual stands above its noise: time × band, one map a gyro.
+//! Draws where the residual stands above its noise: time × band, one map a gyro.
 //!
-//! Enters: [`Tile`]s with their chance. Leaves: a plot whose colour is the chance, all tiles of the map
-//! counted: chance × tiles. Held-out time is marked by a bar along the top.
+//! From [`Tile`]s with their probability it draws a plot whose colour is the probability times the number of tiles.
+//! Held-out time is marked by a bar along the top.
 //!
 //! A recording of many tiles is drawn in [`COLUMNS`] columns, each showing the least chance that falls in it.
 
@@ -25,8 +25,8 @@ const COLUMNS: usize = 150;
 /// Share of a row's height that the bar of held-out time takes.
 const BAR: f64 = 0.35;
 
-/// Chance below which a tile has this colour, and how the legend calls it; the first is what the diagnosis
-/// itself takes for more than noise. One hue from light to dark, readable without colour.
+/// Probability below which a tile has this colour, and its text in the legend; the first is the threshold of the
+/// diagnosis. One hue from light to dark, readable without colour.
 const LEVELS: [(f64, RGBColor, &str); 5] = [
     (f64::INFINITY, RGBColor(0xEE, 0xEE, 0xEE), "noise"),
     (TILE_SIGNIFICANCE, RGBColor(0xF6, 0xC9, 0x8B), "< 10⁻⁴"),
@@ -100,7 +100,7 @@ pub fn map(pictures: &Pictures, axis: usize, after: bool) -> Markup {
     })
 }
 
-/// What the colours mean.
+/// Legend of the colours.
 pub fn legend() -> Markup {
     html! {
         p.legend {

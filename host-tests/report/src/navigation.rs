@@ -1,7 +1,7 @@
-//! `navigation.html`: attitude and velocity of a navigator, before and after, on the same axes.
+//! Writes `navigation.html`: attitude and velocity of a navigator, before and after, on the same axes.
 //!
-//! Enters: [`Navigation`], courses in rad and m/s. Leaves: one HTML file without scripts and without anything
-//! from outside; degrees, arcsec, m/s: the paper's Fig. 6 to 9.
+//! From [`Navigation`], trajectories in rad and m/s, it makes one HTML file without scripts and without anything from
+//! outside, in degrees, arcsec and m/s: the paper's Fig. 6 to 9.
 //!
 //! Curves are smoothed by a window of a second or more, so that a vibration does not hide what remains of it.
 
@@ -10,28 +10,28 @@ use plotters::prelude::*;
 
 use super::plot::{AFTER, Axes, BEFORE, Drawn, FINE, builder, frame, plot, range, swatch};
 use super::words::{ARCSEC_PER_RAD, number};
-use rlg_replay::navigate::figures::CourseFigures;
-use rlg_replay::navigate::{Course, Readings};
+use rlg_replay::navigate::figures::TrajectoryFigures;
+use rlg_replay::navigate::{Readings, Trajectory};
 
 /// Height of a curve \[page pixels\].
 const HEIGHT: u32 = 250;
 
-/// Points of a curve: more than a plot has pixels across tell the eye nothing.
+/// Most points of a curve: a plot has no more pixels across.
 const POINTS: usize = 460;
 
 /// Least width of the window \[s\]: Hann's leaves 3e-4 of a vibration of 15 Hz, the paper's.
 const WINDOW_S: f64 = 1.0;
 
-/// What the page shows.
+/// Content of the page.
 pub struct Navigation<'a> {
     /// The recording's name.
     pub recording: &'a str,
-    /// What was navigated on.
+    /// The increments that were navigated.
     pub readings: &'a Readings,
-    /// Without the dynamic terms, where the model has any.
-    pub before: Option<(&'a Course, &'a CourseFigures)>,
-    /// With them.
-    pub after: (&'a Course, &'a CourseFigures),
+    /// Navigation without the dynamic terms, if the model has any.
+    pub before: Option<(&'a Trajectory, &'a TrajectoryFigures)>,
+    /// Navigation with them.
+    pub after: (&'a Trajectory, &'a TrajectoryFigures),
     /// `navigation.json` word for word.
     pub json: &'a str,
 }
@@ -87,7 +87,7 @@ pub fn page(navigation: &Navigation) -> String {
 }
 
 fn sentence(navigation: &Navigation) -> String {
-    let largest = |figures: &CourseFigures| {
+    let largest = |figures: &TrajectoryFigures| {
         let [north, east] = figures.max_velocity_m_s;
         format!("{} m/s north and {} m/s east", number(north), number(east))
     };
@@ -115,24 +115,24 @@ fn legend(both: bool) -> Markup {
 }
 
 fn attitude(navigation: &Navigation, name: &str, angle: usize) -> Markup {
-    let values = |course: &Course| -> Vec<f64> {
-        let changes = course.attitude_change_rad();
+    let values = |trajectory: &Trajectory| -> Vec<f64> {
+        let changes = trajectory.attitude_change_rad();
         changes.map(|change| change[angle].to_degrees()).collect()
     };
     curve(navigation, name, "change [°]", &values)
 }
 
 fn attitude_error(navigation: &Navigation, name: &str, axis: usize) -> Markup {
-    let values = |course: &Course| -> Vec<f64> {
-        let errors = course.attitude_error_rad.iter().flatten();
+    let values = |trajectory: &Trajectory| -> Vec<f64> {
+        let errors = trajectory.attitude_error_rad.iter().flatten();
         errors.map(|error| error[axis] * ARCSEC_PER_RAD).collect()
     };
     curve(navigation, &format!("About {name}"), "error [″]", &values)
 }
 
 fn velocity(navigation: &Navigation, name: &str, axis: usize) -> Markup {
-    let values = |course: &Course| -> Vec<f64> {
-        course
+    let values = |trajectory: &Trajectory| -> Vec<f64> {
+        trajectory
             .solutions
             .iter()
             .map(|s| s.velocity_m_s[axis])
@@ -143,13 +143,13 @@ fn velocity(navigation: &Navigation, name: &str, axis: usize) -> Markup {
 
 impl Navigation<'_> {
     /// Periods between two points.
-    fn stretch(&self) -> usize {
+    fn interval(&self) -> usize {
         self.after.0.solutions.len().div_ceil(POINTS).max(1)
     }
 
-    /// Width of the window: no narrower than two stretches, so that nothing falls between points.
+    /// Width of the window: no narrower than two intervals, so that nothing falls between points.
     fn window_s(&self) -> f64 {
-        WINDOW_S.max(2.0 * self.stretch() as f64 * self.readings.period_s)
+        WINDOW_S.max(2.0 * self.interval() as f64 * self.readings.period_s)
     }
 
     /// Times \[s\] and smoothed values; where a value in the window is not finite there is no point.
@@ -157,7 +157,7 @@ impl Navigation<'_> {
         let period_s = self.readings.period_s;
         let begin_s = self.readings.start_s + self.after.0.first_period as f64 * period_s;
         let half = ((0.5 * self.window_s() / period_s).round() as usize).max(1);
-        let points = (0..values.len()).step_by(self.stretch());
+        let points = (0..values.len()).step_by(self.interval());
         points
             .map(|middle| {
                 let window = middle.saturating_sub(half)..(middle + half + 1).min(values.len());
@@ -179,11 +179,11 @@ fn curve(
     navigation: &Navigation,
     name: &str,
     y_title: &str,
-    values: &dyn Fn(&Course) -> Vec<f64>,
+    values: &dyn Fn(&Trajectory) -> Vec<f64>,
 ) -> Markup {
     let before = navigation
         .before
-        .map(|(course, _)| navigation.smoothed(&values(course)));
+        .map(|(trajectory, _)| navigation.smoothed(&values(trajectory)));
     let before = before.unwrap_or_default();
     let after = navigation.smoothed(&values(navigation.after.0));
     let label = format!("{name} {y_title} against time");

@@ -1,10 +1,10 @@
-//! What all plots share: size, ink, frame.
+//! Holds what all plots share: size, ink, frame.
 //!
-//! Enters: ranges and axis titles. Leaves: inline SVG without a fixed width, transparent, its colours the
-//! tokens below; `style.css` turns the same tokens into those of a dark page.
+//! From ranges and axis titles it makes inline SVG without a fixed width, transparent, its colours the tokens below;
+//! `style.css` turns the same tokens into those of a dark page.
 //!
 //! The backend's coordinates are whole numbers, so everything is drawn [`FINE`] times too large and the
-//! `viewBox` brings it back. Deliberately not here: text from recordings; plots hold only our own words.
+//! `viewBox` brings it back. Out of scope: text from recordings; plots hold only our own words.
 
 use std::error::Error;
 use std::ops::Range;
@@ -23,25 +23,25 @@ const WIDTH: u32 = 460;
 /// Height of tick labels and axis titles \[page pixels\].
 const LABEL: u32 = 17;
 
-/// Text and frame.
+/// Colour of text and frame.
 pub const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
 
-/// Lines of the grid.
+/// Colour of the grid's lines.
 const GRID: RGBColor = RGBColor(0xDD, 0xDD, 0xDD);
 
-/// Behind held-out time.
+/// Colour behind held-out time.
 pub const HELD_OUT: RGBColor = RGBColor(0xE6, 0xEC, 0xF2);
 
-/// Without the found effects (Okabe–Ito vermilion).
+/// Colour of curves without the found effects (Okabe–Ito vermilion).
 pub const BEFORE: RGBColor = RGBColor(0xD5, 0x5E, 0x00);
 
-/// With them (Okabe–Ito blue).
+/// Colour of curves with the found effects (Okabe–Ito blue).
 pub const AFTER: RGBColor = RGBColor(0x00, 0x72, 0xB2);
 
 /// A surface to draw on.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// What drawing may say; on a string in memory it says nothing.
+/// Result of drawing; on a string in memory it does not fail.
 pub type Drawn = Result<(), Box<dyn Error>>;
 
 /// One plot of `height` page pixels; `label` says in words what is seen.
@@ -89,13 +89,13 @@ pub fn swatch(colour: &str, dash: &str, width: &str) -> Markup {
 
 /// Titles and numbers of the axes.
 pub struct Axes<'a> {
-    /// Under the plot.
+    /// Title of the x axis.
     pub x_title: &'a str,
-    /// Left of it.
+    /// Title of the y axis.
     pub y_title: &'a str,
-    /// How a place on x reads.
+    /// Text of a number on x.
     pub x_number: &'a dyn Fn(&f64) -> String,
-    /// How a place on y reads.
+    /// Text of a number on y.
     pub y_number: &'a dyn Fn(&f64) -> String,
     /// About how many numbers stand along y.
     pub y_count: usize,

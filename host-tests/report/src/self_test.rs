@@ -1,7 +1,7 @@
-//! How this very recording answered to known patterns, against theory.
+//! Writes how this very recording answered to known patterns, compared with theory.
 //!
-//! Enters: [`SelfTestEntry`]. Leaves: a plot of the share found against strength (matched-filter SNR), with
-//! the binomial standard deviation, and what the time slides showed, in a sentence.
+//! From [`SelfTestEntry`]s it plots the share found against strength (matched-filter SNR), with the binomial standard
+//! deviation, and says in a sentence what the time slides showed.
 
 use maud::{Markup, html};
 use plotters::prelude::*;
@@ -14,7 +14,7 @@ use rlg_diagnosis::result::{SelfTestEntry, SelfTestPoint};
 const HEIGHT: u32 = 250;
 
 /// Half a step of strength beside the first and last.
-const AIR: f64 = 1.0;
+const MARGIN: f64 = 1.0;
 
 /// Plot and sentence.
 pub fn self_test(test: &SelfTestEntry) -> Markup {
@@ -68,7 +68,7 @@ fn curve(points: &[&SelfTestPoint]) -> Markup {
             let (Some(first), Some(last)) = (points.first(), points.last()) else {
                 return Ok(());
             };
-            let x = first.rho - AIR..last.rho + AIR;
+            let x = first.rho - MARGIN..last.rho + MARGIN;
             let mut chart = builder(area).build_cartesian_2d(x, -0.03..1.05)?;
             let axes = Axes {
                 x_title: "signal to noise",

@@ -1,8 +1,8 @@
-//! The diagnosis on a terminal: the same facts in at most twenty lines.
+//! Prints the diagnosis on a terminal: the same facts in at most twenty lines.
 //!
-//! Enters: [`Diagnosis`], whose summary is one sentence a line. Leaves: the lines that fit, in their order; what
-//! is left out is counted in the last one. Every kind of sentence keeps its first, so that no kind of fact is lost to
-//! the many of another.
+//! The summary of a [`Diagnosis`] has one sentence a line. Those that fit are printed in their order; the last line
+//! counts what is left out. Every kind of sentence keeps its first, so that many sentences of one kind hide no other
+//! kind.
 
 use rlg_diagnosis::result::Diagnosis;
 
@@ -27,7 +27,7 @@ const KINDS: [&str; 10] = [
     "  ",
 ];
 
-/// The lines.
+/// Chooses and shortens the lines.
 pub fn lines(diagnosis: &Diagnosis) -> Vec<String> {
     let mut all: Vec<&str> = diagnosis.summary.iter().map(String::as_str).collect();
     let next = format!("Next: {}", diagnosis.next_experiment);

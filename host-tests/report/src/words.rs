@@ -1,9 +1,9 @@
-//! Numbers, units and symbols as people read them.
+//! Formats numbers, units and symbols as people read them.
 //!
-//! Enters: SI values, units and names as the contract spells them ("s^2", "delta_ij"). Leaves: text with the
-//! digits that the spread justifies, °/h for rates, arcsec for angles, typographic symbols.
+//! SI values, units and names as the contract spells them ("s^2", "delta_ij") become text with the digits that the
+//! spread justifies, °/h for rates, arcsec for angles, typographic symbols.
 //!
-//! Deliberately not here: any judgement; a value is shown, never rounded to what would look better.
+//! Out of scope: any judgement; a value is shown, never rounded to what would look better.
 
 use maud::{Markup, html};
 
@@ -35,8 +35,8 @@ const LETTERS: [(&str, &str); 12] = [
     ("Sum", "Σ"),
 ];
 
-/// The factor and the unit in which people read a value of the SI unit `unit`.
-pub fn for_people(unit: &str) -> (f64, String) {
+/// The factor and the unit in which a value of the SI unit `unit` is displayed.
+pub fn display_unit(unit: &str) -> (f64, String) {
     match unit {
         "rad/s" => (DEG_H_PER_RAD_S, "°/h".to_owned()),
         "rad" => (ARCSEC_PER_RAD, "″".to_owned()),
@@ -60,7 +60,7 @@ fn exponent(value: f64) -> i32 {
     }
 }
 
-/// A value alone: four significant digits.
+/// Formats a value alone with four significant digits.
 pub fn number(value: f64) -> String {
     if !value.is_finite() {
         return "not known".to_owned();
@@ -79,7 +79,7 @@ pub fn number(value: f64) -> String {
     format!("{} × 10{}", signed(mantissa), superscript(power))
 }
 
-/// A value with its standard deviation, to two digits of the latter.
+/// Formats a value with its standard deviation, to two digits of the latter.
 pub fn with_spread(value: f64, std: f64) -> String {
     if !(value.is_finite() && std.is_finite() && std > 0.0) {
         return number(value);
@@ -103,7 +103,7 @@ pub fn with_spread(value: f64, std: f64) -> String {
     }
 }
 
-/// A chance: plain where it is one, a power of ten where it is none.
+/// Formats a probability: as a decimal number, or as a power of ten where it is small.
 pub fn chance(p_value: f64) -> String {
     if p_value <= 0.0 {
         "< 10⁻³⁰⁰".to_owned()
@@ -209,7 +209,7 @@ fn symbol(word: &str) -> Markup {
     }
 }
 
-/// With a true minus.
+/// Formats a number with the typographic minus sign.
 fn signed(text: &str) -> String {
     text.replace('-', "−")
 }

@@ -1,14 +1,14 @@
-//! The whole story once: simulate, replay, diagnose, correct, replay.
+//! Tells the whole story once: simulate, replay, diagnose, correct, replay.
 //!
-//! Enters: a seed and a length \[s\]. Leaves: [`Demo`]: the simulated recording with its model, the
-//! diagnosis, the parameters that the firmware would be flashed with, and [`Figures`], the drifts of the chain
-//! before and after \[°/h\], body axes.
+//! From a seed and a length \[s\] it makes a [`Demo`]: the simulated recording with its model, the diagnosis, the
+//! parameters that the firmware would be flashed with, and [`Figures`], the drifts of the chain before and after
+//! \[°/h\], body axes.
 //!
 //! Data flow: scenario → recording → chain with Eq. (7) alone → diagnosis → the found effects as the
 //! chain's parameters → chain in f32 and in fixed point, each against the f64 reference chain.
 //!
 //! What is concealed reaches [`Figures`] from the simulator directly, to be shown beside what was found;
-//! neither the diagnosis nor the chain sees it. Deliberately not here: words and files; the command has them.
+//! neither the diagnosis nor the chain sees it. Out of scope: words and files; the command has them.
 
 use std::path::Path;
 
@@ -27,13 +27,13 @@ use crate::replay::{Core, Replay, replay};
 use crate::simulate::scenario::Scenario;
 use crate::simulate::{Simulation, Truth, demo_scenario, simulate};
 
-/// Everything the demo leaves.
+/// The results of the demonstration.
 pub struct Demo {
-    /// What was simulated.
+    /// The simulation.
     pub simulation: Simulation,
-    /// What the diagnosis made of it.
+    /// The diagnosis.
     pub outcome: Outcome,
-    /// What the firmware is given afterwards.
+    /// The firmware's parameters with the findings.
     pub parameters: Parameters,
     /// The result in numbers.
     pub figures: Figures,
@@ -85,15 +85,15 @@ pub struct SegmentDrift {
     pub segment: String,
     /// The gyro that drifts most there.
     pub axis: &'static str,
-    /// By Eq. (7) alone, in f32.
+    /// Drift by Eq. (7) alone, in f32.
     pub before_deg_h: f64,
-    /// With what was found.
+    /// Drift with the found effects.
     pub after_deg_h: ByCore,
     /// Standard deviation that the random walk of gyro and reference alone gives such a mean.
     pub noise_deg_h: f64,
 }
 
-/// A figure of each of the firmware's number systems.
+/// One value for each of the firmware's number systems.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct ByCore {
     /// Single precision.
@@ -103,13 +103,13 @@ pub struct ByCore {
 }
 
 impl ByCore {
-    /// The one that is farther from 0.
+    /// The value that is farther from 0.
     pub fn worst(self) -> f64 {
         self.f32.abs().max(self.fixed.abs())
     }
 }
 
-/// Told what is being done, and how much of it: rows done, of rows.
+/// Called with the present step and its progress: rows done, of rows.
 pub type Progress<'a> = dyn FnMut(&str, Option<(usize, usize)>) + 'a;
 
 /// The demo's scenario, every segment shortened or lengthened alike to `seconds` in all.
@@ -122,7 +122,7 @@ pub fn scenario(seconds: f64) -> Result<Scenario, InputError> {
     Ok(scenario)
 }
 
-/// Tells the story; `model_file` is where the model will be, for messages.
+/// Runs the demonstration; `model_file` is where the model will be, for messages.
 pub fn tell(
     seed: u64,
     seconds: f64,

@@ -82,7 +82,7 @@ impl Terminal {
         }
     }
 
-    /// A bar over `steps` steps of one kind; draws nothing where nobody would see it.
+    /// A bar over `steps` steps of one kind; draws nothing where standard error is no terminal.
     pub fn bar(&self, steps: u64, label: &'static str) -> ProgressBar {
         let bar = ProgressBar::with_draw_target(Some(steps), self.target());
         let template = "{msg:24} {wide_bar} {human_pos}/{human_len} {eta:>5}";
@@ -115,6 +115,6 @@ impl Terminal {
 }
 
 fn to_standard_error(text: &dyn Display) {
-    // eprintln! panics where standard error is closed; there is nobody left to tell.
+    // eprintln! panics where standard error is closed; the message is then dropped.
     let _ = writeln!(io::stderr().lock(), "{text}");
 }

@@ -1,8 +1,7 @@
-//! `cargo stages`: what each stage of the chain costs, as the markdown table of `docs/measured.md`.
+//! Prints what each stage of the chain costs (`cargo stages`), as the markdown table of `docs/measured.md`.
 //!
-//! Enters: nothing: both emulated images are built, and play a simulated motion: three dithered gyros on a
-//! coning case. Leaves: on standard output, instructions a sample by stage and number system as QEMU executed
-//! them, and a static estimate of cycles.
+//! It builds both emulated images and plays a simulated motion: three dithered gyros on a coning case. It prints
+//! instructions a sample by stage and number system, as QEMU executed them, and a static estimate of cycles.
 //!
 //! An example and not a command of `rlg`: it looks at the build, not at a recording.
 

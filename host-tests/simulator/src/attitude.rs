@@ -1,15 +1,15 @@
-//! Attitude of the case over the ground, and what the Earth adds: its rotation and gravity.
+//! Carries the attitude of the case over the ground, and computes what the Earth adds: its rotation and gravity.
 //!
-//! Enters: body rates relative to the ground at the quadrature nodes of one period (rad/s, body frame).
-//! Leaves: at the same nodes, Earth's rotation (rad/s), specific force at rest (m/s²) and its magnetic field
-//! (T), body frame; and the attitude carried to the period's end.
+//! From the body rates relative to the ground at the quadrature nodes of one period (rad/s, body frame) it gives, at
+//! the same nodes, the Earth's rotation (rad/s), the specific force at rest (m/s²) and the Earth's magnetic field (T),
+//! body frame; and the attitude at the period's end.
 //!
 //! Frame: navigation frame n = north, west, up; a body at identity has z up. With latitude L,
 //! ω_ie = ω_E (cos L, 0, sin L) and specific force at rest is (0, 0, +g).
 //! Equations: θ_i = T Σ_j a_ij ω_j with the collocation matrix of the nodes; rotation over the period
 //! Θ = θ(T) + ½ ∫ θ × ω dt (Bortz to second order in θ: the next term is below 1e-10 rad a period at 400 °/s).
 //!
-//! Deliberately not here: transport rate. The case stays at its site.
+//! Out of scope: transport rate. The case stays at its site.
 
 use nalgebra::{Matrix4, Quaternion, UnitQuaternion, Vector3};
 
@@ -85,7 +85,7 @@ impl Default for Quadrature {
     }
 }
 
-/// What the ground does to a body at rest, navigation frame; zero where the scenario names no site.
+/// What a body at rest on the ground is exposed to, navigation frame; zero where the scenario names no site.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Ground {
     /// ω_ie \[rad/s\].
@@ -99,7 +99,7 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// At a latitude and a local gravity, without a magnetic field; `turning` = false leaves the Earth's
+    /// The ground at a latitude and a local gravity, without a magnetic field; `turning` = false leaves the Earth's
     /// rotation out.
     pub fn at(latitude_rad: f64, gravity_m_s2: f64, turning: bool) -> Self {
         let rate = if turning { EARTH_RATE_RAD_S } else { 0.0 };
@@ -120,18 +120,18 @@ impl Ground {
 pub struct GroundInBody {
     /// ω_ie \[rad/s\].
     pub earth_rate_rad_s: Vector3<f64>,
-    /// \[m/s²\].
+    /// Specific force \[m/s²\].
     pub specific_force_m_s2: Vector3<f64>,
-    /// \[T\].
+    /// Magnetic flux density \[T\].
     pub field_t: Vector3<f64>,
-    /// \[rad/s\].
+    /// Rotation of the Earth that the reference does not show \[rad/s\].
     pub unreferenced_rate_rad_s: Vector3<f64>,
 }
 
 /// Attitude, body to navigation frame.
 #[derive(Debug, Clone)]
 pub struct Attitude {
-    /// n_from_b.
+    /// Rotation from body to navigation frame.
     pub navigation_from_body: UnitQuaternion<f64>,
 }
 
@@ -144,7 +144,7 @@ impl Attitude {
         }
     }
 
-    /// The ground at the nodes of the coming period, then the attitude at its end.
+    /// Computes the ground as seen from the body at the nodes of the next period, and advances the attitude to its end.
     pub fn advance(
         &mut self,
         quadrature: &Quadrature,

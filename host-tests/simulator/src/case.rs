@@ -1,7 +1,7 @@
-//! The case: how it moves, and what its instruments are exposed to.
+//! Computes how the case moves, and what its instruments are exposed to.
 //!
-//! Enters: the base's motion at the nodes of one period. Leaves: [`Period`]: body-frame rates, specific forces and
-//! the rates that the gyros sense, at the same nodes.
+//! From the base's motion at the nodes of one period it forms a [`Period`]: body-frame rates, specific forces and the
+//! rates that the gyros sense, at the same nodes.
 //!
 //! Data flow: base → isolator → reaction of the dithers → attitude (Earth, gravity, field) → modes of the
 //! suspensions → effects.
@@ -42,7 +42,7 @@ pub struct Period {
 }
 
 impl Period {
-    /// A period that stands as this one begins.
+    /// A period in which everything stays as it is at this one's beginning.
     pub fn held_at_begin(&self) -> Self {
         let held = |nodes: &[Vector3<f64>; 4]| [nodes[0]; 4];
         Self {
@@ -71,7 +71,7 @@ pub struct Case<'a> {
 }
 
 impl<'a> Case<'a> {
-    /// At rest at the scenario's start.
+    /// The case at rest at the scenario's start.
     pub fn new(scenario: &'a Scenario, quadrature: &Quadrature) -> Self {
         let eps = &scenario.gyro.installation_rad;
         let body_from_gyro = Matrix3::new(
@@ -113,7 +113,7 @@ impl<'a> Case<'a> {
         }
     }
 
-    /// The coming period.
+    /// Computes the next period.
     pub fn advance(
         &mut self,
         quadrature: &Quadrature,

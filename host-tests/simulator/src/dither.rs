@@ -1,14 +1,14 @@
-//! The mechanical dither of one block, and its pickoff.
+//! Models the mechanical dither of one block, and its pickoff.
 //!
-//! Enters: frequency, amplitude, spread; time in s. Leaves: the pickoff angle p(t) in rad, block relative
-//! to case, and its reading at a row's end.
+//! From frequency, amplitude, spread and time in s it gives the pickoff angle p(t) in rad, block relative to case, and
+//! its reading at a row's end.
 //!
 //! Equation: p(t) = a_n sin ψ, ψ = 2πft + ψ0, with one amplitude a_n for each half-cycle n = ⌊ψ/π⌋. The
 //! amplitude changes where sin ψ = 0, so that the angle is continuous: the drive kicks the block as it
 //! passes through rest position. Amplitudes wander as a first-order Gauss–Markov sequence, which is what a
 //! resonator of finite Q makes of a random drive; without it lock-in would leave dead bands.
 //!
-//! Deliberately not here: lock-in itself (`lock_in.rs`), the reaction on the case (`case.rs`), wander of the
+//! Out of scope: lock-in itself (`lock_in.rs`), the reaction on the case (`case.rs`), wander of the
 //! frequency.
 
 use rand::RngExt;
@@ -17,10 +17,10 @@ use rand_distr::StandardNormal;
 use std::collections::VecDeque;
 use std::f64::consts::{PI, TAU};
 
-/// Half-cycles over which the amplitude forgets itself: Q/π for the Q of about 60 that dither springs show.
+/// Half-cycles over which the amplitude's deviations decay: Q/π for the Q of about 60 that dither springs show.
 const AMPLITUDE_MEMORY_HALF_CYCLES: f64 = 20.0;
 
-/// Amplitudes further than this many spreads from the mean are drawn to it: no block stops or hits its stop.
+/// Amplitudes further than this many spreads from the mean are drawn towards it: no block stops or hits its stop.
 pub const AMPLITUDE_LIMIT_SPREADS: f64 = 3.0;
 
 /// Amplitudes are kept this long behind the instant reached \[s\]: pickoffs and gyros may be a tenth of a second

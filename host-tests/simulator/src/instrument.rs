@@ -1,7 +1,7 @@
-//! The instruments: what turns true angles into what a recorder stores.
+//! Turns true angles into what a recorder stores.
 //!
-//! Enters: true increments (rad, rad/s) of one row. Leaves: pulse counts, quantised angles, quantised
-//! readings; each with its noise.
+//! From the true increments (rad, rad/s) of one row it makes pulse counts, quantised angles and quantised readings,
+//! each with its noise.
 //!
 //! Equations: a counter stores ⌊Φ_k/w⌋ − ⌊Φ_{k−1}/w⌋ of the running angle Φ; an encoder stores
 //! round(Ψ_k/w) − round(Ψ_{k−1}/w) of the running angle and its white noise. Both telescope: a count sums
@@ -46,9 +46,9 @@ pub enum Stream {
 /// Seeds of a simulation: what moves, and what disturbs the instruments. One number for both, as a rule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Seeds {
-    /// Of vibrations, dithers and the phase of the backscatter: what a recording without noise has, too.
+    /// Seed of vibrations, dithers and the phase of the backscatter: of what a recording without noise has, too.
     pub motion: u64,
-    /// Of every other stream.
+    /// Seed of every other stream.
     pub noise: u64,
 }
 
@@ -87,7 +87,7 @@ pub struct PulseCounter {
 }
 
 impl PulseCounter {
-    /// Starts at a random place inside a pulse.
+    /// Starts the counter at a random place inside a pulse.
     pub fn new(weight_rad: f64, rng: &mut ChaCha8Rng) -> Self {
         Self {
             weight_rad,

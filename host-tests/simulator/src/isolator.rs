@@ -1,7 +1,7 @@
-//! The isolator between base and case: rotation follows through second-order modes, and linear vibration
-//! rocks a case whose centre of mass lies off the mounts' centre.
+//! Models the isolator between base and case: rotation follows through second-order modes, and linear vibration rocks a
+//! case whose centre of mass lies off the mounts' centre.
 //!
-//! Enters: the base's motion at the nodes of one period, body frame. Leaves: the case's, at the same nodes.
+//! From the base's motion at the nodes of one period, body frame, it gives the case's motion at the same nodes.
 //!
 //! Equations, an axis at a time:
 //! - followed: H = (ω₀² + 2ζω₀ s)/(s² + 2ζω₀ s + ω₀²), for body rate and for linear acceleration alike;
@@ -19,16 +19,16 @@ use nalgebra::Vector3;
 /// Frequency \[Hz\] and damping ratio of one axis; `None`: rigid.
 pub type AxisMode = Option<(f64, f64)>;
 
-/// What the isolator is made of.
+/// Parameters of the isolator.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct IsolatorEntry {
     /// Rotation about x, y, z.
     pub angular: [AxisMode; 3],
     /// Translation along x, y, z.
     pub linear: [AxisMode; 3],
-    /// e \[m\].
+    /// Offset e of the centre of mass from the mounts' centre \[m\].
     pub offset_m: [f64; 3],
-    /// r_i \[m\]; without meaning where e is 0.
+    /// Radii of gyration r_i \[m\]; unused where e is 0.
     pub gyration_radius_m: [f64; 3],
 }
 
@@ -44,7 +44,7 @@ pub struct Isolator {
 }
 
 impl Isolator {
-    /// At rest.
+    /// The isolator at rest.
     pub fn new(entry: &IsolatorEntry, quadrature: &Quadrature, period_s: f64) -> Self {
         let mode = |axis: AxisMode| {
             axis.map(|(frequency_hz, damping)| {

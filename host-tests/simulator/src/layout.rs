@@ -1,6 +1,6 @@
-//! The tables that a scenario's recording has.
+//! Lists the tables that a scenario's recording has.
 //!
-//! Enters: a scenario. Leaves: each table's file, rate and columns, in the order in which rows are made.
+//! Each table has a file, a rate and columns, in the order in which rows are made.
 //!
 //! The gyros' rows come first, then a table a further reference, then slow channels at rates of their own. The
 //! first reference is the one that the model and the reference's effects speak of; readers take the first too.
@@ -33,15 +33,15 @@ pub fn references(scenario: &Scenario) -> impl Iterator<Item = ReferenceKind> + 
 /// One column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
-    /// Its name in the file.
+    /// The column's name in the file.
     pub name: String,
-    /// What it measures.
+    /// The quantity that the column holds.
     pub quantity: Quantity,
     /// "x", "y", "z", or "w".
     pub axis: &'static str,
-    /// Its resolution: values are whole multiples. `None`: any value.
+    /// Resolution: values are whole multiples of it. `None`: any value.
     pub weight: Option<f64>,
-    /// Its name in an effect's `channel`; `None`: no fault can be switched on.
+    /// The column's name in an effect's `channel`; `None`: no fault can be switched on.
     pub fault_name: Option<String>,
 }
 
@@ -52,7 +52,7 @@ pub struct TableLayout {
     pub file: &'static str,
     /// Gyro rows that one of its rows covers.
     pub gyro_rows: usize,
-    /// Its columns.
+    /// The table's columns.
     pub columns: Vec<Column>,
 }
 

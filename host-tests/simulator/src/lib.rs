@@ -1,7 +1,7 @@
-//! The simulator: a dithered ring-laser triad on a moving case, with finer time than the recording.
+//! Simulates a dithered ring-laser triad on a moving case, with finer time steps than the recording.
 //!
-//! Enters: a [`Scenario`] and a seed. Leaves: a [`Recording`], the [`Model`] of it that admits only what
-//! the scenario does not conceal, and the [`Truth`]. SI units, body frame.
+//! From a [`Scenario`] and a seed it makes a [`Recording`], the [`Model`] of it that admits only what the scenario does
+//! not conceal, and the [`Truth`]. SI units, body frame.
 //!
 //! Data flow: base motion in closed form (`motion`) → isolator (`isolator`) → reaction of the dithers, Earth and
 //! gravity, modes of the suspensions (`case`) → rates that the tilted, imperfect gyros sense (`effects`) → exact
@@ -13,7 +13,7 @@
 //!
 //! Independent of the firmware core and of the f64 reference: it imports neither.
 //!
-//! Deliberately not here: travel over the Earth, gradients of temperature inside a block, mode coupling between
+//! Out of scope: travel over the Earth, gradients of temperature inside a block, mode coupling between
 //! blocks other than through the case.
 
 pub mod attitude;
@@ -44,7 +44,7 @@ use scenario::Scenario;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// What the simulator concealed, for tests and scores; nothing else may read it.
+/// The concealed effects, for tests and scores; nothing else may read them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
     /// The seed.
@@ -93,9 +93,9 @@ impl Truth {
 pub struct Simulation {
     /// What the instruments stored.
     pub recording: Recording,
-    /// What a simulation of it would start from.
+    /// The model that a diagnosis of the recording starts from.
     pub model: Model,
-    /// What was concealed.
+    /// The concealed effects.
     pub truth: Truth,
     /// Exact increments of the case over each row, x y z \[rad\]: for tests.
     pub case_increments_rad: Vec<[f64; 3]>,
@@ -114,7 +114,7 @@ pub fn coning_demo(seed: u64) -> Result<Simulation, InputError> {
     Ok(simulate(&demo_scenario()?, seed, |_| {}))
 }
 
-/// Runs a scenario in memory. `progress` is told the rows done. The same scenario and seed give the same values.
+/// Runs a scenario in memory. `progress` is called with the rows done. The same scenario and seed give the same values.
 pub fn simulate(
     scenario: &Scenario,
     seeds: impl Into<Seeds>,
@@ -197,7 +197,7 @@ fn recording_of(scenario: &Scenario, layouts: &[TableLayout]) -> Recording {
     }
 }
 
-/// What a simulation of the scenario's recording would start from.
+/// Makes the model that a diagnosis of the scenario's recording starts from.
 pub fn model_of(scenario: &Scenario) -> Model {
     let gyro = &scenario.gyro;
     let first = layout::references(scenario).next();

@@ -1,7 +1,6 @@
-//! The beat phase of a ring laser with lock-in.
+//! Integrates the beat phase of a ring laser with lock-in.
 //!
-//! Enters: the angle that the cavity really turned over a sub-step, in rad. Leaves: the angle that its beat
-//! shows, in rad.
+//! From the angle that the cavity turned over a sub-step, in rad, it gives the angle that the beat shows, in rad.
 //!
 //! Equation: dψ/dt = SΩ − SΩ_L sin ψ, S = 2π per pulse, Ω the cavity's inertial rate (case, dither and the gyro's
 //! errors), Ω_L the lock-in threshold (Adler; β of the paper's form is the phase at the start).
@@ -12,7 +11,7 @@
 //! the change of Ω inside a sub-step: S Ω' h²/8 of phase, which [`sub_steps`] keeps below
 //! [`PHASE_BEND_RAD`]. Tests hold the scheme against Runge–Kutta steps of a fiftieth of a pulse.
 //!
-//! Deliberately not here: the beat's mean shift by unequal loss (a bias), noise (the random walk is added by
+//! Out of scope: the beat's mean shift by unequal loss (a bias), noise (the random walk is added by
 //! the instrument and turns the phase with it).
 
 use std::f64::consts::TAU;

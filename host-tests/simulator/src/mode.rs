@@ -1,6 +1,6 @@
-//! A second-order mechanical mode, integrated with the simulator's own quadrature.
+//! Integrates a second-order mechanical mode with the simulator's own quadrature.
 //!
-//! Enters: frequency in Hz, damping ratio, and a drive g at the four nodes of a period. Leaves: x and x' there.
+//! From frequency in Hz, damping ratio and a drive g at the four nodes of a period it gives x and x' at the nodes.
 //!
 //! Equation: x'' + 2ζω₀ x' + ω₀² x = g(t). Gauss collocation at the nodes of [`Quadrature`]: order eight, and
 //! stable at any frequency, so that a mode far above the sample rate settles to its static limit x = g/ω₀²
@@ -27,7 +27,7 @@ pub struct Mode {
 }
 
 impl Mode {
-    /// At rest.
+    /// The mode at rest.
     pub fn new(frequency_hz: f64, damping: f64, quadrature: &Quadrature, period_s: f64) -> Self {
         let omega_rad_s = TAU * frequency_hz;
         let (stiffness, friction) = (omega_rad_s.powi(2), 2.0 * damping * omega_rad_s);
@@ -63,7 +63,7 @@ impl Mode {
         }
     }
 
-    /// x and x' at the nodes of the coming period.
+    /// Advances the mode by one period; gives x and x' at its nodes.
     pub fn advance(&mut self, drive: [f64; 4]) -> [[f64; 2]; 4] {
         let drive = Vector4::from(drive);
         let stages: SVector<f64, 8> =

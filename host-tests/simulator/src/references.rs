@@ -1,6 +1,6 @@
-//! Instruments that measure where the case is: a reference gyro, a fibre-optic triad, a table's encoders.
+//! Models instruments that measure where the case is: a reference gyro, a fibre-optic triad, a table's encoders.
 //!
-//! Enters: the window of periods. Leaves: increments over the row, in rad, multiples of each one's resolution.
+//! From the window of periods each gives its increment over the row, in rad, a multiple of its resolution.
 //!
 //! What each is exposed to: gyros the case relative to space, or the base if the case follows the reference through
 //! an isolator; encoders the base relative to the ground. Effects on the reference act on the first one.
@@ -16,9 +16,9 @@ use rand_chacha::ChaCha8Rng;
 /// One triad of reference channels.
 pub struct ReferenceTriad<'a> {
     scenario: &'a Scenario,
-    /// Which one.
+    /// The kind of reference.
     pub kind: ReferenceKind,
-    /// Whether the model speaks of it.
+    /// Whether it is the reference that the model describes.
     first: bool,
     shift: Option<Shift>,
     encoders: Vec<AngleEncoder>,
@@ -115,7 +115,7 @@ impl<'a> ReferenceTriad<'a> {
         triad
     }
 
-    /// Rows that it must know before the one recorded, and after it.
+    /// Rows that it needs before the one recorded, and after it.
     pub fn reach(&self) -> (usize, usize) {
         self.shift.map_or((0, 0), |shift| shift.reach())
     }

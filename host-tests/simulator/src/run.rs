@@ -1,7 +1,6 @@
-//! One simulation, row after row.
+//! Runs one simulation, row after row.
 //!
-//! Enters: a scenario and a seed. Leaves: blocks of rows, a block at a time, so that an hour goes to disk in the
-//! memory of a second.
+//! A scenario and a seed give blocks of rows, so an hour goes to disk in the memory of a second.
 
 use super::attitude::Quadrature;
 use super::case::Case;
@@ -39,7 +38,7 @@ pub struct Block {
     pub case_increments_rad: Vec<[f64; 3]>,
 }
 
-/// A simulation under way.
+/// A running simulation.
 pub struct Simulator<'a> {
     scenario: &'a Scenario,
     tables: Vec<TableLayout>,
@@ -47,14 +46,14 @@ pub struct Simulator<'a> {
     triad: Triad<'a>,
     window: Window,
     motion: Motion<'a>,
-    /// Rows made.
+    /// Rows made so far.
     row: usize,
     /// Periods that the case has moved through: ahead of the rows where an instrument is early.
     periods: usize,
 }
 
 impl<'a> Simulator<'a> {
-    /// Before the first row.
+    /// The simulation before its first row.
     pub fn new(scenario: &'a Scenario, seeds: impl Into<Seeds>) -> Self {
         let seeds = seeds.into();
         let tables = layout::tables(scenario);

@@ -14,7 +14,7 @@ use super::layout;
 use super::scenario::source::{SECTIONS, Source, instrument_of, text_of};
 use super::scenario::{
     AccelerometerEntry, DitherEntry, EncoderEntry, Entry, FibreOpticEntry, GyroEntry, GyroOutput,
-    ReferenceEntry, Scenario, SiteEntry, around, segment,
+    ReferenceEntry, Scenario, SiteEntry, environment, segment,
 };
 
 /// Rows a recording may have: two days at 4 kHz.
@@ -72,16 +72,16 @@ impl Scenario {
                 .map(AccelerometerEntry::read)
                 .transpose()?,
             thermal: section("thermal")
-                .map(|entry| around::thermal(entry, rate_hz))
+                .map(|entry| environment::thermal(entry, rate_hz))
                 .transpose()?,
             magnetic: section("magnetic")
-                .map(|entry| around::magnetic(entry, rate_hz))
+                .map(|entry| environment::magnetic(entry, rate_hz))
                 .transpose()?,
             segments: Vec::new(),
             known_effects: Vec::new(),
             concealed_effects: Vec::new(),
             effects: Effects::default(),
-            mounts: section("isolator").map(around::isolator).transpose()?,
+            mounts: section("isolator").map(environment::isolator).transpose()?,
         };
         if scenario.dither.is_some() && scenario.gyro.output == GyroOutput::Increment {
             return Err(gyro_entry

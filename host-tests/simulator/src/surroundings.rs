@@ -1,13 +1,13 @@
-//! Temperature of the blocks and the magnetic field around the case.
+//! Computes the temperature of the blocks and the magnetic field around the case.
 //!
-//! Enters: the time since the start in s. Leaves: how much warmer than at the start each block is (K) and how
-//! fast it warms (K/s); the field of a coil on the case (T, body frame). The Earth's field is carried by the
-//! attitude (`attitude.rs`).
+//! From the time since the start in s it gives how much warmer than at the start each block is (K) and how fast it
+//! warms (K/s), and the field of a coil on the case (T, body frame). The Earth's field is carried by the attitude
+//! (`attitude.rs`).
 //!
 //! Equations: T_i(t) = T_start + R_i (1 − e^{−t/τ_i}) + r t + A sin(2πt/P): self-heating with one time constant,
 //! surroundings that drift and swing. B(t) = B_coil sin(2πft).
 //!
-//! Assumes one temperature a block. Deliberately not here: gradients inside a block; a bias that follows them is
+//! Assumes one temperature a block. Out of scope: gradients inside a block; a bias that follows them is
 //! the catalogue's `gyro_bias_temperature_rate`.
 
 use nalgebra::Vector3;

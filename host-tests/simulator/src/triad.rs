@@ -1,6 +1,6 @@
-//! The gyros, pickoffs, accelerometers and slow sensors: what the recorder stores of one row.
+//! Models the gyros, pickoffs, accelerometers and slow sensors: what the recorder stores of one row.
 //!
-//! Enters: the window of periods around the row. Leaves: one value a column, in the layout's order.
+//! From the window of periods around the row it gives one value a column, in the layout's order.
 //!
 //! Equation, per period T: sensed increment of gyro i = (∫ \[M⁻¹ω + effects\] dt + b T/(1 − s))_i /(1 − s_i) + block
 //! increment (the contract's form), turned into the angle of the beat (`lock_in`), plus the random walk; counted.

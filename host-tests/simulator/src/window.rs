@@ -1,7 +1,7 @@
-//! A window of periods around the row that is being recorded, for instruments that are late or early.
+//! Keeps a window of periods around the row that is being recorded, for instruments that are late or early.
 //!
-//! Enters: what the case is exposed to, a period at a time. Leaves: integrals over a row that is shifted in time
-//! by any delay, whole rows and parts of one.
+//! It takes what the case is exposed to, a period at a time, and gives integrals over a row that is shifted in time by
+//! any delay, whole rows and parts of one.
 //!
 //! Equation: ∫ over \[kT − d, (k+1)T − d\) = the tail of period k − n − 1 and the head of period k − n, d = (n + f)T;
 //! parts of a period by the polynomial through its nodes, as the simulator integrates everywhere.

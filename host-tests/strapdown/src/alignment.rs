@@ -1,7 +1,7 @@
-//! Initial alignment at rest: coarse levelling by gravity, gyrocompassing by the Earth's rotation.
+//! Aligns a unit at rest: coarse levelling by gravity, gyrocompassing by the Earth's rotation.
 //!
-//! Enters: increments of a unit at rest on the Earth; it may rock between, if it ends as it began. Leaves:
-//! [`Alignment`], the attitude on the Earth, the same at the interval's beginning and end.
+//! It takes the increments of a unit at rest on the Earth, which may rock meanwhile if it ends as it began. It gives
+//! the [`Alignment`]: the attitude on the Earth, the same at the interval's beginning and end.
 //!
 //! The body is tracked by its own gyros. Over the interval of length T the mean turn ω = Φ/T against inertial
 //! space is the Earth's, and the velocity increments, turned back by ωt to where the body stood at the
@@ -11,7 +11,7 @@
 //! What the sensors' biases b leave: tilt about east b_N/g, about north −b_E/g; heading −b_E/(Ω cos L) from
 //! the east gyro and + tan L b_E/g from the east accelerometer (`tests/initial_alignment.rs`).
 //!
-//! Deliberately not here: fine alignment, and alignment while the unit travels. Noise is averaged over the
+//! Out of scope: fine alignment, and alignment while the unit travels. Noise is averaged over the
 //! interval: angle random walk N leaves N/√T/(Ω cos L) in heading.
 
 use std::fmt;

@@ -1,6 +1,4 @@
-//! Attitudes and the angles that people read.
-//!
-//! Enters: unit quaternions, body to north, east, down. Leaves: heading, pitch, roll \[rad\], and back.
+//! Converts unit quaternions, body to north, east, down, to heading, pitch and roll \[rad\] and back.
 
 use std::f64::consts::TAU;
 

@@ -1,13 +1,13 @@
-//! The Earth as the WGS-84 ellipsoid: radii, normal gravity, its rotation seen from the local level frame.
+//! Describes the Earth as the WGS-84 ellipsoid: radii, normal gravity, its rotation seen from the local level frame.
 //!
-//! Enters: geodetic latitude \[rad\], height \[m\], velocity in north, east, down \[m/s\]. Leaves: metres,
-//! m/s², rad/s, in the same frame.
+//! Arguments are geodetic latitude \[rad\], height \[m\] and velocity \[m/s\] in north, east, down; results are in m,
+//! m/s² and rad/s, in the same frame.
 //!
 //! Source: NIMA TR8350.2 (3rd ed. 2000), tables 3.1 to 3.4, eq. 4-1; Groves 2013, eq. 2.105, 2.106, 5.42; Heiskanen
 //! & Moritz, *Physical Geodesy*, 1967, eq. 2-20 (Bruns). Not Groves' eq. 2.140 for the lean to the north,
 //! −8.08e-9 h sin 2L: against the potential it is 3.5e-7 m/s² off at 10 km.
 //!
-//! Deliberately not here: the geoid, anomalies of gravity, tides, polar motion. Where gravity was measured,
+//! Out of scope: the geoid, anomalies of gravity, tides, polar motion. Where gravity was measured,
 //! its difference from normal gravity is a number that the caller adds.
 
 use nalgebra::Vector3;

@@ -1,8 +1,8 @@
-//! The mechanisation: attitude, velocity and position, one step a period.
+//! Advances attitude, velocity and position by one step a period.
 //!
-//! Enters, per period: [`Increment`], the body's rotation vector \[rad\] and velocity increment \[m/s\], both
-//! in the body frame at the period's beginning (coning, sculling and rotation already in). Leaves:
-//! [`Solution`] in north, east, down.
+//! A step takes an [`Increment`]: the body's rotation vector \[rad\] and velocity increment \[m/s\], both in the body
+//! frame at the period's beginning, with coning, sculling and rotation already included. It gives the [`Solution`] in
+//! north, east, down.
 //!
 //! ```text
 //! q ← turn(−ζ) q turn(φ)                 ζ = (ω_ie + ω_en) T
@@ -21,7 +21,7 @@ use crate::attitude::{EulerAngles, difference_rad};
 use crate::earth;
 use crate::vertical::{HeightLoop, VerticalChannel};
 
-/// What the unit measured over one period, in the body frame at its beginning.
+/// Increments of one period, in the body frame at its beginning.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Increment {
     /// Rotation vector against inertial space \[rad\].
@@ -32,10 +32,10 @@ pub struct Increment {
     pub period_s: f64,
 }
 
-/// Where the unit is, how fast, and how it stands.
+/// Position, velocity and attitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solution {
-    /// Attitude: what turns body components into north, east, down.
+    /// Attitude: rotation of body components into north, east, down.
     pub ned_from_body: UnitQuaternion<f64>,
     /// Velocity over the Earth, north, east, down \[m/s\].
     pub velocity_m_s: Vector3<f64>,
@@ -93,7 +93,7 @@ impl Navigator {
         &self.solution
     }
 
-    /// Takes one period.
+    /// Advances the solution by one period.
     pub fn advance(&mut self, increment: &Increment, channel: VerticalChannel) -> &Solution {
         let begin = self.solution;
         let mut height_loop = self.height_loop;

@@ -1,6 +1,6 @@
-//! The vertical channel: free, or held to a given height by the classical third-order loop.
+//! Damps the vertical channel, or leaves it free: the classical third-order loop holds it to a given height.
 //!
-//! Enters: the channel's mode and its own height \[m\]. Leaves: corrections of the rates of height \[m/s\] and
+//! From the channel's mode and its own height \[m\] it forms corrections of the rate of height \[m/s\] and of the rate
 //! of downward velocity \[m/s²\].
 //!
 //! A free vertical channel is unstable: gravity falls with height, so an error grows e-fold in
@@ -25,27 +25,27 @@ const INSTABILITY_S2: f64 = 2.0 * 9.8 / 6.371e6;
 pub enum VerticalChannel {
     /// From the accelerometers alone: for minutes at most.
     Free,
-    /// Drawn to this height over the ellipsoid \[m\].
+    /// Held to this height over the ellipsoid \[m\].
     Aided(f64),
 }
 
-/// What the loop remembers.
+/// State of the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct HeightLoop {
     acceleration_m_s2: f64,
 }
 
-/// What the loop adds to the vertical rates.
+/// Corrections of the vertical rates.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Correction {
-    /// To the rate of the height \[m/s\].
+    /// Correction of the rate of the height \[m/s\].
     pub climb_m_s: f64,
-    /// To the rate of the downward velocity \[m/s²\].
+    /// Correction of the rate of the downward velocity \[m/s²\].
     pub down_m_s2: f64,
 }
 
 impl HeightLoop {
-    /// The loop over the next `period_s`, at the height `height_m`.
+    /// Advances the loop by `period_s`, at the height `height_m`.
     pub fn correct(
         &mut self,
         channel: VerticalChannel,

@@ -1,7 +1,6 @@
-//! What the firmware may cost: `firmware-budgets.toml`, and whether an image keeps to it.
+//! Checks an image against `firmware-budgets.toml`, the limits of what the firmware may cost.
 //!
-//! Enters: the file, an image; figures of a run. Leaves: one sentence for each
-//! budget that is exceeded; none where all are kept.
+//! Each budget that an image or the figures of a run exceed gives one sentence.
 
 use std::path::Path;
 
@@ -19,9 +18,9 @@ const FILE: &str = "firmware-budgets.toml";
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Budget {
-    /// The figure, in the unit that the field's name says.
+    /// The limit, in the unit that the field's name says.
     pub at_most: f64,
-    /// Why this much.
+    /// The reason for the figure.
     pub reason: String,
 }
 
@@ -113,7 +112,7 @@ impl Budgets {
             if !(budget.at_most > 0.0 && budget.at_most.is_finite()) {
                 return Err(InputError::new(
                     path,
-                    format!("{name} is no positive number"),
+                    format!("{name} is not a positive number"),
                 ));
             }
             if budget.reason.trim().is_empty() {

@@ -1,7 +1,7 @@
-//! The image's code as a call graph, read off the linked ELF file.
+//! Reads the image's code as a call graph from the linked ELF file.
 //!
-//! Enters: an ELF file for Cortex-M4. Leaves: [`Code`]: its functions, where each calls or jumps to, and how
-//! far each moves the stack pointer \[bytes\].
+//! For a Cortex-M4 image it gives [`Code`]: its functions, where each calls or jumps to, and how far each moves the
+//! stack pointer \[bytes\].
 //!
 //! Every instruction is looked at, in address order: Thumb code has no other way to call than BL, B and
 //! their conditional forms (ARMv7-M reference manual, A7.7.12 and A7.7.18) and calls through a register
@@ -27,17 +27,17 @@ use super::flow::{self, Instruction};
 /// A function of the image.
 #[derive(Debug, Clone, Default)]
 pub struct Function {
-    /// Demangled, without its hash.
+    /// Demangled name, without its hash.
     pub name: String,
-    /// Begins of the functions it calls or jumps to.
+    /// First addresses of the functions it calls or jumps to.
     pub targets: BTreeSet<u64>,
     /// Addresses of its calls through a register.
     pub indirect: Vec<u64>,
-    /// Bytes from its begin to its end, constants between instructions included.
+    /// Size from its beginning to its end, constants between instructions included \[bytes\].
     pub size: u64,
-    /// Heads of its loops.
+    /// Addresses of its loops' heads.
     pub loops: BTreeSet<u64>,
-    /// Most it lowers the stack pointer by \[bytes\].
+    /// The most by which it lowers the stack pointer \[bytes\].
     pub frame_bytes: u32,
 }
 
@@ -55,18 +55,18 @@ pub enum CodeError {
     NotAnImage,
     /// The stack pointer is set or lowered by an amount that is not in the instruction.
     StackPointer {
-        /// In this function.
+        /// Name of the function.
         function: String,
-        /// By the instruction at this address.
+        /// Address of the instruction.
         address: u64,
     },
     /// The compiler accounts for more stack than the instructions show.
     FrameInformation {
-        /// Of this function.
+        /// Name of the function.
         function: String,
-        /// By its call frame information \[bytes\].
+        /// Frame by the call frame information \[bytes\].
         compiler: u32,
-        /// By its instructions \[bytes\].
+        /// Frame by the instructions \[bytes\].
         read: u32,
     },
 }
@@ -129,14 +129,14 @@ impl Code {
         seen
     }
 
-    /// The name at `begin`.
+    /// The name of the function that begins at `begin`.
     pub fn name(&self, begin: u64) -> &str {
         self.functions
             .get(&begin)
             .map_or("(no function)", |function| &function.name)
     }
 
-    /// Holds what was read against the compiler's call frame information.
+    /// Compares the frames that were read with the compiler's call frame information.
     fn check_frames(&self, file: &object::File<'_>) -> Result<(), CodeError> {
         let Some(section) = file.section_by_name(".debug_frame") else {
             return Ok(());
@@ -374,13 +374,13 @@ fn branch_wide(at: u64, first: u32, second: u32) -> Option<u64> {
     Some(at.wrapping_add(4).wrapping_add_signed(offset))
 }
 
-/// A number of `bits` bits in two's complement.
+/// Extends the sign of a number of `bits` bits in two's complement.
 fn sign_extended(number: u32, bits: u32) -> i64 {
     let unused = 32 - bits;
     i64::from((number << unused) as i32 >> unused)
 }
 
-/// What an instruction takes of the stack.
+/// How an instruction changes the stack pointer.
 enum Lowered {
     By(u32),
     Unknown,

@@ -1,6 +1,4 @@
-//! Which of the two number systems, and the names of its images.
-//!
-//! Enters and leaves: names.
+//! Names the two number systems and their images.
 
 /// A number system that has an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]

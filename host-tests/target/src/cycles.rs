@@ -1,8 +1,7 @@
-//! A static estimate of cycles, by LLVM's model of the Cortex-M4.
+//! Estimates the cycles of one sample statically, by LLVM's model of the Cortex-M4.
 //!
-//! Enters: the image, and the addresses of one sample's instructions in the order they were executed. Leaves:
-//! cycles by `llvm-mca`, which lets the straight line of instructions through its model of the pipeline: one
-//! instruction a cycle in order, each result after its latency.
+//! `llvm-mca` takes the instructions of one sample, in the order in which they were executed, through its model of the
+//! pipeline: one instruction a cycle in order, each result after its latency.
 //!
 //! It is an estimate and no measurement. It ignores flash wait states (five at 168 MHz, mostly hidden by the
 //! STM32F405's accelerator while code runs straight on), the refill of the pipeline after a taken branch
@@ -21,11 +20,11 @@ use rlg_recording::error::InputError;
 const DISASSEMBLER: &str = "llvm-objdump";
 const ANALYSER: &str = "llvm-mca";
 
-/// What the figure is, for those who print it.
+/// What the estimate means, to be printed with it.
 pub const MEANING: &str = "static estimate by llvm-mca's Cortex-M4 model over one executed sample: no flash \
                            wait states, no pipeline refill after branches";
 
-/// Estimated cycles of the instructions at `addresses`, one after the other.
+/// Estimates the cycles of the instructions at `addresses`, executed one after the other.
 pub fn estimate(image: &Path, addresses: &[u64]) -> Result<u32, InputError> {
     let words = output(
         Command::new(DISASSEMBLER)
@@ -74,8 +73,8 @@ fn instruction(line: &str) -> Option<(u64, &str)> {
     Some((address, text.trim()))
 }
 
-/// The instruction for an assembler that has not the rest of the image: a branch goes somewhere, whatever
-/// its target; what the disassembler remarks goes.
+/// Rewrites the instruction for an assembler that does not have the rest of the image: a branch gets some target, and
+/// the disassembler's remarks are removed.
 fn without_targets(text: &str) -> String {
     let text = text.split(['@', ';']).next().unwrap_or_default().trim();
     let (mnemonic, operands) = text.split_once(char::is_whitespace).unwrap_or((text, ""));

@@ -1,13 +1,13 @@
-//! One run of an image in QEMU.
+//! Runs an image in QEMU once.
 //!
-//! Enters: the image, the content of its parameter slots, and the records that its counter bank plays.
-//! Leaves: [`Emulation`]: what the serial port sent, the image's report, and its raw event log. The emulated
-//! machine is an STM32F405 (`netduinoplus2`); `-icount shift=0` makes one instruction one nanosecond of its
-//! virtual time, so the chain's and the processor's counts repeat exactly; when the sleeping processor wakes can differ by
-//! a few, which whole interrupts show. [`first_telemetry`] runs the board's own image, whose bank is not
-//! there, until it has sent something.
+//! It takes the image, the content of its parameter slots and the records that its counter bank plays, and gives an
+//! [`Emulation`]: what the serial port sent, the image's report, and its raw event log. The emulated machine is an
+//! STM32F405 (`netduinoplus2`). With `-icount shift=0` one instruction is one nanosecond of its virtual time, so the
+//! counts of chain and processor repeat exactly. The moment when the sleeping processor wakes can differ by a few
+//! instructions, which shows in the counts of whole interrupts. [`first_telemetry`] runs the board's own image, whose
+//! bank is absent, until it has sent something.
 //!
-//! Files go through a temporary folder that is gone afterwards.
+//! Files go through a temporary folder, which is removed afterwards.
 
 use std::fs;
 use std::ops::Range;
@@ -42,10 +42,10 @@ const MACHINE: [&str; 10] = [
 ];
 
 /// An image that has sent nothing for this long hangs: it needs under 1 ms of wall time for a frame.
-const PATIENCE: Duration = Duration::from_secs(60);
+const TIMEOUT: Duration = Duration::from_secs(60);
 
-/// How often progress is looked at. Short beside a person's patience, long beside a file look-up.
-const POLL: Duration = Duration::from_millis(50);
+/// Interval between two looks at a run's progress: long beside a file look-up, short for a person.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// What a run left behind.
 #[derive(Debug, Clone)]
@@ -243,7 +243,7 @@ impl Folder {
     }
 }
 
-/// A child that does not outlive this process's interest in it.
+/// A child process that is killed when this value is dropped.
 struct Running(Child);
 
 impl Drop for Running {
@@ -268,7 +268,7 @@ fn wait(
         if let Some(status) = running
             .0
             .try_wait()
-            .map_err(|error| InputError::new(EMULATOR, format!("was lost ({error})")))?
+            .map_err(|error| InputError::new(EMULATOR, format!("stopped answering ({error})")))?
         {
             return Ok(Some(status));
         }
@@ -281,17 +281,17 @@ fn wait(
             if frames >= enough {
                 return Ok(None);
             }
-        } else if grown.elapsed() > PATIENCE {
+        } else if grown.elapsed() > TIMEOUT {
             return Err(InputError::new(
                 image,
                 format!(
                     "has sent nothing for {} s on the emulator",
-                    PATIENCE.as_secs()
+                    TIMEOUT.as_secs()
                 ),
             )
             .expected("an image that runs to the end of its samples"));
         }
-        thread::sleep(POLL);
+        thread::sleep(POLL_INTERVAL);
     }
 }
 

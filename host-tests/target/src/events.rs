@@ -1,7 +1,7 @@
-//! The image's event log, made readable.
+//! Decodes the image's event log.
 //!
-//! Enters: the bytes the image sent, and the ELF file, which holds the texts. Leaves: one line an event:
-//! level, sample number, words. The image itself sends only a number for each text.
+//! The image sends only a number for each text; the texts are in its ELF file. Each event becomes one line: level,
+//! sample number, words.
 
 use std::path::Path;
 

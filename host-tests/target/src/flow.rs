@@ -1,14 +1,13 @@
-//! Loops of a function, by its instructions.
+//! Finds the loops of a function from its instructions.
 //!
-//! Enters: a function's instructions in address order. Leaves: the address of each loop's head: what a jump
-//! leads back to while it is still on the way from the function's begin.
+//! From a function's instructions in address order it gives the address of each loop's head: an instruction that a path
+//! from the function's entry reaches again by a jump back.
 //!
-//! An instruction's ways on: the next one, the target of a branch, the entries of a table of branches (TBB,
-//! TBH). A conditional instruction of an IT block has the next one as a way on in any case (ARMv7-M
-//! reference manual, A7.3). Blocks that the compiler moved to the end and that jump back to where they were
-//! left are no loops, and are not taken for any.
+//! Successors of an instruction: the next one, the target of a branch, the entries of a table of branches (TBB, TBH). A
+//! conditional instruction of an IT block always has the next one as a successor (ARMv7-M reference manual, A7.3).
+//! Blocks that the compiler moved to the function's end and that jump back are no loops and are not reported.
 //!
-//! It leaves out: how often a loop turns. That is for the reader of its source to say.
+//! How often a loop turns must be read from its source.
 
 use std::collections::{BTreeMap, BTreeSet};
 

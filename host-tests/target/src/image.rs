@@ -1,7 +1,7 @@
-//! The firmware image: built or found, and what it takes in memory.
+//! Builds or finds the firmware image, and sums what it takes in flash and RAM \[bytes\].
 //!
-//! Enters: a path, or nothing but the workspace this tool was compiled from. Leaves: [`Image`], its bytes
-//! in flash and RAM from the sections of its ELF file.
+//! Without a path the image is built in the workspace that this tool was compiled from. Sizes come from the sections of
+//! the ELF file.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -79,8 +79,9 @@ impl Image {
         if !output.status.success() {
             return Err(build_failure(&workspace, platform, &output.stderr));
         }
-        let path = executable(&output.stdout, binary)
-            .ok_or_else(|| InputError::new(&workspace, format!("gave no binary `{binary}`")))?;
+        let path = executable(&output.stdout, binary).ok_or_else(|| {
+            InputError::new(&workspace, format!("was built without a binary `{binary}`"))
+        })?;
         Self::read(&path)
     }
 }

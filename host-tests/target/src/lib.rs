@@ -1,13 +1,12 @@
-//! The firmware image on the emulator, held against the same chain on the host.
+//! Runs the firmware image in the emulator and compares it with the same chain on the host.
 //!
 //! samples → records ─┬→ image in the emulator → telemetry, report ─┬→ comparison → [`OnTarget`]
 //! parameters → slots ┴→ the same driver and processor, here ───────┘
 //!
-//! Enters: samples and parameters. Leaves: [`OnTarget`]: whether every byte of telemetry is equal, what the
-//! processor costs in instructions, what the image takes in memory, and the events it logged.
+//! From samples and parameters it gives [`OnTarget`]: whether every byte of telemetry is equal, what the processor
+//! costs in instructions, what the image takes in memory, and the events that it logged.
 //!
-//! Deliberately not here: time. The emulator counts instructions; it knows nothing of cycles, flash wait
-//! states or caches.
+//! Time is not measured: the emulator counts instructions and does not model cycles, flash wait states or caches.
 
 pub mod core;
 
@@ -15,7 +14,7 @@ pub mod records;
 
 pub mod slots;
 
-pub mod twin;
+pub mod host_run;
 
 pub mod image;
 

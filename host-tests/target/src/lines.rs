@@ -1,7 +1,7 @@
-//! Addresses of the image to the sources that they came from, inlining included.
+//! Finds the source lines that an address of the image came from, inlining included.
 //!
-//! Enters: the image's debug information. Leaves: for an address the [`Place`]s that it belongs to, the
-//! innermost inlined function first, the one that has a symbol last.
+//! From the image's debug information it gives for an address the [`Place`]s that it belongs to, the innermost inlined
+//! function first, the function that has a symbol last.
 
 use addr2line::gimli::{Dwarf, EndianSlice, LittleEndian, SectionId};
 use object::{Object, ObjectSection};
@@ -11,7 +11,7 @@ use object::{Object, ObjectSection};
 pub struct Place {
     /// Its name, without its path and the types that it is for.
     pub function: String,
-    /// The file that the instruction is of; empty where unknown.
+    /// The source file of the instruction; empty where unknown.
     pub file: String,
 }
 
@@ -31,7 +31,7 @@ impl std::error::Error for NoLines {}
 pub struct Lines<'a>(addr2line::Context<EndianSlice<'a, LittleEndian>>);
 
 impl<'a> Lines<'a> {
-    /// Of the image in `elf`.
+    /// Reads the debug information of the image in `elf`.
     pub fn of(elf: &'a [u8]) -> Result<Self, NoLines> {
         let file = object::File::parse(elf).map_err(|_| NoLines)?;
         let load = |id: SectionId| -> Result<_, addr2line::gimli::Error> {
@@ -67,7 +67,7 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// `close` of `close<trueaxis::numbers::float::F32>`.
+/// The plain name of a function: `close` of `close<trueaxis::numbers::float::F32>`.
 fn plain(name: &str) -> &str {
     name.split_once('<').map_or(name, |(before, _)| before)
 }

@@ -1,8 +1,8 @@
-//! The comparison: the image's telemetry against the host's, and what the image costs.
+//! Compares the image's telemetry with the host's, and reports what the image costs.
 //!
-//! Enters: an image, its parameter slots, what its bank plays. Leaves: [`OnTarget`], which serialises to
-//! `on_target.json`. Equal means equal bytes of every telemetry frame, the same number of them, and equal
-//! health items at the end.
+//! It takes an image, its parameter slots and the records that its bank plays, and gives [`OnTarget`], which serialises
+//! to `on_target.json`. Equal means equal bytes of every telemetry frame, the same number of frames, and equal health
+//! items at the end.
 
 use std::collections::BTreeMap;
 
@@ -14,10 +14,10 @@ use trueaxis::{Parameters, Sample, TELEMETRY_BYTES, TelemetryFrame};
 
 use super::records::records_of;
 use super::stack::{self, StackBound};
-use super::{Image, SlotImages, TargetCore, emulator, events, twin};
+use super::{Image, SlotImages, TargetCore, emulator, events, host_run};
 use rlg_recording::error::InputError;
 
-/// What the figures are not.
+/// What the instruction counts mean.
 const COST_MEANING: &str = "instructions executed between entry and exit of the chain, counted by the \
                             emulator; not cycles: it knows no flash wait states, pipeline or cache";
 
@@ -152,10 +152,10 @@ pub fn compare_records(
     records: &[BankRecord],
     progress: &mut dyn FnMut(u64),
 ) -> Result<OnTarget, InputError> {
-    let host = twin::run(core, slots, records).map_err(|error| {
+    let host = host_run::run(core, slots, records).map_err(|error| {
         InputError::new(
             &image.path,
-            format!("cannot be given these parameters ({error:?})"),
+            format!("does not accept these parameters ({error:?})"),
         )
     })?;
     let stack = StackBound::of(&image.elf)

@@ -1,6 +1,6 @@
-//! Samples as an emulated counter bank plays them.
+//! Turns samples into the records that an emulated counter bank plays.
 //!
-//! Enters: samples. Leaves: bank records: free-running counters, sequence numbers, check sums; block frame.
+//! Records have free-running counters, sequence numbers and check sums; block frame.
 
 use trueaxis::Sample;
 use trueaxis::bank_record::BankRecord;
@@ -20,10 +20,11 @@ pub fn records_of(samples: impl IntoIterator<Item = Sample>) -> Vec<BankRecord> 
 
 /// `samples` played forward, backward, forward and so on, `count` in all.
 ///
-/// Backward, a period's pulses change their sign and its end is the beginning it had: so pulses and pickoffs
-/// fit together at every sample, at the turns too, where only the rate reverses, within one period. What a
-/// turn is not: a motion of the unit. Accelerometer codes keep their sign, as a specific force does.
-pub fn there_and_back(samples: &[Sample], count: usize) -> impl Iterator<Item = Sample> {
+/// Played backward, a period's pulses change their sign and its end is the beginning that it had. So pulses and
+/// pickoffs fit together at every sample, also where the direction changes, at which only the rate reverses within one
+/// period. Such a change of direction is no real motion of the unit. Accelerometer codes keep their sign, as a specific
+/// force does.
+pub fn reflected(samples: &[Sample], count: usize) -> impl Iterator<Item = Sample> {
     let legs = samples.len().saturating_sub(1).max(1);
     (0..count).map_while(move |at| {
         let Some(step) = at.checked_sub(1) else {
@@ -45,7 +46,7 @@ pub fn there_and_back(samples: &[Sample], count: usize) -> impl Iterator<Item = 
 
 #[cfg(test)]
 mod tests {
-    use super::there_and_back;
+    use super::reflected;
     use trueaxis::Sample;
 
     #[test]
@@ -59,7 +60,7 @@ mod tests {
                 accelerometer_codes: [7; 3],
             })
             .collect();
-        let played: Vec<Sample> = there_and_back(&samples, 23).collect();
+        let played: Vec<Sample> = reflected(&samples, 23).collect();
         assert_eq!(played.len(), 23);
         let mut count = 0;
         for sample in &played {

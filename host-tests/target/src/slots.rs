@@ -1,7 +1,7 @@
-//! The parameter slots of the image, as flash content.
+//! Holds the parameter slots of the image as flash content.
 //!
-//! Enters: parameter blocks. Leaves: the bytes at each slot, for the emulator to load, and the same bytes as
-//! a flash that can be read, so that the host chooses between them by the firmware's own code.
+//! From parameter blocks it makes the bytes of each slot, for the emulator to load, and a readable flash of the same
+//! bytes, so that the host chooses between the slots by the firmware's own code.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlashErrorKind, ReadNorFlash};
 use trueaxis::Parameters;
@@ -23,7 +23,7 @@ const ERASED: u8 = 0xFF;
 pub struct SlotImages(pub [Vec<u8>; 2]);
 
 impl SlotImages {
-    /// The same block in both: a unit that is well.
+    /// Puts the same block into both slots: a unit without faults.
     pub fn both(parameters: &Parameters) -> Self {
         // The emulator fills what is not loaded with 0, which on the board reads as attempts already made.
         let mut slot = parameters.to_block(1).to_vec();
@@ -31,12 +31,12 @@ impl SlotImages {
         Self([slot.clone(), slot])
     }
 
-    /// Nothing in either: a new unit.
+    /// Erases both slots: a new unit.
     pub fn erased() -> Self {
         Self([vec![ERASED; SLOT_BYTES], vec![ERASED; SLOT_BYTES]])
     }
 
-    /// What the firmware makes of them.
+    /// Loads the parameters as the firmware does.
     pub fn load(&self) -> Loaded {
         ParameterSlots::new(self, [0, SLOT_BYTES as u32]).load()
     }

@@ -1,7 +1,6 @@
-//! The worst case of the stack, computed from the linked image.
+//! Computes the worst case of the stack \[bytes\] from the linked image.
 //!
-//! Enters: the image as an ELF file. Leaves: [`StackBound`] \[bytes\]: a number that no run can exceed, and
-//! the call path it comes from.
+//! It gives a [`StackBound`]: a number that no run can exceed, and the call path that it comes from.
 //!
 //! worst = deepest path from reset + Σ over the vector table's handlers (108 + deepest path from the handler)
 //!
@@ -47,9 +46,9 @@ const NOT_HANDLERS: usize = 2;
 /// A handler and the deepest stack from it, its exception frame included.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct HandlerBound {
-    /// As linked.
+    /// The handler's name as linked.
     pub name: String,
-    /// Deepest use.
+    /// Deepest use \[bytes\].
     pub bytes: u32,
     /// The functions on the deepest path.
     pub path: Vec<String>,
@@ -58,11 +57,11 @@ pub struct HandlerBound {
 /// The worst case and its parts.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct StackBound {
-    /// Everything together.
+    /// Stack of main loop and handlers together \[bytes\].
     pub worst_bytes: u32,
-    /// Set aside by `memory.x`: RAM less the static variables.
+    /// Stack that `memory.x` sets aside: RAM less the static variables \[bytes\].
     pub available_bytes: u32,
-    /// From reset, without interrupts.
+    /// Stack from reset, without interrupts \[bytes\].
     pub main: HandlerBound,
     /// Handlers of the vector table.
     pub handlers: Vec<HandlerBound>,
@@ -75,7 +74,7 @@ pub enum StackError {
     Code(CodeError),
     /// The image lacks this section or symbol.
     Missing(&'static str),
-    /// Functions that call each other in a circle, by name.
+    /// Functions that call each other recursively, by name.
     Recursion(Vec<String>),
 }
 
@@ -196,7 +195,7 @@ fn taken_addresses(file: &object::File<'_>, code: &Code) -> BTreeSet<u64> {
         .collect()
 }
 
-/// The deepest path from each function, worked out once.
+/// The deepest path from each function, computed once.
 struct Depths<'a> {
     code: &'a Code,
     taken: BTreeSet<u64>,

@@ -1,17 +1,16 @@
-//! What each stage of the chain costs, in instructions that the emulator executed.
+//! Counts what each stage of the chain costs, in instructions that the emulator executed.
 //!
-//! Enters: the emulator's image, unchanged, and the addresses it executed in the sampling interrupt. Leaves:
-//! [`StageCosts`]: instructions a sample for each source file of the chain, and one ordinary sample's
-//! instructions in order, for [`cycles`](super::cycles).
+//! From the unchanged image and the addresses that it executed in the sampling interrupt it gives [`StageCosts`]:
+//! instructions a sample for each source file of the chain, and one ordinary sample's instructions in order, for
+//! [`cycles`](super::cycles).
 //!
-//! An instruction belongs to the stage whose source it came from: the compiler records it for each, inlining
-//! included (DWARF 3.3.8), and the outermost file of `src/stages/` in that list is the stage. What a stage
-//! calls counts to it (memory copies, rounding). `chain.rs` keeps what no stage is: counting samples,
-//! status, start and gaps.
+//! An instruction belongs to the stage whose source it came from. The compiler records its source with all inlined
+//! calls (DWARF 3.3.8); the outermost file of `src/chain/stages/` in that list is the stage. What a stage calls counts
+//! as the stage (memory copies, rounding). `chain.rs` and `discontinuity.rs` count as the chain itself: counting
+//! samples, status, start and gaps.
 //!
-//! No probe stands in the measured code, so it is the image that the other figures are of. Where the
-//! optimiser merged the work of two stages into one instruction, it counts to the one that the compiler
-//! names.
+//! The measured code has no probe in it, so it is the image that the other figures describe. Where the optimiser merged
+//! the work of two stages into one instruction, it counts as the stage that the compiler names.
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -26,11 +25,11 @@ const PROCESSOR: &str = "sampling::advance";
 /// A row of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Row {
-    /// A file of `src/stages/`, by its stem, in the order of the data.
+    /// A file of `src/chain/stages/`, by its stem, in the order of the data.
     Stage(&'static str),
-    /// `chain.rs`.
+    /// `chain.rs` and `discontinuity.rs`.
     Chain,
-    /// Around the chain: health, telemetry frame.
+    /// The code around the chain: health, telemetry frame.
     Processor,
     /// Reading the timer for the figures of the run's report.
     Measuring,
@@ -54,7 +53,7 @@ const STAGES: [&str; 13] = [
 ];
 
 impl Row {
-    /// As the table shows it.
+    /// The row's name in the table.
     pub fn name(self) -> &'static str {
         match self {
             Self::Stage(name) => name,
@@ -64,7 +63,7 @@ impl Row {
         }
     }
 
-    /// Whether it is part of the chain.
+    /// Whether the row is part of the chain.
     pub fn is_chain(self) -> bool {
         matches!(self, Self::Stage(_) | Self::Chain)
     }
@@ -79,7 +78,7 @@ impl Row {
                 .map(Self::Stage);
         }
         let is = |file: &str| path.ends_with(file);
-        if is("src/chain.rs") {
+        if is("src/chain.rs") || is("src/chain/discontinuity.rs") {
             Some(Self::Chain)
         } else if is("src/unit/processor.rs") || is("src/unit/health.rs") {
             Some(Self::Processor)
@@ -118,13 +117,13 @@ pub fn interrupt_ranges(code: &Code) -> Option<Vec<Range<u64>>> {
 /// Instructions of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StageCosts {
-    /// Over all samples but the stream's first [`SETTLING_SAMPLES`].
+    /// Number of samples, without the stream's first [`SETTLING_SAMPLES`].
     pub samples: u32,
-    /// Samples that completed an output, of those.
+    /// Number of these samples that completed an output.
     pub with_output: u32,
     /// Instructions of samples that complete no output, by row.
     pub between_outputs: BTreeMap<Row, u64>,
-    /// Of samples that complete one.
+    /// Instructions of samples that complete one, by row.
     pub at_outputs: BTreeMap<Row, u64>,
     /// Addresses of the chain's instructions in one sample between outputs, in order.
     pub ordinary_sample: Vec<u64>,
@@ -237,7 +236,7 @@ impl StageCosts {
     }
 }
 
-/// Addresses to rows, by the image's debug information.
+/// Finds the row of an address by the image's debug information.
 struct Rows<'a> {
     lines: Lines<'a>,
     known: HashMap<u64, Option<Row>>,

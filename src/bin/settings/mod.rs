@@ -1,7 +1,6 @@
-//! What the firmware was built with, printed when its binary is run on the host.
+//! Prints the settings that the firmware was built with, when its binary is run on the host.
 //!
-//! Enters: nothing. Leaves: lines on standard output: rates, formats and versions, each from the constant
-//! that the image itself uses.
+//! The lines on standard output give rates, formats and versions, each from the constant that the image itself uses.
 
 use trueaxis::design_parameters::DESIGN_SAMPLE_RATE_HZ;
 use trueaxis::{

@@ -1,4 +1,4 @@
-//! What is summed without rounding: whole numbers of a unit far below an output code.
+//! Sums without rounding: whole numbers of a unit far below an output code.
 //!
 //! A *fine unit* is 2⁻²⁹ of an output code: 2⁻⁶⁴ rad of an angle, 2⁻⁵⁶ m/s of a velocity. An `i64` of them
 //! spans ±0.5 rad and ±128 m/s. Both number systems use it, once per output period and per axis, for all
@@ -42,7 +42,7 @@ pub fn fine(value: f64, exponent: i32) -> i64 {
     libm::rint(libm::ldexp(value, exponent)) as i64
 }
 
-/// Fine units per count, with 31 more bits.
+/// A weight in fine units per count, with 31 bits below one fine unit.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ExactWeight {
     whole: i64,
@@ -87,7 +87,7 @@ pub struct ExactCoefficient(i32);
 const COEFFICIENT_BITS: u32 = 37;
 
 impl ExactCoefficient {
-    /// To nearest.
+    /// Rounds to nearest.
     pub fn of(value: f64) -> Self {
         Self(fine(value, COEFFICIENT_BITS as i32) as i32)
     }
@@ -117,7 +117,7 @@ pub struct ExactLever(i32);
 const LEVER_BITS: u32 = 25;
 
 impl ExactLever {
-    /// To nearest, from m/s per rad or per rad².
+    /// Rounds to nearest, from m/s per rad or per rad².
     pub fn of(value: f64) -> Self {
         Self(fine(value / VELOCITY_UNIT_M_S, LEVER_BITS as i32) as i32)
     }

@@ -27,7 +27,7 @@
 //! or a tilt error of 3e-11 rad, which reach an output only through products, as 1e-5 °/h at 100 °/s.
 //!
 //! # Proof
-//! Nothing wraps, whatever samples enter: `host-tests/firmware/tests/interval_proof.rs` runs the chain itself in interval
+//! Nothing wraps, whatever samples enter: `host-tests/firmware/tests/interval_proof/` runs the chain itself in interval
 //! arithmetic (`interval.rs`), over every count and pickoff step within its limit, every tap that adaptation can reach
 //! and output periods of all lengths. *Largest* is the largest magnitude of each quantity over the corners of the
 //! parameters that [`Parameters::check`](crate::Parameters::check) accepts. Tightest is lever × increment: by
@@ -40,7 +40,7 @@
 //!   a check.
 //! - At most 2³¹ codes lie between a pickoff and its first reading. Readings count modulo 2³²; with more, a moved tap
 //!   would act on a wrong angle.
-//! - What frames owe stays below 2⁶³ codes, where it is held.
+//! - What frames defer to later ones stays below 2⁶³ codes, where it is held.
 //!
 //! The additions are wrapping ones, so that a wrong limit could give a wrong number but never a panic.
 

@@ -217,7 +217,7 @@ impl Operation {
     }
 }
 
-/// The hull of all results of one operation in one source file.
+/// The smallest interval that contains all results of one operation in one source file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Bound {
     /// The operation.

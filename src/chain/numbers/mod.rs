@@ -1,4 +1,4 @@
-//! What a number is: the words in which the stages are written, and their two meanings.
+//! Defines the numbers of the chain: the operations in which the stages are written, and their two implementations.
 //!
 //! An *increment* is an angle over one sample, counted in increment units: 2ˢ rad, s = 0 from 4 kHz on
 //! ([`increment_unit_log2`](crate::chain::design_parameters::increment_unit_log2)), so that the formats' ranges follow the
@@ -8,8 +8,8 @@
 //! of [`VELOCITY_UNIT_M_S`](exact::VELOCITY_UNIT_M_S): it has an angle's formats, and its products with angles
 //! those of angles with angles.
 //!
-//! It deliberately is not a general arithmetic: each operation is one that a stage needs, so that each has
-//! its own format, rounding and range.
+//! This is no general arithmetic: each operation is one that a stage needs, so that each has its own format, rounding
+//! and range.
 
 pub mod exact;
 
@@ -39,7 +39,7 @@ mod sealed {
 
 /// A number system of the chain: [`F32`] or [`Fixed`]; for proofs also `Interval`. Conversions from `f64` run at boot only.
 pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'static {
-    /// As users call it: `f32` or `fixed`.
+    /// The number system's name on command lines: `f32` or `fixed`.
     const NAME: &'static str;
 
     /// Pulse weight \[rad per pulse\].
@@ -80,22 +80,22 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     /// Increment of one unit of a factor \[rad\].
     const RAD_PER_FACTOR: f64;
 
-    /// From rad per pulse, for up to this many pulses.
+    /// Converts a pulse weight \[rad per pulse\], for counts of up to `limit_counts`.
     fn pulse_weight(weight_rad: f64, limit_counts: i32) -> Self::PulseWeight;
-    /// For steps of up to this many codes.
+    /// The scale for steps of up to `limit_codes`.
     fn step_scale(limit_codes: i32) -> Self::StepScale;
-    /// From fine units per code.
+    /// Converts a tap from fine units per code.
     fn tap(fine_per_code: i64, scale: Self::StepScale) -> Self::Tap;
-    /// From a number within ±1/64.
+    /// Converts a matrix term, within ±1/64.
     fn coefficient(value: f64) -> Self::Coefficient;
-    /// From a number within ±2.
+    /// Converts a filter coefficient, within ±2.
     fn filter_coefficient(value: f64) -> Self::FilterCoefficient;
-    /// From K/T².
+    /// Converts K/T².
     fn flexure(value: f64) -> Self::Flexure;
 
     /// weight × counts; counts are within their limit.
     fn pulses(weight: Self::PulseWeight, counts: i32) -> Self::Increment;
-    /// Scaled codes; codes are within their limit.
+    /// Scales a difference of codes, which is within its limit.
     fn step(scale: Self::StepScale, codes: i32) -> Self::Step;
     /// increment − tap × step.
     fn strip(increment: Self::Increment, tap: Self::Tap, step: Self::Step) -> Self::Increment;
@@ -115,9 +115,9 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     ) -> Self::FilterSum;
     /// Whether the sum is beyond the acceleration limit.
     fn beyond(sum: Self::FilterSum) -> bool;
-    /// The sum at the limit's near end.
+    /// The acceleration limit with the sign of the sum.
     fn held(sum: Self::FilterSum) -> Self::FilterSum;
-    /// The sum as a factor; the sum is within the limit.
+    /// The sum as an acceleration; the sum must be within the limit.
     fn acceleration(sum: Self::FilterSum) -> Self::Acceleration;
     /// flexure × acceleration.
     fn tilt(flexure: Self::Flexure, acceleration: Self::Acceleration) -> Self::Tilt;
@@ -158,11 +158,11 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     fn at_end(now: Self::Increment, past: Self::Increment) -> i64;
     /// tilted + cross/2 \[fine units\].
     fn fine(tilted: Self::Tilted, cross: Self::Cross) -> i64;
-    /// A step as a factor.
+    /// Converts a step to a factor of a correlation.
     fn step_factor(step: Self::Step) -> Self::Factor;
-    /// Codes of one unit of such a factor.
+    /// Pickoff codes that make one unit of a step's factor.
     fn codes_per_factor(scale: Self::StepScale) -> f64;
-    /// An increment as a factor.
+    /// Converts an increment to a factor of a correlation.
     fn increment_factor(increment: Self::Increment) -> Self::Factor;
     /// sum + a b.
     fn add_correlation(

@@ -1,8 +1,8 @@
-//! Case increments → angular acceleration.
+//! Estimates the case's angular acceleration, α̂ T² \[rad per sample²\], from its successive increments.
 //!
-//! Enters: increments D \[rad\] in the body frame: stripped, and compensated with the *static* matrix.
-//! Leaves: α̂ T² \[rad per sample²\] of the case, at the middle of the sample in the sense that its product
-//! with D has the right mean.
+//! It takes the increments D \[rad\] of the case in the body frame, stripped of the dither and compensated with the
+//! *static* installation matrix. The estimate has no delay in the sense that matters: the mean of its product with D is
+//! right.
 //!
 //! α̂_k T² = Σ_{p=1..order} c_p (D_k − D_{k−p}); coefficients and their errors in
 //! [`ACCELERATION_COEFFICIENTS`](crate::chain::design_parameters::ACCELERATION_COEFFICIENTS). It is causal and

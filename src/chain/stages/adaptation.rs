@@ -1,9 +1,8 @@
-//! Stripped increments and pickoff → taps of the strip that follow the pickoff, and the dither's health.
+//! Tracks the pickoffs' gain and delay by the dither left in the stripped increments, and judges the dithers' health.
 //!
-//! Enters: every sample, d = r_k − r_{k−1} \[rad\] and the pickoff step dp \[codes\] of *one* gyro, the next
-//! gyro's with the next sample. Leaves, once per window of about
-//! [`ADAPTATION_WINDOW_S`], closed at an output frame: new
-//! taps (`dither.rs`) with the angle that the change itself is worth, and a status per gyro.
+//! With every sample it looks at *one* gyro, the next gyro with the next sample: at d = r_k − r_{k−1} \[rad\] and at
+//! the pickoff step dp \[codes\]. A window of about [`ADAPTATION_WINDOW_S`] closes at an output frame. It then gives
+//! new taps for the strip (`dither.rs`), the angle that the change of the taps is worth, and a status for each gyro.
 //!
 //! # Tracking (block LMS)
 //! If the block's increment is G ((a+α) dp + (b+β) q/sin Ω) and the strip takes out a, b, what is left is
@@ -56,12 +55,12 @@ use crate::chain::stages::acceleration::AccelerationState;
 use crate::chain::stages::dither::{Dither, DitherState, ExactTaps};
 use crate::store::parameters::Parameters;
 
-/// Windows in which the taps rest from a disturbance on: if it comes with the window's last sample, the next
-/// one begins with its increment.
+/// Windows in which the taps are not moved after a disturbance, the disturbed one included: a disturbance in a window's
+/// last sample also spoils the next window's first increment.
 const DISTURBED_WINDOWS: u8 = 2;
 
-/// Most codes of that distance: with the finest codes three times the largest amplitude, and a step more still fits an
-/// `i32`.
+/// Most codes that [`PICKOFF_REACH_RAD`] may be: even with the finest codes this is three times the largest amplitude,
+/// and one step more still fits an `i32`.
 const LARGEST_REACH_CODES: u32 = 1 << 30;
 
 /// One gyro's configuration; all zeros without dither.
@@ -70,9 +69,9 @@ struct Axis {
     dithered: bool,
     /// μ α and μ β per correlation: rows α, β; columns C₀, C₁.
     estimate: [[f32; 2]; 2],
-    /// X of the nominal dither.
+    /// Σ dp² of the nominal dither over a window.
     step_energy: f32,
-    /// E of the nominal dither, unstripped.
+    /// Σ d² over a window of the nominal dither if it were not stripped.
     error_energy: f32,
     /// cos Ω at the lower and the upper end of the healthy frequencies.
     cosines: [f32; 2],
@@ -102,7 +101,7 @@ struct Sums<N: NumberSystem> {
     steps: [N::Correlation; 2],
     /// Σ d².
     error: N::Correlation,
-    /// Bits in which the counts of two looks differed, and the last look's.
+    /// Bits that changed between the counts of successive looks at this gyro, and the counts of the last look.
     changed: i32,
     counts: i32,
 }
@@ -115,25 +114,27 @@ struct Tracked {
     health: Status,
 }
 
-/// What the windows remember.
+/// What is kept from sample to sample and from window to window.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct AdaptationState<N: NumberSystem> {
     sums: [Sums<N>; 3],
     tracked: [Tracked; 3],
-    turn: usize,
+    /// The gyro whose products the next sample adds.
+    next_gyro: usize,
     frames: u32,
     /// Windows, this one included, in which the taps rest.
     disturbed: u8,
-    /// A window had no finding.
-    has_been_well: bool,
+    /// Whether a window has closed without a finding.
+    has_closed_clean: bool,
 }
 
-/// What a closed window asks for.
+/// The result of a closed window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Verdict {
-    /// Of all three gyros.
+pub struct WindowResult {
+    /// Health bits of all three gyros together.
     pub status: Status,
-    /// What the moved taps are worth \[fine units\], to be added to the sensed angles.
+    /// The angle by which moving the taps changes the strip's sum since the start \[fine units\], to be added to the
+    /// sensed angles.
     pub angle: [i64; 3],
 }
 
@@ -204,7 +205,7 @@ impl Adaptation {
         }
     }
 
-    /// Looks at one gyro before the sample goes through the strip.
+    /// Adds one gyro's products to its window sums, before the sample goes through the strip.
     #[inline(always)]
     pub fn observe<N: NumberSystem>(
         &self,
@@ -216,17 +217,17 @@ impl Adaptation {
         if !self.watches {
             return;
         }
-        let turn = state.turn;
+        let gyro = state.next_gyro;
         let (strip, strip_state) = dither;
         // All arrays have three elements: one check serves.
-        let Some(sums) = state.sums.get_mut(turn) else {
+        let Some(sums) = state.sums.get_mut(gyro) else {
             return;
         };
-        let code = sample.pickoff_codes[turn];
-        let codes = code.wrapping_sub(strip_state.previous()[turn]);
-        let now = N::step_factor(N::step(strip.scales()[turn], codes));
-        let past = N::step_factor(strip_state.step()[turn]);
-        let error = N::increment_factor(acceleration.difference()[turn]);
+        let code = sample.pickoff_codes[gyro];
+        let codes = code.wrapping_sub(strip_state.previous()[gyro]);
+        let now = N::step_factor(N::step(strip.scales()[gyro], codes));
+        let past = N::step_factor(strip_state.step()[gyro]);
+        let error = N::increment_factor(acceleration.difference()[gyro]);
         let [with_past, with_now] = &mut sums.correlations;
         *with_past = N::add_correlation(*with_past, error, past);
         *with_now = N::add_correlation(*with_now, error, now);
@@ -234,18 +235,18 @@ impl Adaptation {
         *square = N::add_correlation(*square, now, now);
         *lagged = N::add_correlation(*lagged, now, past);
         sums.error = N::add_correlation(sums.error, error, error);
-        let counts = sample.pulse_counts[turn];
+        let counts = sample.pulse_counts[gyro];
         sums.changed |= counts ^ sums.counts;
         sums.counts = counts;
-        state.turn = if turn < 2 { turn + 1 } else { 0 };
+        state.next_gyro = if gyro < 2 { gyro + 1 } else { 0 };
     }
 
-    /// Whether a window had no finding, or none is looked at.
+    /// Whether a window has closed without a finding, or no gyro is watched.
     pub fn has_started<N: NumberSystem>(&self, state: &AdaptationState<N>) -> bool {
-        !self.watches || state.has_been_well
+        !self.watches || state.has_closed_clean
     }
 
-    /// One output period more; closes the window at its last.
+    /// Counts `periods` output periods, and closes the window with its last one.
     #[inline(always)]
     pub fn finish<N: NumberSystem>(
         &self,
@@ -253,7 +254,7 @@ impl Adaptation {
         strip: &Dither<N>,
         strip_state: &mut DitherState<N>,
         periods: u32,
-    ) -> Option<Verdict> {
+    ) -> Option<WindowResult> {
         if !self.watches {
             return None;
         }
@@ -300,15 +301,15 @@ impl Adaptation {
         ranges
     }
 
-    /// Judges the window, moves the taps, begins the next one.
+    /// Judges the window's health, moves the taps and begins the next window.
     #[inline(never)]
     fn close<N: NumberSystem>(
         &self,
         state: &mut AdaptationState<N>,
         strip: &Dither<N>,
         strip_state: &mut DitherState<N>,
-    ) -> Verdict {
-        let mut verdict = Verdict {
+    ) -> WindowResult {
+        let mut result = WindowResult {
             status: Status::ADAPTING.when(self.tracks),
             angle: [0; 3],
         };
@@ -318,11 +319,11 @@ impl Adaptation {
             let tracked = &mut state.tracked[index];
             let before = tracked.health;
             tracked.health = axis.judge(sums);
-            verdict.status = verdict.status.union(tracked.health);
-            let good = tracked.health.union(before) == Status::default();
+            result.status = result.status.union(tracked.health);
+            let healthy = tracked.health.union(before) == Status::default();
             let travelled = strip_state.previous()[index].wrapping_sub(strip_state.origin()[index]);
-            let there = travelled.unsigned_abs() <= axis.reach;
-            if axis.dithered && good && there && state.disturbed == 0 {
+            let within_reach = travelled.unsigned_abs() <= axis.reach;
+            if axis.dithered && healthy && within_reach && state.disturbed == 0 {
                 axis.follow(sums, tracked);
                 let moved = axis.taps(tracked);
                 let [new_now, new_past] = moved;
@@ -332,7 +333,7 @@ impl Adaptation {
                 let since_start = |codes: &[i32; 3]| {
                     i64::from(codes[index].wrapping_sub(strip_state.origin()[index]))
                 };
-                verdict.angle[index] = now
+                result.angle[index] = now
                     .wrapping_mul(since_start(strip_state.previous()))
                     .wrapping_add(past.wrapping_mul(since_start(strip_state.before_previous())))
                     .wrapping_neg();
@@ -343,19 +344,19 @@ impl Adaptation {
                 ..Sums::default()
             };
         }
-        let found = verdict.status.bits() & !Status::ADAPTING.bits();
-        state.has_been_well |= found == 0;
+        let found = result.status.bits() & !Status::ADAPTING.bits();
+        state.has_closed_clean |= found == 0;
         if self.tracks {
             strip.set_taps(strip_state, &taps);
         }
         state.frames = 0;
         state.disturbed = state.disturbed.saturating_sub(1);
-        verdict
+        result
     }
 }
 
 impl Axis {
-    /// What the window says of this gyro.
+    /// This gyro's health according to the window's sums.
     fn judge<N: NumberSystem>(&self, sums: &Sums<N>) -> Status {
         if !self.dithered {
             return Status::default();
@@ -382,7 +383,7 @@ impl Axis {
             .union(Status::COUNTER_STUCK.when(stuck))
     }
 
-    /// One step of the tracked values.
+    /// Moves the tracked gain and quadrature by the window's estimate, within the limits of a step and of the range.
     fn follow<N: NumberSystem>(&self, sums: &Sums<N>, tracked: &mut Tracked) {
         let [past, now] = sums.correlations.map(N::correlation);
         let step = |row: [f32; 2]| {
@@ -395,7 +396,7 @@ impl Axis {
         tracked.quadrature = within(tracked.quadrature + quadrature);
     }
 
-    /// The taps of the tracked values.
+    /// The taps \[fine units per code\] for the tracked gain and quadrature.
     fn taps(&self, tracked: &Tracked) -> ExactTaps {
         let [now, past] = self.taps_per_quadrature;
         let [nominal_now, nominal_past] = self.nominal;
@@ -408,7 +409,8 @@ impl Axis {
 }
 
 impl<N: NumberSystem> AdaptationState<N> {
-    /// The window holds lost or held samples: it may judge, but moves nothing; nor does the next one.
+    /// Tells that the window holds lost or held samples: this window and the next may judge health but do not move the
+    /// taps.
     pub fn disturb(&mut self) {
         self.disturbed = DISTURBED_WINDOWS;
     }
@@ -420,7 +422,7 @@ impl<N: NumberSystem> AdaptationState<N> {
             .map(|sums| (sums.correlations, sums.steps, sums.error))
     }
 
-    /// What the last window found of each gyro.
+    /// Health of each gyro by the last window.
     pub fn health(&self) -> [Status; 3] {
         self.tracked.map(|tracked| tracked.health)
     }

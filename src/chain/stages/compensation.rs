@@ -1,8 +1,7 @@
-//! Stripped increments → increments of the case along the true body axes, Eq. (7).
+//! Turns stripped increments about the sensing axes into increments of the case along the body axes \[rad\], Eq. (7).
 //!
-//! Enters: r \[rad\] about the sensing axes; ε_ij0 and what the acceleration adds to it \[rad\]. Leaves: case
-//! increments \[rad\], body frame. Once per output period the same matrix at rest over the exact angles
-//! \[fine units\].
+//! It takes r \[rad\] about the sensing axes, the angles ε_ij0 and what the acceleration adds to them \[rad\]. Once per
+//! output period the same matrix at rest acts on the exact angles \[fine units\].
 //!
 //! x: r_x + ε_xy r_z + ε_xz r_y;  y: r_y + ε_yz r_x + ε_yx r_z;  z: r_z + ε_zx r_y + ε_zy r_x.
 //!
@@ -14,7 +13,7 @@ use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::ExactCoefficient;
 use crate::chain::triad::{CrossAxis, Triad};
 
-/// The matrix at rest over one sample, for products.
+/// Applies the matrix at rest to one sample's increments \[rad\], for use in products.
 #[inline(always)]
 pub fn at_rest<N: NumberSystem>(
     e: &CrossAxis<N::Coefficient>,
@@ -28,7 +27,7 @@ pub fn at_rest<N: NumberSystem>(
     }
 }
 
-/// What the tilts of one sample add.
+/// The increments \[rad\] that the tilts of one sample add to those at rest.
 #[inline(always)]
 pub fn tilted<N: NumberSystem>(
     tilts: &CrossAxis<N::Tilt>,
@@ -42,7 +41,7 @@ pub fn tilted<N: NumberSystem>(
     }
 }
 
-/// The matrix at rest over an output period's angles \[fine units\].
+/// Applies the matrix at rest to an output period's angles \[fine units\].
 #[inline(always)]
 pub fn at_rest_exactly(e: &CrossAxis<ExactCoefficient>, [x, y, z]: [i64; 3]) -> [i64; 3] {
     let add = |to: i64, a: i64, b: i64| to.wrapping_add(a).wrapping_add(b);
@@ -53,7 +52,8 @@ pub fn at_rest_exactly(e: &CrossAxis<ExactCoefficient>, [x, y, z]: [i64; 3]) -> 
     ]
 }
 
-/// The same over what one reading covers of several periods, beyond the range of an `i64` too \[fine units\].
+/// Applies the matrix at rest to the angles of a reading that covers several periods \[fine units\], which may be
+/// beyond the range of an `i64`.
 pub fn at_rest_wide(e: &CrossAxis<ExactCoefficient>, [x, y, z]: [i128; 3]) -> [i128; 3] {
     let add = |to: i128, a: i128, b: i128| to.wrapping_add(a).wrapping_add(b);
     [

@@ -1,14 +1,14 @@
-//! Case increments → what the output period's rotation vector is beside their exact sum.
+//! Sums what the output period's rotation vector has beyond the sum of its increments: tilts and coning.
 //!
-//! Enters: increments at rest D \[rad\] and what the tilts add to them, every sample, body frame. Leaves,
-//! once per output period: the sum of what the tilts added, and the coning correction β \[fine units\].
+//! It takes, every sample, the increments at rest D and what the tilts add to them \[rad, body frame\]. Once per output
+//! period it gives the sum of what the tilts added plus the coning correction β \[fine units\].
 //!
 //! Two speeds (Savage 1998): β = ½ Σ_k (θ_{k−1} + 2c₁ D_{k−1} + 2c₂ D_{k−2}) × D_k, θ summed since the
 //! period's start, D over its bounds. The first term is the coning between samples, the others that within
 //! a sample ([`CONING_COEFFICIENTS`](crate::chain::design_parameters::CONING_COEFFICIENTS)); the half is taken
 //! once, at the end.
 //!
-//! θ here is a lever, not an output: a rounded one will do.
+//! θ here is only a factor of products, so it may be rounded.
 //!
 //! It leaves out the rotation vector equation's terms of third order, θ × (θ × ω)/12: nothing for a fixed
 //! axis, at most Ωφ⁴/3 for coning of angle φ at Ω when a period holds half a swing. At 100 Hz, 0.1° the mean
@@ -27,7 +27,7 @@ pub struct ConingState<N: NumberSystem> {
     before_previous: Triad<N::Increment>,
 }
 
-/// Adds one sample.
+/// Adds one sample's increments \[rad\].
 #[inline(always)]
 pub fn process<N: NumberSystem>(
     state: &mut ConingState<N>,
@@ -64,13 +64,13 @@ pub fn process<N: NumberSystem>(
     state.previous = d;
 }
 
-/// Goes on after lost samples: the increments before them are not the next one's neighbours.
+/// Forgets the last two increments after lost samples: they are not neighbours of the next one.
 pub fn resume<N: NumberSystem>(state: &mut ConingState<N>) {
     state.previous = Triad::default();
     state.before_previous = Triad::default();
 }
 
-/// Takes the period's sums \[fine units\] and starts the next ones; `unit_log2` is the increment unit's exponent.
+/// Gives the period's sum \[fine units\] and starts the next one; `unit_log2` is the increment unit's exponent.
 #[inline(always)]
 pub fn finish<N: NumberSystem>(state: &mut ConingState<N>, unit_log2: u32) -> [i64; 3] {
     if unit_log2 != 0 {
@@ -87,8 +87,8 @@ pub fn finish<N: NumberSystem>(state: &mut ConingState<N>, unit_log2: u32) -> [i
     ]
 }
 
-/// The same where increments are not counted in rad: tilts are in rad, so their products are in units; products of two
-/// increments are in squares of them.
+/// [`finish`] where the increment unit is not 1 rad. Tilts are in rad, so their products with increments are in
+/// increment units; products of two increments are in squares of them.
 #[cold]
 #[inline(never)]
 fn finish_in_units<N: NumberSystem>(state: &mut ConingState<N>, unit_log2: u32) -> [i64; 3] {

@@ -1,7 +1,7 @@
-//! Pulse counts → sensed increments, and their sum over the output period.
+//! Turns pulse counts into sensed increments \[rad\], and sums them exactly over the output period.
 //!
-//! Enters: pulses over one sample \[1\], within their limits. Leaves: D = W n, sensed angle increments about
-//! the three sensing axes after scale correction \[rad\], dither included; once per output period W Σn − b t
+//! It takes the pulses of one sample \[1\], within their limits, and gives D = W n, the angle increments about the
+//! three sensing axes after scale correction \[rad\], dither included. Once per output period it gives W Σn − b t
 //! \[fine units\].
 //!
 //! W = (1 − s) × pulse weight. The sum is taken of the counts, as integers, and multiplied once: nothing is
@@ -10,6 +10,7 @@
 //!
 //! It does not judge lost or stuck pulses, and has no temperature terms.
 
+use crate::chain::code_sum::CodeSum;
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::{ExactWeight, FINE_PER_RAD_LOG2, fine};
 use crate::chain::stages::limits::Limits;
@@ -23,12 +24,6 @@ pub struct Counts<N: NumberSystem> {
     exact: [ExactWeight; 3],
     /// b T \[fine units\].
     bias: [i64; 3],
-}
-
-/// Σn since the output period's start.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct CountsState {
-    sums: [i32; 3],
 }
 
 impl<N: NumberSystem> Counts<N> {
@@ -48,10 +43,10 @@ impl<N: NumberSystem> Counts<N> {
         }
     }
 
-    /// Sensed increments of one sample.
+    /// Sensed increments of one sample \[rad\].
     #[inline(always)]
-    pub fn process(&self, state: &mut CountsState, counts: [i32; 3]) -> Triad<N::Increment> {
-        state.add(counts);
+    pub fn process(&self, sum: &mut CodeSum, counts: [i32; 3]) -> Triad<N::Increment> {
+        sum.add(counts);
         let [x, y, z] = counts;
         Triad {
             x: N::pulses(self.weights.x, x),
@@ -76,9 +71,9 @@ impl<N: NumberSystem> Counts<N> {
     }
 
     /// W Σn since the output period's start \[fine units\].
-    pub fn since_start(&self, state: &CountsState) -> [i64; 3] {
+    pub fn since_start(&self, sum: &CodeSum) -> [i64; 3] {
         let mut angle = [0; 3];
-        for (angle, (weight, counts)) in angle.iter_mut().zip(self.exact.iter().zip(state.sums)) {
+        for (angle, (weight, counts)) in angle.iter_mut().zip(self.exact.iter().zip(sum.get())) {
             *angle = weight.times(counts);
         }
         angle
@@ -86,38 +81,14 @@ impl<N: NumberSystem> Counts<N> {
 
     /// W Σn − b t over `periods` sample periods \[fine units\]; starts the next sum.
     #[inline(always)]
-    pub fn finish(&self, state: &mut CountsState, periods: u32) -> [i64; 3] {
-        let sums = core::mem::take(&mut state.sums);
+    pub fn finish(&self, sum: &mut CodeSum, periods: u32) -> [i64; 3] {
+        let counts = sum.take();
         let mut angle = [0; 3];
         // A loop and not `map`, which is a function of its own in the image.
         for axis in 0..3 {
             let bias = self.bias[axis].wrapping_mul(i64::from(periods));
-            angle[axis] = self.exact[axis].times(sums[axis]).wrapping_sub(bias);
+            angle[axis] = self.exact[axis].times(counts[axis]).wrapping_sub(bias);
         }
         angle
     }
-}
-
-impl CountsState {
-    /// Whether the sum has room for these counts, and for `reserve` more on either side.
-    pub fn has_room(&self, counts: [i32; 3], reserve: [i32; 3]) -> bool {
-        has_room(self.sums, counts, reserve)
-    }
-
-    /// Adds counts to the period's sum.
-    #[inline(always)]
-    pub fn add(&mut self, counts: [i32; 3]) {
-        for (sum, counts) in self.sums.iter_mut().zip(counts) {
-            *sum = sum.wrapping_add(counts);
-        }
-    }
-}
-
-/// Whether sum + more stays within an `i32` by `reserve`, on each axis.
-pub fn has_room(sum: [i32; 3], more: [i32; 3], reserve: [i32; 3]) -> bool {
-    let mut axes = sum.iter().zip(more).zip(reserve);
-    axes.all(|((sum, more), reserve)| {
-        let whole = i64::from(*sum).wrapping_add(i64::from(more));
-        whole.abs() <= i64::from(i32::MAX.wrapping_sub(reserve))
-    })
 }

@@ -1,8 +1,8 @@
-//! Sensed increments → increments of the case: each block's own motion stripped.
+//! Strips each block's own motion from the sensed increments, which leaves increments of the case \[rad\].
 //!
-//! Enters: sensed increments \[rad\]; block angles relative to the case at the sample's end \[pickoff codes\].
-//! Leaves: r = D − h₀ (p_k − p_{k−1}) − h₁ (p_{k−1} − p_{k−2}) \[rad\]; once per output period the strip's
-//! angle over it \[fine units\].
+//! It takes the sensed increments \[rad\] and the block angles relative to the case at the sample's end \[pickoff
+//! codes\]. It gives r = D − h₀ (p_k − p_{k−1}) − h₁ (p_{k−1} − p_{k−2}) \[rad\], and once per output period the
+//! strip's angle over it \[fine units\].
 //!
 //! The strip comes before the acceleration: 150″ at 400 Hz is 4600 rad/s² of block motion that the other
 //! gyros do not feel, and a matrix that followed it would inject it.
@@ -26,7 +26,7 @@ use crate::chain::stages::limits::Limits;
 use crate::chain::triad::Triad;
 use crate::store::parameters::Parameters;
 
-/// The strip's two taps \[fine units per code\], exactly as used.
+/// The strip's taps h₀ and h₁ of one gyro \[fine units per code\].
 pub type ExactTaps = [i64; 2];
 
 /// Configuration.
@@ -38,7 +38,7 @@ pub struct Dither<N: NumberSystem> {
     unit_log2: u32,
 }
 
-/// Readings of the last samples, and the taps at work.
+/// Readings of the last samples, and the taps in use.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DitherState<N: NumberSystem> {
     /// p_{k−1} \[codes\].
@@ -69,17 +69,18 @@ impl<N: NumberSystem> Dither<N> {
         }
     }
 
-    /// The taps that the parameters ask for.
+    /// The taps that follow from the parameters \[fine units per code\], before any adaptation.
     pub(crate) fn nominal(&self) -> &[ExactTaps; 3] {
         &self.nominal
     }
 
-    /// How steps are scaled.
+    /// The scale of pickoff steps in the number system, by gyro.
     pub(crate) fn scales(&self) -> &[N::StepScale; 3] {
         &self.scales
     }
 
-    /// Begins at these readings: what they were before is not known, so the first step is none.
+    /// Starts the stream at these readings \[codes\]. The readings before them are not known, so the first step is
+    /// zero.
     pub fn start(&self, state: &mut DitherState<N>, codes: [i32; 3]) {
         *state = DitherState {
             previous: codes,
@@ -91,15 +92,15 @@ impl<N: NumberSystem> Dither<N> {
         self.set_taps(state, &self.nominal);
     }
 
-    /// Goes on at these readings after ones that never came.
+    /// Continues from these readings \[codes\] after lost ones: the next sample's step is taken from them alone.
     pub fn resume(&self, state: &mut DitherState<N>, codes: [i32; 3]) {
         state.previous = codes;
         state.before_previous = codes;
         state.step = Default::default();
     }
 
-    /// Leaves the steps to these readings out of the output period's angle: what [`exact`](Self::exact) tells is
-    /// somebody else's, or nobody's.
+    /// Leaves the steps from the last readings to these \[codes\] out of the output period's angle:
+    /// [`exact`](Self::exact) has told their angle, and the caller accounts for it elsewhere or drops it.
     pub fn leave_out(&self, state: &mut DitherState<N>, codes: [i32; 3]) {
         let [start, before_start] = &mut state.start;
         for axis in 0..3 {
@@ -109,8 +110,8 @@ impl<N: NumberSystem> Dither<N> {
         }
     }
 
-    /// Begins at these readings within a stream: nothing is known of the steps to them, and moved taps act on what
-    /// follows alone.
+    /// Starts anew at these readings \[codes\] within a stream. The steps to them are not known; taps that adaptation
+    /// moves later act only on the motion from here on.
     pub fn restart(&self, state: &mut DitherState<N>, codes: [i32; 3]) {
         self.leave_out(state, codes);
         self.resume(state, codes);
@@ -153,8 +154,8 @@ impl<N: NumberSystem> Dither<N> {
         Triad::from_array(stripped)
     }
 
-    /// The strip's angle from the last reading to this one after lost ones \[fine units\], as
-    /// [`resume`](Self::resume) leaves it: both taps stand on this reading.
+    /// The strip's angle \[fine units\] from the last reading to these codes, which come after lost ones. Both taps act
+    /// on the whole step, in agreement with [`resume`](Self::resume).
     pub fn exact(&self, state: &DitherState<N>, codes: [i32; 3]) -> [i64; 3] {
         let mut angle = [0; 3];
         for axis in 0..3 {
@@ -197,7 +198,7 @@ impl<N: NumberSystem> Dither<N> {
 
 #[cfg(feature = "proof")]
 impl Dither<crate::chain::numbers::Interval> {
-    /// Puts intervals of taps to work, from the lowest to the highest of each \[fine units per code\].
+    /// Uses intervals of taps, from the lowest to the highest of each \[fine units per code\].
     pub(crate) fn widen_taps(
         &self,
         state: &mut DitherState<crate::chain::numbers::Interval>,
@@ -237,18 +238,18 @@ impl<N: NumberSystem> DitherState<N> {
         &self.origin
     }
 
-    /// The taps at work, rounded.
+    /// The taps in use, in the number system's words.
     #[cfg(feature = "proof")]
     pub(crate) fn taps(&self) -> &[[N::Tap; 2]; 3] {
         &self.taps
     }
 
-    /// The taps at work.
+    /// The taps in use \[fine units per code\].
     pub(crate) fn exact_taps(&self) -> &[ExactTaps; 3] {
         &self.exact_taps
     }
 
-    /// Moves the origin of the codes.
+    /// Adds `by` \[codes\] to every reading that is remembered: the pickoffs' origin has moved.
     pub fn shift(&mut self, by: [i32; 3]) {
         let [start, before_start] = &mut self.start;
         for codes in [

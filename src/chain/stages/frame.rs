@@ -1,11 +1,10 @@
-//! Rotation and velocity increment of the output period → output frame.
+//! Rounds the output period's rotation and velocity to an output frame, and carries what a frame cannot show.
 //!
-//! Enters: the rotation vector and, with accelerometers, the velocity increment \[fine units\], body frame at
-//! the period's start; the period's status. Leaves: [`OutputFrame`], in codes of
-//! [`OUTPUT_RAD_PER_CODE`](crate::OUTPUT_RAD_PER_CODE) and
-//! [`OUTPUT_M_S_PER_CODE`](crate::OUTPUT_M_S_PER_CODE).
+//! It takes the rotation vector and, with accelerometers, the velocity increment \[fine units\], both in the body frame
+//! at the period's start, and the period's status. It gives an [`OutputFrame`] in codes of
+//! [`OUTPUT_RAD_PER_CODE`](crate::OUTPUT_RAD_PER_CODE) and [`OUTPUT_M_S_PER_CODE`](crate::OUTPUT_M_S_PER_CODE).
 //!
-//! What a frame cannot show later ones do, so that nothing is lost: the part of a code, which keeps the sum of all
+//! What a frame cannot show later ones do, so that empty is lost: the part of a code, which keeps the sum of all
 //! frames within half a code of the sum of all increments; and what is beyond an `i32` of codes, after an outage or at
 //! a rate that a frame cannot hold. Frames that leave something for later say [`Status::OUTPUT_SATURATED`], frames that
 //! show something of earlier periods [`Status::CARRIED_OVER`].
@@ -16,26 +15,27 @@
 use crate::chain::design_parameters::FINE_PER_CODE_LOG2;
 use crate::chain::faults::Status;
 use crate::chain::sample::OutputFrame;
+use crate::chain::triad::are_zero;
 
-/// Upper words of fine units whose codes fit an `i32`: −`FITS` to `FITS` − 1.
+/// A value fits an `i32` of codes if the upper word of its fine units lies from −`FITS` to `FITS` − 1.
 const FITS: i32 = 1 << (FINE_PER_CODE_LOG2 - 1);
 
 /// Half a code \[fine units\].
 const HALF: u32 = 1 << (FINE_PER_CODE_LOG2 - 1);
 
-/// Fine units below a code.
+/// Mask of the fine units below a whole code.
 const BELOW: u32 = (1 << FINE_PER_CODE_LOG2) - 1;
 
-/// Whole codes are owed of frames before this one, or of this one.
-const OWES_OF_BEFORE: u32 = 1;
-const OWES_SINCE_NOW: u32 = 2;
+/// Bits of `defers`: whole codes of earlier frames are still to be shown; whole codes of this frame are.
+const DEFERS_EARLIER: u32 = 1;
+const DEFERS_THIS: u32 = 2;
 
 /// Number of the next frame, and what the frames so far could not show.
 #[derive(Debug, Clone, Copy)]
 pub struct FrameState {
     sequence: u32,
-    /// [`OWES_OF_BEFORE`] where whole codes are owed, else 0.
-    owes: u32,
+    /// [`DEFERS_EARLIER`] while whole codes of earlier frames are still to be shown, else 0.
+    defers: u32,
     rotation: Remainder,
     velocity: Remainder,
 }
@@ -45,49 +45,47 @@ pub struct FrameState {
 struct Remainder {
     /// The part of a code and a half of one, so that the next code is rounded to nearest \[fine units\].
     carry: [u32; 3],
-    /// Whole codes.
-    owed: [i64; 3],
+    /// Whole codes still to be shown.
+    deferred: [i64; 3],
 }
 
 impl Default for FrameState {
     fn default() -> Self {
-        let nothing = Remainder {
+        let empty = Remainder {
             carry: [HALF; 3],
-            owed: [0; 3],
+            deferred: [0; 3],
         };
         Self {
             sequence: 0,
-            owes: 0,
-            rotation: nothing,
-            velocity: nothing,
+            defers: 0,
+            rotation: empty,
+            velocity: empty,
         }
     }
 }
 
 impl FrameState {
-    /// Leaves a rotation and a velocity of any size to the next frames \[fine units\].
-    pub fn owe(&mut self, rotation: [i128; 3], velocity: [i128; 3]) {
+    /// Adds a rotation and a velocity of any size to what the next frames show \[fine units\].
+    pub fn defer(&mut self, rotation: [i128; 3], velocity: [i128; 3]) {
         self.rotation.add(rotation);
         self.velocity.add(velocity);
-        self.look_for_debts();
+        self.update_defers();
     }
 
-    fn look_for_debts(&mut self) {
-        let [x, y, z] = self.rotation.owed;
-        let [u, v, w] = self.velocity.owed;
-        let owes = x | y | z | u | v | w != 0;
-        self.owes = if owes { OWES_OF_BEFORE } else { 0 };
+    fn update_defers(&mut self) {
+        let shown = are_zero(self.rotation.deferred) & are_zero(self.velocity.deferred);
+        self.defers = if shown { 0 } else { DEFERS_EARLIER };
     }
 
-    /// The frame with as many owed codes as it has room for.
+    /// Adds to the frame as many deferred codes as it has room for, with the status bits that tell so.
     #[cold]
     #[inline(never)]
-    fn share_out(&mut self, mut frame: OutputFrame) -> OutputFrame {
-        let carried_over = Status::CARRIED_OVER.when(self.owes != 0);
+    fn show_deferred(&mut self, mut frame: OutputFrame) -> OutputFrame {
+        let carried_over = Status::CARRIED_OVER.when(self.defers != 0);
         self.rotation.settle(&mut frame.dtheta_codes);
         self.velocity.settle(&mut frame.dvel_codes);
-        self.look_for_debts();
-        let saturated = Status::OUTPUT_SATURATED.when(self.owes != 0);
+        self.update_defers();
+        let saturated = Status::OUTPUT_SATURATED.when(self.defers != 0);
         frame.status = frame.status.union(carried_over).union(saturated);
         frame
     }
@@ -100,13 +98,13 @@ impl Remainder {
             let whole = value.wrapping_add(i128::from(self.carry[axis]));
             self.carry[axis] = whole as u32 & BELOW;
             let codes = (whole >> FINE_PER_CODE_LOG2) as i64;
-            self.owed[axis] = self.owed[axis].saturating_add(codes);
+            self.deferred[axis] = self.deferred[axis].saturating_add(codes);
         }
     }
 
-    /// Three values as codes \[fine units\]; those beyond a frame's range are owed.
+    /// Converts three values \[fine units\] to codes; a code beyond a frame's range is deferred instead.
     #[inline(always)]
-    fn codes(&mut self, value: [i64; 3], owes: &mut u32) -> [i32; 3] {
+    fn codes(&mut self, value: [i64; 3], defers: &mut u32) -> [i32; 3] {
         let mut codes = [0; 3];
         for axis in 0..3 {
             let whole = value[axis].wrapping_add(i64::from(self.carry[axis]));
@@ -117,9 +115,9 @@ impl Remainder {
             let upper = (whole >> 32) as i32;
             if upper.wrapping_add(FITS) as u32 >= 2 * FITS as u32 {
                 core::hint::cold_path();
-                *owes |= OWES_SINCE_NOW;
+                *defers |= DEFERS_THIS;
                 codes[axis] = 0;
-                self.owed[axis] = self.owed[axis].saturating_add(code);
+                self.deferred[axis] = self.deferred[axis].saturating_add(code);
             }
         }
         codes
@@ -128,11 +126,11 @@ impl Remainder {
     /// Adds what a frame has room for to its codes.
     fn settle(&mut self, codes: &mut [i32; 3]) {
         let limit = i64::from(i32::MAX);
-        for (owed, code) in self.owed.iter_mut().zip(codes) {
-            let all = owed.saturating_add(i64::from(*code));
+        for (deferred, code) in self.deferred.iter_mut().zip(codes) {
+            let all = deferred.saturating_add(i64::from(*code));
             let within = all.max(-limit).min(limit);
             *code = within as i32;
-            *owed = all.wrapping_sub(within);
+            *deferred = all.wrapping_sub(within);
         }
     }
 }
@@ -148,19 +146,19 @@ pub fn process(
 ) -> OutputFrame {
     let sequence = state.sequence.wrapping_add(periods.wrapping_sub(1));
     state.sequence = sequence.wrapping_add(1);
-    let mut owes = state.owes;
+    let mut defers = state.defers;
     let frame = OutputFrame {
         sequence,
-        dtheta_codes: state.rotation.codes(rotation, &mut owes),
+        dtheta_codes: state.rotation.codes(rotation, &mut defers),
         dvel_codes: match velocity {
-            Some(velocity) => state.velocity.codes(velocity, &mut owes),
+            Some(velocity) => state.velocity.codes(velocity, &mut defers),
             None => [0; 3],
         },
         status,
     };
-    if owes != 0 {
+    if defers != 0 {
         core::hint::cold_path();
-        return state.share_out(frame);
+        return state.show_deferred(frame);
     }
     frame
 }

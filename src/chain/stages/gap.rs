@@ -1,12 +1,12 @@
-//! Readings that cover several periods → what they and the rest of the output period are worth beside their sum.
+//! Composes readings that cover several periods with the rest of their output period: coning and sculling.
 //!
-//! Enters: the angle and the velocity of one such reading, of any size \[fine units\]; what the output period came to
-//! before it, and in the end. Leaves: whether a frame can show the reading, and if it can, its coning and sculling with
-//! the rest of the period \[fine units\].
+//! It takes the angle and the velocity of one such reading, of any size \[fine units\], and the angle and velocity that
+//! the output period had before it and has at its end. It tells whether one frame can show the reading; if so, it gives
+//! the coning and sculling of the reading with the rest of the period \[fine units\].
 //!
-//! A reading is taken to have come evenly: what happened within it is not known. Coning is ½ Σ_{i<j} a_i × a_j over all
-//! angles of the period in order of time, those of ordinary samples and of gaps. Among ordinary samples it is
-//! `coning.rs`'; with B, U the period's angle and velocity before a reading g, w, with G, W the sums of the readings
+//! The motion within a reading is not known, so it is taken to be steady. Coning is ½ Σ_{i<j} a_i × a_j over all angles
+//! of the period in order of time, those of ordinary samples and of gaps. Among ordinary samples it is computed in
+//! `coning.rs`. With B, U the period's angle and velocity before a reading g, w, with G, W the sums of the readings
 //! before it, and with B, U, G, W at the period's end, the rest is
 //!
 //! ```text
@@ -16,17 +16,18 @@
 //!
 //! in integers: no angle of a gap enters the products of the number system, whose ranges are those of samples.
 //!
-//! Readings together beyond [`GAP_IN_FRAME_RAD`] and [`VELOCITY_GAP_IN_FRAME_M_S`] a period are none of this stage's:
-//! they are carried over as they are (`frame.rs`).
+//! Readings whose sum over the period is beyond [`GAP_IN_FRAME_RAD`] or [`VELOCITY_GAP_IN_FRAME_M_S`] are not composed:
+//! later frames show their angle as it is (`frame.rs`).
 
 use crate::chain::design_parameters::{GAP_IN_FRAME_RAD, VELOCITY_GAP_IN_FRAME_M_S};
 use crate::chain::numbers::exact::{FINE_PER_M_S_LOG2, FINE_PER_RAD_LOG2};
 use crate::chain::stages::turning::{add, crossed, words};
+use crate::chain::triad::are_zero;
 
-/// Angles in a frame \[fine units\].
+/// Largest angle of a period's readings that is composed \[fine units\].
 const LARGEST_ANGLE: i128 = (GAP_IN_FRAME_RAD * (1u128 << FINE_PER_RAD_LOG2) as f64) as i128;
 
-/// Velocities in a frame \[fine units\].
+/// Largest velocity of a period's readings that is composed \[fine units\].
 const LARGEST_VELOCITY: i128 =
     (VELOCITY_GAP_IN_FRAME_M_S * (1u128 << FINE_PER_M_S_LOG2) as f64) as i128;
 
@@ -39,18 +40,19 @@ pub struct Motion {
     pub velocity: [i64; 3],
 }
 
-/// Sums over the readings of the present output period, as upper words of fine units: they serve products alone.
+/// Sums over those readings of the present output period that cover several periods, as upper words of fine units: they
+/// are used in products alone.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct GapState {
     angle: [i32; 3],
     velocity: [i32; 3],
-    /// What they are worth with what came before them.
+    /// Coning and sculling with the motion before each reading.
     coning: [i32; 3],
     sculling: [i32; 3],
 }
 
 impl GapState {
-    /// Whether the reading may be composed with the rest of its output period.
+    /// Whether the reading \[fine units\] is small enough to be composed with the rest of its output period.
     pub fn fits(&self, angle: [i128; 3], velocity: [i128; 3]) -> bool {
         let within = |value: [i128; 3], before: [i32; 3], largest: i128| {
             let mut pairs = value.iter().zip(fine(before));
@@ -63,15 +65,13 @@ impl GapState {
             && within(velocity, self.velocity, LARGEST_VELOCITY)
     }
 
-    /// Whether the period has had no such reading.
+    /// Whether no reading of this period has covered several periods.
     #[inline(always)]
     pub fn is_none(&self) -> bool {
-        let [x, y, z] = self.angle;
-        let [u, v, w] = self.velocity;
-        x | y | z | u | v | w == 0
+        are_zero(self.angle) & are_zero(self.velocity)
     }
 
-    /// Takes a reading that fits, after `before` of its output period.
+    /// Adds a reading that fits, which follows the motion `before` of its output period.
     pub fn take(&mut self, before: &Motion, reading: &Motion) {
         let (g, w) = (reading.angle, reading.velocity);
         let (all_g, all_w) = (fine(self.angle), fine(self.velocity));
@@ -86,14 +86,14 @@ impl GapState {
         self.sculling = words(add(fine(self.sculling), sculling));
     }
 
-    /// Their coning, where the period's rotation came to `angle`.
+    /// Coning of the readings with the rest of the period \[fine units\], given the whole period's rotation `angle`.
     #[cold]
     pub fn coning(&self, angle: [i64; 3]) -> [i64; 3] {
         let with_later = halved(crossed(fine(self.angle), angle));
         add(fine(self.coning), with_later)
     }
 
-    /// Their sculling, where the period came to `whole`.
+    /// Sculling of the readings with the rest of the period \[fine units\], given the `whole` period's motion.
     #[cold]
     pub fn sculling(&self, whole: &Motion) -> [i64; 3] {
         let (all_g, all_w) = (fine(self.angle), fine(self.velocity));

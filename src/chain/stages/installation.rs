@@ -1,6 +1,6 @@
-//! Angular acceleration → the installation matrix of this sample, Eq. (6).
+//! Forms the installation matrix of each sample from the angular acceleration, Eq. (6).
 //!
-//! Enters: α̂ T² \[increment units per sample²\] of the case, body frame. Leaves: ε_ij − ε_ij0 \[rad\], what the
+//! It takes α̂ T² of the case \[increment units per sample²\], body frame, and gives ε_ij − ε_ij0 \[rad\], what the
 //! acceleration adds to the six small angles of Eq. (7).
 //!
 //! A tilt δ_ij = −K_ij α_j turns gyro i's sensing axis about body axis j, and gyro x then senses
@@ -11,7 +11,8 @@
 //! the paper's Table 3 would drift by 0.007 °/h; the paper measured 0.5 °/h, and these signs give 0.495
 //! (`host-tests/rlg/tests/core_chain/signs.rs` shows both).
 //!
-//! It assumes that the block follows quasi-statically (suspension modes far above the motion).
+//! # Assumptions
+//! The block follows the acceleration quasi-statically: its suspension's modes are far above the motion.
 
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::ExactCoefficient;
@@ -56,19 +57,19 @@ impl<N: NumberSystem> Installation<N> {
         &self.at_rest
     }
 
-    /// The same for the exact sums.
+    /// ε_ij0 for the exact sums.
     #[inline(always)]
     pub fn exact_at_rest(&self) -> &CrossAxis<ExactCoefficient> {
         &self.exact_at_rest
     }
 
-    /// The flexure that the parameters ask for.
+    /// The flexure that follows from the parameters.
     pub fn flexure(&self) -> &SignedFlexure<N> {
         &self.flexure
     }
 }
 
-/// ε_ij − ε_ij0 under this acceleration.
+/// Forms the tilts ε_ij − ε_ij0 \[rad\] under this acceleration.
 #[inline(always)]
 pub fn process<N: NumberSystem>(
     flexure: &SignedFlexure<N>,

@@ -1,7 +1,7 @@
-//! Raw readings → readings within the chain's range.
+//! Checks raw readings against the chain's range, and holds those beyond it.
 //!
-//! Enters: one [`Sample`]; the previous pickoff codes. Leaves: whether every reading is in range; if not,
-//! the sample with its counts held, the excess of the pickoff steps, and a status.
+//! It takes one [`Sample`] and the previous pickoff codes, and tells whether every reading is in range. If one is not,
+//! it gives the sample with its counts held, the excess of the pickoff steps \[codes\], and a status.
 //!
 //! Counts may reach ±[`SENSED_LIMIT_RAD`], pickoff steps ±[`DITHER_LIMIT_RAD`], both times the increment unit, which
 //! follows the sample rate. A pickoff that steps further is taken to have moved its origin by the excess: the strip
@@ -18,8 +18,8 @@ use crate::chain::faults::Status;
 use crate::chain::sample::Sample;
 use crate::store::parameters::Parameters;
 
-/// A dither's largest step between any two instants over that of one sample: 2 against 2 sin ½Ω, which is
-/// 4 at the lowest dither frequency allowed with a margin of the limit's own.
+/// A dither's largest step between any two instants over its largest step in one sample: 2 against 2 sin ½Ω. At the
+/// lowest dither frequency allowed that is more than 4, but the limit of a step has a margin of its own.
 const PHASES: i32 = 4;
 
 /// Configuration: the largest magnitudes.
@@ -34,9 +34,9 @@ pub struct Limits {
 pub struct Held {
     /// With counts in range; pickoff codes as they came.
     pub sample: Sample,
-    /// By how much the origin of each pickoff moved \[codes\].
+    /// The distance by which each pickoff's origin is taken to have moved \[codes\].
     pub pickoff_excess: [i32; 3],
-    /// What was held.
+    /// Status bits of the readings that were held.
     pub status: Status,
 }
 
@@ -70,7 +70,7 @@ impl Limits {
         self.codes
     }
 
-    /// Whether everything is in range.
+    /// Whether every count and every pickoff step is in range.
     #[inline(always)]
     pub fn fit(&self, previous_codes: &[i32; 3], sample: &Sample) -> bool {
         let within = |value: i32, limit: i32| {

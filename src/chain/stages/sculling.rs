@@ -1,6 +1,7 @@
-//! Rotation and velocity increments → what their common motion adds to the period's velocity.
+//! Sums the sculling correction: what common rotation and velocity oscillations add to the period's velocity.
 //!
-//! Enters, every sample: what coning has summed \[rad\], the velocity D_v \[units of 2⁸ m/s\]; body frame. Leaves, once per output period: S = ½ ∫ (θ × f + v × ω) dt \[fine units\].
+//! It takes, every sample, the sums of the coning stage \[rad\] and the velocity increment D_v \[units of 2⁸ m/s\],
+//! both in the body frame. Once per output period it gives S = ½ ∫ (θ × f + v × ω) dt \[fine units\].
 //!
 //! With rotation and velocity summed since the period's start, ∫ θ × f dt = ½ θ × v + S at the period's end:
 //! the first term is a steady turn's and is added there (`turning.rs`); S is what rectifies, a rocking in step
@@ -10,11 +11,11 @@
 //!
 //! S = ½ Σ_k (u_θ × D_v,k + u_v × D_k),  u = sum_{k−1} + 2c₁ D_{k−1} + 2c₂ D_{k−2} of either.
 //!
-//! It follows coning and keeps what coning has already overwritten: so the chain without accelerometers pays
-//! nothing for it.
+//! It runs after coning and keeps its own copy of what coning has already overwritten, so the chain without
+//! accelerometers spends nothing on it.
 //!
-//! The velocity in the lever is one that is felt, size effect included: S carries any force with the case,
-//! and the size effect is taken out where that is exact (`size_effect.rs`).
+//! The velocity in the lever is what the accelerometers feel, size effect included: S transforms any force with the
+//! case, and the size effect is removed where that is exact (`size_effect.rs`).
 //!
 //! Of second order in θ it has the steady turn's part alone (`turning.rs`). For an oscillation of φ at Ω what
 //! is left rectifies as φ²(ΩT_o)⁴/360 of the force, T_o the output period: 0.05 µg at 1 g for 0.1° at 100 Hz and
@@ -36,7 +37,7 @@ pub struct ScullingState<N: NumberSystem> {
     turned_before: Triad<N::Increment>,
 }
 
-/// Adds one sample, which coning has added already.
+/// Adds one sample's velocity increment; coning has already added the sample's rotation.
 #[inline(always)]
 pub fn process<N: NumberSystem>(
     state: &mut ScullingState<N>,
@@ -83,14 +84,14 @@ fn add<N: NumberSystem>(
     }
 }
 
-/// Goes on after lost samples: the increments before them are not the next one's neighbours.
+/// Forgets the last two increments after lost samples: they are not neighbours of the next one.
 pub fn resume<N: NumberSystem>(state: &mut ScullingState<N>) {
     state.turned_before = Triad::default();
     state.previous = Triad::default();
     state.before_previous = Triad::default();
 }
 
-/// Takes the period's sum \[fine units\] and starts the next one; `unit_log2` is the increment unit's exponent.
+/// Gives the period's sum \[fine units\] and starts the next one; `unit_log2` is the increment unit's exponent.
 #[inline(always)]
 pub fn finish<N: NumberSystem>(state: &mut ScullingState<N>, unit_log2: u32) -> [i64; 3] {
     let cross = core::mem::take(&mut state.cross);

@@ -1,8 +1,8 @@
-//! Case increments → what the accelerometers feel because they do not stand in the body's origin.
+//! Removes the size effect: what accelerometers sense because they stand away from the body's origin.
 //!
-//! Enters: D \[rad\], body frame, every sample; the period's rotation. Leaves, once per output period: the
-//! velocity to add to the felt one before it is turned, and the velocity to subtract after
-//! \[fine units\].
+//! It takes D \[rad\] in the body frame every sample, and the period's rotation. Once per output period it gives the
+//! velocity to add to the felt one before it is turned into the frame at the period's start, and the velocity to
+//! subtract afterwards \[fine units\].
 //!
 //! Accelerometer i at r_i feels (α × r_i + ω × (ω × r_i))_i more. Let (L ω)_i = (ω × r_i)_i, row by row. In the
 //! frame at the period's start, C the rotation since, dC/dt = C ω×:
@@ -11,7 +11,7 @@
 //! ∫ C L α dt = [C L ω]_start^end − ∫ C (ω × L ω) dt
 //! ```
 //!
-//! so that what is taken off is
+//! so the velocity to subtract is
 //!
 //! ```text
 //! C L ω_end − L ω_start − ∫ C Q dt        Q_i = (ω × L ω − ω × (ω × r_i))_i
@@ -33,8 +33,8 @@
 //! Pulse quantisation q shows twice: as some 2.5 q r/(√12 T) of velocity at a period's end, which telescopes (0.6 mm/s
 //! for 0.8″ and 50 mm), and in the squares as q²/(6T²) times the difference of arms (0.2 µg for the same), a bias.
 //!
-//! While the increments hold a block's dither (a failed pickoff) ω is not known: the last known L ω stands, and
-//! Q is left out. So too for lost samples.
+//! While the increments contain a block's dither (a failed pickoff), ω is not known: the last known L ω is used, and Q
+//! is left out. The same holds for lost samples.
 
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::ExactLever;
@@ -66,13 +66,13 @@ pub struct SizeEffectState<N: NumberSystem> {
     /// L ω at the period's start \[fine units\].
     start: [i64; 3],
     begun: bool,
-    /// The latest increments follow each other up to now.
+    /// Whether the latest two increments are those of the last two periods.
     current: bool,
 }
 
-/// What the period owes to the size effect \[fine units\].
+/// The size effect's part of one output period's velocity \[fine units\].
 #[derive(Debug, Clone, Copy)]
-pub struct Owed {
+pub struct PeriodSizeEffect {
     /// ∫ Q dt, a velocity of the body frame.
     pub gathered: [i64; 3],
     /// L ω at the period's start.
@@ -107,7 +107,7 @@ impl SizeEffect {
         }
     }
 
-    /// Begins, at the stream's start or after lost samples, with this increment.
+    /// Starts from this increment \[rad\], at the stream's start or after lost samples.
     #[cold]
     #[inline(never)]
     pub fn start<N: NumberSystem>(
@@ -125,9 +125,16 @@ impl SizeEffect {
         }
     }
 
-    /// Takes the period's sums and starts the next ones. `known`: the increments are the case's.
+    /// Gives the period's size effect and starts the next period's sums.
+    ///
+    /// # Inputs
+    /// `known`: the increments are the case's own, free of dither.
     #[inline(always)]
-    pub fn finish<N: NumberSystem>(&self, state: &mut SizeEffectState<N>, known: bool) -> Owed {
+    pub fn finish<N: NumberSystem>(
+        &self,
+        state: &mut SizeEffectState<N>,
+        known: bool,
+    ) -> PeriodSizeEffect {
         let squares = core::mem::take(&mut state.squares);
         let products = core::mem::take(&mut state.products);
         let start = state.start;
@@ -149,14 +156,14 @@ impl SizeEffect {
                 state.start = self.swing(state);
             }
         }
-        Owed {
+        PeriodSizeEffect {
             gathered,
             start,
             end: state.start,
         }
     }
 
-    /// L ω now \[fine units\].
+    /// L ω at the latest sample's end \[fine units\].
     #[inline(always)]
     fn swing<N: NumberSystem>(&self, state: &SizeEffectState<N>) -> [i64; 3] {
         let (now, past) = (state.latest, state.previous);
@@ -175,10 +182,10 @@ impl SizeEffect {
     }
 }
 
-/// The two axes after each.
+/// For each axis, the next two in cyclic order.
 const NEXT: [(usize, usize); 3] = [(1, 2), (2, 0), (0, 1)];
 
-/// Adds one sample.
+/// Adds one sample's increments `d` \[rad\].
 #[inline(always)]
 pub fn process<N: NumberSystem>(state: &mut SizeEffectState<N>, d: Triad<N::Increment>) {
     let past = state.latest;
@@ -203,7 +210,7 @@ pub fn process<N: NumberSystem>(state: &mut SizeEffectState<N>, d: Triad<N::Incr
     state.latest = d;
 }
 
-/// Lost samples: what the latest increments say is past.
+/// Tells that samples were lost: the latest increments no longer give the present rate.
 pub fn discontinue<N: NumberSystem>(state: &mut SizeEffectState<N>) {
     state.current = false;
 }

@@ -1,8 +1,7 @@
-//! The output period's rotation → a vector of the body frame in the frame at the period's start.
+//! Turns a vector of the body frame into the body frame at the output period's start \[fine units\].
 //!
-//! Enters: the rotation vector θ of the period and a vector of the body frame \[fine units\]. Leaves: the vector
-//! \[fine units\] in the body frame at the period's start: a velocity gathered evenly over the period, or one that
-//! stands at its end.
+//! It takes the period's rotation vector θ and the vector, both in \[fine units\]. The vector is either a velocity
+//! gathered evenly over the period or one that stands at the period's end.
 //!
 //! ```text
 //! at the end   C w = w + θ × (w + ½ θ × (w + ⅓ θ × w))                C = exp(θ×)
@@ -21,7 +20,7 @@
 /// ⌊2³²/3⌋.
 const THIRD: i64 = 0x5555_5555;
 
-/// C w.
+/// Turns a vector at the period's end: C w \[fine units\].
 #[inline(never)]
 pub fn at_end(rotation: [i64; 3], vector: [i64; 3]) -> [i64; 3] {
     let angle = words(rotation);
@@ -30,7 +29,7 @@ pub fn at_end(rotation: [i64; 3], vector: [i64; 3]) -> [i64; 3] {
     add(vector, cross(angle, second))
 }
 
-/// ∫ C f dt from v = ∫ f dt.
+/// Turns a velocity gathered evenly over the period: ∫ C f dt from v = ∫ f dt \[fine units\].
 #[inline(never)]
 pub fn gathered(rotation: [i64; 3], velocity: [i64; 3]) -> [i64; 3] {
     let angle = words(rotation);
@@ -39,13 +38,13 @@ pub fn gathered(rotation: [i64; 3], velocity: [i64; 3]) -> [i64; 3] {
     add(velocity, cross(angle, second).map(|turned| turned >> 1))
 }
 
-/// A third, to 2⁻²⁴ m/s: it is multiplied by θ once more.
+/// One third of the value, to 2⁻²⁴ m/s, which suffices because the result is multiplied by θ once more.
 #[inline(always)]
 fn third(value: i64) -> i64 {
     i64::from((value >> 32) as i32) * THIRD
 }
 
-/// Upper words, to nearest.
+/// Upper words of fine units, rounded to nearest.
 #[inline(always)]
 pub fn words(fine: [i64; 3]) -> [i32; 3] {
     fine.map(|fine| (fine.wrapping_add(1 << 31) >> 32) as i32)

@@ -1,8 +1,8 @@
-//! Accelerometer codes → velocity increments along the body axes, and their sum over the output period.
+//! Turns accelerometer codes into velocity increments along the body axes, and sums them exactly.
 //!
-//! Enters: codes of one sample \[1\]: velocity pulses, or a converter's mean force times T. Leaves: D_v
-//! \[units of 2⁸ m/s\], body frame, what each accelerometer feels where it stands; once per output period its
-//! exact sum \[fine units\].
+//! It takes the codes of one sample \[1\]: velocity pulses, or a converter's mean force times T. It gives D_v \[units
+//! of 2⁸ m/s\], body frame: what each accelerometer senses where it stands. Once per output period it gives the exact
+//! sum \[fine units\].
 //!
 //! u_i = (1 − s_i) weight_i n_i − b_i T, and D_v = M u with the six angles of `misalignment_rad` in the pattern
 //! of Eq. (7). As of the counts (`counts.rs`) the sum is taken of the codes, as integers, and multiplied once;
@@ -14,6 +14,7 @@
 //!
 //! It does not judge stuck readings, has no temperature terms and none of second order in the force.
 
+use crate::chain::code_sum::CodeSum;
 use crate::chain::design_parameters::{ACCELEROMETER_SUM_CODES, VELOCITY_LIMIT_M_S};
 use crate::chain::faults::Status;
 use crate::chain::numbers::NumberSystem;
@@ -21,7 +22,6 @@ use crate::chain::numbers::exact::{
     ExactCoefficient, ExactWeight, FINE_PER_M_S_LOG2, VELOCITY_UNIT_M_S, fine,
 };
 use crate::chain::stages::compensation;
-use crate::chain::stages::counts::has_room;
 use crate::chain::triad::{CrossAxis, Triad};
 use crate::store::parameters::{AccelerometerParameters, Parameters};
 
@@ -37,12 +37,6 @@ pub struct Velocity<N: NumberSystem> {
     exact_misalignment: CrossAxis<ExactCoefficient>,
     /// Largest codes of one sample.
     limits: [i32; 3],
-}
-
-/// Σn since the output period's start.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct VelocityState {
-    sums: [i32; 3],
 }
 
 impl<N: NumberSystem> Velocity<N> {
@@ -74,13 +68,9 @@ impl<N: NumberSystem> Velocity<N> {
         }
     }
 
-    /// The increment of one sample; flagged where codes were held.
+    /// The velocity increment of one sample \[units of 2⁸ m/s\]; flagged where codes were held.
     #[inline(always)]
-    pub fn process(
-        &self,
-        state: &mut VelocityState,
-        mut codes: [i32; 3],
-    ) -> (Triad<N::Increment>, Status) {
+    pub fn process(&self, sum: &mut CodeSum, mut codes: [i32; 3]) -> (Triad<N::Increment>, Status) {
         // One comparison for both ends of each.
         let within = |axis: usize| {
             let limit = self.limits[axis];
@@ -92,7 +82,7 @@ impl<N: NumberSystem> Velocity<N> {
             codes = held(codes, self.limits);
             status = Status::VELOCITY_SATURATED;
         }
-        state.add(codes);
+        sum.add(codes);
         let [x, y, z] = codes;
         let sensed = Triad {
             x: N::difference(N::pulses(self.weights.x, x), self.bias.x),
@@ -106,11 +96,11 @@ impl<N: NumberSystem> Velocity<N> {
     }
 
     /// M W Σn so far \[fine units\], without the bias of these few samples.
-    pub fn since_start(&self, state: &VelocityState) -> [i64; 3] {
-        self.exact(state.sums, 0)
+    pub fn since_start(&self, sum: &CodeSum) -> [i64; 3] {
+        self.exact(sum.get(), 0)
     }
 
-    /// Codes of a reading that covers `periods` periods within their limits; flagged where they were held.
+    /// Holds the codes of a reading that covers `periods` periods within their limits; flagged where they were held.
     pub fn hold(&self, codes: [i32; 3], periods: u32) -> ([i32; 3], Status) {
         let several = i32::try_from(periods).unwrap_or(i32::MAX);
         let limits = self.limits.map(|limit| limit.saturating_mul(several));
@@ -142,8 +132,8 @@ impl<N: NumberSystem> Velocity<N> {
 
     /// M (W Σn − b t) over `periods` sample periods \[fine units\]; starts the next sum.
     #[inline(always)]
-    pub fn finish(&self, state: &mut VelocityState, periods: u32) -> [i64; 3] {
-        self.exact(core::mem::take(&mut state.sums), periods)
+    pub fn finish(&self, sum: &mut CodeSum, periods: u32) -> [i64; 3] {
+        self.exact(sum.take(), periods)
     }
 
     #[inline(always)]
@@ -156,21 +146,6 @@ impl<N: NumberSystem> Velocity<N> {
                 .wrapping_sub(bias);
         }
         compensation::at_rest_exactly(&self.exact_misalignment, sensed)
-    }
-}
-
-impl VelocityState {
-    /// Whether the sum has room for these codes beside an output period's own.
-    pub fn has_room(&self, codes: [i32; 3]) -> bool {
-        has_room(self.sums, codes, [ACCELEROMETER_SUM_CODES; 3])
-    }
-
-    /// Adds codes to the period's sum.
-    #[inline(always)]
-    pub fn add(&mut self, codes: [i32; 3]) {
-        for (sum, codes) in self.sums.iter_mut().zip(codes) {
-            *sum = sum.wrapping_add(codes);
-        }
     }
 }
 

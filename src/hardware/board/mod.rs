@@ -1,7 +1,7 @@
-//! The reference board: STM32F405, counter bank on SPI1, telemetry on USART1, events by RTT.
+//! Starts and runs the reference board: STM32F405, counter bank on SPI1, telemetry on USART1, events by RTT.
 //!
-//! Enters: the board's pins (table in docs/board.md). Leaves: telemetry frames, and events for a probe. The
-//! main loop sends, logs and feeds the watchdog; it sleeps while there is nothing to send.
+//! The pins are tabulated in docs/board.md. The main loop sends telemetry frames, logs events for a probe and feeds the
+//! watchdog; it sleeps while there is nothing to send.
 
 mod spi_bus;
 
@@ -30,7 +30,7 @@ use super::supply;
 
 pub use self::spi_bus::SpiBus as Spi;
 
-/// What this board's bank sends for the accelerometers.
+/// The kind of accelerometer words that this board's bank sends.
 const ACCELEROMETERS: AccelerometerInput = AccelerometerInput::Counters;
 
 defmt::timestamp!("period {=u32}", WATCH.served.load(Ordering::Relaxed));

@@ -1,8 +1,8 @@
-//! SPI1 as the `SpiDevice` of the counter bank: PA5 clock, PA6 in, PA7 out, PA4 chip select.
+//! Drives SPI1 as the `SpiDevice` of the counter bank: PA5 clock, PA6 in, PA7 out, PA4 chip select.
 //!
-//! Enters: `embedded-hal` transactions. Leaves: bytes, mode 0, most significant bit first, at no more than
-//! [`SPI_LIMIT_HZ`]; [`BusFault`] where the peripheral does not answer. The bank has latched its counters by
-//! then, on the edge of [`SampleTimer`](crate::hardware::sample_timer::SampleTimer).
+//! It carries out `embedded-hal` transactions in mode 0, most significant bit first, at no more than [`SPI_LIMIT_HZ`],
+//! and gives [`BusFault`] where the peripheral does not answer. The bank has latched its counters by then, on the edge
+//! of [`SampleTimer`](crate::hardware::sample_timer::SampleTimer).
 //!
 //! It is polled: a frame of 40 bytes takes 30 µs on the wire at 10.5 MHz, which is the interrupt's own time,
 //! but leaves nothing that could come late or in the wrong order, as DMA could. Every wait is bounded.
@@ -44,7 +44,7 @@ pub struct SpiBus {
     select: ChipSelect,
 }
 
-/// PA4.
+/// The chip select pin, PA4.
 struct ChipSelect(GPIOA);
 
 impl PinErrorType for ChipSelect {
@@ -64,7 +64,7 @@ impl OutputPin for ChipSelect {
 }
 
 impl SpiBus {
-    /// Sets pins, mode and rate. Takes port A, whose other pins are set by then.
+    /// Configures pins, mode and rate. Takes port A, whose other pins must be configured by then.
     pub fn new(spi: SPI1, gpioa: GPIOA, rcc: &RCC, apb2_hz: u32) -> Self {
         rcc.ahb1enr().modify(|_, w| w.gpioaen().enabled());
         rcc.apb2enr().modify(|_, w| w.spi1en().enabled());
@@ -97,7 +97,7 @@ impl SpiBus {
         }
     }
 
-    /// One byte out, one in.
+    /// Exchanges one byte with the bank.
     #[inline]
     fn exchange(&self, byte: u8) -> Result<u8, BusFault> {
         let can_send = (0..BYTE_POLLS).any(|_| self.spi.sr().read().txe().bit());
@@ -112,7 +112,7 @@ impl SpiBus {
         Ok(self.spi.dr().read().dr().bits() as u8)
     }
 
-    /// One operation of a transaction.
+    /// Carries out one operation of a transaction.
     #[inline]
     fn operate(&self, operation: &mut Operation<'_, u8>) -> Result<(), BusFault> {
         match operation {

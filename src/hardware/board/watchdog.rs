@@ -1,8 +1,8 @@
-//! The independent watchdog: resets the board when samples stop or the main loop hangs.
+//! Drives the independent watchdog, which resets the board when samples stop or the main loop hangs.
 //!
-//! Enters: the number of periods served so far, from the main loop. Leaves: nothing, or a reset. It runs
-//! from its own 32 kHz oscillator, so it also sees a dead system clock. It is fed only where both have
-//! moved: the main loop by calling, the interrupt by its count.
+//! The main loop feeds it with the number of periods served so far. It runs from its own 32 kHz oscillator, so it also
+//! detects a dead system clock. It is fed only if both have moved on: the main loop by calling, the interrupt by its
+//! count.
 //!
 //! A debugger that halts the core halts it too.
 
@@ -20,7 +20,7 @@ pub struct Watchdog {
 }
 
 impl Watchdog {
-    /// From here on it must be fed.
+    /// Starts the watchdog; from here on it must be fed.
     pub fn start(watchdog: IWDG, debug: &DBGMCU) -> Self {
         debug.apb1_fz().modify(|_, w| w.dbg_iwdg_stop().set_bit());
         watchdog.kr().write(|w| w.key().start());

@@ -1,8 +1,7 @@
-//! The counter bank that is a file: an `SpiDevice` that plays [`BankRecord`]s.
+//! Plays the counter bank from a file: an `SpiDevice` whose frames come from [`BankRecord`]s.
 //!
-//! Enters: records that the main loop has read ahead from `frames.bin`. Leaves: their frames on the bus, and
-//! what else they ask for: time, a bus error, a serial link that stands still ([`LINK_HELD`]). An empty queue
-//! is a bus error too.
+//! The main loop reads records ahead from `frames.bin`. Each puts its frame on the bus and may ask for time, a bus
+//! error, or a serial link that stands still ([`LINK_HELD`]). An empty queue is a bus error too.
 
 use core::hint::assert_unchecked;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -27,10 +26,10 @@ const _: () = assert!(RECORD_QUEUE > 2 * BLOCK_RECORDS);
 /// Whether the serial link is to stand still.
 pub static LINK_HELD: AtomicBool = AtomicBool::new(false);
 
-/// The queue.
+/// Queue of records from the main loop to the interrupt.
 pub type Records = Queue<BankRecord, RECORD_QUEUE>;
 
-/// The device's end, in the interrupt.
+/// The bank as the interrupt's bus sees it.
 pub struct BankFile {
     records: Consumer<'static, BankRecord>,
     /// \[ticks of TIM5\]
@@ -48,7 +47,7 @@ impl Error for NoFrame {
 }
 
 impl BankFile {
-    /// Plays what comes through `records`; a period lasts `period_ticks` of TIM5.
+    /// Plays the records from the queue `records`; a period lasts `period_ticks` of TIM5.
     pub fn new(records: Consumer<'static, BankRecord>, period_ticks: u32) -> Self {
         Self {
             records,
@@ -96,7 +95,7 @@ impl SpiDevice for BankFile {
     }
 }
 
-/// TIM5 now.
+/// Reading of TIM5 \[ticks\].
 pub fn ticks() -> u32 {
     // SAFETY: reading the count has no effect; the sample timer, which owns the peripheral, has started it.
     unsafe { (*TIM5::ptr()).cnt().read().bits() }

@@ -1,7 +1,7 @@
-//! The image for QEMU (`-M netduinoplus2`, an STM32F405): the board's interrupt, with a bank from a file.
+//! Runs the image for QEMU (`-M netduinoplus2`, an STM32F405): the board's interrupt, with a bank from a file.
 //!
-//! Enters: `frames.bin` ([`trueaxis::bank_record`]) by semihosting from the emulator's working folder, and the
-//! parameter slots, which the emulator loads into flash. Leaves: telemetry frames on USART1, events and
+//! It reads `frames.bin` ([`trueaxis::bank_record`]) by semihosting from the emulator's working folder, and the
+//! parameter slots, which the emulator loads into flash. It writes telemetry frames to USART1, and events and
 //! `report.bin` ([`trueaxis::run_report`]) by semihosting.
 //!
 //! Virtual time stands still during a semihosting call, so reading ahead delays nothing. Under
@@ -67,10 +67,10 @@ fn main() -> ! {
     })
 }
 
-/// The filling and the emptying end of a queue.
+/// Producer and consumer of a queue.
 type Ends<T> = (Producer<'static, T>, Consumer<'static, T>);
 
-/// The run from reset to the last frame.
+/// Runs from reset to the last frame.
 fn run(
     (mut records, record_queue): Ends<BankRecord>,
     (frames, queued): Ends<TelemetryFrame>,

@@ -1,7 +1,7 @@
-//! How deep the stack went, measured by painting.
+//! Measures how deep the stack went \[bytes\], by painting.
 //!
-//! Enters: memory that cortex-m-rt painted before `main`. Leaves: bytes. A measurement is a lower bound of
-//! the worst case: it has seen only the paths of this run.
+//! cortex-m-rt paints the memory before `main`. A measurement is a lower bound of the worst case: it covers only the
+//! paths of this run.
 
 use core::ptr;
 
@@ -14,12 +14,12 @@ unsafe extern "C" {
     static _stack_end: u32;
 }
 
-/// Memory set aside for the stack \[bytes\].
+/// Size of the memory set aside for the stack \[bytes\].
 pub fn size_bytes() -> u32 {
     (ptr::addr_of!(_stack_start).addr() - ptr::addr_of!(_stack_end).addr()) as u32
 }
 
-/// Deepest use so far \[bytes\].
+/// Deepest use of the stack so far \[bytes\].
 pub fn used_bytes() -> u32 {
     let top = ptr::addr_of!(_stack_start);
     let mut word = ptr::addr_of!(_stack_end);

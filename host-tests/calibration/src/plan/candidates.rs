@@ -1,7 +1,7 @@
-//! Moves that the table can make, and what a second of each tells about the six K.
+//! Lists moves that the table can make, and the information on the six K that a second of each gives.
 //!
-//! Enters: [`Limits`] and the noise of a row. Leaves: [`Candidate`]s at the limits: spin-synchronous oscillations
-//! of every pair of axes at several rates, cones about every axis at several frequencies.
+//! From [`Limits`] and the noise of a row it makes [`Candidate`]s at the limits: spin-synchronous oscillations of every
+//! pair of axes at several rates, cones about every axis at several frequencies.
 //!
 //! Information of a line of amplitude A (rate per unit K, rad/s per s²) at frequency f: A²/(2 S(f)) a second,
 //! A²/S(0) for a mean; S the power of the rate's noise. Spin Ω about k, α about j: A = α Ω on K_ij, at f. Cone
@@ -32,14 +32,14 @@ const MARGIN: f64 = 1.02;
 pub struct Candidate {
     /// Variants that share its time equally: both senses.
     pub variants: Vec<Kind>,
-    /// At either end of each \[s\].
+    /// Ramp at either end of each variant \[s\].
     pub ramp_s: f64,
-    /// Of a second on the six K \[1/s⁴\].
+    /// Information of a second on the six K \[1/s⁴\].
     pub information_per_s: DMatrix<f64>,
 }
 
 impl Candidate {
-    /// A variant for `plateau_s` at full motion.
+    /// The moves of all variants, for `plateau_s` at full motion.
     pub fn moved(&self, variant: usize, plateau_s: f64) -> Move {
         Move {
             kind: self.variants[variant],

@@ -1,8 +1,8 @@
-//! How long to make each move: the design of least total variance of the six K.
+//! Chooses how long to make each move: the design of least total variance of the six K.
 //!
-//! Enters: candidates with their information a second, and the time. Leaves: seconds at full motion for each
-//! candidate that is worth any. A-optimal: minimise tr M⁻¹ with M = Σ t_c F_c, Σ t_c fixed, by multiplicative
-//! steps t_c ← t_c √(tr(M⁻¹F_cM⁻¹)/tr M⁻¹ · T), which rise monotonically (Silvey, Titterington and Torsney 1978).
+//! From candidates with their information a second, and the time, it gives seconds at full motion for each candidate
+//! that is worth any. A-optimal: minimise tr M⁻¹ with M = Σ t_c F_c, Σ t_c fixed, by multiplicative steps t_c ← t_c
+//! √(tr(M⁻¹F_cM⁻¹)/tr M⁻¹ · T), which rise monotonically (Silvey, Titterington and Torsney 1978).
 
 use nalgebra::DMatrix;
 
@@ -13,7 +13,7 @@ use crate::unknowns::{COEFFICIENTS, Unknowns};
 const STEPS: usize = 400;
 
 /// A candidate below this share of the time is not worth its ramps.
-const WORTH: f64 = 0.02;
+const LEAST_SHARE: f64 = 0.02;
 
 /// Shares of the time, one for each candidate, adding up to 1.
 pub fn shares(candidates: &[Candidate], time_s: f64) -> Vec<f64> {
@@ -59,7 +59,7 @@ pub fn shares(candidates: &[Candidate], time_s: f64) -> Vec<f64> {
         }
     }
     for share in &mut shares {
-        if *share < WORTH {
+        if *share < LEAST_SHARE {
             *share = 0.0;
         }
     }

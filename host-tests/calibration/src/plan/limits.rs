@@ -1,7 +1,7 @@
-//! What a turntable may do: the file that `rlg calibrate --plan` reads.
+//! Reads what a turntable may do: the file of `rlg calibrate --plan`.
 //!
-//! Enters: TOML, SI units. Leaves: [`Limits`], checked. A key that is not known is an error, because a limit
-//! that is passed over may break a table.
+//! TOML in SI units gives checked [`Limits`]. An unknown key is an error, because a limit that is ignored may break a
+//! table.
 
 use std::path::Path;
 
@@ -10,11 +10,11 @@ use serde::Deserialize;
 use rlg_recording::error::InputError;
 use rlg_recording::toml_file::{self, within};
 
-/// See the page above.
+/// The limits of a turntable.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
-    /// Of this file.
+    /// Format number of the file.
     #[serde(rename = "format")]
     _format: i64,
     /// The greatest rate about any body axis \[rad/s\].

@@ -2,10 +2,10 @@
 //!
 //! limits → candidates (moves) → design → predict → scenario
 //!
-//! Enters: what the table may do and the instrument's model. Leaves: [`Plan`]: moves within the limits, their
-//! predicted covariance against a rate reference (Cramér–Rao, physics §6), and a scenario for `rlg simulate`.
+//! From what the table may do and the instrument's model it makes a [`Plan`]: moves within the limits, their predicted
+//! covariance against a rate reference (Cramér–Rao, physics §6), and a scenario for `rlg simulate`.
 //!
-//! Deliberately not here: the gimbals of a particular table, and moves that excite several pairs at once.
+//! Out of scope: the gimbals of a particular table, and moves that excite several pairs at once.
 
 pub mod candidates;
 

@@ -1,7 +1,7 @@
-//! The moves of a programme, in closed form.
+//! Computes the moves of a programme in closed form.
 //!
-//! Enters: a move and the time since its beginning. Leaves: body rate \[rad/s\] and its derivative \[rad/s²\],
-//! body frame. A three-axis table makes them by following these rates; what its gimbals do is its controller's.
+//! From a move and the time since its beginning it gives the body rate \[rad/s\] and its derivative \[rad/s²\], body
+//! frame. A three-axis table makes the move by following these rates; what its gimbals do is its controller's business.
 //!
 //! Spin: steady rate Ω about one axis, oscillation of the same frequency about another: the tilt K_ij α_j of the
 //! third gyro meets Ω, and reversing Ω reverses it alone. Cone: rates in quadrature across an axis.
@@ -15,22 +15,22 @@ pub enum Kind {
     Still,
     /// A cone about `axis`; a negative frequency runs the other way round.
     Coning {
-        /// 0, 1, 2.
+        /// 0, 1, 2 for x, y, z.
         axis: usize,
-        /// \[Hz\].
+        /// Frequency \[Hz\].
         frequency_hz: f64,
         /// Half-angle \[rad\].
         angle_rad: f64,
     },
     /// A spin about `axis` with an oscillation about `across`.
     Spin {
-        /// 0, 1, 2.
+        /// 0, 1, 2 for x, y, z.
         axis: usize,
-        /// \[rad/s\].
+        /// Rate \[rad/s\].
         rate_rad_s: f64,
-        /// 0, 1, 2.
+        /// 0, 1, 2 for x, y, z.
         across: usize,
-        /// \[Hz\].
+        /// Frequency \[Hz\].
         frequency_hz: f64,
         /// Peak angle \[rad\].
         angle_rad: f64,
@@ -44,9 +44,9 @@ pub enum Kind {
 pub struct Move {
     /// What it does.
     pub kind: Kind,
-    /// Ramps included \[s\].
+    /// Duration, ramps included \[s\].
     pub duration_s: f64,
-    /// At either end \[s\].
+    /// Length of the ramp at either end \[s\].
     pub ramp_s: f64,
 }
 

@@ -1,10 +1,10 @@
-//! The covariance that a programme will give: the Cramér–Rao bound of its motion under the model's noise.
+//! Predicts the covariance that a programme will give: the Cramér–Rao bound of its motion under the model's noise.
 //!
-//! Enters: moves, the noise of a row. Leaves: covariance of the six K \[s⁴\] with bias, scale, installation and
+//! From moves and the noise of a row it gives the covariance of the six K \[s⁴\], with bias, scale, installation and
 //! delay fitted beside them, as [`super::super::rates`] fits them against a rate reference.
 //!
 //! The motion is sampled more slowly than the gyros; white noise of angle is raised so that its power stays.
-//! Deliberately not here: noise that drifts (flicker, rate random walk), which no model states.
+//! Out of scope: noise that drifts (flicker, rate random walk), which no model states.
 
 use nalgebra::DMatrix;
 

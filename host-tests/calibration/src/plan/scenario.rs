@@ -1,7 +1,7 @@
-//! A programme as a scenario that `rlg simulate` takes.
+//! Writes a programme as a scenario (TOML) that `rlg simulate` takes.
 //!
-//! Enters: the moves and the model. Leaves: TOML text. What a scenario needs and a model does not state (dither
-//! frequencies and amplitude, resolutions) is taken from real instruments (physics §5) and marked in the text.
+//! What a scenario needs and a model does not state (dither frequencies and amplitude, resolutions) is taken from real
+//! instruments (physics §5) and marked in the text.
 
 use std::fmt::Write as _;
 

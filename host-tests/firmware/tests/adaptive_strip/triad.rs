@@ -1,7 +1,7 @@
 //! A dithered triad in closed form: what it counts and what its pickoffs show, sample by sample.
 //!
-//! Enters: what the blocks and pickoffs really do. Leaves: samples. Rad, s, body axes; nothing is copied
-//! from the chain.
+//! From the real motion of blocks and pickoffs it makes samples. Units are rad and s, axes those of the body; nothing
+//! is copied from the chain.
 
 use std::f64::consts::TAU;
 

@@ -1,8 +1,8 @@
 //! Bodies that move in closed form, what their sensors read, and where a navigation computer takes them.
 //!
-//! Enters: attitude, rate, angular acceleration and force as functions of time. Leaves: samples of a chain
-//! without quantisation to speak of; from frames, the velocity in space. Rad, m, s; nothing is copied from
-//! the chain.
+//! From attitude, rate, angular acceleration and force as functions of time it makes the samples of a chain with
+//! negligible quantisation, and from frames the velocity in space. Units are rad, m and s; nothing is copied from the
+//! chain.
 
 use nalgebra::{Rotation3, Vector3};
 use trueaxis::parameters::AccelerometerParameters;
@@ -151,7 +151,7 @@ pub fn parameters(arms_m: [[f64; 3]; 3]) -> Parameters {
     }
 }
 
-/// A navigation computer that is told the attitude (space from body, at time t), so that velocity alone is
+/// A navigation computer that is given the attitude (space from body, at time t), so that velocity alone is
 /// judged: velocity in space at each frame's end.
 pub fn navigate(attitude: impl Fn(f64) -> Rotation3<f64>, frames: &[OutputFrame]) -> Vec<Vector> {
     let mut velocity_m_s = Vector::zeros();

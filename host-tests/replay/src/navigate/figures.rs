@@ -1,7 +1,6 @@
-//! What people compare of a course: attitude after the motion against before it, largest velocity.
+//! Sums up a navigated trajectory: attitude after the motion against before it, largest velocity.
 //!
-//! Enters: [`Course`], the recording's segments. Leaves: [`CourseFigures`]; degrees, arcsec, °/h as the names
-//! say: these are the paper's Tables 4 and 5.
+//! [`TrajectoryFigures`] are in degrees, arcsec and °/h as the names say; they are those of the paper's Tables 4 and 5.
 //!
 //! The unit did not travel, so velocity and offset are errors as they stand. Its attitude did move: it is
 //! compared only where it rests again.
@@ -10,19 +9,19 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use strapdown::EulerAngles;
 
-use super::course::{Course, Place};
 use super::readings::Readings;
+use super::trajectory::{Place, Trajectory};
 use rlg_recording::Segment;
 
 /// °/h in one rad/s, and arcseconds in one rad.
 const DEG_H_PER_RAD_S: f64 = 180.0 / std::f64::consts::PI * 3600.0;
 
-/// What the end of a course is averaged over \[s\]: many periods of any vibration, little drift.
+/// What the end of a trajectory is averaged over \[s\]: many periods of any vibration, little drift.
 const END_S: f64 = 1.0;
 
-/// Figures of one course.
+/// Figures of one trajectory.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct CourseFigures {
+pub struct TrajectoryFigures {
     /// Attitude found at rest \[°\].
     pub alignment: Angles,
     /// Mean rate at rest less the Earth's, north, east, down \[°/h\].
@@ -73,18 +72,24 @@ impl Angles {
     }
 }
 
-impl CourseFigures {
-    /// Of a course through `readings`.
-    pub fn of(course: &Course, place: &Place, readings: &Readings, segments: &[Segment]) -> Self {
-        let begin = EulerAngles::of(&course.alignment.ned_from_body);
-        let changes: Vec<[f64; 3]> = course.attitude_change_rad().collect();
+impl TrajectoryFigures {
+    /// Of a trajectory through `readings`.
+    pub fn of(
+        trajectory: &Trajectory,
+        place: &Place,
+        readings: &Readings,
+        segments: &[Segment],
+    ) -> Self {
+        let begin = EulerAngles::of(&trajectory.alignment.ned_from_body);
+        let changes: Vec<[f64; 3]> = trajectory.attitude_change_rad().collect();
         let at_rest = segments
             .iter()
             .filter(|segment| segment.kind == "still")
             .filter_map(|segment| {
                 let periods = readings.periods_in(segment.start_s, segment.end_s);
-                let first = periods.start.checked_sub(course.first_period)?;
-                let of_rest = changes.get(first..periods.end.checked_sub(course.first_period)?)?;
+                let first = periods.start.checked_sub(trajectory.first_period)?;
+                let of_rest =
+                    changes.get(first..periods.end.checked_sub(trajectory.first_period)?)?;
                 let count = of_rest.len();
                 (count > 0).then(|| AtRest {
                     segment: segment.name.clone(),
@@ -96,28 +101,31 @@ impl CourseFigures {
                 })
             })
             .collect();
-        let last = course.solutions.last();
+        let last = trajectory.solutions.last();
         let largest = |axis: usize| {
-            let values = course.solutions.iter().map(|s| s.velocity_m_s[axis].abs());
+            let values = trajectory
+                .solutions
+                .iter()
+                .map(|s| s.velocity_m_s[axis].abs());
             values.fold(0.0, f64::max)
         };
         let final_velocity_m_s = last.map_or([0.0; 2], |s| [s.velocity_m_s.x, s.velocity_m_s.y]);
         Self {
             alignment: Angles::from_rad([begin.roll_rad, begin.pitch_rad, begin.heading_rad]),
-            rate_residual_deg_h: (course.rate_residual_rad_s * DEG_H_PER_RAD_S).into(),
-            force_residual_m_s2: course.force_residual_m_s2,
+            rate_residual_deg_h: (trajectory.rate_residual_rad_s * DEG_H_PER_RAD_S).into(),
+            force_residual_m_s2: trajectory.force_residual_m_s2,
             attitude_change_at_rest: at_rest,
             max_velocity_m_s: [largest(0), largest(1)],
             final_velocity_m_s,
             final_offset_m: last.map_or([0.0; 2], |s| s.offset_m(place.latitude_rad, 0.0)),
-            final_attitude_error_arcsec: final_error_arcsec(course, readings.period_s),
+            final_attitude_error_arcsec: final_error_arcsec(trajectory, readings.period_s),
         }
     }
 }
 
 /// `None` without a reference, and where it was not measured to the end.
-fn final_error_arcsec(course: &Course, period_s: f64) -> Option<[f64; 3]> {
-    let errors = course.attitude_error_rad.as_ref()?;
+fn final_error_arcsec(trajectory: &Trajectory, period_s: f64) -> Option<[f64; 3]> {
+    let errors = trajectory.attitude_error_rad.as_ref()?;
     let count = ((END_S / period_s).round() as usize).clamp(1, errors.len().max(1));
     let end = &errors[errors.len().saturating_sub(count)..];
     let mean = end.iter().sum::<Vector3<f64>>() / count as f64;

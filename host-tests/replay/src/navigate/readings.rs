@@ -1,8 +1,7 @@
-//! A recording → what the navigator takes: rotation vectors and velocity increments.
+//! Reads from a recording what the navigator takes: rotation vectors \[rad\] and velocity increments \[m/s\].
 //!
-//! Enters: a recording with gyros and accelerometers, and its model; or one whose rows are rotation vectors
-//! already (`compensated.parquet` of `rlg replay`). Leaves: [`Readings`], body frame at the beginning of each
-//! period, rad and m/s.
+//! The recording has gyros and accelerometers, with its model, or its rows are rotation vectors already
+//! (`compensated.parquet` of `rlg replay`). [`Readings`] are in the body frame at the beginning of each period.
 
 use std::ops::Range;
 use std::path::Path;
@@ -94,7 +93,7 @@ impl Readings {
     }
 
     /// Rows that are rotation vectors and velocity increments already, and need no chain. Mean rates and
-    /// forces times the period count as such: of a slow recording nothing is known of the course within.
+    /// forces times the period count as such: of a slow recording nothing is known of the motion within.
     pub fn as_recorded(recording: &Recording) -> Result<Self, InputError> {
         let gyros = [Quantity::GyroIncrement, Quantity::GyroRate];
         let accelerometers = [Quantity::VelocityIncrement, Quantity::SpecificForce];

@@ -14,10 +14,10 @@ use crate::recording::Recording;
 use crate::report::calibration;
 use crate::terminal::Terminal;
 
-/// What it writes.
+/// Files that the command writes.
 const RESULTS: &[&str] = &["calibration.json", "model.toml", "report.html"];
 
-/// What it writes with `--plan`.
+/// Files that the command writes with `--plan`.
 const PLANNED: &[&str] = &["plan.json", "scenario.toml"];
 
 /// Calibrate how far the dither suspensions bend (K_ij)

@@ -20,16 +20,16 @@ use crate::recording::Recording;
 use crate::report::challenge::page;
 use crate::terminal::Terminal;
 
-/// The scores.
+/// File of the scores.
 const SCORES: &str = "challenge.json";
 
-/// The page.
+/// File of the page.
 const PAGE: &str = "report.html";
 
 /// Folder of a single trial's recording.
 const RECORDING: &str = "recording";
 
-/// Conceal effects by a seed, diagnose them blind, and score what was said
+/// Conceal effects drawn from a seed, diagnose the recordings blind, and score the findings
 ///
 /// Draws trials (effect-free records of every noise family, effects of the catalogue alone and in pairs, confounded,
 /// outside the catalogue, columns of no meaning), commits to the answers (OUT/commitments.txt, SHA-256) before
@@ -54,10 +54,10 @@ pub struct ChallengeCommand {
     /// Trials in all, over all shards
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     trials: u64,
-    /// Families, each in turn [default: all, as often as the marks need them]
+    /// Families of trials, each in turn [default: all, as often as the marks need them]
     #[arg(long, value_enum, value_delimiter = ',')]
     families: Vec<Family>,
-    /// Seed of everything
+    /// Seed of every random draw
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Run only trials whose number leaves remainder I by N
@@ -69,16 +69,17 @@ pub struct ChallengeCommand {
     /// Take the concealed kind out of the tool's catalogue: it must never name another one
     #[arg(long)]
     leave_one_out: bool,
-    /// Put folders of shards together instead of running anything
+    /// Merge folders of shards instead of running anything
     #[arg(long, num_args = 1.., value_name = "DIR", conflicts_with_all = ["shard", "trial", "families"])]
     merge: Vec<PathBuf>,
-    /// A recording of others instead, with its model.toml beside it; several may be given
+    /// Diagnose this recording instead, with its model.toml beside it; may be given several times
     #[arg(long, value_name = "DIR", requires = "truth", conflicts_with_all = ["merge", "shard", "trial", "families"])]
     recording: Vec<PathBuf>,
-    /// What that recording conceals: committed to before, opened after the diagnosis; one a recording, in order
+    /// Truth file of that recording: committed to before the diagnosis, opened after it; one for each --recording, in
+    /// order
     #[arg(long, value_name = "FILE", requires = "recording")]
     truth: Vec<PathBuf>,
-    /// Check a folder's answers against its commitments, and stop
+    /// Only check a folder's answers against its commitments
     #[arg(long, value_name = "DIR", conflicts_with = "merge")]
     check: Option<PathBuf>,
     /// Threads to work with; the result is the same bytes for any number [default: all]
@@ -166,11 +167,9 @@ impl ChallengeCommand {
     /// Recordings of others.
     fn others(&self, out: &Path, terminal: &Terminal) -> Result<(), InputError> {
         if self.recording.len() != self.truth.len() {
-            return Err(
-                InputError::new("--truth", "does not go with the recordings")
-                    .value(self.truth.len())
-                    .expected(format!("{}, one a --recording", self.recording.len())),
-            );
+            return Err(InputError::new("--truth", "does not match the recordings")
+                .value(self.truth.len())
+                .expected(format!("{}, one a --recording", self.recording.len())));
         }
         let pairs = self.recording.iter().zip(&self.truth);
         let pairs: Vec<Pair> = pairs
@@ -343,7 +342,7 @@ struct Part {
     outcome: String,
 }
 
-/// Puts shards together, each checked against its commitments.
+/// Merges shards, each checked against its commitments.
 fn merge(folders: &[PathBuf], out: &Path) -> Result<Scores, InputError> {
     let mut plan: Option<Plan> = None;
     let mut parts: Vec<Part> = Vec::new();
@@ -351,7 +350,7 @@ fn merge(folders: &[PathBuf], out: &Path) -> Result<Scores, InputError> {
         let its = plan_of(folder)?;
         if plan.as_ref().is_some_and(|plan| *plan != its) {
             return Err(
-                InputError::new(folder.join(SCORES), "is of another challenge")
+                InputError::new(folder.join(SCORES), "belongs to another challenge")
                     .channel("plan")
                     .expected("the seed, trials and families of the first folder"),
             );
@@ -381,7 +380,7 @@ fn merge(folders: &[PathBuf], out: &Path) -> Result<Scores, InputError> {
     }
     parts.sort_by_key(|part| part.trial);
     if let Some(twice) = parts.windows(2).find(|pair| pair[0].trial == pair[1].trial) {
-        return Err(InputError::new(out, "would hold a trial twice")
+        return Err(InputError::new(out, "would contain a trial twice")
             .channel("--merge")
             .value(twice[0].trial)
             .expected("shards of one challenge, each once"));
@@ -443,5 +442,5 @@ fn say(scores: &Scores, terminal: &Terminal) {
     }
 }
 
-/// Wrong trials that are listed on the terminal.
+/// Most wrong trials that are listed on the terminal.
 const SHOWN: usize = 12;

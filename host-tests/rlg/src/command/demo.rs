@@ -14,7 +14,7 @@ use crate::recording::Recording;
 use crate::report::{page, word, words};
 use crate::terminal::Terminal;
 
-/// Simulate, diagnose and correct a gyro triad: the whole story, without any input
+/// Simulate, diagnose and correct a gyro triad: the whole sequence, without any input
 ///
 /// Simulates a dithered ring-laser triad that cones, with the flexure of its blocks concealed; shows the
 /// drift that the chain leaves, finds the cause, puts it into the firmware's parameters and replays.
@@ -36,7 +36,7 @@ pub struct DemoCommand {
 }
 
 impl DemoCommand {
-    /// Tells the story and writes what it leaves.
+    /// Runs the demonstration and writes its results.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let mut out = OutputFolder::create(&self.out)?;
         let folder = self.out.join("recording");

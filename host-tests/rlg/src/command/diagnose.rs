@@ -17,7 +17,7 @@ use crate::report::terminal::lines;
 use crate::report::{figure, page};
 use crate::terminal::Terminal;
 
-/// What it writes.
+/// Files that the command writes.
 const RESULTS: &[&str] = &[
     "diagnosis.json",
     "model.toml",
@@ -44,13 +44,13 @@ pub struct Diagnose {
     /// What the simulation of this recording already contains
     #[arg(long)]
     model: PathBuf,
-    /// Rows to hold at once; of a longer recording stretches are looked at row by row, the rest in sums over blocks
+    /// Rows to hold in memory at once; a longer recording is diagnosed by intervals, with the rest as sums over blocks
     #[arg(long, default_value_t = MOST_ROWS)]
     most_rows: usize,
     /// Folder for the results
     #[arg(long)]
     out: PathBuf,
-    /// For the self-test and the control; nothing random enters the findings
+    /// Seed of the self-test and the control; the findings do not depend on it
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Threads to work with; the result is the same bytes for any number [default: all]

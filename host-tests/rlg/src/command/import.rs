@@ -21,7 +21,7 @@ use crate::terminal::Terminal;
 /// 1e-4, an internal oscillator within 1e-2.
 const RATE_MISMATCH: f64 = 0.02;
 
-/// Read a captured stream, or a file of others, into a recording
+/// Import a captured stream or a foreign file as a recording
 ///
 /// Where the site is known (--latitude-deg and --gravity, the file itself, or a file whose source the project
 /// knows) it also writes OUT/model.toml: at rest on the turning Earth, white noise, nominal clock.
@@ -30,12 +30,12 @@ const RATE_MISMATCH: f64 = 0.02;
     after_help = "Example:\n  rlg import capture.bin --format frames --out flight\n  rlg import x_LN100_up.ins --format f64x7 --latitude-deg 51.0447 --gravity 9.80841 --out out/ln100\n  rlg import lasergyro.imu --format psins-imu --sha256 SHA256SUMS --out out/lasergyro\n\nCapture the unit's serial port as it is, e.g.\n  stty -F /dev/ttyUSB0 1000000 raw && cat /dev/ttyUSB0 > capture.bin"
 )]
 pub struct Import {
-    /// The file
+    /// File to import
     file: PathBuf,
-    /// What it holds
+    /// Format of the file
     #[arg(long, value_enum)]
     format: Format,
-    /// Rows a second [Hz]; as a rule the file tells it
+    /// Rows a second [Hz]; needed only if the file does not say it
     #[arg(long)]
     rate_hz: Option<f64>,
     /// Geodetic latitude of the site [deg]; not for frames
@@ -44,7 +44,7 @@ pub struct Import {
     /// Gravity at the site [m/s^2]; not for frames
     #[arg(long, requires = "latitude_deg")]
     gravity: Option<f64>,
-    /// SHA-256 the file must have: 64 digits, or a file of `SUM  NAME` lines; not for frames
+    /// SHA-256 that the file must have: 64 digits, or a file of `SUM  NAME` lines; not for frames
     #[arg(long)]
     sha256: Option<String>,
     /// Folder for the recording: new, empty, or a recording to replace
@@ -80,7 +80,7 @@ impl Import {
         }
     }
 
-    /// Reads, writes the recording, says what was met.
+    /// Imports the file, writes the recording and reports what was found.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         if let Some(rate_hz) = self.rate_hz
             && !(rate_hz.is_finite() && rate_hz > 0.0)
@@ -181,10 +181,12 @@ impl Import {
             return Ok(None);
         };
         let fault = |key: &str, value: f64, expected: &str| {
-            Err(InputError::new(&self.file, "cannot have been made there")
-                .channel(key)
-                .value(value)
-                .expected(expected))
+            Err(
+                InputError::new(&self.file, "cannot have been recorded at this site")
+                    .channel(key)
+                    .value(value)
+                    .expected(expected),
+            )
         };
         if !(-90.0..=90.0).contains(&latitude_deg) {
             return fault("--latitude-deg", latitude_deg, "-90 to 90 degrees");

@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::output::OutputFolder;
 use crate::terminal::Terminal;
 
-/// Reads a model and warns about keys that this version passes over.
+/// Reads a model and warns about keys that this version does not know.
 pub(super) fn read_model(path: &Path, terminal: &Terminal) -> Result<Model, InputError> {
     let (model, warnings) = Model::read_with_warnings(path)?;
     for warning in warnings {

@@ -54,7 +54,7 @@ struct ChannelFacts {
     unit: Option<&'static str>,
     /// Share of the rows without a value.
     missing: f64,
-    /// Of the values there are; absent where there is none.
+    /// Least of the measured values; absent if there is none.
     min: Option<f64>,
     mean: Option<f64>,
     max: Option<f64>,
@@ -69,7 +69,7 @@ struct SegmentFacts {
 }
 
 impl Inspect {
-    /// Reads, says what there is, prints it as JSON where asked.
+    /// Reads the recording and lists its content, as JSON if asked.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let recording = Recording::read(&self.recording)?;
         let inventory = Inventory::of(&recording);

@@ -1,8 +1,7 @@
-//! The command `rlg`: one sub-command a file.
+//! Runs the command `rlg`: one sub-command a file.
 //!
-//! Enters: the command line. Leaves: exit code 0 (the work was done) or 2 (the input cannot be used: one
-//! sentence on standard error; or the command line is wrong). Words and progress go to standard error,
-//! a result to standard output with `--json` only.
+//! Exit code 0: the work was done. Exit code 2: the input cannot be used (one sentence on standard error), or the
+//! command line is wrong. Words and progress go to standard error, a result to standard output with `--json` only.
 //!
 //! A new sub-command is a file with a struct of arguments and `fn run(&self, terminal: &Terminal)`, a
 //! variant of `Command` and its line in `Command::run`.
@@ -35,18 +34,18 @@ mod simulate;
 #[command(name = "rlg", version, max_term_width = 100)]
 struct CommandLine {
     #[command(flatten)]
-    talk: Talk,
+    output: OutputOptions,
     #[command(subcommand)]
     command: Command,
 }
 
-/// What every sub-command takes.
+/// Options of every sub-command.
 #[derive(Debug, Args)]
-struct Talk {
+struct OutputOptions {
     /// Print the result as JSON on standard output
     #[arg(long, global = true)]
     json: bool,
-    /// No progress and no words on standard error, errors excepted
+    /// Print nothing on standard error but errors
     #[arg(long, global = true)]
     quiet: bool,
 }
@@ -92,7 +91,7 @@ const UNUSABLE: u8 = 2;
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {
     let line = CommandLine::parse();
-    let terminal = Terminal::new(line.talk.json, line.talk.quiet);
+    let terminal = Terminal::new(line.output.json, line.output.quiet);
     match line.command.run(&terminal) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -13,9 +13,9 @@ use strapdown::{AlignmentError, Solution};
 
 use super::inputs::{read_model, results_folder};
 use crate::error::InputError;
-use crate::navigate::course::NotAtRest;
-use crate::navigate::figures::CourseFigures;
-use crate::navigate::{Course, Place, Readings, Start, navigate};
+use crate::navigate::figures::TrajectoryFigures;
+use crate::navigate::trajectory::NotAtRest;
+use crate::navigate::{Place, Readings, Start, Trajectory, navigate};
 use crate::output::OutputFolder;
 use crate::recording::{Channel, Clock, MANIFEST, Quantity, Recording, Table};
 use crate::replay::Core;
@@ -81,8 +81,8 @@ struct Results {
     heading_given: bool,
     navigated_s: [f64; 2],
     /// `null` where the model has no dynamic term.
-    before: Option<CourseFigures>,
-    after: CourseFigures,
+    before: Option<TrajectoryFigures>,
+    after: TrajectoryFigures,
     /// Share by which the largest north and east velocity became smaller.
     velocity_reduction: Option<[f64; 2]>,
     /// Kinds of the model's effects that the chain has no term for.
@@ -90,7 +90,7 @@ struct Results {
 }
 
 impl NavigateCommand {
-    /// Navigates, compares, writes, says the figures.
+    /// Navigates, compares with the reference, writes and prints the figures.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let spinner = terminal.spinner("reading");
         let recording = Recording::read(&self.recording)?;
@@ -114,12 +114,12 @@ impl NavigateCommand {
         spinner.set_message("navigating");
         let reference = readings.reference_rad.as_deref();
         let reference = reference.map(|rotations| (rotations, readings.earth_in_reference));
-        let course = |increments: &Vec<_>| {
+        let trajectory = |increments: &Vec<_>| {
             navigate(increments, &place, &start, reference)
                 .map_err(|why| not_at_rest(&recording, why, heading_rad.is_some()))
         };
-        let after = course(&readings.after)?;
-        let before = readings.before.as_ref().map(course).transpose()?;
+        let after = trajectory(&readings.after)?;
+        let before = readings.before.as_ref().map(trajectory).transpose()?;
         let results = self.results(
             &recording,
             &readings,
@@ -208,7 +208,7 @@ impl NavigateCommand {
     fn heading_rad(&self) -> Result<Option<f64>, InputError> {
         match self.heading_deg {
             Some(heading_deg) if !heading_deg.is_finite() => {
-                Err(InputError::new(&self.recording, "cannot be headed so")
+                Err(InputError::new(&self.recording, "cannot have this heading")
                     .channel("--heading-deg")
                     .value(heading_deg)
                     .expected("an angle in degrees"))
@@ -265,14 +265,15 @@ impl NavigateCommand {
         readings: &Readings,
         place: &Place,
         start: &Start,
-        before: Option<&Course>,
-        after: &Course,
+        before: Option<&Trajectory>,
+        after: &Trajectory,
     ) -> Results {
-        let figures =
-            |course: &Course| CourseFigures::of(course, place, readings, &recording.segments);
+        let figures = |trajectory: &Trajectory| {
+            TrajectoryFigures::of(trajectory, place, readings, &recording.segments)
+        };
         let time_s = |period: usize| readings.start_s + period as f64 * readings.period_s;
         let (before, after) = (before.map(figures), figures(after));
-        let reduction = |before: &CourseFigures| {
+        let reduction = |before: &TrajectoryFigures| {
             [0, 1].map(|axis| 1.0 - after.max_velocity_m_s[axis] / before.max_velocity_m_s[axis])
         };
         Results {
@@ -331,12 +332,12 @@ fn not_at_rest(recording: &Recording, why: NotAtRest, heading_given: bool) -> In
     }
 }
 
-/// The courses as a recording; a row holds what is at its end.
+/// The trajectories as a recording; a row holds what is at its end.
 fn table(
     recording: &Recording,
     readings: &Readings,
-    before: Option<&Course>,
-    after: &Course,
+    before: Option<&Trajectory>,
+    after: &Trajectory,
 ) -> Recording {
     type Column = (&'static str, fn(&Solution) -> f64);
     const COLUMNS: [Column; 9] = [
@@ -358,17 +359,17 @@ fn table(
         offset: 0.0,
         values,
     };
-    let courses = before.map(|course| ("before", course));
+    let trajectories = before.map(|trajectory| ("before", trajectory));
     let mut channels = Vec::new();
-    for (when, course) in courses.into_iter().chain([("after", after)]) {
+    for (when, trajectory) in trajectories.into_iter().chain([("after", after)]) {
         for (name, value) in COLUMNS {
             channels.push(channel(
                 when,
                 name,
-                course.solutions.iter().map(value).collect(),
+                trajectory.solutions.iter().map(value).collect(),
             ));
         }
-        let Some(errors) = &course.attitude_error_rad else {
+        let Some(errors) = &trajectory.attitude_error_rad else {
             continue;
         };
         for (axis, name) in ["north", "east", "down"].into_iter().enumerate() {
@@ -405,8 +406,8 @@ impl Results {
             "before",
             "after"
         );
-        let mut row = |name: &str, value: &dyn Fn(&CourseFigures) -> Option<f64>| {
-            let cell = |figures: Option<&CourseFigures>| {
+        let mut row = |name: &str, value: &dyn Fn(&TrajectoryFigures) -> Option<f64>| {
+            let cell = |figures: Option<&TrajectoryFigures>| {
                 let value = figures.and_then(value);
                 value.map_or_else(|| "-".to_owned(), |value| format!("{value:.5}"))
             };
@@ -423,7 +424,7 @@ impl Results {
         };
         for (stretch, rest) in self.after.attitude_change_at_rest.iter().enumerate() {
             let name = |angle: &str| format!("{angle} change, {} [°]", rest.segment);
-            let change = |figures: &CourseFigures| {
+            let change = |figures: &TrajectoryFigures| {
                 figures
                     .attitude_change_at_rest
                     .get(stretch)

@@ -10,12 +10,12 @@ use crate::error::InputError;
 use crate::recording::Recording;
 use crate::replay::samples::{Setup, samples_from_recording};
 use crate::target::on_target::{Instructions, compare};
-use crate::target::records::there_and_back;
+use crate::target::records::reflected;
 use crate::target::{Image, OnTarget, Platform, TargetCore};
 use crate::terminal::Terminal;
 use rlg_parameters::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
 
-/// What it writes.
+/// File that the command writes.
 const RESULT: &str = "on_target.json";
 
 /// Run a recording through the firmware image in QEMU and compare every output with the host's
@@ -43,7 +43,7 @@ pub struct OnTargetCommand {
     /// The image to run instead of building it: an ELF file of this version and number system
     #[arg(long)]
     image: Option<PathBuf>,
-    /// Samples to play: the recording forward, backward and so on, or its beginning. Without: all of it
+    /// Samples to play; more than the recording has: forward, backward and so on [default: all of it]
     #[arg(long)]
     samples: Option<usize>,
     /// Samples in one output period
@@ -75,7 +75,7 @@ struct Report<'a> {
 }
 
 impl OnTargetCommand {
-    /// Builds or reads the image, runs it, compares, writes, says the figures.
+    /// Builds or reads the image, runs it, compares, writes and prints the figures.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let spinner = terminal.spinner("reading");
         let recording = Recording::read(&self.recording)?;
@@ -111,7 +111,7 @@ impl OnTargetCommand {
             &image,
             self.core,
             &input.parameters,
-            there_and_back(&input.samples, count),
+            reflected(&input.samples, count),
             &mut |samples| bar.set_position(samples),
         )?;
         bar.finish_and_clear();
@@ -125,8 +125,9 @@ impl OnTargetCommand {
             acceleration_order: self.order,
             uncompensated: input.uncompensated,
         };
-        let mut json = serde_json::to_vec_pretty(&report)
-            .map_err(|error| InputError::new(&self.out, format!("holds no result ({error})")))?;
+        let mut json = serde_json::to_vec_pretty(&report).map_err(|error| {
+            InputError::new(&self.out, format!("cannot hold the result ({error})"))
+        })?;
         json.push(b'\n');
         out.write(RESULT, &json)?;
         out.commit()?;

@@ -11,7 +11,7 @@ use crate::paper::page::page;
 use crate::paper::{Results, reproduce, rows};
 use crate::terminal::Terminal;
 
-/// Run the paper's experiments on the simulator and the chain, beside its printed figures
+/// Run the paper's experiments on simulator and chain, and compare with its printed figures
 ///
 /// Writes OUT/paper.json (an entry for every table and figure: what the paper prints, what came out, whether it
 /// is reproduced and why) and OUT/paper.html (one page with the plots).
@@ -33,7 +33,7 @@ pub struct PaperCommand {
 }
 
 impl PaperCommand {
-    /// Runs and writes; whether a figure is reproduced does not change the exit code.
+    /// Runs the experiments and writes the results; whether a figure is reproduced does not change the exit code.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let mut out = OutputFolder::create(&self.out)?;
         let lengths = if self.short {

@@ -16,15 +16,15 @@ use crate::replay::samples::dither_of_recording;
 use crate::terminal::Terminal;
 use rlg_parameters::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT, Unit, parameters_from_model};
 
-/// Turn a model into the parameter block to flash, and say what the chain cannot compensate
+/// Convert a model to the parameter block to flash, and say what the chain cannot compensate
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  rlg params report/model.toml --dither-from bench-17 --generation 2 --out params.bin"
 )]
 pub struct Params {
-    /// The model
+    /// Model file
     model: PathBuf,
-    /// File of the block
+    /// File to write the block to
     #[arg(long)]
     out: PathBuf,
     /// Samples per second of the unit [Hz]
@@ -49,7 +49,7 @@ pub struct Params {
     /// Velocity of one accelerometer code, x y z [m/s]; without it the firmware has no accelerometers
     #[arg(long, num_args = 3, value_names = ["X", "Y", "Z"])]
     accelerometer_weight_m_s: Option<Vec<f64>>,
-    /// Number of the block: of two whole ones in flash the later counts
+    /// Generation of the block: of two valid ones in flash the later is used
     #[arg(long, default_value_t = 0)]
     generation: u32,
 }
@@ -91,7 +91,7 @@ struct Accelerometers {
 }
 
 impl Params {
-    /// Reads the model, writes the block, says what is left.
+    /// Reads the model, writes the block and says what the chain cannot compensate.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let model = read_model(&self.model, terminal)?;
         let refused = |error: trueaxis::ParameterError| {

@@ -2,7 +2,7 @@
 //!
 //! `compensated.parquet` has `dtheta_*`, and `dvel_*` where the recording has accelerometers.
 //!
-//! Deliberately not here: a truth of the velocity. What drifts are given are those of the angle.
+//! Out of scope: a truth of the velocity. What drifts are given are those of the angle.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -97,7 +97,7 @@ struct SegmentReport {
 /// This core against the f64 reference chain.
 #[derive(Serialize)]
 struct AgainstReference {
-    /// Over the recording and each of its segments, any axis.
+    /// The largest over the recording and each of its segments, of any axis.
     max_drift_deg_h: f64,
 }
 
@@ -110,7 +110,7 @@ struct Saturated {
 }
 
 impl ReplayCommand {
-    /// Replays, compares, writes, says the drifts.
+    /// Replays, compares with the reference, writes and prints the drifts.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let spinner = terminal.spinner("reading");
         let recording = Recording::read(&self.recording)?;

@@ -32,7 +32,7 @@ pub struct Simulate {
 }
 
 impl Simulate {
-    /// Simulates and writes; says where.
+    /// Simulates, writes the recording and prints where it is.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let scenario = Scenario::read(&self.scenario)?;
         let mut out = Recording::create_folder(&self.out)?;
@@ -78,12 +78,11 @@ impl Simulate {
     }
 }
 
-/// Beside the recording, not in it: whoever reads the folder reads no truth.
+/// Path of the truth file: beside the recording, not in it, so that a reader of the folder does not see it.
 fn truth_path(recording: &Path) -> Result<PathBuf, InputError> {
     let Some(name) = recording.file_name() else {
-        return Err(
-            InputError::new(recording, "is no folder's name").expected("a folder to write to")
-        );
+        return Err(InputError::new(recording, "is not the name of a folder")
+            .expected("a folder to write to"));
     };
     let mut name = name.to_os_string();
     name.push(".truth.json");

@@ -1,8 +1,8 @@
-//! Records of seven little-endian f64 → a recording.
+//! Imports records of seven little-endian f64.
 //!
-//! Enters: time \[s\], gyro x y z \[°/s\], accelerometer x y z \[m/s²\] a record, 56 bytes. Leaves: the table on
-//! its way to disk: `gyro_rate`, `specific_force`, and `time_stamp`, the file's own times (a quantity beyond
-//! the contract's: seconds, at the row's end).
+//! A record of 56 bytes holds time \[s\], gyro x y z \[°/s\] and accelerometer x y z \[m/s²\]. The table written to
+//! disk has `gyro_rate`, `specific_force`, and `time_stamp`, the file's own times (a quantity beyond the contract's:
+//! seconds, at the row's end).
 //!
 //! The table's clock is the nominal one, because that is what a simulation would assume: the whole number of
 //! hertz next to the stamps' mean rate, or the caller's. What the stamps say against it is for the

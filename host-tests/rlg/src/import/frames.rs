@@ -1,9 +1,9 @@
-//! A captured stream of telemetry frames → a recording.
+//! Imports a captured stream of telemetry frames.
 //!
-//! Enters: the serial port's bytes as they came, garbage and cuts included; layout in
-//! [`trueaxis::telemetry`]. Leaves: [`Imported`]: one row an output period, `dtheta_x|y|z` \[rad\] and, where
-//! the unit has accelerometers, `dvel_x|y|z` \[m/s\], in the body frame at the row's beginning, and `status`,
-//! the frame's bits as a number (a quantity of its own, which the diagnosis keeps as unlisted).
+//! The stream is the serial port's bytes as they came, garbage and cuts included; layout in [`trueaxis::telemetry`].
+//! [`Imported`] has one row an output period: `dtheta_x|y|z` \[rad\] and, where the unit has accelerometers,
+//! `dvel_x|y|z` \[m/s\], in the body frame at the row's beginning, and `status`, the frame's bits as a number (a
+//! quantity of its own, which the diagnosis keeps as unlisted).
 //!
 //! A row whose frame did not come is not measured (NaN). Two things make one: a frame lost on the way, whose
 //! angle is lost with it; and output periods that passed without a sample, whose whole angle is in the next

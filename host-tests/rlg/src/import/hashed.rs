@@ -1,6 +1,4 @@
-//! A file read once from front to back, its SHA-256 formed on the way.
-//!
-//! Enters: the file. Leaves: its bytes as a buffered reader, then the sum in hexadecimal.
+//! Reads a file once from front to back and computes its SHA-256 on the way, in hexadecimal.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -11,7 +9,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::error::InputError;
 
-/// A reader that remembers the hash of what went through it.
+/// A reader that computes the hash of what it reads.
 pub struct Hashed {
     file: File,
     hash: Sha256,

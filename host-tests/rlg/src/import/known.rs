@@ -1,7 +1,7 @@
-//! Foreign recordings that the project knows, with where they come from, and sums given by the caller.
+//! Lists foreign recordings that the project knows by their SHA-256, with their provenance.
 //!
-//! Enters: a file's SHA-256. Leaves: its provenance, and the site where its source names one. The files
-//! themselves are not here: their owners have not said that they may be passed on.
+//! A sum gives the provenance, and the site where the source names one. The files themselves are not here: their owners
+//! have not said that they may be passed on.
 
 use std::fs;
 use std::path::Path;
@@ -39,7 +39,7 @@ pub const KNOWN: [Known; 2] = [
 ];
 
 impl Known {
-    /// By its sum.
+    /// The file with this sum.
     pub fn of(sha256: &str) -> Option<&'static Self> {
         KNOWN.iter().find(|known| known.sha256 == sha256)
     }

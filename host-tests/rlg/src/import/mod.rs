@@ -1,7 +1,8 @@
-//! Foreign streams into recordings: one file a format.
+//! Imports foreign streams as recordings: one file a format.
 //!
-//! Enters: the bytes of a file. Leaves: a [`Recording`](crate::recording::Recording), and what was met on the
-//! way. Telemetry is taken whole; foreign files pass through row by row. A new format is a file here and a variant of `command::import`.
+//! The bytes of a file become a [`Recording`](crate::recording::Recording), with a report of what was met on the way.
+//! Telemetry is read whole; foreign files pass through row by row. A new format is a file here and a variant of
+//! `command::import`.
 
 pub mod frames;
 

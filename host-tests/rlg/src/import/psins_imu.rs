@@ -1,10 +1,10 @@
-//! PSINS `.imu` text → a recording.
+//! Imports PSINS `.imu` text.
 //!
-//! Enters: lines that begin with `%` (words); then three lines of six numbers: attitude and velocity at the
-//! start; latitude \[°\], longitude \[°\], height \[m\], t0 \[s\], interval \[ms\], g \[m/s²\]; angle of a gyro count
-//! \[″\] x y z and velocity of an accelerometer count \[µg·s\] x y z; then six counts a line, gyro x y z,
-//! accelerometer x y z. Leaves: the table on its way to disk, `gyro_increment` and `velocity_increment`, with
-//! the file's own scales and axes (right, forward, up).
+//! The text has lines that begin with `%` (words); then three lines of six numbers: attitude and velocity at the start;
+//! latitude \[°\], longitude \[°\], height \[m\], t0 \[s\], interval \[ms\], g \[m/s²\]; angle of a gyro count \[″\] x
+//! y z and velocity of an accelerometer count \[µg·s\] x y z; then six counts a line, gyro x y z, accelerometer x y z.
+//! The table written to disk has `gyro_increment` and `velocity_increment`, with the file's own scales and axes (right,
+//! forward, up).
 //!
 //! Source: the words in the files themselves; PSINS toolbox by Gongmin Yan. Its µg is of the file's g. The site
 //! is the file's latitude with normal gravity there, for the file's g is the equator's. The first line

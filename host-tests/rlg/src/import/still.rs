@@ -1,7 +1,7 @@
-//! The model that a foreign recording starts from: at rest on the turning Earth, white noise, nominal clock.
+//! Makes the model that a foreign recording starts from: at rest on the turning Earth, white noise, nominal clock.
 //!
-//! Enters: what the file itself tells. Leaves: [`Model`]. Everything else is left for the diagnosis to find,
-//! so nothing here is taken from the data except the resolution in which they are written.
+//! The [`Model`] holds only what the file itself tells. Everything else is left for the diagnosis to find, so nothing
+//! here is taken from the data except the resolution in which they are written.
 
 use crate::model::{Gyro, Installation, Model, MotionSource};
 use crate::recording::{Axis, Channel, Clock, Quantity, Recording, Site, Table};

@@ -1,6 +1,7 @@
-//! Table 3: the coefficients from attitude before and after coning, the paper's way with Eq. (15) to (17) corrected.
+//! Reproduces Table 3: the coefficients from attitude before and after coning, the paper's way with Eq. (15) to (17)
+//! corrected.
 //!
-//! Enters: a seed. Leaves: [`Calibration`]: K_ij + K_ik of each gyro \[s²\], with standard deviations.
+//! From a seed it gives a [`Calibration`]: K_ij + K_ik of each gyro \[s²\], with standard deviations.
 //!
 //! Equation: coning about gyro i's axis at Ω and half-angle φ drifts it by −(K_ij + K_ik) Ω³φ²/2 (physics: the mean of
 //! −K (ω × α)); the attitude before and after, on a table that comes back to where it was, gives the drift. Eq. (17)
@@ -51,7 +52,7 @@ pub fn printed_sums_s2() -> [f64; 3] {
 }
 
 impl Calibration {
-    /// What the chain is told: half a gyro's sum each.
+    /// The coefficients for the chain: half a gyro's sum each.
     pub fn coefficients_s2(&self) -> CrossAxis<f64> {
         let [x, y, z] = self.sums_s2.map(|sum| 0.5 * sum);
         CrossAxis {

@@ -1,6 +1,6 @@
-//! Fig. 6 to 9: two strapdown systems on a coning table, the laser one before and after compensation.
+//! Reproduces Fig. 6 to 9: two strapdown systems on a coning table, the laser one before and after compensation.
 //!
-//! Enters: a seed, the coefficients that the chain is told. Leaves: [`Coning`]: attitude and velocity of the laser
+//! From a seed and the coefficients for the chain it gives a [`Coning`]: attitude and velocity of the laser
 //! system with Eq. (7) alone, with the dynamic terms, with Eq. (6) as printed, and of the fibre-optic system.
 //!
 //! The cone is that of Fig. 4, about the pitch axis, as the paper's error is in pitch. It prints no duration: 300 s

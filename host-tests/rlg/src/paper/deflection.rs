@@ -1,12 +1,13 @@
-//! Tables 1 and 2: how far a block bends under a constant angular acceleration, and that it does so in proportion.
+//! Reproduces Tables 1 and 2: how far a block bends under a constant angular acceleration, and that it does so in
+//! proportion.
 //!
-//! Enters: nothing. Leaves: [`Deflection`]: the tilt of the simulator's block \[µrad\] at the tables' accelerations
-//! \[rad/s²\], from its inertia and stiffness alone, and the settled tilt over the acceleration \[s²\].
+//! A [`Deflection`] is the tilt of the simulator's block \[µrad\] at the tables' accelerations \[rad/s²\], from its
+//! inertia and stiffness alone, and the settled tilt over the acceleration \[s²\].
 //!
 //! Equation: δ'' + 2ζω₀δ' + ω₀²δ = −ω₀²Kα with K = J/k and ω₀² = k/J, the block as an oscillator on its suspension;
 //! a constant α leaves −Kα once it has settled.
 //!
-//! Deliberately not here: finite elements. The paper's points A and B lie at two heights of one bent axis, which a
+//! Out of scope: finite elements. The paper's points A and B lie at two heights of one bent axis, which a
 //! rigid block on a spring does not have: it has the one coefficient that the paper estimates from J and k.
 
 use super::printed::{ACCELERATIONS_RAD_S2, INERTIA_OVER_STIFFNESS_S2};
@@ -18,7 +19,7 @@ use std::f64::consts::TAU;
 /// Long enough for any start to have died: e^(−ζω₀t) = 1e-30 \[s\].
 const SETTLING_S: f64 = 1.0;
 
-/// What the block does.
+/// Tilts of the block under constant acceleration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Deflection {
     /// √(k/J)/2π \[Hz\].

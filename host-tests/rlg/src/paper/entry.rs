@@ -1,6 +1,4 @@
-//! `paper.json`: an entry for every table and figure of the paper.
-//!
-//! Enters: an experiment's figures. Leaves: [`Entry`]; units stand in the names of the values.
+//! Holds an [`Entry`] of `paper.json` for every table and figure of the paper; units stand in the names of the values.
 
 use serde::Serialize;
 use serde_json::Value;

@@ -1,7 +1,7 @@
-//! Fig. 4 and 5: a laser gyro beside a fibre-optic gyro on a coning table, at 15 Hz and at 1 Hz.
+//! Reproduces Fig. 4 and 5: a laser gyro beside a fibre-optic gyro on a coning table, at 15 Hz and at 1 Hz.
 //!
-//! Enters: a seed. Leaves: [`Figure`]: both gyros' mean rates over time \[°/h\], axis of the cone, and the difference
-//! while coning.
+//! From a seed it gives a [`Figure`]: both gyros' mean rates over time \[°/h\] about the axis of the cone, and the
+//! difference while coning.
 //!
 //! Expected: Ω³φ²/2 (K_xy + K_xz), the drift of a flexible block under coning: 0.495 °/h at 15 Hz and 0.367°,
 //! 0.027 °/h at 1 Hz and 5°. The paper prints neither cone angle. 15 Hz: 0.367° is what its 0.5 °/h asks of its own Table 3. 1 Hz:
@@ -33,9 +33,9 @@ const SENSITIVITY_S: f64 = 12.0;
 /// Output of one coning experiment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// \[Hz\].
+    /// Frequency \[Hz\].
     pub frequency_hz: f64,
-    /// \[°\].
+    /// Half-angle of the cone \[°\].
     pub angle_deg: f64,
     /// The laser gyro with Eq. (7), less its mean at rest \[°/h\].
     pub laser: Curve,

@@ -1,7 +1,6 @@
-//! Experiment by experiment: what counts as reproduced, and the entry of `paper.json` that says so.
+//! Decides, experiment by experiment, what counts as reproduced, and makes the entry of `paper.json` that says so.
 //!
-//! Enters: what the experiments gave. Leaves: [`Entry`]s, a sentence each on the measure, on the choice that the
-//! paper left open, and on what limits ours.
+//! Each [`Entry`] has a sentence on the measure, on the choice that the paper left open, and on what limits our result.
 
 use serde_json::{Value, json};
 

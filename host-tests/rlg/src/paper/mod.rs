@@ -1,6 +1,6 @@
-//! The paper's experiments, run again: simulator, firmware chain, navigation, each beside the printed figure.
+//! Runs the paper's experiments again: simulator, firmware chain, navigation, each beside the printed figure.
 //!
-//! Enters: a seed. Leaves: [`Paper`]: what `paper.json` lists and what `paper.html` draws. °, °/h, m/s as printed.
+//! From a seed it gives a [`Paper`]: what `paper.json` lists and what `paper.html` draws. °, °/h, m/s as printed.
 //!
 //! Data flow, the same for every experiment: motion as a scenario (`unit`) → simulated recording → f32 chain with
 //! Eq. (7) alone, with the dynamic terms, and with Eq. (6) as printed (`run`) → drift, or navigation (`sins`) →
@@ -16,7 +16,7 @@
 //! What the paper does not print (amplitudes, spectra, durations) is chosen in the experiment's own file, which says
 //! why and shows what half and twice the choice would give.
 //!
-//! Deliberately not here: finite elements. Tables 1 and 2 are set beside the simulator's own mechanics.
+//! Out of scope: finite elements. Tables 1 and 2 are set beside the simulator's own mechanics.
 
 pub mod calibration;
 pub mod coning;
@@ -45,7 +45,7 @@ use rows::Compared;
 use run::Progress;
 use vibration::Vibration;
 
-/// Everything that was run.
+/// Results of all experiments.
 pub struct Paper {
     /// `paper.json`.
     pub results: Results,
@@ -62,13 +62,13 @@ pub struct Paper {
 /// `paper.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Results {
-    /// Of the file.
+    /// Format of the file.
     pub format: u32,
     /// Version of the tool.
     pub version: &'static str,
-    /// Of the simulations.
+    /// Seed of the simulations.
     pub seed: u64,
-    /// In the paper's order.
+    /// Entries in the paper's order.
     pub entries: Vec<Entry>,
     /// What Eq. (6) does when its signs are taken as printed.
     pub literal_signs: String,
@@ -88,7 +88,7 @@ pub fn rows(lengths: &Lengths) -> usize {
     gyros::rows() + calibration::rows() + coning::rows(lengths) + vibration::rows(lengths)
 }
 
-/// Runs everything.
+/// Runs all experiments.
 pub fn reproduce(seed: u64, lengths: &Lengths, progress: &Progress) -> Result<Paper, InputError> {
     let calibration = calibrate(seed, progress)?;
     let known_s2 = calibration.coefficients_s2();

@@ -1,10 +1,10 @@
-//! `paper.html`: the paper's tables and figures beside ours, as one page.
+//! Writes `paper.html`: the paper's tables and figures beside ours, as one page.
 //!
-//! Enters: [`Paper`]. Leaves: one HTML file without scripts and without anything from outside; °, °/h, m/s.
+//! It is one HTML file without scripts and without anything from outside, in °, °/h and m/s.
 //!
 //! verdicts → what the signs do → figure by figure, each with the choice that the paper left open → all numbers.
 //!
-//! Deliberately not here: any judgement that `paper.json` does not contain, and the paper's own plots.
+//! Out of scope: any judgement that `paper.json` does not contain, and the paper's own plots.
 
 use maud::{Markup, html};
 use plotters::prelude::*;

@@ -39,9 +39,9 @@ pub struct Row {
     pub name: &'static str,
     /// Error before compensation, ° or m/s.
     pub before: f64,
-    /// After it.
+    /// Error after compensation, ° or m/s.
     pub after: f64,
-    /// \[%\].
+    /// Reduction by compensation \[%\].
     pub reduction_percent: f64,
 }
 

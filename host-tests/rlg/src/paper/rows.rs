@@ -1,6 +1,6 @@
-//! Tables 4 and 5, row by row: ours beside the paper's, and what limits what is left.
+//! Compares Tables 4 and 5, row by row: ours beside the paper's, and what limits what is left.
 //!
-//! Enters: [`Vibration`]s. Leaves: [`Compared`] rows, ° and m/s as printed.
+//! [`Vibration`]s become [`Compared`] rows, in ° and m/s as printed.
 
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -25,7 +25,7 @@ pub enum Limit {
 }
 
 impl Limit {
-    /// For a sentence.
+    /// The limit as part of a sentence.
     pub fn words(self) -> &'static str {
         match self {
             Self::RandomWalkAndBias => {
@@ -49,13 +49,13 @@ pub struct Compared {
     pub before: f64,
     /// With the dynamic terms.
     pub after: f64,
-    /// \[%\].
+    /// Reduction by compensation \[%\].
     pub reduction_percent: f64,
-    /// Of the paper \[%\].
+    /// Reduction that the paper prints \[%\].
     pub paper_reduction_percent: f64,
-    /// Where flexure is the only thing left out \[%\].
+    /// Reduction where flexure is the only thing left out \[%\].
     pub alone_percent: f64,
-    /// What Eq. (6) as printed leaves \[%\].
+    /// Share that Eq. (6) as printed leaves \[%\].
     pub left_by_literal_signs_percent: f64,
     /// What the gyros' noise alone makes of such a row, a standard deviation.
     pub noise: f64,

@@ -1,11 +1,11 @@
-//! The common room of the experiments: a scenario through the simulator, then through the firmware's chain.
+//! Takes a scenario through the simulator and then through the firmware's chain: the common part of the experiments.
 //!
-//! Enters: a scenario as TOML, a seed. Leaves: [`Run`]: rotation vectors \[rad\] per output period, body frame, by
+//! From a scenario as TOML and a seed it gives a [`Run`]: rotation vectors \[rad\] per output period, body frame, by
 //! the f32 chain under several [`Correction`]s, and by the other gyro beside it; mean rates \[°/h\].
 //!
 //! The same samples go through the chain each time, so that differences between corrections hold no noise.
 //!
-//! The chain knows bias, scale error and installation of the unit: Eq. (7). What it is told of the flexure is the
+//! The chain knows bias, scale error and installation of the unit: Eq. (7). What it corrects of the flexure is the
 //! experiment.
 
 use std::ops::Range;
@@ -22,10 +22,10 @@ use crate::replay::{Core, Replay, replay};
 use crate::simulate::scenario::Scenario;
 use crate::simulate::simulate;
 
-/// What the chain is told of the flexure.
+/// The flexure that the chain corrects.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Correction {
-    /// Nothing: Eq. (7) with the static installation.
+    /// None: Eq. (7) with the static installation.
     Static,
     /// K_ij \[s²\], with the signs of a rotation.
     Dynamic(CrossAxis<f64>),
@@ -51,9 +51,9 @@ impl Correction {
 
 /// One simulated experiment.
 pub struct Run {
-    /// What the chain takes.
+    /// Input of the chain.
     pub input: ReplayInput,
-    /// Its parts.
+    /// Segments of the recording.
     pub segments: Vec<Segment>,
     /// Output period \[s\].
     pub period_s: f64,
@@ -61,7 +61,7 @@ pub struct Run {
     pub truth_rad: Vec<[f64; 3]>,
 }
 
-/// Told how much of the work is done: rows simulated since the last call.
+/// Called with the progress: rows simulated since the last call.
 pub type Progress<'a> = dyn Fn(usize) + Sync + 'a;
 
 /// Simulates `text`; every output period is `samples_per_output` samples.
@@ -95,7 +95,7 @@ pub fn run(
 }
 
 impl Run {
-    /// The samples through the f32 chain.
+    /// Takes the samples through the f32 chain.
     pub fn chain(&self, correction: Correction) -> Result<Replay, InputError> {
         let mut parameters = self.input.parameters;
         parameters.flexure_s2 = correction.flexure_s2();

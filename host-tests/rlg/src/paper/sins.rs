@@ -1,6 +1,6 @@
-//! A strapdown navigator on one experiment's increments: what the paper's curves show of a system.
+//! Navigates one experiment's increments: what the paper's curves show of a system.
 //!
-//! Enters: a [`Run`] of rest, motion, rest; a triad's rotation vectors \[rad\]. Leaves: [`Sins`]: errors of attitude
+//! From a [`Run`] of rest, motion, rest and a triad's rotation vectors \[rad\] it gives [`Sins`]: errors of attitude
 //! \[°\] about the body's x (pitch), y (roll), z (yaw) and of velocity \[m/s\] east and north, as means over a second.
 //!
 //! Errors are those that the gyros make: against the same navigator on the same accelerometers with perfect gyros.
@@ -17,7 +17,7 @@ use strapdown::{Increment, Solution};
 use super::run::{Correction, Curve, Run};
 use super::unit::{GRAVITY_M_S2, LATITUDE_RAD};
 use crate::error::InputError;
-use crate::navigate::{Course, Place, Start, navigate};
+use crate::navigate::{Place, Start, Trajectory, navigate};
 
 /// Means in the curves \[s\]: whole cycles of 15 Hz, dozens of the vibration's.
 const WINDOW_S: f64 = 1.0;
@@ -35,11 +35,11 @@ pub struct Sins {
     pub largest_m_s: [f64; 2],
 }
 
-/// The navigator of one experiment, with what perfect gyros make of it.
+/// The navigator of one experiment, with the trajectory of perfect gyros.
 pub struct Bench<'a> {
     run: &'a Run,
     velocities_m_s: Vec<[f64; 3]>,
-    perfect: Course,
+    perfect: Trajectory,
 }
 
 impl<'a> Bench<'a> {
@@ -48,7 +48,7 @@ impl<'a> Bench<'a> {
         // a tilt of the gyros' axes changes no velocity increment that matters: 1e-5 of sculling
         let velocities_m_s = run.chain(Correction::Static)?.velocities_m_s;
         Ok(Self {
-            perfect: course(run, &run.truth_rad, &velocities_m_s)?,
+            perfect: trajectory(run, &run.truth_rad, &velocities_m_s)?,
             run,
             velocities_m_s,
         })
@@ -56,8 +56,8 @@ impl<'a> Bench<'a> {
 
     /// Navigates on a triad's rotation vectors.
     pub fn sins(&self, rotations_rad: &[[f64; 3]]) -> Result<Sins, InputError> {
-        let course = course(self.run, rotations_rad, &self.velocities_m_s)?;
-        let pairs = || course.solutions.iter().zip(&self.perfect.solutions);
+        let trajectory = trajectory(self.run, rotations_rad, &self.velocities_m_s)?;
+        let pairs = || trajectory.solutions.iter().zip(&self.perfect.solutions);
         let error_deg = |(own, perfect): (&Solution, &Solution)| -> Vector3<f64> {
             let turn: UnitQuaternion<f64> = perfect.ned_from_body.inverse() * own.ned_from_body;
             turn.scaled_axis().map(f64::to_degrees)
@@ -69,7 +69,7 @@ impl<'a> Bench<'a> {
         let curve = |values: &[Vector3<f64>], axis: usize| -> Curve {
             let count = (WINDOW_S / self.run.period_s).round() as usize;
             let part = |(index, part): (usize, &[Vector3<f64>])| {
-                let middle = course.first_period as f64 + (index as f64 + 0.5) * count as f64;
+                let middle = trajectory.first_period as f64 + (index as f64 + 0.5) * count as f64;
                 let sum: f64 = part.iter().map(|value| value[axis]).sum();
                 (middle * self.run.period_s, sum / count as f64)
             };
@@ -99,11 +99,11 @@ impl<'a> Bench<'a> {
     }
 }
 
-fn course(
+fn trajectory(
     run: &Run,
     rotations_rad: &[[f64; 3]],
     velocities_m_s: &[[f64; 3]],
-) -> Result<Course, InputError> {
+) -> Result<Trajectory, InputError> {
     let pairs = rotations_rad.iter().zip(velocities_m_s);
     let increments: Vec<Increment> = pairs
         .map(|(rotation, velocity)| Increment {

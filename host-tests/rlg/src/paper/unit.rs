@@ -1,8 +1,8 @@
-//! The unit under test: a scenario's instrument, of the class of the paper's system (0.8 nmile/h).
+//! Describes the unit under test: a scenario's instrument, of the class of the paper's system (0.8 nmile/h).
 //!
-//! Enters: [`Grade`], the block's coefficients. Leaves: the scenario's sections as TOML, SI units, body axes x right,
-//! y forward, z up; at the site the body begins with x to the north, so that a drift about x (pitch) drives the east
-//! velocity, as in the paper's Fig. 6 and 7.
+//! From a [`Grade`] and the block's coefficients it writes the scenario's sections as TOML, SI units, body axes x
+//! right, y forward, z up; at the site the body begins with x to the north, so that a drift about x (pitch) drives the
+//! east velocity, as in the paper's Fig. 6 and 7.
 //!
 //! The paper gives the class and the 4 kHz, nothing else: pulse, dither and random walk are the usual ones of a
 //! dithered block, biases those that make 0.8 nmile/h.
@@ -17,7 +17,7 @@ pub const LATITUDE_RAD: f64 = 0.598;
 /// See [`LATITUDE_RAD`].
 pub const GRAVITY_M_S2: f64 = 9.7944;
 
-/// How good the gyros are.
+/// Quality of the gyros.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Grade {
     /// Of a 0.8 nmile/h system: 0.0015 °/√h.
@@ -96,7 +96,8 @@ zy = {zy:e}
     )
 }
 
-/// What a calibration leaves: 0.004 °/h a gyro, of which two make 0.8 nmile/h an hour. The chain is not told.
+/// Bias that a calibration leaves: 0.004 °/h a gyro, of which two make 0.8 nmile/h an hour. The chain does not correct
+/// it.
 pub const RESIDUAL_BIAS_RAD_S: f64 = 2.0e-8;
 
 /// The `[[effect]]` of [`RESIDUAL_BIAS_RAD_S`].

@@ -1,6 +1,7 @@
-//! Fig. 10 to 13, Tables 4 and 5: a laser system on a shaker, along x and along y, before and after compensation.
+//! Reproduces Fig. 10 to 13, Tables 4 and 5: a laser system on a shaker, along x and along y, before and after
+//! compensation.
 //!
-//! Enters: a seed, the coefficients that the chain is told. Leaves: [`Vibration`]: attitude and velocity of a system
+//! From a seed and the coefficients for the chain it gives a [`Vibration`]: attitude and velocity of a system
 //! of the paper's class, and of one in which flexure is the only thing left out.
 //!
 //! How a linear shake becomes a drift: the centre of mass lies off the mounts' centre, so the case rocks about the two

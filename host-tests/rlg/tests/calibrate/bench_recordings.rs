@@ -55,7 +55,7 @@ fn distance(name: &str) -> Option<f64> {
 }
 
 #[test]
-fn concealed_flexure_lies_within_the_calibrated_covariance_and_so_does_none_at_all() {
+fn the_calibrated_covariance_covers_concealed_flexure_and_absent_flexure() {
     for name in ["bench-coning", "bench-shake", "bench-null"] {
         let Some(distance) = distance(name) else {
             return;

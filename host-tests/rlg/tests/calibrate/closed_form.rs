@@ -1,8 +1,8 @@
-//! Recordings written straight from equations, for tests that need hundreds: no simulator, no dither, 500 Hz.
+//! Makes recordings straight from equations, for tests that need hundreds: no simulator, no dither, 500 Hz.
 //!
-//! Enters: segments of motion, K, a seed. Leaves: a recording with gyro increments and a reference, and its
-//! model. Body rates by formula; increments and attitudes by fourth-order quadrature (Gauss, Magnus), so that
-//! what the reader integrates is met by something better. Noise: random walk of angle and white angle.
+//! Segments of motion, K and a seed give a recording with gyro increments and a reference, and its model. Body rates
+//! are by formula; increments and attitudes by fourth-order quadrature (Gauss, Magnus), so that they are more accurate
+//! than what the reader integrates. Noise: random walk of angle and white angle.
 
 use std::f64::consts::TAU;
 

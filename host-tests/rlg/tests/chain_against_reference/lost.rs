@@ -70,7 +70,7 @@ fn the_reference_keeps_the_angle_over_lost_samples() {
         turn(&mut attitude[0], output);
         let output = match counters.read(sample, *lost) {
             Some(sample) => gapped.process(&reading(&known, &sample)).output,
-            None => gapped.lose(1),
+            None => gapped.process_lost(1),
         };
         turn(&mut attitude[1], output);
     }

@@ -191,7 +191,7 @@ impl Runner for Reference {
         Some(output.rotation_rad)
     }
     fn lose(&mut self) -> Option<Vector3<f64>> {
-        self.chain.lose(1).map(|output| output.rotation_rad)
+        self.chain.process_lost(1).map(|output| output.rotation_rad)
     }
 }
 

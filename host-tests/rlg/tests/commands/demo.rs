@@ -128,7 +128,7 @@ fn the_demo_finds_the_concealed_flexure_and_the_chain_then_drifts_ten_times_less
 }
 
 #[test]
-fn the_same_seed_tells_the_same_story_and_another_seed_another() {
+fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (first, second, third) = (
         folder.path().join("a"),

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use assert_cmd::Command;
 use nalgebra::{UnitQuaternion, Vector3};
 use rlg::model::{EffectValue, Model, ModelEffect};
-use rlg::navigate::course::NotAtRest;
+use rlg::navigate::trajectory::NotAtRest;
 use rlg::navigate::{Place, Start, navigate};
 use rlg::recording::Recording;
 use rlg::simulate::coning_demo;
@@ -396,9 +396,9 @@ fn a_reference_that_moves_with_the_unit_shows_no_error_with_and_without_the_eart
         heading_rad: None,
     };
     for (reference, earth_in_it) in [(&over_ground, false), (&against_stars, true)] {
-        let course = navigate(&increments, &place, &start, Some((reference, earth_in_it)));
-        let course = course.expect("a unit at rest");
-        let errors = course.attitude_error_rad.expect("a reference");
+        let trajectory = navigate(&increments, &place, &start, Some((reference, earth_in_it)));
+        let trajectory = trajectory.expect("a unit at rest");
+        let errors = trajectory.attitude_error_rad.expect("a reference");
         let worst = errors.iter().map(Vector3::norm).fold(0.0, f64::max);
         println!("earth in the reference {earth_in_it}: {worst:.1e} rad");
         // the transport rate of what little velocity rounding makes

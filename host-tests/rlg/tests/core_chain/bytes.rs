@@ -10,13 +10,13 @@ use crate::motion::as_built;
 
 proptest! {
     #[test]
-    fn samples_survive_their_bytes(pulse_counts: [i32; 3], pickoff_codes: [i32; 3], accelerometer_codes: [i32; 3]) {
+    fn samples_round_trip_through_their_bytes(pulse_counts: [i32; 3], pickoff_codes: [i32; 3], accelerometer_codes: [i32; 3]) {
         let sample = Sample { pulse_counts, pickoff_codes, accelerometer_codes };
         prop_assert_eq!(Sample::from_bytes(&sample.to_bytes()), sample);
     }
 
     #[test]
-    fn frames_survive_their_bytes(sequence: u32, dtheta_codes: [i32; 3], dvel_codes: [i32; 3], bits: u32) {
+    fn frames_round_trip_through_their_bytes(sequence: u32, dtheta_codes: [i32; 3], dvel_codes: [i32; 3], bits: u32) {
         let frame = OutputFrame { sequence, dtheta_codes, dvel_codes, status: Status::from_bits(bits) };
         prop_assert_eq!(OutputFrame::from_bytes(&frame.to_bytes()), Ok(frame));
     }
@@ -63,7 +63,7 @@ fn a_frame_of_another_version_is_refused() {
 }
 
 #[test]
-fn parameters_survive_their_block() {
+fn parameters_round_trip_through_their_block() {
     let with_accelerometers = Parameters {
         pickoff_delay_s: [1e-5, -2e-5, 3e-5],
         dither_frequency_hz: [371.0, 404.0, 439.0],

@@ -64,7 +64,7 @@ fn assert_survives<N: NumberSystem>(parameters: &Parameters, samples: &[Sample])
 
 proptest! {
     #[test]
-    fn any_stream_is_survived(samples in vec(any_sample(), 0..200)) {
+    fn any_stream_is_processed_without_panic(samples in vec(any_sample(), 0..200)) {
         for parameters in [Parameters::default(), worst_parameters()] {
             assert_survives::<F32>(&parameters, &samples);
             assert_survives::<Fixed>(&parameters, &samples);
@@ -103,7 +103,7 @@ fn assert_recovers<N: NumberSystem>(parameters: &Parameters, wild: &[Sample], ca
 }
 
 #[test]
-fn alternating_ends_of_the_range_are_survived() {
+fn alternating_ends_of_the_range_do_not_panic() {
     let ends = |k: usize| {
         if k.is_multiple_of(2) {
             i32::MIN

@@ -217,7 +217,7 @@ fn a_stream_too_short_to_tell_its_rate_needs_it_on_the_command_line() {
 }
 
 #[test]
-fn a_rate_that_is_none_is_refused() {
+fn a_rate_that_is_not_positive_is_refused() {
     let bench = Bench::new(&bytes(&frames(40, &parameters(), None)));
     for rate in ["0", "-200", "nan", "inf"] {
         let argument = format!("--rate-hz={rate}");

@@ -217,7 +217,7 @@ fn a_file_with_another_sum_than_it_should_have_leaves_nothing() {
 }
 
 #[test]
-fn a_site_that_is_none_is_refused() {
+fn an_impossible_site_is_refused() {
     let bench = Bench::new(&bytes(&records(64)));
     let with = |latitude, gravity| {
         [

@@ -312,7 +312,7 @@ fn no_module_imports_itself_through_others() {
 }
 
 #[test]
-fn a_cycle_would_be_seen() {
+fn a_cycle_between_modules_is_found() {
     let module = |name: &str, source: &str| (vec![name.to_owned()], source.to_owned());
     let all = BTreeMap::from([
         module("one", "use super::two::Two;"),

@@ -14,7 +14,7 @@ use firmware_tests::campaign::{Campaign, Fault, Interrupt, UNTIL_OVER_PERIODS, W
 use firmware_tests::{player, unit, verdict};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rlg::target::{Image, Platform, SlotImages, TargetCore, emulator, on_target, twin};
+use rlg::target::{Image, Platform, SlotImages, TargetCore, emulator, host_run, on_target};
 use trueaxis::bank_record::{BankRecord, HOLD_PARTS};
 use trueaxis::counter_bank::FRAME_BYTES;
 use trueaxis::{BootReport, Decoder, F32, Fixed, NumberSystem, Status, TelemetryFrame};
@@ -84,13 +84,13 @@ fn campaign<N: NumberSystem>(core: TargetCore, seed: u64, times: usize) {
     let host = player::play::<N>(&unit::parameters(), boot, &campaign.interrupts, boundaries);
     let rows = verdict::judge(&campaign.injections, &host.health_at);
     verdict::first_is_latched(&campaign.injections[0], &host.health);
-    let twin = twin::run(core, &slots, &records).expect("parameters in range");
+    let with_bank = host_run::run(core, &slots, &records).expect("parameters in range");
     let telemetry: Vec<u8> = host
         .frames
         .iter()
         .flat_map(TelemetryFrame::to_bytes)
         .collect();
-    assert!(twin.telemetry == telemetry && twin.health == host.health);
+    assert!(with_bank.telemetry == telemetry && with_bank.health == host.health);
 
     // In the emulator, all of it.
     let image = Image::build(Platform::Emulator, core).expect("the image builds");
@@ -142,7 +142,7 @@ fn boots(core: TargetCore, seed: u64, times: usize) {
         let mut said = 0;
         for _ in 0..times {
             let slots = SlotImages(fault.slots(&block, &mut random));
-            let host = twin::run(core, &slots, &records).expect("parameters in range");
+            let host = host_run::run(core, &slots, &records).expect("parameters in range");
             let emulation =
                 emulator::run(&image.path, &slots, &records, &mut |_| {}).expect("the image runs");
             assert!(emulation.telemetry == host.telemetry, "{fault:?}");

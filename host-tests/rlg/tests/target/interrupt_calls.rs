@@ -143,7 +143,7 @@ fn every_loop_of_the_interrupt_is_known_with_its_bound() {
 
 #[test]
 #[ignore = "needs the image's target; cargo verify runs it"]
-fn a_loop_that_nobody_bounded_is_found() {
+fn a_loop_without_a_stated_bound_is_found() {
     for (name, image) in images() {
         // The chain, made to wait for ever: its first instruction becomes a jump to itself.
         let code = Code::read(&image.elf).expect("the image's code");

@@ -8,7 +8,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rlg::target::budgets::Budgets;
 use rlg::target::records::records_of;
-use rlg::target::{Image, OnTarget, Platform, SlotImages, TargetCore, emulator, on_target, twin};
+use rlg::target::{
+    Image, OnTarget, Platform, SlotImages, TargetCore, emulator, host_run, on_target,
+};
 use trueaxis::bank_record::BankRecord;
 use trueaxis::health::{HEALTH_ITEMS, item};
 use trueaxis::{
@@ -186,7 +188,7 @@ fn one_bit_of_one_accelerometer_code_is_seen_in_the_images_frames() {
         let image = image(core);
         let host = |samples: &[Sample]| {
             let records = records_of(samples.iter().copied());
-            let run = twin::run(core, &slots, &records).expect("parameters in range");
+            let run = host_run::run(core, &slots, &records).expect("parameters in range");
             run.telemetry
         };
         let whole = host(&samples);

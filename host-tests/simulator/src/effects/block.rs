@@ -1,6 +1,6 @@
-//! What effects do between the blocks' angles, the pickoffs and the gyros.
+//! Applies effects between the blocks' angles, the pickoffs and the gyros.
 //!
-//! Enters: pickoff angles p in rad. Leaves: block angles, and what each gyro reads of them, in rad.
+//! From pickoff angles p in rad it gives the block angles, and what each gyro reads of them, in rad.
 //!
 //! Equation: block = gain (1 + g) p + c p³; gyro i reads block_i + (s_i block_i + Σ c_ij block_j)/(1 − s_i).
 

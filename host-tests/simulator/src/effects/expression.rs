@@ -1,15 +1,15 @@
 //! Physics outside the catalogue (`unlisted`): a coefficient times a product of what the case is exposed to.
 //!
-//! Enters: text such as `omega_x*force_z`. Leaves: its value at a quadrature node. The names are those of
-//! `diagnosis.json`: `omega_x` \[rad/s\], `alpha_x` \[rad/s²\], `force_x` \[m/s²\] (`abs_` before them: their size), `temperature_x`
-//! \[K since the start\], `temperature_rate_x` \[K/s\], `field_x` \[T\], `dither_angle_x` \[rad\], `dither_rate_x`
-//! \[rad/s\], `time` \[s since the start\], `window(a,b)` (1 from a to b s), `sine(f)`, `cosine(f)` \[Hz\],
-//! `decay(s)` (exp(−t/s)).
+//! A text such as `omega_x*force_z` is evaluated at a quadrature node. The names are those of `diagnosis.json`:
+//! `omega_x` \[rad/s\], `alpha_x` \[rad/s²\], `force_x` \[m/s²\] (with `abs_` before them, their magnitude),
+//! `temperature_x` \[K since the start\], `temperature_rate_x` \[K/s\], `field_x` \[T\], `dither_angle_x` \[rad\],
+//! `dither_rate_x` \[rad/s\], `time` \[s since the start\], `window(a,b)` (1 from a to b s), `sine(f)`, `cosine(f)`
+//! \[Hz\], `decay(s)` (exp(−t/s)).
 
 use super::Exposure;
 use std::f64::consts::TAU;
 
-/// One factor.
+/// One factor of a product.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Factor {
     Rate(usize),
@@ -33,9 +33,9 @@ enum Factor {
 /// A product of factors that adds to one gyro's rate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expression {
-    /// Gyro.
+    /// Index of the gyro.
     pub axis: usize,
-    /// \[rad/s per unit of the product\].
+    /// Coefficient \[rad/s per unit of the product\].
     pub coefficient: f64,
     factors: Vec<Factor>,
 }
@@ -55,7 +55,7 @@ impl Expression {
         })
     }
 
-    /// What it adds \[rad/s\].
+    /// The rate that the expression adds \[rad/s\].
     pub fn rate_rad_s(&self, exposure: &Exposure) -> f64 {
         let t = exposure.since_start_s;
         self.factors

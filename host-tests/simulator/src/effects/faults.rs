@@ -1,7 +1,7 @@
-//! Faults of the data itself: `lost_samples`, `stuck_channel`, `saturation`.
+//! Applies faults of the data itself: `lost_samples`, `stuck_channel`, `saturation`.
 //!
-//! Enters: a reading as the instrument made it, and the time its row begins in s. Leaves: what the recorder keeps
-//! of it: nothing (NaN), the last reading before the fault, or the reading within a limit.
+//! From a reading as the instrument made it, and the time its row begins in s, it gives what the recorder keeps:
+//! nothing (NaN), the last reading before the fault, or the reading within a limit.
 //!
 //! A saturation's limit is the scenario's `level`, in the channel's stored unit; without one, two thirds of the
 //! largest reading before the fault.
@@ -9,31 +9,32 @@
 /// What goes wrong.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Failure {
-    /// Not measured.
+    /// The reading is not measured (NaN).
     Lost,
-    /// Held.
+    /// The last reading before the fault is repeated.
     Stuck,
-    /// Limited to this, if known.
+    /// The reading is held within this limit; `None`: a share of the largest reading so far.
     Saturated(Option<f64>),
 }
 
 /// One fault of one channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaultEntry {
-    /// As the results name it: `gyro_x`, `dither_y`, `reference_z`, ....
+    /// The channel's name in results: `gyro_x`, `dither_y`, `reference_z`, ....
     pub channel: String,
-    /// \[s\].
+    /// Start \[s\].
     pub start_s: f64,
-    /// \[s\].
+    /// End \[s\].
     pub end_s: f64,
     /// What goes wrong.
     pub failure: Failure,
 }
 
-/// Without a level: of the largest reading so far, so that a vibration's or a dither's peaks are cut.
+/// Limit of a saturation without a level, as a share of the largest reading so far, so that the peaks of a vibration or
+/// a dither are cut.
 const SHARE_OF_LARGEST: f64 = 2.0 / 3.0;
 
-/// A fault and what it remembers of its channel.
+/// A fault of one channel with the readings that it needs to remember.
 #[derive(Debug, Clone)]
 pub struct Fault {
     entry: FaultEntry,
@@ -42,7 +43,7 @@ pub struct Fault {
 }
 
 impl Fault {
-    /// Before the first row.
+    /// The fault before the first row.
     pub fn new(entry: &FaultEntry) -> Self {
         Self {
             entry: entry.clone(),

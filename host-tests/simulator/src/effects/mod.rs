@@ -1,13 +1,13 @@
-//! Physics that a scenario switches on: entries of the contract's catalogue, as coefficients.
+//! Applies the physics that a scenario switches on: entries of the contract's catalogue, as coefficients.
 //!
-//! Enters: `[[effect]]` entries. Leaves: [`Effects`], the sum of all of them, applied where each acts: on the
-//! rates the gyros sense and the forces the accelerometers feel ([`Exposure`] at the quadrature nodes), on the
-//! blocks' angles (`block`), on what a reference reads (`reference`), on the data (`faults`).
+//! [`Effects`] is the sum of all `[[effect]]` entries. Each acts in its place: on the rates the gyros sense and the
+//! forces the accelerometers feel ([`Exposure`] at the quadrature nodes), on the blocks' angles (`block`), on what a
+//! reference reads (`reference`), on the data (`faults`).
 //!
 //! Equations: the catalogue's, with tilts δ_ij as right-hand rotations of gyro i's axis about body axis j:
 //! gyro i senses + δ_ik ω_j − δ_ij ω_k with (i, j, k) cyclic; accelerometers alike.
 //!
-//! Deliberately not here: how much a model compensates; that is `model::compensation`, which shares no code.
+//! Out of scope: how much a model compensates; that is `model::compensation`, which shares no code.
 
 mod block;
 mod expression;
@@ -28,7 +28,7 @@ pub use reference::Harmonic;
 pub struct Exposure {
     /// Since the recording's start \[s\].
     pub since_start_s: f64,
-    /// Relative to space.
+    /// Motion of the case relative to space.
     pub motion: BodyMotion,
     /// Specific force at the body's origin \[m/s²\].
     pub force_m_s2: Vector3<f64>,
@@ -36,11 +36,11 @@ pub struct Exposure {
     pub force_rate_m_s3: Vector3<f64>,
     /// Warming of each block since the start \[K\].
     pub warming_k: Vector3<f64>,
-    /// \[K/s\].
+    /// Rate of that warming \[K/s\].
     pub warming_rate_k_s: Vector3<f64>,
-    /// \[T\].
+    /// Magnetic flux density \[T\].
     pub field_t: Vector3<f64>,
-    /// Each block relative to the case: angle \[rad\], rate \[rad/s\]; zeros where nothing asks for them.
+    /// Angle \[rad\] and rate \[rad/s\] of each block relative to the case; zeros where no effect needs them.
     pub block_rad: [[f64; 2]; 3],
     /// Tilts by the suspensions' modes, \[gyro i, axis j\] \[rad\].
     pub bent_rad: Matrix3<f64>,
@@ -49,11 +49,11 @@ pub struct Exposure {
 /// A jump of the rate or of the angle of one gyro.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jump {
-    /// Gyro.
+    /// Index of the gyro.
     pub axis: usize,
-    /// When \[s\].
+    /// Instant of the jump \[s\].
     pub time_s: f64,
-    /// \[rad/s\] or \[rad\].
+    /// Size of the jump \[rad/s\] or \[rad\].
     pub size: f64,
 }
 
@@ -248,7 +248,7 @@ impl Effects {
         self.converter_rad[axis]
     }
 
-    /// Earth's rotation in the body frame at the start, of which the reference knows nothing \[rad/s\].
+    /// Earth's rotation in the body frame at the start that the reference does not show \[rad/s\].
     pub fn earth_rate_rad_s(&self) -> Vector3<f64> {
         self.earth_rate_rad_s
     }
@@ -266,7 +266,7 @@ impl Effects {
         &self.faults
     }
 
-    /// Whether anything looks at the blocks' motion at the nodes.
+    /// Whether any effect needs the blocks' motion at the nodes.
     pub fn has_expressions(&self) -> bool {
         !self.expressions.is_empty()
     }

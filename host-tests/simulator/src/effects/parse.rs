@@ -1,7 +1,7 @@
-//! `[[effect]]` entries into coefficients.
+//! Parses `[[effect]]` entries into coefficients.
 //!
-//! Enters: one entry, its `concealed` already taken. Leaves: the entry in the form of a model, and its numbers in
-//! [`Effects`]. A kind is known if the catalogue knows it; a kind without a channel to act on is refused.
+//! From one entry, whose `concealed` has been taken already, it makes the entry in the form of a model and its numbers
+//! in [`Effects`]. A kind is known if the catalogue knows it; a kind without a channel to act on is refused.
 
 use super::expression::Expression;
 use super::faults::{Failure, FaultEntry};
@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 /// Longest delay \[s\]: four hundred rows at 4 kHz, beyond which two clocks are not merely late.
 const LONGEST_DELAY_S: f64 = 0.1;
 
-/// What an effect may ask of the rest of the scenario.
+/// Facts of the scenario that effects depend on.
 #[derive(Debug, Clone)]
 pub struct EffectContext {
     /// Begin of the recording \[s\].
@@ -142,7 +142,7 @@ impl Effects {
     }
 }
 
-/// Whether the scenario has what the effect acts on: an effect without it would conceal nothing.
+/// Checks that the scenario has the channel that the effect acts on: without it the effect would conceal nothing.
 fn needs(kind: &str, entry: &Entry, context: &EffectContext) -> Result<(), InputError> {
     let (section, there) = if kind.starts_with("dither_") {
         ("[dither]", context.dithered)

@@ -1,7 +1,7 @@
-//! What effects do to the reference's reading.
+//! Applies effects to the reference's reading.
 //!
-//! Enters: the increment that the reference is exposed to, body frame, and the table's angle, in rad. Leaves: the
-//! increment it reads, in rad.
+//! From the increment that the reference is exposed to, body frame, and the table's angle, in rad, it gives the
+//! increment that the reference reads, in rad.
 //!
 //! Equations: turned by r (right-hand rotation) it reads ω − r × ω; with a scale error (1 + r_i) times that; an
 //! encoder adds the increments of cos · cos nθ + sin · sin nθ at the table angle θ, which is 0 at the start.
@@ -14,11 +14,11 @@ use nalgebra::Vector3;
 pub struct Harmonic {
     /// Axis of the encoder.
     pub axis: usize,
-    /// n.
+    /// Order n of the harmonic.
     pub order: f64,
-    /// \[rad\].
+    /// Amplitude of cos nθ \[rad\].
     pub cos: f64,
-    /// \[rad\].
+    /// Amplitude of sin nθ \[rad\].
     pub sin: f64,
 }
 

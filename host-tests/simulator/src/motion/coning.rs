@@ -1,6 +1,6 @@
-//! Circular coning in closed form, tapered ends included.
+//! Computes circular coning in closed form, tapered ends included.
 //!
-//! Enters: the cone's axis, turn rate in rad/s, half-angle with its derivatives in rad. Leaves: the body rate
+//! From the cone's axis, the turn rate in rad/s and the half-angle with its derivatives in rad it gives the body rate
 //! and its first two derivatives, body frame.
 //!
 //! Equation: the attitude is the rotation φ(t) about u(t) = (0, cos ψ, sin ψ), ψ = Ωt, so that exactly

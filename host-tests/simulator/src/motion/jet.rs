@@ -1,6 +1,6 @@
-//! Values with their time derivatives, and the smooth steps of which motions are made.
+//! Carries values with their time derivatives, and forms the smooth steps of which motions are made.
 //!
-//! Enters: time in s. Leaves: jets: a value and its derivatives per s, per s², ....
+//! A jet at time t (s) is a value and its derivatives per s, per s², and so on.
 //!
 //! Equation: 35x⁴ − 84x⁵ + 70x⁶ − 20x⁷, the lowest-order step from 0 to 1 with three continuous derivatives,
 //! which jerk (the second derivative of a rate that is already a first one) needs.

@@ -1,8 +1,7 @@
-//! The motion of the base relative to the ground, in closed form: one room a kind.
+//! Computes the motion of the base relative to the ground in closed form: one file a kind.
 //!
-//! Enters: a profile of a scenario and the time since its segment began. Leaves: [`BaseMotion`]: the body
-//! rate with its first two derivatives (rad/s, rad/s², rad/s³) and the linear acceleration with its first
-//! (m/s², m/s³), body frame.
+//! From a profile of a scenario and the time since its segment began it gives [`BaseMotion`]: the body rate with its
+//! first two derivatives (rad/s, rad/s², rad/s³) and the linear acceleration with its first (m/s², m/s³), body frame.
 //!
 //! Slew, oscillation, spin, tumbling and vibration are given as rates; coning as an attitude (`coning`,
 //! `rotation_vector`). Derivatives are written out, never differenced.
@@ -10,7 +9,7 @@
 //! Assumes segments of whole sample periods, each of which begins and ends at rest (C³ tapers), so that
 //! quadrature inside a period never meets a kink.
 //!
-//! Deliberately not here: the Earth's rotation and gravity (`attitude.rs`), the isolator between base and
+//! Out of scope: the Earth's rotation and gravity (`attitude.rs`), the isolator between base and
 //! case (`isolator.rs`), sustained linear motion: the base vibrates at its site and does not travel.
 
 mod coning;
@@ -109,7 +108,7 @@ pub enum Profile {
         ramp_s: f64,
         /// Axis of the oscillation, fixed in the body.
         oscillation_axis: usize,
-        /// \[Hz\].
+        /// Frequency of the oscillation \[Hz\].
         oscillation_frequency_hz: f64,
         /// Peak angle \[rad\]; 0 for none.
         oscillation_angle_rad: f64,

@@ -1,6 +1,6 @@
-//! How fast a motion can get, for the check against a counter.
+//! Bounds how fast a motion can get (rad/s), for the check against a counter.
 //!
-//! Enters: a profile. Leaves: a bound on its rate in rad/s; of random ones, five times the rms.
+//! For random profiles the bound is five times the rms.
 
 use super::Profile;
 use super::rotation_vector::ConingTone;

@@ -1,6 +1,6 @@
-//! Elliptic coning and coning at several frequencies, exactly.
+//! Computes elliptic coning and coning at several frequencies, exactly.
 //!
-//! Enters: the tones of a rotation vector across an axis, time in s. Leaves: the body rate and its first two
+//! From the tones of a rotation vector across an axis and the time in s it gives the body rate and its first two
 //! derivatives, body frame.
 //!
 //! Equations: φ(t) = w(t) Σ (A cos ψ, B sin ψ) in the plane across the axis, ψ = 2πft + ψ0, and (Bortz)

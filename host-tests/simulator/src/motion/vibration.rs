@@ -1,13 +1,13 @@
-//! Random vibration as a sum of tones: band-limited, or after a table of power spectral density.
+//! Makes random vibration as a sum of tones: band-limited, or after a table of power spectral density.
 //!
-//! Enters: a band with an rms, or a table of (Hz, unit²/Hz); a seeded generator. Leaves: one signal with its
-//! first two derivatives at the quadrature nodes of one period after another.
+//! From a band with an rms, or a table of (Hz, unit²/Hz), and a seeded generator it makes one signal with its first two
+//! derivatives at the quadrature nodes of one period after another.
 //!
 //! Equations: u(t) = Σ a_n cos(2πf_n t + φ_n), a_n²/2 the power of cell n of the band, f_n drawn inside its cell.
 //! Between two points of a table the density is a straight line in log–log, as vibration standards draw it.
 //! Phasors step by one period with one complex product each.
 //!
-//! Deliberately not here: which axis a signal moves, and its taper.
+//! Out of scope: which axis a signal moves, and its taper.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -23,9 +23,9 @@ pub const TABLE_TONES: usize = 128;
 /// Amplitude and frequency of a tone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tone {
-    /// In the signal's unit.
+    /// Amplitude in the signal's unit.
     pub amplitude: f64,
-    /// \[rad/s\].
+    /// Angular frequency ω \[rad/s\].
     pub omega_rad_s: f64,
     /// Phase at the segment's begin \[rad\].
     pub phase_rad: f64,

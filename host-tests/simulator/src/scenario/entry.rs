@@ -1,7 +1,7 @@
-//! One section, `[[motion]]` or `[[effect]]` of a scenario or instrument, read key by key.
+//! Reads one section, `[[motion]]` or `[[effect]]` of a scenario or instrument, key by key.
 //!
-//! Enters: the parsed table and where it stands. Leaves: its values, each asked for once; what nobody
-//! asked for is an unknown key, reported with its line.
+//! An entry is the parsed table and its place. Each value is asked for once; a key that was never asked for is unknown
+//! and reported with its line.
 
 use rlg_recording::error::InputError;
 use std::path::Path;
@@ -49,7 +49,7 @@ impl<'a> Entry<'a> {
         InputError::new(self.path, format!("line {line}: {problem}")).channel(key)
     }
 
-    /// Whether the key stands there and was not yet asked for.
+    /// Whether the key is present and has not been asked for.
     pub fn has(&self, key: &str) -> bool {
         self.remaining.contains_key(key)
     }
@@ -58,8 +58,8 @@ impl<'a> Entry<'a> {
         self.remaining.remove(key).ok_or_else(|| self.missing(key))
     }
 
-    /// A key that is absent; if one is there that reads like it, that one is the news: `angle_deg` where
-    /// `angle_rad` is expected.
+    /// The error of an absent key. If a similar key is present, the error names that one: `angle_deg` where `angle_rad`
+    /// is expected.
     fn missing(&self, key: &str) -> InputError {
         let near = |other: &&String| strsim::damerau_levenshtein(other, key) <= MISSPELT;
         match self.remaining.keys().find(near) {
@@ -100,7 +100,7 @@ impl<'a> Entry<'a> {
         self.number_if(key, present)
     }
 
-    /// A finite number if `wanted`, else 0 without looking: a key that stands there is then left over.
+    /// Takes a finite number if `wanted`; otherwise gives 0 and leaves the key, which is then reported as unknown.
     pub fn number_if(&mut self, key: &str, wanted: bool) -> Result<f64, InputError> {
         if wanted { self.number(key) } else { Ok(0.0) }
     }
@@ -302,12 +302,12 @@ impl<'a> Entry<'a> {
         }
     }
 
-    /// Where it stands, for an error that is found later.
+    /// The entry's place in the text, for an error that is found later.
     pub fn begin(&self) -> usize {
         self.begin
     }
 
-    /// Every key must have been asked for.
+    /// Checks that every key has been asked for.
     pub fn finish(self) -> Result<(), InputError> {
         match self.remaining.keys().next() {
             None => Ok(()),

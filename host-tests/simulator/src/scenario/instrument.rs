@@ -1,14 +1,14 @@
-//! The sections of the gyros themselves, in a scenario or in an instrument's file: `[gyro]` and `[dither]`.
+//! Reads the sections of the gyros themselves, in a scenario or in an instrument's file: `[gyro]` and `[dither]`.
 //!
-//! Enters: one section as an [`Entry`]. Leaves: its numbers, each finite and where physics allows it; the first
-//! that is not is named with its line. The bounds refuse wrong units and slips of the pen; they do not judge an
-//! instrument. SI units; x, y, z where three.
+//! Each section comes as an [`Entry`]; its numbers must be finite and physically possible, and the first that is not is
+//! named with its line. The bounds refuse wrong units and slips of the pen; they do not judge an instrument. SI units;
+//! x, y, z where three.
 
 use super::Entry;
 use rlg_model::Installation;
 use rlg_recording::error::InputError;
 
-/// Above 0.
+/// Lower bound of numbers that must be above 0.
 pub const TINY: f64 = f64::MIN_POSITIVE;
 /// A pulse is a fraction of an arcsecond to some arcseconds; 0.01 rad is a wrong unit.
 pub const PULSE_RAD: [f64; 2] = [TINY, 1e-2];
@@ -22,7 +22,7 @@ pub const SMALL_RAD: [f64; 2] = [-0.1, 0.1];
 pub const NOISE_RAD: [f64; 2] = [0.0, 0.1];
 /// Resolution of an angle.
 pub const WEIGHT_RAD: [f64; 2] = [TINY, 0.1];
-/// Random walks beyond 1 are no gyro's.
+/// No gyro has a random walk beyond 1.
 pub const WALK: [f64; 2] = [0.0, 1.0];
 /// The pickoff is calibrated to per cent.
 pub const GAIN: [f64; 2] = [0.1, 10.0];
@@ -36,16 +36,16 @@ pub enum GyroOutput {
     Increment,
 }
 
-/// `[gyro]`, x y z: the truth that the model also states.
+/// Section `[gyro]`, each value x y z: the truth that the model also states.
 #[derive(Debug, Clone)]
 pub struct GyroEntry {
-    /// \[rad\].
+    /// Pulse weight \[rad\].
     pub pulse_weight_rad: [f64; 3],
-    /// \[rad/s\].
+    /// Bias \[rad/s\].
     pub bias_rad_s: [f64; 3],
-    /// \[1\].
+    /// Scale error \[1\].
     pub scale_error: [f64; 3],
-    /// \[rad/√s\].
+    /// Angle random walk \[rad/√s\].
     pub angle_random_walk_rad_sqrt_s: [f64; 3],
     /// Random walk of the bias, which the model does not state \[rad/s/√s\].
     pub rate_random_walk_rad_s_sqrt_s: [f64; 3],
@@ -129,10 +129,10 @@ fn installation(entry: &mut Entry) -> Result<Installation, InputError> {
     Ok(Installation::from_array(angles))
 }
 
-/// `[dither]`, x y z.
+/// Section `[dither]`, each value x y z.
 #[derive(Debug, Clone)]
 pub struct DitherEntry {
-    /// \[Hz\].
+    /// Frequency \[Hz\].
     pub frequency_hz: [f64; 3],
     /// Mean amplitude of the pickoff angle \[rad\].
     pub amplitude_rad: [f64; 3],

@@ -1,27 +1,27 @@
-//! A scenario: what the simulator is asked to build.
+//! Defines a scenario: what the simulator is asked to build.
 //!
-//! Enters: a TOML file (SI units, keys as below), and the instrument's file if it names one. Leaves: [`Scenario`],
-//! checked: every number finite and physically possible, every key known. An unknown key is an error that names
-//! its line, since a misspelt key would otherwise simulate something else without a word.
+//! A TOML file (SI units, keys as below), and the instrument's file if it names one, give a checked [`Scenario`]: every
+//! number finite and physically possible, every key known. An unknown key is an error that names its line, since a
+//! misspelt key would otherwise silently simulate something else.
 //!
 //! `instrument = "triad.toml"` (beside the scenario) brings the sections of `instrument` and `[[effect]]`
 //! entries from a file of their own; a section stands in one of the two.
 //!
-//! Deliberately not here: defaults for the instrument. A scenario says what it simulates.
+//! There are no defaults for the instrument: a scenario says what it simulates.
 
-pub(crate) mod around;
-mod beside;
 mod entry;
+pub(crate) mod environment;
 mod instrument;
+mod other_instruments;
 pub(crate) mod segment;
 pub(crate) mod source;
 
 use super::effects::Effects;
 use super::isolator::IsolatorEntry;
 use super::surroundings::{MagneticEntry, ThermalEntry};
-pub use beside::{AccelerometerEntry, EncoderEntry, FibreOpticEntry, ReferenceEntry};
 pub use entry::Entry;
 pub use instrument::{DitherEntry, GyroEntry, GyroOutput};
+pub use other_instruments::{AccelerometerEntry, EncoderEntry, FibreOpticEntry, ReferenceEntry};
 use rlg_model::ModelEffect;
 pub use segment::SegmentEntry;
 
@@ -71,7 +71,7 @@ pub struct Scenario {
 pub struct SiteEntry {
     /// Geodetic latitude \[rad\].
     pub latitude_rad: f64,
-    /// \[m/s²\].
+    /// Gravity \[m/s²\].
     pub gravity_m_s2: f64,
     /// Whether the Earth turns; a reference gyro then shows its rotation too.
     pub earth_rate: bool,

@@ -1,7 +1,7 @@
-//! `[[motion]]` entries into profiles.
+//! Parses `[[motion]]` entries into profiles.
 //!
-//! Enters: one entry and the sample rate in Hz. Leaves: [`SegmentEntry`], its length in whole rows, every frequency
-//! below half the sample rate; and the largest rate it can reach, for the check against the counter.
+//! From one entry and the sample rate in Hz it makes a [`SegmentEntry`]: its length in whole rows, every frequency
+//! below half the sample rate; and the largest rate that it can reach, for the check against the counter.
 
 use super::Entry;
 use crate::motion::Profile;

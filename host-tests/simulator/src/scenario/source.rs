@@ -1,7 +1,7 @@
-//! A scenario's or an instrument's file as it stands: its sections with their places.
+//! Holds a scenario's or an instrument's file as parsed: its sections with their places.
 //!
-//! Enters: TOML text and its path. Leaves: [`Source`], of which sections are read as [`Entry`], so that every error
-//! names file and line. Numbers are judged where the sections are read.
+//! From TOML text and its path it makes a [`Source`], whose sections are read as [`Entry`], so that every error names
+//! file and line. Numbers are judged where the sections are read.
 
 use super::Entry;
 use super::entry::line_of;

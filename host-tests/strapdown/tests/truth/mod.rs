@@ -1,7 +1,7 @@
-//! Perfect increments from trajectories in closed form: the tests' own truth.
+//! Makes perfect increments from trajectories in closed form: the tests' own truth.
 //!
-//! Enters: a [`Trajectory`]: where the unit is and how it stands, as functions of time. Leaves: exact
-//! rotation vectors and velocity increments, and the true solution.
+//! A [`Trajectory`] gives place and attitude as functions of time. From it come exact rotation vectors and velocity
+//! increments, and the true solution.
 //!
 //! Everything is done in inertial space, so that nothing of the mechanisation is used: no Earth rate in a
 //! level frame, no transport rate, no Coriolis term, no radii along and across.

@@ -1,8 +1,8 @@
 //! A concealed case: motion and effects as scenario text, the recording, what the tool says, and the measures that the
 //! tests of hidden effects compare it by.
 //!
-//! Enters: text for the workspace's simulator. Leaves: [`Case`]. The instrument is that of `null.toml` (0.4″ pulses,
-//! 0.002 °/√h, dithers of 150″), its rows at 1000 Hz.
+//! A [`Case`] comes from text for the workspace's simulator. The instrument is that of `null.toml` (0.4″ pulses, 0.002
+//! °/√h, dithers of 150″), its rows at 1000 Hz.
 
 use rlg::diagnose::information::fit_away;
 use rlg::diagnose::noise::Noise;

@@ -1,7 +1,7 @@
 //! Effects that something hides: a wrong bias, their own smallness, a regime, a gap, a stronger effect.
 //!
 //! Recordings come from this workspace's simulator, which shares no code with the diagnosis; the truth stands in
-//! these tests only. Enters: motion and effects as scenario text. Leaves: what a user would read. Strengths are
+//! these tests only. Tests give motion and effects as scenario text, and check what a user would read. Strengths are
 //! matched-filter SNRs √(vᵀ C⁻¹ v) of the found values v with their covariance C.
 //! In comments the strengths found here; the asserts hold them below a round figure, so that no case grows easier.
 

@@ -144,7 +144,7 @@ fn a_unit_that_agrees_is_accepted() {
 }
 
 #[test]
-fn a_scale_that_is_none() {
+fn a_scale_that_is_zero_or_not_finite() {
     for scale in ["0.0", "nan", "inf"] {
         manifest("scale = 1e-8", &format!("scale = {scale}"))
             .recording_is_refused(&["channel dx, scale", "other than 0"]);

@@ -1,10 +1,10 @@
-//! Small recordings, and ways to damage their files.
+//! Makes small recordings, and damages their files.
 //!
-//! Enters: any bytes; they choose a recording and the damage. Leaves: [`Files`]: `recording.toml`, `model.toml`
-//! and tables, to be written into a folder. The same bytes give the same files. Shared by the test beside it
-//! and by the fuzz target of `host-tests/fuzz`.
+//! Any bytes choose a recording and its damage: [`Files`] with `recording.toml`, `model.toml` and tables, to be written
+//! into a folder. The same bytes give the same files. Shared by the test beside it and by the fuzz target of
+//! `host-tests/fuzz`.
 //!
-//! Deliberately not here: judgement. Damage may leave a recording whole.
+//! Out of scope: judgement. Damage may leave a recording whole.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;

@@ -1,7 +1,7 @@
-//! The sections of what stands beside the gyros: `[reference]`, `[fibre_optic]`, `[encoder]`, `[accelerometer]`.
+//! Reads the sections of what stands beside the gyros: `[reference]`, `[fibre_optic]`, `[encoder]`, `[accelerometer]`.
 //!
-//! Enters: one section as an [`Entry`]. Leaves: its numbers, each finite and in range; the first that is not is named
-//! with its line. SI units; x, y, z where three.
+//! Each section comes as an [`Entry`]; its numbers must be finite and in range, and the first that is not is named with
+//! its line. SI units; x, y, z where three.
 
 use super::Entry;
 use super::instrument::{BIAS_RAD_S, NOISE_RAD, SCALE, TINY, WALK, WEIGHT_RAD};
@@ -12,7 +12,7 @@ use rlg_recording::error::InputError;
 pub struct ReferenceEntry {
     /// White noise of the angle \[rad\].
     pub angle_noise_rad: f64,
-    /// \[rad/√s\].
+    /// Angle random walk \[rad/√s\].
     pub angle_random_walk_rad_sqrt_s: f64,
     /// Resolution of the angle \[rad\].
     pub weight_rad: f64,
@@ -41,15 +41,15 @@ impl ReferenceEntry {
 /// `[fibre_optic]`, x y z: a fibre-optic triad on the case. No dither, no flexure.
 #[derive(Debug, Clone, Copy)]
 pub struct FibreOpticEntry {
-    /// \[rad/s\].
+    /// Bias \[rad/s\].
     pub bias_rad_s: [f64; 3],
-    /// \[1\].
+    /// Scale error \[1\].
     pub scale_error: [f64; 3],
     /// White noise of the angle \[rad\].
     pub angle_noise_rad: f64,
-    /// \[rad/√s\].
+    /// Angle random walk \[rad/√s\].
     pub angle_random_walk_rad_sqrt_s: f64,
-    /// \[rad/s/√s\].
+    /// Rate random walk \[rad/s/√s\].
     pub rate_random_walk_rad_s_sqrt_s: f64,
     /// Resolution of the angle \[rad\].
     pub weight_rad: f64,
@@ -104,9 +104,9 @@ impl EncoderEntry {
 /// `[accelerometer]`, x y z.
 #[derive(Debug, Clone, Copy)]
 pub struct AccelerometerEntry {
-    /// \[m/s²\].
+    /// Bias \[m/s²\].
     pub bias_m_s2: [f64; 3],
-    /// \[1\].
+    /// Scale error \[1\].
     pub scale_error: [f64; 3],
     /// One-sided density \[m/s²/√Hz\].
     pub noise_m_s2_sqrt_hz: f64,

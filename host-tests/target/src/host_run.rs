@@ -1,8 +1,8 @@
-//! The image's interrupt on the host: the same bank driver and processor over the same records.
+//! Runs the image's interrupt on the host: the same bank driver and processor over the same records.
 //!
-//! Enters: parameter slots, bank records. Leaves: [`TwinRun`]: the telemetry frames as they leave the serial
-//! port, byte for byte, and every health item at the end. What is imitated and not shared is small: an
-//! `SpiDevice` over a slice, when interrupts come ([`BankRecord::timing_of_the_next`]), and the queue's room.
+//! From parameter slots and bank records it gives a [`HostRun`]: the telemetry frames as they leave the serial port,
+//! byte for byte, and every health item at the end. Little is imitated instead of shared: an `SpiDevice` over a slice,
+//! when interrupts come ([`BankRecord::timing_of_the_next`]), and the queue's room.
 
 use std::cell::Cell;
 
@@ -20,9 +20,9 @@ use super::slots::SlotImages;
 /// Frames that the image's queue holds (FRAME_QUEUE in src/hardware/sampling.rs, less the empty slot).
 const QUEUED_FRAMES: usize = 15;
 
-/// What the host made of the records.
+/// The host's result for the records.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TwinRun {
+pub struct HostRun {
     /// The serial port's bytes.
     pub telemetry: Vec<u8>,
     /// The health items at the end.
@@ -34,7 +34,7 @@ pub fn run(
     core: TargetCore,
     slots: &SlotImages,
     records: &[BankRecord],
-) -> Result<TwinRun, ParameterError> {
+) -> Result<HostRun, ParameterError> {
     match core {
         TargetCore::F32 => run_in::<F32>(slots, records),
         TargetCore::Fixed => run_in::<Fixed>(slots, records),
@@ -44,7 +44,7 @@ pub fn run(
 fn run_in<N: NumberSystem>(
     slots: &SlotImages,
     records: &[BankRecord],
-) -> Result<TwinRun, ParameterError> {
+) -> Result<HostRun, ParameterError> {
     let loaded = slots.load();
     let boot = BootReport {
         // The emulator does not model the clock tree, so its image always falls back.
@@ -76,7 +76,7 @@ fn run_in<N: NumberSystem>(
         }
         timing = record.timing_of_the_next();
     }
-    Ok(TwinRun {
+    Ok(HostRun {
         telemetry,
         health: processor.health_items(),
     })

@@ -1,7 +1,7 @@
-//! The sections of what is around the gyros: `[thermal]`, `[magnetic]`, `[isolator]`.
+//! Reads the sections of what is around the gyros: `[thermal]`, `[magnetic]`, `[isolator]`.
 //!
-//! Enters: one section as an [`Entry`]. Leaves: its numbers, each finite and in range; the first that is not is named
-//! with its line. SI units; x, y, z where three.
+//! Each section comes as an [`Entry`]; its numbers must be finite and in range, and the first that is not is named with
+//! its line. SI units; x, y, z where three.
 
 use super::Entry;
 use super::instrument::TINY;

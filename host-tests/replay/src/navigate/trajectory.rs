@@ -1,7 +1,7 @@
-//! Increments → alignment at rest, then strapdown navigation; and the attitude's error against a reference.
+//! Aligns the unit at rest, then navigates by its increments; and compares the attitude with a reference.
 //!
-//! Enters: increments per period in the body frame, the place, the periods of rest. Leaves: [`Course`]:
-//! solutions in north, east, down, one a period from the end of rest on.
+//! From increments per period in the body frame, the place and the periods of rest it makes a [`Trajectory`]: solutions
+//! in north, east, down, one a period from the end of rest on.
 //!
 //! The reference's attitude starts from the same alignment and takes the reference's rotation vectors; where
 //! they contain the Earth's rotation, that is taken out at the site. So the error is what the gyros of the
@@ -32,7 +32,7 @@ impl Place {
     }
 }
 
-/// How a course begins.
+/// Where a trajectory begins: the periods of rest, and the heading if it is given.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Start {
     /// Periods of rest.
@@ -41,9 +41,9 @@ pub struct Start {
     pub heading_rad: Option<f64>,
 }
 
-/// What navigation gave.
+/// A navigated trajectory with its alignment.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Course {
+pub struct Trajectory {
     /// The alignment.
     pub alignment: Alignment,
     /// Mean rate at rest less the Earth's, north, east, down \[rad/s\]. Gyrocompassing leaves no east.
@@ -59,7 +59,7 @@ pub struct Course {
     pub attitude_error_rad: Option<Vec<Vector3<f64>>>,
 }
 
-/// Why there is no course.
+/// Why the unit cannot be navigated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum NotAtRest {
     /// The alignment refused the interval.
@@ -84,7 +84,7 @@ pub fn navigate(
     place: &Place,
     start: &Start,
     reference_rad: Option<(&[[f64; 3]], bool)>,
-) -> Result<Course, NotAtRest> {
+) -> Result<Trajectory, NotAtRest> {
     let rest = &increments[start.periods.clone()];
     let alignment = match start.heading_rad {
         Some(heading_rad) => level(rest, heading_rad),
@@ -133,7 +133,7 @@ pub fn navigate(
             })
             .collect()
     });
-    Ok(Course {
+    Ok(Trajectory {
         alignment,
         rate_residual_rad_s,
         force_residual_m_s2,
@@ -143,7 +143,7 @@ pub fn navigate(
     })
 }
 
-impl Course {
+impl Trajectory {
     /// Roll, pitch and heading less those of the alignment \[rad\], one a period.
     pub fn attitude_change_rad(&self) -> impl Iterator<Item = [f64; 3]> {
         let begin = EulerAngles::of(&self.alignment.ned_from_body);

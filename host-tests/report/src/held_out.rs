@@ -1,19 +1,19 @@
-//! Before and after, on time that was not fitted.
+//! Writes the section that compares before and after on time that was not fitted.
 //!
-//! Enters: [`Diagnosis`], [`Pictures`]. Leaves: a table (drift \[°/h\], of accelerometers \[µg\], power over noise, chance of being
-//! white) and, for each gyro, its integrated residual and its spectrum.
+//! It has a table (drift \[°/h\], of accelerometers \[µg\], power over noise, probability of being white) and, for each
+//! gyro, its integrated residual and its spectrum.
 
 use maud::{Markup, html};
 
 use super::plot::swatch;
-use super::words::{chance, for_people, number, spaced, with_spread};
+use super::words::{chance, display_unit, number, spaced, with_spread};
 use super::{corrected, curves};
 use rlg_diagnosis::pictures::Pictures;
 use rlg_diagnosis::result::{ChannelEntry, Diagnosis, FiguresEntry};
 use rlg_diagnosis::streams::AXES;
 
-/// Table and curves.
-pub fn proof(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> Markup {
+/// Writes the section: table and curves.
+pub fn held_out(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> Markup {
     if diagnosis.fit.channels.is_empty() && pictures.is_none() {
         return html! {};
     }
@@ -43,7 +43,7 @@ pub fn proof(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> Markup {
 
 fn table(channels: &[ChannelEntry], both: bool) -> Markup {
     let row = |channel: &ChannelEntry, when: Option<&str>, figures: &FiguresEntry| {
-        let (factor, unit) = for_people(channel.unit.unwrap_or("rad/s"));
+        let (factor, unit) = display_unit(channel.unit.unwrap_or("rad/s"));
         html! {
             tr.paired[when == Some("before")] {
                 td.number { @if when != Some("after") { (spaced(&channel.channel)) } }

@@ -1,7 +1,7 @@
-//! Small marks in table rows: an amplitude with its error bar, a length on a logarithmic scale.
+//! Draws small marks in table rows: an amplitude with its error bar, a length on a logarithmic scale.
 //!
-//! Enters: a value and its scale. Leaves: inline SVG as wide as its cell. Hand-built, because the names
-//! beside them are untrusted text and belong into the table, where they wrap and can be copied.
+//! Each is inline SVG as wide as its cell. It is written by hand, because the names beside it are untrusted text and
+//! belong into the table, where they wrap and can be copied.
 
 use maud::{Markup, html};
 

@@ -1,0 +1,222 @@
+//! Carries the chain over discontinuities of the sample stream: its start, lost samples, a source that restarts, and
+//! readings beyond their range.
+//!
+//! Nothing here runs for an ordinary sample.
+
+use crate::chain::design_parameters::{ACCELEROMETER_SUM_CODES, BIAS_PERIODS};
+use crate::chain::faults::Status;
+use crate::chain::numbers::NumberSystem;
+use crate::chain::sample::{OutputFrame, Sample};
+use crate::chain::stages::gap::Motion;
+use crate::chain::stages::{compensation, coning, sculling, size_effect};
+use crate::chain::{Chain, ChainState, StreamPhase};
+
+impl<N: NumberSystem> Chain<N> {
+    /// Advances the chain by `periods` sampling periods whose samples did not come.
+    ///
+    /// # Returns
+    /// If these periods end one or more output periods, the frame of the last of those; its sequence number skips the
+    /// others.
+    ///
+    /// # Assumptions
+    /// The next sample's counts and accelerometer codes cover the lost periods (free-running counters), so no angle and
+    /// no velocity is lost, however long the outage: what one frame cannot show follows in the next ones. Acceleration,
+    /// coning and sculling within samples, the size effect's squares and tap adaptation start anew afterwards.
+    #[inline(never)]
+    pub fn process_lost(&self, state: &mut ChainState<N>, periods: u32) -> Option<OutputFrame> {
+        if periods == 0 {
+            return None;
+        }
+        state.raise(Status::GAP);
+        size_effect::discontinue(&mut state.size_effect);
+        if state.phase == StreamPhase::First {
+            return self.wait_for_first(state, periods);
+        }
+        if let far @ 1.. = periods.saturating_sub(BIAS_PERIODS) {
+            // The exact sums of one output period do not hold more bias than that.
+            self.give_back_bias(state, i64::from(far).wrapping_neg());
+            state.periods_without_bias = state.periods_without_bias.wrapping_add(far);
+        }
+        state.phase = match state.phase {
+            StreamPhase::First => StreamPhase::First,
+            StreamPhase::AfterLost(before) => {
+                StreamPhase::AfterLost(before.saturating_add(periods))
+            }
+            StreamPhase::Restarted(before) => {
+                StreamPhase::Restarted(before.saturating_add(periods))
+            }
+            StreamPhase::Second | StreamPhase::Ordinary => StreamPhase::AfterLost(periods),
+        };
+        self.advance_time(state, periods)
+    }
+
+    /// Advances by periods before the stream's first sample. Nothing is counted yet, so no bias is subtracted.
+    fn wait_for_first(&self, state: &mut ChainState<N>, periods: u32) -> Option<OutputFrame> {
+        let waited = state.periods_in_output.wrapping_add(periods);
+        let left = waited.checked_rem(self.samples_per_output).unwrap_or(0);
+        // Neither the output periods that end now nor the present one have bias to subtract for these periods.
+        state.periods_without_bias = match waited.wrapping_sub(left) {
+            0 => left,
+            ended => ended,
+        };
+        let frame = self.advance_time(state, periods);
+        state.periods_without_bias = left;
+        frame
+    }
+
+    /// Tells that the source of samples has restarted, so that the next sample's counts and accelerometer codes do not
+    /// cover the time since the last one. They are ignored, whatever they are: rotation, velocity and bias of that time
+    /// are left out, and the dither strip starts from that sample's pickoff readings.
+    #[inline(never)]
+    pub fn restart(&self, state: &mut ChainState<N>) {
+        state.phase = match state.phase {
+            StreamPhase::First => StreamPhase::First,
+            StreamPhase::AfterLost(lost) | StreamPhase::Restarted(lost) => {
+                StreamPhase::Restarted(lost)
+            }
+            StreamPhase::Second | StreamPhase::Ordinary => StreamPhase::Restarted(0),
+        };
+    }
+
+    /// Handles a sample that is not an ordinary one.
+    ///
+    /// # Returns
+    /// The sample with its readings in range, if it is to go through the stages; `None` if it is done with.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn begin_or_resume(
+        &self,
+        state: &mut ChainState<N>,
+        sample: &Sample,
+    ) -> Option<Sample> {
+        match state.phase {
+            StreamPhase::First => {
+                let held = self.limits.hold(&sample.pickoff_codes, sample, 1);
+                state.raise(held.status.union(Status::PRIMED));
+                self.dither.start(&mut state.dither, sample.pickoff_codes);
+                state.flexure = *self.installation.flexure();
+                state.periods_without_bias = state.periods_without_bias.wrapping_add(1);
+                state.phase = StreamPhase::Second;
+                None
+            }
+            StreamPhase::Restarted(lost) => {
+                self.resume_without(state, sample, lost.saturating_add(1));
+                None
+            }
+            StreamPhase::AfterLost(lost) => {
+                self.resume(state, sample, lost.saturating_add(1));
+                None
+            }
+            StreamPhase::Second | StreamPhase::Ordinary => Some(self.hold(state, sample, 1)),
+        }
+    }
+
+    /// Brings a sample that covers `periods` periods within its limits.
+    fn hold(&self, state: &mut ChainState<N>, sample: &Sample, periods: u32) -> Sample {
+        let held = self.limits.hold(state.dither.previous(), sample, periods);
+        if held.status != Status::default() {
+            state.raise(held.status);
+            state.adaptation.disturb();
+            state.dither.shift(held.pickoff_excess);
+        }
+        held.sample
+    }
+
+    /// Takes a reading that covers several periods: adds its angle and velocity to the output period, with their coning
+    /// and sculling. It is not the increment of one period, so the stages that form products of samples do not see it.
+    fn resume(&self, state: &mut ChainState<N>, sample: &Sample, periods: u32) {
+        let sample = self.hold(state, sample, periods);
+        let (counts, pickoffs) = (sample.pulse_counts, sample.pickoff_codes);
+        let stripped = self.dither.exact(&state.dither, pickoffs);
+        let mut sensed = self.counts.exact_wide(counts);
+        for (sensed, stripped) in sensed.iter_mut().zip(stripped) {
+            *sensed = sensed.wrapping_sub(i128::from(stripped));
+        }
+        let angle = compensation::at_rest_wide(self.installation.exact_at_rest(), sensed);
+        let (codes, velocity_status) = match &self.accelerometers {
+            Some(known) => known.velocity.hold(sample.accelerometer_codes, periods),
+            None => ([0; 3], Status::default()),
+        };
+        let velocity = match &self.accelerometers {
+            Some(known) => known.velocity.exact_wide(codes),
+            None => [0; 3],
+        };
+        let of_samples = |limit: i32| limit.saturating_mul(self.samples_per_output as i32);
+        let fits = state.gap.fits(angle, velocity)
+            && (state.counts).has_room(counts, self.limits.counts().map(of_samples))
+            && (state.velocity).has_room(codes, [ACCELEROMETER_SUM_CODES; 3]);
+        if fits {
+            let before = Motion {
+                angle: self.exact_case(
+                    self.counts.since_start(&state.counts),
+                    self.dither.since_start(&state.dither),
+                ),
+                velocity: self.velocity_since_start(state),
+            };
+            let reading = Motion {
+                angle: angle.map(|angle| angle as i64),
+                velocity: velocity.map(|velocity| velocity as i64),
+            };
+            state.gap.take(&before, &reading);
+            state.counts.add(counts);
+            state.velocity.add(codes);
+        } else {
+            state.frame.defer(angle, velocity);
+            self.dither.leave_out(&mut state.dither, pickoffs);
+        }
+        self.dither.resume(&mut state.dither, pickoffs);
+        self.begin_products(state, velocity_status);
+    }
+
+    /// The velocity that the accelerometers have sensed since the output period's start \[fine units\]; their bias is
+    /// still in it.
+    fn velocity_since_start(&self, state: &ChainState<N>) -> [i64; 3] {
+        match &self.accelerometers {
+            Some(known) => known.velocity.since_start(&state.velocity),
+            None => [0; 3],
+        }
+    }
+
+    /// Resumes with a sample whose counts do not cover the last `periods` periods: only its pickoff readings are used.
+    fn resume_without(&self, state: &mut ChainState<N>, sample: &Sample, periods: u32) {
+        // The gyros did not count the blocks' motion in these periods either.
+        self.dither.restart(&mut state.dither, sample.pickoff_codes);
+        // No bias was counted: give back what was or will be subtracted for them, in output periods that have ended and in
+        // the present one.
+        let of_this = periods.min(state.periods_in_output.wrapping_add(1));
+        state.periods_without_bias = state.periods_without_bias.wrapping_add(of_this);
+        self.give_back_bias(state, i64::from(periods.wrapping_sub(of_this)));
+        size_effect::discontinue(&mut state.size_effect);
+        self.begin_products(state, Status::default());
+    }
+
+    /// Starts the products of neighbouring samples anew after a gap.
+    fn begin_products(&self, state: &mut ChainState<N>, raised: Status) {
+        state.raise(raised.union(Status::GAP));
+        state.adaptation.disturb();
+        coning::resume(&mut state.coning);
+        sculling::resume(&mut state.sculling);
+        state.phase = StreamPhase::Second;
+    }
+
+    /// The case's angle \[fine units\] by the installation matrix at rest, from sensed and stripped angles.
+    fn exact_case(&self, mut sensed: [i64; 3], stripped: [i64; 3]) -> [i64; 3] {
+        for (sensed, stripped) in sensed.iter_mut().zip(stripped) {
+            *sensed = sensed.wrapping_sub(stripped);
+        }
+        compensation::at_rest_exactly(self.installation.exact_at_rest(), sensed)
+    }
+
+    /// Adds the bias of `periods` sampling periods to what the next frames show; subtracts it for a negative number.
+    #[cold]
+    #[inline(never)]
+    fn give_back_bias(&self, state: &mut ChainState<N>, periods: i64) {
+        let sensed = self.counts.bias_wide(periods);
+        let rotation = compensation::at_rest_wide(self.installation.exact_at_rest(), sensed);
+        let velocity = match &self.accelerometers {
+            Some(known) => known.velocity.bias_wide(periods),
+            None => [0; 3],
+        };
+        state.frame.defer(rotation, velocity);
+    }
+}

@@ -1,0 +1,39 @@
+//! Shows the proof by interval arithmetic what the chain keeps and how far its taps can move.
+//!
+//! Built with the feature `proof` alone, for the host.
+
+use crate::chain::numbers::Interval;
+use crate::chain::{Chain, ChainState};
+
+impl Chain<Interval> {
+    /// Lowest and highest value of both taps of gyros x, y, z that adaptation can reach \[fine units per code\].
+    pub fn tap_ranges(&self) -> [[(i64, i64); 2]; 3] {
+        self.adaptation.tap_ranges(self.dither.nominal())
+    }
+
+    /// Uses the whole ranges of the taps for the next sample.
+    pub fn widen_taps(&self, state: &mut ChainState<Interval>) {
+        self.dither
+            .widen_taps(&mut state.dither, &self.tap_ranges());
+    }
+
+    /// Samples of one adaptation window; of an output period where no gyro is dithered.
+    pub fn samples_per_window(&self) -> u32 {
+        self.adaptation.frames_per_window() * self.samples_per_output
+    }
+}
+
+impl ChainState<Interval> {
+    /// Everything that the state keeps in fixed-point words.
+    pub fn words(&self) -> impl core::fmt::Debug + '_ {
+        (
+            (
+                self.dither.step(),
+                self.dither.taps(),
+                self.adaptation.sums(),
+            ),
+            (&self.acceleration, &self.flexure, &self.coning),
+            (&self.sculling, &self.size_effect),
+        )
+    }
+}
