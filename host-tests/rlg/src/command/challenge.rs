@@ -33,7 +33,7 @@ const RECORDING: &str = "recording";
 ///
 /// Draws trials (effect-free records of every noise family, effects of the catalogue alone and in pairs, confounded,
 /// outside the catalogue, columns of no meaning), commits to the answers (OUT/commitments.txt, SHA-256) before
-/// anything is diagnosed, and writes the answers (answers.jsonl), what the tool said (outcomes.jsonl), the scores
+/// anything is diagnosed, and writes the answers (answers.jsonl), the findings (outcomes.jsonl), the scores
 /// against the marks (challenge.json) and one page (report.html).
 ///
 /// The same seed gives the same bytes for any number of threads. A campaign may be split: --shard 0/4 ... 3/4 in any
@@ -66,7 +66,7 @@ pub struct ChallengeCommand {
     /// Run one trial of the same challenge alone, and keep its recording and model in OUT/recording
     #[arg(long, conflicts_with = "shard")]
     trial: Option<u64>,
-    /// Take the concealed kind out of the tool's catalogue: it must never name another one
+    /// Remove the concealed kind from the diagnosis' catalogue: it must never name another one
     #[arg(long)]
     leave_one_out: bool,
     /// Merge folders of shards instead of running anything
@@ -82,7 +82,7 @@ pub struct ChallengeCommand {
     /// Only check a folder's answers against its commitments
     #[arg(long, value_name = "DIR", conflicts_with = "merge")]
     check: Option<PathBuf>,
-    /// Threads to work with; the result is the same bytes for any number [default: all]
+    /// Threads to use; results are the same for any number [default: all]
     #[arg(long)]
     threads: Option<std::num::NonZeroUsize>,
     #[command(flatten)]

@@ -38,10 +38,10 @@ pub struct Diagnose {
     /// Folders with recording.toml; several are explained together
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
-    /// A recording of several to validate on alone, by its folder; again for more [default: the last]
+    /// Of several recordings, hold this one out for validation; may be given several times [default: the last]
     #[arg(long, value_name = "RECORDING")]
     hold_out: Vec<PathBuf>,
-    /// What the simulation of this recording already contains
+    /// The model: what the simulation of the recordings already contains
     #[arg(long)]
     model: PathBuf,
     /// Rows to hold in memory at once; a longer recording is diagnosed by intervals, with the rest as sums over blocks
@@ -53,7 +53,7 @@ pub struct Diagnose {
     /// Seed of the self-test and the control; the findings do not depend on it
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Threads to work with; the result is the same bytes for any number [default: all]
+    /// Threads to use; results are the same for any number [default: all]
     #[arg(long)]
     threads: Option<std::num::NonZeroUsize>,
 }

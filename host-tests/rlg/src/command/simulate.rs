@@ -14,8 +14,8 @@ use crate::terminal::Terminal;
 
 /// Make a recording of a dithered ring-laser triad from a scenario
 ///
-/// Writes OUT (a recording), OUT/model.toml (what its simulation admits) and, beside the folder,
-/// OUT.truth.json (what it conceals).
+/// Writes OUT (a recording), OUT/model.toml (the model without the concealed effects) and, beside the folder,
+/// OUT.truth.json (the concealed effects).
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  rlg simulate host-tests/scenarios/coning.toml --out /tmp/coning --seed 7"
