@@ -6,6 +6,7 @@ use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use rlg_challenge::marks::courses;
 use rlg_challenge::marks::engine::{DiagnosisSummary, EngineName, Estimate, FoundEffect};
+use rlg_challenge::marks::family::Family;
 use rlg_challenge::marks::judge::{Score, judge};
 use rlg_challenge::marks::motion::{Derivative, Motion};
 use rlg_challenge::marks::noise::{Drift, Levels, Weighting, dct, quantised_rad};
@@ -13,7 +14,7 @@ use rlg_challenge::marks::record::{Answer, Concealed, record};
 use rlg_challenge::marks::run::{Outcome, Plan, prepare};
 use rlg_challenge::marks::setting::{Limits, MOTIONS, Setting};
 use rlg_challenge::marks::table::{Status, score};
-use rlg_challenge::marks::trial::{Family, Rows, Source, Trial, product};
+use rlg_challenge::marks::trial::{Rows, Source, Trial, product};
 use rlg_recording::Quantity;
 use serde_json::json;
 
@@ -183,7 +184,7 @@ fn residuals(trial: &Trial, rows: &Rows) -> [Vec<f64>; 3] {
 #[test]
 fn recordings_hold_the_effects_and_the_noise_that_their_answers_state() {
     let mut tested = 0;
-    for number in 0..70 {
+    for number in 0..40 {
         let trial = Trial::draw(11, number, &LIMITS).expect("drawn");
         let Source::Rows(rows) = &trial.source else {
             continue;
@@ -222,12 +223,12 @@ fn recordings_hold_the_effects_and_the_noise_that_their_answers_state() {
             rows.setting
         );
     }
-    assert!(tested > 50);
+    assert!(tested > 30);
 }
 
 #[test]
 fn two_effects_are_never_two_names_of_one() {
-    for number in (7..7 + 17 * 12).step_by(17) {
+    for number in (7..7 + 17 * 6).step_by(17) {
         let trial = Trial::draw(3, number, &LIMITS).expect("drawn");
         let kinds: Vec<&str> = trial.effects().iter().map(|one| one.effect.kind).collect();
         let both = |a: &str, b: &str| kinds.contains(&a) && kinds.contains(&b);

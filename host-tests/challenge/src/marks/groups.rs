@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::family::Family;
 use super::judge::{Judgement, Score};
 use super::record::Answer;
-use super::trial::Family;
 
 /// An answer with its judgement.
 pub type Judged<'a> = (&'a Answer, Judgement);

@@ -1,7 +1,7 @@
 //! Marks of ordinary recordings: reference increments on the gyros' rows, any engine.
 //!
 //! settings (`setting`) → motions (`motion`, `courses`) → surroundings (`case`) → effects (`effects`, `kinds`) →
-//! noise (`noise`) → trials (`trial`, `dithered`) → recordings and truths (`record`) → commitments and diagnoses
+//! noise (`noise`) → trials (`family`, `trial`, `dithered`) → recordings and truths (`record`) → commitments and diagnoses
 //! (`run`, `engine`) → judgements (`judge`) → the table (`groups`, `table`)
 //!
 //! Everything is drawn from one seed; a trial's number fixes its family and its stream, so `seed:number` repeats it
@@ -12,6 +12,7 @@ pub mod courses;
 pub mod dithered;
 pub mod effects;
 pub mod engine;
+pub mod family;
 pub mod groups;
 pub mod judge;
 pub mod kinds;

@@ -11,9 +11,10 @@ use serde_json::{Map, Value};
 
 use super::case::START_K;
 use super::effects::{AXES, Perturbation};
+use super::family::Family;
 use super::noise::quantised_rad;
 use super::setting::Setting;
-use super::trial::{Family, Rows, Source, Trial};
+use super::trial::{Rows, Source, Trial};
 
 /// Noise of a thermometer's reading \[K\].
 const THERMOMETER_K: f64 = 2e-3;

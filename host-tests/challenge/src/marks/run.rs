@@ -12,9 +12,10 @@ use rlg_recording::output::write_file;
 use serde::{Deserialize, Serialize};
 
 use super::engine::{DiagnosisSummary, Engine, EngineName};
+use super::family::{CYCLE, Family};
 use super::record::{Answer, record};
 use super::setting::Limits;
-use super::trial::{CYCLE, Family, Trial};
+use super::trial::Trial;
 use crate::given::MODEL;
 
 /// What is run.

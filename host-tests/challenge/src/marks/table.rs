@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
+use super::family::Family;
 use super::groups::{Counts, Failure, Judged, failure, groups, id};
 use super::judge::{Score, judge};
 use super::record::Answer;
 use super::run::{Outcome, Plan};
-use super::trial::Family;
 use crate::chance::{limits, upper_limit};
 
 /// "None" is met where this many trials, all without a hit, bound the share: 0 of 600 is below 0.5 %.

@@ -7,9 +7,9 @@ use serde_json::json;
 
 use crate::challenge::commit::{ANSWERS, COMMITMENTS, OUTCOMES, commitments};
 use crate::challenge::marks::engine::{EngineName, engine};
+use crate::challenge::marks::family::Family;
 use crate::challenge::marks::run::{Cost, Outcome, Plan, prepare};
 use crate::challenge::marks::table::{Scores, score};
-use crate::challenge::marks::trial::Family;
 use crate::error::InputError;
 use crate::output::OutputFolder;
 use crate::terminal::Terminal;
