@@ -61,11 +61,43 @@ pub fn scan(
             size: score[row] / information.sqrt(),
         });
     }
-    events.extend(step(transform, &powers, &score));
+    events.extend(step(transform, basis, levels, &score));
     events
 }
 
-fn step(transform: &Transform, powers: &[f64], score: &[f64]) -> Option<Event> {
+/// Information of a step from row `place` of `rows` on, by bins of single coefficients and samples of wider ones.
+///
+/// Coefficient k of the step is −√(2/n) sin(π place k/n)/(2 sin(π k/2n)).
+fn step_information(basis: &NoiseBasis, powers: &[f64], rows: usize, place: usize) -> f64 {
+    const SAMPLES: usize = 8;
+    let n = rows as f64;
+    let square = |k: usize| {
+        if k == 0 {
+            return (rows - place).pow(2) as f64 / n;
+        }
+        let angle = std::f64::consts::PI * k as f64 / n;
+        let ratio = (place as f64 * angle).sin() / (2.0 * (0.5 * angle).sin());
+        2.0 / n * ratio * ratio
+    };
+    let bins = basis
+        .bins
+        .iter()
+        .zip(powers)
+        .filter(|(bin, _)| bin.end <= rows);
+    bins.map(|(bin, power)| {
+        let count = bin.len().min(SAMPLES);
+        let samples = (0..count).map(|sample| square(bin.start + sample * bin.len() / count));
+        samples.sum::<f64>() / count as f64 * bin.len() as f64 / power
+    })
+    .sum()
+}
+
+fn step(
+    transform: &Transform,
+    basis: &NoiseBasis,
+    levels: NoiseLevels,
+    score: &[f64],
+) -> Option<Event> {
     let span = &transform.observations().spans[0];
     let rows = span.rows.len();
     let margin = (rows / 100).max(8);
@@ -76,14 +108,10 @@ fn step(transform: &Transform, powers: &[f64], score: &[f64]) -> Option<Event> {
     let places: Vec<usize> = (0..STEP_PLACES)
         .map(|place| margin + place * (last - margin) / (STEP_PLACES - 1))
         .collect();
+    let powers = basis.binned(levels);
     let informations: Vec<f64> = places
         .iter()
-        .map(|&place| {
-            let mut column = vec![0.0; transform.observations().record_rows];
-            column[span.rows.start + place..].fill(1.0);
-            let spectrum = transform.spectrum(&column);
-            spectrum.iter().zip(powers).map(|(c, s)| c * c / s).sum()
-        })
+        .map(|&place| step_information(basis, &powers, rows, place))
         .collect();
     let mut sum = 0.0;
     let mut best: Option<(usize, f64)> = None;
@@ -110,4 +138,41 @@ fn step(transform: &Transform, powers: &[f64], score: &[f64]) -> Option<Event> {
         row: span.rows.start + row,
         size,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{EventKind, scan};
+    use crate::normal_equations::Transform;
+    use crate::{NoiseBasis, NoiseLevels, Observations};
+
+    #[test]
+    fn a_step_and_an_impulse_are_found_at_their_rows_with_their_size_in_standard_deviations() {
+        let rows = 2000;
+        let observations = Observations::bridged(&vec![true; rows]).expect("rows");
+        let basis = NoiseBasis::new(&observations);
+        let levels = NoiseLevels {
+            white: 4.0,
+            ..NoiseLevels::default()
+        };
+        let transform = Transform::new(observations, &basis, levels);
+        let found = |record: &[f64], kind| {
+            let events = scan(&transform, &basis, &transform.spectrum(record), levels);
+            *events
+                .iter()
+                .find(|event| event.kind == kind)
+                .expect("one of each kind")
+        };
+        let mut record = vec![0.0; rows];
+        record[700] = 20.0;
+        let impulse = found(&record, EventKind::Impulse);
+        assert_eq!(impulse.row, 700);
+        assert!((impulse.size - 10.0).abs() < 0.1, "{}", impulse.size);
+        let mut record = vec![0.0; rows];
+        record[1200..].fill(1.0);
+        let step = found(&record, EventKind::Step);
+        assert!(step.row.abs_diff(1200) < 5, "{}", step.row);
+        // White noise of variance 4: √(800 · 1/4).
+        assert!((step.size / 14.14 - 1.0).abs() < 0.03, "{}", step.size);
+    }
 }

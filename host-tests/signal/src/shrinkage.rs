@@ -40,13 +40,13 @@ pub struct Powers<'a> {
     pub residual: &'a [f64],
 }
 
-/// An estimate with how much of the plane of time and frequency it keeps.
+/// An estimate with how many cells of time and frequency it keeps.
 #[derive(Debug, Clone)]
 pub struct Shrunk {
     /// The estimate by row.
     pub values: Vec<f64>,
-    /// Share of cells whose gain is not 0.
-    pub open: f64,
+    /// Cells whose gain is not 0.
+    pub kept: usize,
 }
 
 /// Shrinks `values`. Records that are too short stay as they are.
@@ -54,7 +54,7 @@ pub fn shrink(values: &[f64], powers: &Powers, rate_hz: f64, gate: &Gate) -> Shr
     let Some(frames) = Frames::new(values.len(), rate_hz) else {
         return Shrunk {
             values: values.to_vec(),
-            open: 1.0,
+            kept: usize::MAX,
         };
     };
     let (length, hop, rows) = (frames.length, frames.hop(), values.len());
@@ -103,7 +103,7 @@ pub fn shrink(values: &[f64], powers: &Powers, rate_hz: f64, gate: &Gate) -> Shr
     }
     let thresholds: Vec<f64> = cells.into_iter().map(|cells| raised(cells, gate)).collect();
     let mut result = vec![0.0; padded.len()];
-    let mut open = 0.0;
+    let mut kept = 0;
     for (frame, mut spectrum) in spectra.into_iter().enumerate() {
         for (k, value) in spectrum.iter_mut().enumerate() {
             let ratio = power_of(frame, k) / left[k];
@@ -113,7 +113,7 @@ pub fn shrink(values: &[f64], powers: &Powers, rate_hz: f64, gate: &Gate) -> Shr
                 0.0
             };
             *value *= gain;
-            open += f64::from(gain > 0.0);
+            kept += usize::from(gain > 0.0);
         }
         for (sum, value) in result[frame * hop..]
             .iter_mut()
@@ -124,7 +124,7 @@ pub fn shrink(values: &[f64], powers: &Powers, rate_hz: f64, gate: &Gate) -> Shr
     }
     Shrunk {
         values: result[length..length + rows].to_vec(),
-        open: open / (count * frames.frequencies()) as f64,
+        kept,
     }
 }
 

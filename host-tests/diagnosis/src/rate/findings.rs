@@ -5,17 +5,19 @@ use std::collections::{BTreeMap, BTreeSet};
 use rlg_catalogue::Candidate;
 use rlg_catalogue::candidates::{AXES, Variant};
 use rlg_catalogue::entries::{self, SLIP, STEP};
-use rlg_inference::{Drift, Fit};
+use rlg_inference::events::scan;
+use rlg_inference::normal_equations::Transform;
+use rlg_inference::{Drift, Fit, NoiseBasis, Observations};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::partition::Use;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use super::confirm;
 use super::data::Data;
 use super::excess_noise::excess;
 use super::noise::reported;
 use super::plan::AnalysisPlan;
-use super::search::Found;
+use super::search::{Found, mean};
 use crate::Outcome;
 use crate::entries::{fault_entry, noise as noise_entry};
 use crate::excess::Excess;
@@ -111,8 +113,9 @@ pub fn outcome(
         .collect();
     effects.extend(noise_found.iter().map(noise_entry));
     effects.extend(left.iter().map(|location| unexplained(location, streams)));
+    let is_consistent = left.is_empty() && !has_event(data, &fit, &after_rad, plan);
     let is_explained = !findings.is_empty() || !noise_found.is_empty() || !faults.is_empty();
-    let verdict = match (is_explained, left.is_empty()) {
+    let verdict = match (is_explained, is_consistent) {
         (false, true) => Verdict::Matches,
         (false, false) => Verdict::Unexplained,
         (true, true) => Verdict::Explained,
@@ -181,6 +184,26 @@ pub fn outcome(
         diagnosis,
         model,
         pictures: Some(pictures),
+    })
+}
+
+/// Whether a step or a slip stands in any row, confirming and tested ones included: those are too late for a name, but
+/// the residual is then not the noise that was fitted.
+fn has_event(data: &Data, fit: &Fit, after_rad: &Triad, plan: &AnalysisPlan) -> bool {
+    let Some(observations) =
+        Observations::bridged(&data.rows_of(&[Use::Train, Use::Confirm, Use::Test]))
+    else {
+        return false;
+    };
+    let basis = NoiseBasis::new(&observations);
+    let transform = Transform::new(observations, &basis, mean(&fit.levels));
+    (0..3).any(|gyro| {
+        let spectrum = transform.spectrum(&after_rad[gyro]);
+        let events = scan(&transform, &basis, &spectrum, fit.levels[gyro]);
+        events.iter().any(|event| {
+            let places = 3.0 * data.streams.rows as f64;
+            2.0 * places * Normal::standard().sf(event.size.abs()) < plan.unexplained
+        })
     })
 }
 

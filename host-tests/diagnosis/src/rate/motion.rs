@@ -127,7 +127,7 @@ pub fn estimate(
         std::array::from_fn(|axis| axes[axis].3.clone().expect("every block has its pickoff"))
     });
     Motion {
-        is_moving: std::array::from_fn(|axis| axes[axis].0.open >= plan.least_open),
+        is_moving: std::array::from_fn(|axis| axes[axis].0.kept >= plan.least_cells),
         reference_walk: std::array::from_fn(|axis| axes[axis].1),
         reference_angle: std::array::from_fn(|axis| axes[axis].2),
         signals: Signals::new(

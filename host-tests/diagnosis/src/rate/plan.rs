@@ -25,8 +25,8 @@ pub struct AnalysisPlan {
     pub reference_std: f64,
     /// Where the reference shows motion.
     pub gate: Gate,
-    /// Share of cells above the gate below which an axis shows no motion at all.
-    pub least_open: f64,
+    /// Cells of time and frequency above the gate below which an axis shows no motion: some neighbourhoods of nine.
+    pub least_cells: usize,
     /// Size of an event below which it is not tried \[σ\].
     pub event: f64,
     /// Chance of a band's power below which the fit leaves something there, all bands counted.
@@ -50,7 +50,7 @@ impl Default for AnalysisPlan {
             drift_within: 3.0,
             reference_std: 0.5,
             gate: Gate::default(),
-            least_open: 0.01,
+            least_cells: 27,
             event: 3.5,
             unexplained: 1e-4,
             excess_noise: 6.0,
