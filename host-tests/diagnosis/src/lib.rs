@@ -215,8 +215,8 @@ pub fn diagnose(
 /// Which engine decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Engine {
-    /// One likelihood and one search (rate/) where they serve; the older stages for everything else, and where something is
-    /// left that the new catalogue cannot name.
+    /// For gyros without a dither one likelihood and one search (rate/) where they serve; the older stages for everything
+    /// else, and where something is left that the new catalogue cannot name.
     #[default]
     Both,
     /// The older stages alone.
@@ -264,7 +264,11 @@ pub fn diagnose_by(
         let streams = vec![streams];
         diagnose_aligned(left_out, streams, None, model, model_file, seed, progress)
     };
-    if engine == Engine::Old || !rate::serves(&streams, model) {
+    let is_dithered = streams.pickoff_rad.is_some();
+    if engine == Engine::Old
+        || (engine == Engine::Both && is_dithered)
+        || !rate::serves(&streams, model)
+    {
         return old(streams);
     }
     let mut qualified = streams;

@@ -47,7 +47,7 @@ impl Default for AnalysisPlan {
             naming: 4.0,
             class_within: 3.0,
             separation: 5.0,
-            drift_within: 3.0,
+            drift_within: 6.0,
             reference_std: 0.5,
             gate: Gate::default(),
             least_cells: 27,

@@ -10,7 +10,7 @@ use crate::diagnose::attitude::is_slow;
 use crate::diagnose::declare::MOST_ROWS;
 use crate::diagnose::long::Long;
 use crate::diagnose::streams::Streams;
-use crate::diagnose::{diagnose, diagnose_aligned};
+use crate::diagnose::{Engine, diagnose, diagnose_aligned, diagnose_by};
 use crate::error::InputError;
 use crate::recording::Recording;
 use crate::report::terminal::lines;
@@ -53,9 +53,33 @@ pub struct Diagnose {
     /// Seed of the self-test and the control; the findings do not depend on it
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    /// Which engine decides on one recording with a reference at every row
+    #[arg(long, value_enum, default_value = "both")]
+    engine: EngineChoice,
     /// Threads to use; results are the same for any number [default: all]
     #[arg(long)]
     threads: Option<std::num::NonZeroUsize>,
+}
+
+/// Engines of the diagnosis.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum EngineChoice {
+    /// One likelihood for gyros without a dither; the older stages for all others and for what it cannot name
+    Both,
+    /// The older stages alone
+    Old,
+    /// One likelihood alone, dithered gyros included
+    New,
+}
+
+impl From<EngineChoice> for Engine {
+    fn from(choice: EngineChoice) -> Self {
+        match choice {
+            EngineChoice::Both => Self::Both,
+            EngineChoice::Old => Self::Old,
+            EngineChoice::New => Self::New,
+        }
+    }
 }
 
 impl Diagnose {
@@ -119,6 +143,18 @@ impl Diagnose {
                         .expected("one such recording at a time"));
                     }
                     return diagnose(&recording, &model, &self.model, self.seed, &progress);
+                }
+                if self.recordings.len() == 1 {
+                    let (engine, file) = (self.engine.into(), &self.model);
+                    return diagnose_by(
+                        engine,
+                        &[],
+                        &recording,
+                        &model,
+                        file,
+                        self.seed,
+                        &progress,
+                    );
                 }
                 let mut streams = Streams::align(&recording, &model)?;
                 streams.pieces[0].held_out = *held_out;

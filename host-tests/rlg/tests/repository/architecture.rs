@@ -8,15 +8,25 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Package, and the packages of this workspace that it may depend on.
-const MAY_DEPEND_ON: [(&str, &[&str]); 18] = [
+const MAY_DEPEND_ON: [(&str, &[&str]); 21] = [
     ("trueaxis", &[]),
     ("strapdown", &[]),
     ("rlg-recording", &[]),
     ("rlg-model", &["rlg-recording"]),
     ("rlg-parameters", &["rlg-model", "trueaxis"]),
+    ("rlg-signal", &[]),
+    ("rlg-inference", &[]),
+    ("rlg-catalogue", &["rlg-signal", "rlg-inference"]),
     (
         "rlg-diagnosis",
-        &["rlg-recording", "rlg-model", "strapdown"],
+        &[
+            "rlg-recording",
+            "rlg-model",
+            "rlg-signal",
+            "rlg-inference",
+            "rlg-catalogue",
+            "strapdown",
+        ],
     ),
     (
         "rlg-calibration",
