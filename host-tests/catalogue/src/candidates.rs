@@ -202,8 +202,8 @@ impl Pool {
         let mut all = Vec::new();
         match entry.law {
             Law::Axes(columns) => {
-                for axis in 0..3 {
-                    let mut named = Named::new(AXES[axis].to_string());
+                for (axis, name) in AXES.iter().enumerate() {
+                    let mut named = Named::new((*name).to_string());
                     for (column, factor) in columns(axis) {
                         add(&mut named, axis, column, factor);
                     }
@@ -248,8 +248,8 @@ impl Pool {
                 }
             }
             Law::Body(columns) => {
-                for parameter in 0..3 {
-                    let mut named = Named::new(AXES[parameter].to_string());
+                for (parameter, name) in AXES.iter().enumerate() {
+                    let mut named = Named::new((*name).to_string());
                     for gyro in 0..3 {
                         for axis in 0..3 {
                             let along = signals.sensing_from_body[(gyro, axis)];
@@ -301,8 +301,8 @@ impl Pool {
     pub fn mode(&mut self, mode: Mode, places: f64, signals: &Signals) -> Candidate {
         let mut names = Vec::new();
         let mut terms = Vec::new();
-        for gyro in 0..3 {
-            for about in (0..3).filter(|about| *about != gyro) {
+        for (gyro, name) in AXES.iter().enumerate() {
+            for (about, other) in AXES.iter().enumerate().filter(|(about, _)| *about != gyro) {
                 let (sign, senses) = tilt(gyro, about);
                 terms.push(Term {
                     parameter: names.len(),
@@ -310,7 +310,7 @@ impl Pool {
                     column: self.place(Column::ModeFlexure(about, senses, mode)),
                     coefficient: -sign / (1.0 - signals.scale_error[gyro]),
                 });
-                names.push(format!("{}{}", AXES[gyro], AXES[about]));
+                names.push(format!("{name}{other}"));
             }
         }
         Candidate {

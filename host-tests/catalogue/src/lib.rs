@@ -1,6 +1,6 @@
 //! Effects that a model may lack, as hypotheses over design columns.
 //!
-//! [`signals`] holds the measured inputs and the motion derived from them; [`column`] makes one design column of them;
+//! [`signals`] holds the measured inputs and the motion derived from them; [`mod@column`] makes one design column of them;
 //! [`entries`] is the catalogue, one row an effect; [`candidates`] spells its rows out for the search, with the price of
 //! each; [`resonance`] makes the columns of axes that follow acceleration through a second-order mode.
 

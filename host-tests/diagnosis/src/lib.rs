@@ -217,9 +217,9 @@ pub fn diagnose(
 pub enum Engine {
     /// For gyros without a dither one likelihood and one search (rate/) where they serve; the older stages for everything
     /// else, and where something is left that the new catalogue cannot name.
-    #[default]
     Both,
     /// The older stages alone.
+    #[default]
     Old,
     /// The new engine alone, where it serves.
     New,

@@ -122,8 +122,7 @@ fn step(
         }
         let after = places
             .partition_point(|&place| place <= row)
-            .min(STEP_PLACES - 1)
-            .max(1);
+            .clamp(1, STEP_PLACES - 1);
         let (low, high) = (places[after - 1], places[after]);
         let share = (row - low) as f64 / (high - low) as f64;
         let information =

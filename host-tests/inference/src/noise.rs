@@ -317,14 +317,10 @@ impl NoiseBasis {
             for a in 0..TERMS {
                 let scaled = terms[a] / scale[a];
                 right[a] += weight * scaled * density;
-                for b in 0..=a {
-                    normal[a][b] += weight * scaled * terms[b] / scale[b];
+                let row = normal[a].iter_mut().zip(terms.iter().zip(scale));
+                for (sum, (term, scale)) in row {
+                    *sum += weight * scaled * term / scale;
                 }
-            }
-        }
-        for a in 0..TERMS {
-            for b in 0..a {
-                normal[b][a] = normal[a][b];
             }
         }
         let solved = non_negative(&normal, &right, active);

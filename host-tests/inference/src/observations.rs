@@ -142,9 +142,9 @@ mod tests {
 
     #[test]
     fn runs_are_found_with_their_ends() {
-        let flags = [true, false, false, true, true];
+        let flags = [true, false, false, true, true, false];
         assert_eq!(runs(&flags, true), [0..1, 3..5]);
-        assert_eq!(runs(&flags, false), [1..3]);
+        assert_eq!(runs(&flags, false), [1..3, 5..6]);
     }
 
     #[test]
@@ -168,13 +168,14 @@ mod tests {
         seen[0..4].fill(false);
         seen[28..30].fill(false);
         seen[12..14].fill(false);
+        seen[20] = false;
         let observations = Observations::bridged(&seen).expect("rows enough");
         let span = Span {
             rows: 4..28,
-            gaps: vec![12..14],
+            gaps: vec![12..14, 20..21],
         };
-        assert_eq!(observations.spans, [span.clone()]);
-        assert_eq!(span.edges(), [0, 8, 9, 23]);
+        assert_eq!(span.edges(), [0, 8, 9, 16, 23]);
+        assert_eq!(observations.spans, [span]);
     }
 
     #[test]

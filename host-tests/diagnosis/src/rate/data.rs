@@ -120,8 +120,8 @@ impl<'a> Data<'a> {
     pub fn known_delay_s(&self) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for effect in &self.model.effects {
-            for axis in 0..3 {
-                sum[axis] += delay_of(effect, axis);
+            for (axis, sum) in sum.iter_mut().enumerate() {
+                *sum += delay_of(effect, axis);
             }
         }
         sum

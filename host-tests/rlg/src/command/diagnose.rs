@@ -54,7 +54,7 @@ pub struct Diagnose {
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Which engine decides on one recording with a reference at every row
-    #[arg(long, value_enum, default_value = "both")]
+    #[arg(long, value_enum, default_value = "old")]
     engine: EngineChoice,
     /// Threads to use; results are the same for any number [default: all]
     #[arg(long)]

@@ -53,7 +53,7 @@ struct OutputOptions {
 #[derive(Debug, Subcommand)]
 enum Command {
     Calibrate(calibrate::Calibrate),
-    Challenge(challenge::ChallengeCommand),
+    Challenge(Box<challenge::ChallengeCommand>),
     Demo(demo::DemoCommand),
     Diagnose(diagnose::Diagnose),
     Import(import::Import),
