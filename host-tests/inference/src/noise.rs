@@ -8,7 +8,9 @@
 use std::f64::consts::PI;
 use std::ops::Range;
 
-use crate::observations::Observations;
+use rayon::prelude::*;
+
+use crate::observations::{Observations, Span};
 
 /// Number of noise terms.
 pub const TERMS: usize = 4;
@@ -105,6 +107,7 @@ impl NoiseBasis {
                 0 => usize::MAX,
                 gap => span.rows.len() / (2 * gap) + 1,
             };
+            let bridged = bridged_powers(span, bridged_from);
             let mut begin = 0;
             while begin < shape.rows {
                 let wide = (begin as f64 * (1.0 + BIN_WIDTH)) as usize;
@@ -121,7 +124,13 @@ impl NoiseBasis {
                 };
                 let mut sums = [0.0; TERMS];
                 for k in begin..end {
-                    for (sum, term) in sums.iter_mut().zip(basis.terms_at(&shape, k)) {
+                    let mut terms = basis.terms_at(&shape, k);
+                    if let Some([white, angle]) = bridged.get(k) {
+                        terms[0] = white / share;
+                        // The constant of differenced noise is set by the ends, which are taken out.
+                        terms[1] = if k == 0 { terms[1] } else { angle / share };
+                    }
+                    for (sum, term) in sums.iter_mut().zip(terms) {
                         *sum += term;
                     }
                 }
@@ -328,6 +337,41 @@ impl NoiseBasis {
     }
 }
 
+/// Power that white noise and differenced white noise have in the lowest coefficients of a span behind its bridges.
+///
+/// Seen rows beside a gap count more than once at low frequencies, because the line across it is made of them.
+fn bridged_powers(span: &Span, bridged_from: usize) -> Vec<[f64; 2]> {
+    /// Lines across gaps act on coefficients up to some times the gaps' own frequency.
+    const REACH: usize = 6;
+    if span.gaps.is_empty() {
+        return Vec::new();
+    }
+    let rows = span.rows.len();
+    let count = (REACH * bridged_from).min(rows).min(MOST_BRIDGED);
+    (0..count)
+        .into_par_iter()
+        .map(|k| {
+            let norm = (if k == 0 { 1.0 } else { 2.0 } / rows as f64).sqrt();
+            let step = PI * k as f64 / rows as f64;
+            let wave: Vec<f64> = (0..rows)
+                .map(|row| norm * (step * (row as f64 + 0.5)).cos())
+                .collect();
+            let spread = span.spread(&wave);
+            let white = spread.iter().map(|weight| weight * weight).sum();
+            // Interior angles: each stands in two rows, with opposite signs, where both are seen.
+            let angle = spread
+                .windows(2)
+                .filter(|pair| pair[0] != 0.0 && pair[1] != 0.0)
+                .map(|pair| (pair[0] - pair[1]).powi(2))
+                .sum();
+            [white, angle]
+        })
+        .collect()
+}
+
+/// Coefficients that are worked out at most: many short gaps reach far, and matter little.
+const MOST_BRIDGED: usize = 256;
+
 /// Flicker's constant has the power of its frequency 0.55, as a random walk's mean has.
 const CONSTANT_OF_FLICKER: f64 = 0.55;
 /// Power below which a bin counts as empty.
@@ -462,5 +506,38 @@ mod tests {
             ..NoiseLevels::default()
         })[0];
         assert!((sum / expected - 1.0).abs() < 0.08, "{}", sum / expected);
+    }
+
+    #[test]
+    fn white_noise_behind_bridges_has_the_power_that_its_basis_says() {
+        let mut seen = vec![true; 1000];
+        for gap in 0..8 {
+            seen[125 * gap + 75..125 * gap + 125].fill(false);
+        }
+        let observations = Observations::bridged(&seen).expect("rows");
+        let basis = NoiseBasis::new(&observations);
+        let span = &observations.spans[0];
+        let dct = Dct::new(span.rows.len());
+        let trials = 600;
+        let mut mean = vec![0.0; basis.bins.len()];
+        for seed in 0..trials {
+            let mut values = span.bridge(&normals(seed, 1000));
+            dct.forward(&mut values);
+            for (sum, power) in mean.iter_mut().zip(power(&basis, &values)) {
+                *sum += power / trials as f64;
+            }
+        }
+        for (bin, mean) in mean.iter().enumerate().take(40) {
+            let expected = basis.counts[bin] * basis.power[0][bin];
+            assert!(
+                (mean / expected - 1.0).abs() < 0.25,
+                "{bin}: {mean} {expected}"
+            );
+        }
+        assert!(
+            basis.power[0][0] > 1.4,
+            "rows beside gaps count twice: {}",
+            basis.power[0][0]
+        );
     }
 }

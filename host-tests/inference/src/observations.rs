@@ -2,8 +2,8 @@
 //!
 //! A span is a stretch of rows that is transformed as one. Rows inside it that are not seen are bridged: a straight line
 //! through the means of as many rows on either side as the gap is long. The same linear operation is applied to
-//! records and columns, so coefficients are not biased; a line of such means leaves about as much low-frequency power as white
-//! noise had in the gap, and drift stays continuous.
+//! records and columns, so coefficients are not biased; drift stays continuous. What the lines do to the power of
+//! stationary noise at low frequencies is worked out with [`Span::spread`].
 
 use std::ops::Range;
 
@@ -83,29 +83,53 @@ impl Span {
     /// Values of a record in the span, gaps bridged.
     pub fn bridge(&self, record: &[f64]) -> Vec<f64> {
         let mut values = record[self.rows.clone()].to_vec();
-        for (place, gap) in self.gaps.iter().enumerate() {
-            let (begin, end) = (gap.start - self.rows.start, gap.end - self.rows.start);
-            let length = end - begin;
-            let before = place
-                .checked_sub(1)
-                .map_or(0, |previous| self.gaps[previous].end - self.rows.start);
-            let after = self
-                .gaps
-                .get(place + 1)
-                .map_or(values.len(), |next| next.start - self.rows.start);
-            let windows = [
-                begin.saturating_sub(length).max(before)..begin,
-                end..(end + length).min(after),
-            ];
-            let [left, right] = windows.clone().map(|window| mean(&values[window]));
-            let [first, last] =
-                windows.map(|window| 0.5 * (window.start + window.end) as f64 - 0.5);
-            for (row, value) in values[..end].iter_mut().enumerate().skip(begin) {
-                let share = (row as f64 - first) / (last - first);
-                *value = left + share * (right - left);
+        for line in self.lines() {
+            let [left, right] = line.windows.clone().map(|window| mean(&values[window]));
+            for row in line.gap.clone() {
+                values[row] = left + line.share(row) * (right - left);
             }
         }
         values
+    }
+
+    /// The transpose of [`Span::bridge`]: what each seen row contributes to a sum that weighs the bridged rows with
+    /// `weights`; 0 in gaps.
+    pub fn spread(&self, weights: &[f64]) -> Vec<f64> {
+        let mut values = weights.to_vec();
+        for line in self.lines() {
+            let (mut left, mut right) = (0.0, 0.0);
+            for row in line.gap.clone() {
+                let share = line.share(row);
+                left += (1.0 - share) * weights[row];
+                right += share * weights[row];
+                values[row] = 0.0;
+            }
+            for (sum, window) in [left, right].into_iter().zip(line.windows.clone()) {
+                let each = sum / window.len() as f64;
+                values[window].iter_mut().for_each(|value| *value += each);
+            }
+        }
+        values
+    }
+
+    /// The line across each gap, rows counted from the span's begin.
+    fn lines(&self) -> Vec<Line> {
+        let begin = self.rows.start;
+        let mut before = 0;
+        let mut lines = Vec::with_capacity(self.gaps.len());
+        for (place, gap) in self.gaps.iter().enumerate() {
+            let gap = gap.start - begin..gap.end - begin;
+            let next = self.gaps.get(place + 1);
+            let after = next.map_or(self.rows.len(), |next| next.start - begin);
+            let length = gap.len();
+            let windows = [
+                gap.start.saturating_sub(length).max(before)..gap.start,
+                gap.end..(gap.end + length).min(after),
+            ];
+            before = gap.end;
+            lines.push(Line { gap, windows });
+        }
+        lines
     }
 
     /// Rows of the span at which differenced white noise is not stationary, from the span's begin: its two ends, and the first
@@ -129,6 +153,21 @@ impl Span {
     pub fn longest_gap(&self) -> usize {
         let lengths = self.gaps.iter().map(ExactSizeIterator::len);
         lengths.max().unwrap_or(0)
+    }
+}
+
+/// A straight line across a gap, through the means of two windows at their middles.
+struct Line {
+    gap: Range<usize>,
+    windows: [Range<usize>; 2],
+}
+
+impl Line {
+    /// Weight of the second window's mean in a row.
+    fn share(&self, row: usize) -> f64 {
+        let middle = |window: &Range<usize>| 0.5 * (window.start + window.end) as f64 - 0.5;
+        let [first, last] = [&self.windows[0], &self.windows[1]].map(middle);
+        (row as f64 - first) / (last - first)
     }
 }
 
@@ -160,6 +199,28 @@ mod tests {
         for (value, expected) in observations.spans[0].bridge(&holed).iter().zip(&record) {
             assert!((value - expected).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn spreading_is_the_transpose_of_bridging() {
+        let mut seen = vec![true; 40];
+        seen[10..15].fill(false);
+        seen[18..25].fill(false);
+        let observations = Observations::bridged(&seen).expect("rows enough");
+        let span = &observations.spans[0];
+        let wave =
+            |step: f64| -> Vec<f64> { (0..40).map(|row| (step * f64::from(row)).sin()).collect() };
+        let (mut record, weights) = (wave(0.3), wave(1.1));
+        let spread = span.spread(&weights);
+        let direct: f64 = span
+            .bridge(&record)
+            .iter()
+            .zip(&weights)
+            .map(|(a, b)| a * b)
+            .sum();
+        record[10..15].fill(7.0);
+        let by_rows: f64 = record.iter().zip(&spread).map(|(a, b)| a * b).sum();
+        assert!((direct - by_rows).abs() < 1e-12, "{direct} {by_rows}");
     }
 
     #[test]

@@ -34,7 +34,7 @@ impl Default for PartitionPlan {
         Self {
             train: 0.6,
             confirm: 0.2,
-            stretches: 4,
+            stretches: 8,
             shortest_s: 4.0,
         }
     }
