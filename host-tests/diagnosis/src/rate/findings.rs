@@ -109,7 +109,14 @@ pub fn outcome(
 
     let mut effects: Vec<EffectEntry> = findings
         .iter()
-        .map(|one| entry(one, &fit, streams, share(&found.residual_rad, &after_rad)))
+        .map(|one| {
+            entry(
+                one,
+                &fit,
+                streams,
+                share(&found.residual_rad, &after_rad, &fitted_rows),
+            )
+        })
         .collect();
     effects.extend(noise_found.iter().map(noise_entry));
     effects.extend(left.iter().map(|location| unexplained(location, streams)));
@@ -499,9 +506,14 @@ fn unexplained(location: &Location, streams: &Streams) -> EffectEntry {
     )
 }
 
-/// Share of the residual's power that the findings explain.
-fn share(before_rad: &Triad, after_rad: &Triad) -> f64 {
-    let power = |triad: &Triad| -> f64 { triad.iter().flatten().map(|value| value * value).sum() };
+/// Share of the residual's power that the findings explain, on the rows that they saw.
+fn share(before_rad: &Triad, after_rad: &Triad, rows: &[std::ops::Range<usize>]) -> f64 {
+    let power = |triad: &Triad| -> f64 {
+        let stretches = rows
+            .iter()
+            .flat_map(|rows| triad.iter().flat_map(|values| &values[rows.clone()]));
+        stretches.map(|value| value * value).sum()
+    };
     (1.0 - power(after_rad) / power(before_rad).max(f64::MIN_POSITIVE)).max(0.0)
 }
 

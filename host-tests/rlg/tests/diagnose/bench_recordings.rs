@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{DMatrix, DVector};
 use rlg::diagnose::result::{EffectEntry, ParameterEntry, Verdict};
-use rlg::diagnose::{Outcome, diagnose};
+use rlg::diagnose::{Engine, Outcome, diagnose_by};
 use rlg::model::Model;
 use rlg::recording::Recording;
 
@@ -23,9 +23,10 @@ fn recordings() -> Option<PathBuf> {
     folder
 }
 
-fn run(folder: &Path, model: &Model) -> Outcome {
+fn run(engine: Engine, folder: &Path, model: &Model) -> Outcome {
     let recording = Recording::read(folder).expect("a recording");
-    diagnose(&recording, model, &folder.join("model.toml"), 0, &|_| {}).expect("a diagnosis")
+    let file = folder.join("model.toml");
+    diagnose_by(engine, &[], &recording, model, &file, 0, &|_| {}).expect("a diagnosis")
 }
 
 /// Values, standard deviations and covariance of an effect's numbers.
@@ -43,13 +44,13 @@ fn numbers(effect: &EffectEntry) -> (Vec<String>, DVector<f64>, DMatrix<f64>) {
     (names, DVector::from_vec(values), covariance)
 }
 
-fn flexure_is_found(name: &str) {
+fn flexure_is_found(engine: Engine, name: &str) {
     let Some(recordings) = recordings() else {
         return;
     };
     let folder = recordings.join(name);
     let model = Model::read(folder.join("model.toml")).expect("a model");
-    let outcome = run(&folder, &model);
+    let outcome = run(engine, &folder, &model);
     let diagnosis = &outcome.diagnosis;
     assert_eq!(
         diagnosis.verdict,
@@ -98,29 +99,48 @@ fn flexure_is_found(name: &str) {
     }
     assert!(drifted > 0, "no held-out drift to remove");
 
-    let again = run(&folder, &outcome.model).diagnosis;
+    let again = run(engine, &folder, &outcome.model).diagnosis;
     assert_eq!(again.verdict, Verdict::Matches, "{:#?}", again.summary);
     assert!(again.effects.is_empty());
 }
 
 #[test]
 fn flexure_concealed_under_coning_is_found_and_nothing_else() {
-    flexure_is_found("bench-coning");
+    flexure_is_found(Engine::Old, "bench-coning");
+}
+
+#[test]
+fn one_likelihood_finds_flexure_concealed_under_coning_and_nothing_else() {
+    flexure_is_found(Engine::New, "bench-coning");
 }
 
 #[test]
 fn flexure_concealed_under_vibration_is_found_and_nothing_else() {
-    flexure_is_found("bench-shake");
+    flexure_is_found(Engine::Old, "bench-shake");
+}
+
+#[test]
+fn one_likelihood_finds_flexure_concealed_under_vibration_and_nothing_else() {
+    flexure_is_found(Engine::New, "bench-shake");
 }
 
 #[test]
 fn a_recording_with_nothing_concealed_matches() {
+    nothing_is_found(Engine::Old);
+}
+
+#[test]
+fn one_likelihood_matches_a_recording_with_nothing_concealed() {
+    nothing_is_found(Engine::New);
+}
+
+fn nothing_is_found(engine: Engine) {
     let Some(recordings) = recordings() else {
         return;
     };
     let folder = recordings.join("bench-null");
     let model = Model::read(folder.join("model.toml")).expect("a model");
-    let diagnosis = run(&folder, &model).diagnosis;
+    let diagnosis = run(engine, &folder, &model).diagnosis;
     assert_eq!(
         diagnosis.verdict,
         Verdict::Matches,

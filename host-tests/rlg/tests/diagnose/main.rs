@@ -12,6 +12,7 @@ mod hidden;
 mod independence;
 mod long;
 mod modes;
+mod one_likelihood;
 mod several;
 mod slow_reference;
 mod stages;

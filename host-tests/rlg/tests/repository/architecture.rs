@@ -71,6 +71,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 21] = [
             "strapdown",
             "rlg-recording",
             "rlg-model",
+            "rlg-signal",
             "rlg-parameters",
             "rlg-diagnosis",
             "rlg-calibration",

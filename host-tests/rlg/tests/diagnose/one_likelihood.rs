@@ -1,0 +1,68 @@
+//! The engine of one likelihood: what its findings may depend on.
+
+use std::path::Path;
+
+use super::support::{at_a_quarter, concealed, kinds};
+use rlg::diagnose::rate::data::Data;
+use rlg::diagnose::rate::{AnalysisPlan, diagnose};
+use rlg::diagnose::streams::Streams;
+use rlg::simulate::scenario::Scenario;
+use rlg::simulate::simulate;
+use rlg_signal::partition::Use;
+
+const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../../scenarios/null.toml");
+
+/// What the gyros sensed in rows that only give the report's figures is replaced by garbage: no finding may change.
+#[test]
+fn findings_do_not_depend_on_the_rows_that_test_them() {
+    let effect = concealed("gyro_scale", &[("x", 2e-5), ("y", -3e-5), ("z", 2e-5)]);
+    let text = format!("{}{effect}", at_a_quarter(STILL_SLEWS_AND_VIBRATION));
+    let scenario = Scenario::parse(&text, Path::new("null.toml")).expect("a scenario");
+    let simulation = simulate(&scenario, 5, |_| {});
+    let file = Path::new("model.toml");
+    let model = &simulation.model;
+    let whole = Streams::align(&simulation.recording, model).expect("channels");
+    let mut poisoned = Streams::align(&simulation.recording, model).expect("channels");
+    let plan = AnalysisPlan::default();
+    let partition = Data::new(&whole, model, &plan, file)
+        .expect("data")
+        .partition;
+    let mut replaced = 0;
+    for (row, of) in partition.uses.iter().enumerate() {
+        if *of == Use::Test {
+            replaced += 1;
+            for (axis, sensed_rad) in poisoned.sensed_rad.iter_mut().enumerate() {
+                sensed_rad[row] = 1e-3 * ((row * (axis + 7)) as f64).sin();
+            }
+        }
+    }
+    assert!(
+        replaced > whole.rows / 10,
+        "{replaced} of {} rows",
+        whole.rows
+    );
+    let [clean, garbage] = [&whole, &poisoned].map(|streams| {
+        diagnose(&[], streams, &[], (model, file), 0, &|_| {})
+            .expect("a model that can be used")
+            .expect("rows enough")
+    });
+    assert_eq!(
+        kinds(&clean.diagnosis),
+        ["gyro_scale"],
+        "{:#?}",
+        clean.diagnosis.summary
+    );
+    let written = |outcome: &rlg::diagnose::Outcome| {
+        serde_json::to_string(&outcome.diagnosis.effects).expect("JSON") + &outcome.model.to_toml()
+    };
+    assert_eq!(written(&clean), written(&garbage));
+    let power = |outcome: &rlg::diagnose::Outcome| {
+        outcome.diagnosis.fit.channels[0]
+            .held_out_after
+            .normalised_power_all
+    };
+    assert!(
+        power(&garbage) > 10.0 * power(&clean),
+        "the report's figures show it"
+    );
+}
