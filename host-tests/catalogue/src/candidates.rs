@@ -3,8 +3,7 @@
 use rlg_inference::{Columns, Hypothesis, Term};
 
 use crate::column::Column;
-use crate::entries::{CATALOGUE, Entry, Law, MODE, SLIP, STEP, tilt};
-use crate::resonance::Mode;
+use crate::entries::{CATALOGUE, Entry, Law, SLIP, STEP, tilt};
 use crate::signals::Signals;
 
 /// Names of the axes.
@@ -28,8 +27,6 @@ pub enum Variant {
         /// Row.
         row: usize,
     },
-    /// With one mode for all axes.
-    Mode(Mode),
 }
 
 /// A hypothesis with its name.
@@ -296,34 +293,6 @@ impl Pool {
             },
         }
     }
-
-    /// Flexure behind one mode, picked from `places`.
-    pub fn mode(&mut self, mode: Mode, places: f64, signals: &Signals) -> Candidate {
-        let mut names = Vec::new();
-        let mut terms = Vec::new();
-        for (gyro, name) in AXES.iter().enumerate() {
-            for (about, other) in AXES.iter().enumerate().filter(|(about, _)| *about != gyro) {
-                let (sign, senses) = tilt(gyro, about);
-                terms.push(Term {
-                    parameter: names.len(),
-                    record: gyro,
-                    column: self.place(Column::ModeFlexure(about, senses, mode)),
-                    coefficient: -sign / (1.0 - signals.scale_error[gyro]),
-                });
-                names.push(format!("{name}{other}"));
-            }
-        }
-        Candidate {
-            kind: MODE,
-            variant: Variant::Mode(mode),
-            names,
-            hypothesis: Hypothesis {
-                parameters: 6,
-                terms,
-                price: places.ln(),
-            },
-        }
-    }
 }
 
 /// One parameter of an entry.
@@ -357,8 +326,8 @@ fn common(entry: &Entry, whole: &[Named], price: f64) -> Candidate {
 /// Whether the motion that a column is made of stands out of the reference's noise.
 fn moves(column: Column, is_moving: [bool; 3]) -> bool {
     use Column::{
-        Cube, CubicFlexure, Delay, Flexure, ForceTimesIncrement, Harmonic, Increment, Jerk,
-        Magnitude, ModeFlexure, Square, WarmingTimesIncrement,
+        Cube, CubicFlexure, Delay, Flexure, ForceTimesIncrement, Increment, Jerk, Magnitude,
+        Square, WarmingTimesIncrement,
     };
     match column {
         Increment(axis)
@@ -368,9 +337,8 @@ fn moves(column: Column, is_moving: [bool; 3]) -> bool {
         | Square(axis)
         | Cube(axis)
         | ForceTimesIncrement(axis)
-        | Harmonic(axis, ..)
         | WarmingTimesIncrement(_, axis) => is_moving[axis],
-        Flexure(about, senses) | CubicFlexure(about, senses) | ModeFlexure(about, senses, _) => {
+        Flexure(about, senses) | CubicFlexure(about, senses) => {
             is_moving[about] && is_moving[senses]
         }
         _ => true,

@@ -2,7 +2,6 @@
 
 use rlg_signal::derivatives::{Spectrum, row_means};
 
-use crate::resonance::Mode;
 use crate::signals::{Signals, Triad};
 
 /// One column, by what it is made of. Axes are 0, 1, 2.
@@ -10,8 +9,6 @@ use crate::signals::{Signals, Triad};
 pub enum Column {
     /// T \[s\].
     Constant,
-    /// Time from −½ to ½ over the record, times T.
-    Line,
     /// The case's increment \[rad\].
     Increment(usize),
     /// Its derivative \[rad/s\]; where a delay is known already, the secant of that delay.
@@ -28,8 +25,6 @@ pub enum Column {
     Flexure(usize, usize),
     /// α_about³ · ω_senses · T.
     CubicFlexure(usize, usize),
-    /// α_about behind a mode · ω_senses · T.
-    ModeFlexure(usize, usize, Mode),
     /// f T.
     Force(usize),
     /// f² T.
@@ -54,8 +49,6 @@ pub enum Column {
     DitherCube(usize),
     /// Component along the second axis of what lay along the first at the start, T.
     SpaceVector(usize, usize),
-    /// Increment of cos or sin (true or false) of an order times the angle turned about an axis.
-    Harmonic(usize, u32, bool),
     /// 1 in one row.
     Impulse(usize),
     /// T from a row on.
@@ -112,9 +105,6 @@ impl Column {
         };
         match self {
             Self::Constant => vec![period; rows],
-            Self::Line => (0..rows)
-                .map(|row| (row as f64 / (rows - 1) as f64 - 0.5) * period)
-                .collect(),
             Self::Increment(axis) => signals.case_rad[axis].clone(),
             Self::Delay(axis) => {
                 let delay = signals.delay_s[axis];
@@ -147,13 +137,6 @@ impl Column {
                     .collect();
                 scaled(
                     &row_means(&product(&cubes, &signals.rate_rad_s[senses])),
-                    period,
-                )
-            }
-            Self::ModeFlexure(about, senses, mode) => {
-                let behind = signals.spectra[about].middle_through(1, |hz| mode.response(hz));
-                scaled(
-                    &row_means(&product(&behind, &signals.rate_rad_s[senses])),
                     period,
                 )
             }
@@ -223,16 +206,6 @@ impl Column {
             ),
             Self::SpaceVector(at_start, axis) => {
                 scaled(&signals.space_vector(at_start, axis), period)
-            }
-            Self::Harmonic(axis, order, cosine) => {
-                let wave = |angle: f64| {
-                    let turn = f64::from(order) * angle;
-                    if cosine { turn.cos() } else { turn.sin() }
-                };
-                let ends = signals.turned_rad(axis);
-                let rows = ends.iter().zip(&signals.case_rad[axis]);
-                rows.map(|(end, increment)| wave(*end) - wave(end - increment))
-                    .collect()
             }
             Self::Impulse(row) => {
                 let mut values = vec![0.0; rows];

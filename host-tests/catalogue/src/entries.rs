@@ -337,6 +337,3 @@ pub const STEP: &str = "gyro_bias_step";
 
 /// A jump of one gyro's angle, found by scanning.
 pub const SLIP: &str = "counter_slip";
-
-/// An axis that follows acceleration through a mode.
-pub const MODE: &str = "axis_flexure_mode";

@@ -2,7 +2,7 @@
 //!
 //! [`signals`] holds the measured inputs and the motion derived from them; [`mod@column`] makes one design column of them;
 //! [`entries`] is the catalogue, one row an effect; [`candidates`] spells its rows out for the search, with the price of
-//! each; [`resonance`] makes the columns of axes that follow acceleration through a second-order mode.
+//! each.
 
 pub mod signals;
 
@@ -11,8 +11,6 @@ pub mod column;
 pub mod entries;
 
 pub mod candidates;
-
-pub mod resonance;
 
 pub use candidates::{Candidate, Pool};
 pub use column::Column;

@@ -123,18 +123,6 @@ impl Signals {
             .map(|body_from_start| (body_from_start * Vector3::ith(at_start, 1.0))[axis])
             .collect()
     }
-
-    /// Angle turned about an axis since the first row, at row ends \[rad\].
-    pub fn turned_rad(&self, axis: usize) -> Vec<f64> {
-        let mut angle = 0.0;
-        self.case_rad[axis]
-            .iter()
-            .map(|increment| {
-                angle += increment;
-                angle
-            })
-            .collect()
-    }
 }
 
 /// Temperature since the start in the band in which a block changes \[K\].

@@ -13,7 +13,7 @@ use super::excess::NOISE_KINDS;
 use super::hypotheses::{self, Hypothesis};
 use super::qualify::FAULT_KINDS;
 use super::scene::Scene;
-use super::streams::{Triad, add_triad};
+use super::streams::{Streams, Triad, add_triad};
 use rlg_model::{EffectValue, Installation, Model, ModelEffect};
 use rlg_recording::error::InputError;
 
@@ -36,26 +36,10 @@ pub fn residual_rad(
             InputError::new(file, "the installation matrix has no inverse")
                 .channel("gyro.installation_rad")
         })?;
-    let period_s = scene.period_s();
-    let mut residual: Triad = streams.sensed_rad.clone();
-    for (axis, values) in residual.iter_mut().enumerate() {
-        let one_less_scale = 1.0 - model.gyro.scale_error[axis];
-        let bias_rad = model.gyro.bias_rad_s[axis] * period_s / one_less_scale;
-        for (row, value) in values.iter_mut().enumerate() {
-            let case = Vector3::from_fn(|axis, _| streams.case_rad[axis][row]);
-            let along = sensing_from_body.row(axis).transpose().dot(&case);
-            *value -= (along + bias_rad) / one_less_scale;
-        }
-    }
-    for (axis, values) in residual.iter_mut().enumerate() {
-        if let Some(increments) = scene.dither_increment_rad(axis) {
-            let gain = model.pickoff_gain(axis);
-            values
-                .iter_mut()
-                .zip(increments)
-                .for_each(|(value, dither)| *value -= gain * dither);
-        }
-    }
+    let dither_rad = scene
+        .dither_increment_rad(0)
+        .map(|_| std::array::from_fn(|axis| scene.dither_increment_rad(axis).unwrap_or_default()));
+    let mut residual = without_effects(streams, model, sensing_from_body, dither_rad.as_ref());
     for effect in model
         .effects
         .iter()
@@ -65,6 +49,32 @@ pub fn residual_rad(
         add_triad(&mut residual, &part, -1.0);
     }
     Ok(residual)
+}
+
+/// Sensed increments less what the model predicts without its effects \[rad\].
+///
+/// # Inputs
+/// `sensing_from_body`: the inverse of Eq. (7)'s matrix; `dither_rad`: increments of block against case.
+pub fn without_effects(
+    streams: &Streams,
+    model: &Model,
+    sensing_from_body: Matrix3<f64>,
+    dither_rad: Option<&Triad>,
+) -> Triad {
+    let period_s = 1.0 / streams.rate_hz;
+    std::array::from_fn(|axis| {
+        let one_less_scale = 1.0 - model.gyro.scale_error[axis];
+        let bias_rad = model.gyro.bias_rad_s[axis] * period_s / one_less_scale;
+        let gain = model.pickoff_gain(axis);
+        (0..streams.rows)
+            .map(|row| {
+                let case = Vector3::from_fn(|axis, _| streams.case_rad[axis][row]);
+                let along = sensing_from_body.row(axis).transpose().dot(&case);
+                let dither = dither_rad.map_or(0.0, |dither| dither[axis][row]);
+                streams.sensed_rad[axis][row] - (along + bias_rad) / one_less_scale - gain * dither
+            })
+            .collect()
+    })
 }
 
 /// Effects of the noise, of the accelerometers and faults of the data add nothing to what a gyro senses.

@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use realfft::num_complex::Complex64;
+use rlg_signal::derivatives::row_means;
 
 use super::accelerometer::felt::Felt;
 use super::motion::{
@@ -287,32 +288,6 @@ impl Scene {
         let factor = self.period_s() / (1.0 - self.scale_error[axis]);
         rate_rad_s.map(|rate| rate * factor).collect()
     }
-}
-
-/// Means over the rows of what is known at their middles. A sine of three tenths of the row rate swings in its means by a
-/// seventh less; that far they are right to 0.7 %.
-fn row_means(at_middles: &[f64]) -> Vec<f64> {
-    /// (δ/2)/asinh(δ/2) = 1 + δ²/24 − 17 δ⁴/5760 + 367 δ⁶/967680, δ the central difference.
-    const SECOND: f64 = 1.0 / 24.0;
-    const FOURTH: f64 = -17.0 / 5760.0;
-    const SIXTH: f64 = 367.0 / 967_680.0;
-    const WEIGHTS: [f64; 4] = [
-        1.0 - 2.0 * SECOND + 6.0 * FOURTH - 20.0 * SIXTH,
-        SECOND - 4.0 * FOURTH + 15.0 * SIXTH,
-        FOURTH - 6.0 * SIXTH,
-        SIXTH,
-    ];
-    let last = at_middles.len().saturating_sub(1);
-    (0..at_middles.len())
-        .map(|row| {
-            let further = WEIGHTS.iter().enumerate().skip(1);
-            let pairs = further.map(|(away, weight)| {
-                let before = at_middles[row.saturating_sub(away)];
-                weight * (before + at_middles[(row + away).min(last)])
-            });
-            WEIGHTS[0] * at_middles[row] + pairs.sum::<f64>()
-        })
-        .collect()
 }
 
 /// Attitude at each row's end against the beginning, from the increments alone: good to what coning

@@ -249,7 +249,13 @@ impl<'a> Search<'a> {
             .filter(|place| !current.members.contains(place))
             .map(|place| [&current.members[..], &[place]].concat())
             .collect();
-        let scores = self.screen(&current, &keys);
+        let fits = self.fit_nearest(&current, keys);
+        best_of(fits, current)
+    }
+
+    /// Fits the best of `keys`, screened at the noise of `current`.
+    fn fit_nearest(&mut self, current: &Fit, keys: Vec<Vec<usize>>) -> Vec<Fit> {
+        let scores = self.screen(current, &keys);
         let mut ranked: Vec<(f64, Vec<usize>)> = scores.into_iter().zip(keys).collect();
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
         let chosen: Vec<Vec<usize>> = ranked
@@ -258,8 +264,7 @@ impl<'a> Search<'a> {
             .filter(|(score, _)| *score > current.score - self.plan.screening)
             .map(|(_, key)| key)
             .collect();
-        let fits = self.fit_all(chosen, &current.levels);
-        best_of(fits, current)
+        self.fit_all(chosen, &current.levels)
     }
 
     /// The set without the member whose loss improves it first.
@@ -283,17 +288,8 @@ impl<'a> Search<'a> {
                 .filter(|place| !current.members.contains(place))
                 .map(|place| [&rest[..], &[place]].concat())
                 .collect();
-            let scores = self.screen(current, &keys);
-            let mut ranked: Vec<(f64, Vec<usize>)> = scores.into_iter().zip(keys).collect();
-            ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-            let chosen: Vec<Vec<usize>> = ranked
-                .into_iter()
-                .take(self.plan.refitted)
-                .filter(|(score, _)| *score > current.score - self.plan.screening)
-                .map(|(_, key)| key)
-                .collect();
-            let fits = self.fit_all(chosen, &current.levels);
-            let better = fits
+            let better = self
+                .fit_nearest(current, keys)
                 .into_iter()
                 .filter(|fit| fit.score > current.score + 1e-6)
                 .max_by(|a, b| a.score.total_cmp(&b.score));

@@ -89,11 +89,6 @@ impl Spectrum {
 
     /// The n-th derivative at row middles \[per sⁿ\].
     pub fn middle_derivative(&self, order: i32) -> Vec<f64> {
-        self.middle_through(order, |_| Complex64::new(1.0, 0.0))
-    }
-
-    /// The n-th derivative at row middles behind a linear system \[per sⁿ\].
-    pub fn middle_through(&self, order: i32, response: impl Fn(f64) -> Complex64) -> Vec<f64> {
         self.through(|hz| {
             let angle = PI * hz / self.rate_hz;
             let sinc = if angle == 0.0 {
@@ -101,19 +96,13 @@ impl Spectrum {
             } else {
                 angle.sin() / angle
             };
-            response(hz) * Complex64::new(0.0, TAU * hz).powi(order) / sinc.max(LEAST_SINC)
+            Complex64::new(0.0, TAU * hz).powi(order) / sinc.max(LEAST_SINC)
         })
     }
 
     /// The record as it was `delay_s` before.
     pub fn delayed(&self, delay_s: f64) -> Vec<f64> {
         self.through(|hz| Complex64::from_polar(1.0, -TAU * hz * delay_s))
-    }
-
-    /// Power at each frequency, for weighing responses: (frequency \[Hz\], squared size).
-    pub fn power(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
-        let values = self.values.iter().enumerate();
-        values.map(|(k, value)| (self.frequency_hz(k), value.norm_sqr()))
     }
 
     fn frequency_hz(&self, k: usize) -> f64 {

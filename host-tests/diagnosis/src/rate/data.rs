@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 use rlg_catalogue::entries::{SLIP, STEP};
 use rlg_catalogue::signals::{Inputs, Signals};
 use rlg_catalogue::{Column, Pool};
@@ -13,7 +13,7 @@ use rlg_signal::partition::{Partition, Use};
 use super::plan::AnalysisPlan;
 use crate::excess::NOISE_KINDS;
 use crate::qualify::FAULT_KINDS;
-use crate::residual::body_from_sensing;
+use crate::residual::{body_from_sensing, without_effects};
 use crate::streams::{AXES, Streams, Triad, add};
 
 /// Everything that does not change while effects are searched for.
@@ -30,18 +30,10 @@ pub struct Data<'a> {
     pub dither_rad: Option<Triad>,
     /// The inverse of Eq. (7)'s matrix.
     pub sensing_from_body: Matrix3<f64>,
-    /// Effects that the model holds already.
-    pub known: Vec<Known>,
+    /// What the effects that the model holds already add: gyro, column, size.
+    pub known: Vec<(usize, Column, f64)>,
     /// The use of every row.
     pub partition: Partition,
-}
-
-/// An effect of the model.
-pub struct Known {
-    /// What it adds: gyro, column, size.
-    parts: Vec<(usize, Column, f64)>,
-    /// How late it makes each gyro \[s\].
-    pub delay_s: [f64; 3],
 }
 
 impl<'a> Data<'a> {
@@ -85,7 +77,7 @@ impl<'a> Data<'a> {
             pickoff_rad: streams.pickoff_rad.clone(),
         };
         Ok(Self {
-            residual_rad: residual(streams, model, sensing_from_body, dither_rad.as_ref()),
+            residual_rad: without_effects(streams, model, sensing_from_body, dither_rad.as_ref()),
             partition: Partition::new(streams.rows, streams.rate_hz, &segments, &plan.partition),
             known: Vec::new(),
             streams,
@@ -113,6 +105,7 @@ impl<'a> Data<'a> {
             .effects
             .iter()
             .filter_map(|effect| known(effect, signals, self.streams))
+            .flatten()
             .collect();
     }
 
@@ -130,10 +123,8 @@ impl<'a> Data<'a> {
     /// What the model's effects add to the sensed increments \[rad\].
     pub fn known_rad(&self, signals: &Signals) -> Triad {
         let mut sum: Triad = std::array::from_fn(|_| vec![0.0; signals.rows]);
-        for known in &self.known {
-            for (gyro, column, size) in &known.parts {
-                add(&mut sum[*gyro], &column.values(signals), *size);
-            }
+        for (gyro, column, size) in &self.known {
+            add(&mut sum[*gyro], &column.values(signals), *size);
         }
         sum
     }
@@ -174,7 +165,11 @@ fn delay_of(effect: &ModelEffect, axis: usize) -> f64 {
     }
 }
 
-fn known(effect: &ModelEffect, signals: &Signals, streams: &Streams) -> Option<Known> {
+fn known(
+    effect: &ModelEffect,
+    signals: &Signals,
+    streams: &Streams,
+) -> Option<Vec<(usize, Column, f64)>> {
     let kind = effect.kind.as_str();
     if is_silent(kind) {
         return None;
@@ -216,31 +211,5 @@ fn known(effect: &ModelEffect, signals: &Signals, streams: &Streams) -> Option<K
             }
         }
     }
-    Some(Known {
-        parts,
-        delay_s: std::array::from_fn(|axis| delay_of(effect, axis)),
-    })
-}
-
-/// Contract, "The model without effects predicts".
-fn residual(
-    streams: &Streams,
-    model: &Model,
-    sensing_from_body: Matrix3<f64>,
-    dither_rad: Option<&Triad>,
-) -> Triad {
-    let period_s = 1.0 / streams.rate_hz;
-    std::array::from_fn(|axis| {
-        let one_less_scale = 1.0 - model.gyro.scale_error[axis];
-        let bias_rad = model.gyro.bias_rad_s[axis] * period_s / one_less_scale;
-        let gain = model.pickoff_gain(axis);
-        (0..streams.rows)
-            .map(|row| {
-                let case = Vector3::from_fn(|axis, _| streams.case_rad[axis][row]);
-                let along = sensing_from_body.row(axis).transpose().dot(&case);
-                let dither = dither_rad.map_or(0.0, |dither| dither[axis][row]);
-                streams.sensed_rad[axis][row] - (along + bias_rad) / one_less_scale - gain * dither
-            })
-            .collect()
-    })
+    Some(parts)
 }

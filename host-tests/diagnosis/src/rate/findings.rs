@@ -29,7 +29,7 @@ use crate::pictures;
 use crate::qualify::Fault;
 use crate::result::{
     Diagnosis, EffectEntry, EvidenceEntry, FitEntry, Identifiable, LocationEntry, NoiseEntry,
-    ParameterEntry, RunnerUp, UNLISTED, Verdict,
+    ParameterEntry, RunnerUp, Verdict,
 };
 use crate::split::{Part, split};
 use crate::streams::{Streams, Triad};
@@ -623,11 +623,6 @@ fn runners_up(found: &Found) -> Vec<RunnerUp> {
             behind,
         })
         .collect()
-}
-
-/// Whether an entry only describes what nothing explains.
-pub fn is_description(entry: &EffectEntry) -> bool {
-    entry.kind == UNLISTED && entry.expression.is_none()
 }
 
 #[cfg(test)]

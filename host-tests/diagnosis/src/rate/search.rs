@@ -127,11 +127,10 @@ pub fn find(
         let settled = is_settled(&fit, &now.candidates, found_delay_s);
         let same = before.as_ref().is_some_and(|before| {
             before.len() == fit.members.len()
-                && before.iter().zip(&fit.members).all(|(before, &place)| {
+                && before.iter().all(|before| {
                     fit.members
                         .iter()
-                        .any(|&other| is_same(&now.candidates[other], before))
-                        && place < now.candidates.len()
+                        .any(|&place| is_same(&now.candidates[place], before))
                 })
         });
         let nothing = fit.members.is_empty() && pass == 0;
