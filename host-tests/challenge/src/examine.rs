@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 use super::answer::Answer;
 use super::predict::PredictionProducts;
 use super::scene::Scene;
-use rlg_diagnosis::diagnose_without;
 use rlg_diagnosis::excess::NOISE_KINDS;
 use rlg_diagnosis::qualify::FAULT_KINDS;
 use rlg_diagnosis::result::{Diagnosis, EffectEntry, ParameterEntry};
+use rlg_diagnosis::{Engine, diagnose_by};
 use rlg_model::Model;
 use rlg_recording::error::InputError;
 use rlg_recording::{Channel, Quantity, Recording};
@@ -187,24 +187,27 @@ fn add_dummies(recording: &mut Recording, rng: &mut ChaCha8Rng) {
     }
 }
 
-/// Makes the recording, diagnoses it and records the outcome. `without`: kinds taken out of the diagnosis' catalogue.
+/// Makes the recording, diagnoses it and records the outcome. With `leave_one_out` the diagnosis does not know the
+/// concealed kinds.
 pub fn examine(
     answer: &Answer,
     scene: &Scene,
     products: &PredictionProducts,
+    engine: Engine,
     leave_one_out: bool,
 ) -> Result<Outcome, InputError> {
-    let said = diagnose_trial(answer, scene, leave_one_out)?;
+    let said = diagnose_trial(answer, scene, engine, leave_one_out)?;
     let mut outcome = outcome_of(answer.trial, &said);
     outcome.leaves = leaves(answer, &outcome, products);
     Ok(outcome)
 }
 
-/// Simulates the recording of a trial and diagnoses it. With `leave_one_out` the diagnosis does not know the concealed
-/// kinds.
+/// Simulates the recording of a trial and diagnoses it by `engine`. With `leave_one_out` the diagnosis does not know the
+/// concealed kinds.
 pub fn diagnose_trial(
     answer: &Answer,
     scene: &Scene,
+    engine: Engine,
     leave_one_out: bool,
 ) -> Result<Diagnosis, InputError> {
     let (recording, model) = record(answer, scene)?;
@@ -218,7 +221,7 @@ pub fn diagnose_trial(
         Vec::new()
     };
     let file = Path::new("model.toml");
-    let outcome = diagnose_without(&without, &recording, &model, file, 0, &|_| {})?;
+    let outcome = diagnose_by(engine, &without, &recording, &model, file, 0, &|_| {})?;
     Ok(outcome.diagnosis)
 }
 

@@ -15,9 +15,9 @@ use serde_json::Value;
 
 use super::commit::sha256;
 use super::examine::{Finding, outcome_of};
-use rlg_diagnosis::diagnose_without;
 use rlg_diagnosis::explain::combination;
 use rlg_diagnosis::result::Diagnosis;
+use rlg_diagnosis::{Engine, diagnose_by};
 use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
@@ -105,9 +105,9 @@ impl Pair {
         (name.to_string_lossy().into_owned(), sha256(&self.bytes))
     }
 
-    /// Diagnoses and scores. With `leave_one_out` the concealed kinds are taken out of the catalogue first, for
-    /// which the truth has to be opened.
-    pub fn score(&self, leave_one_out: bool) -> Result<Given, InputError> {
+    /// Diagnoses by `engine` and scores. With `leave_one_out` the concealed kinds are taken out of the catalogue first,
+    /// for which the truth has to be opened.
+    pub fn score(&self, engine: Engine, leave_one_out: bool) -> Result<Given, InputError> {
         let file = self.recording.join(MODEL);
         let (model, _) = Model::read_with_warnings(&file)?;
         let recording = Recording::read(&self.recording)?;
@@ -121,7 +121,7 @@ impl Pair {
             Vec::new()
         };
         let kinds: Vec<&str> = left_out.iter().map(String::as_str).collect();
-        let said = diagnose_without(&kinds, &recording, &model, &file, 0, &|_| {})?.diagnosis;
+        let said = diagnose_by(engine, &kinds, &recording, &model, &file, 0, &|_| {})?.diagnosis;
         Ok(given(&self.commitment().1, &said, &self.open()?, left_out))
     }
 

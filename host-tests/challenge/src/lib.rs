@@ -41,6 +41,7 @@ use answer::{Answer, conceal};
 pub use case::Plan;
 use examine::{Outcome, diagnose_trial, examine, record};
 use predict::{PredictionProducts, ScenePredictions};
+use rlg_diagnosis::Engine;
 use rlg_diagnosis::result::Diagnosis;
 use rlg_model::Model;
 use rlg_recording::Recording;
@@ -59,6 +60,18 @@ pub enum Share {
     Range(u64, u64),
 }
 
+impl Share {
+    /// Numbers of the trials in it, of `all` trials.
+    pub fn trials(self, all: u64) -> Vec<u64> {
+        let mine = |trial: &u64| match self {
+            Self::Shard(shard, of) => trial % of == shard,
+            Self::One(one) => *trial == one,
+            Self::Range(first, end) => (first..end).contains(trial),
+        };
+        (0..all).filter(mine).collect()
+    }
+}
+
 /// Trials with their answers, before anything is diagnosed.
 pub struct Prepared {
     /// Answers in the order of the trials.
@@ -66,23 +79,19 @@ pub struct Prepared {
     /// Each as the line that is hashed.
     pub lines: Vec<(u64, String)>,
     scenes: BTreeMap<usize, (Scene, PredictionProducts)>,
+    engine: Engine,
     leave_one_out: bool,
 }
 
-/// Draws what is concealed in each trial. `progress` is called with the scenes done and their total.
+/// Draws what is concealed in each of the numbered `trials`. `progress` is called with the scenes done and their total.
 pub fn prepare(
     plan: &Plan,
-    share: Share,
+    trials: &[u64],
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Prepared, InputError> {
-    let mine = |trial: &u64| match share {
-        Share::Shard(shard, of) => trial % of == shard,
-        Share::One(one) => *trial == one,
-        Share::Range(first, end) => (first..end).contains(trial),
-    };
-    let trials = (0..plan.trials).filter(mine);
     let trial_draws: Vec<TrialDraw> = trials
-        .map(|trial| TrialDraw::draw(plan.seed, trial, &plan.families))
+        .iter()
+        .map(|&trial| TrialDraw::draw(plan.seed, trial, &plan.families))
         .collect();
     let numbers: BTreeSet<usize> = trial_draws
         .iter()
@@ -115,6 +124,7 @@ pub fn prepare(
         answers,
         lines,
         scenes,
+        engine: plan.engine,
         leave_one_out: plan.leave_one_out,
     })
 }
@@ -126,14 +136,15 @@ impl Prepared {
         Some(record(answer, &self.scenes[&answer.scene].0))
     }
 
-    /// Diagnoses every trial, as lines of JSON in the order of the trials. `progress` is called after each.
+    /// Diagnoses every trial by the plan's engine, as lines of JSON in the order of the trials. `progress` is called after each.
     pub fn examine(&self, progress: &(dyn Fn() + Sync)) -> Result<Vec<String>, InputError> {
         self.answers
             .par_iter()
             .map(|answer| {
                 let (scene, products) = &self.scenes[&answer.scene];
                 // A recording that the tool cannot stand is a result, and the others go on.
-                let outcome = caught(|| examine(answer, scene, products, self.leave_one_out))
+                let (engine, leave_one_out) = (self.engine, self.leave_one_out);
+                let outcome = caught(|| examine(answer, scene, products, engine, leave_one_out))
                     .unwrap_or_else(|reason| without_verdict(answer, reason));
                 progress();
                 serde_json::to_string(&outcome).map_err(no_json)
@@ -141,19 +152,25 @@ impl Prepared {
             .collect()
     }
 
-    /// Diagnoses every trial on all threads and maps each result, in the order of the trials. `map` gets the answer,
-    /// the diagnosis or the reason why there is none, and the wall-clock time of simulation and diagnosis \[s\].
+    /// Diagnoses every trial by each of its `engines` on all threads and maps each result, in the order of the trials.
+    /// `map` gets the answer, the engine, the diagnosis or the reason why there is none, and the wall-clock time of
+    /// simulation and diagnosis \[s\].
     pub fn diagnose_each<T: Send>(
         &self,
-        map: impl Fn(&Answer, Result<Diagnosis, String>, f64) -> T + Sync,
+        engines: impl Fn(u64) -> Vec<Engine>,
+        map: impl Fn(&Answer, Engine, Result<Diagnosis, String>, f64) -> T + Sync,
     ) -> Vec<T> {
-        self.answers
-            .par_iter()
-            .map(|answer| {
+        let mut all: Vec<(&Answer, Engine)> = Vec::new();
+        for answer in &self.answers {
+            let engines = engines(answer.trial).into_iter();
+            all.extend(engines.map(|engine| (answer, engine)));
+        }
+        all.into_par_iter()
+            .map(|(answer, engine)| {
                 let (scene, _) = &self.scenes[&answer.scene];
                 let begun = Instant::now();
-                let said = caught(|| diagnose_trial(answer, scene, self.leave_one_out));
-                map(answer, said, begun.elapsed().as_secs_f64())
+                let said = caught(|| diagnose_trial(answer, scene, engine, self.leave_one_out));
+                map(answer, engine, said, begun.elapsed().as_secs_f64())
             })
             .collect()
     }

@@ -176,6 +176,7 @@ use std::path::Path;
 use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
+use serde::{Deserialize, Serialize};
 
 use blocks::Blocks;
 use lattice::Lattice;
@@ -213,7 +214,8 @@ pub fn diagnose(
 }
 
 /// Which engine decides.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Engine {
     /// For gyros without a dither one likelihood and one search (rate/) where they serve; the older stages for everything
     /// else, and where something is left that the new catalogue cannot name.
@@ -223,6 +225,17 @@ pub enum Engine {
     Old,
     /// The new engine alone, where it serves.
     New,
+}
+
+impl Engine {
+    /// Its name in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Both => "both",
+            Self::Old => "old",
+            Self::New => "new",
+        }
+    }
 }
 
 /// The same with some kinds taken out of the catalogue: what the tool says of physics it does not know.

@@ -16,7 +16,7 @@ pub struct Comparison {
     pub not_made: usize,
     /// Whether hashes were left out, because the tables were made with different arithmetic.
     pub hashes_left_out: bool,
-    /// Rows made now that the reviewed table does not have.
+    /// Rows made now that the reviewed table does not have, each with its engine.
     pub not_reviewed: Vec<String>,
     /// Rows that differ.
     pub rows: Vec<RowDifference>,
@@ -27,6 +27,8 @@ pub struct Comparison {
 pub struct RowDifference {
     /// Its name.
     pub name: String,
+    /// The engine that made it.
+    pub engine: String,
     /// Fields that differ.
     pub fields: Vec<FieldDifference>,
 }
@@ -55,7 +57,7 @@ impl Comparison {
             lines.push(format!("{name}: not in the reviewed table"));
         }
         for row in &self.rows {
-            lines.push(format!("{}:", row.name));
+            lines.push(format!("{} ({}):", row.name, row.engine));
             for field in &row.fields {
                 lines.push(format!("  {}", field.column));
                 lines.push(format!("    - {}", field.reviewed));
@@ -66,17 +68,19 @@ impl Comparison {
     }
 }
 
-/// Compares the rows of `made` with the reviewed rows of the same names.
+/// Compares the rows of `made` with the reviewed rows of the same names and engines.
 pub fn compare(reviewed: &Table, made: &Table) -> Comparison {
-    let by_name: BTreeMap<&str, &Row> = reviewed.rows.iter().map(|row| (row.name(), row)).collect();
+    let by_key: BTreeMap<[&str; 2], &Row> =
+        reviewed.rows.iter().map(|row| (row.key(), row)).collect();
     let same_arithmetic = reviewed.header.arithmetic == made.header.arithmetic;
     let mut comparison = Comparison {
         hashes_left_out: !same_arithmetic,
         ..Comparison::default()
     };
     for row in &made.rows {
-        let Some(old) = by_name.get(row.name()) else {
-            comparison.not_reviewed.push(row.name().to_owned());
+        let [name, engine] = row.key();
+        let Some(old) = by_key.get(&row.key()) else {
+            comparison.not_reviewed.push(format!("{name} ({engine})"));
             continue;
         };
         comparison.compared += 1;
@@ -91,7 +95,8 @@ pub fn compare(reviewed: &Table, made: &Table) -> Comparison {
             .collect();
         if !fields.is_empty() {
             comparison.rows.push(RowDifference {
-                name: row.name().to_owned(),
+                name: name.to_owned(),
+                engine: engine.to_owned(),
                 fields,
             });
         }

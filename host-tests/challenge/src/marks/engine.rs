@@ -24,6 +24,18 @@ pub enum EngineName {
     None,
 }
 
+impl EngineName {
+    /// The diagnosis' own engine; none for [`EngineName::None`].
+    pub fn of_diagnosis(self) -> Option<rlg_diagnosis::Engine> {
+        match self {
+            Self::Old => Some(rlg_diagnosis::Engine::Old),
+            Self::New => Some(rlg_diagnosis::Engine::New),
+            Self::Both => Some(rlg_diagnosis::Engine::Both),
+            Self::None => None,
+        }
+    }
+}
+
 /// A diagnosis of recordings.
 pub trait Engine: Sync {
     /// Diagnoses a recording under a model, or says why it cannot.
@@ -126,11 +138,6 @@ impl Engine for Of {
 
 /// Returns the engine of a name; none for [`EngineName::None`].
 pub fn engine(name: EngineName) -> Option<Box<dyn Engine>> {
-    let engine = match name {
-        EngineName::Old => rlg_diagnosis::Engine::Old,
-        EngineName::New => rlg_diagnosis::Engine::New,
-        EngineName::Both => rlg_diagnosis::Engine::Both,
-        EngineName::None => return None,
-    };
+    let engine = name.of_diagnosis()?;
     Some(Box::new(Of(engine)))
 }

@@ -33,9 +33,6 @@ pub struct MarksOptions {
     /// Families of the marks, others' trial numbers are passed over [default: all but hour]
     #[arg(long, value_enum, num_args = 1.., value_delimiter = ',', requires = "marks")]
     family: Vec<Family>,
-    /// Engine that diagnoses
-    #[arg(long, value_enum, default_value = "old", requires = "marks")]
-    engine: EngineName,
     /// Keep every trial's recording, with its model, and its truth beside it
     #[arg(long, value_name = "DIR", requires = "marks")]
     keep: Option<PathBuf>,
@@ -57,6 +54,8 @@ pub struct Common<'a> {
     pub seed: u64,
     /// Trials.
     pub trials: u64,
+    /// Engine that diagnoses.
+    pub engine: EngineName,
     /// One trial alone.
     pub only: Option<u64>,
 }
@@ -64,7 +63,7 @@ pub struct Common<'a> {
 impl MarksOptions {
     /// Draws, commits, diagnoses and scores.
     pub fn run(&self, common: Common, terminal: &Terminal) -> Result<(), InputError> {
-        let engine = engine(self.engine);
+        let engine = engine(common.engine);
         if !(1.0..=10.0).contains(&self.declared_within) {
             return Err(
                 InputError::new("--declared-within", "is no factor of a noise level")
@@ -73,7 +72,7 @@ impl MarksOptions {
             );
         }
         let plan = Plan {
-            engine: self.engine,
+            engine: common.engine,
             only: common.only,
             declared_within: self.declared_within,
             most_rows: f64::from(self.most_rows),
