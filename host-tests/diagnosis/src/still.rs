@@ -198,6 +198,8 @@ mod tests {
                 bias_rad_s: [1e-5, 0.0, -2e-5],
                 scale_error: [0.01, 0.0, 0.0],
                 angle_random_walk_rad_sqrt_s: None,
+                rate_random_walk_rad_s_sqrt_s: None,
+                flicker_rad_s: None,
                 installation_rad: Installation::from_array([1e-3, 0.0, 0.0, 0.0, 0.0, 2e-3]),
             },
             dither: Some(Dither {

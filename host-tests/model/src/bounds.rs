@@ -45,6 +45,13 @@ impl Model {
                 "rad/sqrt(s)",
             )?;
         }
+        if let Some(walk) = gyro.rate_random_walk_rad_s_sqrt_s {
+            let key = "gyro.rate_random_walk_rad_s_sqrt_s";
+            triple(path, key, walk, noise, "rad/s/sqrt(s)")?;
+        }
+        if let Some(flicker) = gyro.flicker_rad_s {
+            triple(path, "gyro.flicker_rad_s", flicker, noise, "rad/s")?;
+        }
         let angles = [-LARGEST_INSTALLATION_RAD, LARGEST_INSTALLATION_RAD];
         for (name, value) in SIX.iter().zip(gyro.installation_rad.to_array()) {
             within(

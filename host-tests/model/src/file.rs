@@ -2,7 +2,7 @@
 //!
 //! What the contract gives a neutral value may be absent: bias, scale error and installation are then 0, the pickoff
 //! gain 1, the motion that of the reference. Pulse weights have no neutral value, but only counts need them. An
-//! accelerometer noise that is absent is estimated.
+//! accelerometer noise that is absent is estimated. Drift that no key declares is unknown, which is not zero.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -82,6 +82,8 @@ struct GyroEntry {
     bias_rad_s: Option<Triple>,
     scale_error: Option<Triple>,
     angle_random_walk_rad_sqrt_s: Option<Triple>,
+    rate_random_walk_rad_s_sqrt_s: Option<Triple>,
+    flicker_rad_s: Option<Triple>,
     installation_rad: Option<BTreeMap<String, f64>>,
 }
 
@@ -127,6 +129,8 @@ const KNOWN: &[(&str, &[&str])] = &[
             "bias_rad_s",
             "scale_error",
             "angle_random_walk_rad_sqrt_s",
+            "rate_random_walk_rad_s_sqrt_s",
+            "flicker_rad_s",
             "installation_rad",
         ],
     ),
@@ -169,6 +173,8 @@ impl Model {
                 bias_rad_s: file.gyro.bias_rad_s.unwrap_or(zero).0,
                 scale_error: file.gyro.scale_error.unwrap_or(zero).0,
                 angle_random_walk_rad_sqrt_s: file.gyro.angle_random_walk_rad_sqrt_s.map(|t| t.0),
+                rate_random_walk_rad_s_sqrt_s: file.gyro.rate_random_walk_rad_s_sqrt_s.map(|t| t.0),
+                flicker_rad_s: file.gyro.flicker_rad_s.map(|t| t.0),
                 installation_rad: installation(
                     path,
                     file.gyro.installation_rad.unwrap_or_default(),

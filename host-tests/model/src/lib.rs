@@ -36,8 +36,8 @@ pub struct Installation {
     pub zy: f64,
 }
 
-/// `[gyro]`, each x, y, z.
-#[derive(Debug, Clone, PartialEq)]
+/// `[gyro]`, each x, y, z. The default names nothing and corrects nothing.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Gyro {
     /// Angle of one pulse \[rad\], positive; 0 on all axes where the model names none ([`Gyro::names_pulse_weights`]).
     pub pulse_weight_rad: [f64; 3],
@@ -47,6 +47,10 @@ pub struct Gyro {
     pub scale_error: [f64; 3],
     /// Angle random walk \[rad/√s\]; absent: estimated from the recording.
     pub angle_random_walk_rad_sqrt_s: Option<[f64; 3]>,
+    /// Rate random walk K of IEEE 952 \[rad/s/√s\]; absent, with B absent too: unknown, drift is possible.
+    pub rate_random_walk_rad_s_sqrt_s: Option<[f64; 3]>,
+    /// Flicker rate noise, the bias instability B of IEEE 952 \[rad/s\]; absent as K.
+    pub flicker_rad_s: Option<[f64; 3]>,
     /// ε_ij0 \[rad\].
     pub installation_rad: Installation,
 }

@@ -38,6 +38,12 @@ impl Model {
         if let Some(walk) = gyro.angle_random_walk_rad_sqrt_s {
             let _ = writeln!(out, "angle_random_walk_rad_sqrt_s = {}", list(walk));
         }
+        if let Some(walk) = gyro.rate_random_walk_rad_s_sqrt_s {
+            let _ = writeln!(out, "rate_random_walk_rad_s_sqrt_s = {}", list(walk));
+        }
+        if let Some(flicker) = gyro.flicker_rad_s {
+            let _ = writeln!(out, "flicker_rad_s = {}", list(flicker));
+        }
         let angles = SIX.iter().zip(gyro.installation_rad.to_array());
         let angles: Vec<_> = angles
             .map(|(name, v)| format!("{name} = {}", toml_file::float(v)))

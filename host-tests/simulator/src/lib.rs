@@ -233,6 +233,8 @@ pub fn model_of(scenario: &Scenario) -> Model {
             bias_rad_s: gyro.bias_rad_s,
             scale_error: gyro.scale_error,
             angle_random_walk_rad_sqrt_s: Some(gyro.angle_random_walk_rad_sqrt_s),
+            rate_random_walk_rad_s_sqrt_s: None,
+            flicker_rad_s: None,
             installation_rad: gyro.installation_rad,
         },
         dither: scenario.dither.as_ref().map(|dither| rlg_model::Dither {

@@ -198,6 +198,8 @@ fn model_of(rows: &Rows) -> Model {
             angle_random_walk_rad_sqrt_s: setting
                 .declares_gyro_walk
                 .then_some(setting.gyro_walk_rad_sqrt_s),
+            rate_random_walk_rad_s_sqrt_s: None,
+            flicker_rad_s: None,
             installation_rad: Installation {
                 xy,
                 xz,

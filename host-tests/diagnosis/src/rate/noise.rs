@@ -1,7 +1,9 @@
 //! Noise levels before anything is known, and in the terms of the report.
 
 use rlg_inference::normal_equations::Transform;
-use rlg_inference::{NoiseBasis, NoiseLevels, Observations};
+use rlg_inference::search::DriftPrior;
+use rlg_inference::{Drift, NoiseBasis, NoiseLevels, Observations};
+use rlg_model::Gyro;
 
 use crate::noise::Noise;
 use crate::streams::{Triad, each_axis};
@@ -44,6 +46,29 @@ pub fn first_levels(residual_rad: &Triad, observations: &Observations) -> Vec<No
     .to_vec()
 }
 
+/// Reads each gyro's drift from what a model declares: a random walk where K is above 0, else flicker where B is, else
+/// none.
+///
+/// A declaration says which terms there are, not how strong they are: levels are fitted all the same. Of K and B a key
+/// that is absent beside the other counts as 0; where both are absent, drift is unknown.
+pub fn drift_prior(gyro: &Gyro) -> DriftPrior {
+    if gyro.rate_random_walk_rad_s_sqrt_s.is_none() && gyro.flicker_rad_s.is_none() {
+        return DriftPrior::Unknown;
+    }
+    let walk_rad_s_sqrt_s = gyro.rate_random_walk_rad_s_sqrt_s.unwrap_or_default();
+    let flicker_rad_s = gyro.flicker_rad_s.unwrap_or_default();
+    let drift = each_axis(|axis| {
+        if walk_rad_s_sqrt_s[axis] > 0.0 {
+            Drift::Walk
+        } else if flicker_rad_s[axis] > 0.0 {
+            Drift::Flicker
+        } else {
+            Drift::None
+        }
+    });
+    DriftPrior::Declared(drift.to_vec())
+}
+
 fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -61,5 +86,30 @@ pub fn reported(levels: NoiseLevels, rows: usize, rate_hz: f64) -> Noise {
             levels.walk * (std::f64::consts::PI / record).powi(2),
         ],
         rate_hz,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rlg_inference::Drift;
+    use rlg_inference::search::DriftPrior;
+    use rlg_model::Gyro;
+
+    use super::drift_prior;
+
+    #[test]
+    fn a_declared_drift_is_the_strongest_term_of_each_gyro_and_an_absent_one_is_unknown() {
+        let mut gyro = Gyro::default();
+        assert_eq!(drift_prior(&gyro), DriftPrior::Unknown);
+        gyro.flicker_rad_s = Some([0.0, 1e-9, 1e-9]);
+        let declared = |drift: [Drift; 3]| DriftPrior::Declared(drift.to_vec());
+        let flicker = [Drift::None, Drift::Flicker, Drift::Flicker];
+        assert_eq!(drift_prior(&gyro), declared(flicker));
+        gyro.rate_random_walk_rad_s_sqrt_s = Some([0.0, 0.0, 1e-10]);
+        let both = [Drift::None, Drift::Flicker, Drift::Walk];
+        assert_eq!(drift_prior(&gyro), declared(both));
+        gyro.flicker_rad_s = None;
+        gyro.rate_random_walk_rad_s_sqrt_s = Some([0.0; 3]);
+        assert_eq!(drift_prior(&gyro), declared([Drift::None; 3]));
     }
 }

@@ -12,7 +12,7 @@ use rlg_signal::partition::Use;
 
 use super::data::Data;
 use super::motion::{Motion, estimate};
-use super::noise::first_levels;
+use super::noise::{drift_prior, first_levels};
 use super::plan::AnalysisPlan;
 use crate::streams::{Triad, add};
 
@@ -49,6 +49,7 @@ struct Pass {
     pool: Pool,
     candidates: Vec<Candidate>,
     equations: NormalEquations,
+    drift: DriftPrior,
 }
 
 /// Finds the best set; `None` where too few rows can be fitted.
@@ -203,6 +204,7 @@ impl Pass {
             pool,
             candidates,
             equations,
+            drift: drift_prior(&data.model.gyro),
         }
     }
 
@@ -227,7 +229,6 @@ impl Pass {
         plan: &AnalysisPlan,
         is_unsettled_delay: impl Fn(&Fit, &[Candidate]) -> bool,
     ) -> Run {
-        let drift = DriftPrior::Unknown;
         let hypotheses = self.hypotheses();
         let kinds = self.kinds();
         let mut search = Search::new(
@@ -235,7 +236,7 @@ impl Pass {
             &hypotheses,
             kinds,
             &plan.search,
-            &drift,
+            &self.drift,
             levels.to_vec(),
         );
         if delay_first {
@@ -264,7 +265,7 @@ impl Pass {
                 &hypotheses,
                 kinds,
                 &plan.search,
-                &drift,
+                &self.drift,
                 levels.to_vec(),
             )
             .with_seen(memory);
@@ -351,14 +352,13 @@ impl Pass {
     }
 
     fn judge(self, fit: Fit, plan: &AnalysisPlan, tried: usize) -> Found {
-        let drift = DriftPrior::Unknown;
         let hypotheses = self.hypotheses();
         let mut search = Search::new(
             &self.equations,
             &hypotheses,
             self.kinds(),
             &plan.search,
-            &drift,
+            &self.drift,
             fit.levels.clone(),
         );
         let judged = search.judge(&fit, plan.class_within);

@@ -34,6 +34,8 @@ pub fn model(resolution_rad: [f64; 3]) -> Model {
             bias_rad_s: [0.0; 3],
             scale_error: [0.0; 3],
             angle_random_walk_rad_sqrt_s: None,
+            rate_random_walk_rad_s_sqrt_s: None,
+            flicker_rad_s: None,
             installation_rad: Installation::default(),
         },
         dither: None,

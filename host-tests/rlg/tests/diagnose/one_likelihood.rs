@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
-use super::support::{at_a_quarter, concealed, kinds};
+use super::support::{at_a_quarter, concealed, holds, kinds, names_nothing};
 use rlg::diagnose::rate::data::Data;
+use rlg::diagnose::rate::findings::DRIFT;
 use rlg::diagnose::rate::{AnalysisPlan, diagnose};
 use rlg::diagnose::streams::Streams;
+use rlg::diagnose::{Engine, diagnose_by};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
 use rlg_signal::partition::Use;
@@ -65,4 +67,45 @@ fn findings_do_not_depend_on_the_rows_that_test_them() {
         power(&garbage) > 10.0 * power(&clean),
         "the report's figures show it"
     );
+}
+
+/// A constant of some eight standard deviations is also what a weak random walk makes. A model that declares the drift
+/// says which of the two it is.
+#[test]
+fn a_declared_drift_takes_drift_out_of_the_class_of_a_bias() {
+    const BIAS_RAD_S: f64 = 8e-7;
+    let effect = concealed("gyro_bias", &[("x", BIAS_RAD_S)]);
+    let text = format!("{}{effect}", at_a_quarter(STILL_SLEWS_AND_VIBRATION));
+    let scenario = Scenario::parse(&text, Path::new("null.toml")).expect("a scenario");
+    let simulation = simulate(&scenario, 5, |_| {});
+    let diagnosed = |walk_rad_s_sqrt_s: Option<[f64; 3]>| {
+        let mut model = simulation.model.clone();
+        model.gyro.rate_random_walk_rad_s_sqrt_s = walk_rad_s_sqrt_s;
+        let file = Path::new("model.toml");
+        let of = &simulation.recording;
+        let outcome = diagnose_by(Engine::New, &[], of, &model, file, 0, &|_| {});
+        let outcome = outcome.expect("a diagnosis");
+        assert_eq!(
+            outcome.model.gyro.rate_random_walk_rad_s_sqrt_s, walk_rad_s_sqrt_s,
+            "the updated model declares what the given one does"
+        );
+        outcome.diagnosis
+    };
+    let unknown = diagnosed(None);
+    let none = diagnosed(Some([0.0; 3]));
+    for diagnosis in [&unknown, &none] {
+        assert_eq!(kinds(diagnosis), ["gyro_bias"], "{:#?}", diagnosis.summary);
+        holds(&diagnosis.effects[0], &[("x", BIAS_RAD_S)]);
+    }
+    // Other kinds that this motion does not tell from a bias, a step near the start among them, are another matter.
+    let [mut or_drift, or_none] =
+        [&unknown, &none].map(|one| one.effects[0].indistinguishable_from.clone());
+    assert_eq!(or_drift.pop().as_deref(), Some(DRIFT));
+    assert_eq!(or_none, or_drift);
+    let [before, after] = [&unknown, &none].map(|one| one.effects[0].log_evidence_gain);
+    assert!(after > before + 5.0, "{after} from {before}");
+    assert!(!none.effects[0].what_was_left_out.contains("drift"));
+    // With a walk declared on that gyro, the constant is the walk's.
+    let walking = diagnosed(Some([1e-8, 0.0, 0.0]));
+    names_nothing(&walking, "a declared random walk");
 }

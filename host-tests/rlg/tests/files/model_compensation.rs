@@ -32,6 +32,8 @@ fn model(scale: [f64; 3], bias: [f64; 3], angles: [f64; 6], gain: [f64; 3]) -> M
             bias_rad_s: bias,
             scale_error: scale,
             angle_random_walk_rad_sqrt_s: None,
+            rate_random_walk_rad_s_sqrt_s: None,
+            flicker_rad_s: None,
             installation_rad: Installation::from_array(angles),
         },
         dither: Some(Dither {

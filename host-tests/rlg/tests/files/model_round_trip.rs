@@ -18,6 +18,8 @@ fn model(numbers: [f64; 3], effects: Vec<ModelEffect>) -> Model {
             bias_rad_s: numbers.map(|v| v * 1e-5),
             scale_error: numbers.map(|v| v * 1e-5),
             angle_random_walk_rad_sqrt_s: Some(numbers.map(|v| v.abs() * 1e-7)),
+            rate_random_walk_rad_s_sqrt_s: Some(numbers.map(|v| v.abs() * 1e-10)),
+            flicker_rad_s: Some(numbers.map(|v| v.abs() * 1e-8)),
             installation_rad: Installation {
                 xy: numbers[0] * 1e-3,
                 zy: numbers[1] * 1e-3,
@@ -79,6 +81,32 @@ proptest! {
         prop_assert!(warnings.is_empty());
         prop_assert_eq!(back.to_toml(), original.to_toml());
         prop_assert_eq!(back, original);
+    }
+}
+
+#[test]
+fn drift_that_is_declared_as_zero_is_not_drift_that_is_not_declared() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("model.toml");
+    let walk = "rate_random_walk_rad_s_sqrt_s = [0.0, 0.0, 1e-10]\n";
+    let flicker = "flicker_rad_s = [2e-9, 0.0, 0.0]\n";
+    for (walks, flickers) in [(true, true), (true, false), (false, true), (false, false)] {
+        let lines = [
+            if walks { walk } else { "" },
+            if flickers { flicker } else { "" },
+        ];
+        let text = format!("format = 1\n[gyro]\n{}", lines.concat());
+        std::fs::write(&path, text).expect("a file");
+        let (model, warnings) =
+            Model::read_with_warnings(&path).unwrap_or_else(|error| panic!("{error}"));
+        assert!(warnings.is_empty(), "{warnings:?}");
+        let gyro = &model.gyro;
+        let declared = walks.then_some([0.0, 0.0, 1e-10]);
+        assert_eq!(gyro.rate_random_walk_rad_s_sqrt_s, declared);
+        assert_eq!(gyro.flicker_rad_s, flickers.then_some([2e-9, 0.0, 0.0]));
+        model.write(&path).unwrap_or_else(|error| panic!("{error}"));
+        let back = Model::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(back, model);
     }
 }
 

@@ -88,6 +88,25 @@ fn values_no_gyro_has() {
 }
 
 #[test]
+fn a_drift_that_is_negative_infinite_or_not_for_three_gyros() {
+    for (key, unit) in [
+        ("rate_random_walk_rad_s_sqrt_s", "rad/s/sqrt(s)"),
+        ("flicker_rad_s", "rad/s"),
+    ] {
+        let declared = |values: &str, parts: &[&str]| {
+            let lines = format!("[gyro]\n{key} = {values}\n");
+            model("[gyro]\n", &lines, parts);
+        };
+        let at = format!("model.toml, gyro.{key}.y");
+        declared("[0.0, -1e-9, 0.0]", &[&at, "found -", "at least 0", unit]);
+        declared("[0.0, inf, 0.0]", &[&at, "found inf", unit]);
+        declared("[0.0, nan, 0.0]", &[&at, "found NaN", unit]);
+        declared("[0.0, 0.0]", &["line 6", "2 numbers", "three"]);
+        declared("0.0", &["line 6"]);
+    }
+}
+
+#[test]
 fn an_installation_angle_of_no_pair() {
     model(
         "xy = 1e-4",
