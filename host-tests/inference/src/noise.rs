@@ -10,6 +10,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::dct::{cosines, sines};
 use crate::observations::{Observations, Span};
 
 /// Number of noise terms.
@@ -108,6 +109,7 @@ impl NoiseBasis {
                 gap => span.rows.len() / (2 * gap) + 1,
             };
             let bridged = bridged_powers(span, bridged_from);
+            let sines = sines(shape.rows);
             let mut begin = 0;
             while begin < shape.rows {
                 let wide = (begin as f64 * (1.0 + BIN_WIDTH)) as usize;
@@ -123,8 +125,8 @@ impl NoiseBasis {
                     1.0
                 };
                 let mut sums = [0.0; TERMS];
-                for k in begin..end {
-                    let mut terms = basis.terms_at(&shape, k);
+                for (k, sine) in sines.iter().enumerate().take(end).skip(begin) {
+                    let mut terms = basis.terms_at(&shape, k, *sine);
                     if let Some([white, angle]) = bridged.get(k) {
                         terms[0] = white / share;
                         // The constant of differenced noise is set by the ends, which are taken out.
@@ -150,8 +152,8 @@ impl NoiseBasis {
         basis
     }
 
-    /// Power of each term in coefficient `k` of a span.
-    fn terms_at(&self, shape: &SpanShape, k: usize) -> [f64; TERMS] {
+    /// Power of each term in coefficient `k` of a span of n rows, `sine` being that of π k/2n.
+    fn terms_at(&self, shape: &SpanShape, k: usize, sine: f64) -> [f64; TERMS] {
         let n = shape.rows as f64;
         let record = self.record_rows as f64;
         let walk = (PI / record).powi(2);
@@ -168,7 +170,7 @@ impl NoiseBasis {
                 walk * built_up,
             ];
         }
-        let lambda = 4.0 * (PI * k as f64 / (2.0 * n)).sin().powi(2);
+        let lambda = 4.0 * sine * sine;
         [1.0, lambda, flicker * n / k as f64, walk / lambda]
     }
 
@@ -193,8 +195,8 @@ impl NoiseBasis {
         let levels = levels.as_array();
         let mut powers = Vec::with_capacity(self.coefficients());
         for shape in &self.spans {
-            powers.extend((0..shape.rows).map(|k| {
-                let terms = self.terms_at(shape, k).into_iter().zip(levels);
+            powers.extend(sines(shape.rows).into_iter().enumerate().map(|(k, sine)| {
+                let terms = self.terms_at(shape, k, sine).into_iter().zip(levels);
                 terms.map(|(power, level)| level * power).sum::<f64>()
             }));
         }
@@ -352,11 +354,9 @@ fn bridged_powers(span: &Span, bridged_from: usize) -> Vec<[f64; 2]> {
         .into_par_iter()
         .map(|k| {
             let norm = (if k == 0 { 1.0 } else { 2.0 } / rows as f64).sqrt();
-            let step = PI * k as f64 / rows as f64;
-            let wave: Vec<f64> = (0..rows)
-                .map(|row| norm * (step * (row as f64 + 0.5)).cos())
-                .collect();
-            let spread = span.spread(&wave);
+            let mut wave = cosines(rows, k, 2 * k, rows);
+            wave.iter_mut().for_each(|value| *value *= norm);
+            let spread = span.spread(wave);
             let white = spread.iter().map(|weight| weight * weight).sum();
             // Interior angles: each stands in two rows, with opposite signs, where both are seen.
             let angle = spread

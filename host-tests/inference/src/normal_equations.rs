@@ -6,7 +6,7 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use crate::dct::Dct;
+use crate::dct::{Dct, cosines};
 use crate::noise::{NoiseBasis, NoiseLevels};
 use crate::observations::Observations;
 
@@ -22,8 +22,8 @@ pub trait Columns: Sync {
 pub struct Transform {
     observations: Observations,
     dct: Vec<Dct>,
-    /// Spectra of unit impulses at the edges of each span.
-    edges: Vec<Vec<Vec<f64>>>,
+    /// Spectra of unit impulses at the edges of each span: in single precision, for they are many.
+    edges: Vec<Vec<Vec<f32>>>,
     /// 1/S of each coefficient, for taking the edges out.
     weights: Vec<f64>,
     /// Inverse of EᵀS⁻¹E of each span.
@@ -50,20 +50,17 @@ impl Transform {
                 .zip(&observations.spans)
                 .find(|(_, other)| other.rows.len() == rows)
                 .map_or_else(|| Dct::new(rows), |(plan, _): (&Dct, _)| plan.clone());
-            let impulses: Vec<Vec<f64>> = span
+            let impulses: Vec<Vec<f32>> = span
                 .edges()
                 .into_iter()
-                .map(|edge| {
-                    let mut impulse = vec![0.0; rows];
-                    impulse[edge] = 1.0;
-                    plan.forward(&mut impulse);
-                    impulse
-                })
+                .map(|edge| impulse(rows, edge))
                 .collect();
             let of_span = &weights[first..first + rows];
             let information = DMatrix::from_fn(impulses.len(), impulses.len(), |a, b| {
                 let products = impulses[a].iter().zip(&impulses[b]).zip(of_span);
-                products.map(|((a, b), weight)| a * b * weight).sum()
+                products
+                    .map(|((a, b), weight)| f64::from(*a) * f64::from(*b) * weight)
+                    .sum()
             });
             let inverse = information
                 .clone()
@@ -85,7 +82,7 @@ impl Transform {
 
     /// Coefficients of a record or column on all rows, edges taken out.
     pub fn spectrum(&self, rows: &[f64]) -> Vec<f64> {
-        let mut all = Vec::with_capacity(self.observations.rows());
+        let mut all = Vec::new();
         for (place, span) in self.observations.spans.iter().enumerate() {
             let mut values = span.bridge(rows);
             self.dct[place].forward(&mut values);
@@ -95,16 +92,22 @@ impl Transform {
                 impulses.len(),
                 impulses.iter().map(|impulse| {
                     let products = impulse.iter().zip(&values).zip(weights);
-                    products.map(|((a, b), weight)| a * b * weight).sum::<f64>()
+                    products
+                        .map(|((a, b), weight)| f64::from(*a) * b * weight)
+                        .sum::<f64>()
                 }),
             );
             let sizes = &self.solve[place] * score;
             for (impulse, size) in impulses.iter().zip(sizes.iter()) {
                 for (value, part) in values.iter_mut().zip(impulse) {
-                    *value -= size * part;
+                    *value -= size * f64::from(*part);
                 }
             }
-            all.extend(values);
+            if all.is_empty() {
+                all = values;
+            } else {
+                all.extend(values);
+            }
         }
         all
     }
@@ -122,10 +125,24 @@ impl Transform {
         rows
     }
 
+    /// Frees what the transforms keep for the next.
+    pub fn release(&self) {
+        self.dct.iter().for_each(Dct::release);
+    }
+
     /// Which rows are seen.
     pub fn observations(&self) -> &Observations {
         &self.observations
     }
+}
+
+/// Coefficients of 1 in row `edge` of a span of `rows`.
+fn impulse(rows: usize, edge: usize) -> Vec<f32> {
+    let scale = (2.0 / rows as f64).sqrt();
+    let waves = cosines(rows, 0, 2 * edge + 1, rows);
+    let mut impulse: Vec<f32> = waves.iter().map(|wave| (scale * wave) as f32).collect();
+    impulse[0] = (1.0 / rows as f64).sqrt() as f32;
+    impulse
 }
 
 /// The sums, with what is needed to add columns.
@@ -206,6 +223,7 @@ impl NormalEquations {
                 (spectrum.iter().map(|c| (c * scale) as f32).collect(), scale)
             })
             .collect();
+        self.transform.release();
         let before = self.spectra.len();
         for (spectrum, scale) in transformed {
             self.spectra.push(spectrum);

@@ -94,14 +94,14 @@ impl Span {
 
     /// The transpose of [`Span::bridge`]: what each seen row contributes to a sum that weighs the bridged rows with
     /// `weights`; 0 in gaps.
-    pub fn spread(&self, weights: &[f64]) -> Vec<f64> {
-        let mut values = weights.to_vec();
+    pub fn spread(&self, weights: Vec<f64>) -> Vec<f64> {
+        let mut values = weights;
         for line in self.lines() {
             let (mut left, mut right) = (0.0, 0.0);
             for row in line.gap.clone() {
                 let share = line.share(row);
-                left += (1.0 - share) * weights[row];
-                right += share * weights[row];
+                left += (1.0 - share) * values[row];
+                right += share * values[row];
                 values[row] = 0.0;
             }
             for (sum, window) in [left, right].into_iter().zip(line.windows.clone()) {
@@ -211,7 +211,7 @@ mod tests {
         let wave =
             |step: f64| -> Vec<f64> { (0..40).map(|row| (step * f64::from(row)).sin()).collect() };
         let (mut record, weights) = (wave(0.3), wave(1.1));
-        let spread = span.spread(&weights);
+        let spread = span.spread(weights.clone());
         let direct: f64 = span
             .bridge(&record)
             .iter()
