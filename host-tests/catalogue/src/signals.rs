@@ -1,6 +1,7 @@
 //! Measured inputs on the gyros' rows, and the motion derived from them.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use realfft::RealFftPlanner;
 use realfft::num_complex::Complex64;
 use rlg_signal::derivatives::Spectrum;
 
@@ -11,16 +12,16 @@ pub type Triad = [Vec<f64>; 3];
 const THERMAL_EDGE_HZ: f64 = 0.5;
 
 /// Inputs as they were measured.
-#[derive(Default)]
-pub struct Inputs {
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Inputs<'a> {
     /// Specific force, row means \[m/s²\].
-    pub force_m_s2: Option<Triad>,
+    pub force_m_s2: Option<&'a Triad>,
     /// Temperature \[K\].
-    pub temperature_k: Option<Triad>,
+    pub temperature_k: Option<&'a Triad>,
     /// Magnetic flux density \[T\].
-    pub magnetic_t: Option<Triad>,
+    pub magnetic_t: Option<&'a Triad>,
     /// Block relative to case at row ends \[rad\], one entry more than rows.
-    pub pickoff_rad: Option<Triad>,
+    pub pickoff_rad: Option<&'a Triad>,
 }
 
 /// What columns are made of.
@@ -31,7 +32,7 @@ pub struct Signals {
     pub rows: usize,
     /// Increments of the case \[rad\] as the gyros saw them, delays that are already known included.
     pub case_rad: Triad,
-    /// The same before any delay.
+    /// The same before any delay; empty where `delay_s` is 0.
     pub undelayed_rad: Triad,
     /// Delay of each gyro against the reference that `case_rad` includes \[s\].
     pub delay_s: [f64; 3],
@@ -55,7 +56,8 @@ pub struct Signals {
     pub scale_error: [f64; 3],
     /// Rates along the sensing axes from body rates: the inverse of Eq. (7)'s matrix.
     pub sensing_from_body: Matrix3<f64>,
-    attitude: Vec<UnitQuaternion<f64>>,
+    /// Of the body against the start in the middle of each row; single precision is that of the columns in the sums.
+    attitude: Vec<UnitQuaternion<f32>>,
 }
 
 impl Signals {
@@ -66,38 +68,37 @@ impl Signals {
     /// `delay_s`: how late each gyro is.
     pub fn new(
         rate_hz: f64,
-        undelayed_rad: Triad,
+        mut undelayed_rad: Triad,
         dither_rad: Option<Triad>,
-        inputs: &Inputs,
+        inputs: Inputs,
         delay_s: [f64; 3],
         scale_error: [f64; 3],
         sensing_from_body: Matrix3<f64>,
     ) -> Self {
         let rows = undelayed_rad[0].len();
+        let mut planner = RealFftPlanner::new();
         let case_rad: Triad = std::array::from_fn(|axis| {
             if delay_s[axis] == 0.0 {
-                undelayed_rad[axis].clone()
+                std::mem::take(&mut undelayed_rad[axis])
             } else {
-                Spectrum::new(&undelayed_rad[axis], rate_hz).delayed(delay_s[axis])
+                Spectrum::by(&mut planner, &undelayed_rad[axis], rate_hz).delayed(delay_s[axis])
             }
         });
         let spectra: [Spectrum; 3] = std::array::from_fn(|axis| {
             let rates: Vec<f64> = case_rad[axis].iter().map(|angle| angle * rate_hz).collect();
-            Spectrum::new(&rates, rate_hz)
+            Spectrum::by(&mut planner, &rates, rate_hz)
         });
         Self {
             rate_rad_s: std::array::from_fn(|axis| spectra[axis].middle_derivative(0)),
             acceleration_rad_s2: std::array::from_fn(|axis| spectra[axis].middle_derivative(1)),
             warming_k: inputs
                 .temperature_k
-                .as_ref()
                 .map(|triad| std::array::from_fn(|axis| warming(&triad[axis], rate_hz))),
             pickoff_rad: inputs
                 .pickoff_rad
-                .as_ref()
                 .map(|triad| std::array::from_fn(|axis| triad[axis][1..].to_vec())),
-            force_m_s2: inputs.force_m_s2.clone(),
-            magnetic_t: inputs.magnetic_t.clone(),
+            force_m_s2: inputs.force_m_s2.cloned(),
+            magnetic_t: inputs.magnetic_t.cloned(),
             attitude: attitude(&case_rad),
             rate_hz,
             rows,
@@ -120,7 +121,7 @@ impl Signals {
     pub fn space_vector(&self, at_start: usize, axis: usize) -> Vec<f64> {
         self.attitude
             .iter()
-            .map(|body_from_start| (body_from_start * Vector3::ith(at_start, 1.0))[axis])
+            .map(|body_from_start| (body_from_start * Vector3::ith(at_start, 1.0))[axis].into())
             .collect()
     }
 }
@@ -141,14 +142,14 @@ fn warming(temperature_k: &[f64], rate_hz: f64) -> Vec<f64> {
 }
 
 /// Attitude in the middle of each row against the first row's begin, from the increments alone.
-fn attitude(case_rad: &Triad) -> Vec<UnitQuaternion<f64>> {
+fn attitude(case_rad: &Triad) -> Vec<UnitQuaternion<f32>> {
     let mut start_from_body = UnitQuaternion::identity();
     (0..case_rad[0].len())
         .map(|row| {
             let turn = Vector3::new(case_rad[0][row], case_rad[1][row], case_rad[2][row]);
             let middle = start_from_body * UnitQuaternion::from_scaled_axis(0.5 * turn);
             start_from_body *= UnitQuaternion::from_scaled_axis(turn);
-            middle.inverse()
+            middle.inverse().cast::<f32>()
         })
         .collect()
 }

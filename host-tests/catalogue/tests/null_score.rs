@@ -155,7 +155,7 @@ fn scores(motion: Motion, noise: &Noise, declared_over_true: f64, seed: u64) -> 
         RATE_HZ,
         motion,
         None,
-        &Inputs::default(),
+        Inputs::default(),
         [0.0; 3],
         [0.0; 3],
         Matrix3::identity(),

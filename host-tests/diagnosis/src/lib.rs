@@ -273,6 +273,23 @@ pub fn diagnose_by(
     }
     progress("aligning the channels");
     let streams = Streams::align(recording, model)?;
+    let again = || Streams::align(recording, model);
+    let of = (model, model_file);
+    diagnose_streams(engine, left_out, (streams, &again), of, seed, progress)
+}
+
+/// The same on aligned channels, so that the recording's own tables need not stay in memory.
+///
+/// # Inputs
+/// `again`: aligns the channels once more, for the older stages behind the new engine.
+pub fn diagnose_streams(
+    engine: Engine,
+    left_out: &[&str],
+    (streams, again): (Streams, &dyn Fn() -> Result<Streams, InputError>),
+    (model, model_file): (&Model, &Path),
+    seed: u64,
+    progress: &dyn Fn(&str),
+) -> Result<Outcome, InputError> {
     let old = |streams: Streams| {
         let streams = vec![streams];
         diagnose_aligned(left_out, streams, None, model, model_file, seed, progress)
@@ -289,7 +306,7 @@ pub fn diagnose_by(
     faults.retain(|fault| !qualify::is_known(fault, &qualified, &model.effects));
     let found = rate::diagnose(
         left_out,
-        &qualified,
+        &mut qualified,
         &faults,
         (model, model_file),
         seed,
@@ -302,10 +319,10 @@ pub fn diagnose_by(
         }
         Some(found) => {
             progress("the older stages");
-            let older = old(Streams::align(recording, model)?)?;
+            let older = old(again()?)?;
             Ok(rate::beside(found, older, model))
         }
-        None => old(Streams::align(recording, model)?),
+        None => old(again()?),
     }
 }
 

@@ -28,6 +28,11 @@ const LEAST_SINC: f64 = 0.5;
 impl Spectrum {
     /// Transforms `values` of rows at `rate_hz`.
     pub fn new(values: &[f64], rate_hz: f64) -> Self {
+        Self::by(&mut RealFftPlanner::new(), values, rate_hz)
+    }
+
+    /// The same by a planner that has planned other records of as many rows.
+    pub fn by(planner: &mut RealFftPlanner<f64>, values: &[f64], rate_hz: f64) -> Self {
         let rows = values.len();
         let pad = PAD_ROWS.min(rows.saturating_sub(2));
         let padded = fast_length(rows + 2 * pad);
@@ -39,7 +44,6 @@ impl Spectrum {
                 taper * (2.0 * values[rows - 1] - values[rows - 1 - (pad - row)]);
         }
         record[pad..pad + rows].copy_from_slice(values);
-        let mut planner = RealFftPlanner::new();
         let forward: Arc<dyn RealToComplex<f64>> = planner.plan_fft_forward(padded);
         let mut spectrum = forward.make_output_vec();
         forward

@@ -24,8 +24,6 @@ pub struct Data<'a> {
     pub model: &'a Model,
     /// Sensed less predicted increments \[rad\], the model's effects still in.
     pub residual_rad: Triad,
-    /// Channels that columns are made of.
-    pub inputs: Inputs,
     /// Increments of block against case \[rad\].
     pub dither_rad: Option<Triad>,
     /// The inverse of Eq. (7)'s matrix.
@@ -37,12 +35,12 @@ pub struct Data<'a> {
 }
 
 impl<'a> Data<'a> {
-    /// Prepares an aligned recording.
+    /// Prepares an aligned recording, whose sensed increments are used up: the residual stands for them.
     ///
     /// # Errors
     /// The installation matrix has no inverse.
     pub fn new(
-        streams: &'a Streams,
+        streams: &'a mut Streams,
         model: &'a Model,
         plan: &AnalysisPlan,
         file: &std::path::Path,
@@ -59,6 +57,9 @@ impl<'a> Data<'a> {
                 angles.windows(2).map(|pair| pair[1] - pair[0]).collect()
             })
         });
+        let residual_rad = without_effects(streams, model, sensing_from_body, dither_rad.as_ref());
+        streams.sensed_rad = Triad::default();
+        let streams = &*streams;
         let segments: Vec<Range<usize>> = streams.pieces[0]
             .segments
             .iter()
@@ -70,22 +71,25 @@ impl<'a> Data<'a> {
                 row(segment.start_s)..row(segment.end_s)
             })
             .collect();
-        let inputs = Inputs {
-            force_m_s2: streams.force_m_s2.clone(),
-            temperature_k: streams.temperature_k.clone(),
-            magnetic_t: streams.magnetic_t.clone(),
-            pickoff_rad: streams.pickoff_rad.clone(),
-        };
         Ok(Self {
-            residual_rad: without_effects(streams, model, sensing_from_body, dither_rad.as_ref()),
+            residual_rad,
             partition: Partition::new(streams.rows, streams.rate_hz, &segments, &plan.partition),
             known: Vec::new(),
             streams,
             model,
-            inputs,
             dither_rad,
             sensing_from_body,
         })
+    }
+
+    /// Channels besides the motion that columns are made of.
+    pub fn inputs(&self) -> Inputs<'_> {
+        Inputs {
+            force_m_s2: self.streams.force_m_s2.as_ref(),
+            temperature_k: self.streams.temperature_k.as_ref(),
+            magnetic_t: self.streams.magnetic_t.as_ref(),
+            pickoff_rad: self.streams.pickoff_rad.as_ref(),
+        }
     }
 
     /// Rows that are measured and serve one of `uses`.

@@ -43,13 +43,13 @@ pub fn serves(streams: &Streams, model: &Model) -> bool {
         && data::can_predict(model)
 }
 
-/// Diagnoses an aligned and qualified recording; `None` where too few rows can be fitted.
+/// Diagnoses an aligned and qualified recording, using up its sensed increments; `None` where too few rows can be fitted.
 ///
 /// # Errors
 /// The model's installation matrix has no inverse.
 pub fn diagnose(
     left_out: &[&str],
-    streams: &Streams,
+    streams: &mut Streams,
     faults: &[Fault],
     (model, model_file): (&Model, &Path),
     seed: u64,
@@ -57,9 +57,11 @@ pub fn diagnose(
 ) -> Result<Option<Outcome>, InputError> {
     let plan = AnalysisPlan::default();
     let mut data = data::Data::new(streams, model, &plan, model_file)?;
-    let Some(found) = search::find(&mut data, left_out, &plan, progress) else {
+    let Some(mut found) = search::find(&mut data, left_out, &plan, progress) else {
         return Ok(None);
     };
+    // The set stands: its findings need no columns by frequency, which are most of the memory.
+    found.equations.truncate(0);
     progress("writing the findings");
     Ok(findings::outcome(&data, &found, faults, seed, &plan))
 }

@@ -66,12 +66,12 @@ pub fn estimate(
             angle,
             ..NoiseLevels::default()
         };
-        let declared: Vec<(bool, Vec<f64>)> = [(true, walk, white), (false, angle, differenced)]
-            .into_iter()
-            .filter(|(_, level, _)| *level > 0.0)
-            .map(|(is_walk, _, levels)| (is_walk, shape(levels)))
-            .collect();
-        let shapes: Vec<Vec<f64>> = declared.iter().map(|(_, shape)| shape.clone()).collect();
+        let (is_walk, shapes): (Vec<bool>, Vec<Vec<f64>>) =
+            [(true, walk, white), (false, angle, differenced)]
+                .into_iter()
+                .filter(|(_, level, _)| *level > 0.0)
+                .map(|(is_walk, _, levels)| (is_walk, shape(levels)))
+                .unzip();
         let m = &streams.case_rad[axis];
         let shares = measure(
             m,
@@ -93,20 +93,23 @@ pub fn estimate(
                 *uncertain += (share.std + share.share * of_fit) * power;
             }
         }
+        drop(shapes);
         let toward = weights(&of_reference, &noise);
         let conditioned = add_filtered(m, &clean_rad[axis], &toward, &dct);
         let left = noise_left(&of_reference, &uncertain, &toward, &noise);
+        drop((of_reference, toward));
         let powers = Powers {
             left: &left,
             uncertain: &uncertain,
             residual: &noise,
         };
         let shrunk = shrink(&conditioned, &powers, rate_hz, &plan.gate);
+        drop((conditioned, left, uncertain));
         let level = |of_walk: bool, power: f64| {
-            declared
+            is_walk
                 .iter()
                 .zip(&shares)
-                .find(|((is_walk, _), _)| *is_walk == of_walk)
+                .find(|(is_walk, _)| **is_walk == of_walk)
                 .map_or_else(Level::default, |(_, share): (_, &MeasuredShare)| Level {
                     value: share.share * power,
                     std: share.std * power,
@@ -123,18 +126,23 @@ pub fn estimate(
         (shrunk, level(true, walk), level(false, angle), dither)
     };
     let axes = each_axis(of_axis);
-    let dither_rad = data.dither_rad.as_ref().map(|_| {
-        std::array::from_fn(|axis| axes[axis].3.clone().expect("every block has its pickoff"))
-    });
+    drop(dct);
+    let is_moving = std::array::from_fn(|axis| axes[axis].0.kept >= plan.least_cells);
+    let reference_walk = std::array::from_fn(|axis| axes[axis].1);
+    let reference_angle = std::array::from_fn(|axis| axes[axis].2);
+    let [x, y, z] = axes.map(|(shrunk, _, _, dither)| (shrunk.values, dither));
     Motion {
-        is_moving: std::array::from_fn(|axis| axes[axis].0.kept >= plan.least_cells),
-        reference_walk: std::array::from_fn(|axis| axes[axis].1),
-        reference_angle: std::array::from_fn(|axis| axes[axis].2),
+        is_moving,
+        reference_walk,
+        reference_angle,
         signals: Signals::new(
             rate_hz,
-            axes.map(|(shrunk, ..)| shrunk.values),
-            dither_rad,
-            &data.inputs,
+            [x.0, y.0, z.0],
+            match (x.1, y.1, z.1) {
+                (Some(x), Some(y), Some(z)) => Some([x, y, z]),
+                _ => None,
+            },
+            data.inputs(),
             delay_s,
             data.model.gyro.scale_error,
             data.sensing_from_body,

@@ -10,7 +10,7 @@ use crate::diagnose::attitude::is_slow;
 use crate::diagnose::declare::MOST_ROWS;
 use crate::diagnose::long::Long;
 use crate::diagnose::streams::Streams;
-use crate::diagnose::{Engine, diagnose, diagnose_aligned, diagnose_by};
+use crate::diagnose::{Engine, diagnose, diagnose_aligned, diagnose_streams};
 use crate::error::InputError;
 use crate::recording::Recording;
 use crate::report::terminal::lines;
@@ -145,13 +145,15 @@ impl Diagnose {
                     return diagnose(&recording, &model, &self.model, self.seed, &progress);
                 }
                 if self.recordings.len() == 1 {
-                    let (engine, file) = (self.engine.into(), &self.model);
-                    return diagnose_by(
-                        engine,
+                    progress("aligning the channels");
+                    let streams = Streams::align(&recording, &model)?;
+                    drop(recording);
+                    let again = || Streams::align(&Recording::read(folder)?, &model);
+                    return diagnose_streams(
+                        self.engine.into(),
                         &[],
-                        &recording,
-                        &model,
-                        file,
+                        (streams, &again),
+                        (&model, &self.model),
                         self.seed,
                         &progress,
                     );
