@@ -1,9 +1,11 @@
 //! The catalogue spelt out for the search: hypotheses over a pool of columns, each with its price.
 
-use rlg_inference::{Columns, Hypothesis, Term};
+use rlg_inference::{Columns, Fixed, Hypothesis, Term};
 
 use crate::column::Column;
-use crate::entries::{CATALOGUE, Entry, Law, SLIP, STEP, tilt};
+use crate::entries::{CATALOGUE, Entry, HARMONIC, Law, MODE, MOUNT, SLIP, STEP, UNLISTED, tilt};
+use crate::expression::Expression;
+use crate::resonance::{PARTS, Part, Resonance};
 use crate::signals::Signals;
 
 /// Names of the axes.
@@ -27,6 +29,20 @@ pub enum Variant {
         /// Row.
         row: usize,
     },
+    /// A wave of the table's angle about an axis.
+    Harmonic {
+        /// Axis of the table.
+        axis: usize,
+        /// Waves a turn.
+        order: u32,
+    },
+    /// An expression on one gyro.
+    Expression {
+        /// Gyro.
+        axis: usize,
+        /// What it follows.
+        expression: Expression,
+    },
 }
 
 /// A hypothesis with its name.
@@ -38,6 +54,8 @@ pub struct Candidate {
     pub variant: Variant,
     /// Names of its parameters, as the contract has them.
     pub names: Vec<String>,
+    /// Where its columns were made: a parameter is this and what is estimated. 0 of what is linear.
+    pub base: Vec<f64>,
     /// What the search sees.
     pub hypothesis: Hypothesis,
 }
@@ -131,9 +149,11 @@ impl Pool {
                 kind: entry.kind,
                 variant,
                 names: kept.iter().map(|named| named.name.clone()).collect(),
+                base: vec![0.0; kept.len()],
                 hypothesis: Hypothesis {
                     parameters: kept.len(),
                     terms: terms.collect(),
+                    fixed: Vec::new(),
                     price: (places * everyday).ln(),
                 },
             })
@@ -281,6 +301,7 @@ impl Pool {
             kind,
             variant: Variant::Event { axis, row },
             names: vec!["size".to_string()],
+            base: vec![0.0],
             hypothesis: Hypothesis {
                 parameters: 1,
                 terms: vec![Term {
@@ -289,10 +310,251 @@ impl Pool {
                     column: self.place(column),
                     coefficient,
                 }],
+                fixed: Vec::new(),
                 price: places.ln(),
             },
         }
     }
+}
+
+/// What the families of the catalogue have one member of at a time.
+impl Pool {
+    /// The reference's error of an order, picked from `places`.
+    pub fn harmonic(
+        &mut self,
+        axis: usize,
+        order: u32,
+        places: f64,
+        signals: &Signals,
+    ) -> Candidate {
+        let waves = [true, false].map(|is_cosine| self.place(Column::Wave(axis, order, is_cosine)));
+        let terms = waves
+            .into_iter()
+            .enumerate()
+            .flat_map(|(parameter, column)| {
+                (0..3).map(move |gyro| Term {
+                    parameter,
+                    record: gyro,
+                    column,
+                    coefficient: -along(signals, gyro, axis),
+                })
+            });
+        Candidate {
+            kind: HARMONIC,
+            variant: Variant::Harmonic { axis, order },
+            names: ["cos", "sin"].map(str::to_string).to_vec(),
+            base: vec![0.0; 2],
+            hypothesis: Hypothesis {
+                parameters: 2,
+                terms: terms.filter(|term| term.coefficient != 0.0).collect(),
+                fixed: Vec::new(),
+                price: places.ln(),
+            },
+        }
+    }
+
+    /// An expression on one gyro, picked from `places`.
+    pub fn expression(
+        &mut self,
+        axis: usize,
+        expression: Expression,
+        places: f64,
+        signals: &Signals,
+    ) -> Candidate {
+        Candidate {
+            kind: UNLISTED,
+            variant: Variant::Expression { axis, expression },
+            names: vec!["coefficient".to_string()],
+            base: vec![0.0],
+            hypothesis: Hypothesis {
+                parameters: 1,
+                terms: vec![Term {
+                    parameter: 0,
+                    record: axis,
+                    column: self.place(Column::Expression(expression)),
+                    coefficient: 1.0 / (1.0 - signals.scale_error[axis]),
+                }],
+                fixed: Vec::new(),
+                price: places.ln(),
+            },
+        }
+    }
+
+    /// A suspension with a resonance, picked from `places`: the six flexures, and the resonance about a first value, which
+    /// the flexures of `k_s2` make linear.
+    pub fn suspension(
+        &mut self,
+        resonance: Resonance,
+        k_s2: [f64; 6],
+        places: f64,
+        signals: &Signals,
+    ) -> Candidate {
+        let mut terms = Vec::new();
+        let mut names = Vec::new();
+        for (gyro, gyro_name) in AXES.iter().enumerate() {
+            for about in (0..3).filter(|about| *about != gyro) {
+                let (sign, senses) = tilt(gyro, about);
+                let flexure = names.len();
+                for (part, parameter) in PARTS.into_iter().zip([flexure, 6, 7]) {
+                    let size = if part == Part::Response {
+                        1.0
+                    } else {
+                        k_s2[flexure]
+                    };
+                    terms.push(Term {
+                        parameter,
+                        record: gyro,
+                        column: self.place(Column::ResonantFlexure(about, senses, resonance, part)),
+                        coefficient: -sign * size / (1.0 - signals.scale_error[gyro]),
+                    });
+                }
+                names.push(format!("{gyro_name}{}", AXES[about]));
+            }
+        }
+        names.extend(["frequency_hz", "damping"].map(str::to_string));
+        let mut base = vec![0.0; 6];
+        base.extend([resonance.hz, resonance.damping]);
+        Candidate {
+            kind: MODE,
+            variant: Variant::Whole,
+            names,
+            base,
+            hypothesis: Hypothesis {
+                parameters: 8,
+                terms: terms
+                    .into_iter()
+                    .filter(|term| term.coefficient != 0.0)
+                    .collect(),
+                fixed: Vec::new(),
+                price: places.ln(),
+            },
+        }
+    }
+
+    /// A soft mount, picked from `places`: about each axis that has one its full response, and the resonance about a first
+    /// value.
+    pub fn mount(
+        &mut self,
+        mount: [Option<Resonance>; 3],
+        places: f64,
+        signals: &Signals,
+    ) -> Candidate {
+        let (mut terms, mut fixed) = (Vec::new(), Vec::new());
+        let (mut names, mut base) = (Vec::new(), Vec::new());
+        for (axis, resonance) in mount.into_iter().enumerate() {
+            let Some(resonance) = resonance else { continue };
+            let along: Vec<(usize, f64)> = (0..3)
+                .map(|gyro| (gyro, along(signals, gyro, axis)))
+                .filter(|(_, along)| *along != 0.0)
+                .collect();
+            let column = self.place(Column::Mount(axis, resonance, Part::Response));
+            fixed.extend(along.iter().map(|&(record, size)| Fixed {
+                record,
+                column,
+                size,
+            }));
+            for (part, name) in [
+                (Part::ByFrequency, "frequency_hz"),
+                (Part::ByDamping, "damping"),
+            ] {
+                let column = self.place(Column::Mount(axis, resonance, part));
+                terms.extend(along.iter().map(|&(record, coefficient)| Term {
+                    parameter: names.len(),
+                    record,
+                    column,
+                    coefficient,
+                }));
+                names.push(format!("{}_{name}", AXES[axis]));
+            }
+            base.extend([resonance.hz, resonance.damping]);
+        }
+        Candidate {
+            kind: MOUNT,
+            variant: Variant::Whole,
+            base,
+            hypothesis: Hypothesis {
+                parameters: names.len(),
+                terms,
+                fixed,
+                price: places.ln(),
+            },
+            names,
+        }
+    }
+
+    /// A candidate that is no row of the catalogue over these signals, its columns made where `estimate` says; `None` of a row.
+    ///
+    /// # Inputs
+    /// `estimate`: its parameters beyond [`Candidate::base`].
+    pub fn again(
+        &mut self,
+        candidate: &Candidate,
+        estimate: &[f64],
+        signals: &Signals,
+    ) -> Option<Candidate> {
+        let places = candidate.hypothesis.price.exp();
+        match candidate.variant {
+            Variant::Event { axis, row } => {
+                Some(self.event(candidate.kind, axis, row, places, signals))
+            }
+            Variant::Harmonic { axis, order } => Some(self.harmonic(axis, order, places, signals)),
+            Variant::Expression { axis, expression } => {
+                Some(self.expression(axis, expression, places, signals))
+            }
+            _ if candidate.kind == MODE => {
+                let k_s2 = std::array::from_fn(|place| estimate[place]);
+                let resonance = candidate.moved(6, estimate);
+                Some(self.suspension(resonance, k_s2, places, signals))
+            }
+            _ if candidate.kind == MOUNT => {
+                Some(self.mount(candidate.mounts(estimate), places, signals))
+            }
+            _ => None,
+        }
+    }
+
+    /// A candidate over columns of another pool, its columns placed here.
+    pub fn adopt(&mut self, candidate: &Candidate, columns: &[Column]) -> Candidate {
+        let mut adopted = candidate.clone();
+        for term in &mut adopted.hypothesis.terms {
+            term.column = self.place(columns[term.column]);
+        }
+        for fixed in &mut adopted.hypothesis.fixed {
+            fixed.column = self.place(columns[fixed.column]);
+        }
+        adopted
+    }
+}
+
+impl Candidate {
+    /// The resonance whose frequency and damping are parameters `first` and the next, moved by an estimate as far as it is
+    /// to be trusted.
+    fn moved(&self, first: usize, estimate: &[f64]) -> Resonance {
+        const MOST_RATIO: f64 = 1.3;
+        const DAMPINGS: [f64; 2] = [1e-3, 1.0];
+        let hz = self.base[first];
+        let damping = self.base[first + 1];
+        Resonance {
+            hz: (hz + estimate[first]).clamp(hz / MOST_RATIO, hz * MOST_RATIO),
+            damping: (damping + estimate[first + 1])
+                .clamp(0.4 * damping, 2.5 * damping)
+                .clamp(DAMPINGS[0], DAMPINGS[1]),
+        }
+    }
+
+    /// The mounts about the axes, if it is a mount.
+    pub fn mounts(&self, estimate: &[f64]) -> [Option<Resonance>; 3] {
+        std::array::from_fn(|axis| {
+            let name = format!("{}_frequency_hz", AXES[axis]);
+            let first = self.names.iter().position(|other| *other == name)?;
+            Some(self.moved(first, estimate))
+        })
+    }
+}
+
+/// What a rate of the case about `axis` is in a gyro's sensed increment.
+fn along(signals: &Signals, gyro: usize, axis: usize) -> f64 {
+    signals.sensing_from_body[(gyro, axis)] / (1.0 - signals.scale_error[gyro])
 }
 
 /// One parameter of an entry.
@@ -315,9 +577,11 @@ fn common(entry: &Entry, whole: &[Named], price: f64) -> Candidate {
         kind: entry.kind,
         variant: Variant::Common,
         names: vec!["all".to_string()],
+        base: vec![0.0],
         hypothesis: Hypothesis {
             parameters: 1,
             terms: whole.iter().flat_map(|named| named.terms.clone()).collect(),
+            fixed: Vec::new(),
             price,
         },
     }

@@ -2,7 +2,9 @@
 
 use rlg_signal::derivatives::{Spectrum, row_means};
 
-use crate::signals::{Signals, Triad};
+use crate::expression::Expression;
+use crate::resonance::{Part, Resonance};
+use crate::signals::{Path, Signals, Triad};
 
 /// One column, by what it is made of. Axes are 0, 1, 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,6 +51,14 @@ pub enum Column {
     DitherCube(usize),
     /// Component along the second axis of what lay along the first at the start, T.
     SpaceVector(usize, usize),
+    /// α_about · ω_senses · T, α behind a resonant suspension; or its derivative by frequency or damping.
+    ResonantFlexure(usize, usize, Resonance, Part),
+    /// What a soft mount adds to the reference's increment \[rad\]; or its derivative.
+    Mount(usize, Resonance, Part),
+    /// Increment of the cosine (true) or sine of the table's angle times an order.
+    Wave(usize, u32, bool),
+    /// An expression in measured channels · T.
+    Expression(Expression),
     /// 1 in one row.
     Impulse(usize),
     /// T from a row on.
@@ -78,6 +88,7 @@ impl Column {
             }
             Magnetic(axis) => varies(&signals.magnetic_t, axis),
             Dither(_) | DitherDelay(_) | DitherCube(_) => signals.dither_rad.is_some(),
+            Column::Expression(expression) => expression.values(signals).is_some(),
             _ => true,
         }
     }
@@ -107,13 +118,13 @@ impl Column {
             Self::Constant => vec![period; rows],
             Self::Increment(axis) => signals.case_rad[axis].clone(),
             Self::Delay(axis) => {
-                let delay = signals.delay_s[axis];
+                let delay = signals.path.delay_s[axis];
                 if delay == 0.0 {
                     scaled(&signals.spectra[axis].mean_derivative(1), period)
                 } else {
-                    let pairs = signals.undelayed_rad[axis]
-                        .iter()
-                        .zip(&signals.case_rad[axis]);
+                    let reference = signals.reference_rad(axis);
+                    let early = signals.path.along(axis, 0.0, reference, signals.rate_hz);
+                    let pairs = early.iter().zip(&signals.case_rad[axis]);
                     pairs
                         .map(|(before, after)| (before - after) / delay)
                         .collect()
@@ -207,6 +218,41 @@ impl Column {
             Self::SpaceVector(at_start, axis) => {
                 scaled(&signals.space_vector(at_start, axis), period)
             }
+            Self::ResonantFlexure(about, senses, resonance, part) => {
+                let acceleration = signals.spectra[about]
+                    .middle_derivative_behind(1, |hz| resonance.suspension(hz, part));
+                let at_middles = product(&acceleration, &signals.rate_rad_s[senses]);
+                scaled(&row_means(&at_middles), period)
+            }
+            Self::Mount(axis, resonance, part) => {
+                let late = Path {
+                    mount: [None; 3],
+                    ..signals.path
+                };
+                let reference = signals.reference_rad(axis);
+                let unmounted = late.along(axis, late.delay_s[axis], reference, signals.rate_hz);
+                Spectrum::new(&unmounted, signals.rate_hz)
+                    .through(|hz| resonance.beyond_mount(hz, part))
+            }
+            Self::Wave(axis, order, is_cosine) => {
+                let wave = |angle: f64| {
+                    let turn = f64::from(order) * angle;
+                    if is_cosine { turn.cos() } else { turn.sin() }
+                };
+                let mut angle = 0.0;
+                let mut before = wave(angle);
+                let increments = signals.reference_rad(axis).iter().map(|increment| {
+                    angle += increment;
+                    let now = wave(angle);
+                    let turned = now - before;
+                    before = now;
+                    turned
+                });
+                increments.collect()
+            }
+            Self::Expression(expression) => expression
+                .values(signals)
+                .unwrap_or_else(|| vec![0.0; rows]),
             Self::Impulse(row) => {
                 let mut values = vec![0.0; rows];
                 values[row] = 1.0;

@@ -332,8 +332,94 @@ pub fn find(kind: &str) -> Option<&'static Entry> {
     CATALOGUE.iter().find(|entry| entry.kind == kind)
 }
 
+/// What is said of a kind.
+#[derive(Debug, Clone, Copy)]
+pub struct Card {
+    /// The contract's kind.
+    pub kind: &'static str,
+    /// Its equation.
+    pub equation: &'static str,
+    /// Unit of its parameters, but for those with a unit in their name.
+    pub unit: &'static str,
+    /// What it means, for a navigation engineer.
+    pub meaning: &'static str,
+    /// The motion that would show it best.
+    pub experiment: &'static str,
+}
+
 /// A step of one gyro's bias, found by scanning.
 pub const STEP: &str = "gyro_bias_step";
 
 /// A jump of one gyro's angle, found by scanning.
 pub const SLIP: &str = "counter_slip";
+
+/// An error of the reference that repeats with the table's angle.
+pub const HARMONIC: &str = "reference_harmonic";
+
+/// Flexure of a suspension that resonates.
+pub const MODE: &str = "axis_flexure_mode";
+
+/// A soft mount between reference and case.
+pub const MOUNT: &str = "isolator_mode";
+
+/// Physics outside the catalogue, as an expression in measured channels.
+pub const UNLISTED: &str = "unlisted";
+
+/// Kinds that are found by going through rows, orders, frequencies or expressions.
+pub static SCANNED: [Card; 6] = [
+    Card {
+        kind: STEP,
+        equation: "omega_i += size from time_s on",
+        unit: "rad/s",
+        meaning: "The bias of the gyro jumps once and stays there.",
+        experiment: "A second recording shows whether the bias jumps again, and when.",
+    },
+    Card {
+        kind: SLIP,
+        equation: "angle_i += size at time_s",
+        unit: "rad",
+        meaning: "The angle of the gyro jumps once, as when its counter loses or gains pulses.",
+        experiment: "A second recording shows whether the counter slips again, and when.",
+    },
+    Card {
+        kind: HARMONIC,
+        equation: "reference angle += cos cos(order theta) + sin sin(order theta)",
+        unit: "rad",
+        meaning: "The reference is wrong, not the gyro: the encoder of the turntable has an error that repeats with the table's angle, as eccentricity, pole pairs or the lines of a scale make it.",
+        experiment: "Turn the table through whole turns at two speeds: what repeats with its angle is the encoder's.",
+    },
+    Card {
+        kind: MODE,
+        equation: "delta_ij'' + 2 z w0 delta_ij' + w0^2 delta_ij = -w0^2 K_ij alpha_j",
+        unit: "s^2",
+        meaning: "The dither suspension is not stiff and resonates within reach of the motion: each laser block lags its case through a mode, its sensing axis tilts most near the resonance, and tilt times cross rate rectifies into drift.",
+        experiment: "A sweep of coning, or vibration about two axes at once, across the suspension's resonance and well below it.",
+    },
+    Card {
+        kind: MOUNT,
+        equation: "case = (w0^2 + 2 z w0 s)/(s^2 + 2 z w0 s + w0^2) reference, by axis",
+        unit: "1",
+        meaning: "The case does not move as the reference says: it stands on a soft mount that amplifies vibration near its resonance and swallows it above.",
+        experiment: "A sine sweep through the mount's resonance on each axis: amplitude and phase of gyro over reference draw the mount's response.",
+    },
+    Card {
+        kind: UNLISTED,
+        equation: "omega_i += coefficient * expression",
+        unit: "rad/s per unit of the expression",
+        meaning: "The gyro follows an expression in measured channels that is no effect of the catalogue, found by search.",
+        experiment: "Repeat the motion with the expression's channels varied one at a time.",
+    },
+];
+
+/// What is said of a kind.
+pub fn card(kind: &str) -> Option<Card> {
+    let of_entry = |entry: &Entry| Card {
+        kind: entry.kind,
+        equation: entry.equation,
+        unit: entry.unit,
+        meaning: entry.meaning,
+        experiment: entry.experiment,
+    };
+    let scanned = SCANNED.iter().find(|card| card.kind == kind).copied();
+    scanned.or_else(|| find(kind).map(of_entry))
+}

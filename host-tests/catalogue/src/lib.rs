@@ -1,10 +1,16 @@
 //! Effects that a model may lack, as hypotheses over design columns.
 //!
 //! [`signals`] holds the measured inputs and the motion derived from them; [`mod@column`] makes one design column of them;
+//! [`expression`] writes physics outside the catalogue as products of channels, [`resonance`] second-order systems;
 //! [`entries`] is the catalogue, one row an effect; [`candidates`] spells its rows out for the search, with the price of
-//! each.
+//! each; [`families`] are effects with a number inside
+//! (order, frequency, time constant) that is gone through in a grid.
 
 pub mod signals;
+
+pub mod resonance;
+
+pub mod expression;
 
 pub mod column;
 
@@ -12,7 +18,10 @@ pub mod entries;
 
 pub mod candidates;
 
+pub mod families;
+
 pub use candidates::{Candidate, Pool};
 pub use column::Column;
 pub use entries::{CATALOGUE, Entry};
+pub use expression::Expression;
 pub use signals::Signals;

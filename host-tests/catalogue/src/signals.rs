@@ -5,6 +5,8 @@ use realfft::RealFftPlanner;
 use realfft::num_complex::Complex64;
 use rlg_signal::derivatives::Spectrum;
 
+use crate::resonance::{Part, Resonance};
+
 /// A channel on the three body axes, `[axis][row]`.
 pub type Triad = [Vec<f64>; 3];
 
@@ -22,6 +24,19 @@ pub struct Inputs<'a> {
     pub magnetic_t: Option<&'a Triad>,
     /// Block relative to case at row ends \[rad\], one entry more than rows.
     pub pickoff_rad: Option<&'a Triad>,
+    /// Channels of unknown quantity, by name.
+    pub others: &'a [(String, Vec<f64>)],
+    /// When the first row begins on the recording's clock \[s\].
+    pub start_s: f64,
+}
+
+/// What stands between the reference and what a gyro turns with.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Path {
+    /// How late each gyro is against the reference \[s\].
+    pub delay_s: [f64; 3],
+    /// The soft mount between reference and case about each axis.
+    pub mount: [Option<Resonance>; 3],
 }
 
 /// What columns are made of.
@@ -30,12 +45,14 @@ pub struct Signals {
     pub rate_hz: f64,
     /// Number of rows.
     pub rows: usize,
-    /// Increments of the case \[rad\] as the gyros saw them, delays that are already known included.
+    /// When the first row begins on the recording's clock \[s\].
+    pub start_s: f64,
+    /// Increments of the case \[rad\] as the gyros saw them, behind `path`.
     pub case_rad: Triad,
-    /// The same before any delay; empty where `delay_s` is 0.
-    pub undelayed_rad: Triad,
-    /// Delay of each gyro against the reference that `case_rad` includes \[s\].
-    pub delay_s: [f64; 3],
+    /// The same as the reference saw them; empty where nothing lies between.
+    reference_rad: Triad,
+    /// Delays and mounts that are already known.
+    pub path: Path,
     /// Rate at row middles \[rad/s\].
     pub rate_rad_s: Triad,
     /// Angular acceleration at row middles \[rad/s²\].
@@ -52,6 +69,8 @@ pub struct Signals {
     pub dither_rad: Option<Triad>,
     /// Pickoff angle at row ends \[rad\].
     pub pickoff_rad: Option<Triad>,
+    /// Channels of unknown quantity, by name.
+    pub others: Vec<(String, Vec<f64>)>,
     /// Scale error of the model \[1\], for the 1/(1 − s_i) of sensed increments.
     pub scale_error: [f64; 3],
     /// Rates along the sensing axes from body rates: the inverse of Eq. (7)'s matrix.
@@ -64,24 +83,23 @@ impl Signals {
     /// Derives what the columns need.
     ///
     /// # Inputs
-    /// `undelayed_rad`: increments of the case \[rad\], noise removed; `dither_rad`: increments of the blocks \[rad\];
-    /// `delay_s`: how late each gyro is.
+    /// `reference_rad`: increments of the reference \[rad\], noise removed; `dither_rad`: increments of the blocks \[rad\].
     pub fn new(
         rate_hz: f64,
-        mut undelayed_rad: Triad,
+        mut reference_rad: Triad,
         dither_rad: Option<Triad>,
         inputs: Inputs,
-        delay_s: [f64; 3],
+        path: Path,
         scale_error: [f64; 3],
         sensing_from_body: Matrix3<f64>,
     ) -> Self {
-        let rows = undelayed_rad[0].len();
+        let rows = reference_rad[0].len();
         let mut planner = RealFftPlanner::new();
         let case_rad: Triad = std::array::from_fn(|axis| {
-            if delay_s[axis] == 0.0 {
-                std::mem::take(&mut undelayed_rad[axis])
+            if path.is_direct(axis) {
+                std::mem::take(&mut reference_rad[axis])
             } else {
-                Spectrum::by(&mut planner, &undelayed_rad[axis], rate_hz).delayed(delay_s[axis])
+                path.along(axis, path.delay_s[axis], &reference_rad[axis], rate_hz)
             }
         });
         let spectra: [Spectrum; 3] = std::array::from_fn(|axis| {
@@ -103,12 +121,23 @@ impl Signals {
             rate_hz,
             rows,
             case_rad,
-            undelayed_rad,
-            delay_s,
+            reference_rad,
+            path,
             spectra,
+            others: inputs.others.to_vec(),
+            start_s: inputs.start_s,
             dither_rad,
             scale_error,
             sensing_from_body,
+        }
+    }
+
+    /// Increments about an axis as the reference saw them \[rad\].
+    pub fn reference_rad(&self, axis: usize) -> &[f64] {
+        if self.path.is_direct(axis) {
+            &self.case_rad[axis]
+        } else {
+            &self.reference_rad[axis]
         }
     }
 
@@ -123,6 +152,34 @@ impl Signals {
             .iter()
             .map(|body_from_start| (body_from_start * Vector3::ith(at_start, 1.0))[axis].into())
             .collect()
+    }
+}
+
+impl Path {
+    /// Whether nothing lies between the reference and a gyro.
+    pub fn is_direct(&self, axis: usize) -> bool {
+        self.delay_s[axis] == 0.0 && self.mount[axis].is_none()
+    }
+
+    /// The reference's increments about an axis behind its mount and a delay \[rad\].
+    pub fn along(
+        &self,
+        axis: usize,
+        delay_s: f64,
+        reference_rad: &[f64],
+        rate_hz: f64,
+    ) -> Vec<f64> {
+        let mount = self.mount[axis];
+        if delay_s == 0.0 && mount.is_none() {
+            return reference_rad.to_vec();
+        }
+        Spectrum::new(reference_rad, rate_hz).through(|hz| {
+            let late = Complex64::from_polar(1.0, -std::f64::consts::TAU * hz * delay_s);
+            let beyond = mount.map_or(Complex64::ZERO, |mount| {
+                mount.beyond_mount(hz, Part::Response)
+            });
+            late * (1.0 + beyond)
+        })
     }
 }
 

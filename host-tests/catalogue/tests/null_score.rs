@@ -156,7 +156,7 @@ fn scores(motion: Motion, noise: &Noise, declared_over_true: f64, seed: u64) -> 
         motion,
         None,
         Inputs::default(),
-        [0.0; 3],
+        rlg_catalogue::signals::Path::default(),
         [0.0; 3],
         Matrix3::identity(),
     );

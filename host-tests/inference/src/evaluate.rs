@@ -101,6 +101,8 @@ pub(crate) struct Assembled {
 }
 
 struct OfRecord {
+    /// Σ of the squared record in each bin, less what members add whatever their parameters.
+    energy: Vec<f64>,
     /// Parameters that this record shows.
     parameters: Vec<usize>,
     /// Per bin G, row by row.
@@ -144,7 +146,14 @@ impl Assembled {
         let records = columns
             .into_iter()
             .enumerate()
-            .map(|(record, of_parameters)| OfRecord::new(equations, record, &of_parameters, &scale))
+            .map(|(record, of_parameters)| {
+                let fixed = set.iter().flat_map(|one| &one.fixed);
+                let fixed: Vec<(usize, f64)> = fixed
+                    .filter(|one| one.record == record && equations.scale(one.column) > 0.0)
+                    .map(|one| (one.column, one.size / equations.scale(one.column)))
+                    .collect();
+                OfRecord::new(equations, record, &of_parameters, &scale, &fixed)
+            })
             .collect();
         Self {
             blocks,
@@ -206,7 +215,18 @@ impl OfRecord {
         record: usize,
         of_parameters: &[Vec<(usize, f64)>],
         scale: &[f64],
+        fixed: &[(usize, f64)],
     ) -> Self {
+        let mut energy = equations.energy(record).to_vec();
+        for (bin, energy) in energy.iter_mut().enumerate() {
+            for &(column, size) in fixed {
+                *energy -= 2.0 * size * equations.moment(record, bin, column);
+                for &(other, other_size) in fixed {
+                    *energy += size * other_size * equations.product(bin, column, other);
+                }
+            }
+            *energy = energy.max(LEAST_INFORMATION);
+        }
         let parameters: Vec<usize> = (0..of_parameters.len())
             .filter(|&parameter| !of_parameters[parameter].is_empty())
             .collect();
@@ -217,7 +237,11 @@ impl OfRecord {
         for (i, &a) in parameters.iter().enumerate() {
             for &(column, weight) in &of_parameters[a] {
                 for (bin, moments) in moments.iter_mut().enumerate() {
-                    moments[i] += weight * scale[a] * equations.moment(record, bin, column);
+                    let mut moment = equations.moment(record, bin, column);
+                    for &(other, size) in fixed {
+                        moment -= size * equations.product(bin, column, other);
+                    }
+                    moments[i] += weight * scale[a] * moment;
                 }
             }
             for (j, &b) in parameters.iter().enumerate().take(i + 1) {
@@ -239,6 +263,7 @@ impl OfRecord {
             }
         }
         Self {
+            energy,
             parameters,
             gram,
             moments,
@@ -320,7 +345,7 @@ pub fn evaluate(
             let bins = powers
                 .iter()
                 .zip(&basis.counts)
-                .zip(equations.energy(record));
+                .zip(&assembled.records[record].energy);
             log_likelihood -= 0.5
                 * bins
                     .map(|((power, count), energy)| count * power.ln() + energy / power)
@@ -369,7 +394,7 @@ pub fn evaluate(
             *g = (power / freedom).clamp(G_RANGE[0], G_RANGE[1]);
         }
         for (record, of_record) in assembled.records.iter().enumerate() {
-            let power = of_record.residual_power(equations.energy(record), &estimate, &inverse);
+            let power = of_record.residual_power(&estimate, &inverse);
             levels[record] = basis.fit(&power, levels[record], drift[record].active());
         }
         debug_assert_eq!(estimate.len(), count);
@@ -378,12 +403,7 @@ pub fn evaluate(
 
 impl OfRecord {
     /// Expected power left in each bin: of the mean, and of the posterior spread.
-    fn residual_power(
-        &self,
-        energy: &[f64],
-        estimate: &DVector<f64>,
-        covariance: &DMatrix<f64>,
-    ) -> Vec<f64> {
+    fn residual_power(&self, estimate: &DVector<f64>, covariance: &DMatrix<f64>) -> Vec<f64> {
         let size = self.parameters.len();
         let of_record: Vec<f64> = self.parameters.iter().map(|&a| estimate[a]).collect();
         let mut second = vec![0.0; size * size];
@@ -392,7 +412,7 @@ impl OfRecord {
                 second[i * size + j] = covariance[(a, b)] + estimate[a] * estimate[b];
             }
         }
-        let bins = energy.iter().zip(&self.gram).zip(&self.moments);
+        let bins = self.energy.iter().zip(&self.gram).zip(&self.moments);
         bins.map(|((energy, gram), moments)| {
             let cross: f64 = moments.iter().zip(&of_record).map(|(h, x)| h * x).sum();
             let square: f64 = gram.iter().zip(&second).map(|(g, v)| g * v).sum();

@@ -13,6 +13,17 @@ pub struct Term {
     pub coefficient: f64,
 }
 
+/// `size · column` is part of a record whatever the parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fixed {
+    /// Place of the record.
+    pub record: usize,
+    /// Place of the column.
+    pub column: usize,
+    /// Factor.
+    pub size: f64,
+}
+
 /// One thing that may or may not be there, as a block of parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hypothesis {
@@ -20,6 +31,8 @@ pub struct Hypothesis {
     pub parameters: usize,
     /// What they do.
     pub terms: Vec<Term>,
+    /// What it does besides, without a parameter of its own.
+    pub fixed: Vec<Fixed>,
     /// ln of the number of places it was picked from, less what makes it likelier than others: a price in log posterior.
     pub price: f64,
 }

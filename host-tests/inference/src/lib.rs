@@ -8,7 +8,9 @@
 //! In the order of the data:
 //! [`dct`] transforms → [`observations`] says which rows are seen → [`noise`] gives the spectrum of each term →
 //! [`normal_equations`] sums columns and records by frequency → [`evaluate`] fits a set of hypotheses with its noise →
-//! [`search`] finds the set; [`events`] scans all rows for steps and impulses; [`predict`] scores rows that were not
+//! [`search`] finds the set; [`score_test`] goes through long lists of what could be added, over [`sums`] of rows where
+//! there are many; [`events`] scans all rows for steps and impulses, [`lines`] all frequencies for lines;
+//! [`predict`] scores rows that were not
 //! fitted.
 
 pub mod dct;
@@ -23,17 +25,25 @@ pub mod normal_equations;
 
 pub mod hypothesis;
 
+mod linear;
+
 pub mod evaluate;
+
+pub mod sums;
+
+pub mod score_test;
 
 pub mod search;
 
 pub mod events;
 
+pub mod lines;
+
 pub mod predict;
 
 pub use dct::Dct;
 pub use evaluate::{Drift, Fit};
-pub use hypothesis::{Hypothesis, Term};
+pub use hypothesis::{Fixed, Hypothesis, Term};
 pub use noise::{NoiseBasis, NoiseLevels};
 pub use normal_equations::{Columns, NormalEquations};
 pub use observations::Observations;

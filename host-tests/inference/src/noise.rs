@@ -45,6 +45,11 @@ impl NoiseLevels {
         }
     }
 
+    /// Power of white noise of rate and of angle at a frequency, as a share of the row rate.
+    pub fn of_share(self, share: f64) -> f64 {
+        self.white + self.angle * 4.0 * (PI * share).sin().powi(2)
+    }
+
     /// Without drift.
     pub fn stationary(self) -> Self {
         Self {

@@ -282,6 +282,11 @@ impl NormalEquations {
         &self.energy[record]
     }
 
+    /// A record's coefficients.
+    pub fn record(&self, record: usize) -> &[f64] {
+        &self.records[record]
+    }
+
     /// Factor that brings a column to unit power; 0 where it has none.
     pub fn scale(&self, column: usize) -> f64 {
         self.scale[column]

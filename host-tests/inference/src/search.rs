@@ -6,7 +6,8 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use crate::evaluate::{Assembled, Drift, Effort, Fit, evaluate};
-use crate::hypothesis::Hypothesis;
+use crate::hypothesis::{Hypothesis, Term};
+use crate::linear::pseudo_inverse;
 use crate::noise::NoiseLevels;
 use crate::normal_equations::NormalEquations;
 use crate::plan::SearchPlan;
@@ -383,16 +384,32 @@ impl<'a> Search<'a> {
             .iter()
             .position(|&other| other == member)
             .expect("a member of the set");
+        // What it does without a parameter is one whose value is 1.
+        let mut whole = self.hypotheses[member].clone();
+        whole.terms.extend(whole.fixed.drain(..).map(|one| Term {
+            parameter: whole.parameters,
+            record: one.record,
+            column: one.column,
+            coefficient: one.size,
+        }));
+        let has_fixed = whole
+            .terms
+            .iter()
+            .any(|term| term.parameter == whole.parameters);
+        whole.parameters += usize::from(has_fixed);
         let mut set = self.members(&best.members);
+        set[place] = &whole;
         set.push(&self.hypotheses[rival]);
         let assembled = Assembled::new(self.equations, &set);
         let information = assembled.information(self.equations, &best.levels);
         let own = assembled.blocks[place].clone();
+        let estimated = best.blocks[place].clone().map(|k| best.estimate[k]);
+        let sizes = estimated.chain([1.0]);
         let effect = nalgebra::DVector::from_iterator(
             own.len(),
-            own.clone().map(|k| {
-                best.estimate[best.blocks[place].start + k - own.start] / assembled.scale[k]
-            }),
+            own.clone()
+                .zip(sizes)
+                .map(|(k, size)| size / assembled.scale[k]),
         );
         let others: Vec<usize> = (0..information.nrows())
             .filter(|k| !own.contains(k))
@@ -416,27 +433,6 @@ impl<'a> Search<'a> {
 
 /// A rival may gain this much from refitting the noise.
 const SCREENING_MARGIN: f64 = 5.0;
-
-/// Inverse over the directions that are there, rows scaled to unit diagonal before.
-fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let scale: Vec<f64> = (0..matrix.nrows())
-        .map(|k| 1.0 / matrix[(k, k)].max(1e-200).sqrt())
-        .collect();
-    let count = matrix.nrows();
-    let scaled = DMatrix::from_fn(count, count, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
-    let eigen = nalgebra::SymmetricEigen::new(scaled);
-    let mut inverse = DMatrix::zeros(count, count);
-    for (value, direction) in eigen
-        .eigenvalues
-        .iter()
-        .zip(eigen.eigenvectors.column_iter())
-    {
-        if *value > 1e-8 {
-            inverse += direction * direction.transpose() / *value;
-        }
-    }
-    DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j])
-}
 
 fn without(members: &[usize], member: usize) -> Vec<usize> {
     members

@@ -93,6 +93,15 @@ impl Spectrum {
 
     /// The n-th derivative at row middles \[per sⁿ\].
     pub fn middle_derivative(&self, order: i32) -> Vec<f64> {
+        self.middle_derivative_behind(order, |_| Complex64::new(1.0, 0.0))
+    }
+
+    /// The same behind a linear system, given by its response at a frequency \[Hz\].
+    pub fn middle_derivative_behind(
+        &self,
+        order: i32,
+        response: impl Fn(f64) -> Complex64,
+    ) -> Vec<f64> {
         self.through(|hz| {
             let angle = PI * hz / self.rate_hz;
             let sinc = if angle == 0.0 {
@@ -100,13 +109,30 @@ impl Spectrum {
             } else {
                 angle.sin() / angle
             };
-            Complex64::new(0.0, TAU * hz).powi(order) / sinc.max(LEAST_SINC)
+            response(hz) * Complex64::new(0.0, TAU * hz).powi(order) / sinc.max(LEAST_SINC)
         })
     }
 
     /// The record as it was `delay_s` before.
     pub fn delayed(&self, delay_s: f64) -> Vec<f64> {
         self.through(|hz| Complex64::from_polar(1.0, -TAU * hz * delay_s))
+    }
+
+    /// Power between neighbours of ascending frequencies \[Hz\], by the nearest.
+    pub fn binned_power(&self, hz: &[f64]) -> Vec<f64> {
+        let mut power = vec![0.0; hz.len()];
+        for (k, value) in self.values.iter().enumerate() {
+            let at = self.frequency_hz(k);
+            let after = hz.partition_point(|other| *other <= at);
+            let near = match after {
+                0 => 0,
+                _ if after == hz.len() => after - 1,
+                _ if at - hz[after - 1] < hz[after] - at => after - 1,
+                _ => after,
+            };
+            power[near] += value.norm_sqr();
+        }
+        power
     }
 
     fn frequency_hz(&self, k: usize) -> f64 {

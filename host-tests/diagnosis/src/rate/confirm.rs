@@ -1,15 +1,17 @@
 //! What is found must predict rows that were not fitted; then it is fitted on both.
 
-use rlg_catalogue::Candidate;
 use rlg_catalogue::candidates::PoolColumns;
-use rlg_inference::evaluate::{Effort, evaluate};
+use rlg_catalogue::{Candidate, Pool};
 use rlg_inference::normal_equations::Transform;
 use rlg_inference::predict::log_score;
-use rlg_inference::{Fit, Hypothesis, NoiseBasis, NormalEquations, Observations};
+use rlg_inference::{Fit, Hypothesis, NoiseBasis, NormalEquations, Observations, Search};
 use rlg_signal::partition::Use;
 
 use super::data::Data;
-use super::search::{Found, mean, subtract};
+use super::goodness::{Misfit, misfits};
+use super::noise::drift_prior;
+use super::plan::AnalysisPlan;
+use super::search::{Found, mean, sizes_on, subtract};
 use crate::streams::Triad;
 
 /// Shortest stretch that is scored \[rows\].
@@ -43,39 +45,66 @@ pub fn gains(data: &Data, found: &Found) -> Vec<f64> {
     found.without.iter().map(|fit| whole - score(fit)).collect()
 }
 
-/// Fits `members`, places in `found.candidates`, on rows to fit and rows to confirm together.
-///
-/// # Returns
-/// The fit, its blocks in the order of `members`; `None` where too few rows are left.
-pub fn refit(data: &Data, found: &Found, members: &[usize]) -> Option<(Fit, Triad)> {
+/// What is found, fitted on rows to fit and rows to confirm together.
+pub struct Final {
+    /// The fit, its blocks in the order of the members.
+    pub fit: Fit,
+    /// What it leaves \[rad\].
+    pub left_rad: Triad,
+    /// Where what it leaves is not the noise that was fitted.
+    pub misfits: Vec<Misfit>,
+}
+
+/// Fits `members`, places in `found.candidates`; `None` where too few rows are left.
+pub fn refit(data: &Data, found: &Found, members: &[usize], plan: &AnalysisPlan) -> Option<Final> {
     let observations = Observations::bridged(&data.rows_of(&[Use::Train, Use::Confirm]))?;
-    let mut columns = Vec::new();
-    let hypotheses: Vec<Hypothesis> = members
+    let mut pool = Pool::default();
+    let candidates: Vec<Candidate> = members
         .iter()
-        .map(|&member| {
-            let mut hypothesis = found.candidates[member].hypothesis.clone();
-            for term in &mut hypothesis.terms {
-                let column = found.pool.columns[term.column];
-                let place = columns.iter().position(|other| *other == column);
-                term.column = place.unwrap_or_else(|| {
-                    columns.push(column);
-                    columns.len() - 1
-                });
-            }
-            hypothesis
-        })
+        .map(|&member| pool.adopt(&found.candidates[member], &found.pool.columns))
+        .collect();
+    let hypotheses: Vec<Hypothesis> = candidates
+        .iter()
+        .map(|one| one.hypothesis.clone())
         .collect();
     let made = PoolColumns {
-        columns: &columns,
+        columns: &pool.columns,
         signals: &found.motion.signals,
     };
     let levels = &found.fit.levels;
     let equations = NormalEquations::new(observations, &found.residual_rad, &made, mean(levels));
-    let set: Vec<&Hypothesis> = hypotheses.iter().collect();
-    let mut fit = evaluate(&equations, &set, levels, &found.fit.drift, Effort::FULL);
+    let drift = drift_prior(&data.model.gyro);
+    let kinds = hypotheses.len().max(1);
+    // Drift is chosen anew: what had no name may have stood for it.
+    let mut search = Search::new(
+        &equations,
+        &hypotheses,
+        kinds,
+        &plan.search,
+        &drift,
+        levels.clone(),
+    );
+    let all: Vec<usize> = (0..hypotheses.len()).collect();
+    let mut fit = search.fit(&all, None);
+    let misfits = (0..3)
+        .flat_map(|gyro| {
+            let sizes = sizes_on(&fit, &candidates, gyro);
+            let residual = equations.residual_spectrum(gyro, &sizes);
+            misfits(&equations.basis, &residual, fit.levels[gyro], gyro, plan)
+        })
+        .collect();
     fit.members = members.to_vec();
-    let mut left = found.residual_rad.clone();
-    let (candidates, pool): (&[Candidate], _) = (&found.candidates, &found.pool);
-    subtract(&mut left, &fit, candidates, pool, &found.motion.signals);
-    Some((fit, left))
+    let mut left_rad = found.residual_rad.clone();
+    subtract(
+        &mut left_rad,
+        &fit,
+        &found.candidates,
+        &found.pool,
+        &found.motion.signals,
+    );
+    Some(Final {
+        fit,
+        left_rad,
+        misfits,
+    })
 }

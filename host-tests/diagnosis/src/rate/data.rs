@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use nalgebra::Matrix3;
-use rlg_catalogue::entries::{SLIP, STEP};
-use rlg_catalogue::signals::{Inputs, Signals};
-use rlg_catalogue::{Column, Pool};
+use rlg_catalogue::entries::{self, HARMONIC, MODE, MOUNT, SLIP, STEP, UNLISTED};
+use rlg_catalogue::resonance::{Part, Resonance};
+use rlg_catalogue::signals::{Inputs, Path, Signals};
+use rlg_catalogue::{Column, Expression, Pool};
 use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_recording::error::InputError;
 use rlg_signal::partition::{Partition, Use};
@@ -89,6 +90,8 @@ impl<'a> Data<'a> {
             temperature_k: self.streams.temperature_k.as_ref(),
             magnetic_t: self.streams.magnetic_t.as_ref(),
             pickoff_rad: self.streams.pickoff_rad.as_ref(),
+            others: &self.streams.others,
+            start_s: self.streams.start_s,
         }
     }
 
@@ -113,15 +116,16 @@ impl<'a> Data<'a> {
             .collect();
     }
 
-    /// How late the model's own delays make each gyro \[s\].
-    pub fn known_delay_s(&self) -> [f64; 3] {
-        let mut sum = [0.0; 3];
+    /// Delays and mounts that the model itself holds.
+    pub fn known_path(&self) -> Path {
+        let mut path = Path::default();
         for effect in &self.model.effects {
-            for (axis, sum) in sum.iter_mut().enumerate() {
-                *sum += delay_of(effect, axis);
+            for axis in 0..3 {
+                path.delay_s[axis] += delay_of(effect, axis);
+                path.mount[axis] = path.mount[axis].or_else(|| mount_of(effect, axis));
             }
         }
-        sum
+        path
     }
 
     /// What the model's effects add to the sensed increments \[rad\].
@@ -138,10 +142,7 @@ impl<'a> Data<'a> {
 pub fn can_predict(model: &Model) -> bool {
     model.effects.iter().all(|effect| {
         let kind = effect.kind.as_str();
-        is_silent(kind)
-            || kind == STEP
-            || kind == SLIP
-            || rlg_catalogue::entries::find(kind).is_some()
+        is_silent(kind) || entries::card(kind).is_some()
     })
 }
 
@@ -169,6 +170,21 @@ fn delay_of(effect: &ModelEffect, axis: usize) -> f64 {
     }
 }
 
+fn mount_of(effect: &ModelEffect, axis: usize) -> Option<Resonance> {
+    let hz = number(effect, &format!("{}_frequency_hz", AXES[axis]));
+    (effect.kind == MOUNT && hz > 0.0).then(|| Resonance {
+        hz,
+        damping: number(effect, &format!("{}_damping", AXES[axis])),
+    })
+}
+
+fn axis_of(effect: &ModelEffect) -> Option<usize> {
+    match effect.parameters.get("axis") {
+        Some(EffectValue::Text(name)) => AXES.iter().position(|axis| axis == name),
+        _ => None,
+    }
+}
+
 fn known(
     effect: &ModelEffect,
     signals: &Signals,
@@ -179,23 +195,61 @@ fn known(
         return None;
     }
     let mut parts = Vec::new();
+    let mut of_pool = |pool: &Pool, hypothesis: &rlg_inference::Hypothesis, values: &[f64]| {
+        parts.extend(hypothesis.terms.iter().map(|term| {
+            let size = values[term.parameter] * term.coefficient;
+            (term.record, pool.columns[term.column], size)
+        }));
+    };
     if kind == STEP || kind == SLIP {
-        let axis = match effect.parameters.get("axis") {
-            Some(EffectValue::Text(name)) => AXES.iter().position(|axis| axis == name)?,
-            _ => return None,
-        };
+        let axis = axis_of(effect)?;
         let rows = (number(effect, "time_s") - streams.start_s) * streams.rate_hz;
-        let size = number(effect, "size");
-        if kind == STEP {
-            let row = (rows.round().max(0.0) as usize).min(streams.rows - 1);
-            parts.push((
-                axis,
-                Column::Step(row),
-                size / (1.0 - signals.scale_error[axis]),
-            ));
+        let row = if kind == STEP {
+            rows.round()
         } else {
-            let row = (rows.floor().max(0.0) as usize).min(streams.rows - 1);
-            parts.push((axis, Column::Impulse(row), size));
+            rows.floor()
+        };
+        let row = (row.max(0.0) as usize).min(streams.rows - 1);
+        let mut pool = Pool::default();
+        let event = if kind == STEP { STEP } else { SLIP };
+        let one = pool.event(event, axis, row, 1.0, signals);
+        of_pool(&pool, &one.hypothesis, &[number(effect, "size")]);
+    } else if kind == HARMONIC {
+        let mut pool = Pool::default();
+        let order = number(effect, "order").round().max(0.0) as u32;
+        let one = pool.harmonic(axis_of(effect)?, order, 1.0, signals);
+        of_pool(
+            &pool,
+            &one.hypothesis,
+            &["cos", "sin"].map(|name| number(effect, name)),
+        );
+    } else if kind == UNLISTED {
+        let Some(EffectValue::Text(text)) = effect.parameters.get("expression") else {
+            return None;
+        };
+        let mut pool = Pool::default();
+        let expression = Expression::parse(text, signals)?;
+        let one = pool.expression(axis_of(effect)?, expression, 1.0, signals);
+        of_pool(&pool, &one.hypothesis, &[number(effect, "coefficient")]);
+    } else if kind == MODE {
+        let mut pool = Pool::default();
+        let resonance = Resonance {
+            hz: number(effect, "frequency_hz"),
+            damping: number(effect, "damping"),
+        };
+        let one = pool.suspension(resonance, [0.0; 6], 1.0, signals);
+        let values: Vec<f64> = one.names.iter().map(|name| number(effect, name)).collect();
+        of_pool(&pool, &one.hypothesis, &values);
+    } else if kind == MOUNT {
+        for axis in 0..3 {
+            let Some(resonance) = mount_of(effect, axis) else {
+                continue;
+            };
+            parts.extend((0..3).map(|gyro| {
+                let along = signals.sensing_from_body[(gyro, axis)];
+                let size = along / (1.0 - signals.scale_error[gyro]);
+                (gyro, Column::Mount(axis, resonance, Part::Response), size)
+            }));
         }
     } else {
         // All axes count as moving: the model says that the effect is there.

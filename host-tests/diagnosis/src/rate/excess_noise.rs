@@ -1,5 +1,7 @@
 //! Noise beyond what the model declares and the reference was measured to have.
 
+use std::collections::BTreeSet;
+
 use rlg_inference::{Fit, NoiseBasis, NoiseLevels, Observations};
 use rlg_signal::partition::Use;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -13,20 +15,29 @@ use crate::excess::{Excess, PULSES, WALK};
 /// Levels that are compared: two on each of three gyros.
 const TRIALS: f64 = 6.0;
 
-/// Compares the fitted white noise of rate and of angle with what is known of it.
-pub fn excess(data: &Data, fit: &Fit, motion: &Motion, plan: &AnalysisPlan) -> Vec<Excess> {
+/// Compares the fitted white noise of rate and of angle with what is known of it, on gyros that are not in `unlike_noise`.
+pub fn excess(
+    data: &Data,
+    fit: &Fit,
+    motion: &Motion,
+    unlike_noise: &BTreeSet<usize>,
+    plan: &AnalysisPlan,
+) -> Vec<Excess> {
     let rate_hz = data.streams.rate_hz;
     let Some(observations) = Observations::bridged(&data.rows_of(&[Use::Train, Use::Confirm]))
     else {
         return Vec::new();
     };
     let basis = NoiseBasis::new(&observations);
+    let is_noise = |axis: &usize| !unlike_noise.contains(axis);
     let walk = |axis: usize| {
+        let axis = Some(axis).filter(is_noise)?;
         let own = data.model.gyro.angle_random_walk_rad_sqrt_s?[axis].powi(2) / rate_hz;
         let more = excess_square(data.model, "angle_random_walk", axis) / rate_hz;
         Some(known(own + more, motion.reference_walk[axis]))
     };
     let angle = |axis: usize| {
+        let axis = Some(axis).filter(is_noise)?;
         let pulses = data.streams.pulse_rad[axis].powi(2) / 12.0;
         let pickoff = if data.dither_rad.is_some() {
             data.model.pickoff_white_rad2(axis)

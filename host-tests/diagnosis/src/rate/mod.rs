@@ -1,7 +1,8 @@
 //! Diagnosis against a reference on the gyros' rows: one likelihood, one search, one honest test.
 //!
 //! In the order of the data: [`data`] (residual, rows) → [`motion`] (independent of the residual) → [`search`] (passes of
-//! columns and structure search on the rows to fit) → [`confirm`] (on rows that were not fitted) → [`findings`] and
+//! columns and structure search on the rows to fit) → [`confirm`] (on rows that were not fitted; [`goodness`] of
+//! what is left) → [`findings`] and
 //! [`excess_noise`].
 
 pub mod plan;
@@ -12,7 +13,11 @@ pub mod noise;
 
 pub mod motion;
 
+pub mod families;
+
 pub mod search;
+
+pub mod goodness;
 
 pub mod confirm;
 
@@ -66,17 +71,18 @@ pub fn diagnose(
     Ok(findings::outcome(&data, &found, faults, seed, &plan))
 }
 
-/// The better of both engines' results: the new one where it leaves nothing, with what the older stages say of the
-/// accelerometers, which it does not look at; else the older one if that leaves nothing.
+/// The result where the older stages were asked as well: theirs of the accelerometers, and of gyros whose error gravity may
+/// tell from the reference's. What the new engine explains to the end, with nothing found, is no effect of a gyro.
 pub fn beside(found: Outcome, older: Outcome, model: &Model) -> Outcome {
-    if !found.diagnosis.verdict.is_told() {
-        return if older.diagnosis.verdict.is_told() {
-            older
-        } else {
-            found
-        };
-    }
     let of_accelerometers = |kind: &str| kind.starts_with("accel_") || kind == "size_effect";
+    let names_gyros = older
+        .diagnosis
+        .effects
+        .iter()
+        .any(|effect| !of_accelerometers(&effect.kind));
+    if found.diagnosis.verdict != crate::result::Verdict::Matches || !names_gyros {
+        return older;
+    }
     let mut merged = found;
     let from = older.diagnosis;
     let effects: Vec<_> = from

@@ -1,6 +1,7 @@
 //! The motion that columns are made of, independent of the residual's noise (inference.md, A2).
 
 use rlg_catalogue::Signals;
+use rlg_catalogue::signals::Path;
 use rlg_inference::{Dct, NoiseBasis, NoiseLevels, Observations};
 use rlg_signal::conditioned::{noise_left, weights};
 use rlg_signal::reference_noise::{MeasuredShare, measure};
@@ -35,13 +36,13 @@ pub struct Level {
 ///
 /// # Inputs
 /// `clean_rad`: the residual less everything that is explained, bridged where it may not be looked at; `levels`: its
-/// noise; `seen`: rows of it that may be looked at; `delay_s`: how late each gyro is known to be.
+/// noise; `seen`: rows of it that may be looked at; `path`: what is known to lie between the reference and each gyro.
 pub fn estimate(
     data: &Data,
     clean_rad: &Triad,
     levels: &[NoiseLevels],
     seen: &[bool],
-    delay_s: [f64; 3],
+    path: Path,
     plan: &AnalysisPlan,
 ) -> Motion {
     let streams = data.streams;
@@ -143,7 +144,7 @@ pub fn estimate(
                 _ => None,
             },
             data.inputs(),
-            delay_s,
+            path,
             data.model.gyro.scale_error,
             data.sensing_from_body,
         ),

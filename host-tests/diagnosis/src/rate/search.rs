@@ -1,9 +1,11 @@
 //! Passes between motion, columns and structure search, until the set and its delays stand still.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rlg_catalogue::candidates::{PoolColumns, Variant};
-use rlg_catalogue::entries::{SLIP, STEP};
+use rlg_catalogue::entries::{MOUNT, SLIP, STEP};
+use rlg_catalogue::resonance::Resonance;
+use rlg_catalogue::signals::Path;
 use rlg_catalogue::{Candidate, Pool, Signals};
 use rlg_inference::events::{Event, EventKind, scan};
 use rlg_inference::search::{DriftPrior, Judged};
@@ -11,6 +13,7 @@ use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels, NormalEquations, Observ
 use rlg_signal::partition::Use;
 
 use super::data::Data;
+use super::families::{Alone, strongest, strongest_mount};
 use super::motion::{Motion, estimate};
 use super::noise::{drift_prior, first_levels};
 use super::plan::AnalysisPlan;
@@ -42,13 +45,33 @@ pub struct Found {
     pub equations: NormalEquations,
 }
 
+/// Fits so far by members, and the number of sets that were looked at.
+type Seen = (BTreeMap<Vec<usize>, Fit>, usize);
+
+/// Where a search begins.
+pub(super) struct Begin<'a> {
+    kinds: usize,
+    levels: &'a [NoiseLevels],
+    plan: &'a AnalysisPlan,
+}
+
+impl Begin<'_> {
+    /// Log prior that a candidate without a price of its own must overcome to be worth a fit.
+    pub(super) fn least(&self) -> f64 {
+        let each = (self.plan.search.expected_effects / self.kinds as f64).ln();
+        -self.plan.search.screening - each
+    }
+}
+
 /// What a search is about.
-struct Pass {
-    motion: Motion,
-    residual_rad: Triad,
-    pool: Pool,
-    candidates: Vec<Candidate>,
-    equations: NormalEquations,
+pub(super) struct Pass {
+    pub(super) motion: Motion,
+    pub(super) residual_rad: Triad,
+    /// Noise under which gaps and ends were taken out.
+    pub(super) levels: NoiseLevels,
+    pub(super) pool: Pool,
+    pub(super) candidates: Vec<Candidate>,
+    pub(super) equations: NormalEquations,
     drift: DriftPrior,
 }
 
@@ -64,31 +87,30 @@ pub fn find(
     let looked_at = Observations::bridged(&seen)?;
     let mut clean = bridged(&data.residual_rad, &looked_at);
     let mut levels = first_levels(&data.residual_rad, &fitted);
-    let known_delay_s = data.known_delay_s();
+    let known = data.known_path();
     if !data.model.effects.is_empty() {
         // What the model holds is taken out before the noise of what is left means anything.
         for _ in 0..2 {
-            let motion = estimate(data, &clean, &levels, &seen, known_delay_s, plan);
+            let motion = estimate(data, &clean, &levels, &seen, known, plan);
             data.set_known(&motion.signals);
             let left = without_known(data, &motion.signals);
             levels = first_levels(&left, &fitted);
             clean = bridged(&left, &looked_at);
         }
     }
-    let mut found_delay_s = [0.0; 3];
+    let mut found_path = Path::default();
     let mut best: Option<(Fit, Vec<Candidate>)> = None;
     let mut settling = false;
     let mut tried = 0;
     let mut pass = 0;
     loop {
         progress(&format!("pass {}: motion and columns", pass + 1));
-        let delay_s = std::array::from_fn(|axis| known_delay_s[axis] + found_delay_s[axis]);
-        let motion = estimate(data, &clean, &levels, &seen, delay_s, plan);
-        let events: Vec<Candidate> = best.as_ref().map_or_else(Vec::new, |(fit, candidates)| {
-            let members = fit.members.iter().map(|&place| candidates[place].clone());
-            members.filter(is_event).collect()
-        });
-        let mut now = Pass::new(data, motion, left_out, &fitted, &levels, events);
+        let path = Path {
+            delay_s: std::array::from_fn(|axis| known.delay_s[axis] + found_path.delay_s[axis]),
+            mount: std::array::from_fn(|axis| found_path.mount[axis].or(known.mount[axis])),
+        };
+        let motion = estimate(data, &clean, &levels, &seen, path, plan);
+        let mut now = Pass::new(data, motion, left_out, &fitted, &levels, best.as_ref());
         progress(&format!(
             "pass {}: {} candidates",
             pass + 1,
@@ -116,16 +138,16 @@ pub fn find(
             pass == 0 || was_settling,
             plan,
             |fit, candidates| {
-                // A strong delay is linearised to the end before anything is added to it.
-                let (delays_s, _) = delays(fit, candidates);
-                delays_s != [0.0; 3] && !(pass > 0 && is_settled(fit, candidates, found_delay_s))
+                // A strong delay or mount is linearised to the end before anything is added to it.
+                is_nonlinear(fit, candidates)
+                    && !(pass > 0 && is_settled(fit, candidates, found_path.delay_s))
             },
         );
-        settling = run.only_delay;
+        settling = run.only_nonlinear;
         tried += run.tried;
         let fit = run.fit;
         let (now_s, _) = delays(&fit, &now.candidates);
-        let settled = is_settled(&fit, &now.candidates, found_delay_s);
+        let settled = is_settled(&fit, &now.candidates, found_path.delay_s);
         let same = before.as_ref().is_some_and(|before| {
             before.len() == fit.members.len()
                 && before.iter().all(|before| {
@@ -150,14 +172,18 @@ pub fn find(
         if ended || pass >= plan.passes {
             return Some(now.judge(fit, plan, tried));
         }
-        found_delay_s = now_s;
+        found_path = Path {
+            delay_s: now_s,
+            mount: mounts(&fit, &now.candidates),
+        };
         best = Some((fit, now.candidates));
     }
 }
 
 struct Run {
     fit: Fit,
-    only_delay: bool,
+    /// Whether one nonlinear member is still to be settled.
+    only_nonlinear: bool,
     tried: usize,
 }
 
@@ -168,7 +194,7 @@ impl Pass {
         left_out: &[&str],
         fitted: &Observations,
         levels: &[NoiseLevels],
-        events: Vec<Candidate>,
+        before: Option<&(Fit, Vec<Candidate>)>,
     ) -> Self {
         if !data.model.effects.is_empty() {
             data.set_known(&motion.signals);
@@ -176,13 +202,12 @@ impl Pass {
         let residual_rad = without_known(data, &motion.signals);
         let mut pool = Pool::default();
         let mut candidates = pool.candidates(&motion.signals, motion.is_moving, left_out);
-        for event in events {
-            let Variant::Event { axis, row } = event.variant else {
-                continue;
-            };
-            let mut again = pool.event(event.kind, axis, row, 1.0, &motion.signals);
-            again.hypothesis.price = event.hypothesis.price;
-            candidates.push(again);
+        if let Some((fit, members)) = before {
+            for (&place, block) in fit.members.iter().zip(&fit.blocks) {
+                let estimate = fit.estimate.rows_range(block.clone());
+                let estimate: Vec<f64> = estimate.iter().copied().collect();
+                candidates.extend(pool.again(&members[place], &estimate, &motion.signals));
+            }
         }
         let columns = PoolColumns {
             columns: &pool.columns,
@@ -201,6 +226,7 @@ impl Pass {
         Self {
             motion,
             residual_rad,
+            levels: mean(levels),
             pool,
             candidates,
             equations,
@@ -220,78 +246,100 @@ impl Pass {
         kinds.len().max(1)
     }
 
-    /// Searches, then scans for events until none improves the set.
+    /// Runs `of` with a search over the present candidates that knows what earlier ones have `seen`.
+    fn searching<R>(&self, seen: &mut Seen, begin: &Begin, of: impl FnOnce(&mut Search) -> R) -> R {
+        let hypotheses = self.hypotheses();
+        let mut search = Search::new(
+            &self.equations,
+            &hypotheses,
+            begin.kinds,
+            &begin.plan.search,
+            &self.drift,
+            begin.levels.to_vec(),
+        )
+        .with_seen(std::mem::take(seen));
+        let result = of(&mut search);
+        *seen = search.into_seen();
+        result
+    }
+
+    /// Searches, then goes through events and families until none improves the set.
     fn search(
         &mut self,
         start: &[usize],
         levels: &[NoiseLevels],
-        delay_first: bool,
+        nonlinear_first: bool,
         plan: &AnalysisPlan,
-        is_unsettled_delay: impl Fn(&Fit, &[Candidate]) -> bool,
+        is_unsettled: impl Fn(&Fit, &[Candidate]) -> bool,
     ) -> Run {
-        let hypotheses = self.hypotheses();
-        let kinds = self.kinds();
-        let mut search = Search::new(
-            &self.equations,
-            &hypotheses,
-            kinds,
-            &plan.search,
-            &self.drift,
-            levels.to_vec(),
-        );
-        if delay_first {
-            let fit = search.run(if start.len() <= 1 { start } else { &[] }, 1);
-            if is_unsettled_delay(&fit, &self.candidates) {
+        let begin = Begin {
+            kinds: self.kinds(),
+            levels,
+            plan,
+        };
+        let mut seen = Seen::default();
+        if nonlinear_first {
+            let fit = self.first(start, &mut seen, &begin);
+            if is_unsettled(&fit, &self.candidates) {
                 return Run {
                     fit,
-                    only_delay: true,
-                    tried: search.tried_sets(),
+                    only_nonlinear: true,
+                    tried: seen.1,
                 };
             }
         }
-        let mut fit = search.run(start, plan.search.most_members);
-        let empty = search.fit(&[], None);
-        let mut memory = search.into_seen();
+        let most = plan.search.most_members;
+        let (mut fit, empty) = self.searching(&mut seen, &begin, |search| {
+            (search.run(start, most), search.fit(&[], None))
+        });
         const ROUNDS: usize = 4;
         for round in 0..ROUNDS {
             let from_nothing = (round == 0 && !fit.members.is_empty()).then_some(&empty);
-            let places = self.add_events([Some(&fit), from_nothing].into_iter().flatten(), plan);
+            let fits: Vec<&Fit> = [Some(&fit), from_nothing].into_iter().flatten().collect();
+            let mut places = self.add_events(&fits, plan);
+            places.extend(self.adopt(&strongest(self, &fits, &begin)));
+            let groups = self.together(&places);
             if places.is_empty() {
                 break;
             }
-            let hypotheses = self.hypotheses();
-            let mut search = Search::new(
-                &self.equations,
-                &hypotheses,
-                kinds,
-                &plan.search,
-                &self.drift,
-                levels.to_vec(),
-            )
-            .with_seen(memory);
-            let better = with_event(&mut search, &fit, &places, plan);
-            let improved = better.score > fit.score + 1e-9;
-            if improved {
-                fit = search.run(&better.members, plan.search.most_members);
-            }
-            memory = search.into_seen();
-            if !improved {
+            let before = fit.score;
+            fit = self.searching(&mut seen, &begin, |search| {
+                let better = with_one_of(search, &fit, &groups, plan);
+                if better.score > fit.score + 1e-9 {
+                    search.run(&better.members, most)
+                } else {
+                    fit
+                }
+            });
+            if fit.score <= before + 1e-9 {
                 break;
             }
         }
         Run {
             fit,
-            only_delay: false,
-            tried: memory.1,
+            only_nonlinear: false,
+            tried: seen.1,
         }
     }
 
+    /// The best single member, a soft mount among them.
+    fn first(&mut self, start: &[usize], seen: &mut Seen, begin: &Begin) -> Fit {
+        let start = if start.len() <= 1 { start } else { &[] };
+        let (fit, empty) = self.searching(seen, begin, |search| {
+            (search.run(start, 1), search.fit(&[], None))
+        });
+        let mounts = self.adopt(&strongest_mount(self, &empty, begin));
+        self.searching(seen, begin, |search| {
+            let alone = mounts.iter().map(|&place| search.fit(&[place], None));
+            alone.fold(
+                fit,
+                |best, one| if one.score > best.score { one } else { best },
+            )
+        })
+    }
+
     /// Scans what `fits` leave; the places of events that are new.
-    fn add_events<'a>(
-        &mut self,
-        fits: impl Iterator<Item = &'a Fit>,
-        plan: &AnalysisPlan,
-    ) -> Vec<usize> {
+    fn add_events(&mut self, fits: &[&Fit], plan: &AnalysisPlan) -> Vec<usize> {
         const TRIED_EACH: usize = 3;
         let mut new: Vec<Candidate> = Vec::new();
         for fit in fits {
@@ -341,6 +389,11 @@ impl Pass {
                 }
             }
         }
+        self.extend(new)
+    }
+
+    /// Columns and places of candidates that are new.
+    fn extend(&mut self, new: Vec<Candidate>) -> Vec<usize> {
         let columns = PoolColumns {
             columns: &self.pool.columns[self.equations.columns()..],
             signals: &self.motion.signals,
@@ -349,6 +402,25 @@ impl Pass {
         let first = self.candidates.len();
         self.candidates.extend(new);
         (first..self.candidates.len()).collect()
+    }
+
+    /// Each place by itself, but sine and cosine of one frequency together: a wave of another phase needs both.
+    fn together(&self, places: &[usize]) -> Vec<Vec<usize>> {
+        let wave = |place: usize| match self.candidates[place].variant {
+            Variant::Expression { axis, expression } => Some((axis, expression.wave_hz()?)),
+            _ => None,
+        };
+        let is_one = |a: &usize, b: &usize| wave(*a).is_some() && wave(*a) == wave(*b);
+        places.chunk_by(is_one).map(<[usize]>::to_vec).collect()
+    }
+
+    /// Places of candidates over columns of their own.
+    fn adopt(&mut self, found: &[Alone]) -> Vec<usize> {
+        let adopted = found
+            .iter()
+            .map(|(candidate, columns)| self.pool.adopt(candidate, columns))
+            .collect();
+        self.extend(adopted)
     }
 
     fn judge(self, fit: Fit, plan: &AnalysisPlan, tried: usize) -> Found {
@@ -403,18 +475,19 @@ impl Pass {
     }
 }
 
-/// The best set that has one of the events at `places` besides, or instead of a member.
-fn with_event(search: &mut Search, fit: &Fit, places: &[usize], plan: &AnalysisPlan) -> Fit {
+/// The best set that has one of the groups of candidates besides, instead of a member, or alone.
+fn with_one_of(search: &mut Search, fit: &Fit, groups: &[Vec<usize>], plan: &AnalysisPlan) -> Fit {
     let mut best = fit.clone();
-    for &place in places {
-        let mut keys = Vec::new();
-        if fit.members.len() < plan.search.most_members {
-            keys.push([&fit.members[..], &[place]].concat());
+    for group in groups {
+        let mut keys = vec![group.clone()];
+        if fit.members.len() + group.len() <= plan.search.most_members {
+            keys.push([&fit.members[..], group].concat());
         }
         keys.extend(fit.members.iter().map(|member| {
             let rest = fit.members.iter().copied().filter(|other| other != member);
-            rest.chain([place]).collect::<Vec<usize>>()
+            rest.chain(group.iter().copied()).collect::<Vec<usize>>()
         }));
+        keys.retain(|key| key.len() <= plan.search.most_members);
         for key in keys {
             let tried = search.fit(&key, Some(&fit.levels));
             if tried.score > best.score {
@@ -425,8 +498,18 @@ fn with_event(search: &mut Search, fit: &Fit, places: &[usize], plan: &AnalysisP
     best
 }
 
-fn is_event(candidate: &Candidate) -> bool {
-    matches!(candidate.variant, Variant::Event { .. })
+/// The mounts of a set.
+fn mounts(fit: &Fit, candidates: &[Candidate]) -> [Option<Resonance>; 3] {
+    let mut found = [None; 3];
+    for (&place, block) in fit.members.iter().zip(&fit.blocks) {
+        let candidate = &candidates[place];
+        if candidate.kind == MOUNT {
+            let estimate = fit.estimate.rows_range(block.clone());
+            let estimate: Vec<f64> = estimate.iter().copied().collect();
+            found = candidate.mounts(&estimate);
+        }
+    }
+    found
 }
 
 /// Whether two candidates are the same, columns aside.
@@ -451,24 +534,42 @@ fn delays(fit: &Fit, candidates: &[Candidate]) -> ([f64; 3], [f64; 3]) {
     (delay_s, std_s)
 }
 
-/// Whether the delays that the columns were made with are those that came out.
+/// Whether a set has numbers that columns are made about.
+fn is_nonlinear(fit: &Fit, candidates: &[Candidate]) -> bool {
+    let (delay_s, _) = delays(fit, candidates);
+    let mut members = fit.members.iter();
+    delay_s != [0.0; 3]
+        || members.any(|&place| candidates[place].base.iter().any(|base| *base != 0.0))
+}
+
+/// Whether the numbers that the columns were made with are those that came out.
 fn is_settled(fit: &Fit, candidates: &[Candidate], made_with_s: [f64; 3]) -> bool {
     const SETTLED: f64 = 0.1;
     let (delay_s, std_s) = delays(fit, candidates);
-    (0..3).all(|axis| {
-        let change = (delay_s[axis] - made_with_s[axis]).abs();
-        if std_s[axis].is_finite() {
-            change < SETTLED * std_s[axis]
-        } else {
-            change == 0.0
-        }
-    })
+    let mut numbers = fit.members.iter().zip(&fit.blocks);
+    let stands = numbers.all(|(&place, block)| {
+        let base = candidates[place].base.iter().zip(block.clone());
+        base.filter(|(base, _)| **base != 0.0)
+            .all(|(_, at)| fit.estimate[at].abs() < SETTLED * fit.covariance[(at, at)].sqrt())
+    });
+    stands
+        && (0..3).all(|axis| {
+            let change = (delay_s[axis] - made_with_s[axis]).abs();
+            if std_s[axis].is_finite() {
+                change < SETTLED * std_s[axis]
+            } else {
+                change == 0.0
+            }
+        })
 }
 
 /// Column sizes of a fit on one gyro.
 pub fn sizes_on(fit: &Fit, candidates: &[Candidate], gyro: usize) -> Vec<(usize, f64)> {
     let mut sizes: Vec<(usize, f64)> = Vec::new();
     for (&place, block) in fit.members.iter().zip(&fit.blocks) {
+        let fixed = candidates[place].hypothesis.fixed.iter();
+        let on_gyro = fixed.filter(|one| one.record == gyro);
+        sizes.extend(on_gyro.map(|one| (one.column, one.size)));
         for term in &candidates[place].hypothesis.terms {
             if term.record == gyro {
                 let size = term.coefficient * fit.estimate[block.start + term.parameter];

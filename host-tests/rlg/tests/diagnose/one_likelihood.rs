@@ -23,12 +23,14 @@ fn findings_do_not_depend_on_the_rows_that_test_them() {
     let simulation = simulate(&scenario, 5, |_| {});
     let file = Path::new("model.toml");
     let model = &simulation.model;
-    let whole = Streams::align(&simulation.recording, model).expect("channels");
+    let mut whole = Streams::align(&simulation.recording, model).expect("channels");
     let mut poisoned = Streams::align(&simulation.recording, model).expect("channels");
     let plan = AnalysisPlan::default();
-    let partition = Data::new(&whole, model, &plan, file)
+    let partition = Data::new(&mut whole, model, &plan, file)
         .expect("data")
         .partition;
+    // What is not needed once the residual exists is given away.
+    let mut whole = Streams::align(&simulation.recording, model).expect("channels");
     let mut replaced = 0;
     for (row, of) in partition.uses.iter().enumerate() {
         if *of == Use::Test {
@@ -43,7 +45,7 @@ fn findings_do_not_depend_on_the_rows_that_test_them() {
         "{replaced} of {} rows",
         whole.rows
     );
-    let [clean, garbage] = [&whole, &poisoned].map(|streams| {
+    let [clean, garbage] = [&mut whole, &mut poisoned].map(|streams| {
         diagnose(&[], streams, &[], (model, file), 0, &|_| {})
             .expect("a model that can be used")
             .expect("rows enough")

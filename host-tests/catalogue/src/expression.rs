@@ -1,0 +1,574 @@
+//! Physics outside the catalogue, as products of measured channels.
+//!
+//! An expression is a product of up to three factors, each written as `diagnosis.json` prints it: `omega_x` \[rad/s\],
+//! `alpha_x` \[rad/s²\], `force_x` \[m/s²\], `temperature_x` \[K since the start\], `temperature_rate_x` \[K/s\],
+//! `field_x` \[T\], `dither_rate_x` \[rad/s\], `dither_angle_x` \[rad\], any channel of unknown quantity by its own name;
+//! `abs_` before a channel its size; `sign(…)` the side of zero it was last clearly on, `rising(…)` 1 since it last turned
+//! upwards and −1 since it last turned down, `deviation(…)` the channel less its mean; `lag(…,s)` a product of two channels behind a
+//! first-order lag of s seconds, `integral(…)` its integral from the start; `time` \[s since the start\], `decay(s)`,
+//! `sine(f)`, `cosine(f)` (f in Hz), `window(a,b)` (1 between a and b s).
+
+use std::fmt::Write as _;
+
+use rlg_signal::derivatives::{Spectrum, row_means};
+
+use crate::candidates::AXES;
+use crate::column::Column;
+use crate::signals::Signals;
+
+/// A measured channel, or motion derived from the reference, on one axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Channel {
+    /// Rate of the case \[rad/s\].
+    Rate(usize),
+    /// Its derivative \[rad/s²\].
+    Acceleration(usize),
+    /// Specific force \[m/s²\].
+    Force(usize),
+    /// Temperature since the start \[K\].
+    Warming(usize),
+    /// Its derivative \[K/s\].
+    WarmingRate(usize),
+    /// Magnetic flux density \[T\].
+    Field(usize),
+    /// Rate of block against case \[rad/s\].
+    DitherRate(usize),
+    /// Angle of block against case \[rad\].
+    DitherAngle(usize),
+    /// A channel of unknown quantity, by its place in [`Signals::others`].
+    Other(usize),
+}
+
+/// One or two channels multiplied.
+pub type Product = [Option<Channel>; 2];
+
+/// A factor of an expression.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Factor {
+    /// The channel.
+    Channel(Channel),
+    /// Its size.
+    Size(Channel),
+    /// The sign it had when it was last clearly off zero.
+    Side(Channel),
+    /// 1 since it last turned upwards, −1 since it last turned down.
+    Way(Channel),
+    /// The channel less its mean.
+    Deviation(Channel),
+    /// A product behind a first-order lag \[s\], settled at the start.
+    Lag(Product, f64),
+    /// A product's integral over time from the start.
+    Integral(Product),
+    /// Seconds since the start.
+    Time,
+    /// exp(−t/s).
+    Decay(f64),
+    /// sin(2π f t).
+    Sine(f64),
+    /// cos(2π f t).
+    Cosine(f64),
+    /// 1 from the first to the second second of the recording's clock.
+    Window(f64, f64),
+}
+
+/// A product of factors; those that are absent come last.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Expression([Option<Factor>; 3]);
+
+/// Time constants that are tried \[s\]: from a filter to a thermal mass. The one found is refined.
+pub const LAGS_S: [f64; 4] = [0.1, 0.4, 1.6, 6.4];
+
+/// A channel by its axis.
+type OfAxis = fn(usize) -> Channel;
+
+/// Names of the channels with an axis, and of what is measured on each.
+const STEMS: [(&str, OfAxis); 8] = [
+    ("omega", Channel::Rate),
+    ("alpha", Channel::Acceleration),
+    ("force", Channel::Force),
+    ("temperature", Channel::Warming),
+    ("temperature_rate", Channel::WarmingRate),
+    ("field", Channel::Field),
+    ("dither_rate", Channel::DitherRate),
+    ("dither_angle", Channel::DitherAngle),
+];
+
+impl Channel {
+    fn name(self, signals: &Signals) -> String {
+        if let Self::Other(place) = self {
+            return signals.others[place].0.clone();
+        }
+        let of = |axis: usize| {
+            let (stem, _) = STEMS.iter().find(|(_, channel)| channel(axis) == self)?;
+            Some(format!("{stem}_{}", AXES[axis]))
+        };
+        (0..3).find_map(of).unwrap_or_default()
+    }
+
+    fn parse(name: &str, signals: &Signals) -> Option<Self> {
+        if let Some(place) = signals.others.iter().position(|(other, _)| other == name) {
+            return Some(Self::Other(place));
+        }
+        let (stem, axis) = name.rsplit_once('_')?;
+        let axis = AXES.iter().position(|known| *known == axis)?;
+        let (_, channel) = STEMS.iter().find(|(other, _)| *other == stem)?;
+        Some(channel(axis))
+    }
+
+    /// Its values at row middles; `None` where it is not measured.
+    fn values(self, signals: &Signals) -> Option<Vec<f64>> {
+        let measured = |triad: &Option<crate::signals::Triad>, axis: usize| {
+            triad.as_ref().map(|triad| triad[axis].clone())
+        };
+        match self {
+            Self::Rate(axis) => Some(signals.rate_rad_s[axis].clone()),
+            Self::Acceleration(axis) => Some(signals.acceleration_rad_s2[axis].clone()),
+            Self::Force(axis) => measured(&signals.force_m_s2, axis),
+            Self::Warming(axis) => measured(&signals.warming_k, axis),
+            Self::WarmingRate(axis) => measured(&signals.warming_k, axis)
+                .map(|warming| Spectrum::new(&warming, signals.rate_hz).mean_derivative(1)),
+            Self::Field(axis) => measured(&signals.magnetic_t, axis),
+            Self::DitherRate(axis) => measured(&signals.dither_rad, axis)
+                .map(|turned| turned.iter().map(|angle| angle * signals.rate_hz).collect()),
+            Self::DitherAngle(axis) => measured(&signals.pickoff_rad, axis),
+            Self::Other(place) => signals.others.get(place).map(|(_, values)| values.clone()),
+        }
+    }
+
+    /// Whether it moves enough to be recognised.
+    ///
+    /// Less than a twentieth of a kelvin is converter noise; a rate that is the Earth's alone multiplies like a constant.
+    fn moves(self, signals: &Signals, is_moving: [bool; 3]) -> bool {
+        const LEAST_SPAN_K: f64 = 0.05;
+        const LEAST_RATE_RAD_S: f64 = 3e-5;
+        if let Self::Rate(axis) | Self::Acceleration(axis) = self
+            && !is_moving[axis]
+        {
+            return false;
+        }
+        let Some(values) = self.values(signals) else {
+            return false;
+        };
+        if values.iter().any(|value| !value.is_finite()) {
+            return false;
+        }
+        let (least, most) = values.iter().fold(
+            (f64::INFINITY, f64::NEG_INFINITY),
+            |(least, most), value| (least.min(*value), most.max(*value)),
+        );
+        match self {
+            Self::Rate(_) => rms_about_mean(&values) > LEAST_RATE_RAD_S,
+            Self::Warming(_) => most - least > LEAST_SPAN_K,
+            _ => most > least,
+        }
+    }
+}
+
+impl Factor {
+    fn name(self, signals: &Signals) -> String {
+        let product = |product: Product| {
+            let names = product.into_iter().flatten();
+            let names: Vec<String> = names.map(|channel| channel.name(signals)).collect();
+            names.join("*")
+        };
+        match self {
+            Self::Channel(channel) => channel.name(signals),
+            Self::Size(channel) => format!("abs_{}", channel.name(signals)),
+            Self::Side(channel) => format!("sign({})", channel.name(signals)),
+            Self::Way(channel) => format!("rising({})", channel.name(signals)),
+            Self::Deviation(channel) => format!("deviation({})", channel.name(signals)),
+            Self::Lag(of, constant_s) => format!("lag({},{constant_s})", product(of)),
+            Self::Integral(of) => format!("integral({})", product(of)),
+            Self::Time => "time".to_string(),
+            Self::Decay(constant_s) => format!("decay({constant_s})"),
+            Self::Sine(hz) => format!("sine({hz})"),
+            Self::Cosine(hz) => format!("cosine({hz})"),
+            Self::Window(from_s, to_s) => format!("window({from_s},{to_s})"),
+        }
+    }
+
+    fn parse(text: &str, signals: &Signals) -> Option<Self> {
+        if text == "time" {
+            return Some(Self::Time);
+        }
+        let Some((function, inside)) = text.strip_suffix(')').and_then(|text| text.split_once('('))
+        else {
+            // A channel of unknown quantity may be called abs_ itself.
+            let plain = Channel::parse(text, signals).map(Self::Channel);
+            return plain.or_else(|| {
+                let channel = text.strip_prefix("abs_")?;
+                Some(Self::Size(Channel::parse(channel, signals)?))
+            });
+        };
+        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|v| v.is_finite());
+        let positive = |text: &str| number(text).filter(|value| *value > 0.0);
+        let channel = |text: &str| Channel::parse(text.trim(), signals);
+        let product = |text: &str| -> Option<Product> {
+            match text.split_once('*') {
+                Some((a, b)) => Some([Some(channel(a)?), Some(channel(b)?)]),
+                None => Some([Some(channel(text)?), None]),
+            }
+        };
+        match function {
+            "sign" => channel(inside).map(Self::Side),
+            "rising" => channel(inside).map(Self::Way),
+            "deviation" => channel(inside).map(Self::Deviation),
+            "integral" => product(inside).map(Self::Integral),
+            "decay" => positive(inside).map(Self::Decay),
+            "sine" => positive(inside).map(Self::Sine),
+            "cosine" => positive(inside).map(Self::Cosine),
+            "lag" => {
+                let (of, constant) = inside.rsplit_once(',')?;
+                Some(Self::Lag(product(of)?, positive(constant)?))
+            }
+            "window" => {
+                let (from, to) = inside.split_once(',')?;
+                Some(Self::Window(number(from)?, number(to)?))
+            }
+            _ => None,
+        }
+    }
+
+    fn values(self, signals: &Signals) -> Option<Vec<f64>> {
+        let at = |law: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            (0..signals.rows)
+                .map(|row| law((row as f64 + 0.5) * signals.period_s()))
+                .collect()
+        };
+        let product = |of: Product| -> Option<Vec<f64>> {
+            let mut channels = of.into_iter().flatten();
+            let mut values = channels.next()?.values(signals)?;
+            for channel in channels {
+                multiply(&mut values, &channel.values(signals)?);
+            }
+            Some(values)
+        };
+        match self {
+            Self::Channel(channel) => channel.values(signals),
+            Self::Size(channel) => channel
+                .values(signals)
+                .map(|values| values.iter().map(|value| value.abs()).collect()),
+            Self::Side(channel) => channel.values(signals).map(|values| side(&values)),
+            Self::Way(channel) => channel.values(signals).map(|values| way(&values)),
+            Self::Deviation(channel) => channel.values(signals).map(|values| {
+                let mean = mean(&values);
+                values.iter().map(|value| value - mean).collect()
+            }),
+            Self::Lag(of, constant_s) => {
+                product(of).map(|values| lagged(&values, constant_s * signals.rate_hz))
+            }
+            Self::Integral(of) => product(of).map(|values| integrated(&values, signals.rate_hz)),
+            Self::Time => Some(at(&|time_s| time_s)),
+            Self::Decay(constant_s) => Some(at(&|time_s| (-time_s / constant_s).exp())),
+            Self::Sine(hz) => Some(at(&|time_s| (std::f64::consts::TAU * hz * time_s).sin())),
+            Self::Cosine(hz) => Some(at(&|time_s| (std::f64::consts::TAU * hz * time_s).cos())),
+            Self::Window(from_s, to_s) => Some(at(&|time_s| {
+                let clock_s = signals.start_s + time_s;
+                f64::from(u8::from(from_s <= clock_s && clock_s < to_s))
+            })),
+        }
+    }
+
+    /// Whether it jumps from row to row: means over rows are then not those of a smooth curve.
+    fn jumps(self) -> bool {
+        matches!(self, Self::Side(_) | Self::Way(_) | Self::Window(..))
+    }
+}
+
+impl Expression {
+    /// A product.
+    pub fn of(factors: &[Factor]) -> Self {
+        Self(std::array::from_fn(|place| factors.get(place).copied()))
+    }
+
+    fn factors(self) -> impl Iterator<Item = Factor> {
+        self.0.into_iter().flatten()
+    }
+
+    /// As it is printed.
+    pub fn text(self, signals: &Signals) -> String {
+        let mut text = String::new();
+        for factor in self.factors() {
+            let between = if text.is_empty() { "" } else { "*" };
+            let _ = write!(text, "{between}{}", factor.name(signals));
+        }
+        text
+    }
+
+    /// Reads what [`Expression::text`] printed; `None` where a factor is none of these signals.
+    pub fn parse(text: &str, signals: &Signals) -> Option<Self> {
+        let mut depth = 0;
+        let outside = |letter: char| {
+            depth += i32::from(letter == '(') - i32::from(letter == ')');
+            letter == '*' && depth == 0
+        };
+        let factors: Vec<Factor> = text
+            .split(outside)
+            .map(|factor| Factor::parse(factor.trim(), signals))
+            .collect::<Option<_>>()?;
+        ((1..=3).contains(&factors.len())).then(|| Self::of(&factors))
+    }
+
+    /// Means over rows times T; `None` where a channel is not measured.
+    pub fn values(self, signals: &Signals) -> Option<Vec<f64>> {
+        let period = signals.period_s();
+        let mut product = vec![period; signals.rows];
+        for factor in self.factors() {
+            multiply(&mut product, &factor.values(signals)?);
+        }
+        let is_of_middles = self.factors().any(|factor| {
+            matches!(
+                factor,
+                Factor::Channel(Channel::Rate(_) | Channel::Acceleration(_))
+                    | Factor::Size(Channel::Rate(_) | Channel::Acceleration(_))
+            )
+        });
+        if is_of_middles && !self.factors().any(Factor::jumps) {
+            product = row_means(&product);
+        }
+        Some(product)
+    }
+
+    /// The column of the catalogue that it is, if it is one: an effect that is listed has its name.
+    pub fn as_column(self) -> Option<Column> {
+        use Channel::{Acceleration, DitherRate, Field, Force, Rate, Warming, WarmingRate};
+        use Factor::{Channel as Of, Size};
+        match self.0 {
+            [Some(Of(one)), None, None] => match one {
+                Rate(axis) => Some(Column::Increment(axis)),
+                Acceleration(axis) => Some(Column::Delay(axis)),
+                Force(axis) => Some(Column::Force(axis)),
+                Warming(axis) => Some(Column::Warming(axis)),
+                WarmingRate(axis) => Some(Column::WarmingRate(axis)),
+                Field(axis) => Some(Column::Magnetic(axis)),
+                DitherRate(axis) => Some(Column::Dither(axis)),
+                _ => None,
+            },
+            [Some(Size(Rate(axis))), None, None] => Some(Column::Magnitude(axis)),
+            [Some(Of(a)), Some(Of(b)), None] => match (a, b) {
+                (Rate(a), Rate(b)) if a == b => Some(Column::Square(a)),
+                (Force(a), Force(b)) if a == b => Some(Column::ForceSquare(a)),
+                (Rate(senses), Acceleration(about)) | (Acceleration(about), Rate(senses)) => {
+                    Some(Column::Flexure(about, senses))
+                }
+                (Rate(a), Force(b)) | (Force(b), Rate(a)) if a == b => {
+                    Some(Column::ForceTimesIncrement(a))
+                }
+                (Rate(with), Warming(of)) | (Warming(of), Rate(with)) => {
+                    Some(Column::WarmingTimesIncrement(of, with))
+                }
+                _ => None,
+            },
+            [Some(Of(Rate(a))), Some(Of(Rate(b))), Some(Of(Rate(c)))] if a == b && b == c => {
+                Some(Column::Cube(a))
+            }
+            _ => None,
+        }
+    }
+
+    /// The same behind another lag; `None` of an expression without one.
+    pub fn with_lag(self, constant_s: f64) -> Option<Self> {
+        match self.0 {
+            [Some(Factor::Lag(of, _)), None, None] => {
+                Some(Self::of(&[Factor::Lag(of, constant_s)]))
+            }
+            _ => None,
+        }
+    }
+
+    /// Frequency of a sine or cosine in time, if that is all it is \[Hz\].
+    pub fn wave_hz(self) -> Option<f64> {
+        match self.0 {
+            [Some(Factor::Sine(hz) | Factor::Cosine(hz)), None, None] => Some(hz),
+            _ => None,
+        }
+    }
+
+    /// Its lag, if that is all it is \[s\].
+    pub fn lag_s(self) -> Option<f64> {
+        match self.0 {
+            [Some(Factor::Lag(_, constant_s)), None, None] => Some(constant_s),
+            _ => None,
+        }
+    }
+}
+
+/// Every expression that is tried on each gyro: channels and products of two, some of three, what goes with a channel's
+/// past, and shapes in time.
+pub fn vocabulary(signals: &Signals, is_moving: [bool; 3]) -> Vec<Expression> {
+    use Channel::{
+        Acceleration, DitherAngle, DitherRate, Field, Force, Other, Rate, Warming, WarmingRate,
+    };
+    use Factor::{Channel as Of, Deviation, Integral, Side, Size, Time, Way};
+    let triads: [OfAxis; 5] = [Rate, Acceleration, Force, Warming, Field];
+    let others = (0..signals.others.len()).map(Other);
+    let channels: Vec<Channel> = triads
+        .iter()
+        .flat_map(|channel| (0..3).map(channel))
+        .chain(others)
+        .filter(|channel| channel.moves(signals, is_moving))
+        .collect();
+    let has = |channel: Channel| channels.contains(&channel);
+    let mut all: Vec<Expression> = Vec::new();
+    let mut add = |factors: &[Factor]| all.push(Expression::of(factors));
+    for (place, &a) in channels.iter().enumerate() {
+        add(&[Of(a)]);
+        for &b in &channels[place..] {
+            add(&[Of(a), Of(b)]);
+        }
+        for constant_s in LAGS_S {
+            add(&[Factor::Lag([Some(a), None], constant_s)]);
+        }
+        match a {
+            Rate(_) => {
+                add(&[Size(a)]);
+                add(&[Of(a), Size(a)]);
+                add(&[Integral([Some(a), None])]);
+                add(&[Side(a)]);
+                add(&[Way(a)]);
+                add(&[Of(a), Way(a)]);
+                add(&[Time, Of(a)]);
+            }
+            // A reference whose clock gains on the gyros'.
+            Acceleration(_) => add(&[Time, Of(a)]),
+            Force(_) => {
+                add(&[Size(a)]);
+                add(&[Of(a), Size(a)]);
+                add(&[Of(a), Of(a), Of(a)]);
+                add(&[Side(a)]);
+                add(&[Way(a)]);
+            }
+            Other(_) => add(&[Deviation(a)]),
+            _ => {}
+        }
+    }
+    for a in 0..3 {
+        for b in 0..3 {
+            let (rate, other) = (Rate(a), Rate(b));
+            if a != b && has(rate) && has(other) {
+                add(&[Of(rate), Of(rate), Of(other)]);
+                add(&[Size(rate), Of(other)]);
+            }
+            if has(rate) && has(Force(b)) {
+                add(&[Size(rate), Of(Force(b))]);
+                add(&[Of(rate), Of(Force(b)), Of(Force(b))]);
+            }
+            if has(Warming(a)) && has(other) {
+                add(&[Of(WarmingRate(a)), Of(other)]);
+            }
+            if has(Warming(a)) && has(Warming(b)) {
+                add(&[Of(WarmingRate(a)), Of(Warming(b))]);
+            }
+            if a != b && has(rate) && has(Acceleration(b)) {
+                add(&[Size(Acceleration(b)), Of(rate)]);
+                if has(Warming(3 - a - b)) {
+                    add(&[Of(Acceleration(b)), Of(rate), Of(Warming(3 - a - b))]);
+                }
+            }
+            if a <= b && has(rate) && has(other) {
+                for constant_s in LAGS_S {
+                    add(&[Factor::Lag([Some(rate), Some(other)], constant_s)]);
+                }
+            }
+            if a < b && signals.dither_rad.is_some() {
+                add(&[Of(DitherRate(a)), Of(DitherRate(b))]);
+            }
+        }
+        if has(Warming(a)) {
+            add(&[Of(WarmingRate(a))]);
+            if has(Rate(a)) {
+                add(&[Of(Rate(a)), Of(Rate(a)), Of(Warming(a))]);
+            }
+        }
+        if signals.dither_rad.is_some() {
+            add(&[Of(DitherRate(a))]);
+            add(&[Of(DitherAngle(a))]);
+        }
+    }
+    if (0..3).all(|axis| has(Rate(axis))) {
+        add(&[Of(Rate(0)), Of(Rate(1)), Of(Rate(2))]);
+    }
+    for constant_s in [1.0, 2.0, 4.0, 8.0, 16.0, 32.0] {
+        add(&[Factor::Decay(constant_s)]);
+    }
+    add(&[Time]);
+    all
+}
+
+/// What a channel must move by to be clearly elsewhere, of its root mean square about its mean: noise stays below.
+const CLEARLY: f64 = 0.1;
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+fn rms_about_mean(values: &[f64]) -> f64 {
+    let mean = mean(values);
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (squares / values.len() as f64).sqrt()
+}
+
+fn multiply(product: &mut [f64], values: &[f64]) {
+    for (product, value) in product.iter_mut().zip(values) {
+        *product *= value;
+    }
+}
+
+/// The sign that a channel had when it was last clearly off zero; before that, the first it will have.
+fn side(values: &[f64]) -> Vec<f64> {
+    let least = CLEARLY * rms_about_mean(values);
+    let first = values.iter().find(|value| value.abs() > least);
+    let mut now = first.map_or(0.0, |value| value.signum());
+    let follow = |value: &f64| {
+        if value.abs() > least {
+            now = value.signum();
+        }
+        now
+    };
+    values.iter().map(follow).collect()
+}
+
+/// Whether a channel went up (1) or down (−1) since it last clearly turned; 0 before it first moves.
+fn way(values: &[f64]) -> Vec<f64> {
+    let least = CLEARLY * rms_about_mean(values);
+    let Some(&first) = values.first() else {
+        return Vec::new();
+    };
+    let (mut now, mut lowest, mut highest) = (0.0, first, first);
+    let follow = |&value: &f64| {
+        (lowest, highest) = (value.min(lowest), value.max(highest));
+        if now <= 0.0 && value > lowest + least {
+            (now, highest) = (1.0, value);
+        } else if now >= 0.0 && value < highest - least {
+            (now, lowest) = (-1.0, value);
+        }
+        now
+    };
+    values.iter().map(follow).collect()
+}
+
+/// A first-order lag of `rows`, settled at the start.
+fn lagged(values: &[f64], rows: f64) -> Vec<f64> {
+    let keep = (-1.0 / rows).exp();
+    let Some(&first) = values.first() else {
+        return Vec::new();
+    };
+    let (mut now, mut before) = (first, first);
+    let follow = |&value: &f64| {
+        now = keep * now + (1.0 - keep) * 0.5 * (value + before);
+        before = value;
+        now
+    };
+    values.iter().map(follow).collect()
+}
+
+/// The integral to the middle of each row, 0 at the start.
+fn integrated(values: &[f64], rate_hz: f64) -> Vec<f64> {
+    let mut sum = 0.0;
+    let follow = |value: &f64| {
+        let middle = (sum + 0.5 * value) / rate_hz;
+        sum += value;
+        middle
+    };
+    values.iter().map(follow).collect()
+}

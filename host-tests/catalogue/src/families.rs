@@ -1,0 +1,443 @@
+//! Effects with a number inside that no sum of columns gives: an order, a natural frequency, a time constant, which
+//! channels are multiplied. They are gone through in a grid, each point a place that the search has picked from.
+
+use nalgebra::{DMatrix, DVector};
+use realfft::num_complex::Complex64;
+use rlg_inference::{Columns, Hypothesis, Term};
+
+use crate::candidates::{Candidate, Pool};
+use crate::column::Column;
+use crate::entries::tilt;
+use crate::expression::{Expression, Factor, vocabulary};
+use crate::resonance::{PARTS, Part, Resonance};
+use crate::signals::Signals;
+
+/// Candidates over columns of their own, in groups that share columns.
+pub struct Family {
+    /// Columns.
+    pub pool: Pool,
+    /// Candidates.
+    pub groups: Vec<Vec<Candidate>>,
+}
+
+/// Encoders are known by few errors a turn: eccentricity (1, 2), magnet poles and gear teeth up to some dozens.
+const HIGHEST_ORDER: u32 = 72;
+
+/// Every order of every axis whose table turned through half a period of it.
+pub fn harmonics(signals: &Signals, is_moving: [bool; 3]) -> Family {
+    let mut pool = Pool::default();
+    let mut groups = Vec::new();
+    let places = 3.0 * f64::from(HIGHEST_ORDER);
+    for axis in (0..3).filter(|&axis| is_moving[axis]) {
+        let mut angle: f64 = 0.0;
+        let (mut least, mut most) = (0.0_f64, 0.0_f64);
+        for increment in signals.reference_rad(axis) {
+            angle += increment;
+            (least, most) = (least.min(angle), most.max(angle));
+        }
+        let orders = (1..=HIGHEST_ORDER)
+            .filter(|order| f64::from(*order) * (most - least) > std::f64::consts::PI);
+        for order in orders {
+            groups.push(vec![pool.harmonic(axis, order, places, signals)]);
+        }
+    }
+    Family { pool, groups }
+}
+
+/// Sine and cosine of frequencies about one, a tenth of a period of the record apart, on one gyro.
+///
+/// A group's first member is the sine, its second the cosine.
+pub fn lines_about(hz: f64, gyro: usize, signals: &Signals) -> Family {
+    const STEPS: std::ops::RangeInclusive<i32> = -12..=12;
+    let mut pool = Pool::default();
+    let span_s = signals.rows as f64 * signals.period_s();
+    let places = 3.0 * signals.rows as f64;
+    let groups = STEPS
+        .map(|step| hz + 0.1 * f64::from(step) / span_s)
+        .filter(|hz| *hz > 0.0)
+        .map(|hz| {
+            // A thousandth of a period of the record is read off no data.
+            let digit = 10_f64.powf((1e3 * span_s).log10().ceil());
+            let hz = (hz * digit).round() / digit;
+            [Factor::Sine(hz), Factor::Cosine(hz)]
+                .map(|wave| pool.expression(gyro, Expression::of(&[wave]), places, signals))
+                .to_vec()
+        })
+        .collect();
+    Family { pool, groups }
+}
+
+/// Every expression on every gyro on which no listed effect is the same column.
+///
+/// # Inputs
+/// `listed`: candidates of the catalogue over `pool`.
+pub fn expressions(
+    signals: &Signals,
+    is_moving: [bool; 3],
+    listed: &[Candidate],
+    pool: &Pool,
+) -> Family {
+    let is_listed = |gyro: usize, expression: Expression| {
+        expression.as_column().is_some_and(|column| {
+            let mut terms = listed.iter().flat_map(|one| &one.hypothesis.terms);
+            terms.any(|term| term.record == gyro && pool.columns[term.column] == column)
+        })
+    };
+    let all = vocabulary(signals, is_moving);
+    let places = 3.0 * all.len() as f64;
+    let mut own = Pool::default();
+    let groups = all
+        .into_iter()
+        .map(|expression| {
+            (0..3)
+                .filter(|&gyro| !is_listed(gyro, expression))
+                .map(|gyro| own.expression(gyro, expression, places, signals))
+                .collect()
+        })
+        .collect();
+    Family { pool: own, groups }
+}
+
+/// An expression behind a lag with other time constants, an octave and less about its own.
+pub fn lags_about(expression: Expression, gyro: usize, signals: &Signals) -> Family {
+    const EIGHTHS: std::ops::RangeInclusive<i32> = -8..=8;
+    let mut pool = Pool::default();
+    let groups = expression
+        .lag_s()
+        .map(|constant_s| {
+            let other = |step: f64| {
+                // Four digits: it is read, and the data know no more.
+                let seconds = constant_s * step.exp2();
+                let digit = 10_f64.powi(3 - seconds.log10().floor() as i32);
+                expression.with_lag((seconds * digit).round() / digit)
+            };
+            EIGHTHS
+                .filter_map(|eighths| other(0.125 * f64::from(eighths)))
+                .map(|other| vec![pool.expression(gyro, other, 1.0, signals)])
+                .collect()
+        })
+        .unwrap_or_default();
+    Family { pool, groups }
+}
+
+/// Response of a resonance at a frequency \[Hz\].
+pub type Response = fn(Resonance, f64) -> Complex64;
+
+/// A family of resonances as combinations of few responses.
+///
+/// The grid's responses are nearly alike where the motion has no power; their strongest directions, weighed by it, stand
+/// for all of them.
+pub struct Basis {
+    /// Frequencies at which responses are tabulated \[Hz\].
+    hz: Vec<f64>,
+    /// Responses.
+    responses: Vec<Vec<Complex64>>,
+    /// What one response is of each direction, row by row as the decomposition has them.
+    left: DMatrix<f64>,
+    /// Root of the motion's power over the noise at the tabulated frequencies.
+    root: Vec<f64>,
+    law: Response,
+}
+
+/// Growth of ln L below which a step is none.
+const LEAST_STEP: f64 = 1e-3;
+
+/// A response by real and imaginary parts, each times the root of the motion's power over the noise.
+fn weighed(law: Response, resonance: Resonance, hz: &[f64], root: &[f64]) -> DVector<f64> {
+    let count = hz.len();
+    DVector::from_fn(2 * count, |row, _| {
+        let k = row % count;
+        let value = law(resonance, hz[k]);
+        root[k] * if row < count { value.re } else { value.im }
+    })
+}
+
+/// Directions that are kept; a grid of a hundred responses is then right to some 1e-3 of its strongest.
+const DIRECTIONS: usize = 12;
+
+impl Basis {
+    /// Decomposes a grid's responses.
+    ///
+    /// # Inputs
+    /// `law`: the response at a frequency \[Hz\]; `axes`: whose motion passes through it; `noise`: power of the noise that
+    /// it is seen beside, at a frequency \[Hz\], in any unit.
+    pub fn new(
+        law: Response,
+        grid: &[Resonance],
+        signals: &Signals,
+        axes: &[usize],
+        noise: impl Fn(f64) -> f64,
+    ) -> Self {
+        const TABULATED: usize = 256;
+        let half = 0.5 * signals.rate_hz;
+        let lowest = (2.0 / (signals.rows as f64 * signals.period_s())).min(0.1 * half);
+        let ratio = (half / lowest).powf(1.0 / (TABULATED - 1) as f64);
+        let hz: Vec<f64> = (0..TABULATED)
+            .map(|k| lowest * ratio.powi(k as i32))
+            .collect();
+        let mut power = vec![0.0; TABULATED];
+        for &axis in axes {
+            let of_axis = signals.spectra[axis].binned_power(&hz);
+            for (sum, power) in power.iter_mut().zip(of_axis) {
+                *sum += power;
+            }
+        }
+        let root: Vec<f64> = power
+            .iter()
+            .zip(&hz)
+            .map(|(power, hz)| (power / noise(*hz)).sqrt())
+            .collect();
+        let mut columns = DMatrix::zeros(2 * TABULATED, grid.len());
+        for (mut column, resonance) in columns.column_iter_mut().zip(grid) {
+            column.copy_from(&weighed(law, *resonance, &hz, &root));
+        }
+        let svd = columns.svd(true, false);
+        let left = svd.u.expect("asked for");
+        let left = left.columns(0, DIRECTIONS.min(left.ncols())).into_owned();
+        let of_direction = |direction: usize| -> Vec<Complex64> {
+            (0..TABULATED)
+                .map(|k| {
+                    let value =
+                        Complex64::new(left[(k, direction)], left[(k + TABULATED, direction)]);
+                    if root[k] > 0.0 {
+                        value / root[k]
+                    } else {
+                        Complex64::ZERO
+                    }
+                })
+                .collect()
+        };
+        Self {
+            responses: (0..left.ncols()).map(of_direction).collect(),
+            left,
+            root,
+            hz,
+            law,
+        }
+    }
+
+    /// What a resonance is of each direction.
+    pub fn sizes(&self, resonance: Resonance) -> DVector<f64> {
+        self.left
+            .tr_mul(&weighed(self.law, resonance, &self.hz, &self.root))
+    }
+
+    /// The resonances of the largest gains, the best first: by ever smaller steps about each of the best of the grid.
+    ///
+    /// A strong resonance has other maxima beside its own.
+    pub fn best(
+        &self,
+        grid: &[Resonance],
+        gain: impl Fn(&DVector<f64>) -> f64,
+    ) -> Vec<(Resonance, f64)> {
+        const BEGINNINGS: usize = 8;
+        let of = |resonance: Resonance| (resonance, gain(&self.sizes(resonance)));
+        let by_gain = |a: &(Resonance, f64), b: &(Resonance, f64)| b.1.total_cmp(&a.1);
+        let mut points: Vec<(Resonance, f64)> = grid.iter().copied().map(of).collect();
+        points.sort_by(by_gain);
+        points.truncate(BEGINNINGS);
+        let mut tops: Vec<(Resonance, f64)> = Vec::new();
+        for point in points {
+            let top = climb(point, &of);
+            let is_near = |other: &(Resonance, f64)| (other.0.hz / top.0.hz).ln().abs() < 0.05;
+            if !tops.iter().any(is_near) {
+                tops.push(top);
+            }
+        }
+        tops.sort_by(by_gain);
+        tops
+    }
+}
+
+/// The top that is reached by ever smaller steps of frequency and damping.
+fn climb(begin: (Resonance, f64), of: &impl Fn(Resonance) -> (Resonance, f64)) -> (Resonance, f64) {
+    /// Ratios of neighbours: as in the grid, halved each time.
+    const FREQUENCY: f64 = 1.2;
+    const DAMPING: f64 = 3.0;
+    const HALVINGS: i32 = 10;
+    let mut best = begin;
+    for halving in 1..=HALVINGS {
+        let share = 0.5_f64.powi(halving);
+        let hz_by = [FREQUENCY.powf(-share), 1.0, FREQUENCY.powf(share)];
+        let damping_by = [DAMPING.powf(-share), 1.0, DAMPING.powf(share)];
+        loop {
+            let (Resonance { hz, damping }, value) = best;
+            let near = hz_by.iter().flat_map(|by_hz| {
+                damping_by.iter().map(move |by_damping| Resonance {
+                    hz: hz * by_hz,
+                    damping: damping * by_damping,
+                })
+            });
+            match near.map(of).max_by(|a, b| a.1.total_cmp(&b.1)) {
+                Some(next) if next.1 > value + LEAST_STEP => best = next,
+                _ => break,
+            }
+        }
+    }
+    best
+}
+
+impl Basis {
+    /// Number of directions.
+    pub fn directions(&self) -> usize {
+        self.responses.len()
+    }
+
+    /// A direction's response at a frequency \[Hz\], between tabulated ones.
+    fn at(&self, direction: usize, hz: f64) -> Complex64 {
+        let response = &self.responses[direction];
+        let after = self.hz.partition_point(|other| *other <= hz);
+        if after == 0 {
+            return Complex64::new(response[0].re, 0.0);
+        }
+        if after == self.hz.len() {
+            return response[after - 1];
+        }
+        let share = (hz - self.hz[after - 1]) / (self.hz[after] - self.hz[after - 1]);
+        response[after - 1] * (1.0 - share) + response[after] * share
+    }
+}
+
+/// Mounts about one axis: a column for each direction of a basis.
+pub struct MountColumns<'a> {
+    /// Responses.
+    pub basis: &'a Basis,
+    /// Motion.
+    pub signals: &'a Signals,
+    /// About which axis.
+    pub axis: usize,
+}
+
+impl Columns for MountColumns<'_> {
+    fn count(&self) -> usize {
+        self.basis.directions()
+    }
+
+    fn column(&self, place: usize) -> Vec<f64> {
+        let period = self.signals.period_s();
+        let mut values = self.signals.spectra[self.axis].through(|hz| self.basis.at(place, hz));
+        values.iter_mut().for_each(|value| *value *= period);
+        values
+    }
+}
+
+impl MountColumns<'_> {
+    /// A parameter for each direction, on every gyro.
+    pub fn hypothesis(&self) -> Hypothesis {
+        on_every_gyro(self.count(), self.axis, self.signals)
+    }
+}
+
+/// One mount by its exact columns: its full response, and its derivatives by frequency and damping.
+pub struct ExactMount<'a> {
+    /// Resonance.
+    pub resonance: Resonance,
+    /// Motion.
+    pub signals: &'a Signals,
+    /// About which axis.
+    pub axis: usize,
+}
+
+impl Columns for ExactMount<'_> {
+    fn count(&self) -> usize {
+        PARTS.len()
+    }
+
+    fn column(&self, place: usize) -> Vec<f64> {
+        Column::Mount(self.axis, self.resonance, PARTS[place]).values(self.signals)
+    }
+}
+
+impl ExactMount<'_> {
+    /// A parameter for each column, on every gyro.
+    pub fn hypothesis(&self) -> Hypothesis {
+        on_every_gyro(self.count(), self.axis, self.signals)
+    }
+}
+
+/// A parameter for each of `count` columns of what the case does about an axis.
+fn on_every_gyro(count: usize, axis: usize, signals: &Signals) -> Hypothesis {
+    let terms = (0..count).flat_map(|column| {
+        (0..3).map(move |gyro| Term {
+            parameter: column,
+            record: gyro,
+            column,
+            coefficient: signals.sensing_from_body[(gyro, axis)]
+                / (1.0 - signals.scale_error[gyro]),
+        })
+    });
+    Hypothesis {
+        parameters: count,
+        terms: terms.filter(|term| term.coefficient != 0.0).collect(),
+        fixed: Vec::new(),
+        price: 0.0,
+    }
+}
+
+/// Resonant suspensions of one gyro: for each of its two tilts a column for each direction of a basis.
+pub struct SuspensionColumns<'a> {
+    /// Responses.
+    pub basis: &'a Basis,
+    /// Motion.
+    pub signals: &'a Signals,
+    /// Whose block.
+    pub gyro: usize,
+}
+
+impl SuspensionColumns<'_> {
+    /// The two axes about which the block tilts.
+    pub fn about(&self) -> [usize; 2] {
+        match self.gyro {
+            0 => [1, 2],
+            1 => [0, 2],
+            _ => [0, 1],
+        }
+    }
+
+    /// A parameter for each tilt and direction.
+    pub fn hypothesis(&self) -> Hypothesis {
+        let terms = (0..self.count()).map(|place| {
+            let about = self.about()[place / self.basis.directions()];
+            let (sign, _) = tilt(self.gyro, about);
+            Term {
+                parameter: place,
+                record: self.gyro,
+                column: place,
+                coefficient: -sign / (1.0 - self.signals.scale_error[self.gyro]),
+            }
+        });
+        Hypothesis {
+            parameters: self.count(),
+            terms: terms.collect(),
+            fixed: Vec::new(),
+            price: 0.0,
+        }
+    }
+}
+
+impl Columns for SuspensionColumns<'_> {
+    fn count(&self) -> usize {
+        2 * self.basis.directions()
+    }
+
+    fn column(&self, place: usize) -> Vec<f64> {
+        let directions = self.basis.directions();
+        let about = self.about()[place / directions];
+        let (_, senses) = tilt(self.gyro, about);
+        let acceleration = self.signals.spectra[about]
+            .middle_derivative_behind(1, |hz| self.basis.at(place % directions, hz));
+        let period = self.signals.period_s();
+        let products: Vec<f64> = acceleration
+            .iter()
+            .zip(&self.signals.rate_rad_s[senses])
+            .map(|(a, b)| a * b * period)
+            .collect();
+        rlg_signal::derivatives::row_means(&products)
+    }
+}
+
+/// Laws of the two resonant kinds, as responses.
+pub const SUSPENSION: Response = |resonance, hz| resonance.suspension(hz, Part::Response);
+
+/// See [`SUSPENSION`].
+pub const MOUNT: Response = |resonance, hz| resonance.beyond_mount(hz, Part::Response);

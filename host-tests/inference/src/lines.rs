@@ -1,0 +1,77 @@
+//! The strongest line in what is left of a record, against the power beside it.
+
+/// A line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    /// Frequency as a share of the row rate.
+    pub share: f64,
+    /// Its power over the median of its neighbours' \[1\].
+    pub ratio: f64,
+}
+
+/// Coefficients of a block whose median a line is held against.
+const BLOCK: usize = 48;
+
+/// The strongest line of a span.
+///
+/// # Inputs
+/// `residual`: coefficients of the span, `rows` of them from the first on. A line between two coefficients stands in
+/// both, so pairs are looked at. Whatever noise was fitted does not matter: a line that passed for drift is seen as well.
+pub fn strongest(residual: &[f64], rows: usize) -> Option<Line> {
+    /// Below this a line is a few periods long: drift.
+    const FIRST: usize = 6;
+    let power: Vec<f64> = residual[..rows].iter().map(|c| c * c).collect();
+    let pairs: Vec<f64> = power.windows(2).map(|pair| pair[0] + pair[1]).collect();
+    let medians: Vec<f64> = pairs
+        .chunks(BLOCK)
+        .map(|block| {
+            let mut block = block.to_vec();
+            let middle = block.len() / 2;
+            *block.select_nth_unstable_by(middle, f64::total_cmp).1
+        })
+        .collect();
+    // Beside a steep spectrum the stronger neighbour counts.
+    let beside = |k: usize| {
+        let block = k / BLOCK;
+        let other = if k % BLOCK < BLOCK / 2 {
+            block.saturating_sub(1)
+        } else {
+            block + 1
+        };
+        medians[block].max(medians.get(other).copied().unwrap_or(0.0))
+    };
+    let best = (FIRST..pairs.len())
+        .map(|k| (k, pairs[k] / beside(k)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let near = best.0.saturating_sub(1)..(best.0 + 3).min(power.len());
+    let (sum, weighed) = near.fold((0.0, 0.0), |(sum, weighed), k| {
+        (sum + power[k], weighed + power[k] * k as f64)
+    });
+    Some(Line {
+        share: 0.5 * weighed / sum / rows as f64,
+        ratio: best.1,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::strongest;
+    use crate::Dct;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    #[test]
+    fn a_line_in_noise_is_found_at_its_frequency() {
+        let rows = 6000;
+        let rng = rand_chacha::ChaCha8Rng::seed_from_u64(4);
+        let noise: Vec<f64> = StandardNormal.sample_iter(rng).take(rows).collect();
+        let turn = std::f64::consts::TAU * 0.0123;
+        let mut record: Vec<f64> = (0..rows)
+            .map(|row| noise[row] + 0.4 * (turn * row as f64 + 0.7).sin())
+            .collect();
+        Dct::new(rows).forward(&mut record);
+        let line = strongest(&record, rows).expect("rows enough");
+        assert!((line.share - 0.0123).abs() < 0.5 / rows as f64, "{line:?}");
+        assert!(line.ratio > 50.0, "{line:?}");
+    }
+}

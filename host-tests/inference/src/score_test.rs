@@ -1,0 +1,404 @@
+//! What a hypothesis would add to a fit, by its score alone.
+//!
+//! Nothing is refitted and nothing is kept: a long list of expressions, frequencies or orders is gone through at the cost
+//! of one transform a column. With X the hypothesis' columns, M the members', W = 1/S: A = XᵀWX − XᵀWM (MᵀWM)⁻¹ MᵀWX,
+//! h = XᵀWr − XᵀWM (MᵀWM)⁻¹ MᵀWr, and ln L grows by ½ hᵀA⁻¹h.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use crate::evaluate::Fit;
+use crate::hypothesis::{Hypothesis, Term};
+use crate::linear::pseudo_inverse;
+use crate::noise::NoiseLevels;
+use crate::normal_equations::{Columns, NormalEquations};
+
+/// A fit that hypotheses are held against.
+pub struct ScoreTest<'a> {
+    equations: &'a NormalEquations,
+    /// 1/S of each coefficient, by record.
+    weights: Vec<Vec<f64>>,
+    /// The records' own coefficients over their noise.
+    weighted: Vec<Vec<f64>>,
+    members: Vec<Member>,
+    /// (MᵀWM)⁻¹.
+    inverse: DMatrix<f64>,
+    /// MᵀWr.
+    score: DVector<f64>,
+}
+
+/// What a member's parameter adds to one record, times W.
+struct Member {
+    parameter: usize,
+    record: usize,
+    weighted: Vec<f64>,
+}
+
+/// The largest growth of ln L, and the parameters there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gain {
+    /// Growth of ln L.
+    pub log_likelihood: f64,
+    /// Parameters, each in its own unit.
+    pub estimate: Vec<f64>,
+}
+
+/// A parameter of which the members leave less than this share of its information adds nothing.
+const LEAST_FREE: f64 = 1e-6;
+
+impl<'a> ScoreTest<'a> {
+    /// Prepares the members of a fit.
+    ///
+    /// # Inputs
+    /// `set`: the fit's members; `columns`: what their terms count; `levels`: the noise, by record.
+    pub fn new(
+        equations: &'a NormalEquations,
+        set: &[&Hypothesis],
+        columns: &impl Columns,
+        levels: &[NoiseLevels],
+    ) -> Self {
+        let weights: Vec<Vec<f64>> = levels
+            .iter()
+            .map(|levels| {
+                let powers = equations.basis.by_coefficient(*levels);
+                powers.into_iter().map(|power| 1.0 / power).collect()
+            })
+            .collect();
+        let weighted: Vec<Vec<f64>> = (0..equations.record_count())
+            .map(|record| {
+                let mut left = equations.record(record).to_vec();
+                let fixed = set.iter().flat_map(|one| &one.fixed);
+                for one in fixed.filter(|one| one.record == record) {
+                    let spectrum = equations.transform.spectrum(&columns.column(one.column));
+                    add(&mut left, &spectrum, -one.size);
+                }
+                times(&left, &weights[record])
+            })
+            .collect();
+        let mut parts: Vec<(usize, usize, Vec<f64>)> = Vec::new();
+        let mut first = 0;
+        for one in set {
+            for term in &one.terms {
+                let spectrum = equations.transform.spectrum(&columns.column(term.column));
+                let parameter = first + term.parameter;
+                let of_both = |part: &&mut (usize, usize, Vec<f64>)| {
+                    part.0 == parameter && part.1 == term.record
+                };
+                match parts.iter_mut().find(of_both) {
+                    Some((.., sum)) => add(sum, &spectrum, term.coefficient),
+                    None => {
+                        let mut sum = vec![0.0; spectrum.len()];
+                        add(&mut sum, &spectrum, term.coefficient);
+                        parts.push((parameter, term.record, sum));
+                    }
+                }
+            }
+            first += one.parameters;
+        }
+        let mut information = DMatrix::zeros(first, first);
+        let mut score = DVector::zeros(first);
+        for (a, record, values) in &parts {
+            score[*a] += dot(values, &weighted[*record]);
+            let of_a = times(values, &weights[*record]);
+            for (b, _, other) in parts.iter().filter(|part| part.1 == *record) {
+                information[(*a, *b)] += dot(&of_a, other);
+            }
+        }
+        Self {
+            members: parts
+                .iter()
+                .map(|(parameter, record, values)| Member {
+                    parameter: *parameter,
+                    record: *record,
+                    weighted: times(values, &weights[*record]),
+                })
+                .collect(),
+            inverse: pseudo_inverse(&information),
+            score,
+            equations,
+            weights,
+            weighted,
+        }
+    }
+
+    /// What members leave of a hypothesis' information and score.
+    ///
+    /// # Inputs
+    /// `spectra`: coefficients of the columns that its terms count, by column.
+    pub fn project(
+        &self,
+        hypothesis: &Hypothesis,
+        spectra: &BTreeMap<usize, Vec<f64>>,
+    ) -> Projected {
+        let count = hypothesis.parameters;
+        let mut own = DMatrix::zeros(count, count);
+        let mut cross = DMatrix::zeros(count, self.score.len());
+        let mut score = DVector::zeros(count);
+        for (record, weights) in self.weights.iter().enumerate() {
+            let of_record = |term: &&Term| term.record == record;
+            let terms: Vec<&Term> = hypothesis.terms.iter().filter(of_record).collect();
+            for (place, term) in terms.iter().enumerate() {
+                let values = &spectra[&term.column];
+                let (a, size) = (term.parameter, term.coefficient);
+                score[a] += size * dot(values, &self.weighted[record]);
+                for member in self.members.iter().filter(|one| one.record == record) {
+                    cross[(a, member.parameter)] += size * dot(values, &member.weighted);
+                }
+                for other in &terms[..=place] {
+                    let b = other.parameter;
+                    let product = dot_weighed(values, &spectra[&other.column], weights);
+                    let product = size * other.coefficient * product;
+                    own[(a, b)] += product;
+                    // Two terms of one parameter stand in its square twice.
+                    if !std::ptr::eq(*term, *other) {
+                        own[(b, a)] += product;
+                    }
+                }
+            }
+        }
+        let through = &cross * &self.inverse;
+        Projected {
+            free: &own - &through * cross.transpose(),
+            score: score - &through * &self.score,
+            own: own.diagonal(),
+        }
+    }
+}
+
+/// What each hypothesis would add to each of several fits.
+///
+/// # Inputs
+/// `groups`: hypotheses that share columns; the columns of one group are alive at once, on each thread.
+///
+/// # Returns
+/// By group, hypothesis and test.
+pub fn gains(
+    tests: &[ScoreTest],
+    groups: &[Vec<Hypothesis>],
+    columns: &impl Columns,
+) -> Vec<Vec<Vec<Gain>>> {
+    groups
+        .par_iter()
+        .map(|group| {
+            let spectra = spectra(tests, group, columns);
+            let of = |one: &Hypothesis| {
+                let each = tests.iter().map(|test| test.project(one, &spectra).gain());
+                each.collect()
+            };
+            group.iter().map(of).collect()
+        })
+        .collect()
+}
+
+/// Coefficients of the columns that some hypotheses count.
+pub fn spectra(
+    tests: &[ScoreTest],
+    hypotheses: &[Hypothesis],
+    columns: &impl Columns,
+) -> BTreeMap<usize, Vec<f64>> {
+    let Some(test) = tests.first() else {
+        return BTreeMap::new();
+    };
+    let terms = hypotheses.iter().flat_map(|one| &one.terms);
+    let used: BTreeSet<usize> = terms.map(|term| term.column).collect();
+    let each = used.into_iter().map(|place| {
+        let rows = columns.column(place);
+        (place, test.equations.transform.spectrum(&rows))
+    });
+    each.collect()
+}
+
+/// Information and score of a hypothesis beside the members of a fit.
+#[derive(Debug, Clone)]
+pub struct Projected {
+    free: DMatrix<f64>,
+    score: DVector<f64>,
+    own: DVector<f64>,
+}
+
+impl Projected {
+    /// Those of parameters that move this hypothesis' along `sizes`, (its parameters × theirs).
+    pub fn along(&self, sizes: &DMatrix<f64>) -> Self {
+        let free = sizes.transpose() * &self.free * sizes;
+        Self {
+            score: sizes.transpose() * &self.score,
+            own: free.diagonal(),
+            free,
+        }
+    }
+
+    /// Growth of ln L at given parameters.
+    pub fn at(&self, parameters: &DVector<f64>) -> f64 {
+        self.score.dot(parameters) - 0.5 * parameters.dot(&(&self.free * parameters))
+    }
+
+    /// The other parameters at the largest growth where the first is 1.
+    pub fn beside_one(&self) -> DVector<f64> {
+        let others = self.score.len() - 1;
+        let free = self.free.view((1, 1), (others, others)).into_owned();
+        let toward = self.score.rows(1, others) - self.free.view((1, 0), (others, 1));
+        pseudo_inverse(&free) * toward
+    }
+
+    /// The largest growth.
+    pub fn gain(&self) -> Gain {
+        let count = self.score.len();
+        let shown: Vec<usize> = (0..count)
+            .filter(|&k| self.own[k] > 0.0 && self.free[(k, k)] > LEAST_FREE * self.own[k])
+            .collect();
+        let information = DMatrix::from_fn(shown.len(), shown.len(), |i, j| {
+            self.free[(shown[i], shown[j])]
+        });
+        let score = DVector::from_fn(shown.len(), |i, _| self.score[shown[i]]);
+        let sizes = pseudo_inverse(&information) * &score;
+        let mut estimate = vec![0.0; count];
+        for (&k, size) in shown.iter().zip(sizes.iter()) {
+            estimate[k] = *size;
+        }
+        let log_likelihood = 0.5 * score.dot(&sizes);
+        Gain {
+            log_likelihood: if log_likelihood.is_finite() {
+                log_likelihood
+            } else {
+                0.0
+            },
+            estimate,
+        }
+    }
+}
+
+/// Noise of a fit with and without its drift: what drift has swallowed is looked for as well.
+pub fn noises(fit: &Fit) -> Vec<Vec<NoiseLevels>> {
+    let stationary: Vec<NoiseLevels> = fit.levels.iter().map(|one| one.stationary()).collect();
+    if stationary == fit.levels {
+        vec![stationary]
+    } else {
+        vec![fit.levels.clone(), stationary]
+    }
+}
+
+fn add(sum: &mut [f64], values: &[f64], factor: f64) {
+    for (sum, value) in sum.iter_mut().zip(values) {
+        *sum += factor * value;
+    }
+}
+
+fn times(values: &[f64], weights: &[f64]) -> Vec<f64> {
+    values.iter().zip(weights).map(|(a, b)| a * b).collect()
+}
+
+/// Sums side by side, for the processor's lanes.
+const LANES: usize = 8;
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; LANES];
+    for (a, b) in a.chunks(LANES).zip(b.chunks(LANES)) {
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+            *sum += a * b;
+        }
+    }
+    sums.iter().sum()
+}
+
+/// Σ a b w.
+fn dot_weighed(a: &[f64], b: &[f64], weights: &[f64]) -> f64 {
+    let mut sums = [0.0; LANES];
+    let rows = a
+        .chunks(LANES)
+        .zip(b.chunks(LANES))
+        .zip(weights.chunks(LANES));
+    for ((a, b), weights) in rows {
+        for (((sum, a), b), weight) in sums.iter_mut().zip(a).zip(b).zip(weights) {
+            *sum += a * b * weight;
+        }
+    }
+    sums.iter().sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::{ScoreTest, gains};
+    use crate::evaluate::{Drift, Effort, evaluate};
+    use crate::{Columns, Hypothesis, NoiseLevels, NormalEquations, Observations, Term};
+
+    struct Rows(Vec<Vec<f64>>);
+
+    impl Columns for Rows {
+        fn count(&self) -> usize {
+            self.0.len()
+        }
+
+        fn column(&self, place: usize) -> Vec<f64> {
+            self.0[place].clone()
+        }
+    }
+
+    fn normals(seed: u64) -> Vec<f64> {
+        let rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        StandardNormal.sample_iter(rng).take(4096).collect()
+    }
+
+    fn on_first(column: usize) -> Hypothesis {
+        Hypothesis {
+            parameters: 1,
+            terms: vec![Term {
+                parameter: 0,
+                record: 0,
+                column,
+                coefficient: 1.0,
+            }],
+            fixed: Vec::new(),
+            price: 0.0,
+        }
+    }
+
+    /// Beside a member that is much like it: the growth is that of least squares on both less that on one.
+    #[test]
+    fn the_growth_is_that_of_a_refit_and_what_members_span_adds_nothing() {
+        let (own, other) = (normals(1), normals(2));
+        let alike: Vec<f64> = own.iter().zip(&other).map(|(a, b)| a + 0.5 * b).collect();
+        let noise = normals(3);
+        let record: Vec<f64> = (0..4096)
+            .map(|k| noise[k] + 0.2 * own[k] + 0.1 * other[k])
+            .collect();
+        let columns = Rows(vec![own.clone(), alike.clone()]);
+        let white = NoiseLevels {
+            white: 1.0,
+            ..NoiseLevels::default()
+        };
+        let observations = Observations::bridged(&[true; 4096]).expect("rows");
+        let equations =
+            NormalEquations::new(observations, std::slice::from_ref(&record), &columns, white);
+        let member = on_first(0);
+        let fit = evaluate(
+            &equations,
+            &[&member],
+            &[white],
+            &[Drift::None],
+            Effort::FULL,
+        );
+        let test = ScoreTest::new(&equations, &[&member], &columns, &fit.levels);
+        let found = gains(&[test], &[vec![on_first(1), on_first(0)]], &columns);
+        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        // By Gram–Schmidt; the rows at both ends are left out by both, near enough.
+        let share = dot(&alike, &own) / dot(&own, &own);
+        let free: Vec<f64> = alike.iter().zip(&own).map(|(a, b)| a - share * b).collect();
+        let size = dot(&free, &record) / dot(&free, &free);
+        let expected = 0.5 * size * dot(&free, &record) / fit.levels[0].white;
+        let first = &found[0][0][0];
+        assert!(
+            (first.log_likelihood / expected - 1.0).abs() < 0.02,
+            "{first:?} {expected}"
+        );
+        assert!(
+            (first.estimate[0] / size - 1.0).abs() < 0.02,
+            "{first:?} {size}"
+        );
+        assert_eq!(found[0][1][0].log_likelihood, 0.0);
+    }
+}
