@@ -217,11 +217,12 @@ pub fn diagnose(
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Engine {
-    /// For gyros without a dither one likelihood and one search (rate/) where they serve; the older stages for everything
-    /// else, and where something is left that the new catalogue cannot name.
+    /// For gyros without a dither one likelihood and one search (rate/) where they serve, the older stages for everything
+    /// else. Where there are accelerometers the older stages speak of them, and of gyros whose error gravity may tell from
+    /// the reference's.
+    #[default]
     Both,
     /// The older stages alone.
-    #[default]
     Old,
     /// The new engine alone, where it serves.
     New,
@@ -312,18 +313,20 @@ pub fn diagnose_streams(
         seed,
         progress,
     )?;
-    match found {
-        Some(found) if engine == Engine::New => Ok(found),
-        Some(found) if found.diagnosis.verdict.is_told() && qualified.accelerometers.is_err() => {
-            Ok(found)
-        }
-        Some(found) => {
-            progress("the older stages");
-            let older = old(again()?)?;
-            Ok(rate::beside(found, older, model))
-        }
-        None => old(again()?),
+    let Some(found) = found else {
+        return old(again()?);
+    };
+    if let Err(reason) = &qualified.accelerometers {
+        let mut found = found;
+        accelerometer::add(Err(reason.clone()), &mut found);
+        return Ok(found);
     }
+    if engine == Engine::New {
+        return Ok(found);
+    }
+    progress("the older stages");
+    let older = old(again()?)?;
+    Ok(rate::beside(found, older, model))
 }
 
 /// The motion of aligned channels under a model.

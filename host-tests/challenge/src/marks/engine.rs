@@ -18,7 +18,7 @@ pub enum EngineName {
     Old,
     /// One likelihood and one search.
     New,
-    /// As `rlg diagnose` decides: the new one where it serves and leaves nothing, else the older stages.
+    /// As `rlg diagnose` decides by itself: the new one for gyros without a dither, else the older stages.
     Both,
     /// None: recordings are made and nothing is diagnosed.
     None,

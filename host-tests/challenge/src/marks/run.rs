@@ -51,7 +51,7 @@ impl Plan {
             } else {
                 families.to_vec()
             },
-            engine: EngineName::Old,
+            engine: EngineName::Both,
             only: None,
             declared_within: 1.5,
             longest_s: 600.0,

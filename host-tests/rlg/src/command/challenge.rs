@@ -85,7 +85,7 @@ pub struct ChallengeCommand {
     /// Only check a folder's answers against its commitments
     #[arg(long, value_name = "DIR", conflicts_with = "merge")]
     check: Option<PathBuf>,
-    /// Engine that diagnoses [default: old]; with --compare, only rows of this engine [default: all]
+    /// Engine that diagnoses [default: both]; with --compare, only rows of this engine [default: all]
     #[arg(long, value_enum, conflicts_with_all = ["merge", "check"])]
     engine: Option<EngineName>,
     /// Threads to use; results are the same for any number [default: all]
@@ -144,7 +144,7 @@ impl ChallengeCommand {
                 out,
                 seed: self.seed,
                 trials: self.trials,
-                engine: self.engine.unwrap_or(EngineName::Old),
+                engine: self.engine.unwrap_or(EngineName::Both),
                 only: self.trial,
             };
             return self.on_threads(|| self.ordinary.run(common, terminal));

@@ -54,7 +54,7 @@ pub struct Diagnose {
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Which engine decides on one recording with a reference at every row
-    #[arg(long, value_enum, default_value = "old")]
+    #[arg(long, value_enum, default_value = "both")]
     engine: EngineChoice,
     /// Threads to use; results are the same for any number [default: all]
     #[arg(long)]
@@ -64,7 +64,7 @@ pub struct Diagnose {
 /// Engines of the diagnosis.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum EngineChoice {
-    /// One likelihood for gyros without a dither; the older stages for all others and for what it cannot name
+    /// One likelihood for gyros without a dither, the older stages for all others and for accelerometers
     Both,
     /// The older stages alone
     Old,

@@ -131,12 +131,13 @@ fn each_engine_gets_the_same_trials_and_their_shards_are_not_merged() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     challenge(at, &["--out", "default", "--shard", "1/2"]);
+    challenge(at, &["--out", "both", "--engine", "both", "--shard", "1/2"]);
     challenge(at, &["--out", "old", "--engine", "old", "--shard", "1/2"]);
     challenge(at, &["--out", "new", "--engine", "new", "--shard", "0/2"]);
     challenge(at, &["--out", "same", "--engine", "new", "--shard", "1/2"]);
     let read = |name: &str, file: &str| fs::read_to_string(at.join(name).join(file)).expect("read");
     for file in FILES {
-        assert_eq!(read("default", file), read("old", file), "{file}");
+        assert_eq!(read("default", file), read("both", file), "{file}");
     }
     assert_eq!(read("old", "answers.jsonl"), read("same", "answers.jsonl"));
     assert_ne!(

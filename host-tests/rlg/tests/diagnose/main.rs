@@ -8,6 +8,7 @@ mod attitude;
 
 mod bench_recordings;
 mod concealed_effects;
+mod families;
 mod hidden;
 mod independence;
 mod long;

@@ -1,0 +1,127 @@
+//! Effects with a number inside, on gyros without a dither: each is named alone, with its numbers, and its model explains
+//! the recording on a second pass.
+
+use std::path::Path;
+
+use super::support::{concealed, holds, kinds, number};
+use rlg::diagnose::diagnose;
+use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
+use rlg::simulate::scenario::Scenario;
+use rlg::simulate::simulate;
+
+const TABLE: &str = include_str!("table_programme.toml");
+
+fn vibration(name: &str, band_hz: [f64; 2], rms_rad_s: f64) -> String {
+    format!(
+        "[[motion]]\nkind = \"vibration\"\nname = \"{name}\"\nlow_hz = {:.1}\nhigh_hz = {:.1}\n\
+         rate_rms_rad_s = [{rms_rad_s}, {rms_rad_s}, {rms_rad_s}]\nduration_s = 20.0\nramp_s = 0.5\n",
+        band_hz[0], band_hz[1]
+    )
+}
+
+fn spin(axis: &str, rate_rad_s: f64) -> String {
+    format!(
+        "[[motion]]\nkind = \"spin\"\naxis = \"{axis}\"\nrate_rad_s = {rate_rad_s:.1}\nramp_s = 1.0\nduration_s = 10.0\n"
+    )
+}
+
+/// The diagnosis of a motion with an effect, without accelerometers, at 1000 rows a second; and of its model.
+fn diagnosed(motion: &[String], effect: &str) -> (Diagnosis, Diagnosis) {
+    let instrument = TABLE
+        .split("[accelerometer]")
+        .next()
+        .expect("an instrument");
+    let instrument = instrument.replace("rate_hz = 400.0", "rate_hz = 1000.0");
+    let text = format!("{instrument}{}{effect}", motion.concat());
+    let scenario = Scenario::parse(&text, Path::new("families.toml")).expect("a scenario");
+    let simulation = simulate(&scenario, 5, |_| {});
+    let file = Path::new("model.toml");
+    let run = |model: &rlg::model::Model| {
+        diagnose(&simulation.recording, model, file, 0, &|_| {}).expect("a diagnosis")
+    };
+    let found = run(&simulation.model);
+    let again = run(&found.model);
+    (found.diagnosis, again.diagnosis)
+}
+
+fn explains_alone(kind: &str, (found, again): &(Diagnosis, Diagnosis)) {
+    assert_eq!(kinds(found), [kind], "{:#?}", found.summary);
+    assert_eq!(found.verdict, Verdict::Explained, "{:#?}", found.summary);
+    assert_eq!(again.verdict, Verdict::Matches, "{:#?}", again.summary);
+}
+
+#[test]
+fn a_suspension_that_resonates_is_no_stiff_one() {
+    let flexure = [
+        ("xy", 1.4e-6),
+        ("xz", 1.4e-6),
+        ("yx", 1.5e-6),
+        ("yz", 1.5e-6),
+        ("zx", 1.3e-6),
+        ("zy", 1.5e-6),
+    ];
+    let mode = [("frequency_hz", 120.0), ("damping", 0.05)];
+    let motion = [
+        vibration("a", [5.0, 150.0], 0.1),
+        vibration("b", [20.0, 300.0], 0.05),
+    ];
+    let effect = concealed("axis_flexure_mode", &[&flexure[..], &mode].concat());
+    let both = diagnosed(&motion, &effect);
+    explains_alone("axis_flexure_mode", &both);
+    holds(&both.0.effects[0], &flexure);
+    holds(&both.0.effects[0], &mode);
+    let stiff = diagnosed(&motion, &concealed("axis_flexure", &flexure));
+    explains_alone("axis_flexure", &stiff);
+    holds(&stiff.0.effects[0], &flexure);
+}
+
+#[test]
+fn an_encoders_harmonic_is_found_with_its_order() {
+    let motion = [
+        spin("x", 2.0),
+        spin("y", -3.0),
+        spin("z", 1.5),
+        spin("z", -2.5),
+    ];
+    let effect = format!(
+        "{}axis = \"z\"\norder = 3\n",
+        concealed("reference_harmonic", &[("cos", 2e-6), ("sin", -1e-6)])
+    );
+    let both = diagnosed(&motion, &effect);
+    explains_alone("reference_harmonic", &both);
+    let found = &both.0.effects[0];
+    holds(found, &[("cos", 2e-6), ("sin", -1e-6)]);
+    assert_eq!(number(found, "order").0, 3.0);
+    let on_z =
+        |one: &ParameterEntry| matches!(one, ParameterEntry::Text { value, .. } if value == "z");
+    assert!(found.parameters.iter().any(on_z));
+}
+
+/// Motion a million times the noise: resonances come out to parts in a hundred thousand, and what columns of that accuracy
+/// leave is neither physics nor noise.
+#[test]
+fn a_soft_mount_is_found_with_its_resonances_and_what_is_left_is_not_called_physics() {
+    let mount = [
+        ("x_frequency_hz", 60.0),
+        ("x_damping", 0.1),
+        ("y_frequency_hz", 70.0),
+        ("y_damping", 0.12),
+        ("z_frequency_hz", 50.0),
+        ("z_damping", 0.15),
+    ];
+    let motion = [
+        vibration("a", [5.0, 150.0], 0.1),
+        vibration("b", [20.0, 300.0], 0.05),
+    ];
+    let (diagnosis, _) = diagnosed(&motion, &concealed("isolator_mode", &mount));
+    let [found, others @ ..] = diagnosis.effects.as_slice() else {
+        panic!("{:#?}", diagnosis.summary);
+    };
+    assert_eq!(found.kind, "isolator_mode");
+    for (name, truth) in mount {
+        let value = number(found, name).0;
+        assert!((value / truth - 1.0).abs() < 1e-4, "{name} {value}");
+    }
+    let is_location = |one: &EffectEntry| one.kind == "unlisted" && one.expression.is_none();
+    assert!(others.iter().all(is_location), "{:#?}", diagnosis.summary);
+}
