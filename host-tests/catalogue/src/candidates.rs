@@ -6,10 +6,7 @@ use crate::column::Column;
 use crate::entries::{CATALOGUE, Entry, HARMONIC, Law, MODE, MOUNT, SLIP, STEP, UNLISTED, tilt};
 use crate::expression::Expression;
 use crate::resonance::{PARTS, Part, Resonance};
-use crate::signals::Signals;
-
-/// Names of the axes.
-pub const AXES: [&str; 3] = ["x", "y", "z"];
+use crate::signals::{AXES, Signals};
 
 /// Which part of an entry a candidate is.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -66,6 +66,45 @@ pub enum Column {
 }
 
 impl Column {
+    /// The column that an expression is, if it is one: an effect that is listed has its name.
+    pub fn of(expression: Expression) -> Option<Self> {
+        use crate::expression::Channel::{
+            Acceleration, DitherRate, Field, Force, Rate, Warming, WarmingRate,
+        };
+        use crate::expression::Factor::{Channel as Of, Size};
+        match expression.parts() {
+            [Some(Of(one)), None, None] => match one {
+                Rate(axis) => Some(Self::Increment(axis)),
+                Acceleration(axis) => Some(Self::Delay(axis)),
+                Force(axis) => Some(Self::Force(axis)),
+                Warming(axis) => Some(Self::Warming(axis)),
+                WarmingRate(axis) => Some(Self::WarmingRate(axis)),
+                Field(axis) => Some(Self::Magnetic(axis)),
+                DitherRate(axis) => Some(Self::Dither(axis)),
+                _ => None,
+            },
+            [Some(Size(Rate(axis))), None, None] => Some(Self::Magnitude(axis)),
+            [Some(Of(a)), Some(Of(b)), None] => match (a, b) {
+                (Rate(a), Rate(b)) if a == b => Some(Self::Square(a)),
+                (Force(a), Force(b)) if a == b => Some(Self::ForceSquare(a)),
+                (Rate(senses), Acceleration(about)) | (Acceleration(about), Rate(senses)) => {
+                    Some(Self::Flexure(about, senses))
+                }
+                (Rate(a), Force(b)) | (Force(b), Rate(a)) if a == b => {
+                    Some(Self::ForceTimesIncrement(a))
+                }
+                (Rate(with), Warming(of)) | (Warming(of), Rate(with)) => {
+                    Some(Self::WarmingTimesIncrement(of, with))
+                }
+                _ => None,
+            },
+            [Some(Of(Rate(a))), Some(Of(Rate(b))), Some(Of(Rate(c)))] if a == b && b == c => {
+                Some(Self::Cube(a))
+            }
+            _ => None,
+        }
+    }
+
     /// Whether the recording has what it is made of.
     pub fn is_available(self, signals: &Signals) -> bool {
         use Column::{

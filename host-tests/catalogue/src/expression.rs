@@ -12,9 +12,7 @@ use std::fmt::Write as _;
 
 use rlg_signal::derivatives::{Spectrum, row_means};
 
-use crate::candidates::AXES;
-use crate::column::Column;
-use crate::signals::Signals;
+use crate::signals::{AXES, Signals};
 
 /// A measured channel, or motion derived from the reference, on one axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -329,41 +327,9 @@ impl Expression {
         Some(product)
     }
 
-    /// The column of the catalogue that it is, if it is one: an effect that is listed has its name.
-    pub fn as_column(self) -> Option<Column> {
-        use Channel::{Acceleration, DitherRate, Field, Force, Rate, Warming, WarmingRate};
-        use Factor::{Channel as Of, Size};
-        match self.0 {
-            [Some(Of(one)), None, None] => match one {
-                Rate(axis) => Some(Column::Increment(axis)),
-                Acceleration(axis) => Some(Column::Delay(axis)),
-                Force(axis) => Some(Column::Force(axis)),
-                Warming(axis) => Some(Column::Warming(axis)),
-                WarmingRate(axis) => Some(Column::WarmingRate(axis)),
-                Field(axis) => Some(Column::Magnetic(axis)),
-                DitherRate(axis) => Some(Column::Dither(axis)),
-                _ => None,
-            },
-            [Some(Size(Rate(axis))), None, None] => Some(Column::Magnitude(axis)),
-            [Some(Of(a)), Some(Of(b)), None] => match (a, b) {
-                (Rate(a), Rate(b)) if a == b => Some(Column::Square(a)),
-                (Force(a), Force(b)) if a == b => Some(Column::ForceSquare(a)),
-                (Rate(senses), Acceleration(about)) | (Acceleration(about), Rate(senses)) => {
-                    Some(Column::Flexure(about, senses))
-                }
-                (Rate(a), Force(b)) | (Force(b), Rate(a)) if a == b => {
-                    Some(Column::ForceTimesIncrement(a))
-                }
-                (Rate(with), Warming(of)) | (Warming(of), Rate(with)) => {
-                    Some(Column::WarmingTimesIncrement(of, with))
-                }
-                _ => None,
-            },
-            [Some(Of(Rate(a))), Some(Of(Rate(b))), Some(Of(Rate(c)))] if a == b && b == c => {
-                Some(Column::Cube(a))
-            }
-            _ => None,
-        }
+    /// Its factors; those that are absent come last.
+    pub fn parts(self) -> [Option<Factor>; 3] {
+        self.0
     }
 
     /// The same behind another lag; `None` of an expression without one.

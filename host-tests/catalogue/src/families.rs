@@ -78,7 +78,7 @@ pub fn expressions(
     pool: &Pool,
 ) -> Family {
     let is_listed = |gyro: usize, expression: Expression| {
-        expression.as_column().is_some_and(|column| {
+        Column::of(expression).is_some_and(|column| {
             let mut terms = listed.iter().flat_map(|one| &one.hypothesis.terms);
             terms.any(|term| term.record == gyro && pool.columns[term.column] == column)
         })

@@ -7,6 +7,9 @@ use rlg_signal::derivatives::Spectrum;
 
 use crate::resonance::{Part, Resonance};
 
+/// Names of the axes.
+pub const AXES: [&str; 3] = ["x", "y", "z"];
+
 /// A channel on the three body axes, `[axis][row]`.
 pub type Triad = [Vec<f64>; 3];
 

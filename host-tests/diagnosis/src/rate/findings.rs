@@ -3,8 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::DMatrix;
-use rlg_catalogue::candidates::{AXES, Variant};
+use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::{self, Card, STEP, UNLISTED};
+use rlg_catalogue::signals::AXES;
 use rlg_catalogue::{Candidate, Signals};
 use rlg_inference::events::scan;
 use rlg_inference::normal_equations::Transform;
