@@ -294,23 +294,35 @@ impl Pool {
         } else {
             (Column::Impulse(row), 1.0)
         };
-        Candidate {
-            kind,
-            variant: Variant::Event { axis, row },
-            names: vec!["size".to_string()],
-            base: vec![0.0],
-            hypothesis: Hypothesis {
-                parameters: 1,
-                terms: vec![Term {
-                    parameter: 0,
-                    record: axis,
-                    column: self.place(column),
-                    coefficient,
-                }],
-                fixed: Vec::new(),
-                price: places.ln(),
-            },
-        }
+        let term = Term {
+            parameter: 0,
+            record: axis,
+            column: self.place(column),
+            coefficient,
+        };
+        of_one_term(kind, Variant::Event { axis, row }, "size", term, places)
+    }
+}
+
+/// A candidate of one parameter that does one thing, picked from `places`.
+fn of_one_term(
+    kind: &'static str,
+    variant: Variant,
+    name: &str,
+    term: Term,
+    places: f64,
+) -> Candidate {
+    Candidate {
+        kind,
+        variant,
+        names: vec![name.to_string()],
+        base: vec![0.0],
+        hypothesis: Hypothesis {
+            parameters: 1,
+            terms: vec![term],
+            fixed: Vec::new(),
+            price: places.ln(),
+        },
     }
 }
 
@@ -358,23 +370,14 @@ impl Pool {
         places: f64,
         signals: &Signals,
     ) -> Candidate {
-        Candidate {
-            kind: UNLISTED,
-            variant: Variant::Expression { axis, expression },
-            names: vec!["coefficient".to_string()],
-            base: vec![0.0],
-            hypothesis: Hypothesis {
-                parameters: 1,
-                terms: vec![Term {
-                    parameter: 0,
-                    record: axis,
-                    column: self.place(Column::Expression(expression)),
-                    coefficient: 1.0 / (1.0 - signals.scale_error[axis]),
-                }],
-                fixed: Vec::new(),
-                price: places.ln(),
-            },
-        }
+        let term = Term {
+            parameter: 0,
+            record: axis,
+            column: self.place(Column::Expression(expression)),
+            coefficient: 1.0 / (1.0 - signals.scale_error[axis]),
+        };
+        let variant = Variant::Expression { axis, expression };
+        of_one_term(UNLISTED, variant, "coefficient", term, places)
     }
 
     /// A suspension with a resonance, picked from `places`: the six flexures, and the resonance about a first value, which
@@ -550,7 +553,7 @@ impl Candidate {
 }
 
 /// What a rate of the case about `axis` is in a gyro's sensed increment.
-fn along(signals: &Signals, gyro: usize, axis: usize) -> f64 {
+pub(crate) fn along(signals: &Signals, gyro: usize, axis: usize) -> f64 {
     signals.sensing_from_body[(gyro, axis)] / (1.0 - signals.scale_error[gyro])
 }
 

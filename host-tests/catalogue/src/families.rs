@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use realfft::num_complex::Complex64;
 use rlg_inference::{Columns, Hypothesis, Term};
 
-use crate::candidates::{Candidate, Pool};
+use crate::candidates::{Candidate, Pool, along};
 use crate::column::Column;
 use crate::entries::tilt;
 use crate::expression::{Expression, Factor, vocabulary};
@@ -362,8 +362,7 @@ fn on_every_gyro(count: usize, axis: usize, signals: &Signals) -> Hypothesis {
             parameter: column,
             record: gyro,
             column,
-            coefficient: signals.sensing_from_body[(gyro, axis)]
-                / (1.0 - signals.scale_error[gyro]),
+            coefficient: along(signals, gyro, axis),
         })
     });
     Hypothesis {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::Matrix3;
 use rlg_catalogue::entries::{self, HARMONIC, MODE, MOUNT, SLIP, STEP, UNLISTED};
-use rlg_catalogue::resonance::{Part, Resonance};
+use rlg_catalogue::resonance::Resonance;
 use rlg_catalogue::signals::{Inputs, Path, Signals};
 use rlg_catalogue::{Column, Expression, Pool};
 use rlg_model::{EffectValue, Model, ModelEffect};
@@ -241,16 +241,11 @@ fn known(
         let values: Vec<f64> = one.names.iter().map(|name| number(effect, name)).collect();
         of_pool(&pool, &one.hypothesis, &values);
     } else if kind == MOUNT {
-        for axis in 0..3 {
-            let Some(resonance) = mount_of(effect, axis) else {
-                continue;
-            };
-            parts.extend((0..3).map(|gyro| {
-                let along = signals.sensing_from_body[(gyro, axis)];
-                let size = along / (1.0 - signals.scale_error[gyro]);
-                (gyro, Column::Mount(axis, resonance, Part::Response), size)
-            }));
-        }
+        let mut pool = Pool::default();
+        let mounts = std::array::from_fn(|axis| mount_of(effect, axis));
+        let one = pool.mount(mounts, 1.0, signals);
+        let fixed = one.hypothesis.fixed.iter();
+        parts.extend(fixed.map(|one| (one.record, pool.columns[one.column], one.size)));
     } else {
         // All axes count as moving: the model says that the effect is there.
         let mut pool = Pool::default();

@@ -119,36 +119,61 @@ impl Coarse {
     }
 
     fn tests(&self, pass: &Pass, fits: &[&Fit]) -> Vec<ScoreTest<'_>> {
+        tests_over(&self.equations, self.each, pass, fits, &|_| true)
+    }
+
+    /// What each hypothesis would add at most, over columns of `pool`.
+    fn worths(
+        &self,
+        tests: &[ScoreTest],
+        groups: &[Vec<Hypothesis>],
+        pool: &Pool,
+        signals: &Signals,
+    ) -> Vec<Vec<f64>> {
         let columns = PoolColumns {
-            columns: &pass.pool.columns,
-            signals: &pass.motion.signals,
+            columns: &pool.columns,
+            signals,
         };
         let columns = Summed {
             columns: &columns,
             each: self.each,
         };
-        let of = |fit: &&Fit| {
-            let members = fit.members.iter();
-            let set: Vec<&Hypothesis> = members
-                .map(|&place| &pass.candidates[place].hypothesis)
-                .collect();
-            let each = noises(fit).into_iter().map(|levels| {
-                let levels: Vec<_> = levels.iter().map(|one| one.summed(self.each)).collect();
-                ScoreTest::new(&self.equations, &set, &columns, &levels)
-            });
-            each.collect::<Vec<_>>()
+        let most = |hypothesis: &Hypothesis, gains: &[Gain]| {
+            let each = gains.iter().map(|gain| worth(gain, hypothesis));
+            each.fold(f64::NEG_INFINITY, f64::max)
         };
-        fits.iter().flat_map(of).collect()
+        groups
+            .iter()
+            .zip(gains(tests, groups, &columns))
+            .map(|(group, all)| {
+                let each = group.iter().zip(&all);
+                each.map(|(one, gains)| most(one, gains)).collect()
+            })
+            .collect()
     }
 }
 
 /// Fits as tests, members of kinds that are not `kept` left out.
 fn tests<'a>(pass: &'a Pass, fits: &[&Fit], kept: &dyn Fn(&str) -> bool) -> Vec<ScoreTest<'a>> {
+    tests_over(&pass.equations, 1, pass, fits, kept)
+}
+
+/// The same over sums of `each` rows, of which `equations` are.
+fn tests_over<'a>(
+    equations: &'a NormalEquations,
+    each: usize,
+    pass: &Pass,
+    fits: &[&Fit],
+    kept: &dyn Fn(&str) -> bool,
+) -> Vec<ScoreTest<'a>> {
     let columns = PoolColumns {
         columns: &pass.pool.columns,
         signals: &pass.motion.signals,
     };
-    let equations: &'a NormalEquations = &pass.equations;
+    let columns = Summed {
+        columns: &columns,
+        each,
+    };
     fits.iter()
         .flat_map(|fit| {
             let members = fit.members.iter().map(|&place| &pass.candidates[place]);
@@ -157,9 +182,10 @@ fn tests<'a>(pass: &'a Pass, fits: &[&Fit], kept: &dyn Fn(&str) -> bool) -> Vec<
                 .map(|one| &one.hypothesis)
                 .collect();
             let columns = &columns;
-            noises(fit)
-                .into_iter()
-                .map(move |levels| ScoreTest::new(equations, &set, columns, &levels))
+            noises(fit).into_iter().map(move |levels| {
+                let levels: Vec<_> = levels.iter().map(|one| one.summed(each)).collect();
+                ScoreTest::new(equations, &set, columns, &levels)
+            })
         })
         .collect()
 }
@@ -206,24 +232,12 @@ fn measured(
         .iter()
         .map(|group| group.iter().map(|one| one.hypothesis.clone()).collect())
         .collect();
-    let columns = PoolColumns {
-        columns: &family.pool.columns,
-        signals,
-    };
-    let columns = Summed {
-        columns: &columns,
-        each: coarse.each,
-    };
-    let all = gains(tests, &groups, &columns);
-    let each = family.groups.iter().zip(all).flat_map(|(group, all)| {
-        group.iter().zip(all).map(|(candidate, gains)| {
-            let surplus = gains
-                .iter()
-                .map(|gain| worth(gain, &candidate.hypothesis))
-                .fold(f64::NEG_INFINITY, f64::max);
-            (candidate, surplus)
-        })
-    });
+    let all = coarse.worths(tests, &groups, &family.pool, signals);
+    let each = family
+        .groups
+        .iter()
+        .flatten()
+        .zip(all.into_iter().flatten());
     each.filter(|(_, surplus)| *surplus > f64::NEG_INFINITY)
         .map(|(candidate, surplus)| {
             // Its own columns alone.
@@ -341,23 +355,10 @@ fn line(
         }
     };
     let waves: Vec<Vec<Hypothesis>> = about.groups.iter().map(|pair| vec![both(pair)]).collect();
-    let columns = PoolColumns {
-        columns: &about.pool.columns,
-        signals,
-    };
-    let columns = Summed {
-        columns: &columns,
-        each: coarse.each,
-    };
-    let all = gains(tests, &waves, &columns);
-    let of = |place: usize| {
-        let each = all[place][0].iter();
-        each.map(|gain| worth(gain, &waves[place][0]))
-            .fold(f64::NEG_INFINITY, f64::max)
-    };
-    let best = (0..waves.len()).max_by(|&a, &b| of(a).total_cmp(&of(b)));
+    let worths = coarse.worths(tests, &waves, &about.pool, signals);
+    let best = (0..waves.len()).max_by(|&a, &b| worths[a][0].total_cmp(&worths[b][0]));
     match best {
-        Some(best) if of(best) > begin.least() => {
+        Some(best) if worths[best][0] > begin.least() => {
             let pair = about.groups[best].iter();
             pair.map(|one| {
                 let mut pool = Pool::default();

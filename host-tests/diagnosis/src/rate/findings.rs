@@ -116,16 +116,10 @@ pub fn outcome(
     let unlike: BTreeSet<usize> = misfits.iter().map(|one| one.gyro).collect();
     let noise_found = excess(data, &fit, &found.motion, &unlike, plan);
 
+    let explained = share(&found.residual_rad, &after_rad, &fitted_rows);
     let mut effects: Vec<EffectEntry> = findings
         .iter()
-        .map(|one| {
-            entry(
-                one,
-                &fit,
-                (streams, &found.motion.signals),
-                share(&found.residual_rad, &after_rad, &fitted_rows),
-            )
-        })
+        .map(|one| entry(one, &fit, (streams, &found.motion.signals), explained))
         .collect();
     effects.extend(noise_found.iter().map(noise_entry));
     effects.extend(left.iter().map(|location| unexplained(location, streams)));

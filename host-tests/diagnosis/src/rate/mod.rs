@@ -90,7 +90,7 @@ pub fn beside(found: Outcome, older: Outcome, model: &Model) -> Outcome {
         .into_iter()
         .filter(|effect| of_accelerometers(&effect.kind))
         .collect();
-    if !effects.is_empty() && merged.diagnosis.verdict == crate::result::Verdict::Matches {
+    if !effects.is_empty() {
         merged.diagnosis.verdict = crate::result::Verdict::Explained;
         merged.diagnosis.summary[0] =
             crate::sentences::opening(merged.diagnosis.verdict).to_string();
