@@ -553,7 +553,7 @@ impl Candidate {
 }
 
 /// What a rate of the case about `axis` is in a gyro's sensed increment.
-pub(crate) fn along(signals: &Signals, gyro: usize, axis: usize) -> f64 {
+pub fn along(signals: &Signals, gyro: usize, axis: usize) -> f64 {
     signals.sensing_from_body[(gyro, axis)] / (1.0 - signals.scale_error[gyro])
 }
 

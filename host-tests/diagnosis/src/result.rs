@@ -285,6 +285,10 @@ pub struct EvidenceEntry {
     pub confirmed_gain: f64,
     /// Share of the residual's power that it explains \[1\].
     pub share: f64,
+    /// How often the recording was re-enacted without it.
+    pub reenactments: usize,
+    /// Mean squared size per number that those showed of it all the same \[σ²\]: 1 where the likelihood is right.
+    pub inflation: f64,
 }
 
 /// The contract's kind of what has no name in the catalogue.

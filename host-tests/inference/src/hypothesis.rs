@@ -36,3 +36,18 @@ pub struct Hypothesis {
     /// ln of the number of places it was picked from, less what makes it likelier than others: a price in log posterior.
     pub price: f64,
 }
+
+impl Hypothesis {
+    /// The same with what it does without a parameter as one more, whose value is 1.
+    pub fn with_fixed_as_parameter(&self) -> Self {
+        let mut whole = self.clone();
+        whole.terms.extend(whole.fixed.drain(..).map(|one| Term {
+            parameter: self.parameters,
+            record: one.record,
+            column: one.column,
+            coefficient: one.size,
+        }));
+        whole.parameters += usize::from(whole.terms.len() > self.terms.len());
+        whole
+    }
+}

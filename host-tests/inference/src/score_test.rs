@@ -139,21 +139,37 @@ impl<'a> ScoreTest<'a> {
         for (record, weights) in self.weights.iter().enumerate() {
             let of_record = |term: &&Term| term.record == record;
             let terms: Vec<&Term> = hypothesis.terms.iter().filter(of_record).collect();
-            for (place, term) in terms.iter().enumerate() {
-                let values = &spectra[&term.column];
-                let (a, size) = (term.parameter, term.coefficient);
-                score[a] += size * dot(values, &self.weighted[record]);
-                for member in self.members.iter().filter(|one| one.record == record) {
-                    cross[(a, member.parameter)] += size * dot(values, &member.weighted);
-                }
-                for other in &terms[..=place] {
-                    let b = other.parameter;
-                    let product = dot_weighed(values, &spectra[&other.column], weights);
-                    let product = size * other.coefficient * product;
-                    own[(a, b)] += product;
-                    // Two terms of one parameter stand in its square twice.
-                    if !std::ptr::eq(*term, *other) {
-                        own[(b, a)] += product;
+            let members = self.members.iter().filter(|one| one.record == record);
+            let members: Vec<&Member> = members.collect();
+            // All products of a block of rows while it is near the processor.
+            for first in (0..weights.len()).step_by(BLOCK) {
+                let rows = first..weights.len().min(first + BLOCK);
+                let own_weights = &weights[rows.clone()];
+                let residual = &self.weighted[record][rows.clone()];
+                for (place, term) in terms.iter().enumerate() {
+                    let values = &spectra[&term.column][rows.clone()];
+                    let (a, size) = (term.parameter, term.coefficient);
+                    score[a] += size * dot(values, residual);
+                    for member in &members {
+                        let products = dot(values, &member.weighted[rows.clone()]);
+                        cross[(a, member.parameter)] += size * products;
+                    }
+                    let mut weighed = [0.0; BLOCK];
+                    for ((weighed, value), weight) in
+                        weighed.iter_mut().zip(values).zip(own_weights)
+                    {
+                        *weighed = value * weight;
+                    }
+                    for other in &terms[..=place] {
+                        let b = other.parameter;
+                        let others = &spectra[&other.column][rows.clone()];
+                        let product = dot(&weighed[..rows.len()], others);
+                        let product = size * other.coefficient * product;
+                        own[(a, b)] += product;
+                        // Two terms of one parameter stand in its square twice.
+                        if !std::ptr::eq(*term, *other) {
+                            own[(b, a)] += product;
+                        }
                     }
                 }
             }
@@ -203,7 +219,7 @@ pub fn spectra(
     };
     let terms = hypotheses.iter().flat_map(|one| &one.terms);
     let used: BTreeSet<usize> = terms.map(|term| term.column).collect();
-    let each = used.into_iter().map(|place| {
+    let each = used.into_par_iter().map(|place| {
         let rows = columns.column(place);
         (place, test.equations.transform.spectrum(&rows))
     });
@@ -289,6 +305,9 @@ fn times(values: &[f64], weights: &[f64]) -> Vec<f64> {
     values.iter().zip(weights).map(|(a, b)| a * b).collect()
 }
 
+/// Rows of which all products are formed together: some dozens of columns of so many fit into a second-level cache.
+const BLOCK: usize = 512;
+
 /// Sums side by side, for the processor's lanes.
 const LANES: usize = 8;
 
@@ -297,21 +316,6 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     for (a, b) in a.chunks(LANES).zip(b.chunks(LANES)) {
         for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
             *sum += a * b;
-        }
-    }
-    sums.iter().sum()
-}
-
-/// Σ a b w.
-fn dot_weighed(a: &[f64], b: &[f64], weights: &[f64]) -> f64 {
-    let mut sums = [0.0; LANES];
-    let rows = a
-        .chunks(LANES)
-        .zip(b.chunks(LANES))
-        .zip(weights.chunks(LANES));
-    for ((a, b), weights) in rows {
-        for (((sum, a), b), weight) in sums.iter_mut().zip(a).zip(b).zip(weights) {
-            *sum += a * b * weight;
         }
     }
     sums.iter().sum()

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use crate::evaluate::{Assembled, Drift, Effort, Fit, evaluate};
-use crate::hypothesis::{Hypothesis, Term};
+use crate::hypothesis::Hypothesis;
 use crate::linear::pseudo_inverse;
 use crate::noise::NoiseLevels;
 use crate::normal_equations::NormalEquations;
@@ -384,19 +384,7 @@ impl<'a> Search<'a> {
             .iter()
             .position(|&other| other == member)
             .expect("a member of the set");
-        // What it does without a parameter is one whose value is 1.
-        let mut whole = self.hypotheses[member].clone();
-        whole.terms.extend(whole.fixed.drain(..).map(|one| Term {
-            parameter: whole.parameters,
-            record: one.record,
-            column: one.column,
-            coefficient: one.size,
-        }));
-        let has_fixed = whole
-            .terms
-            .iter()
-            .any(|term| term.parameter == whole.parameters);
-        whole.parameters += usize::from(has_fixed);
+        let whole = self.hypotheses[member].with_fixed_as_parameter();
         let mut set = self.members(&best.members);
         set[place] = &whole;
         set.push(&self.hypotheses[rival]);

@@ -1,6 +1,7 @@
 //! What is found must predict rows that were not fitted; then it is fitted on both.
 
 use rlg_catalogue::candidates::PoolColumns;
+use rlg_catalogue::entries::UNLISTED;
 use rlg_catalogue::{Candidate, Pool};
 use rlg_inference::normal_equations::Transform;
 use rlg_inference::predict::log_score;
@@ -11,6 +12,7 @@ use super::data::Data;
 use super::goodness::{Misfit, misfits};
 use super::noise::drift_prior;
 use super::plan::AnalysisPlan;
+use super::reenact::{Named, Reenactment, reenact};
 use super::search::{Found, mean, sizes_on, subtract};
 use crate::streams::Triad;
 
@@ -21,7 +23,7 @@ const LEAST_ROWS: usize = 32;
 ///
 /// # Returns
 /// A number for each member, in the order of the set.
-pub fn gains(data: &Data, found: &Found) -> Vec<f64> {
+fn gains(data: &Data, found: &Found) -> Vec<f64> {
     let observations = Observations::separate(&data.rows_of(&[Use::Confirm]), LEAST_ROWS);
     if found.fit.members.is_empty() || observations.spans.is_empty() {
         return vec![0.0; found.fit.members.len()];
@@ -45,6 +47,92 @@ pub fn gains(data: &Data, found: &Found) -> Vec<f64> {
     found.without.iter().map(|fit| whole - score(fit)).collect()
 }
 
+/// Members of the found set by what becomes of them.
+pub struct Confirmed {
+    /// Those with a name, as places in [`Found::judged`].
+    pub named: Vec<usize>,
+    /// What a named member is called, as places in [`Found::candidates`].
+    pub headlines: Vec<usize>,
+    /// Log score of every member of the found set on rows that confirm.
+    pub gains: Vec<f64>,
+    /// Places in [`Found::judged`] that do not predict those rows.
+    pub unconfirmed: Vec<usize>,
+    /// Places in [`Found::judged`] that the recording re-enacted without them shows as well.
+    pub reenacted_away: Vec<usize>,
+    /// Re-enactments without each named member.
+    pub reenactments: Vec<Reenactment>,
+    /// The fit of the headlines.
+    pub last: Final,
+}
+
+/// Takes away what does not predict other rows, and what the recording shows even where it is re-enacted without it; `None`
+/// where too few rows are left.
+pub fn confirmed(data: &Data, found: &Found, plan: &AnalysisPlan) -> Option<Confirmed> {
+    let gains = gains(data, found);
+    let is_costly = |place: &usize| found.judged[*place].cost_without > plan.naming;
+    let (mut named, unconfirmed): (Vec<usize>, Vec<usize>) = (0..found.judged.len())
+        .filter(is_costly)
+        .partition(|&place| gains[place] > 0.0);
+    let mut reenacted_away = Vec::new();
+    loop {
+        let headlines: Vec<usize> = named.iter().map(|&place| headline(found, place)).collect();
+        let last = refit(data, found, &headlines, plan)?;
+        let ratios: Vec<Named> = named
+            .iter()
+            .map(|&place| Named {
+                log_likelihood_ratio: found.fit.log_likelihood
+                    - found.without[place].log_likelihood,
+                to_spare: found.judged[place].cost_without - plan.naming,
+            })
+            .collect();
+        let reenactments = reenact(data, found, (&last.fit, &ratios), plan);
+        let falls = |place: usize| {
+            let Named {
+                log_likelihood_ratio,
+                to_spare,
+            } = ratios[place];
+            log_likelihood_ratio - reenactments[place].deflated(log_likelihood_ratio, plan)
+                >= to_spare
+        };
+        let Some(weakest) = (0..named.len())
+            .filter(|&place| falls(place))
+            .max_by(|&a, &b| {
+                reenactments[a]
+                    .inflation()
+                    .total_cmp(&reenactments[b].inflation())
+            })
+        else {
+            return Some(Confirmed {
+                named,
+                headlines,
+                gains,
+                unconfirmed,
+                reenacted_away,
+                reenactments,
+                last,
+            });
+        };
+        reenacted_away.push(named.remove(weakest));
+    }
+}
+
+/// The candidate with the fewest free numbers among a member and the rivals that reach it.
+fn headline(found: &Found, place: usize) -> usize {
+    let judged = &found.judged[place];
+    // An expression is no name where a listed effect reaches it.
+    let numbers = |candidate: usize| {
+        let one = &found.candidates[candidate];
+        (one.kind == UNLISTED, one.hypothesis.parameters)
+    };
+    let own = (numbers(judged.hypothesis), 0.0, judged.hypothesis);
+    judged
+        .rivals
+        .iter()
+        .map(|&(rival, behind)| (numbers(rival), behind, rival))
+        .fold(own, |best, one| if one.0 < best.0 { one } else { best })
+        .2
+}
+
 /// What is found, fitted on rows to fit and rows to confirm together.
 pub struct Final {
     /// The fit, its blocks in the order of the members.
@@ -56,8 +144,9 @@ pub struct Final {
 }
 
 /// Fits `members`, places in `found.candidates`; `None` where too few rows are left.
-pub fn refit(data: &Data, found: &Found, members: &[usize], plan: &AnalysisPlan) -> Option<Final> {
-    let observations = Observations::bridged(&data.rows_of(&[Use::Train, Use::Confirm]))?;
+fn refit(data: &Data, found: &Found, members: &[usize], plan: &AnalysisPlan) -> Option<Final> {
+    let fitted = data.rows_of(&[Use::Train, Use::Confirm]);
+    let observations = Observations::bridged(&fitted)?.to_fast_length();
     let mut pool = Pool::default();
     let candidates: Vec<Candidate> = members
         .iter()

@@ -111,7 +111,7 @@ impl Coarse {
             signals: &pass.motion.signals,
         };
         let levels = pass.levels.summed(each);
-        let observations = observations.summed(each);
+        let observations = observations.summed(each).to_fast_length();
         Self {
             equations: NormalEquations::new(observations, &records, &none, levels),
             each,

@@ -4,23 +4,24 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::DMatrix;
 use rlg_catalogue::candidates::Variant;
-use rlg_catalogue::entries::{self, Card, STEP, UNLISTED};
+use rlg_catalogue::entries::{self, Card, STEP};
 use rlg_catalogue::signals::AXES;
 use rlg_catalogue::{Candidate, Signals};
 use rlg_inference::events::scan;
 use rlg_inference::normal_equations::Transform;
-use rlg_inference::{Drift, Fit, NoiseBasis, Observations};
+use rlg_inference::{Drift, Fit, NoiseBasis, NoiseLevels, Observations};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::partition::Use;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
-use super::confirm;
+use super::confirm::{Confirmed, Final, confirmed};
 use super::data::Data;
 use super::excess_noise::excess;
 use super::goodness::Misfit;
 use super::noise::reported;
 use super::plan::AnalysisPlan;
-use super::search::{Found, mean};
+use super::reenact::Reenactment;
+use super::search::{Found, effect_rad, mean};
 use crate::Outcome;
 use crate::entries::{fault_entry, noise as noise_entry};
 use crate::excess::Excess;
@@ -51,6 +52,11 @@ struct Finding<'a> {
     or_drift: bool,
     cost_without: f64,
     confirmed_gain: f64,
+    reenactment: Reenactment,
+    /// Share of the residual's power that it explains beside the others \[1\].
+    share: f64,
+    /// Whether it is no more than significant.
+    is_slight: bool,
 }
 
 /// What is written of a search.
@@ -62,30 +68,14 @@ pub fn outcome(
     plan: &AnalysisPlan,
 ) -> Option<Outcome> {
     let streams = data.streams;
-    let gains = confirm::gains(data, found);
-    let mut members = Vec::new();
-    let mut of_member = Vec::new();
-    let mut unconfirmed = Vec::new();
-    for (place, judged) in found.judged.iter().enumerate() {
-        if judged.cost_without <= plan.naming {
-            continue;
-        }
-        if gains[place] <= 0.0 {
-            unconfirmed.push(judged.hypothesis);
-            continue;
-        }
-        members.push(headline(found, place));
-        of_member.push(place);
-    }
-    let confirm::Final {
+    let confirmed = confirmed(data, found, plan)?;
+    let Final {
         fit,
         left_rad: after_rad,
         misfits,
-    } = confirm::refit(data, found, &members, plan)?;
-    let findings: Vec<Finding> = of_member
-        .iter()
-        .enumerate()
-        .map(|(place, &member)| finding(found, &fit, place, member, gains[member], plan))
+    } = &confirmed.last;
+    let findings: Vec<Finding> = (0..confirmed.named.len())
+        .map(|place| finding((data, found), &confirmed, place, plan))
         .collect();
 
     let noise: [Noise; 3] =
@@ -95,18 +85,18 @@ pub fn outcome(
     let fitted_rows = data.ranges_of(&[Use::Train, Use::Confirm]);
     let test_rows = data.ranges_of(&[Use::Test]);
     let tiles_before = locate::tiles(streams, &found.residual_rad, &noise, &regimes, &all_rows);
-    let tiles_after = locate::tiles(streams, &after_rad, &noise, &regimes, &all_rows);
+    let tiles_after = locate::tiles(streams, after_rad, &noise, &regimes, &all_rows);
     let mut locations = locate::join(&tiles_before, &regimes, &all_rows);
     // What is left is judged on the rows that the findings saw: test rows change no finding.
     let left = locate::join(
-        &locate::tiles(streams, &after_rad, &noise, &regimes, &fitted_rows),
+        &locate::tiles(streams, after_rad, &noise, &regimes, &fitted_rows),
         &regimes,
         &fitted_rows,
     );
     name_regimes(&mut locations, &findings);
     let validations = validate(
         &found.residual_rad,
-        &after_rad,
+        after_rad,
         &noise,
         (&test_rows, streams.band_hz()),
         &locations,
@@ -114,20 +104,19 @@ pub fn outcome(
     );
     // Where what is left is not like noise, its level is none.
     let unlike: BTreeSet<usize> = misfits.iter().map(|one| one.gyro).collect();
-    let noise_found = excess(data, &fit, &found.motion, &unlike, plan);
+    let noise_found = excess(data, fit, &found.motion, &unlike, plan);
 
-    let explained = share(&found.residual_rad, &after_rad, &fitted_rows);
     let mut effects: Vec<EffectEntry> = findings
         .iter()
-        .map(|one| entry(one, &fit, (streams, &found.motion.signals), explained))
+        .map(|one| entry(one, fit, (streams, &found.motion.signals)))
         .collect();
     effects.extend(noise_found.iter().map(noise_entry));
     effects.extend(left.iter().map(|location| unexplained(location, streams)));
     // What fits some rows and not others is not explained, whatever it is.
-    let is_consistent = unconfirmed.is_empty()
+    let is_consistent = confirmed.unconfirmed.is_empty()
         && left.is_empty()
         && misfits.is_empty()
-        && !has_event(data, &fit, &after_rad, plan);
+        && !has_event(data, fit, after_rad, plan);
     let is_explained = !findings.is_empty() || !noise_found.is_empty() || !faults.is_empty();
     let verdict = match (is_explained, is_consistent) {
         (false, true) => Verdict::Matches,
@@ -144,12 +133,12 @@ pub fn outcome(
         version: env!("CARGO_PKG_VERSION").to_string(),
         seed,
         verdict,
-        summary: summary(verdict, &findings, &unconfirmed, found, &fit)
+        summary: summary(verdict, &findings, &confirmed, found)
             .into_iter()
             .chain(
                 unlike
                     .iter()
-                    .filter_map(|&gyro| unlike_noise(gyro, &misfits, streams)),
+                    .filter_map(|&gyro| unlike_noise(gyro, misfits, streams)),
             )
             .collect(),
         locations: locations
@@ -187,7 +176,7 @@ pub fn outcome(
     for one in &findings {
         switch_on(
             &mut model,
-            effect_of(one, &fit, streams, &found.motion.signals),
+            effect_of(one, fit, streams, &found.motion.signals),
         );
     }
     for excess in &noise_found {
@@ -199,7 +188,7 @@ pub fn outcome(
     let pictures = pictures::draw(
         streams,
         &found.residual_rad,
-        &after_rad,
+        after_rad,
         &noise,
         (tiles_before, tiles_after),
         &test_rows,
@@ -231,31 +220,14 @@ fn has_event(data: &Data, fit: &Fit, after_rad: &Triad, plan: &AnalysisPlan) -> 
     })
 }
 
-/// The candidate with the fewest free numbers among a member and the rivals that reach it.
-fn headline(found: &Found, place: usize) -> usize {
-    let judged = &found.judged[place];
-    // An expression is no name where a listed effect reaches it.
-    let numbers = |candidate: usize| {
-        let one = &found.candidates[candidate];
-        (one.kind == UNLISTED, one.hypothesis.parameters)
-    };
-    let own = (numbers(judged.hypothesis), 0.0, judged.hypothesis);
-    judged
-        .rivals
-        .iter()
-        .map(|&(rival, behind)| (numbers(rival), behind, rival))
-        .fold(own, |best, one| if one.0 < best.0 { one } else { best })
-        .2
-}
-
 fn finding<'a>(
-    found: &'a Found,
-    fit: &Fit,
+    (data, found): (&Data, &'a Found),
+    confirmed: &Confirmed,
     place: usize,
-    member: usize,
-    confirmed_gain: f64,
     plan: &AnalysisPlan,
 ) -> Finding<'a> {
+    let member = confirmed.named[place];
+    let fit = &confirmed.last.fit;
     let judged = &found.judged[member];
     let candidate = &found.candidates[fit.members[place]];
     let alike: BTreeSet<&str> = judged
@@ -267,6 +239,8 @@ fn finding<'a>(
         .map(|rival| found.candidates[rival].kind)
         .filter(|kind| *kind != candidate.kind)
         .collect();
+    let effect_rad = effect_rad(found, fit, place);
+    let share = share(data, found, &confirmed.last, &effect_rad);
     Finding {
         candidate,
         block: fit.blocks[place].clone(),
@@ -275,7 +249,10 @@ fn finding<'a>(
         alike: alike.into_iter().map(str::to_string).collect(),
         or_drift: judged.cost_against_drift < plan.drift_within,
         cost_without: judged.cost_without,
-        confirmed_gain,
+        confirmed_gain: confirmed.gains[member],
+        reenactment: confirmed.reenactments[place],
+        share,
+        is_slight: share < plan.practical_share && !turns(&effect_rad, &fit.levels),
     }
 }
 
@@ -314,12 +291,7 @@ fn numbers(one: &Finding, fit: &Fit) -> (Vec<Number>, DMatrix<f64>) {
     (numbers.collect(), covariance.into_owned())
 }
 
-fn entry(
-    one: &Finding,
-    fit: &Fit,
-    (streams, signals): (&Streams, &Signals),
-    share: f64,
-) -> EffectEntry {
+fn entry(one: &Finding, fit: &Fit, (streams, signals): (&Streams, &Signals)) -> EffectEntry {
     let card = card(one.candidate.kind);
     let (numbers, of_numbers) = numbers(one, fit);
     let std = |k: usize| of_numbers[(k, k)].max(0.0).sqrt();
@@ -398,7 +370,9 @@ fn entry(
         evidence: Some(EvidenceEntry {
             label,
             confirmed_gain: one.confirmed_gain,
-            share,
+            share: one.share,
+            reenactments: one.reenactment.draws,
+            inflation: one.reenactment.inflation(),
         }),
     }
 }
@@ -587,26 +561,40 @@ fn unexplained(location: &Location, streams: &Streams) -> EffectEntry {
     )
 }
 
-/// Share of the residual's power that the findings explain, on the rows that they saw.
-fn share(before_rad: &Triad, after_rad: &Triad, rows: &[std::ops::Range<usize>]) -> f64 {
-    let power = |triad: &Triad| -> f64 {
-        let stretches = rows
-            .iter()
-            .flat_map(|rows| triad.iter().flat_map(|values| &values[rows.clone()]));
-        stretches.map(|value| value * value).sum()
+/// Share of the residual's power that an effect explains beside the others, on the rows that were fitted.
+fn share(data: &Data, found: &Found, last: &Final, effect_rad: &Triad) -> f64 {
+    let rows = data.ranges_of(&[Use::Train, Use::Confirm]);
+    let sum = |of: &dyn Fn(usize, usize) -> f64| -> f64 {
+        let rows = rows.iter().cloned().flatten();
+        rows.map(|row| (0..3).map(|gyro| of(gyro, row)).sum::<f64>())
+            .sum()
     };
-    (1.0 - power(after_rad) / power(before_rad).max(f64::MIN_POSITIVE)).max(0.0)
+    let power = sum(&|gyro, row| found.residual_rad[gyro][row].powi(2));
+    let explained = sum(&|gyro, row| {
+        let effect = effect_rad[gyro][row];
+        effect * (effect + 2.0 * last.left_rad[gyro][row])
+    });
+    (explained / power.max(f64::MIN_POSITIVE)).max(0.0)
+}
+
+/// Whether an effect turns a gyro over the record further than its noise does: 1 σ.
+fn turns(effect_rad: &Triad, levels: &[NoiseLevels]) -> bool {
+    effect_rad.iter().zip(levels).any(|(effect, levels)| {
+        let turned: f64 = effect.iter().sum();
+        turned.abs() > (levels.white * effect.len() as f64).sqrt()
+    })
 }
 
 fn summary(
     verdict: Verdict,
     findings: &[Finding],
-    unconfirmed: &[usize],
+    confirmed: &Confirmed,
     found: &Found,
-    fit: &Fit,
 ) -> Vec<String> {
+    let fit = &confirmed.last.fit;
+    let kind_of = |place: usize| found.candidates[found.judged[place].hypothesis].kind;
     let mut lines = vec![crate::sentences::opening(verdict).to_string()];
-    for one in findings {
+    for one in findings.iter().filter(|one| !one.is_slight) {
         let (numbers, covariance) = numbers(one, fit);
         let numbers: Vec<String> = numbers
             .iter()
@@ -640,10 +628,32 @@ fn summary(
             one.confirmed_gain
         ));
     }
-    for &place in unconfirmed {
+    let slight: Vec<String> = findings
+        .iter()
+        .filter(|one| one.is_slight)
+        .map(|one| {
+            format!(
+                "{} ({:.1e} of the residual's power)",
+                one.candidate.kind, one.share
+            )
+        })
+        .collect();
+    if !slight.is_empty() {
+        lines.push(format!(
+            "Significant, but without practical size: {}: no gyro turns further by it than by its noise.",
+            slight.join(", ")
+        ));
+    }
+    for &place in &confirmed.unconfirmed {
         lines.push(format!(
             "Not named: {}: it fits some rows and does not predict others, on held-out time.",
-            found.candidates[place].kind
+            kind_of(place)
+        ));
+    }
+    for &place in &confirmed.reenacted_away {
+        lines.push(format!(
+            "Not named: {}: the recording re-enacted without it shows as much of it.",
+            kind_of(place)
         ));
     }
     let drifting: Vec<&str> = (0..3)

@@ -1,9 +1,8 @@
 //! Diagnosis against a reference on the gyros' rows: one likelihood, one search, one honest test.
 //!
 //! In the order of the data: [`data`] (residual, rows) → [`motion`] (independent of the residual) → [`search`] (passes of
-//! columns and structure search on the rows to fit) → [`confirm`] (on rows that were not fitted; [`goodness`] of
-//! what is left) → [`findings`] and
-//! [`excess_noise`].
+//! columns and structure search on the rows to fit) → [`confirm`] (on rows that were not fitted, and by [`reenact`]ing
+//! the recording without an effect; [`goodness`] of what is left) → [`findings`] and [`excess_noise`].
 
 pub mod plan;
 
@@ -18,6 +17,8 @@ pub mod families;
 pub mod search;
 
 pub mod goodness;
+
+pub mod reenact;
 
 pub mod confirm;
 

@@ -32,13 +32,32 @@ pub struct Level {
     pub std: f64,
 }
 
+/// What was measured of the motion.
+#[derive(Debug, Clone, Copy)]
+pub struct Measured<'a> {
+    /// Increments of the case by the reference \[rad\].
+    pub case_rad: &'a Triad,
+    /// Increments of the blocks against the case by the pickoffs \[rad\].
+    pub dither_rad: Option<&'a Triad>,
+}
+
+impl<'a> Measured<'a> {
+    /// What the recording holds.
+    pub fn of(data: &'a Data) -> Self {
+        Self {
+            case_rad: &data.streams.case_rad,
+            dither_rad: data.dither_rad.as_ref(),
+        }
+    }
+}
+
 /// Estimates the motion.
 ///
 /// # Inputs
-/// `clean_rad`: the residual less everything that is explained, bridged where it may not be looked at; `levels`: its
+/// `measured`: of the recording or of one that is re-enacted; `clean_rad`: the residual less everything that is explained, bridged where it may not be looked at; `levels`: its
 /// noise; `seen`: rows of it that may be looked at; `path`: what is known to lie between the reference and each gyro.
 pub fn estimate(
-    data: &Data,
+    (data, measured): (&Data, Measured),
     clean_rad: &Triad,
     levels: &[NoiseLevels],
     seen: &[bool],
@@ -73,7 +92,7 @@ pub fn estimate(
                 .filter(|(_, level, _)| *level > 0.0)
                 .map(|(is_walk, _, levels)| (is_walk, shape(levels)))
                 .unzip();
-        let m = &streams.case_rad[axis];
+        let m = &measured.case_rad[axis];
         let shares = measure(
             m,
             &clean_rad[axis],
@@ -116,7 +135,7 @@ pub fn estimate(
                     std: share.std * power,
                 })
         };
-        let dither = data.dither_rad.as_ref().map(|dither| {
+        let dither = measured.dither_rad.map(|dither| {
             let pickoff = NoiseLevels {
                 angle: data.model.pickoff_white_rad2(axis),
                 ..NoiseLevels::default()

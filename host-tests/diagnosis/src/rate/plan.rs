@@ -19,6 +19,12 @@ pub struct AnalysisPlan {
     pub class_within: f64,
     /// A rival whose columns leave less of the effect than this \[σ\] stands in its class.
     pub separation: f64,
+    /// How often the recording is re-enacted without an effect at most.
+    pub reenactments: usize,
+    /// Chance below which what re-enactments show is no chance: an effect is deflated, or more of them cannot take its name.
+    pub reenactment_chance: f64,
+    /// Share of the residual's power below which an effect that turns no gyro further than its noise has no practical size.
+    pub practical_share: f64,
     /// An effect that drift explains to within this, drift unpriced, may be drift.
     pub drift_within: f64,
     /// Standard deviation of the reference's noise power about its declaration \[1\].
@@ -47,6 +53,9 @@ impl Default for AnalysisPlan {
             naming: 4.0,
             class_within: 3.0,
             separation: 5.0,
+            reenactments: 8,
+            reenactment_chance: 1e-2,
+            practical_share: 0.01,
             drift_within: 6.0,
             reference_std: 0.5,
             gate: Gate::default(),

@@ -14,7 +14,7 @@ use rlg_signal::partition::Use;
 
 use super::data::Data;
 use super::families::{Alone, strongest, strongest_mount};
-use super::motion::{Motion, estimate};
+use super::motion::{Measured, Motion, estimate};
 use super::noise::{drift_prior, first_levels};
 use super::plan::AnalysisPlan;
 use crate::streams::{Triad, add};
@@ -82,7 +82,7 @@ pub fn find(
     plan: &AnalysisPlan,
     progress: &dyn Fn(&str),
 ) -> Option<Found> {
-    let fitted = Observations::bridged(&data.rows_of(&[Use::Train]))?;
+    let fitted = Observations::bridged(&data.rows_of(&[Use::Train]))?.to_fast_length();
     let seen = data.rows_of(&[Use::Train, Use::Confirm]);
     let looked_at = Observations::bridged(&seen)?;
     let mut clean = bridged(&data.residual_rad, &looked_at);
@@ -91,7 +91,14 @@ pub fn find(
     if !data.model.effects.is_empty() {
         // What the model holds is taken out before the noise of what is left means anything.
         for _ in 0..2 {
-            let motion = estimate(data, &clean, &levels, &seen, known, plan);
+            let motion = estimate(
+                (data, Measured::of(data)),
+                &clean,
+                &levels,
+                &seen,
+                known,
+                plan,
+            );
             data.set_known(&motion.signals);
             let left = without_known(data, &motion.signals);
             levels = first_levels(&left, &fitted);
@@ -109,7 +116,14 @@ pub fn find(
             delay_s: std::array::from_fn(|axis| known.delay_s[axis] + found_path.delay_s[axis]),
             mount: std::array::from_fn(|axis| found_path.mount[axis].or(known.mount[axis])),
         };
-        let motion = estimate(data, &clean, &levels, &seen, path, plan);
+        let motion = estimate(
+            (data, Measured::of(data)),
+            &clean,
+            &levels,
+            &seen,
+            path,
+            plan,
+        );
         let mut now = Pass::new(data, motion, left_out, &fitted, &levels, best.as_ref());
         progress(&format!(
             "pass {}: {} candidates",
@@ -141,6 +155,13 @@ pub fn find(
                 // A strong delay or mount is linearised to the end before anything is added to it.
                 is_nonlinear(fit, candidates)
                     && !(pass > 0 && is_settled(fit, candidates, found_path.delay_s))
+            },
+            |fit, candidates| {
+                let is_as_before = before.as_ref().map_or(0, Vec::len) == start.len()
+                    && fit.members.len() == start.len()
+                    && start.iter().all(|place| fit.members.contains(place));
+                let is_last = pass + 1 == plan.passes;
+                is_last || is_as_before && is_settled(fit, candidates, found_path.delay_s)
             },
         );
         settling = run.only_nonlinear;
@@ -263,7 +284,8 @@ impl Pass {
         result
     }
 
-    /// Searches, then goes through events and families until none improves the set.
+    /// Searches, adds events until none improves the set, and goes through the families once beside a set that is standing:
+    /// motion made under another set is not yet independent of what they would explain.
     fn search(
         &mut self,
         start: &[usize],
@@ -271,6 +293,7 @@ impl Pass {
         nonlinear_first: bool,
         plan: &AnalysisPlan,
         is_unsettled: impl Fn(&Fit, &[Candidate]) -> bool,
+        is_standing: impl Fn(&Fit, &[Candidate]) -> bool,
     ) -> Run {
         let begin = Begin {
             kinds: self.kinds(),
@@ -296,30 +319,41 @@ impl Pass {
         for round in 0..ROUNDS {
             let from_nothing = (round == 0 && !fit.members.is_empty()).then_some(&empty);
             let fits: Vec<&Fit> = [Some(&fit), from_nothing].into_iter().flatten().collect();
-            let mut places = self.add_events(&fits, plan);
-            places.extend(self.adopt(&strongest(self, &fits, &begin)));
-            let groups = self.together(&places);
-            if places.is_empty() {
-                break;
-            }
+            let events = self.add_events(&fits, plan);
             let before = fit.score;
-            fit = self.searching(&mut seen, &begin, |search| {
-                let better = with_one_of(search, &fit, &groups, plan);
-                if better.score > fit.score + 1e-9 {
-                    search.run(&better.members, most)
-                } else {
-                    fit
-                }
-            });
+            fit = self.improve(fit, &events, &mut seen, &begin);
             if fit.score <= before + 1e-9 {
                 break;
             }
+        }
+        if is_standing(&fit, &self.candidates) {
+            let from_nothing = (!fit.members.is_empty()).then_some(&empty);
+            let fits: Vec<&Fit> = [Some(&fit), from_nothing].into_iter().flatten().collect();
+            let strongest = strongest(self, &fits, &begin);
+            let places = self.adopt(&strongest);
+            fit = self.improve(fit, &places, &mut seen, &begin);
         }
         Run {
             fit,
             only_nonlinear: false,
             tried: seen.1,
         }
+    }
+
+    /// The best set that one of the new `places` leads to, or `fit`.
+    fn improve(&self, fit: Fit, places: &[usize], seen: &mut Seen, begin: &Begin) -> Fit {
+        if places.is_empty() {
+            return fit;
+        }
+        let groups = self.together(places);
+        self.searching(seen, begin, |search| {
+            let better = with_one_of(search, &fit, &groups, begin.plan);
+            if better.score > fit.score + 1e-9 {
+                search.run(&better.members, begin.plan.search.most_members)
+            } else {
+                fit
+            }
+        })
     }
 
     /// The best single member, a soft mount among them.
@@ -603,6 +637,26 @@ pub fn subtract(
             }
         }
     }
+}
+
+/// What a member of a fit over the found candidates adds to each gyro \[rad\].
+pub fn effect_rad(found: &Found, fit: &Fit, place: usize) -> Triad {
+    let signals = &found.motion.signals;
+    let mut alone = fit.clone();
+    alone.members = vec![fit.members[place]];
+    alone.blocks = vec![fit.blocks[place].clone()];
+    let mut effect_rad: Triad = std::array::from_fn(|_| vec![0.0; signals.rows]);
+    subtract(
+        &mut effect_rad,
+        &alone,
+        &found.candidates,
+        &found.pool,
+        signals,
+    );
+    for value in effect_rad.iter_mut().flatten() {
+        *value = -*value;
+    }
+    effect_rad
 }
 
 fn without_known(data: &Data, signals: &Signals) -> Triad {
