@@ -54,7 +54,7 @@ impl Default for AnalysisPlan {
             class_within: 3.0,
             separation: 5.0,
             reenactments: 8,
-            reenactment_chance: 1e-2,
+            reenactment_chance: 1e-3,
             practical_share: 0.01,
             drift_within: 6.0,
             reference_std: 0.5,
