@@ -86,16 +86,8 @@ pub fn confirmed(data: &Data, found: &Found, plan: &AnalysisPlan) -> Option<Conf
             })
             .collect();
         let reenactments = reenact(data, found, (&last.fit, &ratios), plan);
-        let falls = |place: usize| {
-            let Named {
-                log_likelihood_ratio,
-                to_spare,
-            } = ratios[place];
-            log_likelihood_ratio - reenactments[place].deflated(log_likelihood_ratio, plan)
-                >= to_spare
-        };
         let Some(weakest) = (0..named.len())
-            .filter(|&place| falls(place))
+            .filter(|&place| ratios[place].falls(&reenactments[place], plan))
             .max_by(|&a, &b| {
                 reenactments[a]
                     .inflation()

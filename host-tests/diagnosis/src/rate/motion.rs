@@ -32,6 +32,22 @@ pub struct Level {
     pub std: f64,
 }
 
+/// Estimates the motion of the recording, see [`estimate_from`].
+pub fn estimate(
+    data: &Data,
+    clean_rad: &Triad,
+    levels: &[NoiseLevels],
+    seen: &[bool],
+    path: Path,
+    plan: &AnalysisPlan,
+) -> Motion {
+    let measured = Measured {
+        case_rad: &data.streams.case_rad,
+        dither_rad: data.dither_rad.as_ref(),
+    };
+    estimate_from(data, measured, clean_rad, levels, seen, path, plan)
+}
+
 /// What was measured of the motion.
 #[derive(Debug, Clone, Copy)]
 pub struct Measured<'a> {
@@ -41,23 +57,14 @@ pub struct Measured<'a> {
     pub dither_rad: Option<&'a Triad>,
 }
 
-impl<'a> Measured<'a> {
-    /// What the recording holds.
-    pub fn of(data: &'a Data) -> Self {
-        Self {
-            case_rad: &data.streams.case_rad,
-            dither_rad: data.dither_rad.as_ref(),
-        }
-    }
-}
-
 /// Estimates the motion.
 ///
 /// # Inputs
 /// `measured`: of the recording or of one that is re-enacted; `clean_rad`: the residual less everything that is explained, bridged where it may not be looked at; `levels`: its
 /// noise; `seen`: rows of it that may be looked at; `path`: what is known to lie between the reference and each gyro.
-pub fn estimate(
-    (data, measured): (&Data, Measured),
+pub fn estimate_from(
+    data: &Data,
+    measured: Measured,
     clean_rad: &Triad,
     levels: &[NoiseLevels],
     seen: &[bool],

@@ -10,7 +10,7 @@ use rlg_signal::partition::Use;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::data::Data;
-use super::motion::{Measured, estimate};
+use super::motion::{Measured, estimate_from};
 use super::plan::AnalysisPlan;
 use super::search::{Found, effect_rad, mean};
 use crate::streams::{Triad, add, add_triad, each_axis};
@@ -33,7 +33,7 @@ impl Reenactment {
     }
 
     /// What is left of a log-likelihood ratio: it is deflated where chance alone would hardly show as much, never inflated.
-    pub fn deflated(&self, log_likelihood_ratio: f64, plan: &AnalysisPlan) -> f64 {
+    fn deflated(&self, log_likelihood_ratio: f64, plan: &AnalysisPlan) -> f64 {
         let is_chance = self
             .law()
             .is_none_or(|law| law.sf(self.squared_size) > plan.reenactment_chance);
@@ -65,13 +65,27 @@ pub struct Named {
     pub to_spare: f64,
 }
 
+impl Named {
+    /// The inflation that takes its name.
+    fn critical_inflation(&self) -> f64 {
+        let kept = (self.log_likelihood_ratio - self.to_spare).max(f64::MIN_POSITIVE);
+        self.log_likelihood_ratio / kept
+    }
+
+    /// Whether what re-enactments show takes its name.
+    pub fn falls(&self, shown: &Reenactment, plan: &AnalysisPlan) -> bool {
+        let left = shown.deflated(self.log_likelihood_ratio, plan);
+        self.log_likelihood_ratio - left >= self.to_spare
+    }
+}
+
 /// Re-enacts the recording without each effect of a set in turn, as often as its name is in doubt.
 ///
 /// The estimated motion takes the part of the true one; reference and gyros get fresh noise of the fitted levels, and the
 /// other effects act. Motion and columns are then estimated from it as from the recording.
 ///
 /// # Inputs
-/// `set`: hypotheses over the columns of `found`, in the order of `fit`'s blocks, with `named` of each.
+/// `fit`: of members of `found`; `named`: of each member, in their order.
 pub fn reenact(
     data: &Data,
     found: &Found,
@@ -86,9 +100,11 @@ pub fn reenact(
             ..Reenactment::default()
         })
         .collect();
+    if all.is_empty() {
+        return all;
+    }
     let is_open = |one: &Reenactment, named: &Named| {
-        let kept = (named.log_likelihood_ratio - named.to_spare).max(f64::MIN_POSITIVE);
-        let critical = named.log_likelihood_ratio / kept;
+        let critical = named.critical_inflation();
         critical > 1.0 && !one.excludes(critical, plan)
     };
     let stage = Stage::new(data, found, fit);
@@ -158,8 +174,9 @@ impl<'a> Stage<'a> {
             dither_rad: dither_rad.as_ref(),
         };
         let levels = &self.fit.levels;
-        let motion = estimate(
-            (self.data, measured),
+        let motion = estimate_from(
+            self.data,
+            measured,
             &noise_rad,
             levels,
             &self.seen,

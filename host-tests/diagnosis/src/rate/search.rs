@@ -14,7 +14,7 @@ use rlg_signal::partition::Use;
 
 use super::data::Data;
 use super::families::{Alone, strongest, strongest_mount};
-use super::motion::{Measured, Motion, estimate};
+use super::motion::{Motion, estimate};
 use super::noise::{drift_prior, first_levels};
 use super::plan::AnalysisPlan;
 use crate::streams::{Triad, add};
@@ -91,14 +91,7 @@ pub fn find(
     if !data.model.effects.is_empty() {
         // What the model holds is taken out before the noise of what is left means anything.
         for _ in 0..2 {
-            let motion = estimate(
-                (data, Measured::of(data)),
-                &clean,
-                &levels,
-                &seen,
-                known,
-                plan,
-            );
+            let motion = estimate(data, &clean, &levels, &seen, known, plan);
             data.set_known(&motion.signals);
             let left = without_known(data, &motion.signals);
             levels = first_levels(&left, &fitted);
@@ -116,14 +109,7 @@ pub fn find(
             delay_s: std::array::from_fn(|axis| known.delay_s[axis] + found_path.delay_s[axis]),
             mount: std::array::from_fn(|axis| found_path.mount[axis].or(known.mount[axis])),
         };
-        let motion = estimate(
-            (data, Measured::of(data)),
-            &clean,
-            &levels,
-            &seen,
-            path,
-            plan,
-        );
+        let motion = estimate(data, &clean, &levels, &seen, path, plan);
         let mut now = Pass::new(data, motion, left_out, &fitted, &levels, best.as_ref());
         progress(&format!(
             "pass {}: {} candidates",
@@ -145,6 +131,12 @@ pub fn find(
                     .position(|other| is_same(other, member))
             })
             .collect();
+        let count_before = before.as_ref().map_or(0, Vec::len);
+        let is_as_before = |fit: &Fit| {
+            count_before == start.len()
+                && fit.members.len() == start.len()
+                && start.iter().all(|place| fit.members.contains(place))
+        };
         let was_settling = settling;
         let run = now.search(
             &start,
@@ -157,11 +149,8 @@ pub fn find(
                     && !(pass > 0 && is_settled(fit, candidates, found_path.delay_s))
             },
             |fit, candidates| {
-                let is_as_before = before.as_ref().map_or(0, Vec::len) == start.len()
-                    && fit.members.len() == start.len()
-                    && start.iter().all(|place| fit.members.contains(place));
                 let is_last = pass + 1 == plan.passes;
-                is_last || is_as_before && is_settled(fit, candidates, found_path.delay_s)
+                is_last || is_as_before(fit) && is_settled(fit, candidates, found_path.delay_s)
             },
         );
         settling = run.only_nonlinear;
@@ -169,14 +158,7 @@ pub fn find(
         let fit = run.fit;
         let (now_s, _) = delays(&fit, &now.candidates);
         let settled = is_settled(&fit, &now.candidates, found_path.delay_s);
-        let same = before.as_ref().is_some_and(|before| {
-            before.len() == fit.members.len()
-                && before.iter().all(|before| {
-                    fit.members
-                        .iter()
-                        .any(|&place| is_same(&now.candidates[place], before))
-                })
-        });
+        let same = before.is_some() && is_as_before(&fit);
         let nothing = fit.members.is_empty() && pass == 0;
         levels.clone_from(&fit.levels);
         let mut left = now.residual_rad.clone();
