@@ -3,6 +3,8 @@
 //! With r the residual's coefficients and S the noise, the inverse transform of r/S is the score of an impulse at every
 //! row, and its sum from a row on the score of a step there.
 
+use rayon::prelude::*;
+
 use crate::noise::{NoiseBasis, NoiseLevels};
 use crate::normal_equations::Transform;
 
@@ -139,9 +141,119 @@ fn step(
     })
 }
 
+/// When a step may have happened.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Instant {
+    /// Rows, ascending.
+    pub places: Vec<Place>,
+}
+
+/// One row that a step may have happened at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Row.
+    pub row: usize,
+    /// Posterior probability of the rows that it stands for.
+    pub probability: f64,
+    /// Best size of a step here, in the record's unit.
+    pub size: f64,
+}
+
+/// Rows that stand for the stretch around a step, and for each gap in it.
+const SEEN_PLACES: usize = 48;
+const GAP_PLACES: usize = 16;
+
+impl Instant {
+    /// Goes through the rows around a step of `sigmas` standard deviations at `row`, in the first span of a transform. All rows of
+    /// a gap are alike: what is seen is the same wherever in it the step is.
+    ///
+    /// # Inputs
+    /// `record`: on all rows, the step in it.
+    pub fn around(
+        transform: &Transform,
+        basis: &NoiseBasis,
+        levels: NoiseLevels,
+        record: &[f64],
+        (row, sigmas): (usize, f64),
+    ) -> Self {
+        let span = &transform.observations().spans[0];
+        let weights: Vec<f64> = basis
+            .by_coefficient(levels)
+            .into_iter()
+            .map(|power| 1.0 / power)
+            .collect();
+        let spectrum = transform.spectrum(record);
+        // Ten times the length within which a step of this size is known.
+        let reach = (20.0 * span.rows.len() as f64 / (sigmas * sigmas).max(4.0)).ceil() as usize;
+        let inner = span.rows.start + 1..span.rows.end - 1;
+        let within = row.saturating_sub(reach).max(inner.start)..(row + reach).min(inner.end);
+        let gaps = || {
+            let reached = span.gaps.iter();
+            reached.filter(|gap| gap.start <= within.end && gap.end >= within.start)
+        };
+        let step = within.len().div_ceil(SEEN_PLACES).max(1);
+        let seen = within
+            .clone()
+            .step_by(step)
+            .filter(|row| !gaps().any(|gap| (gap.start..=gap.end).contains(row)))
+            .map(|row| (vec![row], step as f64));
+        let unseen = gaps().map(|gap| {
+            let step = (gap.len() + 1).div_ceil(GAP_PLACES);
+            let rows = (gap.start + step / 2..=gap.end).step_by(step);
+            (rows.collect(), step as f64)
+        });
+        let groups: Vec<(Vec<usize>, f64)> = seen.chain(unseen).collect();
+        let fitted: Vec<(f64, f64)> = groups
+            .par_iter()
+            .map(|(rows, _)| {
+                let mut column = vec![0.0; record.len()];
+                column[rows[0]..].fill(1.0);
+                let column = transform.spectrum(&column);
+                let (mut score, mut information) = (0.0, 0.0);
+                for ((column, record), weight) in column.iter().zip(&spectrum).zip(&weights) {
+                    score += column * record * weight;
+                    information += column * column * weight;
+                }
+                (0.5 * score * score / information, score / information)
+            })
+            .collect();
+        let best = fitted.iter().map(|one| one.0).fold(0.0, f64::max);
+        let mut places: Vec<Place> = Vec::new();
+        for ((rows, length), (log_likelihood, size)) in groups.iter().zip(fitted) {
+            places.extend(rows.iter().map(|&row| Place {
+                row,
+                probability: length * (log_likelihood - best).exp(),
+                size,
+            }));
+        }
+        places.sort_by_key(|place| place.row);
+        let sum: f64 = places.iter().map(|place| place.probability).sum();
+        places.iter_mut().for_each(|place| place.probability /= sum);
+        Self { places }
+    }
+
+    /// Mean row.
+    pub fn row(&self) -> usize {
+        let rows = self.places.iter();
+        rows.map(|place| place.probability * place.row as f64)
+            .sum::<f64>()
+            .round() as usize
+    }
+
+    /// Standard deviation \[rows\], no less than that of a single row.
+    pub fn std_rows(&self) -> f64 {
+        let mean = self.row() as f64;
+        let squares = self.places.iter();
+        let variance: f64 = squares
+            .map(|place| place.probability * (place.row as f64 - mean).powi(2))
+            .sum();
+        (variance + 1.0 / 12.0).sqrt()
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{EventKind, scan};
+    use super::{EventKind, Instant, scan};
     use crate::normal_equations::Transform;
     use crate::{NoiseBasis, NoiseLevels, Observations};
 
@@ -173,5 +285,37 @@ mod tests {
         assert!(step.row.abs_diff(1200) < 5, "{}", step.row);
         // White noise of variance 4: √(800 · 1/4).
         assert!((step.size / 14.14 - 1.0).abs() < 0.03, "{}", step.size);
+    }
+    /// White noise of variance 4 in which a step of 1 is 14 standard deviations: its row is known to some (2/1)² rows; in a gap
+    /// it may be anywhere.
+    #[test]
+    fn the_instant_of_a_step_is_known_to_some_rows_and_in_a_gap_to_the_gap() {
+        let rows = 2000;
+        let levels = NoiseLevels {
+            white: 4.0,
+            ..NoiseLevels::default()
+        };
+        let mut record = vec![0.0; rows];
+        record[1200..].fill(1.0);
+        let instant = |gap: std::ops::Range<usize>| {
+            let mut seen = vec![true; rows];
+            seen[gap].fill(false);
+            let observations = Observations::bridged(&seen).expect("rows");
+            let basis = NoiseBasis::new(&observations);
+            let transform = Transform::new(observations, &basis, levels);
+            Instant::around(&transform, &basis, levels, &record, (1203, 14.0))
+        };
+        let known = instant(0..0);
+        assert!(known.row().abs_diff(1200) <= 1, "{}", known.row());
+        // Without noise in the record ln p falls by ½ · ¼ a row, on both sides: a standard deviation of √2 · 8 rows.
+        let std = known.std_rows();
+        assert!((std / (8.0 * 2.0_f64.sqrt()) - 1.0).abs() < 0.1, "{std}");
+        let hidden = instant(1150..1350);
+        assert!(hidden.row().abs_diff(1250) < 4, "{}", hidden.row());
+        let std = hidden.std_rows();
+        assert!((std / (200.0 / 12.0_f64.sqrt()) - 1.0).abs() < 0.1, "{std}");
+        let sizes = hidden.places.iter();
+        let size: f64 = sizes.map(|place| place.probability * place.size).sum();
+        assert!((size - 1.0).abs() < 1e-3, "{size}");
     }
 }

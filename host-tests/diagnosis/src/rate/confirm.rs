@@ -1,8 +1,9 @@
 //! What is found must predict rows that were not fitted; then it is fitted on both.
 
-use rlg_catalogue::candidates::PoolColumns;
-use rlg_catalogue::entries::UNLISTED;
+use rlg_catalogue::candidates::{PoolColumns, Variant};
+use rlg_catalogue::entries::{SLIP, STEP, UNLISTED};
 use rlg_catalogue::{Candidate, Pool};
+use rlg_inference::events::Instant;
 use rlg_inference::normal_equations::Transform;
 use rlg_inference::predict::log_score;
 use rlg_inference::{Fit, Hypothesis, NoiseBasis, NormalEquations, Observations, Search};
@@ -13,13 +14,14 @@ use super::goodness::{Misfit, misfits};
 use super::noise::drift_prior;
 use super::plan::AnalysisPlan;
 use super::reenact::{Named, Reenactment, reenact};
-use super::search::{Found, mean, sizes_on, subtract};
-use crate::streams::Triad;
+use super::search::{Found, effect_rad, mean, sizes_on, subtract};
+use crate::streams::{Triad, add};
 
 /// Shortest stretch that is scored \[rows\].
 const LEAST_ROWS: usize = 32;
 
-/// Log score that each member of the found set gains on the rows that confirm.
+/// Log score that each member of the found set gains on the rows that confirm. A step gains what its instants, as probable as
+/// the fitted rows leave them, gain together: where they do not see it happen, it may be anywhere between them.
 ///
 /// # Returns
 /// A number for each member, in the order of the set.
@@ -30,21 +32,76 @@ fn gains(data: &Data, found: &Found) -> Vec<f64> {
     }
     let basis = NoiseBasis::new(&observations);
     let transform = Transform::new(observations, &basis, mean(&found.fit.levels));
+    let of_gyro = |fit: &Fit, gyro: usize, left_rad: &[f64]| {
+        log_score(&basis, &transform.spectrum(left_rad), fit.levels[gyro])
+    };
     let score = |fit: &Fit| -> f64 {
-        let mut left: Triad = found.residual_rad.clone();
-        subtract(
-            &mut left,
-            fit,
-            &found.candidates,
-            &found.pool,
-            &found.motion.signals,
-        );
-        (0..3)
-            .map(|gyro| log_score(&basis, &transform.spectrum(&left[gyro]), fit.levels[gyro]))
-            .sum()
+        let left_rad = left_by(found, fit);
+        (0..3).map(|gyro| of_gyro(fit, gyro, &left_rad[gyro])).sum()
     };
     let whole = score(&found.fit);
-    found.without.iter().map(|fit| whole - score(fit)).collect()
+    let left_rad = left_by(found, &found.fit);
+    let over_instants = |place: usize| -> Option<f64> {
+        let fit = &found.fit;
+        let train = &found.equations;
+        let (gyro, with_rad, instant) = instant(
+            found,
+            fit,
+            place,
+            &left_rad,
+            (&train.transform, &train.basis),
+        )?;
+        let scores: Vec<f64> = instant
+            .places
+            .iter()
+            .map(|at| {
+                let mut left_rad = with_rad.clone();
+                left_rad[at.row..]
+                    .iter_mut()
+                    .for_each(|value| *value -= at.size);
+                at.probability.ln() + of_gyro(fit, gyro, &left_rad)
+            })
+            .collect();
+        let best = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let sum: f64 = scores.iter().map(|score| (score - best).exp()).sum();
+        Some(best + sum.ln() - of_gyro(fit, gyro, &left_rad[gyro]))
+    };
+    let without = found.without.iter().enumerate();
+    without
+        .map(|(place, fit)| whole + over_instants(place).unwrap_or(0.0) - score(fit))
+        .collect()
+}
+
+/// What a fit over the found candidates leaves \[rad\].
+fn left_by(found: &Found, fit: &Fit) -> Triad {
+    let mut left_rad = found.residual_rad.clone();
+    let signals = &found.motion.signals;
+    subtract(&mut left_rad, fit, &found.candidates, &found.pool, signals);
+    left_rad
+}
+
+/// When a member of a fit happened, if it is a step: its gyro, what the others leave there \[rad\] and the instant by the rows
+/// of a transform.
+fn instant(
+    found: &Found,
+    fit: &Fit,
+    place: usize,
+    left_rad: &Triad,
+    (transform, basis): (&Transform, &NoiseBasis),
+) -> Option<(usize, Vec<f64>, Instant)> {
+    let candidate = &found.candidates[fit.members[place]];
+    let Variant::Event { axis, row } = candidate.variant else {
+        return None;
+    };
+    if candidate.kind != STEP {
+        return None;
+    }
+    let mut with_rad = left_rad[axis].clone();
+    add(&mut with_rad, &effect_rad(found, fit, place)[axis], 1.0);
+    let around = (row, fit.squared_sizes[place].sqrt());
+    let levels = fit.levels[axis];
+    let instant = Instant::around(transform, basis, levels, &with_rad, around);
+    Some((axis, with_rad, instant))
 }
 
 /// Members of the found set by what becomes of them.
@@ -61,22 +118,30 @@ pub struct Confirmed {
     pub reenacted_away: Vec<usize>,
     /// Re-enactments without each named member.
     pub reenactments: Vec<Reenactment>,
+    /// Standard deviation of the instant of each named step \[rows\].
+    pub instant_std_rows: Vec<Option<f64>>,
     /// The fit of the headlines.
     pub last: Final,
 }
 
 /// Takes away what does not predict other rows, and what the recording shows even where it is re-enacted without it; `None`
 /// where too few rows are left.
-pub fn confirmed(data: &Data, found: &Found, plan: &AnalysisPlan) -> Option<Confirmed> {
+pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<Confirmed> {
     let gains = gains(data, found);
     let is_costly = |place: &usize| found.judged[*place].cost_without > plan.naming;
+    // A slip is a row by itself: no other can speak of it.
+    let is_slip = |place: usize| found.candidates[found.judged[place].hypothesis].kind == SLIP;
     let (mut named, unconfirmed): (Vec<usize>, Vec<usize>) = (0..found.judged.len())
         .filter(is_costly)
-        .partition(|&place| gains[place] > 0.0);
+        .partition(|&place| gains[place] > 0.0 || is_slip(place));
     let mut reenacted_away = Vec::new();
     loop {
-        let headlines: Vec<usize> = named.iter().map(|&place| headline(found, place)).collect();
-        let last = refit(data, found, &headlines, plan)?;
+        let mut headlines: Vec<usize> = named.iter().map(|&place| headline(found, place)).collect();
+        let mut last = refit(data, found, &headlines, plan)?;
+        let instant_std_rows = settle_instants(data, found, &mut headlines, &last);
+        if instant_std_rows.iter().any(Option::is_some) {
+            last = refit(data, found, &headlines, plan)?;
+        }
         let ratios: Vec<Named> = named
             .iter()
             .map(|&place| Named {
@@ -101,11 +166,53 @@ pub fn confirmed(data: &Data, found: &Found, plan: &AnalysisPlan) -> Option<Conf
                 unconfirmed,
                 reenacted_away,
                 reenactments,
+                instant_std_rows,
                 last,
             });
         };
         reenacted_away.push(named.remove(weakest));
     }
+}
+
+/// Puts every step among the `headlines` at its mean instant by the rows to fit and to confirm.
+///
+/// # Returns
+/// Standard deviation of each headline's instant \[rows\], where it has one.
+fn settle_instants(
+    data: &Data,
+    found: &mut Found,
+    headlines: &mut [usize],
+    last: &Final,
+) -> Vec<Option<f64>> {
+    let is_step = |place: &usize| found.candidates[*place].kind == STEP;
+    if !headlines.iter().any(is_step) {
+        return vec![None; headlines.len()];
+    }
+    let Some(observations) = Observations::bridged(&data.rows_of(&[Use::Train, Use::Confirm]))
+    else {
+        return vec![None; headlines.len()];
+    };
+    let basis = NoiseBasis::new(&observations);
+    let transform = Transform::new(observations, &basis, mean(&last.fit.levels));
+    let mut std_rows = Vec::with_capacity(headlines.len());
+    for (place, headline) in headlines.iter_mut().enumerate() {
+        let known = instant(
+            found,
+            &last.fit,
+            place,
+            &last.left_rad,
+            (&transform, &basis),
+        );
+        std_rows.push(known.map(|(axis, _, instant)| {
+            let places = found.candidates[*headline].hypothesis.price.exp();
+            let signals = &found.motion.signals;
+            let step = found.pool.event(STEP, axis, instant.row(), places, signals);
+            *headline = found.candidates.len();
+            found.candidates.push(step);
+            instant.std_rows()
+        }));
+    }
+    std_rows
 }
 
 /// The candidate with the fewest free numbers among a member and the rivals that reach it.
@@ -175,17 +282,9 @@ fn refit(data: &Data, found: &Found, members: &[usize], plan: &AnalysisPlan) -> 
         })
         .collect();
     fit.members = members.to_vec();
-    let mut left_rad = found.residual_rad.clone();
-    subtract(
-        &mut left_rad,
-        &fit,
-        &found.candidates,
-        &found.pool,
-        &found.motion.signals,
-    );
     Some(Final {
+        left_rad: left_by(found, &fit),
         fit,
-        left_rad,
         misfits,
     })
 }

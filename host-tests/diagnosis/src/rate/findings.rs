@@ -53,6 +53,8 @@ struct Finding<'a> {
     cost_without: f64,
     confirmed_gain: f64,
     reenactment: Reenactment,
+    /// Standard deviation of its instant \[rows\], where it has one.
+    instant_std_rows: Option<f64>,
     /// Share of the residual's power that it explains beside the others \[1\].
     share: f64,
     /// Whether it is no more than significant.
@@ -62,13 +64,14 @@ struct Finding<'a> {
 /// What is written of a search.
 pub fn outcome(
     data: &Data,
-    found: &Found,
+    found: &mut Found,
     faults: &[Fault],
     seed: u64,
     plan: &AnalysisPlan,
 ) -> Option<Outcome> {
     let streams = data.streams;
     let confirmed = confirmed(data, found, plan)?;
+    let found = &*found;
     let Final {
         fit,
         left_rad: after_rad,
@@ -251,6 +254,7 @@ fn finding<'a>(
         cost_without: judged.cost_without,
         confirmed_gain: confirmed.gains[member],
         reenactment: confirmed.reenactments[place],
+        instant_std_rows: confirmed.instant_std_rows[place],
         share,
         is_slight: share < plan.practical_share && !turns(&effect_rad, &fit.levels),
     }
@@ -401,14 +405,9 @@ fn event_time_s(kind: &str, row: usize, streams: &Streams) -> f64 {
     }
 }
 
-/// A slip is known to its row, a step of z standard deviations to n/(z²/2) rows.
+/// A slip is known to its row.
 fn event_std_s(one: &Finding, streams: &Streams) -> f64 {
-    let rows = if one.candidate.kind == STEP {
-        2.0 * streams.rows as f64 / one.squared_size.max(4.0)
-    } else {
-        0.5
-    };
-    rows / streams.rate_hz
+    one.instant_std_rows.unwrap_or(0.5) / streams.rate_hz
 }
 
 /// Sums of the two tilts of each gyro where they alone are known, else every parameter.

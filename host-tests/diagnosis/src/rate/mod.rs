@@ -69,7 +69,7 @@ pub fn diagnose(
     // The set stands: its findings need no columns by frequency, which are most of the memory.
     found.equations.truncate(0);
     progress("writing the findings");
-    Ok(findings::outcome(&data, &found, faults, seed, &plan))
+    Ok(findings::outcome(&data, &mut found, faults, seed, &plan))
 }
 
 /// The result where the older stages were asked as well: theirs of the accelerometers, and of gyros whose error gravity may

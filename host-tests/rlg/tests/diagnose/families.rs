@@ -125,3 +125,50 @@ fn a_soft_mount_is_found_with_its_resonances_and_what_is_left_is_not_called_phys
     let is_location = |one: &EffectEntry| one.kind == "unlisted" && one.expression.is_none();
     assert!(others.iter().all(is_location), "{:#?}", diagnosis.summary);
 }
+
+/// A step of 0.6 °/h under vibration: 27 standard deviations of a rate's noise, a hundred-thousandth of the motion.
+#[test]
+fn a_step_is_found_in_vibration_with_its_instant() {
+    const STEP_RAD_S: f64 = 0.6 / 3600.0 * std::f64::consts::PI / 180.0;
+    const AT_S: f64 = 61.5;
+    let motion: Vec<String> = (0..6)
+        .map(|part| vibration(&format!("shake-{part}"), [5.0, 150.0], 0.1))
+        .collect();
+    let effect = format!(
+        "{}axis = \"y\"\n",
+        concealed("gyro_bias_step", &[("time_s", AT_S), ("size", STEP_RAD_S)])
+    );
+    let both = diagnosed(&motion, &effect);
+    explains_alone("gyro_bias_step", &both);
+    let step = &both.0.effects[0];
+    holds(step, &[("size", STEP_RAD_S), ("time_s", AT_S)]);
+    assert!(
+        number(step, "time_s").1 < 1.2,
+        "it lies in the four seconds that only test"
+    );
+}
+
+/// Two delays at once: every row holds their difference alone. One finding, of that size, which says that it cannot tell
+/// whose delay it is.
+#[test]
+fn delays_of_gyros_and_reference_are_seen_by_their_difference() {
+    const GYRO_S: f64 = 5e-5;
+    const REFERENCE_S: f64 = 1.2e-4;
+    let motion = [
+        vibration("a", [5.0, 150.0], 0.1),
+        vibration("b", [20.0, 300.0], 0.05),
+    ];
+    let of_gyros = concealed("gyro_delay", &[("x", GYRO_S), ("y", GYRO_S), ("z", GYRO_S)]);
+    let of_reference = concealed("reference_delay", &[("all", REFERENCE_S)]);
+    let both = diagnosed(&motion, &format!("{of_gyros}{of_reference}"));
+    explains_alone("reference_delay", &both);
+    let delay = &both.0.effects[0];
+    holds(delay, &[("all", REFERENCE_S - GYRO_S)]);
+    assert!(
+        delay
+            .indistinguishable_from
+            .iter()
+            .any(|kind| kind == "gyro_delay"),
+        "{delay:#?}"
+    );
+}
