@@ -161,7 +161,7 @@ fn scores(motion: Motion, noise: &Noise, declared_over_true: f64, seed: u64) -> 
         Matrix3::identity(),
     );
     let noise = basis.by_coefficient(fitted[0]);
-    let transform = Transform::new(observations, &basis, fitted[0]);
+    let (transform, _) = Transform::with_basis(observations, fitted[0]);
     let of_residual = transform.spectrum(&residual[0]);
     COLUMNS
         .iter()

@@ -48,6 +48,8 @@ pub struct Fit {
     pub drift: Vec<Drift>,
     /// Parameters of each member.
     pub blocks: Vec<Range<usize>>,
+    /// Parameters of each record's gaps.
+    pub gaps: Vec<Range<usize>>,
     /// Posterior means.
     pub estimate: DVector<f64>,
     /// Posterior covariance.
@@ -326,9 +328,11 @@ pub fn evaluate(
     drift: &[Drift],
     effort: Effort,
 ) -> Fit {
-    let assembled = Assembled::new(equations, set);
+    let whole: Vec<&Hypothesis> = set.iter().copied().chain(equations.gaps()).collect();
+    let assembled = Assembled::new(equations, &whole);
     let basis = &equations.basis;
     let count = assembled.parameters();
+    let of_gaps = set.iter().map(|one| one.parameters).sum();
     let mut levels: Vec<NoiseLevels> = start
         .iter()
         .zip(drift)
@@ -352,10 +356,10 @@ pub fn evaluate(
                     .sum::<f64>();
         }
         let mut precision = information.clone();
-        let priors: Vec<BlockPrior> = assembled
-            .blocks
+        let seen = beside(&information, of_gaps);
+        let priors: Vec<BlockPrior> = assembled.blocks[..set.len()]
             .iter()
-            .map(|block| BlockPrior::new(sub_matrix(&information, block)))
+            .map(|block| BlockPrior::new(sub_matrix(&seen, block)))
             .collect();
         for ((block, prior), g) in assembled.blocks.iter().zip(&priors).zip(&g) {
             for i in 0..block.len() {
@@ -374,6 +378,7 @@ pub fn evaluate(
         alternation += 1;
         if settled || alternation >= effort.alternations {
             return finish(Finished {
+                members: set.len(),
                 assembled,
                 levels,
                 drift,
@@ -420,6 +425,18 @@ impl OfRecord {
         })
         .collect()
     }
+}
+
+/// What is left of the information of parameters before `rest` beside those from there on.
+fn beside(information: &DMatrix<f64>, rest: usize) -> DMatrix<f64> {
+    let others = information.nrows() - rest;
+    let own = information.view((0, 0), (rest, rest)).into_owned();
+    if rest == 0 || others == 0 {
+        return own;
+    }
+    let between = information.view((0, rest), (rest, others));
+    let of_others = information.view((rest, rest), (others, others));
+    own - between * invert(&of_others.into_owned()).0 * between.transpose()
 }
 
 /// Noise to start from: a drift term that was off begins at three times the white one.
@@ -483,6 +500,7 @@ fn sub_matrix(matrix: &DMatrix<f64>, block: &Range<usize>) -> DMatrix<f64> {
 }
 
 struct Finished<'a> {
+    members: usize,
     assembled: Assembled,
     levels: Vec<NoiseLevels>,
     drift: &'a [Drift],
@@ -495,6 +513,7 @@ struct Finished<'a> {
 
 fn finish(
     Finished {
+        members,
         assembled,
         levels,
         drift,
@@ -506,7 +525,8 @@ fn finish(
     }: Finished,
 ) -> Fit {
     let scale = &assembled.scale;
-    let blocks = assembled.blocks.clone();
+    let mut blocks = assembled.blocks.clone();
+    let gaps = blocks.split_off(members);
     let squared_sizes = blocks
         .iter()
         .map(|block| {
@@ -526,6 +546,7 @@ fn finish(
         estimate: DVector::from_fn(count, |k, _| estimate[k] * scale[k]),
         covariance: DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j]),
         blocks,
+        gaps,
         ranks,
         squared_sizes,
     }

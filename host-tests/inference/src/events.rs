@@ -67,6 +67,34 @@ pub fn scan(
     events
 }
 
+/// Size of the largest impulse in any span of a transform \[σ\].
+///
+/// # Inputs
+/// `residual`: coefficients of the record less what is fitted.
+pub fn largest_impulse(
+    transform: &Transform,
+    basis: &NoiseBasis,
+    residual: &[f64],
+    levels: NoiseLevels,
+) -> f64 {
+    let powers = basis.by_coefficient(levels);
+    let weighted: Vec<f64> = residual.iter().zip(&powers).map(|(r, s)| r / s).collect();
+    let score = transform.rows_of(&weighted);
+    let mut first = 0;
+    let spans = transform.observations().spans.iter();
+    spans
+        .map(|span| {
+            let rows = span.rows.len();
+            let of_span = &powers[first..first + rows];
+            first += rows;
+            let information = of_span.iter().map(|power| 1.0 / power).sum::<f64>() / rows as f64;
+            let inner = span.rows.start + END_ROWS..span.rows.end.saturating_sub(END_ROWS);
+            let largest = inner.map(|row| score[row].abs()).fold(0.0, f64::max);
+            largest / information.sqrt()
+        })
+        .fold(0.0, f64::max)
+}
+
 /// Information of a step from row `place` of `rows` on, by bins of single coefficients and samples of wider ones.
 ///
 /// Coefficient k of the step is −√(2/n) sin(π place k/n)/(2 sin(π k/2n)).
@@ -255,18 +283,17 @@ impl Instant {
 mod tests {
     use super::{EventKind, Instant, scan};
     use crate::normal_equations::Transform;
-    use crate::{NoiseBasis, NoiseLevels, Observations};
+    use crate::{NoiseLevels, Observations};
 
     #[test]
     fn a_step_and_an_impulse_are_found_at_their_rows_with_their_size_in_standard_deviations() {
         let rows = 2000;
         let observations = Observations::bridged(&vec![true; rows]).expect("rows");
-        let basis = NoiseBasis::new(&observations);
         let levels = NoiseLevels {
             white: 4.0,
             ..NoiseLevels::default()
         };
-        let transform = Transform::new(observations, &basis, levels);
+        let (transform, basis) = Transform::with_basis(observations, levels);
         let found = |record: &[f64], kind| {
             let events = scan(&transform, &basis, &transform.spectrum(record), levels);
             *events
@@ -301,8 +328,7 @@ mod tests {
             let mut seen = vec![true; rows];
             seen[gap].fill(false);
             let observations = Observations::bridged(&seen).expect("rows");
-            let basis = NoiseBasis::new(&observations);
-            let transform = Transform::new(observations, &basis, levels);
+            let (transform, basis) = Transform::with_basis(observations, levels);
             Instant::around(&transform, &basis, levels, &record, (1203, 14.0))
         };
         let known = instant(0..0);

@@ -7,7 +7,7 @@
 //!
 //! In the order of the data:
 //! [`dct`] transforms → [`observations`] says which rows are seen → [`noise`] gives the spectrum of each term →
-//! [`normal_equations`] sums columns and records by frequency → [`evaluate`] fits a set of hypotheses with its noise →
+//! [`normal_equations`] frees what gaps leave unknown and sums columns and records by frequency → [`evaluate`] fits a set of hypotheses with its noise →
 //! [`search`] finds the set; [`score_test`] goes through long lists of what could be added, over [`sums`] of rows where
 //! there are many; [`events`] scans all rows for steps and impulses, [`lines`] all frequencies for lines;
 //! [`predict`] scores rows that were not
@@ -20,6 +20,8 @@ pub mod plan;
 pub mod observations;
 
 pub mod noise;
+
+mod gaps;
 
 pub mod normal_equations;
 

@@ -8,10 +8,9 @@
 use std::f64::consts::PI;
 use std::ops::Range;
 
-use rayon::prelude::*;
-
-use crate::dct::{cosines, sines};
-use crate::observations::{Observations, Span};
+use crate::dct::sines;
+use crate::gaps;
+use crate::observations::Observations;
 
 /// Number of noise terms.
 pub const TERMS: usize = 4;
@@ -65,7 +64,7 @@ impl NoiseLevels {
 pub struct NoiseBasis {
     /// Coefficients of each bin, counted through all spans.
     pub bins: Vec<Range<usize>>,
-    /// Effective number of observations in each bin: bridged gaps hold none of their own.
+    /// Effective number of observations in each bin: gaps hold none of their own.
     pub counts: Vec<f64>,
     /// Mean power of each term in each bin.
     pub power: [Vec<f64>; TERMS],
@@ -108,12 +107,13 @@ impl NoiseBasis {
                 rows: span.rows.len(),
                 before: span.rows.start,
             };
-            // Above this coefficient a bridged gap holds no power.
-            let bridged_from = match span.longest_gap() {
-                0 => usize::MAX,
-                gap => span.rows.len() / (2 * gap) + 1,
+            let share = |k: usize| {
+                let missing = span
+                    .gaps
+                    .iter()
+                    .map(|gap| gaps::missing(gap.len(), shape.rows, k));
+                1.0 - missing.sum::<f64>()
             };
-            let bridged = bridged_powers(span, bridged_from);
             let sines = sines(shape.rows);
             let mut begin = 0;
             while begin < shape.rows {
@@ -124,19 +124,9 @@ impl NoiseBasis {
                     wide.max(begin + 1)
                 };
                 let end = end.min(shape.rows);
-                let share = if begin >= bridged_from {
-                    span.seen_share()
-                } else {
-                    1.0
-                };
                 let mut sums = [0.0; TERMS];
                 for (k, sine) in sines.iter().enumerate().take(end).skip(begin) {
-                    let mut terms = basis.terms_at(&shape, k, *sine);
-                    if let Some([white, angle]) = bridged.get(k) {
-                        terms[0] = white / share;
-                        // The constant of differenced noise is set by the ends, which are taken out.
-                        terms[1] = if k == 0 { terms[1] } else { angle / share };
-                    }
+                    let terms = basis.terms_at(&shape, k, *sine);
                     for (sum, term) in sums.iter_mut().zip(terms) {
                         *sum += term;
                     }
@@ -144,7 +134,9 @@ impl NoiseBasis {
                 for (power, sum) in basis.power.iter_mut().zip(sums) {
                     power.push(sum / (end - begin) as f64);
                 }
-                basis.counts.push(share * (end - begin) as f64);
+                basis
+                    .counts
+                    .push(share((begin + end) / 2) * (end - begin) as f64);
                 basis.bins.push(first + begin..first + end);
                 basis
                     .frequency
@@ -177,6 +169,28 @@ impl NoiseBasis {
         }
         let lambda = 4.0 * sine * sine;
         [1.0, lambda, flicker * n / k as f64, walk / lambda]
+    }
+
+    /// Takes shares of a span's coefficients, `taken` of each, out of the counts of its bins.
+    pub(crate) fn take_out(&mut self, span: Range<usize>, taken: impl Fn(usize) -> f64) {
+        /// Coefficients that stand for a wide bin.
+        const SAMPLES: usize = 16;
+        for (count, bin) in self.counts.iter_mut().zip(&self.bins) {
+            if !span.contains(&bin.start) {
+                continue;
+            }
+            let samples = bin.len().min(SAMPLES);
+            let each = (0..samples).map(|sample| taken(bin.start + sample * bin.len() / samples));
+            let left = 1.0 - each.sum::<f64>() / samples as f64;
+            *count = (*count * left).max(LEAST_COUNT);
+        }
+    }
+
+    /// Takes a number of observations out of each bin's count.
+    pub(crate) fn take_out_of_bins(&mut self, taken: impl Iterator<Item = f64>) {
+        for (count, taken) in self.counts.iter_mut().zip(taken) {
+            *count = (*count - taken).max(LEAST_COUNT);
+        }
     }
 
     /// Number of coefficients.
@@ -344,41 +358,10 @@ impl NoiseBasis {
     }
 }
 
-/// Power that white noise and differenced white noise have in the lowest coefficients of a span behind its bridges.
-///
-/// Seen rows beside a gap count more than once at low frequencies, because the line across it is made of them.
-fn bridged_powers(span: &Span, bridged_from: usize) -> Vec<[f64; 2]> {
-    /// Lines across gaps act on coefficients up to some times the gaps' own frequency.
-    const REACH: usize = 6;
-    if span.gaps.is_empty() {
-        return Vec::new();
-    }
-    let rows = span.rows.len();
-    let count = (REACH * bridged_from).min(rows).min(MOST_BRIDGED);
-    (0..count)
-        .into_par_iter()
-        .map(|k| {
-            let norm = (if k == 0 { 1.0 } else { 2.0 } / rows as f64).sqrt();
-            let mut wave = cosines(rows, k, 2 * k, rows);
-            wave.iter_mut().for_each(|value| *value *= norm);
-            let spread = span.spread(wave);
-            let white = spread.iter().map(|weight| weight * weight).sum();
-            // Interior angles: each stands in two rows, with opposite signs, where both are seen.
-            let angle = spread
-                .windows(2)
-                .filter(|pair| pair[0] != 0.0 && pair[1] != 0.0)
-                .map(|pair| (pair[0] - pair[1]).powi(2))
-                .sum();
-            [white, angle]
-        })
-        .collect()
-}
-
-/// Coefficients that are worked out at most: many short gaps reach far, and matter little.
-const MOST_BRIDGED: usize = 256;
-
 /// Flicker's constant has the power of its frequency 0.55, as a random walk's mean has.
 const CONSTANT_OF_FLICKER: f64 = 0.55;
+/// A bin that free rows take out almost wholly still has a power.
+const LEAST_COUNT: f64 = 1e-3;
 /// Power below which a bin counts as empty.
 const LEAST_POWER: f64 = 1e-300;
 const MOST_MULTIPLICATIVE: usize = 60;
@@ -511,38 +494,5 @@ mod tests {
             ..NoiseLevels::default()
         })[0];
         assert!((sum / expected - 1.0).abs() < 0.08, "{}", sum / expected);
-    }
-
-    #[test]
-    fn white_noise_behind_bridges_has_the_power_that_its_basis_says() {
-        let mut seen = vec![true; 1000];
-        for gap in 0..8 {
-            seen[125 * gap + 75..125 * gap + 125].fill(false);
-        }
-        let observations = Observations::bridged(&seen).expect("rows");
-        let basis = NoiseBasis::new(&observations);
-        let span = &observations.spans[0];
-        let dct = Dct::new(span.rows.len());
-        let trials = 600;
-        let mut mean = vec![0.0; basis.bins.len()];
-        for seed in 0..trials {
-            let mut values = span.bridge(&normals(seed, 1000));
-            dct.forward(&mut values);
-            for (sum, power) in mean.iter_mut().zip(power(&basis, &values)) {
-                *sum += power / trials as f64;
-            }
-        }
-        for (bin, mean) in mean.iter().enumerate().take(40) {
-            let expected = basis.counts[bin] * basis.power[0][bin];
-            assert!(
-                (mean / expected - 1.0).abs() < 0.25,
-                "{bin}: {mean} {expected}"
-            );
-        }
-        assert!(
-            basis.power[0][0] > 1.4,
-            "rows beside gaps count twice: {}",
-            basis.power[0][0]
-        );
     }
 }

@@ -3,12 +3,15 @@
 //! Per bin: `G = Σ X Xᵀ`, `h = Σ X y`, `e = Σ y²`. A change of noise or of the set of columns is then small dense
 //! algebra; rows are passed over again only for new columns.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use crate::dct::{Dct, cosines};
+use crate::dct::Dct;
+use crate::gaps;
+use crate::hypothesis::{Hypothesis, Term};
+use crate::linear::pseudo_inverse;
 use crate::noise::{NoiseBasis, NoiseLevels};
-use crate::observations::Observations;
+use crate::observations::{Observations, Span};
 
 /// Where columns come from: they are formed one after the other and not kept.
 pub trait Columns: Sync {
@@ -18,30 +21,47 @@ pub trait Columns: Sync {
     fn column(&self, place: usize) -> Vec<f64>;
 }
 
-/// Transforms of the spans of an [`Observations`], with the rows at which differenced noise is not stationary taken out.
+/// Transforms of the spans of an [`Observations`], with what their gaps and ends leave unknown taken out.
 pub struct Transform {
     observations: Observations,
     dct: Vec<Dct>,
-    /// Spectra of unit impulses at the edges of each span: in single precision, for they are many.
-    edges: Vec<Vec<Vec<f32>>>,
-    /// 1/S of each coefficient, for taking the edges out.
+    /// Spectra E of what is free in each span.
+    free: Vec<Vec<Vec<f32>>>,
+    /// 1/S of each coefficient, for taking them out.
     weights: Vec<f64>,
     /// Inverse of EᵀS⁻¹E of each span.
     solve: Vec<DMatrix<f64>>,
 }
 
 impl Transform {
-    /// Plans the transforms.
+    /// Plans the transforms for a known noise.
     ///
     /// # Inputs
-    /// `levels`: noise under which the edges are taken out; another noise later costs efficiency, never a bias.
-    pub fn new(observations: Observations, basis: &NoiseBasis, levels: NoiseLevels) -> Self {
+    /// `levels`: the noise under which gaps and ends are taken out.
+    ///
+    /// # Returns
+    /// The transforms, and the noise terms with as many observations in each bin as are left.
+    pub fn with_basis(observations: Observations, levels: NoiseLevels) -> (Self, NoiseBasis) {
+        Self::taking_out(observations, levels, |span| {
+            let slow = gaps::slow(span).into_iter();
+            let slow = slow.map(|one| one.iter().map(|c| *c as f32).collect());
+            gaps::ends(span).into_iter().chain(slow).collect()
+        })
+    }
+
+    /// The same with what is `free` in a span.
+    fn taking_out(
+        observations: Observations,
+        levels: NoiseLevels,
+        free_in: impl Fn(&Span) -> Vec<Vec<f32>>,
+    ) -> (Self, NoiseBasis) {
+        let mut basis = NoiseBasis::new(&observations);
         let weights: Vec<f64> = basis
             .by_coefficient(levels)
             .into_iter()
             .map(|power| 1.0 / power)
             .collect();
-        let (mut dct, mut edges, mut solve) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut dct, mut free, mut solve) = (Vec::new(), Vec::new(), Vec::new());
         let mut first = 0;
         for span in &observations.spans {
             let rows = span.rows.len();
@@ -50,59 +70,34 @@ impl Transform {
                 .zip(&observations.spans)
                 .find(|(_, other)| other.rows.len() == rows)
                 .map_or_else(|| Dct::new(rows), |(plan, _): (&Dct, _)| plan.clone());
-            let impulses: Vec<Vec<f32>> = span
-                .edges()
-                .into_iter()
-                .map(|edge| impulse(rows, edge))
-                .collect();
             let of_span = &weights[first..first + rows];
-            let information = DMatrix::from_fn(impulses.len(), impulses.len(), |a, b| {
-                let products = impulses[a].iter().zip(&impulses[b]).zip(of_span);
-                products
-                    .map(|((a, b), weight)| f64::from(*a) * f64::from(*b) * weight)
-                    .sum()
+            let spectra = free_in(span);
+            let inverse = pseudo_inverse(&gram(&spectra, of_span));
+            basis.take_out(first..first + rows, |k| {
+                leverage(&spectra, &inverse, of_span, k - first)
             });
-            let inverse = information
-                .clone()
-                .try_inverse()
-                .unwrap_or_else(|| DMatrix::zeros(impulses.len(), impulses.len()));
-            solve.push(inverse);
-            edges.push(impulses);
-            dct.push(plan);
             first += rows;
+            free.push(spectra);
+            solve.push(inverse);
+            dct.push(plan);
         }
-        Self {
+        let transform = Self {
             observations,
             dct,
-            edges,
+            free,
             weights,
             solve,
-        }
+        };
+        (transform, basis)
     }
 
-    /// Coefficients of a record or column on all rows, edges taken out.
+    /// Coefficients of a record or column on all rows, what is free taken out.
     pub fn spectrum(&self, rows: &[f64]) -> Vec<f64> {
         let mut all = Vec::new();
         for (place, span) in self.observations.spans.iter().enumerate() {
             let mut values = span.bridge(rows);
             self.dct[place].forward(&mut values);
-            let weights = &self.weights[all.len()..all.len() + values.len()];
-            let impulses = &self.edges[place];
-            let score = nalgebra::DVector::from_iterator(
-                impulses.len(),
-                impulses.iter().map(|impulse| {
-                    let products = impulse.iter().zip(&values).zip(weights);
-                    products
-                        .map(|((a, b), weight)| f64::from(*a) * b * weight)
-                        .sum::<f64>()
-                }),
-            );
-            let sizes = &self.solve[place] * score;
-            for (impulse, size) in impulses.iter().zip(sizes.iter()) {
-                for (value, part) in values.iter_mut().zip(impulse) {
-                    *value -= size * f64::from(*part);
-                }
-            }
+            self.take_out(place, all.len(), &mut values);
             if all.is_empty() {
                 all = values;
             } else {
@@ -110,6 +105,39 @@ impl Transform {
             }
         }
         all
+    }
+
+    /// Coefficients of what is free in a single span at all frequencies, gaps' ends taken out.
+    fn slow(&self) -> Vec<Vec<f64>> {
+        let mut slow = match self.observations.spans.as_slice() {
+            [span] => gaps::slow(span),
+            _ => Vec::new(),
+        };
+        for one in &mut slow {
+            self.take_out(0, 0, one);
+        }
+        slow
+    }
+
+    /// Takes what is free in the span at `place`, whose coefficients begin at `first`, out of its `values`.
+    fn take_out(&self, place: usize, first: usize, values: &mut [f64]) {
+        let weights = &self.weights[first..first + values.len()];
+        let free = &self.free[place];
+        let score = DVector::from_iterator(
+            free.len(),
+            free.iter().map(|shape| {
+                let products = shape.iter().zip(&*values).zip(weights);
+                products
+                    .map(|((a, b), weight)| f64::from(*a) * b * weight)
+                    .sum::<f64>()
+            }),
+        );
+        let sizes = &self.solve[place] * score;
+        for (shape, size) in free.iter().zip(sizes.iter()) {
+            for (value, part) in values.iter_mut().zip(shape) {
+                *value -= size * f64::from(*part);
+            }
+        }
     }
 
     /// Puts coefficients back on rows; rows outside all spans are 0.
@@ -136,13 +164,30 @@ impl Transform {
     }
 }
 
-/// Coefficients of 1 in row `edge` of a span of `rows`.
-fn impulse(rows: usize, edge: usize) -> Vec<f32> {
-    let scale = (2.0 / rows as f64).sqrt();
-    let waves = cosines(rows, 0, 2 * edge + 1, rows);
-    let mut impulse: Vec<f32> = waves.iter().map(|wave| (scale * wave) as f32).collect();
-    impulse[0] = (1.0 / rows as f64).sqrt() as f32;
-    impulse
+/// EᵀS⁻¹E of spectra that each end where they have no more power.
+fn gram(spectra: &[Vec<f32>], weights: &[f64]) -> DMatrix<f64> {
+    let count = spectra.len();
+    let mut gram = DMatrix::zeros(count, count);
+    for a in 0..count {
+        for b in 0..=a {
+            let products = spectra[a].iter().zip(&spectra[b]).zip(weights);
+            let sum: f64 = products
+                .map(|((a, b), weight)| f64::from(*a) * f64::from(*b) * weight)
+                .sum();
+            gram[(a, b)] = sum;
+            gram[(b, a)] = sum;
+        }
+    }
+    gram
+}
+
+/// Share of coefficient `k`'s power that free spectra take: the diagonal of E (EᵀS⁻¹E)⁻¹ Eᵀ S⁻¹.
+fn leverage(spectra: &[Vec<f32>], inverse: &DMatrix<f64>, weights: &[f64], k: usize) -> f64 {
+    let at = DVector::from_iterator(
+        spectra.len(),
+        spectra.iter().map(|shape| f64::from(shape[k])),
+    );
+    weights[k] * at.dot(&(inverse * &at))
 }
 
 /// The sums, with what is needed to add columns.
@@ -163,7 +208,13 @@ pub struct NormalEquations {
     scale: Vec<f64>,
     /// Records' coefficients.
     records: Vec<Vec<f64>>,
+    /// By record, what its gaps leave unknown: parameters with no prior. Their columns stand before all others.
+    gaps: Vec<Hypothesis>,
+    slow: usize,
 }
+
+/// Columns from here on are what gaps and ends leave unknown.
+const SLOW: usize = usize::MAX / 2;
 
 /// Coefficients that are multiplied at once, to stay within the cache.
 const CHUNK: usize = 512;
@@ -172,15 +223,14 @@ impl NormalEquations {
     /// Passes over the rows of `records` and `columns`.
     ///
     /// # Inputs
-    /// `levels`: the noise under which gaps and ends are taken out.
+    /// `levels`: the noise under which ends are taken out; another noise later costs efficiency, never a bias.
     pub fn new(
         observations: Observations,
         records: &[Vec<f64>],
         columns: &impl Columns,
         levels: NoiseLevels,
     ) -> Self {
-        let basis = NoiseBasis::new(&observations);
-        let transform = Transform::new(observations, &basis, levels);
+        let (transform, basis) = Transform::taking_out(observations, levels, gaps::ends);
         let records: Vec<Vec<f64>> = records
             .par_iter()
             .map(|record| transform.spectrum(record))
@@ -202,8 +252,16 @@ impl NormalEquations {
             scale: Vec::new(),
             records,
             basis,
+            gaps: Vec::new(),
+            slow: 0,
             transform,
         };
+        let slow = equations.transform.slow();
+        equations.slow = slow.len();
+        equations.gaps = (0..equations.records.len())
+            .map(|record| free_on(record, slow.len()))
+            .collect();
+        equations.push(slow.iter().map(|one| scaled(one)).collect());
         equations.add(columns);
         equations
     }
@@ -212,18 +270,14 @@ impl NormalEquations {
     pub fn add(&mut self, columns: &impl Columns) {
         let transformed: Vec<(Vec<f32>, f64)> = (0..columns.count())
             .into_par_iter()
-            .map(|place| {
-                let spectrum = self.transform.spectrum(&columns.column(place));
-                let power: f64 = spectrum.iter().map(|c| c * c).sum();
-                let scale = if power.is_finite() && power > LEAST_POWER {
-                    1.0 / power.sqrt()
-                } else {
-                    0.0
-                };
-                (spectrum.iter().map(|c| (c * scale) as f32).collect(), scale)
-            })
+            .map(|place| scaled(&self.transform.spectrum(&columns.column(place))))
             .collect();
         self.transform.release();
+        self.push(transformed);
+    }
+
+    /// Adds columns, each with its scale.
+    fn push(&mut self, transformed: Vec<(Vec<f32>, f64)>) {
         let before = self.spectra.len();
         for (spectrum, scale) in transformed {
             self.spectra.push(spectrum);
@@ -246,6 +300,7 @@ impl NormalEquations {
 
     /// Forgets all columns from `count` on.
     pub fn truncate(&mut self, count: usize) {
+        let count = self.slow + count;
         self.spectra.truncate(count);
         self.scale.truncate(count);
         for gram in &mut self.gram {
@@ -258,7 +313,50 @@ impl NormalEquations {
 
     /// Number of columns.
     pub fn columns(&self) -> usize {
-        self.spectra.len()
+        self.spectra.len() - self.slow
+    }
+
+    /// By record, what its gaps leave unknown.
+    pub fn gaps(&self) -> &[Hypothesis] {
+        &self.gaps
+    }
+
+    /// Coefficients of a column.
+    pub(crate) fn spectrum(&self, column: usize) -> Vec<f64> {
+        let place = self.place(column);
+        let scale = self.scale[place];
+        let spectrum = self.spectra[place].iter();
+        spectrum.map(|c| f64::from(*c) / scale).collect()
+    }
+
+    /// Whether a column is what a gap or an end leaves unknown.
+    pub(crate) fn is_of_gaps(column: usize) -> bool {
+        column >= SLOW
+    }
+
+    /// Where a column is kept.
+    fn place(&self, column: usize) -> usize {
+        if Self::is_of_gaps(column) {
+            column - SLOW
+        } else {
+            column + self.slow
+        }
+    }
+
+    /// The noise terms with as many observations in each bin as gaps leave of them under a noise.
+    pub fn basis_beside_gaps(&self, levels: NoiseLevels) -> NoiseBasis {
+        let mut basis = self.basis.clone();
+        let weights: Vec<f64> = basis.binned(levels).iter().map(|s| 1.0 / s).collect();
+        let gram = |bin: usize| {
+            DMatrix::from_fn(self.slow, self.slow, |a, b| {
+                weights[bin] * self.product(bin, SLOW + a, SLOW + b)
+            })
+        };
+        let zero = DMatrix::zeros(self.slow, self.slow);
+        let inverse = pseudo_inverse(&(0..basis.bins.len()).fold(zero, |sum, bin| sum + gram(bin)));
+        let taken = (0..basis.bins.len()).map(|bin| (&inverse * gram(bin)).trace());
+        basis.take_out_of_bins(taken);
+        basis
     }
 
     /// Number of records.
@@ -268,13 +366,14 @@ impl NormalEquations {
 
     /// Σ of the product of two columns in a bin, in the columns' own scale times [`NormalEquations::scale`] of each.
     pub fn product(&self, bin: usize, a: usize, b: usize) -> f64 {
+        let (a, b) = (self.place(a), self.place(b));
         let (low, high) = if a < b { (a, b) } else { (b, a) };
         self.gram[bin][high * (high + 1) / 2 + low]
     }
 
     /// Σ of the product of a column and a record in a bin, the column scaled by [`NormalEquations::scale`].
     pub fn moment(&self, record: usize, bin: usize, column: usize) -> f64 {
-        self.moments[record][bin][column]
+        self.moments[record][bin][self.place(column)]
     }
 
     /// Σ of the squared record in each bin.
@@ -289,22 +388,50 @@ impl NormalEquations {
 
     /// Factor that brings a column to unit power; 0 where it has none.
     pub fn scale(&self, column: usize) -> f64 {
-        self.scale[column]
+        self.scale[self.place(column)]
     }
 
     /// A record's coefficients less a sum of columns, given as (column, size in the column's own unit).
     pub fn residual_spectrum(&self, record: usize, sizes: &[(usize, f64)]) -> Vec<f64> {
         let mut left = self.records[record].clone();
         for &(column, size) in sizes {
-            if self.scale[column] > 0.0 {
-                let scaled = size / self.scale[column];
-                for (value, part) in left.iter_mut().zip(&self.spectra[column]) {
+            let place = self.place(column);
+            if self.scale[place] > 0.0 {
+                let scaled = size / self.scale[place];
+                for (value, part) in left.iter_mut().zip(&self.spectra[place]) {
                     *value -= scaled * f64::from(*part);
                 }
             }
         }
         left
     }
+}
+
+/// What gaps and ends leave unknown, as free parameters of one record.
+fn free_on(record: usize, count: usize) -> Hypothesis {
+    let each = (0..count).map(|place| Term {
+        parameter: place,
+        record,
+        column: SLOW + place,
+        coefficient: 1.0,
+    });
+    Hypothesis {
+        parameters: count,
+        terms: each.collect(),
+        fixed: Vec::new(),
+        price: 0.0,
+    }
+}
+
+/// A column at unit power with its scale, 0 where it is empty.
+fn scaled(spectrum: &[f64]) -> (Vec<f32>, f64) {
+    let power: f64 = spectrum.iter().map(|c| c * c).sum();
+    let scale = if power.is_finite() && power > LEAST_POWER {
+        1.0 / power.sqrt()
+    } else {
+        0.0
+    };
+    (spectrum.iter().map(|c| (c * scale) as f32).collect(), scale)
 }
 
 /// Power below which a column is empty.

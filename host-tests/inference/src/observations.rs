@@ -2,8 +2,8 @@
 //!
 //! A span is a stretch of rows that is transformed as one. Rows inside it that are not seen are bridged: a straight line
 //! through the means of as many rows on either side as the gap is long. The same linear operation is applied to
-//! records and columns, so coefficients are not biased; drift stays continuous. What the lines do to the power of
-//! stationary noise at low frequencies is worked out with [`Span::spread`].
+//! records and columns, so coefficients are not biased; drift stays continuous. How far the rows of a gap may lie from the
+//! line is free, and taken out with the transform.
 
 use std::ops::Range;
 
@@ -120,26 +120,6 @@ impl Span {
         values
     }
 
-    /// The transpose of [`Span::bridge`]: what each seen row contributes to a sum that weighs the bridged rows with
-    /// `weights`; 0 in gaps.
-    pub fn spread(&self, weights: Vec<f64>) -> Vec<f64> {
-        let mut values = weights;
-        for line in self.lines() {
-            let (mut left, mut right) = (0.0, 0.0);
-            for row in line.gap.clone() {
-                let share = line.share(row);
-                left += (1.0 - share) * values[row];
-                right += share * values[row];
-                values[row] = 0.0;
-            }
-            for (sum, window) in [left, right].into_iter().zip(line.windows.clone()) {
-                let each = sum / window.len() as f64;
-                values[window].iter_mut().for_each(|value| *value += each);
-            }
-        }
-        values
-    }
-
     /// The line across each gap, rows counted from the span's begin.
     fn lines(&self) -> Vec<Line> {
         let begin = self.rows.start;
@@ -169,18 +149,6 @@ impl Span {
         edges.sort_unstable();
         edges.dedup();
         edges
-    }
-
-    /// Share of the span's rows that are seen.
-    pub fn seen_share(&self) -> f64 {
-        let missing: usize = self.gaps.iter().map(ExactSizeIterator::len).sum();
-        1.0 - missing as f64 / self.rows.len() as f64
-    }
-
-    /// Longest gap in rows.
-    pub fn longest_gap(&self) -> usize {
-        let lengths = self.gaps.iter().map(ExactSizeIterator::len);
-        lengths.max().unwrap_or(0)
     }
 }
 
@@ -227,28 +195,6 @@ mod tests {
         for (value, expected) in observations.spans[0].bridge(&holed).iter().zip(&record) {
             assert!((value - expected).abs() < 1e-12);
         }
-    }
-
-    #[test]
-    fn spreading_is_the_transpose_of_bridging() {
-        let mut seen = vec![true; 40];
-        seen[10..15].fill(false);
-        seen[18..25].fill(false);
-        let observations = Observations::bridged(&seen).expect("rows enough");
-        let span = &observations.spans[0];
-        let wave =
-            |step: f64| -> Vec<f64> { (0..40).map(|row| (step * f64::from(row)).sin()).collect() };
-        let (mut record, weights) = (wave(0.3), wave(1.1));
-        let spread = span.spread(weights.clone());
-        let direct: f64 = span
-            .bridge(&record)
-            .iter()
-            .zip(&weights)
-            .map(|(a, b)| a * b)
-            .sum();
-        record[10..15].fill(7.0);
-        let by_rows: f64 = record.iter().zip(&spread).map(|(a, b)| a * b).sum();
-        assert!((direct - by_rows).abs() < 1e-12, "{direct} {by_rows}");
     }
 
     #[test]

@@ -79,9 +79,13 @@ impl<'a> ScoreTest<'a> {
             .collect();
         let mut parts: Vec<(usize, usize, Vec<f64>)> = Vec::new();
         let mut first = 0;
-        for one in set {
+        for one in set.iter().copied().chain(equations.gaps()) {
             for term in &one.terms {
-                let spectrum = equations.transform.spectrum(&columns.column(term.column));
+                let spectrum = if NormalEquations::is_of_gaps(term.column) {
+                    equations.spectrum(term.column)
+                } else {
+                    equations.transform.spectrum(&columns.column(term.column))
+                };
                 let parameter = first + term.parameter;
                 let of_both = |part: &&mut (usize, usize, Vec<f64>)| {
                     part.0 == parameter && part.1 == term.record

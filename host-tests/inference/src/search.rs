@@ -388,6 +388,7 @@ impl<'a> Search<'a> {
         let mut set = self.members(&best.members);
         set[place] = &whole;
         set.push(&self.hypotheses[rival]);
+        set.extend(self.equations.gaps());
         let assembled = Assembled::new(self.equations, &set);
         let information = assembled.information(self.equations, &best.levels);
         let own = assembled.blocks[place].clone();

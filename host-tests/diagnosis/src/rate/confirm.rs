@@ -3,35 +3,49 @@
 use rlg_catalogue::candidates::{PoolColumns, Variant};
 use rlg_catalogue::entries::{SLIP, STEP, UNLISTED};
 use rlg_catalogue::{Candidate, Pool};
-use rlg_inference::events::Instant;
+use rlg_inference::events::{Instant, largest_impulse};
 use rlg_inference::normal_equations::Transform;
 use rlg_inference::predict::log_score;
 use rlg_inference::{Fit, Hypothesis, NoiseBasis, NormalEquations, Observations, Search};
 use rlg_signal::partition::Use;
+use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::data::Data;
 use super::goodness::{Misfit, misfits};
 use super::noise::drift_prior;
 use super::plan::AnalysisPlan;
 use super::reenact::{Named, Reenactment, reenact};
-use super::search::{Found, effect_rad, mean, sizes_on, subtract};
+use super::search::{Found, effect_rad, left_on, mean, subtract};
 use crate::streams::{Triad, add};
 
 /// Shortest stretch that is scored \[rows\].
 const LEAST_ROWS: usize = 32;
 
-/// Log score that each member of the found set gains on the rows that confirm. A step gains what its instants, as probable as
-/// the fitted rows leave them, gain together: where they do not see it happen, it may be anywhere between them.
+/// What the rows that confirm say of a member.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prediction {
+    /// Log score that the member gains there.
+    pub gain: f64,
+    /// Whether it holds there.
+    pub holds: bool,
+}
+
+/// What the rows that confirm say of each member of the found set. A step gains what its instants, as probable as the fitted rows
+/// leave them, gain together: where they do not see it happen, it may be anywhere between them. A slip is a row by itself, and
+/// no other gains by it; it holds where the others' noise has no such rows of its own.
 ///
 /// # Returns
-/// A number for each member, in the order of the set.
-fn gains(data: &Data, found: &Found) -> Vec<f64> {
+/// In the order of the set.
+fn predictions(data: &Data, found: &Found, plan: &AnalysisPlan) -> Vec<Prediction> {
     let observations = Observations::separate(&data.rows_of(&[Use::Confirm]), LEAST_ROWS);
     if found.fit.members.is_empty() || observations.spans.is_empty() {
-        return vec![0.0; found.fit.members.len()];
+        let none = Prediction {
+            gain: 0.0,
+            holds: false,
+        };
+        return vec![none; found.fit.members.len()];
     }
-    let basis = NoiseBasis::new(&observations);
-    let transform = Transform::new(observations, &basis, mean(&found.fit.levels));
+    let (transform, basis) = Transform::with_basis(observations, mean(&found.fit.levels));
     let of_gyro = |fit: &Fit, gyro: usize, left_rad: &[f64]| {
         log_score(&basis, &transform.spectrum(left_rad), fit.levels[gyro])
     };
@@ -68,7 +82,21 @@ fn gains(data: &Data, found: &Found) -> Vec<f64> {
     };
     let without = found.without.iter().enumerate();
     without
-        .map(|(place, fit)| whole + over_instants(place).unwrap_or(0.0) - score(fit))
+        .map(|(place, fit)| {
+            let gain = whole + over_instants(place).unwrap_or(0.0) - score(fit);
+            let candidate = &found.candidates[found.fit.members[place]];
+            let holds = match candidate.variant {
+                Variant::Event { axis, .. } if candidate.kind == SLIP => {
+                    let spectrum = transform.spectrum(&left_rad[axis]);
+                    let levels = found.fit.levels[axis];
+                    let largest = largest_impulse(&transform, &basis, &spectrum, levels);
+                    let rows = transform.observations().rows() as f64;
+                    2.0 * rows * Normal::standard().sf(largest) > plan.unexplained
+                }
+                _ => gain > 0.0,
+            };
+            Prediction { gain, holds }
+        })
         .collect()
 }
 
@@ -110,8 +138,8 @@ pub struct Confirmed {
     pub named: Vec<usize>,
     /// What a named member is called, as places in [`Found::candidates`].
     pub headlines: Vec<usize>,
-    /// Log score of every member of the found set on rows that confirm.
-    pub gains: Vec<f64>,
+    /// What rows that confirm say of every member of the found set.
+    pub predictions: Vec<Prediction>,
     /// Places in [`Found::judged`] that do not predict those rows.
     pub unconfirmed: Vec<usize>,
     /// Places in [`Found::judged`] that the recording re-enacted without them shows as well.
@@ -127,13 +155,11 @@ pub struct Confirmed {
 /// Takes away what does not predict other rows, and what the recording shows even where it is re-enacted without it; `None`
 /// where too few rows are left.
 pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<Confirmed> {
-    let gains = gains(data, found);
+    let predictions = predictions(data, found, plan);
     let is_costly = |place: &usize| found.judged[*place].cost_without > plan.naming;
-    // A slip is a row by itself: no other can speak of it.
-    let is_slip = |place: usize| found.candidates[found.judged[place].hypothesis].kind == SLIP;
     let (mut named, unconfirmed): (Vec<usize>, Vec<usize>) = (0..found.judged.len())
         .filter(is_costly)
-        .partition(|&place| gains[place] > 0.0 || is_slip(place));
+        .partition(|&place| predictions[place].holds);
     let mut reenacted_away = Vec::new();
     loop {
         let mut headlines: Vec<usize> = named.iter().map(|&place| headline(found, place)).collect();
@@ -162,7 +188,7 @@ pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<
             return Some(Confirmed {
                 named,
                 headlines,
-                gains,
+                predictions,
                 unconfirmed,
                 reenacted_away,
                 reenactments,
@@ -192,8 +218,7 @@ fn settle_instants(
     else {
         return vec![None; headlines.len()];
     };
-    let basis = NoiseBasis::new(&observations);
-    let transform = Transform::new(observations, &basis, mean(&last.fit.levels));
+    let (transform, basis) = Transform::with_basis(observations, mean(&last.fit.levels));
     let mut std_rows = Vec::with_capacity(headlines.len());
     for (place, headline) in headlines.iter_mut().enumerate() {
         let known = instant(
@@ -276,9 +301,9 @@ fn refit(data: &Data, found: &Found, members: &[usize], plan: &AnalysisPlan) -> 
     let mut fit = search.fit(&all, None);
     let misfits = (0..3)
         .flat_map(|gyro| {
-            let sizes = sizes_on(&fit, &candidates, gyro);
-            let residual = equations.residual_spectrum(gyro, &sizes);
-            misfits(&equations.basis, &residual, fit.levels[gyro], gyro, plan)
+            let residual = left_on(&equations, &fit, &candidates, gyro);
+            let basis = equations.basis_beside_gaps(fit.levels[gyro]);
+            misfits(&basis, &residual, fit.levels[gyro], gyro, plan)
         })
         .collect();
     fit.members = members.to_vec();

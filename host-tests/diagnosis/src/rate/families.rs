@@ -14,7 +14,7 @@ use rlg_inference::score_test::{Gain, ScoreTest, gains, noises, spectra};
 use rlg_inference::sums::{Summed, sums};
 use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, NormalEquations, Term};
 
-use super::search::{Begin, Pass, sizes_on};
+use super::search::{Begin, Pass, left_on};
 
 /// Members of a family that are handed to the search at most.
 const STRONGEST: usize = 3;
@@ -329,8 +329,7 @@ fn line(
     begin: &Begin,
 ) -> Vec<Alone> {
     let signals = &pass.motion.signals;
-    let sizes = sizes_on(fit, &pass.candidates, gyro);
-    let residual = pass.equations.residual_spectrum(gyro, &sizes);
+    let residual = left_on(&pass.equations, fit, &pass.candidates, gyro);
     let rows = pass.equations.transform.observations().spans[0].rows.len();
     let Some(line) = strongest_line(&residual, rows) else {
         return Vec::new();

@@ -9,7 +9,7 @@ use rlg_catalogue::signals::AXES;
 use rlg_catalogue::{Candidate, Signals};
 use rlg_inference::events::scan;
 use rlg_inference::normal_equations::Transform;
-use rlg_inference::{Drift, Fit, NoiseBasis, NoiseLevels, Observations};
+use rlg_inference::{Drift, Fit, NoiseLevels, Observations};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::partition::Use;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
@@ -211,8 +211,7 @@ fn has_event(data: &Data, fit: &Fit, after_rad: &Triad, plan: &AnalysisPlan) -> 
     else {
         return false;
     };
-    let basis = NoiseBasis::new(&observations);
-    let transform = Transform::new(observations, &basis, mean(&fit.levels));
+    let (transform, basis) = Transform::with_basis(observations, mean(&fit.levels));
     (0..3).any(|gyro| {
         let spectrum = transform.spectrum(&after_rad[gyro]);
         let events = scan(&transform, &basis, &spectrum, fit.levels[gyro]);
@@ -252,7 +251,7 @@ fn finding<'a>(
         alike: alike.into_iter().map(str::to_string).collect(),
         or_drift: judged.cost_against_drift < plan.drift_within,
         cost_without: judged.cost_without,
-        confirmed_gain: confirmed.gains[member],
+        confirmed_gain: confirmed.predictions[member].gain,
         reenactment: confirmed.reenactments[place],
         instant_std_rows: confirmed.instant_std_rows[place],
         share,

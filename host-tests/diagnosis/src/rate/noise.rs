@@ -2,21 +2,31 @@
 
 use rlg_inference::normal_equations::Transform;
 use rlg_inference::search::DriftPrior;
-use rlg_inference::{Drift, NoiseBasis, NoiseLevels, Observations};
+use rlg_inference::{Drift, NoiseLevels, Observations};
 use rlg_model::Gyro;
 
+use super::search::mean;
 use crate::noise::Noise;
 use crate::streams::{Triad, each_axis};
 
 /// Levels that explain a residual as noise alone.
 pub fn first_levels(residual_rad: &Triad, observations: &Observations) -> Vec<NoiseLevels> {
-    let basis = NoiseBasis::new(observations);
-    // Ends and gaps weigh all frequencies alike where nothing is known.
+    // Ends and gaps weigh all frequencies alike where nothing is known; then by what came out.
     let flat = NoiseLevels {
         white: 1.0,
         ..NoiseLevels::default()
     };
-    let transform = Transform::new(observations.clone(), &basis, flat);
+    let first = levels_under(flat, residual_rad, observations);
+    levels_under(mean(&first), residual_rad, observations)
+}
+
+/// The same, with ends and gaps weighed by a known noise.
+fn levels_under(
+    known: NoiseLevels,
+    residual_rad: &Triad,
+    observations: &Observations,
+) -> Vec<NoiseLevels> {
+    let (transform, basis) = Transform::with_basis(observations.clone(), known);
     each_axis(|axis| {
         let spectrum = transform.spectrum(&residual_rad[axis]);
         let sum = |bin: &std::ops::Range<usize>| {

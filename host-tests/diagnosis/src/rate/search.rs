@@ -361,8 +361,7 @@ impl Pass {
         for fit in fits {
             let mut events: Vec<(usize, Event)> = Vec::new();
             for gyro in 0..3 {
-                let sizes = sizes_on(fit, &self.candidates, gyro);
-                let residual = self.equations.residual_spectrum(gyro, &sizes);
+                let residual = left_on(&self.equations, fit, &self.candidates, gyro);
                 let mut noises = vec![fit.levels[gyro]];
                 if fit.drift[gyro] != Drift::None {
                     noises.push(fit.levels[gyro].stationary());
@@ -594,6 +593,24 @@ pub fn sizes_on(fit: &Fit, candidates: &[Candidate], gyro: usize) -> Vec<(usize,
         }
     }
     sizes
+}
+
+/// Coefficients of what a fit leaves on one gyro, what its gaps leave unknown at its best.
+pub fn left_on(
+    equations: &NormalEquations,
+    fit: &Fit,
+    candidates: &[Candidate],
+    gyro: usize,
+) -> Vec<f64> {
+    let mut sizes = sizes_on(fit, candidates, gyro);
+    let of_gaps = &equations.gaps()[gyro];
+    sizes.extend(of_gaps.terms.iter().map(|term| {
+        (
+            term.column,
+            fit.estimate[fit.gaps[gyro].start + term.parameter],
+        )
+    }));
+    equations.residual_spectrum(gyro, &sizes)
 }
 
 /// Takes a fit's effects out of `residual_rad`.
