@@ -15,7 +15,7 @@ use super::scene::Scene;
 use rlg_diagnosis::excess::NOISE_KINDS;
 use rlg_diagnosis::qualify::FAULT_KINDS;
 use rlg_diagnosis::result::{Diagnosis, EffectEntry, ParameterEntry};
-use rlg_diagnosis::{Engine, diagnose_by};
+use rlg_diagnosis::{Engine, Settings, diagnose_under};
 use rlg_model::Model;
 use rlg_recording::error::InputError;
 use rlg_recording::{Channel, Quantity, Recording};
@@ -221,7 +221,11 @@ pub fn diagnose_trial(
         Vec::new()
     };
     let file = Path::new("model.toml");
-    let outcome = diagnose_by(engine, &without, &recording, &model, file, 0, &|_| {})?;
+    let settings = Settings {
+        left_out: &without,
+        ..Settings::by(engine)
+    };
+    let outcome = diagnose_under(&settings, &recording, &model, file, &|_| {})?;
     Ok(outcome.diagnosis)
 }
 

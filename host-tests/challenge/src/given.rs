@@ -17,7 +17,7 @@ use super::commit::sha256;
 use super::examine::{Finding, outcome_of};
 use rlg_diagnosis::explain::combination;
 use rlg_diagnosis::result::Diagnosis;
-use rlg_diagnosis::{Engine, diagnose_by};
+use rlg_diagnosis::{Engine, Settings, diagnose_under};
 use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
@@ -121,7 +121,11 @@ impl Pair {
             Vec::new()
         };
         let kinds: Vec<&str> = left_out.iter().map(String::as_str).collect();
-        let said = diagnose_by(engine, &kinds, &recording, &model, &file, 0, &|_| {})?.diagnosis;
+        let settings = Settings {
+            left_out: &kinds,
+            ..Settings::by(engine)
+        };
+        let said = diagnose_under(&settings, &recording, &model, &file, &|_| {})?.diagnosis;
         Ok(given(&self.commitment().1, &said, &self.open()?, left_out))
     }
 

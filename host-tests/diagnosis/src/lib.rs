@@ -168,15 +168,16 @@ mod still_words;
 pub mod pictures;
 
 pub mod rate;
+pub mod settings;
 
 pub use declared::{declared_noise, own_noise, reference_noise};
+pub use settings::{Engine, Settings};
 
 use std::path::Path;
 
 use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
-use serde::{Deserialize, Serialize};
 
 use blocks::Blocks;
 use lattice::Lattice;
@@ -213,32 +214,6 @@ pub fn diagnose(
     diagnose_without(&[], recording, model, model_file, seed, progress)
 }
 
-/// Which engine decides.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Engine {
-    /// For gyros without a dither one likelihood and one search (rate/) where they serve, the older stages for everything
-    /// else. Where there are accelerometers the older stages speak of them, and of gyros whose error gravity may tell from
-    /// the reference's.
-    #[default]
-    Both,
-    /// The older stages alone.
-    Old,
-    /// The new engine alone, where it serves.
-    New,
-}
-
-impl Engine {
-    /// Its name in files and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Both => "both",
-            Self::Old => "old",
-            Self::New => "new",
-        }
-    }
-}
-
 /// The same with some kinds taken out of the catalogue: what the tool says of physics it does not know.
 pub fn diagnose_without(
     left_out: &[&str],
@@ -248,35 +223,31 @@ pub fn diagnose_without(
     seed: u64,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
-    diagnose_by(
-        Engine::default(),
+    let settings = Settings {
         left_out,
-        recording,
-        model,
-        model_file,
         seed,
-        progress,
-    )
+        ..Settings::default()
+    };
+    diagnose_under(&settings, recording, model, model_file, progress)
 }
 
-/// The same by a chosen engine.
-pub fn diagnose_by(
-    engine: Engine,
-    left_out: &[&str],
+/// The same under chosen settings.
+pub fn diagnose_under(
+    settings: &Settings,
     recording: &Recording,
     model: &Model,
     model_file: &Path,
-    seed: u64,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
     if attitude::is_slow(recording, model) {
+        let Settings { left_out, seed, .. } = *settings;
         return attitude::diagnose(left_out, recording, model, model_file, seed, progress);
     }
     progress("aligning the channels");
     let streams = Streams::align(recording, model)?;
     let again = || Streams::align(recording, model);
     let of = (model, model_file);
-    diagnose_streams(engine, left_out, (streams, &again), of, seed, progress)
+    diagnose_streams(settings, (streams, &again), of, progress)
 }
 
 /// The same on aligned channels, so that the recording's own tables need not stay in memory.
@@ -284,13 +255,17 @@ pub fn diagnose_by(
 /// # Inputs
 /// `again`: aligns the channels once more, for the older stages behind the new engine.
 pub fn diagnose_streams(
-    engine: Engine,
-    left_out: &[&str],
+    settings: &Settings,
     (streams, again): (Streams, &dyn Fn() -> Result<Streams, InputError>),
     (model, model_file): (&Model, &Path),
-    seed: u64,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
+    let Settings {
+        engine,
+        left_out,
+        seed,
+        ..
+    } = *settings;
     let old = |streams: Streams| {
         let streams = vec![streams];
         diagnose_aligned(left_out, streams, None, model, model_file, seed, progress)
@@ -305,14 +280,8 @@ pub fn diagnose_streams(
     let mut qualified = streams;
     let mut faults = qualify::qualify(&mut qualified);
     faults.retain(|fault| !qualify::is_known(fault, &qualified, &model.effects));
-    let found = rate::diagnose(
-        left_out,
-        &mut qualified,
-        &faults,
-        (model, model_file),
-        seed,
-        progress,
-    )?;
+    let of = (model, model_file);
+    let found = rate::diagnose(settings, &mut qualified, &faults, of, progress)?;
     let Some(found) = found else {
         return old(again()?);
     };

@@ -9,7 +9,7 @@ use crate::given::MODEL;
 use crate::trial::MIX;
 use crate::{Plan, prepare};
 use rlg_diagnosis::result::Diagnosis;
-use rlg_diagnosis::{Engine, diagnose_by};
+use rlg_diagnosis::{Engine, Settings, diagnose_under};
 use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
@@ -59,7 +59,7 @@ pub fn recording_row(name: &str, folder: &Path, engine: Engine) -> Result<Row, I
     let (model, _) = Model::read_with_warnings(&file)?;
     let recording = Recording::read(folder)?;
     let said: Result<Diagnosis, String> =
-        diagnose_by(engine, &[], &recording, &model, &file, 0, &|_| {})
+        diagnose_under(&Settings::by(engine), &recording, &model, &file, &|_| {})
             .map(|outcome| outcome.diagnosis)
             // The error's file is left out: the folder must not enter the table.
             .map_err(|error| format!("refused: {}", error.problem));

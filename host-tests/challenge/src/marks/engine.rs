@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use clap::ValueEnum;
-use rlg_diagnosis::diagnose_by;
+use rlg_diagnosis::rate::AnalysisPlan;
+use rlg_diagnosis::{Settings, diagnose_under};
 use rlg_model::Model;
 use rlg_recording::Recording;
 use serde::{Deserialize, Serialize};
@@ -124,12 +125,12 @@ fn found(effect: &Value) -> FoundEffect {
 }
 
 /// An engine of the diagnosis.
-struct Of(rlg_diagnosis::Engine);
+struct Of(Settings<'static>);
 
 impl Engine for Of {
     fn diagnose(&self, recording: &Recording, model: &Model) -> Result<DiagnosisSummary, String> {
         let file = Path::new("model.toml");
-        let outcome = diagnose_by(self.0, &[], recording, model, file, 0, &|_| {})
+        let outcome = diagnose_under(&self.0, recording, model, file, &|_| {})
             .map_err(|error| error.to_string())?;
         let json = serde_json::to_value(&outcome.diagnosis).map_err(|error| error.to_string())?;
         DiagnosisSummary::from_json(&json)
@@ -138,6 +139,14 @@ impl Engine for Of {
 
 /// Returns the engine of a name; none for [`EngineName::None`].
 pub fn engine(name: EngineName) -> Option<Box<dyn Engine>> {
-    let engine = name.of_diagnosis()?;
-    Some(Box::new(Of(engine)))
+    under(name, AnalysisPlan::default())
+}
+
+/// The same with other numbers than the new engine's own.
+pub fn under(name: EngineName, plan: AnalysisPlan) -> Option<Box<dyn Engine>> {
+    let settings = Settings {
+        plan,
+        ..Settings::by(name.of_diagnosis()?)
+    };
+    Some(Box::new(Of(settings)))
 }

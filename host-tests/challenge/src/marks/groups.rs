@@ -49,6 +49,17 @@ pub struct Counts {
 }
 
 impl Counts {
+    /// Both together.
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            right: self.right + other.right,
+            or_drift: self.or_drift + other.or_drift,
+            missed: self.missed + other.missed,
+            wrong: self.wrong + other.wrong,
+            unanswered: self.unanswered + other.unanswered,
+        }
+    }
+
     fn add(&mut self, score: Score) {
         *match score {
             Score::Right => &mut self.right,

@@ -35,6 +35,7 @@ use rlg_recording::error::InputError;
 
 use crate::Outcome;
 use crate::qualify::Fault;
+use crate::settings::Settings;
 use crate::streams::Streams;
 
 /// Whether this engine serves a recording: one record of increments with a reference on the same rows, counters with their
@@ -54,22 +55,26 @@ pub fn serves(streams: &Streams, model: &Model) -> bool {
 /// # Errors
 /// The model's installation matrix has no inverse.
 pub fn diagnose(
-    left_out: &[&str],
+    settings: &Settings,
     streams: &mut Streams,
     faults: &[Fault],
     (model, model_file): (&Model, &Path),
-    seed: u64,
     progress: &dyn Fn(&str),
 ) -> Result<Option<Outcome>, InputError> {
-    let plan = AnalysisPlan::default();
-    let mut data = data::Data::new(streams, model, &plan, model_file)?;
-    let Some(mut found) = search::find(&mut data, left_out, &plan, progress) else {
+    let Settings {
+        left_out,
+        ref plan,
+        seed,
+        ..
+    } = *settings;
+    let mut data = data::Data::new(streams, model, plan, model_file)?;
+    let Some(mut found) = search::find(&mut data, left_out, plan, progress) else {
         return Ok(None);
     };
     // The set stands: its findings need no columns by frequency, which are most of the memory.
     found.equations.truncate(0);
     progress("writing the findings");
-    Ok(findings::outcome(&data, &mut found, faults, seed, &plan))
+    Ok(findings::outcome(&data, &mut found, faults, seed, plan))
 }
 
 /// The result where the older stages were asked as well: theirs of the accelerometers, and of gyros whose error gravity may

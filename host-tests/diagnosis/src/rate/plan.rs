@@ -6,7 +6,8 @@ use rlg_signal::shrinkage::Gate;
 
 /// All thresholds of this engine.
 ///
-/// `rlg challenge --marks --engine new` shows what they give on seeds that they were not chosen on.
+/// `rlg challenge --marks --engine new` shows what they give on seeds that they were not chosen on, and with `--vary` what other
+/// values of one of them would.
 #[derive(Debug, Clone, Copy)]
 pub struct AnalysisPlan {
     /// Rows fitted, confirmed, tested.
@@ -66,5 +67,62 @@ impl Default for AnalysisPlan {
             excess_ratio: 1.1,
             passes: 8,
         }
+    }
+}
+
+/// A number of the plan.
+type Number = fn(&mut AnalysisPlan) -> &mut f64;
+
+/// Numbers that can be varied: all that are no shares of rows and no counts.
+pub const NUMBERS: [(&str, Number); 18] = [
+    ("naming", |plan| &mut plan.naming),
+    ("class_within", |plan| &mut plan.class_within),
+    ("separation", |plan| &mut plan.separation),
+    ("reenactment_chance", |plan| &mut plan.reenactment_chance),
+    ("practical_share", |plan| &mut plan.practical_share),
+    ("drift_within", |plan| &mut plan.drift_within),
+    ("reference_std", |plan| &mut plan.reference_std),
+    ("gate.ratio", |plan| &mut plan.gate.ratio),
+    ("gate.bias", |plan| &mut plan.gate.bias),
+    ("event", |plan| &mut plan.event),
+    ("unexplained", |plan| &mut plan.unexplained),
+    ("excess_noise", |plan| &mut plan.excess_noise),
+    ("excess_ratio", |plan| &mut plan.excess_ratio),
+    ("search.expected_effects", |plan| {
+        &mut plan.search.expected_effects
+    }),
+    ("search.drift_term", |plan| &mut plan.search.drift_term),
+    ("search.drift_any", |plan| &mut plan.search.drift_any),
+    ("search.drift_odd", |plan| &mut plan.search.drift_odd),
+    ("search.screening", |plan| &mut plan.search.screening),
+];
+
+impl AnalysisPlan {
+    /// The plan with one number times `factor`, and the number's value then; `None` where there is no such number.
+    pub fn scaled(mut self, name: &str, factor: f64) -> Option<(Self, f64)> {
+        let (_, number) = NUMBERS.iter().find(|(known, _)| *known == name)?;
+        let value = number(&mut self);
+        *value *= factor;
+        let value = *value;
+        Some((self, value))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{AnalysisPlan, NUMBERS};
+
+    #[test]
+    fn every_number_is_scaled_alone() {
+        let numbers = |mut plan: AnalysisPlan| NUMBERS.map(|(_, number)| *number(&mut plan));
+        let before = numbers(AnalysisPlan::default());
+        for (place, (name, _)) in NUMBERS.iter().enumerate() {
+            let (plan, value) = AnalysisPlan::default().scaled(name, 2.0).expect("known");
+            assert_eq!(value, 2.0 * before[place], "{name}");
+            let mut expected = before;
+            expected[place] = value;
+            assert_eq!(numbers(plan), expected, "{name}");
+        }
+        assert!(AnalysisPlan::default().scaled("no number", 2.0).is_none());
     }
 }

@@ -6,10 +6,13 @@ use clap::Args;
 use serde_json::json;
 
 use crate::challenge::commit::{ANSWERS, COMMITMENTS, OUTCOMES, commitments};
+use crate::challenge::marks::curve::{FACTORS, curve};
 use crate::challenge::marks::engine::{EngineName, engine};
 use crate::challenge::marks::family::Family;
-use crate::challenge::marks::run::{Cost, Outcome, Plan, prepare};
+use crate::challenge::marks::groups::Counts;
+use crate::challenge::marks::run::{Cost, Outcome, Plan, Prepared, prepare};
 use crate::challenge::marks::table::{Scores, score};
+use crate::diagnose::rate::plan::NUMBERS;
 use crate::error::InputError;
 use crate::output::OutputFolder;
 use crate::terminal::Terminal;
@@ -19,6 +22,9 @@ const SCORES: &str = "challenge.json";
 
 /// Times, which are not the same bytes twice.
 const COSTS: &str = "costs.json";
+
+/// What other values of a number give.
+const CURVE: &str = "curve.json";
 
 /// Failures that are listed on the terminal.
 const SHOWN: usize = 30;
@@ -43,6 +49,11 @@ pub struct MarksOptions {
     #[arg(long, default_value_t = 240_000, value_name = "N", requires = "marks",
         value_parser = clap::value_parser!(u32).range(2_000..=20_000_000))]
     most_rows: u32,
+    /// Diagnose the same trials by the new engine with this number of the analysis plan halved, times 0.7, as it is, times
+    /// 1.4 and doubled, and print what each gives
+    #[arg(long, value_name = "NUMBER", requires = "marks", conflicts_with = "keep",
+        value_parser = clap::builder::PossibleValuesParser::new(NUMBERS.map(|(name, _)| name)))]
+    vary: Option<String>,
 }
 
 /// What the options share with the challenge's own.
@@ -86,6 +97,9 @@ impl MarksOptions {
         // On disk before the first diagnosis begins.
         first.write(COMMITMENTS, commitments(&prepared.lines).as_bytes())?;
         first.commit()?;
+        if let Some(number) = &self.vary {
+            return vary(number, common.out, (&plan, &prepared), terminal);
+        }
         let bar = terminal.bar(count, "diagnosing");
         let before_s = processor_s();
         let engine = engine.as_deref();
@@ -102,6 +116,46 @@ impl MarksOptions {
         }
         terminal.result(&scores)
     }
+}
+
+/// Diagnoses all trials under several values of a number, and says what each gives.
+fn vary(
+    number: &str,
+    out: &Path,
+    (plan, prepared): (&Plan, &Prepared),
+    terminal: &Terminal,
+) -> Result<(), InputError> {
+    let count = (prepared.trials.len() * FACTORS.len()) as u64;
+    let bar = terminal.bar(count, "diagnosing");
+    let points = curve(plan, prepared, number, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    let result = json!({
+        "format": 1,
+        "version": env!("CARGO_PKG_VERSION"),
+        "plan": plan,
+        "number": number,
+        "points": points,
+    });
+    let mut folder = OutputFolder::create(out)?;
+    folder.write(CURVE, format!("{result:#}\n").as_bytes())?;
+    folder.commit()?;
+    let all = |of: &Counts| of.right + of.or_drift + of.missed + of.wrong;
+    for point in &points {
+        let (nulls, positives) = (&point.nulls, &point.positives);
+        terminal.say(format!(
+            "{number} × {:<3} = {:<8.3e} false names {:>3} of {:<4} right {:>3}, or drift {:>3}, missed {:>3}, wrong {:>3} of {}",
+            point.factor,
+            point.value,
+            nulls.wrong,
+            all(nulls),
+            positives.right,
+            positives.or_drift,
+            positives.missed,
+            positives.wrong,
+            all(positives),
+        ));
+    }
+    terminal.result(&result)
 }
 
 fn write(

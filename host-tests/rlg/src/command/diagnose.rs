@@ -10,7 +10,7 @@ use crate::diagnose::attitude::is_slow;
 use crate::diagnose::declare::MOST_ROWS;
 use crate::diagnose::long::Long;
 use crate::diagnose::streams::Streams;
-use crate::diagnose::{Engine, diagnose, diagnose_aligned, diagnose_streams};
+use crate::diagnose::{Engine, Settings, diagnose, diagnose_aligned, diagnose_streams};
 use crate::error::InputError;
 use crate::recording::Recording;
 use crate::report::terminal::lines;
@@ -149,14 +149,12 @@ impl Diagnose {
                     let streams = Streams::align(&recording, &model)?;
                     drop(recording);
                     let again = || Streams::align(&Recording::read(folder)?, &model);
-                    return diagnose_streams(
-                        self.engine.into(),
-                        &[],
-                        (streams, &again),
-                        (&model, &self.model),
-                        self.seed,
-                        &progress,
-                    );
+                    let settings = Settings {
+                        seed: self.seed,
+                        ..Settings::by(self.engine.into())
+                    };
+                    let of = (&model, self.model.as_path());
+                    return diagnose_streams(&settings, (streams, &again), of, &progress);
                 }
                 let mut streams = Streams::align(&recording, &model)?;
                 streams.pieces[0].held_out = *held_out;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{DMatrix, DVector};
 use rlg::diagnose::result::{EffectEntry, ParameterEntry, Verdict};
-use rlg::diagnose::{Engine, Outcome, diagnose_by};
+use rlg::diagnose::{Engine, Outcome, Settings, diagnose_under};
 use rlg::model::Model;
 use rlg::recording::Recording;
 
@@ -26,7 +26,7 @@ fn recordings() -> Option<PathBuf> {
 fn run(engine: Engine, folder: &Path, model: &Model) -> Outcome {
     let recording = Recording::read(folder).expect("a recording");
     let file = folder.join("model.toml");
-    diagnose_by(engine, &[], &recording, model, &file, 0, &|_| {}).expect("a diagnosis")
+    diagnose_under(&Settings::by(engine), &recording, model, &file, &|_| {}).expect("a diagnosis")
 }
 
 /// Values, standard deviations and covariance of an effect's numbers.

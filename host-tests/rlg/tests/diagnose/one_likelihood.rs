@@ -7,7 +7,7 @@ use rlg::diagnose::rate::data::Data;
 use rlg::diagnose::rate::findings::DRIFT;
 use rlg::diagnose::rate::{AnalysisPlan, diagnose};
 use rlg::diagnose::streams::Streams;
-use rlg::diagnose::{Engine, diagnose_by};
+use rlg::diagnose::{Engine, Settings, diagnose_under};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
 use rlg_signal::partition::Use;
@@ -46,7 +46,7 @@ fn findings_do_not_depend_on_the_rows_that_test_them() {
         whole.rows
     );
     let [clean, garbage] = [&mut whole, &mut poisoned].map(|streams| {
-        diagnose(&[], streams, &[], (model, file), 0, &|_| {})
+        diagnose(&Settings::default(), streams, &[], (model, file), &|_| {})
             .expect("a model that can be used")
             .expect("rows enough")
     });
@@ -85,7 +85,7 @@ fn a_declared_drift_takes_drift_out_of_the_class_of_a_bias() {
         model.gyro.rate_random_walk_rad_s_sqrt_s = walk_rad_s_sqrt_s;
         let file = Path::new("model.toml");
         let of = &simulation.recording;
-        let outcome = diagnose_by(Engine::New, &[], of, &model, file, 0, &|_| {});
+        let outcome = diagnose_under(&Settings::by(Engine::New), of, &model, file, &|_| {});
         let outcome = outcome.expect("a diagnosis");
         assert_eq!(
             outcome.model.gyro.rate_random_walk_rad_s_sqrt_s, walk_rad_s_sqrt_s,

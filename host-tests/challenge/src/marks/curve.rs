@@ -1,0 +1,65 @@
+//! What other values of a number of the analysis plan would give on the same trials.
+
+use rlg_diagnosis::rate::AnalysisPlan;
+use rlg_recording::error::InputError;
+use serde::Serialize;
+
+use super::engine::{EngineName, under};
+use super::groups::Counts;
+use super::run::{Outcome, Plan, Prepared};
+use super::table::{Scores, score};
+
+/// Factors that a number is taken times.
+pub const FACTORS: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
+
+/// What one value of the number gives.
+#[derive(Debug, Clone, Serialize)]
+pub struct Point {
+    /// Times the number's own value.
+    pub factor: f64,
+    /// Its value.
+    pub value: f64,
+    /// Recordings without an effect.
+    pub nulls: Counts,
+    /// Recordings with effects.
+    pub positives: Counts,
+}
+
+/// Diagnoses all trials under each factor of the number `name`. `progress` is told of each trial.
+///
+/// # Errors
+/// A recording cannot be made.
+pub fn curve(
+    plan: &Plan,
+    prepared: &Prepared,
+    name: &str,
+    progress: &(dyn Fn() + Sync),
+) -> Result<Vec<Point>, InputError> {
+    let of = |factor: f64| {
+        let (varied, value) = AnalysisPlan::default()
+            .scaled(name, factor)
+            .ok_or_else(|| InputError::new("--vary", "is no number of the plan").value(name))?;
+        let engine = under(EngineName::New, varied);
+        let done = prepared.diagnose(plan.seed, engine.as_deref(), None, progress)?;
+        let outcomes: Vec<Outcome> = done.into_iter().map(|(outcome, _)| outcome).collect();
+        let scores = score(plan, &prepared.answers, &outcomes);
+        let [nulls, positives] = sums(&scores);
+        Ok(Point {
+            factor,
+            value,
+            nulls,
+            positives,
+        })
+    };
+    FACTORS.into_iter().map(of).collect()
+}
+
+/// Counts of all nulls and of all positives: those by family, added up.
+fn sums(scores: &Scores) -> [Counts; 2] {
+    ["null, family", "positive, family"].map(|begin| {
+        let groups = scores.groups.iter();
+        groups
+            .filter(|(name, _)| name.starts_with(begin))
+            .fold(Counts::default(), |sum, (_, counts)| sum.and(*counts))
+    })
+}
