@@ -321,16 +321,14 @@ impl NormalEquations {
         &self.gaps
     }
 
-    /// Coefficients of a column.
-    pub(crate) fn spectrum(&self, column: usize) -> Vec<f64> {
+    /// Coefficients of a column as they are kept, and the factor that brings them to its own unit.
+    pub(crate) fn kept(&self, column: usize) -> (&[f32], f64) {
         let place = self.place(column);
-        let scale = self.scale[place];
-        let spectrum = self.spectra[place].iter();
-        spectrum.map(|c| f64::from(*c) / scale).collect()
+        (&self.spectra[place], 1.0 / self.scale[place])
     }
 
     /// Whether a column is what a gap or an end leaves unknown.
-    pub(crate) fn is_of_gaps(column: usize) -> bool {
+    fn is_of_gaps(column: usize) -> bool {
         column >= SLOW
     }
 

@@ -5,6 +5,7 @@
 //! h = XᵀWr − XᵀWM (MᵀWM)⁻¹ MᵀWr, and ln L grows by ½ hᵀA⁻¹h.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -22,18 +23,40 @@ pub struct ScoreTest<'a> {
     weights: Vec<Vec<f64>>,
     /// The records' own coefficients over their noise.
     weighted: Vec<Vec<f64>>,
-    members: Vec<Member>,
+    members: Vec<Member<'a>>,
     /// (MᵀWM)⁻¹.
     inverse: DMatrix<f64>,
     /// MᵀWr.
     score: DVector<f64>,
 }
 
-/// What a member's parameter adds to one record, times W.
-struct Member {
+/// What a member's parameter adds to one record.
+struct Member<'a> {
     parameter: usize,
     record: usize,
-    weighted: Vec<f64>,
+    values: Values<'a>,
+}
+
+/// Coefficients of a member.
+enum Values<'a> {
+    /// Its own.
+    Own(Vec<f64>),
+    /// Those of a column that the equations keep, times a factor.
+    Kept(&'a [f32], f64),
+}
+
+impl Values<'_> {
+    /// Some of them, written into `block`.
+    fn read(&self, rows: Range<usize>, block: &mut [f64]) {
+        match self {
+            Self::Own(values) => block.copy_from_slice(&values[rows]),
+            Self::Kept(values, factor) => {
+                for (out, value) in block.iter_mut().zip(&values[rows]) {
+                    *out = factor * f64::from(*value);
+                }
+            }
+        }
+    }
 }
 
 /// The largest growth of ln L, and the parameters there.
@@ -77,48 +100,66 @@ impl<'a> ScoreTest<'a> {
                 times(&left, &weights[record])
             })
             .collect();
-        let mut parts: Vec<(usize, usize, Vec<f64>)> = Vec::new();
+        let mut members: Vec<Member> = Vec::new();
         let mut first = 0;
-        for one in set.iter().copied().chain(equations.gaps()) {
+        for one in set {
             for term in &one.terms {
-                let spectrum = if NormalEquations::is_of_gaps(term.column) {
-                    equations.spectrum(term.column)
-                } else {
-                    equations.transform.spectrum(&columns.column(term.column))
-                };
+                let spectrum = equations.transform.spectrum(&columns.column(term.column));
                 let parameter = first + term.parameter;
-                let of_both = |part: &&mut (usize, usize, Vec<f64>)| {
-                    part.0 == parameter && part.1 == term.record
+                let is_same = |member: &&mut Member| {
+                    (member.parameter, member.record) == (parameter, term.record)
                 };
-                match parts.iter_mut().find(of_both) {
-                    Some((.., sum)) => add(sum, &spectrum, term.coefficient),
-                    None => {
-                        let mut sum = vec![0.0; spectrum.len()];
-                        add(&mut sum, &spectrum, term.coefficient);
-                        parts.push((parameter, term.record, sum));
-                    }
+                if let Some(Values::Own(sum)) =
+                    members.iter_mut().find(is_same).map(|one| &mut one.values)
+                {
+                    add(sum, &spectrum, term.coefficient);
+                } else {
+                    let mut sum = vec![0.0; spectrum.len()];
+                    add(&mut sum, &spectrum, term.coefficient);
+                    members.push(Member {
+                        parameter,
+                        record: term.record,
+                        values: Values::Own(sum),
+                    });
                 }
             }
             first += one.parameters;
         }
+        for one in equations.gaps() {
+            members.extend(one.terms.iter().map(|term| {
+                let (values, factor) = equations.kept(term.column);
+                Member {
+                    parameter: first + term.parameter,
+                    record: term.record,
+                    values: Values::Kept(values, term.coefficient * factor),
+                }
+            }));
+            first += one.parameters;
+        }
         let mut information = DMatrix::zeros(first, first);
         let mut score = DVector::zeros(first);
-        for (a, record, values) in &parts {
-            score[*a] += dot(values, &weighted[*record]);
-            let of_a = times(values, &weights[*record]);
-            for (b, _, other) in parts.iter().filter(|part| part.1 == *record) {
-                information[(*a, *b)] += dot(&of_a, other);
-            }
+        for record in 0..weights.len() {
+            let of_record: Vec<&Member> =
+                members.iter().filter(|one| one.record == record).collect();
+            blocks(&of_record, weights[record].len(), |rows, values| {
+                let residual = &weighted[record][rows.clone()];
+                for (place, member) in of_record.iter().enumerate() {
+                    let own = &values[place * BLOCK..place * BLOCK + rows.len()];
+                    score[member.parameter] += dot(own, residual);
+                    let weighed = times(own, &weights[record][rows.clone()]);
+                    for (other_place, other) in of_record.iter().enumerate().take(place + 1) {
+                        let others = &values[other_place * BLOCK..other_place * BLOCK + rows.len()];
+                        let product = dot(&weighed, others);
+                        information[(member.parameter, other.parameter)] += product;
+                        if other_place < place {
+                            information[(other.parameter, member.parameter)] += product;
+                        }
+                    }
+                }
+            });
         }
         Self {
-            members: parts
-                .iter()
-                .map(|(parameter, record, values)| Member {
-                    parameter: *parameter,
-                    record: *record,
-                    weighted: times(values, &weights[*record]),
-                })
-                .collect(),
+            members,
             inverse: pseudo_inverse(&information),
             score,
             equations,
@@ -143,32 +184,33 @@ impl<'a> ScoreTest<'a> {
         for (record, weights) in self.weights.iter().enumerate() {
             let of_record = |term: &&Term| term.record == record;
             let terms: Vec<&Term> = hypothesis.terms.iter().filter(of_record).collect();
+            if terms.is_empty() {
+                continue;
+            }
             let members = self.members.iter().filter(|one| one.record == record);
             let members: Vec<&Member> = members.collect();
-            // All products of a block of rows while it is near the processor.
-            for first in (0..weights.len()).step_by(BLOCK) {
-                let rows = first..weights.len().min(first + BLOCK);
+            blocks(&members, weights.len(), |rows, of_members| {
                 let own_weights = &weights[rows.clone()];
                 let residual = &self.weighted[record][rows.clone()];
                 for (place, term) in terms.iter().enumerate() {
                     let values = &spectra[&term.column][rows.clone()];
                     let (a, size) = (term.parameter, term.coefficient);
                     score[a] += size * dot(values, residual);
-                    for member in &members {
-                        let products = dot(values, &member.weighted[rows.clone()]);
-                        cross[(a, member.parameter)] += size * products;
-                    }
                     let mut weighed = [0.0; BLOCK];
                     for ((weighed, value), weight) in
                         weighed.iter_mut().zip(values).zip(own_weights)
                     {
                         *weighed = value * weight;
                     }
+                    let weighed = &weighed[..rows.len()];
+                    for (of_member, member) in of_members.chunks(BLOCK).zip(&members) {
+                        let products = dot(weighed, &of_member[..rows.len()]);
+                        cross[(a, member.parameter)] += size * products;
+                    }
                     for other in &terms[..=place] {
                         let b = other.parameter;
                         let others = &spectra[&other.column][rows.clone()];
-                        let product = dot(&weighed[..rows.len()], others);
-                        let product = size * other.coefficient * product;
+                        let product = size * other.coefficient * dot(weighed, others);
                         own[(a, b)] += product;
                         // Two terms of one parameter stand in its square twice.
                         if !std::ptr::eq(*term, *other) {
@@ -176,7 +218,7 @@ impl<'a> ScoreTest<'a> {
                         }
                     }
                 }
-            }
+            });
         }
         let through = &cross * &self.inverse;
         Projected {
@@ -307,6 +349,18 @@ fn add(sum: &mut [f64], values: &[f64], factor: f64) {
 
 fn times(values: &[f64], weights: &[f64]) -> Vec<f64> {
     values.iter().zip(weights).map(|(a, b)| a * b).collect()
+}
+
+/// Runs `of` on all members' coefficients block by block, while a block is near the processor: [`BLOCK`] of each member.
+fn blocks(members: &[&Member], rows: usize, mut of: impl FnMut(Range<usize>, &[f64])) {
+    let mut values = vec![0.0; members.len() * BLOCK];
+    for first in (0..rows).step_by(BLOCK) {
+        let rows = first..rows.min(first + BLOCK);
+        for (member, block) in members.iter().zip(values.chunks_mut(BLOCK)) {
+            member.values.read(rows.clone(), &mut block[..rows.len()]);
+        }
+        of(rows, &values);
+    }
 }
 
 /// Rows of which all products are formed together: some dozens of columns of so many fit into a second-level cache.

@@ -10,8 +10,8 @@ use super::words::{band, chance, display_unit, number, seconds, spaced, symbols,
 use rlg_diagnosis::explain::combination;
 use rlg_diagnosis::pictures::Pictures;
 use rlg_diagnosis::result::{
-    Diagnosis, EffectEntry, Identifiable, LocationEntry, ONLY_DESCRIBED, ParameterEntry,
-    RegimeEntry, Verdict,
+    Diagnosis, EffectEntry, EvidenceEntry, Identifiable, LocationEntry, ONLY_DESCRIBED,
+    ParameterEntry, RegimeEntry, Verdict,
 };
 use rlg_diagnosis::streams::AXES;
 
@@ -251,7 +251,28 @@ fn one(effect: &EffectEntry) -> Markup {
                     " in favour; chance " (chance(effect.p_value)) ", all trials counted."
                 }
             }
+            @if let Some(evidence) = &effect.evidence { (held_against(evidence)) }
             (regimes(&effect.regimes))
+        }
+    }
+}
+
+/// What other rows and re-enactments say of an effect.
+fn held_against(evidence: &EvidenceEntry) -> Markup {
+    html! {
+        p.note {
+            "It explains " (number(rounded(100.0 * evidence.share))) " % of the power of what differs"
+            @if evidence.confirmed_gain > 0.0 {
+                ", and predicts rows that were not fitted better by "
+                (number(rounded(evidence.confirmed_gain))) " in log score"
+            }
+            "."
+            @if evidence.reenactments > 0 {
+                " The recording was re-enacted without it " (evidence.reenactments)
+                @if evidence.reenactments == 1 { " time" } @else { " times" }
+                ": a squared size of " (number(rounded(evidence.inflation)))
+                " variances a number showed all the same; chance alone gives 1."
+            }
         }
     }
 }

@@ -48,7 +48,7 @@ const RECORDING: &str = "recording";
 #[derive(Debug, Args)]
 #[command(
     name = "challenge",
-    after_help = "Examples:\n  rlg challenge --out out/challenge --trials 200\n  rlg challenge --out out/one --trials 200 --trial 17\n  rlg challenge --out out/new --trials 200 --engine new\n  rlg challenge --out out/s3 --trials 2000 --shard 3/8\n  rlg challenge --out out/all --merge out/s0 out/s1 out/s2\n  rlg challenge --check out/all\n  rlg challenge --recording R/bench-17 --truth truth/bench-17.json --out out/bench-17\n  rlg challenge --marks --trials 600 --family null drift --out out/nulls\n  rlg challenge --marks --trial 17 --keep out/kept --out out/one\n  rlg challenge --golden golden.tsv --trials 100 --recordings R\n  rlg challenge --golden golden.tsv --trials 100 --rows 0..40 --engine new\n  rlg challenge --golden golden.tsv --compare --rows 0..20"
+    after_help = "Examples:\n  rlg challenge --out out/challenge --trials 200\n  rlg challenge --out out/one --trials 200 --trial 17\n  rlg challenge --out out/new --trials 200 --engine new\n  rlg challenge --out out/s3 --trials 2000 --shard 3/8\n  rlg challenge --out out/all --merge out/s0 out/s1 out/s2\n  rlg challenge --check out/all\n  rlg challenge --recording R/bench-17 --truth truth/bench-17.json --out out/bench-17\n  rlg challenge --marks --trials 600 --family null drift --out out/nulls\n  rlg challenge --marks --trial 17 --keep out/kept --out out/one\n  rlg challenge --marks --vary naming --trials 200 --seed 7 --out out/curve\n  rlg challenge --golden golden.tsv --trials 100 --recordings R\n  rlg challenge --golden golden.tsv --trials 100 --rows 0..40 --engine new\n  rlg challenge --golden golden.tsv --compare --rows 0..20"
 )]
 pub struct ChallengeCommand {
     /// Folder for the results

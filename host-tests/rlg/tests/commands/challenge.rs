@@ -257,3 +257,56 @@ fn a_recording_of_others_is_committed_to_and_scored_against_its_truth() {
     assert_eq!(read("otherwise")["given"][0]["right"], false);
     assert_eq!(read("otherwise")["given"][0]["wrong"][0], "gyro_bias");
 }
+
+#[test]
+fn a_number_of_the_plan_is_varied_on_the_same_trials() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let short = [
+        "--marks",
+        "--trials",
+        "3",
+        "--seed",
+        "5",
+        "--most-rows",
+        "3000",
+    ];
+    let output = rlg(
+        at,
+        &[&short[..], &["--vary", "naming", "--out", "curve"]].concat(),
+    );
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let curve: serde_json::Value =
+        serde_json::from_slice(&fs::read(at.join("curve/curve.json")).expect("written"))
+            .expect("JSON");
+    let points = curve["points"].as_array().expect("points");
+    let numbers = |name: &str| -> Vec<f64> {
+        let of = points.iter().map(|point| &point[name]);
+        of.map(|value| value.as_f64().expect("a number")).collect()
+    };
+    let factors = numbers("factor");
+    assert_eq!(factors, [0.5, 0.7, 1.0, 1.4, 2.0]);
+    let values = numbers("value");
+    for (factor, value) in factors.iter().zip(&values) {
+        assert_eq!(*value, factor * values[2]);
+    }
+    for point in points {
+        let all = ["nulls", "positives"]
+            .iter()
+            .flat_map(|kind| point[kind].as_object().expect("counts").values());
+        let sum: u64 = all.map(|count| count.as_u64().expect("a count")).sum();
+        assert_eq!(sum, 3, "every trial is judged: {point}");
+    }
+    assert!(at.join("curve/commitments.txt").exists());
+    let unknown = rlg(
+        at,
+        &[&short[..], &["--vary", "nothing", "--out", "none"]].concat(),
+    );
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&unknown.stderr).contains("naming"));
+    assert!(!at.join("none").exists());
+}
