@@ -12,10 +12,10 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::data::Data;
 use super::goodness::{Misfit, misfits};
-use super::noise::drift_prior;
+use super::noise::{drift_prior, mean};
 use super::plan::AnalysisPlan;
 use super::reenact::{Named, Reenactment, reenact};
-use super::search::{Found, effect_rad, left_on, mean, subtract};
+use super::search::{Found, effect_rad, left_on, subtract};
 use crate::streams::{Triad, add};
 
 /// Shortest stretch that is scored \[rows\].

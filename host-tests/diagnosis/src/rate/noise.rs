@@ -5,7 +5,6 @@ use rlg_inference::search::DriftPrior;
 use rlg_inference::{Drift, NoiseLevels, Observations};
 use rlg_model::Gyro;
 
-use super::search::mean;
 use crate::noise::Noise;
 use crate::streams::{Triad, each_axis};
 
@@ -54,6 +53,17 @@ fn levels_under(
         basis.fit(&power, start, [true; 4])
     })
     .to_vec()
+}
+
+/// One noise for taking gaps and ends out of all gyros.
+pub fn mean(levels: &[NoiseLevels]) -> NoiseLevels {
+    let mut sum = [0.0; rlg_inference::noise::TERMS];
+    for levels in levels {
+        for (sum, level) in sum.iter_mut().zip(levels.as_array()) {
+            *sum += level / 3.0;
+        }
+    }
+    NoiseLevels::from_array(sum)
 }
 
 /// Reads each gyro's drift from what a model declares: a random walk where K is above 0, else flicker where B is, else

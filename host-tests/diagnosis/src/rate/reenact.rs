@@ -11,8 +11,9 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::data::Data;
 use super::motion::{Measured, estimate_from};
+use super::noise::mean;
 use super::plan::AnalysisPlan;
-use super::search::{Found, effect_rad, mean};
+use super::search::{Found, effect_rad};
 use crate::streams::{Triad, add, add_triad, each_axis};
 
 /// What re-enactments show of an effect that is not in them.

@@ -15,7 +15,7 @@ use rlg_signal::partition::Use;
 use super::data::Data;
 use super::families::{Alone, strongest, strongest_mount};
 use super::motion::{Motion, estimate};
-use super::noise::{drift_prior, first_levels};
+use super::noise::{drift_prior, first_levels, mean};
 use super::plan::AnalysisPlan;
 use crate::streams::{Triad, add};
 
@@ -675,15 +675,4 @@ fn bridged(values: &Triad, observations: &Observations) -> Triad {
         }
         all
     })
-}
-
-/// One noise for taking gaps and ends out of all gyros.
-pub fn mean(levels: &[NoiseLevels]) -> NoiseLevels {
-    let mut sum = [0.0; rlg_inference::noise::TERMS];
-    for levels in levels {
-        for (sum, level) in sum.iter_mut().zip(levels.as_array()) {
-            *sum += level / 3.0;
-        }
-    }
-    NoiseLevels::from_array(sum)
 }
