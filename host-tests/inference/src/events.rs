@@ -44,9 +44,7 @@ pub fn scan(
     residual: &[f64],
     levels: NoiseLevels,
 ) -> Vec<Event> {
-    let powers = basis.by_coefficient(levels);
-    let weighted: Vec<f64> = residual.iter().zip(&powers).map(|(r, s)| r / s).collect();
-    let score = transform.rows_of(&weighted);
+    let (score, powers) = impulse_scores(transform, basis, residual, levels);
     let span = &transform.observations().spans[0];
     let is_seen = |row: usize| !span.gaps.iter().any(|gap| gap.contains(&row));
     let rows = span.rows.len();
@@ -67,6 +65,18 @@ pub fn scan(
     events
 }
 
+/// Score of an impulse at every row, and the noise of every coefficient.
+fn impulse_scores(
+    transform: &Transform,
+    basis: &NoiseBasis,
+    residual: &[f64],
+    levels: NoiseLevels,
+) -> (Vec<f64>, Vec<f64>) {
+    let powers = basis.by_coefficient(levels);
+    let weighted: Vec<f64> = residual.iter().zip(&powers).map(|(r, s)| r / s).collect();
+    (transform.rows_of(&weighted), powers)
+}
+
 /// Size of the largest impulse in any span of a transform \[σ\].
 ///
 /// # Inputs
@@ -77,9 +87,7 @@ pub fn largest_impulse(
     residual: &[f64],
     levels: NoiseLevels,
 ) -> f64 {
-    let powers = basis.by_coefficient(levels);
-    let weighted: Vec<f64> = residual.iter().zip(&powers).map(|(r, s)| r / s).collect();
-    let score = transform.rows_of(&weighted);
+    let (score, powers) = impulse_scores(transform, basis, residual, levels);
     let mut first = 0;
     let spans = transform.observations().spans.iter();
     spans
@@ -205,11 +213,7 @@ impl Instant {
         (row, sigmas): (usize, f64),
     ) -> Self {
         let span = &transform.observations().spans[0];
-        let weights: Vec<f64> = basis
-            .by_coefficient(levels)
-            .into_iter()
-            .map(|power| 1.0 / power)
-            .collect();
+        let weights = basis.weights(levels);
         let spectrum = transform.spectrum(record);
         // Ten times the length within which a step of this size is known.
         let reach = (20.0 * span.rows.len() as f64 / (sigmas * sigmas).max(4.0)).ceil() as usize;

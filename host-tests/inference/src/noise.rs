@@ -222,6 +222,12 @@ impl NoiseBasis {
         powers
     }
 
+    /// 1/S of every coefficient.
+    pub fn weights(&self, levels: NoiseLevels) -> Vec<f64> {
+        let powers = self.by_coefficient(levels).into_iter();
+        powers.map(|power| 1.0 / power).collect()
+    }
+
     /// The levels of `active` terms that maximise `−½ Σ count (ln S + P/S)`, from `start`.
     ///
     /// # Inputs

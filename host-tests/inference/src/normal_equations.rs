@@ -56,11 +56,7 @@ impl Transform {
         free_in: impl Fn(&Span) -> Vec<Vec<f32>>,
     ) -> (Self, NoiseBasis) {
         let mut basis = NoiseBasis::new(&observations);
-        let weights: Vec<f64> = basis
-            .by_coefficient(levels)
-            .into_iter()
-            .map(|power| 1.0 / power)
-            .collect();
+        let weights = basis.weights(levels);
         let (mut dct, mut free, mut solve) = (Vec::new(), Vec::new(), Vec::new());
         let mut first = 0;
         for span in &observations.spans {
@@ -164,7 +160,7 @@ impl Transform {
     }
 }
 
-/// EᵀS⁻¹E of spectra that each end where they have no more power.
+/// EᵀS⁻¹E of the spectra of what is free.
 fn gram(spectra: &[Vec<f32>], weights: &[f64]) -> DMatrix<f64> {
     let count = spectra.len();
     let mut gram = DMatrix::zeros(count, count);
@@ -244,6 +240,10 @@ impl NormalEquations {
             })
             .collect();
         let bins = basis.bins.len();
+        let slow = transform.slow();
+        let gaps = (0..records.len())
+            .map(|record| free_on(record, slow.len()))
+            .collect();
         let mut equations = Self {
             gram: vec![Vec::new(); bins],
             moments: vec![vec![Vec::new(); bins]; records.len()],
@@ -252,15 +252,10 @@ impl NormalEquations {
             scale: Vec::new(),
             records,
             basis,
-            gaps: Vec::new(),
-            slow: 0,
+            gaps,
+            slow: slow.len(),
             transform,
         };
-        let slow = equations.transform.slow();
-        equations.slow = slow.len();
-        equations.gaps = (0..equations.records.len())
-            .map(|record| free_on(record, slow.len()))
-            .collect();
         equations.push(slow.iter().map(|one| scaled(one)).collect());
         equations.add(columns);
         equations
@@ -327,14 +322,9 @@ impl NormalEquations {
         (&self.spectra[place], 1.0 / self.scale[place])
     }
 
-    /// Whether a column is what a gap or an end leaves unknown.
-    fn is_of_gaps(column: usize) -> bool {
-        column >= SLOW
-    }
-
     /// Where a column is kept.
     fn place(&self, column: usize) -> usize {
-        if Self::is_of_gaps(column) {
+        if column >= SLOW {
             column - SLOW
         } else {
             column + self.slow

@@ -84,10 +84,7 @@ impl<'a> ScoreTest<'a> {
     ) -> Self {
         let weights: Vec<Vec<f64>> = levels
             .iter()
-            .map(|levels| {
-                let powers = equations.basis.by_coefficient(*levels);
-                powers.into_iter().map(|power| 1.0 / power).collect()
-            })
+            .map(|levels| equations.basis.weights(*levels))
             .collect();
         let weighted: Vec<Vec<f64>> = (0..equations.record_count())
             .map(|record| {

@@ -49,12 +49,11 @@ fn predictions(data: &Data, found: &Found, plan: &AnalysisPlan) -> Vec<Predictio
     let of_gyro = |fit: &Fit, gyro: usize, left_rad: &[f64]| {
         log_score(&basis, &transform.spectrum(left_rad), fit.levels[gyro])
     };
-    let score = |fit: &Fit| -> f64 {
-        let left_rad = left_by(found, fit);
+    let score = |fit: &Fit, left_rad: &Triad| -> f64 {
         (0..3).map(|gyro| of_gyro(fit, gyro, &left_rad[gyro])).sum()
     };
-    let whole = score(&found.fit);
     let left_rad = left_by(found, &found.fit);
+    let whole = score(&found.fit, &left_rad);
     let over_instants = |place: usize| -> Option<f64> {
         let fit = &found.fit;
         let train = &found.equations;
@@ -83,7 +82,8 @@ fn predictions(data: &Data, found: &Found, plan: &AnalysisPlan) -> Vec<Predictio
     let without = found.without.iter().enumerate();
     without
         .map(|(place, fit)| {
-            let gain = whole + over_instants(place).unwrap_or(0.0) - score(fit);
+            let without = score(fit, &left_by(found, fit));
+            let gain = whole + over_instants(place).unwrap_or(0.0) - without;
             let candidate = &found.candidates[found.fit.members[place]];
             let holds = match candidate.variant {
                 Variant::Event { axis, .. } if candidate.kind == SLIP => {
