@@ -3,8 +3,11 @@
 use rlg_inference::{Columns, Fixed, Hypothesis, Term};
 
 use crate::column::Column;
-use crate::entries::{CATALOGUE, Entry, HARMONIC, Law, MODE, MOUNT, SLIP, STEP, UNLISTED, tilt};
+use crate::entries::{
+    CATALOGUE, Entry, HARMONIC, LOCK_IN, Law, MODE, MOUNT, SLIP, STEP, UNLISTED, tilt,
+};
 use crate::expression::Expression;
+use crate::lock_in::{self, Threshold};
 use crate::resonance::{PARTS, Part, Resonance};
 use crate::signals::{AXES, Signals};
 
@@ -482,6 +485,47 @@ impl Pool {
         }
     }
 
+    /// Lock-in, picked from `places`: of each gyro that has a threshold the dead band, and the threshold about a first value.
+    pub fn lock_in(
+        &mut self,
+        thresholds: [Option<Threshold>; 3],
+        places: f64,
+        signals: &Signals,
+    ) -> Candidate {
+        let (mut terms, mut fixed) = (Vec::new(), Vec::new());
+        let (mut names, mut base) = (Vec::new(), Vec::new());
+        for (gyro, threshold) in thresholds.into_iter().enumerate() {
+            let Some(threshold) = threshold else { continue };
+            let mut part = |part| self.place(Column::LockIn(gyro, threshold, part));
+            let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
+            fixed.push(Fixed {
+                record: gyro,
+                column: part(lock_in::Part::Missing),
+                size: sensed,
+            });
+            terms.push(Term {
+                parameter: names.len(),
+                record: gyro,
+                column: part(lock_in::Part::ByThreshold),
+                coefficient: sensed,
+            });
+            names.push(AXES[gyro].to_string());
+            base.push(threshold.rad_s);
+        }
+        Candidate {
+            kind: LOCK_IN,
+            variant: Variant::Whole,
+            base,
+            hypothesis: Hypothesis {
+                parameters: names.len(),
+                terms,
+                fixed,
+                price: places.ln(),
+            },
+            names,
+        }
+    }
+
     /// A candidate that is no row of the catalogue over these signals, its columns made where `estimate` says; `None` of a row.
     ///
     /// # Inputs
@@ -508,6 +552,9 @@ impl Pool {
             }
             _ if candidate.kind == MOUNT => {
                 Some(self.mount(candidate.mounts(estimate), places, signals))
+            }
+            _ if candidate.kind == LOCK_IN => {
+                Some(self.lock_in(candidate.thresholds(estimate), places, signals))
             }
             _ => None,
         }
@@ -540,6 +587,17 @@ impl Candidate {
                 .clamp(0.4 * damping, 2.5 * damping)
                 .clamp(DAMPINGS[0], DAMPINGS[1]),
         }
+    }
+
+    /// The thresholds of the gyros, if it is lock-in, moved by an estimate as far as it is to be trusted.
+    pub fn thresholds(&self, estimate: &[f64]) -> [Option<Threshold>; 3] {
+        const MOST_RATIO: f64 = 1.3;
+        std::array::from_fn(|gyro| {
+            let place = self.names.iter().position(|name| name == AXES[gyro])?;
+            let base = self.base[place];
+            let rad_s = (base + estimate[place]).clamp(base / MOST_RATIO, base * MOST_RATIO);
+            Some(Threshold { rad_s })
+        })
     }
 
     /// The mounts about the axes, if it is a mount.

@@ -3,6 +3,7 @@
 use rlg_signal::derivatives::{Spectrum, row_means};
 
 use crate::expression::Expression;
+use crate::lock_in::{self, Threshold};
 use crate::resonance::{Part, Resonance};
 use crate::signals::{Path, Signals, Triad};
 
@@ -55,6 +56,8 @@ pub enum Column {
     ResonantFlexure(usize, usize, Resonance, Part),
     /// What a soft mount adds to the reference's increment \[rad\]; or its derivative.
     Mount(usize, Resonance, Part),
+    /// What lock-in adds to a gyro's increment \[rad\]; or its derivative by the threshold.
+    LockIn(usize, Threshold, lock_in::Part),
     /// Increment of the cosine (true) or sine of the table's angle times an order.
     Wave(usize, u32, bool),
     /// An expression in measured channels · T.
@@ -273,6 +276,7 @@ impl Column {
                 Spectrum::new(&unmounted, signals.rate_hz)
                     .through(|hz| resonance.beyond_mount(hz, part))
             }
+            Self::LockIn(gyro, threshold, part) => threshold.increments(gyro, part, signals),
             Self::Wave(axis, order, is_cosine) => {
                 let wave = |angle: f64| {
                     let turn = f64::from(order) * angle;

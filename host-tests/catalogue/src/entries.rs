@@ -362,11 +362,14 @@ pub const MODE: &str = "axis_flexure_mode";
 /// A soft mount between reference and case.
 pub const MOUNT: &str = "isolator_mode";
 
+/// A dead band about rest, of gyros that are not dithered.
+pub const LOCK_IN: &str = "lock_in";
+
 /// Physics outside the catalogue, as an expression in measured channels.
 pub const UNLISTED: &str = "unlisted";
 
 /// Kinds that are found by going through rows, orders, frequencies or expressions.
-pub static SCANNED: [Card; 6] = [
+pub static SCANNED: [Card; 7] = [
     Card {
         kind: STEP,
         equation: "omega_i += size from time_s on",
@@ -401,6 +404,13 @@ pub static SCANNED: [Card; 6] = [
         unit: "1",
         meaning: "The case does not move as the reference says: it stands on a soft mount that amplifies vibration near its resonance and swallows it above.",
         experiment: "A sine sweep through the mount's resonance on each axis: amplitude and phase of gyro over reference draw the mount's response.",
+    },
+    Card {
+        kind: LOCK_IN,
+        equation: "beat_i = sign(omega_i) sqrt(omega_i^2 - Omega_i^2), 0 below Omega_i",
+        unit: "rad/s",
+        meaning: "The two beams lock: slow turns do not show at all, faster ones lose a share, and no dither keeps the gyro out of it.",
+        experiment: "Turn slowly through rest about each axis, with the dither on and off: a dead band that a dither removes is lock-in.",
     },
     Card {
         kind: UNLISTED,

@@ -1,7 +1,7 @@
 //! Effects that a model may lack, as hypotheses over design columns.
 //!
 //! [`signals`] holds the measured inputs and the motion derived from them; [`mod@column`] makes one design column of them;
-//! [`expression`] writes physics outside the catalogue as products of channels, [`resonance`] second-order systems;
+//! [`expression`] writes physics outside the catalogue as products of channels, [`resonance`] second-order systems, [`lock_in`] dead bands;
 //! [`entries`] is the catalogue, one row an effect; [`candidates`] spells its rows out for the search, with the price of
 //! each; [`families`] are effects with a number inside
 //! (order, frequency, time constant) that is gone through in a grid.
@@ -11,6 +11,8 @@ pub mod signals;
 pub mod resonance;
 
 pub mod expression;
+
+pub mod lock_in;
 
 pub mod column;
 
