@@ -7,9 +7,9 @@
 use super::declared::excess_square;
 use super::excess::{self, Excess};
 use super::locate::Location;
-use super::noise::{self, Declared, Noise};
-use super::portion::{Bins, Portion};
+use super::noise::Declared;
 use super::streams::Streams;
+use rlg_inference::events::{Event, EventKind};
 use rlg_model::Model;
 
 /// A pulse this many times the declared one is another instrument's.
@@ -24,7 +24,9 @@ const HIDDEN: f64 = 0.6;
 /// See the page above.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Lattice {
-    /// The pulse of each gyro \[rad\]; 0 where the model knows it, or there is none.
+    /// What each gyro counts in \[rad\]; 0 where it counts too finely to be seen.
+    pub counted_rad: [f64; 3],
+    /// The same where it is coarser than the model knows; else 0.
     pub pulse_rad: [f64; 3],
     /// Of it, what stands in the model as an effect already \[rad\].
     known_rad: [f64; 3],
@@ -33,20 +35,31 @@ pub struct Lattice {
 impl Lattice {
     /// Reads the pulses off a recording's gyros.
     pub fn of(streams: &Streams, model: &Model) -> Self {
-        if streams.pickoff_rad.is_some() || streams.at_rest.is_some() {
+        let is_free = streams.pickoff_rad.is_none() && !streams.reports_rates;
+        if !is_free || streams.at_rest.is_some() {
             return Self::default();
         }
-        let pulse = |axis: usize| {
+        let is_coarser =
+            |axis: usize, seen: f64| seen > COARSER * model.gyro.pulse_weight_rad[axis];
+        let counted = |axis: usize| {
             let values = &streams.sensed_rad[axis];
-            let seen = match pulse_rad(values) {
-                exact if exact > COARSER * model.gyro.pulse_weight_rad[axis] => exact,
-                _ => written_pulse_rad(values),
-            };
-            let is_coarser = seen > COARSER * model.gyro.pulse_weight_rad[axis];
-            if is_coarser { seen } else { 0.0 }
+            let exact = pulse_rad(values);
+            if is_coarser(axis, exact) {
+                exact
+            } else {
+                written_pulse_rad(values).max(exact)
+            }
         };
+        let counted_rad = [0, 1, 2].map(counted);
         Self {
-            pulse_rad: [0, 1, 2].map(pulse),
+            pulse_rad: [0, 1, 2].map(|axis| {
+                if is_coarser(axis, counted_rad[axis]) {
+                    counted_rad[axis]
+                } else {
+                    0.0
+                }
+            }),
+            counted_rad,
             known_rad: [0, 1, 2].map(|axis| excess_square(model, excess::PULSES.kind, axis).sqrt()),
         }
     }
@@ -61,7 +74,7 @@ impl Lattice {
     }
 
     /// What of the square of a pulse the model does not know \[rad²\].
-    fn unknown_rad2(&self, axis: usize) -> f64 {
+    pub fn unknown_rad2(&self, axis: usize) -> f64 {
         (self.pulse_rad[axis].powi(2) - self.known_rad[axis].powi(2)).max(0.0)
     }
 
@@ -83,6 +96,19 @@ impl Lattice {
         self.pulse_rad != [0.0; 3]
     }
 
+    /// Whether an angle of this root mean square is within what counting makes \[rad\].
+    pub fn hides_angle(&self, axis: usize, rms_rad: f64) -> bool {
+        rms_rad <= HIDDEN * self.counted_rad[axis]
+    }
+
+    /// Whether an event is a jump that is no slip of a gyro that counts: its angle is off by up to a pulse, and slips by whole ones.
+    pub fn hides_event(&self, axis: usize, event: &Event) -> bool {
+        /// Nearer to one pulse than to two.
+        const HIDDEN: f64 = 1.5;
+        let jump_rad = (event.size * event.std).abs();
+        event.kind == EventKind::Impulse && jump_rad < HIDDEN * self.counted_rad[axis]
+    }
+
     /// Whether a rate over a stretch and band turns by no more than the pulses hide.
     pub fn hides_location(&self, location: &Location, rate_hz: f64) -> bool {
         let seconds = location.rows.len() as f64 / rate_hz;
@@ -96,12 +122,10 @@ impl Lattice {
     }
 
     /// The pulses as a finding beside the noise that was compared, in the place of what the spectrum says of these gyros.
-    pub fn take_over(
-        &self,
-        found: &mut Vec<Excess>,
-        (portion, left, noise): (&Portion, &[Bins; 3], &[Noise; 3]),
-        declared: &[Declared; 3],
-    ) {
+    ///
+    /// # Inputs
+    /// `gain`: growth of ln L by white angle noise on a gyro beyond what is known without the pulses.
+    pub fn take_over(&self, found: &mut Vec<Excess>, gain: &dyn Fn(usize) -> f64) {
         // Their tones lie where a walk would show, too.
         for entry in found.iter_mut() {
             for axis in (0..3).filter(|&axis| self.pulse_rad[axis] > 0.0) {
@@ -125,10 +149,7 @@ impl Lattice {
         for axis in unknown {
             entry.values[axis] = self.unknown_rad2(axis).sqrt();
             entry.stds[axis] = ON_LATTICE * entry.values[axis];
-            let known =
-                declared[axis].white_angle.unwrap_or_default() - self.unknown_rad2(axis) / 12.0;
-            let ratio = noise::ratio_over_level(portion, &left[axis], &noise[axis], 1, known);
-            entry.log_likelihood_gain += 0.5 * ratio;
+            entry.log_likelihood_gain += gain(axis);
             // Thousands of values on multiples of one number are no chance.
             entry.p_value = 0.0;
         }

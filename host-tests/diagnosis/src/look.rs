@@ -299,7 +299,11 @@ pub(super) fn look(
         left = locate_left(&after_rad, &compared.own);
     }
     let mut excess = compared.found;
-    lattice.take_over(&mut excess, (&portion, &left_bins, &noise), declared);
+    lattice.take_over(&mut excess, &|axis| {
+        let known =
+            declared[axis].white_angle.unwrap_or_default() - lattice.unknown_rad2(axis) / 12.0;
+        0.5 * super::noise::ratio_over_level(&portion, &left_bins[axis], &noise[axis], 1, known)
+    });
     // Behind a soft mount the reference's own noise is compared with what the mount passes: random walk that no
     // instrument has.
     let mounted = |kind: &str| kind == "isolator_mode";

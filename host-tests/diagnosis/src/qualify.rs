@@ -62,7 +62,12 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
         let name = |stem: &str| format!("{stem}_{}", AXES[axis]);
         let gyro = &streams.sensed_rad[axis];
         let counts_freely = streams.pickoff_rad.is_none();
-        let is_fault = |fault: &Fault| !counts_freely || !is_between_pulses(fault, gyro);
+        let case_rad = &streams.case_rad[axis];
+        let is_fault = |fault: &Fault| {
+            !counts_freely
+                || !(is_between_pulses(fault, gyro)
+                    || has_reference && is_dead_band(fault, gyro, case_rad))
+        };
         let mut of_gyro = of_channel(&name("gyro"), gyro, &streams.measured, &is_fault);
         let is_cut = |fault: &Fault| match has_reference {
             true => outliers::falls_short(streams, axis, &fault.rows),
@@ -201,6 +206,35 @@ pub(super) fn is_between_pulses(fault: &Fault, values: &[f64]) -> bool {
     fault.kind != "saturation"
         && near(fault.rows.end)
         && fault.rows.start.checked_sub(1).is_none_or(near)
+}
+
+/// A gyro without dither that locks in is silent wherever it turns as slowly; one that fails is silent there alone.
+///
+/// # Inputs
+/// `case_rad`: increments of the reference about its axis \[rad\].
+fn is_dead_band(fault: &Fault, values: &[f64], case_rad: &[f64]) -> bool {
+    /// Share of the rows as slow as the run, the run left out, that are silent too.
+    const SILENT: f64 = 0.9;
+    if fault.kind == "saturation" || values[fault.rows.start] != 0.0 {
+        return false;
+    }
+    // As smooth as the run allows: the reference's noise is no turn.
+    let reach = (fault.rows.len() / 4).max(1);
+    let mut angle_rad = vec![0.0];
+    angle_rad.extend(case_rad.iter().scan(0.0, |sum, increment| {
+        *sum += increment;
+        Some(*sum)
+    }));
+    let turn_rad = |row: usize| {
+        let (first, end) = (row.saturating_sub(reach), (row + reach).min(values.len()));
+        ((angle_rad[end] - angle_rad[first]) / (end - first) as f64).abs()
+    };
+    let fastest = fault.rows.clone().map(turn_rad).fold(0.0, f64::max);
+    let is_other = |row: &usize| !fault.rows.contains(row) && turn_rad(*row) < 0.5 * fastest;
+    let (silent, all) = (0..values.len()).filter(is_other).fold((0, 0), |sum, row| {
+        (sum.0 + usize::from(values[row] == 0.0), sum.1 + 1)
+    });
+    all >= fault.rows.len() && silent as f64 > SILENT * all as f64
 }
 
 /// Many gaps of one channel are one finding, from the first to the last.
@@ -521,6 +555,40 @@ mod tests {
             "{rows:?}"
         );
         assert!(found(false).is_empty());
+    }
+
+    #[test]
+    fn a_gyro_that_is_silent_wherever_it_turns_slowly_is_in_its_dead_band() {
+        let rows = 8_000;
+        let pulse_rad = 1e-6;
+        // 1 rad/s through rest every two seconds, in steps of three pulses near it; it locks below 1e-2 rad/s.
+        let rate = |row: usize| (row as f64 * 1e-3 * std::f64::consts::PI).sin();
+        let case_rad: Vec<f64> = (0..rows).map(|row| rate(row) * 1e-3).collect();
+        let shown = |row: usize| {
+            let is_free = rate(row).abs() > 1e-2;
+            if is_free {
+                (rate(row) * 1e-3 / pulse_rad).round() * pulse_rad
+            } else {
+                0.0
+            }
+        };
+        let values: Vec<f64> = (0..rows).map(shown).collect();
+        let fault = |rows: std::ops::Range<usize>| Fault {
+            kind: "lost_samples",
+            indistinguishable_from: &[],
+            channel: "gyro_x".to_string(),
+            rows,
+        };
+        assert!(is_dead_band(&fault(1_997..2_003), &values, &case_rad));
+        let mut lost = values.clone();
+        lost[2_400..2_410].fill(0.0);
+        assert!(!is_dead_band(&fault(2_400..2_410), &lost, &case_rad));
+        let mut free = values;
+        for (row, value) in free.iter_mut().enumerate() {
+            *value = (rate(row) * 1e-3 / pulse_rad).round() * pulse_rad;
+        }
+        free[1_990..2_010].fill(0.0);
+        assert!(!is_dead_band(&fault(1_990..2_010), &free, &case_rad));
     }
 
     #[test]

@@ -55,6 +55,8 @@ pub struct Streams {
     pub rows: usize,
     /// Angle of one pulse \[rad\]; 0 where the gyros report increments or rates.
     pub pulse_rad: [f64; 3],
+    /// Whether the gyros report rates: what those are rounded to is no pulse.
+    pub reports_rates: bool,
     /// What each gyro sensed over the row \[rad\], its own dither included.
     pub sensed_rad: Triad,
     /// Block relative to case at the row's end \[rad\], as the pickoff says; one entry more than rows, the
@@ -228,6 +230,7 @@ impl Streams {
             rate_hz,
             start_s,
             rows,
+            reports_rates: gyro.quantity == Quantity::GyroRate,
             pulse_rad: if dithered {
                 model.gyro.pulse_weight_rad
             } else {
@@ -321,6 +324,7 @@ impl Streams {
             start_s,
             rows: usable.len(),
             pulse_rad: [0.0; 3],
+            reports_rates: false,
             sensed_rad: Triad::default(),
             pickoff_rad: None,
             case_rad: Triad::default(),

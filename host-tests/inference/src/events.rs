@@ -26,6 +26,8 @@ pub struct Event {
     pub row: usize,
     /// Size in standard deviations.
     pub size: f64,
+    /// Its standard deviation, in the record's unit.
+    pub std: f64,
 }
 
 /// Rows at which the information of a step is computed; between them it is interpolated.
@@ -59,6 +61,7 @@ pub fn scan(
             kind: EventKind::Impulse,
             row,
             size: score[row] / information.sqrt(),
+            std: information.sqrt().recip(),
         });
     }
     events.extend(step(transform, basis, levels, &score));
@@ -152,7 +155,7 @@ fn step(
         .map(|&place| step_information(basis, &powers, rows, place))
         .collect();
     let mut sum = 0.0;
-    let mut best: Option<(usize, f64)> = None;
+    let mut best: Option<(usize, f64, f64)> = None;
     for row in (margin..rows).rev() {
         sum += score[span.rows.start + row];
         if row >= last {
@@ -166,14 +169,15 @@ fn step(
         let information =
             informations[after - 1] + share * (informations[after] - informations[after - 1]);
         let size = sum / information.sqrt();
-        if best.is_none_or(|(_, found)| size.abs() > found.abs()) {
-            best = Some((row, size));
+        if best.is_none_or(|(_, found, _)| size.abs() > found.abs()) {
+            best = Some((row, size, information));
         }
     }
-    best.map(|(row, size)| Event {
+    best.map(|(row, size, information)| Event {
         kind: EventKind::Step,
         row: span.rows.start + row,
         size,
+        std: information.sqrt().recip(),
     })
 }
 

@@ -12,6 +12,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::data::Data;
 use super::goodness::{Misfit, misfits};
+use super::lock_in::Stops;
 use super::noise::{drift_prior, mean};
 use super::plan::AnalysisPlan;
 use super::reenact::{Named, Reenactment, reenact};
@@ -305,7 +306,17 @@ fn refit(data: &Data, found: &Found, members: &[usize], plan: &AnalysisPlan) -> 
             let basis = equations.basis_beside_gaps(fit.levels[gyro]);
             misfits(&basis, &residual, fit.levels[gyro], gyro, plan)
         })
+        // What counting makes is no white noise of angle where pulses come rarely, and never more than a pulse.
+        .filter(|one| !data.lattice.hides_angle(one.gyro, one.angle_rms_rad))
         .collect();
+    let stops = Stops {
+        data,
+        signals: &found.motion.signals,
+        equations: &equations,
+    };
+    for (candidate, block) in candidates.iter().zip(fit.blocks.clone()) {
+        stops.widen(candidate, &pool, &mut fit, block.start);
+    }
     fit.members = members.to_vec();
     Some(Final {
         left_rad: left_by(found, &fit),

@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use nalgebra::Matrix3;
-use rlg_catalogue::entries::{self, HARMONIC, MODE, MOUNT, SLIP, STEP, UNLISTED};
+use rlg_catalogue::entries::{self, HARMONIC, LOCK_IN, MODE, MOUNT, SLIP, STEP, UNLISTED};
+use rlg_catalogue::lock_in::Threshold;
 use rlg_catalogue::resonance::Resonance;
 use rlg_catalogue::signals::{Inputs, Path, Signals};
 use rlg_catalogue::{Column, Expression, Pool};
@@ -13,6 +14,7 @@ use rlg_signal::partition::{Partition, Use};
 
 use super::plan::AnalysisPlan;
 use crate::excess::NOISE_KINDS;
+use crate::lattice::Lattice;
 use crate::qualify::FAULT_KINDS;
 use crate::residual::{body_from_sensing, without_effects};
 use crate::streams::{AXES, Streams, Triad, add};
@@ -33,6 +35,10 @@ pub struct Data<'a> {
     pub known: Vec<(usize, Column, f64)>,
     /// The use of every row.
     pub partition: Partition,
+    /// What gyros without a dither count in.
+    pub lattice: Lattice,
+    /// What the model says that gyros sense that count so, without noise \[rad\].
+    pub counted_rad: [Option<Vec<f64>>; 3],
 }
 
 impl<'a> Data<'a> {
@@ -59,6 +65,13 @@ impl<'a> Data<'a> {
             })
         });
         let residual_rad = without_effects(streams, model, sensing_from_body, dither_rad.as_ref());
+        let lattice = Lattice::of(streams, model);
+        let counted_rad = std::array::from_fn(|axis| {
+            (lattice.counted_rad[axis] > 0.0).then(|| {
+                let pairs = streams.sensed_rad[axis].iter().zip(&residual_rad[axis]);
+                pairs.map(|(sensed, residual)| sensed - residual).collect()
+            })
+        });
         streams.sensed_rad = Triad::default();
         let streams = &*streams;
         let segments: Vec<Range<usize>> = streams.pieces[0]
@@ -76,6 +89,8 @@ impl<'a> Data<'a> {
             residual_rad,
             partition: Partition::new(streams.rows, streams.rate_hz, &segments, &plan.partition),
             known: Vec::new(),
+            lattice,
+            counted_rad,
             streams,
             model,
             dither_rad,
@@ -150,7 +165,6 @@ pub fn can_predict(model: &Model) -> bool {
 fn is_silent(kind: &str) -> bool {
     NOISE_KINDS.contains(&kind)
         || FAULT_KINDS.contains(&kind)
-        || kind == "lock_in"
         || kind.starts_with("accel_")
         || kind == "size_effect"
 }
@@ -191,7 +205,8 @@ fn known(
     streams: &Streams,
 ) -> Option<Vec<(usize, Column, f64)>> {
     let kind = effect.kind.as_str();
-    if is_silent(kind) {
+    // A dither turns lock-in into noise.
+    if is_silent(kind) || (kind == LOCK_IN && streams.pickoff_rad.is_some()) {
         return None;
     }
     let mut parts = Vec::new();
@@ -244,6 +259,15 @@ fn known(
         let mut pool = Pool::default();
         let mounts = std::array::from_fn(|axis| mount_of(effect, axis));
         let one = pool.mount(mounts, 1.0, signals);
+        let fixed = one.hypothesis.fixed.iter();
+        parts.extend(fixed.map(|one| (one.record, pool.columns[one.column], one.size)));
+    } else if kind == LOCK_IN {
+        let mut pool = Pool::default();
+        let thresholds = AXES.map(|axis| {
+            let rad_s = number(effect, axis);
+            (rad_s > 0.0).then_some(Threshold { rad_s })
+        });
+        let one = pool.lock_in(thresholds, 1.0, signals);
         let fixed = one.hypothesis.fixed.iter();
         parts.extend(fixed.map(|one| (one.record, pool.columns[one.column], one.size)));
     } else {

@@ -15,12 +15,13 @@ use crate::excess::{Excess, PULSES, WALK};
 /// Levels that are compared: two on each of three gyros.
 const TRIALS: f64 = 6.0;
 
-/// Compares the fitted white noise of rate and of angle with what is known of it, on gyros that are not in `unlike_noise`.
+/// Compares the fitted white noise of rate and of angle with what is known of it, on gyros that are not in `unlike_noise`. Random
+/// walk of those in `locks_in` is that of their lock-in, whose stops leave an angle by chance.
 pub fn excess(
     data: &Data,
     fit: &Fit,
     motion: &Motion,
-    unlike_noise: &BTreeSet<usize>,
+    (unlike_noise, locks_in): (&BTreeSet<usize>, &BTreeSet<usize>),
     plan: &AnalysisPlan,
 ) -> Vec<Excess> {
     let rate_hz = data.streams.rate_hz;
@@ -30,8 +31,11 @@ pub fn excess(
     };
     let basis = NoiseBasis::new(&observations);
     let is_noise = |axis: &usize| !unlike_noise.contains(axis);
+    // Tones of coarse pulses lie where a walk would show, too, and their weight is read off the values.
+    let is_coarse = |axis: usize| data.lattice.pulse_rad[axis] > 0.0;
     let walk = |axis: usize| {
-        let axis = Some(axis).filter(is_noise)?;
+        let is_walk = |axis: &usize| !is_coarse(*axis) && !locks_in.contains(axis);
+        let axis = Some(axis).filter(is_noise).filter(is_walk)?;
         let own = data.model.gyro.angle_random_walk_rad_sqrt_s?[axis].powi(2) / rate_hz;
         let more = excess_square(data.model, "angle_random_walk", axis) / rate_hz;
         Some(known(own + more, motion.reference_walk[axis]))
@@ -46,7 +50,8 @@ pub fn excess(
         };
         let more = excess_square(data.model, "pulse_quantisation", axis) / 12.0;
         // Increments that are not counted have an unknown resolution.
-        (pulses > 0.0).then(|| known(pulses + pickoff + more, motion.reference_angle[axis]))
+        (pulses > 0.0 && !is_coarse(axis))
+            .then(|| known(pulses + pickoff + more, motion.reference_angle[axis]))
     };
     let of_walk = compare(
         fit,
@@ -66,7 +71,13 @@ pub fn excess(
         &PULSES,
         plan,
     );
-    of_walk.into_iter().chain(of_angle).collect()
+    let mut found: Vec<Excess> = of_walk.into_iter().chain(of_angle).collect();
+    data.lattice.take_over(&mut found, &|axis| {
+        let more = data.lattice.unknown_rad2(axis) / 12.0;
+        let std = level_std(&basis, fit.levels[axis], 1).hypot(motion.reference_angle[axis].std);
+        0.5 * (more / std).powi(2)
+    });
+    found
 }
 
 fn known(own: f64, reference: Level) -> Level {

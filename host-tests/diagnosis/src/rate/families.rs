@@ -1,7 +1,7 @@
 //! Goes through the families of the catalogue: what each could add to a fit, and the strongest of each for the search.
 
 use nalgebra::{DMatrix, DVector};
-use rlg_catalogue::candidates::{PoolColumns, Variant};
+use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::MODE;
 use rlg_catalogue::families::{
     Basis, ExactMount, Family, MOUNT, MountColumns, SUSPENSION, SuspensionColumns, expressions,
@@ -10,21 +10,15 @@ use rlg_catalogue::families::{
 use rlg_catalogue::resonance::{Resonance, grid};
 use rlg_catalogue::{Candidate, Column, Pool, Signals};
 use rlg_inference::lines::strongest as strongest_line;
-use rlg_inference::score_test::{Gain, ScoreTest, gains, noises, spectra};
-use rlg_inference::sums::{Summed, sums};
-use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, NormalEquations, Term};
+use rlg_inference::score_test::{Gain, ScoreTest, spectra};
+use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, Term};
 
+use super::lock_in::lock_in;
+use super::scores::{Coarse, Found, follow, most_at, tests, worth};
 use super::search::{Begin, Pass, left_on};
 
 /// Members of a family that are handed to the search at most.
 const STRONGEST: usize = 3;
-
-/// A candidate over columns of its own pool, with what it would add beyond its price.
-struct Found {
-    candidate: Candidate,
-    columns: Vec<Column>,
-    surplus: f64,
-}
 
 /// Kinds that a resonant suspension is like well below its resonance.
 const LIKE_A_MODE: [&str; 4] = [
@@ -56,6 +50,7 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone>
     ] {
         found.extend(ranked(&tests, family, &coarse, signals));
     }
+    found.extend(lock_in(pass, fits, &tests, &coarse));
     let mut lines = Vec::new();
     for gyro in 0..3 {
         lines.extend(line(pass, fits[0], gyro, &tests, &coarse, begin));
@@ -86,115 +81,6 @@ fn likely(pass: &Pass, found: Vec<Found>, begin: &Begin) -> Vec<Alone> {
         .filter(|one| one.surplus > begin.least() && is_new(one))
         .map(|one| (one.candidate, one.columns))
         .collect()
-}
-
-/// The recording over sums of rows, for lists of hundreds of columns.
-struct Coarse {
-    equations: NormalEquations,
-    each: usize,
-}
-
-/// Rows above which long lists are gone through over sums of rows: what is faster than that is for the exact columns.
-const MANY_ROWS: usize = 20_000;
-
-impl Coarse {
-    fn new(pass: &Pass) -> Self {
-        let observations = pass.equations.transform.observations();
-        let each = (observations.rows() / MANY_ROWS).max(1);
-        let records: Vec<Vec<f64>> = pass
-            .residual_rad
-            .iter()
-            .map(|values| sums(values, each))
-            .collect();
-        let none = PoolColumns {
-            columns: &[],
-            signals: &pass.motion.signals,
-        };
-        let levels = pass.levels.summed(each);
-        let observations = observations.summed(each).to_fast_length();
-        Self {
-            equations: NormalEquations::new(observations, &records, &none, levels),
-            each,
-        }
-    }
-
-    fn tests(&self, pass: &Pass, fits: &[&Fit]) -> Vec<ScoreTest<'_>> {
-        tests_over(&self.equations, self.each, pass, fits, &|_| true)
-    }
-
-    /// What each hypothesis would add at most, over columns of `pool`.
-    fn worths(
-        &self,
-        tests: &[ScoreTest],
-        groups: &[Vec<Hypothesis>],
-        pool: &Pool,
-        signals: &Signals,
-    ) -> Vec<Vec<f64>> {
-        let columns = PoolColumns {
-            columns: &pool.columns,
-            signals,
-        };
-        let columns = Summed {
-            columns: &columns,
-            each: self.each,
-        };
-        let most = |hypothesis: &Hypothesis, gains: &[Gain]| {
-            let each = gains.iter().map(|gain| worth(gain, hypothesis));
-            each.fold(f64::NEG_INFINITY, f64::max)
-        };
-        groups
-            .iter()
-            .zip(gains(tests, groups, &columns))
-            .map(|(group, all)| {
-                let each = group.iter().zip(&all);
-                each.map(|(one, gains)| most(one, gains)).collect()
-            })
-            .collect()
-    }
-}
-
-/// Fits as tests, members of kinds that are not `kept` left out.
-fn tests<'a>(pass: &'a Pass, fits: &[&Fit], kept: &dyn Fn(&str) -> bool) -> Vec<ScoreTest<'a>> {
-    tests_over(&pass.equations, 1, pass, fits, kept)
-}
-
-/// The same over sums of `each` rows, of which `equations` are.
-fn tests_over<'a>(
-    equations: &'a NormalEquations,
-    each: usize,
-    pass: &Pass,
-    fits: &[&Fit],
-    kept: &dyn Fn(&str) -> bool,
-) -> Vec<ScoreTest<'a>> {
-    let columns = PoolColumns {
-        columns: &pass.pool.columns,
-        signals: &pass.motion.signals,
-    };
-    let columns = Summed {
-        columns: &columns,
-        each,
-    };
-    fits.iter()
-        .flat_map(|fit| {
-            let members = fit.members.iter().map(|&place| &pass.candidates[place]);
-            let set: Vec<&Hypothesis> = members
-                .filter(|one| kept(one.kind))
-                .map(|one| &one.hypothesis)
-                .collect();
-            let columns = &columns;
-            noises(fit).into_iter().map(move |levels| {
-                let levels: Vec<_> = levels.iter().map(|one| one.summed(each)).collect();
-                ScoreTest::new(equations, &set, columns, &levels)
-            })
-        })
-        .collect()
-}
-
-/// What a gain is worth once its parameters are integrated over a prior of their own size.
-fn worth(gain: &Gain, hypothesis: &Hypothesis) -> f64 {
-    let count = hypothesis.parameters as f64;
-    let each = (2.0 * gain.log_likelihood / count).max(1.0);
-    gain.log_likelihood - 0.5 * count * (1.0 + each.ln()) - hypothesis.price
 }
 
 /// Members of a family, the strongest first; what goes behind a lag with its time constant refined.
@@ -372,15 +258,13 @@ fn line(
 /// Maxima of a grid that are followed with exact columns.
 const TOPS: usize = 3;
 
-/// A mount about an axis to the top of its likelihood beside the best of the tests, by Gauss–Newton with exact columns.
+/// A mount about an axis to the top of its likelihood beside the best of the tests, with exact columns.
 fn polish(
     tests: &[ScoreTest],
     begin: Resonance,
     axis: usize,
     signals: &Signals,
 ) -> (Resonance, f64) {
-    const STEPS: usize = 16;
-    const SETTLED: f64 = 0.01;
     let full = DVector::from_vec(vec![1.0, 0.0, 0.0]);
     let of = |resonance: Resonance| {
         let columns = ExactMount {
@@ -388,39 +272,14 @@ fn polish(
             signals,
             axis,
         };
-        let hypothesis = columns.hypothesis();
-        let spectra = spectra(tests, std::slice::from_ref(&hypothesis), &columns);
-        tests
-            .iter()
-            .map(|test| test.project(&hypothesis, &spectra))
-            .map(|projected| (projected.at(&full), projected))
-            .max_by(|a, b| a.0.total_cmp(&b.0))
+        let same = DMatrix::identity(3, 3);
+        most_at(tests, &columns.hypothesis(), &columns, &same, &full)
     };
-    let Some((mut gain, mut projected)) = of(begin) else {
-        return (begin, f64::NEG_INFINITY);
-    };
-    let mut resonance = begin;
-    let mut share = 1.0;
-    for _ in 0..STEPS {
-        let step = projected.beside_one() * share;
-        let next = Resonance {
-            hz: (resonance.hz + step[0]).clamp(0.8 * resonance.hz, 1.25 * resonance.hz),
-            damping: (resonance.damping + step[1])
-                .clamp(0.4 * resonance.damping, 2.5 * resonance.damping),
-        };
-        match of(next) {
-            Some((value, there)) if value > gain => {
-                let grown = value - gain;
-                (resonance, gain, projected) = (next, value, there);
-                share = 1.0;
-                if grown < SETTLED {
-                    break;
-                }
-            }
-            _ => share *= 0.3,
-        }
-    }
-    (resonance, gain)
+    follow(begin, of, |resonance, step| Resonance {
+        hz: (resonance.hz + step[0]).clamp(0.8 * resonance.hz, 1.25 * resonance.hz),
+        damping: (resonance.damping + step[1])
+            .clamp(0.4 * resonance.damping, 2.5 * resonance.damping),
+    })
 }
 
 /// The resonance of the suspensions that gains most with six flexures of its own.

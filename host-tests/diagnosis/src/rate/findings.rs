@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::{self, Card, STEP};
 use rlg_catalogue::signals::AXES;
-use rlg_catalogue::{Candidate, Signals};
+use rlg_catalogue::{Candidate, Column, Signals};
 use rlg_inference::events::scan;
 use rlg_inference::normal_equations::Transform;
 use rlg_inference::{Drift, Fit, NoiseLevels, Observations};
@@ -91,11 +91,12 @@ pub fn outcome(
     let tiles_after = locate::tiles(streams, after_rad, &noise, &regimes, &all_rows);
     let mut locations = locate::join(&tiles_before, &regimes, &all_rows);
     // What is left is judged on the rows that the findings saw: test rows change no finding.
-    let left = locate::join(
+    let mut left = locate::join(
         &locate::tiles(streams, after_rad, &noise, &regimes, &fitted_rows),
         &regimes,
         &fitted_rows,
     );
+    left.retain(|one| !data.lattice.hides_location(one, streams.rate_hz));
     name_regimes(&mut locations, &findings);
     let validations = validate(
         &found.residual_rad,
@@ -107,7 +108,19 @@ pub fn outcome(
     );
     // Where what is left is not like noise, its level is none.
     let unlike: BTreeSet<usize> = misfits.iter().map(|one| one.gyro).collect();
-    let noise_found = excess(data, fit, &found.motion, &unlike, plan);
+    let columns_found = findings.iter().flat_map(|one| {
+        let fixed = one.candidate.hypothesis.fixed.iter();
+        fixed.map(|one| &found.pool.columns[one.column])
+    });
+    let columns = data.known.iter().map(|(_, column, _)| column);
+    let locks_in: BTreeSet<usize> = columns
+        .chain(columns_found)
+        .filter_map(|column| match column {
+            Column::LockIn(gyro, ..) => Some(*gyro),
+            _ => None,
+        })
+        .collect();
+    let noise_found = excess(data, fit, &found.motion, (&unlike, &locks_in), plan);
 
     let mut effects: Vec<EffectEntry> = findings
         .iter()
@@ -217,7 +230,8 @@ fn has_event(data: &Data, fit: &Fit, after_rad: &Triad, plan: &AnalysisPlan) -> 
         let events = scan(&transform, &basis, &spectrum, fit.levels[gyro]);
         events.iter().any(|event| {
             let places = 3.0 * data.streams.rows as f64;
-            2.0 * places * Normal::standard().sf(event.size.abs()) < plan.unexplained
+            let chance = 2.0 * places * Normal::standard().sf(event.size.abs());
+            chance < plan.unexplained && !data.lattice.hides_event(gyro, event)
         })
     })
 }

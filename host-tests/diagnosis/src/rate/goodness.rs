@@ -17,6 +17,8 @@ pub struct Misfit {
     pub band: [f64; 2],
     /// Power over that of the fitted noise.
     pub ratio: f64,
+    /// Root mean square of the angle there \[rad\].
+    pub angle_rms_rad: f64,
 }
 
 /// Octaves of a gyro that are too strong or too weak by chance less than the plan's, all octaves counted.
@@ -34,24 +36,30 @@ pub fn misfits(
     const LEAST: usize = 8;
     let powers = basis.binned(levels);
     let rows = basis.coefficients();
-    let mut octaves: Vec<(usize, f64, f64)> = Vec::new();
-    for ((bin, count), power) in basis.bins.iter().zip(&basis.counts).zip(&powers) {
+    let angle = basis.binned(NoiseLevels {
+        angle: 1.0,
+        ..NoiseLevels::default()
+    });
+    let mut octaves: Vec<(usize, f64, f64, f64)> = Vec::new();
+    let levels = powers.iter().zip(&angle);
+    for ((bin, count), (power, lambda)) in basis.bins.iter().zip(&basis.counts).zip(levels) {
         let Some(octave) = (bin.start / LEAST).checked_ilog2() else {
             continue;
         };
         let octave = octave as usize;
-        octaves.resize(octaves.len().max(octave + 1), (0, 0.0, 0.0));
+        octaves.resize(octaves.len().max(octave + 1), (0, 0.0, 0.0, 0.0));
         let energy: f64 = residual[bin.clone()].iter().map(|c| c * c).sum();
-        let (end, sum, freedom) = &mut octaves[octave];
+        let (end, sum, freedom, square) = &mut octaves[octave];
         *end = bin.end;
         *sum += energy / power;
+        *square += energy / lambda / rows as f64;
         *freedom += count;
     }
     let tests = 6.0 * octaves.len() as f64;
     let share = |k: usize| 0.5 * k as f64 / rows as f64;
     let mut begin = LEAST;
     let mut found = Vec::new();
-    for (end, sum, freedom) in octaves {
+    for (end, sum, freedom, square) in octaves {
         let band = [share(begin), share(end)];
         begin = end;
         let Ok(law) = ChiSquared::new(freedom) else {
@@ -62,6 +70,7 @@ pub fn misfits(
                 gyro,
                 band,
                 ratio: sum / freedom,
+                angle_rms_rad: square.sqrt(),
             });
         }
     }

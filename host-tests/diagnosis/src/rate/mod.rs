@@ -1,7 +1,7 @@
 //! Diagnosis against a reference on the gyros' rows: one likelihood, one search, one honest test.
 //!
 //! In the order of the data: [`data`] (residual, rows) → [`motion`] (independent of the residual) → [`search`] (passes of
-//! columns and structure search on the rows to fit) → [`confirm`] (on rows that were not fitted, and by [`reenact`]ing
+//! columns and structure search on the rows to fit, by [`scores`] of [`families`] and [`lock_in`]) → [`confirm`] (on rows that were not fitted, and by [`reenact`]ing
 //! the recording without an effect; [`goodness`] of what is left) → [`findings`] and [`excess_noise`].
 
 pub mod plan;
@@ -11,6 +11,10 @@ pub mod data;
 pub mod noise;
 
 pub mod motion;
+
+pub mod scores;
+
+pub mod lock_in;
 
 pub mod families;
 
@@ -38,15 +42,13 @@ use crate::qualify::Fault;
 use crate::settings::Settings;
 use crate::streams::Streams;
 
-/// Whether this engine serves a recording: one record of increments with a reference on the same rows, counters with their
-/// dithers, and a model whose effects it can predict.
+/// Whether this engine serves a recording: one record of increments with a reference on the same rows, and a model whose
+/// effects it can predict.
 pub fn serves(streams: &Streams, model: &Model) -> bool {
-    let counts_plainly = streams.pulse_rad != [0.0; 3] && streams.pickoff_rad.is_none();
     streams.pieces.len() == 1
         && !streams.pieces[0].held_out
         && !streams.own_motion
         && streams.at_rest.is_none()
-        && !counts_plainly
         && data::can_predict(model)
 }
 

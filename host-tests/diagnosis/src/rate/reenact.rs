@@ -1,6 +1,6 @@
 //! The recording re-enacted without an effect: how much of it the same road finds where it is not (inference.md, C).
 
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rlg_catalogue::candidates::{PoolColumns, along};
@@ -240,7 +240,7 @@ impl<'a> Stage<'a> {
             }
             own.white = own.white.max(0.0);
             own.angle = own.angle.max(0.0);
-            let mut noise = self.draw((draw, gyro, 2), own);
+            let mut noise = self.own_noise((draw, gyro), own);
             for (axis, values) in reference.iter().enumerate() {
                 add(&mut noise, values, -along(signals, gyro, axis));
             }
@@ -265,6 +265,28 @@ impl<'a> Stage<'a> {
                 [anew(&truth[0], x), anew(&truth[1], y), anew(&truth[2], z)]
             });
         (case_rad, dither_rad, noise_rad)
+    }
+
+    /// A gyro's own noise \[rad\]; one that counts without a dither counts it with its motion.
+    fn own_noise(&self, (draw, gyro): (u64, usize), mut levels: NoiseLevels) -> Vec<f64> {
+        let Some(sensed_rad) = &self.data.counted_rad[gyro] else {
+            return self.draw((draw, gyro, 2), levels);
+        };
+        let pulse_rad = self.data.lattice.counted_rad[gyro];
+        levels.angle = (levels.angle - pulse_rad.powi(2) / 12.0).max(0.0);
+        let noise = self.draw((draw, gyro, 2), levels);
+        let mut random = ChaCha8Rng::seed_from_u64(draw);
+        random.set_stream(9 + gyro as u64);
+        let mut pulses: f64 = random.random();
+        let pairs = noise.iter().zip(sensed_rad);
+        pairs
+            .map(|(noise, sensed)| {
+                let turned = noise + if sensed.is_finite() { *sensed } else { 0.0 };
+                let before = pulses.floor();
+                pulses += turned / pulse_rad;
+                (pulses.floor() - before) * pulse_rad - (turned - noise)
+            })
+            .collect()
     }
 
     /// Noise on all rows \[rad\], the same for the same draw, axis and source.

@@ -17,6 +17,7 @@ use super::families::{Alone, strongest, strongest_mount};
 use super::motion::{Motion, estimate};
 use super::noise::{drift_prior, first_levels, mean};
 use super::plan::AnalysisPlan;
+use crate::lattice::Lattice;
 use crate::streams::{Triad, add};
 
 /// What the fitted rows say.
@@ -73,6 +74,7 @@ pub(super) struct Pass {
     pub(super) candidates: Vec<Candidate>,
     pub(super) equations: NormalEquations,
     drift: DriftPrior,
+    lattice: Lattice,
 }
 
 /// Finds the best set; `None` where too few rows can be fitted.
@@ -234,6 +236,7 @@ impl Pass {
             candidates,
             equations,
             drift: drift_prior(&data.model.gyro),
+            lattice: data.lattice,
         }
     }
 
@@ -376,7 +379,9 @@ impl Pass {
                     events.extend(found.into_iter().map(|event| (gyro, event)));
                 }
             }
-            events.retain(|(_, event)| event.size.abs() > plan.event);
+            events.retain(|(gyro, event)| {
+                event.size.abs() > plan.event && !self.lattice.hides_event(*gyro, event)
+            });
             events.sort_by(|a, b| b.1.size.abs().total_cmp(&a.1.size.abs()));
             for (gyro, event) in events.into_iter().take(TRIED_EACH) {
                 let rows = self.motion.signals.rows as f64;

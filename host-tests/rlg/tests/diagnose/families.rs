@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use super::support::{concealed, holds, kinds, number};
+use super::support::{concealed, holds, kinds, names_nothing, number};
 use rlg::diagnose::diagnose;
 use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
 use rlg::simulate::scenario::Scenario;
@@ -25,13 +25,31 @@ fn spin(axis: &str, rate_rad_s: f64) -> String {
     )
 }
 
+fn tumble(rate_rad_s: f64) -> String {
+    let [y, z] = [0.8 * rate_rad_s, 1.2 * rate_rad_s];
+    format!(
+        "[[motion]]\nkind = \"tumble\"\nrate_rad_s = [{rate_rad_s}, {y}, {z}]\nfrequency_hz = [0.11, 0.17, 0.13]\n\
+         phase_rad = [0.0, 1.0, 2.0]\nramp_s = 1.0\nduration_s = 120.0\n"
+    )
+}
+
 /// The diagnosis of a motion with an effect, without accelerometers, at 1000 rows a second; and of its model.
 fn diagnosed(motion: &[String], effect: &str) -> (Diagnosis, Diagnosis) {
+    diagnosed_in_pulses(1e-9, motion, effect)
+}
+
+/// The same by gyros that count in pulses.
+fn diagnosed_in_pulses(pulse_rad: f64, motion: &[String], effect: &str) -> (Diagnosis, Diagnosis) {
     let instrument = TABLE
         .split("[accelerometer]")
         .next()
         .expect("an instrument");
-    let instrument = instrument.replace("rate_hz = 400.0", "rate_hz = 1000.0");
+    let instrument = instrument
+        .replace("rate_hz = 400.0", "rate_hz = 1000.0")
+        .replace(
+            "[1e-9, 1e-9, 1e-9]",
+            &format!("[{pulse_rad:e}, {pulse_rad:e}, {pulse_rad:e}]"),
+        );
     let text = format!("{instrument}{}{effect}", motion.concat());
     let scenario = Scenario::parse(&text, Path::new("families.toml")).expect("a scenario");
     let simulation = simulate(&scenario, 5, |_| {});
@@ -171,4 +189,27 @@ fn delays_of_gyros_and_reference_are_seen_by_their_difference() {
             .any(|kind| kind == "gyro_delay"),
         "{delay:#?}"
     );
+}
+
+/// Turns through rest without a dither: the beams lock within 170 to 250 °/h of it, which scale terms of any order would have to
+/// stand for.
+#[test]
+fn a_dead_band_about_rest_is_lock_in_with_each_gyros_threshold() {
+    let thresholds = [("x", 1.2e-3), ("y", 8e-4), ("z", 1e-3)];
+    let motion = [tumble(0.05)];
+    let both = diagnosed_in_pulses(1e-6, &motion, &concealed("lock_in", &thresholds));
+    explains_alone("lock_in", &both);
+    holds(&both.0.effects[0], &thresholds);
+    let (free, _) = diagnosed_in_pulses(1e-6, &motion, "");
+    names_nothing(&free, "no threshold");
+}
+
+/// Pulses of 0.25 to 0.35″ come rarely at this rate, in tones that go with the motion: they are read off the values, and what
+/// they make is no slip and no mismatch.
+#[test]
+fn coarse_pulses_are_named_by_their_weight_and_nothing_that_they_make() {
+    let pulses = [("x", 1.2e-6), ("y", 1.7e-6), ("z", 1.4e-6)];
+    let both = diagnosed(&[tumble(0.05)], &concealed("pulse_quantisation", &pulses));
+    explains_alone("pulse_quantisation", &both);
+    holds(&both.0.effects[0], &pulses);
 }

@@ -1,0 +1,147 @@
+//! Lock-in of gyros that are not dithered, as a candidate for the search.
+
+use nalgebra::{DMatrix, DVector};
+use rlg_catalogue::candidates::PoolColumns;
+use rlg_catalogue::lock_in::{Part, Threshold};
+use rlg_catalogue::{Candidate, Pool};
+use rlg_catalogue::{Column, Signals};
+use rlg_inference::score_test::ScoreTest;
+use rlg_inference::{Fit, Hypothesis, NormalEquations, Term};
+
+use super::data::Data;
+use super::scores::{Coarse, Found, follow, most_at, tests};
+use super::search::Pass;
+
+/// Thresholds of real lasers lie between these \[rad/s\]: 2 to 2000 °/h.
+const THRESHOLDS_RAD_S: [f64; 2] = [1e-5, 1e-2];
+
+/// The threshold of each gyro that gains most beside the fits; none on dithered gyros, where lock-in is a random walk.
+///
+/// # Inputs
+/// `over_sums`: the fits as tests over `coarse`.
+pub(super) fn lock_in(
+    pass: &Pass,
+    fits: &[&Fit],
+    over_sums: &[ScoreTest],
+    coarse: &Coarse,
+) -> Option<Found> {
+    let signals = &pass.motion.signals;
+    if signals.dither_rad.is_some() {
+        return None;
+    }
+    let grid = Threshold::grid(THRESHOLDS_RAD_S[0], THRESHOLDS_RAD_S[1]);
+    // A threshold is one number.
+    let price = (grid.len() as f64).ln() + 0.5;
+    let mut thresholds = [None; 3];
+    let mut surplus = 0.0;
+    for gyro in (0..3).filter(|&axis| pass.motion.is_moving[axis]) {
+        let Some(begin) = strongest(over_sums, coarse, gyro, &grid, signals) else {
+            continue;
+        };
+        let exact = tests(pass, fits, &|_| true);
+        let (threshold, gain) = follow(
+            begin,
+            |threshold| {
+                let mut pool = Pool::default();
+                let mut of_gyro = [None; 3];
+                of_gyro[gyro] = Some(threshold);
+                let candidate = pool.lock_in(of_gyro, 1.0, signals);
+                let columns = PoolColumns {
+                    columns: &pool.columns,
+                    signals,
+                };
+                // The dead band first, its derivative after it.
+                let swapped = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 1.0, 0.0]);
+                let full = DVector::from_vec(vec![1.0, 0.0]);
+                let whole = candidate.hypothesis.with_fixed_as_parameter();
+                most_at(&exact, &whole, &columns, &swapped, &full)
+            },
+            |threshold, step| Threshold {
+                rad_s: (threshold.rad_s + step[0])
+                    .clamp(threshold.rad_s / 1.25, threshold.rad_s * 1.25),
+            },
+        );
+        if gain > price {
+            thresholds[gyro] = Some(threshold);
+            surplus += gain - price;
+        }
+    }
+    if thresholds == [None; 3] {
+        return None;
+    }
+    let mut pool = Pool::default();
+    let candidate = pool.lock_in(thresholds, grid.len() as f64, signals);
+    Some(Found {
+        candidate,
+        columns: pool.columns,
+        surplus,
+    })
+}
+
+/// Angles that stops in a dead band leave by chance, up to half a pulse either way: no noise of the likelihood is like them.
+pub(super) struct Stops<'a> {
+    pub(super) data: &'a Data<'a>,
+    pub(super) signals: &'a Signals,
+    /// Those that the thresholds were estimated by.
+    pub(super) equations: &'a NormalEquations,
+}
+
+impl Stops<'_> {
+    /// Adds what they do to the thresholds of `candidate`, whose parameters begin at `first` in `fit`, to the covariance.
+    ///
+    /// # Inputs
+    /// `pool`: columns of the candidate.
+    pub(super) fn widen(&self, candidate: &Candidate, pool: &Pool, fit: &mut Fit, first: usize) {
+        for term in &candidate.hypothesis.terms {
+            let Column::LockIn(gyro, threshold, _) = pool.columns[term.column] else {
+                continue;
+            };
+            let at = first + term.parameter;
+            let beat_rad = self.data.model.gyro.pulse_weight_rad[gyro];
+            let pulse_rad = beat_rad.max(self.data.lattice.counted_rad[gyro]);
+            let transform = &self.equations.transform;
+            let spectrum = transform.spectrum(&pool.columns[term.column].values(self.signals));
+            let weights = self.equations.basis.weights(fit.levels[gyro]);
+            let weighed: Vec<f64> = spectrum.iter().zip(&weights).map(|(c, w)| c * w).collect();
+            let influence = transform.rows_of(&weighed);
+            let of_stop = |row: usize| {
+                let moved = term.coefficient * influence[row] * fit.covariance[(at, at)];
+                moved * moved * pulse_rad * pulse_rad / 12.0
+            };
+            let stops = threshold.stops(gyro, self.signals);
+            let variance: f64 = stops.into_iter().map(of_stop).sum();
+            fit.covariance[(at, at)] += variance;
+        }
+    }
+}
+
+/// The threshold of a grid whose dead band gains most, its depth left free.
+fn strongest(
+    tests: &[ScoreTest],
+    coarse: &Coarse,
+    gyro: usize,
+    grid: &[Threshold],
+    signals: &Signals,
+) -> Option<Threshold> {
+    let mut pool = Pool::default();
+    let groups: Vec<Vec<Hypothesis>> = grid
+        .iter()
+        .map(|&threshold| {
+            let term = Term {
+                parameter: 0,
+                record: gyro,
+                column: pool.place(Column::LockIn(gyro, threshold, Part::Missing)),
+                coefficient: 1.0,
+            };
+            vec![Hypothesis {
+                parameters: 1,
+                terms: vec![term],
+                fixed: Vec::new(),
+                price: 0.0,
+            }]
+        })
+        .collect();
+    let worths = coarse.worths(tests, &groups, &pool, signals);
+    let best = (0..grid.len()).max_by(|&a, &b| worths[a][0].total_cmp(&worths[b][0]))?;
+    (worths[best][0] > 0.0).then_some(grid[best])
+}
