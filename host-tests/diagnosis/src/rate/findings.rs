@@ -18,13 +18,14 @@ use super::confirm::{Confirmed, Final, confirmed};
 use super::data::Data;
 use super::excess_noise::excess;
 use super::goodness::Misfit;
+use super::lock_in::behind_walk;
 use super::noise::{mean, reported};
 use super::plan::AnalysisPlan;
 use super::reenact::Reenactment;
 use super::search::{Found, effect_rad};
 use crate::Outcome;
 use crate::entries::{fault_entry, noise as noise_entry};
-use crate::excess::Excess;
+use crate::excess::{Excess, WALK};
 use crate::explained_model::switch_on;
 use crate::figures::channel;
 use crate::locate::{self, Location};
@@ -126,7 +127,12 @@ pub fn outcome(
         .iter()
         .map(|one| entry(one, fit, (streams, &found.motion.signals)))
         .collect();
-    effects.extend(noise_found.iter().map(noise_entry));
+    effects.extend(noise_found.iter().map(|one| {
+        let mut entry = noise_entry(one);
+        let lock_in = (one.kind == WALK.kind).then(|| behind_walk(one.values, data));
+        entry.what_was_left_out.extend(lock_in.flatten());
+        entry
+    }));
     effects.extend(left.iter().map(|location| unexplained(location, streams)));
     // What fits some rows and not others is not explained, whatever it is.
     let is_consistent = confirmed.unconfirmed.is_empty()

@@ -11,6 +11,7 @@ use rlg_inference::{Fit, Hypothesis, NormalEquations, Term};
 use super::data::Data;
 use super::scores::{Coarse, Found, follow, most_at, tests};
 use super::search::Pass;
+use crate::streams::AXES;
 
 /// Thresholds of real lasers lie between these \[rad/s\]: 2 to 2000 °/h.
 const THRESHOLDS_RAD_S: [f64; 2] = [1e-5, 1e-2];
@@ -76,6 +77,39 @@ pub(super) fn lock_in(
         columns: pool.columns,
         surplus,
     })
+}
+
+/// What thresholds would leave a random walk of angle on gyros that are dithered, for a navigation engineer; nothing where none is.
+///
+/// # Inputs
+/// `walk_rad_sqrt_s`: of each gyro beyond what is known; 0 for none.
+pub(super) fn behind_walk(walk_rad_sqrt_s: [f64; 3], data: &Data) -> Option<String> {
+    let dither_rad = data.dither_rad.as_ref()?;
+    let of_gyro = |axis: usize| {
+        let walk = walk_rad_sqrt_s[axis];
+        let pulse_rad = data.streams.pulse_rad[axis];
+        if walk <= 0.0 || pulse_rad <= 0.0 {
+            return None;
+        }
+        let rows = dither_rad[axis].len().max(1) as f64;
+        let square: f64 = dither_rad[axis].iter().map(|step| step * step).sum();
+        let peak_rad_s = (2.0 * square / rows).sqrt() * data.streams.rate_hz;
+        let threshold = threshold_rad_s(walk, pulse_rad, peak_rad_s).to_degrees() * 3600.0;
+        Some(format!("{} {threshold:.0} °/h", AXES[axis]))
+    };
+    let all: Vec<String> = (0..3).filter_map(of_gyro).collect();
+    (!all.is_empty()).then(|| {
+        format!(
+            " Were it lock-in, N = Omega_L / sqrt(S Omega_D) with the dithers' peak rates makes the thresholds {}.",
+            all.join(", ")
+        )
+    })
+}
+
+/// Threshold \[rad/s\] whose lock-in leaves a random walk under a dither of a peak rate: Ω_L = N √(S Ω_D), S = 2π a pulse
+/// (physics, what lock-in leaves).
+fn threshold_rad_s(walk_rad_sqrt_s: f64, pulse_rad: f64, dither_peak_rad_s: f64) -> f64 {
+    walk_rad_sqrt_s * (std::f64::consts::TAU / pulse_rad * dither_peak_rad_s).sqrt()
 }
 
 /// Angles that stops in a dead band leave by chance, up to half a pulse either way: no noise of the likelihood is like them.

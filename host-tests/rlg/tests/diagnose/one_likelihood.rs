@@ -111,3 +111,38 @@ fn a_declared_drift_takes_drift_out_of_the_class_of_a_bias() {
     let walking = diagnosed(Some([1e-8, 0.0, 0.0]));
     names_nothing(&walking, "a declared random walk");
 }
+
+/// A dither turns lock-in into a random walk of angle, N = Ω_L/√(S Ω_D): the finding keeps both names, and says which thresholds
+/// would leave as much.
+#[test]
+fn lock_in_of_dithered_gyros_is_a_random_walk_whose_thresholds_are_said() {
+    const THRESHOLD_RAD_S: f64 = 4e-3;
+    let thresholds = ["x", "y", "z"].map(|axis| (axis, THRESHOLD_RAD_S));
+    let effect = concealed("lock_in", &thresholds);
+    let text = format!("{STILL_SLEWS_AND_VIBRATION}{effect}");
+    let scenario = Scenario::parse(&text, Path::new("null.toml")).expect("a scenario");
+    let simulation = simulate(&scenario, 5, |_| {});
+    let (of, model) = (&simulation.recording, &simulation.model);
+    let file = Path::new("model.toml");
+    let outcome = diagnose_under(&Settings::by(Engine::New), of, model, file, &|_| {});
+    let diagnosis = outcome.expect("a diagnosis").diagnosis;
+    assert_eq!(
+        kinds(&diagnosis),
+        ["angle_random_walk"],
+        "{:#?}",
+        diagnosis.summary
+    );
+    let found = &diagnosis.effects[0];
+    assert_eq!(found.indistinguishable_from, ["lock_in"]);
+    let said = &found.what_was_left_out;
+    let (_, thresholds) = said
+        .split_once("makes the thresholds")
+        .expect("they are said");
+    for axis in ["x", "y", "z"] {
+        let (_, after) = thresholds.split_once(axis).expect("each gyro");
+        let number = after.trim_start().split(' ').next().expect("a number");
+        let said_deg_h: f64 = number.parse().expect("a number");
+        let ratio = said_deg_h / (THRESHOLD_RAD_S.to_degrees() * 3600.0);
+        assert!((ratio - 1.0).abs() < 0.15, "{said}");
+    }
+}
