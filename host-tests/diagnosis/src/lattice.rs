@@ -34,7 +34,10 @@ pub struct Lattice {
 
 impl Lattice {
     /// Reads the pulses off a recording's gyros.
-    pub fn of(streams: &Streams, model: &Model) -> Self {
+    ///
+    /// # Inputs
+    /// `is_seen`: whether a row may be looked at.
+    pub fn of(streams: &Streams, model: &Model, is_seen: &dyn Fn(usize) -> bool) -> Self {
         let is_free = streams.pickoff_rad.is_none() && !streams.reports_rates;
         if !is_free || streams.at_rest.is_some() {
             return Self::default();
@@ -42,12 +45,14 @@ impl Lattice {
         let is_coarser =
             |axis: usize, seen: f64| seen > COARSER * model.gyro.pulse_weight_rad[axis];
         let counted = |axis: usize| {
-            let values = &streams.sensed_rad[axis];
-            let exact = pulse_rad(values);
+            let rows = streams.sensed_rad[axis].iter().enumerate();
+            let seen = rows.filter(|(row, _)| is_seen(*row));
+            let values: Vec<f64> = seen.map(|(_, value)| *value).collect();
+            let exact = pulse_rad(&values);
             if is_coarser(axis, exact) {
                 exact
             } else {
-                written_pulse_rad(values).max(exact)
+                written_pulse_rad(&values).max(exact)
             }
         };
         let counted_rad = [0, 1, 2].map(counted);
@@ -124,16 +129,19 @@ impl Lattice {
     /// The pulses as a finding beside the noise that was compared, in the place of what the spectrum says of these gyros.
     ///
     /// # Inputs
-    /// `gain`: growth of ln L by white angle noise on a gyro beyond what is known without the pulses.
-    pub fn take_over(&self, found: &mut Vec<Excess>, gain: &dyn Fn(usize) -> f64) {
+    /// `gain`: growth of ln L by white angle noise on a gyro beyond what is known without the pulses; `None` where they make none.
+    pub fn take_over(&self, found: &mut Vec<Excess>, gain: &dyn Fn(usize) -> Option<f64>) {
         // Their tones lie where a walk would show, too.
         for entry in found.iter_mut() {
-            for axis in (0..3).filter(|&axis| self.pulse_rad[axis] > 0.0) {
+            let coarse = (0..3).filter(|&axis| self.pulse_rad[axis] > 0.0);
+            for axis in coarse.filter(|&axis| gain(axis).is_some()) {
                 (entry.values[axis], entry.stds[axis]) = (0.0, 0.0);
             }
         }
         found.retain(|entry| entry.values != [0.0; 3]);
-        let new = |axis: &usize| self.unknown_rad2(*axis) > 0.2 * self.pulse_rad[*axis].powi(2);
+        let new = |axis: &usize| {
+            self.unknown_rad2(*axis) > 0.2 * self.pulse_rad[*axis].powi(2) && gain(*axis).is_some()
+        };
         let unknown: Vec<usize> = (0..3).filter(new).collect();
         if unknown.is_empty() {
             return;
@@ -149,7 +157,7 @@ impl Lattice {
         for axis in unknown {
             entry.values[axis] = self.unknown_rad2(axis).sqrt();
             entry.stds[axis] = ON_LATTICE * entry.values[axis];
-            entry.log_likelihood_gain += gain(axis);
+            entry.log_likelihood_gain += gain(axis).unwrap_or_default();
             // Thousands of values on multiples of one number are no chance.
             entry.p_value = 0.0;
         }

@@ -337,7 +337,7 @@ pub fn diagnose_aligned(
     names.dedup();
     let recording = names.join(" + ");
     let rate_hz = streams.rate_hz;
-    let lattice = Lattice::of(&streams, model);
+    let lattice = Lattice::of(&streams, model, &|_| true);
     let declared = lattice.beside(declared_noise(model, rate_hz));
     let Some(cut) = Cut::of(&streams, Part::End) else {
         return Ok(Outcome {

@@ -302,7 +302,15 @@ pub(super) fn look(
     lattice.take_over(&mut excess, &|axis| {
         let known =
             declared[axis].white_angle.unwrap_or_default() - lattice.unknown_rad2(axis) / 12.0;
-        0.5 * super::noise::ratio_over_level(&portion, &left_bins[axis], &noise[axis], 1, known)
+        Some(
+            0.5 * super::noise::ratio_over_level(
+                &portion,
+                &left_bins[axis],
+                &noise[axis],
+                1,
+                known,
+            ),
+        )
     });
     // Behind a soft mount the reference's own noise is compared with what the mount passes: random walk that no
     // instrument has.

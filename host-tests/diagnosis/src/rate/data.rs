@@ -37,7 +37,7 @@ pub struct Data<'a> {
     pub partition: Partition,
     /// What gyros without a dither count in.
     pub lattice: Lattice,
-    /// What the model says that gyros sense that count so, without noise \[rad\].
+    /// What the model says that gyros sense that count so, without noise \[rad\]; 0 in rows that only test.
     pub counted_rad: [Option<Vec<f64>>; 3],
 }
 
@@ -65,15 +65,6 @@ impl<'a> Data<'a> {
             })
         });
         let residual_rad = without_effects(streams, model, sensing_from_body, dither_rad.as_ref());
-        let lattice = Lattice::of(streams, model);
-        let counted_rad = std::array::from_fn(|axis| {
-            (lattice.counted_rad[axis] > 0.0).then(|| {
-                let pairs = streams.sensed_rad[axis].iter().zip(&residual_rad[axis]);
-                pairs.map(|(sensed, residual)| sensed - residual).collect()
-            })
-        });
-        streams.sensed_rad = Triad::default();
-        let streams = &*streams;
         let segments: Vec<Range<usize>> = streams.pieces[0]
             .segments
             .iter()
@@ -85,9 +76,24 @@ impl<'a> Data<'a> {
                 row(segment.start_s)..row(segment.end_s)
             })
             .collect();
+        let partition = Partition::new(streams.rows, streams.rate_hz, &segments, &plan.partition);
+        let seen = partition.rows_of(&[Use::Train, Use::Confirm], &streams.usable);
+        let lattice = Lattice::of(streams, model, &|row| seen[row]);
+        let counted_rad = std::array::from_fn(|axis| {
+            (lattice.counted_rad[axis] > 0.0).then(|| {
+                let (sensed_rad, residual_rad) = (&streams.sensed_rad[axis], &residual_rad[axis]);
+                let of_row = |row: usize| match seen[row] {
+                    true => sensed_rad[row] - residual_rad[row],
+                    false => 0.0,
+                };
+                (0..streams.rows).map(of_row).collect()
+            })
+        });
+        streams.sensed_rad = Triad::default();
+        let streams = &*streams;
         Ok(Self {
             residual_rad,
-            partition: Partition::new(streams.rows, streams.rate_hz, &segments, &plan.partition),
+            partition,
             known: Vec::new(),
             lattice,
             counted_rad,

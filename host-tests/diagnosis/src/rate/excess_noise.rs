@@ -31,8 +31,12 @@ pub fn excess(
     };
     let basis = NoiseBasis::new(&observations);
     let is_noise = |axis: &usize| !unlike_noise.contains(axis);
-    // Tones of coarse pulses lie where a walk would show, too, and their weight is read off the values.
-    let is_coarse = |axis: usize| data.lattice.pulse_rad[axis] > 0.0;
+    // Tones of coarse pulses lie where a walk would show, too, and their weight is read off the values. What rounds rates and
+    // counts nothing leaves an angle that is not bounded.
+    let of_pulses = |axis: usize| data.lattice.unknown_rad2(axis) / 12.0;
+    let is_coarse = |axis: usize| {
+        data.lattice.pulse_rad[axis] > 0.0 && fit.levels[axis].angle > 0.25 * of_pulses(axis)
+    };
     let walk = |axis: usize| {
         let is_walk = |axis: &usize| !is_coarse(*axis) && !locks_in.contains(axis);
         let axis = Some(axis).filter(is_noise).filter(is_walk)?;
@@ -73,9 +77,8 @@ pub fn excess(
     );
     let mut found: Vec<Excess> = of_walk.into_iter().chain(of_angle).collect();
     data.lattice.take_over(&mut found, &|axis| {
-        let more = data.lattice.unknown_rad2(axis) / 12.0;
         let std = level_std(&basis, fit.levels[axis], 1).hypot(motion.reference_angle[axis].std);
-        0.5 * (more / std).powi(2)
+        is_coarse(axis).then(|| 0.5 * (of_pulses(axis) / std).powi(2))
     });
     found
 }

@@ -281,10 +281,10 @@ impl<'a> Stage<'a> {
         let pairs = noise.iter().zip(sensed_rad);
         pairs
             .map(|(noise, sensed)| {
-                let turned = noise + if sensed.is_finite() { *sensed } else { 0.0 };
+                let turned = noise + sensed;
                 let before = pulses.floor();
                 pulses += turned / pulse_rad;
-                (pulses.floor() - before) * pulse_rad - (turned - noise)
+                (pulses.floor() - before) * pulse_rad - sensed
             })
             .collect()
     }

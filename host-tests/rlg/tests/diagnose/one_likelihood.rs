@@ -6,6 +6,7 @@ use super::support::{at_a_quarter, concealed, holds, kinds, names_nothing};
 use rlg::diagnose::rate::data::Data;
 use rlg::diagnose::rate::findings::DRIFT;
 use rlg::diagnose::rate::{AnalysisPlan, diagnose};
+use rlg::diagnose::result::Verdict;
 use rlg::diagnose::streams::Streams;
 use rlg::diagnose::{Engine, Settings, diagnose_under};
 use rlg::simulate::scenario::Scenario;
@@ -13,13 +14,62 @@ use rlg::simulate::simulate;
 use rlg_signal::partition::Use;
 
 const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../../scenarios/null.toml");
+const TABLE: &str = include_str!("table_programme.toml");
 
 /// What the gyros sensed in rows that only give the report's figures is replaced by garbage: no finding may change.
 #[test]
 fn findings_do_not_depend_on_the_rows_that_test_them() {
     let effect = concealed("gyro_scale", &[("x", 2e-5), ("y", -3e-5), ("z", 2e-5)]);
     let text = format!("{}{effect}", at_a_quarter(STILL_SLEWS_AND_VIBRATION));
-    let scenario = Scenario::parse(&text, Path::new("null.toml")).expect("a scenario");
+    the_same_with_other_test_rows(&text, &["gyro_scale"]);
+}
+
+/// The weight of coarse pulses is read off the values, of the rows that may be looked at.
+#[test]
+fn pulses_are_not_read_off_the_rows_that_test() {
+    let effect = concealed(
+        "pulse_quantisation",
+        &[("x", 1.2e-6), ("y", 1.7e-6), ("z", 1.4e-6)],
+    );
+    the_same_with_other_test_rows(&turns(&effect), &["pulse_quantisation"]);
+}
+
+/// Turns through rest of a unit without a dither, with an effect.
+fn turns(effect: &str) -> String {
+    let instrument = TABLE.split("[accelerometer]").next().expect("it has one");
+    let motion = "[[motion]]\nkind = \"tumble\"\nrate_rad_s = [0.05, 0.04, 0.06]\nduration_s = 60.0\n\
+                  frequency_hz = [0.11, 0.17, 0.13]\nphase_rad = [0.0, 1.0, 2.0]\nramp_s = 1.0\n";
+    format!("{instrument}{motion}{effect}")
+}
+
+/// Increments that are rounded one by one lie on multiples of one number as well, but their errors add up: they are no pulses.
+#[test]
+fn rounded_increments_are_no_pulses() {
+    const ROUNDED_RAD: f64 = 2e-6;
+    let scenario = Scenario::parse(&turns(""), Path::new("turns.toml")).expect("a scenario");
+    let simulation = simulate(&scenario, 5, |_| {});
+    let model = &simulation.model;
+    let mut streams = Streams::align(&simulation.recording, model).expect("channels");
+    for value in streams.sensed_rad.iter_mut().flatten() {
+        *value = (*value / ROUNDED_RAD).round() * ROUNDED_RAD;
+    }
+    let file = Path::new("model.toml");
+    let settings = Settings::default();
+    let outcome = diagnose(&settings, &mut streams, &[], (model, file), &|_| {});
+    let diagnosis = outcome.expect("a model").expect("rows enough").diagnosis;
+    assert_ne!(diagnosis.verdict, Verdict::Matches);
+    for named in ["pulse_quantisation", "counter_slip", "lock_in"] {
+        assert!(
+            !kinds(&diagnosis).contains(&named),
+            "{:#?}",
+            diagnosis.summary
+        );
+    }
+}
+
+/// Holds the findings of a scenario against those with garbage in the rows that only test.
+fn the_same_with_other_test_rows(text: &str, expected: &[&str]) {
+    let scenario = Scenario::parse(text, Path::new("scenario.toml")).expect("a scenario");
     let simulation = simulate(&scenario, 5, |_| {});
     let file = Path::new("model.toml");
     let model = &simulation.model;
@@ -52,7 +102,7 @@ fn findings_do_not_depend_on_the_rows_that_test_them() {
     });
     assert_eq!(
         kinds(&clean.diagnosis),
-        ["gyro_scale"],
+        expected,
         "{:#?}",
         clean.diagnosis.summary
     );
