@@ -47,6 +47,8 @@ pub struct Shrunk {
     pub values: Vec<f64>,
     /// Cells whose gain is not 0.
     pub kept: usize,
+    /// Variance of the input's noise that is left in a row, on the mean of the frames that keep anything.
+    pub noise: f64,
 }
 
 /// Shrinks `values`. Records that are too short stay as they are.
@@ -55,6 +57,7 @@ pub fn shrink(values: &[f64], powers: &Powers, rate_hz: f64, gate: &Gate) -> Shr
         return Shrunk {
             values: values.to_vec(),
             kept: usize::MAX,
+            noise: powers.left.iter().sum::<f64>() / values.len().max(1) as f64,
         };
     };
     let (length, hop, rows) = (frames.length, frames.hop(), values.len());
@@ -103,8 +106,9 @@ pub fn shrink(values: &[f64], powers: &Powers, rate_hz: f64, gate: &Gate) -> Shr
     }
     let thresholds: Vec<f64> = cells.into_iter().map(|cells| raised(cells, gate)).collect();
     let mut result = vec![0.0; padded.len()];
-    let mut kept = 0;
+    let (mut kept, mut frames_kept, mut noise) = (0, 0, 0.0);
     for (frame, mut spectrum) in spectra.into_iter().enumerate() {
+        let kept_before = kept;
         for (k, value) in spectrum.iter_mut().enumerate() {
             let ratio = power_of(frame, k) / left[k];
             let gain = if ratio > thresholds[octave(k)] {
@@ -114,7 +118,9 @@ pub fn shrink(values: &[f64], powers: &Powers, rate_hz: f64, gate: &Gate) -> Shr
             };
             *value *= gain;
             kept += usize::from(gain > 0.0);
+            noise += gain * gain * left[k];
         }
+        frames_kept += usize::from(kept > kept_before);
         for (sum, value) in result[frame * hop..]
             .iter_mut()
             .zip(frames.rows_of(spectrum))
@@ -125,6 +131,7 @@ pub fn shrink(values: &[f64], powers: &Powers, rate_hz: f64, gate: &Gate) -> Shr
     Shrunk {
         values: result[length..length + rows].to_vec(),
         kept,
+        noise: noise / (frames.window_power * (frames.frequencies() * frames_kept.max(1)) as f64),
     }
 }
 

@@ -50,7 +50,7 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone>
     ] {
         found.extend(ranked(&tests, family, &coarse, signals));
     }
-    found.extend(lock_in(pass, fits, &tests, &coarse));
+    found.extend(lock_in(pass, fits, &tests, &coarse, begin.plan));
     let mut lines = Vec::new();
     for gyro in 0..3 {
         lines.extend(line(pass, fits[0], gyro, &tests, &coarse, begin));

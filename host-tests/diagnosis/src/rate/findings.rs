@@ -266,7 +266,13 @@ fn finding<'a>(
     Finding {
         candidate,
         block: fit.blocks[place].clone(),
-        squared_size: fit.squared_sizes[place],
+        // Without its fixed part the numbers of a resonance or a threshold are none: it counts by what it gains.
+        squared_size: if candidate.hypothesis.fixed.is_empty() {
+            fit.squared_sizes[place]
+        } else {
+            let without = &found.without[member];
+            2.0 * (found.fit.log_likelihood - without.log_likelihood).max(0.0)
+        },
         rank: fit.ranks[place],
         alike: alike.into_iter().map(str::to_string).collect(),
         or_drift: judged.cost_against_drift < plan.drift_within,

@@ -9,6 +9,7 @@ use rlg_inference::score_test::ScoreTest;
 use rlg_inference::{Fit, Hypothesis, NormalEquations, Term};
 
 use super::data::Data;
+use super::plan::AnalysisPlan;
 use super::scores::{Coarse, Found, follow, most_at, tests};
 use super::search::Pass;
 use crate::streams::AXES;
@@ -25,17 +26,26 @@ pub(super) fn lock_in(
     fits: &[&Fit],
     over_sums: &[ScoreTest],
     coarse: &Coarse,
+    plan: &AnalysisPlan,
 ) -> Option<Found> {
     let signals = &pass.motion.signals;
     if signals.dither_rad.is_some() {
         return None;
     }
-    let grid = Threshold::grid(THRESHOLDS_RAD_S[0], THRESHOLDS_RAD_S[1]);
-    // A threshold is one number.
-    let price = (grid.len() as f64).ln() + 0.5;
     let mut thresholds = [None; 3];
     let mut surplus = 0.0;
+    let mut places: f64 = 1.0;
     for gyro in (0..3).filter(|&axis| pass.motion.is_moving[axis]) {
+        // Within the noise of its rate a dead band would be made of nothing else.
+        let clear = plan.gate.ratio.sqrt() * pass.motion.rate_noise_rad_s[gyro];
+        let least = THRESHOLDS_RAD_S[0].max(clear);
+        let grid = Threshold::grid(least, THRESHOLDS_RAD_S[1]);
+        if grid.is_empty() {
+            continue;
+        }
+        places = places.max(grid.len() as f64);
+        // A threshold is one number.
+        let price = (grid.len() as f64).ln() + 0.5;
         let Some(begin) = strongest(over_sums, coarse, gyro, &grid, signals) else {
             continue;
         };
@@ -59,7 +69,8 @@ pub(super) fn lock_in(
             },
             |threshold, step| Threshold {
                 rad_s: (threshold.rad_s + step[0])
-                    .clamp(threshold.rad_s / 1.25, threshold.rad_s * 1.25),
+                    .clamp(threshold.rad_s / 1.25, threshold.rad_s * 1.25)
+                    .clamp(least, THRESHOLDS_RAD_S[1]),
             },
         );
         if gain > price {
@@ -71,7 +82,7 @@ pub(super) fn lock_in(
         return None;
     }
     let mut pool = Pool::default();
-    let candidate = pool.lock_in(thresholds, grid.len() as f64, signals);
+    let candidate = pool.lock_in(thresholds, places, signals);
     Some(Found {
         candidate,
         columns: pool.columns,

@@ -17,6 +17,8 @@ pub struct Motion {
     pub signals: Signals,
     /// Whether each axis moves beyond the reference's noise.
     pub is_moving: [bool; 3],
+    /// Standard deviation of the noise that is left in each axis' rate, where it moves \[rad/s\].
+    pub rate_noise_rad_s: [f64; 3],
     /// Power of the reference's white rate noise per row \[rad²\], declared and measured, with its standard deviation.
     pub reference_walk: [Level; 3],
     /// The same of its white angle noise \[rad²\].
@@ -155,11 +157,13 @@ pub fn estimate_from(
     let axes = each_axis(of_axis);
     drop(dct);
     let is_moving = std::array::from_fn(|axis| axes[axis].0.kept >= plan.least_cells);
+    let rate_noise_rad_s = std::array::from_fn(|axis| axes[axis].0.noise.sqrt() * rate_hz);
     let reference_walk = std::array::from_fn(|axis| axes[axis].1);
     let reference_angle = std::array::from_fn(|axis| axes[axis].2);
     let [x, y, z] = axes.map(|(shrunk, _, _, dither)| (shrunk.values, dither));
     Motion {
         is_moving,
+        rate_noise_rad_s,
         reference_walk,
         reference_angle,
         signals: Signals::new(

@@ -53,7 +53,7 @@ type Seen = (BTreeMap<Vec<usize>, Fit>, usize);
 pub(super) struct Begin<'a> {
     kinds: usize,
     levels: &'a [NoiseLevels],
-    plan: &'a AnalysisPlan,
+    pub(super) plan: &'a AnalysisPlan,
 }
 
 impl Begin<'_> {
