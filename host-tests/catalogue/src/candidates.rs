@@ -329,6 +329,33 @@ fn of_one_term(
     }
 }
 
+/// A candidate with numbers inside its columns, linear about the values in `base`, picked from `places`.
+fn about_values(
+    kind: &'static str,
+    (names, base): (Vec<String>, Vec<f64>),
+    (terms, fixed): (Vec<Term>, Vec<Fixed>),
+    places: f64,
+) -> Candidate {
+    Candidate {
+        kind,
+        variant: Variant::Whole,
+        base,
+        hypothesis: Hypothesis {
+            parameters: names.len(),
+            terms,
+            fixed,
+            price: places.ln(),
+        },
+        names,
+    }
+}
+
+/// A value moved by a step as far as it is to be trusted.
+fn moved(value: f64, step: f64) -> f64 {
+    const MOST_RATIO: f64 = 1.3;
+    (value + step).clamp(value / MOST_RATIO, value * MOST_RATIO)
+}
+
 /// What the families of the catalogue have one member of at a time.
 impl Pool {
     /// The reference's error of an order, picked from `places`.
@@ -417,21 +444,8 @@ impl Pool {
         names.extend(["frequency_hz", "damping"].map(str::to_string));
         let mut base = vec![0.0; 6];
         base.extend([resonance.hz, resonance.damping]);
-        Candidate {
-            kind: MODE,
-            variant: Variant::Whole,
-            names,
-            base,
-            hypothesis: Hypothesis {
-                parameters: 8,
-                terms: terms
-                    .into_iter()
-                    .filter(|term| term.coefficient != 0.0)
-                    .collect(),
-                fixed: Vec::new(),
-                price: places.ln(),
-            },
-        }
+        terms.retain(|term| term.coefficient != 0.0);
+        about_values(MODE, (names, base), (terms, Vec::new()), places)
     }
 
     /// A soft mount, picked from `places`: about each axis that has one its full response, and the resonance about a first
@@ -471,18 +485,7 @@ impl Pool {
             }
             base.extend([resonance.hz, resonance.damping]);
         }
-        Candidate {
-            kind: MOUNT,
-            variant: Variant::Whole,
-            base,
-            hypothesis: Hypothesis {
-                parameters: names.len(),
-                terms,
-                fixed,
-                price: places.ln(),
-            },
-            names,
-        }
+        about_values(MOUNT, (names, base), (terms, fixed), places)
     }
 
     /// Lock-in, picked from `places`: of each gyro that has a threshold the dead band, and the threshold about a first value.
@@ -512,18 +515,7 @@ impl Pool {
             names.push(AXES[gyro].to_string());
             base.push(threshold.rad_s);
         }
-        Candidate {
-            kind: LOCK_IN,
-            variant: Variant::Whole,
-            base,
-            hypothesis: Hypothesis {
-                parameters: names.len(),
-                terms,
-                fixed,
-                price: places.ln(),
-            },
-            names,
-        }
+        about_values(LOCK_IN, (names, base), (terms, fixed), places)
     }
 
     /// A candidate that is no row of the catalogue over these signals, its columns made where `estimate` says; `None` of a row.
@@ -577,12 +569,10 @@ impl Candidate {
     /// The resonance whose frequency and damping are parameters `first` and the next, moved by an estimate as far as it is
     /// to be trusted.
     fn moved(&self, first: usize, estimate: &[f64]) -> Resonance {
-        const MOST_RATIO: f64 = 1.3;
         const DAMPINGS: [f64; 2] = [1e-3, 1.0];
-        let hz = self.base[first];
         let damping = self.base[first + 1];
         Resonance {
-            hz: (hz + estimate[first]).clamp(hz / MOST_RATIO, hz * MOST_RATIO),
+            hz: moved(self.base[first], estimate[first]),
             damping: (damping + estimate[first + 1])
                 .clamp(0.4 * damping, 2.5 * damping)
                 .clamp(DAMPINGS[0], DAMPINGS[1]),
@@ -591,11 +581,9 @@ impl Candidate {
 
     /// The thresholds of the gyros, if it is lock-in, moved by an estimate as far as it is to be trusted.
     pub fn thresholds(&self, estimate: &[f64]) -> [Option<Threshold>; 3] {
-        const MOST_RATIO: f64 = 1.3;
         std::array::from_fn(|gyro| {
             let place = self.names.iter().position(|name| name == AXES[gyro])?;
-            let base = self.base[place];
-            let rad_s = (base + estimate[place]).clamp(base / MOST_RATIO, base * MOST_RATIO);
+            let rad_s = moved(self.base[place], estimate[place]);
             Some(Threshold { rad_s })
         })
     }

@@ -109,7 +109,7 @@ fn along(triad: &Triad, gyro: usize, row: usize, signals: &Signals) -> f64 {
 mod tests {
     use super::{Part, Threshold};
 
-    /// Mean of the law over a row by a thousand steps.
+    /// Mean of the law over a row by ten thousand steps.
     fn stepped(rad_s: f64, rate: f64, change: f64) -> f64 {
         const STEPS: usize = 10_000;
         let at = |step: usize| {

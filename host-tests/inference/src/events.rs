@@ -69,7 +69,7 @@ pub fn scan(
 }
 
 /// Score of an impulse at every row, and the noise of every coefficient.
-fn impulse_scores(
+pub fn impulse_scores(
     transform: &Transform,
     basis: &NoiseBasis,
     residual: &[f64],

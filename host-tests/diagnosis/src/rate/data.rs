@@ -261,19 +261,18 @@ fn known(
         let one = pool.suspension(resonance, [0.0; 6], 1.0, signals);
         let values: Vec<f64> = one.names.iter().map(|name| number(effect, name)).collect();
         of_pool(&pool, &one.hypothesis, &values);
-    } else if kind == MOUNT {
+    } else if kind == MOUNT || kind == LOCK_IN {
         let mut pool = Pool::default();
-        let mounts = std::array::from_fn(|axis| mount_of(effect, axis));
-        let one = pool.mount(mounts, 1.0, signals);
-        let fixed = one.hypothesis.fixed.iter();
-        parts.extend(fixed.map(|one| (one.record, pool.columns[one.column], one.size)));
-    } else if kind == LOCK_IN {
-        let mut pool = Pool::default();
-        let thresholds = AXES.map(|axis| {
-            let rad_s = number(effect, axis);
-            (rad_s > 0.0).then_some(Threshold { rad_s })
-        });
-        let one = pool.lock_in(thresholds, 1.0, signals);
+        let one = if kind == MOUNT {
+            let mounts = std::array::from_fn(|axis| mount_of(effect, axis));
+            pool.mount(mounts, 1.0, signals)
+        } else {
+            let thresholds = AXES.map(|axis| {
+                let rad_s = number(effect, axis);
+                (rad_s > 0.0).then_some(Threshold { rad_s })
+            });
+            pool.lock_in(thresholds, 1.0, signals)
+        };
         let fixed = one.hypothesis.fixed.iter();
         parts.extend(fixed.map(|one| (one.record, pool.columns[one.column], one.size)));
     } else {

@@ -36,12 +36,8 @@ pub fn misfits(
     const LEAST: usize = 8;
     let powers = basis.binned(levels);
     let rows = basis.coefficients();
-    let angle = basis.binned(NoiseLevels {
-        angle: 1.0,
-        ..NoiseLevels::default()
-    });
     let mut octaves: Vec<(usize, f64, f64, f64)> = Vec::new();
-    let levels = powers.iter().zip(&angle);
+    let levels = powers.iter().zip(&basis.power[1]);
     for ((bin, count), (power, lambda)) in basis.bins.iter().zip(&basis.counts).zip(levels) {
         let Some(octave) = (bin.start / LEAST).checked_ilog2() else {
             continue;

@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 use rlg_catalogue::candidates::PoolColumns;
 use rlg_catalogue::lock_in::{Part, Threshold};
-use rlg_catalogue::{Candidate, Pool};
-use rlg_catalogue::{Column, Signals};
+use rlg_catalogue::{Candidate, Column, Pool, Signals};
+use rlg_inference::events::impulse_scores;
 use rlg_inference::score_test::ScoreTest;
 use rlg_inference::{Fit, Hypothesis, NormalEquations, Term};
 
@@ -12,6 +12,7 @@ use super::data::Data;
 use super::plan::AnalysisPlan;
 use super::scores::{Coarse, Found, follow, most_at, tests};
 use super::search::Pass;
+use crate::explain::DEG_H;
 use crate::streams::AXES;
 
 /// Thresholds of real lasers lie between these \[rad/s\]: 2 to 2000 °/h.
@@ -35,6 +36,7 @@ pub(super) fn lock_in(
     let mut thresholds = [None; 3];
     let mut surplus = 0.0;
     let mut places: f64 = 1.0;
+    let mut exact = None;
     for gyro in (0..3).filter(|&axis| pass.motion.is_moving[axis]) {
         // Within the noise of its rate a dead band would be made of nothing else.
         let clear = plan.gate.ratio.sqrt() * pass.motion.rate_noise_rad_s[gyro];
@@ -49,7 +51,7 @@ pub(super) fn lock_in(
         let Some(begin) = strongest(over_sums, coarse, gyro, &grid, signals) else {
             continue;
         };
-        let exact = tests(pass, fits, &|_| true);
+        let exact = exact.get_or_insert_with(|| tests(pass, fits, &|_| true));
         let (threshold, gain) = follow(
             begin,
             |threshold| {
@@ -65,7 +67,7 @@ pub(super) fn lock_in(
                 let swapped = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 1.0, 0.0]);
                 let full = DVector::from_vec(vec![1.0, 0.0]);
                 let whole = candidate.hypothesis.with_fixed_as_parameter();
-                most_at(&exact, &whole, &columns, &swapped, &full)
+                most_at(exact, &whole, &columns, &swapped, &full)
             },
             |threshold, step| Threshold {
                 rad_s: (threshold.rad_s + step[0])
@@ -105,7 +107,7 @@ pub(super) fn behind_walk(walk_rad_sqrt_s: [f64; 3], data: &Data) -> Option<Stri
         let rows = dither_rad[axis].len().max(1) as f64;
         let square: f64 = dither_rad[axis].iter().map(|step| step * step).sum();
         let peak_rad_s = (2.0 * square / rows).sqrt() * data.streams.rate_hz;
-        let threshold = threshold_rad_s(walk, pulse_rad, peak_rad_s).to_degrees() * 3600.0;
+        let threshold = threshold_rad_s(walk, pulse_rad, peak_rad_s) * DEG_H;
         Some(format!("{} {threshold:.0} °/h", AXES[axis]))
     };
     let all: Vec<String> = (0..3).filter_map(of_gyro).collect();
@@ -146,9 +148,8 @@ impl Stops<'_> {
             let pulse_rad = beat_rad.max(self.data.lattice.counted_rad[gyro]);
             let transform = &self.equations.transform;
             let spectrum = transform.spectrum(&pool.columns[term.column].values(self.signals));
-            let weights = self.equations.basis.weights(fit.levels[gyro]);
-            let weighed: Vec<f64> = spectrum.iter().zip(&weights).map(|(c, w)| c * w).collect();
-            let influence = transform.rows_of(&weighed);
+            let basis = &self.equations.basis;
+            let (influence, _) = impulse_scores(transform, basis, &spectrum, fit.levels[gyro]);
             let of_stop = |row: usize| {
                 let moved = term.coefficient * influence[row] * fit.covariance[(at, at)];
                 moved * moved * pulse_rad * pulse_rad / 12.0
