@@ -131,9 +131,12 @@ impl AttitudeRecord {
             scale_error: model.gyro.scale_error,
             walk_rad2_s: walk.map(|walk| walk * walk),
             reference_walk_rad2_s: reference
-                .map_or(0.0, |r| r.angle_random_walk_rad_sqrt_s.powi(2)),
+                .and_then(|r| r.angle_random_walk_rad_sqrt_s)
+                .map_or(0.0, |walk| walk * walk),
             white_rad2,
-            reference_white_rad2: reference.map_or(0.0, |r| r.angle_noise_rad.powi(2)),
+            reference_white_rad2: reference
+                .and_then(|r| r.angle_noise_rad)
+                .map_or(0.0, |noise| noise * noise),
             effects,
             earth,
         })

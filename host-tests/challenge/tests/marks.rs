@@ -10,7 +10,7 @@ use rlg_challenge::marks::family::Family;
 use rlg_challenge::marks::judge::{Score, judge};
 use rlg_challenge::marks::motion::{Derivative, Motion};
 use rlg_challenge::marks::noise::{Drift, Levels, Weighting, dct, quantised_rad};
-use rlg_challenge::marks::record::{Answer, Concealed, record};
+use rlg_challenge::marks::record::{Answer, Concealed, Declares, record};
 use rlg_challenge::marks::run::{Outcome, Plan, prepare};
 use rlg_challenge::marks::setting::{Limits, MOTIONS, Setting};
 use rlg_challenge::marks::table::{Status, score};
@@ -158,7 +158,7 @@ fn the_strength_of_a_bias_in_white_noise_is_b_sqrt_t_over_n() {
 
 /// What the contract's model leaves of a recording, with the reference as motion.
 fn residuals(trial: &Trial, rows: &Rows) -> [Vec<f64>; 3] {
-    let (recording, model) = record(trial).expect("a recording");
+    let (recording, model) = record(trial, Declares::AsDrawn).expect("a recording");
     let values = |quantity: Quantity, axis: &str| {
         let (_, channel) = recording.channel(&quantity, axis).expect("recorded");
         channel.values.clone()
@@ -250,7 +250,8 @@ fn a_trial_alone_is_the_trial_of_a_run() {
     plan.families = vec![Family::Pair];
     let alone = prepare(&plan, &|| {}).expect("drawn");
     assert_eq!(alone.lines, vec![whole.lines[3].clone()]);
-    let both = [&whole.trials[3], &alone.trials[0]].map(|trial| record(trial).expect("made"));
+    let both = [&whole.trials[3], &alone.trials[0]]
+        .map(|trial| record(trial, Declares::AsDrawn).expect("made"));
     assert_eq!(both[0], both[1]);
     let read: Answer = serde_json::from_str(&alone.lines[0].1).expect("JSON");
     assert_eq!((read.trial, read.family), (number, Family::Basic));

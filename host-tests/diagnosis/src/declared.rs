@@ -33,8 +33,8 @@ pub fn own_noise(model: &Model, white_rad: f64) -> AngleNoise {
 /// Noise of the reference's angle.
 pub fn reference_noise(model: &Model) -> Option<AngleNoise> {
     model.reference.as_ref().map(|reference| AngleNoise {
-        white_rad: reference.angle_noise_rad,
-        walk_rad_sqrt_s: reference.angle_random_walk_rad_sqrt_s,
+        white_rad: reference.angle_noise_rad.unwrap_or_default(),
+        walk_rad_sqrt_s: reference.angle_random_walk_rad_sqrt_s.unwrap_or_default(),
     })
 }
 
@@ -43,10 +43,10 @@ pub fn reference_noise(model: &Model) -> Option<AngleNoise> {
 pub fn declared_noise(model: &Model, rate_hz: f64) -> [Declared; 3] {
     [0, 1, 2].map(|axis| {
         let (reference_angle, reference_walk) =
-            model.reference.as_ref().map_or((0.0, 0.0), |reference| {
+            reference_noise(model).map_or((0.0, 0.0), |reference| {
                 (
-                    reference.angle_noise_rad.powi(2),
-                    reference.angle_random_walk_rad_sqrt_s.powi(2),
+                    reference.white_rad.powi(2),
+                    reference.walk_rad_sqrt_s.powi(2),
                 )
             });
         let pickoff = model.pickoff_white_rad2(axis);

@@ -79,21 +79,15 @@ impl Model {
             )?;
         }
         if let Some(reference) = &self.reference {
-            within(
-                path,
-                "reference.angle_noise_rad",
-                reference.angle_noise_rad,
-                noise,
-                "rad",
-            )?;
-            let key = "reference.angle_random_walk_rad_sqrt_s";
-            within(
-                path,
-                key,
-                reference.angle_random_walk_rad_sqrt_s,
-                noise,
-                "rad/sqrt(s)",
-            )?;
+            let walk = reference.angle_random_walk_rad_sqrt_s;
+            for (key, value, unit) in [
+                ("angle_noise_rad", reference.angle_noise_rad, "rad"),
+                ("angle_random_walk_rad_sqrt_s", walk, "rad/sqrt(s)"),
+            ] {
+                if let Some(value) = value {
+                    within(path, &format!("reference.{key}"), value, noise, unit)?;
+                }
+            }
         }
         if let Some(accelerometer) = &self.accelerometer {
             let bias = [

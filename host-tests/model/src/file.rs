@@ -95,9 +95,8 @@ struct DitherEntry {
 
 #[derive(Deserialize)]
 struct ReferenceEntry {
-    angle_noise_rad: f64,
-    #[serde(default)]
-    angle_random_walk_rad_sqrt_s: f64,
+    angle_noise_rad: Option<f64>,
+    angle_random_walk_rad_sqrt_s: Option<f64>,
 }
 
 #[derive(Deserialize)]

@@ -65,13 +65,13 @@ pub struct Dither {
     pub pickoff_noise_rad: [f64; 3],
 }
 
-/// `[reference]`.
-#[derive(Debug, Clone, PartialEq)]
+/// `[reference]`. What is absent is unknown, not zero.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Reference {
     /// White noise of the reference's angle \[rad\].
-    pub angle_noise_rad: f64,
+    pub angle_noise_rad: Option<f64>,
     /// Its angle random walk \[rad/√s\].
-    pub angle_random_walk_rad_sqrt_s: f64,
+    pub angle_random_walk_rad_sqrt_s: Option<f64>,
 }
 
 /// `[accelerometer]`, optional.

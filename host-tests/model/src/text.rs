@@ -62,10 +62,14 @@ impl Model {
             );
         }
         if let Some(reference) = &self.reference {
-            let noise = toml_file::float(reference.angle_noise_rad);
-            let walk = toml_file::float(reference.angle_random_walk_rad_sqrt_s);
-            let _ = writeln!(out, "\n[reference]\nangle_noise_rad = {noise}");
-            let _ = writeln!(out, "angle_random_walk_rad_sqrt_s = {walk}");
+            let _ = writeln!(out, "\n[reference]");
+            if let Some(noise) = reference.angle_noise_rad {
+                let _ = writeln!(out, "angle_noise_rad = {}", toml_file::float(noise));
+            }
+            if let Some(walk) = reference.angle_random_walk_rad_sqrt_s {
+                let walk = toml_file::float(walk);
+                let _ = writeln!(out, "angle_random_walk_rad_sqrt_s = {walk}");
+            }
         }
         if let Some(accelerometer) = &self.accelerometer {
             let _ = writeln!(

@@ -1,27 +1,39 @@
-//! How much of the declared reference noise is in the recording.
+//! How much noise the reference adds to the recording.
 //!
 //! The reference is m = motion + n, the residual e = gyro noise − n. So E\[m* e\] = −S_n at every frequency, whatever the
-//! motion: motion adds variance only. Least squares of −Re(m* e) on the declared spectra, each cell with the variance
-//! of its neighbourhood, and a prior about the declaration. A cell's own power must not weigh it: where m is noise, small
-//! products have small powers, and the sum would come out low by one part in the number of frames.
+//! motion: motion adds variance only. Least squares of −Re(m* e) on the spectra of the noise's terms, each term at least 0,
+//! each cell with the variance of its neighbourhood. A cell's own power must not weigh it: where m is noise, small products
+//! have small powers, and the sum would come out low by one part in the number of frames.
+//!
+//! A term that the model leaves out has a flat prior: nothing declared is nothing known. A declared term has a log-normal
+//! prior about its declaration, which data that contradict it outweigh.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::frames::Frames;
 
-/// What the recording says of one declared term.
+/// One term of the reference's noise before looking.
+#[derive(Debug, Clone)]
+pub struct NoiseTerm {
+    /// Power by DCT-II coefficient where the share is 1 \[rad²\].
+    pub shape: Vec<f64>,
+    /// Whether a share of 1 is what the model declares; otherwise nothing is known of the share.
+    pub is_declared: bool,
+}
+
+/// What the recording says of one term.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasuredShare {
-    /// Power over the declared power.
+    /// Power over that of the term's shape.
     pub share: f64,
-    /// Its standard deviation.
+    /// Its standard deviation; infinite where nothing was measured of a term that nothing declares.
     pub std: f64,
 }
 
-/// Bounds of a share: a term that vanishes keeps the columns finite, a larger one is no declaration of this reference.
-const SHARE_RANGE: [f64; 2] = [0.02, 50.0];
+/// Least share of a declared term: one that vanishes keeps the columns finite.
+const LEAST_DECLARED: f64 = 0.02;
 
-/// Frequencies from zero that the window's leakage of slow motion spoils.
+/// Cells from zero that the window's leakage of slow motion spoils.
 const SPOILT: usize = 3;
 
 /// Equivalent number of independent half-overlapped Hann frames, per frame.
@@ -30,85 +42,199 @@ const INDEPENDENT_FRAMES: f64 = 0.95;
 /// Bins over which a Hann window spreads one cell.
 const HANN_WIDTH: f64 = 1.5;
 
-/// Measures the share of each declared term on one axis.
+/// Measures the share of each term on one axis.
 ///
 /// # Inputs
-/// `reference`, `residual` \[rad\] by row; `declared`: power of each declared term by DCT-II coefficient;
-/// `residual_noise`: power of the residual's noise alike; `seen`: rows whose residual may be looked at;
-/// `prior_std`: standard deviation of a share before looking \[1\].
+/// `reference`, `residual` \[rad\] by row; `residual_noise`: power of the residual's noise by DCT-II coefficient \[rad²\];
+/// `seen`: rows whose residual may be looked at; `declared_std`: standard deviation of the logarithm of a declared share
+/// before looking \[1\].
 ///
 /// # Returns
-/// A share for each declared term; 1 ± `prior_std` where the rows are too few to say.
+/// A share for each term; what was known before where the rows are too few to say.
 pub fn measure(
     reference: &[f64],
     residual: &[f64],
-    declared: &[Vec<f64>],
+    terms: &[NoiseTerm],
     residual_noise: &[f64],
     seen: &[bool],
     rate_hz: f64,
-    prior_std: f64,
+    declared_std: f64,
 ) -> Vec<MeasuredShare> {
-    let as_declared = vec![
-        MeasuredShare {
-            share: 1.0,
-            std: prior_std
-        };
-        declared.len()
-    ];
-    let Some(frames) = Frames::new(reference.len(), rate_hz) else {
-        return as_declared;
+    let before = |term: &NoiseTerm| MeasuredShare {
+        share: f64::from(u8::from(term.is_declared)),
+        std: if term.is_declared {
+            declared_std
+        } else {
+            f64::INFINITY
+        },
     };
-    let whole = (0..)
-        .map(|frame| frame * frames.hop())
-        .take_while(|first| first + frames.length <= reference.len())
-        .filter(|&first| seen[first..first + frames.length].iter().all(|&seen| seen));
-    let count = frames.frequencies();
-    let (mut product, mut power, mut number) = (vec![0.0; count], vec![0.0; count], 0.0);
-    for first in whole {
-        let m = frames.transform(reference, first);
-        let e = frames.transform(residual, first);
-        for k in 0..count {
-            product[k] -= (m[k].conj() * e[k]).re;
-            power[k] += m[k].norm_sqr();
+    let Some(sums) = Frames::new(reference.len(), rate_hz)
+        .and_then(|frames| Sums::new(&frames, reference, residual, terms, residual_noise, seen))
+    else {
+        return terms.iter().map(before).collect();
+    };
+    let is_declared: Vec<bool> = terms.iter().map(|term| term.is_declared).collect();
+    let shares = sums.most_probable(&is_declared, declared_std);
+    let precision = sums.precision(&shares, &is_declared, declared_std);
+    let variance = precision.try_inverse();
+    (0..terms.len())
+        .map(|k| MeasuredShare {
+            share: shares[k] / sums.scale[k],
+            std: match &variance {
+                Some(variance) => variance[(k, k)].max(0.0).sqrt() / sums.scale[k],
+                None => before(&terms[k]).std,
+            },
+        })
+        .collect()
+}
+
+/// Normal equations of the shares, each share in units of its own standard deviation if the others were known.
+struct Sums {
+    information: DMatrix<f64>,
+    score: DVector<f64>,
+    scale: Vec<f64>,
+}
+
+impl Sums {
+    /// Sums over the frames that are seen as a whole; `None` where they are fewer than two.
+    fn new(
+        frames: &Frames,
+        reference: &[f64],
+        residual: &[f64],
+        terms: &[NoiseTerm],
+        residual_noise: &[f64],
+        seen: &[bool],
+    ) -> Option<Self> {
+        let whole = (0..)
+            .map(|frame| frame * frames.hop())
+            .take_while(|first| first + frames.length <= reference.len())
+            .filter(|&first| seen[first..first + frames.length].iter().all(|&seen| seen));
+        let count = frames.frequencies();
+        let (mut product, mut power, mut number) = (vec![0.0; count], vec![0.0; count], 0.0);
+        for first in whole {
+            let m = frames.transform(reference, first);
+            let e = frames.transform(residual, first);
+            for k in 0..count {
+                product[k] -= (m[k].conj() * e[k]).re;
+                power[k] += m[k].norm_sqr();
+            }
+            number += 1.0;
         }
-        number += 1.0;
+        if number < 2.0 {
+            return None;
+        }
+        let scale = 1.0 / (number * frames.window_power);
+        product.iter_mut().for_each(|value| *value *= scale);
+        power.iter_mut().for_each(|value| *value *= scale);
+        let smooth = background(&power);
+        let noise = frames.resample(residual_noise);
+        let shapes: Vec<Vec<f64>> = terms
+            .iter()
+            .map(|term| frames.resample(&term.shape))
+            .collect();
+        let size = shapes.len();
+        let mut information = DMatrix::<f64>::zeros(size, size);
+        let mut score = DVector::<f64>::zeros(size);
+        for k in SPOILT..count - 1 {
+            // Where m is noise, m and e are one variable: (P_m S_e + |E m* e|²)/2 is P_m S_e then.
+            let variance = (smooth[k] * noise[k]).max(f64::MIN_POSITIVE) * HANN_WIDTH;
+            let weight = number * INDEPENDENT_FRAMES / variance;
+            if !weight.is_finite() {
+                continue;
+            }
+            for a in 0..size {
+                score[a] += weight * shapes[a][k] * product[k];
+                for b in 0..size {
+                    information[(a, b)] += weight * shapes[a][k] * shapes[b][k];
+                }
+            }
+        }
+        let scale: Vec<f64> = (0..size)
+            .map(|k| f64::sqrt(information[(k, k)]))
+            .map(|scale| if scale > 0.0 { scale } else { 1.0 })
+            .collect();
+        Some(Self {
+            information: DMatrix::from_fn(size, size, |a, b| {
+                information[(a, b)] / (scale[a] * scale[b])
+            }),
+            score: DVector::from_fn(size, |a, _| score[a] / scale[a]),
+            scale,
+        })
     }
-    if number < 2.0 {
-        return as_declared;
+
+    /// Shares, scaled, of the largest posterior: log-normal priors by Newton steps, the others at least 0.
+    fn most_probable(&self, is_declared: &[bool], declared_std: f64) -> Vec<f64> {
+        const STEPS: usize = 60;
+        const SETTLED: f64 = 1e-6;
+        const MOST_STEP: f64 = 2.0;
+        let mut shares = self.scale.clone();
+        for (share, is_declared) in shares.iter_mut().zip(is_declared) {
+            if !is_declared {
+                *share = 0.0;
+            }
+        }
+        for _ in 0..STEPS {
+            let precision = self.precision(&shares, is_declared, declared_std);
+            let mut right = self.score.clone();
+            for k in (0..shares.len()).filter(|&k| is_declared[k]) {
+                // Slope of ½ ln²(s)/σ² in the share itself, at the present one.
+                let of_prior = precision[(k, k)] - self.information[(k, k)];
+                right[k] += of_prior * shares[k] * (1.0 - (shares[k] / self.scale[k]).ln());
+            }
+            let target = non_negative(&precision, &right);
+            let mut change: f64 = 0.0;
+            for k in 0..shares.len() {
+                let next = if is_declared[k] {
+                    let bounded = target[k].clamp(shares[k] / MOST_STEP, shares[k] * MOST_STEP);
+                    bounded.max(LEAST_DECLARED * self.scale[k])
+                } else {
+                    target[k]
+                };
+                change = change.max((next - shares[k]).abs() / (1.0 + shares[k]));
+                shares[k] = next;
+            }
+            if change < SETTLED {
+                break;
+            }
+        }
+        shares
     }
-    let scale = 1.0 / (number * frames.window_power);
-    product.iter_mut().for_each(|value| *value *= scale);
-    power.iter_mut().for_each(|value| *value *= scale);
-    let smooth = background(&power);
-    let noise = frames.resample(residual_noise);
-    let terms: Vec<Vec<f64>> = declared.iter().map(|term| frames.resample(term)).collect();
-    let size = terms.len();
-    let mut normal = DMatrix::identity(size, size) / (prior_std * prior_std);
-    let mut right = DVector::from_element(size, 1.0 / (prior_std * prior_std));
-    for k in SPOILT..count - 1 {
-        // Where m is noise, m and e are one variable: (P_m S_e + |E m* e|²)/2 is P_m S_e then.
-        let variance = (smooth[k] * noise[k]).max(f64::MIN_POSITIVE) * HANN_WIDTH;
-        let weight = number * INDEPENDENT_FRAMES / variance;
-        if !weight.is_finite() {
+
+    /// Information of data and priors about shares, scaled.
+    fn precision(&self, shares: &[f64], is_declared: &[bool], declared_std: f64) -> DMatrix<f64> {
+        let mut precision = self.information.clone();
+        for k in (0..shares.len()).filter(|&k| is_declared[k]) {
+            precision[(k, k)] += 1.0 / (declared_std * shares[k]).powi(2);
+        }
+        precision
+    }
+}
+
+/// Minimises ½ xᵀ A x − bᵀ x over x ≥ 0: the best of all subsets whose solution is not negative.
+fn non_negative(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
+    let size = b.len();
+    let mut best = DVector::zeros(size);
+    let mut least = 0.0;
+    for subset in 1_usize..1 << size {
+        let members: Vec<usize> = (0..size).filter(|term| subset >> term & 1 == 1).collect();
+        let matrix = DMatrix::from_fn(members.len(), members.len(), |i, j| {
+            a[(members[i], members[j])]
+        });
+        let right = DVector::from_fn(members.len(), |i, _| b[members[i]]);
+        let Some(cholesky) = matrix.cholesky() else {
             continue;
-        }
-        for a in 0..size {
-            right[a] += weight * terms[a][k] * product[k];
-            for b in 0..size {
-                normal[(a, b)] += weight * terms[a][k] * terms[b][k];
+        };
+        let solved = cholesky.solve(&right);
+        let value = -0.5 * right.dot(&solved);
+        if value < least && solved.iter().all(|&value| value >= 0.0) {
+            least = value;
+            best.fill(0.0);
+            for (&term, &value) in members.iter().zip(solved.iter()) {
+                best[term] = value;
             }
         }
     }
-    let Some(inverse) = normal.try_inverse() else {
-        return as_declared;
-    };
-    let shares = &inverse * right;
-    (0..size)
-        .map(|k| MeasuredShare {
-            share: shares[k].clamp(SHARE_RANGE[0], SHARE_RANGE[1]),
-            std: inverse[(k, k)].max(0.0).sqrt(),
-        })
-        .collect()
+    best
 }
 
 /// Power of each cell's neighbourhood, or its own where a line of motion stands out.

@@ -217,8 +217,8 @@ pub fn model_of(scenario: &Scenario) -> Model {
             }
         };
         rlg_model::Reference {
-            angle_noise_rad,
-            angle_random_walk_rad_sqrt_s,
+            angle_noise_rad: Some(angle_noise_rad),
+            angle_random_walk_rad_sqrt_s: Some(angle_random_walk_rad_sqrt_s),
         }
     });
     Model {

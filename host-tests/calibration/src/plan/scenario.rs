@@ -79,8 +79,8 @@ fn instrument(out: &mut String, model: &Model) {
         let _ = writeln!(
             out,
             "\n[reference]\nangle_noise_rad = {}\nangle_random_walk_rad_sqrt_s = {}\nweight_rad = {FINE_RAD}",
-            float(reference.angle_noise_rad),
-            float(reference.angle_random_walk_rad_sqrt_s),
+            float(reference.angle_noise_rad.unwrap_or_default()),
+            float(reference.angle_random_walk_rad_sqrt_s.unwrap_or_default()),
         );
     }
 }

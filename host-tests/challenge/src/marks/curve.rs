@@ -40,7 +40,12 @@ pub fn curve(
             .scaled(name, factor)
             .ok_or_else(|| InputError::new("--vary", "is no number of the plan").value(name))?;
         let engine = under(EngineName::New, varied);
-        let done = prepared.diagnose(plan.seed, engine.as_deref(), None, progress)?;
+        let done = prepared.diagnose(
+            (plan.seed, plan.declares),
+            engine.as_deref(),
+            None,
+            progress,
+        )?;
         let outcomes: Vec<Outcome> = done.into_iter().map(|(outcome, _)| outcome).collect();
         let scores = score(plan, &prepared.answers, &outcomes);
         let [nulls, positives] = sums(&scores);

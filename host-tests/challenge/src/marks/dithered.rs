@@ -51,7 +51,8 @@ pub struct Dithered {
     pickoff_rad: f64,
     reference_angle_rad: f64,
     reference_walk_rad_sqrt_s: f64,
-    declared_over_true: f64,
+    /// The model's declared reference noise over the true one.
+    pub declared_over_true: f64,
     motion: String,
     motion_seed: u64,
 }
@@ -114,8 +115,9 @@ impl Dithered {
         let simulation = simulate(&scenario, seeds, |_| {});
         let mut model = simulation.model;
         if let Some(reference) = &mut model.reference {
-            reference.angle_noise_rad *= self.declared_over_true;
-            reference.angle_random_walk_rad_sqrt_s *= self.declared_over_true;
+            let scaled = |noise: Option<f64>| noise.map(|noise| noise * self.declared_over_true);
+            reference.angle_noise_rad = scaled(reference.angle_noise_rad);
+            reference.angle_random_walk_rad_sqrt_s = scaled(reference.angle_random_walk_rad_sqrt_s);
         }
         Ok((simulation.recording, model))
     }

@@ -89,12 +89,53 @@ impl Answer {
     }
 }
 
+/// What the model of a trial declares of noise.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Declares {
+    /// The reference's noise times the factor that the trial draws, the gyros' as it draws.
+    #[default]
+    AsDrawn,
+    /// The reference's noise times a factor.
+    Times(f64),
+    /// Nothing of gyros or reference.
+    Nothing,
+}
+
+impl Declares {
+    /// Changes what `model` declares.
+    fn apply(self, model: &mut Model, drawn: f64) {
+        match self {
+            Self::AsDrawn => {}
+            Self::Times(factor) => {
+                if let Some(reference) = &mut model.reference {
+                    let scaled = |noise: Option<f64>| noise.map(|noise| noise * factor / drawn);
+                    reference.angle_noise_rad = scaled(reference.angle_noise_rad);
+                    reference.angle_random_walk_rad_sqrt_s =
+                        scaled(reference.angle_random_walk_rad_sqrt_s);
+                }
+            }
+            Self::Nothing => {
+                model.reference = None;
+                model.gyro.angle_random_walk_rad_sqrt_s = None;
+            }
+        }
+    }
+}
+
 /// Makes a trial's recording and the model that goes with it.
-pub fn record(trial: &Trial) -> Result<(Recording, Model), InputError> {
-    let (mut recording, model) = match &trial.source {
-        Source::Rows(rows) => record_rows(rows, trial.noise_seed),
-        Source::Dithered(dithered) => dithered.record(trial.noise_seed)?,
+pub fn record(trial: &Trial, declares: Declares) -> Result<(Recording, Model), InputError> {
+    let (mut recording, mut model, drawn) = match &trial.source {
+        Source::Rows(rows) => {
+            let (recording, model) = record_rows(rows, trial.noise_seed);
+            (recording, model, rows.setting.declared_over_true)
+        }
+        Source::Dithered(dithered) => {
+            let (recording, model) = dithered.record(trial.noise_seed)?;
+            (recording, model, dithered.declared_over_true)
+        }
     };
+    declares.apply(&mut model, drawn);
     recording.name = format!("trial {}", trial.number);
     Ok((recording, model))
 }
@@ -211,8 +252,8 @@ fn model_of(rows: &Rows) -> Model {
         },
         dither: None,
         reference: Some(Reference {
-            angle_noise_rad: declared * setting.reference_angle_rad,
-            angle_random_walk_rad_sqrt_s: declared * setting.reference_walk_rad_sqrt_s,
+            angle_noise_rad: Some(declared * setting.reference_angle_rad),
+            angle_random_walk_rad_sqrt_s: Some(declared * setting.reference_walk_rad_sqrt_s),
         }),
         accelerometer: setting.has_force.then_some(Accelerometer {
             bias_m_s2: [0.0; 3],

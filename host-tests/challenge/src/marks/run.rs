@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::engine::{DiagnosisSummary, Engine, EngineName};
 use super::family::{CYCLE, Family};
-use super::record::{Answer, record};
+use super::record::{Answer, Declares, record};
 use super::setting::Limits;
 use super::trial::Trial;
 use crate::given::MODEL;
@@ -33,6 +33,8 @@ pub struct Plan {
     pub only: Option<u64>,
     /// The declared noise of the reference is wrong by at most this factor.
     pub declared_within: f64,
+    /// What models declare of noise.
+    pub declares: Declares,
     /// Longest recording \[s\].
     pub longest_s: f64,
     /// Rows at most.
@@ -54,6 +56,7 @@ impl Plan {
             engine: EngineName::Both,
             only: None,
             declared_within: 1.5,
+            declares: Declares::AsDrawn,
             longest_s: 600.0,
             most_rows: 240_000.0,
         }
@@ -143,7 +146,7 @@ impl Prepared {
     /// Diagnoses every trial. Recordings are kept under `keep`, where it is given; `progress` is told of each trial.
     pub fn diagnose(
         &self,
-        seed: u64,
+        (seed, declares): (u64, Declares),
         engine: Option<&dyn Engine>,
         keep: Option<&Path>,
         progress: &(dyn Fn() + Sync),
@@ -152,7 +155,7 @@ impl Prepared {
             .par_iter()
             .zip(&self.lines)
             .map(|(trial, (_, line))| {
-                let (recording, model) = record(trial)?;
+                let (recording, model) = record(trial, declares)?;
                 if let Some(folder) = keep {
                     let name = format!("trial-{seed}-{:06}", trial.number);
                     keep_trial(&folder.join(name), &recording, &model, line)?;

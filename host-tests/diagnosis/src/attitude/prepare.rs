@@ -127,9 +127,9 @@ pub(super) fn prepare(
 fn declared_levels(model: &Model) -> DeclaredLevels {
     let squares = |kind: &str, axis: usize| excess_square(model, kind, axis);
     let reference = model.reference.as_ref();
-    let reference_walk = reference.map_or(0.0, |reference| {
-        reference.angle_random_walk_rad_sqrt_s.powi(2)
-    });
+    let reference_walk = reference
+        .and_then(|reference| reference.angle_random_walk_rad_sqrt_s)
+        .map_or(0.0, |walk| walk * walk);
     DeclaredLevels {
         walk_rad2_s: [0, 1, 2].map(|axis: usize| {
             let walk = model.gyro.angle_random_walk_rad_sqrt_s?[axis].powi(2);
@@ -139,7 +139,9 @@ fn declared_levels(model: &Model) -> DeclaredLevels {
             let pulses = model.gyro.pulse_weight_rad[axis].powi(2) / 12.0;
             pulses + model.pickoff_white_rad2(axis) + squares("pulse_quantisation", axis) / 12.0
         }),
-        reference_white_rad2: reference.map(|reference| reference.angle_noise_rad.powi(2)),
+        reference_white_rad2: reference
+            .and_then(|reference| reference.angle_noise_rad)
+            .map(|noise| noise * noise),
     }
 }
 

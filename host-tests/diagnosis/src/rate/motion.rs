@@ -4,7 +4,7 @@ use rlg_catalogue::Signals;
 use rlg_catalogue::signals::Path;
 use rlg_inference::{Dct, NoiseBasis, NoiseLevels, Observations};
 use rlg_signal::conditioned::{noise_left, weights};
-use rlg_signal::reference_noise::{MeasuredShare, measure};
+use rlg_signal::reference_noise::{NoiseTerm, measure};
 use rlg_signal::shrinkage::{Powers, shrink};
 
 use super::data::Data;
@@ -19,7 +19,8 @@ pub struct Motion {
     pub is_moving: [bool; 3],
     /// Standard deviation of the noise that is left in each axis' rate, where it moves \[rad/s\].
     pub rate_noise_rad_s: [f64; 3],
-    /// Power of the reference's white rate noise per row \[rad²\], declared and measured, with its standard deviation.
+    /// Power of the reference's white rate noise per row \[rad²\], measured beside what is declared, with its standard
+    /// deviation.
     pub reference_walk: [Level; 3],
     /// The same of its white angle noise \[rad²\].
     pub reference_angle: [Level; 3],
@@ -80,32 +81,38 @@ pub fn estimate_from(
     let basis = NoiseBasis::new(&whole);
     let dct = Dct::new(rows);
     let shape = |levels: NoiseLevels| basis.by_coefficient(levels);
-    let reference = data.model.reference.as_ref();
-    let walk = reference.map_or(0.0, |one| {
-        one.angle_random_walk_rad_sqrt_s.powi(2) / rate_hz
-    });
-    let angle = reference.map_or(0.0, |one| one.angle_noise_rad.powi(2));
+    let reference = data.model.reference.clone().unwrap_or_default();
+    let walk = reference
+        .angle_random_walk_rad_sqrt_s
+        .unwrap_or(0.0)
+        .powi(2)
+        / rate_hz;
+    let angle = reference.angle_noise_rad.unwrap_or(0.0).powi(2);
     let of_axis = |axis: usize| {
         let noise = shape(levels[axis]);
-        let white = NoiseLevels {
-            white: walk,
-            ..NoiseLevels::default()
-        };
-        let differenced = NoiseLevels {
-            angle,
-            ..NoiseLevels::default()
-        };
-        let (is_walk, shapes): (Vec<bool>, Vec<Vec<f64>>) =
-            [(true, walk, white), (false, angle, differenced)]
-                .into_iter()
-                .filter(|(_, level, _)| *level > 0.0)
-                .map(|(is_walk, _, levels)| (is_walk, shape(levels)))
-                .unzip();
+        // A noise that is left out, or 0, is unknown: its shape has a power of 1 rad² a row.
+        let power = |declared: f64| if declared > 0.0 { declared } else { 1.0 };
+        let terms = [
+            NoiseTerm {
+                shape: shape(NoiseLevels {
+                    white: power(walk),
+                    ..NoiseLevels::default()
+                }),
+                is_declared: walk > 0.0,
+            },
+            NoiseTerm {
+                shape: shape(NoiseLevels {
+                    angle: power(angle),
+                    ..NoiseLevels::default()
+                }),
+                is_declared: angle > 0.0,
+            },
+        ];
         let m = &measured.case_rad[axis];
         let shares = measure(
             m,
             &clean_rad[axis],
-            &shapes,
+            &terms,
             &noise,
             seen,
             rate_hz,
@@ -115,14 +122,19 @@ pub fn estimate_from(
         let mut uncertain = vec![0.0; rows];
         // The residual's own levels come from as many rows.
         let of_fit = (2.0 / rows as f64).sqrt();
-        for (shape, share) in shapes.iter().zip(&shares) {
-            let terms = of_reference.iter_mut().zip(&mut uncertain).zip(shape);
-            for ((sum, uncertain), power) in terms {
+        for (term, share) in terms.iter().zip(&shares) {
+            let sums = of_reference.iter_mut().zip(&mut uncertain);
+            for ((sum, uncertain), power) in sums.zip(&term.shape) {
                 *sum += share.share * power;
                 *uncertain += (share.std + share.share * of_fit) * power;
             }
         }
-        drop(shapes);
+        drop(terms);
+        // The residual holds the reference's noise: there is no more of it than that.
+        for ((sum, uncertain), noise) in of_reference.iter_mut().zip(&mut uncertain).zip(&noise) {
+            *sum = sum.min(*noise);
+            *uncertain = uncertain.min(*noise);
+        }
         let toward = weights(&of_reference, &noise);
         let conditioned = add_filtered(m, &clean_rad[axis], &toward, &dct);
         let left = noise_left(&of_reference, &uncertain, &toward, &noise);
@@ -134,15 +146,9 @@ pub fn estimate_from(
         };
         let shrunk = shrink(&conditioned, &powers, rate_hz, &plan.gate);
         drop((conditioned, left, uncertain));
-        let level = |of_walk: bool, power: f64| {
-            is_walk
-                .iter()
-                .zip(&shares)
-                .find(|(is_walk, _)| **is_walk == of_walk)
-                .map_or_else(Level::default, |(_, share): (_, &MeasuredShare)| Level {
-                    value: share.share * power,
-                    std: share.std * power,
-                })
+        let level = |term: usize, power: f64, own: f64| Level {
+            value: (shares[term].share * power).min(own),
+            std: (shares[term].std * power).min(own),
         };
         let dither = measured.dither_rad.map(|dither| {
             let pickoff = NoiseLevels {
@@ -152,7 +158,12 @@ pub fn estimate_from(
             let toward = weights(&shape(pickoff), &noise);
             add_filtered(&dither[axis], &clean_rad[axis], &toward, &dct)
         });
-        (shrunk, level(true, walk), level(false, angle), dither)
+        (
+            shrunk,
+            level(0, power(walk), levels[axis].white),
+            level(1, power(angle), levels[axis].angle),
+            dither,
+        )
     };
     let axes = each_axis(of_axis);
     drop(dct);

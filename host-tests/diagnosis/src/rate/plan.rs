@@ -28,7 +28,8 @@ pub struct AnalysisPlan {
     pub practical_share: f64,
     /// An effect that drift explains to within this, drift unpriced, may be drift.
     pub drift_within: f64,
-    /// Standard deviation of the reference's noise power about its declaration \[1\].
+    /// Standard deviation of the logarithm of the reference's noise power about its declaration \[1\]: 1 is a factor of 1.6
+    /// in the noise itself.
     pub reference_std: f64,
     /// Where the reference shows motion.
     pub gate: Gate,
@@ -58,7 +59,7 @@ impl Default for AnalysisPlan {
             reenactment_chance: 1e-3,
             practical_share: 0.01,
             drift_within: 6.0,
-            reference_std: 0.5,
+            reference_std: 1.0,
             gate: Gate::default(),
             least_cells: 27,
             event: 3.5,

@@ -10,6 +10,7 @@ use crate::challenge::marks::curve::{FACTORS, curve};
 use crate::challenge::marks::engine::{EngineName, engine};
 use crate::challenge::marks::family::Family;
 use crate::challenge::marks::groups::Counts;
+use crate::challenge::marks::record::Declares;
 use crate::challenge::marks::run::{Cost, Outcome, Plan, Prepared, prepare};
 use crate::challenge::marks::table::{Scores, score};
 use crate::diagnose::rate::plan::NUMBERS;
@@ -45,6 +46,10 @@ pub struct MarksOptions {
     /// The declared noise of the reference is wrong by at most this factor, either way
     #[arg(long, default_value_t = 1.5, value_name = "FACTOR", requires = "marks")]
     declared_within: f64,
+    /// Models say nothing of any noise ("nothing"), or the reference's noise times this factor
+    #[arg(long, value_name = "nothing|FACTOR", requires = "marks", conflicts_with = "declared_within",
+        value_parser = declares)]
+    declares: Option<Declares>,
     /// Rows of a recording at most
     #[arg(long, default_value_t = 240_000, value_name = "N", requires = "marks",
         value_parser = clap::value_parser!(u32).range(2_000..=20_000_000))]
@@ -86,6 +91,7 @@ impl MarksOptions {
             engine: common.engine,
             only: common.only,
             declared_within: self.declared_within,
+            declares: self.declares.unwrap_or_default(),
             most_rows: f64::from(self.most_rows),
             ..Plan::new(common.seed, common.trials, &self.family)
         };
@@ -103,7 +109,8 @@ impl MarksOptions {
         let bar = terminal.bar(count, "diagnosing");
         let before_s = processor_s();
         let engine = engine.as_deref();
-        let done = prepared.diagnose(plan.seed, engine, self.keep.as_deref(), &|| bar.inc(1))?;
+        let told = (plan.seed, plan.declares);
+        let done = prepared.diagnose(told, engine, self.keep.as_deref(), &|| bar.inc(1))?;
         bar.finish_and_clear();
         let spent_s = before_s
             .zip(processor_s())
@@ -115,6 +122,17 @@ impl MarksOptions {
             say(&scores, &costs, spent_s, terminal);
         }
         terminal.result(&scores)
+    }
+}
+
+/// Reads what models declare.
+fn declares(text: &str) -> Result<Declares, String> {
+    if text == "nothing" {
+        return Ok(Declares::Nothing);
+    }
+    match text.parse::<f64>() {
+        Ok(factor) if (0.01..=100.0).contains(&factor) => Ok(Declares::Times(factor)),
+        _ => Err("expected \"nothing\" or a factor from 0.01 to 100".to_owned()),
     }
 }
 

@@ -216,8 +216,8 @@ pub fn model(angle_noise_rad: f64) -> Model {
         },
         dither: None,
         reference: Some(Reference {
-            angle_noise_rad,
-            angle_random_walk_rad_sqrt_s: REFERENCE_WALK_RAD_SQRT_S,
+            angle_noise_rad: Some(angle_noise_rad),
+            angle_random_walk_rad_sqrt_s: Some(REFERENCE_WALK_RAD_SQRT_S),
         }),
         accelerometer: None,
         effects: Vec::new(),

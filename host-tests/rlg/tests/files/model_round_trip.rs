@@ -31,8 +31,8 @@ fn model(numbers: [f64; 3], effects: Vec<ModelEffect>) -> Model {
             pickoff_noise_rad: [2e-7; 3],
         }),
         reference: Some(Reference {
-            angle_noise_rad: 2e-7,
-            angle_random_walk_rad_sqrt_s: 0.0,
+            angle_noise_rad: Some(2e-7),
+            angle_random_walk_rad_sqrt_s: None,
         }),
         accelerometer: Some(Accelerometer {
             bias_m_s2: numbers.map(|v| v * 1e-3),
