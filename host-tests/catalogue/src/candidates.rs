@@ -1,13 +1,14 @@
 //! The catalogue spelt out for the search: hypotheses over a pool of columns, each with its price.
 
-use rlg_inference::{Columns, Fixed, Hypothesis, Term};
+use rlg_inference::{Bound, Columns, Fixed, Hypothesis, Term};
 
 use crate::column::Column;
 use crate::entries::{
-    CATALOGUE, Entry, HARMONIC, LOCK_IN, Law, MODE, MOUNT, SLIP, STEP, UNLISTED, tilt,
+    BANDWIDTH, CATALOGUE, Entry, HARMONIC, LOCK_IN, Law, MODE, MOUNT, SLIP, STEP, UNLISTED, tilt,
 };
 use crate::expression::Expression;
 use crate::lock_in::{self, Threshold};
+use crate::low_pass::{self, LowPass};
 use crate::resonance::{PARTS, Part, Resonance};
 use crate::signals::{AXES, Signals};
 
@@ -22,6 +23,8 @@ pub enum Variant {
     Diagonal,
     /// One value for all three axes.
     Common,
+    /// A low pass of first order on each gyro that has one.
+    LowPass,
     /// At one row of one gyro.
     Event {
         /// Gyro.
@@ -154,6 +157,7 @@ impl Pool {
                     parameters: kept.len(),
                     terms: terms.collect(),
                     fixed: Vec::new(),
+                    bounds: vec![entry.size.bound(); kept.len()],
                     price: (places * everyday).ln(),
                 },
             })
@@ -324,6 +328,7 @@ fn of_one_term(
             parameters: 1,
             terms: vec![term],
             fixed: Vec::new(),
+            bounds: Vec::new(),
             price: places.ln(),
         },
     }
@@ -334,19 +339,57 @@ fn about_values(
     kind: &'static str,
     (names, base): (Vec<String>, Vec<f64>),
     (terms, fixed): (Vec<Term>, Vec<Fixed>),
+    of_parameter: impl Fn(&str) -> Bound,
     places: f64,
 ) -> Candidate {
+    let bounds = names.iter().zip(&base).map(|(name, base)| {
+        let bound = of_parameter(name);
+        Bound {
+            // A prior is about 0; what is estimated is about the base.
+            std: if *base == 0.0 {
+                bound.std
+            } else {
+                f64::INFINITY
+            },
+            range: bound.range.map(|end| end - base),
+        }
+    });
     Candidate {
         kind,
         variant: Variant::Whole,
-        base,
         hypothesis: Hypothesis {
             parameters: names.len(),
             terms,
             fixed,
+            bounds: bounds.collect(),
             price: places.ln(),
         },
+        base,
         names,
+    }
+}
+
+/// What is known of a resonance's numbers at a row rate: beyond critical damping and half the row rate there is none.
+fn of_resonance(rate_hz: f64) -> impl Fn(&str) -> Bound {
+    /// A static flexure at its resonance; the typical one is 7e-8 s².
+    const LARGEST_FLEXURE_S2: f64 = 1e-4;
+    move |name| {
+        if name.ends_with("frequency_hz") {
+            Bound {
+                std: f64::INFINITY,
+                range: [0.0, 0.5 * rate_hz],
+            }
+        } else if name.ends_with("damping") {
+            Bound {
+                std: f64::INFINITY,
+                range: [0.0, 1.0],
+            }
+        } else {
+            Bound {
+                std: LARGEST_FLEXURE_S2,
+                ..Bound::NONE
+            }
+        }
     }
 }
 
@@ -387,6 +430,7 @@ impl Pool {
                 parameters: 2,
                 terms: terms.filter(|term| term.coefficient != 0.0).collect(),
                 fixed: Vec::new(),
+                bounds: Vec::new(),
                 price: places.ln(),
             },
         }
@@ -445,7 +489,13 @@ impl Pool {
         let mut base = vec![0.0; 6];
         base.extend([resonance.hz, resonance.damping]);
         terms.retain(|term| term.coefficient != 0.0);
-        about_values(MODE, (names, base), (terms, Vec::new()), places)
+        about_values(
+            MODE,
+            (names, base),
+            (terms, Vec::new()),
+            of_resonance(signals.rate_hz),
+            places,
+        )
     }
 
     /// A soft mount, picked from `places`: about each axis that has one its full response, and the resonance about a first
@@ -485,7 +535,51 @@ impl Pool {
             }
             base.extend([resonance.hz, resonance.damping]);
         }
-        about_values(MOUNT, (names, base), (terms, fixed), places)
+        about_values(
+            MOUNT,
+            (names, base),
+            (terms, fixed),
+            of_resonance(signals.rate_hz),
+            places,
+        )
+    }
+
+    /// Low passes of first order, picked from `places`: on each gyro that has one its full response, and the time constant
+    /// about a first value.
+    pub fn low_pass(
+        &mut self,
+        low_passes: [Option<LowPass>; 3],
+        places: f64,
+        signals: &Signals,
+    ) -> Candidate {
+        let (mut terms, mut fixed) = (Vec::new(), Vec::new());
+        let (mut names, mut base) = (Vec::new(), Vec::new());
+        for (gyro, low_pass) in low_passes.into_iter().enumerate() {
+            let Some(low_pass) = low_pass else { continue };
+            let along = along(signals, gyro, gyro);
+            let mut part = |part| self.place(Column::LowPass(gyro, low_pass, part));
+            fixed.push(Fixed {
+                record: gyro,
+                column: part(low_pass::Part::Response),
+                size: along,
+            });
+            terms.push(Term {
+                parameter: names.len(),
+                record: gyro,
+                column: part(low_pass::Part::ByTime),
+                coefficient: along,
+            });
+            names.push(format!("{}_pole_s", AXES[gyro]));
+            base.push(low_pass.time_s);
+        }
+        let possible = |_: &str| Bound {
+            std: f64::INFINITY,
+            range: [0.0, f64::INFINITY],
+        };
+        let mut candidate =
+            about_values(BANDWIDTH, (names, base), (terms, fixed), possible, places);
+        candidate.variant = Variant::LowPass;
+        candidate
     }
 
     /// Lock-in, picked from `places`: of each gyro that has a threshold the dead band, and the threshold about a first value.
@@ -515,7 +609,11 @@ impl Pool {
             names.push(AXES[gyro].to_string());
             base.push(threshold.rad_s);
         }
-        about_values(LOCK_IN, (names, base), (terms, fixed), places)
+        let threshold = |_: &str| Bound {
+            std: f64::INFINITY,
+            range: [0.0, f64::INFINITY],
+        };
+        about_values(LOCK_IN, (names, base), (terms, fixed), threshold, places)
     }
 
     /// A candidate that is no row of the catalogue over these signals, its columns made where `estimate` says; `None` of a row.
@@ -536,6 +634,9 @@ impl Pool {
             Variant::Harmonic { axis, order } => Some(self.harmonic(axis, order, places, signals)),
             Variant::Expression { axis, expression } => {
                 Some(self.expression(axis, expression, places, signals))
+            }
+            Variant::LowPass => {
+                Some(self.low_pass(candidate.low_passes(estimate), places, signals))
             }
             _ if candidate.kind == MODE => {
                 let k_s2 = std::array::from_fn(|place| estimate[place]);
@@ -588,6 +689,16 @@ impl Candidate {
         })
     }
 
+    /// The low passes of the gyros, if it is some, moved by an estimate as far as it is to be trusted.
+    pub fn low_passes(&self, estimate: &[f64]) -> [Option<LowPass>; 3] {
+        std::array::from_fn(|gyro| {
+            let name = format!("{}_pole_s", AXES[gyro]);
+            let place = self.names.iter().position(|other| *other == name)?;
+            let time_s = moved(self.base[place], estimate[place]);
+            Some(LowPass { time_s })
+        })
+    }
+
     /// The mounts about the axes, if it is a mount.
     pub fn mounts(&self, estimate: &[f64]) -> [Option<Resonance>; 3] {
         std::array::from_fn(|axis| {
@@ -628,6 +739,7 @@ fn common(entry: &Entry, whole: &[Named], price: f64) -> Candidate {
             parameters: 1,
             terms: whole.iter().flat_map(|named| named.terms.clone()).collect(),
             fixed: Vec::new(),
+            bounds: vec![entry.size.bound()],
             price,
         },
     }
@@ -636,11 +748,12 @@ fn common(entry: &Entry, whole: &[Named], price: f64) -> Candidate {
 /// Whether the motion that a column is made of stands out of the reference's noise.
 fn moves(column: Column, is_moving: [bool; 3]) -> bool {
     use Column::{
-        Cube, CubicFlexure, Delay, Flexure, ForceTimesIncrement, Increment, Jerk, Magnitude,
-        Square, WarmingTimesIncrement,
+        Cube, CubicFlexure, Delay, Flexure, ForceTimesIncrement, Increment, Jerk, LowPass,
+        Magnitude, Square, WarmingTimesIncrement,
     };
     match column {
         Increment(axis)
+        | LowPass(axis, ..)
         | Delay(axis)
         | Jerk(axis)
         | Magnitude(axis)

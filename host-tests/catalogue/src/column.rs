@@ -4,6 +4,7 @@ use rlg_signal::derivatives::{Spectrum, row_means};
 
 use crate::expression::Expression;
 use crate::lock_in::{self, Threshold};
+use crate::low_pass::{self, LowPass};
 use crate::resonance::{Part, Resonance};
 use crate::signals::{Path, Signals, Triad};
 
@@ -56,6 +57,8 @@ pub enum Column {
     ResonantFlexure(usize, usize, Resonance, Part),
     /// What a soft mount adds to the reference's increment \[rad\]; or its derivative.
     Mount(usize, Resonance, Part),
+    /// What a low pass on a gyro's path adds to its increment \[rad\]; or its derivative by the time constant.
+    LowPass(usize, LowPass, low_pass::Part),
     /// What lock-in adds to a gyro's increment \[rad\]; or its derivative by the threshold.
     LockIn(usize, Threshold, lock_in::Part),
     /// Increment of the cosine (true) or sine of the table's angle times an order.
@@ -275,6 +278,16 @@ impl Column {
                 let unmounted = late.along(axis, late.delay_s[axis], reference, signals.rate_hz);
                 Spectrum::new(&unmounted, signals.rate_hz)
                     .through(|hz| resonance.beyond_mount(hz, part))
+            }
+            Self::LowPass(axis, low_pass, part) => {
+                let before = Path {
+                    low_pass: [None; 3],
+                    ..signals.path
+                };
+                let reference = signals.reference_rad(axis);
+                let unfiltered =
+                    before.along(axis, before.delay_s[axis], reference, signals.rate_hz);
+                Spectrum::new(&unfiltered, signals.rate_hz).through(|hz| low_pass.beyond(hz, part))
             }
             Self::LockIn(gyro, threshold, part) => threshold.increments(gyro, part, signals),
             Self::Wave(axis, order, is_cosine) => {

@@ -9,6 +9,7 @@ use crate::candidates::{Candidate, Pool, along};
 use crate::column::Column;
 use crate::entries::tilt;
 use crate::expression::{Expression, Factor, vocabulary};
+use crate::low_pass::{self, LowPass};
 use crate::resonance::{PARTS, Part, Resonance};
 use crate::signals::Signals;
 
@@ -355,6 +356,35 @@ impl ExactMount<'_> {
     }
 }
 
+/// One low pass on a gyro's path by its exact columns: its full response, and its derivative by the time constant.
+pub struct ExactLowPass<'a> {
+    /// Low pass.
+    pub low_pass: LowPass,
+    /// Motion.
+    pub signals: &'a Signals,
+    /// Whose path.
+    pub gyro: usize,
+}
+
+impl Columns for ExactLowPass<'_> {
+    fn count(&self) -> usize {
+        low_pass::PARTS.len()
+    }
+
+    fn column(&self, place: usize) -> Vec<f64> {
+        Column::LowPass(self.gyro, self.low_pass, low_pass::PARTS[place]).values(self.signals)
+    }
+}
+
+impl ExactLowPass<'_> {
+    /// A parameter for each column, on the gyro.
+    pub fn hypothesis(&self) -> Hypothesis {
+        let mut whole = on_every_gyro(self.count(), self.gyro, self.signals);
+        whole.terms.retain(|term| term.record == self.gyro);
+        whole
+    }
+}
+
 /// A parameter for each of `count` columns of what the case does about an axis.
 fn on_every_gyro(count: usize, axis: usize, signals: &Signals) -> Hypothesis {
     let terms = (0..count).flat_map(|column| {
@@ -369,6 +399,7 @@ fn on_every_gyro(count: usize, axis: usize, signals: &Signals) -> Hypothesis {
         parameters: count,
         terms: terms.filter(|term| term.coefficient != 0.0).collect(),
         fixed: Vec::new(),
+        bounds: Vec::new(),
         price: 0.0,
     }
 }
@@ -409,6 +440,7 @@ impl SuspensionColumns<'_> {
             parameters: self.count(),
             terms: terms.collect(),
             fixed: Vec::new(),
+            bounds: Vec::new(),
             price: 0.0,
         }
     }

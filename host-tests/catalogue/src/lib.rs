@@ -14,6 +14,8 @@ pub mod expression;
 
 pub mod lock_in;
 
+pub mod low_pass;
+
 pub mod column;
 
 pub mod entries;

@@ -5,6 +5,7 @@ use realfft::RealFftPlanner;
 use realfft::num_complex::Complex64;
 use rlg_signal::derivatives::Spectrum;
 
+use crate::low_pass::{self, LowPass};
 use crate::resonance::{Part, Resonance};
 
 /// Names of the axes.
@@ -40,6 +41,8 @@ pub struct Path {
     pub delay_s: [f64; 3],
     /// The soft mount between reference and case about each axis.
     pub mount: [Option<Resonance>; 3],
+    /// The low pass on each gyro's path.
+    pub low_pass: [Option<LowPass>; 3],
 }
 
 /// What columns are made of.
@@ -161,10 +164,10 @@ impl Signals {
 impl Path {
     /// Whether nothing lies between the reference and a gyro.
     pub fn is_direct(&self, axis: usize) -> bool {
-        self.delay_s[axis] == 0.0 && self.mount[axis].is_none()
+        self.delay_s[axis] == 0.0 && self.mount[axis].is_none() && self.low_pass[axis].is_none()
     }
 
-    /// The reference's increments about an axis behind its mount and a delay \[rad\].
+    /// The reference's increments about an axis behind its mount, its low pass and a delay \[rad\].
     pub fn along(
         &self,
         axis: usize,
@@ -172,8 +175,8 @@ impl Path {
         reference_rad: &[f64],
         rate_hz: f64,
     ) -> Vec<f64> {
-        let mount = self.mount[axis];
-        if delay_s == 0.0 && mount.is_none() {
+        let (mount, low_pass) = (self.mount[axis], self.low_pass[axis]);
+        if delay_s == 0.0 && mount.is_none() && low_pass.is_none() {
             return reference_rad.to_vec();
         }
         Spectrum::new(reference_rad, rate_hz).through(|hz| {
@@ -181,7 +184,10 @@ impl Path {
             let beyond = mount.map_or(Complex64::ZERO, |mount| {
                 mount.beyond_mount(hz, Part::Response)
             });
-            late * (1.0 + beyond)
+            let passed = low_pass.map_or(Complex64::ZERO, |low_pass| {
+                low_pass.beyond(hz, low_pass::Part::Response)
+            });
+            late * (1.0 + beyond) * (1.0 + passed)
         })
     }
 }

@@ -60,7 +60,19 @@ pub struct Fit {
     pub squared_sizes: Vec<f64>,
     /// Whether one member adds no direction to the others.
     pub is_redundant: bool,
+    /// Places among the members of those with a value that they cannot have.
+    pub impossible: Vec<usize>,
 }
+
+impl Fit {
+    /// Whether every member adds a direction, and none has a value that it cannot have.
+    pub fn is_possible(&self) -> bool {
+        !self.is_redundant && self.impossible.is_empty()
+    }
+}
+
+/// Standard deviations by which an estimate may lie outside what is possible: chance brings it there.
+const BY_CHANCE: f64 = 3.0;
 
 /// Steps of an evaluation.
 #[derive(Debug, Clone, Copy)]
@@ -277,20 +289,20 @@ impl OfRecord {
 struct BlockPrior {
     information: DMatrix<f64>,
     rank: usize,
-    /// Prior precision of directions that are not seen, to keep them finite.
-    unseen: DMatrix<f64>,
-    /// Σ ln of the seen eigenvalues, and of the largest one for each that is not seen.
-    log_seen: f64,
-    log_unseen: f64,
+    /// Prior precision that does not depend on g: of directions that are not seen, to keep them finite, and of physical
+    /// size.
+    fixed: DMatrix<f64>,
 }
 
 impl BlockPrior {
-    fn new(information: DMatrix<f64>) -> Self {
+    /// # Inputs
+    /// `of_size`: prior precision of each parameter by its physical size.
+    fn new(information: DMatrix<f64>, of_size: &[f64]) -> Self {
         let eigen = SymmetricEigen::new(information.clone());
         let largest = eigen.eigenvalues.max().max(LEAST_INFORMATION);
         let size = information.nrows();
-        let (mut rank, mut log_seen, mut log_unseen) = (0, 0.0, 0.0);
-        let mut unseen = DMatrix::zeros(size, size);
+        let mut rank = 0;
+        let mut fixed = DMatrix::zeros(size, size);
         for (value, direction) in eigen
             .eigenvalues
             .iter()
@@ -298,19 +310,23 @@ impl BlockPrior {
         {
             if *value > LEAST_DIRECTION * largest && *value > LEAST_INFORMATION {
                 rank += 1;
-                log_seen += value.ln();
             } else {
-                unseen += direction * direction.transpose() * largest;
-                log_unseen += largest.ln();
+                fixed += direction * direction.transpose() * largest;
             }
+        }
+        for (k, precision) in of_size.iter().enumerate() {
+            fixed[(k, k)] += precision;
         }
         Self {
             information,
             rank,
-            unseen,
-            log_seen,
-            log_unseen,
+            fixed,
         }
+    }
+
+    /// Precision of the block's prior.
+    fn precision(&self, g: f64) -> DMatrix<f64> {
+        &self.information / g + &self.fixed
     }
 }
 
@@ -338,6 +354,12 @@ pub fn evaluate(
         .zip(drift)
         .map(|(levels, drift)| start_level(*levels, *drift))
         .collect();
+    let of_size: Vec<f64> = set
+        .iter()
+        .flat_map(|one| (0..one.parameters).map(|parameter| one.bound(parameter).std))
+        .zip(&assembled.scale)
+        .map(|(std, scale)| (scale / std).powi(2))
+        .collect();
     let mut g = vec![100.0; set.len()];
     let mut last = f64::NEG_INFINITY;
     let mut alternation = 0;
@@ -359,17 +381,16 @@ pub fn evaluate(
         let seen = beside(&information, of_gaps);
         let priors: Vec<BlockPrior> = assembled.blocks[..set.len()]
             .iter()
-            .map(|block| BlockPrior::new(sub_matrix(&seen, block)))
+            .map(|block| BlockPrior::new(sub_matrix(&seen, block), &of_size[block.clone()]))
             .collect();
         for ((block, prior), g) in assembled.blocks.iter().zip(&priors).zip(&g) {
+            let of_block = prior.precision(*g);
             for i in 0..block.len() {
                 for j in 0..block.len() {
-                    precision[(block.start + i, block.start + j)] +=
-                        prior.information[(i, j)] / g + prior.unseen[(i, j)];
+                    precision[(block.start + i, block.start + j)] += of_block[(i, j)];
                 }
             }
-            log_likelihood +=
-                0.5 * (prior.log_seen - prior.rank as f64 * g.ln() + prior.log_unseen);
+            log_likelihood += 0.5 * invert(&of_block).1;
         }
         let (inverse, log_determinant) = invert(&precision);
         let estimate = &inverse * &score;
@@ -378,7 +399,7 @@ pub fn evaluate(
         alternation += 1;
         if settled || alternation >= effort.alternations {
             return finish(Finished {
-                members: set.len(),
+                set,
                 assembled,
                 levels,
                 drift,
@@ -500,7 +521,7 @@ fn sub_matrix(matrix: &DMatrix<f64>, block: &Range<usize>) -> DMatrix<f64> {
 }
 
 struct Finished<'a> {
-    members: usize,
+    set: &'a [&'a Hypothesis],
     assembled: Assembled,
     levels: Vec<NoiseLevels>,
     drift: &'a [Drift],
@@ -513,7 +534,7 @@ struct Finished<'a> {
 
 fn finish(
     Finished {
-        members,
+        set,
         assembled,
         levels,
         drift,
@@ -526,7 +547,7 @@ fn finish(
 ) -> Fit {
     let scale = &assembled.scale;
     let mut blocks = assembled.blocks.clone();
-    let gaps = blocks.split_off(members);
+    let gaps = blocks.split_off(set.len());
     let squared_sizes = blocks
         .iter()
         .map(|block| {
@@ -536,7 +557,18 @@ fn finish(
         })
         .collect();
     let count = scale.len();
+    let is_impossible = |(one, block): (&&Hypothesis, &Range<usize>)| {
+        block.clone().enumerate().any(|(parameter, k)| {
+            let std = inverse[(k, k)].max(0.0).sqrt() * scale[k];
+            let bound = one.bound(parameter);
+            bound.excludes(estimate[k] * scale[k], std, BY_CHANCE)
+        })
+    };
+    let impossible = (0..set.len())
+        .filter(|&place| is_impossible((&set[place], &blocks[place])))
+        .collect();
     Fit {
+        impossible,
         members: Vec::new(),
         is_redundant: is_redundant(&information, &blocks),
         log_likelihood,

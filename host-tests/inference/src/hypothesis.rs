@@ -24,6 +24,29 @@ pub struct Fixed {
     pub size: f64,
 }
 
+/// What is known of a parameter before looking: its size, and values that it cannot have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bound {
+    /// Standard deviation of its prior about 0, in its unit; infinite where its size is not known.
+    pub std: f64,
+    /// Least and largest possible value.
+    pub range: [f64; 2],
+}
+
+impl Bound {
+    /// Nothing is known.
+    pub const NONE: Self = Self {
+        std: f64::INFINITY,
+        range: [f64::NEG_INFINITY, f64::INFINITY],
+    };
+
+    /// Whether an estimate lies outside the range by more than `deviations` of its standard deviations.
+    pub fn excludes(&self, value: f64, std: f64, deviations: f64) -> bool {
+        let [least, largest] = self.range;
+        value < least - deviations * std || value > largest + deviations * std
+    }
+}
+
 /// One thing that may or may not be there, as a block of parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hypothesis {
@@ -33,11 +56,18 @@ pub struct Hypothesis {
     pub terms: Vec<Term>,
     /// What it does besides, without a parameter of its own.
     pub fixed: Vec<Fixed>,
+    /// What is known of each parameter; empty where nothing is known of any.
+    pub bounds: Vec<Bound>,
     /// ln of the number of places it was picked from, less what makes it likelier than others: a price in log posterior.
     pub price: f64,
 }
 
 impl Hypothesis {
+    /// What is known of a parameter.
+    pub fn bound(&self, parameter: usize) -> Bound {
+        self.bounds.get(parameter).copied().unwrap_or(Bound::NONE)
+    }
+
     /// The same with what it does without a parameter as one more, whose value is 1.
     pub fn with_fixed_as_parameter(&self) -> Self {
         let mut whole = self.clone();

@@ -45,7 +45,7 @@ pub mod predict;
 
 pub use dct::Dct;
 pub use evaluate::{Drift, Fit};
-pub use hypothesis::{Fixed, Hypothesis, Term};
+pub use hypothesis::{Bound, Fixed, Hypothesis, Term};
 pub use noise::{NoiseBasis, NoiseLevels};
 pub use normal_equations::{Columns, NormalEquations};
 pub use observations::Observations;

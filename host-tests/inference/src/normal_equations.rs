@@ -407,6 +407,7 @@ fn free_on(record: usize, count: usize) -> Hypothesis {
         parameters: count,
         terms: each.collect(),
         fixed: Vec::new(),
+        bounds: Vec::new(),
         price: 0.0,
     }
 }

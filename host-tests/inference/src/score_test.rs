@@ -412,6 +412,7 @@ mod tests {
                 coefficient: 1.0,
             }],
             fixed: Vec::new(),
+            bounds: Vec::new(),
             price: 0.0,
         }
     }

@@ -160,7 +160,7 @@ impl<'a> Search<'a> {
         let scored = |levels: &[NoiseLevels], drift: &[Drift]| {
             let mut fit = evaluate(self.equations, &set, levels, drift, Effort::FULL);
             fit.score = fit.log_likelihood + prior - self.drift_price(drift);
-            if fit.is_redundant {
+            if !fit.is_possible() {
                 fit.score = f64::NEG_INFINITY;
             }
             fit.members = key.to_vec();
@@ -202,7 +202,7 @@ impl<'a> Search<'a> {
         let prior = self.log_prior(&key);
         let score = |drift: &[Drift]| {
             let fit = evaluate(self.equations, &set, &current.levels, drift, Effort::QUICK);
-            if fit.is_redundant {
+            if !fit.is_possible() {
                 return f64::NEG_INFINITY;
             }
             fit.log_likelihood + prior - self.drift_price(drift)

@@ -145,6 +145,8 @@ pub struct Confirmed {
     pub unconfirmed: Vec<usize>,
     /// Places in [`Found::judged`] that the recording re-enacted without them shows as well.
     pub reenacted_away: Vec<usize>,
+    /// Places in [`Found::judged`] whose value no unit can have where all rows are fitted.
+    pub impossible: Vec<usize>,
     /// Re-enactments without each named member.
     pub reenactments: Vec<Reenactment>,
     /// Standard deviation of the instant of each named step \[rows\].
@@ -161,13 +163,17 @@ pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<
     let (mut named, unconfirmed): (Vec<usize>, Vec<usize>) = (0..found.judged.len())
         .filter(is_costly)
         .partition(|&place| predictions[place].holds);
-    let mut reenacted_away = Vec::new();
+    let (mut reenacted_away, mut impossible) = (Vec::new(), Vec::new());
     loop {
         let mut headlines: Vec<usize> = named.iter().map(|&place| headline(found, place)).collect();
         let mut last = refit(data, found, &headlines, plan)?;
         let instant_std_rows = settle_instants(data, found, &mut headlines, &last);
         if instant_std_rows.iter().any(Option::is_some) {
             last = refit(data, found, &headlines, plan)?;
+        }
+        if let Some(&place) = last.fit.impossible.first() {
+            impossible.push(named.remove(place));
+            continue;
         }
         let ratios: Vec<Named> = named
             .iter()
@@ -192,6 +198,7 @@ pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<
                 predictions,
                 unconfirmed,
                 reenacted_away,
+                impossible,
                 reenactments,
                 instant_std_rows,
                 last,

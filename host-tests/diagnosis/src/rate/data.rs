@@ -3,8 +3,11 @@
 use std::ops::Range;
 
 use nalgebra::Matrix3;
-use rlg_catalogue::entries::{self, HARMONIC, LOCK_IN, MODE, MOUNT, SLIP, STEP, UNLISTED};
+use rlg_catalogue::entries::{
+    self, BANDWIDTH, HARMONIC, LOCK_IN, MODE, MOUNT, SLIP, STEP, UNLISTED,
+};
 use rlg_catalogue::lock_in::Threshold;
+use rlg_catalogue::low_pass::LowPass;
 use rlg_catalogue::resonance::Resonance;
 use rlg_catalogue::signals::{Inputs, Path, Signals};
 use rlg_catalogue::{Column, Expression, Pool};
@@ -12,6 +15,7 @@ use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_recording::error::InputError;
 use rlg_signal::partition::{Partition, Use};
 
+use super::coarse::reached;
 use super::plan::AnalysisPlan;
 use crate::excess::NOISE_KINDS;
 use crate::lattice::Lattice;
@@ -33,6 +37,8 @@ pub struct Data<'a> {
     pub sensing_from_body: Matrix3<f64>,
     /// What the effects that the model holds already add: gyro, column, size.
     pub known: Vec<(usize, Column, f64)>,
+    /// How far from a gyro's row that of the reference lies that shows it \[rows\], where a delay is long.
+    pub late_rows: f64,
     /// The use of every row.
     pub partition: Partition,
     /// What gyros without a dither count in.
@@ -94,6 +100,7 @@ impl<'a> Data<'a> {
         Ok(Self {
             residual_rad,
             partition,
+            late_rows: 0.0,
             known: Vec::new(),
             lattice,
             counted_rad,
@@ -116,9 +123,10 @@ impl<'a> Data<'a> {
         }
     }
 
-    /// Rows that are measured and serve one of `uses`.
+    /// Rows that are measured, whose reference was recorded, and that serve one of `uses`.
     pub fn rows_of(&self, uses: &[Use]) -> Vec<bool> {
-        self.partition.rows_of(uses, &self.streams.usable)
+        let rows = self.partition.rows_of(uses, &self.streams.usable);
+        reached(&rows, self.late_rows)
     }
 
     /// Contiguous rows of [`Data::rows_of`].
@@ -144,6 +152,7 @@ impl<'a> Data<'a> {
             for axis in 0..3 {
                 path.delay_s[axis] += delay_of(effect, axis);
                 path.mount[axis] = path.mount[axis].or_else(|| mount_of(effect, axis));
+                path.low_pass[axis] = path.low_pass[axis].or_else(|| low_pass_of(effect, axis));
             }
         }
         path
@@ -196,6 +205,11 @@ fn mount_of(effect: &ModelEffect, axis: usize) -> Option<Resonance> {
         hz,
         damping: number(effect, &format!("{}_damping", AXES[axis])),
     })
+}
+
+fn low_pass_of(effect: &ModelEffect, axis: usize) -> Option<LowPass> {
+    let time_s = number(effect, &format!("{}_pole_s", AXES[axis]));
+    (effect.kind == BANDWIDTH && time_s > 0.0).then_some(LowPass { time_s })
 }
 
 fn axis_of(effect: &ModelEffect) -> Option<usize> {
@@ -276,6 +290,13 @@ fn known(
         let fixed = one.hypothesis.fixed.iter();
         parts.extend(fixed.map(|one| (one.record, pool.columns[one.column], one.size)));
     } else {
+        if kind == BANDWIDTH {
+            let mut pool = Pool::default();
+            let low_passes = std::array::from_fn(|axis| low_pass_of(effect, axis));
+            let one = pool.low_pass(low_passes, 1.0, signals);
+            let fixed = one.hypothesis.fixed.iter();
+            parts.extend(fixed.map(|one| (one.record, pool.columns[one.column], one.size)));
+        }
         // All axes count as moving: the model says that the effect is there.
         let mut pool = Pool::default();
         let entry = rlg_catalogue::entries::find(kind)?;

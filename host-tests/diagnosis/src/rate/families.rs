@@ -4,9 +4,10 @@ use nalgebra::{DMatrix, DVector};
 use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::MODE;
 use rlg_catalogue::families::{
-    Basis, ExactMount, Family, MOUNT, MountColumns, SUSPENSION, SuspensionColumns, expressions,
-    harmonics, lags_about, lines_about,
+    Basis, ExactLowPass, ExactMount, Family, MOUNT, MountColumns, SUSPENSION, SuspensionColumns,
+    expressions, harmonics, lags_about, lines_about,
 };
+use rlg_catalogue::low_pass::{self, LowPass};
 use rlg_catalogue::resonance::{Resonance, grid};
 use rlg_catalogue::{Candidate, Column, Pool, Signals};
 use rlg_inference::lines::strongest as strongest_line;
@@ -39,6 +40,7 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone>
     let levels = &fits[0].levels;
     let all = tests(pass, fits, &|_| true);
     found.extend(mount(&all, signals, is_moving, levels));
+    found.extend(low_pass(&all, signals, is_moving));
     drop(all);
     let unbent = |kind: &str| !LIKE_A_MODE.contains(&kind);
     found.extend(suspension(&tests(pass, fits, &unbent), signals, levels));
@@ -61,12 +63,14 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone>
         .collect()
 }
 
-/// The strongest soft mount beside a fit.
-pub(super) fn strongest_mount(pass: &Pass, fit: &Fit, begin: &Begin) -> Vec<Alone> {
+/// The strongest soft mount and the strongest low passes beside a fit.
+pub(super) fn strongest_filters(pass: &Pass, fit: &Fit, begin: &Begin) -> Vec<Alone> {
     let tests = tests(pass, &[fit], &|_| true);
     let motion = &pass.motion;
-    let found = mount(&tests, &motion.signals, motion.is_moving, &fit.levels);
-    likely(pass, found.into_iter().collect(), begin)
+    let (signals, is_moving) = (&motion.signals, motion.is_moving);
+    let found = mount(&tests, signals, is_moving, &fit.levels).into_iter();
+    let found = found.chain(low_pass(&tests, signals, is_moving));
+    likely(pass, found.collect(), begin)
 }
 
 /// Those that are new and worth a fit.
@@ -205,6 +209,54 @@ fn mount(
     })
 }
 
+/// Time constants beyond this \[s\] are no bandwidth that anybody would call one.
+const LONGEST_LOW_PASS_S: f64 = 0.5;
+
+/// The low pass on each gyro that gains most at its full response.
+fn low_pass(tests: &[ScoreTest], signals: &Signals, is_moving: [bool; 3]) -> Option<Found> {
+    let grid = low_pass::grid(signals.period_s(), LONGEST_LOW_PASS_S);
+    let price = (grid.len() as f64).ln() + 0.5;
+    let mut best: [Option<LowPass>; 3] = [None; 3];
+    let mut sum = 0.0;
+    for gyro in (0..3).filter(|&gyro| is_moving[gyro]) {
+        let full = DVector::from_vec(vec![1.0, 0.0]);
+        let of = |low_pass: LowPass| {
+            let columns = ExactLowPass {
+                low_pass,
+                signals,
+                gyro,
+            };
+            let same = DMatrix::identity(2, 2);
+            most_at(tests, &columns.hypothesis(), &columns, &same, &full)
+        };
+        let gain = |low_pass: &LowPass| of(*low_pass).map_or(f64::NEG_INFINITY, |one| one.0);
+        let Some(begin) = grid
+            .iter()
+            .map(|low_pass| (*low_pass, gain(low_pass)))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+        else {
+            continue;
+        };
+        let (found, gain) = follow(begin.0, of, |low_pass, step| LowPass {
+            time_s: (low_pass.time_s + step[0]).clamp(0.6 * low_pass.time_s, 1.7 * low_pass.time_s),
+        });
+        if gain > price {
+            best[gyro] = Some(found);
+            sum += gain - price;
+        }
+    }
+    if best == [None; 3] {
+        return None;
+    }
+    let mut pool = Pool::default();
+    let candidate = pool.low_pass(best, grid.len() as f64, signals);
+    Some(Found {
+        candidate,
+        columns: pool.columns,
+        surplus: sum,
+    })
+}
+
 /// Sine and cosine of the strongest line that a fit leaves on a gyro, where both together are worth a fit.
 fn line(
     pass: &Pass,
@@ -236,6 +288,7 @@ fn line(
             parameters: pair.len(),
             terms: parts.collect(),
             fixed: Vec::new(),
+            bounds: Vec::new(),
             price: pair[0].hypothesis.price,
         }
     };

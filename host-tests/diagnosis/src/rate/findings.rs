@@ -136,6 +136,7 @@ pub fn outcome(
     effects.extend(left.iter().map(|location| unexplained(location, streams)));
     // What fits some rows and not others is not explained, whatever it is.
     let is_consistent = confirmed.unconfirmed.is_empty()
+        && confirmed.impossible.is_empty()
         && left.is_empty()
         && misfits.is_empty()
         && !has_event(data, fit, after_rad, plan);
@@ -303,6 +304,8 @@ fn numbers(one: &Finding, fit: &Fit) -> (Vec<Number>, DMatrix<f64>) {
     let unit = |name: &str| {
         if name.ends_with("frequency_hz") {
             "Hz"
+        } else if name.ends_with("pole_s") {
+            "s"
         } else if name.ends_with("damping") {
             "1"
         } else {
@@ -677,6 +680,12 @@ fn summary(
     for &place in &confirmed.reenacted_away {
         lines.push(format!(
             "Not named: {}: the recording re-enacted without it shows as much of it.",
+            kind_of(place)
+        ));
+    }
+    for &place in &confirmed.impossible {
+        lines.push(format!(
+            "Not named: {}: its size would be one that no unit can have.",
             kind_of(place)
         ));
     }

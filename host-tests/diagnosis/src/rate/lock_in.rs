@@ -183,6 +183,7 @@ fn strongest(
                 parameters: 1,
                 terms: vec![term],
                 fixed: Vec::new(),
+                bounds: Vec::new(),
                 price: 0.0,
             }]
         })

@@ -1,6 +1,6 @@
 //! Diagnosis against a reference on the gyros' rows: one likelihood, one search, one honest test.
 //!
-//! In the order of the data: [`data`] (residual, rows) → [`motion`] (independent of the residual) → [`search`] (passes of
+//! In the order of the data: [`data`] (residual, rows) → [`coarse`] (what is far off) → [`motion`] (independent of the residual) → [`search`] (passes of
 //! columns and structure search on the rows to fit, by [`scores`] of [`families`] and [`lock_in`]) → [`confirm`] (on rows that were not fitted, and by [`reenact`]ing
 //! the recording without an effect; [`goodness`] of what is left) → [`findings`] and [`excess_noise`].
 
@@ -11,6 +11,8 @@ pub mod data;
 pub mod noise;
 
 pub mod motion;
+
+pub mod coarse;
 
 pub mod scores;
 

@@ -4,6 +4,33 @@ use rlg_inference::SearchPlan;
 use rlg_signal::partition::PartitionPlan;
 use rlg_signal::shrinkage::Gate;
 
+/// How what is far from the model is recognised.
+#[derive(Debug, Clone, Copy)]
+pub struct CoarsePlan {
+    /// Longest delay that is sought \[s\].
+    pub longest_delay_s: f64,
+    /// Longest time constant of a low pass that is sought \[s\].
+    pub longest_low_pass_s: f64,
+    /// Share of what is left that something far off must explain \[1\].
+    pub explained: f64,
+    /// Lags within this in log likelihood are one: of a motion that repeats itself the nearest to zero counts.
+    pub tie: f64,
+    /// Sums of rows stand for rows where there are more \[rows\].
+    pub most_rows: usize,
+}
+
+impl Default for CoarsePlan {
+    fn default() -> Self {
+        Self {
+            longest_delay_s: 0.5,
+            longest_low_pass_s: 0.5,
+            explained: 0.5,
+            tie: 10.0,
+            most_rows: 60_000,
+        }
+    }
+}
+
 /// All thresholds of this engine.
 ///
 /// `rlg challenge --marks --engine new` shows what they give on seeds that they were not chosen on, and with `--vary` what other
@@ -12,6 +39,8 @@ use rlg_signal::shrinkage::Gate;
 pub struct AnalysisPlan {
     /// Rows fitted, confirmed, tested.
     pub partition: PartitionPlan,
+    /// What is far from the model.
+    pub coarse: CoarsePlan,
     /// Prices of the search.
     pub search: SearchPlan,
     /// Log posterior that a named effect must cost to do without.
@@ -51,6 +80,7 @@ impl Default for AnalysisPlan {
     fn default() -> Self {
         Self {
             partition: PartitionPlan::default(),
+            coarse: CoarsePlan::default(),
             search: SearchPlan::default(),
             naming: 4.0,
             class_within: 3.0,

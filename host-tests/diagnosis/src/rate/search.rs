@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rlg_catalogue::candidates::{PoolColumns, Variant};
 use rlg_catalogue::entries::{MOUNT, SLIP, STEP};
+use rlg_catalogue::low_pass::LowPass;
 use rlg_catalogue::resonance::Resonance;
 use rlg_catalogue::signals::Path;
 use rlg_catalogue::{Candidate, Pool, Signals};
@@ -12,8 +13,9 @@ use rlg_inference::search::{DriftPrior, Judged};
 use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels, NormalEquations, Observations, Search};
 use rlg_signal::partition::Use;
 
+use super::coarse::coarse;
 use super::data::Data;
-use super::families::{Alone, strongest, strongest_mount};
+use super::families::{Alone, strongest, strongest_filters};
 use super::motion::{Motion, estimate};
 use super::noise::{drift_prior, first_levels, mean};
 use super::plan::AnalysisPlan;
@@ -84,23 +86,33 @@ pub fn find(
     plan: &AnalysisPlan,
     progress: &dyn Fn(&str),
 ) -> Option<Found> {
-    let fitted = Observations::bridged(&data.rows_of(&[Use::Train]))?.to_fast_length();
-    let seen = data.rows_of(&[Use::Train, Use::Confirm]);
-    let looked_at = Observations::bridged(&seen)?;
-    let mut clean = bridged(&data.residual_rad, &looked_at);
-    let mut levels = first_levels(&data.residual_rad, &fitted);
+    let mut fitted = Observations::bridged(&data.rows_of(&[Use::Train]))?.to_fast_length();
+    let mut seen = data.rows_of(&[Use::Train, Use::Confirm]);
+    let mut looked_at = Observations::bridged(&seen)?;
+    let mut left = data.residual_rad.clone();
     let known = data.known_path();
     if !data.model.effects.is_empty() {
+        let mut clean = bridged(&left, &looked_at);
+        let mut levels = first_levels(&left, &fitted);
         // What the model holds is taken out before the noise of what is left means anything.
         for _ in 0..2 {
             let motion = estimate(data, &clean, &levels, &seen, known, plan);
             data.set_known(&motion.signals);
-            let left = without_known(data, &motion.signals);
+            left = without_known(data, &motion.signals);
             levels = first_levels(&left, &fitted);
             clean = bridged(&left, &looked_at);
         }
     }
-    let mut found_path = Path::default();
+    let far = coarse(data, &left, &seen, known, &plan.coarse);
+    if far.path != Path::default() {
+        data.late_rows = far.path.delay_s[0] * data.streams.rate_hz;
+        fitted = Observations::bridged(&data.rows_of(&[Use::Train]))?.to_fast_length();
+        seen = data.rows_of(&[Use::Train, Use::Confirm]);
+        looked_at = Observations::bridged(&seen)?;
+    }
+    let mut levels = first_levels(&far.clean_rad, &fitted);
+    let mut clean = bridged(&far.clean_rad, &looked_at);
+    let mut found_path = far.path;
     let mut best: Option<(Fit, Vec<Candidate>)> = None;
     let mut settling = false;
     let mut tried = 0;
@@ -110,6 +122,9 @@ pub fn find(
         let path = Path {
             delay_s: std::array::from_fn(|axis| known.delay_s[axis] + found_path.delay_s[axis]),
             mount: std::array::from_fn(|axis| found_path.mount[axis].or(known.mount[axis])),
+            low_pass: std::array::from_fn(|axis| {
+                found_path.low_pass[axis].or(known.low_pass[axis])
+            }),
         };
         let motion = estimate(data, &clean, &levels, &seen, path, plan);
         let mut now = Pass::new(data, motion, left_out, &fitted, &levels, best.as_ref());
@@ -161,7 +176,7 @@ pub fn find(
         let (now_s, _) = delays(&fit, &now.candidates);
         let settled = is_settled(&fit, &now.candidates, found_path.delay_s);
         let same = before.is_some() && is_as_before(&fit);
-        let nothing = fit.members.is_empty() && pass == 0;
+        let nothing = fit.members.is_empty() && pass == 0 && !far.is_far;
         levels.clone_from(&fit.levels);
         let mut left = now.residual_rad.clone();
         subtract(
@@ -177,9 +192,11 @@ pub fn find(
         if ended || pass >= plan.passes {
             return Some(now.judge(fit, plan, tried));
         }
+        let (mount, low_pass) = filters(&fit, &now.candidates);
         found_path = Path {
             delay_s: now_s,
-            mount: mounts(&fit, &now.candidates),
+            mount,
+            low_pass,
         };
         best = Some((fit, now.candidates));
     }
@@ -341,15 +358,15 @@ impl Pass {
         })
     }
 
-    /// The best single member, a soft mount among them.
+    /// The best single member, a soft mount and low passes among them.
     fn first(&mut self, start: &[usize], seen: &mut Seen, begin: &Begin) -> Fit {
         let start = if start.len() <= 1 { start } else { &[] };
         let (fit, empty) = self.searching(seen, begin, |search| {
             (search.run(start, 1), search.fit(&[], None))
         });
-        let mounts = self.adopt(&strongest_mount(self, &empty, begin));
+        let filters = self.adopt(&strongest_filters(self, &empty, begin));
         self.searching(seen, begin, |search| {
-            let alone = mounts.iter().map(|&place| search.fit(&[place], None));
+            let alone = filters.iter().map(|&place| search.fit(&[place], None));
             alone.fold(
                 fit,
                 |best, one| if one.score > best.score { one } else { best },
@@ -518,18 +535,20 @@ fn with_one_of(search: &mut Search, fit: &Fit, groups: &[Vec<usize>], plan: &Ana
     best
 }
 
-/// The mounts of a set.
-fn mounts(fit: &Fit, candidates: &[Candidate]) -> [Option<Resonance>; 3] {
-    let mut found = [None; 3];
+/// The mounts and the low passes of a set.
+fn filters(fit: &Fit, candidates: &[Candidate]) -> ([Option<Resonance>; 3], [Option<LowPass>; 3]) {
+    let (mut mounts, mut low_passes) = ([None; 3], [None; 3]);
     for (&place, block) in fit.members.iter().zip(&fit.blocks) {
         let candidate = &candidates[place];
+        let estimate = fit.estimate.rows_range(block.clone());
+        let estimate: Vec<f64> = estimate.iter().copied().collect();
         if candidate.kind == MOUNT {
-            let estimate = fit.estimate.rows_range(block.clone());
-            let estimate: Vec<f64> = estimate.iter().copied().collect();
-            found = candidate.mounts(&estimate);
+            mounts = candidate.mounts(&estimate);
+        } else if candidate.variant == Variant::LowPass {
+            low_passes = candidate.low_passes(&estimate);
         }
     }
-    found
+    (mounts, low_passes)
 }
 
 /// Whether two candidates are the same, columns aside.
