@@ -14,9 +14,10 @@ use super::data::Data;
 use super::goodness::{Misfit, misfits};
 use super::lock_in::Stops;
 use super::noise_levels::{drift_prior, mean};
+use super::pass::left_on;
 use super::plan::AnalysisPlan;
 use super::reenact::{Named, Reenactment, reenact};
-use super::search::{Found, effect_rad, left_on, subtract};
+use super::search::{Found, effect_rad, subtract};
 use rlg_signal::streams::{Triad, add};
 
 /// Shortest stretch that is scored \[rows\].

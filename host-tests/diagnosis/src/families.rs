@@ -14,8 +14,8 @@ use rlg_inference::score_test::{Gain, ScoreTest, spectra};
 use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, Term};
 
 use super::lock_in::lock_in;
+use super::pass::{Begin, Pass, left_on};
 use super::scores::{Coarse, Found, follow, most_at, tests, worth};
-use super::search::{Begin, Pass, left_on};
 
 /// Members of a family that are handed to the search at most.
 const STRONGEST: usize = 3;

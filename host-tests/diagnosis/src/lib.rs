@@ -39,6 +39,8 @@ pub mod noise_levels;
 
 pub mod case_motion;
 
+mod pass;
+
 pub mod scores;
 
 pub mod lock_in;

@@ -9,9 +9,9 @@ use rlg_inference::score_test::ScoreTest;
 use rlg_inference::{Fit, Hypothesis, NormalEquations, Term};
 
 use super::data::Data;
+use super::pass::Pass;
 use super::plan::AnalysisPlan;
 use super::scores::{Coarse, Found, follow, most_at, tests};
-use super::search::Pass;
 use rlg_findings::sentences::DEG_H;
 use rlg_signal::streams::AXES;
 

@@ -7,7 +7,7 @@ use rlg_inference::score_test::{Gain, Projected, ScoreTest, gains, noises, spect
 use rlg_inference::sums::{Summed, sums};
 use rlg_inference::{Columns, Fit, Hypothesis, NormalEquations};
 
-use super::search::Pass;
+use super::pass::Pass;
 
 /// A candidate over columns of its own pool, with what it would add beyond its price.
 pub(super) struct Found {

@@ -8,15 +8,15 @@ use rlg_catalogue::resonance::Resonance;
 use rlg_catalogue::signals::Path;
 use rlg_catalogue::{Candidate, Pool, Signals};
 use rlg_inference::events::{Event, EventKind, scan};
-use rlg_inference::search::{DriftPrior, Judged};
+use rlg_inference::search::Judged;
 use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels, NormalEquations, Observations, Search};
 use rlg_signal::partition::Use;
 
 use super::case_motion::{Motion, estimate};
 use super::data::Data;
 use super::families::{Alone, strongest, strongest_mount};
-use super::lattice::Lattice;
 use super::noise_levels::{drift_prior, first_levels, mean};
+use super::pass::{Begin, Pass, left_on, sizes_on};
 use super::plan::AnalysisPlan;
 use rlg_signal::streams::{Triad, add};
 
@@ -48,34 +48,6 @@ pub struct Found {
 
 /// Fits so far by members, and the number of sets that were looked at.
 type Seen = (BTreeMap<Vec<usize>, Fit>, usize);
-
-/// Where a search begins.
-pub(super) struct Begin<'a> {
-    kinds: usize,
-    levels: &'a [NoiseLevels],
-    pub(super) plan: &'a AnalysisPlan,
-}
-
-impl Begin<'_> {
-    /// Log prior that a candidate without a price of its own must overcome to be worth a fit.
-    pub(super) fn least(&self) -> f64 {
-        let each = (self.plan.search.expected_effects / self.kinds as f64).ln();
-        -self.plan.search.screening - each
-    }
-}
-
-/// What a search is about.
-pub(super) struct Pass {
-    pub(super) motion: Motion,
-    pub(super) residual_rad: Triad,
-    /// Noise under which gaps and ends were taken out.
-    pub(super) levels: NoiseLevels,
-    pub(super) pool: Pool,
-    pub(super) candidates: Vec<Candidate>,
-    pub(super) equations: NormalEquations,
-    drift: DriftPrior,
-    lattice: Lattice,
-}
 
 /// Finds the best set; `None` where too few rows can be fitted.
 pub fn find(
@@ -581,41 +553,6 @@ fn is_settled(fit: &Fit, candidates: &[Candidate], made_with_s: [f64; 3]) -> boo
                 change == 0.0
             }
         })
-}
-
-/// Column sizes of a fit on one gyro.
-pub fn sizes_on(fit: &Fit, candidates: &[Candidate], gyro: usize) -> Vec<(usize, f64)> {
-    let mut sizes: Vec<(usize, f64)> = Vec::new();
-    for (&place, block) in fit.members.iter().zip(&fit.blocks) {
-        let fixed = candidates[place].hypothesis.fixed.iter();
-        let on_gyro = fixed.filter(|one| one.record == gyro);
-        sizes.extend(on_gyro.map(|one| (one.column, one.size)));
-        for term in &candidates[place].hypothesis.terms {
-            if term.record == gyro {
-                let size = term.coefficient * fit.estimate[block.start + term.parameter];
-                sizes.push((term.column, size));
-            }
-        }
-    }
-    sizes
-}
-
-/// Coefficients of what a fit leaves on one gyro, what its gaps leave unknown at its best.
-pub fn left_on(
-    equations: &NormalEquations,
-    fit: &Fit,
-    candidates: &[Candidate],
-    gyro: usize,
-) -> Vec<f64> {
-    let mut sizes = sizes_on(fit, candidates, gyro);
-    let of_gaps = &equations.gaps()[gyro];
-    sizes.extend(of_gaps.terms.iter().map(|term| {
-        (
-            term.column,
-            fit.estimate[fit.gaps[gyro].start + term.parameter],
-        )
-    }));
-    equations.residual_spectrum(gyro, &sizes)
 }
 
 /// Takes a fit's effects out of `residual_rad`.

@@ -118,7 +118,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 23] = [
 const OUT_OF_REACH: [&str; 4] = ["trueaxis", "rlg-simulator", "rlg-reference", "rlg-replay"];
 
 /// Packages whose modules may still import each other in circles. The older stages are to be deleted.
-const MAY_HAVE_CYCLES: [&str; 2] = ["rlg-older", "rlg-diagnosis"];
+const MAY_HAVE_CYCLES: [&str; 1] = ["rlg-older"];
 
 /// What the workspace's manifests say.
 struct Workspace {
