@@ -9,7 +9,7 @@ use std::path::Path;
 use super::combinations::TYPICAL_S2;
 use super::estimate::{Estimate, directions, quadratic};
 use super::unknowns::{COEFFICIENTS, Unknowns};
-use rlg_diagnosis::hypotheses::CATALOGUE;
+use rlg_older::hypotheses::CATALOGUE;
 use rlg_recording::error::InputError;
 use rlg_recording::{Clock, MANIFEST, Quantity, Recording};
 

@@ -27,19 +27,20 @@ use rayon::prelude::*;
 use super::rates::{RecordingInformation, greatest, too_short};
 use super::unknowns::{EARTH, RIVAL, Unknowns, effect};
 use super::whiten::Whitener;
-use rlg_diagnosis::attitude::own_motion::take_own_motion;
-use rlg_diagnosis::attitude::samples::{AttitudeSample, attitude_samples};
-use rlg_diagnosis::hypotheses::CATALOGUE;
-use rlg_diagnosis::information::Information;
-use rlg_diagnosis::noise::Noise;
-use rlg_diagnosis::residual::body_from_sensing;
-use rlg_diagnosis::scene::Scene;
-use rlg_diagnosis::streams::Streams;
-use rlg_diagnosis::workbench::Parameters;
-use rlg_diagnosis::{own_noise, qualify};
+use rlg_diagnosis::noise_spectrum::Noise;
 use rlg_model::Model;
+use rlg_older::attitude::own_motion::take_own_motion;
+use rlg_older::attitude::samples::{AttitudeSample, attitude_samples};
+use rlg_older::hypotheses::CATALOGUE;
+use rlg_older::information::Information;
+use rlg_older::own_noise;
+use rlg_older::scene::Scene;
+use rlg_older::workbench::Parameters;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
+use rlg_signal::qualify;
+use rlg_signal::residual::body_from_sensing;
+use rlg_signal::streams::Streams;
 
 /// A recording prepared to be linearised at any estimate.
 pub struct AttitudeRecord {

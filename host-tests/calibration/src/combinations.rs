@@ -6,9 +6,9 @@
 use std::collections::BTreeMap;
 
 use super::estimate::Estimate;
-use rlg_diagnosis::hypotheses::{SIX, Shape};
-use rlg_diagnosis::result::Identifiable;
-use rlg_diagnosis::streams::AXES;
+use rlg_findings::result::Identifiable;
+use rlg_older::hypotheses::{SIX, Shape};
+use rlg_signal::streams::AXES;
 
 /// A combination is fixed when its spread is below this share of a typical K (or of its own value): seven
 /// standard deviations from nothing, so that neither its sign nor its size is in doubt.

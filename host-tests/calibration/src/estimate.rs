@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::unknowns::{COEFFICIENTS, Unknowns};
-use rlg_diagnosis::information::Information;
+use rlg_older::information::Information;
 
 /// The joint estimate of all unknowns, and how sure the six K are.
 #[derive(Clone)]

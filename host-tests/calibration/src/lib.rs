@@ -32,14 +32,14 @@ mod words;
 
 use std::path::Path;
 
-use rlg_diagnosis::attitude::samples;
-use rlg_diagnosis::hypotheses::CATALOGUE;
-use rlg_diagnosis::information::Information;
-use rlg_diagnosis::streams::AXES;
-use rlg_diagnosis::workbench::Parameters;
 use rlg_model::{EffectValue, Model, ModelEffect};
+use rlg_older::attitude::samples;
+use rlg_older::hypotheses::CATALOGUE;
+use rlg_older::information::Information;
+use rlg_older::workbench::Parameters;
 use rlg_recording::error::InputError;
 use rlg_recording::{MANIFEST, Quantity, Recording};
+use rlg_signal::streams::AXES;
 
 use attitude::AttitudeRecord;
 use combinations::Pair;

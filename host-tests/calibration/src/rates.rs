@@ -10,18 +10,19 @@
 use std::path::Path;
 
 use super::unknowns::{RIVAL, Unknowns, effect};
-use rlg_diagnosis::hypotheses::{CATALOGUE, no_effects};
-use rlg_diagnosis::information::Information;
-use rlg_diagnosis::noise::Noise;
+use rlg_diagnosis::noise_spectrum::Noise;
 use rlg_diagnosis::portion::Portion;
-use rlg_diagnosis::scene::Scene;
 use rlg_diagnosis::split::usable_runs;
-use rlg_diagnosis::streams::Streams;
-use rlg_diagnosis::workbench::{Parameters, Workbench};
-use rlg_diagnosis::{declared_noise, qualify, reference_noise, residual};
 use rlg_model::Model;
+use rlg_older::hypotheses::{CATALOGUE, no_effects};
+use rlg_older::information::Information;
+use rlg_older::scene::Scene;
+use rlg_older::workbench::{Parameters, Workbench};
+use rlg_older::{declared_noise, reference_noise, residual};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
+use rlg_signal::qualify;
+use rlg_signal::streams::Streams;
 
 /// Least seconds of usable rows: below this not even the noise is known.
 const LEAST_S: f64 = 2.0;

@@ -5,7 +5,9 @@
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-use rlg_diagnosis::result::{EffectEntry, NoiseEntry};
+use rlg_findings::result::{EffectEntry, NoiseEntry};
+/// Names of the six coefficients.
+pub use rlg_older::hypotheses::Shape;
 
 /// The whole file.
 #[derive(Debug, Clone, Serialize)]

@@ -7,9 +7,9 @@
 //!
 //! Priors are zero-mean and wide: they decide only what no recording shows.
 
-use rlg_diagnosis::hypotheses::{self, CATALOGUE};
-use rlg_diagnosis::information::Information;
-use rlg_diagnosis::workbench::Parameters;
+use rlg_older::hypotheses::{self, CATALOGUE};
+use rlg_older::information::Information;
+use rlg_older::workbench::Parameters;
 
 /// The coefficients to calibrate.
 pub const FLEXURE: &str = "axis_flexure";

@@ -12,10 +12,10 @@ use super::combinations::{self, Known, Pair, symbol};
 use super::estimate::{Estimate, INFORMATIVE_SHARE, condition_number, directions};
 use super::result::{Calibration, DirectionEntry, NuisanceEntry, RecordingEntry, UnfixedEntry};
 use super::unknowns::{COEFFICIENTS, FLEXURE, RIVAL, Unknowns, effect};
-use rlg_diagnosis::hypotheses::{CATALOGUE, Card};
-use rlg_diagnosis::result::{EffectEntry, NoiseEntry, ParameterEntry, RegimeEntry};
-use rlg_diagnosis::streams::AXES;
+use rlg_findings::result::{EffectEntry, NoiseEntry, ParameterEntry, RegimeEntry};
+use rlg_older::hypotheses::{CATALOGUE, Card};
 use rlg_recording::Recording;
+use rlg_signal::streams::AXES;
 
 /// K as people write them: in units of 1e-8 s².
 const E8: f64 = 1e8;

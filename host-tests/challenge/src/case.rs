@@ -6,8 +6,8 @@ use super::answer::Answer;
 use super::chance::detection;
 use super::examine::{Finding, Outcome};
 use super::trial::Family;
-use rlg_diagnosis::Engine;
-use rlg_diagnosis::declare::CATALOGUE_SIGNIFICANCE;
+use rlg_older::Engine;
+use rlg_older::declare::CATALOGUE_SIGNIFICANCE;
 
 /// Strength from which on a name is required.
 pub const NAMEABLE: f64 = 8.0;

@@ -15,10 +15,10 @@ use serde_json::Value;
 
 use super::commit::sha256;
 use super::examine::{Finding, outcome_of};
-use rlg_diagnosis::explain::combination;
-use rlg_diagnosis::result::Diagnosis;
-use rlg_diagnosis::{Engine, Settings, diagnose_under};
+use rlg_findings::result::Diagnosis;
+use rlg_findings::sentences::combination;
 use rlg_model::Model;
+use rlg_older::{Engine, Settings, diagnose_under};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 

@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::kinds::Needs;
-use rlg_diagnosis::declare::{HELD_OUT_SHARE, SHORTEST_SPLIT_S};
+use rlg_diagnosis::split::{HELD_OUT_SHARE, SHORTEST_SPLIT_S};
 use rlg_recording::error::InputError;
 use rlg_simulator::scenario::Scenario;
 use std::path::Path;

@@ -4,13 +4,12 @@
 //! A counter that is not dithered is wrong in tones and windows that go with the motion and look like physics, but never
 //! by more than a pulse: what turns by less is no finding there, and what remains of it is the pulses' noise.
 
-use super::declared::excess_square;
-use super::excess::{self, Excess};
 use super::locate::Location;
-use super::noise::Declared;
-use super::streams::Streams;
+use super::noise_spectrum::Declared;
+use rlg_findings::excess::{self, Excess, excess_square};
 use rlg_inference::events::{Event, EventKind};
 use rlg_model::Model;
+use rlg_signal::streams::Streams;
 
 /// A pulse this many times the declared one is another instrument's.
 const COARSER: f64 = 1.5;
@@ -166,7 +165,7 @@ impl Lattice {
 
 /// The number of which all values are multiples away from the most frequent one; 0 where there is none.
 fn pulse_rad(values: &[f64]) -> f64 {
-    let pulse = super::qualify::pulse(values);
+    let pulse = rlg_signal::fault::pulse(values);
     let first = values.first().copied().unwrap_or_default();
     let off = |value: &f64| {
         let pulses = (value - first) / pulse;

@@ -14,12 +14,29 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::coherence::Companion;
-use super::declare::{BAND_EDGES_HZ, TILE_S, TILE_SIGNIFICANCE};
-use super::noise::{LOWEST_SHARE, Noise};
+use super::noise_spectrum::{LOWEST_SHARE, Noise};
 use super::split::{Regime, intersect, usable_runs};
-use super::streams::{Streams, Triad};
 use super::transforms;
+use rlg_signal::streams::{Streams, Triad};
+
+/// Chance of at least one falsely located tile per recording.
+pub const TILE_SIGNIFICANCE: f64 = 1e-4;
+
+/// Edges of the bands in which tiles are tested \[Hz\]: half decades, with the dither band on its own.
+pub const BAND_EDGES_HZ: [f64; 9] = [
+    0.0,
+    1.0,
+    3.0,
+    10.0,
+    30.0,
+    100.0,
+    300.0,
+    600.0,
+    f64::INFINITY,
+];
+
+/// Longest tile \[s\].
+pub const TILE_S: f64 = 6.0;
 
 /// Variance of a sum of Hann-windowed bins over that of independent ones: 1 + 2 (2/3)² + 2 (1/6)².
 const HANN_CORRELATION: f64 = 1.0 + 2.0 * (4.0 / 9.0) + 2.0 / 36.0;
@@ -43,6 +60,19 @@ pub struct Tile {
     pub excess_rad_s: f64,
     /// Chance under the noise, this tile alone.
     pub chance: f64,
+}
+
+/// What goes with a location.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Companion {
+    /// Channel or product, as in expressions.
+    pub with: String,
+    /// How much later the residual does the same \[s\].
+    pub lag_s: f64,
+    /// −1 … 1.
+    pub coherence: f64,
+    /// Chance, expressions and lags counted.
+    pub p_value: f64,
 }
 
 /// Joined significant tiles.

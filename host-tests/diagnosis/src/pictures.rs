@@ -5,9 +5,9 @@
 use std::ops::Range;
 
 use super::locate::Tile;
-use super::motion::mean_periodogram;
-use super::noise::Noise;
-use super::streams::{Streams, Triad};
+use super::noise_spectrum::Noise;
+use super::transforms::mean_periodogram;
+use rlg_signal::streams::{Streams, Triad};
 
 /// Points of an integrated angle.
 const ANGLE_POINTS: usize = 1500;
@@ -68,9 +68,10 @@ pub fn draw(
             .collect::<Vec<f64>>()
     };
     let rate_hz = streams.rate_hz;
-    let piece =
-        super::motion::smooth_length(((PIECE_S * rate_hz) as usize).min(streams.rows / 2).max(2))
-            .min(streams.rows & !1);
+    let piece = super::transforms::smooth_length(
+        ((PIECE_S * rate_hz) as usize).min(streams.rows / 2).max(2),
+    )
+    .min(streams.rows & !1);
     let bin_hz = rate_hz / piece as f64;
     // One-sided density of a rate: increments' power per row × 2 / fs × fs².
     let density = 2.0 * rate_hz;

@@ -5,9 +5,17 @@
 
 use std::ops::Range;
 
-use super::declare::{HELD_OUT_SHARE, SHORTEST_SPLIT_S, UNNAMED_STRETCH_S};
-use super::pieces::Piece;
-use super::streams::Streams;
+use rlg_signal::pieces::Piece;
+use rlg_signal::streams::Streams;
+
+/// Share of each stretch of like motion that is kept for validation, at its end.
+pub const HELD_OUT_SHARE: f64 = 0.3;
+
+/// Shorter stretches than this are fitted whole: they would leave nothing to validate on.
+pub const SHORTEST_SPLIT_S: f64 = 2.0;
+
+/// Where a recording names no segments, stretches of this length stand in for them.
+pub const UNNAMED_STRETCH_S: f64 = 5.0;
 
 /// A stretch of like motion.
 #[derive(Debug, Clone)]
@@ -224,7 +232,7 @@ pub fn intersect(ranges: &[Range<usize>], others: &[Range<usize>]) -> Vec<Range<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::streams::Triad;
+    use rlg_signal::streams::Triad;
 
     #[test]
     fn either_cut_holds_out_as_much_and_sees_every_row_once() {

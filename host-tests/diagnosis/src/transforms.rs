@@ -4,6 +4,7 @@
 //! and forgotten after, so that a campaign over recordings of many lengths does not keep them all.
 
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use std::f64::consts::TAU;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 type Shared<T> = Mutex<Vec<(usize, Weak<T>)>>;
@@ -36,6 +37,53 @@ fn shared<T: ?Sized>(
     let fresh = plan(&mut RealFftPlanner::new());
     plans.push((length, Arc::downgrade(&fresh)));
     fresh
+}
+
+/// The next length that factors into 2, 3 and 5 and is even.
+pub fn smooth_length(at_least: usize) -> usize {
+    (at_least.max(2)..)
+        .find(|&length| {
+            let mut rest = length;
+            for prime in [2, 3, 5] {
+                while rest % prime == 0 {
+                    rest /= prime;
+                }
+            }
+            rest == 1 && length % 2 == 0
+        })
+        .expect("powers of two never end")
+}
+
+/// Mean periodogram of `values` over Hann-windowed, half-overlapping pieces of `piece` rows: the power per
+/// row in each of `piece/2 + 1` bins (white noise of variance v gives v in every bin).
+pub fn mean_periodogram(values: &[f64], piece: usize) -> Vec<f64> {
+    let piece = piece.min(values.len() & !1).max(2);
+    let window: Vec<f64> = (0..piece)
+        .map(|k| 0.5 - 0.5 * (TAU * (k as f64 + 0.5) / piece as f64).cos())
+        .collect();
+    let norm: f64 = window.iter().map(|w| w * w).sum();
+    let forward = forward(piece);
+    let (mut input, mut output) = (forward.make_input_vec(), forward.make_output_vec());
+    let mut power = vec![0.0; piece / 2 + 1];
+    let mut pieces = 0.0;
+    let mut begin = 0;
+    while begin + piece <= values.len() {
+        for (slot, (value, weight)) in input
+            .iter_mut()
+            .zip(values[begin..begin + piece].iter().zip(&window))
+        {
+            *slot = value * weight;
+        }
+        forward
+            .process(&mut input, &mut output)
+            .expect("lengths come from the plan");
+        for (sum, bin) in power.iter_mut().zip(&output) {
+            *sum += bin.norm_sqr() / norm;
+        }
+        pieces += 1.0;
+        begin += piece / 2;
+    }
+    power.iter().map(|sum| sum / pieces).collect()
 }
 
 #[cfg(test)]

@@ -11,15 +11,15 @@ use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 use std::ops::Range;
 
-use super::information::fit_away;
+use super::least_squares::fit_away;
 use super::locate::Location;
-use super::noise::Noise;
-use super::pieces::Piece;
+use super::noise_spectrum::Noise;
 use super::portion::{Portion, inner};
 use super::regressor::regressors;
-use super::result::RecordingEntry;
 use super::split::{Split, intersect};
-use super::streams::{Streams, Triad};
+use rlg_findings::result::RecordingEntry;
+use rlg_signal::pieces::Piece;
+use rlg_signal::streams::{Streams, Triad};
 
 /// Bins needed to tell a tenth of power by four standard deviations.
 const ENOUGH_BINS: usize = 1600;
@@ -237,7 +237,7 @@ fn power(portion: &Portion, values: &[f64], noise: &Noise, bins: Range<usize>) -
 }
 
 /// Chance of the largest distance between the summed periodogram and a straight line.
-pub(super) fn white_chance(ratios: &[f64]) -> f64 {
+pub fn white_chance(ratios: &[f64]) -> f64 {
     let total: f64 = ratios.iter().sum();
     let count = ratios.len() as f64;
     let mut sum = 0.0;

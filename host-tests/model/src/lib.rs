@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 mod bounds;
 pub mod catalogue;
 mod file;
+pub mod kinds;
 mod text;
 
 /// Where the case's motion comes from.

@@ -31,6 +31,9 @@ pub use range::Extent;
 pub use streamed::RecordingStream;
 pub use table_stream::TableStream;
 
+/// Names of the body axes, in index order.
+pub const AXES: [&str; 3] = ["x", "y", "z"];
+
 /// Where the recording was made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Site {

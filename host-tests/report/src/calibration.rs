@@ -10,10 +10,9 @@ use plotters::prelude::*;
 
 use super::plot::{AFTER, Axes, BEFORE, FINE, builder, frame, plot};
 use super::words::number;
-use rlg_calibration::result::Calibration;
-use rlg_diagnosis::hypotheses::Shape;
-use rlg_diagnosis::result::ParameterEntry;
-use rlg_diagnosis::streams::AXES;
+use rlg_calibration::result::{Calibration, Shape};
+use rlg_findings::result::ParameterEntry;
+use rlg_recording::AXES;
 
 /// Height of a plot \[page pixels\].
 const HEIGHT: u32 = 320;

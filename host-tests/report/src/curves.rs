@@ -10,7 +10,7 @@ use super::plot::{AFTER, Axes, BEFORE, Drawn, FINE, HELD_OUT, INK, builder, deca
 use super::plot::{ends, plot, range};
 use super::words::{ARCSEC_PER_RAD, DEG_H_PER_RAD_S, number, superscript};
 use rlg_diagnosis::pictures::Pictures;
-use rlg_diagnosis::streams::AXES;
+use rlg_recording::AXES;
 
 /// Height of a curve \[page pixels\].
 const HEIGHT: u32 = 290;

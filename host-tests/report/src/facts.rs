@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::words::{
     ARCSEC_PER_RAD, DEG_SQRT_H_PER_RAD_SQRT_S, MICRO_G_PER_M_S2, number, seconds, spaced,
 };
-use rlg_diagnosis::result::Diagnosis;
+use rlg_findings::result::Diagnosis;
 
 /// Most intervals of time that are written out; a longer list is in the data.
 const MOST_INTERVALS: usize = 20;

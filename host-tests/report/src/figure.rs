@@ -19,8 +19,8 @@ use super::plot::{
 };
 use super::words::{display_unit, number, spaced, with_spread};
 use rlg_diagnosis::pictures::Pictures;
-use rlg_diagnosis::result::Diagnosis;
-use rlg_diagnosis::streams::AXES;
+use rlg_findings::result::Diagnosis;
+use rlg_recording::AXES;
 
 /// Width of the picture \[page pixels\]: a README's column.
 const WIDTH: u32 = 860;

@@ -7,13 +7,13 @@ use super::corrected;
 use super::lines;
 use super::map;
 use super::words::{band, chance, display_unit, number, seconds, spaced, symbols, with_spread};
-use rlg_diagnosis::explain::combination;
 use rlg_diagnosis::pictures::Pictures;
-use rlg_diagnosis::result::{
+use rlg_findings::result::{
     Diagnosis, EffectEntry, EvidenceEntry, Identifiable, LocationEntry, ONLY_DESCRIBED,
     ParameterEntry, RegimeEntry, Verdict,
 };
-use rlg_diagnosis::streams::AXES;
+use rlg_findings::sentences::combination;
+use rlg_recording::AXES;
 
 /// Rows that a table of the page may have: more are not read; all of them are in the data at its end.
 const MOST_ROWS: usize = 24;

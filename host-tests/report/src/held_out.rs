@@ -9,8 +9,8 @@ use super::plot::swatch;
 use super::words::{chance, display_unit, number, spaced, with_spread};
 use super::{corrected, curves};
 use rlg_diagnosis::pictures::Pictures;
-use rlg_diagnosis::result::{ChannelEntry, Diagnosis, FiguresEntry};
-use rlg_diagnosis::streams::AXES;
+use rlg_findings::result::{ChannelEntry, Diagnosis, FiguresEntry};
+use rlg_recording::AXES;
 
 /// Writes the section: table and curves.
 pub fn held_out(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> Markup {

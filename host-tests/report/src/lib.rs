@@ -31,7 +31,7 @@ pub mod words;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use rlg_diagnosis::pictures::Pictures;
-use rlg_diagnosis::result::{Diagnosis, Verdict};
+use rlg_findings::result::{Diagnosis, Verdict};
 
 /// The whole page.
 pub fn page(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> String {

@@ -5,8 +5,8 @@ use maud::{Markup, html};
 use super::cell_marks::log_bar;
 use super::self_test::self_test;
 use super::words::{display_unit, number, raised, spaced};
-use rlg_diagnosis::explain::NEEDED_SNR;
-use rlg_diagnosis::result::{Diagnosis, Verdict};
+use rlg_findings::result::{Diagnosis, Verdict};
+use rlg_findings::sentences::NEEDED_SNR;
 
 /// Most rival kinds that are listed; further ones explain even less.
 const MOST_RIVALS: usize = 8;

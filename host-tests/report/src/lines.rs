@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::words::{display_unit, number, with_spread};
-use rlg_diagnosis::result::{Diagnosis, EffectEntry, ParameterEntry};
+use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry};
 
 /// Whether an effect is a steady line on several gyros.
 pub fn is_line(effect: &EffectEntry) -> bool {

@@ -11,10 +11,10 @@ use plotters::prelude::*;
 use super::curves::time_range;
 use super::plot::{Axes, FINE, INK, builder, frame, plot};
 use super::words::number;
-use rlg_diagnosis::declare::TILE_SIGNIFICANCE;
+use rlg_diagnosis::locate::TILE_SIGNIFICANCE;
 use rlg_diagnosis::locate::Tile;
 use rlg_diagnosis::pictures::Pictures;
-use rlg_diagnosis::streams::AXES;
+use rlg_recording::AXES;
 
 /// Height of a map \[page pixels\].
 const HEIGHT: u32 = 230;

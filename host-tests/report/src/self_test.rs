@@ -8,7 +8,7 @@ use plotters::prelude::*;
 
 use super::plot::{AFTER, Axes, FINE, INK, builder, frame, plot, swatch};
 use super::words::{number, spaced};
-use rlg_diagnosis::result::{SelfTestEntry, SelfTestPoint};
+use rlg_findings::result::{SelfTestEntry, SelfTestPoint};
 
 /// Height of the plot \[page pixels\].
 const HEIGHT: u32 = 250;

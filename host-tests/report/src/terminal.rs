@@ -4,7 +4,7 @@
 //! counts what is left out. Every kind of sentence keeps its first, so that many sentences of one kind hide no other
 //! kind.
 
-use rlg_diagnosis::result::Diagnosis;
+use rlg_findings::result::Diagnosis;
 
 /// Lines that a terminal shows at once, less the one that names the report.
 pub const MOST_LINES: usize = 19;

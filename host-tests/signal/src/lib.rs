@@ -5,6 +5,35 @@
 //! [`reference_noise`] measures how much of the declared noise is there; [`conditioned`] makes the motion independent of
 //! the residual; [`shrinkage`] keeps it only where it stands out of its noise. [`derivatives`] then differentiates and
 //! delays it in the frequency domain. [`partition`] says which rows are fitted, confirmed and tested.
+//!
+//! Before it stand the channels themselves: [`streams`] puts a recording on the gyros' rows, [`qualify`] finds faults of the
+//! data and takes their rows out of use, [`pieces`] joins several recordings, [`residual`] takes away what a model predicts.
+
+pub mod axes;
+
+pub mod channels;
+
+mod unmeasured;
+
+mod piece;
+
+mod installation;
+
+pub mod still;
+
+pub mod accelerometer_rows;
+
+pub mod streams;
+
+pub mod fault;
+
+mod outliers;
+
+pub mod qualify;
+
+pub mod pieces;
+
+pub mod residual;
 
 pub mod partition;
 

@@ -14,8 +14,8 @@ use nalgebra::DMatrix;
 use super::limits::Limits;
 use super::moves::{Kind, Move, STEEPEST};
 use crate::unknowns::COEFFICIENTS;
-use rlg_diagnosis::hypotheses::SIX;
-use rlg_diagnosis::noise::Noise;
+use rlg_diagnosis::noise_spectrum::Noise;
+use rlg_older::hypotheses::SIX;
 
 /// Shares of the greatest rate that are tried for the spin.
 const SPINS: [f64; 6] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.2];

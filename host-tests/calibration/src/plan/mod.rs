@@ -26,12 +26,12 @@ use serde::Serialize;
 
 use super::estimate::{condition_number, directions};
 use super::unknowns::{COEFFICIENTS, Unknowns};
-use rlg_diagnosis::declared_noise;
-use rlg_diagnosis::hypotheses::Shape;
-use rlg_diagnosis::noise::Noise;
-use rlg_diagnosis::streams::AXES;
+use rlg_diagnosis::noise_spectrum::Noise;
 use rlg_model::Model;
+use rlg_older::declared_noise;
+use rlg_older::hypotheses::Shape;
 use rlg_recording::error::InputError;
+use rlg_signal::streams::AXES;
 
 use candidates::{Candidate, candidates, rounded_up};
 use limits::Limits;

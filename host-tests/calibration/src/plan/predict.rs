@@ -12,12 +12,12 @@ use super::limits::Limits;
 use super::moves::Move;
 use crate::estimate::estimate;
 use crate::unknowns::{COEFFICIENTS, Unknowns};
-use rlg_diagnosis::information::Information;
-use rlg_diagnosis::noise::Noise;
+use rlg_diagnosis::noise_spectrum::Noise;
 use rlg_diagnosis::portion::Portion;
 use rlg_diagnosis::regressor::{Regressor, regressors};
-use rlg_diagnosis::scene::tilt_senses;
-use rlg_diagnosis::streams::Triad;
+use rlg_older::information::Information;
+use rlg_older::scene::tilt_senses;
+use rlg_signal::streams::Triad;
 
 /// Rows a second for each hertz of the fastest move: the column has twice its frequency, and is then flat to a
 /// thousandth over a row.
@@ -91,7 +91,7 @@ fn column(
     acceleration: &Triad,
 ) -> Option<Vec<f64>> {
     let unknown = unknowns.get(index);
-    let shape = rlg_diagnosis::hypotheses::CATALOGUE[unknown.effect]
+    let shape = rlg_older::hypotheses::CATALOGUE[unknown.effect]
         .card()
         .shape;
     let second = shape.second(unknown.parameter, axis)?;

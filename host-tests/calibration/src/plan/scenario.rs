@@ -7,9 +7,9 @@ use std::fmt::Write as _;
 
 use super::limits::Limits;
 use super::moves::{Kind, Move};
-use rlg_diagnosis::streams::AXES;
 use rlg_model::{EffectValue, Model};
 use rlg_recording::toml_file::{float, string};
+use rlg_signal::streams::AXES;
 
 /// Resolutions far below every noise.
 const FINE_RAD: &str = "5e-9";

@@ -8,9 +8,9 @@ use super::row::Row;
 use crate::given::MODEL;
 use crate::trial::MIX;
 use crate::{Plan, prepare};
-use rlg_diagnosis::result::Diagnosis;
-use rlg_diagnosis::{Engine, Settings, diagnose_under};
+use rlg_findings::result::Diagnosis;
 use rlg_model::Model;
+use rlg_older::{Engine, Settings, diagnose_under};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 

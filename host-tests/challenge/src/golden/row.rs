@@ -7,8 +7,8 @@ use serde_json::Value;
 use super::estimate::{estimate, probability};
 use crate::answer::Answer;
 use crate::commit::sha256;
-use rlg_diagnosis::Engine;
-use rlg_diagnosis::result::{Diagnosis, EffectEntry, ParameterEntry, UNLISTED};
+use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry, UNLISTED};
+use rlg_older::Engine;
 use rlg_recording::error::InputError;
 
 /// Columns of the table, in their order.

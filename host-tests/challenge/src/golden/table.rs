@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use super::row::{COLUMNS, Row};
-use rlg_diagnosis::Engine;
+use rlg_older::Engine;
 use rlg_recording::error::InputError;
 
 /// Version of the table's form.

@@ -1,6 +1,6 @@
 //! What other values of a number of the analysis plan would give on the same trials.
 
-use rlg_diagnosis::rate::AnalysisPlan;
+use rlg_diagnosis::AnalysisPlan;
 use rlg_recording::error::InputError;
 use serde::Serialize;
 

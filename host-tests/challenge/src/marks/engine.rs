@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use clap::ValueEnum;
-use rlg_diagnosis::rate::AnalysisPlan;
-use rlg_diagnosis::{Settings, diagnose_under};
+use rlg_diagnosis::AnalysisPlan;
 use rlg_model::Model;
+use rlg_older::{Settings, diagnose_under};
 use rlg_recording::Recording;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -27,11 +27,11 @@ pub enum EngineName {
 
 impl EngineName {
     /// The diagnosis' own engine; none for [`EngineName::None`].
-    pub fn of_diagnosis(self) -> Option<rlg_diagnosis::Engine> {
+    pub fn of_diagnosis(self) -> Option<rlg_older::Engine> {
         match self {
-            Self::Old => Some(rlg_diagnosis::Engine::Old),
-            Self::New => Some(rlg_diagnosis::Engine::New),
-            Self::Both => Some(rlg_diagnosis::Engine::Both),
+            Self::Old => Some(rlg_older::Engine::Old),
+            Self::New => Some(rlg_older::Engine::New),
+            Self::Both => Some(rlg_older::Engine::Both),
             Self::None => None,
         }
     }

@@ -13,10 +13,10 @@ use crate::challenge::marks::groups::Counts;
 use crate::challenge::marks::record::Declares;
 use crate::challenge::marks::run::{Cost, Outcome, Plan, Prepared, prepare};
 use crate::challenge::marks::table::{Scores, score};
-use crate::diagnose::rate::plan::NUMBERS;
 use crate::error::InputError;
 use crate::output::OutputFolder;
 use crate::terminal::Terminal;
+use rlg_diagnosis::plan::NUMBERS;
 
 /// The scores.
 const SCORES: &str = "challenge.json";

@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use super::support::{at_a_quarter, concealed, holds, kinds, names_nothing};
-use rlg::diagnose::rate::data::Data;
-use rlg::diagnose::rate::findings::DRIFT;
-use rlg::diagnose::rate::{AnalysisPlan, diagnose};
 use rlg::diagnose::result::Verdict;
 use rlg::diagnose::streams::Streams;
 use rlg::diagnose::{Engine, Settings, diagnose_under};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
+use rlg_diagnosis::data::Data;
+use rlg_diagnosis::findings::DRIFT;
+use rlg_diagnosis::{AnalysisPlan, diagnose};
 use rlg_signal::partition::Use;
 
 const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../../scenarios/null.toml");
@@ -54,7 +54,7 @@ fn rounded_increments_are_no_pulses() {
         *value = (*value / ROUNDED_RAD).round() * ROUNDED_RAD;
     }
     let file = Path::new("model.toml");
-    let settings = Settings::default();
+    let settings = rlg_diagnosis::Settings::default();
     let outcome = diagnose(&settings, &mut streams, &[], (model, file), &|_| {});
     let diagnosis = outcome.expect("a model").expect("rows enough").diagnosis;
     assert_ne!(diagnosis.verdict, Verdict::Matches);
@@ -96,9 +96,15 @@ fn the_same_with_other_test_rows(text: &str, expected: &[&str]) {
         whole.rows
     );
     let [clean, garbage] = [&mut whole, &mut poisoned].map(|streams| {
-        diagnose(&Settings::default(), streams, &[], (model, file), &|_| {})
-            .expect("a model that can be used")
-            .expect("rows enough")
+        diagnose(
+            &rlg_diagnosis::Settings::default(),
+            streams,
+            &[],
+            (model, file),
+            &|_| {},
+        )
+        .expect("a model that can be used")
+        .expect("rows enough")
     });
     assert_eq!(
         kinds(&clean.diagnosis),

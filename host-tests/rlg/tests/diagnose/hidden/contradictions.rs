@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::case::{Case, sensing_besides, slew, still, vibration};
-use rlg::diagnose::rate::{AnalysisPlan, data::Data};
 use rlg::diagnose::streams::Streams;
+use rlg_diagnosis::{AnalysisPlan, data::Data};
 use rlg_signal::partition::Use;
 
 /// A scale error that is there only where it is fitted: what drives it is not in the recording.

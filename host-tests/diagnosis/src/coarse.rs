@@ -1,0 +1,424 @@
+//! What is far from the model, found by global means before anything is linearised (inference.md, A2: large errors first).
+//!
+//! A delay is sought over all lags at once, all gyros together, beside low passes; at the best of them each gyro is fitted by
+//! all three axes of the reference and a constant. What the fit explains beyond what noise of the reference could is taken
+//! out of the residual before its noise is measured.
+
+use nalgebra::{Matrix3, Vector3};
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex64;
+use rlg_catalogue::low_pass::{LowPass, grid};
+use rlg_catalogue::signals::Path;
+use rlg_inference::sums::sums;
+
+use super::data::Data;
+use super::plan::CoarsePlan;
+use rlg_signal::streams::{Triad, each_axis};
+
+/// What is far from the model.
+pub struct Coarse {
+    /// Delay or low passes that all gyros share.
+    pub path: Path,
+    /// The residual less what is far from the model \[rad\].
+    pub clean_rad: Triad,
+    /// Whether anything is.
+    pub is_far: bool,
+}
+
+/// Finds what is far from the model in a residual whose rows may be looked at where `seen`.
+///
+/// # Inputs
+/// `residual_rad`: less what the model's effects add; `known`: what the model puts on the path.
+pub fn coarse(
+    data: &Data,
+    residual_rad: &Triad,
+    seen: &[bool],
+    known: Path,
+    plan: &CoarsePlan,
+) -> Coarse {
+    let streams = data.streams;
+    let expected_rad = each_axis(|gyro| expected(data, gyro, &streams.case_rad));
+    let sensed_rad: Triad = std::array::from_fn(|gyro| {
+        let parts = residual_rad[gyro].iter().zip(&expected_rad[gyro]);
+        parts.map(|(left, expected)| left + expected).collect()
+    });
+    let mut path = Path::default();
+    // A known path is predicted by effects of the model; what is left of it is small.
+    if known == Path::default() {
+        path = path_between(data, &sensed_rad, seen, plan);
+    }
+    let behind: Triad = each_axis(|axis| {
+        let values = &streams.case_rad[axis];
+        path.along(axis, path.delay_s[axis], values, streams.rate_hz)
+    });
+    let rows = reached(seen, path.delay_s[0] * streams.rate_hz);
+    let mut is_far = path != Path::default();
+    let clean_rad = std::array::from_fn(|gyro| {
+        let expected = expected(data, gyro, &behind);
+        let sensed = sensed_rad[gyro].iter().zip(&expected);
+        let mut left: Vec<f64> = sensed.map(|(sensed, expected)| sensed - expected).collect();
+        let fit = Regression::new(&left, &behind, &rows);
+        // Noise of the reference alone explains no more than the share that its own axis follows it by.
+        let by_noise = (-fit.coefficients[gyro]).clamp(0.0, 1.0);
+        let explained = 1.0 - fit.left / fit.power.max(f64::MIN_POSITIVE);
+        if explained > by_noise + plan.explained * (1.0 - by_noise) {
+            is_far = true;
+            fit.take_out(&mut left, &behind);
+        } else {
+            left.iter_mut().for_each(|value| *value -= fit.mean);
+        }
+        left
+    });
+    Coarse {
+        path,
+        clean_rad,
+        is_far,
+    }
+}
+
+/// What the model expects a gyro to sense of increments of the case \[rad\].
+fn expected(data: &Data, gyro: usize, case: &Triad) -> Vec<f64> {
+    let scale = 1.0 / (1.0 - data.model.gyro.scale_error[gyro]);
+    let along: [f64; 3] = std::array::from_fn(|axis| data.sensing_from_body[(gyro, axis)] * scale);
+    (0..data.streams.rows)
+        .map(|row| (0..3).map(|axis| along[axis] * case[axis][row]).sum())
+        .collect()
+}
+
+/// Rows that may be looked at and whose reference was recorded, `late_rows` before each.
+pub fn reached(seen: &[bool], late_rows: f64) -> Vec<bool> {
+    let mut rows = seen.to_vec();
+    let count = rows.len();
+    let away = (late_rows.abs().ceil() as usize).min(count);
+    if late_rows >= 1.0 {
+        rows[..away].fill(false);
+    } else if late_rows <= -1.0 {
+        rows[count - away..].fill(false);
+    }
+    rows
+}
+
+/// Least squares of one gyro on three axes and a constant.
+struct Regression {
+    coefficients: Vector3<f64>,
+    constant: f64,
+    /// Mean of what is fitted.
+    mean: f64,
+    /// Mean square about the mean, before and after.
+    power: f64,
+    left: f64,
+}
+
+impl Regression {
+    fn new(values: &[f64], on: &Triad, rows: &[bool]) -> Self {
+        let mut sums = Moments::default();
+        for row in (0..values.len()).filter(|&row| rows[row]) {
+            let axes = Vector3::from_fn(|axis, _| on[axis][row]);
+            sums.count += 1.0;
+            sums.value += values[row];
+            sums.square += values[row] * values[row];
+            sums.axes += axes;
+            sums.products += axes * axes.transpose();
+            sums.with_value += axes * values[row];
+        }
+        sums.regression()
+    }
+
+    /// Takes the fit out of `values`.
+    fn take_out(&self, values: &mut [f64], on: &Triad) {
+        for (row, value) in values.iter_mut().enumerate() {
+            let along: f64 = (0..3)
+                .map(|axis| self.coefficients[axis] * on[axis][row])
+                .sum();
+            *value -= self.constant + along;
+        }
+    }
+}
+
+/// Sums over rows that a regression needs.
+#[derive(Default)]
+struct Moments {
+    count: f64,
+    value: f64,
+    square: f64,
+    axes: Vector3<f64>,
+    products: Matrix3<f64>,
+    with_value: Vector3<f64>,
+}
+
+impl Moments {
+    fn regression(&self) -> Regression {
+        /// Axes whose power is less than this share of the strongest show nothing.
+        const LEAST_POWER: f64 = 1e-10;
+        let count = self.count.max(1.0);
+        let mean = self.value / count;
+        let power = (self.square / count - mean * mean).max(0.0);
+        let means = self.axes / count;
+        let covariance = self.products / count - means * means.transpose();
+        let with_value = self.with_value / count - means * mean;
+        let least = LEAST_POWER * covariance.trace();
+        let coefficients = covariance
+            .pseudo_inverse(least.max(f64::MIN_POSITIVE))
+            .map_or_else(|_| Vector3::zeros(), |inverse| inverse * with_value);
+        Regression {
+            constant: mean - coefficients.dot(&means),
+            left: (power - coefficients.dot(&with_value)).max(0.0),
+            coefficients,
+            mean,
+            power,
+        }
+    }
+}
+
+/// Delay or low passes that explain the gyros together, where without them half of what is left or more is theirs.
+fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePlan) -> Path {
+    let streams = data.streams;
+    let each = streams.rows.div_ceil(plan.most_rows);
+    let rate_hz = streams.rate_hz / each as f64;
+    let summed = |triad: &Triad| each_axis(|axis| sums(&triad[axis], each));
+    let rows: Vec<bool> = seen
+        .chunks_exact(each)
+        .map(|rows| rows.iter().all(|&seen| seen))
+        .collect();
+    let (sensed, case) = (summed(sensed_rad), summed(&streams.case_rad));
+    let lags = Lags::new(
+        &sensed,
+        &case,
+        &rows,
+        (plan.longest_delay_s * rate_hz) as usize,
+    );
+    let Some(direct) = lags.at(0) else {
+        return Path::default();
+    };
+    let halves = |other: &Explained| {
+        (0..3).any(|gyro| other.left[gyro] < (1.0 - plan.explained) * direct.left[gyro])
+    };
+    let late = lags.best(plan.tie).filter(|(_, late)| halves(late));
+    let filtered = grid(2.0 / rate_hz, plan.longest_low_pass_s)
+        .into_iter()
+        .map(|low_pass| {
+            let path = Path {
+                low_pass: [Some(low_pass); 3],
+                ..Path::default()
+            };
+            let behind = each_axis(|axis| path.along(axis, 0.0, &case[axis], rate_hz));
+            (low_pass, Explained::by_rows(&sensed, &behind, &rows))
+        })
+        .filter(|(_, filtered)| halves(filtered))
+        .max_by(|a, b| a.1.log_likelihood.total_cmp(&b.1.log_likelihood));
+    match (late, filtered) {
+        (Some((_, late)), Some((low_pass, filtered)))
+            if filtered.log_likelihood > late.log_likelihood =>
+        {
+            of_low_pass(low_pass)
+        }
+        (None, Some((low_pass, _))) => of_low_pass(low_pass),
+        (Some((lag, _)), _) => Path {
+            delay_s: [lag / rate_hz; 3],
+            ..Path::default()
+        },
+        (None, None) => Path::default(),
+    }
+}
+
+fn of_low_pass(low_pass: LowPass) -> Path {
+    Path {
+        low_pass: [Some(low_pass); 3],
+        ..Path::default()
+    }
+}
+
+/// What a regression of each gyro on the reference leaves.
+struct Explained {
+    /// Mean square that is left of each gyro.
+    left: [f64; 3],
+    /// ln of the likelihood of white noise, up to a constant.
+    log_likelihood: f64,
+}
+
+impl Explained {
+    fn of(regressions: &[Regression; 3], count: f64) -> Self {
+        let left = std::array::from_fn(|gyro| regressions[gyro].left);
+        let of_gyro = |one: &Regression| {
+            if one.power > 0.0 {
+                (one.left / one.power).max(f64::EPSILON).ln()
+            } else {
+                0.0
+            }
+        };
+        Self {
+            left,
+            log_likelihood: -0.5 * count * regressions.iter().map(of_gyro).sum::<f64>(),
+        }
+    }
+
+    fn by_rows(sensed: &Triad, behind: &Triad, rows: &[bool]) -> Self {
+        let regressions = std::array::from_fn(|gyro| Regression::new(&sensed[gyro], behind, rows));
+        let count = rows.iter().filter(|&&row| row).count();
+        Self::of(&regressions, count as f64)
+    }
+}
+
+/// Regressions at every lag, from correlations.
+struct Lags {
+    most: usize,
+    /// By lag from −most on, each gyro's sums.
+    moments: Vec<[Moments; 3]>,
+}
+
+impl Lags {
+    fn new(sensed: &Triad, case: &Triad, rows: &[bool], most: usize) -> Self {
+        let most = most.min(rows.len() / 4);
+        let correlate = Correlator::new(rows.len() + most);
+        let is_used = |row: usize| f64::from(u8::from(rows[row]));
+        let of_rows = |value: &dyn Fn(usize) -> f64| {
+            let values: Vec<f64> = (0..rows.len())
+                .map(|row| is_used(row) * value(row))
+                .collect();
+            correlate.spectrum(&values)
+        };
+        let ones = of_rows(&|_| 1.0);
+        let gyros: Vec<_> = sensed.iter().map(|s| of_rows(&|row| s[row])).collect();
+        let squares: Vec<_> = sensed
+            .iter()
+            .map(|s| of_rows(&|row| s[row] * s[row]))
+            .collect();
+        let axes: Vec<_> = case.iter().map(|m| of_rows(&|row| m[row])).collect();
+        let at_lags = |a: &[Complex64], b: &[Complex64]| correlate.lags(a, b, most);
+        let count = at_lags(&ones, &ones);
+        let of_axes: Vec<Vec<f64>> = axes.iter().map(|axis| at_lags(&ones, axis)).collect();
+        let mut products: Vec<Vec<f64>> = Vec::new();
+        for a in 0..3 {
+            for b in 0..=a {
+                let both = of_rows(&|row| case[a][row] * case[b][row]);
+                products.push(at_lags(&ones, &both));
+            }
+        }
+        let product = |a: usize, b: usize, lag: usize| {
+            let (high, low) = (a.max(b), a.min(b));
+            products[high * (high + 1) / 2 + low][lag]
+        };
+        let by_gyro: Vec<(Vec<f64>, Vec<f64>, Vec<Vec<f64>>)> = (0..3)
+            .map(|gyro| {
+                let with = axes.iter().map(|axis| at_lags(&gyros[gyro], axis));
+                (
+                    at_lags(&gyros[gyro], &ones),
+                    at_lags(&squares[gyro], &ones),
+                    with.collect(),
+                )
+            })
+            .collect();
+        let moments = (0..=2 * most)
+            .map(|lag| {
+                std::array::from_fn(|gyro| {
+                    let (value, square, with) = &by_gyro[gyro];
+                    Moments {
+                        count: count[lag],
+                        value: value[lag],
+                        square: square[lag],
+                        axes: Vector3::from_fn(|axis, _| of_axes[axis][lag]),
+                        products: Matrix3::from_fn(|a, b| product(a, b, lag)),
+                        with_value: Vector3::from_fn(|axis, _| with[axis][lag]),
+                    }
+                })
+            })
+            .collect();
+        Self { most, moments }
+    }
+
+    /// What the gyros leave where they are `lag` rows late; none beyond the lags.
+    fn at(&self, lag: isize) -> Option<Explained> {
+        let place = lag.checked_add_unsigned(self.most)?;
+        let moments = self.moments.get(usize::try_from(place).ok()?)?;
+        let count = moments[0].count;
+        Some(Explained::of(
+            &std::array::from_fn(|gyro| moments[gyro].regression()),
+            count,
+        ))
+    }
+
+    /// The lag of the largest likelihood \[rows\], of those within `tie` of it the nearest to zero.
+    fn best(&self, tie: f64) -> Option<(f64, Explained)> {
+        let most = self.most as isize;
+        let all: Vec<(isize, f64)> = (-most..=most)
+            .filter_map(|lag| Some((lag, self.at(lag)?.log_likelihood)))
+            .collect();
+        let largest = all
+            .iter()
+            .map(|one| one.1)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let is_top = |place: usize| {
+            let value = |place: Option<usize>| {
+                place
+                    .and_then(|place| all.get(place))
+                    .map_or(f64::NEG_INFINITY, |one| one.1)
+            };
+            all[place].1 >= value(place.checked_sub(1)) && all[place].1 >= value(Some(place + 1))
+        };
+        let lag = (0..all.len())
+            .filter(|&place| all[place].1 > largest - tie && is_top(place))
+            .map(|place| all[place].0)
+            .min_by_key(|lag| lag.unsigned_abs())?;
+        let [before, here, after] =
+            [lag - 1, lag, lag + 1].map(|lag| self.at(lag).map(|one| one.log_likelihood));
+        let between = match (before, here, after) {
+            (Some(before), Some(here), Some(after)) => {
+                let bend = before - 2.0 * here + after;
+                if bend < 0.0 {
+                    0.5 * (before - after) / bend
+                } else {
+                    0.0
+                }
+            }
+            _ => 0.0,
+        };
+        Some((lag as f64 + between.clamp(-0.5, 0.5), self.at(lag)?))
+    }
+}
+
+/// Correlations of records of one length.
+struct Correlator {
+    length: usize,
+    planner: std::cell::RefCell<RealFftPlanner<f64>>,
+}
+
+impl Correlator {
+    fn new(least: usize) -> Self {
+        Self {
+            length: least.next_power_of_two(),
+            planner: std::cell::RefCell::new(RealFftPlanner::new()),
+        }
+    }
+
+    fn spectrum(&self, values: &[f64]) -> Vec<Complex64> {
+        let forward = self.planner.borrow_mut().plan_fft_forward(self.length);
+        let mut record = values.to_vec();
+        record.resize(self.length, 0.0);
+        let mut spectrum = forward.make_output_vec();
+        forward
+            .process(&mut record, &mut spectrum)
+            .expect("lengths as planned");
+        spectrum
+    }
+
+    /// Σ a(t) b(t − lag) from −most to most.
+    fn lags(&self, a: &[Complex64], b: &[Complex64], most: usize) -> Vec<f64> {
+        let inverse = self.planner.borrow_mut().plan_fft_inverse(self.length);
+        let mut product: Vec<Complex64> = a.iter().zip(b).map(|(a, b)| a * b.conj()).collect();
+        product[0].im = 0.0;
+        if let Some(last) = product.last_mut() {
+            last.im = 0.0;
+        }
+        let mut record = inverse.make_output_vec();
+        inverse
+            .process(&mut product, &mut record)
+            .expect("lengths as planned");
+        let scale = 1.0 / self.length as f64;
+        (0..=2 * most)
+            .map(|place| {
+                let at = (self.length + place - most) % self.length;
+                record[at] * scale
+            })
+            .collect()
+    }
+}

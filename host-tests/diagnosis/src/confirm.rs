@@ -1,0 +1,334 @@
+//! What is found must predict rows that were not fitted; then it is fitted on both.
+
+use rlg_catalogue::candidates::{PoolColumns, Variant};
+use rlg_catalogue::entries::{SLIP, STEP, UNLISTED};
+use rlg_catalogue::{Candidate, Pool};
+use rlg_inference::events::{Instant, largest_impulse};
+use rlg_inference::normal_equations::Transform;
+use rlg_inference::predict::log_score;
+use rlg_inference::{Fit, Hypothesis, NoiseBasis, NormalEquations, Observations, Search};
+use rlg_signal::partition::Use;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use super::data::Data;
+use super::goodness::{Misfit, misfits};
+use super::lock_in::Stops;
+use super::noise_levels::{drift_prior, mean};
+use super::pass::left_on;
+use super::plan::AnalysisPlan;
+use super::reenact::{Named, Reenactment, reenact};
+use super::search::{Found, effect_rad, subtract};
+use rlg_signal::streams::{Triad, add};
+
+/// Shortest stretch that is scored \[rows\].
+const LEAST_ROWS: usize = 32;
+
+/// What the rows that confirm say of a member.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prediction {
+    /// Log score that the member gains there.
+    pub gain: f64,
+    /// Whether it holds there.
+    pub holds: bool,
+}
+
+/// What the rows that confirm say of each member of the found set. A step gains what its instants, as probable as the fitted rows
+/// leave them, gain together: where they do not see it happen, it may be anywhere between them. A slip is a row by itself, and
+/// no other gains by it; it holds where the others' noise has no such rows of its own.
+///
+/// # Returns
+/// In the order of the set.
+fn predictions(data: &Data, found: &Found, plan: &AnalysisPlan) -> Vec<Prediction> {
+    let observations = Observations::separate(&data.rows_of(&[Use::Confirm]), LEAST_ROWS);
+    if found.fit.members.is_empty() || observations.spans.is_empty() {
+        let none = Prediction {
+            gain: 0.0,
+            holds: false,
+        };
+        return vec![none; found.fit.members.len()];
+    }
+    let (transform, basis) = Transform::with_basis(observations, mean(&found.fit.levels));
+    let of_gyro = |fit: &Fit, gyro: usize, left_rad: &[f64]| {
+        log_score(&basis, &transform.spectrum(left_rad), fit.levels[gyro])
+    };
+    let score = |fit: &Fit, left_rad: &Triad| -> f64 {
+        (0..3).map(|gyro| of_gyro(fit, gyro, &left_rad[gyro])).sum()
+    };
+    let left_rad = left_by(found, &found.fit);
+    let whole = score(&found.fit, &left_rad);
+    let over_instants = |place: usize| -> Option<f64> {
+        let fit = &found.fit;
+        let train = &found.equations;
+        let (gyro, with_rad, instant) = instant(
+            found,
+            fit,
+            place,
+            &left_rad,
+            (&train.transform, &train.basis),
+        )?;
+        let scores: Vec<f64> = instant
+            .places
+            .iter()
+            .map(|at| {
+                let mut left_rad = with_rad.clone();
+                left_rad[at.row..]
+                    .iter_mut()
+                    .for_each(|value| *value -= at.size);
+                at.probability.ln() + of_gyro(fit, gyro, &left_rad)
+            })
+            .collect();
+        let best = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let sum: f64 = scores.iter().map(|score| (score - best).exp()).sum();
+        Some(best + sum.ln() - of_gyro(fit, gyro, &left_rad[gyro]))
+    };
+    let without = found.without.iter().enumerate();
+    without
+        .map(|(place, fit)| {
+            let without = score(fit, &left_by(found, fit));
+            let gain = whole + over_instants(place).unwrap_or(0.0) - without;
+            let candidate = &found.candidates[found.fit.members[place]];
+            let holds = match candidate.variant {
+                Variant::Event { axis, .. } if candidate.kind == SLIP => {
+                    let spectrum = transform.spectrum(&left_rad[axis]);
+                    let levels = found.fit.levels[axis];
+                    let largest = largest_impulse(&transform, &basis, &spectrum, levels);
+                    let rows = transform.observations().rows() as f64;
+                    2.0 * rows * Normal::standard().sf(largest) > plan.unexplained
+                }
+                _ => gain > 0.0,
+            };
+            Prediction { gain, holds }
+        })
+        .collect()
+}
+
+/// What a fit over the found candidates leaves \[rad\].
+fn left_by(found: &Found, fit: &Fit) -> Triad {
+    let mut left_rad = found.residual_rad.clone();
+    let signals = &found.motion.signals;
+    subtract(&mut left_rad, fit, &found.candidates, &found.pool, signals);
+    left_rad
+}
+
+/// When a member of a fit happened, if it is a step: its gyro, what the others leave there \[rad\] and the instant by the rows
+/// of a transform.
+fn instant(
+    found: &Found,
+    fit: &Fit,
+    place: usize,
+    left_rad: &Triad,
+    (transform, basis): (&Transform, &NoiseBasis),
+) -> Option<(usize, Vec<f64>, Instant)> {
+    let candidate = &found.candidates[fit.members[place]];
+    let Variant::Event { axis, row } = candidate.variant else {
+        return None;
+    };
+    if candidate.kind != STEP {
+        return None;
+    }
+    let mut with_rad = left_rad[axis].clone();
+    add(&mut with_rad, &effect_rad(found, fit, place)[axis], 1.0);
+    let around = (row, fit.squared_sizes[place].sqrt());
+    let levels = fit.levels[axis];
+    let instant = Instant::around(transform, basis, levels, &with_rad, around);
+    Some((axis, with_rad, instant))
+}
+
+/// Members of the found set by what becomes of them.
+pub struct Confirmed {
+    /// Those with a name, as places in [`Found::judged`].
+    pub named: Vec<usize>,
+    /// What a named member is called, as places in [`Found::candidates`].
+    pub headlines: Vec<usize>,
+    /// What rows that confirm say of every member of the found set.
+    pub predictions: Vec<Prediction>,
+    /// Places in [`Found::judged`] that do not predict those rows.
+    pub unconfirmed: Vec<usize>,
+    /// Places in [`Found::judged`] that the recording re-enacted without them shows as well.
+    pub reenacted_away: Vec<usize>,
+    /// Places in [`Found::judged`] whose value no unit can have where all rows are fitted.
+    pub impossible: Vec<usize>,
+    /// Re-enactments without each named member.
+    pub reenactments: Vec<Reenactment>,
+    /// Standard deviation of the instant of each named step \[rows\].
+    pub instant_std_rows: Vec<Option<f64>>,
+    /// The fit of the headlines.
+    pub last: Final,
+}
+
+/// Takes away what does not predict other rows, and what the recording shows even where it is re-enacted without it; `None`
+/// where too few rows are left.
+pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<Confirmed> {
+    let predictions = predictions(data, found, plan);
+    let is_costly = |place: &usize| found.judged[*place].cost_without > plan.naming;
+    let (mut named, unconfirmed): (Vec<usize>, Vec<usize>) = (0..found.judged.len())
+        .filter(is_costly)
+        .partition(|&place| predictions[place].holds);
+    let (mut reenacted_away, mut impossible) = (Vec::new(), Vec::new());
+    loop {
+        let mut headlines: Vec<usize> = named.iter().map(|&place| headline(found, place)).collect();
+        let mut last = refit(data, found, &headlines, plan)?;
+        let instant_std_rows = settle_instants(data, found, &mut headlines, &last);
+        if instant_std_rows.iter().any(Option::is_some) {
+            last = refit(data, found, &headlines, plan)?;
+        }
+        if let Some(&place) = last.fit.impossible.first() {
+            impossible.push(named.remove(place));
+            continue;
+        }
+        let ratios: Vec<Named> = named
+            .iter()
+            .map(|&place| Named {
+                log_likelihood_ratio: found.fit.log_likelihood
+                    - found.without[place].log_likelihood,
+                to_spare: found.judged[place].cost_without - plan.naming,
+            })
+            .collect();
+        let reenactments = reenact(data, found, (&last.fit, &ratios), plan);
+        let Some(weakest) = (0..named.len())
+            .filter(|&place| ratios[place].falls(&reenactments[place], plan))
+            .max_by(|&a, &b| {
+                reenactments[a]
+                    .inflation()
+                    .total_cmp(&reenactments[b].inflation())
+            })
+        else {
+            return Some(Confirmed {
+                named,
+                headlines,
+                predictions,
+                unconfirmed,
+                reenacted_away,
+                impossible,
+                reenactments,
+                instant_std_rows,
+                last,
+            });
+        };
+        reenacted_away.push(named.remove(weakest));
+    }
+}
+
+/// Puts every step among the `headlines` at its mean instant by the rows to fit and to confirm.
+///
+/// # Returns
+/// Standard deviation of each headline's instant \[rows\], where it has one.
+fn settle_instants(
+    data: &Data,
+    found: &mut Found,
+    headlines: &mut [usize],
+    last: &Final,
+) -> Vec<Option<f64>> {
+    let is_step = |place: &usize| found.candidates[*place].kind == STEP;
+    if !headlines.iter().any(is_step) {
+        return vec![None; headlines.len()];
+    }
+    let Some(observations) = Observations::bridged(&data.rows_of(&[Use::Train, Use::Confirm]))
+    else {
+        return vec![None; headlines.len()];
+    };
+    let (transform, basis) = Transform::with_basis(observations, mean(&last.fit.levels));
+    let mut std_rows = Vec::with_capacity(headlines.len());
+    for (place, headline) in headlines.iter_mut().enumerate() {
+        let known = instant(
+            found,
+            &last.fit,
+            place,
+            &last.left_rad,
+            (&transform, &basis),
+        );
+        std_rows.push(known.map(|(axis, _, instant)| {
+            let places = found.candidates[*headline].hypothesis.price.exp();
+            let signals = &found.motion.signals;
+            let step = found.pool.event(STEP, axis, instant.row(), places, signals);
+            *headline = found.candidates.len();
+            found.candidates.push(step);
+            instant.std_rows()
+        }));
+    }
+    std_rows
+}
+
+/// The candidate with the fewest free numbers among a member and the rivals that reach it.
+fn headline(found: &Found, place: usize) -> usize {
+    let judged = &found.judged[place];
+    // An expression is no name where a listed effect reaches it.
+    let numbers = |candidate: usize| {
+        let one = &found.candidates[candidate];
+        (one.kind == UNLISTED, one.hypothesis.parameters)
+    };
+    let own = (numbers(judged.hypothesis), 0.0, judged.hypothesis);
+    judged
+        .rivals
+        .iter()
+        .map(|&(rival, behind)| (numbers(rival), behind, rival))
+        .fold(own, |best, one| if one.0 < best.0 { one } else { best })
+        .2
+}
+
+/// What is found, fitted on rows to fit and rows to confirm together.
+pub struct Final {
+    /// The fit, its blocks in the order of the members.
+    pub fit: Fit,
+    /// What it leaves \[rad\].
+    pub left_rad: Triad,
+    /// Where what it leaves is not the noise that was fitted.
+    pub misfits: Vec<Misfit>,
+}
+
+/// Fits `members`, places in `found.candidates`; `None` where too few rows are left.
+fn refit(data: &Data, found: &Found, members: &[usize], plan: &AnalysisPlan) -> Option<Final> {
+    let fitted = data.rows_of(&[Use::Train, Use::Confirm]);
+    let observations = Observations::bridged(&fitted)?.to_fast_length();
+    let mut pool = Pool::default();
+    let candidates: Vec<Candidate> = members
+        .iter()
+        .map(|&member| pool.adopt(&found.candidates[member], &found.pool.columns))
+        .collect();
+    let hypotheses: Vec<Hypothesis> = candidates
+        .iter()
+        .map(|one| one.hypothesis.clone())
+        .collect();
+    let made = PoolColumns {
+        columns: &pool.columns,
+        signals: &found.motion.signals,
+    };
+    let levels = &found.fit.levels;
+    let equations = NormalEquations::new(observations, &found.residual_rad, &made, mean(levels));
+    let drift = drift_prior(&data.model.gyro);
+    let kinds = hypotheses.len().max(1);
+    // Drift is chosen anew: what had no name may have stood for it.
+    let mut search = Search::new(
+        &equations,
+        &hypotheses,
+        kinds,
+        &plan.search,
+        &drift,
+        levels.clone(),
+    );
+    let all: Vec<usize> = (0..hypotheses.len()).collect();
+    let mut fit = search.fit(&all, None);
+    let misfits = (0..3)
+        .flat_map(|gyro| {
+            let residual = left_on(&equations, &fit, &candidates, gyro);
+            let basis = equations.basis_beside_gaps(fit.levels[gyro]);
+            misfits(&basis, &residual, fit.levels[gyro], gyro, plan)
+        })
+        // What counting makes is no white noise of angle where pulses come rarely, and never more than a pulse.
+        .filter(|one| !data.lattice.hides_angle(one.gyro, one.angle_rms_rad))
+        .collect();
+    let stops = Stops {
+        data,
+        signals: &found.motion.signals,
+        equations: &equations,
+    };
+    for (candidate, block) in candidates.iter().zip(fit.blocks.clone()) {
+        stops.widen(candidate, &pool, &mut fit, block.start);
+    }
+    fit.members = members.to_vec();
+    Some(Final {
+        left_rad: left_by(found, &fit),
+        fit,
+        misfits,
+    })
+}

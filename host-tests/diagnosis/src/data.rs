@@ -1,0 +1,317 @@
+//! The recording as the search sees it: residual of the model, reference, measured inputs, and which rows serve what.
+
+use std::ops::Range;
+
+use nalgebra::Matrix3;
+use rlg_catalogue::entries::{
+    self, BANDWIDTH, HARMONIC, LOCK_IN, MODE, MOUNT, SLIP, STEP, UNLISTED,
+};
+use rlg_catalogue::lock_in::Threshold;
+use rlg_catalogue::low_pass::LowPass;
+use rlg_catalogue::resonance::Resonance;
+use rlg_catalogue::signals::{Inputs, Path, Signals};
+use rlg_catalogue::{Column, Expression, Pool};
+use rlg_model::{EffectValue, Model, ModelEffect};
+use rlg_recording::error::InputError;
+use rlg_signal::partition::{Partition, Use};
+
+use super::coarse::reached;
+use super::lattice::Lattice;
+use super::plan::AnalysisPlan;
+use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
+use rlg_signal::residual::{body_from_sensing, without_effects};
+use rlg_signal::streams::{AXES, Streams, Triad, add};
+
+/// Everything that does not change while effects are searched for.
+pub struct Data<'a> {
+    /// Aligned channels.
+    pub streams: &'a Streams,
+    /// The model.
+    pub model: &'a Model,
+    /// Sensed less predicted increments \[rad\], the model's effects still in.
+    pub residual_rad: Triad,
+    /// Increments of block against case \[rad\].
+    pub dither_rad: Option<Triad>,
+    /// The inverse of Eq. (7)'s matrix.
+    pub sensing_from_body: Matrix3<f64>,
+    /// What the effects that the model holds already add: gyro, column, size.
+    pub known: Vec<(usize, Column, f64)>,
+    /// How far from a gyro's row that of the reference lies that shows it \[rows\], where a delay is long.
+    pub late_rows: f64,
+    /// The use of every row.
+    pub partition: Partition,
+    /// What gyros without a dither count in.
+    pub lattice: Lattice,
+    /// What the model says that gyros sense that count so, without noise \[rad\]; 0 in rows that only test.
+    pub counted_rad: [Option<Vec<f64>>; 3],
+}
+
+impl<'a> Data<'a> {
+    /// Prepares an aligned recording, whose sensed increments are used up: the residual stands for them.
+    ///
+    /// # Errors
+    /// The installation matrix has no inverse.
+    pub fn new(
+        streams: &'a mut Streams,
+        model: &'a Model,
+        plan: &AnalysisPlan,
+        file: &std::path::Path,
+    ) -> Result<Self, InputError> {
+        let sensing_from_body = body_from_sensing(&model.gyro.installation_rad)
+            .try_inverse()
+            .ok_or_else(|| {
+                InputError::new(file, "the installation matrix has no inverse")
+                    .channel("gyro.installation_rad")
+            })?;
+        let dither_rad = streams.pickoff_rad.as_ref().map(|pickoff| {
+            std::array::from_fn(|axis| {
+                let angles: &Vec<f64> = &pickoff[axis];
+                angles.windows(2).map(|pair| pair[1] - pair[0]).collect()
+            })
+        });
+        let residual_rad = without_effects(streams, model, sensing_from_body, dither_rad.as_ref());
+        let segments: Vec<Range<usize>> = streams.pieces[0]
+            .segments
+            .iter()
+            .map(|segment| {
+                let row = |time_s: f64| {
+                    let rows = ((time_s - streams.start_s) * streams.rate_hz).round();
+                    (rows.max(0.0) as usize).min(streams.rows)
+                };
+                row(segment.start_s)..row(segment.end_s)
+            })
+            .collect();
+        let partition = Partition::new(streams.rows, streams.rate_hz, &segments, &plan.partition);
+        let seen = partition.rows_of(&[Use::Train, Use::Confirm], &streams.usable);
+        let lattice = Lattice::of(streams, model, &|row| seen[row]);
+        let counted_rad = std::array::from_fn(|axis| {
+            (lattice.counted_rad[axis] > 0.0).then(|| {
+                let (sensed_rad, residual_rad) = (&streams.sensed_rad[axis], &residual_rad[axis]);
+                let of_row = |row: usize| match seen[row] {
+                    true => sensed_rad[row] - residual_rad[row],
+                    false => 0.0,
+                };
+                (0..streams.rows).map(of_row).collect()
+            })
+        });
+        streams.sensed_rad = Triad::default();
+        let streams = &*streams;
+        Ok(Self {
+            residual_rad,
+            partition,
+            late_rows: 0.0,
+            known: Vec::new(),
+            lattice,
+            counted_rad,
+            streams,
+            model,
+            dither_rad,
+            sensing_from_body,
+        })
+    }
+
+    /// Channels besides the motion that columns are made of.
+    pub fn inputs(&self) -> Inputs<'_> {
+        Inputs {
+            force_m_s2: self.streams.force_m_s2.as_ref(),
+            temperature_k: self.streams.temperature_k.as_ref(),
+            magnetic_t: self.streams.magnetic_t.as_ref(),
+            pickoff_rad: self.streams.pickoff_rad.as_ref(),
+            others: &self.streams.others,
+            start_s: self.streams.start_s,
+        }
+    }
+
+    /// Rows that are measured, whose reference was recorded, and that serve one of `uses`.
+    pub fn rows_of(&self, uses: &[Use]) -> Vec<bool> {
+        let rows = self.partition.rows_of(uses, &self.streams.usable);
+        reached(&rows, self.late_rows)
+    }
+
+    /// Contiguous rows of [`Data::rows_of`].
+    pub fn ranges_of(&self, uses: &[Use]) -> Vec<Range<usize>> {
+        rlg_inference::observations::runs(&self.rows_of(uses), true)
+    }
+
+    /// Reads the model's effects: what they add can only be spelt out once there are signals.
+    pub fn set_known(&mut self, signals: &Signals) {
+        self.known = self
+            .model
+            .effects
+            .iter()
+            .filter_map(|effect| known(effect, signals, self.streams))
+            .flatten()
+            .collect();
+    }
+
+    /// Delays and mounts that the model itself holds.
+    pub fn known_path(&self) -> Path {
+        let mut path = Path::default();
+        for effect in &self.model.effects {
+            for axis in 0..3 {
+                path.delay_s[axis] += delay_of(effect, axis);
+                path.mount[axis] = path.mount[axis].or_else(|| mount_of(effect, axis));
+                path.low_pass[axis] = path.low_pass[axis].or_else(|| low_pass_of(effect, axis));
+            }
+        }
+        path
+    }
+
+    /// What the model's effects add to the sensed increments \[rad\].
+    pub fn known_rad(&self, signals: &Signals) -> Triad {
+        let mut sum: Triad = std::array::from_fn(|_| vec![0.0; signals.rows]);
+        for (gyro, column, size) in &self.known {
+            add(&mut sum[*gyro], &column.values(signals), *size);
+        }
+        sum
+    }
+}
+
+/// Whether every effect of a model can be predicted here.
+pub fn can_predict(model: &Model) -> bool {
+    model.effects.iter().all(|effect| {
+        let kind = effect.kind.as_str();
+        is_silent(kind) || entries::card(kind).is_some()
+    })
+}
+
+/// Effects of the noise, of the accelerometers and faults of the data add nothing to what a gyro senses.
+fn is_silent(kind: &str) -> bool {
+    NOISE_KINDS.contains(&kind)
+        || FAULT_KINDS.contains(&kind)
+        || kind.starts_with("accel_")
+        || kind == "size_effect"
+}
+
+fn number(effect: &ModelEffect, name: &str) -> f64 {
+    match effect.parameters.get(name) {
+        Some(EffectValue::Number(value)) => *value,
+        _ => 0.0,
+    }
+}
+
+fn delay_of(effect: &ModelEffect, axis: usize) -> f64 {
+    match effect.kind.as_str() {
+        "gyro_delay" => number(effect, AXES[axis]),
+        "reference_delay" => -number(effect, "all"),
+        _ => 0.0,
+    }
+}
+
+fn mount_of(effect: &ModelEffect, axis: usize) -> Option<Resonance> {
+    let hz = number(effect, &format!("{}_frequency_hz", AXES[axis]));
+    (effect.kind == MOUNT && hz > 0.0).then(|| Resonance {
+        hz,
+        damping: number(effect, &format!("{}_damping", AXES[axis])),
+    })
+}
+
+fn low_pass_of(effect: &ModelEffect, axis: usize) -> Option<LowPass> {
+    let time_s = number(effect, &format!("{}_pole_s", AXES[axis]));
+    (effect.kind == BANDWIDTH && time_s > 0.0).then_some(LowPass { time_s })
+}
+
+fn axis_of(effect: &ModelEffect) -> Option<usize> {
+    match effect.parameters.get("axis") {
+        Some(EffectValue::Text(name)) => AXES.iter().position(|axis| axis == name),
+        _ => None,
+    }
+}
+
+fn known(
+    effect: &ModelEffect,
+    signals: &Signals,
+    streams: &Streams,
+) -> Option<Vec<(usize, Column, f64)>> {
+    let kind = effect.kind.as_str();
+    // A dither turns lock-in into noise.
+    if is_silent(kind) || (kind == LOCK_IN && streams.pickoff_rad.is_some()) {
+        return None;
+    }
+    let mut parts = Vec::new();
+    let mut of_pool = |pool: &Pool, hypothesis: &rlg_inference::Hypothesis, values: &[f64]| {
+        parts.extend(hypothesis.terms.iter().map(|term| {
+            let size = values[term.parameter] * term.coefficient;
+            (term.record, pool.columns[term.column], size)
+        }));
+    };
+    if kind == STEP || kind == SLIP {
+        let axis = axis_of(effect)?;
+        let rows = (number(effect, "time_s") - streams.start_s) * streams.rate_hz;
+        let row = if kind == STEP {
+            rows.round()
+        } else {
+            rows.floor()
+        };
+        let row = (row.max(0.0) as usize).min(streams.rows - 1);
+        let mut pool = Pool::default();
+        let event = if kind == STEP { STEP } else { SLIP };
+        let one = pool.event(event, axis, row, 1.0, signals);
+        of_pool(&pool, &one.hypothesis, &[number(effect, "size")]);
+    } else if kind == HARMONIC {
+        let mut pool = Pool::default();
+        let order = number(effect, "order").round().max(0.0) as u32;
+        let one = pool.harmonic(axis_of(effect)?, order, 1.0, signals);
+        of_pool(
+            &pool,
+            &one.hypothesis,
+            &["cos", "sin"].map(|name| number(effect, name)),
+        );
+    } else if kind == UNLISTED {
+        let Some(EffectValue::Text(text)) = effect.parameters.get("expression") else {
+            return None;
+        };
+        let mut pool = Pool::default();
+        let expression = Expression::parse(text, signals)?;
+        let one = pool.expression(axis_of(effect)?, expression, 1.0, signals);
+        of_pool(&pool, &one.hypothesis, &[number(effect, "coefficient")]);
+    } else if kind == MODE {
+        let mut pool = Pool::default();
+        let resonance = Resonance {
+            hz: number(effect, "frequency_hz"),
+            damping: number(effect, "damping"),
+        };
+        let one = pool.suspension(resonance, [0.0; 6], 1.0, signals);
+        let values: Vec<f64> = one.names.iter().map(|name| number(effect, name)).collect();
+        of_pool(&pool, &one.hypothesis, &values);
+    } else if kind == MOUNT || kind == LOCK_IN {
+        let mut pool = Pool::default();
+        let one = if kind == MOUNT {
+            let mounts = std::array::from_fn(|axis| mount_of(effect, axis));
+            pool.mount(mounts, 1.0, signals)
+        } else {
+            let thresholds = AXES.map(|axis| {
+                let rad_s = number(effect, axis);
+                (rad_s > 0.0).then_some(Threshold { rad_s })
+            });
+            pool.lock_in(thresholds, 1.0, signals)
+        };
+        let fixed = one.hypothesis.fixed.iter();
+        parts.extend(fixed.map(|one| (one.record, pool.columns[one.column], one.size)));
+    } else {
+        if kind == BANDWIDTH {
+            let mut pool = Pool::default();
+            let low_passes = std::array::from_fn(|axis| low_pass_of(effect, axis));
+            let one = pool.low_pass(low_passes, 1.0, signals);
+            let fixed = one.hypothesis.fixed.iter();
+            parts.extend(fixed.map(|one| (one.record, pool.columns[one.column], one.size)));
+        }
+        // All axes count as moving: the model says that the effect is there.
+        let mut pool = Pool::default();
+        let entry = rlg_catalogue::entries::find(kind)?;
+        let whole = pool.whole(entry, signals);
+        for (name, terms) in whole {
+            let value = number(effect, &name);
+            if value != 0.0 {
+                parts.extend(terms.iter().map(|term| {
+                    (
+                        term.record,
+                        pool.columns[term.column],
+                        value * term.coefficient,
+                    )
+                }));
+            }
+        }
+    }
+    Some(parts)
+}

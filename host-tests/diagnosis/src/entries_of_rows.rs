@@ -1,0 +1,74 @@
+//! Faults of the data and figures on held-out time as entries of `diagnosis.json`.
+
+use rlg_findings::result::{ChannelEntry, EffectEntry, FiguresEntry, ParameterEntry};
+use rlg_signal::fault::Fault;
+use rlg_signal::streams::{AXES, Streams};
+
+use super::validate::{Figures, Validation};
+
+/// A fault of the data.
+pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
+    let (recording, [start_s, end_s]) = streams.own_span(&fault.rows);
+    let named = streams.is_joined().then(|| ParameterEntry::Text {
+        name: "recording".to_string(),
+        value: recording.to_string(),
+    });
+    // A fault is located to the row.
+    let std = 1.0 / streams.rate_hz;
+    let number = |name: &str, value: f64| ParameterEntry::Number {
+        name: name.to_string(),
+        value,
+        std,
+        unit: "s".to_string(),
+    };
+    EffectEntry {
+        evidence: None,
+        gravity_speaks_against: Vec::new(),
+        kind: fault.kind.to_string(),
+        indistinguishable_from: fault
+            .indistinguishable_from
+            .iter()
+            .map(|kind| (*kind).to_string())
+            .collect(),
+        equation: String::new(),
+        parameters: [
+            ParameterEntry::Text {
+                name: "channel".to_string(),
+                value: fault.channel.clone(),
+            },
+            number("start_s", start_s),
+            number("end_s", end_s),
+        ]
+        .into_iter()
+        .chain(named)
+        .collect(),
+        covariance: vec![vec![std * std, 0.0], vec![0.0, std * std]],
+        identifiable: Vec::new(),
+        log_evidence_gain: 0.0,
+        p_value: 0.0,
+        what_was_left_out: format!(
+            "The data of {} cannot be used between {start_s:.4} and {end_s:.4} s; those rows were left out of everything else.",
+            fault.channel
+        ),
+        expression: None,
+        regimes: Vec::new(),
+    }
+}
+
+/// Before and after on held-out time.
+pub fn channel(validation: &Validation) -> ChannelEntry {
+    let figures = |figures: &Figures| FiguresEntry {
+        drift_rad_s: figures.drift_rad_s,
+        drift_std_rad_s: figures.drift_std_rad_s,
+        normalised_power: figures.normalised_power,
+        normalised_power_all: figures.normalised_power_all,
+        white_p_value: figures.white_p_value,
+    };
+    ChannelEntry {
+        channel: format!("gyro_{}", AXES[validation.axis]),
+        unit: None,
+        band_hz: [validation.band_hz.0, validation.band_hz.1],
+        held_out_before: figures(&validation.before),
+        held_out_after: figures(&validation.after),
+    }
+}

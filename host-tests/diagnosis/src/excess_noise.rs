@@ -1,0 +1,140 @@
+//! Noise beyond what the model declares and the reference was measured to have.
+
+use std::collections::BTreeSet;
+
+use rlg_inference::{Fit, NoiseBasis, NoiseLevels, Observations};
+use rlg_signal::partition::Use;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use super::case_motion::{Level, Motion};
+use super::data::Data;
+use super::plan::AnalysisPlan;
+use rlg_findings::excess::excess_square;
+use rlg_findings::excess::{Excess, PULSES, WALK};
+
+/// Levels that are compared: two on each of three gyros.
+const TRIALS: f64 = 6.0;
+
+/// Compares the fitted white noise of rate and of angle with what is known of it, on gyros that are not in `unlike_noise`. Random
+/// walk of those in `locks_in` is that of their lock-in, whose stops leave an angle by chance.
+pub fn excess(
+    data: &Data,
+    fit: &Fit,
+    motion: &Motion,
+    (unlike_noise, locks_in): (&BTreeSet<usize>, &BTreeSet<usize>),
+    plan: &AnalysisPlan,
+) -> Vec<Excess> {
+    let rate_hz = data.streams.rate_hz;
+    let Some(observations) = Observations::bridged(&data.rows_of(&[Use::Train, Use::Confirm]))
+    else {
+        return Vec::new();
+    };
+    let basis = NoiseBasis::new(&observations);
+    let is_noise = |axis: &usize| !unlike_noise.contains(axis);
+    // Tones of coarse pulses lie where a walk would show, too, and their weight is read off the values. What rounds rates and
+    // counts nothing leaves an angle that is not bounded.
+    let of_pulses = |axis: usize| data.lattice.unknown_rad2(axis) / 12.0;
+    let is_coarse = |axis: usize| {
+        data.lattice.pulse_rad[axis] > 0.0 && fit.levels[axis].angle > 0.25 * of_pulses(axis)
+    };
+    let walk = |axis: usize| {
+        let is_walk = |axis: &usize| !is_coarse(*axis) && !locks_in.contains(axis);
+        let axis = Some(axis).filter(is_noise).filter(is_walk)?;
+        let own = data.model.gyro.angle_random_walk_rad_sqrt_s?[axis].powi(2) / rate_hz;
+        let more = excess_square(data.model, "angle_random_walk", axis) / rate_hz;
+        Some(known(own + more, motion.reference_walk[axis]))
+    };
+    let angle = |axis: usize| {
+        let axis = Some(axis).filter(is_noise)?;
+        let pulses = data.streams.pulse_rad[axis].powi(2) / 12.0;
+        let pickoff = if data.dither_rad.is_some() {
+            data.model.pickoff_white_rad2(axis)
+        } else {
+            0.0
+        };
+        let more = excess_square(data.model, "pulse_quantisation", axis) / 12.0;
+        // Increments that are not counted have an unknown resolution.
+        (pulses > 0.0 && !is_coarse(axis))
+            .then(|| known(pulses + pickoff + more, motion.reference_angle[axis]))
+    };
+    let of_walk = compare(
+        fit,
+        &basis,
+        0,
+        &walk,
+        &|level| (level * rate_hz).sqrt(),
+        &WALK,
+        plan,
+    );
+    let of_angle = compare(
+        fit,
+        &basis,
+        1,
+        &angle,
+        &|level| (12.0 * level).sqrt(),
+        &PULSES,
+        plan,
+    );
+    let mut found: Vec<Excess> = of_walk.into_iter().chain(of_angle).collect();
+    data.lattice.take_over(&mut found, &|axis| {
+        let std = level_std(&basis, fit.levels[axis], 1).hypot(motion.reference_angle[axis].std);
+        is_coarse(axis).then(|| 0.5 * (of_pulses(axis) / std).powi(2))
+    });
+    found
+}
+
+fn known(own: f64, reference: Level) -> Level {
+    Level {
+        value: own + reference.value,
+        std: reference.std,
+    }
+}
+
+fn compare(
+    fit: &Fit,
+    basis: &NoiseBasis,
+    term: usize,
+    known: &dyn Fn(usize) -> Option<Level>,
+    in_unit: &dyn Fn(f64) -> f64,
+    kind: &Excess,
+    plan: &AnalysisPlan,
+) -> Option<Excess> {
+    let mut found = kind.clone();
+    let mut any = false;
+    for axis in 0..3 {
+        let Some(known) = known(axis) else { continue };
+        let fitted = fit.levels[axis].as_array()[term];
+        let std = level_std(basis, fit.levels[axis], term).hypot(known.std);
+        let more = fitted - known.value;
+        let size = more / std;
+        if size < plan.excess_noise || fitted < plan.excess_ratio * known.value {
+            continue;
+        }
+        found.values[axis] = in_unit(more);
+        // d√x = dx/(2√x).
+        found.stds[axis] = found.values[axis] * 0.5 * std / more;
+        let chance = Normal::standard().sf(size);
+        found.p_value = found.p_value.min((TRIALS * chance).min(1.0));
+        found.log_likelihood_gain += 0.5 * size * size;
+        any = true;
+    }
+    any.then_some(found)
+}
+
+/// Standard deviation of a fitted level, from the Fisher information of white noise of rate and of angle.
+fn level_std(basis: &NoiseBasis, levels: NoiseLevels, term: usize) -> f64 {
+    let power = basis.binned(levels);
+    let information = |a: usize, b: usize| -> f64 {
+        let bins = power.iter().zip(&basis.counts).enumerate();
+        bins.map(|(bin, (s, count))| {
+            0.5 * count * basis.power[a][bin] * basis.power[b][bin] / (s * s)
+        })
+        .sum()
+    };
+    let (own, other, both) = (
+        information(term, term),
+        information(1 - term, 1 - term),
+        information(0, 1),
+    );
+    (other / (own * other - both * both)).max(0.0).sqrt()
+}

@@ -1,0 +1,401 @@
+//! Goes through the families of the catalogue: what each could add to a fit, and the strongest of each for the search.
+
+use nalgebra::{DMatrix, DVector};
+use rlg_catalogue::candidates::Variant;
+use rlg_catalogue::entries::MODE;
+use rlg_catalogue::families::{
+    Basis, ExactLowPass, ExactMount, Family, MOUNT, MountColumns, SUSPENSION, SuspensionColumns,
+    expressions, harmonics, lags_about, lines_about,
+};
+use rlg_catalogue::low_pass::{self, LowPass};
+use rlg_catalogue::resonance::{Resonance, grid};
+use rlg_catalogue::{Candidate, Column, Pool, Signals};
+use rlg_inference::lines::strongest as strongest_line;
+use rlg_inference::score_test::{Gain, ScoreTest, spectra};
+use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, Term};
+
+use super::lock_in::lock_in;
+use super::pass::{Begin, Pass, left_on};
+use super::scores::{Coarse, Found, follow, most_at, tests, worth};
+
+/// Members of a family that are handed to the search at most.
+const STRONGEST: usize = 3;
+
+/// Kinds that a resonant suspension is like well below its resonance.
+const LIKE_A_MODE: [&str; 4] = [
+    "axis_flexure",
+    "axis_flexure_cubic",
+    "elastic_rate_by_jerk",
+    MODE,
+];
+
+/// A candidate over columns of its own.
+pub(super) type Alone = (Candidate, Vec<Column>);
+
+/// The strongest members of every family beside each of `fits`.
+pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone> {
+    let signals = &pass.motion.signals;
+    let is_moving = pass.motion.is_moving;
+    let mut found = Vec::new();
+    let levels = &fits[0].levels;
+    let all = tests(pass, fits, &|_| true);
+    found.extend(mount(&all, signals, is_moving, levels));
+    found.extend(low_pass(&all, signals, is_moving));
+    drop(all);
+    let unbent = |kind: &str| !LIKE_A_MODE.contains(&kind);
+    found.extend(suspension(&tests(pass, fits, &unbent), signals, levels));
+    let coarse = Coarse::new(pass);
+    let tests = coarse.tests(pass, fits);
+    for family in [
+        harmonics(signals, is_moving),
+        expressions(signals, is_moving, &pass.candidates, &pass.pool),
+    ] {
+        found.extend(ranked(&tests, family, &coarse, signals));
+    }
+    found.extend(lock_in(pass, fits, &tests, &coarse, begin.plan));
+    let mut lines = Vec::new();
+    for gyro in 0..3 {
+        lines.extend(line(pass, fits[0], gyro, &tests, &coarse, begin));
+    }
+    likely(pass, found, begin)
+        .into_iter()
+        .chain(lines)
+        .collect()
+}
+
+/// The strongest soft mount and the strongest low passes beside a fit.
+pub(super) fn strongest_filters(pass: &Pass, fit: &Fit, begin: &Begin) -> Vec<Alone> {
+    let tests = tests(pass, &[fit], &|_| true);
+    let motion = &pass.motion;
+    let (signals, is_moving) = (&motion.signals, motion.is_moving);
+    let found = mount(&tests, signals, is_moving, &fit.levels).into_iter();
+    let found = found.chain(low_pass(&tests, signals, is_moving));
+    likely(pass, found.collect(), begin)
+}
+
+/// Those that are new and worth a fit.
+fn likely(pass: &Pass, found: Vec<Found>, begin: &Begin) -> Vec<Alone> {
+    let is_new = |one: &Found| {
+        let mut known = pass.candidates.iter();
+        !known
+            .any(|other| other.kind == one.candidate.kind && other.variant == one.candidate.variant)
+    };
+    found
+        .into_iter()
+        .filter(|one| one.surplus > begin.least() && is_new(one))
+        .map(|one| (one.candidate, one.columns))
+        .collect()
+}
+
+/// Members of a family, the strongest first; what goes behind a lag with its time constant refined.
+fn ranked(tests: &[ScoreTest], family: Family, coarse: &Coarse, signals: &Signals) -> Vec<Found> {
+    let mut all = measured(tests, &family, coarse, signals);
+    all.sort_by(|a, b| b.surplus.total_cmp(&a.surplus));
+    all.truncate(STRONGEST);
+    for one in &mut all {
+        let Variant::Expression { axis, expression } = one.candidate.variant else {
+            continue;
+        };
+        let finer = lags_about(expression, axis, signals);
+        let best = measured(tests, &finer, coarse, signals)
+            .into_iter()
+            .max_by(|a, b| a.surplus.total_cmp(&b.surplus));
+        if let Some(mut best) = best {
+            best.candidate.hypothesis.price = one.candidate.hypothesis.price;
+            best.surplus -= best.candidate.hypothesis.price;
+            if best.surplus > one.surplus {
+                *one = best;
+            }
+        }
+    }
+    all
+}
+
+fn measured(
+    tests: &[ScoreTest],
+    family: &Family,
+    coarse: &Coarse,
+    signals: &Signals,
+) -> Vec<Found> {
+    let groups: Vec<Vec<Hypothesis>> = family
+        .groups
+        .iter()
+        .map(|group| group.iter().map(|one| one.hypothesis.clone()).collect())
+        .collect();
+    let all = coarse.worths(tests, &groups, &family.pool, signals);
+    let each = family
+        .groups
+        .iter()
+        .flatten()
+        .zip(all.into_iter().flatten());
+    each.filter(|(_, surplus)| *surplus > f64::NEG_INFINITY)
+        .map(|(candidate, surplus)| {
+            // Its own columns alone.
+            let mut pool = Pool::default();
+            Found {
+                candidate: pool.adopt(candidate, &family.pool.columns),
+                columns: pool.columns,
+                surplus,
+            }
+        })
+        .collect()
+}
+
+/// Resonances lie between some periods of the record and most of half the row rate.
+fn resonances(signals: &Signals) -> Vec<Resonance> {
+    const LEAST_HZ: f64 = 5.0;
+    grid(LEAST_HZ, 0.45 * signals.rate_hz)
+}
+
+/// The mount about each axis that gains most at its full response.
+fn mount(
+    tests: &[ScoreTest],
+    signals: &Signals,
+    is_moving: [bool; 3],
+    levels: &[NoiseLevels],
+) -> Option<Found> {
+    let grid = resonances(signals);
+    if grid.is_empty() {
+        return None;
+    }
+    // Frequency and damping are two numbers.
+    let price = (grid.len() as f64).ln() + 1.0;
+    let mut best: [Option<Resonance>; 3] = [None; 3];
+    let mut sum = 0.0;
+    for axis in (0..3).filter(|&axis| is_moving[axis]) {
+        let basis = Basis::new(MOUNT, &grid, signals, &[axis], |hz| {
+            levels[axis].of_share(hz / signals.rate_hz)
+        });
+        let columns = MountColumns {
+            basis: &basis,
+            signals,
+            axis,
+        };
+        let hypothesis = columns.hypothesis();
+        let spectra = spectra(tests, std::slice::from_ref(&hypothesis), &columns);
+        let projected: Vec<_> = tests
+            .iter()
+            .map(|test| test.project(&hypothesis, &spectra))
+            .collect();
+        let one = DVector::from_element(1, 1.0);
+        let tops = basis.best(&grid, |sizes| {
+            let sizes = DMatrix::from_column_slice(sizes.len(), 1, sizes.as_slice());
+            let gains = projected.iter().map(|each| each.along(&sizes).at(&one));
+            gains.fold(f64::NEG_INFINITY, f64::max)
+        });
+        let worthy = tops
+            .into_iter()
+            .take(TOPS)
+            .filter(|(_, gain)| *gain > price);
+        let polished = worthy.map(|(resonance, _)| polish(tests, resonance, axis, signals));
+        let Some(strongest) = polished.max_by(|a, b| a.1.total_cmp(&b.1)) else {
+            continue;
+        };
+        let surplus = strongest.1 - price;
+        if surplus > 0.0 {
+            best[axis] = Some(strongest.0);
+            sum += surplus;
+        }
+    }
+    if best == [None; 3] {
+        return None;
+    }
+    let mut pool = Pool::default();
+    let candidate = pool.mount(best, grid.len() as f64, signals);
+    Some(Found {
+        candidate,
+        columns: pool.columns,
+        surplus: sum,
+    })
+}
+
+/// Time constants beyond this \[s\] are no bandwidth that anybody would call one.
+const LONGEST_LOW_PASS_S: f64 = 0.5;
+
+/// The low pass on each gyro that gains most at its full response.
+fn low_pass(tests: &[ScoreTest], signals: &Signals, is_moving: [bool; 3]) -> Option<Found> {
+    let grid = low_pass::grid(signals.period_s(), LONGEST_LOW_PASS_S);
+    let price = (grid.len() as f64).ln() + 0.5;
+    let mut best: [Option<LowPass>; 3] = [None; 3];
+    let mut sum = 0.0;
+    for gyro in (0..3).filter(|&gyro| is_moving[gyro]) {
+        let full = DVector::from_vec(vec![1.0, 0.0]);
+        let of = |low_pass: LowPass| {
+            let columns = ExactLowPass {
+                low_pass,
+                signals,
+                gyro,
+            };
+            let same = DMatrix::identity(2, 2);
+            most_at(tests, &columns.hypothesis(), &columns, &same, &full)
+        };
+        let gain = |low_pass: &LowPass| of(*low_pass).map_or(f64::NEG_INFINITY, |one| one.0);
+        let Some(begin) = grid
+            .iter()
+            .map(|low_pass| (*low_pass, gain(low_pass)))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+        else {
+            continue;
+        };
+        let (found, gain) = follow(begin.0, of, |low_pass, step| LowPass {
+            time_s: (low_pass.time_s + step[0]).clamp(0.6 * low_pass.time_s, 1.7 * low_pass.time_s),
+        });
+        if gain > price {
+            best[gyro] = Some(found);
+            sum += gain - price;
+        }
+    }
+    if best == [None; 3] {
+        return None;
+    }
+    let mut pool = Pool::default();
+    let candidate = pool.low_pass(best, grid.len() as f64, signals);
+    Some(Found {
+        candidate,
+        columns: pool.columns,
+        surplus: sum,
+    })
+}
+
+/// Sine and cosine of the strongest line that a fit leaves on a gyro, where both together are worth a fit.
+fn line(
+    pass: &Pass,
+    fit: &Fit,
+    gyro: usize,
+    tests: &[ScoreTest],
+    coarse: &Coarse,
+    begin: &Begin,
+) -> Vec<Alone> {
+    let signals = &pass.motion.signals;
+    let residual = left_on(&pass.equations, fit, &pass.candidates, gyro);
+    let rows = pass.equations.transform.observations().spans[0].rows.len();
+    let Some(line) = strongest_line(&residual, rows) else {
+        return Vec::new();
+    };
+    // Against the power beside it, not the fitted noise: what is coloured is no line. A pair's median is 2 ln 2.
+    let local = line.ratio * std::f64::consts::LN_2 - (3.0 * rows as f64).ln();
+    if local < begin.least() {
+        return Vec::new();
+    }
+    let about = lines_about(line.share * signals.rate_hz, gyro, signals);
+    // One wave has two parts: whichever the phase, its frequency is that of the largest gain of both.
+    let both = |pair: &[Candidate]| -> Hypothesis {
+        let parts = pair.iter().enumerate().flat_map(|(parameter, one)| {
+            let terms = one.hypothesis.terms.iter();
+            terms.map(move |term| Term { parameter, ..*term })
+        });
+        Hypothesis {
+            parameters: pair.len(),
+            terms: parts.collect(),
+            fixed: Vec::new(),
+            bounds: Vec::new(),
+            price: pair[0].hypothesis.price,
+        }
+    };
+    let waves: Vec<Vec<Hypothesis>> = about.groups.iter().map(|pair| vec![both(pair)]).collect();
+    let worths = coarse.worths(tests, &waves, &about.pool, signals);
+    let best = (0..waves.len()).max_by(|&a, &b| worths[a][0].total_cmp(&worths[b][0]));
+    match best {
+        Some(best) if worths[best][0] > begin.least() => {
+            let pair = about.groups[best].iter();
+            pair.map(|one| {
+                let mut pool = Pool::default();
+                (pool.adopt(one, &about.pool.columns), pool.columns)
+            })
+            .collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Maxima of a grid that are followed with exact columns.
+const TOPS: usize = 3;
+
+/// A mount about an axis to the top of its likelihood beside the best of the tests, with exact columns.
+fn polish(
+    tests: &[ScoreTest],
+    begin: Resonance,
+    axis: usize,
+    signals: &Signals,
+) -> (Resonance, f64) {
+    let full = DVector::from_vec(vec![1.0, 0.0, 0.0]);
+    let of = |resonance: Resonance| {
+        let columns = ExactMount {
+            resonance,
+            signals,
+            axis,
+        };
+        let same = DMatrix::identity(3, 3);
+        most_at(tests, &columns.hypothesis(), &columns, &same, &full)
+    };
+    follow(begin, of, |resonance, step| Resonance {
+        hz: (resonance.hz + step[0]).clamp(0.8 * resonance.hz, 1.25 * resonance.hz),
+        damping: (resonance.damping + step[1])
+            .clamp(0.4 * resonance.damping, 2.5 * resonance.damping),
+    })
+}
+
+/// The resonance of the suspensions that gains most with six flexures of its own.
+fn suspension(tests: &[ScoreTest], signals: &Signals, levels: &[NoiseLevels]) -> Option<Found> {
+    let grid = resonances(signals);
+    if grid.is_empty() {
+        return None;
+    }
+    let basis = Basis::new(SUSPENSION, &grid, signals, &[0, 1, 2], |hz| {
+        levels
+            .iter()
+            .map(|levels| levels.of_share(hz / signals.rate_hz))
+            .sum()
+    });
+    let directions = basis.directions();
+    let by_gyro: Vec<Vec<_>> = (0..3)
+        .map(|gyro| {
+            let columns = SuspensionColumns {
+                basis: &basis,
+                signals,
+                gyro,
+            };
+            let hypothesis = columns.hypothesis();
+            debug_assert_eq!(columns.count(), 2 * directions);
+            let spectra = spectra(tests, std::slice::from_ref(&hypothesis), &columns);
+            let each = tests.iter().map(|test| test.project(&hypothesis, &spectra));
+            each.collect()
+        })
+        .collect();
+    let of_point = |test: usize, sizes: &DVector<f64>| -> (f64, [f64; 6]) {
+        let of_tilts = DMatrix::from_fn(2 * directions, 2, |row, tilt| {
+            if row / directions == tilt {
+                sizes[row % directions]
+            } else {
+                0.0
+            }
+        });
+        let mut sum = 0.0;
+        let mut k_s2 = [0.0; 6];
+        for (gyro, projected) in by_gyro.iter().enumerate() {
+            let gain = projected[test].along(&of_tilts).gain();
+            sum += gain.log_likelihood;
+            k_s2[2 * gyro..2 * gyro + 2].copy_from_slice(&gain.estimate);
+        }
+        (sum, k_s2)
+    };
+    let (test, (resonance, gain)) = (0..tests.len())
+        .filter_map(|test| {
+            let tops = basis.best(&grid, |sizes| of_point(test, sizes).0);
+            Some((test, *tops.first()?))
+        })
+        .max_by(|a, b| a.1.1.total_cmp(&b.1.1))?;
+    let (_, k_s2) = of_point(test, &basis.sizes(resonance));
+    let mut pool = Pool::default();
+    let candidate = pool.suspension(resonance, k_s2, grid.len() as f64, signals);
+    let gain = Gain {
+        log_likelihood: gain,
+        estimate: Vec::new(),
+    };
+    let surplus = worth(&gain, &candidate.hypothesis);
+    Some(Found {
+        candidate,
+        columns: pool.columns,
+        surplus,
+    })
+}

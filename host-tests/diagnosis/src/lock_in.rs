@@ -1,0 +1,194 @@
+//! Lock-in of gyros that are not dithered, as a candidate for the search.
+
+use nalgebra::{DMatrix, DVector};
+use rlg_catalogue::candidates::PoolColumns;
+use rlg_catalogue::lock_in::{Part, Threshold};
+use rlg_catalogue::{Candidate, Column, Pool, Signals};
+use rlg_inference::events::impulse_scores;
+use rlg_inference::score_test::ScoreTest;
+use rlg_inference::{Fit, Hypothesis, NormalEquations, Term};
+
+use super::data::Data;
+use super::pass::Pass;
+use super::plan::AnalysisPlan;
+use super::scores::{Coarse, Found, follow, most_at, tests};
+use rlg_findings::sentences::DEG_H;
+use rlg_signal::streams::AXES;
+
+/// Thresholds of real lasers lie between these \[rad/s\]: 2 to 2000 °/h.
+const THRESHOLDS_RAD_S: [f64; 2] = [1e-5, 1e-2];
+
+/// The threshold of each gyro that gains most beside the fits; none on dithered gyros, where lock-in is a random walk.
+///
+/// # Inputs
+/// `over_sums`: the fits as tests over `coarse`.
+pub(super) fn lock_in(
+    pass: &Pass,
+    fits: &[&Fit],
+    over_sums: &[ScoreTest],
+    coarse: &Coarse,
+    plan: &AnalysisPlan,
+) -> Option<Found> {
+    let signals = &pass.motion.signals;
+    if signals.dither_rad.is_some() {
+        return None;
+    }
+    let mut thresholds = [None; 3];
+    let mut surplus = 0.0;
+    let mut places: f64 = 1.0;
+    let mut exact = None;
+    for gyro in (0..3).filter(|&axis| pass.motion.is_moving[axis]) {
+        // Within the noise of its rate a dead band would be made of nothing else.
+        let clear = plan.gate.ratio.sqrt() * pass.motion.rate_noise_rad_s[gyro];
+        let least = THRESHOLDS_RAD_S[0].max(clear);
+        let grid = Threshold::grid(least, THRESHOLDS_RAD_S[1]);
+        if grid.is_empty() {
+            continue;
+        }
+        places = places.max(grid.len() as f64);
+        // A threshold is one number.
+        let price = (grid.len() as f64).ln() + 0.5;
+        let Some(begin) = strongest(over_sums, coarse, gyro, &grid, signals) else {
+            continue;
+        };
+        let exact = exact.get_or_insert_with(|| tests(pass, fits, &|_| true));
+        let (threshold, gain) = follow(
+            begin,
+            |threshold| {
+                let mut pool = Pool::default();
+                let mut of_gyro = [None; 3];
+                of_gyro[gyro] = Some(threshold);
+                let candidate = pool.lock_in(of_gyro, 1.0, signals);
+                let columns = PoolColumns {
+                    columns: &pool.columns,
+                    signals,
+                };
+                // The dead band first, its derivative after it.
+                let swapped = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 1.0, 0.0]);
+                let full = DVector::from_vec(vec![1.0, 0.0]);
+                let whole = candidate.hypothesis.with_fixed_as_parameter();
+                most_at(exact, &whole, &columns, &swapped, &full)
+            },
+            |threshold, step| Threshold {
+                rad_s: (threshold.rad_s + step[0])
+                    .clamp(threshold.rad_s / 1.25, threshold.rad_s * 1.25)
+                    .clamp(least, THRESHOLDS_RAD_S[1]),
+            },
+        );
+        if gain > price {
+            thresholds[gyro] = Some(threshold);
+            surplus += gain - price;
+        }
+    }
+    if thresholds == [None; 3] {
+        return None;
+    }
+    let mut pool = Pool::default();
+    let candidate = pool.lock_in(thresholds, places, signals);
+    Some(Found {
+        candidate,
+        columns: pool.columns,
+        surplus,
+    })
+}
+
+/// What thresholds would leave a random walk of angle on gyros that are dithered, for a navigation engineer; nothing where none is.
+///
+/// # Inputs
+/// `walk_rad_sqrt_s`: of each gyro beyond what is known; 0 for none.
+pub(super) fn behind_walk(walk_rad_sqrt_s: [f64; 3], data: &Data) -> Option<String> {
+    let dither_rad = data.dither_rad.as_ref()?;
+    let of_gyro = |axis: usize| {
+        let walk = walk_rad_sqrt_s[axis];
+        let pulse_rad = data.streams.pulse_rad[axis];
+        if walk <= 0.0 || pulse_rad <= 0.0 {
+            return None;
+        }
+        let rows = dither_rad[axis].len().max(1) as f64;
+        let square: f64 = dither_rad[axis].iter().map(|step| step * step).sum();
+        let peak_rad_s = (2.0 * square / rows).sqrt() * data.streams.rate_hz;
+        let threshold = threshold_rad_s(walk, pulse_rad, peak_rad_s) * DEG_H;
+        Some(format!("{} {threshold:.0} °/h", AXES[axis]))
+    };
+    let all: Vec<String> = (0..3).filter_map(of_gyro).collect();
+    (!all.is_empty()).then(|| {
+        format!(
+            " Were it lock-in, N = Omega_L / sqrt(S Omega_D) with the dithers' peak rates makes the thresholds {}.",
+            all.join(", ")
+        )
+    })
+}
+
+/// Threshold \[rad/s\] whose lock-in leaves a random walk under a dither of a peak rate: Ω_L = N √(S Ω_D), S = 2π a pulse
+/// (physics, what lock-in leaves).
+fn threshold_rad_s(walk_rad_sqrt_s: f64, pulse_rad: f64, dither_peak_rad_s: f64) -> f64 {
+    walk_rad_sqrt_s * (std::f64::consts::TAU / pulse_rad * dither_peak_rad_s).sqrt()
+}
+
+/// Angles that stops in a dead band leave by chance, up to half a pulse either way: no noise of the likelihood is like them.
+pub(super) struct Stops<'a> {
+    pub(super) data: &'a Data<'a>,
+    pub(super) signals: &'a Signals,
+    /// Those that the thresholds were estimated by.
+    pub(super) equations: &'a NormalEquations,
+}
+
+impl Stops<'_> {
+    /// Adds what they do to the thresholds of `candidate`, whose parameters begin at `first` in `fit`, to the covariance.
+    ///
+    /// # Inputs
+    /// `pool`: columns of the candidate.
+    pub(super) fn widen(&self, candidate: &Candidate, pool: &Pool, fit: &mut Fit, first: usize) {
+        for term in &candidate.hypothesis.terms {
+            let Column::LockIn(gyro, threshold, _) = pool.columns[term.column] else {
+                continue;
+            };
+            let at = first + term.parameter;
+            let beat_rad = self.data.model.gyro.pulse_weight_rad[gyro];
+            let pulse_rad = beat_rad.max(self.data.lattice.counted_rad[gyro]);
+            let transform = &self.equations.transform;
+            let spectrum = transform.spectrum(&pool.columns[term.column].values(self.signals));
+            let basis = &self.equations.basis;
+            let (influence, _) = impulse_scores(transform, basis, &spectrum, fit.levels[gyro]);
+            let of_stop = |row: usize| {
+                let moved = term.coefficient * influence[row] * fit.covariance[(at, at)];
+                moved * moved * pulse_rad * pulse_rad / 12.0
+            };
+            let stops = threshold.stops(gyro, self.signals);
+            let variance: f64 = stops.into_iter().map(of_stop).sum();
+            fit.covariance[(at, at)] += variance;
+        }
+    }
+}
+
+/// The threshold of a grid whose dead band gains most, its depth left free.
+fn strongest(
+    tests: &[ScoreTest],
+    coarse: &Coarse,
+    gyro: usize,
+    grid: &[Threshold],
+    signals: &Signals,
+) -> Option<Threshold> {
+    let mut pool = Pool::default();
+    let groups: Vec<Vec<Hypothesis>> = grid
+        .iter()
+        .map(|&threshold| {
+            let term = Term {
+                parameter: 0,
+                record: gyro,
+                column: pool.place(Column::LockIn(gyro, threshold, Part::Missing)),
+                coefficient: 1.0,
+            };
+            vec![Hypothesis {
+                parameters: 1,
+                terms: vec![term],
+                fixed: Vec::new(),
+                bounds: Vec::new(),
+                price: 0.0,
+            }]
+        })
+        .collect();
+    let worths = coarse.worths(tests, &groups, &pool, signals);
+    let best = (0..grid.len()).max_by(|&a, &b| worths[a][0].total_cmp(&worths[b][0]))?;
+    (worths[best][0] > 0.0).then_some(grid[best])
+}

@@ -1,0 +1,73 @@
+//! What a search is about: one motion, its columns and their candidates; and what a fit leaves of it.
+
+use rlg_catalogue::{Candidate, Pool};
+use rlg_inference::search::DriftPrior;
+use rlg_inference::{Fit, NoiseLevels, NormalEquations};
+use rlg_signal::streams::Triad;
+
+use super::case_motion::Motion;
+use super::lattice::Lattice;
+use super::plan::AnalysisPlan;
+
+/// Where a search begins.
+pub(super) struct Begin<'a> {
+    pub(super) kinds: usize,
+    pub(super) levels: &'a [NoiseLevels],
+    pub(super) plan: &'a AnalysisPlan,
+}
+
+impl Begin<'_> {
+    /// Log prior that a candidate without a price of its own must overcome to be worth a fit.
+    pub(super) fn least(&self) -> f64 {
+        let each = (self.plan.search.expected_effects / self.kinds as f64).ln();
+        -self.plan.search.screening - each
+    }
+}
+
+/// What a search is about.
+pub(super) struct Pass {
+    pub(super) motion: Motion,
+    pub(super) residual_rad: Triad,
+    /// Noise under which gaps and ends were taken out.
+    pub(super) levels: NoiseLevels,
+    pub(super) pool: Pool,
+    pub(super) candidates: Vec<Candidate>,
+    pub(super) equations: NormalEquations,
+    pub(super) drift: DriftPrior,
+    pub(super) lattice: Lattice,
+}
+
+/// Column sizes of a fit on one gyro.
+pub fn sizes_on(fit: &Fit, candidates: &[Candidate], gyro: usize) -> Vec<(usize, f64)> {
+    let mut sizes: Vec<(usize, f64)> = Vec::new();
+    for (&place, block) in fit.members.iter().zip(&fit.blocks) {
+        let fixed = candidates[place].hypothesis.fixed.iter();
+        let on_gyro = fixed.filter(|one| one.record == gyro);
+        sizes.extend(on_gyro.map(|one| (one.column, one.size)));
+        for term in &candidates[place].hypothesis.terms {
+            if term.record == gyro {
+                let size = term.coefficient * fit.estimate[block.start + term.parameter];
+                sizes.push((term.column, size));
+            }
+        }
+    }
+    sizes
+}
+
+/// Coefficients of what a fit leaves on one gyro, what its gaps leave unknown at its best.
+pub fn left_on(
+    equations: &NormalEquations,
+    fit: &Fit,
+    candidates: &[Candidate],
+    gyro: usize,
+) -> Vec<f64> {
+    let mut sizes = sizes_on(fit, candidates, gyro);
+    let of_gaps = &equations.gaps()[gyro];
+    sizes.extend(of_gaps.terms.iter().map(|term| {
+        (
+            term.column,
+            fit.estimate[fit.gaps[gyro].start + term.parameter],
+        )
+    }));
+    equations.residual_spectrum(gyro, &sizes)
+}

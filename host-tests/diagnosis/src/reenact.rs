@@ -1,0 +1,308 @@
+//! The recording re-enacted without an effect: how much of it the same road finds where it is not (inference.md, C).
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rlg_catalogue::candidates::{PoolColumns, along};
+use rlg_inference::score_test::{ScoreTest, spectra};
+use rlg_inference::{Dct, Fit, Hypothesis, NoiseBasis, NoiseLevels, NormalEquations, Observations};
+use rlg_signal::partition::Use;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::case_motion::{Measured, estimate_from};
+use super::data::Data;
+use super::noise_levels::mean;
+use super::plan::AnalysisPlan;
+use super::search::{Found, effect_rad};
+use rlg_signal::streams::{Triad, add, add_triad, each_axis};
+
+/// What re-enactments show of an effect that is not in them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Reenactment {
+    /// How often the recording was re-enacted.
+    pub draws: usize,
+    /// Sum over the draws of the squared size of the absent effect \[σ²\].
+    squared_size: f64,
+    /// Numbers of the effect that the recording shows.
+    rank: usize,
+}
+
+impl Reenactment {
+    /// Mean squared size of the absent effect per number \[σ²\]: 1 where the likelihood is right.
+    pub fn inflation(&self) -> f64 {
+        self.squared_size / (self.draws * self.rank).max(1) as f64
+    }
+
+    /// What is left of a log-likelihood ratio: it is deflated where chance alone would hardly show as much, never inflated.
+    fn deflated(&self, log_likelihood_ratio: f64, plan: &AnalysisPlan) -> f64 {
+        let is_chance = self
+            .law()
+            .is_none_or(|law| law.sf(self.squared_size) > plan.reenactment_chance);
+        if is_chance {
+            log_likelihood_ratio
+        } else {
+            log_likelihood_ratio / self.inflation().max(1.0)
+        }
+    }
+
+    /// Whether an inflation of `critical` or more would hardly have shown as little.
+    fn excludes(&self, critical: f64, plan: &AnalysisPlan) -> bool {
+        self.law()
+            .is_some_and(|law| law.cdf(self.squared_size / critical) < plan.reenactment_chance)
+    }
+
+    /// Law of the squared size where the likelihood is right.
+    fn law(&self) -> Option<ChiSquared> {
+        ChiSquared::new((self.draws * self.rank) as f64).ok()
+    }
+}
+
+/// An effect whose name depends on what re-enactments show.
+#[derive(Debug, Clone, Copy)]
+pub struct Named {
+    /// Its log-likelihood ratio.
+    pub log_likelihood_ratio: f64,
+    /// What of it may go before the name does.
+    pub to_spare: f64,
+}
+
+impl Named {
+    /// The inflation that takes its name.
+    fn critical_inflation(&self) -> f64 {
+        let kept = (self.log_likelihood_ratio - self.to_spare).max(f64::MIN_POSITIVE);
+        self.log_likelihood_ratio / kept
+    }
+
+    /// Whether what re-enactments show takes its name.
+    pub fn falls(&self, shown: &Reenactment, plan: &AnalysisPlan) -> bool {
+        let left = shown.deflated(self.log_likelihood_ratio, plan);
+        self.log_likelihood_ratio - left >= self.to_spare
+    }
+}
+
+/// Re-enacts the recording without each effect of a set in turn, as often as its name is in doubt.
+///
+/// The estimated motion takes the part of the true one; reference and gyros get fresh noise of the fitted levels, and the
+/// other effects act. Motion and columns are then estimated from it as from the recording.
+///
+/// # Inputs
+/// `fit`: of members of `found`; `named`: of each member, in their order.
+pub fn reenact(
+    data: &Data,
+    found: &Found,
+    (fit, named): (&Fit, &[Named]),
+    plan: &AnalysisPlan,
+) -> Vec<Reenactment> {
+    let mut all: Vec<Reenactment> = fit
+        .ranks
+        .iter()
+        .map(|&rank| Reenactment {
+            rank: rank.max(1),
+            ..Reenactment::default()
+        })
+        .collect();
+    if all.is_empty() {
+        return all;
+    }
+    let is_open = |one: &Reenactment, named: &Named| {
+        let critical = named.critical_inflation();
+        critical > 1.0 && !one.excludes(critical, plan)
+    };
+    let stage = Stage::new(data, found, fit);
+    for draw in 0..plan.reenactments {
+        let open: Vec<usize> = (0..all.len())
+            .filter(|&place| all[place].draws == 0 || is_open(&all[place], &named[place]))
+            .collect();
+        if open.is_empty() {
+            break;
+        }
+        let sizes = stage.play(draw as u64, &open, plan);
+        for (place, size) in open.into_iter().zip(sizes) {
+            all[place].draws += 1;
+            all[place].squared_size += size;
+        }
+    }
+    all
+}
+
+/// What does not change from one re-enactment to the next.
+struct Stage<'a> {
+    data: &'a Data<'a>,
+    found: &'a Found,
+    fit: &'a Fit,
+    /// Each member, with what it does without a parameter as a parameter.
+    set: Vec<Hypothesis>,
+    /// What each member adds \[rad\], where another has to be told from it.
+    effects_rad: Vec<Triad>,
+    basis: NoiseBasis,
+    dct: Dct,
+    fitted: Observations,
+    seen: Vec<bool>,
+}
+
+impl<'a> Stage<'a> {
+    fn new(data: &'a Data<'a>, found: &'a Found, fit: &'a Fit) -> Self {
+        let rows = data.streams.rows;
+        let seen = data.rows_of(&[Use::Train, Use::Confirm]);
+        let members = fit.members.iter().map(|&place| &found.candidates[place]);
+        let is_alone = fit.members.len() < 2;
+        let effects_rad = (0..fit.members.len()).filter(|_| !is_alone);
+        Self {
+            set: members
+                .map(|one| one.hypothesis.with_fixed_as_parameter())
+                .collect(),
+            effects_rad: effects_rad
+                .map(|place| effect_rad(found, fit, place))
+                .collect(),
+            basis: NoiseBasis::new(&Observations::separate(&vec![true; rows], 1)),
+            dct: Dct::new(rows),
+            fitted: Observations::bridged(&seen)
+                .expect("what was fitted has rows")
+                .to_fast_length(),
+            seen,
+            data,
+            found,
+            fit,
+        }
+    }
+
+    /// Squared sizes of the `absent` members in a re-enactment without each \[σ²\].
+    fn play(&self, draw: u64, absent: &[usize], plan: &AnalysisPlan) -> Vec<f64> {
+        let signals = &self.found.motion.signals;
+        let (case_rad, dither_rad, noise_rad) = self.noises(draw);
+        let measured = Measured {
+            case_rad: &case_rad,
+            dither_rad: dither_rad.as_ref(),
+        };
+        let levels = &self.fit.levels;
+        let motion = estimate_from(
+            self.data,
+            measured,
+            &noise_rad,
+            levels,
+            &self.seen,
+            signals.path,
+            plan,
+        );
+        drop((case_rad, dither_rad));
+        let columns = PoolColumns {
+            columns: &self.found.pool.columns,
+            signals: &motion.signals,
+        };
+        let none = PoolColumns {
+            columns: &[],
+            signals: &motion.signals,
+        };
+        let size = |&place: &usize| {
+            let mut residual_rad = noise_rad.clone();
+            let others = (0..self.set.len()).filter(|other| *other != place);
+            for other in others.clone() {
+                add_triad(&mut residual_rad, &self.effects_rad[other], 1.0);
+            }
+            let equations =
+                NormalEquations::new(self.fitted.clone(), &residual_rad, &none, mean(levels));
+            let others: Vec<&Hypothesis> = others.map(|other| &self.set[other]).collect();
+            let tests = [ScoreTest::new(&equations, &others, &columns, levels)];
+            let own = spectra(&tests, std::slice::from_ref(&self.set[place]), &columns);
+            let projected = tests[0].project(&self.set[place], &own);
+            2.0 * projected.gain().log_likelihood
+        };
+        absent.iter().map(size).collect()
+    }
+
+    /// Increments of a reference and of blocks that are measured anew \[rad\], and the residual's noise \[rad\].
+    fn noises(&self, draw: u64) -> (Triad, Option<Triad>, Triad) {
+        let motion = &self.found.motion;
+        let signals = &motion.signals;
+        let of_reference = |axis: usize| NoiseLevels {
+            white: motion.reference_walk[axis].value,
+            angle: motion.reference_angle[axis].value,
+            ..NoiseLevels::default()
+        };
+        let of_pickoff = |axis: usize| NoiseLevels {
+            angle: self.data.model.pickoff_white_rad2(axis),
+            ..NoiseLevels::default()
+        };
+        let reference = each_axis(|axis| self.draw((draw, axis, 0), of_reference(axis)));
+        let pickoff = signals
+            .dither_rad
+            .as_ref()
+            .map(|_| each_axis(|axis| self.draw((draw, axis, 1), of_pickoff(axis))));
+        let noise_rad = each_axis(|gyro| {
+            let mut own = self.fit.levels[gyro];
+            if pickoff.is_some() {
+                own.angle -= of_pickoff(gyro).angle;
+            }
+            for axis in 0..3 {
+                let share = along(signals, gyro, axis).powi(2);
+                own.white -= share * of_reference(axis).white;
+                own.angle -= share * of_reference(axis).angle;
+            }
+            own.white = own.white.max(0.0);
+            own.angle = own.angle.max(0.0);
+            let mut noise = self.own_noise((draw, gyro), own);
+            for (axis, values) in reference.iter().enumerate() {
+                add(&mut noise, values, -along(signals, gyro, axis));
+            }
+            if let Some(pickoff) = &pickoff {
+                add(&mut noise, &pickoff[gyro], -1.0);
+            }
+            noise
+        });
+        let anew = |truth: &[f64], noise: Vec<f64>| -> Vec<f64> {
+            truth.iter().zip(noise).map(|(a, b)| a + b).collect()
+        };
+        let [x, y, z] = reference;
+        let case_rad = [
+            anew(signals.reference_rad(0), x),
+            anew(signals.reference_rad(1), y),
+            anew(signals.reference_rad(2), z),
+        ];
+        let dither_rad = pickoff
+            .zip(signals.dither_rad.as_ref())
+            .map(|(noise, truth)| {
+                let [x, y, z] = noise;
+                [anew(&truth[0], x), anew(&truth[1], y), anew(&truth[2], z)]
+            });
+        (case_rad, dither_rad, noise_rad)
+    }
+
+    /// A gyro's own noise \[rad\]; one that counts without a dither counts it with its motion.
+    fn own_noise(&self, (draw, gyro): (u64, usize), mut levels: NoiseLevels) -> Vec<f64> {
+        let Some(sensed_rad) = &self.data.counted_rad[gyro] else {
+            return self.draw((draw, gyro, 2), levels);
+        };
+        let pulse_rad = self.data.lattice.counted_rad[gyro];
+        levels.angle = (levels.angle - pulse_rad.powi(2) / 12.0).max(0.0);
+        let noise = self.draw((draw, gyro, 2), levels);
+        let mut random = ChaCha8Rng::seed_from_u64(draw);
+        random.set_stream(9 + gyro as u64);
+        let mut pulses: f64 = random.random();
+        let pairs = noise.iter().zip(sensed_rad);
+        pairs
+            .map(|(noise, sensed)| {
+                let turned = noise + sensed;
+                let before = pulses.floor();
+                pulses += turned / pulse_rad;
+                (pulses.floor() - before) * pulse_rad - sensed
+            })
+            .collect()
+    }
+
+    /// Noise on all rows \[rad\], the same for the same draw, axis and source.
+    fn draw(&self, (draw, axis, source): (u64, usize, u64), levels: NoiseLevels) -> Vec<f64> {
+        let mut random = ChaCha8Rng::seed_from_u64(draw);
+        random.set_stream(3 * source + axis as u64);
+        let mut values: Vec<f64> = self
+            .basis
+            .by_coefficient(levels)
+            .into_iter()
+            .map(|power| {
+                let one: f64 = StandardNormal.sample(&mut random);
+                power.max(0.0).sqrt() * one
+            })
+            .collect();
+        self.dct.inverse(&mut values);
+        values
+    }
+}

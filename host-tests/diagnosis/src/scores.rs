@@ -1,0 +1,181 @@
+//! Score tests of what could be added to fits, over all rows or over sums of some.
+
+use nalgebra::{DMatrix, DVector};
+use rlg_catalogue::candidates::PoolColumns;
+use rlg_catalogue::{Candidate, Column, Pool, Signals};
+use rlg_inference::score_test::{Gain, Projected, ScoreTest, gains, noises, spectra};
+use rlg_inference::sums::{Summed, sums};
+use rlg_inference::{Columns, Fit, Hypothesis, NormalEquations};
+
+use super::pass::Pass;
+
+/// A candidate over columns of its own pool, with what it would add beyond its price.
+pub(super) struct Found {
+    pub(super) candidate: Candidate,
+    pub(super) columns: Vec<Column>,
+    pub(super) surplus: f64,
+}
+
+/// The recording over sums of rows, for lists of hundreds of columns.
+pub(super) struct Coarse {
+    equations: NormalEquations,
+    each: usize,
+}
+
+/// Rows above which long lists are gone through over sums of rows: what is faster than that is for the exact columns.
+const MANY_ROWS: usize = 20_000;
+
+impl Coarse {
+    pub(super) fn new(pass: &Pass) -> Self {
+        let observations = pass.equations.transform.observations();
+        let each = (observations.rows() / MANY_ROWS).max(1);
+        let records: Vec<Vec<f64>> = pass
+            .residual_rad
+            .iter()
+            .map(|values| sums(values, each))
+            .collect();
+        let none = PoolColumns {
+            columns: &[],
+            signals: &pass.motion.signals,
+        };
+        let levels = pass.levels.summed(each);
+        let observations = observations.summed(each).to_fast_length();
+        Self {
+            equations: NormalEquations::new(observations, &records, &none, levels),
+            each,
+        }
+    }
+
+    pub(super) fn tests(&self, pass: &Pass, fits: &[&Fit]) -> Vec<ScoreTest<'_>> {
+        tests_over(&self.equations, self.each, pass, fits, &|_| true)
+    }
+
+    /// What each hypothesis would add at most, over columns of `pool`.
+    pub(super) fn worths(
+        &self,
+        tests: &[ScoreTest],
+        groups: &[Vec<Hypothesis>],
+        pool: &Pool,
+        signals: &Signals,
+    ) -> Vec<Vec<f64>> {
+        let columns = PoolColumns {
+            columns: &pool.columns,
+            signals,
+        };
+        let columns = Summed {
+            columns: &columns,
+            each: self.each,
+        };
+        let most = |hypothesis: &Hypothesis, gains: &[Gain]| {
+            let each = gains.iter().map(|gain| worth(gain, hypothesis));
+            each.fold(f64::NEG_INFINITY, f64::max)
+        };
+        groups
+            .iter()
+            .zip(gains(tests, groups, &columns))
+            .map(|(group, all)| {
+                let each = group.iter().zip(&all);
+                each.map(|(one, gains)| most(one, gains)).collect()
+            })
+            .collect()
+    }
+}
+
+/// Fits as tests, members of kinds that are not `kept` left out.
+pub(super) fn tests<'a>(
+    pass: &'a Pass,
+    fits: &[&Fit],
+    kept: &dyn Fn(&str) -> bool,
+) -> Vec<ScoreTest<'a>> {
+    tests_over(&pass.equations, 1, pass, fits, kept)
+}
+
+/// The same over sums of `each` rows, of which `equations` are.
+fn tests_over<'a>(
+    equations: &'a NormalEquations,
+    each: usize,
+    pass: &Pass,
+    fits: &[&Fit],
+    kept: &dyn Fn(&str) -> bool,
+) -> Vec<ScoreTest<'a>> {
+    let columns = PoolColumns {
+        columns: &pass.pool.columns,
+        signals: &pass.motion.signals,
+    };
+    let columns = Summed {
+        columns: &columns,
+        each,
+    };
+    fits.iter()
+        .flat_map(|fit| {
+            let members = fit.members.iter().map(|&place| &pass.candidates[place]);
+            let set: Vec<&Hypothesis> = members
+                .filter(|one| kept(one.kind))
+                .map(|one| &one.hypothesis)
+                .collect();
+            let columns = &columns;
+            noises(fit).into_iter().map(move |levels| {
+                let levels: Vec<_> = levels.iter().map(|one| one.summed(each)).collect();
+                ScoreTest::new(equations, &set, columns, &levels)
+            })
+        })
+        .collect()
+}
+
+/// What a gain is worth once its parameters are integrated over a prior of their own size.
+pub(super) fn worth(gain: &Gain, hypothesis: &Hypothesis) -> f64 {
+    let count = hypothesis.parameters as f64;
+    let each = (2.0 * gain.log_likelihood / count).max(1.0);
+    gain.log_likelihood - 0.5 * count * (1.0 + each.ln()) - hypothesis.price
+}
+
+/// The test that gains most at given parameters of a hypothesis, and what members leave of the hypothesis there.
+pub(super) fn most_at(
+    tests: &[ScoreTest],
+    hypothesis: &Hypothesis,
+    columns: &impl Columns,
+    along: &DMatrix<f64>,
+    parameters: &DVector<f64>,
+) -> Option<(f64, Projected)> {
+    let spectra = spectra(tests, std::slice::from_ref(hypothesis), columns);
+    tests
+        .iter()
+        .map(|test| test.project(hypothesis, &spectra).along(along))
+        .map(|projected| (projected.at(parameters), projected))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// Follows numbers inside a column to the top of its likelihood, by Gauss–Newton steps that are shortened where they do not
+/// gain.
+///
+/// # Inputs
+/// `of`: gain at a point, and the column (first) with its derivatives there; `moved`: a point moved by a step, as far as the
+/// step is to be trusted.
+pub(super) fn follow<P: Copy>(
+    begin: P,
+    of: impl Fn(P) -> Option<(f64, Projected)>,
+    moved: impl Fn(P, &DVector<f64>) -> P,
+) -> (P, f64) {
+    const STEPS: usize = 16;
+    const SETTLED: f64 = 0.01;
+    let Some((mut gain, mut projected)) = of(begin) else {
+        return (begin, f64::NEG_INFINITY);
+    };
+    let mut point = begin;
+    let mut share = 1.0;
+    for _ in 0..STEPS {
+        let next = moved(point, &(projected.beside_one() * share));
+        match of(next) {
+            Some((value, there)) if value > gain => {
+                let grown = value - gain;
+                (point, gain, projected) = (next, value, there);
+                share = 1.0;
+                if grown < SETTLED {
+                    break;
+                }
+            }
+            _ => share *= 0.3,
+        }
+    }
+    (point, gain)
+}

@@ -1,0 +1,639 @@
+//! Passes between motion, columns and structure search, until the set and its delays stand still.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rlg_catalogue::candidates::{PoolColumns, Variant};
+use rlg_catalogue::entries::{MOUNT, SLIP, STEP};
+use rlg_catalogue::low_pass::LowPass;
+use rlg_catalogue::resonance::Resonance;
+use rlg_catalogue::signals::Path;
+use rlg_catalogue::{Candidate, Pool, Signals};
+use rlg_inference::events::{Event, EventKind, scan};
+use rlg_inference::search::Judged;
+use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels, NormalEquations, Observations, Search};
+use rlg_signal::partition::Use;
+
+use super::case_motion::{Motion, estimate};
+use super::coarse::coarse;
+use super::data::Data;
+use super::families::{Alone, strongest, strongest_filters};
+use super::noise_levels::{drift_prior, first_levels, mean};
+use super::pass::{Begin, Pass, left_on, sizes_on};
+use super::plan::AnalysisPlan;
+use rlg_signal::streams::{Triad, add};
+
+/// What the fitted rows say.
+pub struct Found {
+    /// Every candidate, places as in `fit`.
+    pub candidates: Vec<Candidate>,
+    /// Columns of the candidates.
+    pub pool: Pool,
+    /// The best set.
+    pub fit: Fit,
+    /// Its members with cost and rivals.
+    pub judged: Vec<Judged>,
+    /// Rivals of each member whose columns span it.
+    pub spanned_by: Vec<Vec<usize>>,
+    /// The set without each member, fitted anew.
+    pub without: Vec<Fit>,
+    /// Nothing but noise.
+    pub empty: Fit,
+    /// The motion of the last pass.
+    pub motion: Motion,
+    /// Residual of the model with its effects \[rad\].
+    pub residual_rad: Triad,
+    /// Sets that were looked at.
+    pub tried: usize,
+    /// Columns of every candidate on the fitted rows.
+    pub equations: NormalEquations,
+}
+
+/// Fits so far by members, and the number of sets that were looked at.
+type Seen = (BTreeMap<Vec<usize>, Fit>, usize);
+
+/// Finds the best set; `None` where too few rows can be fitted.
+pub fn find(
+    data: &mut Data,
+    left_out: &[&str],
+    plan: &AnalysisPlan,
+    progress: &dyn Fn(&str),
+) -> Option<Found> {
+    let mut fitted = Observations::bridged(&data.rows_of(&[Use::Train]))?.to_fast_length();
+    let mut seen = data.rows_of(&[Use::Train, Use::Confirm]);
+    let mut looked_at = Observations::bridged(&seen)?;
+    let mut left = data.residual_rad.clone();
+    let known = data.known_path();
+    if !data.model.effects.is_empty() {
+        let mut clean = bridged(&left, &looked_at);
+        let mut levels = first_levels(&left, &fitted);
+        // What the model holds is taken out before the noise of what is left means anything.
+        for _ in 0..2 {
+            let motion = estimate(data, &clean, &levels, &seen, known, plan);
+            data.set_known(&motion.signals);
+            left = without_known(data, &motion.signals);
+            levels = first_levels(&left, &fitted);
+            clean = bridged(&left, &looked_at);
+        }
+    }
+    let far = coarse(data, &left, &seen, known, &plan.coarse);
+    if far.path != Path::default() {
+        data.late_rows = far.path.delay_s[0] * data.streams.rate_hz;
+        fitted = Observations::bridged(&data.rows_of(&[Use::Train]))?.to_fast_length();
+        seen = data.rows_of(&[Use::Train, Use::Confirm]);
+        looked_at = Observations::bridged(&seen)?;
+    }
+    let mut levels = first_levels(&far.clean_rad, &fitted);
+    let mut clean = bridged(&far.clean_rad, &looked_at);
+    let mut found_path = far.path;
+    let mut best: Option<(Fit, Vec<Candidate>)> = None;
+    let mut settling = false;
+    let mut tried = 0;
+    let mut pass = 0;
+    loop {
+        progress(&format!("pass {}: motion and columns", pass + 1));
+        let path = Path {
+            delay_s: std::array::from_fn(|axis| known.delay_s[axis] + found_path.delay_s[axis]),
+            mount: std::array::from_fn(|axis| found_path.mount[axis].or(known.mount[axis])),
+            low_pass: std::array::from_fn(|axis| {
+                found_path.low_pass[axis].or(known.low_pass[axis])
+            }),
+        };
+        let motion = estimate(data, &clean, &levels, &seen, path, plan);
+        let mut now = Pass::new(data, motion, left_out, &fitted, &levels, best.as_ref());
+        progress(&format!(
+            "pass {}: {} candidates",
+            pass + 1,
+            now.candidates.len()
+        ));
+        let before: Option<Vec<Candidate>> = best.as_ref().map(|(fit, candidates)| {
+            fit.members
+                .iter()
+                .map(|&place| candidates[place].clone())
+                .collect()
+        });
+        let start: Vec<usize> = before
+            .iter()
+            .flatten()
+            .filter_map(|member| {
+                now.candidates
+                    .iter()
+                    .position(|other| is_same(other, member))
+            })
+            .collect();
+        let count_before = before.as_ref().map_or(0, Vec::len);
+        let is_as_before = |fit: &Fit| {
+            count_before == start.len()
+                && fit.members.len() == start.len()
+                && start.iter().all(|place| fit.members.contains(place))
+        };
+        let was_settling = settling;
+        let run = now.search(
+            &start,
+            &levels,
+            pass == 0 || was_settling,
+            plan,
+            |fit, candidates| {
+                // A strong delay or mount is linearised to the end before anything is added to it.
+                is_nonlinear(fit, candidates)
+                    && !(pass > 0 && is_settled(fit, candidates, found_path.delay_s))
+            },
+            |fit, candidates| {
+                let is_last = pass + 1 == plan.passes;
+                is_last || is_as_before(fit) && is_settled(fit, candidates, found_path.delay_s)
+            },
+        );
+        settling = run.only_nonlinear;
+        tried += run.tried;
+        let fit = run.fit;
+        let (now_s, _) = delays(&fit, &now.candidates);
+        let settled = is_settled(&fit, &now.candidates, found_path.delay_s);
+        let same = before.is_some() && is_as_before(&fit);
+        let nothing = fit.members.is_empty() && pass == 0 && !far.is_far;
+        levels.clone_from(&fit.levels);
+        let mut left = now.residual_rad.clone();
+        subtract(
+            &mut left,
+            &fit,
+            &now.candidates,
+            &now.pool,
+            &now.motion.signals,
+        );
+        clean = bridged(&left, &looked_at);
+        pass += 1;
+        let ended = !settling && (nothing || (same && settled));
+        if ended || pass >= plan.passes {
+            return Some(now.judge(fit, plan, tried));
+        }
+        let (mount, low_pass) = filters(&fit, &now.candidates);
+        found_path = Path {
+            delay_s: now_s,
+            mount,
+            low_pass,
+        };
+        best = Some((fit, now.candidates));
+    }
+}
+
+struct Run {
+    fit: Fit,
+    /// Whether one nonlinear member is still to be settled.
+    only_nonlinear: bool,
+    tried: usize,
+}
+
+impl Pass {
+    fn new(
+        data: &mut Data,
+        motion: Motion,
+        left_out: &[&str],
+        fitted: &Observations,
+        levels: &[NoiseLevels],
+        before: Option<&(Fit, Vec<Candidate>)>,
+    ) -> Self {
+        if !data.model.effects.is_empty() {
+            data.set_known(&motion.signals);
+        }
+        let residual_rad = without_known(data, &motion.signals);
+        let mut pool = Pool::default();
+        let mut candidates = pool.candidates(&motion.signals, motion.is_moving, left_out);
+        if let Some((fit, members)) = before {
+            for (&place, block) in fit.members.iter().zip(&fit.blocks) {
+                let estimate = fit.estimate.rows_range(block.clone());
+                let estimate: Vec<f64> = estimate.iter().copied().collect();
+                candidates.extend(pool.again(&members[place], &estimate, &motion.signals));
+            }
+        }
+        let columns = PoolColumns {
+            columns: &pool.columns,
+            signals: &motion.signals,
+        };
+        let equations = NormalEquations::new(fitted.clone(), &residual_rad, &columns, mean(levels));
+        // A column that the signals leave empty is no hypothesis.
+        candidates.retain(|candidate| {
+            let terms = candidate.hypothesis.terms.iter();
+            (0..candidate.hypothesis.parameters).all(|parameter| {
+                terms
+                    .clone()
+                    .any(|term| term.parameter == parameter && equations.scale(term.column) > 0.0)
+            })
+        });
+        Self {
+            motion,
+            residual_rad,
+            levels: mean(levels),
+            pool,
+            candidates,
+            equations,
+            drift: drift_prior(&data.model.gyro),
+            lattice: data.lattice,
+        }
+    }
+
+    fn hypotheses(&self) -> Vec<Hypothesis> {
+        self.candidates
+            .iter()
+            .map(|one| one.hypothesis.clone())
+            .collect()
+    }
+
+    fn kinds(&self) -> usize {
+        let kinds: BTreeSet<&str> = self.candidates.iter().map(|one| one.kind).collect();
+        kinds.len().max(1)
+    }
+
+    /// Runs `of` with a search over the present candidates that knows what earlier ones have `seen`.
+    fn searching<R>(&self, seen: &mut Seen, begin: &Begin, of: impl FnOnce(&mut Search) -> R) -> R {
+        let hypotheses = self.hypotheses();
+        let mut search = Search::new(
+            &self.equations,
+            &hypotheses,
+            begin.kinds,
+            &begin.plan.search,
+            &self.drift,
+            begin.levels.to_vec(),
+        )
+        .with_seen(std::mem::take(seen));
+        let result = of(&mut search);
+        *seen = search.into_seen();
+        result
+    }
+
+    /// Searches, adds events until none improves the set, and goes through the families once beside a set that is standing:
+    /// motion made under another set is not yet independent of what they would explain.
+    fn search(
+        &mut self,
+        start: &[usize],
+        levels: &[NoiseLevels],
+        nonlinear_first: bool,
+        plan: &AnalysisPlan,
+        is_unsettled: impl Fn(&Fit, &[Candidate]) -> bool,
+        is_standing: impl Fn(&Fit, &[Candidate]) -> bool,
+    ) -> Run {
+        let begin = Begin {
+            kinds: self.kinds(),
+            levels,
+            plan,
+        };
+        let mut seen = Seen::default();
+        if nonlinear_first {
+            let fit = self.first(start, &mut seen, &begin);
+            if is_unsettled(&fit, &self.candidates) {
+                return Run {
+                    fit,
+                    only_nonlinear: true,
+                    tried: seen.1,
+                };
+            }
+        }
+        let most = plan.search.most_members;
+        let (mut fit, empty) = self.searching(&mut seen, &begin, |search| {
+            (search.run(start, most), search.fit(&[], None))
+        });
+        const ROUNDS: usize = 4;
+        for round in 0..ROUNDS {
+            let from_nothing = (round == 0 && !fit.members.is_empty()).then_some(&empty);
+            let fits: Vec<&Fit> = [Some(&fit), from_nothing].into_iter().flatten().collect();
+            let events = self.add_events(&fits, plan);
+            let before = fit.score;
+            fit = self.improve(fit, &events, &mut seen, &begin);
+            if fit.score <= before + 1e-9 {
+                break;
+            }
+        }
+        if is_standing(&fit, &self.candidates) {
+            let from_nothing = (!fit.members.is_empty()).then_some(&empty);
+            let fits: Vec<&Fit> = [Some(&fit), from_nothing].into_iter().flatten().collect();
+            let strongest = strongest(self, &fits, &begin);
+            let places = self.adopt(&strongest);
+            fit = self.improve(fit, &places, &mut seen, &begin);
+        }
+        Run {
+            fit,
+            only_nonlinear: false,
+            tried: seen.1,
+        }
+    }
+
+    /// The best set that one of the new `places` leads to, or `fit`.
+    fn improve(&self, fit: Fit, places: &[usize], seen: &mut Seen, begin: &Begin) -> Fit {
+        if places.is_empty() {
+            return fit;
+        }
+        let groups = self.together(places);
+        self.searching(seen, begin, |search| {
+            let better = with_one_of(search, &fit, &groups, begin.plan);
+            if better.score > fit.score + 1e-9 {
+                search.run(&better.members, begin.plan.search.most_members)
+            } else {
+                fit
+            }
+        })
+    }
+
+    /// The best single member, a soft mount and low passes among them.
+    fn first(&mut self, start: &[usize], seen: &mut Seen, begin: &Begin) -> Fit {
+        let start = if start.len() <= 1 { start } else { &[] };
+        let (fit, empty) = self.searching(seen, begin, |search| {
+            (search.run(start, 1), search.fit(&[], None))
+        });
+        let filters = self.adopt(&strongest_filters(self, &empty, begin));
+        self.searching(seen, begin, |search| {
+            let alone = filters.iter().map(|&place| search.fit(&[place], None));
+            alone.fold(
+                fit,
+                |best, one| if one.score > best.score { one } else { best },
+            )
+        })
+    }
+
+    /// Scans what `fits` leave; the places of events that are new.
+    fn add_events(&mut self, fits: &[&Fit], plan: &AnalysisPlan) -> Vec<usize> {
+        const TRIED_EACH: usize = 3;
+        let mut new: Vec<Candidate> = Vec::new();
+        for fit in fits {
+            let mut events: Vec<(usize, Event)> = Vec::new();
+            for gyro in 0..3 {
+                let residual = left_on(&self.equations, fit, &self.candidates, gyro);
+                let mut noises = vec![fit.levels[gyro]];
+                if fit.drift[gyro] != Drift::None {
+                    noises.push(fit.levels[gyro].stationary());
+                }
+                for noise in noises {
+                    let found = scan(
+                        &self.equations.transform,
+                        &self.equations.basis,
+                        &residual,
+                        noise,
+                    );
+                    events.extend(found.into_iter().map(|event| (gyro, event)));
+                }
+            }
+            events.retain(|(gyro, event)| {
+                event.size.abs() > plan.event && !self.lattice.hides_event(*gyro, event)
+            });
+            events.sort_by(|a, b| b.1.size.abs().total_cmp(&a.1.size.abs()));
+            for (gyro, event) in events.into_iter().take(TRIED_EACH) {
+                let rows = self.motion.signals.rows as f64;
+                let (kind, places) = match event.kind {
+                    EventKind::Impulse => (SLIP, rows),
+                    // The row of a step of z standard deviations is known to n/(z²/2) rows.
+                    EventKind::Step => (STEP, (0.5 * event.size * event.size).max(4.0)),
+                };
+                let known = self.candidates.iter().chain(&new).any(|one| {
+                    one.kind == kind
+                        && one.variant
+                            == Variant::Event {
+                                axis: gyro,
+                                row: event.row,
+                            }
+                });
+                if !known {
+                    new.push(self.pool.event(
+                        kind,
+                        gyro,
+                        event.row,
+                        3.0 * places,
+                        &self.motion.signals,
+                    ));
+                }
+            }
+        }
+        self.extend(new)
+    }
+
+    /// Columns and places of candidates that are new.
+    fn extend(&mut self, new: Vec<Candidate>) -> Vec<usize> {
+        let columns = PoolColumns {
+            columns: &self.pool.columns[self.equations.columns()..],
+            signals: &self.motion.signals,
+        };
+        self.equations.add(&columns);
+        let first = self.candidates.len();
+        self.candidates.extend(new);
+        (first..self.candidates.len()).collect()
+    }
+
+    /// Each place by itself, but sine and cosine of one frequency together: a wave of another phase needs both.
+    fn together(&self, places: &[usize]) -> Vec<Vec<usize>> {
+        let wave = |place: usize| match self.candidates[place].variant {
+            Variant::Expression { axis, expression } => Some((axis, expression.wave_hz()?)),
+            _ => None,
+        };
+        let is_one = |a: &usize, b: &usize| wave(*a).is_some() && wave(*a) == wave(*b);
+        places.chunk_by(is_one).map(<[usize]>::to_vec).collect()
+    }
+
+    /// Places of candidates over columns of their own.
+    fn adopt(&mut self, found: &[Alone]) -> Vec<usize> {
+        let adopted = found
+            .iter()
+            .map(|(candidate, columns)| self.pool.adopt(candidate, columns))
+            .collect();
+        self.extend(adopted)
+    }
+
+    fn judge(self, fit: Fit, plan: &AnalysisPlan, tried: usize) -> Found {
+        let hypotheses = self.hypotheses();
+        let mut search = Search::new(
+            &self.equations,
+            &hypotheses,
+            self.kinds(),
+            &plan.search,
+            &self.drift,
+            fit.levels.clone(),
+        );
+        let judged = search.judge(&fit, plan.class_within);
+        let spanned_by = fit
+            .members
+            .iter()
+            .map(|&member| {
+                (0..hypotheses.len())
+                    .filter(|other| !fit.members.contains(other))
+                    .filter(|&other| search.separation(&fit, member, other) < plan.separation)
+                    .collect()
+            })
+            .collect();
+        let without = fit
+            .members
+            .iter()
+            .map(|member| {
+                let rest: Vec<usize> = fit
+                    .members
+                    .iter()
+                    .copied()
+                    .filter(|other| other != member)
+                    .collect();
+                search.fit(&rest, None)
+            })
+            .collect();
+        let empty = search.fit(&[], None);
+        let tried = tried + search.tried_sets();
+        Found {
+            candidates: self.candidates,
+            pool: self.pool,
+            motion: self.motion,
+            residual_rad: self.residual_rad,
+            equations: self.equations,
+            fit,
+            judged,
+            spanned_by,
+            without,
+            empty,
+            tried,
+        }
+    }
+}
+
+/// The best set that has one of the groups of candidates besides, instead of a member, or alone.
+fn with_one_of(search: &mut Search, fit: &Fit, groups: &[Vec<usize>], plan: &AnalysisPlan) -> Fit {
+    let mut best = fit.clone();
+    for group in groups {
+        let mut keys = vec![group.clone()];
+        if fit.members.len() + group.len() <= plan.search.most_members {
+            keys.push([&fit.members[..], group].concat());
+        }
+        keys.extend(fit.members.iter().map(|member| {
+            let rest = fit.members.iter().copied().filter(|other| other != member);
+            rest.chain(group.iter().copied()).collect::<Vec<usize>>()
+        }));
+        keys.retain(|key| key.len() <= plan.search.most_members);
+        for key in keys {
+            let tried = search.fit(&key, Some(&fit.levels));
+            if tried.score > best.score {
+                best = tried;
+            }
+        }
+    }
+    best
+}
+
+/// The mounts and the low passes of a set.
+fn filters(fit: &Fit, candidates: &[Candidate]) -> ([Option<Resonance>; 3], [Option<LowPass>; 3]) {
+    let (mut mounts, mut low_passes) = ([None; 3], [None; 3]);
+    for (&place, block) in fit.members.iter().zip(&fit.blocks) {
+        let candidate = &candidates[place];
+        let estimate = fit.estimate.rows_range(block.clone());
+        let estimate: Vec<f64> = estimate.iter().copied().collect();
+        if candidate.kind == MOUNT {
+            mounts = candidate.mounts(&estimate);
+        } else if candidate.variant == Variant::LowPass {
+            low_passes = candidate.low_passes(&estimate);
+        }
+    }
+    (mounts, low_passes)
+}
+
+/// Whether two candidates are the same, columns aside.
+pub fn is_same(a: &Candidate, b: &Candidate) -> bool {
+    a.kind == b.kind && a.variant == b.variant && a.names == b.names
+}
+
+/// Delay of each gyro by the set \[s\], with its standard deviation; infinite where there is none.
+fn delays(fit: &Fit, candidates: &[Candidate]) -> ([f64; 3], [f64; 3]) {
+    let mut delay_s = [0.0; 3];
+    let mut std_s = [f64::INFINITY; 3];
+    for (&place, block) in fit.members.iter().zip(&fit.blocks) {
+        let candidate = &candidates[place];
+        if candidate.kind == "gyro_delay" || candidate.kind == "reference_delay" {
+            for term in &candidate.hypothesis.terms {
+                let at = block.start + term.parameter;
+                delay_s[term.record] -= term.coefficient * fit.estimate[at];
+                std_s[term.record] = fit.covariance[(at, at)].sqrt();
+            }
+        }
+    }
+    (delay_s, std_s)
+}
+
+/// Whether a set has numbers that columns are made about.
+fn is_nonlinear(fit: &Fit, candidates: &[Candidate]) -> bool {
+    let (delay_s, _) = delays(fit, candidates);
+    let mut members = fit.members.iter();
+    delay_s != [0.0; 3]
+        || members.any(|&place| candidates[place].base.iter().any(|base| *base != 0.0))
+}
+
+/// Whether the numbers that the columns were made with are those that came out.
+fn is_settled(fit: &Fit, candidates: &[Candidate], made_with_s: [f64; 3]) -> bool {
+    const SETTLED: f64 = 0.1;
+    let (delay_s, std_s) = delays(fit, candidates);
+    let mut numbers = fit.members.iter().zip(&fit.blocks);
+    let stands = numbers.all(|(&place, block)| {
+        let base = candidates[place].base.iter().zip(block.clone());
+        base.filter(|(base, _)| **base != 0.0)
+            .all(|(_, at)| fit.estimate[at].abs() < SETTLED * fit.covariance[(at, at)].sqrt())
+    });
+    stands
+        && (0..3).all(|axis| {
+            let change = (delay_s[axis] - made_with_s[axis]).abs();
+            if std_s[axis].is_finite() {
+                change < SETTLED * std_s[axis]
+            } else {
+                change == 0.0
+            }
+        })
+}
+
+/// Takes a fit's effects out of `residual_rad`.
+pub fn subtract(
+    residual_rad: &mut Triad,
+    fit: &Fit,
+    candidates: &[Candidate],
+    pool: &Pool,
+    signals: &Signals,
+) {
+    let sizes: [Vec<(usize, f64)>; 3] = std::array::from_fn(|gyro| sizes_on(fit, candidates, gyro));
+    let used: BTreeSet<usize> = sizes.iter().flatten().map(|(column, _)| *column).collect();
+    for column in used {
+        let values = pool.columns[column].values(signals);
+        for (gyro, sizes) in sizes.iter().enumerate() {
+            let size: f64 = sizes
+                .iter()
+                .filter(|(other, _)| *other == column)
+                .map(|(_, size)| size)
+                .sum();
+            if size != 0.0 {
+                add(&mut residual_rad[gyro], &values, -size);
+            }
+        }
+    }
+}
+
+/// What a member of a fit over the found candidates adds to each gyro \[rad\].
+pub fn effect_rad(found: &Found, fit: &Fit, place: usize) -> Triad {
+    let signals = &found.motion.signals;
+    let mut alone = fit.clone();
+    alone.members = vec![fit.members[place]];
+    alone.blocks = vec![fit.blocks[place].clone()];
+    let mut effect_rad: Triad = std::array::from_fn(|_| vec![0.0; signals.rows]);
+    subtract(
+        &mut effect_rad,
+        &alone,
+        &found.candidates,
+        &found.pool,
+        signals,
+    );
+    for value in effect_rad.iter_mut().flatten() {
+        *value = -*value;
+    }
+    effect_rad
+}
+
+fn without_known(data: &Data, signals: &Signals) -> Triad {
+    let mut residual_rad = data.residual_rad.clone();
+    if !data.known.is_empty() {
+        rlg_signal::streams::add_triad(&mut residual_rad, &data.known_rad(signals), -1.0);
+    }
+    residual_rad
+}
+
+/// Values on all rows, bridged where they may not be looked at, 0 outside the spans.
+fn bridged(values: &Triad, observations: &Observations) -> Triad {
+    std::array::from_fn(|axis| {
+        let mut all = vec![0.0; observations.record_rows];
+        for span in &observations.spans {
+            all[span.rows.clone()].copy_from_slice(&span.bridge(&values[axis]));
+        }
+        all
+    })
+}

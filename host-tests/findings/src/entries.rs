@@ -1,0 +1,68 @@
+//! Findings that both engines have, as entries of `diagnosis.json`.
+
+use rlg_recording::AXES;
+
+use crate::excess::Excess;
+use crate::result::{EffectEntry, ParameterEntry, UNLISTED};
+
+/// What has no name in the catalogue.
+pub fn unlisted(equation: String, what_was_left_out: String) -> EffectEntry {
+    EffectEntry {
+        evidence: None,
+        gravity_speaks_against: Vec::new(),
+        kind: UNLISTED.to_string(),
+        indistinguishable_from: Vec::new(),
+        equation,
+        parameters: Vec::new(),
+        covariance: Vec::new(),
+        identifiable: Vec::new(),
+        log_evidence_gain: 0.0,
+        p_value: 0.0,
+        what_was_left_out,
+        expression: None,
+        regimes: Vec::new(),
+    }
+}
+
+/// One number an axis, each by itself, and their covariance.
+pub fn by_axis(
+    values: [f64; 3],
+    stds: [f64; 3],
+    unit: &str,
+) -> (Vec<ParameterEntry>, Vec<Vec<f64>>) {
+    let number = |axis: usize| ParameterEntry::Number {
+        name: AXES[axis].to_string(),
+        value: values[axis],
+        std: stds[axis],
+        unit: unit.to_string(),
+    };
+    let row = |a: usize| {
+        let entry = |b: usize| if a == b { stds[a].powi(2) } else { 0.0 };
+        (0..3).map(entry).collect()
+    };
+    ((0..3).map(number).collect(), (0..3).map(row).collect())
+}
+
+/// Noise beyond the model's.
+pub fn noise(excess: &Excess) -> EffectEntry {
+    let (parameters, covariance) = by_axis(excess.values, excess.stds, excess.unit);
+    EffectEntry {
+        evidence: None,
+        gravity_speaks_against: Vec::new(),
+        kind: excess.kind.to_string(),
+        indistinguishable_from: excess
+            .indistinguishable_from
+            .iter()
+            .map(|kind| (*kind).to_string())
+            .collect(),
+        equation: excess.equation.to_string(),
+        parameters,
+        covariance,
+        identifiable: Vec::new(),
+        log_evidence_gain: excess.log_likelihood_gain,
+        p_value: excess.p_value,
+        what_was_left_out: excess.left_out.to_string(),
+        expression: None,
+        regimes: Vec::new(),
+    }
+}

@@ -1,0 +1,72 @@
+//! Sentences and units that every report of a diagnosis shares.
+
+use std::collections::BTreeMap;
+
+use crate::result::Verdict;
+
+/// rad/s to degrees per hour.
+pub const DEG_H: f64 = 180.0 / std::f64::consts::PI * 3600.0;
+
+/// Matched-filter SNR at which a six-parameter effect is found nine times in ten.
+pub const NEEDED_SNR: f64 = 7.0;
+
+/// The verdict as a sentence.
+pub fn opening(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Matches => {
+            "The model explains this recording: nothing stands above the noise in any band, stretch or gyro."
+        }
+        Verdict::Explained => {
+            "The recording differs from its model, and what was left out explains it."
+        }
+        Verdict::PartlyExplained => {
+            "The recording differs from its model; what was found explains part of it."
+        }
+        Verdict::Unexplained => {
+            "The recording differs from its model, and nothing known to the tool explains it."
+        }
+        Verdict::Unusable => "Nothing can be said of this recording.",
+    }
+}
+
+/// "xy + xz", or "−0.33 x + 0.95 y" where parameters do not count alike.
+pub fn combination(weights: &BTreeMap<String, f64>) -> String {
+    /// Less does not show in two digits.
+    const LEAST: f64 = 0.005;
+    let alike = weights.values().all(|weight| weight.abs() == 1.0);
+    let mut text = String::new();
+    for (name, weight) in weights.iter().filter(|(_, weight)| weight.abs() > LEAST) {
+        let sign = if *weight < 0.0 { "−" } else { "+" };
+        let part = match alike {
+            true => name.clone(),
+            false => format!("{:.2} {name}", weight.abs()),
+        };
+        text = match (text.is_empty(), sign) {
+            (true, "−") => format!("−{part}"),
+            (true, _) => part,
+            (false, _) => format!("{text} {sign} {part}"),
+        };
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn combinations_read_as_sums_and_say_weights_where_they_differ() {
+        let of = |weights: &[(&str, f64)]| {
+            let named = weights
+                .iter()
+                .map(|(name, weight)| ((*name).to_string(), *weight));
+            combination(&named.collect())
+        };
+        assert_eq!(of(&[("xy", 1.0), ("xz", 1.0)]), "xy + xz");
+        assert_eq!(of(&[("xy", 1.0), ("xz", -1.0)]), "xy − xz");
+        assert_eq!(
+            of(&[("x", -0.3258), ("y", 0.9454), ("z", -8e-9)]),
+            "−0.33 x + 0.95 y"
+        );
+    }
+}

@@ -1,0 +1,41 @@
+//! The model with what was found in it.
+
+use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
+use rlg_model::{EffectValue, Model, ModelEffect};
+
+/// Adds an effect to a model.
+pub fn switch_on(model: &mut Model, effect: ModelEffect) {
+    // Sizes of one kind add up in one entry; events and expressions stay apart.
+    let single = !FAULT_KINDS.contains(&effect.kind.as_str())
+        && !matches!(
+            effect.kind.as_str(),
+            "unlisted"
+                | "gyro_bias_step"
+                | "counter_slip"
+                | "axis_flexure_mode"
+                | "isolator_mode"
+                | "reference_harmonic"
+        );
+    let noise = NOISE_KINDS.contains(&effect.kind.as_str());
+    let known = model
+        .effects
+        .iter_mut()
+        .find(|known| single && known.kind == effect.kind);
+    match known {
+        None => model.effects.push(effect),
+        Some(known) => {
+            for (name, value) in effect.parameters {
+                let EffectValue::Number(more) = value else {
+                    continue;
+                };
+                let slot = known
+                    .parameters
+                    .entry(name)
+                    .or_insert(EffectValue::Number(0.0));
+                if let EffectValue::Number(sum) = slot {
+                    *sum = if noise { sum.hypot(more) } else { *sum + more };
+                }
+            }
+        }
+    }
+}

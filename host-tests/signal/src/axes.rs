@@ -1,0 +1,26 @@
+//! Values on the three body axes.
+
+pub use rlg_recording::AXES;
+
+/// Channels of one kind on the three body axes, `[axis][row]`.
+pub type Triad = [Vec<f64>; 3];
+
+/// Adds `size` times `part`, row by row.
+pub fn add(into: &mut [f64], part: &[f64], size: f64) {
+    into.iter_mut()
+        .zip(part)
+        .for_each(|(sum, part)| *sum += size * part);
+}
+
+/// The same of each axis, side by side.
+pub fn each_axis<T: Send>(of: impl Fn(usize) -> T + Sync) -> [T; 3] {
+    let (x, (y, z)) = rayon::join(|| of(0), || rayon::join(|| of(1), || of(2)));
+    [x, y, z]
+}
+
+/// The same on every axis.
+pub fn add_triad(into: &mut Triad, part: &Triad, size: f64) {
+    for (into, part) in into.iter_mut().zip(part) {
+        add(into, part, size);
+    }
+}

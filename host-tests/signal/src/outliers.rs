@@ -1,0 +1,406 @@
+//! Single readings that are off: one that is off and back, and a channel that is held while gyro and reference come
+//! apart.
+//!
+//! Enters: the aligned channels, whose longer faults are out of use. Leaves: [`Fault`]s. How far a reading may be off its
+//! neighbours is read from the rows around it.
+
+use std::ops::Range;
+
+use super::fault::{Fault, SURROUNDINGS_ROWS, is_between_pulses, pulse, repeats};
+use super::streams::{AXES, Streams};
+
+/// What a gyro turned in each row beyond case and dither.
+fn beyond_rad(streams: &Streams, axis: usize) -> Vec<f64> {
+    let rows = streams.sensed_rad[axis].iter().zip(&streams.case_rad[axis]);
+    rows.enumerate()
+        .map(|(row, (sensed, case))| sensed - case - swung_rad(streams, axis, row))
+        .collect()
+}
+
+/// What the dither turned a gyro by in a row.
+fn swung_rad(streams: &Streams, axis: usize, row: usize) -> f64 {
+    let pickoff = streams.pickoff_rad.as_ref().map(|pickoff| &pickoff[axis]);
+    pickoff.map_or(0.0, |angle| angle[row + 1] - angle[row])
+}
+
+/// The mean, where it is clearly above nothing.
+fn clear_mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    /// Standard deviations of the mean.
+    const CLEARLY: f64 = 4.0;
+    let values: Vec<f64> = values.collect();
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / count;
+    (mean > CLEARLY * (variance / count).sqrt()).then_some(mean)
+}
+
+/// Whether a gyro reads less than it should in the rows at its own extremes, as one that is cut off there does; so, too,
+/// where case and dither do not say what it should read. The few values of a coarse one pile up at the last of them, and
+/// tell nothing less.
+pub(super) fn falls_short(streams: &Streams, axis: usize, rows: &Range<usize>) -> bool {
+    /// Of the readings, where they are known beforehand.
+    const KNOWN: f64 = 0.25;
+    let values = &streams.sensed_rad[axis];
+    let beyond = beyond_rad(streams, axis);
+    let seen: Vec<usize> = rows.clone().filter(|&row| streams.measured[row]).collect();
+    let sum = |of: &dyn Fn(usize) -> f64| seen.iter().map(|&row| of(row).abs()).sum::<f64>();
+    if sum(&|row| beyond[row]) > KNOWN * sum(&|row| values[row]) {
+        return true;
+    }
+    let read = || seen.iter().map(|&row| values[row]);
+    let (least, most) = (
+        read().fold(f64::INFINITY, f64::min),
+        read().fold(f64::NEG_INFINITY, f64::max),
+    );
+    let missing = seen.iter().filter_map(|&row| match values[row] {
+        value if value == most => Some(-beyond[row]),
+        value if value == least => Some(beyond[row]),
+        _ => None,
+    });
+    clear_mean(missing).is_some()
+}
+
+/// Whether, where there is no reference, a dithered gyro reads less beside its dither in the rows at its own extremes than
+/// in the rows around them. A regular dither comes to the same reading at the end of every swing; one that is cut off there
+/// reads less than the case turns. Without a pickoff nobody knows.
+pub(super) fn dips(streams: &Streams, axis: usize, rows: &Range<usize>) -> bool {
+    /// Of the reading: beyond what a dither's gain may be wrong by.
+    const LEAST: f64 = 3e-3;
+    /// Rows to look for a neighbour in: two swings of a slow dither.
+    const NEAR: usize = 10;
+    if streams.pickoff_rad.is_none() {
+        return true;
+    }
+    let values = &streams.sensed_rad[axis];
+    let case = |row: usize| values[row] - swung_rad(streams, axis, row);
+    let largest = rows
+        .clone()
+        .map(|row| values[row].abs())
+        .fold(0.0, f64::max);
+    let is_at_end = |row: usize| streams.measured[row] && values[row].abs() == largest;
+    let is_free = |row: &usize| streams.measured[*row] && values[*row].abs() < largest;
+    let missing = rows
+        .clone()
+        .filter(|&row| is_at_end(row))
+        .filter_map(|row| {
+            let before = (row.saturating_sub(NEAR)..row).rev().find(is_free)?;
+            let after = (row + 1..(row + 1 + NEAR).min(streams.rows)).find(is_free)?;
+            Some(values[row].signum() * (0.5 * (case(before) + case(after)) - case(row)))
+        });
+    clear_mean(missing).is_some_and(|mean| mean > LEAST * largest)
+}
+
+/// How far each row's reading is off its neighbours: of what a gyro turned beyond case and dither, half of what a row has
+/// more than the next, against what scatter lets it come to.
+struct Off {
+    off_rad: Vec<f64>,
+    /// Beyond which it is no scatter, by row; infinite where too few rows are in use to tell.
+    least_rad: Vec<f64>,
+}
+
+impl Off {
+    fn of(streams: &Streams, axis: usize) -> Self {
+        /// Standard deviations of a reading against its neighbours; a quarter of a million rows reach five.
+        const OFF: f64 = 8.0;
+        /// Rows over which the scatter is read: a shaken unit scatters more.
+        const AROUND: usize = 2000;
+        let increments = beyond_rad(streams, axis);
+        // A reading less the mean of the ones before and after it.
+        let off_rad: Vec<f64> = increments
+            .windows(2)
+            .map(|two| 0.5 * (two[0] - two[1]))
+            .collect();
+        let mut least_rad = vec![f64::INFINITY; off_rad.len()];
+        for first in (0..off_rad.len()).step_by(AROUND) {
+            let window = first..(first + AROUND).min(off_rad.len());
+            let mut sizes: Vec<f64> = window
+                .clone()
+                .filter(|&row| are_usable(streams, row))
+                .map(|row| off_rad[row].abs())
+                .collect();
+            if sizes.len() < AROUND / 4 {
+                continue;
+            }
+            let middle = sizes.len() / 2;
+            let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+            least_rad[window].fill(OFF * *median / 0.6745);
+        }
+        Self { off_rad, least_rad }
+    }
+
+    /// Whether a row is off by more than a share of what no scatter comes to.
+    fn stands_out(&self, row: usize, share: f64) -> bool {
+        let off = self.off_rad.get(row).zip(self.least_rad.get(row));
+        off.is_some_and(|(off, least)| off.abs() > share * *least)
+    }
+}
+
+/// Whether a row and the next are in use.
+fn are_usable(streams: &Streams, row: usize) -> bool {
+    streams.usable[row..row + 2].iter().all(|usable| *usable)
+}
+
+/// Readings that a channel repeats while gyro and reference come apart: too few for chance to rule out by themselves.
+pub(super) fn held(streams: &Streams) -> Vec<Fault> {
+    /// Rows, at least.
+    const SHORTEST: usize = 3;
+    /// Chance of such a run at a row that stands out anyway.
+    const CHANCE: f64 = 1e-4;
+    /// Five standard deviations: the run itself is rare.
+    const SHARE: f64 = 5.0 / 8.0;
+    if streams.own_motion || streams.at_rest.is_some() {
+        return Vec::new();
+    }
+    let of_axis = |axis: usize| -> Vec<Fault> {
+        let off = Off::of(streams, axis);
+        let pickoff = streams.pickoff_rad.as_ref();
+        let channels = [
+            ("gyro", Some(&streams.sensed_rad[axis][..])),
+            ("reference", Some(&streams.case_rad[axis][..])),
+            ("dither", pickoff.map(|pickoff| &pickoff[axis][1..])),
+        ];
+        let mut faults = Vec::new();
+        for (stem, values) in channels {
+            let Some(values) = values else { continue };
+            let same = |row: usize| values[row] == values[row - 1];
+            for run in repeats(values.len(), same) {
+                if run.len() < SHORTEST || !streams.usable[run.clone()].iter().all(|one| *one) {
+                    continue;
+                }
+                let around = run.start.saturating_sub(SURROUNDINGS_ROWS).max(1)
+                    ..(run.end + SURROUNDINGS_ROWS).min(values.len());
+                let rows = around.len() as f64;
+                let by_chance = around.filter(|&row| same(row)).count() as f64 / rows;
+                let mut touched = run.start.saturating_sub(1)..run.end;
+                if by_chance.powi(run.len() as i32 - 1) < CHANCE
+                    && touched.any(|row| off.stands_out(row, SHARE))
+                {
+                    let fault = Fault {
+                        kind: "stuck_channel",
+                        indistinguishable_from: if values[run.start] == 0.0 {
+                            &["lost_samples"]
+                        } else {
+                            &[]
+                        },
+                        channel: format!("{stem}_{}", AXES[axis]),
+                        rows: run,
+                    };
+                    // A counter without a dither stands off the case by up to a pulse all the time.
+                    let counts_freely = stem == "gyro" && pickoff.is_none();
+                    if !counts_freely || !is_between_pulses(&fault, values) {
+                        faults.push(fault);
+                    }
+                }
+            }
+        }
+        faults
+    };
+    (0..3).flat_map(of_axis).collect()
+}
+
+/// Single readings of an angle that are off and back: what a row gains the next one loses.
+pub(super) fn spikes(streams: &Streams) -> Vec<Fault> {
+    /// What its neighbours may differ by from what one reading makes of them, as a share.
+    const NEAR: f64 = 0.25;
+    /// More, as a share of all readings, are no accidents but how the readings scatter.
+    const MOST: f64 = 1e-3;
+    /// Pulses of the smallest.
+    const LEAST_PULSES: f64 = 2.5;
+    // The case's motion by the gyros themselves has their spikes.
+    if streams.own_motion {
+        return Vec::new();
+    }
+    let of_axis = |axis: usize| -> Vec<Fault> {
+        let around = Off::of(streams, axis);
+        let off = &around.off_rad;
+        // By as much as one reading is off, the means beside it are off by half to the other side, and the next not at
+        // all: physics that begins there does not look so.
+        let alone = |row: usize| {
+            let share = |near: usize| off.get(near).map_or(f64::NAN, |near| near / off[row]);
+            let half = -0.5 - NEAR..-0.5 + NEAR;
+            row >= 2
+                && [row - 1, row + 1]
+                    .iter()
+                    .all(|&near| half.contains(&share(near)))
+                && [row - 2, row + 2]
+                    .iter()
+                    .all(|&near| share(near).abs() < NEAR)
+        };
+        let is_spike =
+            |row: &usize| are_usable(streams, *row) && around.stands_out(*row, 1.0) && alone(*row);
+        let mut found: Vec<usize> = (0..off.len()).filter(is_spike).collect();
+        // Where a counter is all but silent a pulse that comes and goes is no accident.
+        if !found.is_empty() {
+            let pulse_rad = pulse(&streams.sensed_rad[axis]).max(streams.pulse_rad[axis]);
+            found.retain(|&row| off[row].abs() > LEAST_PULSES * pulse_rad);
+        }
+        let faults = found.into_iter().map(|row| Fault {
+            kind: "lost_samples",
+            indistinguishable_from: &[],
+            channel: format!("gyro_{}", AXES[axis]),
+            rows: row..row + 2,
+        });
+        faults.collect()
+    };
+    let found: Vec<Fault> = (0..3).flat_map(of_axis).collect();
+    if found.len() as f64 > MOST * streams.rows as f64 {
+        Vec::new()
+    } else {
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::streams::Triad;
+
+    /// Evenly distributed over so much, by a congruential generator.
+    fn noise(width: f64) -> impl FnMut() -> f64 {
+        let mut state = 1_u64;
+        move || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            ((state >> 40) as f64 / f64::from(1 << 24) - 0.5) * width
+        }
+    }
+
+    #[test]
+    fn a_reading_that_is_off_and_back_is_lost_and_a_jump_that_stays_is_not() {
+        let rows = 12_000;
+        let still: Triad = [0, 1, 2].map(|_| vec![0.0; rows]);
+        let mut streams = Streams::of_motion(1000.0, still);
+        streams.own_motion = false;
+        // An angle with white noise of about a microradian.
+        let mut noise = noise(3.5e-6);
+        for values in &mut streams.sensed_rad {
+            let mut before = noise();
+            for value in values.iter_mut() {
+                let now = noise();
+                *value = now - before;
+                before = now;
+            }
+        }
+        assert!(spikes(&streams).is_empty());
+        streams.sensed_rad[0][4_000] += 3e-5;
+        let found = spikes(&streams);
+        assert!(found.is_empty(), "{found:?}");
+        streams.sensed_rad[2][7_000] += 3e-5;
+        streams.sensed_rad[2][7_001] -= 3e-5;
+        let found = spikes(&streams);
+        assert_eq!(found.len(), 1);
+        assert_eq!(
+            (found[0].channel.as_str(), found[0].rows.clone()),
+            ("gyro_z", 7_000..7_002)
+        );
+    }
+
+    #[test]
+    fn readings_that_are_off_now_and_then_are_lost_and_a_gyro_that_scatters_so_is_none() {
+        let rows = 12_000;
+        let still: Triad = [0, 1, 2].map(|_| vec![0.0; rows]);
+        let with_every = |every: usize| {
+            let mut streams = Streams::of_motion(1000.0, still.clone());
+            streams.own_motion = false;
+            let mut noise = noise(1e-6);
+            for value in streams.sensed_rad.iter_mut().flatten() {
+                *value = noise();
+            }
+            for row in (100..rows - 100).step_by(every) {
+                streams.sensed_rad[1][row] += 3e-5;
+                streams.sensed_rad[1][row + 1] -= 3e-5;
+            }
+            spikes(&streams).len()
+        };
+        assert_eq!(with_every(1_000), 12);
+        assert_eq!(with_every(100), 0);
+    }
+
+    #[test]
+    fn a_counter_without_a_dither_is_silent_between_its_pulses_and_not_stuck() {
+        let rows = 12_000;
+        // Swings by some tens of pulses, so that its rate passes through nothing again and again.
+        let swing = |row: usize| 8e-5 * (row as f64 * 0.02).sin();
+        let case: Triad = [0, 1, 2].map(|_| {
+            let angle = (0..rows).map(|row| swing(row + 1) - swing(row));
+            angle.collect()
+        });
+        let mut streams = Streams::of_motion(1000.0, case);
+        streams.own_motion = false;
+        let pulse_rad = 5e-6;
+        let counted = |row: usize| (swing(row) / pulse_rad).floor() * pulse_rad;
+        let gyro = |row: usize| counted(row + 1) - counted(row);
+        streams.sensed_rad = [0, 1, 2].map(|_| (0..rows).map(gyro).collect());
+        let found = held(&streams);
+        assert!(found.is_empty(), "{found:?}");
+    }
+
+    #[test]
+    fn a_regular_dither_ends_at_one_reading_and_one_that_is_cut_off_dips() {
+        let rows = 12_000;
+        let pulse_rad = 4e-6;
+        let swing = |row: usize| 3e-4 * (row as f64 * 0.4 * std::f64::consts::PI).sin();
+        let mut streams = Streams::of_motion(2000.0, [0, 1, 2].map(|_| vec![2e-4; rows]));
+        streams.own_motion = true;
+        streams.pickoff_rad = Some([0, 1, 2].map(|_| (0..=rows).map(swing).collect()));
+        let whole = |row: usize| ((swing(row) + 2e-4 * row as f64) / pulse_rad).floor();
+        streams.sensed_rad[0] = (0..rows)
+            .map(|row| (whole(row + 1) - whole(row)) * pulse_rad)
+            .collect();
+        let most = |streams: &Streams| streams.sensed_rad[0].iter().copied().fold(0.0, f64::max);
+        let regular = most(&streams);
+        assert!(!dips(&streams, 0, &(0..rows)));
+        for value in &mut streams.sensed_rad[0] {
+            *value = value.min(0.9 * regular);
+        }
+        assert!(dips(&streams, 0, &(0..rows)));
+    }
+
+    #[test]
+    fn few_values_of_a_coarse_counter_are_not_cut_off_and_a_swing_that_ends_early_is() {
+        let rows = 12_000;
+        let pulse_rad = 2e-6;
+        // Four and a half pulses at the most, in step with the rows now and then.
+        let swing = |row: usize| 4.5 * pulse_rad * (row as f64 * 2.1).sin();
+        let case: Triad = [0, 1, 2].map(|_| (0..rows).map(swing).collect());
+        let mut streams = Streams::of_motion(1000.0, case);
+        let angle = |row: usize| (0..=row).map(swing).sum::<f64>() / pulse_rad;
+        let mut counted = 0.0;
+        for row in 0..rows / 4 {
+            let whole = angle(row).floor();
+            streams.sensed_rad[0][row] = (whole - counted) * pulse_rad;
+            counted = whole;
+        }
+        let part = 0..rows / 4;
+        assert!(!falls_short(&streams, 0, &part));
+        for value in &mut streams.sensed_rad[0] {
+            *value = value.clamp(-3.0 * pulse_rad, 3.0 * pulse_rad);
+        }
+        assert!(falls_short(&streams, 0, &part));
+    }
+
+    #[test]
+    fn a_reading_that_is_repeated_while_the_case_turns_is_stuck() {
+        let rows = 12_000;
+        // Both see the same swing of some tens of microradians a row, each with noise of its own.
+        let mut noise = noise(1e-6);
+        let swing = |row: usize| 4e-5 * (row as f64 * 0.3).sin();
+        let mut seen = || [0, 1, 2].map(|_| (0..rows).map(|row| swing(row) + noise()).collect());
+        let mut streams = Streams::of_motion(1000.0, seen());
+        streams.sensed_rad = seen();
+        streams.own_motion = false;
+        assert!(held(&streams).is_empty());
+        for row in [3_000, 5_000, 5_001, 5_002, 9_000, 9_001, 9_002, 9_003] {
+            streams.case_rad[1][row] = streams.case_rad[1][row - 1];
+        }
+        let faults = held(&streams);
+        let found: Vec<(&str, Range<usize>)> = faults
+            .iter()
+            .map(|fault| (fault.channel.as_str(), fault.rows.clone()))
+            .collect();
+        // Twice the same may be chance.
+        let expected = [("reference_y", 4_999..5_003), ("reference_y", 8_999..9_004)];
+        assert_eq!(found, expected);
+    }
+}

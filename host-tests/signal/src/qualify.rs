@@ -1,0 +1,533 @@
+//! Faults of the data itself, found before anything is explained (diagnosis road, step 1).
+//!
+//! Enters: the aligned channels and what the model already knows. Leaves: [`Fault`]s, and the rows they touch
+//! taken out of use. A channel that repeats itself longer than it ever would by chance is stuck (at zero:
+//! its samples may be lost); one that piles up at its own extreme is saturated; rows without a value are
+//! lost, and so is a single reading that is off (outliers.rs). How often a channel repeats itself by chance is read
+//! from the channel.
+
+use std::ops::Range;
+
+pub use super::fault::{Fault, pulse};
+use super::fault::{SURROUNDINGS_ROWS, is_between_pulses, repeats};
+use super::outliers;
+use super::streams::{AXES, Streams};
+use rlg_model::{EffectValue, ModelEffect};
+
+/// Chance of a run of repeats anywhere in a channel below which it is a fault.
+const RUN_CHANCE: f64 = 1e-9;
+
+/// A channel that repeats itself more often than this is too coarse to be told from a stuck one.
+const MOST_BY_CHANCE: f64 = 0.9;
+
+/// A clipped channel shows its extreme this often at least, and this many times as often as the value next
+/// to it; one that is not clipped tails off.
+const CLIPPED_ROWS: usize = 12;
+const CLIPPED_OVER_NEXT: usize = 6;
+
+/// What comes to its limit so often is no channel that is stuck there.
+const CLIPPED_TIMES: usize = 5;
+
+/// Clipped rows this close belong to one stretch: a dither cycle has ten rows, a slew thousands.
+const TOGETHER_ROWS: usize = 1000;
+
+/// Rows on either side of a fault that may hold its edges.
+const GUARD_ROWS: usize = 2;
+
+/// Finds faults and masks their rows.
+pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
+    // At rest the case's motion is computed, and the same in every row; without a reference on the rows it is the gyros'
+    // own.
+    let has_reference = streams.at_rest.is_none() && !streams.own_motion;
+    let mut faults = Vec::new();
+    for axis in 0..3 {
+        let name = |stem: &str| format!("{stem}_{}", AXES[axis]);
+        let gyro = &streams.sensed_rad[axis];
+        let counts_freely = streams.pickoff_rad.is_none();
+        let case_rad = &streams.case_rad[axis];
+        let is_fault = |fault: &Fault| {
+            !counts_freely
+                || !(is_between_pulses(fault, gyro)
+                    || has_reference && is_dead_band(fault, gyro, case_rad))
+        };
+        let mut of_gyro = of_channel(&name("gyro"), gyro, &streams.measured, &is_fault);
+        let is_cut = |fault: &Fault| match has_reference {
+            true => outliers::falls_short(streams, axis, &fault.rows),
+            false => outliers::dips(streams, axis, &fault.rows),
+        };
+        of_gyro.retain(|fault| fault.kind != "saturation" || is_cut(fault));
+        faults.extend(of_gyro);
+        if has_reference {
+            faults.extend(of_channel(
+                &name("reference"),
+                &streams.case_rad[axis],
+                &streams.measured,
+                &|_| true,
+            ));
+        }
+        if let Some(pickoff) = &streams.pickoff_rad {
+            faults.extend(of_channel(
+                &name("dither"),
+                &pickoff[axis][1..],
+                &streams.measured,
+                &|_| true,
+            ));
+        }
+    }
+    if streams.at_rest.is_some() && streams.pickoff_rad.is_none() {
+        faults = stopped_together(faults);
+    }
+    out_of_use(streams, &faults);
+    let held = outliers::held(streams);
+    out_of_use(streams, &held);
+    faults.extend(held);
+    let spikes = outliers::spikes(streams);
+    for spike in &spikes {
+        streams.usable[spike.rows.clone()].fill(false);
+    }
+    faults.extend(gathered(spikes));
+    faults.extend(lost(streams));
+    faults
+}
+
+/// Masks the rows of faults, and their edges.
+fn out_of_use(streams: &mut Streams, faults: &[Fault]) {
+    for fault in faults {
+        let end = (fault.rows.end + GUARD_ROWS).min(streams.rows);
+        streams.usable[fault.rows.start.saturating_sub(GUARD_ROWS)..end].fill(false);
+    }
+}
+
+/// At rest a coarse gyro with next to no input, and no dither, is silent as long as it likes, in quiet times longer than
+/// chance allows in others. Only where all three stop at once are samples missing.
+fn stopped_together(faults: Vec<Fault>) -> Vec<Fault> {
+    let at_once = |fault: &Fault, stem: &str| {
+        AXES.iter().all(|axis| {
+            faults.iter().any(|other| {
+                other.channel == format!("{stem}_{axis}")
+                    && other.rows.start < fault.rows.end
+                    && fault.rows.start < other.rows.end
+            })
+        })
+    };
+    let kept: Vec<Fault> = faults
+        .iter()
+        .filter(|fault| fault.kind == "saturation" || at_once(fault, "gyro"))
+        .cloned()
+        .collect();
+    kept
+}
+
+/// Stretches without a value, inside the record.
+fn lost(streams: &Streams) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let mut row = 0;
+    while row < streams.rows {
+        if streams.measured[row] {
+            row += 1;
+            continue;
+        }
+        let begin = row;
+        while row < streams.rows && !streams.measured[row] {
+            row += 1;
+        }
+        if begin > 0 && row < streams.rows {
+            faults.push(Fault {
+                kind: "lost_samples",
+                indistinguishable_from: &[],
+                channel: streams.unmeasured_channel(begin),
+                rows: begin..row,
+            });
+        }
+    }
+    gathered(faults)
+}
+
+/// A gyro without dither that locks in is silent wherever it turns as slowly; one that fails is silent there alone.
+///
+/// # Inputs
+/// `case_rad`: increments of the reference about its axis \[rad\].
+fn is_dead_band(fault: &Fault, values: &[f64], case_rad: &[f64]) -> bool {
+    /// Share of the rows as slow as the run, the run left out, that are silent too.
+    const SILENT: f64 = 0.9;
+    if fault.kind == "saturation" || values[fault.rows.start] != 0.0 {
+        return false;
+    }
+    // As smooth as the run allows: the reference's noise is no turn.
+    let reach = (fault.rows.len() / 4).max(1);
+    let mut angle_rad = vec![0.0];
+    angle_rad.extend(case_rad.iter().scan(0.0, |sum, increment| {
+        *sum += increment;
+        Some(*sum)
+    }));
+    let turn_rad = |row: usize| {
+        let (first, end) = (row.saturating_sub(reach), (row + reach).min(values.len()));
+        ((angle_rad[end] - angle_rad[first]) / (end - first) as f64).abs()
+    };
+    let fastest = fault.rows.clone().map(turn_rad).fold(0.0, f64::max);
+    let is_other = |row: &usize| !fault.rows.contains(row) && turn_rad(*row) < 0.5 * fastest;
+    let (silent, all) = (0..values.len()).filter(is_other).fold((0, 0), |sum, row| {
+        (sum.0 + usize::from(values[row] == 0.0), sum.1 + 1)
+    });
+    all >= fault.rows.len() && silent as f64 > SILENT * all as f64
+}
+
+/// Many gaps of one channel are one finding, from the first to the last.
+fn gathered(faults: Vec<Fault>) -> Vec<Fault> {
+    const MANY: usize = 8;
+    let count = |channel: &str| {
+        faults
+            .iter()
+            .filter(|fault| fault.channel == channel)
+            .count()
+    };
+    let mut kept: Vec<Fault> = Vec::new();
+    for fault in &faults {
+        match kept.iter_mut().find(|known| known.channel == fault.channel) {
+            Some(known) if count(&fault.channel) > MANY => known.rows.end = fault.rows.end,
+            _ => kept.push(fault.clone()),
+        }
+    }
+    kept
+}
+
+/// Faults of one channel; runs of repeats only where `is_fault` says so.
+fn of_channel(
+    channel: &str,
+    values: &[f64],
+    measured: &[bool],
+    is_fault: &dyn Fn(&Fault) -> bool,
+) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let same = |row: usize| values[row] == values[row - 1] && measured[row] && measured[row - 1];
+    let repeated = (1..values.len()).filter(|&row| same(row)).count();
+    // A stuck stretch is itself made of repeats; halving the record keeps it from hiding behind them.
+    let half = values.len() / 2;
+    let in_halves = [1..half.max(1), half.max(1)..values.len()].map(|part| {
+        part.clone().filter(|&row| same(row)).count() as f64 / part.len().max(1) as f64
+    });
+    let by_chance = in_halves[0].min(in_halves[1]).clamp(1e-4, 1.0);
+    if repeated > 0 && by_chance < MOST_BY_CHANCE {
+        let longest =
+            |by_chance: f64| 2.0 + (RUN_CHANCE / values.len() as f64).ln() / by_chance.ln();
+        // At rest a coarse channel repeats itself more often than in motion: the rows around a run know how often.
+        let around = |run: &Range<usize>| {
+            let reach = run.len().max(SURROUNDINGS_ROWS);
+            let before = run.start.saturating_sub(reach).max(1)..run.start.max(1);
+            let after = (run.end + 1).min(values.len())..(run.end + reach).min(values.len());
+            let count = (before.len() + after.len()).max(1) as f64;
+            before.chain(after).filter(|&row| same(row)).count() as f64 / count
+        };
+        let taken = values
+            .iter()
+            .zip(measured)
+            .filter(|(_, measured)| **measured);
+        let (least, most) = taken.fold(
+            (f64::INFINITY, f64::NEG_INFINITY),
+            |(least, most), (v, _)| (least.min(*v), most.max(*v)),
+        );
+        let mut runs = repeats(values.len(), same);
+        runs.retain(|run| {
+            let length = run.len() as f64;
+            length > longest(by_chance)
+                && length > longest(around(run).clamp(by_chance, MOST_BY_CHANCE))
+        });
+        // Where noise goes on beyond what a channel stuck at by chance, and no two times at the same.
+        let is_limit = |value: f64| {
+            let alike = runs
+                .iter()
+                .filter(|run| values[run.start].abs() == value.abs());
+            value == most || value == least || alike.count() > 1
+        };
+        for run in &runs {
+            let value = values[run.start];
+            let (kind, or): (_, &'static [&'static str]) = match value {
+                0.0 => ("lost_samples", &["stuck_channel"]),
+                _ if is_limit(value) => ("stuck_channel", &["saturation"]),
+                _ => ("stuck_channel", &[]),
+            };
+            faults.push(Fault {
+                kind,
+                indistinguishable_from: or,
+                channel: channel.to_string(),
+                rows: run.clone(),
+            });
+        }
+    }
+    let repeats_nothing = faults.is_empty();
+    faults.retain(is_fault);
+    // What is stuck at its extreme comes to it once, what clips again and again.
+    let clipped = clipped_rows(values, measured);
+    let comes = clipped.windows(2).filter(|two| two[1] > two[0] + 1).count();
+    let limits: Vec<f64> = clipped.iter().map(|&row| values[row].abs()).collect();
+    let at_limit = |fault: &Fault| limits.contains(&values[fault.rows.start].abs());
+    if repeats_nothing || (comes >= CLIPPED_TIMES && faults.iter().any(at_limit)) {
+        faults.retain(|fault| !at_limit(fault));
+        faults.extend(stretches(channel, clipped));
+    }
+    faults
+}
+
+/// The rows in which a channel stands at one of its own extremes again and again.
+fn clipped_rows(values: &[f64], measured: &[bool]) -> Vec<usize> {
+    let on_both_sides = |rows: fn(&[f64], &[bool], f64) -> Vec<usize>| -> Vec<usize> {
+        let sides = [1.0, -1.0].into_iter();
+        sides
+            .flat_map(|side| rows(values, measured, side))
+            .collect()
+    };
+    let mut at_extreme = on_both_sides(rows_at_extreme);
+    if at_extreme.is_empty() {
+        at_extreme = on_both_sides(rows_clipped_for_a_while);
+    }
+    at_extreme.sort_unstable();
+    at_extreme
+}
+
+/// Clipped rows as stretches.
+fn stretches(channel: &str, at_extreme: Vec<usize>) -> Vec<Fault> {
+    let mut faults: Vec<Fault> = Vec::new();
+    for row in at_extreme {
+        match faults.last_mut() {
+            Some(fault) if row <= fault.rows.end + TOGETHER_ROWS => fault.rows.end = row + 1,
+            _ => faults.push(Fault {
+                kind: "saturation",
+                indistinguishable_from: &[],
+                channel: channel.to_string(),
+                rows: row..row + 1,
+            }),
+        }
+    }
+    faults
+}
+
+/// The rows at the upper (`side` 1) or lower (−1) extreme, if the channel piles up there.
+fn rows_at_extreme(values: &[f64], measured: &[bool], side: f64) -> Vec<usize> {
+    let seen = || {
+        (0..values.len())
+            .filter(|&row| measured[row])
+            .map(|row| (row, side * values[row]))
+    };
+    let top = seen()
+        .map(|(_, value)| value)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let next = seen()
+        .map(|(_, value)| value)
+        .filter(|value| *value < top)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let at_top: Vec<usize> = seen()
+        .filter(|(_, value)| *value == top)
+        .map(|(row, _)| row)
+        .collect();
+    let at_next = seen().filter(|(_, value)| *value == next).count();
+    // A channel with few values (at rest, coarse) piles up everywhere.
+    let below = seen().filter(|(_, value)| *value < next).count();
+    let piles_up = at_top.len() >= CLIPPED_ROWS
+        && at_top.len() >= CLIPPED_OVER_NEXT * at_next
+        && below > at_top.len();
+    if piles_up { at_top } else { Vec::new() }
+}
+
+/// The rows at a level that a channel does not pass for a while, and passes at other times: cycle after cycle of a dither
+/// ends there. One that is held at a level comes to it once.
+fn rows_clipped_for_a_while(values: &[f64], measured: &[bool], side: f64) -> Vec<usize> {
+    /// Cycles that end at the level in as many rows.
+    const CYCLES: usize = 20;
+    // Overlapping by half: one lies inside whatever lasts one and a half.
+    let windows = (0..values.len().saturating_sub(TOGETHER_ROWS)).step_by(TOGETHER_ROWS / 2);
+    let ends: Vec<(Range<usize>, f64)> = windows
+        .filter_map(|begin| {
+            let window = begin..begin + TOGETHER_ROWS;
+            let own = &values[window.clone()];
+            let found = rows_at_extreme(own, &measured[window.clone()], side);
+            let comes = found.windows(2).filter(|pair| pair[1] > pair[0] + 1);
+            let first = found.first().filter(|_| comes.count() >= CYCLES)?;
+            Some((window, own[*first]))
+        })
+        .collect();
+    let alike = |level: f64| ends.iter().filter(|(_, other)| *other == level).count();
+    let Some((_, level)) = ends.iter().max_by_key(|(_, level)| alike(*level)) else {
+        return Vec::new();
+    };
+    // A level of one moment is none.
+    if alike(*level) < 2 {
+        return Vec::new();
+    }
+    // It begins after the last row beyond the level, and ends before the next.
+    let beyond = |row: usize| measured[row] && side * values[row] > side * level;
+    let mut rows: Vec<usize> = ends
+        .iter()
+        .filter(|(_, own)| own == level)
+        .flat_map(|(window, _)| {
+            let before = (0..window.start).rev().find(|&row| beyond(row));
+            let after = (window.end..values.len()).find(|&row| beyond(row));
+            before.map_or(0, |row| row + 1)..after.unwrap_or(values.len())
+        })
+        .filter(|&row| measured[row] && values[row] == *level)
+        .collect();
+    rows.sort_unstable();
+    rows.dedup();
+    rows
+}
+
+/// Whether the model already says so: same kind and channel, overlapping in time.
+pub fn is_known(fault: &Fault, streams: &Streams, effects: &[ModelEffect]) -> bool {
+    let (start_s, end_s) = (
+        streams.begin_s(fault.rows.start),
+        streams.begin_s(fault.rows.end),
+    );
+    effects.iter().any(|effect| {
+        let number = |name: &str| match effect.parameters.get(name) {
+            Some(EffectValue::Number(value)) => Some(*value),
+            _ => None,
+        };
+        let channel = matches!(
+            effect.parameters.get("channel"),
+            Some(EffectValue::Text(channel)) if *channel == fault.channel
+        );
+        let here = effect
+            .text("recording")
+            .is_none_or(|name| name == streams.pieces[0].recording);
+        effect.kind == fault.kind
+            && channel
+            && here
+            && number("start_s").is_some_and(|start| start < end_s)
+            && number("end_s").is_some_and(|end| end > start_s)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::still::AtRest;
+    use rlg_recording::Site;
+
+    #[test]
+    fn a_coarse_channel_written_in_a_finer_unit_shows_its_pulse() {
+        let written = |row: usize| [0.0, 1.378e-6, 0.0, -1.379e-6, 2.756e-6, 0.0][row % 6];
+        let values: Vec<f64> = (0..600).map(written).collect();
+        assert_eq!(pulse(&values), 1.378e-6);
+        let fine: Vec<f64> = (0..600).map(|row| (row as f64).sin()).collect();
+        assert_eq!(pulse(&fine), 0.0);
+    }
+
+    #[test]
+    fn a_dither_cut_off_for_a_while_is_found_and_a_held_or_whole_one_is_not() {
+        // 90 counts a row at 400 Hz of 4000, the amplitude wandering by a fifth.
+        let swing = |row: usize| {
+            let amplitude = 80.0 + 16.0 * (row as f64 * 1.7e-3).sin();
+            (amplitude * (row as f64 * std::f64::consts::TAU * 0.1003).sin()).floor()
+        };
+        let whole: Vec<f64> = (0..20_000).map(swing).collect();
+        let mut cut = whole.clone();
+        let span = 8_000..13_000;
+        for value in &mut cut[span.clone()] {
+            *value = value.min(47.0);
+        }
+        let mut held: Vec<f64> = (0..20_000).map(|row| (row as f64).min(9_000.0)).collect();
+        held[15_000] = 9_500.0;
+        let measured = vec![true; 20_000];
+        let found = stretches("gyro_x", clipped_rows(&cut, &measured));
+        assert_eq!(found.len(), 1);
+        assert!(
+            found[0].rows.start.abs_diff(span.start) < 20,
+            "{:?}",
+            found[0].rows
+        );
+        assert!(
+            found[0].rows.end.abs_diff(span.end) < 20,
+            "{:?}",
+            found[0].rows
+        );
+        assert!(clipped_rows(&whole, &measured).is_empty());
+        assert!(clipped_rows(&held, &measured).is_empty());
+    }
+
+    #[test]
+    fn at_rest_one_counter_that_stops_is_stuck_where_a_dither_drives_it_and_silent_where_none_does()
+    {
+        let rows = 8_000;
+        let still = [0, 1, 2].map(|_| vec![0.0; rows]);
+        let site = Site {
+            latitude_rad: 0.6,
+            gravity_m_s2: 9.8,
+        };
+        let found = |dithered: bool| {
+            let mut streams = Streams::of_motion(1000.0, still.clone());
+            streams.own_motion = false;
+            let usable = streams.usable.clone();
+            let rest = AtRest::new(&still, None, &usable, 0..rows, 1000.0, site);
+            streams.at_rest = Some(rest);
+            // 400 rad/s², in pulses of 2e-6 rad.
+            let angle = |row: usize| (7e-4 * (row as f64 * 2.4).sin() / 2e-6).round() * 2e-6;
+            let counts = (0..rows).map(|row| angle(row + 1) - angle(row));
+            streams.sensed_rad = [0, 1, 2].map(|_| counts.clone().collect());
+            streams.sensed_rad[0][3_000..3_700].fill(0.0);
+            let pickoff = [0, 1, 2].map(|_| (0..=rows).map(angle).collect());
+            streams.pickoff_rad = dithered.then_some(pickoff);
+            let faults = qualify(&mut streams).into_iter();
+            let faults = faults.filter(|fault| fault.channel == "gyro_x");
+            faults.map(|fault| fault.rows).collect::<Vec<_>>()
+        };
+        let [rows] = <[_; 1]>::try_from(found(true)).expect("one fault");
+        assert!(
+            rows.start.abs_diff(3_000) < 3 && rows.end.abs_diff(3_700) < 3,
+            "{rows:?}"
+        );
+        assert!(found(false).is_empty());
+    }
+
+    #[test]
+    fn a_gyro_that_is_silent_wherever_it_turns_slowly_is_in_its_dead_band() {
+        let rows = 8_000;
+        let pulse_rad = 1e-6;
+        // 1 rad/s through rest every two seconds, in steps of three pulses near it; it locks below 1e-2 rad/s.
+        let rate = |row: usize| (row as f64 * 1e-3 * std::f64::consts::PI).sin();
+        let case_rad: Vec<f64> = (0..rows).map(|row| rate(row) * 1e-3).collect();
+        let shown = |row: usize| {
+            let is_free = rate(row).abs() > 1e-2;
+            if is_free {
+                (rate(row) * 1e-3 / pulse_rad).round() * pulse_rad
+            } else {
+                0.0
+            }
+        };
+        let values: Vec<f64> = (0..rows).map(shown).collect();
+        let fault = |rows: std::ops::Range<usize>| Fault {
+            kind: "lost_samples",
+            indistinguishable_from: &[],
+            channel: "gyro_x".to_string(),
+            rows,
+        };
+        assert!(is_dead_band(&fault(1_997..2_003), &values, &case_rad));
+        let mut lost = values.clone();
+        lost[2_400..2_410].fill(0.0);
+        assert!(!is_dead_band(&fault(2_400..2_410), &lost, &case_rad));
+        let mut free = values;
+        for (row, value) in free.iter_mut().enumerate() {
+            *value = (rate(row) * 1e-3 / pulse_rad).round() * pulse_rad;
+        }
+        free[1_990..2_010].fill(0.0);
+        assert!(!is_dead_band(&fault(1_990..2_010), &free, &case_rad));
+    }
+
+    #[test]
+    fn silence_between_single_pulses_is_no_fault_and_silence_between_jumps_is() {
+        let pulse = 1.378e-6;
+        let fault = Fault {
+            kind: "lost_samples",
+            indistinguishable_from: &[],
+            channel: "gyro_x".to_string(),
+            rows: 100..200,
+        };
+        let with_edges = |edge: f64| -> Vec<f64> {
+            let moving = (0..300).map(|row| pulse * (row % 5) as f64);
+            let mut values: Vec<f64> = moving.collect();
+            values[100..200].fill(0.0);
+            (values[99], values[200]) = (edge, edge);
+            values
+        };
+        assert!(is_between_pulses(&fault, &with_edges(pulse)));
+        assert!(!is_between_pulses(&fault, &with_edges(4.0 * pulse)));
+    }
+}

@@ -1,0 +1,407 @@
+//! The recording as the diagnosis sees it: every channel on the gyros' rows.
+//!
+//! Enters: [`Recording`] and [`Model`]. Leaves: [`Streams`], row k covering
+//! \[start + k/rate, start + (k+1)/rate), increments in rad (body axes), slow channels interpolated to the
+//! row's middle (channels.rs), and a mask of the rows in which everything needed was measured.
+//!
+//! At rest on the Earth the case's motion is the Earth's rotation (still.rs), and no reference is needed.
+//!
+//! The first row of a dithered recording is dropped: its increment needs the pickoff before it.
+//! Deliberately not here: filling gaps with anything but a straight line (those rows are masked), and
+//! references slower than the gyros.
+
+use super::accelerometer_rows::Rows;
+pub use super::axes::{AXES, Triad, add, add_triad, each_axis};
+use super::channels::{Finder, Grid, bridge_gaps};
+use super::piece::Piece;
+use super::still::{self, AtRest};
+use super::unmeasured::Unmeasured;
+use rlg_model::{Model, MotionSource};
+use rlg_recording::error::InputError;
+use rlg_recording::{Channel, Clock, Quantity, Recording, Site, Table};
+
+/// All channels on the gyros' rows.
+pub struct Streams {
+    /// Rows per second \[Hz\].
+    pub rate_hz: f64,
+    /// Beginning of row 0 \[s\].
+    pub start_s: f64,
+    /// Number of rows.
+    pub rows: usize,
+    /// Angle of one pulse \[rad\]; 0 where the gyros report increments or rates.
+    pub pulse_rad: [f64; 3],
+    /// Whether the gyros report rates: what those are rounded to is no pulse.
+    pub reports_rates: bool,
+    /// What each gyro sensed over the row \[rad\], its own dither included.
+    pub sensed_rad: Triad,
+    /// Block relative to case at the row's end \[rad\], as the pickoff says; one entry more than rows, the
+    /// first being the end of the row before. `None` for gyros without dither channels.
+    pub pickoff_rad: Option<Triad>,
+    /// The case's angle over the row \[rad\], as the reference says, or as the Earth turns.
+    pub case_rad: Triad,
+    /// Whether the case's motion is what the gyros themselves say, because the reference is slower than they.
+    pub own_motion: bool,
+    /// What is known of a unit that stands still; `None` where a reference tells its motion.
+    pub at_rest: Option<AtRest>,
+    /// The recorder's own time at each row's end \[s\], NaN in gaps.
+    pub stamps_s: Option<Vec<f64>>,
+    /// Mean specific force \[m/s²\].
+    pub force_m_s2: Option<Triad>,
+    /// Temperature \[K\].
+    pub temperature_k: Option<Triad>,
+    /// Magnetic flux density \[T\].
+    pub magnetic_t: Option<Triad>,
+    /// Channels of unknown quantity, by name, for the search of unlisted physics.
+    pub others: Vec<(String, Vec<f64>)>,
+    /// Rows in which gyros, pickoffs and reference were all measured.
+    pub usable: Vec<bool>,
+    /// The same before faults of the data took rows out of use.
+    pub measured: Vec<bool>,
+    /// Which rows come from which recording; one piece, all rows, unless they were joined (pieces.rs).
+    pub pieces: Vec<Piece>,
+    /// The accelerometers on rows of their own, or why there are none to diagnose.
+    pub accelerometers: Result<Rows, String>,
+    /// Where the recording was made.
+    pub site: Option<Site>,
+    /// Channels with rows that were not measured, with those rows.
+    unmeasured: Unmeasured,
+}
+
+impl Streams {
+    /// Puts the recording's channels on the gyros' rows.
+    pub fn align(recording: &Recording, model: &Model) -> Result<Self, InputError> {
+        Self::align_with(recording, model, false)
+    }
+
+    /// The same without a reference on the rows: the case's motion is left at nothing, to be filled from the
+    /// gyros.
+    pub fn align_without_reference(
+        recording: &Recording,
+        model: &Model,
+    ) -> Result<Self, InputError> {
+        Self::align_with(recording, model, true)
+    }
+
+    fn align_with(
+        recording: &Recording,
+        model: &Model,
+        own_motion: bool,
+    ) -> Result<Self, InputError> {
+        let file = recording.folder.join("recording.toml");
+        let site = if own_motion {
+            None
+        } else {
+            site_at_rest(recording, model, &file)?
+        };
+        let finder = Finder::new(recording);
+        let gyro = finder.gyro(&file)?;
+        gyro.expect_pulse_weights(&file, model)?;
+        let (rate_hz, table_start_s) = gyro.clock;
+        let dithered = gyro.quantity == Quantity::GyroCount;
+        // Increments and rates carry no dither to strip (contract), whatever else was recorded.
+        let pickoff = finder.triad(&Quantity::DitherAngle).filter(|_| dithered);
+        if dithered && pickoff.is_none() && model.dither.is_some() {
+            return Err(InputError::new(
+                &file,
+                "the model has a dither pickoff, the recording none",
+            )
+            .channel("dither_angle")
+            .expected("dither_angle channels on x, y and z"));
+        }
+        let reference = match site {
+            Some(_) => None,
+            None if own_motion => None,
+            None => Some(finder.triad(&Quantity::ReferenceIncrement).ok_or_else(|| {
+                InputError::new(&file, "no reference to predict the gyros from")
+                    .channel("reference_increment")
+                    .expected(
+                        "reference_increment channels on x, y and z, or a model with static motion",
+                    )
+            })?),
+        };
+        let skip = usize::from(pickoff.is_some());
+        let table_rows = gyro.channels[0].values.len();
+        if table_rows < skip + 2 {
+            return Err(InputError::new(&file, "too few rows")
+                .value(table_rows)
+                .expected("at least 3 rows"));
+        }
+        let rows = table_rows - skip;
+        let grid = Grid {
+            rate_hz,
+            start_s: table_start_s,
+            rows: table_rows,
+        };
+
+        let mut unmeasured = Unmeasured::default();
+        let mut missing = |stem: &str, axis: usize, missing: Vec<bool>| {
+            unmeasured.note(format!("{stem}_{}", AXES[axis]), missing);
+        };
+        let mut increments = |stem: &str,
+                              channels: &[(&Channel, &Table); 3],
+                              factor: &dyn Fn(usize) -> f64| {
+            let mut triad: Triad = Default::default();
+            for (axis, (channel, table)) in channels.iter().enumerate() {
+                let all = grid.on_rows(&file, channel, table)?;
+                let mut values: Vec<f64> = all[skip..].iter().map(|v| v * factor(axis)).collect();
+                missing(
+                    stem,
+                    axis,
+                    values.iter().map(|value| !value.is_finite()).collect(),
+                );
+                bridge_gaps(&mut values);
+                triad[axis] = values;
+            }
+            Ok::<Triad, InputError>(triad)
+        };
+        let gyro_pairs = [0, 1, 2].map(|axis| (gyro.channels[axis], gyro.table));
+        let sensed_rad = match gyro.quantity {
+            Quantity::GyroCount => increments("gyro", &gyro_pairs, &|axis| {
+                model.gyro.pulse_weight_rad[axis]
+            })?,
+            Quantity::GyroRate => increments("gyro", &gyro_pairs, &|_| 1.0 / rate_hz)?,
+            _ => increments("gyro", &gyro_pairs, &|_| 1.0)?,
+        };
+        let case_rad: Triad = match &reference {
+            Some(reference) => increments("reference", reference, &|_| 1.0)?,
+            None => [0, 1, 2].map(|_| vec![0.0; rows]),
+        };
+        let pickoff_rad = match &pickoff {
+            None => None,
+            Some(channels) => {
+                let mut triad: Triad = Default::default();
+                for (axis, (channel, table)) in channels.iter().enumerate() {
+                    let mut values = grid.on_rows(&file, channel, table)?;
+                    let either = |pair: &[f64]| !pair[0].is_finite() || !pair[1].is_finite();
+                    missing("dither", axis, values.windows(2).map(either).collect());
+                    bridge_gaps(&mut values);
+                    triad[axis] = values;
+                }
+                Some(triad)
+            }
+        };
+        let measured: Vec<bool> = (0..rows)
+            .map(|row| unmeasured.channel(row).is_none())
+            .collect();
+        let mut usable = measured.clone();
+        let mut slow = |quantity: &Quantity| grid.slow(finder.triad(quantity)?, skip, &mut usable);
+        let force_m_s2 = slow(&Quantity::SpecificForce).or_else(|| {
+            let velocity = finder.triad(&Quantity::VelocityIncrement)?;
+            let Clock::Uniform { rate_hz, .. } = velocity[0].1.clock else {
+                return None;
+            };
+            let force = slow(&Quantity::VelocityIncrement)?;
+            Some(force.map(|values| values.iter().map(|value| value * rate_hz).collect()))
+        });
+        let (temperature_k, magnetic_t) =
+            (slow(&Quantity::Temperature), slow(&Quantity::MagneticField));
+        let others = grid.others(recording, skip);
+        let stamps_s = gyro.stamps_s().map(|stamps_s| stamps_s[skip..].to_vec());
+        let start_s = table_start_s + skip as f64 / rate_hz;
+        let gyro_rows = (rate_hz, start_s, rows);
+        let mut streams = Self {
+            accelerometers: Rows::new(recording, gyro_rows),
+            site: recording.site,
+            rate_hz,
+            start_s,
+            rows,
+            reports_rates: gyro.quantity == Quantity::GyroRate,
+            pulse_rad: if dithered {
+                model.gyro.pulse_weight_rad
+            } else {
+                [0.0; 3]
+            },
+            sensed_rad,
+            pickoff_rad,
+            case_rad,
+            own_motion,
+            at_rest: None,
+            stamps_s,
+            force_m_s2,
+            temperature_k,
+            magnetic_t,
+            others,
+            usable,
+            measured,
+            pieces: vec![Piece {
+                origin: None,
+                recording: recording.name.clone(),
+                rows: 0..rows,
+                start_s,
+                segments: recording.segments.clone(),
+                held_out: false,
+            }],
+            unmeasured,
+        };
+        if let Some(site) = site {
+            streams.stand_still(model, site);
+        }
+        Ok(streams)
+    }
+
+    /// The case turns with the Earth, as the gyros show it in the rows that are in use.
+    fn stand_still(&mut self, model: &Model, site: Site) {
+        let rest = AtRest::new(
+            &still::shown_rad(
+                &self.sensed_rad,
+                self.pickoff_rad.as_ref(),
+                model,
+                self.rate_hz,
+            ),
+            self.force_m_s2.as_ref(),
+            &self.usable,
+            // Nothing is taken from rows that will be held out.
+            0..self.rows / 2,
+            self.rate_hz,
+            site,
+        );
+        let turns = |axis: usize| vec![rest.earth_rad_s[axis] / self.rate_hz; self.rows];
+        self.case_rad = [0, 1, 2].map(turns);
+        self.at_rest = Some(rest);
+    }
+
+    /// The same again where rows were taken out of use since.
+    pub fn stand_still_again(&mut self, model: &Model) {
+        if let Some(site) = self.site.filter(|_| self.at_rest.is_some()) {
+            self.stand_still(model, site);
+        }
+    }
+
+    /// Takes over which rows of `further` were not measured, behind its own.
+    pub(super) fn append_unmeasured(&mut self, further: &Self) {
+        self.unmeasured
+            .append(self.rows, &further.unmeasured, further.rows);
+    }
+
+    /// A perfect, undithered unit on a given motion: what a proposed experiment would feed to the catalogue.
+    pub fn of_motion(rate_hz: f64, case_rad: Triad) -> Self {
+        let rows = case_rad[0].len();
+        let nowhere = Piece {
+            origin: None,
+            recording: String::new(),
+            rows: 0..rows,
+            start_s: 0.0,
+            segments: Vec::new(),
+            held_out: false,
+        };
+        Self {
+            sensed_rad: case_rad.clone(),
+            case_rad,
+            own_motion: true,
+            ..Self::bare(rate_hz, 0.0, vec![true; rows], &nowhere)
+        }
+    }
+
+    /// Rows on another clock and nothing on them: what splitting and locating need.
+    pub fn bare(rate_hz: f64, start_s: f64, usable: Vec<bool>, of: &Piece) -> Self {
+        Self {
+            rate_hz,
+            start_s,
+            rows: usable.len(),
+            pulse_rad: [0.0; 3],
+            reports_rates: false,
+            sensed_rad: Triad::default(),
+            pickoff_rad: None,
+            case_rad: Triad::default(),
+            own_motion: false,
+            at_rest: None,
+            stamps_s: None,
+            force_m_s2: None,
+            temperature_k: None,
+            magnetic_t: None,
+            others: Vec::new(),
+            measured: usable.clone(),
+            pieces: vec![Piece {
+                rows: 0..usable.len(),
+                start_s,
+                ..of.clone()
+            }],
+            usable,
+            accelerometers: Err(String::new()),
+            site: None,
+            unmeasured: Unmeasured::default(),
+        }
+    }
+
+    /// The longest stretch of rows through which the reference carries the case's attitude: what happened in a gap of
+    /// more than two rows is not known, and a straight line across it leaves a wrong attitude for good.
+    pub fn longest_carried(&self) -> std::ops::Range<usize> {
+        const BRIDGED_ROWS: usize = 2;
+        let unknown = |row: usize| self.unmeasured.is_missing("reference", row);
+        let mut longest = 0..0;
+        let (mut begin, mut row) = (0, 0);
+        while row < self.rows {
+            let gap = (row..self.rows).take_while(|&row| unknown(row)).count();
+            if gap > BRIDGED_ROWS {
+                begin = row + gap;
+            }
+            row += gap.max(1);
+            if row.min(self.rows) - begin.min(row) > longest.len() {
+                longest = begin..row.min(self.rows);
+            }
+        }
+        longest
+    }
+
+    /// Beginning of a row \[s\].
+    pub fn begin_s(&self, row: usize) -> f64 {
+        self.start_s + row as f64 / self.rate_hz
+    }
+
+    /// A channel that was not measured in this row.
+    pub fn unmeasured_channel(&self, row: usize) -> String {
+        self.unmeasured.channel(row).unwrap_or_default().to_string()
+    }
+
+    /// Middle of a row \[s\].
+    pub fn middle_s(&self, row: usize) -> f64 {
+        self.start_s + (row as f64 + 0.5) / self.rate_hz
+    }
+
+    /// End of the last row \[s\].
+    pub fn end_s(&self) -> f64 {
+        self.start_s + self.rows as f64 / self.rate_hz
+    }
+
+    /// The first row that begins at or after `time_s`, at most `rows`.
+    pub fn row_at(&self, time_s: f64) -> usize {
+        (((time_s - self.start_s) * self.rate_hz).round().max(0.0) as usize).min(self.rows)
+    }
+}
+
+/// Where a unit stood whose motion is the Earth's; `None` where the model's motion is a reference's.
+fn site_at_rest(
+    recording: &Recording,
+    model: &Model,
+    file: &std::path::Path,
+) -> Result<Option<Site>, InputError> {
+    match (model.motion, recording.site) {
+        (MotionSource::Reference, _) => Ok(None),
+        (MotionSource::Static, Some(site)) => Ok(Some(site)),
+        (MotionSource::Static, None) => Err(InputError::new(
+            file,
+            "does not say where the unit stood still",
+        )
+        .channel("site")
+        .expected("latitude_rad and gravity_m_s2, for the model's motion is static")),
+    }
+}
+
+impl Rows {
+    /// Takes rows out of use that touch gyro rows in which the case's motion was not measured, or its attitude not
+    /// carried on.
+    pub fn mask(&mut self, streams: &Streams) {
+        let carried = streams.longest_carried();
+        let unknown: Vec<f64> = streams
+            .usable
+            .iter()
+            .enumerate()
+            .map(|(row, usable)| f64::from(u8::from(!usable || !carried.contains(&row))))
+            .collect();
+        let unknown = self.gather(&unknown);
+        for (usable, unknown) in self.usable.iter_mut().zip(unknown) {
+            // Less than this share of a gyro row is rounding.
+            *usable &= unknown < 1e-3;
+        }
+    }
+}
