@@ -739,7 +739,11 @@ fn common(entry: &Entry, whole: &[Named], price: f64) -> Candidate {
             parameters: 1,
             terms: whole.iter().flat_map(|named| named.terms.clone()).collect(),
             fixed: Vec::new(),
-            bounds: vec![entry.size.bound()],
+            // All gyros early is the reference late, which has a name of its own.
+            bounds: vec![Bound {
+                range: [0.0, f64::INFINITY],
+                ..entry.size.bound()
+            }],
             price,
         },
     }

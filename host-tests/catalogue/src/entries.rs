@@ -27,7 +27,7 @@ pub enum Law {
 pub struct Size {
     /// Standard deviation of a prior about 0, in the entry's unit: what no unit that anybody would test exceeds by much.
     pub largest: f64,
-    /// Whether it is a square, and so at least 0.
+    /// Whether it is at least 0: a square, or how late one thing is against another that has a name of its own.
     pub is_positive: bool,
 }
 
@@ -347,7 +347,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "reference_delay",
         equation: "reference(t) = case(t - d)",
         unit: "s",
-        size: Size::of(0.1),
+        size: Size::positive(0.1),
         law: Law::Common(|i| vec![(Column::Delay(i), 1.0)]),
         everyday: true,
         meaning: "The clock of the reference and the clock of the gyros differ by a fixed time.",
@@ -396,6 +396,28 @@ pub static CATALOGUE: &[Entry] = &[
         experiment: "A still record at two attitudes tells the rotation of the Earth from bias.",
     },
 ];
+
+/// A parameter of a kind from the coefficient of its columns, with its derivative by it.
+///
+/// Columns are made of what the reference reads: a reference that reads 1 + r times the case leaves −r/(1 + r) times its
+/// reading. Every other kind is what its columns are multiplied by.
+pub fn value_of(kind: &str, coefficient: f64) -> (f64, f64) {
+    if kind == "reference_scale" {
+        let left = 1.0 - coefficient;
+        (coefficient / left, 1.0 / (left * left))
+    } else {
+        (coefficient, 1.0)
+    }
+}
+
+/// The coefficient of a kind's columns from its parameter: the inverse of [`value_of`].
+pub fn coefficient_of(kind: &str, value: f64) -> f64 {
+    if kind == "reference_scale" {
+        value / (1.0 + value)
+    } else {
+        value
+    }
+}
 
 /// The entry of a kind.
 pub fn find(kind: &str) -> Option<&'static Entry> {

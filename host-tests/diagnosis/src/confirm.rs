@@ -1,7 +1,7 @@
 //! What is found must predict rows that were not fitted; then it is fitted on both.
 
 use rlg_catalogue::candidates::{PoolColumns, Variant};
-use rlg_catalogue::entries::{SLIP, STEP, UNLISTED};
+use rlg_catalogue::entries::{self, SLIP, STEP, UNLISTED};
 use rlg_catalogue::{Candidate, Pool};
 use rlg_inference::events::{Instant, largest_impulse};
 use rlg_inference::normal_equations::Transform;
@@ -19,6 +19,9 @@ use super::plan::AnalysisPlan;
 use super::reenact::{Named, Reenactment, reenact};
 use super::search::{Found, effect_rad, subtract};
 use rlg_signal::streams::{Triad, add};
+
+/// Log posterior within which a rival of as many numbers is another name of one column: what is left is their prices.
+const SAME_COLUMN: f64 = 0.7;
 
 /// Shortest stretch that is scored \[rows\].
 const LEAST_ROWS: usize = 32;
@@ -257,13 +260,23 @@ fn headline(found: &Found, place: usize) -> usize {
         let one = &found.candidates[candidate];
         (one.kind == UNLISTED, one.hypothesis.parameters)
     };
-    let own = (numbers(judged.hypothesis), 0.0, judged.hypothesis);
-    judged
-        .rivals
-        .iter()
-        .map(|&(rival, behind)| (numbers(rival), behind, rival))
-        .fold(own, |best, one| if one.0 < best.0 { one } else { best })
-        .2
+    // Of two names for one column that of the gyro comes first, as in the catalogue.
+    let row = |candidate: usize| {
+        let kind = found.candidates[candidate].kind;
+        entries::CATALOGUE
+            .iter()
+            .position(|entry| entry.kind == kind)
+    };
+    let own = judged.hypothesis;
+    let best = judged.rivals.iter().fold(own, |best, &(rival, behind)| {
+        let is_same_column = behind < SAME_COLUMN && numbers(rival) == numbers(best);
+        if numbers(rival) < numbers(best) || is_same_column && row(rival) < row(best) {
+            rival
+        } else {
+            best
+        }
+    });
+    best
 }
 
 /// What is found, fitted on rows to fit and rows to confirm together.

@@ -307,7 +307,7 @@ fn known(
                     (
                         term.record,
                         pool.columns[term.column],
-                        value * term.coefficient,
+                        entries::coefficient_of(kind, value) * term.coefficient,
                     )
                 }));
             }

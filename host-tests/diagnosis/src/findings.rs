@@ -1,10 +1,11 @@
 //! Findings in the terms of `diagnosis.json`, the report and the updated model.
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::DMatrix;
 use rlg_catalogue::candidates::Variant;
-use rlg_catalogue::entries::{self, Card, STEP};
+use rlg_catalogue::entries::{self, Card, Law, STEP};
 use rlg_catalogue::signals::AXES;
 use rlg_catalogue::{Candidate, Column, Signals};
 use rlg_inference::events::scan;
@@ -312,15 +313,29 @@ fn numbers(one: &Finding, fit: &Fit) -> (Vec<Number>, DMatrix<f64>) {
             card(one.candidate.kind).unit
         }
     };
-    let names = one.candidate.names.iter().zip(&one.candidate.base);
-    let numbers = names.enumerate().map(|(k, (name, base))| Number {
-        name: name.clone(),
-        value: base + fit.estimate[at + k],
-        unit: unit(name),
+    let kind = one.candidate.kind;
+    let stated = |k: usize| entries::value_of(kind, one.candidate.base[k] + fit.estimate[at + k]);
+    // One value that all gyros share stands on each of them.
+    let shared = (one.candidate.variant == Variant::Common
+        && matches!(
+            entries::find(kind).map(|entry| entry.law),
+            Some(Law::Axes(_))
+        ))
+    .then(|| AXES.map(|axis| (axis.to_string(), 0)));
+    let names: Vec<(String, usize)> = match shared {
+        Some(shared) => shared.to_vec(),
+        None => one.candidate.names.iter().cloned().zip(0..).collect(),
+    };
+    let covariance = DMatrix::from_fn(names.len(), names.len(), |a, b| {
+        let (a, b) = (names[a].1, names[b].1);
+        fit.covariance[(at + a, at + b)] * stated(a).1 * stated(b).1
     });
-    let count = one.candidate.names.len();
-    let covariance = fit.covariance.view((at, at), (count, count));
-    (numbers.collect(), covariance.into_owned())
+    let numbers = names.into_iter().map(|(name, k)| Number {
+        value: stated(k).0,
+        unit: unit(&name),
+        name,
+    });
+    (numbers.collect(), covariance)
 }
 
 fn entry(one: &Finding, fit: &Fit, (streams, signals): (&Streams, &Signals)) -> EffectEntry {
@@ -502,13 +517,6 @@ fn effect_of(one: &Finding, fit: &Fit, streams: &Streams, signals: &Signals) -> 
         }
         _ => {}
     }
-    if one.candidate.variant == Variant::Common
-        && let Some(EffectValue::Number(all)) = parameters.remove("all")
-    {
-        for axis in AXES {
-            parameters.insert(axis.to_string(), EffectValue::Number(all));
-        }
-    }
     ModelEffect {
         kind: one.candidate.kind.to_string(),
         parameters,
@@ -621,7 +629,14 @@ fn summary(
     let fit = &confirmed.last.fit;
     let kind_of = |place: usize| found.candidates[found.judged[place].hypothesis].kind;
     let mut lines = vec![rlg_findings::sentences::opening(verdict).to_string()];
-    for one in findings.iter().filter(|one| !one.is_slight) {
+    // What is of practical size first; what is not is quantified all the same.
+    let mut ordered: Vec<&Finding> = findings.iter().collect();
+    ordered.sort_by(|a, b| {
+        (a.is_slight, b.share)
+            .partial_cmp(&(b.is_slight, a.share))
+            .unwrap_or(Ordering::Equal)
+    });
+    for one in ordered {
         let (numbers, covariance) = numbers(one, fit);
         let numbers: Vec<String> = numbers
             .iter()
@@ -649,26 +664,18 @@ fn summary(
             (false, false) => format!(", or {}", one.alike.join(" or ")),
             (false, true) => format!(", or {} or drift", one.alike.join(" or ")),
         };
+        let size = if one.is_slight {
+            format!(
+                "; {:.1e} of the residual's power, and no gyro turns further by it than by its noise",
+                one.share
+            )
+        } else {
+            String::new()
+        };
         lines.push(format!(
-            "Found: {kind}{alike}: {}; predicts rows that were not fitted better by {:.1} in log score.",
+            "Found: {kind}{alike}: {}; predicts rows that were not fitted better by {:.1} in log score{size}.",
             numbers.join(", "),
             one.confirmed_gain
-        ));
-    }
-    let slight: Vec<String> = findings
-        .iter()
-        .filter(|one| one.is_slight)
-        .map(|one| {
-            format!(
-                "{} ({:.1e} of the residual's power)",
-                one.candidate.kind, one.share
-            )
-        })
-        .collect();
-    if !slight.is_empty() {
-        lines.push(format!(
-            "Significant, but without practical size: {}: no gyro turns further by it than by its noise.",
-            slight.join(", ")
         ));
     }
     for &place in &confirmed.unconfirmed {
