@@ -1,8 +1,9 @@
 //! Diagnosis against a reference on the gyros' rows: one likelihood, one search, one honest test.
 //!
-//! In the order of the data: [`data`] (residual, rows) → [`coarse`] (what is far off) → [`case_motion`] (independent of the residual) → [`search`] (passes of
-//! columns and structure search on the rows to fit, by [`scores`] of [`families`] and [`lock_in`]) → [`confirm`] (on rows that were not fitted, and by [`reenact`]ing
-//! the recording without an effect; [`goodness`] of what is left) → [`findings`] and [`excess_noise`].
+//! In the order of the data: [`data`] (residual, rows) → [`coarse`] (what is far off) → [`case_motion`] (independent of
+//! the residual) → [`search`] (passes of columns and structure search on the rows to fit, by [`scores`] of [`families`] and [`lock_in`]) → [`confirm`] (on
+//! rows that were not fitted, and by [`reenact`]ing the recording without an effect; [`goodness`] of what is left) →
+//! [`findings`] and [`excess_noise`].
 //!
 //! What the older stages use too: tiles of the residual ([`locate`]) on a [`noise_spectrum`], figures on held-out time
 //! ([`validate`]), what coarse pulses hide ([`lattice`]), what the report draws ([`pictures`]).
