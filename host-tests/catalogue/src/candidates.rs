@@ -90,8 +90,9 @@ impl Columns for PoolColumns<'_> {
 
 /// Prices of variants: one gyro alone is one of six ways of a misfit, all three share one cause half the time, and so do the
 /// nine and their diagonal; everyday errors are three times likelier.
-const ONE_AXIS: f64 = 6.0;
-const SHARED: f64 = 2.0;
+pub const ONE_AXIS: f64 = 6.0;
+/// All three, or the nine or their diagonal.
+pub const SHARED: f64 = 2.0;
 const COMMON: f64 = 1.1;
 const EVERYDAY: f64 = 1.0 / 3.0;
 
@@ -158,6 +159,7 @@ impl Pool {
                     terms: terms.collect(),
                     fixed: Vec::new(),
                     bounds: vec![entry.size.bound(); kept.len()],
+                    requires: None,
                     price: (places * everyday).ln(),
                 },
             })
@@ -329,6 +331,7 @@ fn of_one_term(
             terms: vec![term],
             fixed: Vec::new(),
             bounds: Vec::new(),
+            requires: None,
             price: places.ln(),
         },
     }
@@ -362,6 +365,7 @@ fn about_values(
             terms,
             fixed,
             bounds: bounds.collect(),
+            requires: None,
             price: places.ln(),
         },
         base,
@@ -431,6 +435,7 @@ impl Pool {
                 terms: terms.filter(|term| term.coefficient != 0.0).collect(),
                 fixed: Vec::new(),
                 bounds: Vec::new(),
+                requires: None,
                 price: places.ln(),
             },
         }
@@ -656,6 +661,7 @@ impl Pool {
     /// A candidate over columns of another pool, its columns placed here.
     pub fn adopt(&mut self, candidate: &Candidate, columns: &[Column]) -> Candidate {
         let mut adopted = candidate.clone();
+        adopted.hypothesis.requires = None;
         for term in &mut adopted.hypothesis.terms {
             term.column = self.place(columns[term.column]);
         }
@@ -744,6 +750,7 @@ fn common(entry: &Entry, whole: &[Named], price: f64) -> Candidate {
                 range: [0.0, f64::INFINITY],
                 ..entry.size.bound()
             }],
+            requires: None,
             price,
         },
     }

@@ -400,6 +400,7 @@ fn on_every_gyro(count: usize, axis: usize, signals: &Signals) -> Hypothesis {
         terms: terms.filter(|term| term.coefficient != 0.0).collect(),
         fixed: Vec::new(),
         bounds: Vec::new(),
+        requires: None,
         price: 0.0,
     }
 }
@@ -441,6 +442,7 @@ impl SuspensionColumns<'_> {
             terms: terms.collect(),
             fixed: Vec::new(),
             bounds: Vec::new(),
+            requires: None,
             price: 0.0,
         }
     }

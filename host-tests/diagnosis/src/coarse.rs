@@ -190,35 +190,39 @@ fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePla
     let Some(direct) = lags.at(0) else {
         return Path::default();
     };
-    let halves = |other: &Explained| {
-        (0..3).any(|gyro| other.left[gyro] < (1.0 - plan.explained) * direct.left[gyro])
-    };
-    let late = lags.best(plan.tie).filter(|(_, late)| halves(late));
-    let filtered = grid(2.0 / rate_hz, plan.longest_low_pass_s)
-        .into_iter()
-        .map(|low_pass| {
-            let path = Path {
-                low_pass: [Some(low_pass); 3],
-                ..Path::default()
-            };
-            let behind = each_axis(|axis| path.along(axis, 0.0, &case[axis], rate_hz));
-            (low_pass, Explained::by_rows(&sensed, &behind, &rows))
-        })
-        .filter(|(_, filtered)| halves(filtered))
-        .max_by(|a, b| a.1.log_likelihood.total_cmp(&b.1.log_likelihood));
-    match (late, filtered) {
-        (Some((_, late)), Some((low_pass, filtered)))
-            if filtered.log_likelihood > late.log_likelihood =>
-        {
-            of_low_pass(low_pass)
-        }
-        (None, Some((low_pass, _))) => of_low_pass(low_pass),
-        (Some((lag, _)), _) => Path {
+    let late = lags
+        .best(plan.tie)
+        .filter(|(_, late)| late.halves(&direct, plan))
+        .map_or_else(Path::default, |(lag, _)| Path {
             delay_s: [lag / rate_hz; 3],
             ..Path::default()
-        },
-        (None, None) => Path::default(),
-    }
+        });
+    let behind = |path: Path, triad: &Triad| {
+        each_axis(|axis| path.along(axis, path.delay_s[axis], &triad[axis], rate_hz))
+    };
+    let gain = |low_pass: LowPass| -> Option<f64> {
+        let path = of_low_pass(low_pass);
+        // Gyros and reference are smoothed alike: else the noise of the reference is what a low pass takes away.
+        let smooth = |triad: &Triad| behind(path, &behind(path, triad));
+        let (sensed, case) = (smooth(&sensed), smooth(&case));
+        let by = |path: Path| Explained::by_rows(&sensed, &behind(path, &case), &rows);
+        let (filtered, late) = (by(path), by(late));
+        let gain = filtered.log_likelihood - late.log_likelihood;
+        (gain > plan.tie && filtered.halves(&by(Path::default()), plan)).then_some(gain)
+    };
+    let strongest = |low_passes: &mut dyn Iterator<Item = LowPass>| {
+        low_passes
+            .filter_map(|low_pass| Some((low_pass, gain(low_pass)?)))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+    };
+    let octaves = grid(2.0 / rate_hz, plan.longest_low_pass_s);
+    // An octave is too wide to tell a low pass from a delay.
+    let mut finer = octaves.into_iter().flat_map(|one| {
+        [0.0, 0.25, 0.5, 0.75].map(|octaves: f64| LowPass {
+            time_s: one.time_s * octaves.exp2(),
+        })
+    });
+    strongest(&mut finer).map_or(late, |(low_pass, _)| of_low_pass(low_pass))
 }
 
 fn of_low_pass(low_pass: LowPass) -> Path {
@@ -250,6 +254,11 @@ impl Explained {
             left,
             log_likelihood: -0.5 * count * regressions.iter().map(of_gyro).sum::<f64>(),
         }
+    }
+
+    /// Whether it explains so much of what `other` leaves of a gyro that it is far from it.
+    fn halves(&self, other: &Self, plan: &CoarsePlan) -> bool {
+        (0..3).any(|gyro| self.left[gyro] < (1.0 - plan.explained) * other.left[gyro])
     }
 
     fn by_rows(sensed: &Triad, behind: &Triad, rows: &[bool]) -> Self {

@@ -1,14 +1,17 @@
-//! What is found must predict rows that were not fitted; then it is fitted on both.
+//! What is found must hold in all blocks of the fitted rows, and where the recording is re-enacted without it; then it is
+//! fitted again with drift chosen anew.
+
+use std::ops::Range;
 
 use rlg_catalogue::candidates::{PoolColumns, Variant};
 use rlg_catalogue::entries::{self, SLIP, STEP, UNLISTED};
 use rlg_catalogue::{Candidate, Pool};
+use rlg_inference::block_validation::BlockSums;
 use rlg_inference::events::{Instant, largest_impulse};
 use rlg_inference::normal_equations::Transform;
-use rlg_inference::predict::log_score;
 use rlg_inference::{Fit, Hypothesis, NoiseBasis, NormalEquations, Observations, Search};
 use rlg_signal::partition::Use;
-use statrs::distribution::{ContinuousCDF, Normal};
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use super::data::Data;
 use super::goodness::{Misfit, misfits};
@@ -23,86 +26,126 @@ use rlg_signal::streams::{Triad, add};
 /// Log posterior within which a rival of as many numbers is another name of one column: what is left is their prices.
 const SAME_COLUMN: f64 = 0.7;
 
-/// Shortest stretch that is scored \[rows\].
-const LEAST_ROWS: usize = 32;
-
-/// What the rows that confirm say of a member.
+/// What blocks of the fitted rows say of a member, each predicted by the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prediction {
     /// Log score that the member gains there.
     pub gain: f64,
-    /// Whether it holds there.
+    /// By how much blocks that disagree say that its likelihood ratio is too large; 1 where chance may make them disagree.
+    pub design_effect: f64,
+    /// Whether it holds there, whatever its size.
     pub holds: bool,
 }
 
-/// What the rows that confirm say of each member of the found set. A step gains what its instants, as probable as the fitted rows
-/// leave them, gain together: where they do not see it happen, it may be anywhere between them. A slip is a row by itself, and
-/// no other gains by it; it holds where the others' noise has no such rows of its own.
+/// What blocks of the fitted rows say of each member of the found set. A step or a slip happens in one block alone, and no other
+/// can predict it; a slip holds where the rows have no more like it.
 ///
 /// # Returns
-/// In the order of the set.
-fn predictions(data: &Data, found: &Found, plan: &AnalysisPlan) -> Vec<Prediction> {
-    let observations = Observations::separate(&data.rows_of(&[Use::Confirm]), LEAST_ROWS);
-    if found.fit.members.is_empty() || observations.spans.is_empty() {
-        let none = Prediction {
-            gain: 0.0,
-            holds: false,
-        };
-        return vec![none; found.fit.members.len()];
-    }
-    let (transform, basis) = Transform::with_basis(observations, mean(&found.fit.levels));
-    let of_gyro = |fit: &Fit, gyro: usize, left_rad: &[f64]| {
-        log_score(&basis, &transform.spectrum(left_rad), fit.levels[gyro])
+/// In the order of the set; `None` where too few rows are fitted.
+fn predictions(data: &Data, found: &Found, plan: &AnalysisPlan) -> Option<Vec<Prediction>> {
+    let seen = data.rows_of(&[Use::Train, Use::Confirm]);
+    let observations = Observations::bridged(&seen)?;
+    let fit = &found.fit;
+    let (transform, basis) = Transform::with_basis(observations, mean(&fit.levels));
+    let roots: [Vec<f64>; 3] = std::array::from_fn(|gyro| {
+        let powers = basis.by_coefficient(fit.levels[gyro]).into_iter();
+        powers.map(f64::sqrt).collect()
+    });
+    let whitened = |gyro: usize, rows: &[f64]| -> Vec<f64> {
+        let mut spectrum = transform.spectrum(rows);
+        let pairs = spectrum.iter_mut().zip(&roots[gyro]);
+        pairs.for_each(|(value, root)| *value /= root);
+        let mut rows = transform.rows_of(&spectrum);
+        for (value, _) in rows.iter_mut().zip(&seen).filter(|(_, seen)| !**seen) {
+            *value = 0.0;
+        }
+        rows
     };
-    let score = |fit: &Fit, left_rad: &Triad| -> f64 {
-        (0..3).map(|gyro| of_gyro(fit, gyro, &left_rad[gyro])).sum()
-    };
-    let left_rad = left_by(found, &found.fit);
-    let whole = score(&found.fit, &left_rad);
-    let over_instants = |place: usize| -> Option<f64> {
-        let fit = &found.fit;
-        let train = &found.equations;
-        let (gyro, with_rad, instant) = instant(
-            found,
-            fit,
-            place,
-            &left_rad,
-            (&train.transform, &train.basis),
-        )?;
-        let scores: Vec<f64> = instant
-            .places
-            .iter()
-            .map(|at| {
-                let mut left_rad = with_rad.clone();
-                left_rad[at.row..]
-                    .iter_mut()
-                    .for_each(|value| *value -= at.size);
-                at.probability.ln() + of_gyro(fit, gyro, &left_rad)
-            })
-            .collect();
-        let best = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let sum: f64 = scores.iter().map(|score| (score - best).exp()).sum();
-        Some(best + sum.ln() - of_gyro(fit, gyro, &left_rad[gyro]))
-    };
-    let without = found.without.iter().enumerate();
-    without
-        .map(|(place, fit)| {
-            let without = score(fit, &left_by(found, fit));
-            let gain = whole + over_instants(place).unwrap_or(0.0) - without;
-            let candidate = &found.candidates[found.fit.members[place]];
-            let holds = match candidate.variant {
-                Variant::Event { axis, .. } if candidate.kind == SLIP => {
-                    let spectrum = transform.spectrum(&left_rad[axis]);
-                    let levels = found.fit.levels[axis];
-                    let largest = largest_impulse(&transform, &basis, &spectrum, levels);
-                    let rows = transform.observations().rows() as f64;
-                    2.0 * rows * Normal::standard().sf(largest) > plan.unexplained
-                }
-                _ => gain > 0.0,
+    let (columns, own, fixed) = columns_of(found, &whitened);
+    let records: Vec<Vec<f64>> = (0..3)
+        .map(|gyro| whitened(gyro, &found.residual_rad[gyro]))
+        .collect();
+    let sums = BlockSums::new(
+        &records,
+        &columns,
+        &plan.blocks.of(&seen, data.streams.rate_hz),
+    );
+    let left_rad = left_by(found, fit);
+    let of_member = |place: usize| {
+        let candidate = &found.candidates[fit.members[place]];
+        let Variant::Event { axis, .. } = candidate.variant else {
+            // What is made behind it goes with it.
+            let member = fit.members[place];
+            let with_it = (0..own.len()).filter(|&other| {
+                let hypothesis = &found.candidates[fit.members[other]].hypothesis;
+                other == place || hypothesis.requires == Some(member)
+            });
+            let parameters: Vec<usize> = with_it.flat_map(|other| own[other].clone()).collect();
+            let said = sums.validate(&parameters, &fixed);
+            let law = ChiSquared::new(said.freedom).ok();
+            let is_chance = law.is_none_or(|law| {
+                law.sf(said.design_effect * said.freedom) > plan.reenactment_chance
+            });
+            return Prediction {
+                gain: said.gain,
+                design_effect: if is_chance { 1.0 } else { said.design_effect },
+                holds: said.gain > 0.0,
             };
-            Prediction { gain, holds }
-        })
-        .collect()
+        };
+        let without = &found.without[place];
+        let spectrum = transform.spectrum(&left_rad[axis]);
+        let largest = largest_impulse(&transform, &basis, &spectrum, fit.levels[axis]);
+        let rows = transform.observations().rows() as f64;
+        Prediction {
+            gain: fit.log_likelihood - without.log_likelihood,
+            design_effect: 1.0,
+            holds: candidate.kind != SLIP
+                || 2.0 * rows * Normal::standard().sf(largest) > plan.unexplained,
+        }
+    };
+    Some((0..fit.members.len()).map(of_member).collect())
+}
+
+/// Whitened columns of the members' parameters.
+///
+/// # Returns
+/// By gyro and parameter; the parameters of each member; parameters that stand for what a member does without one.
+fn columns_of(
+    found: &Found,
+    whitened: &impl Fn(usize, &[f64]) -> Vec<f64>,
+) -> (Vec<Vec<Vec<f64>>>, Vec<Range<usize>>, Vec<usize>) {
+    let signals = &found.motion.signals;
+    let mut columns: Vec<Vec<Vec<f64>>> = vec![Vec::new(); 3];
+    let (mut own, mut fixed) = (Vec::new(), Vec::new());
+    for &member in &found.fit.members {
+        let candidate = &found.candidates[member];
+        let parameters = candidate.hypothesis.parameters;
+        let whole = candidate.hypothesis.with_fixed_as_parameter();
+        let first = columns[0].len();
+        for (gyro, columns) in columns.iter_mut().enumerate() {
+            for parameter in 0..whole.parameters {
+                let mut sum: Vec<f64> = Vec::new();
+                let mut terms = whole.terms.iter();
+                let acts = terms.any(|term| term.record == gyro && term.parameter == parameter);
+                if acts {
+                    sum = vec![0.0; signals.rows];
+                    let terms = whole.terms.iter();
+                    for term in terms.filter(|one| one.record == gyro && one.parameter == parameter)
+                    {
+                        let values = found.pool.columns[term.column].values(signals);
+                        add(&mut sum, &values, term.coefficient);
+                    }
+                    sum = whitened(gyro, &sum);
+                }
+                columns.push(sum);
+            }
+        }
+        if whole.parameters > parameters {
+            fixed.push(first + parameters);
+        }
+        own.push(first..first + whole.parameters);
+    }
+    (columns, own, fixed)
 }
 
 /// What a fit over the found candidates leaves \[rad\].
@@ -143,9 +186,9 @@ pub struct Confirmed {
     pub named: Vec<usize>,
     /// What a named member is called, as places in [`Found::candidates`].
     pub headlines: Vec<usize>,
-    /// What rows that confirm say of every member of the found set.
+    /// What blocks of the fitted rows say of every member of the found set.
     pub predictions: Vec<Prediction>,
-    /// Places in [`Found::judged`] that do not predict those rows.
+    /// Places in [`Found::judged`] that do not hold there.
     pub unconfirmed: Vec<usize>,
     /// Places in [`Found::judged`] that the recording re-enacted without them shows as well.
     pub reenacted_away: Vec<usize>,
@@ -159,14 +202,20 @@ pub struct Confirmed {
     pub last: Final,
 }
 
-/// Takes away what does not predict other rows, and what the recording shows even where it is re-enacted without it; `None`
+/// Takes away what does not hold in blocks of the rows, and what the recording shows even where it is re-enacted without it; `None`
 /// where too few rows are left.
 pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<Confirmed> {
-    let predictions = predictions(data, found, plan);
+    let predictions = predictions(data, found, plan)?;
     let is_costly = |place: &usize| found.judged[*place].cost_without > plan.naming;
-    let (mut named, unconfirmed): (Vec<usize>, Vec<usize>) = (0..found.judged.len())
-        .filter(is_costly)
-        .partition(|&place| predictions[place].holds);
+    // Blocks that disagree say that the likelihood ratio is that much too large.
+    let holds = |place: &usize| {
+        let said = &predictions[*place];
+        let ratio = found.fit.log_likelihood - found.without[*place].log_likelihood;
+        let lost = ratio * (1.0 - 1.0 / said.design_effect);
+        said.holds && found.judged[*place].cost_without - lost > plan.naming
+    };
+    let (mut named, unconfirmed): (Vec<usize>, Vec<usize>) =
+        (0..found.judged.len()).filter(is_costly).partition(holds);
     let (mut reenacted_away, mut impossible) = (Vec::new(), Vec::new());
     loop {
         let mut headlines: Vec<usize> = named.iter().map(|&place| headline(found, place)).collect();

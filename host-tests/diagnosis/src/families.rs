@@ -1,7 +1,7 @@
 //! Goes through the families of the catalogue: what each could add to a fit, and the strongest of each for the search.
 
 use nalgebra::{DMatrix, DVector};
-use rlg_catalogue::candidates::Variant;
+use rlg_catalogue::candidates::{ONE_AXIS, SHARED, Variant};
 use rlg_catalogue::entries::MODE;
 use rlg_catalogue::families::{
     Basis, ExactLowPass, ExactMount, Family, MOUNT, MountColumns, SUSPENSION, SuspensionColumns,
@@ -215,7 +215,8 @@ const LONGEST_LOW_PASS_S: f64 = 0.5;
 /// The low pass on each gyro that gains most at its full response.
 fn low_pass(tests: &[ScoreTest], signals: &Signals, is_moving: [bool; 3]) -> Option<Found> {
     let grid = low_pass::grid(signals.period_s(), LONGEST_LOW_PASS_S);
-    let price = (grid.len() as f64).ln() + 0.5;
+    let places = (grid.len() as f64).ln();
+    let mut price = places;
     let mut best: [Option<LowPass>; 3] = [None; 3];
     let mut sum = 0.0;
     for gyro in (0..3).filter(|&gyro| is_moving[gyro]) {
@@ -240,20 +241,25 @@ fn low_pass(tests: &[ScoreTest], signals: &Signals, is_moving: [bool; 3]) -> Opt
         let (found, gain) = follow(begin.0, of, |low_pass, step| LowPass {
             time_s: (low_pass.time_s + step[0]).clamp(0.6 * low_pass.time_s, 1.7 * low_pass.time_s),
         });
-        if gain > price {
+        // Its columns are made where it is, and what is estimated is about that: its size has its price here.
+        let of_size = 0.5 * (1.0 + (2.0 * gain).max(1.0).ln());
+        if gain > places + of_size {
             best[gyro] = Some(found);
-            sum += gain - price;
+            sum += gain - of_size;
+            price += of_size;
         }
     }
-    if best == [None; 3] {
-        return None;
-    }
+    price += match best.iter().flatten().count() {
+        0 => return None,
+        3 => SHARED.ln(),
+        _ => ONE_AXIS.ln(),
+    };
     let mut pool = Pool::default();
-    let candidate = pool.low_pass(best, grid.len() as f64, signals);
+    let candidate = pool.low_pass(best, price.exp(), signals);
     Some(Found {
+        surplus: sum - candidate.hypothesis.price,
         candidate,
         columns: pool.columns,
-        surplus: sum,
     })
 }
 
@@ -289,6 +295,7 @@ fn line(
             terms: parts.collect(),
             fixed: Vec::new(),
             bounds: Vec::new(),
+            requires: None,
             price: pair[0].hypothesis.price,
         }
     };

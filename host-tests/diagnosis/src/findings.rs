@@ -673,14 +673,14 @@ fn summary(
             String::new()
         };
         lines.push(format!(
-            "Found: {kind}{alike}: {}; predicts rows that were not fitted better by {:.1} in log score{size}.",
+            "Found: {kind}{alike}: {}; gains {:.1} in log score in blocks of rows that the others predict{size}.",
             numbers.join(", "),
             one.confirmed_gain
         ));
     }
     for &place in &confirmed.unconfirmed {
         lines.push(format!(
-            "Not named: {}: it fits some rows and does not predict others, on held-out time.",
+            "Not named: {}: it does not hold in every stretch of the rows.",
             kind_of(place)
         ));
     }

@@ -184,6 +184,7 @@ fn strongest(
                 terms: vec![term],
                 fixed: Vec::new(),
                 bounds: Vec::new(),
+                requires: None,
                 price: 0.0,
             }]
         })

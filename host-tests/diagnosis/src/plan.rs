@@ -1,5 +1,7 @@
 //! The numbers of a diagnosis against a reference on the gyros' rows, decided before looking.
 
+use std::ops::Range;
+
 use rlg_inference::SearchPlan;
 use rlg_signal::partition::PartitionPlan;
 use rlg_signal::shrinkage::Gate;
@@ -31,6 +33,45 @@ impl Default for CoarsePlan {
     }
 }
 
+/// Blocks of rows that an effect must hold in.
+#[derive(Debug, Clone, Copy)]
+pub struct BlockPlan {
+    /// Length of a block \[s\].
+    pub length_s: f64,
+    /// Blocks at least, however short.
+    pub least: usize,
+    /// Blocks at most, however long.
+    pub most: usize,
+}
+
+impl Default for BlockPlan {
+    fn default() -> Self {
+        Self {
+            length_s: 6.0,
+            least: 16,
+            most: 64,
+        }
+    }
+}
+
+impl BlockPlan {
+    /// Cuts the rows that are `seen` into contiguous blocks of about as many of them; a block may span rows that are not.
+    pub fn of(&self, seen: &[bool], rate_hz: f64) -> Vec<Range<usize>> {
+        let count = seen.iter().filter(|&&seen| seen).count();
+        let wished = (count as f64 / (self.length_s * rate_hz)).round() as usize;
+        let blocks = wished.clamp(self.least, self.most).min(count.max(1));
+        let mut cuts = vec![0];
+        let mut before = 0;
+        for (row, _) in seen.iter().enumerate().filter(|(_, seen)| **seen) {
+            before += 1;
+            if before * blocks >= cuts.len() * count {
+                cuts.push(row + 1);
+            }
+        }
+        cuts.windows(2).map(|pair| pair[0]..pair[1]).collect()
+    }
+}
+
 /// All thresholds of this engine.
 ///
 /// `rlg challenge --marks --engine new` shows what they give on seeds that they were not chosen on, and with `--vary` what other
@@ -39,6 +80,8 @@ impl Default for CoarsePlan {
 pub struct AnalysisPlan {
     /// Rows fitted, confirmed, tested.
     pub partition: PartitionPlan,
+    /// Blocks that an effect must hold in.
+    pub blocks: BlockPlan,
     /// What is far from the model.
     pub coarse: CoarsePlan,
     /// Prices of the search.
@@ -80,6 +123,7 @@ impl Default for AnalysisPlan {
     fn default() -> Self {
         Self {
             partition: PartitionPlan::default(),
+            blocks: BlockPlan::default(),
             coarse: CoarsePlan::default(),
             search: SearchPlan::default(),
             naming: 4.0,

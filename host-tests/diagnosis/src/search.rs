@@ -58,9 +58,9 @@ pub fn find(
     plan: &AnalysisPlan,
     progress: &dyn Fn(&str),
 ) -> Option<Found> {
-    let mut fitted = Observations::bridged(&data.rows_of(&[Use::Train]))?.to_fast_length();
     let mut seen = data.rows_of(&[Use::Train, Use::Confirm]);
     let mut looked_at = Observations::bridged(&seen)?;
+    let mut fitted = looked_at.clone().to_fast_length();
     let mut left = data.residual_rad.clone();
     let known = data.known_path();
     if !data.model.effects.is_empty() {
@@ -78,9 +78,9 @@ pub fn find(
     let far = coarse(data, &left, &seen, known, &plan.coarse);
     if far.path != Path::default() {
         data.late_rows = far.path.delay_s[0] * data.streams.rate_hz;
-        fitted = Observations::bridged(&data.rows_of(&[Use::Train]))?.to_fast_length();
         seen = data.rows_of(&[Use::Train, Use::Confirm]);
         looked_at = Observations::bridged(&seen)?;
+        fitted = looked_at.clone().to_fast_length();
     }
     let mut levels = first_levels(&far.clean_rad, &fitted);
     let mut clean = bridged(&far.clean_rad, &looked_at);
@@ -217,6 +217,15 @@ impl Pass {
                     .any(|term| term.parameter == parameter && equations.scale(term.column) > 0.0)
             })
         });
+        // A lag of what has passed a low pass is that low pass: −iωτ H = H − 1.
+        let low_pass = candidates
+            .iter()
+            .position(|one| one.variant == Variant::LowPass);
+        for one in &mut candidates {
+            if one.kind == "gyro_delay" || one.kind == "reference_delay" {
+                one.hypothesis.requires = low_pass;
+            }
+        }
         Self {
             motion,
             residual_rad,
@@ -456,13 +465,8 @@ impl Pass {
         let without = fit
             .members
             .iter()
-            .map(|member| {
-                let rest: Vec<usize> = fit
-                    .members
-                    .iter()
-                    .copied()
-                    .filter(|other| other != member)
-                    .collect();
+            .map(|&member| {
+                let rest = search.without(&fit.members, member);
                 search.fit(&rest, None)
             })
             .collect();

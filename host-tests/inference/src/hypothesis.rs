@@ -56,6 +56,8 @@ pub struct Hypothesis {
     pub terms: Vec<Term>,
     /// What it does besides, without a parameter of its own.
     pub fixed: Vec<Fixed>,
+    /// Place of a hypothesis without which this one means something else: its columns are made behind that one.
+    pub requires: Option<usize>,
     /// What is known of each parameter; empty where nothing is known of any.
     pub bounds: Vec<Bound>,
     /// ln of the number of places it was picked from, less what makes it likelier than others: a price in log posterior.

@@ -13,6 +13,8 @@
 //! [`predict`] scores rows that were not
 //! fitted.
 
+pub mod block_validation;
+
 pub mod dct;
 
 pub mod plan;
@@ -40,8 +42,6 @@ pub mod search;
 pub mod events;
 
 pub mod lines;
-
-pub mod predict;
 
 pub use dct::Dct;
 pub use evaluate::{Drift, Fit};

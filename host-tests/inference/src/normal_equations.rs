@@ -408,6 +408,7 @@ fn free_on(record: usize, count: usize) -> Hypothesis {
         terms: each.collect(),
         fixed: Vec::new(),
         bounds: Vec::new(),
+        requires: None,
         price: 0.0,
     }
 }

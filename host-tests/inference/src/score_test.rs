@@ -413,6 +413,7 @@ mod tests {
             }],
             fixed: Vec::new(),
             bounds: Vec::new(),
+            requires: None,
             price: 0.0,
         }
     }

@@ -95,12 +95,24 @@ impl<'a> Search<'a> {
         key.iter().map(|&place| &self.hypotheses[place]).collect()
     }
 
+    /// The members of a set without one, and without those that mean something else then.
+    pub fn without(&self, members: &[usize], member: usize) -> Vec<usize> {
+        let stays =
+            |place: &usize| *place != member && self.hypotheses[*place].requires != Some(member);
+        members.iter().copied().filter(stays).collect()
+    }
+
     /// ln prior of a set.
     fn log_prior(&self, key: &[usize]) -> f64 {
         let each = (self.plan.expected_effects / self.kinds as f64).ln();
-        key.iter()
-            .map(|&place| each - self.hypotheses[place].price)
-            .sum()
+        let of_member = |place: &usize| {
+            let one = &self.hypotheses[*place];
+            if one.requires.is_some_and(|other| !key.contains(&other)) {
+                return f64::NEG_INFINITY;
+            }
+            each - one.price
+        };
+        key.iter().map(of_member).sum()
     }
 
     /// Price of drift.
@@ -273,7 +285,7 @@ impl<'a> Search<'a> {
         let keys: Vec<Vec<usize>> = current
             .members
             .iter()
-            .map(|member| without(&current.members, *member))
+            .map(|member| self.without(&current.members, *member))
             .collect();
         let fits = self.fit_all(keys, &current.levels);
         fits.into_iter()
@@ -284,7 +296,7 @@ impl<'a> Search<'a> {
     /// The set with one member exchanged, where that is better.
     fn exchange(&mut self, current: &Fit) -> Option<Fit> {
         for member in current.members.clone() {
-            let rest = without(&current.members, member);
+            let rest = self.without(&current.members, member);
             let keys: Vec<Vec<usize>> = (0..self.hypotheses.len())
                 .filter(|place| !current.members.contains(place))
                 .map(|place| [&rest[..], &[place]].concat())
@@ -311,7 +323,7 @@ impl<'a> Search<'a> {
     }
 
     fn judge_member(&mut self, best: &Fit, member: usize, within: f64) -> Judged {
-        let rest = without(&best.members, member);
+        let rest = self.without(&best.members, member);
         let alone = self.fit(&rest, Some(&best.levels));
         let others: Vec<usize> = (0..self.hypotheses.len())
             .filter(|place| !best.members.contains(place))
@@ -422,14 +434,6 @@ impl<'a> Search<'a> {
 
 /// A rival may gain this much from refitting the noise.
 const SCREENING_MARGIN: f64 = 5.0;
-
-fn without(members: &[usize], member: usize) -> Vec<usize> {
-    members
-        .iter()
-        .copied()
-        .filter(|&other| other != member)
-        .collect()
-}
 
 fn best_of(fits: Vec<Fit>, current: Fit) -> Fit {
     fits.into_iter().fold(

@@ -263,7 +263,7 @@ fn held_against(evidence: &EvidenceEntry) -> Markup {
         p.note {
             "It explains " (number(rounded(100.0 * evidence.share))) " % of the power of what differs"
             @if evidence.confirmed_gain > 0.0 {
-                ", and predicts rows that were not fitted better by "
+                ", and gains in blocks of rows that the others predict "
                 (number(rounded(evidence.confirmed_gain))) " in log score"
             }
             "."

@@ -1,0 +1,240 @@
+//! Whether an effect holds in all of a record: least squares on whitened rows with one contiguous block left out in turn.
+//!
+//! On noise that is Gaussian and stationary this says what the likelihood says. On real noise a likelihood ratio lies where
+//! few rows carry it; blocks that disagree more than noise lets them show that (inference.md, B6).
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::linear::pseudo_inverse;
+
+/// Sums of whitened rows over blocks, all records together.
+pub struct BlockSums {
+    blocks: Vec<Sums>,
+    parameters: usize,
+}
+
+struct Sums {
+    gram: DMatrix<f64>,
+    moments: DVector<f64>,
+}
+
+/// What blocks say of some parameters beside the others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BlockValidation {
+    /// Log score of each block, predicted by the others, that the parameters gain; summed.
+    pub gain: f64,
+    /// Variance of the parameters between blocks over that of their likelihood: 1 where the likelihood is right.
+    pub design_effect: f64,
+    /// Degrees of freedom that the blocks leave for it: few where few blocks show the parameters.
+    pub freedom: f64,
+}
+
+impl BlockSums {
+    /// Sums over `blocks` of rows.
+    ///
+    /// # Inputs
+    /// `records`: whitened; `columns`: of each record and parameter, whitened alike; empty where a parameter does nothing
+    /// there.
+    pub fn new(records: &[Vec<f64>], columns: &[Vec<Vec<f64>>], blocks: &[Range<usize>]) -> Self {
+        let parameters = columns.first().map_or(0, Vec::len);
+        let of_block = |rows: &Range<usize>| {
+            let dot = |a: &[f64], b: &[f64]| -> f64 {
+                if a.is_empty() || b.is_empty() {
+                    return 0.0;
+                }
+                let pairs = a[rows.clone()].iter().zip(&b[rows.clone()]);
+                pairs.map(|(a, b)| a * b).sum()
+            };
+            let mut gram = DMatrix::zeros(parameters, parameters);
+            let mut moments = DVector::zeros(parameters);
+            for (record, columns) in records.iter().zip(columns) {
+                for a in 0..parameters {
+                    moments[a] += dot(&columns[a], record);
+                    for b in 0..=a {
+                        let product = dot(&columns[a], &columns[b]);
+                        gram[(a, b)] += product;
+                        if a != b {
+                            gram[(b, a)] += product;
+                        }
+                    }
+                }
+            }
+            Sums { gram, moments }
+        };
+        Self {
+            blocks: blocks.iter().map(of_block).collect(),
+            parameters,
+        }
+    }
+
+    /// What blocks say of the parameters in `own`, all others fitted beside them.
+    ///
+    /// # Inputs
+    /// `fixed`: parameters whose value is 1 whatever the data; those in `own` are 0 without it.
+    pub fn validate(&self, own: &[usize], fixed: &[usize]) -> BlockValidation {
+        let free = |with: bool| -> Vec<usize> {
+            (0..self.parameters)
+                .filter(|k| !fixed.contains(k) && (with || !own.contains(k)))
+                .collect()
+        };
+        let held = |with: bool| -> Vec<usize> {
+            let is_there = |k: &usize| with || !own.contains(k);
+            fixed.iter().copied().filter(is_there).collect()
+        };
+        let with = self.left_out(&free(true), &held(true));
+        let without = self.left_out(&free(false), &held(false));
+        let own_free: Vec<usize> = free(true)
+            .iter()
+            .enumerate()
+            .filter(|(_, k)| own.contains(k))
+            .map(|(place, _)| place)
+            .collect();
+        BlockValidation {
+            gain: with.score - without.score,
+            design_effect: with.design_effect(&own_free),
+            freedom: self.freedom(own),
+        }
+    }
+
+    /// Σ over the parameters of the number of blocks that show one, by their information, less 1.
+    fn freedom(&self, own: &[usize]) -> f64 {
+        let of_parameter = |k: usize| {
+            let informations = self.blocks.iter().map(|sums| sums.gram[(k, k)]);
+            let (sum, square) = informations.fold((0.0, 0.0), |(sum, square), one| {
+                (sum + one, square + one * one)
+            });
+            if square > 0.0 {
+                sum * sum / square - 1.0
+            } else {
+                0.0
+            }
+        };
+        own.iter().copied().map(of_parameter).sum()
+    }
+
+    /// Fits of `free` parameters with each block left out, those in `held` at 1.
+    fn left_out(&self, free: &[usize], held: &[usize]) -> LeftOut {
+        let of = |sums: &Sums| -> (DMatrix<f64>, DVector<f64>) {
+            let gram =
+                DMatrix::from_fn(free.len(), free.len(), |a, b| sums.gram[(free[a], free[b])]);
+            let moments = DVector::from_fn(free.len(), |a, _| {
+                let by_held: f64 = held.iter().map(|&k| sums.gram[(free[a], k)]).sum();
+                sums.moments[free[a]] - by_held
+            });
+            (gram, moments)
+        };
+        // −½ Σ (y − Σ held)², up to the y² that every set shares.
+        let of_held = |sums: &Sums| -> f64 {
+            let products: f64 = held
+                .iter()
+                .map(|&a| held.iter().map(|&b| sums.gram[(a, b)]).sum::<f64>())
+                .sum();
+            let moments: f64 = held.iter().map(|&k| sums.moments[k]).sum();
+            moments - 0.5 * products
+        };
+        let each: Vec<_> = self.blocks.iter().map(of).collect();
+        let zero = (
+            DMatrix::zeros(free.len(), free.len()),
+            DVector::zeros(free.len()),
+        );
+        let (gram, moments) = each
+            .iter()
+            .fold(zero, |(gram, moments), (a, c)| (gram + a, moments + c));
+        let variance = pseudo_inverse(&gram);
+        let whole = &variance * &moments;
+        // What a block's rows alone show is not known without it: a prior of the size that all show keeps it finite.
+        let squared = whole.dot(&moments) / (free.len().max(1) as f64);
+        let prior = &gram / squared.max(1.0);
+        let mut score: f64 = self.blocks.iter().map(of_held).sum();
+        let mut spread = DMatrix::zeros(free.len(), free.len());
+        for (a, c) in &each {
+            let estimate = pseudo_inverse(&(&gram - a + &prior)) * (&moments - c);
+            score += estimate.dot(c) - 0.5 * estimate.dot(&(a * &estimate));
+            let away = &estimate - &whole;
+            spread += &away * away.transpose();
+        }
+        let count = each.len() as f64;
+        LeftOut {
+            score,
+            jackknife: spread * ((count - 1.0) / count),
+            variance,
+        }
+    }
+}
+
+/// Fits with each block left out.
+struct LeftOut {
+    score: f64,
+    jackknife: DMatrix<f64>,
+    variance: DMatrix<f64>,
+}
+
+impl LeftOut {
+    /// Geometric mean over some parameters of their variance between blocks over their likelihood's.
+    fn design_effect(&self, own: &[usize]) -> f64 {
+        let ratios = own
+            .iter()
+            .map(|&k| self.jackknife[(k, k)] / self.variance[(k, k)])
+            .filter(|ratio| ratio.is_finite() && *ratio > 0.0);
+        let (sum, count) = ratios.fold((0.0, 0.0), |(sum, count), ratio| {
+            (sum + ratio.ln(), count + 1.0)
+        });
+        if count > 0.0 {
+            f64::exp(sum / count)
+        } else {
+            1.0
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::BlockSums;
+
+    const ROWS: usize = 4000;
+
+    fn normals(seed: u64) -> Vec<f64> {
+        let rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        StandardNormal.sample_iter(rng).take(ROWS).collect()
+    }
+
+    /// Sums of one record on one column and on one that does nothing to it, with a held column of size 2.
+    fn sums(size: impl Fn(usize) -> f64) -> BlockSums {
+        let (column, other, noise) = (normals(1), normals(2), normals(3));
+        let record = (0..ROWS)
+            .map(|row| size(row) * column[row] + 2.0 * other[row] + noise[row])
+            .collect();
+        let held = other.iter().map(|value| 2.0 * value).collect();
+        let blocks: Vec<_> = (0..20)
+            .map(|block| 200 * block..200 * (block + 1))
+            .collect();
+        BlockSums::new(&[record], &[vec![column, held]], &blocks)
+    }
+
+    #[test]
+    fn an_effect_of_all_rows_gains_what_its_likelihood_does_and_blocks_agree() {
+        let found = sums(|_| 0.2).validate(&[0], &[1]);
+        // ½ ρ² for ρ² = 0.04 · 4000, within three deviations of a squared size.
+        assert!((found.gain - 80.0).abs() < 40.0, "{found:?}");
+        assert!(found.design_effect < 2.0, "{found:?}");
+        let nothing = sums(|_| 0.0).validate(&[0], &[1]);
+        assert!(nothing.gain < 3.0, "{nothing:?}");
+    }
+
+    #[test]
+    fn an_effect_of_few_rows_makes_blocks_disagree() {
+        let found = sums(|row| if row < 200 { 2.0 } else { 0.0 }).validate(&[0], &[1]);
+        assert!(found.design_effect > 10.0, "{found:?}");
+    }
+
+    #[test]
+    fn what_is_held_counts_with_its_owner() {
+        let found = sums(|_| 0.2).validate(&[1], &[1]);
+        assert!(found.gain > 1000.0, "{found:?}");
+    }
+}
