@@ -4,7 +4,9 @@
 //! column in which that noise dominates (a derivative of it) would fit the residual by itself. Three steps remove it:
 //! [`reference_noise`] measures how much of the declared noise is there; [`conditioned`] makes the motion independent of
 //! the residual; [`shrinkage`] keeps it only where it stands out of its noise. [`derivatives`] then differentiates and
-//! delays it in the frequency domain. [`partition`] says which rows are fitted, confirmed and tested.
+//! delays it in the frequency domain. Before any of it, [`channel_check`] says whether gyros and reference mean the same
+//! axes, by the [`coherent_map`] between them. [`partition`] says which rows are fitted, confirmed and tested;
+//! [`held`] and [`stops`] say which of them show what was measured.
 
 pub mod partition;
 
@@ -17,3 +19,11 @@ pub mod conditioned;
 pub mod shrinkage;
 
 pub mod derivatives;
+
+pub mod coherent_map;
+
+pub mod channel_check;
+
+pub mod held;
+
+pub mod stops;
