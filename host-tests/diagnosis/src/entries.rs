@@ -5,13 +5,14 @@
 
 use std::collections::BTreeMap;
 
+use super::data_words;
 use super::empirical::Form;
 use super::excess::Excess;
 use super::hunt::FoundTerm;
 use super::hypotheses::{CATALOGUE, reference_harmonic};
 use super::identify::identifiable;
 use super::invariance::Verdict;
-use super::qualify::Fault;
+use super::qualify::{Detail, Fault};
 use super::result::{EffectEntry, Identifiable, ParameterEntry, RegimeEntry, UNLISTED};
 use super::select::Chosen;
 use super::signals;
@@ -281,6 +282,30 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
         std,
         unit: "s".to_string(),
     };
+    // How many there are, or how many rows each stands for, is counted.
+    let counted = match fault.detail {
+        Detail::Places(count) => Some(("count", count as f64)),
+        Detail::Hold { rows_per_reading } => Some(("rows", rows_per_reading)),
+        Detail::None | Detail::Wrapped | Detail::Spike { .. } => None,
+    };
+    let counted = counted.map(|(name, value)| ParameterEntry::Number {
+        name: name.to_string(),
+        value,
+        std: 0.0,
+        unit: "1".to_string(),
+    });
+    let mut covariance = vec![vec![std * std, 0.0], vec![0.0, std * std]];
+    if counted.is_some() {
+        covariance.iter_mut().for_each(|row| row.push(0.0));
+        covariance.push(vec![0.0; 3]);
+    }
+    let said = match fault.detail {
+        Detail::None => format!(
+            "The data of {} cannot be used between {start_s:.4} and {end_s:.4} s; those rows were left out of everything else.",
+            fault.channel
+        ),
+        _ => data_words::sentence(streams, &[fault]),
+    };
     EffectEntry {
         evidence: None,
         gravity_speaks_against: Vec::new(),
@@ -300,16 +325,14 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
             number("end_s", end_s),
         ]
         .into_iter()
+        .chain(counted)
         .chain(named)
         .collect(),
-        covariance: vec![vec![std * std, 0.0], vec![0.0, std * std]],
+        covariance,
         identifiable: Vec::new(),
         log_evidence_gain: 0.0,
         p_value: 0.0,
-        what_was_left_out: format!(
-            "The data of {} cannot be used between {start_s:.4} and {end_s:.4} s; those rows were left out of everything else.",
-            fault.channel
-        ),
+        what_was_left_out: said,
         expression: None,
         regimes: Vec::new(),
     }

@@ -39,7 +39,19 @@ pub mod qualify;
 
 pub mod wiring;
 
+pub mod channel_map;
+
+mod channel_words;
+
 mod outliers;
+
+mod data_faults;
+
+mod data_plan;
+
+mod data_words;
+
+mod read_once;
 
 pub mod transforms;
 
@@ -260,6 +272,29 @@ pub fn diagnose_streams(
     (model, model_file): (&Model, &Path),
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
+    let mut streams = streams;
+    let put_right = channel_map::put_right(settings, &mut streams, model, model_file)?;
+    let Some(put_right) = put_right else {
+        return diagnose_in_order(settings, (streams, again), (model, model_file), progress);
+    };
+    let again = || {
+        let mut streams = again()?;
+        put_right.apply(&mut streams);
+        Ok(streams)
+    };
+    let of = (model, model_file);
+    let mut outcome = diagnose_in_order(settings, (streams, &again), of, progress)?;
+    put_right.report(&mut outcome);
+    Ok(outcome)
+}
+
+/// The same where gyros and reference mean the same axes.
+fn diagnose_in_order(
+    settings: &Settings,
+    (streams, again): (Streams, &dyn Fn() -> Result<Streams, InputError>),
+    (model, model_file): (&Model, &Path),
+    progress: &dyn Fn(&str),
+) -> Result<Outcome, InputError> {
     let Settings {
         engine,
         left_out,
@@ -278,15 +313,17 @@ pub fn diagnose_streams(
         return old(streams);
     }
     let mut qualified = streams;
-    let mut faults = qualify::qualify(&mut qualified);
+    let mut faults = read_once::read_once(&mut qualified);
+    faults.extend(qualify::qualify(&mut qualified));
     faults.retain(|fault| !qualify::is_known(fault, &qualified, &model.effects));
     let of = (model, model_file);
     let found = rate::diagnose(settings, &mut qualified, &faults, of, progress)?;
-    let Some(found) = found else {
+    let Some(mut found) = found else {
         return old(again()?);
     };
+    let lines = data_words::lines(&qualified, &faults);
+    found.diagnosis.summary.extend(lines);
     if let Err(reason) = &qualified.accelerometers {
-        let mut found = found;
         accelerometer::add(Err(reason.clone()), &mut found);
         return Ok(found);
     }

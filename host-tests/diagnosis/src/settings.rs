@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use rlg_signal::channel_check::ChannelPlan;
+
 use crate::rate::AnalysisPlan;
 
 /// Which engine decides.
@@ -39,6 +41,10 @@ pub struct Settings<'a> {
     pub left_out: &'a [&'a str],
     /// The numbers of the new engine.
     pub plan: AnalysisPlan,
+    /// The numbers of the check of axes, signs and units.
+    pub channels: ChannelPlan,
+    /// Whether channels that are reversed, exchanged or of another unit are put right and reported instead of refused.
+    pub anyway: bool,
     /// Seed of the older stages' self-test and control; no finding depends on it.
     pub seed: u64,
 }

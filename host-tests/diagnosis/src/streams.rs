@@ -11,6 +11,7 @@
 //! references slower than the gyros.
 
 use super::accelerometer::rows::Rows;
+use super::channel_map;
 use super::channels::{Finder, Grid, bridge_gaps};
 use super::pieces::Piece;
 use super::still::{self, AtRest};
@@ -260,6 +261,8 @@ impl Streams {
         };
         if let Some(site) = site {
             streams.stand_still(model, site);
+        } else {
+            channel_map::apply_known(&mut streams, &model.effects);
         }
         Ok(streams)
     }
@@ -296,6 +299,11 @@ impl Streams {
     pub(super) fn append_unmeasured(&mut self, further: &Self) {
         self.unmeasured
             .append(self.rows, &further.unmeasured, further.rows);
+    }
+
+    /// Keeps these rows alone of which channels were not measured.
+    pub(super) fn select_unmeasured(&mut self, rows: &[usize]) {
+        self.unmeasured.select(rows);
     }
 
     /// A perfect, undithered unit on a given motion: what a proposed experiment would feed to the catalogue.

@@ -6,7 +6,7 @@
 //! the residual; [`shrinkage`] keeps it only where it stands out of its noise. [`derivatives`] then differentiates and
 //! delays it in the frequency domain. Before any of it, [`channel_check`] says whether gyros and reference mean the same
 //! axes, by the [`coherent_map`] between them. [`partition`] says which rows are fitted, confirmed and tested;
-//! [`held`] and [`stops`] say which of them show what was measured.
+//! [`held`], [`stops`] and [`repeated`] say which of them show what was measured.
 
 pub mod partition;
 
@@ -27,3 +27,5 @@ pub mod channel_check;
 pub mod held;
 
 pub mod stops;
+
+pub mod repeated;
