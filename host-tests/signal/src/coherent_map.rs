@@ -34,6 +34,8 @@ pub struct MapPlan {
     pub known: f64,
     /// Least share of a coefficient that noise in the reference leaves \[1\]: below it the coefficient is the noise's.
     pub kept: f64,
+    /// Least squared coherence of a band whose gain is compared with the others' \[1\].
+    pub coherent: f64,
     /// Least rows for a regression.
     pub least_rows: usize,
 }
@@ -49,6 +51,7 @@ impl Default for MapPlan {
             least_bins: 8,
             known: 0.05,
             kept: 0.8,
+            coherent: 0.9,
             least_rows: 100,
         }
     }
@@ -65,6 +68,9 @@ pub struct CoherentMap {
     pub moves: [bool; 3],
     /// How late the gyros are against the reference \[s\].
     pub delay_s: f64,
+    /// By gyro: power by which its gain differs from the map over frequency, as a share of what it reads \[1\]: a factor
+    /// is the same at all frequencies, a soft mount or a filter is not.
+    pub uneven: [f64; 3],
     /// The map at every likely delay that explains the recording as well, where gyros do not follow their own axes.
     pub others: Vec<Matrix3<f64>>,
 }
@@ -129,6 +135,7 @@ pub fn measure(
         std,
         moves,
         delay_s: (lag + shift as f64) / rate_hz,
+        uneven: [0, 1, 2].map(|gyro| spectra.uneven(&fit, gyro, lag, plan.coherent)),
         others,
     })
 }
@@ -376,6 +383,29 @@ impl Spectra {
                 Matrix3::from_rows(&rows)
             })
             .collect()
+    }
+
+    /// How far the gain of a gyro against its leading axis differs from the map, by bands in which both move together.
+    fn uneven(&self, fit: &Fit, gyro: usize, lag: f64, coherent: f64) -> f64 {
+        let axis = fit.map.row(gyro).transpose().iamax();
+        let (mut differs, mut all) = (0.0, 0.0);
+        for (b, band) in self.bands.iter().enumerate() {
+            let power = self.reference_power[b][(axis, axis)];
+            let cross: Complex64 = band
+                .clone()
+                .map(|k| {
+                    let turn = TAU * lag * k as f64 / self.padded as f64;
+                    let turned = self.gyros[gyro][k] * Complex64::from_polar(1.0, turn);
+                    turned * self.reference[axis][k].conj()
+                })
+                .sum();
+            let is_coherent = cross.norm_sqr() > coherent * power * self.gyro_power[gyro][b];
+            if power > 0.0 && is_coherent {
+                differs += (cross / power - fit.map[(gyro, axis)]).norm_sqr() * power;
+                all += cross.norm_sqr() / power;
+            }
+        }
+        if all > 0.0 { differs / all } else { 0.0 }
     }
 
     fn std(&self, weights: &Weights) -> Matrix3<f64> {
