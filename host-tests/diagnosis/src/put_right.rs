@@ -120,7 +120,7 @@ fn effects(lead: Lead, crossing: &Crossing) -> Vec<ModelEffect> {
         all.push(effect(kind, &crossing.axes));
     }
     if crossing.has_factor() {
-        let factors = Vector3::from(crossing.factors.map(|factor| exact(factor)));
+        let factors = Vector3::from(crossing.factors.map(exact));
         all.push(effect("channel_factor", &Matrix3::from_diagonal(&factors)));
     }
     all

@@ -19,6 +19,9 @@ pub struct ChannelPlan {
     pub scale: [f64; 2],
     /// Share by which noise and other effects may move a factor that lies on a bound \[1\].
     pub allowance: f64,
+    /// Largest share of what a gyro reads by which its gain may differ over frequency and still be one factor \[1\]: a tenth
+    /// of the gain is a hundredth of the power.
+    pub uneven: f64,
     /// Departure from an orthogonal matrix \[1\] beyond which the map is no rotation, whatever else it is.
     pub shear: f64,
 }
@@ -30,6 +33,7 @@ impl Default for ChannelPlan {
             tilt_rad: 0.35,
             scale: [0.5, 2.0],
             allowance: 0.02,
+            uneven: 0.05,
             shear: 0.35,
         }
     }
@@ -103,7 +107,13 @@ pub fn check(
     let measured = measure(gyros_rad, reference_rad, seen, rate_hz, &plan.map)?;
     let own = Matrix3::from_diagonal(&Vector3::from(expected.map(|scale| 1.0 / scale)));
     let judged = |map: &Matrix3<f64>| judge(&(own * map), measured.moves, plan);
-    let (mut axes, factors) = judged(&measured.map)?;
+    let (mut axes, mut factors) = judged(&measured.map)?;
+    // What a soft mount or a filter takes is no factor.
+    for (factor, uneven) in factors.iter_mut().zip(measured.uneven) {
+        if uneven > plan.uneven {
+            *factor = 1.0;
+        }
+    }
     // At one frequency a delay of half a period is a sign, of a quarter an exchange: the ordinary explanation counts. A
     // factor is none of a delay.
     let own_axes = |map| judged(map).is_none_or(|(axes, _)| axes == Matrix3::identity());

@@ -19,6 +19,14 @@ pub(super) struct DataPlan {
     pub(super) stops: StopPlan,
     /// Blocks of rows written twice.
     pub(super) repeats: RepeatPlan,
+    /// Rows over which the reference is smoothed before it is said to change \[1\].
+    pub(super) smoothed_rows: usize,
+    /// Least change of the reference, of a gyro's reading, in rows that show one value \[1\].
+    pub(super) turned: f64,
+    /// Standard deviations of a row of the reference that are no chance.
+    pub(super) clear: f64,
+    /// Share of rows that show the value before, below which a channel is fine \[1\].
+    pub(super) fine: f64,
     /// Single readings that are off.
     pub(super) spikes: SpikePlan,
 }
@@ -47,6 +55,10 @@ impl Default for DataPlan {
             mean_leaves: 0.7,
             stops: StopPlan::default(),
             repeats: RepeatPlan::default(),
+            smoothed_rows: 5,
+            turned: 0.02,
+            clear: 5.0,
+            fine: 0.01,
             spikes: SpikePlan {
                 off: 10.0,
                 near: 0.25,

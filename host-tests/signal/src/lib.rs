@@ -59,6 +59,8 @@ pub mod shrinkage;
 
 pub mod derivatives;
 
+mod cross_spectra;
+
 pub mod coherent_map;
 
 pub mod channel_check;

@@ -16,6 +16,8 @@ pub struct RepeatPlan {
     pub least_rows: usize,
     /// Largest share of the other rows that may be alike at the block's own distance \[1\].
     pub periodic: f64,
+    /// Rows on either side of a block that tell how alike rows are there: a coarse gyro at rest repeats itself.
+    pub around: usize,
     /// Largest chance of two rows that are alike \[1\]: a coarser record repeats itself.
     pub most_alike: f64,
 }
@@ -26,6 +28,7 @@ impl Default for RepeatPlan {
             chance: 1e-9,
             least_rows: 8,
             periodic: 0.05,
+            around: 200,
             most_alike: 0.9,
         }
     }
@@ -42,6 +45,9 @@ pub struct Repeat {
 
 /// Distances at which rows are compared for the chance that they are alike.
 const DISTANCES: [usize; 8] = [1, 2, 3, 5, 11, 37, 101, 331];
+
+/// Largest distance at which the rows about a block are compared: turns at a steady rate repeat a short pattern of counts.
+const NEARBY: usize = 64;
 
 /// Finds the repeats in channels of one recorder, in rows that are `usable`.
 pub fn find(channels: &[&[f64]], usable: &[bool], plan: &RepeatPlan) -> Vec<Repeat> {
@@ -61,11 +67,24 @@ pub fn find(channels: &[&[f64]], usable: &[bool], plan: &RepeatPlan) -> Vec<Repe
     if by_chance > plan.most_alike || rows < 2 * plan.least_rows {
         return Vec::new();
     }
-    // Even a fine channel is not alike by chance less than once in its rows.
-    let by_chance = by_chance.max(1.0 / rows as f64);
     let pairs = (rows as f64).powi(2);
-    let needed = ((plan.chance / pairs).ln() / by_chance.ln()).ceil() as usize;
-    let needed = needed.max(plan.least_rows);
+    let needed = |by_chance: f64| {
+        // Even a fine channel is not alike by chance less than once in its rows.
+        let by_chance = by_chance.clamp(1.0 / rows as f64, 1.0 - 1.0 / rows as f64);
+        let needed = ((plan.chance / pairs).ln() / by_chance.ln()).ceil() as usize;
+        needed.max(plan.least_rows)
+    };
+    let needed_anywhere = needed(by_chance);
+    // How often rows near a block are alike at any short distance, the block's own rows included.
+    let nearby = |block: &Range<usize>| {
+        let window = block.start.saturating_sub(plan.around)..(block.end + plan.around).min(rows);
+        let share = |distance: usize| {
+            let compared = (window.start + distance).min(window.end)..window.end;
+            let count = compared.clone().filter(|&row| alike(row, row - distance));
+            count.count() as f64 / compared.len().max(1) as f64
+        };
+        (1..=NEARBY).map(share).fold(0.0, f64::max)
+    };
     // What only hashes alike is none: the rows are compared.
     let key = |row: usize| -> u64 {
         let mut hasher = DefaultHasher::new();
@@ -86,15 +105,21 @@ pub fn find(channels: &[&[f64]], usable: &[bool], plan: &RepeatPlan) -> Vec<Repe
                 .take_while(|&k| alike(row + k, from + k))
                 .count();
             let distance = row - from;
-            let is_block = length >= needed && length <= distance;
-            if is_block && share(distance) - length as f64 / rows as f64 <= plan.periodic {
-                found.push(Repeat {
-                    rows: row..row + length,
-                    from,
-                });
-                row += length;
-                continue;
+            let block = row..row + length;
+            let is_block = length >= needed_anywhere
+                && length <= distance
+                && length >= needed(nearby(&block))
+                && share(distance) - length as f64 / rows as f64 <= plan.periodic;
+            // The end of a block that is none may begin another.
+            row += if is_block {
+                length
+            } else {
+                length.saturating_sub(plan.least_rows).max(1)
+            };
+            if is_block {
+                found.push(Repeat { rows: block, from });
             }
+            continue;
         } else {
             seen.insert(own, row);
         }
@@ -139,6 +164,24 @@ mod tests {
             );
             assert_eq!(found[0].rows.start - found[0].from, 128);
         }
+    }
+
+    #[test]
+    fn a_coarse_gyro_that_rests_for_a_while_repeats_nothing() {
+        let mut gyros = gyros(20.0);
+        for values in &mut gyros {
+            for value in &mut values[2000..2400] {
+                *value = (*value / 18.0).round();
+            }
+        }
+        assert_eq!(repeats(&gyros), []);
+        let steady = |row: usize| (row as f64 * 0.37).floor();
+        for values in &mut gyros {
+            for (row, value) in values[2000..2400].iter_mut().enumerate() {
+                *value = steady(row + 1) - steady(row);
+            }
+        }
+        assert_eq!(repeats(&gyros), []);
     }
 
     #[test]

@@ -61,6 +61,11 @@ impl Pair {
     }
 
     fn crossing(&self) -> Option<Crossing> {
+        self.crossing_behind(|gyros| gyros)
+    }
+
+    /// The same with gyros that something comes before.
+    fn crossing_behind(&self, before: impl Fn(Vec<f64>) -> Vec<f64>) -> Option<Crossing> {
         let mut noise = noise(7);
         let mut errors: Vec<[f64; 3]> = (0..=ROWS)
             .map(|_| [0, 1, 2].map(|_| self.reference_noise * noise()))
@@ -81,6 +86,7 @@ impl Pair {
                 gyros[axis].push(sensed[axis] + self.gyro_noise / RATE_HZ * noise());
             }
         }
+        let gyros = gyros.map(before);
         let seen = vec![true; ROWS];
         check(
             [0, 1, 2].map(|axis| &gyros[axis][..]),
@@ -236,4 +242,24 @@ fn at_one_frequency_a_likely_delay_is_no_sign() {
     // Half a period is beyond any delay that is sought.
     let slow = late_by_half_a_period(0.31).crossing();
     assert!(slow.is_some_and(|found| found.is_improper()));
+}
+
+#[test]
+fn a_filter_that_takes_most_of_the_motion_is_no_factor() {
+    // One pole at a tenth of a hertz, below all motion.
+    let share = 1.0 - (-std::f64::consts::TAU * 0.1 / RATE_HZ).exp();
+    let filtered = |values: Vec<f64>| {
+        let mut state = 0.0;
+        let pass = |value: f64| {
+            state += share * (value - state);
+            state
+        };
+        values.into_iter().map(pass).collect()
+    };
+    let pair = Pair {
+        gyro_noise: 1e-5,
+        ..Pair::default()
+    };
+    let found = pair.crossing_behind(filtered);
+    assert!(found.is_none(), "{found:?}");
 }
