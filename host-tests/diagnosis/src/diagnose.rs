@@ -6,21 +6,10 @@ use rlg_model::Model;
 use rlg_recording::error::InputError;
 
 use super::outcome::Outcome;
-use super::plan::AnalysisPlan;
+use super::settings::Settings;
 use super::{data, findings, search};
 use rlg_signal::fault::Fault;
 use rlg_signal::streams::Streams;
-
-/// How a recording is diagnosed.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Settings<'a> {
-    /// Kinds that are taken out of the catalogue: what the tool says of physics it does not know.
-    pub left_out: &'a [&'a str],
-    /// The numbers of the analysis.
-    pub plan: AnalysisPlan,
-    /// Seed that `diagnosis.json` names; no finding depends on it.
-    pub seed: u64,
-}
 
 /// Whether this engine serves a recording: one record of increments with a reference on the same rows, and a model whose
 /// effects it can predict.
@@ -47,6 +36,7 @@ pub fn diagnose(
         left_out,
         ref plan,
         seed,
+        ..
     } = *settings;
     let mut data = data::Data::new(streams, model, plan, model_file)?;
     let Some(mut found) = search::find(&mut data, left_out, plan, progress) else {

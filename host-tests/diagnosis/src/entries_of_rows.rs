@@ -1,9 +1,10 @@
 //! Faults of the data and figures on held-out time as entries of `diagnosis.json`.
 
 use rlg_findings::result::{ChannelEntry, EffectEntry, FiguresEntry, ParameterEntry};
-use rlg_signal::fault::Fault;
+use rlg_signal::fault::{Detail, Fault};
 use rlg_signal::streams::{AXES, Streams};
 
+use super::data_words;
 use super::validate::{Figures, Validation};
 
 /// A fault of the data.
@@ -20,6 +21,30 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
         value,
         std,
         unit: "s".to_string(),
+    };
+    // How many there are, or how many rows each stands for, is counted.
+    let counted = match fault.detail {
+        Detail::Places(count) => Some(("count", count as f64)),
+        Detail::Hold { rows_per_reading } => Some(("rows", rows_per_reading)),
+        Detail::None | Detail::Wrapped | Detail::Spike { .. } => None,
+    };
+    let counted = counted.map(|(name, value)| ParameterEntry::Number {
+        name: name.to_string(),
+        value,
+        std: 0.0,
+        unit: "1".to_string(),
+    });
+    let mut covariance = vec![vec![std * std, 0.0], vec![0.0, std * std]];
+    if counted.is_some() {
+        covariance.iter_mut().for_each(|row| row.push(0.0));
+        covariance.push(vec![0.0; 3]);
+    }
+    let said = match fault.detail {
+        Detail::None => format!(
+            "The data of {} cannot be used between {start_s:.4} and {end_s:.4} s; those rows were left out of everything else.",
+            fault.channel
+        ),
+        _ => data_words::sentence(streams, &[fault]),
     };
     EffectEntry {
         evidence: None,
@@ -40,16 +65,14 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
             number("end_s", end_s),
         ]
         .into_iter()
+        .chain(counted)
         .chain(named)
         .collect(),
-        covariance: vec![vec![std * std, 0.0], vec![0.0, std * std]],
+        covariance,
         identifiable: Vec::new(),
         log_evidence_gain: 0.0,
         p_value: 0.0,
-        what_was_left_out: format!(
-            "The data of {} cannot be used between {start_s:.4} and {end_s:.4} s; those rows were left out of everything else.",
-            fault.channel
-        ),
+        what_was_left_out: said,
         expression: None,
         regimes: Vec::new(),
     }

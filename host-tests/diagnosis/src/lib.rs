@@ -5,6 +5,8 @@
 //! rows that were not fitted, and by [`reenact`]ing the recording without an effect; [`goodness`] of what is left) →
 //! [`findings`] and [`excess_noise`].
 //!
+//! Before it: channels in other axes or units ([`put_right`]); what is said of faults of the data ([`data_words`]).
+//!
 //! What the older stages use too: tiles of the residual ([`locate`]) on a [`noise_spectrum`], figures on held-out time
 //! ([`validate`]), what coarse pulses hide ([`lattice`]), what the report draws ([`pictures`]).
 
@@ -30,9 +32,17 @@ pub mod pictures;
 
 pub mod outcome;
 
+pub mod data_words;
+
 pub mod entries_of_rows;
 
 pub mod plan;
+
+pub mod settings;
+
+mod channel_words;
+
+pub mod put_right;
 
 pub mod data;
 
@@ -64,6 +74,7 @@ pub mod findings;
 
 pub mod diagnose;
 
-pub use diagnose::{Settings, diagnose, serves};
+pub use diagnose::{diagnose, serves};
 pub use outcome::Outcome;
 pub use plan::AnalysisPlan;
+pub use settings::Settings;

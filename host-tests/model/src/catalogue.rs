@@ -82,6 +82,22 @@ const SPAN: Group = needed(&["start_s", "end_s"], "s", Value::Number);
 /// The one of several recordings that contains an event; absent: any that was running then.
 const RECORDING: Group = bounded(&["recording"], "", Value::Recording);
 const FAULT: &[Group] = &[CHANNEL, SPAN, RECORDING];
+/// Gyro i reads Σ ij times what the reference turns about j; `channel = "dither"`: what the pickoffs say.
+const MAP: &[Group] = &[
+    needed(NINE, "1", Value::Number),
+    bounded(&["channel"], "", Value::Channel),
+];
+/// Rows that faults hold and how many of them, or that a reading stands for.
+const ROWS: Group = bounded(&["count", "rows"], "1", Value::Positive);
+/// A span of rows, and what is known of them.
+const LISTED: &[Group] = &[CHANNEL, SPAN, RECORDING, ROWS];
+/// One event of the reference.
+const JUMP: &[Group] = &[
+    AXIS,
+    TIME,
+    needed(&["size"], "rad", Value::Number),
+    RECORDING,
+];
 
 const fn kind(name: &'static str, groups: &'static [Group]) -> Kind {
     Kind { name, groups }
@@ -146,9 +162,15 @@ pub const CATALOGUE: &[Kind] = &[
             RECORDING,
         ],
     ),
-    kind("lost_samples", FAULT),
+    kind("lost_samples", LISTED),
     kind("stuck_channel", FAULT),
-    kind("saturation", FAULT),
+    kind("saturation", LISTED),
+    kind("held_values", LISTED),
+    kind("repeated_rows", LISTED),
+    kind("spikes", LISTED),
+    kind("channel_order", MAP),
+    kind("channel_sign", MAP),
+    kind("channel_factor", MAP),
     kind("reference_misalignment", &[of(XYZ, "rad")]),
     kind("reference_delay", &[needed(&["all"], "s", Value::Number)]),
     kind("reference_scale", &[of(XYZ, "1")]),
@@ -159,6 +181,29 @@ pub const CATALOGUE: &[Kind] = &[
             needed(&["order"], "1", Value::Positive),
             of(&["cos", "sin"], "rad"),
         ],
+    ),
+    kind("reference_bandwidth", &[of(XYZ, "s^2")]),
+    // Smoothing by its second order, or a low pass of first order with this time constant.
+    kind(
+        "gyro_bandwidth",
+        &[
+            of(XYZ, "s^2"),
+            bounded(
+                &["x_pole_s", "y_pole_s", "z_pole_s"],
+                "s",
+                Value::NotNegative,
+            ),
+        ],
+    ),
+    kind(
+        "reference_clock_rate",
+        &[needed(&["all"], "1", Value::Number)],
+    ),
+    kind("reference_jump", JUMP),
+    kind("reference_spike", JUMP),
+    kind(
+        "reference_dropout",
+        &[bounded(&["axis"], "", Value::Axis), SPAN, RECORDING],
     ),
     kind(
         "isolator_mode",

@@ -153,9 +153,11 @@ pub use rlg_signal::{pieces, qualify, streams};
 
 use std::path::Path;
 
+use rlg_diagnosis::{data_words, put_right};
 use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
+use rlg_signal::read_once;
 
 use blocks::Blocks;
 use lattice::Lattice;
@@ -228,6 +230,30 @@ pub fn diagnose_streams(
     (model, model_file): (&Model, &Path),
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
+    let mut streams = streams;
+    let asked = settings.of_new_engine();
+    let put_right = put_right::put_right(&asked, &mut streams, model, model_file)?;
+    let Some(put_right) = put_right else {
+        return diagnose_in_order(settings, (streams, again), (model, model_file), progress);
+    };
+    let again = || {
+        let mut streams = again()?;
+        put_right.apply(&mut streams);
+        Ok(streams)
+    };
+    let of = (model, model_file);
+    let mut outcome = diagnose_in_order(settings, (streams, &again), of, progress)?;
+    put_right.report(&mut outcome);
+    Ok(outcome)
+}
+
+/// The same where gyros and reference mean the same axes.
+fn diagnose_in_order(
+    settings: &Settings,
+    (streams, again): (Streams, &dyn Fn() -> Result<Streams, InputError>),
+    (model, model_file): (&Model, &Path),
+    progress: &dyn Fn(&str),
+) -> Result<Outcome, InputError> {
     let Settings {
         engine,
         left_out,
@@ -246,7 +272,8 @@ pub fn diagnose_streams(
         return old(streams);
     }
     let mut qualified = streams;
-    let mut faults = qualify::qualify(&mut qualified);
+    let mut faults = read_once::read_once(&mut qualified);
+    faults.extend(qualify::qualify(&mut qualified));
     faults.retain(|fault| !qualify::is_known(fault, &qualified, &model.effects));
     let of = (model, model_file);
     let found = rlg_diagnosis::diagnose(
@@ -256,11 +283,12 @@ pub fn diagnose_streams(
         of,
         progress,
     )?;
-    let Some(found) = found else {
+    let Some(mut found) = found else {
         return old(again()?);
     };
+    let lines = data_words::lines(&qualified, &faults);
+    found.diagnosis.summary.extend(lines);
     if let Err(reason) = &qualified.accelerometers {
-        let mut found = found;
         accelerometer::add(Err(reason.clone()), &mut found);
         return Ok(found);
     }

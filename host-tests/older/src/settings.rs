@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use rlg_diagnosis::AnalysisPlan;
+use rlg_signal::channel_check::ChannelPlan;
 
 /// Which engine decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -39,6 +40,10 @@ pub struct Settings<'a> {
     pub left_out: &'a [&'a str],
     /// The numbers of the new engine.
     pub plan: AnalysisPlan,
+    /// The numbers of the check of axes, signs and units.
+    pub channels: ChannelPlan,
+    /// Whether channels that are reversed, exchanged or of another unit are put right and reported instead of refused.
+    pub anyway: bool,
     /// Seed of the older stages' self-test and control; no finding depends on it.
     pub seed: u64,
 }
@@ -57,6 +62,8 @@ impl Settings<'_> {
         rlg_diagnosis::Settings {
             left_out: self.left_out,
             plan: self.plan,
+            channels: self.channels,
+            anyway: self.anyway,
             seed: self.seed,
         }
     }

@@ -141,7 +141,7 @@ impl Spectrum {
 }
 
 /// Smallest length of factors 2, 3 and 5 that holds `least` rows.
-fn fast_length(least: usize) -> usize {
+pub(crate) fn fast_length(least: usize) -> usize {
     let is_fast = |length: &usize| {
         let mut rest = *length;
         for factor in [2, 3, 5] {

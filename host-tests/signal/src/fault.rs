@@ -17,6 +17,30 @@ pub struct Fault {
     pub channel: String,
     /// Rows, guard left out.
     pub rows: Range<usize>,
+    /// What else is known of it.
+    pub detail: Detail,
+}
+
+/// What is known of a fault beside where it is.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Detail {
+    /// Nothing.
+    #[default]
+    None,
+    /// So many places between the first and the last row.
+    Places(usize),
+    /// Each reading stands for so many rows, on the mean.
+    Hold {
+        /// Rows a reading.
+        rows_per_reading: f64,
+    },
+    /// The range overflowed: the reading has come out at its other end.
+    Wrapped,
+    /// One reading alone is off by so much \[rad\].
+    Spike {
+        /// Reading less the mean of its neighbours.
+        size_rad: f64,
+    },
 }
 
 /// The smallest step that a channel takes away from a value, anywhere.

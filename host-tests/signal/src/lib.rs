@@ -6,8 +6,10 @@
 //! the residual; [`shrinkage`] keeps it only where it stands out of its noise. [`derivatives`] then differentiates and
 //! delays it in the frequency domain. [`partition`] says which rows are fitted, confirmed and tested.
 //!
-//! Before it stand the channels themselves: [`streams`] puts a recording on the gyros' rows, [`qualify`] finds faults of the
-//! data and takes their rows out of use, [`pieces`] joins several recordings, [`residual`] takes away what a model predicts.
+//! Before it stand the channels themselves: [`streams`] puts a recording on the gyros' rows; [`channel_map`] says whether
+//! gyros and reference mean the same axes, by the [`channel_check`] of the [`coherent_map`] between them; [`read_once`]
+//! takes one row a reading; [`qualify`] finds faults of the data ([`held`], [`stops`], [`repeated`]) and takes their rows
+//! out of use; [`pieces`] joins several recordings; [`residual`] takes away what a model predicts.
 
 pub mod axes;
 
@@ -23,13 +25,23 @@ pub mod still;
 
 pub mod accelerometer_rows;
 
+pub mod known_channels;
+
 pub mod streams;
 
 pub mod fault;
 
 mod outliers;
 
+mod data_plan;
+
+mod data_faults;
+
 pub mod qualify;
+
+pub mod read_once;
+
+pub mod channel_map;
 
 pub mod pieces;
 
@@ -46,3 +58,15 @@ pub mod conditioned;
 pub mod shrinkage;
 
 pub mod derivatives;
+
+mod cross_spectra;
+
+pub mod coherent_map;
+
+pub mod channel_check;
+
+pub mod held;
+
+pub mod stops;
+
+pub mod repeated;

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::fault::{Fault, SURROUNDINGS_ROWS, is_between_pulses, pulse, repeats};
+use super::fault::{Detail, Fault, SURROUNDINGS_ROWS, is_between_pulses, pulse, repeats};
 use super::streams::{AXES, Streams};
 
 /// What a gyro turned in each row beyond case and dither.
@@ -99,12 +99,16 @@ struct Off {
 }
 
 impl Off {
+    /// Of what a gyro turned beyond case and dither.
     fn of(streams: &Streams, axis: usize) -> Self {
+        Self::of_increments(streams, &beyond_rad(streams, axis))
+    }
+
+    fn of_increments(streams: &Streams, increments: &[f64]) -> Self {
         /// Standard deviations of a reading against its neighbours; a quarter of a million rows reach five.
         const OFF: f64 = 8.0;
         /// Rows over which the scatter is read: a shaken unit scatters more.
         const AROUND: usize = 2000;
-        let increments = beyond_rad(streams, axis);
         // A reading less the mean of the ones before and after it.
         let off_rad: Vec<f64> = increments
             .windows(2)
@@ -128,6 +132,23 @@ impl Off {
         Self { off_rad, least_rad }
     }
 
+    /// Whether a row is off by itself. By as much as one reading is off, the means beside it are off by half to the other
+    /// side, and the next not at all: physics that begins there does not look so.
+    fn is_alone(&self, row: usize) -> bool {
+        /// What its neighbours may differ by from what one reading makes of them, as a share.
+        const NEAR: f64 = 0.25;
+        let off = &self.off_rad;
+        let share = |near: usize| off.get(near).map_or(f64::NAN, |near| near / off[row]);
+        let half = -0.5 - NEAR..-0.5 + NEAR;
+        row >= 2
+            && [row - 1, row + 1]
+                .iter()
+                .all(|&near| half.contains(&share(near)))
+            && [row - 2, row + 2]
+                .iter()
+                .all(|&near| share(near).abs() < NEAR)
+    }
+
     /// Whether a row is off by more than a share of what no scatter comes to.
     fn stands_out(&self, row: usize, share: f64) -> bool {
         let off = self.off_rad.get(row).zip(self.least_rad.get(row));
@@ -138,6 +159,20 @@ impl Off {
 /// Whether a row and the next are in use.
 fn are_usable(streams: &Streams, row: usize) -> bool {
     streams.usable[row..row + 2].iter().all(|usable| *usable)
+}
+
+/// Whether a coarse gyro repeats what the reference says as well, to its own pulse: at rest it can read nothing else.
+pub(super) fn agrees(fault: &Fault, values: &[f64], case_rad: &[f64]) -> bool {
+    /// Pulses: one of rounding, half for the reference's noise.
+    const PULSES: f64 = 1.5;
+    let value = values[fault.rows.start];
+    let pulse = pulse(values);
+    fault.kind != "saturation"
+        && pulse > 0.0
+        && fault
+            .rows
+            .clone()
+            .all(|row| (case_rad[row] - value).abs() < PULSES * pulse)
 }
 
 /// Readings that a channel repeats while gyro and reference come apart: too few for chance to rule out by themselves.
@@ -184,10 +219,13 @@ pub(super) fn held(streams: &Streams) -> Vec<Fault> {
                         },
                         channel: format!("{stem}_{}", AXES[axis]),
                         rows: run,
+                        detail: Detail::None,
                     };
                     // A counter without a dither stands off the case by up to a pulse all the time.
                     let counts_freely = stem == "gyro" && pickoff.is_none();
-                    if !counts_freely || !is_between_pulses(&fault, values) {
+                    let is_right = is_between_pulses(&fault, values)
+                        || agrees(&fault, values, &streams.case_rad[axis]);
+                    if !counts_freely || !is_right {
                         faults.push(fault);
                     }
                 }
@@ -200,8 +238,6 @@ pub(super) fn held(streams: &Streams) -> Vec<Fault> {
 
 /// Single readings of an angle that are off and back: what a row gains the next one loses.
 pub(super) fn spikes(streams: &Streams) -> Vec<Fault> {
-    /// What its neighbours may differ by from what one reading makes of them, as a share.
-    const NEAR: f64 = 0.25;
     /// More, as a share of all readings, are no accidents but how the readings scatter.
     const MOST: f64 = 1e-3;
     /// Pulses of the smallest.
@@ -212,22 +248,19 @@ pub(super) fn spikes(streams: &Streams) -> Vec<Fault> {
     }
     let of_axis = |axis: usize| -> Vec<Fault> {
         let around = Off::of(streams, axis);
+        // Without a dither the gyro's own readings are off as well: where it is late, a step of the rate is off the
+        // reference and back, and stays.
+        let own = streams
+            .pickoff_rad
+            .is_none()
+            .then(|| Off::of_increments(streams, &streams.sensed_rad[axis]));
         let off = &around.off_rad;
-        // By as much as one reading is off, the means beside it are off by half to the other side, and the next not at
-        // all: physics that begins there does not look so.
-        let alone = |row: usize| {
-            let share = |near: usize| off.get(near).map_or(f64::NAN, |near| near / off[row]);
-            let half = -0.5 - NEAR..-0.5 + NEAR;
-            row >= 2
-                && [row - 1, row + 1]
-                    .iter()
-                    .all(|&near| half.contains(&share(near)))
-                && [row - 2, row + 2]
-                    .iter()
-                    .all(|&near| share(near).abs() < NEAR)
+        let is_spike = |row: &usize| {
+            are_usable(streams, *row)
+                && around.stands_out(*row, 1.0)
+                && around.is_alone(*row)
+                && own.as_ref().is_none_or(|own| own.is_alone(*row))
         };
-        let is_spike =
-            |row: &usize| are_usable(streams, *row) && around.stands_out(*row, 1.0) && alone(*row);
         let mut found: Vec<usize> = (0..off.len()).filter(is_spike).collect();
         // Where a counter is all but silent a pulse that comes and goes is no accident.
         if !found.is_empty() {
@@ -239,6 +272,7 @@ pub(super) fn spikes(streams: &Streams) -> Vec<Fault> {
             indistinguishable_from: &[],
             channel: format!("gyro_{}", AXES[axis]),
             rows: row..row + 2,
+            detail: Detail::None,
         });
         faults.collect()
     };

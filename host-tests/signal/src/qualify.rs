@@ -6,9 +6,11 @@
 //! lost, and so is a single reading that is off (outliers.rs). How often a channel repeats itself by chance is read
 //! from the channel.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
-pub use super::fault::{Fault, pulse};
+use super::data_faults;
+pub use super::fault::{Detail, Fault, pulse};
 use super::fault::{SURROUNDINGS_ROWS, is_between_pulses, repeats};
 use super::outliers;
 use super::streams::{AXES, Streams};
@@ -39,6 +41,10 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
     // At rest the case's motion is computed, and the same in every row; without a reference on the rows it is the gyros'
     // own.
     let has_reference = streams.at_rest.is_none() && !streams.own_motion;
+    let at_stops = data_faults::stops(streams);
+    out_of_use(streams, &at_stops);
+    let repeated = data_faults::repeated(streams);
+    out_of_use(streams, &repeated);
     let mut faults = Vec::new();
     for axis in 0..3 {
         let name = |stem: &str| format!("{stem}_{}", AXES[axis]);
@@ -48,7 +54,9 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
         let is_fault = |fault: &Fault| {
             !counts_freely
                 || !(is_between_pulses(fault, gyro)
-                    || has_reference && is_dead_band(fault, gyro, case_rad))
+                    || has_reference
+                        && (is_dead_band(fault, gyro, case_rad)
+                            || outliers::agrees(fault, gyro, case_rad)))
         };
         let mut of_gyro = of_channel(&name("gyro"), gyro, &streams.measured, &is_fault);
         let is_cut = |fault: &Fault| match has_reference {
@@ -56,7 +64,10 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
             false => outliers::dips(streams, axis, &fault.rows),
         };
         of_gyro.retain(|fault| fault.kind != "saturation" || is_cut(fault));
-        faults.extend(of_gyro);
+        // What stands at the ends of its range is told with all its rows.
+        if at_stops.iter().all(|fault| fault.channel != name("gyro")) {
+            faults.extend(of_gyro);
+        }
         if has_reference {
             faults.extend(of_channel(
                 &name("reference"),
@@ -86,6 +97,13 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
         streams.usable[spike.rows.clone()].fill(false);
     }
     faults.extend(gathered(spikes));
+    let of_rates = data_faults::spikes(streams);
+    for spike in &of_rates {
+        streams.usable[spike.rows.clone()].fill(false);
+    }
+    faults.extend(gathered(of_rates));
+    faults.extend(gathered(at_stops));
+    faults.extend(gathered(repeated));
     faults.extend(lost(streams));
     faults
 }
@@ -137,6 +155,7 @@ fn lost(streams: &Streams) -> Vec<Fault> {
                 indistinguishable_from: &[],
                 channel: streams.unmeasured_channel(begin),
                 rows: begin..row,
+                detail: Detail::None,
             });
         }
     }
@@ -172,20 +191,25 @@ fn is_dead_band(fault: &Fault, values: &[f64], case_rad: &[f64]) -> bool {
     all >= fault.rows.len() && silent as f64 > SILENT * all as f64
 }
 
-/// Many gaps of one channel are one finding, from the first to the last.
+/// Very many places of one channel are one finding with their number, from the first to the last.
 fn gathered(faults: Vec<Fault>) -> Vec<Fault> {
-    const MANY: usize = 8;
-    let count = |channel: &str| {
-        faults
-            .iter()
-            .filter(|fault| fault.channel == channel)
-            .count()
-    };
-    let mut kept: Vec<Fault> = Vec::new();
+    const MANY: usize = 100;
+    let mut counts: HashMap<(&str, String), usize> = HashMap::new();
     for fault in &faults {
-        match kept.iter_mut().find(|known| known.channel == fault.channel) {
-            Some(known) if count(&fault.channel) > MANY => known.rows.end = fault.rows.end,
-            _ => kept.push(fault.clone()),
+        let count = counts.entry((fault.kind, fault.channel.clone()));
+        *count.or_default() += 1;
+    }
+    let mut kept: Vec<Fault> = Vec::new();
+    for fault in faults {
+        let count = counts[&(fault.kind, fault.channel.clone())];
+        let is_same =
+            |known: &&mut Fault| known.kind == fault.kind && known.channel == fault.channel;
+        match kept.iter_mut().find(is_same) {
+            Some(known) if count > MANY => {
+                known.rows.end = fault.rows.end;
+                known.detail = Detail::Places(count);
+            }
+            _ => kept.push(fault),
         }
     }
     kept
@@ -251,6 +275,7 @@ fn of_channel(
                 indistinguishable_from: or,
                 channel: channel.to_string(),
                 rows: run.clone(),
+                detail: Detail::None,
             });
         }
     }
@@ -295,6 +320,7 @@ fn stretches(channel: &str, at_extreme: Vec<usize>) -> Vec<Fault> {
                 indistinguishable_from: &[],
                 channel: channel.to_string(),
                 rows: row..row + 1,
+                detail: Detail::None,
             }),
         }
     }
@@ -498,6 +524,7 @@ mod tests {
             indistinguishable_from: &[],
             channel: "gyro_x".to_string(),
             rows,
+            detail: Detail::None,
         };
         assert!(is_dead_band(&fault(1_997..2_003), &values, &case_rad));
         let mut lost = values.clone();
@@ -519,6 +546,7 @@ mod tests {
             indistinguishable_from: &[],
             channel: "gyro_x".to_string(),
             rows: 100..200,
+            detail: Detail::None,
         };
         let with_edges = |edge: f64| -> Vec<f64> {
             let moving = (0..300).map(|row| pulse * (row % 5) as f64);

@@ -13,6 +13,7 @@
 use super::accelerometer_rows::Rows;
 pub use super::axes::{AXES, Triad, add, add_triad, each_axis};
 use super::channels::{Finder, Grid, bridge_gaps};
+use super::known_channels;
 use super::piece::Piece;
 use super::still::{self, AtRest};
 use super::unmeasured::Unmeasured;
@@ -235,6 +236,12 @@ impl Streams {
         };
         if let Some(site) = site {
             streams.stand_still(model, site);
+        } else {
+            known_channels::apply(
+                &mut streams.case_rad,
+                &mut streams.pickoff_rad,
+                &model.effects,
+            );
         }
         Ok(streams)
     }
@@ -271,6 +278,11 @@ impl Streams {
     pub(super) fn append_unmeasured(&mut self, further: &Self) {
         self.unmeasured
             .append(self.rows, &further.unmeasured, further.rows);
+    }
+
+    /// Keeps these rows alone of which channels were not measured.
+    pub(super) fn select_unmeasured(&mut self, rows: &[usize]) {
+        self.unmeasured.select(rows);
     }
 
     /// A perfect, undithered unit on a given motion: what a proposed experiment would feed to the catalogue.

@@ -28,6 +28,13 @@ impl Unmeasured {
         channels.any(|(channel, missing)| channel.starts_with(stem) && missing[row])
     }
 
+    /// Keeps these rows alone.
+    pub(super) fn select(&mut self, rows: &[usize]) {
+        for (_, missing) in &mut self.0 {
+            *missing = rows.iter().map(|&row| missing[row]).collect();
+        }
+    }
+
     /// Takes over the `rows` of `further` behind its own `before`.
     pub(super) fn append(&mut self, before: usize, further: &Self, rows: usize) {
         for (_, missing) in &mut self.0 {

@@ -56,6 +56,10 @@ pub struct Diagnose {
     /// Which engine decides on one recording with a reference at every row
     #[arg(long, value_enum, default_value = "both")]
     engine: EngineChoice,
+    /// Put channels right that are reversed, exchanged or of another unit than the reference, and report it, instead of
+    /// refusing the recording
+    #[arg(long)]
+    anyway: bool,
     /// Threads to use; results are the same for any number [default: all]
     #[arg(long)]
     threads: Option<std::num::NonZeroUsize>,
@@ -151,6 +155,7 @@ impl Diagnose {
                     let again = || Streams::align(&Recording::read(folder)?, &model);
                     let settings = Settings {
                         seed: self.seed,
+                        anyway: self.anyway,
                         ..Settings::by(self.engine.into())
                     };
                     let of = (&model, self.model.as_path());

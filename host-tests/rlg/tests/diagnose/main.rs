@@ -7,13 +7,16 @@ mod at_rest;
 mod attitude;
 
 mod bench_recordings;
+mod channels;
 mod concealed_effects;
+mod data_faults;
 mod families;
 mod hidden;
 mod independence;
 mod long;
 mod modes;
 mod one_likelihood;
+mod outside;
 mod several;
 mod slow_reference;
 mod stages;

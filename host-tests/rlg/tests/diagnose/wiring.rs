@@ -64,7 +64,7 @@ fn reversed_channels_are_told_by_whose_they_are() {
     is_refused(
         gyro,
         &[
-            "gyro y reads -1.000",
+            "gyro y reads -1.00 times",
             "the gyro's own channel has the wrong sign",
         ],
     );
@@ -74,7 +74,7 @@ fn reversed_channels_are_told_by_whose_they_are() {
     is_refused(
         reference,
         &[
-            "gyro z reads -1.000",
+            "gyro z reads -1.00 times",
             "either the reference's",
             "wrong sign",
         ],
@@ -83,7 +83,7 @@ fn reversed_channels_are_told_by_whose_they_are() {
     is_refused(
         pickoff,
         &[
-            "gyro x reads -1.000",
+            "gyro x reads -1.00 times",
             "the pickoff's channel has the wrong sign",
         ],
     );
@@ -100,7 +100,7 @@ fn exchanged_channels_are_told_with_both_axes() {
         gyros,
         &[
             "gyro x reads 1.105",
-            "about y",
+            "says of y",
             "exchanged with another axis",
         ],
     );
@@ -109,7 +109,7 @@ fn exchanged_channels_are_told_with_both_axes() {
     });
     is_refused(
         reference,
-        &["gyro z reads 1.000 times what the reference turns about y"],
+        &["gyro z reads 1.000 times what the reference says of y"],
     );
 }
 
@@ -119,7 +119,10 @@ fn a_pulse_weight_of_twice_the_size_is_told() {
     let said = said(&simulation, |_, model| {
         model.gyro.pulse_weight_rad = model.gyro.pulse_weight_rad.map(|weight| 2.0 * weight);
     });
-    is_refused(said, &["gyro x reads 2.000", "another pulse weight"]);
+    is_refused(
+        said,
+        &["all three read 2.000 times", "another pulse weight"],
+    );
 }
 
 /// Half a period's delay of a tone is a sign, a reference of noise turns a rate into nothing: neither is a wrong axis.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use proptest::prelude::*;
-use rlg::model::catalogue::{CATALOGUE, Value};
+use rlg::model::catalogue::{CATALOGUE, Kind, Value};
 use rlg::model::{
     Accelerometer, Dither, EffectValue, Gyro, Installation, Model, ModelEffect, MotionSource,
     Reference,
@@ -168,5 +168,53 @@ fn accelerometer_noise_is_one_number_or_three_and_only_counts_need_a_pulse_weigh
         model.write(&path).unwrap_or_else(|error| panic!("{error}"));
         let back = Model::read(&path).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(back, model);
+    }
+}
+
+/// What the engine of one likelihood can name can be written and read: kinds, parameters and units have one home.
+#[test]
+fn every_kind_that_is_sought_is_a_kind_of_the_model() {
+    let entries = rlg_catalogue::CATALOGUE.iter();
+    let sought = entries.map(|entry| (entry.kind, entry.unit));
+    let scanned = rlg_catalogue::entries::SCANNED
+        .iter()
+        .map(|card| (card.kind, card.unit));
+    for (name, unit) in sought.chain(scanned) {
+        let kind = Kind::named(name).unwrap_or_else(|| panic!("{name} is no kind of the model"));
+        let is_event = matches!(name, "gyro_bias_step" | "counter_slip");
+        let has_unit = kind.groups.iter().any(|group| group.unit == unit);
+        assert!(
+            has_unit || kind.is_free() || name == "isolator_mode" || is_event,
+            "{name}: {unit}"
+        );
+        let every = every_kind(0.25);
+        let effect = every.into_iter().find(|effect| effect.kind == name);
+        let original = model([0.1, 0.2, 0.3], effect.into_iter().collect());
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("model.toml");
+        original
+            .write(&path)
+            .unwrap_or_else(|error| panic!("{error}"));
+        let back = Model::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(back, original, "{name}");
+    }
+}
+
+#[test]
+fn a_low_pass_has_a_time_constant_of_at_least_0() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("model.toml");
+    for (time_s, is_read) in [(0.033, true), (0.0, true), (-0.033, false)] {
+        for name in ["x_pole_s", "y_pole_s", "z_pole_s"] {
+            let effect = format!("[[effect]]\nkind = \"gyro_bandwidth\"\n{name} = {time_s:?}\n");
+            std::fs::write(&path, format!("format = 1\n[gyro]\n{effect}")).expect("a file");
+            let read = Model::read(&path);
+            assert_eq!(read.is_ok(), is_read, "{name} = {time_s}");
+            let Ok(model) = read else { continue };
+            assert_eq!(model.effects[0].number(name), time_s);
+            model.write(&path).unwrap_or_else(|error| panic!("{error}"));
+            let back = Model::read(&path).unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!(back, model);
+        }
     }
 }

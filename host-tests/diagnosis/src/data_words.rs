@@ -1,0 +1,128 @@
+//! What is said of faults of the data: one sentence for each kind and channel, with counts.
+
+use rlg_signal::fault::{Detail, Fault};
+use rlg_signal::streams::Streams;
+
+/// Sentences for the summary.
+pub fn lines(streams: &Streams, faults: &[Fault]) -> Vec<String> {
+    let mut left: Vec<&Fault> = faults.iter().collect();
+    let mut said = Vec::new();
+    while let Some(first) = left.first().copied() {
+        let is_alike = |fault: &&&Fault| match first.detail {
+            // Channels of one recorder are held together.
+            Detail::Hold { .. } => fault.detail == first.detail,
+            _ => fault.kind == first.kind && fault.channel == first.channel,
+        };
+        let alike: Vec<&Fault> = left.iter().filter(is_alike).copied().collect();
+        left.retain(|fault| !is_alike(&fault));
+        said.push(sentence(streams, &alike));
+    }
+    said
+}
+
+/// One sentence on faults of one kind and channel.
+pub fn sentence(streams: &Streams, alike: &[&Fault]) -> String {
+    let first = alike[0];
+    let rows: usize = alike.iter().map(|fault| fault.rows.len()).sum();
+    let places = match first.detail {
+        Detail::Places(count) => count,
+        _ => alike.len(),
+    };
+    let (from_s, to_s) = (
+        streams.begin_s(first.rows.start),
+        streams.begin_s(alike[alike.len() - 1].rows.end),
+    );
+    let channel = &first.channel;
+    let between = format!("between {from_s:.3} and {to_s:.3} s");
+    match (first.kind, first.detail) {
+        (_, Detail::Hold { rows_per_reading }) => held(streams, alike, rows_per_reading),
+        ("lost_samples", Detail::Places(_)) => {
+            format!("Data: {places} rows or stretches of {channel} are lost {between}.")
+        }
+        ("lost_samples", _) if places > 1 => {
+            format!(
+                "Data: {rows} rows of {channel} are lost ({}) {between}.",
+                at(places)
+            )
+        }
+        ("lost_samples", _) => format!("Data: {rows} rows of {channel} are lost {between}."),
+        ("saturation", _) => {
+            let wrapped = alike.iter().filter(|fault| fault.detail == Detail::Wrapped);
+            let wrapped: usize = wrapped.map(|fault| fault.rows.len()).sum();
+            let how = match (wrapped, rows) {
+                (0, _) => "saturated: it stands at the end of its range".to_string(),
+                (wrapped, rows) if wrapped == rows => {
+                    "wrapped: its range overflowed, and it reads the other end with the wrong sign"
+                        .to_string()
+                }
+                _ => format!(
+                    "saturated, {wrapped} of them wrapped: the range overflowed, and it reads the other end with the wrong sign"
+                ),
+            };
+            format!(
+                "Data: {rows} rows of {channel} ({}) {between} are {how}.",
+                at(places)
+            )
+        }
+        ("spikes", Detail::Spike { size_rad }) if places == 1 => {
+            let size = (size_rad * streams.rate_hz).to_degrees();
+            format!(
+                "Data: one reading of {channel} at {from_s:.3} s is a spike of {size:.3} \u{b0}/s."
+            )
+        }
+        ("spikes", _) => {
+            let sizes = alike.iter().map(|fault| match fault.detail {
+                Detail::Spike { size_rad } => size_rad.abs() * streams.rate_hz,
+                _ => 0.0,
+            });
+            let largest = sizes.fold(0.0, f64::max).to_degrees();
+            format!(
+                "Data: {places} single readings of {channel} {between} are spikes of up to {largest:.3} \u{b0}/s."
+            )
+        }
+        ("repeated_rows", _) => format!(
+            "Data: {rows} rows of {channel} ({}) {between} repeat earlier rows exactly.",
+            at(places)
+        ),
+        (kind, _) => {
+            let what = match kind {
+                "stuck_channel" => "is stuck",
+                _ => "cannot be used",
+            };
+            format!(
+                "Data: {channel} {what} in {rows} rows ({}) {between}.",
+                at(places)
+            )
+        }
+    }
+}
+
+/// Channels whose readings stand for several rows.
+fn held(streams: &Streams, alike: &[&Fault], rows_per_reading: f64) -> String {
+    let names: Vec<&str> = alike.iter().map(|fault| fault.channel.as_str()).collect();
+    let age_rows = 0.5 * (rows_per_reading - 1.0);
+    // The rows that are left are as long as a reading.
+    let recorded_hz = streams.rate_hz * rows_per_reading;
+    format!(
+        "Data: each reading of {} stands for {} rows (mean age {} rows, {:.1} ms): only rows with a new reading were compared, {:.4} a second.",
+        names.join(", "),
+        rounded(rows_per_reading),
+        rounded(age_rows),
+        1e3 * age_rows / recorded_hz,
+        streams.rate_hz
+    )
+}
+
+/// How many places.
+fn at(places: usize) -> String {
+    match places {
+        1 => "one place".to_string(),
+        _ => format!("{places} places"),
+    }
+}
+
+/// A number with as many decimals as it needs, two at most.
+fn rounded(value: f64) -> String {
+    let text = format!("{value:.2}");
+    text.trim_end_matches('0').trim_end_matches('.').to_string()
+}

@@ -1,0 +1,257 @@
+//! Judges whether gyros and reference mean the same axes, the same way round and the same unit.
+//!
+//! The map between them is split into factors of the gyros and an orthogonal matrix. A small rotation and a factor near
+//! one are ordinary errors, left to the search of effects. A large proper rotation is how the unit is mounted. One that
+//! turns a right-handed set of axes into a left-handed one, and a gross factor, are faults of the recording.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::coherent_map::{CoherentMap, MapPlan, measure};
+
+/// Numbers of the judgement.
+#[derive(Debug, Clone, Copy)]
+pub struct ChannelPlan {
+    /// How the map is measured.
+    pub map: MapPlan,
+    /// Rotation \[rad\] up to which it is an ordinary tilt: installations and misalignments are sought to 0.3 rad.
+    pub tilt_rad: f64,
+    /// Gross factors \[1\]: the smallest and largest that may be a scale error.
+    pub scale: [f64; 2],
+    /// Share by which noise and other effects may move a factor that lies on a bound \[1\].
+    pub allowance: f64,
+    /// Largest share of what a gyro reads by which its gain may differ over frequency and still be one factor \[1\]: a tenth
+    /// of the gain is a hundredth of the power.
+    pub uneven: f64,
+    /// Departure from an orthogonal matrix \[1\] beyond which the map is no rotation, whatever else it is.
+    pub shear: f64,
+}
+
+impl Default for ChannelPlan {
+    fn default() -> Self {
+        Self {
+            map: MapPlan::default(),
+            tilt_rad: 0.35,
+            scale: [0.5, 2.0],
+            allowance: 0.02,
+            uneven: 0.05,
+            shear: 0.35,
+        }
+    }
+}
+
+/// How gyros and reference are related, where it is no ordinary error.
+#[derive(Debug, Clone)]
+pub struct Crossing {
+    /// Orthogonal: what the gyros' axes are in the reference's. The identity where only factors are gross.
+    pub axes: Matrix3<f64>,
+    /// By gyro: how many times the reference it reads; 1 where the factor is ordinary.
+    pub factors: [f64; 3],
+    /// What was measured.
+    pub measured: CoherentMap,
+}
+
+impl Crossing {
+    /// Whether the axes are other ones, or turned.
+    pub fn is_turned(&self) -> bool {
+        self.axes != Matrix3::identity()
+    }
+
+    /// Whether no rotation turns the reference's axes into the gyros'.
+    pub fn is_improper(&self) -> bool {
+        self.axes.determinant() < 0.0
+    }
+
+    /// Whether any factor is gross.
+    pub fn has_factor(&self) -> bool {
+        self.factors.iter().any(|factor| *factor != 1.0)
+    }
+
+    /// Whether the recording can be used once the reference is turned into the gyros' axes.
+    pub fn is_registration(&self) -> bool {
+        !self.is_improper() && !self.has_factor()
+    }
+
+    /// What each gyro reads of the reference.
+    pub fn map(&self) -> Matrix3<f64> {
+        Matrix3::from_diagonal(&Vector3::from(self.factors)) * self.axes
+    }
+
+    /// For each gyro the axis of the reference that it follows and the sign, where each follows one axis alone.
+    pub fn order(&self) -> Option<[(usize, f64); 3]> {
+        let is_unit = self
+            .axes
+            .iter()
+            .all(|value| [0.0, 1.0, -1.0].contains(value));
+        let of = |gyro: usize| {
+            let axis = self.axes.row(gyro).transpose().iamax();
+            (axis, self.axes[(gyro, axis)])
+        };
+        is_unit.then(|| [0, 1, 2].map(of))
+    }
+}
+
+/// Checks the gyros against the reference, row by row increments \[rad\].
+///
+/// # Inputs
+/// `expected`: scale that the model already gives each gyro, 1 where it has none; `seen`: rows that may be looked at.
+///
+/// # Returns
+/// `None` where nothing but ordinary errors is seen, or where nothing moves.
+pub fn check(
+    gyros_rad: [&[f64]; 3],
+    reference_rad: [&[f64]; 3],
+    expected: [f64; 3],
+    (seen, rate_hz): (&[bool], f64),
+    plan: &ChannelPlan,
+) -> Option<Crossing> {
+    let measured = measure(gyros_rad, reference_rad, seen, rate_hz, &plan.map)?;
+    let own = Matrix3::from_diagonal(&Vector3::from(expected.map(|scale| 1.0 / scale)));
+    let judged = |map: &Matrix3<f64>| judge(&(own * map), measured.moves, plan);
+    let (mut axes, mut factors) = judged(&measured.map)?;
+    // What a soft mount or a filter takes is no factor.
+    for (factor, uneven) in factors.iter_mut().zip(measured.uneven) {
+        if uneven > plan.uneven {
+            *factor = 1.0;
+        }
+    }
+    // At one frequency a delay of half a period is a sign, of a quarter an exchange: the ordinary explanation counts. A
+    // factor is none of a delay.
+    let own_axes = |map| judged(map).is_none_or(|(axes, _)| axes == Matrix3::identity());
+    if measured.others.iter().any(own_axes) {
+        axes = Matrix3::identity();
+    }
+    if axes == Matrix3::identity() && factors == [1.0; 3] {
+        return None;
+    }
+    Some(Crossing {
+        axes,
+        factors,
+        measured,
+    })
+}
+
+/// Splits a map into factors and axes; `None` where both are ordinary.
+fn judge(
+    map: &Matrix3<f64>,
+    moves: [bool; 3],
+    plan: &ChannelPlan,
+) -> Option<(Matrix3<f64>, [f64; 3])> {
+    let moving: Vec<usize> = (0..3).filter(|&axis| moves[axis]).collect();
+    if moving.is_empty() {
+        return None;
+    }
+    let (unit, factors) = normalised(map, &moving);
+    let axes = orthogonal(&unit, &moving, plan)?;
+    let is_ordinary = |factor: f64| {
+        let [least, most] = plan.scale;
+        factor > least * (1.0 + plan.allowance) && factor < most * (1.0 - plan.allowance)
+    };
+    let factors = factors.map(|factor| if is_ordinary(factor) { 1.0 } else { factor });
+    (axes != Matrix3::identity() || factors != [1.0; 3]).then_some((axes, factors))
+}
+
+/// The map with columns or rows of length one, and the factor of each gyro: 1 where it follows nothing that moves.
+///
+/// A gyro of another unit stretches its row, an axis of the reference of another unit its column; the one that leaves
+/// the better rotation is taken.
+fn normalised(map: &Matrix3<f64>, moving: &[usize]) -> (Matrix3<f64>, [f64; 3]) {
+    let mut by_column = Matrix3::zeros();
+    let mut factors = [1.0; 3];
+    for &axis in moving {
+        let column = map.column(axis);
+        let length = column.norm();
+        by_column.set_column(axis, &(column / length));
+        factors[column.iamax()] = length;
+    }
+    let rows = [0, 1, 2].map(|gyro: usize| map.row(gyro).norm());
+    if moving.len() < 3 || rows.contains(&0.0) {
+        return (by_column, factors);
+    }
+    let by_row = Matrix3::from_fn(|gyro, axis| map[(gyro, axis)] / rows[gyro]);
+    let shear = |unit: &Matrix3<f64>| (unit.transpose() * unit - Matrix3::identity()).amax();
+    if shear(&by_row) <= shear(&by_column) {
+        (by_row, rows)
+    } else {
+        (by_column, factors)
+    }
+}
+
+/// The orthogonal matrix nearest to a map of unit columns, the identity where it is a small rotation of it; `None`
+/// where the map is far from any.
+fn orthogonal(unit: &Matrix3<f64>, moving: &[usize], plan: &ChannelPlan) -> Option<Matrix3<f64>> {
+    if let Some(exchanged) = exchanged(unit, moving, plan.tilt_rad) {
+        return Some(exchanged);
+    }
+    let whole = completed(unit, moving);
+    let parts = whole.svd(true, true);
+    let nearest = parts.u? * parts.v_t?;
+    if (whole - nearest).amax() > plan.shear {
+        return None;
+    }
+    let cosine = 0.5 * (nearest.trace() - 1.0);
+    let is_small = nearest.determinant() > 0.0 && cosine > plan.tilt_rad.cos();
+    Some(if is_small {
+        Matrix3::identity()
+    } else {
+        nearest
+    })
+}
+
+/// Whole axes that the gyros follow, with their signs, where every moving axis is that near to one of them. Axes that
+/// stand still are taken to be as the model has them, as far as that leaves a rotation.
+fn exchanged(unit: &Matrix3<f64>, moving: &[usize], tilt_rad: f64) -> Option<Matrix3<f64>> {
+    let mut axes = Matrix3::zeros();
+    for &axis in moving {
+        let column = unit.column(axis);
+        let gyro = column.iamax();
+        let is_taken = (0..3).any(|other| axes[(gyro, other)] != 0.0);
+        if is_taken || column[gyro].abs() < tilt_rad.cos() * column.norm() {
+            return None;
+        }
+        axes[(gyro, axis)] = column[gyro].signum();
+    }
+    let mut still: Vec<usize> = (0..3).filter(|axis| !moving.contains(axis)).collect();
+    let is_free = |axes: &Matrix3<f64>, gyro: usize| axes.row(gyro).amax() == 0.0;
+    still.retain(|&axis| {
+        let keeps = is_free(&axes, axis);
+        if keeps {
+            axes[(axis, axis)] = 1.0;
+        }
+        !keeps
+    });
+    // At most one is left: two gyros that are free would be two axes that keep their own.
+    for axis in still {
+        let gyro = (0..3).find(|&gyro| is_free(&axes, gyro))?;
+        axes[(gyro, axis)] = 1.0;
+        axes[(gyro, axis)] = axes.determinant().signum();
+    }
+    Some(axes)
+}
+
+/// Fills in the columns of axes that stand still, as near to the model's as a right-handed set allows.
+fn completed(unit: &Matrix3<f64>, moving: &[usize]) -> Matrix3<f64> {
+    /// Below it an axis is square to its place in the model.
+    const SQUARE: f64 = 0.3;
+    let mut whole = *unit;
+    match *moving {
+        [one] => {
+            let from = Vector3::ith(one, 1.0);
+            let to: Vector3<f64> = unit.column(one).into();
+            if let Some(turn) = nalgebra::Rotation3::rotation_between(&from, &to) {
+                whole = *turn.matrix();
+            }
+        }
+        [a, b] => {
+            let third = 3 - a - b;
+            // a × b is the third axis, or its opposite, by their order.
+            let sign = if (a + 1) % 3 == b { 1.0 } else { -1.0 };
+            let mut cross = unit.column(a).cross(&unit.column(b)) * sign;
+            if cross[third] < -SQUARE {
+                cross = -cross;
+            }
+            whole.set_column(third, &cross.normalize());
+        }
+        _ => {}
+    }
+    whole
+}

@@ -1,0 +1,117 @@
+//! Whether gyros and reference, and gyros and their pickoffs, mean the same axes, the same way round and in the same unit.
+//!
+//! Enters: the aligned channels. Leaves: what is no ordinary error, as [`Crossing`]s. Here are the rows that may be looked
+//! at; the measurement and the judgement are those of [`super::coherent_map`] and [`super::channel_check`].
+
+use rlg_model::Model;
+
+use super::axes::{AXES, Triad, add};
+use super::channel_check::{ChannelPlan, Crossing, check};
+use super::coherent_map::MapPlan;
+use super::partition::{Partition, PartitionPlan, Use};
+use super::qualify;
+use super::streams::Streams;
+
+/// What the gyros follow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lead {
+    /// The reference.
+    Reference,
+    /// The pickoffs of the dither.
+    Pickoff,
+}
+
+/// What the gyros read of the reference, and of their pickoffs, where it is no ordinary error; nothing where there is no
+/// reference on their rows.
+///
+/// # Inputs
+/// `partition`: which rows test the findings; they are not looked at.
+pub fn crossings(
+    streams: &mut Streams,
+    model: &Model,
+    partition: &PartitionPlan,
+    plan: &ChannelPlan,
+) -> Vec<(Lead, Crossing)> {
+    let has_reference = streams.pieces.len() == 1
+        && !streams.own_motion
+        && streams.at_rest.is_none()
+        && !streams.pieces[0].held_out;
+    if !has_reference {
+        return Vec::new();
+    }
+    let seen = seen(streams, partition);
+    of_rows(streams, model, &seen, plan)
+}
+
+/// Rows that are sound, those that test the findings left out.
+fn seen(streams: &mut Streams, partition: &PartitionPlan) -> Vec<bool> {
+    let usable = streams.usable.clone();
+    qualify::qualify(streams);
+    let sound = std::mem::replace(&mut streams.usable, usable);
+    let segments: Vec<_> = streams.pieces[0]
+        .segments
+        .iter()
+        .map(|segment| streams.row_at(segment.start_s)..streams.row_at(segment.end_s))
+        .collect();
+    Partition::new(streams.rows, streams.rate_hz, &segments, partition)
+        .rows_of(&[Use::Train, Use::Confirm], &sound)
+}
+
+/// What the gyros read of the reference, and of their pickoffs, where it is no ordinary error.
+fn of_rows(
+    streams: &Streams,
+    model: &Model,
+    seen: &[bool],
+    plan: &ChannelPlan,
+) -> Vec<(Lead, Crossing)> {
+    let dither_rad: Option<Triad> = streams.pickoff_rad.as_ref().map(|pickoff| {
+        [0, 1, 2].map(|axis: usize| {
+            let pairs = pickoff[axis].windows(2);
+            pairs.map(|pair| pair[1] - pair[0]).collect()
+        })
+    });
+    let mut gyros = streams.sensed_rad.clone();
+    let mut found = Vec::new();
+    let rows = (seen, streams.rate_hz);
+    if let Some(dither_rad) = &dither_rad {
+        let gains = [0, 1, 2].map(|axis| model.pickoff_gain(axis));
+        let crossing = check(
+            each(&gyros),
+            each(dither_rad),
+            gains,
+            rows,
+            &of_pickoffs(plan),
+        );
+        found.extend(crossing.map(|crossing| (Lead::Pickoff, crossing)));
+        for (axis, gyro) in gyros.iter_mut().enumerate() {
+            add(gyro, &dither_rad[axis], -gains[axis]);
+        }
+    }
+    let known = |axis: usize| {
+        let scales = model.effects.iter().filter(|one| one.kind == "gyro_scale");
+        let sum: f64 = scales.map(|one| one.number(AXES[axis])).sum();
+        1.0 + sum
+    };
+    let expected = [0, 1, 2].map(known);
+    let crossing = check(each(&gyros), each(&streams.case_rad), expected, rows, plan);
+    found.extend(crossing.map(|crossing| (Lead::Reference, crossing)));
+    found
+}
+
+fn each(channels: &Triad) -> [&[f64]; 3] {
+    [0, 1, 2].map(|axis| &channels[axis][..])
+}
+
+/// The plan for pickoffs: a dither has one frequency, so only a delay below half its period is none of its signs.
+fn of_pickoffs(plan: &ChannelPlan) -> ChannelPlan {
+    /// The largest delay of a pickoff that is sought as one \[s\].
+    const LARGEST_S: f64 = 1e-3;
+    ChannelPlan {
+        map: MapPlan {
+            most_delay_s: LARGEST_S,
+            likely_delay_s: LARGEST_S,
+            ..plan.map
+        },
+        ..*plan
+    }
+}

@@ -1,0 +1,133 @@
+//! Measures how much of each axis of a reference each gyro reads: one 3 × 3 map at one common delay.
+//!
+//! Both sides have noise of unknown size. Frequencies are weighted by what the fit leaves in them, so those count in
+//! which gyros and reference move together; what the reference's noise takes off a coefficient is estimated, and an
+//! axis of the reference is judged only where it really moves. Increments are regressed, so a constant rate (a bias)
+//! says nothing.
+
+use nalgebra::Matrix3;
+
+use crate::cross_spectra::Spectra;
+
+/// Numbers of the measurement.
+#[derive(Debug, Clone, Copy)]
+pub struct MapPlan {
+    /// Delays that are searched on either side \[s\]: the largest that two recorders of one experiment were seen to have.
+    pub most_delay_s: f64,
+    /// Delays up to which one is likelier than channels that are reversed or exchanged \[s\]: some periods of a slow
+    /// instrument. At one frequency half a period's delay is a sign.
+    pub likely_delay_s: f64,
+    /// Share of the explained power that another delay may miss and still explain the recording as well \[1\].
+    pub as_well: f64,
+    /// Share of an axis that its own gyro shows below which other delays are looked at \[1\]: 0.3 rad of tilt leave more.
+    pub own: f64,
+    /// Relative width of a band \[1\], as the noise is binned elsewhere.
+    pub band: f64,
+    /// Least frequencies in a band: three coefficients are fitted, and some are needed to say what is left.
+    pub least_bins: usize,
+    /// Largest standard deviation of a coefficient that is judged, as a share of what its axis shows \[1\].
+    pub known: f64,
+    /// Least share of a coefficient that noise in the reference leaves \[1\]: below it the coefficient is the noise's.
+    pub kept: f64,
+    /// Least squared coherence of a band whose gain is compared with the others' \[1\].
+    pub coherent: f64,
+    /// Least rows for a regression.
+    pub least_rows: usize,
+}
+
+impl Default for MapPlan {
+    fn default() -> Self {
+        Self {
+            most_delay_s: 0.5,
+            likely_delay_s: 0.05,
+            as_well: 0.1,
+            own: 0.9,
+            band: 0.08,
+            least_bins: 8,
+            known: 0.05,
+            kept: 0.8,
+            coherent: 0.9,
+            least_rows: 100,
+        }
+    }
+}
+
+/// What the gyros read of the reference.
+#[derive(Debug, Clone)]
+pub struct CoherentMap {
+    /// Gyro i reads Σ `map[(i, j)]` times what the reference turns about j.
+    pub map: Matrix3<f64>,
+    /// Standard deviations; infinite where an axis does not move.
+    pub std: Matrix3<f64>,
+    /// Which axes of the reference move enough to be judged.
+    pub moves: [bool; 3],
+    /// How late the gyros are against the reference \[s\].
+    pub delay_s: f64,
+    /// By gyro: power by which its gain differs from the map over frequency, as a share of what it reads \[1\]: a factor
+    /// is the same at all frequencies, a soft mount or a filter is not.
+    pub uneven: [f64; 3],
+    /// The map at every likely delay that explains the recording as well, where gyros do not follow their own axes.
+    pub others: Vec<Matrix3<f64>>,
+}
+
+/// Passes of weighting: the weights of the last two differ by less than their own scatter.
+const PASSES: usize = 4;
+
+/// Measures the map on the rows that are `seen`; `None` where they are too few or nothing moves.
+pub fn measure(
+    gyros_rad: [&[f64]; 3],
+    reference_rad: [&[f64]; 3],
+    seen: &[bool],
+    rate_hz: f64,
+    plan: &MapPlan,
+) -> Option<CoherentMap> {
+    let most = ((plan.most_delay_s * rate_hz).ceil() as usize).min(seen.len() / 4);
+    let first = Spectra::new(gyros_rad, reference_rad, seen, (0, most), plan)?;
+    let start = first.best_lag(&first.even_weights(), most)?;
+    // The same rows on both sides: what one is not looked at in, the other is not either.
+    let shift = start.lag.round() as isize;
+    let spectra = match shift {
+        0 => first,
+        _ => Spectra::new(gyros_rad, reference_rad, seen, (shift, most), plan)?,
+    };
+    let mut lag = start.lag - shift as f64;
+    let mut fit = spectra.fit(&spectra.even_weights(), lag);
+    let mut weights = spectra.weights(&fit);
+    for _ in 1..PASSES {
+        // Only the first fit looked for a delay that noise at high frequencies may hide.
+        lag = spectra.best_lag(&weights, most)?.lag;
+        fit = spectra.fit(&weights, lag);
+        weights = spectra.weights(&fit);
+    }
+    let std = spectra.std(&weights);
+    let kept = spectra.kept(&fit, &weights);
+    let moves = [0, 1, 2].map(|axis| {
+        let size = fit.map.column(axis).norm();
+        let strongest = fit.map.column(axis).iamax();
+        size > 0.0
+            && (0..3).all(|gyro| std[(gyro, axis)] < plan.known * size)
+            && kept[(strongest, axis)] > plan.kept
+    });
+    let map = Matrix3::from_fn(|gyro, axis| {
+        // The truth lies between the coefficient and what it would be if all noise were the reference's.
+        fit.map[(gyro, axis)] / kept[(gyro, axis)].max(plan.kept).sqrt()
+    });
+    let is_led_otherwise = |axis: usize| {
+        let column = fit.map.column(axis);
+        moves[axis] && column[axis] < plan.own * column.norm()
+    };
+    let others = if (0..3).any(is_led_otherwise) {
+        let likely = (plan.likely_delay_s * rate_hz).ceil() as isize;
+        spectra.as_well(&weights, (-likely - shift, likely - shift), plan.as_well)
+    } else {
+        Vec::new()
+    };
+    Some(CoherentMap {
+        map,
+        std,
+        moves,
+        delay_s: (lag + shift as f64) / rate_hz,
+        uneven: [0, 1, 2].map(|gyro| spectra.uneven(&fit, gyro, lag, plan.coherent)),
+        others,
+    })
+}

@@ -1,0 +1,209 @@
+//! Reads channels once whose recorder repeats each reading for several rows: only rows with a new reading say anything.
+//!
+//! Enters: the aligned channels. Leaves: the same with one row a reading, and what is said of it. What is taken of the
+//! channels that are not held, the row itself or all rows since the reading before, is what their readings agree with.
+
+use crate::held::{Hold, find};
+
+use super::data_plan::DataPlan;
+use super::fault::{Detail, Fault};
+use super::streams::{AXES, Streams, Triad};
+
+/// What a reading is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Reading {
+    /// The value in its row.
+    OfRow,
+    /// The mean since the reading before.
+    OfBlock,
+}
+
+/// Which channels are held.
+struct Held {
+    gyros: [Option<Hold>; 3],
+    reference: [Option<Hold>; 3],
+}
+
+impl Held {
+    fn of(streams: &Streams) -> Self {
+        let plan = DataPlan::default();
+        let of = |triad: &Triad| {
+            [0, 1, 2].map(|axis: usize| {
+                let hold = find(&triad[axis], &streams.measured, &plan.hold)?;
+                (hold.span.len() as f64 > plan.held_throughout * streams.rows as f64)
+                    .then_some(hold)
+            })
+        };
+        Self {
+            gyros: of(&streams.sensed_rad),
+            reference: of(&streams.case_rad),
+        }
+    }
+
+    fn all(&self) -> Vec<(String, &Hold)> {
+        let named = |stem: &'static str, holds: &'_ [Option<Hold>; 3]| -> Vec<String> {
+            let each = (0..3).filter(|&axis| holds[axis].is_some());
+            each.map(|axis| format!("{stem}_{}", AXES[axis])).collect()
+        };
+        let mut names = named("gyro", &self.gyros);
+        names.extend(named("reference", &self.reference));
+        let holds = self.gyros.iter().chain(&self.reference).flatten();
+        names.into_iter().zip(holds).collect()
+    }
+}
+
+/// Takes one row a reading where channels are held throughout.
+///
+/// # Returns
+/// A fault for each channel that is held, on the rows that are left.
+pub fn read_once(streams: &mut Streams) -> Vec<Fault> {
+    if streams.pickoff_rad.is_some() || streams.own_motion || streams.at_rest.is_some() {
+        return Vec::new();
+    }
+    let held = Held::of(streams);
+    let named: Vec<(String, f64)> = held
+        .all()
+        .into_iter()
+        .map(|(name, hold)| (name, hold.rows_per_reading))
+        .collect();
+    let most = held
+        .all()
+        .into_iter()
+        .map(|(_, hold)| hold)
+        .max_by_key(|hold| hold.fresh.len());
+    let Some(first) = most.cloned() else {
+        return Vec::new();
+    };
+    let is_together = |hold: &Hold| {
+        let fresh = hold.fresh.iter();
+        let shared = fresh.filter(|row| first.fresh.binary_search(row).is_ok());
+        shared.count() as f64 >= DataPlan::default().held_together * hold.fresh.len() as f64
+    };
+    if !held.all().iter().all(|(_, hold)| is_together(hold)) {
+        return Vec::new();
+    }
+    let reading = reading(streams, &held, &first);
+    take(streams, &held, &first, reading);
+    named
+        .into_iter()
+        .map(|(channel, rows_per_reading)| Fault {
+            kind: "held_values",
+            indistinguishable_from: &[],
+            channel,
+            rows: 0..streams.rows,
+            detail: Detail::Hold { rows_per_reading },
+        })
+        .collect()
+}
+
+/// Rows of a reading's block, up to its own; `None` before the record.
+fn block(row: usize, rows_per_reading: f64) -> Option<std::ops::RangeInclusive<usize>> {
+    let length = rows_per_reading.round() as usize;
+    Some((row + 1).checked_sub(length)?..=row)
+}
+
+/// What the readings of channels that are held agree with on the channels that are not.
+fn reading(streams: &Streams, held: &Held, hold: &Hold) -> Reading {
+    let mut left = [0.0; 2];
+    for axis in 0..3 {
+        let (gyro, case) = (&streams.sensed_rad[axis], &streams.case_rad[axis]);
+        let (kept, free) = match (&held.gyros[axis], &held.reference[axis]) {
+            (Some(_), None) => (gyro, case),
+            (None, Some(_)) => (case, gyro),
+            _ => continue,
+        };
+        let mut rows = hold.fresh.iter().filter_map(|&row| {
+            let rows = block(row, hold.rows_per_reading)?;
+            let count = rows.clone().count() as f64;
+            let mean = free[rows].iter().sum::<f64>() / count;
+            Some([kept[row], free[row], mean])
+        });
+        let all: Vec<[f64; 3]> = rows.by_ref().collect();
+        let unlike = |place: usize| 1.0 - correlation(&all, place).powi(2);
+        // What the better of the two leaves weighs an axis: one that stands still agrees with neither.
+        let weight = 1.0 - unlike(1).min(unlike(2));
+        left[0] += weight * unlike(1);
+        left[1] += weight * unlike(2);
+    }
+    match left[1] < DataPlan::default().mean_leaves * left[0] {
+        true => Reading::OfBlock,
+        false => Reading::OfRow,
+    }
+}
+
+/// Correlation of the first values with those at a place.
+fn correlation(all: &[[f64; 3]], place: usize) -> f64 {
+    let count = all.len().max(1) as f64;
+    let mean = |of: usize| all.iter().map(|one| one[of]).sum::<f64>() / count;
+    let means = [mean(0), mean(place)];
+    let mut sums = [0.0; 3];
+    for one in all {
+        let (a, b) = (one[0] - means[0], one[place] - means[1]);
+        sums[0] += a * a;
+        sums[1] += a * b;
+        sums[2] += b * b;
+    }
+    sums[1] / (sums[0] * sums[2]).sqrt().max(f64::MIN_POSITIVE)
+}
+
+/// One row a reading, as long as a reading stands for.
+fn take(streams: &mut Streams, held: &Held, hold: &Hold, reading: Reading) {
+    let length = hold.rows_per_reading;
+    let fresh: Vec<usize> = hold
+        .fresh
+        .iter()
+        .copied()
+        .filter(|&row| reading == Reading::OfRow || block(row, length).is_some())
+        .collect();
+    let rows_of = |row: usize| match reading {
+        Reading::OfRow => row..=row,
+        Reading::OfBlock => block(row, length).unwrap_or(row..=row),
+    };
+    let thin = |values: &[f64], is_held: bool| -> Vec<f64> {
+        let of = |&row: &usize| {
+            let rows = if is_held { row..=row } else { rows_of(row) };
+            let count = rows.clone().count() as f64;
+            values[rows].iter().sum::<f64>() * length / count
+        };
+        fresh.iter().map(of).collect()
+    };
+    for axis in 0..3 {
+        let (gyro, case) = (held.gyros[axis].is_some(), held.reference[axis].is_some());
+        streams.sensed_rad[axis] = thin(&streams.sensed_rad[axis], gyro);
+        streams.case_rad[axis] = thin(&streams.case_rad[axis], case);
+    }
+    let at = |values: &[f64]| fresh.iter().map(|&row| values[row]).collect::<Vec<f64>>();
+    for triad in [
+        &mut streams.force_m_s2,
+        &mut streams.temperature_k,
+        &mut streams.magnetic_t,
+    ]
+    .into_iter()
+    .flatten()
+    {
+        triad.iter_mut().for_each(|values| *values = at(values));
+    }
+    streams
+        .others
+        .iter_mut()
+        .for_each(|(_, values)| *values = at(values));
+    if let Some(stamps_s) = &mut streams.stamps_s {
+        *stamps_s = at(stamps_s);
+    }
+    let all = |mask: &[bool]| -> Vec<bool> {
+        let of = |&row: &usize| mask[rows_of(row)].iter().all(|one| *one);
+        fresh.iter().map(of).collect()
+    };
+    streams.usable = all(&streams.usable);
+    streams.measured = all(&streams.measured);
+    streams.select_unmeasured(&fresh);
+    // The middle of what a reading is of.
+    let first = rows_of(fresh[0]);
+    let middle = 0.5 * (first.start() + first.end() + 1) as f64;
+    streams.start_s += (middle - 0.5 * length) / streams.rate_hz;
+    streams.rate_hz /= length;
+    streams.rows = fresh.len();
+    let piece = &mut streams.pieces[0];
+    piece.rows = 0..fresh.len();
+    piece.start_s = streams.start_s;
+}
