@@ -4,12 +4,12 @@
 use std::ops::Range;
 
 use rlg_catalogue::candidates::{PoolColumns, Variant};
-use rlg_catalogue::entries::{self, SLIP, STEP, UNLISTED};
+use rlg_catalogue::entries::{SLIP, STEP, UNLISTED};
 use rlg_catalogue::{Candidate, Pool};
 use rlg_inference::block_validation::BlockSums;
 use rlg_inference::events::{Instant, largest_impulse};
 use rlg_inference::normal_equations::Transform;
-use rlg_inference::{Fit, Hypothesis, NoiseBasis, NormalEquations, Observations, Search};
+use rlg_inference::{Bound, Fit, Hypothesis, NoiseBasis, NormalEquations, Observations, Search};
 use rlg_signal::partition::Use;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
@@ -22,9 +22,6 @@ use super::plan::AnalysisPlan;
 use super::reenact::{Named, Reenactment, reenact};
 use super::search::{Found, effect_rad, subtract};
 use rlg_signal::streams::{Triad, add};
-
-/// Log posterior within which a rival of as many numbers is another name of one column: what is left is their prices.
-const SAME_COLUMN: f64 = 0.7;
 
 /// What blocks of the fitted rows say of a member, each predicted by the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -309,23 +306,36 @@ fn headline(found: &Found, place: usize) -> usize {
         let one = &found.candidates[candidate];
         (one.kind == UNLISTED, one.hypothesis.parameters)
     };
-    // Of two names for one column that of the gyro comes first, as in the catalogue.
-    let row = |candidate: usize| {
-        let kind = found.candidates[candidate].kind;
-        entries::CATALOGUE
-            .iter()
-            .position(|entry| entry.kind == kind)
-    };
     let own = judged.hypothesis;
-    let best = judged.rivals.iter().fold(own, |best, &(rival, behind)| {
-        let is_same_column = behind < SAME_COLUMN && numbers(rival) == numbers(best);
-        if numbers(rival) < numbers(best) || is_same_column && row(rival) < row(best) {
+    let simplest = judged.rivals.iter().fold(own, |best, &(rival, _)| {
+        if numbers(rival) < numbers(best) {
             rival
         } else {
             best
         }
     });
-    best
+    // Of two names for the same columns that of the gyro comes first, as in the catalogue.
+    let all = &found.candidates;
+    (0..simplest)
+        .find(|&other| is_same_column(&all[other].hypothesis, &all[simplest].hypothesis))
+        .unwrap_or(simplest)
+}
+
+/// Whether two hypotheses of parameters of any sign scale the same columns into the same records.
+fn is_same_column(a: &Hypothesis, b: &Hypothesis) -> bool {
+    let is_free = |one: &Hypothesis| {
+        let mut ranges = (0..one.parameters).map(|k| one.bound(k).range);
+        one.fixed.is_empty() && ranges.all(|range| range == Bound::NONE.range)
+    };
+    let places = |one: &Hypothesis| -> Vec<(usize, usize, usize)> {
+        let terms = one.terms.iter();
+        let mut places: Vec<_> = terms
+            .map(|term| (term.parameter, term.record, term.column))
+            .collect();
+        places.sort_unstable();
+        places
+    };
+    is_free(a) && is_free(b) && places(a) == places(b)
 }
 
 /// What is found, fitted on rows to fit and rows to confirm together.

@@ -397,13 +397,15 @@ impl<'a> Search<'a> {
             .position(|&other| other == member)
             .expect("a member of the set");
         let whole = self.hypotheses[member].with_fixed_as_parameter();
-        let mut set = self.members(&best.members);
-        set[place] = &whole;
+        // What is made behind the member would stand for it.
+        let beside = self.without(&best.members, member);
+        let mut set = vec![&whole];
+        set.extend(self.members(&beside));
         set.push(&self.hypotheses[rival]);
         set.extend(self.equations.gaps());
         let assembled = Assembled::new(self.equations, &set);
         let information = assembled.information(self.equations, &best.levels);
-        let own = assembled.blocks[place].clone();
+        let own = assembled.blocks[0].clone();
         let estimated = best.blocks[place].clone().map(|k| best.estimate[k]);
         let sizes = estimated.chain([1.0]);
         let effect = nalgebra::DVector::from_iterator(
