@@ -12,7 +12,7 @@ use rlg_model::catalogue::NINE;
 use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_recording::error::InputError;
 use rlg_signal::channel_check::{ChannelPlan, Crossing, check};
-use rlg_signal::coherent_map::MapPlan;
+use rlg_signal::map_plan::MapPlan;
 use rlg_signal::partition::{Partition, Use};
 
 use super::Outcome;
