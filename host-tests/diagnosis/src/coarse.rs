@@ -11,7 +11,7 @@ use rlg_catalogue::low_pass::{LowPass, grid};
 use rlg_catalogue::signals::Path;
 use rlg_inference::sums::sums;
 
-use super::data::Data;
+use super::data::{Data, reached};
 use super::plan::CoarsePlan;
 use rlg_signal::streams::{Triad, each_axis};
 
@@ -83,19 +83,6 @@ fn expected(data: &Data, gyro: usize, case: &Triad) -> Vec<f64> {
     (0..data.streams.rows)
         .map(|row| (0..3).map(|axis| along[axis] * case[axis][row]).sum())
         .collect()
-}
-
-/// Rows that may be looked at and whose reference was recorded, `late_rows` before each.
-pub fn reached(seen: &[bool], late_rows: f64) -> Vec<bool> {
-    let mut rows = seen.to_vec();
-    let count = rows.len();
-    let away = (late_rows.abs().ceil() as usize).min(count);
-    if late_rows >= 1.0 {
-        rows[..away].fill(false);
-    } else if late_rows <= -1.0 {
-        rows[count - away..].fill(false);
-    }
-    rows
 }
 
 /// Least squares of one gyro on three axes and a constant.

@@ -15,7 +15,6 @@ use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_recording::error::InputError;
 use rlg_signal::partition::{Partition, Use};
 
-use super::coarse::reached;
 use super::lattice::Lattice;
 use super::plan::AnalysisPlan;
 use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
@@ -196,6 +195,19 @@ fn delay_of(effect: &ModelEffect, axis: usize) -> f64 {
         "reference_delay" => -number(effect, "all"),
         _ => 0.0,
     }
+}
+
+/// Rows that may be looked at and whose reference was recorded, `late_rows` before each.
+pub fn reached(seen: &[bool], late_rows: f64) -> Vec<bool> {
+    let mut rows = seen.to_vec();
+    let count = rows.len();
+    let away = (late_rows.abs().ceil() as usize).min(count);
+    if late_rows >= 1.0 {
+        rows[..away].fill(false);
+    } else if late_rows <= -1.0 {
+        rows[count - away..].fill(false);
+    }
+    rows
 }
 
 fn mount_of(effect: &ModelEffect, axis: usize) -> Option<Resonance> {

@@ -6,7 +6,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::coherent_map::{CoherentMap, MapPlan, measure};
+use crate::coherent_map::{CoherentMap, measure};
+use crate::map_plan::MapPlan;
 
 /// Numbers of the judgement.
 #[derive(Debug, Clone, Copy)]

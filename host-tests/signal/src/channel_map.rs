@@ -7,7 +7,7 @@ use rlg_model::Model;
 
 use super::axes::{AXES, Triad, add};
 use super::channel_check::{ChannelPlan, Crossing, check};
-use super::coherent_map::MapPlan;
+use super::map_plan::MapPlan;
 use super::partition::{Partition, PartitionPlan, Use};
 use super::qualify;
 use super::streams::Streams;

@@ -7,8 +7,8 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex64;
 
-use crate::coherent_map::MapPlan;
 use crate::derivatives::fast_length;
+use crate::map_plan::MapPlan;
 
 /// Least eigenvalue of a correlation matrix that is inverted: below it two axes turn as one to rounding.
 const LEAST_EIGENVALUE: f64 = 1e-9;

@@ -59,6 +59,8 @@ pub mod shrinkage;
 
 pub mod derivatives;
 
+pub mod map_plan;
+
 mod cross_spectra;
 
 pub mod coherent_map;

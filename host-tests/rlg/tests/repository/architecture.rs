@@ -27,7 +27,6 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 23] = [
             "rlg-inference",
             "rlg-catalogue",
             "rlg-findings",
-            "strapdown",
         ],
     ),
     (
@@ -95,7 +94,6 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 23] = [
             "strapdown",
             "rlg-recording",
             "rlg-model",
-            "rlg-signal",
             "rlg-parameters",
             "rlg-diagnosis",
             "rlg-older",
