@@ -294,28 +294,19 @@ impl Lags {
             let (high, low) = (a.max(b), a.min(b));
             products[high * (high + 1) / 2 + low][lag]
         };
-        let by_gyro: Vec<(Vec<f64>, Vec<f64>, Vec<Vec<f64>>)> = (0..3)
-            .map(|gyro| {
-                let with = axes.iter().map(|axis| at_lags(&gyros[gyro], axis));
-                (
-                    at_lags(&gyros[gyro], &ones),
-                    at_lags(&squares[gyro], &ones),
-                    with.collect(),
-                )
-            })
-            .collect();
+        let of_gyros = |of: &dyn Fn(usize) -> Vec<f64>| [0, 1, 2].map(of);
+        let values = of_gyros(&|gyro| at_lags(&gyros[gyro], &ones));
+        let squared = of_gyros(&|gyro| at_lags(&squares[gyro], &ones));
+        let with = [0, 1, 2].map(|axis| of_gyros(&|gyro| at_lags(&gyros[gyro], &axes[axis])));
         let moments = (0..=2 * most)
             .map(|lag| {
-                std::array::from_fn(|gyro| {
-                    let (value, square, with) = &by_gyro[gyro];
-                    Moments {
-                        count: count[lag],
-                        value: value[lag],
-                        square: square[lag],
-                        axes: Vector3::from_fn(|axis, _| of_axes[axis][lag]),
-                        products: Matrix3::from_fn(|a, b| product(a, b, lag)),
-                        with_value: Vector3::from_fn(|axis, _| with[axis][lag]),
-                    }
+                std::array::from_fn(|gyro| Moments {
+                    count: count[lag],
+                    value: values[gyro][lag],
+                    square: squared[gyro][lag],
+                    axes: Vector3::from_fn(|axis, _| of_axes[axis][lag]),
+                    products: Matrix3::from_fn(|a, b| product(a, b, lag)),
+                    with_value: Vector3::from_fn(|axis, _| with[axis][gyro][lag]),
                 })
             })
             .collect();

@@ -58,7 +58,11 @@ fn predictions(data: &Data, found: &Found, plan: &AnalysisPlan) -> Option<Vec<Pr
         }
         rows
     };
-    let (columns, own, fixed) = columns_of(found, &whitened);
+    let MemberColumns {
+        columns,
+        own,
+        fixed,
+    } = columns_of(found, &whitened);
     let records: Vec<Vec<f64>> = (0..3)
         .map(|gyro| whitened(gyro, &found.residual_rad[gyro]))
         .collect();
@@ -103,14 +107,18 @@ fn predictions(data: &Data, found: &Found, plan: &AnalysisPlan) -> Option<Vec<Pr
     Some((0..fit.members.len()).map(of_member).collect())
 }
 
-/// Whitened columns of the members' parameters.
-///
-/// # Returns
-/// By gyro and parameter; the parameters of each member; parameters that stand for what a member does without one.
-fn columns_of(
-    found: &Found,
-    whitened: &impl Fn(usize, &[f64]) -> Vec<f64>,
-) -> (Vec<Vec<Vec<f64>>>, Vec<Range<usize>>, Vec<usize>) {
+/// Whitened columns of a set's parameters.
+struct MemberColumns {
+    /// By gyro and parameter.
+    columns: Vec<Vec<Vec<f64>>>,
+    /// Parameters of each member.
+    own: Vec<Range<usize>>,
+    /// Parameters that stand for what a member does without one.
+    fixed: Vec<usize>,
+}
+
+/// Forms the whitened columns of the members' parameters.
+fn columns_of(found: &Found, whitened: &impl Fn(usize, &[f64]) -> Vec<f64>) -> MemberColumns {
     let signals = &found.motion.signals;
     let mut columns: Vec<Vec<Vec<f64>>> = vec![Vec::new(); 3];
     let (mut own, mut fixed) = (Vec::new(), Vec::new());
@@ -142,7 +150,11 @@ fn columns_of(
         }
         own.push(first..first + whole.parameters);
     }
-    (columns, own, fixed)
+    MemberColumns {
+        columns,
+        own,
+        fixed,
+    }
 }
 
 /// What a fit over the found candidates leaves \[rad\].

@@ -18,6 +18,9 @@ use rlg_signal::streams::AXES;
 /// Thresholds of real lasers lie between these \[rad/s\]: 2 to 2000 °/h.
 const THRESHOLDS_RAD_S: [f64; 2] = [1e-5, 1e-2];
 
+/// Units of increments that are rounded one by one within which a dead band is that of their rounding.
+const ROUNDED_UNITS: f64 = 2.0;
+
 /// The threshold of each gyro that gains most beside the fits; none on dithered gyros, where lock-in is a random walk.
 ///
 /// # Inputs
@@ -40,7 +43,16 @@ pub(super) fn lock_in(
     for gyro in (0..3).filter(|&axis| pass.motion.is_moving[axis]) {
         // Within the noise of its rate a dead band would be made of nothing else.
         let clear = plan.gate.ratio.sqrt() * pass.motion.rate_noise_rad_s[gyro];
-        let least = THRESHOLDS_RAD_S[0].max(clear);
+        // What rounds increments one by one makes a dead band of half a unit by itself.
+        let lattice = &pass.lattice;
+        let is_rounded = lattice.counted_rad[gyro] == 0.0;
+        let unit_rad = if is_rounded {
+            lattice.pulse_rad[gyro]
+        } else {
+            0.0
+        };
+        let rounded = ROUNDED_UNITS * unit_rad * signals.rate_hz;
+        let least = THRESHOLDS_RAD_S[0].max(clear).max(rounded);
         let grid = Threshold::grid(least, THRESHOLDS_RAD_S[1]);
         if grid.is_empty() {
             continue;
@@ -75,7 +87,8 @@ pub(super) fn lock_in(
                     .clamp(least, THRESHOLDS_RAD_S[1]),
             },
         );
-        if gain > price {
+        // One at the least that can be told is none.
+        if gain > price && threshold.rad_s > least {
             thresholds[gyro] = Some(threshold);
             surplus += gain - price;
         }

@@ -7,11 +7,11 @@
 //!
 //! In the order of the data:
 //! [`dct`] transforms → [`observations`] says which rows are seen → [`noise`] gives the spectrum of each term →
-//! [`normal_equations`] frees what gaps leave unknown and sums columns and records by frequency → [`evaluate`] fits a set of hypotheses with its noise →
+//! [`normal_equations`] frees what gaps leave unknown and sums columns and records by frequency → [`evaluate`] fits a set
+//! of hypotheses with its noise →
 //! [`search`] finds the set; [`score_test`] goes through long lists of what could be added, over [`sums`] of rows where
 //! there are many; [`events`] scans all rows for steps and impulses, [`lines`] all frequencies for lines;
-//! [`predict`] scores rows that were not
-//! fitted.
+//! [`block_validation`] asks blocks of rows whether an effect holds in all of them.
 
 pub mod block_validation;
 

@@ -4,7 +4,7 @@
 //! at the period's start, and the period's status. It gives an [`OutputFrame`] in codes of
 //! [`OUTPUT_RAD_PER_CODE`](crate::OUTPUT_RAD_PER_CODE) and [`OUTPUT_M_S_PER_CODE`](crate::OUTPUT_M_S_PER_CODE).
 //!
-//! What a frame cannot show later ones do, so that empty is lost: the part of a code, which keeps the sum of all
+//! What a frame cannot show later ones do, so that nothing is lost: the part of a code, which keeps the sum of all
 //! frames within half a code of the sum of all increments; and what is beyond an `i32` of codes, after an outage or at
 //! a rate that a frame cannot hold. Frames that leave something for later say [`Status::OUTPUT_SATURATED`], frames that
 //! show something of earlier periods [`Status::CARRIED_OVER`].

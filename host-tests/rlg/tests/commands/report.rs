@@ -45,7 +45,7 @@ fn findings_stand_on_the_page_as_people_read_them() {
         "0.029 ± 0.057",
         "10⁻⁴¹",
         "explains 34.2 % of the power",
-        "better by 71.3 in log score",
+        "in blocks of rows that the others predict 71.3 in log score",
         "re-enacted without it 8 times: a squared size of 1.13 variances a number",
         "ω<sub>z</sub>",
         "δ<sub>ij</sub>",
