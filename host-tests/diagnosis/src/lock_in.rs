@@ -18,6 +18,9 @@ use rlg_signal::streams::AXES;
 /// Thresholds of real lasers lie between these \[rad/s\]: 2 to 2000 °/h.
 const THRESHOLDS_RAD_S: [f64; 2] = [1e-5, 1e-2];
 
+/// Share of the angle noise that counting leaves below which what lies on multiples of a unit is rounded and not counted.
+const COUNTED: f64 = 0.25;
+
 /// Units of increments that are rounded one by one within which a dead band is that of their rounding.
 const ROUNDED_UNITS: f64 = 2.0;
 
@@ -44,13 +47,9 @@ pub(super) fn lock_in(
         // Within the noise of its rate a dead band would be made of nothing else.
         let clear = plan.gate.ratio.sqrt() * pass.motion.rate_noise_rad_s[gyro];
         // What rounds increments one by one makes a dead band of half a unit by itself.
-        let lattice = &pass.lattice;
-        let is_rounded = lattice.counted_rad[gyro] == 0.0;
-        let unit_rad = if is_rounded {
-            lattice.pulse_rad[gyro]
-        } else {
-            0.0
-        };
+        let unit_rad = pass.lattice.counted_rad[gyro];
+        let is_rounded = fits[0].levels[gyro].angle < COUNTED * unit_rad * unit_rad / 12.0;
+        let unit_rad = if is_rounded { unit_rad } else { 0.0 };
         let rounded = ROUNDED_UNITS * unit_rad * signals.rate_hz;
         let least = THRESHOLDS_RAD_S[0].max(clear).max(rounded);
         let grid = Threshold::grid(least, THRESHOLDS_RAD_S[1]);
