@@ -71,6 +71,13 @@ pub enum Column {
     Step(usize),
 }
 
+/// Of the reference's increments about an axis behind a path.
+fn spectrum_behind(path: Path, axis: usize, signals: &Signals) -> Spectrum {
+    let reference_rad = signals.reference_rad(axis);
+    let behind_rad = path.along(axis, path.delay_s[axis], reference_rad, signals.rate_hz);
+    Spectrum::new(&behind_rad, signals.rate_hz)
+}
+
 impl Column {
     /// The column that an expression is, if it is one: an effect that is listed has its name.
     pub fn of(expression: Expression) -> Option<Self> {
@@ -270,24 +277,19 @@ impl Column {
                 scaled(&row_means(&at_middles), period)
             }
             Self::Mount(axis, resonance, part) => {
-                let late = Path {
+                let unmounted = Path {
                     mount: [None; 3],
                     ..signals.path
                 };
-                let reference = signals.reference_rad(axis);
-                let unmounted = late.along(axis, late.delay_s[axis], reference, signals.rate_hz);
-                Spectrum::new(&unmounted, signals.rate_hz)
+                spectrum_behind(unmounted, axis, signals)
                     .through(|hz| resonance.beyond_mount(hz, part))
             }
             Self::LowPass(axis, low_pass, part) => {
-                let before = Path {
+                let unfiltered = Path {
                     low_pass: [None; 3],
                     ..signals.path
                 };
-                let reference = signals.reference_rad(axis);
-                let unfiltered =
-                    before.along(axis, before.delay_s[axis], reference, signals.rate_hz);
-                Spectrum::new(&unfiltered, signals.rate_hz).through(|hz| low_pass.beyond(hz, part))
+                spectrum_behind(unfiltered, axis, signals).through(|hz| low_pass.beyond(hz, part))
             }
             Self::LockIn(gyro, threshold, part) => threshold.increments(gyro, part, signals),
             Self::Wave(axis, order, is_cosine) => {

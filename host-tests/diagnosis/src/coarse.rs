@@ -197,19 +197,18 @@ fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePla
         let gain = filtered.log_likelihood - late.log_likelihood;
         (gain > plan.tie && filtered.halves(&by(Path::default()), plan)).then_some(gain)
     };
-    let strongest = |low_passes: &mut dyn Iterator<Item = LowPass>| {
-        low_passes
-            .filter_map(|low_pass| Some((low_pass, gain(low_pass)?)))
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-    };
-    let octaves = grid(2.0 / rate_hz, plan.longest_low_pass_s);
     // An octave is too wide to tell a low pass from a delay.
-    let mut finer = octaves.into_iter().flat_map(|one| {
+    let finer = |one: LowPass| {
         [0.0, 0.25, 0.5, 0.75].map(|octaves: f64| LowPass {
             time_s: one.time_s * octaves.exp2(),
         })
-    });
-    strongest(&mut finer).map_or(late, |(low_pass, _)| of_low_pass(low_pass))
+    };
+    grid(2.0 / rate_hz, plan.longest_low_pass_s)
+        .into_iter()
+        .flat_map(finer)
+        .filter_map(|low_pass| Some((low_pass, gain(low_pass)?)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map_or(late, |(low_pass, _)| of_low_pass(low_pass))
 }
 
 fn of_low_pass(low_pass: LowPass) -> Path {

@@ -40,7 +40,8 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone>
     let levels = &fits[0].levels;
     let all = tests(pass, fits, &|_| true);
     found.extend(mount(&all, signals, is_moving, levels));
-    found.extend(low_pass(&all, signals, is_moving));
+    let longest_s = begin.plan.coarse.longest_low_pass_s;
+    found.extend(low_pass(&all, signals, is_moving, longest_s));
     drop(all);
     let unbent = |kind: &str| !LIKE_A_MODE.contains(&kind);
     found.extend(suspension(&tests(pass, fits, &unbent), signals, levels));
@@ -69,7 +70,8 @@ pub(super) fn strongest_filters(pass: &Pass, fit: &Fit, begin: &Begin) -> Vec<Al
     let motion = &pass.motion;
     let (signals, is_moving) = (&motion.signals, motion.is_moving);
     let found = mount(&tests, signals, is_moving, &fit.levels).into_iter();
-    let found = found.chain(low_pass(&tests, signals, is_moving));
+    let longest_s = begin.plan.coarse.longest_low_pass_s;
+    let found = found.chain(low_pass(&tests, signals, is_moving, longest_s));
     likely(pass, found.collect(), begin)
 }
 
@@ -209,12 +211,14 @@ fn mount(
     })
 }
 
-/// Time constants beyond this \[s\] are no bandwidth that anybody would call one.
-const LONGEST_LOW_PASS_S: f64 = 0.5;
-
-/// The low pass on each gyro that gains most at its full response.
-fn low_pass(tests: &[ScoreTest], signals: &Signals, is_moving: [bool; 3]) -> Option<Found> {
-    let grid = low_pass::grid(signals.period_s(), LONGEST_LOW_PASS_S);
+/// The low pass on each gyro that gains most at its full response, of those no longer than `longest_s`.
+fn low_pass(
+    tests: &[ScoreTest],
+    signals: &Signals,
+    is_moving: [bool; 3],
+    longest_s: f64,
+) -> Option<Found> {
+    let grid = low_pass::grid(signals.period_s(), longest_s);
     let places = (grid.len() as f64).ln();
     let mut price = places;
     let mut best: [Option<LowPass>; 3] = [None; 3];

@@ -11,7 +11,7 @@ use rlg_signal::shrinkage::Gate;
 pub struct CoarsePlan {
     /// Longest delay that is sought \[s\].
     pub longest_delay_s: f64,
-    /// Longest time constant of a low pass that is sought \[s\].
+    /// Longest time constant of a low pass that is sought, here and by the search \[s\]: beyond it nobody calls it a bandwidth.
     pub longest_low_pass_s: f64,
     /// Share of what is left that something far off must explain \[1\].
     pub explained: f64,
