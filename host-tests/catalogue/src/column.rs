@@ -1,5 +1,6 @@
 //! Design columns: what a unit parameter adds to a sensed increment, before 1/(1 − s_i).
 
+use realfft::num_complex::Complex64;
 use rlg_signal::derivatives::{Spectrum, row_means};
 
 use crate::expression::Expression;
@@ -71,11 +72,22 @@ pub enum Column {
     Step(usize),
 }
 
-/// Of the reference's increments about an axis behind a path.
-fn spectrum_behind(path: Path, axis: usize, signals: &Signals) -> Spectrum {
-    let reference_rad = signals.reference_rad(axis);
-    let behind_rad = path.along(axis, path.delay_s[axis], reference_rad, signals.rate_hz);
-    Spectrum::new(&behind_rad, signals.rate_hz)
+/// The reference's increments about an axis behind a path and a further system.
+fn behind(
+    path: Path,
+    axis: usize,
+    signals: &Signals,
+    response: impl Fn(f64) -> Complex64,
+) -> Vec<f64> {
+    if path == signals.path {
+        // Of rates, where increments are wanted.
+        let period_s = signals.period_s();
+        signals.spectra[axis].through(|hz| response(hz) * period_s)
+    } else {
+        let reference_rad = signals.reference_rad(axis);
+        let behind_rad = path.along(axis, path.delay_s[axis], reference_rad, signals.rate_hz);
+        Spectrum::new(&behind_rad, signals.rate_hz).through(response)
+    }
 }
 
 impl Column {
@@ -277,19 +289,16 @@ impl Column {
                 scaled(&row_means(&at_middles), period)
             }
             Self::Mount(axis, resonance, part) => {
-                let unmounted = Path {
-                    mount: [None; 3],
-                    ..signals.path
-                };
-                spectrum_behind(unmounted, axis, signals)
-                    .through(|hz| resonance.beyond_mount(hz, part))
+                let mut unmounted = signals.path;
+                unmounted.mount[axis] = None;
+                behind(unmounted, axis, signals, |hz| {
+                    resonance.beyond_mount(hz, part)
+                })
             }
             Self::LowPass(axis, low_pass, part) => {
-                let unfiltered = Path {
-                    low_pass: [None; 3],
-                    ..signals.path
-                };
-                spectrum_behind(unfiltered, axis, signals).through(|hz| low_pass.beyond(hz, part))
+                let mut unfiltered = signals.path;
+                unfiltered.low_pass[axis] = None;
+                behind(unfiltered, axis, signals, |hz| low_pass.beyond(hz, part))
             }
             Self::LockIn(gyro, threshold, part) => threshold.increments(gyro, part, signals),
             Self::Wave(axis, order, is_cosine) => {

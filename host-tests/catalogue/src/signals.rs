@@ -1,7 +1,6 @@
 //! Measured inputs on the gyros' rows, and the motion derived from them.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex64;
 use rlg_signal::derivatives::Spectrum;
 
@@ -100,7 +99,6 @@ impl Signals {
         sensing_from_body: Matrix3<f64>,
     ) -> Self {
         let rows = reference_rad[0].len();
-        let mut planner = RealFftPlanner::new();
         let case_rad: Triad = std::array::from_fn(|axis| {
             if path.is_direct(axis) {
                 std::mem::take(&mut reference_rad[axis])
@@ -110,7 +108,7 @@ impl Signals {
         });
         let spectra: [Spectrum; 3] = std::array::from_fn(|axis| {
             let rates: Vec<f64> = case_rad[axis].iter().map(|angle| angle * rate_hz).collect();
-            Spectrum::by(&mut planner, &rates, rate_hz)
+            Spectrum::new(&rates, rate_hz)
         });
         Self {
             rate_rad_s: std::array::from_fn(|axis| spectra[axis].middle_derivative(0)),

@@ -4,9 +4,11 @@
 //! all three axes of the reference and a constant. What the fit explains beyond what noise of the reference could is taken
 //! out of the residual before its noise is measured.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Vector3};
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex64;
+use realfft::{ComplexToReal, RealToComplex};
 use rlg_catalogue::low_pass::{LowPass, grid};
 use rlg_catalogue::signals::Path;
 use rlg_inference::sums::sums;
@@ -14,6 +16,7 @@ use rlg_inference::sums::sums;
 use super::data::{Data, reached};
 use super::plan::CoarsePlan;
 use rlg_signal::streams::{Triad, each_axis};
+use rlg_signal::transforms;
 
 /// What is far from the model.
 pub struct Coarse {
@@ -365,19 +368,22 @@ impl Lags {
 /// Correlations of records of one length.
 struct Correlator {
     length: usize,
-    planner: std::cell::RefCell<RealFftPlanner<f64>>,
+    forward: Arc<dyn RealToComplex<f64>>,
+    inverse: Arc<dyn ComplexToReal<f64>>,
 }
 
 impl Correlator {
     fn new(least: usize) -> Self {
+        let length = least.next_power_of_two();
         Self {
-            length: least.next_power_of_two(),
-            planner: std::cell::RefCell::new(RealFftPlanner::new()),
+            length,
+            forward: transforms::forward(length),
+            inverse: transforms::inverse(length),
         }
     }
 
     fn spectrum(&self, values: &[f64]) -> Vec<Complex64> {
-        let forward = self.planner.borrow_mut().plan_fft_forward(self.length);
+        let forward = &self.forward;
         let mut record = values.to_vec();
         record.resize(self.length, 0.0);
         let mut spectrum = forward.make_output_vec();
@@ -389,7 +395,7 @@ impl Correlator {
 
     /// Σ a(t) b(t − lag) from −most to most.
     fn lags(&self, a: &[Complex64], b: &[Complex64], most: usize) -> Vec<f64> {
-        let inverse = self.planner.borrow_mut().plan_fft_inverse(self.length);
+        let inverse = &self.inverse;
         let mut product: Vec<Complex64> = a.iter().zip(b).map(|(a, b)| a * b.conj()).collect();
         product[0].im = 0.0;
         if let Some(last) = product.last_mut() {

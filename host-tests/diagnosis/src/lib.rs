@@ -10,8 +10,6 @@
 //! What the older stages use too: tiles of the residual ([`locate`]) on a [`noise_spectrum`], figures on held-out time
 //! ([`validate`]), what coarse pulses hide ([`lattice`]), what the report draws ([`pictures`]).
 
-pub mod transforms;
-
 pub mod portion;
 
 pub mod regressor;

@@ -16,8 +16,8 @@ use std::sync::Arc;
 
 use super::noise_spectrum::{LOWEST_SHARE, Noise};
 use super::split::{Regime, intersect, usable_runs};
-use super::transforms;
 use rlg_signal::streams::{Streams, Triad};
+use rlg_signal::transforms;
 
 /// Chance of at least one falsely located tile per recording.
 pub const TILE_SIGNIFICANCE: f64 = 1e-4;

@@ -6,8 +6,8 @@ use std::ops::Range;
 
 use super::locate::Tile;
 use super::noise_spectrum::Noise;
-use super::transforms::mean_periodogram;
 use rlg_signal::streams::{Streams, Triad};
+use rlg_signal::transforms::{even_smooth_length, mean_periodogram};
 
 /// Points of an integrated angle.
 const ANGLE_POINTS: usize = 1500;
@@ -68,10 +68,8 @@ pub fn draw(
             .collect::<Vec<f64>>()
     };
     let rate_hz = streams.rate_hz;
-    let piece = super::transforms::smooth_length(
-        ((PIECE_S * rate_hz) as usize).min(streams.rows / 2).max(2),
-    )
-    .min(streams.rows & !1);
+    let piece = even_smooth_length(((PIECE_S * rate_hz) as usize).min(streams.rows / 2).max(2))
+        .min(streams.rows & !1);
     let bin_hz = rate_hz / piece as f64;
     // One-sided density of a rate: increments' power per row × 2 / fs × fs².
     let density = 2.0 * rate_hz;

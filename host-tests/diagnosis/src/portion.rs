@@ -13,7 +13,7 @@ use realfft::{ComplexToReal, RealToComplex};
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::transforms::{self, smooth_length};
+use rlg_signal::transforms::{self, smooth_length};
 
 /// Every stretch costs a free jump, and work that grows with the square of their number: of a recording
 /// with many gaps only the longest stretches are used.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::dct::Dct;
 use crate::gaps;
 use crate::hypothesis::{Hypothesis, Term};
-use crate::linear::pseudo_inverse;
+use crate::linear::{dot, pseudo_inverse};
 use crate::noise::{NoiseBasis, NoiseLevels};
 use crate::observations::{Observations, Span};
 
@@ -463,22 +463,4 @@ fn products(
         begin = end;
     }
     (gram, moments)
-}
-
-/// Σ a b, in eight sums side by side.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (a_eight, b_eight) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = a_eight
-        .remainder()
-        .iter()
-        .zip(b_eight.remainder())
-        .map(|(a, b)| a * b)
-        .sum();
-    for (a, b) in a_eight.zip(b_eight) {
-        for lane in 0..8 {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::evaluate::Fit;
 use crate::hypothesis::{Hypothesis, Term};
-use crate::linear::pseudo_inverse;
+use crate::linear::{dot, pseudo_inverse};
 use crate::noise::NoiseLevels;
 use crate::normal_equations::{Columns, NormalEquations};
 
@@ -362,19 +362,6 @@ fn blocks(members: &[&Member], rows: usize, mut of: impl FnMut(Range<usize>, &[f
 
 /// Rows of which all products are formed together: some dozens of columns of so many fit into a second-level cache.
 const BLOCK: usize = 512;
-
-/// Sums side by side, for the processor's lanes.
-const LANES: usize = 8;
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; LANES];
-    for (a, b) in a.chunks(LANES).zip(b.chunks(LANES)) {
-        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
-            *sum += a * b;
-        }
-    }
-    sums.iter().sum()
-}
 
 #[cfg(test)]
 mod tests {

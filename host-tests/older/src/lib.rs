@@ -145,9 +145,7 @@ mod beside;
 pub use declared::{declared_noise, own_noise, reference_noise};
 pub use settings::{Engine, Settings};
 
-pub use rlg_diagnosis::{
-    Outcome, lattice, locate, pictures, portion, regressor, split, transforms, validate,
-};
+pub use rlg_diagnosis::{Outcome, lattice, locate, pictures, portion, regressor, split, validate};
 pub use rlg_findings::result;
 pub use rlg_signal::{pieces, qualify, streams};
 

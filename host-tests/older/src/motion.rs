@@ -19,8 +19,8 @@ use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::transforms;
-pub use super::transforms::{mean_periodogram, smooth_length};
+use rlg_signal::transforms;
+pub use rlg_signal::transforms::{even_smooth_length as smooth_length, mean_periodogram};
 
 /// Rows of odd reflection at either end, so that a motion that does not end at rest does not ring, and the same in periods
 /// of the band's edge: a slow channel that ends elsewhere than it began rings for longer.

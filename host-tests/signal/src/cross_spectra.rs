@@ -4,11 +4,10 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex64;
 
-use crate::derivatives::fast_length;
 use crate::map_plan::MapPlan;
+use crate::transforms::{self, smooth_length};
 
 /// Least eigenvalue of a correlation matrix that is inverted: below it two axes turn as one to rounding.
 const LEAST_EIGENVALUE: f64 = 1e-9;
@@ -60,8 +59,8 @@ impl Spectra {
         if count < plan.least_rows {
             return None;
         }
-        let padded = fast_length(rows + 2 * most + 2);
-        let forward = RealFftPlanner::new().plan_fft_forward(padded);
+        let padded = smooth_length(rows + 2 * most + 2);
+        let forward = transforms::forward(padded);
         let transform = |value: &dyn Fn(usize, usize) -> f64| {
             let both = || used.iter().enumerate();
             let known = both().filter_map(|(row, at)| at.map(|at| value(row, at)));
@@ -187,7 +186,7 @@ impl Spectra {
         fine: usize,
     ) -> Vec<Matrix3<f64>> {
         let length = fine * self.padded;
-        let backward = RealFftPlanner::new().plan_fft_inverse(length);
+        let backward = transforms::inverse(length);
         let (from, to) = lags;
         let mut all = vec![Matrix3::zeros(); (to - from + 1).max(0) as usize];
         for gyro in 0..3 {

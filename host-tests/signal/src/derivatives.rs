@@ -7,12 +7,16 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use realfft::num_complex::Complex64;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use realfft::{ComplexToReal, RealToComplex};
+
+use crate::transforms::{self, smooth_length};
 
 /// A record whose values are means over rows (or increments), ready to be read otherwise.
 pub struct Spectrum {
     values: Vec<Complex64>,
     inverse: Arc<dyn ComplexToReal<f64>>,
+    /// Held, so that the next record of this length finds it planned.
+    _forward: Arc<dyn RealToComplex<f64>>,
     rows: usize,
     padded: usize,
     pad: usize,
@@ -28,14 +32,9 @@ const LEAST_SINC: f64 = 0.5;
 impl Spectrum {
     /// Transforms `values` of rows at `rate_hz`.
     pub fn new(values: &[f64], rate_hz: f64) -> Self {
-        Self::by(&mut RealFftPlanner::new(), values, rate_hz)
-    }
-
-    /// The same by a planner that has planned other records of as many rows.
-    pub fn by(planner: &mut RealFftPlanner<f64>, values: &[f64], rate_hz: f64) -> Self {
         let rows = values.len();
         let pad = PAD_ROWS.min(rows.saturating_sub(2));
-        let padded = fast_length(rows + 2 * pad);
+        let padded = smooth_length(rows + 2 * pad);
         let mut record = vec![0.0; padded];
         for row in 0..pad {
             let taper = 0.5 - 0.5 * (PI * row as f64 / pad as f64).cos();
@@ -44,14 +43,15 @@ impl Spectrum {
                 taper * (2.0 * values[rows - 1] - values[rows - 1 - (pad - row)]);
         }
         record[pad..pad + rows].copy_from_slice(values);
-        let forward: Arc<dyn RealToComplex<f64>> = planner.plan_fft_forward(padded);
+        let forward = transforms::forward(padded);
         let mut spectrum = forward.make_output_vec();
         forward
             .process(&mut record, &mut spectrum)
             .expect("lengths as planned");
         Self {
             values: spectrum,
-            inverse: planner.plan_fft_inverse(padded),
+            inverse: transforms::inverse(padded),
+            _forward: forward,
             rows,
             padded,
             pad,
@@ -138,20 +138,6 @@ impl Spectrum {
     fn frequency_hz(&self, k: usize) -> f64 {
         k as f64 / self.padded as f64 * self.rate_hz
     }
-}
-
-/// Smallest length of factors 2, 3 and 5 that holds `least` rows.
-pub(crate) fn fast_length(least: usize) -> usize {
-    let is_fast = |length: &usize| {
-        let mut rest = *length;
-        for factor in [2, 3, 5] {
-            while rest.is_multiple_of(factor) {
-                rest /= factor;
-            }
-        }
-        rest == 1
-    };
-    (least..).find(is_fast).unwrap_or(least)
 }
 
 /// Means over the rows of what is known at their middles.

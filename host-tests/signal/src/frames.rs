@@ -4,7 +4,9 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use realfft::num_complex::Complex64;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use realfft::{ComplexToReal, RealToComplex};
+
+use crate::transforms;
 
 /// Frames of one length.
 pub struct Frames {
@@ -39,7 +41,6 @@ impl Frames {
         if length < 16 {
             return None;
         }
-        let mut planner = RealFftPlanner::new();
         let window: Vec<f64> = (0..length)
             .map(|row| 0.5 - 0.5 * (TAU * row as f64 / length as f64).cos())
             .collect();
@@ -47,8 +48,8 @@ impl Frames {
             length,
             window_power: window.iter().map(|value| value * value).sum(),
             window,
-            forward: planner.plan_fft_forward(length),
-            inverse: planner.plan_fft_inverse(length),
+            forward: transforms::forward(length),
+            inverse: transforms::inverse(length),
         })
     }
 

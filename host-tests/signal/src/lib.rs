@@ -61,6 +61,8 @@ pub mod derivatives;
 
 pub mod map_plan;
 
+pub mod transforms;
+
 mod cross_spectra;
 
 pub mod coherent_map;

@@ -39,19 +39,23 @@ fn shared<T: ?Sized>(
     fresh
 }
 
-/// The next length that factors into 2, 3 and 5 and is even.
-pub fn smooth_length(at_least: usize) -> usize {
-    (at_least.max(2)..)
-        .find(|&length| {
-            let mut rest = length;
-            for prime in [2, 3, 5] {
-                while rest % prime == 0 {
-                    rest /= prime;
-                }
+/// Smallest length of factors 2, 3 and 5 that holds `least` rows.
+pub fn smooth_length(least: usize) -> usize {
+    let is_smooth = |length: &usize| {
+        let mut rest = *length;
+        for factor in [2, 3, 5] {
+            while rest.is_multiple_of(factor) {
+                rest /= factor;
             }
-            rest == 1 && length % 2 == 0
-        })
-        .expect("powers of two never end")
+        }
+        rest == 1
+    };
+    (least.max(1)..).find(is_smooth).unwrap_or(least)
+}
+
+/// The same, and even.
+pub fn even_smooth_length(least: usize) -> usize {
+    2 * smooth_length(least.max(2).div_ceil(2))
 }
 
 /// Mean periodogram of `values` over Hann-windowed, half-overlapping pieces of `piece` rows: the power per
