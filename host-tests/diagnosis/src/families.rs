@@ -11,8 +11,9 @@ use rlg_catalogue::low_pass::{self, LowPass};
 use rlg_catalogue::resonance::{Resonance, grid};
 use rlg_catalogue::{Candidate, Column, Pool, Signals};
 use rlg_inference::lines::strongest as strongest_line;
-use rlg_inference::score_test::{Gain, ScoreTest, spectra};
+use rlg_inference::score_test::{Gain, Projected, ScoreTest, spectra};
 use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, Term};
+use rlg_signal::streams::each_axis;
 
 use super::lock_in::lock_in;
 use super::pass::{Begin, Pass, left_on};
@@ -162,9 +163,10 @@ fn mount(
     }
     // Frequency and damping are two numbers.
     let price = (grid.len() as f64).ln() + 1.0;
-    let mut best: [Option<Resonance>; 3] = [None; 3];
-    let mut sum = 0.0;
-    for axis in (0..3).filter(|&axis| is_moving[axis]) {
+    let about = |axis: usize| -> Option<(Resonance, f64)> {
+        if !is_moving[axis] {
+            return None;
+        }
         let basis = Basis::new(MOUNT, &grid, signals, &[axis], |hz| {
             levels[axis].of_share(hz / signals.rate_hz)
         });
@@ -179,6 +181,7 @@ fn mount(
             .iter()
             .map(|test| test.project(&hypothesis, &spectra))
             .collect();
+        drop(spectra);
         let one = DVector::from_element(1, 1.0);
         let tops = basis.best(&grid, |sizes| {
             let sizes = DMatrix::from_column_slice(sizes.len(), 1, sizes.as_slice());
@@ -189,16 +192,14 @@ fn mount(
             .into_iter()
             .take(TOPS)
             .filter(|(_, gain)| *gain > price);
-        let polished = worthy.map(|(resonance, _)| polish(tests, resonance, axis, signals));
-        let Some(strongest) = polished.max_by(|a, b| a.1.total_cmp(&b.1)) else {
-            continue;
-        };
-        let surplus = strongest.1 - price;
-        if surplus > 0.0 {
-            best[axis] = Some(strongest.0);
-            sum += surplus;
-        }
-    }
+        worthy
+            .map(|(resonance, _)| polish(tests, resonance, axis, signals))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .filter(|(_, gain)| *gain > price)
+    };
+    let found = each_axis(about);
+    let best = found.map(|one| one.map(|(resonance, _)| resonance));
+    let sum = found.iter().flatten().map(|(_, gain)| gain - price).sum();
     if best == [None; 3] {
         return None;
     }
@@ -220,10 +221,10 @@ fn low_pass(
 ) -> Option<Found> {
     let grid = low_pass::grid(signals.period_s(), longest_s);
     let places = (grid.len() as f64).ln();
-    let mut price = places;
-    let mut best: [Option<LowPass>; 3] = [None; 3];
-    let mut sum = 0.0;
-    for gyro in (0..3).filter(|&gyro| is_moving[gyro]) {
+    let on = |gyro: usize| -> Option<(LowPass, f64)> {
+        if !is_moving[gyro] {
+            return None;
+        }
         let full = DVector::from_vec(vec![1.0, 0.0]);
         let of = |low_pass: LowPass| {
             let columns = ExactLowPass {
@@ -235,20 +236,25 @@ fn low_pass(
             most_at(tests, &columns.hypothesis(), &columns, &same, &full)
         };
         let gain = |low_pass: &LowPass| of(*low_pass).map_or(f64::NEG_INFINITY, |one| one.0);
-        let Some(begin) = grid
+        let begin = grid
             .iter()
             .map(|low_pass| (*low_pass, gain(low_pass)))
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-        else {
+            .max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(follow(begin.0, of, |low_pass, step| LowPass {
+            time_s: (low_pass.time_s + step[0]).clamp(0.6 * low_pass.time_s, 1.7 * low_pass.time_s),
+        }))
+    };
+    let mut price = places;
+    let mut best: [Option<LowPass>; 3] = [None; 3];
+    let mut sum = 0.0;
+    for (gyro, found) in each_axis(on).into_iter().enumerate() {
+        let Some((low_pass, gain)) = found else {
             continue;
         };
-        let (found, gain) = follow(begin.0, of, |low_pass, step| LowPass {
-            time_s: (low_pass.time_s + step[0]).clamp(0.6 * low_pass.time_s, 1.7 * low_pass.time_s),
-        });
         // Its columns are made where it is, and what is estimated is about that: its size has its price here.
         let of_size = 0.5 * (1.0 + (2.0 * gain).max(1.0).ln());
         if gain > places + of_size {
-            best[gyro] = Some(found);
+            best[gyro] = Some(low_pass);
             sum += gain - of_size;
             price += of_size;
         }
@@ -359,20 +365,18 @@ fn suspension(tests: &[ScoreTest], signals: &Signals, levels: &[NoiseLevels]) ->
             .sum()
     });
     let directions = basis.directions();
-    let by_gyro: Vec<Vec<_>> = (0..3)
-        .map(|gyro| {
-            let columns = SuspensionColumns {
-                basis: &basis,
-                signals,
-                gyro,
-            };
-            let hypothesis = columns.hypothesis();
-            debug_assert_eq!(columns.count(), 2 * directions);
-            let spectra = spectra(tests, std::slice::from_ref(&hypothesis), &columns);
-            let each = tests.iter().map(|test| test.project(&hypothesis, &spectra));
-            each.collect()
-        })
-        .collect();
+    let by_gyro: [Vec<Projected>; 3] = each_axis(|gyro| {
+        let columns = SuspensionColumns {
+            basis: &basis,
+            signals,
+            gyro,
+        };
+        let hypothesis = columns.hypothesis();
+        debug_assert_eq!(columns.count(), 2 * directions);
+        let spectra = spectra(tests, std::slice::from_ref(&hypothesis), &columns);
+        let each = tests.iter().map(|test| test.project(&hypothesis, &spectra));
+        each.collect()
+    });
     let of_point = |test: usize, sizes: &DVector<f64>| -> (f64, [f64; 6]) {
         let of_tilts = DMatrix::from_fn(2 * directions, 2, |row, tilt| {
             if row / directions == tilt {

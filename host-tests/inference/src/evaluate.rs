@@ -8,7 +8,9 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+use crate::assembled::Assembled;
 use crate::hypothesis::Hypothesis;
+use crate::linear::{invert, sub_matrix};
 use crate::noise::{NoiseLevels, TERMS};
 use crate::normal_equations::NormalEquations;
 
@@ -105,186 +107,6 @@ const LEAST_ADDED: f64 = 1e-8;
 /// Bounds of g.
 const G_RANGE: [f64; 2] = [1.0, 1e12];
 
-/// Columns of a set, record by record, in parameters scaled to unit power.
-pub(crate) struct Assembled {
-    /// Parameters of each member.
-    pub blocks: Vec<Range<usize>>,
-    /// What a scaled parameter is in its own unit.
-    pub scale: Vec<f64>,
-    records: Vec<OfRecord>,
-}
-
-struct OfRecord {
-    /// Σ of the squared record in each bin, less what members add whatever their parameters.
-    energy: Vec<f64>,
-    /// Parameters that this record shows.
-    parameters: Vec<usize>,
-    /// Per bin G, row by row.
-    gram: Vec<Vec<f64>>,
-    /// Per bin h.
-    moments: Vec<Vec<f64>>,
-}
-
-impl Assembled {
-    pub(crate) fn new(equations: &NormalEquations, set: &[&Hypothesis]) -> Self {
-        let mut blocks = Vec::new();
-        let mut count = 0;
-        for one in set {
-            blocks.push(count..count + one.parameters);
-            count += one.parameters;
-        }
-        let records = equations.record_count();
-        let mut columns: Vec<Vec<Vec<(usize, f64)>>> = vec![vec![Vec::new(); count]; records];
-        let mut power = vec![0.0; count];
-        for (one, block) in set.iter().zip(&blocks) {
-            for term in &one.terms {
-                let scale = equations.scale(term.column);
-                if scale > 0.0 {
-                    let size = term.coefficient / scale;
-                    let parameter = block.start + term.parameter;
-                    columns[term.record][parameter].push((term.column, size));
-                    power[parameter] += size * size;
-                }
-            }
-        }
-        let scale: Vec<f64> = power
-            .iter()
-            .map(|power| {
-                if *power > 0.0 {
-                    1.0 / power.sqrt()
-                } else {
-                    1.0
-                }
-            })
-            .collect();
-        let records = columns
-            .into_iter()
-            .enumerate()
-            .map(|(record, of_parameters)| {
-                let fixed = set.iter().flat_map(|one| &one.fixed);
-                let fixed: Vec<(usize, f64)> = fixed
-                    .filter(|one| one.record == record && equations.scale(one.column) > 0.0)
-                    .map(|one| (one.column, one.size / equations.scale(one.column)))
-                    .collect();
-                OfRecord::new(equations, record, &of_parameters, &scale, &fixed)
-            })
-            .collect();
-        Self {
-            blocks,
-            scale,
-            records,
-        }
-    }
-
-    fn parameters(&self) -> usize {
-        self.scale.len()
-    }
-
-    /// Information and score of all parameters under noise powers by bin, `[record][bin]`.
-    fn sums(&self, powers: &[Vec<f64>]) -> (DMatrix<f64>, DVector<f64>) {
-        let count = self.parameters();
-        let mut information = DMatrix::zeros(count, count);
-        let mut score = DVector::zeros(count);
-        for (record, powers) in self.records.iter().zip(powers) {
-            let size = record.parameters.len();
-            let mut gram = vec![0.0; size * size];
-            let mut moments = vec![0.0; size];
-            for ((of_bin, of_moments), power) in record.gram.iter().zip(&record.moments).zip(powers)
-            {
-                let weight = 1.0 / power;
-                for (sum, value) in gram.iter_mut().zip(of_bin) {
-                    *sum += weight * value;
-                }
-                for (sum, value) in moments.iter_mut().zip(of_moments) {
-                    *sum += weight * value;
-                }
-            }
-            for (i, &a) in record.parameters.iter().enumerate() {
-                score[a] += moments[i];
-                for (j, &b) in record.parameters.iter().enumerate() {
-                    information[(a, b)] += gram[i * size + j];
-                }
-            }
-        }
-        (information, score)
-    }
-
-    /// Information of all parameters, scaled, under the noise of a fit.
-    pub(crate) fn information(
-        &self,
-        equations: &NormalEquations,
-        levels: &[NoiseLevels],
-    ) -> DMatrix<f64> {
-        let powers: Vec<Vec<f64>> = levels
-            .iter()
-            .map(|levels| equations.basis.binned(*levels))
-            .collect();
-        self.sums(&powers).0
-    }
-}
-
-impl OfRecord {
-    fn new(
-        equations: &NormalEquations,
-        record: usize,
-        of_parameters: &[Vec<(usize, f64)>],
-        scale: &[f64],
-        fixed: &[(usize, f64)],
-    ) -> Self {
-        let mut energy = equations.energy(record).to_vec();
-        for (bin, energy) in energy.iter_mut().enumerate() {
-            for &(column, size) in fixed {
-                *energy -= 2.0 * size * equations.moment(record, bin, column);
-                for &(other, other_size) in fixed {
-                    *energy += size * other_size * equations.product(bin, column, other);
-                }
-            }
-            *energy = energy.max(LEAST_INFORMATION);
-        }
-        let parameters: Vec<usize> = (0..of_parameters.len())
-            .filter(|&parameter| !of_parameters[parameter].is_empty())
-            .collect();
-        let bins = equations.basis.bins.len();
-        let size = parameters.len();
-        let mut gram = vec![vec![0.0; size * size]; bins];
-        let mut moments = vec![vec![0.0; size]; bins];
-        for (i, &a) in parameters.iter().enumerate() {
-            for &(column, weight) in &of_parameters[a] {
-                for (bin, moments) in moments.iter_mut().enumerate() {
-                    let mut moment = equations.moment(record, bin, column);
-                    for &(other, size) in fixed {
-                        moment -= size * equations.product(bin, column, other);
-                    }
-                    moments[i] += weight * scale[a] * moment;
-                }
-            }
-            for (j, &b) in parameters.iter().enumerate().take(i + 1) {
-                for &(first, first_weight) in &of_parameters[a] {
-                    for &(second, second_weight) in &of_parameters[b] {
-                        let weight = first_weight * second_weight * scale[a] * scale[b];
-                        for (bin, gram) in gram.iter_mut().enumerate() {
-                            gram[i * size + j] += weight * equations.product(bin, first, second);
-                        }
-                    }
-                }
-            }
-        }
-        for gram in &mut gram {
-            for i in 0..size {
-                for j in 0..i {
-                    gram[j * size + i] = gram[i * size + j];
-                }
-            }
-        }
-        Self {
-            energy,
-            parameters,
-            gram,
-            moments,
-        }
-    }
-}
-
 /// What a block's information says by its directions.
 struct BlockPrior {
     information: DMatrix<f64>,
@@ -331,7 +153,7 @@ impl BlockPrior {
 }
 
 /// Information below which a direction counts as empty.
-const LEAST_INFORMATION: f64 = 1e-200;
+pub(crate) const LEAST_INFORMATION: f64 = 1e-200;
 
 /// Fits a set with given drift terms, its noise from `start`.
 ///
@@ -344,11 +166,19 @@ pub fn evaluate(
     drift: &[Drift],
     effort: Effort,
 ) -> Fit {
-    let whole: Vec<&Hypothesis> = set.iter().copied().chain(equations.gaps()).collect();
-    let assembled = Assembled::new(equations, &whole);
+    let assembled = Assembled::new(equations, set);
+    evaluate_assembled(equations, (set, &assembled), start, drift, effort)
+}
+
+/// The same of a set that is assembled already.
+pub(crate) fn evaluate_assembled(
+    equations: &NormalEquations,
+    (set, assembled): (&[&Hypothesis], &Assembled),
+    start: &[NoiseLevels],
+    drift: &[Drift],
+    effort: Effort,
+) -> Fit {
     let basis = &equations.basis;
-    let count = assembled.parameters();
-    let of_gaps = set.iter().map(|one| one.parameters).sum();
     let mut levels: Vec<NoiseLevels> = start
         .iter()
         .zip(drift)
@@ -367,34 +197,34 @@ pub fn evaluate(
         let powers: Vec<Vec<f64>> = levels.iter().map(|levels| basis.binned(*levels)).collect();
         let (information, score) = assembled.sums(&powers);
         let mut log_likelihood = 0.0;
-        for (record, powers) in powers.iter().enumerate() {
-            let bins = powers
-                .iter()
-                .zip(&basis.counts)
-                .zip(&assembled.records[record].energy);
+        for (of_record, powers) in assembled.records.iter().zip(&powers) {
+            let bins = powers.iter().zip(&basis.counts).zip(&of_record.energy);
             log_likelihood -= 0.5
                 * bins
                     .map(|((power, count), energy)| count * power.ln() + energy / power)
                     .sum::<f64>();
         }
-        let mut precision = information.clone();
-        let seen = beside(&information, of_gaps);
-        let priors: Vec<BlockPrior> = assembled.blocks[..set.len()]
+        let beside = assembled.beside_gaps(&information);
+        let priors: Vec<BlockPrior> = assembled
+            .blocks
             .iter()
-            .map(|block| BlockPrior::new(sub_matrix(&seen, block), &of_size[block.clone()]))
+            .map(|block| {
+                let of_block = sub_matrix(&beside.information, block);
+                BlockPrior::new(of_block, &of_size[block.clone()])
+            })
             .collect();
+        let mut precision = beside.information.clone();
         for ((block, prior), g) in assembled.blocks.iter().zip(&priors).zip(&g) {
             let of_block = prior.precision(*g);
-            for i in 0..block.len() {
-                for j in 0..block.len() {
-                    precision[(block.start + i, block.start + j)] += of_block[(i, j)];
-                }
-            }
+            let shape = (block.len(), block.len());
+            let mut own = precision.view_mut((block.start, block.start), shape);
+            own += &of_block;
             log_likelihood += 0.5 * invert(&of_block).1;
         }
-        let (inverse, log_determinant) = invert(&precision);
-        let estimate = &inverse * &score;
-        log_likelihood += 0.5 * (score.dot(&estimate) - log_determinant);
+        let (of_members, log_determinant) = invert(&precision);
+        let covariance = beside.covariance(&of_members);
+        let estimate = &covariance * &score;
+        log_likelihood += 0.5 * (score.dot(&estimate) - log_determinant - beside.log_determinant);
         let settled = (log_likelihood - last).abs() < effort.tolerance && alternation > 2;
         alternation += 1;
         if settled || alternation >= effort.alternations {
@@ -403,8 +233,9 @@ pub fn evaluate(
                 assembled,
                 levels,
                 drift,
-                information,
-                inverse,
+                own_information: information.diagonal(),
+                beside_gaps: beside.information,
+                covariance,
                 estimate,
                 ranks: priors.iter().map(|prior| prior.rank).collect(),
                 log_likelihood,
@@ -413,51 +244,17 @@ pub fn evaluate(
         last = log_likelihood;
         for ((block, prior), g) in assembled.blocks.iter().zip(&priors).zip(&mut g) {
             let of_block = estimate.rows_range(block.clone()).into_owned();
-            let covariance = sub_matrix(&inverse, block);
-            let lost = (&covariance * &prior.information).trace() / *g;
+            let of_spread = sub_matrix(&covariance, block);
+            let lost = (&of_spread * &prior.information).trace() / *g;
             let freedom = (prior.rank as f64 - lost).max(1e-3);
             let power = of_block.dot(&(&prior.information * &of_block));
             *g = (power / freedom).clamp(G_RANGE[0], G_RANGE[1]);
         }
-        for (record, of_record) in assembled.records.iter().enumerate() {
-            let power = of_record.residual_power(&estimate, &inverse);
-            levels[record] = basis.fit(&power, levels[record], drift[record].active());
+        for ((levels, of_record), drift) in levels.iter_mut().zip(&assembled.records).zip(drift) {
+            let power = of_record.residual_power(&estimate, &covariance);
+            *levels = basis.fit(&power, *levels, drift.active());
         }
-        debug_assert_eq!(estimate.len(), count);
     }
-}
-
-impl OfRecord {
-    /// Expected power left in each bin: of the mean, and of the posterior spread.
-    fn residual_power(&self, estimate: &DVector<f64>, covariance: &DMatrix<f64>) -> Vec<f64> {
-        let size = self.parameters.len();
-        let of_record: Vec<f64> = self.parameters.iter().map(|&a| estimate[a]).collect();
-        let mut second = vec![0.0; size * size];
-        for (i, &a) in self.parameters.iter().enumerate() {
-            for (j, &b) in self.parameters.iter().enumerate() {
-                second[i * size + j] = covariance[(a, b)] + estimate[a] * estimate[b];
-            }
-        }
-        let bins = self.energy.iter().zip(&self.gram).zip(&self.moments);
-        bins.map(|((energy, gram), moments)| {
-            let cross: f64 = moments.iter().zip(&of_record).map(|(h, x)| h * x).sum();
-            let square: f64 = gram.iter().zip(&second).map(|(g, v)| g * v).sum();
-            (energy - 2.0 * cross + square).max(LEAST_INFORMATION)
-        })
-        .collect()
-    }
-}
-
-/// What is left of the information of parameters before `rest` beside those from there on.
-fn beside(information: &DMatrix<f64>, rest: usize) -> DMatrix<f64> {
-    let others = information.nrows() - rest;
-    let own = information.view((0, 0), (rest, rest)).into_owned();
-    if rest == 0 || others == 0 {
-        return own;
-    }
-    let between = information.view((0, rest), (rest, others));
-    let of_others = information.view((rest, rest), (others, others));
-    own - between * invert(&of_others.into_owned()).0 * between.transpose()
 }
 
 /// Noise to start from: a drift term that was off begins at three times the white one.
@@ -484,49 +281,14 @@ fn start_level(levels: NoiseLevels, drift: Drift) -> NoiseLevels {
     }
 }
 
-/// Inverse and ln determinant of a positive matrix, scaled to unit diagonal before.
-fn invert(precision: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
-    let count = precision.nrows();
-    if count == 0 {
-        return (DMatrix::zeros(0, 0), 0.0);
-    }
-    let scale: Vec<f64> = (0..count)
-        .map(|k| 1.0 / precision[(k, k)].max(LEAST_INFORMATION).sqrt())
-        .collect();
-    // Members that add nothing to each other leave a matrix without an inverse; their set is refused by its rank.
-    for ridge in [1e-12, 1e-9, 1e-6] {
-        let mut scaled =
-            DMatrix::from_fn(count, count, |i, j| precision[(i, j)] * scale[i] * scale[j]);
-        for k in 0..count {
-            scaled[(k, k)] += ridge;
-        }
-        if let Some(cholesky) = scaled.cholesky() {
-            let log_determinant = 2.0
-                * (0..count)
-                    .map(|k| cholesky.l_dirty()[(k, k)].ln() - scale[k].ln())
-                    .sum::<f64>();
-            let inverse = cholesky.inverse();
-            let inverse =
-                DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
-            return (inverse, log_determinant);
-        }
-    }
-    (DMatrix::zeros(count, count), f64::INFINITY)
-}
-
-fn sub_matrix(matrix: &DMatrix<f64>, block: &Range<usize>) -> DMatrix<f64> {
-    matrix
-        .view((block.start, block.start), (block.len(), block.len()))
-        .into_owned()
-}
-
 struct Finished<'a> {
     set: &'a [&'a Hypothesis],
-    assembled: Assembled,
+    assembled: &'a Assembled,
     levels: Vec<NoiseLevels>,
     drift: &'a [Drift],
-    information: DMatrix<f64>,
-    inverse: DMatrix<f64>,
+    own_information: DVector<f64>,
+    beside_gaps: DMatrix<f64>,
+    covariance: DMatrix<f64>,
     estimate: DVector<f64>,
     ranks: Vec<usize>,
     log_likelihood: f64,
@@ -538,28 +300,27 @@ fn finish(
         assembled,
         levels,
         drift,
-        information,
-        inverse,
+        own_information,
+        beside_gaps,
+        covariance,
         estimate,
         ranks,
         log_likelihood,
     }: Finished,
 ) -> Fit {
     let scale = &assembled.scale;
-    let mut blocks = assembled.blocks.clone();
-    let gaps = blocks.split_off(set.len());
+    let blocks = assembled.blocks.clone();
     let squared_sizes = blocks
         .iter()
         .map(|block| {
             let of_block = estimate.rows_range(block.clone()).into_owned();
-            let covariance = sub_matrix(&inverse, block);
-            squared_size(&of_block, &covariance)
+            squared_size(&of_block, &sub_matrix(&covariance, block))
         })
         .collect();
     let count = scale.len();
     let is_impossible = |(one, block): (&&Hypothesis, &Range<usize>)| {
         block.clone().enumerate().any(|(parameter, k)| {
-            let std = inverse[(k, k)].max(0.0).sqrt() * scale[k];
+            let std = covariance[(k, k)].max(0.0).sqrt() * scale[k];
             let bound = one.bound(parameter);
             bound.excludes(estimate[k] * scale[k], std, BY_CHANCE)
         })
@@ -570,15 +331,17 @@ fn finish(
     Fit {
         impossible,
         members: Vec::new(),
-        is_redundant: is_redundant(&information, &blocks),
+        is_redundant: is_redundant(&beside_gaps, &own_information, &blocks),
         log_likelihood,
         score: log_likelihood,
         levels,
         drift: drift.to_vec(),
         estimate: DVector::from_fn(count, |k, _| estimate[k] * scale[k]),
-        covariance: DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j]),
+        covariance: DMatrix::from_fn(count, count, |i, j| {
+            covariance[(i, j)] * scale[i] * scale[j]
+        }),
         blocks,
-        gaps,
+        gaps: assembled.gaps.clone(),
         ranks,
         squared_sizes,
     }
@@ -597,28 +360,28 @@ fn squared_size(estimate: &DVector<f64>, covariance: &DMatrix<f64>) -> f64 {
         .sum()
 }
 
-/// Whether a member adds no direction to the others.
-fn is_redundant(information: &DMatrix<f64>, blocks: &[Range<usize>]) -> bool {
+/// Whether a member adds no direction to the others and the gaps.
+///
+/// # Inputs
+/// `beside_gaps`: information beside the gaps; `own`: of each parameter by itself.
+fn is_redundant(beside_gaps: &DMatrix<f64>, own: &DVector<f64>, blocks: &[Range<usize>]) -> bool {
+    let all: Vec<usize> = (0..beside_gaps.nrows()).collect();
+    let rank = |of: &[usize]| {
+        let scale = |k: usize| 1.0 / own[k].max(LEAST_INFORMATION).sqrt();
+        let scaled = DMatrix::from_fn(of.len(), of.len(), |i, j| {
+            beside_gaps[(of[i], of[j])] * scale(of[i]) * scale(of[j])
+        });
+        let eigen = scaled.symmetric_eigenvalues();
+        eigen.iter().filter(|value| **value > LEAST_ADDED).count()
+    };
     if blocks.len() < 2 {
         return false;
     }
-    let all: Vec<usize> = (0..information.nrows()).collect();
-    let whole = scaled_rank(information, &all);
-    blocks.iter().any(|block| {
-        let others: Vec<usize> = all.iter().copied().filter(|k| !block.contains(k)).collect();
-        scaled_rank(information, &others) == whole
-    })
-}
-
-/// Rank of some rows and columns, each scaled to unit information.
-pub(crate) fn scaled_rank(information: &DMatrix<f64>, of: &[usize]) -> usize {
-    if of.is_empty() {
-        return 0;
-    }
-    let scale = |k: usize| 1.0 / information[(k, k)].max(LEAST_INFORMATION).sqrt();
-    let scaled = DMatrix::from_fn(of.len(), of.len(), |i, j| {
-        information[(of[i], of[j])] * scale(of[i]) * scale(of[j])
-    });
-    let eigen = scaled.symmetric_eigenvalues();
-    eigen.iter().filter(|value| **value > LEAST_ADDED).count()
+    let whole = rank(&all);
+    // What has all directions has each.
+    whole < all.len()
+        && blocks.iter().any(|block| {
+            let others: Vec<usize> = all.iter().copied().filter(|k| !block.contains(k)).collect();
+            rank(&others) == whole
+        })
 }

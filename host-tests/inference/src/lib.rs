@@ -31,6 +31,8 @@ pub mod hypothesis;
 
 mod linear;
 
+mod assembled;
+
 pub mod evaluate;
 
 pub mod sums;

@@ -1,6 +1,10 @@
 //! Small dense algebra.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, SymmetricEigen};
+
+use crate::evaluate::LEAST_INFORMATION;
 
 /// Inverse over the directions that are there, rows scaled to unit diagonal before.
 pub(crate) fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
@@ -42,4 +46,41 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
         }
     }
     sums.iter().sum::<f64>() + rest
+}
+
+/// Inverse and ln determinant of a positive matrix, scaled to unit diagonal before.
+pub(crate) fn invert(precision: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
+    let count = precision.nrows();
+    if count == 0 {
+        return (DMatrix::zeros(0, 0), 0.0);
+    }
+    let scale: Vec<f64> = (0..count)
+        .map(|k| 1.0 / precision[(k, k)].max(LEAST_INFORMATION).sqrt())
+        .collect();
+    // Members that add nothing to each other leave a matrix without an inverse; their set is refused by its rank.
+    for ridge in [1e-12, 1e-9, 1e-6] {
+        let mut scaled =
+            DMatrix::from_fn(count, count, |i, j| precision[(i, j)] * scale[i] * scale[j]);
+        for k in 0..count {
+            scaled[(k, k)] += ridge;
+        }
+        if let Some(cholesky) = scaled.cholesky() {
+            let log_determinant = 2.0
+                * (0..count)
+                    .map(|k| cholesky.l_dirty()[(k, k)].ln() - scale[k].ln())
+                    .sum::<f64>();
+            let inverse = cholesky.inverse();
+            let inverse =
+                DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
+            return (inverse, log_determinant);
+        }
+    }
+    (DMatrix::zeros(count, count), f64::INFINITY)
+}
+
+/// A square on the diagonal.
+pub(crate) fn sub_matrix(matrix: &DMatrix<f64>, block: &Range<usize>) -> DMatrix<f64> {
+    matrix
+        .view((block.start, block.start), (block.len(), block.len()))
+        .into_owned()
 }

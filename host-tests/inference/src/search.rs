@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use crate::evaluate::{Assembled, Drift, Effort, Fit, evaluate};
+use crate::assembled::Assembled;
+use crate::evaluate::{Drift, Effort, Fit, evaluate, evaluate_assembled};
 use crate::hypothesis::Hypothesis;
 use crate::linear::pseudo_inverse;
 use crate::noise::NoiseLevels;
@@ -169,8 +170,10 @@ impl<'a> Search<'a> {
         let set = self.members(key);
         let records = self.equations.record_count();
         let prior = self.log_prior(key);
+        let assembled = Assembled::new(self.equations, &set);
         let scored = |levels: &[NoiseLevels], drift: &[Drift]| {
-            let mut fit = evaluate(self.equations, &set, levels, drift, Effort::FULL);
+            let of_set = (&set[..], &assembled);
+            let mut fit = evaluate_assembled(self.equations, of_set, levels, drift, Effort::FULL);
             fit.score = fit.log_likelihood + prior - self.drift_price(drift);
             if !fit.is_possible() {
                 fit.score = f64::NEG_INFINITY;
@@ -212,8 +215,10 @@ impl<'a> Search<'a> {
         }
         let set = self.members(&key);
         let prior = self.log_prior(&key);
+        let assembled = Assembled::new(self.equations, &set);
         let score = |drift: &[Drift]| {
-            let fit = evaluate(self.equations, &set, &current.levels, drift, Effort::QUICK);
+            let (of_set, levels) = ((&set[..], &assembled), &current.levels);
+            let fit = evaluate_assembled(self.equations, of_set, levels, drift, Effort::QUICK);
             if !fit.is_possible() {
                 return f64::NEG_INFINITY;
             }
@@ -402,7 +407,6 @@ impl<'a> Search<'a> {
         let mut set = vec![&whole];
         set.extend(self.members(&beside));
         set.push(&self.hypotheses[rival]);
-        set.extend(self.equations.gaps());
         let assembled = Assembled::new(self.equations, &set);
         let information = assembled.information(self.equations, &best.levels);
         let own = assembled.blocks[0].clone();

@@ -1,0 +1,292 @@
+//! A set of hypotheses as parameters: products and moments of their columns by record and bin, and what gaps take of
+//! their information.
+//!
+//! A record's gaps are parameters of that record alone. They are taken out first, record by record: what is left is as
+//! small as the set.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::evaluate::LEAST_INFORMATION;
+use crate::hypothesis::Hypothesis;
+use crate::linear::{dot, invert, sub_matrix};
+use crate::noise::NoiseLevels;
+use crate::normal_equations::NormalEquations;
+
+/// A set and the gaps of its records, in parameters scaled to unit power.
+pub(crate) struct Assembled {
+    /// Parameters of each member.
+    pub blocks: Vec<Range<usize>>,
+    /// Parameters of each record's gaps, behind those of the members.
+    pub gaps: Vec<Range<usize>>,
+    /// What a scaled parameter is in its own unit.
+    pub scale: Vec<f64>,
+    /// What each record shows.
+    pub records: Vec<OfRecord>,
+}
+
+/// What one record shows of the parameters.
+pub(crate) struct OfRecord {
+    /// Σ of the squared record in each bin, less what members add whatever their parameters.
+    pub energy: Vec<f64>,
+    /// Parameters that this record shows, ascending.
+    parameters: Vec<usize>,
+    /// Per bin the packed lower triangle of G, row by row.
+    gram: Vec<Vec<f64>>,
+    /// Per bin h.
+    moments: Vec<Vec<f64>>,
+}
+
+/// Information of a set once the gaps' parameters are integrated out.
+pub(crate) struct BesideGaps {
+    /// Of the members' parameters.
+    pub information: DMatrix<f64>,
+    /// ln determinant of the gaps' own information.
+    pub log_determinant: f64,
+    /// Inverse of the gaps' own information, record by record.
+    inverses: Vec<DMatrix<f64>>,
+    /// C G⁻¹ with C between members and gaps, (members' parameters × gaps').
+    through: DMatrix<f64>,
+}
+
+impl Assembled {
+    pub(crate) fn new(equations: &NormalEquations, set: &[&Hypothesis]) -> Self {
+        let whole: Vec<&Hypothesis> = set.iter().copied().chain(equations.gaps()).collect();
+        let mut blocks = Vec::new();
+        let mut count = 0;
+        for one in &whole {
+            blocks.push(count..count + one.parameters);
+            count += one.parameters;
+        }
+        let records = equations.record_count();
+        let mut columns: Vec<Vec<Vec<(usize, f64)>>> = vec![vec![Vec::new(); count]; records];
+        let mut power = vec![0.0; count];
+        for (one, block) in whole.iter().zip(&blocks) {
+            for term in &one.terms {
+                let scale = equations.scale(term.column);
+                if scale > 0.0 {
+                    let size = term.coefficient / scale;
+                    let parameter = block.start + term.parameter;
+                    columns[term.record][parameter].push((term.column, size));
+                    power[parameter] += size * size;
+                }
+            }
+        }
+        let scale_of = |power: &f64| {
+            if *power > 0.0 {
+                1.0 / power.sqrt()
+            } else {
+                1.0
+            }
+        };
+        let scale: Vec<f64> = power.iter().map(scale_of).collect();
+        let records = columns
+            .into_iter()
+            .enumerate()
+            .map(|(record, of_parameters)| {
+                let fixed = set.iter().flat_map(|one| &one.fixed);
+                let fixed: Vec<(usize, f64)> = fixed
+                    .filter(|one| one.record == record && equations.scale(one.column) > 0.0)
+                    .map(|one| (one.column, one.size / equations.scale(one.column)))
+                    .collect();
+                OfRecord::new(equations, record, &of_parameters, &scale, &fixed)
+            })
+            .collect();
+        Self {
+            gaps: blocks.split_off(set.len()),
+            blocks,
+            scale,
+            records,
+        }
+    }
+
+    /// Parameters of the members.
+    pub(crate) fn of_members(&self) -> usize {
+        self.blocks.last().map_or(0, |last| last.end)
+    }
+
+    /// Information and score of all parameters under noise powers by bin, `[record][bin]`.
+    pub(crate) fn sums(&self, powers: &[Vec<f64>]) -> (DMatrix<f64>, DVector<f64>) {
+        let count = self.scale.len();
+        let mut information = DMatrix::zeros(count, count);
+        let mut score = DVector::zeros(count);
+        for (record, powers) in self.records.iter().zip(powers) {
+            let size = record.parameters.len();
+            let mut gram = vec![0.0; size * (size + 1) / 2];
+            let mut moments = vec![0.0; size];
+            for ((of_bin, of_moments), power) in record.gram.iter().zip(&record.moments).zip(powers)
+            {
+                let weight = 1.0 / power;
+                for (sum, value) in gram.iter_mut().zip(of_bin) {
+                    *sum += weight * value;
+                }
+                for (sum, value) in moments.iter_mut().zip(of_moments) {
+                    *sum += weight * value;
+                }
+            }
+            let mut packed = gram.iter();
+            for (i, &a) in record.parameters.iter().enumerate() {
+                score[a] += moments[i];
+                for (&b, value) in record.parameters[..=i].iter().zip(&mut packed) {
+                    information[(a, b)] += value;
+                    if a != b {
+                        information[(b, a)] += value;
+                    }
+                }
+            }
+        }
+        (information, score)
+    }
+
+    /// Takes the gaps' parameters out of an information.
+    pub(crate) fn beside_gaps(&self, information: &DMatrix<f64>) -> BesideGaps {
+        let own = self.of_members();
+        let others = information.nrows() - own;
+        let mut left = information.view((0, 0), (own, own)).into_owned();
+        let mut through = DMatrix::zeros(own, others);
+        let mut log_determinant = 0.0;
+        let mut inverses = Vec::with_capacity(self.gaps.len());
+        for block in &self.gaps {
+            let (inverse, log) = invert(&sub_matrix(information, block));
+            let between = information.view((0, block.start), (own, block.len()));
+            let of_block = between * &inverse;
+            left -= &of_block * between.transpose();
+            through
+                .view_mut((0, block.start - own), (own, block.len()))
+                .copy_from(&of_block);
+            log_determinant += log;
+            inverses.push(inverse);
+        }
+        BesideGaps {
+            information: left,
+            log_determinant,
+            inverses,
+            through,
+        }
+    }
+
+    /// Information of the members' parameters under the noise of a fit, beside the gaps.
+    pub(crate) fn information(
+        &self,
+        equations: &NormalEquations,
+        levels: &[NoiseLevels],
+    ) -> DMatrix<f64> {
+        let powers: Vec<Vec<f64>> = levels
+            .iter()
+            .map(|levels| equations.basis.binned(*levels))
+            .collect();
+        self.beside_gaps(&self.sums(&powers).0).information
+    }
+}
+
+impl BesideGaps {
+    /// Covariance of all parameters from that of the members'.
+    pub(crate) fn covariance(&self, of_members: &DMatrix<f64>) -> DMatrix<f64> {
+        let own = of_members.nrows();
+        let others = self.through.ncols();
+        let between = of_members * &self.through;
+        let mut of_gaps = self.through.tr_mul(&between);
+        let mut at = 0;
+        for inverse in &self.inverses {
+            let mut block = of_gaps.view_mut((at, at), inverse.shape());
+            block += inverse;
+            at += inverse.nrows();
+        }
+        let mut covariance = DMatrix::zeros(own + others, own + others);
+        covariance
+            .view_mut((0, 0), (own, own))
+            .copy_from(of_members);
+        covariance
+            .view_mut((0, own), (own, others))
+            .copy_from(&-&between);
+        covariance
+            .view_mut((own, 0), (others, own))
+            .copy_from(&-between.transpose());
+        covariance
+            .view_mut((own, own), (others, others))
+            .copy_from(&of_gaps);
+        covariance
+    }
+}
+
+impl OfRecord {
+    fn new(
+        equations: &NormalEquations,
+        record: usize,
+        of_parameters: &[Vec<(usize, f64)>],
+        scale: &[f64],
+        fixed: &[(usize, f64)],
+    ) -> Self {
+        let mut energy = equations.energy(record).to_vec();
+        for (bin, energy) in energy.iter_mut().enumerate() {
+            for &(column, size) in fixed {
+                *energy -= 2.0 * size * equations.moment(record, bin, column);
+                for &(other, other_size) in fixed {
+                    *energy += size * other_size * equations.product(bin, column, other);
+                }
+            }
+            *energy = energy.max(LEAST_INFORMATION);
+        }
+        let parameters: Vec<usize> = (0..of_parameters.len())
+            .filter(|&parameter| !of_parameters[parameter].is_empty())
+            .collect();
+        let bins = equations.basis.bins.len();
+        let size = parameters.len();
+        let mut gram = vec![vec![0.0; size * (size + 1) / 2]; bins];
+        let mut moments = vec![vec![0.0; size]; bins];
+        for (i, &a) in parameters.iter().enumerate() {
+            for &(column, weight) in &of_parameters[a] {
+                for (bin, moments) in moments.iter_mut().enumerate() {
+                    let mut moment = equations.moment(record, bin, column);
+                    for &(other, size) in fixed {
+                        moment -= size * equations.product(bin, column, other);
+                    }
+                    moments[i] += weight * scale[a] * moment;
+                }
+            }
+            for (j, &b) in parameters.iter().enumerate().take(i + 1) {
+                let at = i * (i + 1) / 2 + j;
+                for &(first, first_weight) in &of_parameters[a] {
+                    for &(second, second_weight) in &of_parameters[b] {
+                        let weight = first_weight * second_weight * scale[a] * scale[b];
+                        for (bin, gram) in gram.iter_mut().enumerate() {
+                            gram[at] += weight * equations.product(bin, first, second);
+                        }
+                    }
+                }
+            }
+        }
+        Self {
+            energy,
+            parameters,
+            gram,
+            moments,
+        }
+    }
+
+    /// Expected power left in each bin: of the mean, and of the posterior spread.
+    pub(crate) fn residual_power(
+        &self,
+        estimate: &DVector<f64>,
+        covariance: &DMatrix<f64>,
+    ) -> Vec<f64> {
+        let size = self.parameters.len();
+        let of_record: Vec<f64> = self.parameters.iter().map(|&a| estimate[a]).collect();
+        let mut second = Vec::with_capacity(size * (size + 1) / 2);
+        for (i, &a) in self.parameters.iter().enumerate() {
+            let row = self.parameters[..=i].iter();
+            second.extend(row.map(|&b| {
+                let times = if a == b { 1.0 } else { 2.0 };
+                times * (covariance[(a, b)] + estimate[a] * estimate[b])
+            }));
+        }
+        let bins = self.energy.iter().zip(&self.gram).zip(&self.moments);
+        bins.map(|((energy, gram), moments)| {
+            let cross = dot(moments, &of_record);
+            let square = dot(gram, &second);
+            (energy - 2.0 * cross + square).max(LEAST_INFORMATION)
+        })
+        .collect()
+    }
+}
