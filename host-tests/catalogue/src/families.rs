@@ -2,6 +2,7 @@
 //! channels are multiplied. They are gone through in a grid, each point a place that the search has picked from.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use realfft::num_complex::Complex64;
 use rlg_inference::{Columns, Hypothesis, Term};
 
@@ -229,17 +230,20 @@ impl Basis {
     pub fn best(
         &self,
         grid: &[Resonance],
-        gain: impl Fn(&DVector<f64>) -> f64,
+        gain: impl Fn(&DVector<f64>) -> f64 + Sync,
     ) -> Vec<(Resonance, f64)> {
         const BEGINNINGS: usize = 8;
         let of = |resonance: Resonance| (resonance, gain(&self.sizes(resonance)));
         let by_gain = |a: &(Resonance, f64), b: &(Resonance, f64)| b.1.total_cmp(&a.1);
-        let mut points: Vec<(Resonance, f64)> = grid.iter().copied().map(of).collect();
+        let mut points: Vec<(Resonance, f64)> = grid.par_iter().copied().map(of).collect();
         points.sort_by(by_gain);
         points.truncate(BEGINNINGS);
         let mut tops: Vec<(Resonance, f64)> = Vec::new();
-        for point in points {
-            let top = climb(point, &of);
+        let climbed: Vec<(Resonance, f64)> = points
+            .into_par_iter()
+            .map(|point| climb(point, &of))
+            .collect();
+        for top in climbed {
             let is_near = |other: &(Resonance, f64)| (other.0.hz / top.0.hz).ln().abs() < 0.05;
             if !tops.iter().any(is_near) {
                 tops.push(top);

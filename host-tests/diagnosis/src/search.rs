@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use rayon::prelude::*;
 use rlg_catalogue::candidates::{PoolColumns, Variant};
 use rlg_catalogue::entries::{MOUNT, SLIP, STEP};
 use rlg_catalogue::low_pass::LowPass;
@@ -457,6 +458,7 @@ impl Pass {
             .iter()
             .map(|&member| {
                 (0..hypotheses.len())
+                    .into_par_iter()
                     .filter(|other| !fit.members.contains(other))
                     .filter(|&other| search.separation(&fit, member, other) < plan.separation)
                     .collect()
@@ -490,25 +492,24 @@ impl Pass {
 
 /// The best set that has one of the groups of candidates besides, instead of a member, or alone.
 fn with_one_of(search: &mut Search, fit: &Fit, groups: &[Vec<usize>], plan: &AnalysisPlan) -> Fit {
-    let mut best = fit.clone();
-    for group in groups {
-        let mut keys = vec![group.clone()];
-        if fit.members.len() + group.len() <= plan.search.most_members {
-            keys.push([&fit.members[..], group].concat());
-        }
-        keys.extend(fit.members.iter().map(|member| {
+    let most = plan.search.most_members;
+    let with = |group: &Vec<usize>| {
+        let instead = fit.members.iter().map(|member| {
             let rest = fit.members.iter().copied().filter(|other| other != member);
             rest.chain(group.iter().copied()).collect::<Vec<usize>>()
-        }));
-        keys.retain(|key| key.len() <= plan.search.most_members);
-        for key in keys {
-            let tried = search.fit(&key, Some(&fit.levels));
-            if tried.score > best.score {
-                best = tried;
-            }
-        }
-    }
-    best
+        });
+        let keys = [group.clone(), [&fit.members[..], group].concat()];
+        keys.into_iter().chain(instead).collect::<Vec<_>>()
+    };
+    let mut keys: Vec<Vec<usize>> = groups.iter().flat_map(with).collect();
+    keys.retain(|key| key.len() <= most);
+    let fits = search.fit_all(keys, &fit.levels);
+    fits.into_iter().fold(
+        fit.clone(),
+        |best, one| {
+            if one.score > best.score { one } else { best }
+        },
+    )
 }
 
 /// The mounts and the low passes of a set.

@@ -150,7 +150,7 @@ impl<'a> Search<'a> {
     }
 
     /// Fits several sets side by side.
-    fn fit_all(&mut self, keys: Vec<Vec<usize>>, levels: &[NoiseLevels]) -> Vec<Fit> {
+    pub fn fit_all(&mut self, keys: Vec<Vec<usize>>, levels: &[NoiseLevels]) -> Vec<Fit> {
         let mut keys = keys;
         keys.iter_mut().for_each(|key| key.sort_unstable());
         let new: Vec<&Vec<usize>> = keys
