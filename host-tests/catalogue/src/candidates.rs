@@ -2,15 +2,15 @@
 
 use rlg_inference::{Bound, Columns, Fixed, Hypothesis, Term};
 
-use crate::column::Column;
+use crate::column::{Column, Sensed};
 use crate::entries::{
     BANDWIDTH, CATALOGUE, Entry, HARMONIC, LOCK_IN, Law, MODE, MOUNT, SLIP, STEP, UNLISTED, tilt,
 };
 use crate::expression::Expression;
 use crate::lock_in::{self, Threshold};
 use crate::low_pass::{self, LowPass};
-use crate::resonance::{PARTS, Part, Resonance};
-use crate::signals::{AXES, Signals};
+use crate::resonance::{CRITICAL, PARTS, Part, Resonance};
+use crate::signals::{AXES, Estimate, Signals};
 
 /// Which part of an entry a candidate is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,13 +67,13 @@ pub struct Candidate {
 #[derive(Debug, Clone, Default)]
 pub struct Pool {
     /// Columns.
-    pub columns: Vec<Column>,
+    pub columns: Vec<Sensed>,
 }
 
 /// Columns of a pool from a place on, made of signals.
 pub struct PoolColumns<'a> {
     /// Columns.
-    pub columns: &'a [Column],
+    pub columns: &'a [Sensed],
     /// What they are made of.
     pub signals: &'a Signals,
 }
@@ -100,8 +100,13 @@ const EVERYDAY: f64 = 1.0 / 3.0;
 const COMMON_KINDS: [&str; 1] = ["gyro_delay"];
 
 impl Pool {
+    /// The place of a column as it is tried on a gyro, new or old.
+    pub fn tried(&mut self, column: Column, gyro: usize, signals: &Signals) -> usize {
+        self.place(Sensed::tried(column, gyro, signals))
+    }
+
     /// The place of a column, new or old.
-    pub fn place(&mut self, column: Column) -> usize {
+    pub fn place(&mut self, column: Sensed) -> usize {
         match self.columns.iter().position(|other| *other == column) {
             Some(place) => place,
             None => {
@@ -165,7 +170,7 @@ impl Pool {
             })
         };
         let all = |_: usize, _: &Named| true;
-        let mut found = Vec::new();
+        let mut found: Vec<Candidate> = Vec::new();
         match entry.law {
             Law::Axes(_) => {
                 for axis in 0..3 {
@@ -197,7 +202,43 @@ impl Pool {
                 found.extend(candidate(Variant::Whole, &all, 1.0));
             }
         }
+        if is_delay(entry.kind) && signals.path.delay_s != [0.0; 3] {
+            for one in &mut found {
+                self.about_delays(one, signals);
+            }
+        }
         found
+    }
+
+    /// Makes a delay linear about those on the path.
+    fn about_delays(&mut self, candidate: &mut Candidate, signals: &Signals) {
+        let hypothesis = &mut candidate.hypothesis;
+        for (parameter, base) in candidate.base.iter_mut().enumerate() {
+            let terms = hypothesis.terms.iter();
+            let gyros: Vec<usize> = terms
+                .filter(|term| term.parameter == parameter)
+                .map(|term| term.record)
+                .collect();
+            // What all gyros share lies between what each is late by.
+            let mean_s = gyros
+                .iter()
+                .map(|&gyro| signals.path.delay_s[gyro])
+                .sum::<f64>()
+                / gyros.len().max(1) as f64;
+            if mean_s == 0.0 {
+                continue;
+            }
+            for gyro in gyros {
+                let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
+                hypothesis.fixed.push(Fixed {
+                    record: gyro,
+                    column: self.place(independent(Column::Late(gyro, mean_s))),
+                    size: sensed,
+                });
+            }
+            *base = delay_sign(candidate.kind) * mean_s;
+            hypothesis.bounds[parameter] = hypothesis.bounds[parameter].about(*base);
+        }
     }
 
     /// Every parameter of an entry with its terms, all axes taken for moving.
@@ -216,7 +257,7 @@ impl Pool {
                 named.terms.push(Term {
                     parameter: 0,
                     record: gyro,
-                    column: self.place(column),
+                    column: self.tried(column, gyro, signals),
                     coefficient: factor * sensed(gyro),
                 });
             }
@@ -306,11 +347,28 @@ impl Pool {
         let term = Term {
             parameter: 0,
             record: axis,
-            column: self.place(column),
+            column: self.tried(column, axis, signals),
             coefficient,
         };
         of_one_term(kind, Variant::Event { axis, row }, "size", term, places)
     }
+}
+
+fn independent(column: Column) -> Sensed {
+    Sensed {
+        column,
+        of: Estimate::Independent,
+    }
+}
+
+/// Whether a kind is a time by which gyros are late or early.
+pub fn is_delay(kind: &str) -> bool {
+    kind == "gyro_delay" || kind == "reference_delay"
+}
+
+/// How late a gyro is for a value of 1: it is early by what the reference is late.
+pub fn delay_sign(kind: &str) -> f64 {
+    if kind == "reference_delay" { -1.0 } else { 1.0 }
 }
 
 /// A candidate of one parameter that does one thing, picked from `places`.
@@ -345,18 +403,10 @@ fn about_values(
     of_parameter: impl Fn(&str) -> Bound,
     places: f64,
 ) -> Candidate {
-    let bounds = names.iter().zip(&base).map(|(name, base)| {
-        let bound = of_parameter(name);
-        Bound {
-            // A prior is about 0; what is estimated is about the base.
-            std: if *base == 0.0 {
-                bound.std
-            } else {
-                f64::INFINITY
-            },
-            range: bound.range.map(|end| end - base),
-        }
-    });
+    let bounds = names
+        .iter()
+        .zip(&base)
+        .map(|(name, base)| of_parameter(name).about(*base));
     Candidate {
         kind,
         variant: Variant::Whole,
@@ -386,7 +436,7 @@ fn of_resonance(rate_hz: f64) -> impl Fn(&str) -> Bound {
         } else if name.ends_with("damping") {
             Bound {
                 std: f64::INFINITY,
-                range: [0.0, 1.0],
+                range: [0.0, CRITICAL],
             }
         } else {
             Bound {
@@ -403,6 +453,12 @@ fn moved(value: f64, step: f64) -> f64 {
     (value + step).clamp(value / MOST_RATIO, value * MOST_RATIO)
 }
 
+/// What is known of an encoder's error of one order \[rad\]: eccentricity of a cheap one is a degree, and none is six.
+const OF_HARMONIC: Bound = Bound {
+    std: 0.02,
+    range: [-0.1, 0.1],
+};
+
 /// What the families of the catalogue have one member of at a time.
 impl Pool {
     /// The reference's error of an order, picked from `places`.
@@ -413,7 +469,8 @@ impl Pool {
         places: f64,
         signals: &Signals,
     ) -> Candidate {
-        let waves = [true, false].map(|is_cosine| self.place(Column::Wave(axis, order, is_cosine)));
+        let waves = [true, false]
+            .map(|is_cosine| self.tried(Column::Wave(axis, order, is_cosine), axis, signals));
         let terms = waves
             .into_iter()
             .enumerate()
@@ -434,7 +491,7 @@ impl Pool {
                 parameters: 2,
                 terms: terms.filter(|term| term.coefficient != 0.0).collect(),
                 fixed: Vec::new(),
-                bounds: Vec::new(),
+                bounds: vec![OF_HARMONIC; 2],
                 requires: None,
                 price: places.ln(),
             },
@@ -452,7 +509,7 @@ impl Pool {
         let term = Term {
             parameter: 0,
             record: axis,
-            column: self.place(Column::Expression(expression)),
+            column: self.tried(Column::Expression(expression), axis, signals),
             coefficient: 1.0 / (1.0 - signals.scale_error[axis]),
         };
         let variant = Variant::Expression { axis, expression };
@@ -483,7 +540,11 @@ impl Pool {
                     terms.push(Term {
                         parameter,
                         record: gyro,
-                        column: self.place(Column::ResonantFlexure(about, senses, resonance, part)),
+                        column: self.tried(
+                            Column::ResonantFlexure(about, senses, resonance, part),
+                            gyro,
+                            signals,
+                        ),
                         coefficient: -sign * size / (1.0 - signals.scale_error[gyro]),
                     });
                 }
@@ -519,17 +580,19 @@ impl Pool {
                 .map(|gyro| (gyro, along(signals, gyro, axis)))
                 .filter(|(_, along)| *along != 0.0)
                 .collect();
-            let column = self.place(Column::Mount(axis, resonance, Part::Response));
-            fixed.extend(along.iter().map(|&(record, size)| Fixed {
-                record,
-                column,
-                size,
-            }));
+            let response = Column::Mount(axis, resonance, Part::Response);
+            for &(record, size) in &along {
+                fixed.push(Fixed {
+                    record,
+                    column: self.place(independent(response)),
+                    size,
+                });
+            }
             for (part, name) in [
                 (Part::ByFrequency, "frequency_hz"),
                 (Part::ByDamping, "damping"),
             ] {
-                let column = self.place(Column::Mount(axis, resonance, part));
+                let column = self.tried(Column::Mount(axis, resonance, part), axis, signals);
                 terms.extend(along.iter().map(|&(record, coefficient)| Term {
                     parameter: names.len(),
                     record,
@@ -561,18 +624,18 @@ impl Pool {
         let (mut names, mut base) = (Vec::new(), Vec::new());
         for (gyro, low_pass) in low_passes.into_iter().enumerate() {
             let Some(low_pass) = low_pass else { continue };
-            let along = along(signals, gyro, gyro);
-            let mut part = |part| self.place(Column::LowPass(gyro, low_pass, part));
+            let part = |part| Column::LowPass(gyro, low_pass, part);
+            let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
             fixed.push(Fixed {
                 record: gyro,
-                column: part(low_pass::Part::Response),
-                size: along,
+                column: self.place(independent(part(low_pass::Part::Response))),
+                size: sensed,
             });
             terms.push(Term {
                 parameter: names.len(),
                 record: gyro,
-                column: part(low_pass::Part::ByTime),
-                coefficient: along,
+                column: self.tried(part(low_pass::Part::ByTime), gyro, signals),
+                coefficient: sensed,
             });
             names.push(format!("{}_pole_s", AXES[gyro]));
             base.push(low_pass.time_s);
@@ -598,17 +661,17 @@ impl Pool {
         let (mut names, mut base) = (Vec::new(), Vec::new());
         for (gyro, threshold) in thresholds.into_iter().enumerate() {
             let Some(threshold) = threshold else { continue };
-            let mut part = |part| self.place(Column::LockIn(gyro, threshold, part));
+            let part = |part| Column::LockIn(gyro, threshold, part);
             let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
             fixed.push(Fixed {
                 record: gyro,
-                column: part(lock_in::Part::Missing),
+                column: self.place(independent(part(lock_in::Part::Missing))),
                 size: sensed,
             });
             terms.push(Term {
                 parameter: names.len(),
                 record: gyro,
-                column: part(lock_in::Part::ByThreshold),
+                column: self.tried(part(lock_in::Part::ByThreshold), gyro, signals),
                 coefficient: sensed,
             });
             names.push(AXES[gyro].to_string());
@@ -641,7 +704,8 @@ impl Pool {
                 Some(self.expression(axis, expression, places, signals))
             }
             Variant::LowPass => {
-                Some(self.low_pass(candidate.low_passes(estimate), places, signals))
+                let low_passes = candidate.low_passes(estimate);
+                (low_passes != [None; 3]).then(|| self.low_pass(low_passes, places, signals))
             }
             _ if candidate.kind == MODE => {
                 let k_s2 = std::array::from_fn(|place| estimate[place]);
@@ -659,7 +723,7 @@ impl Pool {
     }
 
     /// A candidate over columns of another pool, its columns placed here.
-    pub fn adopt(&mut self, candidate: &Candidate, columns: &[Column]) -> Candidate {
+    pub fn adopt(&mut self, candidate: &Candidate, columns: &[Sensed]) -> Candidate {
         let mut adopted = candidate.clone();
         adopted.hypothesis.requires = None;
         for term in &mut adopted.hypothesis.terms {
@@ -676,7 +740,7 @@ impl Candidate {
     /// The resonance whose frequency and damping are parameters `first` and the next, moved by an estimate as far as it is
     /// to be trusted.
     fn moved(&self, first: usize, estimate: &[f64]) -> Resonance {
-        const DAMPINGS: [f64; 2] = [1e-3, 1.0];
+        const DAMPINGS: [f64; 2] = [1e-3, CRITICAL];
         let damping = self.base[first + 1];
         Resonance {
             hz: moved(self.base[first], estimate[first]),
@@ -695,11 +759,14 @@ impl Candidate {
         })
     }
 
-    /// The low passes of the gyros, if it is some, moved by an estimate as far as it is to be trusted.
+    /// The low passes of the gyros, if it is some, moved by an estimate as far as it is to be trusted; none of no length.
     pub fn low_passes(&self, estimate: &[f64]) -> [Option<LowPass>; 3] {
         std::array::from_fn(|gyro| {
             let name = format!("{}_pole_s", AXES[gyro]);
             let place = self.names.iter().position(|other| *other == name)?;
+            if self.base[place] + estimate[place] == 0.0 {
+                return None;
+            }
             let time_s = moved(self.base[place], estimate[place]);
             Some(LowPass { time_s })
         })

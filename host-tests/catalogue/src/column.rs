@@ -1,13 +1,14 @@
 //! Design columns: what a unit parameter adds to a sensed increment, before 1/(1 − s_i).
 
 use realfft::num_complex::Complex64;
+use rlg_signal::axes::add;
 use rlg_signal::derivatives::{Spectrum, row_means};
 
 use crate::expression::Expression;
 use crate::lock_in::{self, Threshold};
 use crate::low_pass::{self, LowPass};
-use crate::resonance::{Part, Resonance};
-use crate::signals::{Path, Signals, Triad};
+use crate::resonance::{self, Part, Resonance};
+use crate::signals::{CaseMotion, Estimate, Path, Signals, Triad, late};
 
 /// One column, by what it is made of. Axes are 0, 1, 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,7 +17,7 @@ pub enum Column {
     Constant,
     /// The case's increment \[rad\].
     Increment(usize),
-    /// Its derivative \[rad/s\]; where a delay is known already, the secant of that delay.
+    /// Its derivative \[rad/s\].
     Delay(usize),
     /// The rate's second derivative times T.
     Jerk(usize),
@@ -58,6 +59,8 @@ pub enum Column {
     ResonantFlexure(usize, usize, Resonance, Part),
     /// What a soft mount adds to the reference's increment \[rad\]; or its derivative.
     Mount(usize, Resonance, Part),
+    /// What a delay of a gyro \[s\] adds to its increment \[rad\].
+    Late(usize, f64),
     /// What a low pass on a gyro's path adds to its increment \[rad\]; or its derivative by the time constant.
     LowPass(usize, LowPass, low_pass::Part),
     /// What lock-in adds to a gyro's increment \[rad\]; or its derivative by the threshold.
@@ -72,22 +75,109 @@ pub enum Column {
     Step(usize),
 }
 
-/// The reference's increments about an axis behind a path and a further system.
-fn behind(
-    path: Path,
-    axis: usize,
+/// A column with the estimate of the motion that it is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensed {
+    /// The column.
+    pub column: Column,
+    /// Its motion.
+    pub of: Estimate,
+}
+
+/// Share of an axis that a gyro senses, times the root of the number of rows, below which none of that axis' noise in the
+/// gyro's residual is worth speaking of: the score of an absent effect is off by some tenths of it.
+const NO_SHARE: f64 = 2.0;
+
+impl Sensed {
+    /// A column as it is tried on a gyro.
+    pub fn tried(column: Column, gyro: usize, signals: &Signals) -> Self {
+        let root = (signals.rows as f64).sqrt();
+        let is_shared =
+            |axis: usize| axis == gyro || signals.shared[(gyro, axis)].abs() * root > NO_SHARE;
+        let of = match column.axes() {
+            Some(axes) if !axes.into_iter().flatten().any(is_shared) => Estimate::Likeliest,
+            _ => Estimate::Independent,
+        };
+        Self { column, of }
+    }
+
+    /// A column as what is known adds it.
+    pub fn known(column: Column) -> Self {
+        let of = match column {
+            Column::Increment(_) | Column::Late(..) | Column::LowPass(..) | Column::Mount(..) => {
+                Estimate::Measured
+            }
+            _ => Estimate::Likeliest,
+        };
+        Self { column, of }
+    }
+
+    /// Its values by row; zero where the recording lacks what it is made of.
+    pub fn values(self, signals: &Signals) -> Vec<f64> {
+        match self.of {
+            Estimate::Independent => self.column.of_motion(signals, &signals.independent),
+            Estimate::Likeliest => self.column.of_motion(signals, &signals.likeliest),
+            Estimate::Measured => {
+                let likeliest = || self.column.of_motion(signals, &signals.likeliest);
+                self.column.of_measured(signals).unwrap_or_else(likeliest)
+            }
+        }
+    }
+
+    /// What a linear effect adds beyond what the gate lets through of it; `None` of other columns.
+    ///
+    /// # Returns
+    /// What to take out of the residual, and what of the noise stays in it. What a filter makes of the reference's noise
+    /// stays: with other colours in every set, noise would decide between sets.
+    pub fn hidden(self, signals: &Signals) -> Option<[Vec<f64>; 2]> {
+        let mut hidden = self.column.of_measured(signals)?;
+        let mut noise = vec![0.0; signals.rows];
+        let is_filtered = match self.column {
+            Column::Increment(_) => false,
+            Column::Late(gyro, _) => {
+                let path = signals.path;
+                path.low_pass[gyro].is_some() || path.mount != [None; 3]
+            }
+            _ => true,
+        };
+        if is_filtered {
+            let likeliest = self.column.of_motion(signals, &signals.likeliest);
+            add(&mut noise, &hidden, 1.0);
+            add(&mut noise, &likeliest, -1.0);
+            hidden = likeliest;
+        }
+        add(&mut hidden, &self.values(signals), -1.0);
+        Some([hidden, noise])
+    }
+}
+
+/// What a gyro senses of all axes behind a linear system \[rad\], less its scale error.
+fn sensed_behind(
+    motion: &CaseMotion,
+    gyro: usize,
     signals: &Signals,
     response: impl Fn(f64) -> Complex64,
 ) -> Vec<f64> {
-    if path == signals.path {
-        // Of rates, where increments are wanted.
-        let period_s = signals.period_s();
-        signals.spectra[axis].through(|hz| response(hz) * period_s)
-    } else {
-        let reference_rad = signals.reference_rad(axis);
-        let behind_rad = path.along(axis, path.delay_s[axis], reference_rad, signals.rate_hz);
-        Spectrum::new(&behind_rad, signals.rate_hz).through(response)
+    let period_s = signals.period_s();
+    let mut sum = vec![0.0; signals.rows];
+    for axis in 0..3 {
+        let along = signals.sensing_from_body[(gyro, axis)];
+        if along != 0.0 {
+            let part = motion.spectra[axis].through(|hz| response(hz) * along * period_s);
+            add(&mut sum, &part, 1.0);
+        }
     }
+    sum
+}
+
+/// Increments about an axis behind a linear system \[rad\].
+fn increments_behind(
+    motion: &CaseMotion,
+    axis: usize,
+    period_s: f64,
+    response: impl Fn(f64) -> Complex64,
+) -> Vec<f64> {
+    motion.spectra[axis].through(|hz| response(hz) * period_s)
 }
 
 impl Column {
@@ -152,20 +242,81 @@ impl Column {
             }
             Magnetic(axis) => varies(&signals.magnetic_t, axis),
             Dither(_) | DitherDelay(_) | DitherCube(_) => signals.dither_rad.is_some(),
-            Column::Expression(expression) => expression.values(signals).is_some(),
+            Column::Expression(expression) => {
+                expression.values(signals, &signals.independent).is_some()
+            }
             _ => true,
         }
     }
 
-    /// Its values by row; zero where the recording lacks what it is made of.
+    /// Axes whose motion it is made of, if it is made of motion that gyros of other axes may not share.
+    fn axes(self) -> Option<[Option<usize>; 3]> {
+        match self {
+            Self::Increment(axis)
+            | Self::Delay(axis)
+            | Self::Jerk(axis)
+            | Self::Magnitude(axis)
+            | Self::Square(axis)
+            | Self::Cube(axis)
+            | Self::ForceTimesIncrement(axis)
+            | Self::WarmingTimesIncrement(_, axis) => Some([Some(axis), None, None]),
+            Self::Flexure(about, senses)
+            | Self::CubicFlexure(about, senses)
+            | Self::ResonantFlexure(about, senses, ..) => Some([Some(about), Some(senses), None]),
+            Self::Expression(expression) => expression.axes(),
+            _ => None,
+        }
+    }
+
+    /// Its values by row, of the motion that shares no noise with the residual of its own axis.
     pub fn values(self, signals: &Signals) -> Vec<f64> {
+        self.of_motion(signals, &signals.independent)
+    }
+
+    /// What a linear effect makes of the reference as it was measured \[rad\]: each part of the path behind those that come before
+    /// it (mount, low pass, delay), so that all of them together are the path; what is not on the path behind all of it.
+    /// `None` of all others.
+    fn of_measured(self, signals: &Signals) -> Option<Vec<f64>> {
+        let (path, rate_hz) = (signals.path, signals.rate_hz);
+        let reference_rad = &*signals.measured_rad;
+        match self {
+            Self::Increment(axis) => Some(path.along(axis, &reference_rad[axis], rate_hz)),
+            Self::Mount(axis, mount, part @ resonance::Part::Response) => {
+                let before = |hz| match path.mount[axis] {
+                    Some(_) => Complex64::ONE,
+                    None => path.response(axis, hz),
+                };
+                let beyond = |hz| mount.beyond_mount(hz, part) * before(hz);
+                Some(Path::through(&reference_rad[axis], rate_hz, beyond))
+            }
+            Self::LowPass(gyro, low_pass, part @ low_pass::Part::Response) => {
+                let sensed = signals.measured_along_rad(gyro);
+                let before = |hz| match path.low_pass[gyro] {
+                    Some(_) => Complex64::ONE,
+                    None => late(path.delay_s[gyro], hz),
+                };
+                let beyond = |hz| low_pass.beyond(hz, part) * before(hz);
+                Some(Path::through(&sensed, rate_hz, beyond))
+            }
+            Self::Late(gyro, delay_s) => {
+                let sensed = signals.measured_along_rad(gyro);
+                let before = |hz| path.low_pass[gyro].map_or(Complex64::ONE, |one| one.whole(hz));
+                let beyond = |hz| (late(delay_s, hz) - 1.0) * before(hz);
+                Some(Path::through(&sensed, rate_hz, beyond))
+            }
+            _ => None,
+        }
+    }
+
+    /// Its values by row, of one estimate of the motion.
+    fn of_motion(self, signals: &Signals, motion: &CaseMotion) -> Vec<f64> {
         let period = signals.period_s();
         let rows = signals.rows;
         let scaled = |values: &[f64], factor: f64| -> Vec<f64> {
             values.iter().map(|value| value * factor).collect()
         };
         let of_rate = |law: &dyn Fn(f64) -> f64, axis: usize| {
-            let at_middles: Vec<f64> = signals.rate_rad_s[axis]
+            let at_middles: Vec<f64> = motion.rate_rad_s[axis]
                 .iter()
                 .map(|rate| law(*rate))
                 .collect();
@@ -180,38 +331,26 @@ impl Column {
         };
         match self {
             Self::Constant => vec![period; rows],
-            Self::Increment(axis) => signals.case_rad[axis].clone(),
-            Self::Delay(axis) => {
-                let delay = signals.path.delay_s[axis];
-                if delay == 0.0 {
-                    scaled(&signals.spectra[axis].mean_derivative(1), period)
-                } else {
-                    let reference = signals.reference_rad(axis);
-                    let early = signals.path.along(axis, 0.0, reference, signals.rate_hz);
-                    let pairs = early.iter().zip(&signals.case_rad[axis]);
-                    pairs
-                        .map(|(before, after)| (before - after) / delay)
-                        .collect()
-                }
-            }
-            Self::Jerk(axis) => scaled(&signals.spectra[axis].mean_derivative(2), period),
+            Self::Increment(axis) => motion.case_rad[axis].clone(),
+            Self::Delay(axis) => scaled(&motion.spectra[axis].mean_derivative(1), period),
+            Self::Jerk(axis) => scaled(&motion.spectra[axis].mean_derivative(2), period),
             Self::Magnitude(axis) => of_rate(&f64::abs, axis),
             Self::Square(axis) => of_rate(&|rate| rate * rate, axis),
             Self::Cube(axis) => of_rate(&|rate| rate.powi(3), axis),
             Self::Flexure(about, senses) => {
                 let at_middles = product(
-                    &signals.acceleration_rad_s2[about],
-                    &signals.rate_rad_s[senses],
+                    &motion.acceleration_rad_s2[about],
+                    &motion.rate_rad_s[senses],
                 );
                 scaled(&row_means(&at_middles), period)
             }
             Self::CubicFlexure(about, senses) => {
-                let cubes: Vec<f64> = signals.acceleration_rad_s2[about]
+                let cubes: Vec<f64> = motion.acceleration_rad_s2[about]
                     .iter()
                     .map(|alpha| alpha.powi(3))
                     .collect();
                 scaled(
-                    &row_means(&product(&cubes, &signals.rate_rad_s[senses])),
+                    &row_means(&product(&cubes, &motion.rate_rad_s[senses])),
                     period,
                 )
             }
@@ -233,7 +372,7 @@ impl Column {
             ),
             Self::ForceTimesIncrement(axis) => channel(
                 &signals.force_m_s2,
-                &|force| product(force, &signals.case_rad[axis]),
+                &|force| product(force, &motion.case_rad[axis]),
                 axis,
             ),
             Self::Warming(axis) => {
@@ -251,7 +390,7 @@ impl Column {
             ),
             Self::WarmingTimesIncrement(of, with) => channel(
                 &signals.warming_k,
-                &|warming| product(warming, &signals.case_rad[with]),
+                &|warming| product(warming, &motion.case_rad[with]),
                 of,
             ),
             Self::Magnetic(axis) => {
@@ -283,24 +422,32 @@ impl Column {
                 scaled(&signals.space_vector(at_start, axis), period)
             }
             Self::ResonantFlexure(about, senses, resonance, part) => {
-                let acceleration = signals.spectra[about]
+                let acceleration = motion.spectra[about]
                     .middle_derivative_behind(1, |hz| resonance.suspension(hz, part));
-                let at_middles = product(&acceleration, &signals.rate_rad_s[senses]);
+                let at_middles = product(&acceleration, &motion.rate_rad_s[senses]);
                 scaled(&row_means(&at_middles), period)
             }
-            Self::Mount(axis, resonance, part) => {
-                let mut unmounted = signals.path;
-                unmounted.mount[axis] = None;
-                behind(unmounted, axis, signals, |hz| {
-                    resonance.beyond_mount(hz, part)
+            // The motion is behind the path: what takes the place of a part of it adds is of the motion before that part.
+            Self::Mount(axis, mount, part) => {
+                let on_path = signals.path.mount[axis];
+                increments_behind(motion, axis, period, |hz| {
+                    let before = on_path.map_or(Complex64::ONE, |one| one.whole(hz));
+                    mount.beyond_mount(hz, part) / before
                 })
             }
-            Self::LowPass(axis, low_pass, part) => {
-                let mut unfiltered = signals.path;
-                unfiltered.low_pass[axis] = None;
-                behind(unfiltered, axis, signals, |hz| low_pass.beyond(hz, part))
+            Self::LowPass(gyro, low_pass, part) => {
+                let on_path = signals.path.low_pass[gyro];
+                sensed_behind(motion, gyro, signals, |hz| {
+                    let before = on_path.map_or(Complex64::ONE, |one| one.whole(hz));
+                    low_pass.beyond(hz, part) / before
+                })
             }
-            Self::LockIn(gyro, threshold, part) => threshold.increments(gyro, part, signals),
+            Self::Late(gyro, delay_s) => {
+                sensed_behind(motion, gyro, signals, |hz| 1.0 - late(-delay_s, hz))
+            }
+            Self::LockIn(gyro, threshold, part) => {
+                threshold.increments(gyro, part, signals, motion)
+            }
             Self::Wave(axis, order, is_cosine) => {
                 let wave = |angle: f64| {
                     let turn = f64::from(order) * angle;
@@ -308,7 +455,11 @@ impl Column {
                 };
                 let mut angle = 0.0;
                 let mut before = wave(angle);
-                let increments = signals.reference_rad(axis).iter().map(|increment| {
+                let reference_rad =
+                    signals
+                        .path
+                        .before(axis, &motion.case_rad[axis], signals.rate_hz);
+                let increments = reference_rad.iter().map(|increment| {
                     angle += increment;
                     let now = wave(angle);
                     let turned = now - before;
@@ -318,7 +469,7 @@ impl Column {
                 increments.collect()
             }
             Self::Expression(expression) => expression
-                .values(signals)
+                .values(signals, motion)
                 .unwrap_or_else(|| vec![0.0; rows]),
             Self::Impulse(row) => {
                 let mut values = vec![0.0; rows];

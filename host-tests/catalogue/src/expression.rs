@@ -12,7 +12,7 @@ use std::fmt::Write as _;
 
 use rlg_signal::derivatives::{Spectrum, row_means};
 
-use crate::signals::{AXES, Signals};
+use crate::signals::{AXES, CaseMotion, Signals};
 
 /// A measured channel, or motion derived from the reference, on one axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -114,13 +114,13 @@ impl Channel {
     }
 
     /// Its values at row middles; `None` where it is not measured.
-    fn values(self, signals: &Signals) -> Option<Vec<f64>> {
+    fn values(self, signals: &Signals, motion: &CaseMotion) -> Option<Vec<f64>> {
         let measured = |triad: &Option<crate::signals::Triad>, axis: usize| {
             triad.as_ref().map(|triad| triad[axis].clone())
         };
         match self {
-            Self::Rate(axis) => Some(signals.rate_rad_s[axis].clone()),
-            Self::Acceleration(axis) => Some(signals.acceleration_rad_s2[axis].clone()),
+            Self::Rate(axis) => Some(motion.rate_rad_s[axis].clone()),
+            Self::Acceleration(axis) => Some(motion.acceleration_rad_s2[axis].clone()),
             Self::Force(axis) => measured(&signals.force_m_s2, axis),
             Self::Warming(axis) => measured(&signals.warming_k, axis),
             Self::WarmingRate(axis) => measured(&signals.warming_k, axis)
@@ -144,7 +144,7 @@ impl Channel {
         {
             return false;
         }
-        let Some(values) = self.values(signals) else {
+        let Some(values) = self.values(signals, &signals.independent) else {
             return false;
         };
         if values.iter().any(|value| !value.is_finite()) {
@@ -163,6 +163,22 @@ impl Channel {
 }
 
 impl Factor {
+    /// Channels that it is made of.
+    fn channels(self) -> impl Iterator<Item = Channel> {
+        let of: Product = match self {
+            Self::Channel(channel)
+            | Self::Size(channel)
+            | Self::Side(channel)
+            | Self::Way(channel)
+            | Self::Deviation(channel) => [Some(channel), None],
+            Self::Lag(product, _) | Self::Integral(product) => product,
+            Self::Time | Self::Decay(_) | Self::Sine(_) | Self::Cosine(_) | Self::Window(..) => {
+                [None; 2]
+            }
+        };
+        of.into_iter().flatten()
+    }
+
     fn name(self, signals: &Signals) -> String {
         let product = |product: Product| {
             let names = product.into_iter().flatten();
@@ -227,7 +243,7 @@ impl Factor {
         }
     }
 
-    fn values(self, signals: &Signals) -> Option<Vec<f64>> {
+    fn values(self, signals: &Signals, motion: &CaseMotion) -> Option<Vec<f64>> {
         let at = |law: &dyn Fn(f64) -> f64| -> Vec<f64> {
             (0..signals.rows)
                 .map(|row| law((row as f64 + 0.5) * signals.period_s()))
@@ -235,20 +251,20 @@ impl Factor {
         };
         let product = |of: Product| -> Option<Vec<f64>> {
             let mut channels = of.into_iter().flatten();
-            let mut values = channels.next()?.values(signals)?;
+            let mut values = channels.next()?.values(signals, motion)?;
             for channel in channels {
-                multiply(&mut values, &channel.values(signals)?);
+                multiply(&mut values, &channel.values(signals, motion)?);
             }
             Some(values)
         };
         match self {
-            Self::Channel(channel) => channel.values(signals),
+            Self::Channel(channel) => channel.values(signals, motion),
             Self::Size(channel) => channel
-                .values(signals)
+                .values(signals, motion)
                 .map(|values| values.iter().map(|value| value.abs()).collect()),
-            Self::Side(channel) => channel.values(signals).map(|values| side(&values)),
-            Self::Way(channel) => channel.values(signals).map(|values| way(&values)),
-            Self::Deviation(channel) => channel.values(signals).map(|values| {
+            Self::Side(channel) => channel.values(signals, motion).map(|values| side(&values)),
+            Self::Way(channel) => channel.values(signals, motion).map(|values| way(&values)),
+            Self::Deviation(channel) => channel.values(signals, motion).map(|values| {
                 let mean = mean(&values);
                 values.iter().map(|value| value - mean).collect()
             }),
@@ -283,6 +299,17 @@ impl Expression {
         self.0.into_iter().flatten()
     }
 
+    /// Axes whose motion it is made of; `None` where there are none.
+    pub(crate) fn axes(self) -> Option<[Option<usize>; 3]> {
+        let mut axes = [None; 3];
+        for channel in self.factors().flat_map(Factor::channels) {
+            if let Channel::Rate(axis) | Channel::Acceleration(axis) = channel {
+                axes[axis] = Some(axis);
+            }
+        }
+        (axes != [None; 3]).then_some(axes)
+    }
+
     /// As it is printed.
     pub fn text(self, signals: &Signals) -> String {
         let mut text = String::new();
@@ -308,11 +335,11 @@ impl Expression {
     }
 
     /// Means over rows times T; `None` where a channel is not measured.
-    pub fn values(self, signals: &Signals) -> Option<Vec<f64>> {
+    pub fn values(self, signals: &Signals, motion: &CaseMotion) -> Option<Vec<f64>> {
         let period = signals.period_s();
         let mut product = vec![period; signals.rows];
         for factor in self.factors() {
-            multiply(&mut product, &factor.values(signals)?);
+            multiply(&mut product, &factor.values(signals, motion)?);
         }
         let is_of_middles = self.factors().any(|factor| {
             matches!(

@@ -11,7 +11,7 @@ use crate::column::Column;
 use crate::entries::tilt;
 use crate::expression::{Expression, Factor, vocabulary};
 use crate::low_pass::{self, LowPass};
-use crate::resonance::{PARTS, Part, Resonance};
+use crate::resonance::{CRITICAL, PARTS, Part, Resonance};
 use crate::signals::Signals;
 
 /// Candidates over columns of their own, in groups that share columns.
@@ -33,7 +33,7 @@ pub fn harmonics(signals: &Signals, is_moving: [bool; 3]) -> Family {
     for axis in (0..3).filter(|&axis| is_moving[axis]) {
         let mut angle: f64 = 0.0;
         let (mut least, mut most) = (0.0_f64, 0.0_f64);
-        for increment in signals.reference_rad(axis) {
+        for increment in &signals.measured_rad[axis] {
             angle += increment;
             (least, most) = (least.min(angle), most.max(angle));
         }
@@ -82,7 +82,7 @@ pub fn expressions(
     let is_listed = |gyro: usize, expression: Expression| {
         Column::of(expression).is_some_and(|column| {
             let mut terms = listed.iter().flat_map(|one| &one.hypothesis.terms);
-            terms.any(|term| term.record == gyro && pool.columns[term.column] == column)
+            terms.any(|term| term.record == gyro && pool.columns[term.column].column == column)
         })
     };
     let all = vocabulary(signals, is_moving);
@@ -179,7 +179,7 @@ impl Basis {
             .collect();
         let mut power = vec![0.0; TABULATED];
         for &axis in axes {
-            let of_axis = signals.spectra[axis].binned_power(&hz);
+            let of_axis = signals.independent.spectra[axis].binned_power(&hz);
             for (sum, power) in power.iter_mut().zip(of_axis) {
                 *sum += power;
             }
@@ -270,7 +270,7 @@ fn climb(begin: (Resonance, f64), of: &impl Fn(Resonance) -> (Resonance, f64)) -
             let near = hz_by.iter().flat_map(|by_hz| {
                 damping_by.iter().map(move |by_damping| Resonance {
                     hz: hz * by_hz,
-                    damping: damping * by_damping,
+                    damping: (damping * by_damping).min(CRITICAL),
                 })
             });
             match near.map(of).max_by(|a, b| a.1.total_cmp(&b.1)) {
@@ -320,7 +320,8 @@ impl Columns for MountColumns<'_> {
 
     fn column(&self, place: usize) -> Vec<f64> {
         let period = self.signals.period_s();
-        let mut values = self.signals.spectra[self.axis].through(|hz| self.basis.at(place, hz));
+        let mut values =
+            self.signals.independent.spectra[self.axis].through(|hz| self.basis.at(place, hz));
         values.iter_mut().for_each(|value| *value *= period);
         values
     }
@@ -461,12 +462,14 @@ impl Columns for SuspensionColumns<'_> {
         let directions = self.basis.directions();
         let about = self.about()[place / directions];
         let (_, senses) = tilt(self.gyro, about);
-        let acceleration = self.signals.spectra[about]
+        // Products of two other axes: nothing of the gyro's own noise is in them.
+        let motion = &self.signals.likeliest;
+        let acceleration = motion.spectra[about]
             .middle_derivative_behind(1, |hz| self.basis.at(place % directions, hz));
         let period = self.signals.period_s();
         let products: Vec<f64> = acceleration
             .iter()
-            .zip(&self.signals.rate_rad_s[senses])
+            .zip(&motion.rate_rad_s[senses])
             .map(|(a, b)| a * b * period)
             .collect();
         rlg_signal::derivatives::row_means(&products)

@@ -25,7 +25,7 @@ pub mod candidates;
 pub mod families;
 
 pub use candidates::{Candidate, Pool};
-pub use column::Column;
+pub use column::{Column, Sensed};
 pub use entries::{CATALOGUE, Entry};
 pub use expression::Expression;
 pub use signals::Signals;

@@ -5,7 +5,7 @@
 //! sgn(ω) √(ω² − Ω_L²) on the mean. Where it stops within a cycle is chance: each pass through rest leaves up to half a pulse
 //! either way. A dither makes a random walk of angle of that.
 
-use crate::signals::{Signals, Triad};
+use crate::signals::{CaseMotion, Signals, Triad};
 
 /// What of lock-in is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,12 +37,18 @@ impl Threshold {
     ///
     /// # Assumptions
     /// The rate changes linearly within a row.
-    pub fn increments(self, gyro: usize, part: Part, signals: &Signals) -> Vec<f64> {
+    pub fn increments(
+        self,
+        gyro: usize,
+        part: Part,
+        signals: &Signals,
+        motion: &CaseMotion,
+    ) -> Vec<f64> {
         let period_s = signals.period_s();
         (0..signals.rows)
             .map(|row| {
-                let rate = along(&signals.rate_rad_s, gyro, row, signals);
-                let change = along(&signals.acceleration_rad_s2, gyro, row, signals) * period_s;
+                let rate = along(&motion.rate_rad_s, gyro, row, signals);
+                let change = along(&motion.acceleration_rad_s2, gyro, row, signals) * period_s;
                 self.mean(rate, change, part) * period_s
             })
             .collect()
@@ -50,7 +56,7 @@ impl Threshold {
 
     /// Rows in which a gyro comes to its dead band: each leaves up to half a pulse of angle either way.
     pub fn stops(self, gyro: usize, signals: &Signals) -> Vec<usize> {
-        let rate = |row: usize| along(&signals.rate_rad_s, gyro, row, signals);
+        let rate = |row: usize| along(&signals.independent.rate_rad_s, gyro, row, signals);
         let is_stop = |&row: &usize| {
             let (before, now) = (rate(row - 1), rate(row));
             before.abs() > self.rad_s && (now.abs() <= self.rad_s || now * before < 0.0)

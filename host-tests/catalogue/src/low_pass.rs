@@ -24,6 +24,11 @@ pub enum Part {
 pub const PARTS: [Part; 2] = [Part::Response, Part::ByTime];
 
 impl LowPass {
+    /// H.
+    pub fn whole(self, hz: f64) -> Complex64 {
+        1.0 + self.beyond(hz, Part::Response)
+    }
+
     /// What the low pass adds to a rate at a frequency \[Hz\]: H − 1 = −iωτ/(1 + iωτ).
     pub fn beyond(self, hz: f64, part: Part) -> Complex64 {
         let omega = Complex64::new(0.0, TAU * hz);

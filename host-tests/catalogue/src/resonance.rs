@@ -13,6 +13,9 @@ pub struct Resonance {
     pub damping: f64,
 }
 
+/// Damping beyond which nothing swings: what is more damped is a low pass.
+pub const CRITICAL: f64 = 1.0;
+
 /// A response, or how it changes with the resonance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
@@ -57,6 +60,11 @@ impl Resonance {
             Part::ByFrequency => value * (2.0 / self.hz) - value / below * by_frequency,
             Part::ByDamping => -value / below * by_damping,
         }
+    }
+
+    /// A soft mount's whole response, and 1 far below the resonance.
+    pub fn whole(self, hz: f64) -> Complex64 {
+        1.0 + self.beyond_mount(hz, Part::Response)
     }
 
     /// What an isolated case does beyond its reference: H − 1 = ω²/(ω0² − ω² + 2iζω0ω).

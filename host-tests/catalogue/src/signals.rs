@@ -1,11 +1,14 @@
 //! Measured inputs on the gyros' rows, and the motion derived from them.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use realfft::num_complex::Complex64;
+use rlg_signal::axes::add;
 use rlg_signal::derivatives::Spectrum;
 
-use crate::low_pass::{self, LowPass};
-use crate::resonance::{Part, Resonance};
+use crate::low_pass::LowPass;
+use crate::resonance::Resonance;
 
 /// Names of the axes.
 pub const AXES: [&str; 3] = ["x", "y", "z"];
@@ -44,6 +47,60 @@ pub struct Path {
     pub low_pass: [Option<LowPass>; 3],
 }
 
+/// The case's motion as the gyros saw it, behind the path, and what derives from it.
+pub struct CaseMotion {
+    /// Increments \[rad\].
+    pub case_rad: Triad,
+    /// Rate at row middles \[rad/s\].
+    pub rate_rad_s: Triad,
+    /// Angular acceleration at row middles \[rad/s²\].
+    pub acceleration_rad_s2: Triad,
+    /// Of the mean rates, for further derivatives.
+    pub spectra: [Spectrum; 3],
+}
+
+impl CaseMotion {
+    /// # Inputs
+    /// `case_rad`: increments behind the path \[rad\].
+    pub fn new(case_rad: Triad, rate_hz: f64) -> Self {
+        let spectra: [Spectrum; 3] = std::array::from_fn(|axis| {
+            let rates: Vec<f64> = case_rad[axis].iter().map(|angle| angle * rate_hz).collect();
+            Spectrum::new(&rates, rate_hz)
+        });
+        Self {
+            rate_rad_s: std::array::from_fn(|axis| spectra[axis].middle_derivative(0)),
+            acceleration_rad_s2: std::array::from_fn(|axis| spectra[axis].middle_derivative(1)),
+            case_rad,
+            spectra,
+        }
+    }
+}
+
+/// Which estimate of the motion a column is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Estimate {
+    /// The one that shares no noise with the residual of its own axis: what an effect is tried with on that gyro.
+    Independent,
+    /// The likeliest one: what an effect is tried with on gyros whose residual shares no noise with it, and what a
+    /// nonlinear effect that is known adds.
+    Likeliest,
+    /// The reference as it was measured, noise and all: what a linear effect that is known adds. What it makes of the motion
+    /// it makes of the noise, and no part of the motion stays behind.
+    Measured,
+}
+
+/// Estimates of the motion that columns are made of.
+pub struct Motions {
+    /// Increments of the reference \[rad\] behind what the model knows of the path, noise and all.
+    pub measured_rad: Arc<Triad>,
+    /// See [`Estimate::Independent`].
+    pub independent: CaseMotion,
+    /// See [`Estimate::Likeliest`].
+    pub likeliest: CaseMotion,
+    /// Increments of the blocks against the case \[rad\].
+    pub dither_rad: Option<Triad>,
+}
+
 /// What columns are made of.
 pub struct Signals {
     /// Rows per second \[Hz\].
@@ -52,18 +109,14 @@ pub struct Signals {
     pub rows: usize,
     /// When the first row begins on the recording's clock \[s\].
     pub start_s: f64,
-    /// Increments of the case \[rad\] as the gyros saw them, behind `path`.
-    pub case_rad: Triad,
-    /// The same as the reference saw them; empty where nothing lies between.
-    reference_rad: Triad,
-    /// Delays and mounts that are already known.
+    /// Increments of the reference \[rad\] behind what the model knows of the path, noise and all.
+    pub measured_rad: Arc<Triad>,
+    /// What lies between that and the gyros besides.
     pub path: Path,
-    /// Rate at row middles \[rad/s\].
-    pub rate_rad_s: Triad,
-    /// Angular acceleration at row middles \[rad/s²\].
-    pub acceleration_rad_s2: Triad,
-    /// Of the mean rates, for further derivatives.
-    pub spectra: [Spectrum; 3],
+    /// The motion that shares no noise with the residual of its own axis.
+    pub independent: CaseMotion,
+    /// The likeliest motion.
+    pub likeliest: CaseMotion,
     /// Specific force \[m/s²\].
     pub force_m_s2: Option<Triad>,
     /// Temperature since the first row \[K\].
@@ -80,39 +133,29 @@ pub struct Signals {
     pub scale_error: [f64; 3],
     /// Rates along the sensing axes from body rates: the inverse of Eq. (7)'s matrix.
     pub sensing_from_body: Matrix3<f64>,
+    /// The same with all that has been found besides: whose noise a gyro's residual holds.
+    pub shared: Matrix3<f64>,
     /// Of the body against the start in the middle of each row; single precision is that of the columns in the sums.
     attitude: Vec<UnitQuaternion<f32>>,
 }
 
 impl Signals {
     /// Derives what the columns need.
-    ///
-    /// # Inputs
-    /// `reference_rad`: increments of the reference \[rad\], noise removed; `dither_rad`: increments of the blocks \[rad\].
     pub fn new(
         rate_hz: f64,
-        mut reference_rad: Triad,
-        dither_rad: Option<Triad>,
+        motions: Motions,
         inputs: Inputs,
         path: Path,
         scale_error: [f64; 3],
-        sensing_from_body: Matrix3<f64>,
+        (sensing_from_body, shared): (Matrix3<f64>, Matrix3<f64>),
     ) -> Self {
-        let rows = reference_rad[0].len();
-        let case_rad: Triad = std::array::from_fn(|axis| {
-            if path.is_direct(axis) {
-                std::mem::take(&mut reference_rad[axis])
-            } else {
-                path.along(axis, path.delay_s[axis], &reference_rad[axis], rate_hz)
-            }
-        });
-        let spectra: [Spectrum; 3] = std::array::from_fn(|axis| {
-            let rates: Vec<f64> = case_rad[axis].iter().map(|angle| angle * rate_hz).collect();
-            Spectrum::new(&rates, rate_hz)
-        });
+        let Motions {
+            measured_rad,
+            independent,
+            likeliest,
+            dither_rad,
+        } = motions;
         Self {
-            rate_rad_s: std::array::from_fn(|axis| spectra[axis].middle_derivative(0)),
-            acceleration_rad_s2: std::array::from_fn(|axis| spectra[axis].middle_derivative(1)),
             warming_k: inputs
                 .temperature_k
                 .map(|triad| std::array::from_fn(|axis| warming(&triad[axis], rate_hz))),
@@ -121,28 +164,35 @@ impl Signals {
                 .map(|triad| std::array::from_fn(|axis| triad[axis][1..].to_vec())),
             force_m_s2: inputs.force_m_s2.cloned(),
             magnetic_t: inputs.magnetic_t.cloned(),
-            attitude: attitude(&case_rad),
+            attitude: attitude(&independent.case_rad),
             rate_hz,
-            rows,
-            case_rad,
-            reference_rad,
+            rows: measured_rad[0].len(),
+            measured_rad,
+            independent,
+            likeliest,
             path,
-            spectra,
             others: inputs.others.to_vec(),
             start_s: inputs.start_s,
             dither_rad,
             scale_error,
             sensing_from_body,
+            shared,
         }
     }
 
-    /// Increments about an axis as the reference saw them \[rad\].
-    pub fn reference_rad(&self, axis: usize) -> &[f64] {
-        if self.path.is_direct(axis) {
-            &self.case_rad[axis]
-        } else {
-            &self.reference_rad[axis]
+    /// What a gyro senses of the measured reference \[rad\], less its scale error, behind the mounts about each axis.
+    pub fn measured_along_rad(&self, gyro: usize) -> Vec<f64> {
+        let mut sum = vec![0.0; self.rows];
+        for (axis, values) in self.measured_rad.iter().enumerate() {
+            let along = self.sensing_from_body[(gyro, axis)];
+            if along != 0.0 {
+                let mount = self.path.mount[axis];
+                let part =
+                    mount.map(|mount| Path::through(values, self.rate_hz, |hz| mount.whole(hz)));
+                add(&mut sum, part.as_ref().unwrap_or(values), along);
+            }
         }
+        sum
     }
 
     /// One row's period \[s\].
@@ -165,29 +215,42 @@ impl Path {
         self.delay_s[axis] == 0.0 && self.mount[axis].is_none() && self.low_pass[axis].is_none()
     }
 
-    /// The reference's increments about an axis behind its mount, its low pass and a delay \[rad\].
-    pub fn along(
-        &self,
-        axis: usize,
-        delay_s: f64,
-        reference_rad: &[f64],
-        rate_hz: f64,
-    ) -> Vec<f64> {
-        let (mount, low_pass) = (self.mount[axis], self.low_pass[axis]);
-        if delay_s == 0.0 && mount.is_none() && low_pass.is_none() {
+    /// Its response about an axis at a frequency \[Hz\].
+    pub fn response(&self, axis: usize, hz: f64) -> Complex64 {
+        let mount = self.mount[axis].map_or(Complex64::ONE, |mount| mount.whole(hz));
+        let low_pass = self.low_pass[axis].map_or(Complex64::ONE, |one| one.whole(hz));
+        late(self.delay_s[axis], hz) * mount * low_pass
+    }
+
+    /// The reference's increments about an axis behind it \[rad\].
+    pub fn along(&self, axis: usize, reference_rad: &[f64], rate_hz: f64) -> Vec<f64> {
+        if self.is_direct(axis) {
             return reference_rad.to_vec();
         }
-        Spectrum::new(reference_rad, rate_hz).through(|hz| {
-            let late = Complex64::from_polar(1.0, -std::f64::consts::TAU * hz * delay_s);
-            let beyond = mount.map_or(Complex64::ZERO, |mount| {
-                mount.beyond_mount(hz, Part::Response)
-            });
-            let passed = low_pass.map_or(Complex64::ZERO, |low_pass| {
-                low_pass.beyond(hz, low_pass::Part::Response)
-            });
-            late * (1.0 + beyond) * (1.0 + passed)
-        })
+        Self::through(reference_rad, rate_hz, |hz| self.response(axis, hz))
     }
+
+    /// The reference's increments about an axis from those behind it \[rad\].
+    pub fn before(&self, axis: usize, case_rad: &[f64], rate_hz: f64) -> Vec<f64> {
+        if self.is_direct(axis) {
+            return case_rad.to_vec();
+        }
+        Self::through(case_rad, rate_hz, |hz| self.response(axis, hz).inv())
+    }
+
+    /// Increments behind a linear system.
+    pub fn through(
+        values_rad: &[f64],
+        rate_hz: f64,
+        response: impl Fn(f64) -> Complex64,
+    ) -> Vec<f64> {
+        Spectrum::new(values_rad, rate_hz).through(response)
+    }
+}
+
+/// Response of a delay \[s\] at a frequency \[Hz\].
+pub fn late(delay_s: f64, hz: f64) -> Complex64 {
+    Complex64::from_polar(1.0, -std::f64::consts::TAU * hz * delay_s)
 }
 
 /// Temperature since the start in the band in which a block changes \[K\].

@@ -5,20 +5,20 @@ use std::f64::consts::TAU;
 use nalgebra::Matrix3;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use rlg_catalogue::signals::Inputs;
-use rlg_catalogue::{Column, Signals};
+use rlg_catalogue::signals::{CaseMotion, Inputs, Motions};
+use rlg_catalogue::{Column, Sensed, Signals};
 use rlg_inference::normal_equations::Transform;
 use rlg_inference::{Dct, NoiseBasis, NoiseLevels, Observations};
-use rlg_signal::conditioned::{noise_left, weights};
+use rlg_signal::conditioned::{noise_expected, noise_left, weights};
 use rlg_signal::reference_noise::{NoiseTerm, measure};
-use rlg_signal::shrinkage::{Gate, Powers, shrink};
+use rlg_signal::shrinkage::{Gate, Powers, Shrunk, shrink};
 
 const RATE_HZ: f64 = 100.0;
 const ROWS: usize = 4096;
 const SEEDS: u64 = 100;
 
 /// Columns whose score is asked.
-const COLUMNS: [(&str, Column); 7] = [
+const COLUMNS: [(&str, Column); 9] = [
     ("increment", Column::Increment(0)),
     ("its derivative", Column::Delay(0)),
     ("jerk", Column::Jerk(0)),
@@ -26,6 +26,8 @@ const COLUMNS: [(&str, Column); 7] = [
     ("rate squared", Column::Square(0)),
     ("acceleration times rate", Column::Flexure(0, 1)),
     ("cross rate", Column::Increment(1)),
+    ("cross jerk", Column::Jerk(1)),
+    ("flexure", Column::Flexure(2, 1)),
 ];
 
 /// A motion: its angle at a time \[rad\], by axis.
@@ -115,7 +117,7 @@ fn scores(motion: Motion, noise: &Noise, declared_over_true: f64, seed: u64) -> 
             }
         })
         .collect();
-    let motion = std::array::from_fn(|axis| {
+    let shrunk: [Shrunk; 3] = std::array::from_fn(|axis| {
         let of_residual = basis.by_coefficient(fitted[axis]);
         let seen = [true; ROWS];
         let shares = measure(
@@ -154,19 +156,27 @@ fn scores(motion: Motion, noise: &Noise, declared_over_true: f64, seed: u64) -> 
         let left = noise_left(&of_reference, &uncertain, &toward, &of_residual);
         let powers = Powers {
             left: &left,
+            expected: &noise_expected(&of_reference, &toward, &of_residual),
+            before: &of_reference,
             uncertain: &uncertain,
             residual: &of_residual,
         };
-        shrink(&conditioned, &powers, RATE_HZ, &Gate::default()).values
+        shrink(&conditioned, &powers, &seen, RATE_HZ, &Gate::default())
     });
+    let [x, y, z] = shrunk;
+    let motions = Motions {
+        measured_rad: std::sync::Arc::new(reference),
+        independent: CaseMotion::new([x.values, y.values, z.values], RATE_HZ),
+        likeliest: CaseMotion::new([x.likeliest, y.likeliest, z.likeliest], RATE_HZ),
+        dither_rad: None,
+    };
     let signals = Signals::new(
         RATE_HZ,
-        motion,
-        None,
+        motions,
         Inputs::default(),
         rlg_catalogue::signals::Path::default(),
         [0.0; 3],
-        Matrix3::identity(),
+        (Matrix3::identity(), Matrix3::identity()),
     );
     let noise = basis.by_coefficient(fitted[0]);
     let (transform, _) = Transform::with_basis(observations, fitted[0]);
@@ -174,7 +184,7 @@ fn scores(motion: Motion, noise: &Noise, declared_over_true: f64, seed: u64) -> 
     COLUMNS
         .iter()
         .map(|(_, column)| {
-            let values = transform.spectrum(&column.values(&signals));
+            let values = transform.spectrum(&Sensed::tried(*column, 0, &signals).values(&signals));
             let (mut score, mut information) = (0.0, 0.0);
             for ((value, left), noise) in values.iter().zip(&of_residual).zip(&noise) {
                 score += value * left / noise;

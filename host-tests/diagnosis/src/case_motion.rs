@@ -1,11 +1,13 @@
 //! The motion that columns are made of, independent of the residual's noise (inference.md, A2).
 
+use std::sync::Arc;
+
 use rlg_catalogue::Signals;
-use rlg_catalogue::signals::Path;
+use rlg_catalogue::signals::{CaseMotion, Motions, Path};
 use rlg_inference::{Dct, NoiseBasis, NoiseLevels, Observations};
-use rlg_signal::conditioned::{noise_left, weights};
+use rlg_signal::conditioned::{noise_expected, noise_left, weights};
 use rlg_signal::reference_noise::{NoiseTerm, measure};
-use rlg_signal::shrinkage::{Powers, shrink};
+use rlg_signal::shrinkage::{Powers, Shrunk, shrink};
 
 use super::data::Data;
 use super::plan::AnalysisPlan;
@@ -45,17 +47,17 @@ pub fn estimate(
     plan: &AnalysisPlan,
 ) -> Motion {
     let measured = Measured {
-        case_rad: &data.streams.case_rad,
+        reference_rad: Arc::clone(&data.reference_rad),
         dither_rad: data.dither_rad.as_ref(),
     };
     estimate_from(data, measured, clean_rad, levels, seen, path, plan)
 }
 
 /// What was measured of the motion.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Measured<'a> {
-    /// Increments of the case by the reference \[rad\].
-    pub case_rad: &'a Triad,
+    /// Increments of the case by the reference \[rad\], behind what the model knows of the path.
+    pub reference_rad: Arc<Triad>,
     /// Increments of the blocks against the case by the pickoffs \[rad\].
     pub dither_rad: Option<&'a Triad>,
 }
@@ -64,7 +66,7 @@ pub struct Measured<'a> {
 ///
 /// # Inputs
 /// `measured`: of the recording or of one that is re-enacted; `clean_rad`: the residual less everything that is explained, bridged where it may not be looked at; `levels`: its
-/// noise; `seen`: rows of it that may be looked at; `path`: what is known to lie between the reference and each gyro.
+/// noise; `seen`: rows of it that may be looked at; `path`: what was found to lie between the reference and each gyro.
 pub fn estimate_from(
     data: &Data,
     measured: Measured,
@@ -92,25 +94,39 @@ pub fn estimate_from(
         let noise = shape(levels[axis]);
         // A noise that is left out, or 0, is unknown: its shape has a power of 1 rad² a row.
         let power = |declared: f64| if declared > 0.0 { declared } else { 1.0 };
+        // The path passes the reference's noise as it passes its motion.
+        let passed: Option<Vec<f64>> = (!path.is_direct(axis)).then(|| {
+            let hz = |k: usize| 0.5 * rate_hz * k as f64 / rows as f64;
+            (0..rows)
+                .map(|k| path.response(axis, hz(k)).norm_sqr())
+                .collect()
+        });
+        let behind = |levels: NoiseLevels| {
+            let mut shape = basis.by_coefficient(levels);
+            for (power, passed) in shape.iter_mut().zip(passed.iter().flatten()) {
+                *power *= passed;
+            }
+            shape
+        };
         let terms = [
             NoiseTerm {
-                shape: shape(NoiseLevels {
+                shape: behind(NoiseLevels {
                     white: power(walk),
                     ..NoiseLevels::default()
                 }),
                 is_declared: walk > 0.0,
             },
             NoiseTerm {
-                shape: shape(NoiseLevels {
+                shape: behind(NoiseLevels {
                     angle: power(angle),
                     ..NoiseLevels::default()
                 }),
                 is_declared: angle > 0.0,
             },
         ];
-        let m = &measured.case_rad[axis];
+        let m = path.along(axis, &measured.reference_rad[axis], rate_hz);
         let shares = measure(
-            m,
+            &m,
             &clean_rad[axis],
             &terms,
             &noise,
@@ -129,23 +145,36 @@ pub fn estimate_from(
                 *uncertain += (share.std + share.share * of_fit) * power;
             }
         }
-        drop(terms);
-        // The residual holds the reference's noise: there is no more of it than that.
-        for ((sum, uncertain), noise) in of_reference.iter_mut().zip(&mut uncertain).zip(&noise) {
-            *sum = sum.min(*noise);
-            *uncertain = uncertain.min(*noise);
+        // What is conditioned on holds the noise behind the path, what is fitted holds it before.
+        let mut own = noise.clone();
+        for (term, share) in terms.iter().zip(&shares) {
+            let powers = own.iter_mut().zip(&term.shape);
+            for ((own, power), passed) in powers.zip(passed.iter().flatten()) {
+                *own -= share.share * power * (1.0 / passed.max(f64::MIN_POSITIVE) - 1.0);
+            }
         }
-        let toward = weights(&of_reference, &noise);
-        let conditioned = add_filtered(m, &clean_rad[axis], &toward, &dct);
-        let left = noise_left(&of_reference, &uncertain, &toward, &noise);
-        drop((of_reference, toward));
+        drop(terms);
+        // It holds the reference's noise: there is no more of it than that.
+        for k in 0..rows {
+            own[k] = own[k].max(of_reference[k].min(noise[k]));
+            of_reference[k] = of_reference[k].min(own[k]);
+            uncertain[k] = uncertain[k].min(own[k]);
+        }
+        let toward = weights(&of_reference, &own);
+        let conditioned = add_filtered(&m, &clean_rad[axis], &toward, &dct);
+        drop(m);
+        let left = noise_left(&of_reference, &uncertain, &toward, &own);
+        let expected = noise_expected(&of_reference, &toward, &own);
+        drop((toward, own));
         let powers = Powers {
             left: &left,
+            expected: &expected,
+            before: &of_reference,
             uncertain: &uncertain,
             residual: &noise,
         };
-        let shrunk = shrink(&conditioned, &powers, rate_hz, &plan.gate);
-        drop((conditioned, left, uncertain));
+        let shrunk = shrink(&conditioned, &powers, seen, rate_hz, &plan.gate);
+        drop((conditioned, left, expected, of_reference, uncertain));
         let level = |term: usize, power: f64, own: f64| Level {
             value: (shares[term].share * power).min(own),
             std: (shares[term].std * power).min(own),
@@ -158,20 +187,32 @@ pub fn estimate_from(
             let toward = weights(&shape(pickoff), &noise);
             add_filtered(&dither[axis], &clean_rad[axis], &toward, &dct)
         });
-        (
+        OfAxis {
             shrunk,
-            level(0, power(walk), levels[axis].white),
-            level(1, power(angle), levels[axis].angle),
+            walk: level(0, power(walk), levels[axis].white),
+            angle: level(1, power(angle), levels[axis].angle),
             dither,
-        )
+        }
     };
     let axes = each_axis(of_axis);
     drop(dct);
-    let is_moving = std::array::from_fn(|axis| axes[axis].0.kept >= plan.least_cells);
-    let rate_noise_rad_s = std::array::from_fn(|axis| axes[axis].0.noise.sqrt() * rate_hz);
-    let reference_walk = std::array::from_fn(|axis| axes[axis].1);
-    let reference_angle = std::array::from_fn(|axis| axes[axis].2);
-    let [x, y, z] = axes.map(|(shrunk, _, _, dither)| (shrunk.values, dither));
+    let is_moving = std::array::from_fn(|axis| axes[axis].shrunk.kept >= plan.least_cells);
+    let rate_noise_rad_s = std::array::from_fn(|axis| axes[axis].shrunk.noise.sqrt() * rate_hz);
+    let reference_walk = std::array::from_fn(|axis| axes[axis].walk);
+    let reference_angle = std::array::from_fn(|axis| axes[axis].angle);
+    let [x, y, z] = axes;
+    let motions = Motions {
+        measured_rad: measured.reference_rad,
+        independent: CaseMotion::new([x.shrunk.values, y.shrunk.values, z.shrunk.values], rate_hz),
+        likeliest: CaseMotion::new(
+            [x.shrunk.likeliest, y.shrunk.likeliest, z.shrunk.likeliest],
+            rate_hz,
+        ),
+        dither_rad: match (x.dither, y.dither, z.dither) {
+            (Some(x), Some(y), Some(z)) => Some([x, y, z]),
+            _ => None,
+        },
+    };
     Motion {
         is_moving,
         rate_noise_rad_s,
@@ -179,17 +220,21 @@ pub fn estimate_from(
         reference_angle,
         signals: Signals::new(
             rate_hz,
-            [x.0, y.0, z.0],
-            match (x.1, y.1, z.1) {
-                (Some(x), Some(y), Some(z)) => Some([x, y, z]),
-                _ => None,
-            },
+            motions,
             data.inputs(),
             path,
             data.model.gyro.scale_error,
-            data.sensing_from_body,
+            (data.sensing_from_body, data.shared()),
         ),
     }
+}
+
+/// What is estimated about one axis.
+struct OfAxis {
+    shrunk: Shrunk,
+    walk: Level,
+    angle: Level,
+    dither: Option<Vec<f64>>,
 }
 
 /// `values` plus `residual` behind a filter given by DCT-II coefficient.

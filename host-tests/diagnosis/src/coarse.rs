@@ -22,6 +22,9 @@ use rlg_signal::transforms;
 pub struct Coarse {
     /// Delay or low passes that all gyros share.
     pub path: Path,
+    /// By gyro, what of each axis of the reference behind the path it senses besides what the model says; 0 where that is not
+    /// far off.
+    pub sensed: [Vector3<f64>; 3],
     /// The residual less what is far from the model \[rad\].
     pub clean_rad: Triad,
     /// Whether anything is.
@@ -31,31 +34,22 @@ pub struct Coarse {
 /// Finds what is far from the model in a residual whose rows may be looked at where `seen`.
 ///
 /// # Inputs
-/// `residual_rad`: less what the model's effects add; `known`: what the model puts on the path.
-pub fn coarse(
-    data: &Data,
-    residual_rad: &Triad,
-    seen: &[bool],
-    known: Path,
-    plan: &CoarsePlan,
-) -> Coarse {
+/// `residual_rad`: less what the model's effects add.
+pub fn coarse(data: &Data, residual_rad: &Triad, seen: &[bool], plan: &CoarsePlan) -> Coarse {
     let streams = data.streams;
-    let expected_rad = each_axis(|gyro| expected(data, gyro, &streams.case_rad));
+    let expected_rad = each_axis(|gyro| expected(data, gyro, &data.reference_rad));
     let sensed_rad: Triad = std::array::from_fn(|gyro| {
         let parts = residual_rad[gyro].iter().zip(&expected_rad[gyro]);
         parts.map(|(left, expected)| left + expected).collect()
     });
-    let mut path = Path::default();
-    // A known path is predicted by effects of the model; what is left of it is small.
-    if known == Path::default() {
-        path = path_between(data, &sensed_rad, seen, plan);
-    }
+    let path = path_between(data, &sensed_rad, seen, plan);
     let behind: Triad = each_axis(|axis| {
-        let values = &streams.case_rad[axis];
-        path.along(axis, path.delay_s[axis], values, streams.rate_hz)
+        let values = &data.reference_rad[axis];
+        path.along(axis, values, streams.rate_hz)
     });
     let rows = reached(seen, path.delay_s[0] * streams.rate_hz);
     let mut is_far = path != Path::default();
+    let mut further = [Vector3::zeros(); 3];
     let clean_rad = std::array::from_fn(|gyro| {
         let expected = expected(data, gyro, &behind);
         let sensed = sensed_rad[gyro].iter().zip(&expected);
@@ -66,6 +60,7 @@ pub fn coarse(
         let explained = 1.0 - fit.left / fit.power.max(f64::MIN_POSITIVE);
         if explained > by_noise + plan.explained * (1.0 - by_noise) {
             is_far = true;
+            further[gyro] = fit.coefficients;
             fit.take_out(&mut left, &behind);
         } else {
             left.iter_mut().for_each(|value| *value -= fit.mean);
@@ -74,6 +69,7 @@ pub fn coarse(
     });
     Coarse {
         path,
+        sensed: further,
         clean_rad,
         is_far,
     }
@@ -160,7 +156,7 @@ impl Moments {
     }
 }
 
-/// Delay or low passes that explain the gyros together, where without them half of what is left or more is theirs.
+/// The delay or the low passes that explain the gyros together, where they do better than nothing between.
 fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePlan) -> Path {
     let streams = data.streams;
     let each = streams.rows.div_ceil(plan.most_rows);
@@ -170,7 +166,7 @@ fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePla
         .chunks_exact(each)
         .map(|rows| rows.iter().all(|&seen| seen))
         .collect();
-    let (sensed, case) = (summed(sensed_rad), summed(&streams.case_rad));
+    let (sensed, case) = (summed(sensed_rad), summed(&data.reference_rad));
     let lags = Lags::new(
         &sensed,
         &case,
@@ -182,23 +178,27 @@ fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePla
     };
     let late = lags
         .best(plan.tie)
-        .filter(|(_, late)| late.halves(&direct, plan))
+        .filter(|(_, late)| late.log_likelihood > direct.log_likelihood + plan.tie)
         .map_or_else(Path::default, |(lag, _)| Path {
             delay_s: [lag / rate_hz; 3],
             ..Path::default()
         });
-    let behind = |path: Path, triad: &Triad| {
-        each_axis(|axis| path.along(axis, path.delay_s[axis], &triad[axis], rate_hz))
-    };
+    let behind =
+        |path: Path, triad: &Triad| each_axis(|axis| path.along(axis, &triad[axis], rate_hz));
     let gain = |low_pass: LowPass| -> Option<f64> {
+        // What either makes of the record's ends is not known.
+        const SETTLED: f64 = 5.0;
+        let away_s = late.delay_s[0].abs() + SETTLED * low_pass.time_s;
+        let inner = reached(&reached(&rows, away_s * rate_hz), -away_s * rate_hz);
         let path = of_low_pass(low_pass);
         // Gyros and reference are smoothed alike: else the noise of the reference is what a low pass takes away.
         let smooth = |triad: &Triad| behind(path, &behind(path, triad));
         let (sensed, case) = (smooth(&sensed), smooth(&case));
-        let by = |path: Path| Explained::by_rows(&sensed, &behind(path, &case), &rows);
-        let (filtered, late) = (by(path), by(late));
-        let gain = filtered.log_likelihood - late.log_likelihood;
-        (gain > plan.tie && filtered.halves(&by(Path::default()), plan)).then_some(gain)
+        let by = |path: Path| Explained::by_rows(&sensed, &behind(path, &case), &inner);
+        let filtered = by(path).log_likelihood;
+        let gain = filtered - by(late).log_likelihood;
+        let whole = filtered - by(Path::default()).log_likelihood;
+        (gain > plan.tie && whole > plan.tie).then_some(gain)
     };
     // An octave is too wide to tell a low pass from a delay.
     let finer = |one: LowPass| {
@@ -223,15 +223,14 @@ fn of_low_pass(low_pass: LowPass) -> Path {
 
 /// What a regression of each gyro on the reference leaves.
 struct Explained {
-    /// Mean square that is left of each gyro.
-    left: [f64; 3],
+    /// Number of rows.
+    count: f64,
     /// ln of the likelihood of white noise, up to a constant.
     log_likelihood: f64,
 }
 
 impl Explained {
     fn of(regressions: &[Regression; 3], count: f64) -> Self {
-        let left = std::array::from_fn(|gyro| regressions[gyro].left);
         let of_gyro = |one: &Regression| {
             if one.power > 0.0 {
                 (one.left / one.power).max(f64::EPSILON).ln()
@@ -240,14 +239,9 @@ impl Explained {
             }
         };
         Self {
-            left,
+            count,
             log_likelihood: -0.5 * count * regressions.iter().map(of_gyro).sum::<f64>(),
         }
-    }
-
-    /// Whether it explains so much of what `other` leaves of a gyro that it is far from it.
-    fn halves(&self, other: &Self, plan: &CoarsePlan) -> bool {
-        (0..3).any(|gyro| self.left[gyro] < (1.0 - plan.explained) * other.left[gyro])
     }
 
     fn by_rows(sensed: &Triad, behind: &Triad, rows: &[bool]) -> Self {
@@ -348,12 +342,15 @@ impl Lags {
             .filter(|&place| all[place].1 > largest - tie && is_top(place))
             .map(|place| all[place].0)
             .min_by_key(|lag| lag.unsigned_abs())?;
-        let [before, here, after] =
-            [lag - 1, lag, lag + 1].map(|lag| self.at(lag).map(|one| one.log_likelihood));
-        let between = match (before, here, after) {
+        // Near the best lag what is left grows with the square of the distance.
+        let left = |lag: isize| {
+            let of_lag = self.at(lag)?;
+            Some((-2.0 * (of_lag.log_likelihood - largest) / (3.0 * of_lag.count)).exp())
+        };
+        let between = match (left(lag - 1), left(lag), left(lag + 1)) {
             (Some(before), Some(here), Some(after)) => {
                 let bend = before - 2.0 * here + after;
-                if bend < 0.0 {
+                if bend > 0.0 {
                     0.5 * (before - after) / bend
                 } else {
                     0.0

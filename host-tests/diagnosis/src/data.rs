@@ -1,8 +1,10 @@
 //! The recording as the search sees it: residual of the model, reference, measured inputs, and which rows serve what.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::Matrix3;
+use rlg_catalogue::candidates::is_delay;
 use rlg_catalogue::entries::{
     self, BANDWIDTH, HARMONIC, LOCK_IN, MODE, MOUNT, SLIP, STEP, UNLISTED,
 };
@@ -10,7 +12,7 @@ use rlg_catalogue::lock_in::Threshold;
 use rlg_catalogue::low_pass::LowPass;
 use rlg_catalogue::resonance::Resonance;
 use rlg_catalogue::signals::{Inputs, Path, Signals};
-use rlg_catalogue::{Column, Expression, Pool};
+use rlg_catalogue::{Column, Expression, Pool, Sensed};
 use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_recording::error::InputError;
 use rlg_signal::partition::{Partition, Use};
@@ -19,7 +21,7 @@ use super::lattice::Lattice;
 use super::plan::AnalysisPlan;
 use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
 use rlg_signal::residual::{body_from_sensing, without_effects};
-use rlg_signal::streams::{AXES, Streams, Triad, add};
+use rlg_signal::streams::{AXES, Streams, Triad, add, add_triad, each_axis};
 
 /// Everything that does not change while effects are searched for.
 pub struct Data<'a> {
@@ -27,14 +29,21 @@ pub struct Data<'a> {
     pub streams: &'a Streams,
     /// The model.
     pub model: &'a Model,
-    /// Sensed less predicted increments \[rad\], the model's effects still in.
+    /// Sensed less predicted increments \[rad\], the model's delays, low passes and mounts taken out, its other effects still
+    /// in.
     pub residual_rad: Triad,
+    /// Delays, low passes and mounts that the model holds.
+    known_path: Path,
+    /// Increments of the reference \[rad\] behind the model's delays, low passes and mounts.
+    pub reference_rad: Arc<Triad>,
     /// Increments of block against case \[rad\].
     pub dither_rad: Option<Triad>,
     /// The inverse of Eq. (7)'s matrix.
     pub sensing_from_body: Matrix3<f64>,
     /// What the effects that the model holds already add: gyro, column, size.
-    pub known: Vec<(usize, Column, f64)>,
+    pub known: Vec<(usize, Sensed, f64)>,
+    /// What gyros sense of each axis besides, as far as it has been found.
+    pub found_share: Matrix3<f64>,
     /// How far from a gyro's row that of the reference lies that shows it \[rows\], where a delay is long.
     pub late_rows: f64,
     /// The use of every row.
@@ -68,7 +77,21 @@ impl<'a> Data<'a> {
                 angles.windows(2).map(|pair| pair[1] - pair[0]).collect()
             })
         });
-        let residual_rad = without_effects(streams, model, sensing_from_body, dither_rad.as_ref());
+        let mut residual_rad =
+            without_effects(streams, model, sensing_from_body, dither_rad.as_ref());
+        let path = known_path(model);
+        let reference_rad: Triad =
+            each_axis(|axis| path.along(axis, &streams.case_rad[axis], streams.rate_hz));
+        if path != Path::default() {
+            let scale = model.gyro.scale_error;
+            let sensed = passed(
+                &streams.case_rad,
+                path,
+                (sensing_from_body, scale),
+                streams.rate_hz,
+            );
+            add_triad(&mut residual_rad, &sensed, -1.0);
+        }
         let segments: Vec<Range<usize>> = streams.pieces[0]
             .segments
             .iter()
@@ -97,9 +120,12 @@ impl<'a> Data<'a> {
         let streams = &*streams;
         Ok(Self {
             residual_rad,
+            known_path: path,
+            reference_rad: Arc::new(reference_rad),
             partition,
-            late_rows: 0.0,
+            late_rows: path.delay_s[0] * streams.rate_hz,
             known: Vec::new(),
+            found_share: Matrix3::zeros(),
             lattice,
             counted_rad,
             streams,
@@ -143,20 +169,36 @@ impl<'a> Data<'a> {
             .collect();
     }
 
-    /// Delays and mounts that the model itself holds.
-    pub fn known_path(&self) -> Path {
-        let mut path = Path::default();
-        for effect in &self.model.effects {
-            for axis in 0..3 {
-                path.delay_s[axis] += delay_of(effect, axis);
-                path.mount[axis] = path.mount[axis].or_else(|| mount_of(effect, axis));
-                path.low_pass[axis] = path.low_pass[axis].or_else(|| low_pass_of(effect, axis));
+    /// What gyros sense of each axis, by the model with its effects and by what has been found.
+    pub fn shared(&self) -> Matrix3<f64> {
+        let mut shared = self.sensing_from_body + self.found_share;
+        for (gyro, sensed, size) in &self.known {
+            if let Column::Increment(axis) = sensed.column {
+                shared[(*gyro, axis)] += size;
             }
         }
-        path
+        shared
     }
 
-    /// What the model's effects add to the sensed increments \[rad\].
+    /// What low passes and mounts of the model have added to the reference's noise \[rad\]; `None` without any.
+    pub fn passed_noise_rad(&self, signals: &Signals) -> Option<Triad> {
+        let path = self.known_path;
+        if path.mount == [None; 3] && path.low_pass == [None; 3] {
+            return None;
+        }
+        let rate_hz = signals.rate_hz;
+        let noise: Triad = each_axis(|axis| {
+            let behind = &signals.likeliest.case_rad[axis];
+            let case_rad = path.before(axis, &signals.path.before(axis, behind, rate_hz), rate_hz);
+            let mut noise = self.streams.case_rad[axis].clone();
+            add(&mut noise, &case_rad, -1.0);
+            noise
+        });
+        let sensing = (self.sensing_from_body, self.model.gyro.scale_error);
+        Some(passed(&noise, path, sensing, rate_hz))
+    }
+
+    /// What the model's effects besides delays, low passes and mounts add to the sensed increments \[rad\].
     pub fn known_rad(&self, signals: &Signals) -> Triad {
         let mut sum: Triad = std::array::from_fn(|_| vec![0.0; signals.rows]);
         for (gyro, column, size) in &self.known {
@@ -164,6 +206,49 @@ impl<'a> Data<'a> {
         }
         sum
     }
+}
+
+/// Delays, low passes and mounts that a model holds.
+fn known_path(model: &Model) -> Path {
+    let mut path = Path::default();
+    for effect in &model.effects {
+        for axis in 0..3 {
+            path.delay_s[axis] += delay_of(effect, axis);
+            path.mount[axis] = path.mount[axis].or_else(|| mount_of(effect, axis));
+            path.low_pass[axis] = path.low_pass[axis].or_else(|| low_pass_of(effect, axis));
+        }
+    }
+    path
+}
+
+/// What a path adds to the sensed increments \[rad\] of increments of the reference \[rad\].
+fn passed(
+    reference_rad: &Triad,
+    path: Path,
+    (sensing_from_body, scale_error): (Matrix3<f64>, [f64; 3]),
+    rate_hz: f64,
+) -> Triad {
+    let mounted: Triad = each_axis(|axis| match path.mount[axis] {
+        None => reference_rad[axis].clone(),
+        Some(mount) => Path::through(&reference_rad[axis], rate_hz, |hz| mount.whole(hz)),
+    });
+    let on_gyros = Path {
+        mount: [None; 3],
+        ..path
+    };
+    each_axis(|gyro| {
+        let along = |triad: &Triad, factor: f64| -> Vec<f64> {
+            let mut sum = vec![0.0; triad[0].len()];
+            for (axis, values) in triad.iter().enumerate() {
+                add(&mut sum, values, factor * sensing_from_body[(gyro, axis)]);
+            }
+            sum
+        };
+        let sensed = 1.0 / (1.0 - scale_error[gyro]);
+        let mut beyond = on_gyros.along(gyro, &along(&mounted, sensed), rate_hz);
+        add(&mut beyond, &along(reference_rad, sensed), -1.0);
+        beyond
+    })
 }
 
 /// Whether every effect of a model can be predicted here.
@@ -234,17 +319,22 @@ fn known(
     effect: &ModelEffect,
     signals: &Signals,
     streams: &Streams,
-) -> Option<Vec<(usize, Column, f64)>> {
+) -> Option<Vec<(usize, Sensed, f64)>> {
     let kind = effect.kind.as_str();
-    // A dither turns lock-in into noise.
-    if is_silent(kind) || (kind == LOCK_IN && streams.pickoff_rad.is_some()) {
+    // A dither turns lock-in into noise; delays and mounts are on the path.
+    if is_silent(kind)
+        || is_delay(kind)
+        || kind == MOUNT
+        || (kind == LOCK_IN && streams.pickoff_rad.is_some())
+    {
         return None;
     }
     let mut parts = Vec::new();
     let mut of_pool = |pool: &Pool, hypothesis: &rlg_inference::Hypothesis, values: &[f64]| {
         parts.extend(hypothesis.terms.iter().map(|term| {
             let size = values[term.parameter] * term.coefficient;
-            (term.record, pool.columns[term.column], size)
+            let column = pool.columns[term.column].column;
+            (term.record, Sensed::known(column), size)
         }));
     };
     if kind == STEP || kind == SLIP {
@@ -286,28 +376,16 @@ fn known(
         let one = pool.suspension(resonance, [0.0; 6], 1.0, signals);
         let values: Vec<f64> = one.names.iter().map(|name| number(effect, name)).collect();
         of_pool(&pool, &one.hypothesis, &values);
-    } else if kind == MOUNT || kind == LOCK_IN {
+    } else if kind == LOCK_IN {
         let mut pool = Pool::default();
-        let one = if kind == MOUNT {
-            let mounts = std::array::from_fn(|axis| mount_of(effect, axis));
-            pool.mount(mounts, 1.0, signals)
-        } else {
-            let thresholds = AXES.map(|axis| {
-                let rad_s = number(effect, axis);
-                (rad_s > 0.0).then_some(Threshold { rad_s })
-            });
-            pool.lock_in(thresholds, 1.0, signals)
-        };
+        let thresholds = AXES.map(|axis| {
+            let rad_s = number(effect, axis);
+            (rad_s > 0.0).then_some(Threshold { rad_s })
+        });
+        let one = pool.lock_in(thresholds, 1.0, signals);
         let fixed = one.hypothesis.fixed.iter();
         parts.extend(fixed.map(|one| (one.record, pool.columns[one.column], one.size)));
     } else {
-        if kind == BANDWIDTH {
-            let mut pool = Pool::default();
-            let low_passes = std::array::from_fn(|axis| low_pass_of(effect, axis));
-            let one = pool.low_pass(low_passes, 1.0, signals);
-            let fixed = one.hypothesis.fixed.iter();
-            parts.extend(fixed.map(|one| (one.record, pool.columns[one.column], one.size)));
-        }
         // All axes count as moving: the model says that the effect is there.
         let mut pool = Pool::default();
         let entry = rlg_catalogue::entries::find(kind)?;
@@ -318,7 +396,7 @@ fn known(
                 parts.extend(terms.iter().map(|term| {
                     (
                         term.record,
-                        pool.columns[term.column],
+                        Sensed::known(pool.columns[term.column].column),
                         entries::coefficient_of(kind, value) * term.coefficient,
                     )
                 }));

@@ -8,8 +8,8 @@ use rlg_catalogue::families::{
     expressions, harmonics, lags_about, lines_about,
 };
 use rlg_catalogue::low_pass::{self, LowPass};
-use rlg_catalogue::resonance::{Resonance, grid};
-use rlg_catalogue::{Candidate, Column, Pool, Signals};
+use rlg_catalogue::resonance::{CRITICAL, Resonance, grid};
+use rlg_catalogue::{Candidate, Pool, Sensed, Signals};
 use rlg_inference::lines::strongest as strongest_line;
 use rlg_inference::score_test::{Gain, Projected, ScoreTest, spectra};
 use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, Term};
@@ -18,6 +18,7 @@ use rlg_signal::streams::each_axis;
 use super::lock_in::lock_in;
 use super::pass::{Begin, Pass, left_on};
 use super::scores::{Coarse, Found, follow, most_at, tests, worth};
+use super::search::size_price;
 
 /// Members of a family that are handed to the search at most.
 const STRONGEST: usize = 3;
@@ -31,7 +32,7 @@ const LIKE_A_MODE: [&str; 4] = [
 ];
 
 /// A candidate over columns of its own.
-pub(super) type Alone = (Candidate, Vec<Column>);
+pub(super) type Alone = (Candidate, Vec<Sensed>);
 
 /// The strongest members of every family beside each of `fits`.
 pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone> {
@@ -252,7 +253,7 @@ fn low_pass(
             continue;
         };
         // Its columns are made where it is, and what is estimated is about that: its size has its price here.
-        let of_size = 0.5 * (1.0 + (2.0 * gain).max(1.0).ln());
+        let of_size = size_price(2.0 * gain);
         if gain > places + of_size {
             best[gyro] = Some(low_pass);
             sum += gain - of_size;
@@ -348,7 +349,8 @@ fn polish(
     follow(begin, of, |resonance, step| Resonance {
         hz: (resonance.hz + step[0]).clamp(0.8 * resonance.hz, 1.25 * resonance.hz),
         damping: (resonance.damping + step[1])
-            .clamp(0.4 * resonance.damping, 2.5 * resonance.damping),
+            .clamp(0.4 * resonance.damping, 2.5 * resonance.damping)
+            .min(CRITICAL),
     })
 }
 

@@ -112,13 +112,13 @@ pub fn outcome(
     let unlike: BTreeSet<usize> = misfits.iter().map(|one| one.gyro).collect();
     let columns_found = findings.iter().flat_map(|one| {
         let fixed = one.candidate.hypothesis.fixed.iter();
-        fixed.map(|one| &found.pool.columns[one.column])
+        fixed.map(|one| found.pool.columns[one.column].column)
     });
-    let columns = data.known.iter().map(|(_, column, _)| column);
+    let columns = data.known.iter().map(|(_, sensed, _)| sensed.column);
     let locks_in: BTreeSet<usize> = columns
         .chain(columns_found)
         .filter_map(|column| match column {
-            Column::LockIn(gyro, ..) => Some(*gyro),
+            Column::LockIn(gyro, ..) => Some(gyro),
             _ => None,
         })
         .collect();

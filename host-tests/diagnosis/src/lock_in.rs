@@ -152,7 +152,7 @@ impl Stops<'_> {
     /// `pool`: columns of the candidate.
     pub(super) fn widen(&self, candidate: &Candidate, pool: &Pool, fit: &mut Fit, first: usize) {
         for term in &candidate.hypothesis.terms {
-            let Column::LockIn(gyro, threshold, _) = pool.columns[term.column] else {
+            let Column::LockIn(gyro, threshold, _) = pool.columns[term.column].column else {
                 continue;
             };
             let at = first + term.parameter;
@@ -188,7 +188,11 @@ fn strongest(
             let term = Term {
                 parameter: 0,
                 record: gyro,
-                column: pool.place(Column::LockIn(gyro, threshold, Part::Missing)),
+                column: pool.tried(
+                    Column::LockIn(gyro, threshold, Part::Missing),
+                    gyro,
+                    signals,
+                ),
                 coefficient: 1.0,
             };
             vec![Hypothesis {

@@ -28,6 +28,8 @@ impl Begin<'_> {
 pub(super) struct Pass {
     pub(super) motion: Motion,
     pub(super) residual_rad: Triad,
+    /// What linear effects that were found before make of the reference's noise \[rad\]: still in the residual.
+    pub(super) passed_noise_rad: Triad,
     /// Noise under which gaps and ends were taken out.
     pub(super) levels: NoiseLevels,
     pub(super) pool: Pool,

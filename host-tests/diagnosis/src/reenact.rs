@@ -1,5 +1,7 @@
 //! The recording re-enacted without an effect: how much of it the same road finds where it is not (inference.md, C).
 
+use std::sync::Arc;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -171,7 +173,7 @@ impl<'a> Stage<'a> {
         let signals = &self.found.motion.signals;
         let (case_rad, dither_rad, noise_rad) = self.noises(draw);
         let measured = Measured {
-            case_rad: &case_rad,
+            reference_rad: Arc::new(case_rad),
             dither_rad: dither_rad.as_ref(),
         };
         let levels = &self.fit.levels;
@@ -184,7 +186,7 @@ impl<'a> Stage<'a> {
             signals.path,
             plan,
         );
-        drop((case_rad, dither_rad));
+        drop(dither_rad);
         let columns = PoolColumns {
             columns: &self.found.pool.columns,
             signals: &motion.signals,
@@ -242,7 +244,8 @@ impl<'a> Stage<'a> {
             own.angle = own.angle.max(0.0);
             let mut noise = self.own_noise((draw, gyro), own);
             for (axis, values) in reference.iter().enumerate() {
-                add(&mut noise, values, -along(signals, gyro, axis));
+                let passed = signals.path.along(gyro, values, signals.rate_hz);
+                add(&mut noise, &passed, -along(signals, gyro, axis));
             }
             if let Some(pickoff) = &pickoff {
                 add(&mut noise, &pickoff[gyro], -1.0);
@@ -252,11 +255,15 @@ impl<'a> Stage<'a> {
         let anew = |truth: &[f64], noise: Vec<f64>| -> Vec<f64> {
             truth.iter().zip(noise).map(|(a, b)| a + b).collect()
         };
+        let before = |axis: usize| {
+            let case_rad = &signals.independent.case_rad[axis];
+            signals.path.before(axis, case_rad, signals.rate_hz)
+        };
         let [x, y, z] = reference;
         let case_rad = [
-            anew(signals.reference_rad(0), x),
-            anew(signals.reference_rad(1), y),
-            anew(signals.reference_rad(2), z),
+            anew(&before(0), x),
+            anew(&before(1), y),
+            anew(&before(2), z),
         ];
         let dither_rad = pickoff
             .zip(signals.dither_rad.as_ref())

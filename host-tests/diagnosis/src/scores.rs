@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rlg_catalogue::candidates::PoolColumns;
-use rlg_catalogue::{Candidate, Column, Pool, Signals};
+use rlg_catalogue::{Candidate, Pool, Sensed, Signals};
 use rlg_inference::score_test::{Gain, Projected, ScoreTest, gains, noises, spectra};
 use rlg_inference::sums::{Summed, sums};
 use rlg_inference::{Columns, Fit, Hypothesis, NormalEquations};
@@ -12,7 +12,7 @@ use super::pass::Pass;
 /// A candidate over columns of its own pool, with what it would add beyond its price.
 pub(super) struct Found {
     pub(super) candidate: Candidate,
-    pub(super) columns: Vec<Column>,
+    pub(super) columns: Vec<Sensed>,
     pub(super) surplus: f64,
 }
 

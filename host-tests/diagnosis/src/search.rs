@@ -2,26 +2,27 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use nalgebra::Matrix3;
 use rayon::prelude::*;
-use rlg_catalogue::candidates::{PoolColumns, Variant};
+use rlg_catalogue::candidates::{PoolColumns, SHARED, Variant, delay_sign, is_delay};
 use rlg_catalogue::entries::{MOUNT, SLIP, STEP};
-use rlg_catalogue::low_pass::LowPass;
+use rlg_catalogue::low_pass::{self, LowPass};
 use rlg_catalogue::resonance::Resonance;
-use rlg_catalogue::signals::Path;
-use rlg_catalogue::{Candidate, Pool, Signals};
+use rlg_catalogue::signals::{Estimate, Path};
+use rlg_catalogue::{Candidate, Column, Pool, Sensed, Signals};
 use rlg_inference::events::{Event, EventKind, scan};
 use rlg_inference::search::Judged;
 use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels, NormalEquations, Observations, Search};
 use rlg_signal::partition::Use;
 
 use super::case_motion::{Motion, estimate};
-use super::coarse::coarse;
+use super::coarse::{Coarse, coarse};
 use super::data::Data;
 use super::families::{Alone, strongest, strongest_filters};
 use super::noise_levels::{drift_prior, first_levels, mean};
 use super::pass::{Begin, Pass, left_on, sizes_on};
 use super::plan::AnalysisPlan;
-use rlg_signal::streams::{Triad, add};
+use rlg_signal::streams::{Triad, add, add_triad};
 
 /// What the fitted rows say.
 pub struct Found {
@@ -63,28 +64,28 @@ pub fn find(
     let mut looked_at = Observations::bridged(&seen)?;
     let mut fitted = looked_at.clone().to_fast_length();
     let mut left = data.residual_rad.clone();
-    let known = data.known_path();
     if !data.model.effects.is_empty() {
         let mut clean = bridged(&left, &looked_at);
         let mut levels = first_levels(&left, &fitted);
         // What the model holds is taken out before the noise of what is left means anything.
         for _ in 0..2 {
-            let motion = estimate(data, &clean, &levels, &seen, known, plan);
+            let motion = estimate(data, &clean, &levels, &seen, Path::default(), plan);
             data.set_known(&motion.signals);
             left = without_known(data, &motion.signals);
             levels = first_levels(&left, &fitted);
             clean = bridged(&left, &looked_at);
         }
     }
-    let far = coarse(data, &left, &seen, known, &plan.coarse);
+    let far = coarse(data, &left, &seen, &plan.coarse);
     if far.path != Path::default() {
-        data.late_rows = far.path.delay_s[0] * data.streams.rate_hz;
+        data.late_rows += far.path.delay_s[0] * data.streams.rate_hz;
         seen = data.rows_of(&[Use::Train, Use::Confirm]);
         looked_at = Observations::bridged(&seen)?;
         fitted = looked_at.clone().to_fast_length();
     }
     let mut levels = first_levels(&far.clean_rad, &fitted);
     let mut clean = bridged(&far.clean_rad, &looked_at);
+    data.found_share = Matrix3::from_fn(|gyro, axis| far.sensed[gyro][axis]);
     let mut found_path = far.path;
     let mut best: Option<(Fit, Vec<Candidate>)> = None;
     let mut settling = false;
@@ -92,15 +93,9 @@ pub fn find(
     let mut pass = 0;
     loop {
         progress(&format!("pass {}: motion and columns", pass + 1));
-        let path = Path {
-            delay_s: std::array::from_fn(|axis| known.delay_s[axis] + found_path.delay_s[axis]),
-            mount: std::array::from_fn(|axis| found_path.mount[axis].or(known.mount[axis])),
-            low_pass: std::array::from_fn(|axis| {
-                found_path.low_pass[axis].or(known.low_pass[axis])
-            }),
-        };
-        let motion = estimate(data, &clean, &levels, &seen, path, plan);
-        let mut now = Pass::new(data, motion, left_out, &fitted, &levels, best.as_ref());
+        let motion = estimate(data, &clean, &levels, &seen, found_path, plan);
+        let before_this = best.as_ref().map_or(Before::Coarse(&far), Before::Pass);
+        let mut now = Pass::new(data, motion, left_out, &fitted, &levels, before_this);
         progress(&format!(
             "pass {}: {} candidates",
             pass + 1,
@@ -159,7 +154,9 @@ pub fn find(
             &now.pool,
             &now.motion.signals,
         );
+        add_triad(&mut left, &now.passed_noise_rad, -1.0);
         clean = bridged(&left, &looked_at);
+        data.found_share = share_of(&fit, &now.candidates, &now.pool);
         pass += 1;
         let ended = !settling && (nothing || (same && settled));
         if ended || pass >= plan.passes {
@@ -172,6 +169,78 @@ pub fn find(
             low_pass,
         };
         best = Some((fit, now.candidates));
+    }
+}
+
+/// What was found before a pass.
+#[derive(Clone, Copy)]
+enum Before<'a> {
+    /// By global means.
+    Coarse(&'a Coarse),
+    /// A set, over the candidates of the pass before.
+    Pass(&'a (Fit, Vec<Candidate>)),
+}
+
+impl Before<'_> {
+    /// Linear effects of it: gyro, column, size. Columns are made of motion that the gate lets through; what it hides of these
+    /// effects would look like another one.
+    ///
+    /// # Inputs
+    /// `candidates`: of this pass over `pool`, the set's members about their estimates among them.
+    fn linear(
+        self,
+        candidates: &[Candidate],
+        pool: &Pool,
+        signals: &Signals,
+    ) -> Vec<(usize, Sensed, f64)> {
+        let mut parts = Vec::new();
+        let independent = |column| Sensed {
+            column,
+            of: Estimate::Independent,
+        };
+        match self {
+            Self::Coarse(far) => {
+                for gyro in 0..3 {
+                    let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
+                    if far.path.delay_s[gyro] != 0.0 {
+                        let late = Column::Late(gyro, far.path.delay_s[gyro]);
+                        parts.push((gyro, independent(late), sensed));
+                    }
+                    if let Some(low_pass) = far.path.low_pass[gyro] {
+                        let passed = Column::LowPass(gyro, low_pass, low_pass::Part::Response);
+                        parts.push((gyro, independent(passed), sensed));
+                    }
+                    for (axis, size) in far.sensed[gyro].iter().enumerate() {
+                        let sensed = Sensed::tried(Column::Increment(axis), gyro, signals);
+                        parts.push((gyro, sensed, *size));
+                    }
+                }
+            }
+            Self::Pass((fit, members)) => {
+                for (&place, block) in fit.members.iter().zip(&fit.blocks) {
+                    let is_member = |one: &&Candidate| is_same(one, &members[place]);
+                    let Some(now) = candidates.iter().find(is_member) else {
+                        continue;
+                    };
+                    let hypothesis = &now.hypothesis;
+                    parts.extend(
+                        hypothesis
+                            .fixed
+                            .iter()
+                            .map(|one| (one.record, pool.columns[one.column], one.size)),
+                    );
+                    let before = &members[place];
+                    parts.extend(hypothesis.terms.iter().filter_map(|term| {
+                        let name = &now.names[term.parameter];
+                        let at = before.names.iter().position(|other| other == name)?;
+                        let size = term.coefficient * fit.estimate[block.start + at];
+                        Some((term.record, pool.columns[term.column], size))
+                    }));
+                }
+            }
+        }
+        parts.retain(|(.., size)| *size != 0.0);
+        parts
     }
 }
 
@@ -189,19 +258,40 @@ impl Pass {
         left_out: &[&str],
         fitted: &Observations,
         levels: &[NoiseLevels],
-        before: Option<&(Fit, Vec<Candidate>)>,
+        before: Before,
     ) -> Self {
         if !data.model.effects.is_empty() {
             data.set_known(&motion.signals);
         }
-        let residual_rad = without_known(data, &motion.signals);
+        let mut residual_rad = without_known(data, &motion.signals);
+        let rows = motion.signals.rows;
+        let mut passed_noise_rad: Triad = std::array::from_fn(|_| vec![0.0; rows]);
+        // Filters that the model knows have passed the noise already; before them it is white as ever.
+        if let Some(noise) = data.passed_noise_rad(&motion.signals) {
+            add_triad(&mut residual_rad, &noise, 1.0);
+            passed_noise_rad = noise;
+        }
         let mut pool = Pool::default();
         let mut candidates = pool.candidates(&motion.signals, motion.is_moving, left_out);
-        if let Some((fit, members)) = before {
-            for (&place, block) in fit.members.iter().zip(&fit.blocks) {
-                let estimate = fit.estimate.rows_range(block.clone());
-                let estimate: Vec<f64> = estimate.iter().copied().collect();
-                candidates.extend(pool.again(&members[place], &estimate, &motion.signals));
+        match before {
+            Before::Coarse(far) if far.path.low_pass != [None; 3] => {
+                let moving = std::array::from_fn(|gyro| {
+                    far.path.low_pass[gyro].filter(|_| motion.is_moving[gyro])
+                });
+                candidates.push(pool.low_pass(moving, SHARED, &motion.signals));
+            }
+            Before::Coarse(_) => {}
+            Before::Pass((fit, members)) => {
+                for (&place, block) in fit.members.iter().zip(&fit.blocks) {
+                    let estimate = shown(fit, &members[place], block);
+                    candidates.extend(pool.again(&members[place], &estimate, &motion.signals));
+                }
+            }
+        }
+        for (gyro, column, size) in before.linear(&candidates, &pool, &motion.signals) {
+            if let Some([hidden, noise]) = column.hidden(&motion.signals) {
+                add(&mut residual_rad[gyro], &hidden, -size);
+                add(&mut passed_noise_rad[gyro], &noise, size);
             }
         }
         let columns = PoolColumns {
@@ -218,18 +308,39 @@ impl Pass {
                     .any(|term| term.parameter == parameter && equations.scale(term.column) > 0.0)
             })
         });
+        // What is estimated of a delay is about the one on the path: its size has its price here.
+        for one in candidates.iter_mut().filter(|one| is_delay(one.kind)) {
+            let hypothesis = &mut one.hypothesis;
+            for (parameter, base) in one
+                .base
+                .iter()
+                .enumerate()
+                .filter(|(_, base)| **base != 0.0)
+            {
+                let terms = hypothesis.terms.iter();
+                let of_parameter = terms.filter(|term| term.parameter == parameter);
+                let information: f64 = of_parameter
+                    .map(|term| {
+                        let noise = levels[term.record].white + levels[term.record].angle;
+                        (term.coefficient / equations.scale(term.column)).powi(2) / noise
+                    })
+                    .sum();
+                hypothesis.price += size_price(base * base * information);
+            }
+        }
         // A lag of what has passed a low pass is that low pass: −iωτ H = H − 1.
         let low_pass = candidates
             .iter()
             .position(|one| one.variant == Variant::LowPass);
         for one in &mut candidates {
-            if one.kind == "gyro_delay" || one.kind == "reference_delay" {
+            if is_delay(one.kind) {
                 one.hypothesis.requires = low_pass;
             }
         }
         Self {
             motion,
             residual_rad,
+            passed_noise_rad,
             levels: mean(levels),
             pool,
             candidates,
@@ -490,6 +601,14 @@ impl Pass {
     }
 }
 
+/// What a size that columns are made about costs in log posterior, as a prior of its own width would.
+///
+/// # Inputs
+/// `squared`: the size in standard deviations, squared.
+pub(super) fn size_price(squared: f64) -> f64 {
+    0.5 * (1.0 + squared.max(1.0).ln())
+}
+
 /// The best set that has one of the groups of candidates besides, instead of a member, or alone.
 fn with_one_of(search: &mut Search, fit: &Fit, groups: &[Vec<usize>], plan: &AnalysisPlan) -> Fit {
     let most = plan.search.most_members;
@@ -512,13 +631,44 @@ fn with_one_of(search: &mut Search, fit: &Fit, groups: &[Vec<usize>], plan: &Ana
     )
 }
 
+/// What gyros sense of each axis by a set besides the model.
+fn share_of(fit: &Fit, candidates: &[Candidate], pool: &Pool) -> Matrix3<f64> {
+    let mut share = Matrix3::zeros();
+    for gyro in 0..3 {
+        for (column, size) in sizes_on(fit, candidates, gyro) {
+            if let Column::Increment(axis) = pool.columns[column].column {
+                share[(gyro, axis)] += size;
+            }
+        }
+    }
+    share
+}
+
+/// What is estimated of a member beyond its base; of low passes that nothing shows, that they are not there: a gyro at rest
+/// has one of any length.
+fn shown(fit: &Fit, candidate: &Candidate, block: &std::ops::Range<usize>) -> Vec<f64> {
+    const SHOWN: f64 = 3.0;
+    block
+        .clone()
+        .zip(&candidate.base)
+        .map(|(k, base)| {
+            let std = fit.covariance[(k, k)].max(0.0).sqrt();
+            let is_shown = base + fit.estimate[k] > SHOWN * std;
+            if candidate.variant == Variant::LowPass && !is_shown {
+                -base
+            } else {
+                fit.estimate[k]
+            }
+        })
+        .collect()
+}
+
 /// The mounts and the low passes of a set.
 fn filters(fit: &Fit, candidates: &[Candidate]) -> ([Option<Resonance>; 3], [Option<LowPass>; 3]) {
     let (mut mounts, mut low_passes) = ([None; 3], [None; 3]);
     for (&place, block) in fit.members.iter().zip(&fit.blocks) {
         let candidate = &candidates[place];
-        let estimate = fit.estimate.rows_range(block.clone());
-        let estimate: Vec<f64> = estimate.iter().copied().collect();
+        let estimate = shown(fit, candidate, block);
         if candidate.kind == MOUNT {
             mounts = candidate.mounts(&estimate);
         } else if candidate.variant == Variant::LowPass {
@@ -530,7 +680,9 @@ fn filters(fit: &Fit, candidates: &[Candidate]) -> ([Option<Resonance>; 3], [Opt
 
 /// Whether two candidates are the same, columns aside.
 pub fn is_same(a: &Candidate, b: &Candidate) -> bool {
-    a.kind == b.kind && a.variant == b.variant && a.names == b.names
+    // A low pass that nothing shows leaves the others as they are.
+    let same_parts = a.names == b.names || a.variant == Variant::LowPass;
+    a.kind == b.kind && a.variant == b.variant && same_parts
 }
 
 /// Delay of each gyro by the set \[s\], with its standard deviation; infinite where there is none.
@@ -539,10 +691,11 @@ fn delays(fit: &Fit, candidates: &[Candidate]) -> ([f64; 3], [f64; 3]) {
     let mut std_s = [f64::INFINITY; 3];
     for (&place, block) in fit.members.iter().zip(&fit.blocks) {
         let candidate = &candidates[place];
-        if candidate.kind == "gyro_delay" || candidate.kind == "reference_delay" {
+        if is_delay(candidate.kind) {
             for term in &candidate.hypothesis.terms {
                 let at = block.start + term.parameter;
-                delay_s[term.record] -= term.coefficient * fit.estimate[at];
+                let value = candidate.base[term.parameter] + fit.estimate[at];
+                delay_s[term.record] += delay_sign(candidate.kind) * value;
                 std_s[term.record] = fit.covariance[(at, at)].sqrt();
             }
         }
@@ -627,7 +780,7 @@ pub fn effect_rad(found: &Found, fit: &Fit, place: usize) -> Triad {
 fn without_known(data: &Data, signals: &Signals) -> Triad {
     let mut residual_rad = data.residual_rad.clone();
     if !data.known.is_empty() {
-        rlg_signal::streams::add_triad(&mut residual_rad, &data.known_rad(signals), -1.0);
+        add_triad(&mut residual_rad, &data.known_rad(signals), -1.0);
     }
     residual_rad
 }

@@ -40,6 +40,14 @@ impl Bound {
         range: [f64::NEG_INFINITY, f64::INFINITY],
     };
 
+    /// The same of what a parameter is beyond `base`: the prior of a size is about 0, and none is left of it about another value.
+    pub fn about(self, base: f64) -> Self {
+        Self {
+            std: if base == 0.0 { self.std } else { f64::INFINITY },
+            range: self.range.map(|end| end - base),
+        }
+    }
+
     /// Whether an estimate lies outside the range by more than `deviations` of its standard deviations.
     pub fn excludes(&self, value: f64, std: f64, deviations: f64) -> bool {
         let [least, largest] = self.range;

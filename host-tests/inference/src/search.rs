@@ -406,7 +406,8 @@ impl<'a> Search<'a> {
         let beside = self.without(&best.members, member);
         let mut set = vec![&whole];
         set.extend(self.members(&beside));
-        set.push(&self.hypotheses[rival]);
+        let rival = self.hypotheses[rival].with_fixed_as_parameter();
+        set.push(&rival);
         let assembled = Assembled::new(self.equations, &set);
         let information = assembled.information(self.equations, &best.levels);
         let own = assembled.blocks[0].clone();

@@ -12,7 +12,17 @@ pub fn weights(input_noise: &[f64], residual_noise: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Noise power that is left in the conditioned input.
+/// Below this share of the residual's noise nothing is known of the input's.
+const FLOOR: f64 = 1e-6;
+
+/// Noise power that is expected to be left in the conditioned input.
+pub fn noise_expected(input_noise: &[f64], weights: &[f64], residual_noise: &[f64]) -> Vec<f64> {
+    (0..input_noise.len())
+        .map(|k| (input_noise[k] * (1.0 - weights[k])).max(FLOOR * residual_noise[k]))
+        .collect()
+}
+
+/// Noise power that may be left in the conditioned input.
 ///
 /// # Inputs
 /// `uncertain`: standard deviation of `input_noise` by coefficient. Where the residual's noise is almost all the input's,
@@ -23,15 +33,11 @@ pub fn noise_left(
     weights: &[f64],
     residual_noise: &[f64],
 ) -> Vec<f64> {
-    /// Below this share of the residual's noise nothing is known of the input's.
-    const FLOOR: f64 = 1e-6;
     /// Standard deviations of the input's noise that count as left.
     const DEVIATIONS: f64 = 3.0;
-    (0..input_noise.len())
-        .map(|k| {
-            let left = input_noise[k] * (1.0 - weights[k]);
-            left.max(DEVIATIONS * uncertain[k])
-                .max(FLOOR * residual_noise[k])
-        })
+    noise_expected(input_noise, weights, residual_noise)
+        .into_iter()
+        .zip(uncertain)
+        .map(|(left, uncertain)| left.max(DEVIATIONS * uncertain))
         .collect()
 }

@@ -32,8 +32,12 @@ impl Default for Gate {
 /// Powers by DCT-II coefficient.
 #[derive(Debug, Clone, Copy)]
 pub struct Powers<'a> {
-    /// Noise of the input.
+    /// Noise of the input at most.
     pub left: &'a [f64],
+    /// The same as it is expected.
+    pub expected: &'a [f64],
+    /// Noise of the input in rows of which there was no residual to condition it by.
+    pub before: &'a [f64],
     /// Standard deviation of the noise that the input shares with the residual.
     pub uncertain: &'a [f64],
     /// Noise of the residual.
@@ -45,6 +49,8 @@ pub struct Powers<'a> {
 pub struct Shrunk {
     /// The estimate by row.
     pub values: Vec<f64>,
+    /// The likeliest estimate by row: every cell by its own gain, whatever the gate.
+    pub likeliest: Vec<f64>,
     /// Cells whose gain is not 0.
     pub kept: usize,
     /// Variance of the input's noise that is left in a row, on the mean of the frames that keep anything.
@@ -52,86 +58,169 @@ pub struct Shrunk {
 }
 
 /// Shrinks `values`. Records that are too short stay as they are.
-pub fn shrink(values: &[f64], powers: &Powers, rate_hz: f64, gate: &Gate) -> Shrunk {
-    let Some(frames) = Frames::new(values.len(), rate_hz) else {
+///
+/// # Inputs
+/// `seen`: rows whose residual conditioned the input.
+pub fn shrink(values: &[f64], powers: &Powers, seen: &[bool], rate_hz: f64, gate: &Gate) -> Shrunk {
+    let Some(plane) = Plane::new(values, rate_hz) else {
         return Shrunk {
             values: values.to_vec(),
+            likeliest: values.to_vec(),
             kept: usize::MAX,
             noise: powers.left.iter().sum::<f64>() / values.len().max(1) as f64,
         };
     };
-    let (length, hop, rows) = (frames.length, frames.hop(), values.len());
-    let padded = odd_reflection(values, length);
-    let count = (padded.len() - length) / hop + 1;
-    let spectra: Vec<Vec<Complex64>> = (0..count)
-        .map(|frame| frames.transform(&padded, frame * hop))
-        .collect();
-    let scaled = |power: &[f64]| -> Vec<f64> {
-        let resampled = frames.resample(power).into_iter();
-        resampled
-            .map(|power| (power * frames.window_power).max(f64::MIN_POSITIVE))
-            .collect()
-    };
-    let [left, uncertain, residual] = [powers.left, powers.uncertain, powers.residual].map(scaled);
-    let over_frequency: Vec<Vec<f64>> = spectra
-        .iter()
-        .map(|spectrum| {
-            let power: Vec<f64> = spectrum.iter().map(|value| value.norm_sqr()).collect();
-            smoothed(&power)
-        })
-        .collect();
-    let power_of = |frame: usize, k: usize| {
-        let around = frame.saturating_sub(1)..(frame + 2).min(count);
-        let number = around.len() as f64;
-        over_frequency[around]
-            .iter()
-            .map(|frame| frame[k])
-            .sum::<f64>()
-            / number
-    };
-    let octaves = frames.frequencies().ilog2() as usize + 1;
+    let resampled = |power: &[f64]| plane.resampled(power);
+    let [left, expected, before] = [powers.left, powers.expected, powers.before].map(resampled);
+    let [uncertain, residual] = [powers.uncertain, powers.residual].map(resampled);
+    let unseen = plane.share_without(seen);
+    let ratio =
+        |frame: usize, k: usize| plane.power(frame, k) / (left[k] + unseen[frame] * before[k]);
+    let frequencies = plane.frames.frequencies();
+    let octaves = frequencies.ilog2() as usize + 1;
     let mut cells: Vec<Vec<Cell>> = (0..octaves).map(|_| Vec::new()).collect();
-    for frame in 0..count {
-        for k in 0..frames.frequencies() {
-            let power = power_of(frame, k);
-            let ratio = power / left[k];
+    for frame in 0..plane.count() {
+        for k in 0..frequencies {
+            let ratio = ratio(frame, k);
             if ratio > gate.ratio {
                 cells[octave(k)].push(Cell {
                     ratio,
-                    power: power / residual[k],
+                    power: plane.power(frame, k) / residual[k],
                     shared: uncertain[k] / residual[k],
                 });
             }
         }
     }
     let thresholds: Vec<f64> = cells.into_iter().map(|cells| raised(cells, gate)).collect();
-    let mut result = vec![0.0; padded.len()];
     let (mut kept, mut frames_kept, mut noise) = (0, 0, 0.0);
-    for (frame, mut spectrum) in spectra.into_iter().enumerate() {
+    for frame in 0..plane.count() {
         let kept_before = kept;
-        for (k, value) in spectrum.iter_mut().enumerate() {
-            let ratio = power_of(frame, k) / left[k];
-            let gain = if ratio > thresholds[octave(k)] {
-                1.0 - 1.0 / ratio
-            } else {
-                0.0
-            };
-            *value *= gain;
-            kept += usize::from(gain > 0.0);
-            noise += gain * gain * left[k];
+        for (k, left) in left.iter().enumerate() {
+            let ratio = ratio(frame, k);
+            if ratio > thresholds[octave(k)] {
+                kept += 1;
+                noise += gain(ratio).powi(2) * left;
+            }
         }
         frames_kept += usize::from(kept > kept_before);
-        for (sum, value) in result[frame * hop..]
-            .iter_mut()
-            .zip(frames.rows_of(spectrum))
-        {
-            *sum += value;
-        }
     }
+    let over = (frequencies * frames_kept.max(1)) as f64;
+    let noise = noise / (plane.frames.window_power * over);
+    let likeliest = plane.weighted(|frame, k| {
+        gain(plane.power(frame, k) / (expected[k] + unseen[frame] * before[k]))
+    });
+    let gated = |frame: usize, k: usize| {
+        let ratio = ratio(frame, k);
+        if ratio > thresholds[octave(k)] {
+            gain(ratio)
+        } else {
+            0.0
+        }
+    };
     Shrunk {
-        values: result[length..length + rows].to_vec(),
+        values: plane.weighted(gated),
+        likeliest,
         kept,
-        noise: noise / (frames.window_power * (frames.frequencies() * frames_kept.max(1)) as f64),
+        noise,
+    }
+}
+
+/// Wiener gain of a power over its noise.
+fn gain(ratio: f64) -> f64 {
+    (1.0 - 1.0 / ratio).max(0.0)
+}
+
+/// A record by time and frequency.
+struct Plane {
+    frames: Frames,
+    spectra: Vec<Vec<Complex64>>,
+    over_frequency: Vec<Vec<f64>>,
+    rows: usize,
+    padded: usize,
+}
+
+impl Plane {
+    /// `None` where there are too few rows.
+    fn new(values: &[f64], rate_hz: f64) -> Option<Self> {
+        let frames = Frames::new(values.len(), rate_hz)?;
+        let (length, hop) = (frames.length, frames.hop());
+        let padded = odd_reflection(values, length);
+        let count = (padded.len() - length) / hop + 1;
+        let spectra: Vec<Vec<Complex64>> = (0..count)
+            .map(|frame| frames.transform(&padded, frame * hop))
+            .collect();
+        let over_frequency = spectra
+            .iter()
+            .map(|spectrum| {
+                let power: Vec<f64> = spectrum.iter().map(|value| value.norm_sqr()).collect();
+                smoothed(&power)
+            })
+            .collect();
+        Some(Self {
+            rows: values.len(),
+            padded: padded.len(),
+            frames,
+            spectra,
+            over_frequency,
+        })
+    }
+
+    fn count(&self) -> usize {
+        self.spectra.len()
+    }
+
+    /// Powers by DCT-II coefficient at the frequencies of a frame, as a frame's transform has them.
+    fn resampled(&self, power: &[f64]) -> Vec<f64> {
+        let resampled = self.frames.resample(power).into_iter();
+        resampled
+            .map(|power| (power * self.frames.window_power).max(f64::MIN_POSITIVE))
+            .collect()
+    }
+
+    /// Share of rows in a frame and its neighbours that are not `seen`; what is reflected at the ends is not.
+    fn share_without(&self, seen: &[bool]) -> Vec<f64> {
+        let (length, hop) = (self.frames.length, self.frames.hop());
+        let is_unseen = |at: usize| {
+            let row = at.checked_sub(length);
+            !row.is_some_and(|row| seen.get(row).is_some_and(|seen| *seen))
+        };
+        let own: Vec<f64> = (0..self.count())
+            .map(|frame| {
+                let rows = frame * hop..frame * hop + length;
+                rows.filter(|&at| is_unseen(at)).count() as f64 / length as f64
+            })
+            .collect();
+        (0..self.count())
+            .map(|frame| {
+                let around = &own[frame.saturating_sub(1)..(frame + 2).min(own.len())];
+                around.iter().sum::<f64>() / around.len() as f64
+            })
+            .collect()
+    }
+
+    /// Power of a cell and its neighbours.
+    fn power(&self, frame: usize, k: usize) -> f64 {
+        let around = frame.saturating_sub(1)..(frame + 2).min(self.count());
+        let number = around.len() as f64;
+        let frames = self.over_frequency[around].iter();
+        frames.map(|frame| frame[k]).sum::<f64>() / number
+    }
+
+    /// The record with a gain on every cell.
+    fn weighted(&self, gain: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+        let mut result = vec![0.0; self.padded];
+        for (frame, spectrum) in self.spectra.iter().enumerate() {
+            let weighted = spectrum
+                .iter()
+                .enumerate()
+                .map(|(k, value)| value * gain(frame, k))
+                .collect();
+            let rows = self.frames.rows_of(weighted);
+            for (sum, value) in result[frame * self.frames.hop()..].iter_mut().zip(rows) {
+                *sum += value;
+            }
+        }
+        result[self.frames.length..self.frames.length + self.rows].to_vec()
     }
 }
 
