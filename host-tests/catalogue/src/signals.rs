@@ -215,6 +215,12 @@ impl Path {
         self.delay_s[axis] == 0.0 && self.mount[axis].is_none() && self.low_pass[axis].is_none()
     }
 
+    /// The delay of the largest size \[s\].
+    pub fn longest_delay_s(&self) -> f64 {
+        let by_size = |a: &f64, b: &f64| a.abs().total_cmp(&b.abs());
+        self.delay_s.into_iter().max_by(by_size).unwrap_or_default()
+    }
+
     /// Its response about an axis at a frequency \[Hz\].
     pub fn response(&self, axis: usize, hz: f64) -> Complex64 {
         let mount = self.mount[axis].map_or(Complex64::ONE, |mount| mount.whole(hz));

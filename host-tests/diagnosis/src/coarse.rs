@@ -110,13 +110,16 @@ impl Regression {
         sums.regression()
     }
 
+    /// What it leaves of a value in a row.
+    fn left_of(&self, value: f64, on: &Triad, row: usize) -> f64 {
+        let axes = Vector3::from_fn(|axis, _| on[axis][row]);
+        value - self.constant - self.coefficients.dot(&axes)
+    }
+
     /// Takes the fit out of `values`.
     fn take_out(&self, values: &mut [f64], on: &Triad) {
         for (row, value) in values.iter_mut().enumerate() {
-            let along: f64 = (0..3)
-                .map(|axis| self.coefficients[axis] * on[axis][row])
-                .sum();
-            *value -= self.constant + along;
+            *value = self.left_of(*value, on, row);
         }
     }
 }
@@ -173,32 +176,36 @@ fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePla
         &rows,
         (plan.longest_delay_s * rate_hz) as usize,
     );
-    let Some(direct) = lags.at(0) else {
-        return Path::default();
-    };
-    let late = lags
-        .best(plan.tie)
-        .filter(|(_, late)| late.log_likelihood > direct.log_likelihood + plan.tie)
-        .map_or_else(Path::default, |(lag, _)| Path {
-            delay_s: [lag / rate_hz; 3],
-            ..Path::default()
-        });
     let behind =
         |path: Path, triad: &Triad| each_axis(|axis| path.along(axis, &triad[axis], rate_hz));
+    // What a path makes of the record's ends is not known.
+    let away_from_ends = |away_s: f64| {
+        let rows = reached(&rows, away_s * rate_hz);
+        reached(&rows, -away_s * rate_hz)
+    };
+    let late = lags.best(plan.tie).map(|lag| Path {
+        delay_s: [lag / rate_hz; 3],
+        ..Path::default()
+    });
+    let late = late.filter(|late| {
+        let inner = away_from_ends(late.delay_s[0].abs());
+        let by = |path: Path| Explained::by_rows(&sensed, &behind(path, &case), &inner);
+        by(*late).is_better_than(&by(Path::default()), plan)
+    });
+    let late = late.unwrap_or_default();
     let gain = |low_pass: LowPass| -> Option<f64> {
-        // What either makes of the record's ends is not known.
         const SETTLED: f64 = 5.0;
-        let away_s = late.delay_s[0].abs() + SETTLED * low_pass.time_s;
-        let inner = reached(&reached(&rows, away_s * rate_hz), -away_s * rate_hz);
+        let inner = away_from_ends(late.delay_s[0].abs() + SETTLED * low_pass.time_s);
         let path = of_low_pass(low_pass);
-        // Gyros and reference are smoothed alike: else the noise of the reference is what a low pass takes away.
-        let smooth = |triad: &Triad| behind(path, &behind(path, triad));
+        // A low pass takes noise of the reference away, whatever it does to the motion. Behind four more of them on gyros and
+        // reference alike it is an eighth of white noise, and three eighths of white angle noise: less than half.
+        let smooth = |triad: &Triad| (0..4).fold(triad.clone(), |one, _| behind(path, &one));
         let (sensed, case) = (smooth(&sensed), smooth(&case));
         let by = |path: Path| Explained::by_rows(&sensed, &behind(path, &case), &inner);
-        let filtered = by(path).log_likelihood;
-        let gain = filtered - by(late).log_likelihood;
-        let whole = filtered - by(Path::default()).log_likelihood;
-        (gain > plan.tie && whole > plan.tie).then_some(gain)
+        let (filtered, late) = (by(path), by(late));
+        let is_better = filtered.log_likelihood > late.log_likelihood + plan.tie
+            && filtered.halves(&by(Path::default()), plan);
+        is_better.then_some(filtered.log_likelihood - late.log_likelihood)
     };
     // An octave is too wide to tell a low pass from a delay.
     let finer = |one: LowPass| {
@@ -223,32 +230,73 @@ fn of_low_pass(low_pass: LowPass) -> Path {
 
 /// What a regression of each gyro on the reference leaves.
 struct Explained {
-    /// Number of rows.
-    count: f64,
+    /// Mean square that is left of each gyro.
+    left: [f64; 3],
+    /// Sums of squares that are left in each of [`BLOCKS`] blocks of rows, by gyro.
+    by_block: Vec<[f64; 3]>,
     /// ln of the likelihood of white noise, up to a constant.
     log_likelihood: f64,
 }
 
+/// Blocks of rows that something far off is seen in.
+const BLOCKS: usize = 16;
+
 impl Explained {
-    fn of(regressions: &[Regression; 3], count: f64) -> Self {
-        let of_gyro = |one: &Regression| {
-            if one.power > 0.0 {
-                (one.left / one.power).max(f64::EPSILON).ln()
-            } else {
-                0.0
-            }
+    fn by_rows(sensed: &Triad, behind: &Triad, rows: &[bool]) -> Self {
+        let regressions: [Regression; 3] =
+            std::array::from_fn(|gyro| Regression::new(&sensed[gyro], behind, rows));
+        let count = rows.iter().filter(|&&row| row).count();
+        let used: Vec<usize> = (0..rows.len()).filter(|&row| rows[row]).collect();
+        let sum = |rows: &[usize], gyro: usize| {
+            let left = |row: &usize| regressions[gyro].left_of(sensed[gyro][*row], behind, *row);
+            rows.iter().map(|row| left(row).powi(2)).sum::<f64>()
         };
+        let blocks = used.chunks(used.len().div_ceil(BLOCKS).max(1));
         Self {
-            count,
-            log_likelihood: -0.5 * count * regressions.iter().map(of_gyro).sum::<f64>(),
+            left: std::array::from_fn(|gyro| regressions[gyro].left),
+            by_block: blocks
+                .map(|rows| std::array::from_fn(|gyro| sum(rows, gyro)))
+                .collect(),
+            log_likelihood: log_likelihood(&regressions, count as f64),
         }
     }
 
-    fn by_rows(sensed: &Triad, behind: &Triad, rows: &[bool]) -> Self {
-        let regressions = std::array::from_fn(|gyro| Regression::new(&sensed[gyro], behind, rows));
-        let count = rows.iter().filter(|&&row| row).count();
-        Self::of(&regressions, count as f64)
+    /// Whether it explains half of what another leaves of a gyro.
+    fn halves(&self, other: &Self, plan: &CoarsePlan) -> bool {
+        (0..3).any(|gyro| self.left[gyro] < (1.0 - plan.explained) * other.left[gyro])
     }
+
+    /// Whether it explains half of what another leaves, or more in block after block, whatever the noise's colour.
+    fn is_better_than(&self, other: &Self, plan: &CoarsePlan) -> bool {
+        let gains: Vec<f64> = self
+            .by_block
+            .iter()
+            .zip(&other.by_block)
+            .map(|(own, other)| {
+                let of_gyro = |gyro: usize| {
+                    (other[gyro] - own[gyro]) / self.left[gyro].max(f64::MIN_POSITIVE)
+                };
+                (0..3).map(of_gyro).sum()
+            })
+            .collect();
+        let count = gains.len() as f64;
+        let mean = gains.iter().sum::<f64>() / count;
+        let squares = gains.iter().map(|gain| (gain - mean).powi(2)).sum::<f64>();
+        let std_of_mean = (squares / (count * (count - 1.0).max(1.0))).sqrt();
+        self.halves(other, plan) || mean > plan.far_deviations * std_of_mean
+    }
+}
+
+/// ln of the likelihood of white noise of `count` rows, up to a constant.
+fn log_likelihood(regressions: &[Regression; 3], count: f64) -> f64 {
+    let of_gyro = |one: &Regression| {
+        if one.power > 0.0 {
+            (one.left / one.power).max(f64::EPSILON).ln()
+        } else {
+            0.0
+        }
+    };
+    -0.5 * count * regressions.iter().map(of_gyro).sum::<f64>()
 }
 
 /// Regressions at every lag, from correlations.
@@ -309,22 +357,20 @@ impl Lags {
         Self { most, moments }
     }
 
-    /// What the gyros leave where they are `lag` rows late; none beyond the lags.
-    fn at(&self, lag: isize) -> Option<Explained> {
+    /// ln of the likelihood of white noise where the gyros are `lag` rows late, and the number of rows; `None` beyond the lags.
+    fn at(&self, lag: isize) -> Option<(f64, f64)> {
         let place = lag.checked_add_unsigned(self.most)?;
         let moments = self.moments.get(usize::try_from(place).ok()?)?;
         let count = moments[0].count;
-        Some(Explained::of(
-            &std::array::from_fn(|gyro| moments[gyro].regression()),
-            count,
-        ))
+        let regressions = std::array::from_fn(|gyro| moments[gyro].regression());
+        Some((log_likelihood(&regressions, count), count))
     }
 
     /// The lag of the largest likelihood \[rows\], of those within `tie` of it the nearest to zero.
-    fn best(&self, tie: f64) -> Option<(f64, Explained)> {
+    fn best(&self, tie: f64) -> Option<f64> {
         let most = self.most as isize;
         let all: Vec<(isize, f64)> = (-most..=most)
-            .filter_map(|lag| Some((lag, self.at(lag)?.log_likelihood)))
+            .filter_map(|lag| Some((lag, self.at(lag)?.0)))
             .collect();
         let largest = all
             .iter()
@@ -344,8 +390,8 @@ impl Lags {
             .min_by_key(|lag| lag.unsigned_abs())?;
         // Near the best lag what is left grows with the square of the distance.
         let left = |lag: isize| {
-            let of_lag = self.at(lag)?;
-            Some((-2.0 * (of_lag.log_likelihood - largest) / (3.0 * of_lag.count)).exp())
+            let (log_likelihood, count) = self.at(lag)?;
+            Some((-2.0 * (log_likelihood - largest) / (3.0 * count)).exp())
         };
         let between = match (left(lag - 1), left(lag), left(lag + 1)) {
             (Some(before), Some(here), Some(after)) => {
@@ -358,7 +404,7 @@ impl Lags {
             }
             _ => 0.0,
         };
-        Some((lag as f64 + between.clamp(-0.5, 0.5), self.at(lag)?))
+        Some(lag as f64 + between.clamp(-0.5, 0.5))
     }
 }
 

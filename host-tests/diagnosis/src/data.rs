@@ -123,7 +123,7 @@ impl<'a> Data<'a> {
             known_path: path,
             reference_rad: Arc::new(reference_rad),
             partition,
-            late_rows: path.delay_s[0] * streams.rate_hz,
+            late_rows: path.longest_delay_s() * streams.rate_hz,
             known: Vec::new(),
             found_share: Matrix3::zeros(),
             lattice,

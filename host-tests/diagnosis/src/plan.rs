@@ -15,6 +15,8 @@ pub struct CoarsePlan {
     pub longest_low_pass_s: f64,
     /// Share of what is left that something far off must explain \[1\].
     pub explained: f64,
+    /// Or by how much its gain in blocks of rows must stand above their scatter \[σ\].
+    pub far_deviations: f64,
     /// Lags within this in log likelihood are one: of a motion that repeats itself the nearest to zero counts.
     pub tie: f64,
     /// Sums of rows stand for rows where there are more \[rows\].
@@ -27,6 +29,7 @@ impl Default for CoarsePlan {
             longest_delay_s: 0.5,
             longest_low_pass_s: 0.5,
             explained: 0.5,
+            far_deviations: 6.0,
             tie: 10.0,
             most_rows: 60_000,
         }

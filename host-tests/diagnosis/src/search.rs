@@ -78,7 +78,7 @@ pub fn find(
     }
     let far = coarse(data, &left, &seen, &plan.coarse);
     if far.path != Path::default() {
-        data.late_rows += far.path.delay_s[0] * data.streams.rate_hz;
+        data.late_rows += far.path.longest_delay_s() * data.streams.rate_hz;
         seen = data.rows_of(&[Use::Train, Use::Confirm]);
         looked_at = Observations::bridged(&seen)?;
         fitted = looked_at.clone().to_fast_length();
@@ -274,13 +274,14 @@ impl Pass {
         let mut pool = Pool::default();
         let mut candidates = pool.candidates(&motion.signals, motion.is_moving, left_out);
         match before {
-            Before::Coarse(far) if far.path.low_pass != [None; 3] => {
+            Before::Coarse(far) => {
                 let moving = std::array::from_fn(|gyro| {
                     far.path.low_pass[gyro].filter(|_| motion.is_moving[gyro])
                 });
-                candidates.push(pool.low_pass(moving, SHARED, &motion.signals));
+                if moving != [None; 3] {
+                    candidates.push(pool.low_pass(moving, SHARED, &motion.signals));
+                }
             }
-            Before::Coarse(_) => {}
             Before::Pass((fit, members)) => {
                 for (&place, block) in fit.members.iter().zip(&fit.blocks) {
                     let estimate = shown(fit, &members[place], block);
