@@ -58,7 +58,9 @@ pub fn coarse(data: &Data, residual_rad: &Triad, seen: &[bool], plan: &CoarsePla
         // Noise of the reference alone explains no more than the share that its own axis follows it by.
         let by_noise = (-fit.coefficients[gyro]).clamp(0.0, 1.0);
         let explained = 1.0 - fit.left / fit.power.max(f64::MIN_POSITIVE);
-        if explained > by_noise + plan.explained * (1.0 - by_noise) {
+        // A gyro that reads less than half of its axis is not one: the axis stands still, and the reference's noise moves.
+        let is_noise = by_noise > plan.explained;
+        if !is_noise && explained > by_noise + plan.explained * (1.0 - by_noise) {
             is_far = true;
             further[gyro] = fit.coefficients;
             fit.take_out(&mut left, &behind);
