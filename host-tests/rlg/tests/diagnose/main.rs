@@ -11,6 +11,7 @@ mod channels;
 mod concealed_effects;
 mod data_faults;
 mod families;
+mod gross;
 mod hidden;
 mod independence;
 mod long;
