@@ -17,8 +17,7 @@ use rlg_signal::streams::each_axis;
 
 use super::lock_in::lock_in;
 use super::pass::{Begin, Pass, left_on};
-use super::scores::{Coarse, Found, follow, most_at, tests, worth};
-use super::search::size_price;
+use super::scores::{Coarse, Found, follow, most_at, size_price, tests, worth};
 
 /// Members of a family that are handed to the search at most.
 const STRONGEST: usize = 3;

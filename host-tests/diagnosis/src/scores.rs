@@ -129,6 +129,14 @@ pub(super) fn worth(gain: &Gain, hypothesis: &Hypothesis) -> f64 {
     gain.log_likelihood - 0.5 * count * (1.0 + each.ln()) - hypothesis.price
 }
 
+/// What a size that columns are made about costs in log posterior, as a prior of its own width would.
+///
+/// # Inputs
+/// `squared`: the size in standard deviations, squared.
+pub(super) fn size_price(squared: f64) -> f64 {
+    0.5 * (1.0 + squared.max(1.0).ln())
+}
+
 /// The test that gains most at given parameters of a hypothesis, and what members leave of the hypothesis there.
 pub(super) fn most_at(
     tests: &[ScoreTest],

@@ -22,6 +22,7 @@ use super::families::{Alone, strongest, strongest_filters};
 use super::noise_levels::{drift_prior, first_levels, mean};
 use super::pass::{Begin, Pass, left_on, sizes_on};
 use super::plan::AnalysisPlan;
+use super::scores::size_price;
 use rlg_signal::streams::{Triad, add, add_triad};
 
 /// What the fitted rows say.
@@ -600,14 +601,6 @@ impl Pass {
             tried,
         }
     }
-}
-
-/// What a size that columns are made about costs in log posterior, as a prior of its own width would.
-///
-/// # Inputs
-/// `squared`: the size in standard deviations, squared.
-pub(super) fn size_price(squared: f64) -> f64 {
-    0.5 * (1.0 + squared.max(1.0).ln())
 }
 
 /// The best set that has one of the groups of candidates besides, instead of a member, or alone.

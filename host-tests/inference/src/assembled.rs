@@ -8,9 +8,8 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::evaluate::LEAST_INFORMATION;
 use crate::hypothesis::Hypothesis;
-use crate::linear::{dot, invert, sub_matrix};
+use crate::linear::{LEAST_INFORMATION, dot, invert, sub_matrix};
 use crate::noise::NoiseLevels;
 use crate::normal_equations::NormalEquations;
 

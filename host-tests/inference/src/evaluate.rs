@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::assembled::Assembled;
 use crate::hypothesis::Hypothesis;
-use crate::linear::{invert, sub_matrix};
+use crate::linear::{LEAST_INFORMATION, invert, sub_matrix};
 use crate::noise::{NoiseLevels, TERMS};
 use crate::normal_equations::NormalEquations;
 
@@ -151,9 +151,6 @@ impl BlockPrior {
         &self.information / g + &self.fixed
     }
 }
-
-/// Information below which a direction counts as empty.
-pub(crate) const LEAST_INFORMATION: f64 = 1e-200;
 
 /// Fits a set with given drift terms, its noise from `start`.
 ///

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use crate::evaluate::LEAST_INFORMATION;
+/// Information below which a direction counts as empty.
+pub(crate) const LEAST_INFORMATION: f64 = 1e-200;
 
 /// Inverse over the directions that are there, rows scaled to unit diagonal before.
 pub(crate) fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
