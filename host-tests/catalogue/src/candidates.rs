@@ -10,7 +10,7 @@ use crate::expression::Expression;
 use crate::lock_in::{self, Threshold};
 use crate::low_pass::{self, LowPass};
 use crate::resonance::{CRITICAL, PARTS, Part, Resonance};
-use crate::signals::{AXES, Estimate, Signals};
+use crate::signals::{AXES, Signals};
 
 /// Which part of an entry a candidate is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -232,7 +232,7 @@ impl Pool {
                 let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
                 hypothesis.fixed.push(Fixed {
                     record: gyro,
-                    column: self.place(independent(Column::Late(gyro, mean_s))),
+                    column: self.place(Sensed::independent(Column::Late(gyro, mean_s))),
                     size: sensed,
                 });
             }
@@ -351,13 +351,6 @@ impl Pool {
             coefficient,
         };
         of_one_term(kind, Variant::Event { axis, row }, "size", term, places)
-    }
-}
-
-fn independent(column: Column) -> Sensed {
-    Sensed {
-        column,
-        of: Estimate::Independent,
     }
 }
 
@@ -584,7 +577,7 @@ impl Pool {
             for &(record, size) in &along {
                 fixed.push(Fixed {
                     record,
-                    column: self.place(independent(response)),
+                    column: self.place(Sensed::independent(response)),
                     size,
                 });
             }
@@ -628,7 +621,7 @@ impl Pool {
             let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
             fixed.push(Fixed {
                 record: gyro,
-                column: self.place(independent(part(low_pass::Part::Response))),
+                column: self.place(Sensed::independent(part(low_pass::Part::Response))),
                 size: sensed,
             });
             terms.push(Term {
@@ -665,7 +658,7 @@ impl Pool {
             let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
             fixed.push(Fixed {
                 record: gyro,
-                column: self.place(independent(part(lock_in::Part::Missing))),
+                column: self.place(Sensed::independent(part(lock_in::Part::Missing))),
                 size: sensed,
             });
             terms.push(Term {

@@ -101,6 +101,14 @@ impl Sensed {
         Self { column, of }
     }
 
+    /// A column of the motion that shares no noise with the residual of its own axis.
+    pub fn independent(column: Column) -> Self {
+        Self {
+            column,
+            of: Estimate::Independent,
+        }
+    }
+
     /// A column as what is known adds it.
     pub fn known(column: Column) -> Self {
         let of = match column {
@@ -280,7 +288,9 @@ impl Column {
         let (path, rate_hz) = (signals.path, signals.rate_hz);
         let reference_rad = &*signals.measured_rad;
         match self {
-            Self::Increment(axis) => Some(path.along(axis, &reference_rad[axis], rate_hz)),
+            Self::Increment(axis) => {
+                Some(path.along(axis, &reference_rad[axis], rate_hz).into_owned())
+            }
             Self::Mount(axis, mount, part @ resonance::Part::Response) => {
                 let before = |hz| match path.mount[axis] {
                     Some(_) => Complex64::ONE,

@@ -1,5 +1,6 @@
 //! Measured inputs on the gyros' rows, and the motion derived from them.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -229,19 +230,19 @@ impl Path {
     }
 
     /// The reference's increments about an axis behind it \[rad\].
-    pub fn along(&self, axis: usize, reference_rad: &[f64], rate_hz: f64) -> Vec<f64> {
+    pub fn along<'a>(&self, axis: usize, reference_rad: &'a [f64], rate_hz: f64) -> Cow<'a, [f64]> {
         if self.is_direct(axis) {
-            return reference_rad.to_vec();
+            return Cow::Borrowed(reference_rad);
         }
-        Self::through(reference_rad, rate_hz, |hz| self.response(axis, hz))
+        Self::through(reference_rad, rate_hz, |hz| self.response(axis, hz)).into()
     }
 
     /// The reference's increments about an axis from those behind it \[rad\].
-    pub fn before(&self, axis: usize, case_rad: &[f64], rate_hz: f64) -> Vec<f64> {
+    pub fn before<'a>(&self, axis: usize, case_rad: &'a [f64], rate_hz: f64) -> Cow<'a, [f64]> {
         if self.is_direct(axis) {
-            return case_rad.to_vec();
+            return Cow::Borrowed(case_rad);
         }
-        Self::through(case_rad, rate_hz, |hz| self.response(axis, hz).inv())
+        Self::through(case_rad, rate_hz, |hz| self.response(axis, hz).inv()).into()
     }
 
     /// Increments behind a linear system.

@@ -27,8 +27,13 @@ pub struct Coarse {
     pub sensed: [Vector3<f64>; 3],
     /// The residual less what is far from the model \[rad\].
     pub clean_rad: Triad,
-    /// Whether anything is.
-    pub is_far: bool,
+}
+
+impl Coarse {
+    /// Whether anything is far from the model.
+    pub fn is_far(&self) -> bool {
+        self.path != Path::default() || self.sensed != [Vector3::zeros(); 3]
+    }
 }
 
 /// Finds what is far from the model in a residual whose rows may be looked at where `seen`.
@@ -45,10 +50,9 @@ pub fn coarse(data: &Data, residual_rad: &Triad, seen: &[bool], plan: &CoarsePla
     let path = path_between(data, &sensed_rad, seen, plan);
     let behind: Triad = each_axis(|axis| {
         let values = &data.reference_rad[axis];
-        path.along(axis, values, streams.rate_hz)
+        path.along(axis, values, streams.rate_hz).into_owned()
     });
     let rows = reached(seen, path.delay_s[0] * streams.rate_hz);
-    let mut is_far = path != Path::default();
     let mut further = [Vector3::zeros(); 3];
     let clean_rad = std::array::from_fn(|gyro| {
         let expected = expected(data, gyro, &behind);
@@ -61,7 +65,6 @@ pub fn coarse(data: &Data, residual_rad: &Triad, seen: &[bool], plan: &CoarsePla
         // A gyro that reads less than half of its axis is not one: the axis stands still, and the reference's noise moves.
         let is_noise = by_noise > plan.explained;
         if !is_noise && explained > by_noise + plan.explained * (1.0 - by_noise) {
-            is_far = true;
             further[gyro] = fit.coefficients;
             fit.take_out(&mut left, &behind);
         } else {
@@ -73,7 +76,6 @@ pub fn coarse(data: &Data, residual_rad: &Triad, seen: &[bool], plan: &CoarsePla
         path,
         sensed: further,
         clean_rad,
-        is_far,
     }
 }
 
@@ -178,8 +180,9 @@ fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePla
         &rows,
         (plan.longest_delay_s * rate_hz) as usize,
     );
-    let behind =
-        |path: Path, triad: &Triad| each_axis(|axis| path.along(axis, &triad[axis], rate_hz));
+    let behind = |path: Path, triad: &Triad| {
+        each_axis(|axis| path.along(axis, &triad[axis], rate_hz).into_owned())
+    };
     // What a path makes of the record's ends is not known.
     let away_from_ends = |away_s: f64| {
         let rows = reached(&rows, away_s * rate_hz);

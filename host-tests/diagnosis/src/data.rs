@@ -80,8 +80,10 @@ impl<'a> Data<'a> {
         let mut residual_rad =
             without_effects(streams, model, sensing_from_body, dither_rad.as_ref());
         let path = known_path(model);
-        let reference_rad: Triad =
-            each_axis(|axis| path.along(axis, &streams.case_rad[axis], streams.rate_hz));
+        let reference_rad: Triad = each_axis(|axis| {
+            let case_rad = &streams.case_rad[axis];
+            path.along(axis, case_rad, streams.rate_hz).into_owned()
+        });
         if path != Path::default() {
             let scale = model.gyro.scale_error;
             let sensed = passed(
@@ -189,7 +191,8 @@ impl<'a> Data<'a> {
         let rate_hz = signals.rate_hz;
         let noise: Triad = each_axis(|axis| {
             let behind = &signals.likeliest.case_rad[axis];
-            let case_rad = path.before(axis, &signals.path.before(axis, behind, rate_hz), rate_hz);
+            let behind_known = signals.path.before(axis, behind, rate_hz);
+            let case_rad = path.before(axis, &behind_known, rate_hz);
             let mut noise = self.streams.case_rad[axis].clone();
             add(&mut noise, &case_rad, -1.0);
             noise
@@ -245,7 +248,9 @@ fn passed(
             sum
         };
         let sensed = 1.0 / (1.0 - scale_error[gyro]);
-        let mut beyond = on_gyros.along(gyro, &along(&mounted, sensed), rate_hz);
+        let mut beyond = on_gyros
+            .along(gyro, &along(&mounted, sensed), rate_hz)
+            .into_owned();
         add(&mut beyond, &along(reference_rad, sensed), -1.0);
         beyond
     })

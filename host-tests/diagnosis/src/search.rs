@@ -8,10 +8,10 @@ use rlg_catalogue::candidates::{PoolColumns, SHARED, Variant, delay_sign, is_del
 use rlg_catalogue::entries::{MOUNT, SLIP, STEP};
 use rlg_catalogue::low_pass::{self, LowPass};
 use rlg_catalogue::resonance::Resonance;
-use rlg_catalogue::signals::{Estimate, Path};
+use rlg_catalogue::signals::Path;
 use rlg_catalogue::{Candidate, Column, Pool, Sensed, Signals};
 use rlg_inference::events::{Event, EventKind, scan};
-use rlg_inference::search::Judged;
+use rlg_inference::search::{Judged, best_of};
 use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels, NormalEquations, Observations, Search};
 use rlg_signal::partition::Use;
 
@@ -145,7 +145,7 @@ pub fn find(
         let (now_s, _) = delays(&fit, &now.candidates);
         let settled = is_settled(&fit, &now.candidates, found_path.delay_s);
         let same = before.is_some() && is_as_before(&fit);
-        let nothing = fit.members.is_empty() && pass == 0 && !far.is_far;
+        let nothing = fit.members.is_empty() && pass == 0 && !far.is_far();
         levels.clone_from(&fit.levels);
         let mut left = now.residual_rad.clone();
         subtract(
@@ -195,21 +195,17 @@ impl Before<'_> {
         signals: &Signals,
     ) -> Vec<(usize, Sensed, f64)> {
         let mut parts = Vec::new();
-        let independent = |column| Sensed {
-            column,
-            of: Estimate::Independent,
-        };
         match self {
             Self::Coarse(far) => {
                 for gyro in 0..3 {
                     let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
                     if far.path.delay_s[gyro] != 0.0 {
                         let late = Column::Late(gyro, far.path.delay_s[gyro]);
-                        parts.push((gyro, independent(late), sensed));
+                        parts.push((gyro, Sensed::independent(late), sensed));
                     }
                     if let Some(low_pass) = far.path.low_pass[gyro] {
                         let passed = Column::LowPass(gyro, low_pass, low_pass::Part::Response);
-                        parts.push((gyro, independent(passed), sensed));
+                        parts.push((gyro, Sensed::independent(passed), sensed));
                     }
                     for (axis, size) in far.sensed[gyro].iter().enumerate() {
                         let sensed = Sensed::tried(Column::Increment(axis), gyro, signals);
@@ -462,10 +458,7 @@ impl Pass {
         let filters = self.adopt(&strongest_filters(self, &empty, begin));
         self.searching(seen, begin, |search| {
             let alone = filters.iter().map(|&place| search.fit(&[place], None));
-            alone.fold(
-                fit,
-                |best, one| if one.score > best.score { one } else { best },
-            )
+            best_of(alone.collect(), fit)
         })
     }
 
@@ -616,13 +609,7 @@ fn with_one_of(search: &mut Search, fit: &Fit, groups: &[Vec<usize>], plan: &Ana
     };
     let mut keys: Vec<Vec<usize>> = groups.iter().flat_map(with).collect();
     keys.retain(|key| key.len() <= most);
-    let fits = search.fit_all(keys, &fit.levels);
-    fits.into_iter().fold(
-        fit.clone(),
-        |best, one| {
-            if one.score > best.score { one } else { best }
-        },
-    )
+    best_of(search.fit_all(keys, &fit.levels), fit.clone())
 }
 
 /// What gyros sense of each axis by a set besides the model.

@@ -442,7 +442,8 @@ impl<'a> Search<'a> {
 /// A rival may gain this much from refitting the noise.
 const SCREENING_MARGIN: f64 = 5.0;
 
-fn best_of(fits: Vec<Fit>, current: Fit) -> Fit {
+/// The best of several fits, or the present one.
+pub fn best_of(fits: Vec<Fit>, current: Fit) -> Fit {
     fits.into_iter().fold(
         current,
         |best, fit| {
