@@ -47,6 +47,16 @@ impl Recording {
         })
     }
 
+    /// Judges the values of every channel as [`Recording::read`] does, for a recording that `file` became.
+    pub fn check_values(&self, file: &Path) -> Result<(), InputError> {
+        for table in &self.tables {
+            let period_s = table.clock.period_s(table.rows);
+            let mut channels = table.channels.iter();
+            channels.try_for_each(|channel| check_values(file, channel, period_s, true))?;
+        }
+        Ok(())
+    }
+
     /// What a folder says of itself, if it is one.
     pub(super) fn manifest_of(folder: &Path) -> Result<Manifest, InputError> {
         if !folder.exists() {

@@ -27,6 +27,7 @@ mod streamed;
 mod table_stream;
 
 pub use manifest::MANIFEST;
+pub use parquet_table::parquet_columns;
 pub use range::Extent;
 pub use streamed::RecordingStream;
 pub use table_stream::TableStream;

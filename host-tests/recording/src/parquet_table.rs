@@ -29,6 +29,30 @@ pub(super) fn rows(path: &Path) -> Result<usize, InputError> {
     Ok(usize::try_from(rows).unwrap_or(0))
 }
 
+/// All columns of numbers of `path`, with their names: for files that no `recording.toml` describes.
+pub fn parquet_columns(path: &Path) -> Result<Vec<(String, Vec<f64>)>, InputError> {
+    let builder = open(path)?;
+    let is_number = |data_type: &DataType| data_type.is_numeric() && !is_decimal(data_type);
+    let fields = builder.schema().fields().iter();
+    let names: Vec<String> = fields
+        .filter(|field| is_number(field.data_type()))
+        .map(|field| field.name().clone())
+        .collect();
+    let wanted: Vec<&str> = names.iter().map(String::as_str).collect();
+    let columns = read_rows(path, &wanted, None)?;
+    Ok(names.into_iter().zip(columns).collect())
+}
+
+fn is_decimal(data_type: &DataType) -> bool {
+    matches!(
+        data_type,
+        DataType::Decimal32(..)
+            | DataType::Decimal64(..)
+            | DataType::Decimal128(..)
+            | DataType::Decimal256(..)
+    )
+}
+
 /// The columns `wanted` of `path`, in that order, equally long; all rows or some, and then row groups without any of
 /// them are not decoded.
 pub(super) fn read_rows(

@@ -73,6 +73,16 @@ impl Recording {
 
     /// Adds its files to `out`, `recording.toml` last.
     pub fn write_into(&self, out: &mut OutputFolder) -> Result<(), InputError> {
+        self.write_commented_into(out, "")
+    }
+
+    /// Adds its files to `out` as [`Recording::write_into`] does, with `comment`, lines that begin with `#`, at the head of
+    /// `recording.toml`.
+    pub fn write_commented_into(
+        &self,
+        out: &mut OutputFolder,
+        comment: &str,
+    ) -> Result<(), InputError> {
         let mut stored = Vec::with_capacity(self.tables.len());
         for table in &self.tables {
             let fault = |problem: &str| InputError::new(out.target().join(&table.file), problem);
@@ -96,6 +106,7 @@ impl Recording {
             }
             Stored::Floats => (1.0, 0.0),
         });
+        let text = format!("{comment}{text}");
         Manifest::from_text(&out.target().join(MANIFEST), &text)?;
         for (table, stored) in self.tables.iter().zip(&stored) {
             let lower = table.file.to_ascii_lowercase();

@@ -8,6 +8,7 @@ use serde_json::json;
 use trueaxis::Status;
 use trueaxis::health::item;
 
+use super::import_columns::{ColumnOptions, Request};
 use crate::error::InputError;
 use crate::import::frames::{self, Imported};
 use crate::import::hashed::Hashed;
@@ -21,22 +22,29 @@ use crate::terminal::Terminal;
 /// 1e-4, an internal oscillator within 1e-2.
 const RATE_MISMATCH: f64 = 0.02;
 
-/// Import a captured stream or a foreign file as a recording
+/// Import a table of numbers, a captured stream or a foreign file as a recording
 ///
-/// Where the site is known (--latitude-deg and --gravity, the file itself, or a file whose source the project
+/// CSV, MATLAB, HDF5 and Parquet: columns are known by their usual names and by the units beside them; what was taken
+/// is printed, and what is not known is asked for. It also writes OUT/model.toml, an ideal unit, so that rlg diagnose runs
+/// at once. Several files may be given, as one of the gyros and one of the reference.
+///
+/// f64x7, psins-imu: where the site is known (--latitude-deg and --gravity, the file itself, or a file whose source the project
 /// knows) it also writes OUT/model.toml: at rest on the turning Earth, white noise, nominal clock.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  rlg import capture.bin --format frames --out flight\n  rlg import x_LN100_up.ins --format f64x7 --latitude-deg 51.0447 --gravity 9.80841 --out out/ln100\n  rlg import lasergyro.imu --format psins-imu --sha256 SHA256SUMS --out out/lasergyro\n\nCapture the unit's serial port as it is, e.g.\n  stty -F /dev/ttyUSB0 1000000 raw && cat /dev/ttyUSB0 > capture.bin"
+    after_help = "Example:\n  rlg import log.csv --out flight\n  rlg import log.csv --unit gyro_rate:deg/s --time stamp:ms --out flight\n  rlg import run.mat --map quat=reference_attitude:wxyz --rate 200 --out run\n  rlg import capture.bin --format frames --out flight\n  rlg import x_LN100_up.ins --format f64x7 --latitude-deg 51.0447 --gravity 9.80841 --out out/ln100\n  rlg import lasergyro.imu --format psins-imu --sha256 SHA256SUMS --out out/lasergyro\n\nCapture the unit's serial port as it is, e.g.\n  stty -F /dev/ttyUSB0 1000000 raw && cat /dev/ttyUSB0 > capture.bin"
 )]
 pub struct Import {
-    /// File to import
-    file: PathBuf,
-    /// Format of the file
+    /// Files to import; more than one only of columns
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Format of the files [default: by the extension]
     #[arg(long, value_enum)]
-    format: Format,
+    format: Option<Format>,
+    #[command(flatten)]
+    columns: ColumnOptions,
     /// Rows a second [Hz]; needed only if the file does not say it
-    #[arg(long)]
+    #[arg(long, visible_alias = "rate")]
     rate_hz: Option<f64>,
     /// Geodetic latitude of the site [deg]; not for frames
     #[arg(long, requires = "gravity", allow_negative_numbers = true)]
@@ -64,14 +72,49 @@ pub(super) enum Format {
     F64x7,
     /// PSINS text: six counts a line
     PsinsImu,
+    /// Text with columns: CSV, TSV and their relatives
+    Csv,
+    /// MATLAB's MAT-files of versions 5, 7 and 7.3
+    Mat,
+    /// HDF5
+    Hdf5,
+    /// Parquet
+    Parquet,
+}
+
+impl Format {
+    /// The format that files with this extension usually have.
+    pub(super) fn of_extension(file: &Path) -> Result<Self, InputError> {
+        let extension = file.extension().unwrap_or_default().to_string_lossy();
+        Ok(match extension.to_ascii_lowercase().as_str() {
+            "csv" | "tsv" | "txt" | "dat" | "log" | "asc" => Self::Csv,
+            "mat" => Self::Mat,
+            "h5" | "hdf5" | "hdf" => Self::Hdf5,
+            "parquet" | "pq" => Self::Parquet,
+            "imu" => Self::PsinsImu,
+            _ => {
+                return Err(
+                    InputError::new(file, "has an extension that tells no format")
+                        .value(format!("{extension:?}"))
+                        .expected("--format csv|mat|hdf5|parquet|frames|f64x7|psins-imu"),
+                );
+            }
+        })
+    }
+
+    /// Whether it holds columns with names.
+    fn has_columns(self) -> bool {
+        matches!(self, Self::Csv | Self::Mat | Self::Hdf5 | Self::Parquet)
+    }
 }
 
 impl Import {
     /// The import of a file whose source the project knows, or that names its own site.
     pub(super) fn file(file: &Path, format: Format, out: &Path) -> Self {
         Self {
-            file: file.to_path_buf(),
-            format,
+            files: vec![file.to_path_buf()],
+            format: Some(format),
+            columns: ColumnOptions::default(),
             rate_hz: None,
             latitude_deg: None,
             gravity: None,
@@ -82,20 +125,32 @@ impl Import {
 
     /// Imports the file, writes the recording and reports what was found.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
+        let file = self.file_itself();
         if let Some(rate_hz) = self.rate_hz
             && !(rate_hz.is_finite() && rate_hz > 0.0)
         {
-            return Err(InputError::new(&self.file, "cannot be read at this rate")
+            return Err(InputError::new(file, "cannot be read at this rate")
                 .channel("--rate-hz")
                 .value(rate_hz)
                 .expected("a positive number of frames a second"));
         }
-        if self.format != Format::Frames {
-            return self.foreign(terminal);
+        let format = match self.format {
+            Some(format) => format,
+            None => Format::of_extension(file)?,
+        };
+        if format.has_columns() {
+            return self.columns(terminal);
         }
-        let bytes =
-            fs::read(&self.file).map_err(|error| InputError::unreadable(&self.file, &error))?;
-        let imported = frames::import(&self.file, &bytes, self.rate_hz, &self.out)?;
+        if self.files.len() > 1 || !self.columns.is_empty() {
+            return Err(InputError::new(file, "holds no columns with names")
+                .channel("--map, --unit, --time, --euler or a second file")
+                .expected("a file in --format csv|mat|hdf5|parquet"));
+        }
+        if format != Format::Frames {
+            return self.foreign(format, terminal);
+        }
+        let bytes = fs::read(file).map_err(|error| InputError::unreadable(file, &error))?;
+        let imported = frames::import(file, &bytes, self.rate_hz, &self.out)?;
         self.keep_input(&[frames::TABLE, MANIFEST])?;
         let mut out = Recording::create_folder(&self.out)?;
         imported.recording.write_into(&mut out)?;
@@ -104,11 +159,33 @@ impl Import {
         self.result(terminal, &imported)
     }
 
+    /// The file, or the first of several.
+    fn file_itself(&self) -> &Path {
+        &self.files[0]
+    }
+
+    /// Reads files with columns.
+    fn columns(&self, terminal: &Terminal) -> Result<(), InputError> {
+        let site = self.site()?;
+        self.keep_input(&[still::TABLE, "reference.parquet", MANIFEST, MODEL])?;
+        let out = Recording::create_folder(&self.out)?;
+        let request = Request {
+            files: &self.files,
+            format: self.format,
+            rate_hz: self.rate_hz,
+            site,
+            sha256: self.sha256.as_deref(),
+            target: &self.out,
+        };
+        self.columns.run(&request, out, terminal)
+    }
+
     /// Refuses to write over the input.
     fn keep_input(&self, names: &[&str]) -> Result<(), InputError> {
         let same = |name: &str| {
-            let (there, here) = (self.out.join(name), &self.file);
-            matches!((there.canonicalize(), here.canonicalize()), (Ok(a), Ok(b)) if a == b)
+            let there = self.out.join(name).canonicalize();
+            let mut here = self.files.iter().map(|file| file.canonicalize());
+            here.any(|here| matches!((&there, here), (Ok(a), Ok(b)) if *a == b))
         };
         match names.iter().find(|name| same(name)) {
             Some(name) => {
@@ -123,34 +200,26 @@ impl Import {
     }
 
     /// Reads a file of others, row by row.
-    fn foreign(&self, terminal: &Terminal) -> Result<(), InputError> {
+    fn foreign(&self, format: Format, terminal: &Terminal) -> Result<(), InputError> {
+        let file = self.file_itself();
         let site = self.site()?;
         let expected = self
             .sha256
             .as_deref()
-            .map(|given| known::expected_sum(&self.file, given))
+            .map(|given| known::expected_sum(file, given))
             .transpose()?;
         self.keep_input(&[still::TABLE, MANIFEST, MODEL])?;
         let mut out = Recording::create_folder(&self.out)?;
         let bar = terminal.bar(0, "reading");
-        let (mut source, length) = Hashed::open(&self.file, &bar)?;
-        let read = match self.format {
-            Format::PsinsImu => {
-                psins_imu::import(&self.file, &mut source, self.rate_hz, site, &mut out)
-            }
-            _ => f64x7::import(
-                &self.file,
-                &mut source,
-                length,
-                self.rate_hz,
-                site,
-                &mut out,
-            ),
+        let (mut source, length) = Hashed::open(file, &bar)?;
+        let read = match format {
+            Format::PsinsImu => psins_imu::import(file, &mut source, self.rate_hz, site, &mut out),
+            _ => f64x7::import(file, &mut source, length, self.rate_hz, site, &mut out),
         };
         bar.finish_and_clear();
         let mut foreign = read?;
         let sha256 = source.into_inner().sum();
-        known::check(&self.file, &sha256, expected.as_deref())?;
+        known::check(file, &sha256, expected.as_deref())?;
         let source = Known::of(&sha256);
         if foreign.recording.site.is_none() {
             foreign.recording.site = source.and_then(Known::site);
@@ -182,7 +251,7 @@ impl Import {
         };
         let fault = |key: &str, value: f64, expected: &str| {
             Err(
-                InputError::new(&self.file, "cannot have been recorded at this site")
+                InputError::new(self.file_itself(), "cannot have been recorded at this site")
                     .channel(key)
                     .value(value)
                     .expected(expected),
@@ -210,7 +279,7 @@ impl Import {
     ) {
         terminal.say(format!(
             "{}: {} rows at {} Hz in {}",
-            self.file.display(),
+            self.file_itself().display(),
             foreign.rows,
             foreign.rate_hz,
             self.out.display()
@@ -236,7 +305,7 @@ impl Import {
         terminal.say(format!(
             "{}: {} frames in {} rows at {} Hz in {}; {} rows without a frame, {} bytes skipped, {} bad \
              check sums, {} bytes of an unfinished frame at the end",
-            self.file.display(),
+            self.file_itself().display(),
             stream.frames,
             imported.recording.tables[0].rows,
             imported.rate_hz,

@@ -20,6 +20,7 @@ mod demo;
 mod diagnose;
 mod golden;
 mod import;
+mod import_columns;
 mod inputs;
 mod inspect;
 mod navigate;
@@ -56,7 +57,7 @@ enum Command {
     Challenge(Box<challenge::ChallengeCommand>),
     Demo(demo::DemoCommand),
     Diagnose(diagnose::Diagnose),
-    Import(import::Import),
+    Import(Box<import::Import>),
     Inspect(inspect::Inspect),
     Navigate(navigate::NavigateCommand),
     OnTarget(on_target::OnTargetCommand),

@@ -1,8 +1,8 @@
-//! Imports foreign streams as recordings: one file a format.
+//! Imports foreign streams and files as recordings.
 //!
 //! The bytes of a file become a [`Recording`](crate::recording::Recording), with a report of what was met on the way.
-//! Telemetry is read whole; foreign files pass through row by row. A new format is a file here and a variant of
-//! `command::import`.
+//! Telemetry is read whole; files of fixed form pass through row by row, one file a format; files with columns go
+//! through `files`, `mapping` and `forming`. A new format is a file here or in `files`, and a variant of `command::import`.
 
 pub mod frames;
 
@@ -15,3 +15,9 @@ pub mod known;
 pub mod hashed;
 
 pub mod still;
+
+pub mod files;
+
+pub mod mapping;
+
+pub mod forming;

@@ -1,0 +1,254 @@
+//! `rlg import` of files with columns: CSV, MATLAB, HDF5, Parquet.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde_json::{Value, json};
+use sha2::{Digest as _, Sha256};
+
+use super::import::Format;
+use crate::error::InputError;
+use crate::import::files::columns::{Block, Column, blocks};
+use crate::import::files::{hdf5_file, mat_file, text_table};
+use crate::import::forming::assemble::{Assembled, assemble};
+use crate::import::forming::attitudes::EulerOrder;
+use crate::import::forming::clocks::{Said, TimeOption};
+use crate::import::forming::described;
+use crate::import::known;
+use crate::import::mapping::column_map::plan;
+use crate::import::mapping::column_names::time_unit;
+use crate::model::MotionSource;
+use crate::output::OutputFolder;
+use crate::recording::{Clock, Site, parquet_columns};
+use crate::terminal::Terminal;
+
+/// What the columns of a file are, where their names do not say it.
+#[derive(Debug, Clone, Default, Args)]
+pub(super) struct ColumnOptions {
+    /// What a column is: gx=gyro_rate:x:deg/s; AXIS may be several letters for a matrix (quat=reference_attitude:xyzw);
+    /// the quantity none leaves a column out
+    #[arg(long, value_name = "COLUMN=QUANTITY:AXIS:UNIT", num_args = 1..)]
+    map: Vec<String>,
+    /// The unit of all columns of a quantity: gyro_rate:deg/s
+    #[arg(long, value_name = "QUANTITY:UNIT", num_args = 1..)]
+    unit: Vec<String>,
+    /// The column of stamps and its unit: t:ms; with a quantity (t_ref:s:reference_attitude) for that quantity alone; none
+    /// where stamps are not to be used
+    #[arg(long, value_name = "COLUMN:UNIT", num_args = 1..)]
+    time: Vec<String>,
+    /// Order of the rotations of Euler angles: zyx is yaw, pitch, roll
+    #[arg(long, value_name = "AXES")]
+    euler: Option<String>,
+}
+
+/// The rest of the command line.
+pub(super) struct Request<'a> {
+    pub(super) files: &'a [PathBuf],
+    pub(super) format: Option<Format>,
+    pub(super) rate_hz: Option<f64>,
+    pub(super) site: Option<Site>,
+    pub(super) sha256: Option<&'a str>,
+    pub(super) target: &'a Path,
+}
+
+impl ColumnOptions {
+    /// Whether any is given.
+    pub(super) fn is_empty(&self) -> bool {
+        self.map.is_empty() && self.unit.is_empty() && self.time.is_empty() && self.euler.is_none()
+    }
+
+    /// Reads the files and writes the recording.
+    pub(super) fn run(
+        &self,
+        request: &Request<'_>,
+        mut out: OutputFolder,
+        terminal: &Terminal,
+    ) -> Result<(), InputError> {
+        let first = &request.files[0];
+        let mut blocks = Vec::new();
+        let mut sums = Vec::new();
+        for file in request.files {
+            let (read, sum) = read(file, request)?;
+            blocks.extend(read.into_iter().filter(|block| block.rows > 1));
+            sums.push(sum);
+        }
+        if blocks.is_empty() {
+            return Err(InputError::new(first, "holds no column of numbers")
+                .expected("columns of equal length, a row a sample"));
+        }
+        let said = self.said(first, request.rate_hz)?;
+        let times: Vec<String> = said
+            .times
+            .iter()
+            .map(|option| option.column.clone())
+            .collect();
+        let mut plan = plan(&blocks, &self.map, &self.unit, &times)?;
+        let mut assembled = assemble(&blocks, &plan, &said)?;
+        for (column, reason) in &mut plan.left_out {
+            if time_unit(column).is_some() {
+                *reason = "a time that is not used".to_owned();
+            }
+        }
+        plan.left_out
+            .retain(|(column, _)| !assembled.stamps.contains(column));
+        let notes = blocks.iter().flat_map(|block| block.notes.iter().cloned());
+        assembled.notes.splice(0..0, notes);
+        let recording = described::recording(first, request.site, &assembled);
+        recording.check_values(first)?;
+        described::write(
+            request.files,
+            &recording,
+            &assembled,
+            &plan.left_out,
+            &mut out,
+        )?;
+        out.commit()?;
+        say(request, &assembled, &plan.left_out, terminal);
+        terminal.result(&result(request, &assembled, &plan.left_out, &sums))
+    }
+
+    fn said(&self, file: &Path, rate_hz: Option<f64>) -> Result<Said, InputError> {
+        let euler = self.euler.as_deref().map(|text| {
+            EulerOrder::parse(text).ok_or_else(|| {
+                InputError::new(file, "cannot have Euler angles in this order")
+                    .channel("--euler")
+                    .value(text)
+                    .expected("x, y and z once each, such as zyx")
+            })
+        });
+        Ok(Said {
+            times: self
+                .time
+                .iter()
+                .map(|text| TimeOption::parse(text))
+                .collect(),
+            rate_hz,
+            euler: euler.transpose()?,
+        })
+    }
+}
+
+/// The columns of a file and its SHA-256.
+fn read(file: &Path, request: &Request<'_>) -> Result<(Vec<Block>, String), InputError> {
+    let format = match request.format {
+        Some(format) => format,
+        None => Format::of_extension(file)?,
+    };
+    let bytes = fs::read(file).map_err(|error| InputError::unreadable(file, &error))?;
+    let sum: String = Sha256::digest(&bytes)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    if let Some(given) = request.sha256 {
+        known::check(file, &sum, Some(&known::expected_sum(file, given)?))?;
+    }
+    let read = match format {
+        Format::Mat if !hdf5_file::is_hdf5(&bytes) => mat_file::read(file, &bytes)?,
+        Format::Mat | Format::Hdf5 => hdf5_file::read(file, bytes)?,
+        Format::Parquet => {
+            let columns = parquet_columns(file)?;
+            let column = |(name, values)| Column::new(name, values);
+            blocks(file, columns.into_iter().map(column).collect(), None)
+        }
+        _ => vec![text_table::read(file, &bytes)?],
+    };
+    Ok((read, sum))
+}
+
+/// Rows and clock of a table in words.
+fn clock(clock: &Clock) -> String {
+    match clock {
+        Clock::Uniform { rate_hz, start_s } => format!("at {rate_hz} Hz from {start_s} s"),
+        Clock::Stamped { stamps_s, .. } => format!(
+            "with stamps, {} to {} s",
+            stamps_s.first().unwrap_or(&0.0),
+            stamps_s.last().unwrap_or(&0.0)
+        ),
+    }
+}
+
+fn say(
+    request: &Request<'_>,
+    assembled: &Assembled,
+    left_out: &[(String, String)],
+    terminal: &Terminal,
+) {
+    let out = request.target.display();
+    for table in &assembled.tables {
+        terminal.say(format!(
+            "{out}/{}: {} rows {}",
+            table.file,
+            table.rows,
+            clock(&table.clock)
+        ));
+        for taken in assembled
+            .taken
+            .iter()
+            .filter(|taken| taken.table == table.file)
+        {
+            terminal.say(format!(
+                "  {:<12} {} {} <- {}",
+                taken.column,
+                taken.quantity,
+                taken.axis.as_deref().unwrap_or("-"),
+                taken.origin
+            ));
+        }
+    }
+    for (column, reason) in left_out {
+        terminal.say(format!("  left out     {column}: {reason}"));
+    }
+    for note in &assembled.notes {
+        terminal.warn(note);
+    }
+    if described::ideal(assembled).motion == MotionSource::Static && request.site.is_none() {
+        terminal.warn(
+            "no reference and no site: rlg diagnose needs --latitude-deg and --gravity here, or a [site] in recording.toml",
+        );
+    }
+    terminal.say(format!(
+        "To diagnose: rlg diagnose {out} --model {out}/model.toml --out DIR"
+    ));
+}
+
+fn result(
+    request: &Request<'_>,
+    assembled: &Assembled,
+    left_out: &[(String, String)],
+    sums: &[String],
+) -> Value {
+    let tables: Vec<Value> = assembled
+        .tables
+        .iter()
+        .map(|table| {
+            let (rate_hz, start_s) = match table.clock {
+                Clock::Uniform { rate_hz, start_s } => (Some(rate_hz), start_s),
+                Clock::Stamped { .. } => (None, table.start_s()),
+            };
+            json!({"file": table.file, "rows": table.rows, "rate_hz": rate_hz, "start_s": start_s})
+        })
+        .collect();
+    let channels: Vec<Value> = assembled
+        .taken
+        .iter()
+        .map(|taken| {
+            json!({
+                "table": taken.table, "column": taken.column, "quantity": taken.quantity, "axis": taken.axis,
+                "origin": taken.origin,
+            })
+        })
+        .collect();
+    let left_out: Vec<Value> = left_out
+        .iter()
+        .map(|(column, reason)| json!({"column": column, "reason": reason}))
+        .collect();
+    json!({
+        "recording": request.target,
+        "tables": tables,
+        "channels": channels,
+        "left_out": left_out,
+        "notes": assembled.notes,
+        "sha256": sums,
+    })
+}

@@ -1,0 +1,383 @@
+//! Puts mapped columns of foreign files together: one table a clock, channels in SI, derived quantities formed.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::attitudes::{increments_of_angle, of_euler, unit};
+use super::clocks::{Group, Said, check_one_rate, stamps_of, times};
+use super::stamps::Times;
+use crate::error::InputError;
+use crate::import::files::columns::Block;
+use crate::import::mapping::column_map::{Mapped, Plan};
+use crate::import::mapping::targets::Target;
+use crate::recording::{Channel, Clock, Quantity, Table};
+
+/// A channel with the words of its origin.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Taken {
+    /// The table's file.
+    pub table: String,
+    /// The column in the recording.
+    pub column: String,
+    /// The quantity's name.
+    pub quantity: String,
+    /// The axis.
+    pub axis: Option<String>,
+    /// Where it is from: columns and unit.
+    pub origin: String,
+}
+
+/// The tables of a recording, and where each channel is from.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Assembled {
+    /// The tables.
+    pub tables: Vec<Table>,
+    /// The channels' origins.
+    pub taken: Vec<Taken>,
+    /// Angle of a pulse \[rad\] of gyro x, y, z, for gyros that count.
+    pub pulse_weight_rad: [f64; 3],
+    /// Columns of stamps that became clocks.
+    pub stamps: Vec<String>,
+    /// What should be known, as clauses.
+    pub notes: Vec<String>,
+}
+
+/// Assembles the tables.
+pub fn assemble(blocks: &[Block], plan: &Plan, said: &Said) -> Result<Assembled, InputError> {
+    let mut groups: BTreeMap<Group, Vec<&Mapped>> = BTreeMap::new();
+    for mapped in &plan.mapped {
+        let stamps = stamps_of(blocks, mapped, said)?;
+        groups
+            .entry((mapped.block, stamps))
+            .or_default()
+            .push(mapped);
+    }
+    check_one_rate(blocks, &groups)?;
+    let has_gyros = |columns: &[&Mapped]| columns.iter().any(|mapped| mapped.target.is_gyro());
+    let mut groups: Vec<(Group, Vec<&Mapped>)> = groups.into_iter().collect();
+    groups.sort_by_key(|(_, columns)| !has_gyros(columns));
+    let mut assembled = Assembled::default();
+    for (place, (group, columns)) in groups.iter().enumerate() {
+        let name = match place {
+            0 => "samples.parquet".to_owned(),
+            1 => "reference.parquet".to_owned(),
+            more => format!("table-{more}.parquet"),
+        };
+        let times = times(blocks, *group, columns, said)?;
+        let name_of = |column: usize| blocks[group.0].columns[column].name.clone();
+        assembled.stamps.extend(group.1.map(name_of));
+        let mut builder = Builder {
+            blocks,
+            name,
+            times,
+            channels: Vec::new(),
+            assembled: &mut assembled,
+        };
+        builder.stored(columns)?;
+        builder.increments(columns)?;
+        builder.attitudes(columns, said)?;
+        builder.finish();
+    }
+    Ok(assembled)
+}
+
+/// One table on the way.
+struct Builder<'a> {
+    blocks: &'a [Block],
+    name: String,
+    times: Times,
+    channels: Vec<Channel>,
+    assembled: &'a mut Assembled,
+}
+
+impl Builder<'_> {
+    fn file(&self, mapped: &Mapped) -> &Path {
+        &self.blocks[mapped.block].file
+    }
+
+    fn source(&self, mapped: &Mapped) -> &str {
+        &self.blocks[mapped.block].columns[mapped.column].name
+    }
+
+    /// The values of a column in SI on the table's rows.
+    fn values(&self, mapped: &Mapped) -> Vec<f64> {
+        let stored = &self.blocks[mapped.block].columns[mapped.column].values;
+        let values = stored.iter().map(|stored| mapped.unit.to_si(*stored));
+        match &self.times {
+            Times::Stamped(_) => values.collect(),
+            Times::Even { places, .. } => {
+                let mut filled = vec![f64::NAN; places.last().map_or(0, |last| last + 1)];
+                for (place, value) in places.iter().zip(values) {
+                    filled[*place] = value;
+                }
+                filled
+            }
+        }
+    }
+
+    /// Adds a channel and where it is from.
+    fn add(
+        &mut self,
+        quantity: Quantity,
+        axis: Option<&str>,
+        scaling: (f64, f64),
+        values: Vec<f64>,
+        origin: String,
+    ) {
+        let column = match (&quantity, axis) {
+            (Quantity::Other(_), _) => origin.split(" [").next().unwrap_or_default().to_owned(),
+            (Quantity::Temperature, Some(axis)) => format!("temperature_{axis}"),
+            (quantity, axis) => format!("{}{}", stem(quantity), axis.unwrap_or_default()),
+        };
+        self.assembled.taken.push(Taken {
+            table: self.name.clone(),
+            column: column.clone(),
+            quantity: quantity.name().to_owned(),
+            axis: axis.map(str::to_owned),
+            origin,
+        });
+        self.channels.push(Channel {
+            column,
+            quantity,
+            axis: axis.map(str::to_owned),
+            scale: scaling.0,
+            offset: scaling.1,
+            values,
+        });
+    }
+
+    fn origin(&self, mapped: &Mapped) -> String {
+        format!("{} [{}]", self.source(mapped), mapped.unit_text)
+    }
+
+    /// Channels that only change their unit.
+    fn stored(&mut self, columns: &[&Mapped]) -> Result<(), InputError> {
+        for mapped in columns {
+            let Target::Stored(quantity) = &mapped.target else {
+                continue;
+            };
+            let origin = self.origin(mapped);
+            let axis = mapped.axis.as_deref();
+            let mut scaling = (mapped.unit.scale, mapped.unit.offset);
+            let mut values = self.values(mapped);
+            if *quantity == Quantity::ReferenceAttitude {
+                continue;
+            }
+            if *quantity == Quantity::GyroCount {
+                let place = axis.and_then(|axis| "xyz".find(axis)).unwrap_or(0);
+                self.assembled.pulse_weight_rad[place] = mapped.unit.scale.abs();
+                // The model holds the weight; a negative one is a gyro that counts backwards.
+                let sign = mapped.unit.scale.signum();
+                values
+                    .iter_mut()
+                    .for_each(|value| *value = (*value / mapped.unit.scale).round() * sign);
+                let raw = &self.blocks[mapped.block].columns[mapped.column].values;
+                if let Some(row) = raw.iter().position(|count| count.fract().abs() > 0.0) {
+                    return Err(InputError::new(
+                        self.file(mapped),
+                        "is not a whole number of pulses",
+                    )
+                    .channel(self.source(mapped))
+                    .row(row as u64)
+                    .value(raw[row])
+                    .expected("pulses counted over the row; for angles map it to gyro_increment"));
+                }
+                scaling = (1.0, 0.0);
+            }
+            self.add(quantity.clone(), axis, scaling, values, origin);
+        }
+        Ok(())
+    }
+
+    /// `reference_increment` of rates and of an encoder's angles.
+    fn increments(&mut self, columns: &[&Mapped]) -> Result<(), InputError> {
+        let mut encoders = Vec::new();
+        for mapped in columns {
+            let axis = mapped.axis.as_deref();
+            let values = self.values(mapped);
+            let values = match mapped.target {
+                Target::ReferenceRate => {
+                    let period_s = self.period_s();
+                    values
+                        .iter()
+                        .map(|rate_rad_s| rate_rad_s * period_s)
+                        .collect()
+                }
+                Target::ReferenceAngle => {
+                    encoders.push(axis.unwrap_or_default().to_owned());
+                    increments_of_angle(&values)
+                }
+                _ => continue,
+            };
+            let how = match mapped.target {
+                Target::ReferenceRate => "times the period",
+                _ => "differenced over whole turns",
+            };
+            let origin = format!("{} {how}", self.origin(mapped));
+            self.add(
+                Quantity::ReferenceIncrement,
+                axis,
+                (1.0, 0.0),
+                values,
+                origin,
+            );
+        }
+        self.still_axes(&encoders);
+        Ok(())
+    }
+
+    /// Zeros for the axes about which a table with one encoder does not turn.
+    fn still_axes(&mut self, encoders: &[String]) {
+        let [encoder] = encoders else {
+            return;
+        };
+        let known = |axis: &str| {
+            let mut channels = self.channels.iter();
+            channels.any(|channel| {
+                channel.quantity == Quantity::ReferenceIncrement
+                    && channel.axis.as_deref() == Some(axis)
+            })
+        };
+        let still: Vec<&str> = ["x", "y", "z"]
+            .into_iter()
+            .filter(|axis| !known(axis))
+            .collect();
+        let Some(rows) = self.channels.last().map(|channel| channel.values.len()) else {
+            return;
+        };
+        for axis in &still {
+            let origin = format!("zero: the table turns about {encoder} alone");
+            self.add(
+                Quantity::ReferenceIncrement,
+                Some(axis),
+                (1.0, 0.0),
+                vec![0.0; rows],
+                origin,
+            );
+        }
+        if !still.is_empty() {
+            self.assembled.notes.push(format!(
+                "only one encoder, about {encoder}: the reference is taken to stand still about {}",
+                still.join(" and ")
+            ));
+        }
+    }
+
+    fn period_s(&self) -> f64 {
+        match &self.times {
+            Times::Even { rate_hz, .. } => 1.0 / rate_hz,
+            Times::Stamped(_) => f64::NAN,
+        }
+    }
+
+    /// `reference_attitude` of quaternions either way, or of Euler angles.
+    fn attitudes(&mut self, columns: &[&Mapped], said: &Said) -> Result<(), InputError> {
+        let attitudes = columns.iter().filter(|mapped| mapped.target.is_attitude());
+        let attitudes: Vec<&&Mapped> = attitudes.collect();
+        let Some(first) = attitudes.first() else {
+            return Ok(());
+        };
+        let file = self.file(first).to_path_buf();
+        let is_euler = first.target == Target::Euler;
+        let labels: &[&str] = if is_euler {
+            &["x", "y", "z"]
+        } else {
+            &["w", "x", "y", "z"]
+        };
+        let mut found = Vec::new();
+        for label in labels {
+            let component = attitudes.iter().find(|mapped| {
+                mapped.axis.as_deref() == Some(label) && mapped.target == first.target
+            });
+            found.push(component.ok_or_else(|| {
+                InputError::new(&file, "has an attitude that is not whole")
+                    .channel(format!("{} {label}", first.target.name()))
+                    .expected(format!("a column each for {}", labels.join(", ")))
+            })?);
+        }
+        let mut values = found.iter().map(|mapped| self.values(mapped));
+        let mut next = || values.next().unwrap_or_default();
+        let components = if is_euler {
+            let order = said.euler.ok_or_else(|| {
+                InputError::new(&file, "has Euler angles of an unknown sequence")
+                    .channel(first.target.name())
+                    .expected("--euler with the axes in the order of the rotations, such as zyx for yaw, pitch, roll")
+            })?;
+            of_euler(order, [next(), next(), next()])
+        } else {
+            let names = [0, 1, 2, 3].map(|part: usize| self.source(found[part]));
+            let is_inverse = first.target == Target::AttitudeInverse;
+            unit(&file, names, [next(), next(), next(), next()], is_inverse)?
+        };
+        let origins: Vec<String> = found
+            .iter()
+            .map(|mapped| self.source(mapped).to_owned())
+            .collect();
+        for (place, (axis, values)) in ["w", "x", "y", "z"].into_iter().zip(components).enumerate()
+        {
+            let origin = match first.target {
+                Target::Euler => format!("{} as Euler angles", origins.join(", ")),
+                Target::AttitudeInverse => format!("{}, conjugate", origins[place]),
+                _ => format!("{}, body to navigation", origins[place]),
+            };
+            self.add(
+                Quantity::ReferenceAttitude,
+                Some(axis),
+                (1.0, 0.0),
+                values,
+                origin,
+            );
+        }
+        Ok(())
+    }
+
+    /// The table is whole.
+    fn finish(self) {
+        let rows = self
+            .channels
+            .first()
+            .map_or(0, |channel| channel.values.len());
+        let clock = match self.times {
+            Times::Even {
+                rate_hz,
+                start_s,
+                places,
+            } => {
+                let missing = rows - places.len();
+                if missing > 0 {
+                    let note = format!(
+                        "{}: {missing} of {rows} rows are missing between the stamps",
+                        self.name
+                    );
+                    self.assembled.notes.push(note);
+                }
+                Clock::Uniform { rate_hz, start_s }
+            }
+            Times::Stamped(stamps_s) => Clock::Stamped {
+                column: "t".to_owned(),
+                stamps_s,
+            },
+        };
+        self.assembled.tables.push(Table {
+            file: self.name,
+            clock,
+            rows,
+            channels: self.channels,
+        });
+    }
+}
+
+/// The first letters of a column's name in the recording.
+fn stem(quantity: &Quantity) -> &'static str {
+    match quantity {
+        Quantity::GyroCount | Quantity::GyroIncrement | Quantity::GyroRate => "g",
+        Quantity::DitherAngle => "d",
+        Quantity::SpecificForce => "a",
+        Quantity::VelocityIncrement => "v",
+        Quantity::Temperature => "temperature",
+        Quantity::MagneticField => "m",
+        Quantity::ReferenceIncrement => "r",
+        Quantity::ReferenceAttitude => "q",
+        Quantity::Other(_) => "",
+    }
+}

@@ -1,0 +1,115 @@
+//! Forms the quaternions of the contract, body to navigation frame, from what others log as an attitude.
+
+use std::path::Path;
+
+use crate::error::InputError;
+
+/// Norms of a quaternion that is none: some systems write zeros where they saw nothing.
+const NOTHING: f64 = 1e-6;
+
+/// How far a norm may be from 1; beyond it the numbers are no unit quaternion, or in another unit.
+const OFF_NORM: f64 = 0.05;
+
+/// A sequence of rotations about three axes of the moving body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EulerOrder([usize; 3]);
+
+impl EulerOrder {
+    /// The order of these letters: `zyx` is yaw, then pitch about the new y, then roll about the newest x.
+    pub fn parse(text: &str) -> Option<Self> {
+        let places: Vec<usize> = text
+            .chars()
+            .filter_map(|letter| "xyz".find(letter))
+            .collect();
+        let order: [usize; 3] = places.try_into().ok()?;
+        let mut sorted = order;
+        sorted.sort_unstable();
+        (text.len() == 3 && sorted == [0, 1, 2]).then_some(Self(order))
+    }
+
+    /// The quaternion w x y z of the angles about x, y and z \[rad\]; NaN where one is missing.
+    fn quaternion(self, angles_rad: [f64; 3]) -> [f64; 4] {
+        let turn = |axis: usize| {
+            let (sine, cosine) = (angles_rad[axis] / 2.0).sin_cos();
+            let mut quaternion = [cosine, 0.0, 0.0, 0.0];
+            quaternion[axis + 1] = sine;
+            quaternion
+        };
+        let [first, second, third] = self.0.map(turn);
+        product(product(first, second), third)
+    }
+}
+
+/// Hamilton's product.
+fn product([a, b, c, d]: [f64; 4], [e, f, g, h]: [f64; 4]) -> [f64; 4] {
+    [
+        a * e - b * f - c * g - d * h,
+        a * f + b * e + c * h - d * g,
+        a * g - b * h + c * e + d * f,
+        a * h + b * g - c * f + d * e,
+    ]
+}
+
+/// Unit quaternions of the components w x y z; their conjugates where `is_inverse`.
+///
+/// # Errors
+/// A quaternion whose norm is not 1. All zeros are not measured.
+pub fn unit(
+    file: &Path,
+    names: [&str; 4],
+    mut components: [Vec<f64>; 4],
+    is_inverse: bool,
+) -> Result<[Vec<f64>; 4], InputError> {
+    let rows = components[0].len();
+    for row in 0..rows {
+        let squares = components
+            .iter()
+            .map(|component| component[row] * component[row]);
+        let norm = squares.sum::<f64>().sqrt();
+        if (norm - 1.0).abs() > OFF_NORM && norm > NOTHING {
+            let found = [0, 1, 2, 3].map(|part| components[part][row].to_string());
+            return Err(InputError::new(file, "is no unit quaternion")
+                .channel(names.join(", "))
+                .row(row as u64)
+                .value(found.join(" "))
+                .expected("w² + x² + y² + z² = 1, zeros or nothing where it was not measured"));
+        }
+        let is_nothing = norm.is_nan() || norm <= NOTHING;
+        for (part, component) in components.iter_mut().enumerate() {
+            let sign = if is_inverse && part > 0 { -1.0 } else { 1.0 };
+            component[row] = if is_nothing {
+                f64::NAN
+            } else {
+                sign * component[row] / norm
+            };
+        }
+    }
+    Ok(components)
+}
+
+/// Quaternions of the angles about x, y and z \[rad\].
+pub fn of_euler(order: EulerOrder, angles_rad: [Vec<f64>; 3]) -> [Vec<f64>; 4] {
+    let mut components = [const { Vec::new() }; 4];
+    let [x, y, z] = angles_rad;
+    for ((x, y), z) in x.into_iter().zip(y).zip(z) {
+        let quaternion = order.quaternion([x, y, z]);
+        for (component, value) in components.iter_mut().zip(quaternion) {
+            component.push(value);
+        }
+    }
+    components
+}
+
+/// The angle over each row's period \[rad\] of an encoder's angle at the rows' ends \[rad\], over whole turns.
+///
+/// The first row, and a row after one that is missing, have none: the angle over one period is not known.
+pub fn increments_of_angle(angle_rad: &[f64]) -> Vec<f64> {
+    let turn = std::f64::consts::TAU;
+    let mut before = f64::NAN;
+    let step = |now: &f64| {
+        let step = now - before;
+        before = *now;
+        step - turn * (step / turn).round()
+    };
+    angle_rad.iter().map(step).collect()
+}

@@ -1,0 +1,127 @@
+//! Writes an assembled recording with comments, and beside it the model of an ideal unit.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use super::assemble::Assembled;
+use crate::error::InputError;
+use crate::import::still;
+use crate::model::{Model, MotionSource};
+use crate::output::OutputFolder;
+use crate::recording::{Quantity, Recording, Site};
+
+/// The model beside the recording.
+const MODEL: &str = "model.toml";
+
+/// A recording of these tables, named after its source.
+pub fn recording(file: &Path, site: Option<Site>, assembled: &Assembled) -> Recording {
+    Recording {
+        name: file
+            .file_stem()
+            .map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+        folder: PathBuf::new(),
+        site,
+        tables: assembled.tables.clone(),
+        segments: Vec::new(),
+    }
+}
+
+/// The model of an ideal unit: nothing is corrected, no noise is declared.
+pub fn ideal(assembled: &Assembled) -> Model {
+    let is_reference = |quantity: &Quantity| {
+        matches!(
+            quantity,
+            Quantity::ReferenceIncrement | Quantity::ReferenceAttitude
+        )
+    };
+    let mut channels = assembled.tables.iter().flat_map(|table| &table.channels);
+    let motion = match channels.any(|channel| is_reference(&channel.quantity)) {
+        true => MotionSource::Reference,
+        false => MotionSource::Static,
+    };
+    Model {
+        motion,
+        ..still::model(assembled.pulse_weight_rad)
+    }
+}
+
+/// Adds the recording and its model to `out`.
+pub fn write(
+    files: &[PathBuf],
+    recording: &Recording,
+    assembled: &Assembled,
+    left_out: &[(String, String)],
+    out: &mut OutputFolder,
+) -> Result<(), InputError> {
+    recording.write_commented_into(out, &recording_comment(files, assembled, left_out))?;
+    let model = ideal(assembled);
+    model.check(&out.target().join(MODEL))?;
+    let text = format!("{}{}", model_comment(&model), model.to_toml());
+    out.write(MODEL, text.as_bytes())
+}
+
+fn recording_comment(
+    files: &[PathBuf],
+    assembled: &Assembled,
+    left_out: &[(String, String)],
+) -> String {
+    let name = |file: &PathBuf| {
+        file.file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()
+    };
+    let names: Vec<String> = files.iter().map(name).collect();
+    let mut text = format!(
+        "# Made by `rlg import` of {}.\n",
+        one_line(&names.join(", "))
+    );
+    text.push_str("# value = stored * scale + offset, in SI; row k covers start_s + k/rate_hz to start_s + (k+1)/rate_hz,\n");
+    text.push_str("# attitudes (body to navigation) and temperatures are at a row's end; null was not measured.\n");
+    // Writing to a String cannot fail, so the results of write! are dropped.
+    for taken in &assembled.taken {
+        let axis = taken.axis.as_deref().unwrap_or("-");
+        let origin = one_line(&taken.origin);
+        let _ = writeln!(
+            text,
+            "#   {}: {} {axis} <- {origin}",
+            one_line(&taken.column),
+            taken.quantity
+        );
+    }
+    for (column, reason) in left_out {
+        let _ = writeln!(
+            text,
+            "#   left out: {}: {}",
+            one_line(column),
+            one_line(reason)
+        );
+    }
+    for note in &assembled.notes {
+        let _ = writeln!(text, "#   {}", one_line(note));
+    }
+    text
+}
+
+/// A foreign text must not end a comment.
+fn one_line(text: &str) -> String {
+    text.chars()
+        .map(|letter| if letter.is_control() { ' ' } else { letter })
+        .collect()
+}
+
+fn model_comment(model: &Model) -> String {
+    let motion = match model.motion {
+        MotionSource::Reference => {
+            "# The motion is the reference's, taken relative to the Earth (a turntable, cameras); where the reference is\n\
+             # itself a gyro, write earth_rate = true.\n"
+        }
+        MotionSource::Static => {
+            "# No reference: the unit is taken to lie still on the turning Earth, at the [site] of recording.toml.\n"
+        }
+    };
+    format!(
+        "# An ideal unit: what `rlg diagnose` finds is what this model leaves out. Put in what you know of the unit\n\
+         # (bias, scale, installation); noise that no key declares is measured.\n{motion}"
+    )
+}

@@ -1,0 +1,11 @@
+//! Forms a recording from mapped columns: clocks from stamps, attitudes, increments, tables, comments and the model.
+
+pub mod stamps;
+
+pub mod attitudes;
+
+pub mod clocks;
+
+pub mod assemble;
+
+pub mod described;

@@ -1,0 +1,227 @@
+//! Forms the clock of a table from a column of stamps, or from a rate.
+//!
+//! A stamp is the time at which a row was taken: the end of its period. Stamps that are even within their own rounding are a
+//! rate, with rows missing where they skip. Sums and means need even rows; attitudes may keep stamps of their own.
+
+use crate::error::InputError;
+use std::path::Path;
+
+/// Rows that a stamp may be off beyond its rounding.
+const OFF_ROWS: f64 = 0.01;
+
+/// Rows below which an offset is rounding of f64.
+const EXACT_ROWS: f64 = 1e-6;
+
+/// A step counts as one row up to this many usual steps.
+const ONE_ROW: f64 = 1.5;
+
+/// Least share of the grid's rows that must be there.
+const FEWEST: f64 = 0.5;
+
+/// Rows by which stamps may run away from a rate that the caller states.
+const RUNAWAY_ROWS: f64 = 1.0;
+
+/// Share of all rows by which they may besides: oscillators are within 1e-2.
+const RUNAWAY_SHARE: f64 = 0.02;
+
+/// When the rows of a table were taken.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Times {
+    /// Even rows; row `places[k]` of the table is row k of the file, and what lies between was not measured.
+    Even {
+        /// Rows a second \[Hz\].
+        rate_hz: f64,
+        /// Beginning of row 0 \[s\].
+        start_s: f64,
+        /// Row of the table for each row of the file.
+        places: Vec<usize>,
+    },
+    /// A time for each row \[s\].
+    Stamped(Vec<f64>),
+}
+
+/// A column of stamps in seconds.
+pub struct Stamps<'a> {
+    /// The file.
+    pub file: &'a Path,
+    /// The column's name.
+    pub name: &'a str,
+    /// The stamps \[s\].
+    pub stamps_s: Vec<f64>,
+    /// Seconds in one unit of the column.
+    pub unit_s: f64,
+}
+
+/// Rows at a rate without stamps.
+pub fn at_rate(rate_hz: f64, rows: usize) -> Times {
+    Times::Even {
+        rate_hz,
+        start_s: 0.0,
+        places: (0..rows).collect(),
+    }
+}
+
+impl Stamps<'_> {
+    /// The clock of these stamps; with `needs_even` uneven ones are refused.
+    pub fn clock(&self, needs_even: bool) -> Result<Times, InputError> {
+        self.check()?;
+        let stamps_s = &self.stamps_s;
+        let (first_s, last_s) = (stamps_s[0], stamps_s[stamps_s.len() - 1]);
+        let usual_s = self.usual_step_s();
+        let places = places(stamps_s, usual_s);
+        let last_place = places[places.len() - 1] as f64;
+        let tolerance = OFF_ROWS + 0.75 * self.resolution_s() / usual_s;
+        let measured_hz = last_place / (last_s - first_s);
+        let near_whole = (measured_hz - measured_hz.round()).abs() * (last_s - first_s) < tolerance;
+        let rate_hz = if near_whole {
+            measured_hz.round()
+        } else {
+            measured_hz
+        };
+        let off = |row: usize| (stamps_s[row] - first_s) * rate_hz - places[row] as f64;
+        let (least, greatest) = (0..places.len())
+            .map(off)
+            .fold((0.0_f64, 0.0_f64), |(least, greatest), off| {
+                (least.min(off), greatest.max(off))
+            });
+        // The first stamp is rounded as all others are.
+        let middle = (least + greatest) / 2.0;
+        let middle = if middle.abs() < EXACT_ROWS {
+            0.0
+        } else {
+            middle
+        };
+        if greatest - middle <= tolerance && stamps_s.len() as f64 > FEWEST * (last_place + 1.0) {
+            return Ok(Times::Even {
+                rate_hz,
+                start_s: first_s + (middle - 1.0) / rate_hz,
+                places,
+            });
+        }
+        if !needs_even {
+            return Ok(Times::Stamped(stamps_s.clone()));
+        }
+        let away = |row: &usize| (off(*row) - middle).abs();
+        let worst = (0..places.len())
+            .max_by(|a, b| away(a).total_cmp(&away(b)))
+            .unwrap_or(0);
+        Err(self.fault(worst, "is a stamp off an even clock, and increments need even rows")
+            .value(format!(
+                "{} s, {:.2} rows from an even clock of {rate_hz:.6} Hz",
+                stamps_s[worst],
+                away(&worst)
+            ))
+            .expected(format!(
+                "stamps even to {tolerance:.2} rows, or --rate HZ where the unit samples evenly and only its stamps jitter"
+            )))
+    }
+
+    /// Rows at the rate that the caller states, placed by the stamps.
+    pub fn at_rate(&self, rate_hz: f64) -> Result<Times, InputError> {
+        self.check()?;
+        let places = places(&self.stamps_s, 1.0 / rate_hz);
+        for (row, (place, stamp)) in places.iter().zip(&self.stamps_s).enumerate() {
+            let off = (stamp - self.stamps_s[0]) * rate_hz - *place as f64;
+            if off.abs() > RUNAWAY_ROWS + RUNAWAY_SHARE * *place as f64 {
+                return Err(self
+                    .fault(row, "is a stamp that does not fit --rate")
+                    .value(format!("{stamp} s, {off:.1} rows off"))
+                    .expected(format!(
+                        "about {} s, or another --rate: the stamps' usual step is {:.6} s",
+                        self.stamps_s[0] + *place as f64 / rate_hz,
+                        self.usual_step_s()
+                    )));
+            }
+        }
+        Ok(Times::Even {
+            rate_hz,
+            start_s: self.stamps_s[0] - 1.0 / rate_hz,
+            places,
+        })
+    }
+
+    fn fault(&self, row: usize, problem: &str) -> InputError {
+        InputError::new(self.file, problem)
+            .channel(self.name)
+            .row(row as u64)
+    }
+
+    /// Refuses stamps that are none or do not go on.
+    fn check(&self) -> Result<(), InputError> {
+        let mut before_s = f64::NEG_INFINITY;
+        for (row, stamp) in self.stamps_s.iter().enumerate() {
+            if !stamp.is_finite() {
+                return Err(self
+                    .fault(row, "has no time")
+                    .value(stamp)
+                    .expected("a time in every row"));
+            }
+            if *stamp <= before_s {
+                return Err(self
+                    .fault(row, "is a time that does not go on")
+                    .value(format!("{stamp} s"))
+                    .expected(format!(
+                        "a time after {before_s} s, or --rate HZ and --time none"
+                    )));
+            }
+            before_s = *stamp;
+        }
+        match self.stamps_s.len() {
+            0 | 1 => Err(InputError::new(self.file, "holds too few rows")
+                .value(self.stamps_s.len())
+                .expected("at least 2 rows")),
+            _ => Ok(()),
+        }
+    }
+
+    /// Mean of the steps that span one row \[s\]: stamps of few digits have steps of several lengths.
+    fn usual_step_s(&self) -> f64 {
+        let mut steps_s: Vec<f64> = self
+            .stamps_s
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .collect();
+        steps_s.sort_by(f64::total_cmp);
+        let middle_s = steps_s[steps_s.len() / 2];
+        let single = steps_s
+            .partition_point(|step_s| *step_s < ONE_ROW * middle_s)
+            .max(1);
+        steps_s[..single].iter().sum::<f64>() / single as f64
+    }
+
+    /// The last digit with which the stamps are written \[s\].
+    fn resolution_s(&self) -> f64 {
+        let mut quantum = 1.0;
+        let first_s = self.stamps_s[0];
+        // What f64 holds of a stamp: since 1970 in seconds that is 2e-7 s.
+        let held_s = 4.0
+            * f64::EPSILON
+            * first_s
+                .abs()
+                .max(self.stamps_s[self.stamps_s.len() - 1].abs());
+        for _ in 0..12 {
+            let is_whole = |stamp_s: &f64| {
+                let quanta = (stamp_s - first_s) / self.unit_s / quantum;
+                let held = held_s / self.unit_s / quantum;
+                (quanta - quanta.round()).abs() <= 1e-9 * quanta.abs().max(1.0) + held
+            };
+            if self.stamps_s.iter().all(is_whole) {
+                break;
+            }
+            quantum /= 10.0;
+        }
+        quantum * self.unit_s
+    }
+}
+
+/// The row of each stamp, counted from one to the next in steps of `step_s`.
+fn places(stamps_s: &[f64], step_s: f64) -> Vec<usize> {
+    let mut places = Vec::with_capacity(stamps_s.len());
+    places.push(0);
+    let mut place = 0;
+    for pair in stamps_s.windows(2) {
+        place += ((pair[1] - pair[0]) / step_s).round().max(1.0) as usize;
+        places.push(place);
+    }
+    places
+}

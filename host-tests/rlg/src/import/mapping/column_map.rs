@@ -1,0 +1,447 @@
+//! Decides which column of a foreign file becomes what: as the caller says, else by its name.
+//!
+//! A unit comes from the caller, the column's name, the line of units or the documentation of a known form of file, in this
+//! order, and from nowhere else: a gyro, force or reference whose unit nobody states is asked for.
+
+use std::path::Path;
+
+use super::column_names::{self, Guess};
+use super::known_forms::Form;
+use super::targets::Target;
+use crate::error::InputError;
+use crate::import::files::columns::{Block, Column};
+use crate::import::files::units::{Dimension, Unit};
+use crate::recording::Quantity;
+
+/// Column names that an error lists.
+const MOST_LISTED: usize = 24;
+
+/// A column that is taken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mapped {
+    /// Index of its block.
+    pub block: usize,
+    /// Index in the block.
+    pub column: usize,
+    /// What it becomes.
+    pub target: Target,
+    /// About which axis.
+    pub axis: Option<String>,
+    /// Its unit.
+    pub unit: Unit,
+    /// The unit as written.
+    pub unit_text: String,
+    /// Whether the caller named it.
+    pub is_given: bool,
+}
+
+/// What becomes of all columns.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Plan {
+    /// Columns that are taken.
+    pub mapped: Vec<Mapped>,
+    /// Columns that are not: name and reason.
+    pub left_out: Vec<(String, String)>,
+}
+
+/// One `--map COLUMN=QUANTITY:AXIS:UNIT`.
+#[derive(Debug, Clone, PartialEq)]
+struct Given {
+    column: String,
+    target: Target,
+    axis: Option<String>,
+    unit: Option<String>,
+}
+
+/// Decides on every column of `blocks`.
+///
+/// # Inputs
+/// `maps` as `COLUMN=QUANTITY:AXIS:UNIT`, `units` as `QUANTITY:UNIT`; `times` are names of columns of stamps.
+pub fn plan(
+    blocks: &[Block],
+    maps: &[String],
+    units: &[String],
+    times: &[String],
+) -> Result<Plan, InputError> {
+    let file = &blocks[0].file;
+    let mut given = Vec::new();
+    for text in maps {
+        given.extend(parse(file, text)?);
+    }
+    let units = units_of_quantities(file, units)?;
+    let mut plan = Plan::default();
+    let mut named = Vec::new();
+    for given in given {
+        let place = locate(blocks, &given.column, "--map")?;
+        if named.contains(&place) {
+            return Err(InputError::new(file, "is mapped twice")
+                .channel(&given.column)
+                .expected("one --map for each column"));
+        }
+        named.push(place);
+        take_given(blocks, place, given, &units, &mut plan)?;
+    }
+    for (b, block) in blocks.iter().enumerate() {
+        let guesses = guesses(block);
+        for (c, column) in block.columns.iter().enumerate() {
+            if !named.contains(&(b, c)) && !times.contains(&column.name) {
+                let guess = guesses[c].clone();
+                match by_name(blocks, (b, c), guess, &units, &plan)? {
+                    Ok(mapped) => plan.mapped.push(mapped),
+                    Err(reason) => plan.left_out.push((column.name.clone(), reason)),
+                }
+            }
+        }
+    }
+    drop_incomplete_attitudes(blocks, &mut plan);
+    check_gyros(blocks, &plan)?;
+    Ok(plan)
+}
+
+/// The place of the column `name`: block and index.
+pub fn locate(blocks: &[Block], name: &str, option: &str) -> Result<(usize, usize), InputError> {
+    let all = blocks.iter().enumerate().flat_map(|(b, block)| {
+        let columns = block.columns.iter().enumerate();
+        columns.map(move |(c, column)| ((b, c), column))
+    });
+    let mut found = all.filter(|(_, column)| column.name == name);
+    match (found.next(), found.next()) {
+        (Some((place, _)), None) => Ok(place),
+        (Some(_), Some(_)) => Err(InputError::new(&blocks[0].file, "has this column twice")
+            .channel(name)
+            .expected("each column once")),
+        _ => Err(InputError::new(&blocks[0].file, "has no such column")
+            .channel(format!("{option} {name}"))
+            .expected(format!("one of {}", list(blocks)))),
+    }
+}
+
+/// The columns' names for an error.
+fn list(blocks: &[Block]) -> String {
+    let names = blocks
+        .iter()
+        .flat_map(|block| &block.columns)
+        .map(|column| column.name.as_str());
+    let names: Vec<&str> = names.collect();
+    match names.get(..MOST_LISTED) {
+        Some(first) => format!(
+            "{} and {} more",
+            first.join(", "),
+            names.len() - MOST_LISTED
+        ),
+        None => names.join(", "),
+    }
+}
+
+/// The entries of one `--map`: several letters of axes are the columns of a matrix.
+fn parse(file: &Path, text: &str) -> Result<Vec<Given>, InputError> {
+    let fault = || {
+        InputError::new(file, "cannot be mapped like this")
+            .channel("--map")
+            .value(format!("{text:?}"))
+            .expected("COLUMN=QUANTITY:AXIS:UNIT, as in gx=gyro_rate:x:deg/s")
+    };
+    let (column, rest) = text.rsplit_once('=').ok_or_else(fault)?;
+    let mut parts = rest.splitn(3, ':').map(str::trim);
+    let target = parts
+        .next()
+        .filter(|name| !name.is_empty())
+        .ok_or_else(fault)?;
+    let target = Target::from_name(target);
+    let axis = parts.next().filter(|axis| !matches!(*axis, "" | "-"));
+    let unit = parts
+        .next()
+        .filter(|unit| !unit.is_empty())
+        .map(str::to_owned);
+    let given = |column: String, axis: Option<String>| Given {
+        column,
+        target: target.clone(),
+        axis,
+        unit: unit.clone(),
+    };
+    let column = column.trim();
+    if let Some(axes) =
+        axis.filter(|axis| axis.len() > 1 && axis.chars().all(|letter| "wxyz".contains(letter)))
+    {
+        let entry = |(place, letter): (usize, char)| {
+            given(format!("{column}[{place}]"), Some(letter.to_string()))
+        };
+        return Ok(axes.chars().enumerate().map(entry).collect());
+    }
+    if !target.takes_axis(axis) {
+        return Err(
+            InputError::new(file, format!("{} cannot have this axis", target.name()))
+                .channel(format!("--map {text}"))
+                .value(axis.unwrap_or("none"))
+                .expected(match target.is_attitude() && target != Target::Euler {
+                    true => "w, x, y or z",
+                    false => "x, y or z",
+                }),
+        );
+    }
+    Ok(vec![given(column.to_owned(), axis.map(str::to_owned))])
+}
+
+/// `--unit QUANTITY:UNIT` taken apart.
+fn units_of_quantities(file: &Path, units: &[String]) -> Result<Vec<(String, String)>, InputError> {
+    let parse = |text: &String| {
+        let (quantity, unit) = text.split_once(':').ok_or_else(|| {
+            InputError::new(file, "is no unit of a quantity")
+                .channel("--unit")
+                .value(format!("{text:?}"))
+                .expected("QUANTITY:UNIT, as in gyro_rate:deg/s")
+        })?;
+        Ok((quantity.trim().to_owned(), unit.trim().to_owned()))
+    };
+    units.iter().map(parse).collect()
+}
+
+/// The unit of a column that is to become `target`, with the text that names it; `None` where nobody does.
+fn unit_of(
+    block: &Block,
+    column: &Column,
+    target: &Target,
+    written: Option<&String>,
+    units: &[(String, String)],
+    guess: Option<&Guess>,
+) -> Result<Option<(Unit, String)>, InputError> {
+    let of_quantity = units.iter().find(|(name, _)| name == target.name());
+    let by_caller = written.or(of_quantity.map(|(_, unit)| unit));
+    let by_file = || {
+        let in_name = guess
+            .and_then(|guess| guess.unit.clone())
+            .or(column.unit.clone());
+        in_name.or_else(|| Form::of(block)?.unit(target.name()).map(str::to_owned))
+    };
+    let text = match (by_caller.cloned().or_else(by_file), target.dimension()) {
+        (Some(text), _) => text,
+        (None, None | Some(Dimension::Number)) => "1".to_owned(),
+        (None, Some(_)) => return Ok(None),
+    };
+    let unit = Unit::parse(&text);
+    let fits = |unit: &Unit| {
+        target
+            .dimension()
+            .is_none_or(|dimension| dimension == unit.dimension)
+    };
+    match unit.filter(fits) {
+        Some(unit) => Ok(Some((unit, text))),
+        None if by_caller.is_none() => Ok(None),
+        None => Err(
+            InputError::new(&block.file, format!("is no unit of {}", target.name()))
+                .channel(&column.name)
+                .value(format!("{text:?}"))
+                .expected(target.dimension().map_or("a unit", Dimension::examples)),
+        ),
+    }
+}
+
+fn no_unit(block: &Block, column: &Column, target: &Target, axis: Option<&str>) -> InputError {
+    let examples = target.dimension().map_or("a unit", Dimension::examples);
+    InputError::new(&block.file, format!("is taken for {}, but its unit stands nowhere", target.name()))
+        .channel(&column.name)
+        .expected(format!(
+            "--unit {0}:UNIT for all columns of the quantity or --map {1}={0}:{2}:UNIT, with UNIT one of {examples}",
+            target.name(),
+            column.name,
+            axis.unwrap_or("-")
+        ))
+}
+
+fn take_given(
+    blocks: &[Block],
+    (b, c): (usize, usize),
+    given: Given,
+    units: &[(String, String)],
+    plan: &mut Plan,
+) -> Result<(), InputError> {
+    let (block, column) = (&blocks[b], &blocks[b].columns[c]);
+    if given.target == Target::Nothing {
+        plan.left_out
+            .push((column.name.clone(), "by --map".to_owned()));
+        return Ok(());
+    }
+    column.check(&block.file)?;
+    let axis = given.axis.as_deref();
+    let guess = column_names::guess(&column.name);
+    let unit = unit_of(
+        block,
+        column,
+        &given.target,
+        given.unit.as_ref(),
+        units,
+        guess.as_ref(),
+    )?;
+    let (unit, unit_text) = unit.ok_or_else(|| no_unit(block, column, &given.target, axis))?;
+    if let Some(other) = plan.holder(&given.target, axis) {
+        let other = &blocks[other.block].columns[other.column].name;
+        return Err(
+            InputError::new(&block.file, "is mapped to what another column is mapped to")
+                .channel(&column.name)
+                .value(format!(
+                    "{} {} of {other}",
+                    given.target.name(),
+                    axis.unwrap_or("-")
+                ))
+                .expected("each quantity and axis once"),
+        );
+    }
+    plan.mapped.push(Mapped {
+        block: b,
+        column: c,
+        target: given.target,
+        axis: given.axis,
+        unit,
+        unit_text,
+        is_given: true,
+    });
+    Ok(())
+}
+
+/// What a column becomes by its name, or why it is left out.
+fn by_name(
+    blocks: &[Block],
+    (b, c): (usize, usize),
+    guess: Option<Guess>,
+    units: &[(String, String)],
+    plan: &Plan,
+) -> Result<Result<Mapped, String>, InputError> {
+    let (block, column) = (&blocks[b], &blocks[b].columns[c]);
+    let leave = |reason: &str| Ok(Err(reason.to_owned()));
+    let Some(guess) = guess else {
+        return leave("its name says no quantity and axis; --map states both");
+    };
+    let axis = guess.axis.as_deref();
+    let name = guess.target.name();
+    if !guess.target.takes_axis(axis) {
+        return leave(&format!("a {name} has no such axis"));
+    }
+    if matches!(column.bad_cell, Some((0, _))) {
+        return leave("it is text");
+    }
+    if column.values.iter().all(|value| value.is_nan()) {
+        return leave("it holds no value");
+    }
+    let is_other_attitude = |mapped: &&Mapped| {
+        mapped.is_given && mapped.target.is_attitude() && guess.target.is_attitude()
+    };
+    let holder = plan.holder(&guess.target, axis);
+    if let Some(other) = holder.or(plan.mapped.iter().find(is_other_attitude)) {
+        let other = &blocks[other.block].columns[other.column].name;
+        return leave(&format!("{name} {} is {other}", axis.unwrap_or("-")));
+    }
+    let Some((unit, unit_text)) = unit_of(block, column, &guess.target, None, units, Some(&guess))?
+    else {
+        if guess.target.needs_a_unit() {
+            return Err(no_unit(block, column, &guess.target, axis));
+        }
+        return leave(&format!(
+            "its unit stands nowhere; --unit {name}:UNIT states it"
+        ));
+    };
+    column.check(&block.file)?;
+    Ok(Ok(Mapped {
+        block: b,
+        column: c,
+        target: guess.target,
+        axis: guess.axis,
+        unit,
+        unit_text,
+        is_given: false,
+    }))
+}
+
+/// What the names of a block's columns say, with digits turned into axes: 0 1 2 or 1 2 3 are x y z, 0 to 3 of a quaternion
+/// w x y z.
+fn guesses(block: &Block) -> Vec<Option<Guess>> {
+    let mut guesses: Vec<Option<Guess>> = block
+        .columns
+        .iter()
+        .map(|column| column_names::guess(&column.name))
+        .collect();
+    let digit = |guess: &Guess| {
+        guess
+            .axis
+            .as_deref()
+            .and_then(|axis| axis.parse::<usize>().ok())
+    };
+    let seen: Vec<(Target, usize)> = guesses
+        .iter()
+        .flatten()
+        .filter_map(|guess| Some((guess.target.clone(), digit(guess)?)))
+        .collect();
+    for place in &mut guesses {
+        let Some((guess, index)) = place
+            .as_ref()
+            .and_then(|guess| Some((guess.clone(), digit(guess)?)))
+        else {
+            continue;
+        };
+        let is_quaternion = guess.target == Target::Stored(Quantity::ReferenceAttitude);
+        let from_zero = seen.contains(&(guess.target.clone(), 0));
+        // Of q1 to q4 some mean the first as the scalar and some the last: they need --map.
+        let labels: &[&str] = match (is_quaternion, from_zero) {
+            (true, true) => &["w", "x", "y", "z"],
+            (false, true) => &["x", "y", "z"],
+            (false, false) => &["", "x", "y", "z"],
+            (true, false) => &[],
+        };
+        let label = labels.get(index).filter(|label| !label.is_empty());
+        *place = label.map(|label| Guess {
+            axis: Some((*label).to_owned()),
+            ..guess
+        });
+    }
+    guesses
+}
+
+impl Plan {
+    /// The column that is this quantity about this axis already.
+    fn holder(&self, target: &Target, axis: Option<&str>) -> Option<&Mapped> {
+        let mut mapped = self.mapped.iter();
+        mapped.find(|mapped| mapped.target == *target && mapped.axis.as_deref() == axis)
+    }
+}
+
+/// Leaves out quaternions that are guessed and lack a component.
+fn drop_incomplete_attitudes(blocks: &[Block], plan: &mut Plan) {
+    let attitude = Target::Stored(Quantity::ReferenceAttitude);
+    let is_guessed = |mapped: &Mapped| mapped.target == attitude && !mapped.is_given;
+    let count = plan
+        .mapped
+        .iter()
+        .filter(|mapped| is_guessed(mapped))
+        .count();
+    if (1..4).contains(&count) {
+        let (dropped, kept) = plan.mapped.drain(..).partition(is_guessed);
+        plan.mapped = kept;
+        let name = |mapped: &Mapped| blocks[mapped.block].columns[mapped.column].name.clone();
+        let reason = "a quaternion needs w, x, y and z".to_owned();
+        let dropped: Vec<Mapped> = dropped;
+        plan.left_out
+            .extend(dropped.iter().map(|mapped| (name(mapped), reason.clone())));
+    }
+}
+
+/// Refuses a file without gyros about x, y and z.
+fn check_gyros(blocks: &[Block], plan: &Plan) -> Result<(), InputError> {
+    let has = |axis: &str| {
+        let mut gyros = plan.mapped.iter().filter(|mapped| mapped.target.is_gyro());
+        gyros.any(|mapped| mapped.axis.as_deref() == Some(axis))
+    };
+    let missing: Vec<&str> = ["x", "y", "z"]
+        .into_iter()
+        .filter(|axis| !has(axis))
+        .collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    Err(
+        InputError::new(&blocks[0].file, "has no column that is known as a gyro's")
+            .channel(format!("gyro {}", missing.join(", ")))
+            .expected(format!(
+                "--map COLUMN=gyro_rate:AXIS:UNIT with a column of {}",
+                list(blocks)
+            )),
+    )
+}

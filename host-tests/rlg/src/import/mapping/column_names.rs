@@ -1,0 +1,250 @@
+//! Tells from a column's name what it measures, about which axis and in which unit, where names are usual ones.
+
+use super::targets::Target;
+use crate::import::files::units::{Dimension, Unit};
+use crate::recording::Quantity;
+
+/// What a name says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Guess {
+    /// What the column measures.
+    pub target: Target,
+    /// The axis; a digit until the columns beside it are known.
+    pub axis: Option<String>,
+    /// The unit in the name.
+    pub unit: Option<String>,
+}
+
+/// Words before a quantity that say nothing of it.
+const FILLERS: &[&str] = &[
+    "imu",
+    "ins",
+    "sensor",
+    "sensors",
+    "raw",
+    "cal",
+    "calibrated",
+    "data",
+    "device",
+    "motion",
+    "body",
+    "b",
+    "mean",
+    "measured",
+    "meas",
+    "value",
+    "values",
+];
+
+/// Words that say that another instrument measured.
+const REFERENCE_WORDS: &[&str] = &[
+    "ref",
+    "reference",
+    "truth",
+    "true",
+    "gt",
+    "groundtruth",
+    "vicon",
+    "opt",
+    "optical",
+    "mocap",
+    "optitrack",
+    "table",
+    "turntable",
+];
+
+/// Usual names, run together in lower case.
+fn quantity(stem: &str) -> Option<Target> {
+    let quantity = match stem {
+        "gyro" | "gyr" | "gyros" | "gyroscope" | "gyrorate" | "g" | "w" | "omega"
+        | "angularvelocity" | "angularrate" | "angvel" | "angrate" | "rate" | "rates"
+        | "rotationrate" | "rotrate" | "turnrate" | "gyrorad" => Quantity::GyroRate,
+        "dtheta" | "deltatheta" | "deltaangle" | "dangle" | "dang" | "gyroincrement"
+        | "angleincrement" => Quantity::GyroIncrement,
+        "gyrocount" | "gyrocounts" | "gyropulses" | "pulse" | "pulses" | "count" | "counts" => {
+            Quantity::GyroCount
+        }
+        "acc" | "accel" | "accelerometer" | "accelerometers" | "acceleration" | "a" | "f"
+        | "sf" | "specificforce" => Quantity::SpecificForce,
+        "dvel" | "deltav" | "deltavel" | "deltavelocity" | "dv" | "velocityincrement" => {
+            Quantity::VelocityIncrement
+        }
+        "mag" | "magnetometer" | "magneticfield" | "magfield" | "magnetic" | "m" => {
+            Quantity::MagneticField
+        }
+        "temp" | "temperature" => Quantity::Temperature,
+        "q" | "quat" | "quaternion" | "orientation" | "attitude" | "att" => {
+            Quantity::ReferenceAttitude
+        }
+        "dither" | "pickoff" | "ditherangle" => Quantity::DitherAngle,
+        "encoder" | "enc" | "encoderangle" | "tableangle" => return Some(Target::ReferenceAngle),
+        _ => return None,
+    };
+    Some(Target::Stored(quantity))
+}
+
+/// The unit that stands in brackets or behind the last blank of a name, and the name without it.
+fn bracketed(name: &str) -> (String, Option<String>) {
+    for (open, close) in [('(', ')'), ('[', ']')] {
+        if let Some((before, inside)) = name
+            .trim_end()
+            .strip_suffix(close)
+            .and_then(|rest| rest.rsplit_once(open))
+        {
+            let is_index = inside.chars().all(|letter| letter.is_ascii_digit());
+            if !is_index && Unit::parse(inside).is_some() {
+                return (before.trim().to_owned(), Some(inside.to_owned()));
+            }
+        }
+    }
+    if let Some((before, last)) = name.trim().rsplit_once(char::is_whitespace)
+        && last.contains(['/', '°'])
+        && Unit::parse(last).is_some()
+    {
+        return (before.trim().to_owned(), Some(last.to_owned()));
+    }
+    (name.to_owned(), None)
+}
+
+/// The words of a name: parted by signs, and where a small letter meets a capital.
+fn words(name: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut small = false;
+    for letter in name.chars() {
+        if !letter.is_alphanumeric() {
+            words.push(String::new());
+        } else {
+            if small && letter.is_uppercase() {
+                words.push(String::new());
+            }
+            if let Some(word) = words.last_mut() {
+                word.push(letter);
+            }
+        }
+        small = letter.is_lowercase();
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+fn axis_of(word: &str) -> Option<&'static str> {
+    let labels = ["w", "x", "y", "z", "0", "1", "2", "3", "4"];
+    let lower = word.to_lowercase();
+    match lower.as_str() {
+        "roll" => Some("x"),
+        "pitch" => Some("y"),
+        "yaw" => Some("z"),
+        _ => labels.into_iter().find(|label| *label == lower),
+    }
+}
+
+/// What words without a unit say: quantity and axis.
+fn meaning(words: &[String]) -> Option<(Target, Option<String>)> {
+    let lower: Vec<String> = words.iter().map(|word| word.to_lowercase()).collect();
+    let is_reference = lower
+        .iter()
+        .any(|word| REFERENCE_WORDS.contains(&word.as_str()));
+    let is_filler = |word: &str| {
+        let name = word.trim_end_matches(|letter: char| letter.is_ascii_digit());
+        REFERENCE_WORDS.contains(&word) || (FILLERS.contains(&name) && (name != "b" || word == "b"))
+    };
+    let mut left: Vec<&str> = lower
+        .iter()
+        .map(String::as_str)
+        .filter(|word| !is_filler(word))
+        .collect();
+    let mut axis = None;
+    if left.len() > 1 {
+        if let Some(found) = left.last().and_then(|word| axis_of(word)) {
+            axis = Some(found);
+            left.pop();
+        } else if let Some(found) = left.first().and_then(|word| axis_of(word)) {
+            axis = Some(found);
+            left.remove(0);
+        }
+    }
+    let mut stem = left.concat();
+    // A reference of which only the axis is named is an attitude: `Vicon Orientation W` came out as `orientation`.
+    let mut target = quantity(&stem).filter(|_| axis.is_some() || stem.len() > 1);
+    if target.is_none() && axis.is_none() {
+        let last = stem.pop()?;
+        axis = axis_of(&last.to_string());
+        axis?;
+        target = quantity(&stem);
+    }
+    let target = as_reference(target?, is_reference)?;
+    let bare = Target::Stored(Quantity::Temperature);
+    (axis.is_some() || target == bare).then_some((target, axis.map(str::to_owned)))
+}
+
+/// What a quantity is where another instrument measured it; `None` where that is of no use.
+fn as_reference(target: Target, is_reference: bool) -> Option<Target> {
+    if !is_reference {
+        return Some(target);
+    }
+    match target {
+        Target::Stored(Quantity::GyroRate) => Some(Target::ReferenceRate),
+        Target::Stored(Quantity::GyroIncrement) => {
+            Some(Target::Stored(Quantity::ReferenceIncrement))
+        }
+        Target::Stored(Quantity::ReferenceAttitude) | Target::ReferenceAngle => Some(target),
+        _ => None,
+    }
+}
+
+/// What `name` says of its column; `None` where the name is no usual one.
+pub fn guess(name: &str) -> Option<Guess> {
+    let (rest, unit) = bracketed(name);
+    let words = words(&rest);
+    if unit.is_some() {
+        let (target, axis) = meaning(&words)?;
+        return Some(Guess { target, axis, unit });
+    }
+    // A unit may be the last words, before or behind the axis: `gyro_x_deg_s`, `accelerometer_m_s2[0]`.
+    let (body, index) = match words.split_last() {
+        Some((last, body)) if axis_of(last).is_some() && body.len() > 1 => (body, Some(last)),
+        _ => (&words[..], None),
+    };
+    for (words, index) in [(&words[..], None), (body, index)] {
+        for count in (1..=2.min(words.len().saturating_sub(1))).rev() {
+            let (before, last) = words.split_at(words.len() - count);
+            let unit = last.join("_");
+            let mut before = before.to_vec();
+            before.extend(index.cloned());
+            if let (Some(parsed), Some((target, axis))) = (Unit::parse(&unit), meaning(&before))
+                && target.dimension() == Some(parsed.dimension)
+            {
+                let unit = Some(unit);
+                return Some(Guess { target, axis, unit });
+            }
+        }
+    }
+    let (target, axis) = meaning(&words)?;
+    let unit = None;
+    Some(Guess { target, axis, unit })
+}
+
+/// The unit text of a column of times, `Some(None)` where the name says time but no unit.
+pub fn time_unit(name: &str) -> Option<Option<String>> {
+    let (rest, unit) = bracketed(name);
+    let words = words(&rest);
+    let lower: Vec<String> = words.iter().map(|word| word.to_lowercase()).collect();
+    let is_time = |word: &str| {
+        matches!(
+            word,
+            "t" | "time" | "timestamp" | "stamp" | "stamps" | "times" | "timestamps"
+        )
+    };
+    let (first, last) = (lower.first()?, lower.last()?);
+    if unit.is_some() {
+        let is_named = lower.iter().any(|word| is_time(word));
+        return is_named.then_some(unit);
+    }
+    if lower.len() > 1 && lower.iter().any(|word| is_time(word)) {
+        if Unit::parse(last).is_some_and(|unit| unit.dimension == Dimension::Time) {
+            return Some(words.last().cloned());
+        }
+    }
+    let alone = matches!(lower.len(), 1 | 2) && (is_time(first) || is_time(last));
+    alone.then_some(None)
+}
