@@ -7,7 +7,8 @@ use std::time::Instant;
 
 use clap::Args;
 
-use super::import::{Format, Import};
+use super::import::Import;
+use super::import_format::Format;
 use crate::challenge::Share;
 use crate::challenge::golden::{
     Comparison, Header, Row, Table, compare, recording_row, trial_name, trial_rows,

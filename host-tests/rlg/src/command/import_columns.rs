@@ -7,7 +7,7 @@ use clap::Args;
 use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};
 
-use super::import::Format;
+use super::import_format::Format;
 use crate::error::InputError;
 use crate::import::files::columns::{Block, Column, blocks};
 use crate::import::files::{hdf5_file, mat_file, text_table};

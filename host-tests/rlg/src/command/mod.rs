@@ -21,6 +21,7 @@ mod diagnose;
 mod golden;
 mod import;
 mod import_columns;
+mod import_format;
 mod inputs;
 mod inspect;
 mod navigate;

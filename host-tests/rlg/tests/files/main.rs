@@ -4,7 +4,9 @@
 mod bad_input;
 mod damaged_recordings;
 mod import;
+mod import_columns;
 mod import_foreign;
+mod import_matrices;
 mod model_compensation;
 mod model_round_trip;
 mod output_folder;

@@ -157,14 +157,13 @@ impl Unit {
         let text = canonical(text);
         let same =
             |name: &&str| **name == text || (name.len() > 3 && text.to_lowercase() == **name);
-        UNITS
-            .iter()
-            .find(|(names, ..)| names.iter().any(|name| same(&name)))
-            .map(|&(_, dimension, scale, offset)| Self {
+        UNITS.iter().find(|(names, ..)| names.iter().any(same)).map(
+            |&(_, dimension, scale, offset)| Self {
                 dimension,
                 scale,
                 offset,
-            })
+            },
+        )
     }
 
     /// A stored value in SI.

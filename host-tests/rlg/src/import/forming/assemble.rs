@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::attitudes::{increments_of_angle, of_euler, unit};
 use super::clocks::{Group, Said, check_one_rate, stamps_of, times};
+use super::sense::other_sense;
 use super::stamps::Times;
 use crate::error::InputError;
 use crate::import::files::columns::Block;
@@ -42,6 +43,13 @@ pub struct Assembled {
     pub notes: Vec<String>,
 }
 
+/// Quantities that are sums over a row, not means.
+const SUMS: [Quantity; 3] = [
+    Quantity::GyroIncrement,
+    Quantity::VelocityIncrement,
+    Quantity::ReferenceIncrement,
+];
+
 /// Assembles the tables.
 pub fn assemble(blocks: &[Block], plan: &Plan, said: &Said) -> Result<Assembled, InputError> {
     let mut groups: BTreeMap<Group, Vec<&Mapped>> = BTreeMap::new();
@@ -57,15 +65,18 @@ pub fn assemble(blocks: &[Block], plan: &Plan, said: &Said) -> Result<Assembled,
     let mut groups: Vec<(Group, Vec<&Mapped>)> = groups.into_iter().collect();
     groups.sort_by_key(|(_, columns)| !has_gyros(columns));
     let mut assembled = Assembled::default();
-    for (place, (group, columns)) in groups.iter().enumerate() {
+    let mut parts = Vec::new();
+    for (group, columns) in groups {
+        let name_of = |column: usize| blocks[group.0].columns[column].name.clone();
+        assembled.stamps.extend(group.1.map(name_of));
+        parts.extend(apart(times(blocks, group, &columns, said)?, columns));
+    }
+    for (place, (times, columns)) in parts.into_iter().enumerate() {
         let name = match place {
             0 => "samples.parquet".to_owned(),
             1 => "reference.parquet".to_owned(),
             more => format!("table-{more}.parquet"),
         };
-        let times = times(blocks, *group, columns, said)?;
-        let name_of = |column: usize| blocks[group.0].columns[column].name.clone();
-        assembled.stamps.extend(group.1.map(name_of));
         let mut builder = Builder {
             blocks,
             name,
@@ -73,12 +84,27 @@ pub fn assemble(blocks: &[Block], plan: &Plan, said: &Said) -> Result<Assembled,
             channels: Vec::new(),
             assembled: &mut assembled,
         };
-        builder.stored(columns)?;
-        builder.increments(columns)?;
-        builder.attitudes(columns, said)?;
+        builder.stored(&columns)?;
+        builder.increments(&columns)?;
+        builder.attitudes(&columns, said)?;
         builder.finish();
     }
     Ok(assembled)
+}
+
+/// Attitudes beside resampled rows keep their stamps, in a table of their own.
+fn apart(times: Times, columns: Vec<&Mapped>) -> Vec<(Times, Vec<&Mapped>)> {
+    let Times::Resampled { resampling, .. } = &times else {
+        return vec![(times, columns)];
+    };
+    let stamped = Times::Stamped(resampling.stamps_s.clone());
+    let is_attitude = |mapped: &&Mapped| mapped.target.is_attitude();
+    let (attitudes, others): (Vec<_>, Vec<_>) = columns.into_iter().partition(is_attitude);
+    let mut parts = vec![(times, others)];
+    if !attitudes.is_empty() {
+        parts.push((stamped, attitudes));
+    }
+    parts
 }
 
 /// One table on the way.
@@ -105,6 +131,15 @@ impl Builder<'_> {
         let values = stored.iter().map(|stored| mapped.unit.to_si(*stored));
         match &self.times {
             Times::Stamped(_) => values.collect(),
+            Times::Resampled { resampling, .. } => {
+                let values: Vec<f64> = values.collect();
+                match &mapped.target {
+                    Target::Stored(quantity) if SUMS.contains(quantity) => resampling.sums(&values),
+                    Target::ReferenceAngle => resampling.steps(&increments_of_angle(&values)),
+                    target if target.is_of_a_period() => resampling.means(&values),
+                    _ => resampling.latest(&values),
+                }
+            }
             Times::Even { places, .. } => {
                 let mut filled = vec![f64::NAN; places.last().map_or(0, |last| last + 1)];
                 for (place, value) in places.iter().zip(values) {
@@ -164,6 +199,7 @@ impl Builder<'_> {
                 continue;
             }
             if *quantity == Quantity::GyroCount {
+                self.check_counts(mapped)?;
                 let place = axis.and_then(|axis| "xyz".find(axis)).unwrap_or(0);
                 self.assembled.pulse_weight_rad[place] = mapped.unit.scale.abs();
                 // The model holds the weight; a negative one is a gyro that counts backwards.
@@ -171,22 +207,31 @@ impl Builder<'_> {
                 values
                     .iter_mut()
                     .for_each(|value| *value = (*value / mapped.unit.scale).round() * sign);
-                let raw = &self.blocks[mapped.block].columns[mapped.column].values;
-                if let Some(row) = raw.iter().position(|count| count.fract().abs() > 0.0) {
-                    return Err(InputError::new(
-                        self.file(mapped),
-                        "is not a whole number of pulses",
-                    )
-                    .channel(self.source(mapped))
-                    .row(row as u64)
-                    .value(raw[row])
-                    .expected("pulses counted over the row; for angles map it to gyro_increment"));
-                }
                 scaling = (1.0, 0.0);
             }
             self.add(quantity.clone(), axis, scaling, values, origin);
         }
         Ok(())
+    }
+
+    /// Refuses counts that are not whole, or whose rows are uneven.
+    fn check_counts(&self, mapped: &Mapped) -> Result<(), InputError> {
+        let raw = &self.blocks[mapped.block].columns[mapped.column].values;
+        let fault = |problem: &str| {
+            InputError::new(self.file(mapped), problem).channel(self.source(mapped))
+        };
+        if let Some(row) = raw.iter().position(|count| count.fract().abs() > 0.0) {
+            return Err(fault("is not a whole number of pulses")
+                .row(row as u64)
+                .value(raw[row])
+                .expected("pulses counted over the row; for angles map it to gyro_increment"));
+        }
+        match &self.times {
+            Times::Resampled { note, .. } => Err(fault("counts pulses over uneven rows")
+                .value(note)
+                .expected("even stamps, or --map to gyro_increment")),
+            _ => Ok(()),
+        }
     }
 
     /// `reference_increment` of rates and of an encoder's angles.
@@ -205,7 +250,11 @@ impl Builder<'_> {
                 }
                 Target::ReferenceAngle => {
                     encoders.push(axis.unwrap_or_default().to_owned());
-                    increments_of_angle(&values)
+                    match self.times {
+                        // Differenced before they were resampled.
+                        Times::Resampled { .. } => values,
+                        _ => increments_of_angle(&values),
+                    }
                 }
                 _ => continue,
             };
@@ -266,6 +315,7 @@ impl Builder<'_> {
     fn period_s(&self) -> f64 {
         match &self.times {
             Times::Even { rate_hz, .. } => 1.0 / rate_hz,
+            Times::Resampled { resampling, .. } => 1.0 / resampling.rate_hz,
             Times::Stamped(_) => f64::NAN,
         }
     }
@@ -353,17 +403,26 @@ impl Builder<'_> {
                 }
                 Clock::Uniform { rate_hz, start_s }
             }
+            Times::Resampled { resampling, note } => {
+                self.assembled.notes.push(note);
+                Clock::Uniform {
+                    rate_hz: resampling.rate_hz,
+                    start_s: resampling.start_s,
+                }
+            }
             Times::Stamped(stamps_s) => Clock::Stamped {
                 column: "t".to_owned(),
                 stamps_s,
             },
         };
-        self.assembled.tables.push(Table {
+        let table = Table {
             file: self.name,
             clock,
             rows,
             channels: self.channels,
-        });
+        };
+        self.assembled.notes.extend(other_sense(&table));
+        self.assembled.tables.push(table);
     }
 }
 

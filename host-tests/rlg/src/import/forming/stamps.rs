@@ -3,8 +3,10 @@
 //! A stamp is the time at which a row was taken: the end of its period. Stamps that are even within their own rounding are a
 //! rate, with rows missing where they skip. Sums and means need even rows; attitudes may keep stamps of their own.
 
-use crate::error::InputError;
 use std::path::Path;
+
+use super::resample::Resampling;
+use crate::error::InputError;
 
 /// Rows that a stamp may be off beyond its rounding.
 const OFF_ROWS: f64 = 0.01;
@@ -14,6 +16,12 @@ const EXACT_ROWS: f64 = 1e-6;
 
 /// A step counts as one row up to this many usual steps.
 const ONE_ROW: f64 = 1.5;
+
+/// A step below this many usual steps is no row of its own: the stamps say when rows arrived, not when they were taken.
+const SHORT_ROW: f64 = 0.5;
+
+/// Rows within which short steps make up for a long one, the long one included.
+const LOOK_AHEAD_ROWS: usize = 5;
 
 /// Least share of the grid's rows that must be there.
 const FEWEST: f64 = 0.5;
@@ -35,6 +43,13 @@ pub enum Times {
         start_s: f64,
         /// Row of the table for each row of the file.
         places: Vec<usize>,
+    },
+    /// Even rows that are read off uneven ones.
+    Resampled {
+        /// The uneven rows and the even clock.
+        resampling: Resampling,
+        /// How uneven they are, as a clause.
+        note: String,
     },
     /// A time for each row \[s\].
     Stamped(Vec<f64>),
@@ -67,11 +82,11 @@ impl Stamps<'_> {
         self.check()?;
         let stamps_s = &self.stamps_s;
         let (first_s, last_s) = (stamps_s[0], stamps_s[stamps_s.len() - 1]);
-        let usual_s = self.usual_step_s();
-        let places = places(stamps_s, usual_s);
+        let places = places(stamps_s, self.usual_step_s());
         let last_place = places[places.len() - 1] as f64;
-        let tolerance = OFF_ROWS + 0.75 * self.resolution_s() / usual_s;
         let measured_hz = last_place / (last_s - first_s);
+        let usual_s = 1.0 / measured_hz;
+        let tolerance = OFF_ROWS + 0.75 * self.resolution_s() / usual_s;
         let near_whole = (measured_hz - measured_hz.round()).abs() * (last_s - first_s) < tolerance;
         let rate_hz = if near_whole {
             measured_hz.round()
@@ -101,19 +116,45 @@ impl Stamps<'_> {
         if !needs_even {
             return Ok(Times::Stamped(stamps_s.clone()));
         }
-        let away = |row: &usize| (off(*row) - middle).abs();
+        let mut offs: Vec<f64> = (0..places.len()).map(off).collect();
+        offs.sort_by(f64::total_cmp);
+        let away = |row: &usize| (off(*row) - offs[offs.len() / 2]).abs();
         let worst = (0..places.len())
             .max_by(|a, b| away(a).total_cmp(&away(b)))
             .unwrap_or(0);
-        Err(self.fault(worst, "is a stamp off an even clock, and increments need even rows")
-            .value(format!(
-                "{} s, {:.2} rows from an even clock of {rate_hz:.6} Hz",
-                stamps_s[worst],
-                away(&worst)
-            ))
-            .expected(format!(
-                "stamps even to {tolerance:.2} rows, or --rate HZ where the unit samples evenly and only its stamps jitter"
-            )))
+        let found = format!(
+            "{} s, {:.2} rows from an even clock of {rate_hz:.6} Hz",
+            stamps_s[worst],
+            away(&worst)
+        );
+        let steps_s = stamps_s.windows(2).map(|pair| pair[1] - pair[0]);
+        let is_sound = steps_s.clone().all(|step_s| step_s >= SHORT_ROW * usual_s)
+            && stamps_s.len() as f64 > FEWEST * (last_place + 1.0);
+        if !is_sound {
+            let fault = self.fault(
+                worst,
+                "is a stamp off an even clock, and increments need even rows",
+            );
+            return Err(fault.value(found).expected(format!(
+                "stamps even to {tolerance:.2} rows, or steps of {SHORT_ROW} rows at least, or --rate HZ where the unit \
+                 samples evenly and only its stamps jitter"
+            )));
+        }
+        Ok(Times::Resampled {
+            resampling: Resampling {
+                stamps_s: stamps_s.clone(),
+                usual_s,
+                longest_s: ONE_ROW * usual_s,
+                rate_hz: measured_hz,
+                start_s: first_s - 1.0 / measured_hz,
+                rows: places[places.len() - 1] + 1,
+            },
+            note: format!(
+                "the stamps of {} are uneven (row {worst}: {found}): means and sums over rows were read off the even clock; \
+                 --rate HZ if the unit samples evenly and only its stamps jitter",
+                self.name
+            ),
+        })
     }
 
     /// Rows at the rate that the caller states, placed by the stamps.
@@ -214,13 +255,19 @@ impl Stamps<'_> {
     }
 }
 
-/// The row of each stamp, counted from one to the next in steps of `step_s`.
+/// The row of each stamp, counted from one to the next in steps of `step_s`. A long step that short ones make up for is a late
+/// stamp and no gap.
 fn places(stamps_s: &[f64], step_s: f64) -> Vec<usize> {
     let mut places = Vec::with_capacity(stamps_s.len());
     places.push(0);
     let mut place = 0;
-    for pair in stamps_s.windows(2) {
-        place += ((pair[1] - pair[0]) / step_s).round().max(1.0) as usize;
+    for row in 1..stamps_s.len() {
+        let before_s = stamps_s[row - 1];
+        let ahead = stamps_s[row..].iter().take(LOOK_AHEAD_ROWS).enumerate();
+        let rows =
+            ahead.map(|(later, stamp_s)| ((stamp_s - before_s) / step_s).round() - later as f64);
+        // At least one, for a row is there.
+        place += rows.fold(f64::INFINITY, f64::min).max(1.0) as usize;
         places.push(place);
     }
     places

@@ -3,10 +3,9 @@
 //! A unit comes from the caller, the column's name, the line of units or the documentation of a known form of file, in this
 //! order, and from nowhere else: a gyro, force or reference whose unit nobody states is asked for.
 
-use std::path::Path;
-
 use super::column_names::{self, Guess};
 use super::known_forms::Form;
+use super::map_options::{Given, parse, units_of_quantities};
 use super::targets::Target;
 use crate::error::InputError;
 use crate::import::files::columns::{Block, Column};
@@ -42,15 +41,6 @@ pub struct Plan {
     pub mapped: Vec<Mapped>,
     /// Columns that are not: name and reason.
     pub left_out: Vec<(String, String)>,
-}
-
-/// One `--map COLUMN=QUANTITY:AXIS:UNIT`.
-#[derive(Debug, Clone, PartialEq)]
-struct Given {
-    column: String,
-    target: Target,
-    axis: Option<String>,
-    unit: Option<String>,
 }
 
 /// Decides on every column of `blocks`.
@@ -131,69 +121,6 @@ fn list(blocks: &[Block]) -> String {
         ),
         None => names.join(", "),
     }
-}
-
-/// The entries of one `--map`: several letters of axes are the columns of a matrix.
-fn parse(file: &Path, text: &str) -> Result<Vec<Given>, InputError> {
-    let fault = || {
-        InputError::new(file, "cannot be mapped like this")
-            .channel("--map")
-            .value(format!("{text:?}"))
-            .expected("COLUMN=QUANTITY:AXIS:UNIT, as in gx=gyro_rate:x:deg/s")
-    };
-    let (column, rest) = text.rsplit_once('=').ok_or_else(fault)?;
-    let mut parts = rest.splitn(3, ':').map(str::trim);
-    let target = parts
-        .next()
-        .filter(|name| !name.is_empty())
-        .ok_or_else(fault)?;
-    let target = Target::from_name(target);
-    let axis = parts.next().filter(|axis| !matches!(*axis, "" | "-"));
-    let unit = parts
-        .next()
-        .filter(|unit| !unit.is_empty())
-        .map(str::to_owned);
-    let given = |column: String, axis: Option<String>| Given {
-        column,
-        target: target.clone(),
-        axis,
-        unit: unit.clone(),
-    };
-    let column = column.trim();
-    if let Some(axes) =
-        axis.filter(|axis| axis.len() > 1 && axis.chars().all(|letter| "wxyz".contains(letter)))
-    {
-        let entry = |(place, letter): (usize, char)| {
-            given(format!("{column}[{place}]"), Some(letter.to_string()))
-        };
-        return Ok(axes.chars().enumerate().map(entry).collect());
-    }
-    if !target.takes_axis(axis) {
-        return Err(
-            InputError::new(file, format!("{} cannot have this axis", target.name()))
-                .channel(format!("--map {text}"))
-                .value(axis.unwrap_or("none"))
-                .expected(match target.is_attitude() && target != Target::Euler {
-                    true => "w, x, y or z",
-                    false => "x, y or z",
-                }),
-        );
-    }
-    Ok(vec![given(column.to_owned(), axis.map(str::to_owned))])
-}
-
-/// `--unit QUANTITY:UNIT` taken apart.
-fn units_of_quantities(file: &Path, units: &[String]) -> Result<Vec<(String, String)>, InputError> {
-    let parse = |text: &String| {
-        let (quantity, unit) = text.split_once(':').ok_or_else(|| {
-            InputError::new(file, "is no unit of a quantity")
-                .channel("--unit")
-                .value(format!("{text:?}"))
-                .expected("QUANTITY:UNIT, as in gyro_rate:deg/s")
-        })?;
-        Ok((quantity.trim().to_owned(), unit.trim().to_owned()))
-    };
-    units.iter().map(parse).collect()
 }
 
 /// The unit of a column that is to become `target`, with the text that names it; `None` where nobody does.

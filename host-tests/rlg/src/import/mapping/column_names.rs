@@ -208,14 +208,16 @@ pub fn guess(name: &str) -> Option<Guess> {
     for (words, index) in [(&words[..], None), (body, index)] {
         for count in (1..=2.min(words.len().saturating_sub(1))).rev() {
             let (before, last) = words.split_at(words.len() - count);
-            let unit = last.join("_");
             let mut before = before.to_vec();
             before.extend(index.cloned());
-            if let (Some(parsed), Some((target, axis))) = (Unit::parse(&unit), meaning(&before))
-                && target.dimension() == Some(parsed.dimension)
-            {
-                let unit = Some(unit);
-                return Some(Guess { target, axis, unit });
+            // `uT` came apart at its capital, `deg_s` at its sign.
+            for unit in [last.concat(), last.join("_")] {
+                if let (Some(parsed), Some((target, axis))) = (Unit::parse(&unit), meaning(&before))
+                    && target.dimension() == Some(parsed.dimension)
+                {
+                    let unit = Some(unit);
+                    return Some(Guess { target, axis, unit });
+                }
             }
         }
     }
@@ -240,10 +242,9 @@ pub fn time_unit(name: &str) -> Option<Option<String>> {
         let is_named = lower.iter().any(|word| is_time(word));
         return is_named.then_some(unit);
     }
-    if lower.len() > 1 && lower.iter().any(|word| is_time(word)) {
-        if Unit::parse(last).is_some_and(|unit| unit.dimension == Dimension::Time) {
-            return Some(words.last().cloned());
-        }
+    let ends_in_unit = Unit::parse(last).is_some_and(|unit| unit.dimension == Dimension::Time);
+    if lower.len() > 1 && ends_in_unit && lower.iter().any(|word| is_time(word)) {
+        return Some(words.last().cloned());
     }
     let alone = matches!(lower.len(), 1 | 2) && (is_time(first) || is_time(last));
     alone.then_some(None)

@@ -52,9 +52,7 @@ impl Form {
     /// The form of a file with these columns.
     pub fn of(block: &Block) -> Option<&'static Self> {
         let has = |name: &&str| block.columns.iter().any(|column| column.name == **name);
-        FORMS
-            .iter()
-            .find(|form| form.columns.iter().all(|name| has(&name)))
+        FORMS.iter().find(|form| form.columns.iter().all(has))
     }
 
     /// The unit of its columns of `target`; `time` is a target here.

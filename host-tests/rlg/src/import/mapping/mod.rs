@@ -6,4 +6,6 @@ pub mod column_names;
 
 pub mod known_forms;
 
+pub mod map_options;
+
 pub mod column_map;

@@ -1,0 +1,60 @@
+//! Compares how attitudes turn with what the gyros say, as they are and as conjugates: nobody logs which way is meant.
+
+use crate::recording::{Quantity, Table};
+
+/// How much better the conjugates must fit: either sense fits a unit that turns about one axis of the same name.
+const BETTER: f64 = 0.5;
+
+/// A warning where the conjugates of a table's attitudes follow its gyros much better than the attitudes themselves.
+pub fn other_sense(table: &Table) -> Option<String> {
+    let period_s = table.clock.period_s(table.rows);
+    let gyro = |axis: &str| {
+        let rate = table.channel(&Quantity::GyroRate, axis);
+        let increment = || table.channel(&Quantity::GyroIncrement, axis);
+        let in_rad = rate.map(|channel| (channel, period_s));
+        in_rad.or_else(|| Some((increment()?, 1.0)))
+    };
+    let attitude = |axis: &str| table.channel(&Quantity::ReferenceAttitude, axis);
+    let gyros = [gyro("x")?, gyro("y")?, gyro("z")?];
+    let attitude = [
+        attitude("w")?,
+        attitude("x")?,
+        attitude("y")?,
+        attitude("z")?,
+    ];
+    let at = |row: usize, sign: f64| {
+        let [w, x, y, z] = attitude.map(|channel| channel.values[row]);
+        [w, sign * x, sign * y, sign * z]
+    };
+    let mut off_rad2 = [0.0; 2];
+    for row in 1..table.rows {
+        let turned = [1.0, -1.0].map(|sign| turn_rad(at(row - 1, sign), at(row, sign)));
+        for ((channel, to_rad), part) in gyros.iter().zip(0..3) {
+            let off = turned.map(|turned| (turned[part] - channel.values[row] * to_rad).powi(2));
+            if off.iter().all(|off| off.is_finite()) {
+                off_rad2[0] += off[0];
+                off_rad2[1] += off[1];
+            }
+        }
+    }
+    let [as_is, conjugate] = off_rad2.map(f64::sqrt);
+    (conjugate < BETTER * as_is).then(|| {
+        format!(
+            "{}: the conjugates of the attitudes follow the gyros {:.1} times better than the attitudes; if they are \
+             navigation to body, map them to reference_attitude_inverse",
+            table.file,
+            as_is / conjugate.max(f64::MIN_POSITIVE)
+        )
+    })
+}
+
+/// The small turn from one quaternion to the next in the axes of the first \[rad\].
+fn turn_rad([a, b, c, d]: [f64; 4], [e, f, g, h]: [f64; 4]) -> [f64; 3] {
+    let real = a * e + b * f + c * g + d * h;
+    let vector = [
+        a * f - b * e - c * h + d * g,
+        a * g - c * e - d * f + b * h,
+        a * h - d * e - b * g + c * f,
+    ];
+    vector.map(|part| 2.0 * part * real.signum())
+}
