@@ -228,6 +228,17 @@ fn usual_names_are_known_and_the_rest_is_named_as_left_out() {
 }
 
 #[test]
+fn a_capital_t_may_be_a_temperature_and_a_date_is_no_clock() {
+    let rows = "2024-05-01 12:00:00.01,20,1,2,3\n2024-05-01 12:00:00.02,21,4,5,6\n";
+    let bench = Bench::csv(format!("time,T (°C),gx_dps,gy_dps,gz_dps\n{rows}"));
+    bench.is_refused(&[], &["when its rows were taken", "--rate HZ"]);
+    let table = bench.table(&["--rate", "100"]);
+    let mut channels = table.channels.iter();
+    let temperature = channels.find(|channel| channel.quantity == Quantity::Temperature);
+    close(temperature.expect("a temperature").values[1], 294.15);
+}
+
+#[test]
 fn delimiters_comments_decimal_commas_and_lines_of_units_are_read() {
     let forms = [
         "# a logger\n# Rate: 100.0 Hz\ngx;gy;gz\ndeg/s;deg/s;deg/s\n1,5;2;3\n1,5;;3\n",

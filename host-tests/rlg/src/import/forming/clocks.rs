@@ -83,7 +83,10 @@ pub fn stamps_of(
     let block = &blocks[mapped.block];
     let by_name = || {
         let mut columns = block.columns.iter();
-        columns.position(|column| column_names::time_unit(&column.name).is_some())
+        columns.position(|column| {
+            let is_text = matches!(column.bad_cell, Some((0, _)));
+            !is_text && column_names::time_unit(&column.name).is_some()
+        })
     };
     let Some(column) = general.or_else(by_name) else {
         return Ok(None);

@@ -196,8 +196,13 @@ fn as_reference(target: Target, is_reference: bool) -> Option<Target> {
 pub fn guess(name: &str) -> Option<Guess> {
     let (rest, unit) = bracketed(name);
     let words = words(&rest);
-    if unit.is_some() {
-        let (target, axis) = meaning(&words)?;
+    if let Some(text) = &unit {
+        let parsed = Unit::parse(text)?;
+        let is_t = words.len() == 1 && words[0].eq_ignore_ascii_case("t");
+        let (target, axis) = match parsed.dimension {
+            Dimension::Temperature if is_t => (Target::Stored(Quantity::Temperature), None),
+            _ => meaning(&words)?,
+        };
         return Some(Guess { target, axis, unit });
     }
     // A unit may be the last words, before or behind the axis: `gyro_x_deg_s`, `accelerometer_m_s2[0]`.
@@ -230,22 +235,29 @@ pub fn guess(name: &str) -> Option<Guess> {
 pub fn time_unit(name: &str) -> Option<Option<String>> {
     let (rest, unit) = bracketed(name);
     let words = words(&rest);
-    let lower: Vec<String> = words.iter().map(|word| word.to_lowercase()).collect();
-    let is_time = |word: &str| {
-        matches!(
-            word,
-            "t" | "time" | "timestamp" | "stamp" | "stamps" | "times" | "timestamps"
-        )
-    };
-    let (first, last) = (lower.first()?, lower.last()?);
-    if unit.is_some() {
-        let is_named = lower.iter().any(|word| is_time(word));
-        return is_named.then_some(unit);
+    let is_of_time =
+        |unit: &str| Unit::parse(unit).is_some_and(|unit| unit.dimension == Dimension::Time);
+    let (first, last) = (words.first()?, words.last()?);
+    if let Some(unit) = unit {
+        let is_named = is_of_time(&unit) && words.iter().any(|word| is_time(word));
+        return is_named.then_some(Some(unit));
     }
-    let ends_in_unit = Unit::parse(last).is_some_and(|unit| unit.dimension == Dimension::Time);
-    if lower.len() > 1 && ends_in_unit && lower.iter().any(|word| is_time(word)) {
-        return Some(words.last().cloned());
+    if words.len() > 1 && is_of_time(last) && words.iter().any(|word| is_time(word)) {
+        return Some(Some(last.clone()));
     }
-    let alone = matches!(lower.len(), 1 | 2) && (is_time(first) || is_time(last));
+    let alone = matches!(words.len(), 1 | 2) && (is_time(first) || is_time(last));
     alone.then_some(None)
+}
+
+/// Whether a word says time; a capital T is a temperature as often.
+fn is_time(word: &str) -> bool {
+    let names = [
+        "time",
+        "times",
+        "timestamp",
+        "timestamps",
+        "stamp",
+        "stamps",
+    ];
+    word == "t" || names.contains(&word.to_lowercase().as_str())
 }
