@@ -24,6 +24,7 @@ mod import_columns;
 mod import_format;
 mod inputs;
 mod inspect;
+mod model_new;
 mod navigate;
 mod on_target;
 mod paper;
@@ -60,6 +61,7 @@ enum Command {
     Diagnose(diagnose::Diagnose),
     Import(Box<import::Import>),
     Inspect(inspect::Inspect),
+    Model(model_new::ModelCommand),
     Navigate(navigate::NavigateCommand),
     OnTarget(on_target::OnTargetCommand),
     Paper(paper::PaperCommand),
@@ -77,6 +79,7 @@ impl Command {
             Self::Diagnose(command) => command.run(terminal),
             Self::Import(command) => command.run(terminal),
             Self::Inspect(command) => command.run(terminal),
+            Self::Model(command) => command.run(terminal),
             Self::Navigate(command) => command.run(terminal),
             Self::OnTarget(command) => command.run(terminal),
             Self::Paper(command) => command.run(terminal),

@@ -8,6 +8,7 @@ mod import_columns;
 mod import_foreign;
 mod import_matrices;
 mod model_compensation;
+mod model_new;
 mod model_round_trip;
 mod output_folder;
 mod recording_bench;
