@@ -200,6 +200,7 @@ impl Findings<'_> {
                             .angle_random_walk_rad_sqrt_s(),
                         angle_noise_rad: part.own.noise[axis].angle_noise_rad(),
                         wandering_rad_s: None,
+                        terms: None,
                     })
                     .collect(),
             })

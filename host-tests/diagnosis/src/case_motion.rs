@@ -77,6 +77,9 @@ pub fn estimate_from(
     plan: &AnalysisPlan,
 ) -> Motion {
     let streams = data.streams;
+    if streams.at_rest.is_some() {
+        return of_the_earth(data, measured, path);
+    }
     let rows = streams.rows;
     let rate_hz = streams.rate_hz;
     let whole = Observations::separate(&vec![true; rows], 1);
@@ -218,6 +221,32 @@ pub fn estimate_from(
         rate_noise_rad_s,
         reference_walk,
         reference_angle,
+        signals: Signals::new(
+            rate_hz,
+            motions,
+            data.inputs(),
+            path,
+            data.model.gyro.scale_error,
+            (data.sensing_from_body, data.shared()),
+        ),
+    }
+}
+
+/// The motion of a unit at rest: the Earth's, without noise, and nothing that would stand out of any.
+fn of_the_earth(data: &Data, measured: Measured, path: Path) -> Motion {
+    let rate_hz = data.streams.rate_hz;
+    let case = || CaseMotion::new((*measured.reference_rad).clone(), rate_hz);
+    let motions = Motions {
+        independent: case(),
+        likeliest: case(),
+        dither_rad: measured.dither_rad.cloned(),
+        measured_rad: measured.reference_rad,
+    };
+    Motion {
+        is_moving: [false; 3],
+        rate_noise_rad_s: [0.0; 3],
+        reference_walk: [Level::default(); 3],
+        reference_angle: [Level::default(); 3],
         signals: Signals::new(
             rate_hz,
             motions,

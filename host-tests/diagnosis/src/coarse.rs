@@ -42,6 +42,13 @@ impl Coarse {
 /// `residual_rad`: less what the model's effects add.
 pub fn coarse(data: &Data, residual_rad: &Triad, seen: &[bool], plan: &CoarsePlan) -> Coarse {
     let streams = data.streams;
+    if streams.at_rest.is_some() {
+        return Coarse {
+            path: Path::default(),
+            sensed: [Vector3::zeros(); 3],
+            clean_rad: about_the_mean(residual_rad, seen),
+        };
+    }
     let expected_rad = each_axis(|gyro| expected(data, gyro, &data.reference_rad));
     let sensed_rad: Triad = std::array::from_fn(|gyro| {
         let parts = residual_rad[gyro].iter().zip(&expected_rad[gyro]);
@@ -77,6 +84,22 @@ pub fn coarse(data: &Data, residual_rad: &Triad, seen: &[bool], plan: &CoarsePla
         sensed: further,
         clean_rad,
     }
+}
+
+/// Values less their mean over the `seen` rows: a constant tells nothing of noise.
+fn about_the_mean(values: &Triad, seen: &[bool]) -> Triad {
+    let count = seen.iter().filter(|&&seen| seen).count().max(1) as f64;
+    each_axis(|axis| {
+        let pairs = values[axis].iter().zip(seen);
+        let sum: f64 = pairs
+            .filter(|(_, seen)| **seen)
+            .map(|(value, _)| value)
+            .sum();
+        values[axis]
+            .iter()
+            .map(|value| value - sum / count)
+            .collect()
+    })
 }
 
 /// What the model expects a gyro to sense of increments of the case \[rad\].

@@ -187,6 +187,7 @@ pub fn outcome(
                 angle_noise_rad: noise[axis].angle_noise_rad(),
                 wandering_rad_s: (fit.drift[axis] != Drift::None)
                     .then(|| noise[axis].wander_rad_s(streams.span_s())),
+                terms: None,
             })
             .collect(),
         accelerometer_noise: Vec::new(),
@@ -710,7 +711,7 @@ fn summary(
 }
 
 /// Where what is left of a gyro is most beyond its noise, or below it.
-fn unlike_noise(gyro: usize, misfits: &[Misfit], streams: &Streams) -> Option<String> {
+pub(crate) fn unlike_noise(gyro: usize, misfits: &[Misfit], streams: &Streams) -> Option<String> {
     let of_gyro = misfits.iter().filter(|one| one.gyro == gyro);
     let most = of_gyro.max_by(|a, b| a.ratio.total_cmp(&b.ratio))?;
     let [from, to] = most.band.map(|share| share * streams.rate_hz);

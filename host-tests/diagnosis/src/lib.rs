@@ -3,7 +3,8 @@
 //! In the order of the data: [`data`] (residual, rows) → [`coarse`] (what is far off) → [`case_motion`] (independent of
 //! the residual) → [`search`] (passes of columns and structure search on the rows to fit, by [`scores`] of [`families`] and [`lock_in`]) → [`confirm`] (on
 //! rows that were not fitted, and by [`reenact`]ing the recording without an effect; [`goodness`] of what is left) →
-//! [`findings`] and [`excess_noise`].
+//! [`findings`] and [`excess_noise`]. Of a unit at rest, whose motion is the Earth's, the same for what acts slowly
+//! ([`at_rest`]).
 //!
 //! Before it: channels in other axes or units ([`put_right`]); what is said of faults of the data ([`data_words`]).
 //!
@@ -71,6 +72,8 @@ pub mod excess_noise;
 pub mod findings;
 
 pub mod diagnose;
+
+pub mod at_rest;
 
 pub use diagnose::{diagnose, serves};
 pub use outcome::Outcome;

@@ -37,6 +37,8 @@ pub(super) struct Pass {
     pub(super) equations: NormalEquations,
     pub(super) drift: DriftPrior,
     pub(super) lattice: Lattice,
+    /// Whether the motion is the Earth's alone.
+    pub(super) is_at_rest: bool,
 }
 
 /// Column sizes of a fit on one gyro.

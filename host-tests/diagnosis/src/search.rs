@@ -136,7 +136,10 @@ pub fn find(
             },
             |fit, candidates| {
                 let is_last = pass + 1 == plan.passes;
-                is_last || is_as_before(fit) && is_settled(fit, candidates, found_path.delay_s)
+                // The families are of motion.
+                data.streams.at_rest.is_none()
+                    && (is_last
+                        || is_as_before(fit) && is_settled(fit, candidates, found_path.delay_s))
             },
         );
         settling = run.only_nonlinear;
@@ -345,6 +348,7 @@ impl Pass {
             equations,
             drift: drift_prior(&data.model.gyro),
             lattice: data.lattice,
+            is_at_rest: data.streams.at_rest.is_some(),
         }
     }
 
@@ -484,6 +488,8 @@ impl Pass {
                     events.extend(found.into_iter().map(|event| (gyro, event)));
                 }
             }
+            // At rest no reference tells a slip from a nudge.
+            events.retain(|(_, event)| !self.is_at_rest || event.kind == EventKind::Step);
             events.retain(|(gyro, event)| {
                 event.size.abs() > plan.event && !self.lattice.hides_event(*gyro, event)
             });

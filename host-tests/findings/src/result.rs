@@ -412,6 +412,35 @@ pub struct NoiseEntry {
     /// Standard deviation of its drifting rate over the record \[rad/s\], where it drifts beyond what the model declares.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wandering_rad_s: Option<f64>,
+    /// Addition: the terms of IEEE 952, as measured; of units at rest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub terms: Option<NoiseTermsEntry>,
+}
+
+/// The terms of IEEE 952 that were fitted to one gyro; one that was not fitted is absent.
+#[derive(Debug, Clone, Serialize)]
+pub struct NoiseTermsEntry {
+    /// N \[rad/√s\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle_random_walk_rad_sqrt_s: Option<LevelEntry>,
+    /// Q: white noise of angle \[rad\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quantisation_rad: Option<LevelEntry>,
+    /// B \[rad/s\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bias_instability_rad_s: Option<LevelEntry>,
+    /// K \[rad/s/√s\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate_random_walk_rad_s_sqrt_s: Option<LevelEntry>,
+}
+
+/// A level with its standard deviation.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct LevelEntry {
+    /// Value.
+    pub value: f64,
+    /// Standard deviation; where the value is less, that of its square, as a root.
+    pub std: f64,
 }
 
 /// Noise of one accelerometer.

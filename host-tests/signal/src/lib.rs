@@ -29,6 +29,8 @@ pub mod known_channels;
 
 pub mod streams;
 
+mod summed;
+
 pub mod fault;
 
 mod outliers;

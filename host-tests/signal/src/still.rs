@@ -10,7 +10,7 @@
 
 use nalgebra::Vector3;
 use std::ops::Range;
-use strapdown::earth::ROTATION_RAD_S;
+pub use strapdown::earth::ROTATION_RAD_S;
 
 use super::axes::Triad;
 use super::installation::body_from_sensing;
@@ -49,27 +49,33 @@ impl AtRest {
                 sum / rows.len().max(1) as f64
             })
         };
-        let mean_rad_s = mean(shown_rad) * rate_hz;
         let force = force_m_s2.map(mean);
-        let up = force.and_then(|force| force.try_normalize(f64::MIN_POSITIVE));
+        let rest = Self {
+            earth_rad_s: Vector3::zeros(),
+            mean_rad_s: mean(shown_rad) * rate_hz,
+            up: force.and_then(|force| force.try_normalize(f64::MIN_POSITIVE)),
+            force_over_gravity: force.map(|force| force.norm() / site.gravity_m_s2),
+            latitude_rad: site.latitude_rad,
+        };
+        Self {
+            earth_rad_s: rest.nearest_earth_rad_s(rest.mean_rad_s),
+            ..rest
+        }
+    }
+
+    /// The rotation that the Earth can have in the body, nearest to a mean rate of the gyros \[rad/s\].
+    pub fn nearest_earth_rad_s(&self, mean_rad_s: Vector3<f64>) -> Vector3<f64> {
         let along = |direction: Vector3<f64>| {
             direction
                 .try_normalize(f64::MIN_POSITIVE)
                 .unwrap_or_default()
         };
-        let (sin, cos) = site.latitude_rad.sin_cos();
-        let earth_rad_s = ROTATION_RAD_S
-            * match up {
+        let (sin, cos) = self.latitude_rad.sin_cos();
+        ROTATION_RAD_S
+            * match self.up {
                 Some(up) => sin * up + cos * along(mean_rad_s - up * up.dot(&mean_rad_s)),
                 None => along(mean_rad_s),
-            };
-        Self {
-            earth_rad_s,
-            mean_rad_s,
-            up,
-            force_over_gravity: force.map(|force| force.norm() / site.gravity_m_s2),
-            latitude_rad: site.latitude_rad,
-        }
+            }
     }
 
     /// Directions in the body along which a bias was taken for the Earth's rotation: east, as the gyros show it, or

@@ -381,6 +381,7 @@ fn explained() -> Diagnosis {
             angle_random_walk_rad_sqrt_s: 5.8828e-7,
             angle_noise_rad: 6.9927e-7,
             wandering_rad_s: None,
+            terms: None,
         }],
         accelerometer_noise: Vec::new(),
         trials: 319,

@@ -1,0 +1,36 @@
+//! What else a constant rate can be at rest in one attitude.
+
+use nalgebra::Vector3;
+use rlg_catalogue::entries;
+use rlg_signal::still::ROTATION_RAD_S;
+
+/// Kinds that make a constant rate of this size \[rad/s\], as far as their own sizes reach.
+///
+/// # Inputs
+/// `gravity_m_s2`: at the site.
+pub(super) fn alike(bias_rad_s: Vector3<f64>, gravity_m_s2: f64) -> Vec<String> {
+    let size_rad_s = bias_rad_s.norm();
+    let mut kinds = Vec::new();
+    // Another direction of the same rotation is twice its size away at most.
+    if size_rad_s <= 2.0 * ROTATION_RAD_S {
+        kinds.push("earth_rate".to_string());
+    }
+    let of_input = [
+        ("gyro_scale", ROTATION_RAD_S),
+        ("installation", ROTATION_RAD_S),
+        ("gyro_g_bias", gravity_m_s2),
+    ];
+    kinds.extend(
+        of_input
+            .into_iter()
+            .filter(|(kind, input)| {
+                let largest = entries::find(kind).map_or(0.0, |entry| entry.size.largest);
+                size_rad_s <= BEYOND * largest * input
+            })
+            .map(|(kind, _)| kind.to_string()),
+    );
+    kinds
+}
+
+/// Standard deviations of the prior on a size beyond which no unit is.
+const BEYOND: f64 = 3.0;

@@ -1,0 +1,64 @@
+//! Takes steady lines out of a residual: coefficients that stand far out of those beside them.
+
+use rlg_inference::{Dct, Observations};
+use rlg_signal::streams::{Triad, each_axis};
+
+/// Coefficients below this are those of drift, steps and temperature.
+const FIRST: usize = 32;
+
+/// Neighbours on either side by whose median power a coefficient is judged.
+const BESIDE: usize = 24;
+
+/// Power over the neighbours' median above which a coefficient is none of noise: its chance is 1e-10 a coefficient.
+const FAR_OUT: f64 = 90.0;
+
+/// The values on the rows of the spans, each coefficient that stands out brought down to its neighbours' level.
+pub(super) fn without_lines(values: &Triad, observations: &Observations) -> Triad {
+    each_axis(|axis| {
+        let mut quiet = values[axis].clone();
+        for span in &observations.spans {
+            let mut rows = span.bridge(&quiet);
+            let dct = Dct::new(rows.len());
+            dct.forward(&mut rows);
+            clip(&mut rows);
+            dct.inverse(&mut rows);
+            quiet[span.rows.clone()].copy_from_slice(&rows);
+        }
+        quiet
+    })
+}
+
+fn clip(spectrum: &mut [f64]) {
+    let power: Vec<f64> = spectrum.iter().map(|value| value * value).collect();
+    for k in FIRST..power.len() {
+        let beside = k.saturating_sub(BESIDE).max(FIRST / 2)..(k + BESIDE + 1).min(power.len());
+        // A mean that is small enough spares the median.
+        let mean = power[beside.clone()].iter().sum::<f64>() / beside.len() as f64;
+        if power[k] < 2.0 * mean {
+            continue;
+        }
+        let mut near = power[beside].to_vec();
+        let middle = near.len() / 2;
+        let median = *near.select_nth_unstable_by(middle, f64::total_cmp).1;
+        if power[k] > FAR_OUT * median {
+            spectrum[k] *= (median / power[k]).sqrt();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::clip;
+
+    #[test]
+    fn a_line_goes_and_what_is_as_strong_as_its_neighbours_stays() {
+        let mut spectrum: Vec<f64> = (0..500).map(|k| 1.0 + f64::from(k % 7) / 7.0).collect();
+        let before = spectrum.clone();
+        spectrum[200] = 1e3;
+        spectrum[3] = 1e5;
+        clip(&mut spectrum);
+        assert!(spectrum[200].abs() < 2.0);
+        assert_eq!(spectrum[3], 1e5);
+        assert_eq!(spectrum[201..], before[201..]);
+    }
+}
