@@ -155,6 +155,7 @@ impl Findings<'_> {
                     angle_random_walk_rad_sqrt_s: self.noise[axis].angle_random_walk_rad_sqrt_s(),
                     angle_noise_rad: self.noise[axis].angle_noise_rad(),
                     wandering_rad_s: self.wandering_rad_s[axis],
+                    terms: None,
                 })
                 .collect(),
             accelerometer_noise: Vec::new(),

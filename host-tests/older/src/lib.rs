@@ -13,8 +13,8 @@
 //! Of a recording longer than memory stretches take this road, and sums over blocks of all its rows stand beside the
 //! workbench (long, blocks). A reference slower than the gyros takes the same road over its attitudes (attitude/).
 //!
-//! At rest on the Earth (still) the motion is known without a reference: clock, cycle and lines come before the
-//! hunt, and control repeats them on shuffled rows. Where there are accelerometers, the same road is gone for
+//! At rest on the Earth (still) the motion is known without a reference: what acts slowly is decided by one likelihood
+//! (at_rest), with it known clock, cycle and lines come before the hunt, and control repeats them on shuffled rows. Where there are accelerometers, the same road is gone for
 //! them (accelerometer).
 //!
 //! Enters: a recording and the model that predicts it. Leaves: [`Outcome`]. Nothing here reads truth files or
@@ -142,6 +142,8 @@ pub mod settings;
 
 mod beside;
 
+mod at_rest;
+
 pub use declared::{declared_noise, own_noise, reference_noise};
 pub use settings::{Engine, Settings};
 
@@ -258,6 +260,9 @@ fn diagnose_in_order(
         seed,
         ..
     } = *settings;
+    if engine != Engine::Old && rlg_diagnosis::at_rest::serves(&streams, model) {
+        return at_rest::diagnose(settings, (streams, again), (model, model_file), progress);
+    }
     let old = |streams: Streams| {
         let streams = vec![streams];
         diagnose_aligned(left_out, streams, None, model, model_file, seed, progress)
@@ -356,7 +361,10 @@ pub fn diagnose_aligned(
     };
     progress("deriving the motion");
     let mut scene = derive(streams, model);
-    let before_rad = residual::residual_rad(&scene, model, model_file)?;
+    let mut before_rad = residual::residual_rad(&scene, model, model_file)?;
+    if !model.effects.is_empty() {
+        still::lay(&scene, &mut before_rad);
+    }
     wiring::check(&scene, &before_rad, &recording, model_file)?;
 
     let given = Given {

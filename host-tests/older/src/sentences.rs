@@ -13,10 +13,14 @@ use super::select::Choice;
 use super::self_test::SelfTest;
 use super::streams::AXES;
 use super::validate::drift_chance;
+use rlg_diagnosis::data_words;
 pub(super) use rlg_findings::sentences::opening;
+use rlg_signal::fault::Fault;
 
 /// The verdict where nothing has a name and the noise drifts.
 const BUT_FOR_DRIFT: &str = "But for slow drift, which may be noise that the model does not declare, the model explains this recording: nothing else stands above the noise in any band, stretch or gyro.";
+
+const SPIKES: &str = "spikes";
 
 impl Findings<'_> {
     pub(super) fn summary(&self, verdict: Verdict, effects: &[EffectEntry]) -> Vec<String> {
@@ -91,7 +95,9 @@ impl Findings<'_> {
                 location.size_rad_s * DEG_H,
             ));
         }
-        for effect in effects {
+        lines.extend(self.spike_lines());
+        let is_said = |effect: &&EffectEntry| effect.kind == SPIKES;
+        for effect in effects.iter().filter(|effect| !is_said(effect)) {
             lines.extend(effect_lines(effect));
         }
         lines.extend(self.drift_lines());
@@ -113,6 +119,13 @@ impl Findings<'_> {
         );
         lines.extend(vetoed_lines(&self.catch.vetoed));
         lines
+    }
+
+    /// Spikes, one sentence a channel: each of them stands in `diagnosis.json`.
+    fn spike_lines(&self) -> Vec<String> {
+        let spikes = self.faults.iter().filter(|fault| fault.kind == SPIKES);
+        let spikes: Vec<Fault> = spikes.cloned().collect();
+        data_words::lines(&self.scene.streams, &spikes)
     }
 
     /// Noise that drifts: what it may hide, or be.

@@ -142,7 +142,7 @@ fn at_rest_noise_alone_gives_no_line_no_clock_no_cycle_and_no_bias() {
 #[test]
 #[ignore = "many seeds: --test diagnose -- --ignored in_full"]
 fn at_rest_noise_alone_gives_nothing_in_full() {
-    noise_alone_gives_nothing(2..5);
+    noise_alone_gives_nothing(2..22);
 }
 
 fn noise_alone_gives_nothing(seeds: Range<u64>) {
@@ -181,6 +181,41 @@ fn at_rest_a_rate_that_is_not_the_earths_is_a_bias_with_all_its_other_names() {
     let rivals = bias["indistinguishable_from"].as_array().expect("rivals");
     for rival in ["earth_rate", "gyro_scale", "gyro_g_bias"] {
         assert!(rivals.iter().any(|known| known == rival), "no {rival}");
+    }
+}
+
+#[test]
+fn at_rest_biases_of_any_size_are_named_with_their_values() {
+    // In standard deviations of a mean over the rows that are fitted, 3e-7/sqrt(320) rad/s.
+    for (seed, deviations) in [(10, 30.0), (11, 1e3), (12, 1e5)] {
+        let bias_rad_s = deviations * 1.7e-8;
+        let made = Made {
+            bias_rad_s,
+            ..Made::default()
+        };
+        let bench = Bench::made(&made, seed);
+        let diagnosis = bench.diagnosed();
+        let effects = diagnosis["effects"].as_array().expect("effects");
+        let news = effects
+            .iter()
+            .filter(|one| one["kind"] != "pulse_quantisation");
+        let news: Vec<&Value> = news.collect();
+        assert_eq!(news.len(), 1, "{deviations}: {news:?}");
+        assert_eq!(news[0]["kind"], "gyro_bias");
+        let parameters = news[0]["parameters"].as_array().expect("parameters");
+        for parameter in parameters.iter().filter(|one| one["name"] != "z") {
+            let expected = if parameter["name"] == "x" {
+                bias_rad_s
+            } else {
+                0.0
+            };
+            let number = |key: &str| parameter[key].as_f64().expect("a number");
+            let off = number("value") - expected;
+            // Two that are level may hold one azimuth of the Earth's.
+            assert!(off.abs() < 4.0 * number("std"), "{deviations}: {parameter}");
+        }
+        let again = bench.diagnosed_with(&bench.0.path().join("out/model.toml"), "again");
+        assert_eq!(again["verdict"], "matches", "{deviations}");
     }
 }
 

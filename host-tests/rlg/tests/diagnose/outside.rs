@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use rlg::diagnose::result::{Diagnosis, ParameterEntry};
+use rlg::diagnose::result::{Diagnosis, ParameterEntry, Verdict};
 use rlg::diagnose::{Outcome, Settings, diagnose_under};
 use rlg::error::InputError;
 use rlg::model::Model;
@@ -271,5 +271,85 @@ fn wrapped_and_saturated_rates_are_left_out_and_said() {
 fn spikes_at_rest_are_listed() {
     accepted("spikes-at-rest", false, |diagnosis| {
         assert_eq!(count(diagnosis, "spikes"), 25);
+    });
+}
+
+/// Values of the three axes within three of their standard deviations, and those no larger than `largest`.
+fn within(diagnosis: &Diagnosis, kind: &str, expected: [f64; 3], largest: f64) {
+    for (axis, expected) in ["x", "y", "z"].iter().zip(expected) {
+        let (value, std) = number(diagnosis, kind, axis);
+        assert!(
+            (value - expected).abs() < 3.0 * std && std < largest,
+            "{kind} {axis}: {value} ± {std}, not {expected}"
+        );
+    }
+}
+
+fn is_explained(diagnosis: &Diagnosis) {
+    let verdict = diagnosis.verdict;
+    assert_eq!(verdict, Verdict::Explained, "{:#?}", diagnosis.summary);
+}
+
+#[test]
+fn a_mean_rate_of_63_times_the_earths_is_a_bias_and_no_drift() {
+    accepted("rest-bias", false, |diagnosis| {
+        is_explained(diagnosis);
+        assert_eq!(kinds(diagnosis), ["gyro_bias"]);
+        within(diagnosis, "gyro_bias", [3.67e-3, -2.33e-3, 0.98e-3], 1e-4);
+        // No rotation of the Earth is as large.
+        let alike = &diagnosis.effects[0].indistinguishable_from;
+        assert!(!alike.iter().any(|kind| kind == "earth_rate"), "{alike:?}");
+        for noise in &diagnosis.noise {
+            let terms = noise.terms.as_ref().expect("noise in its terms");
+            let walk = terms.angle_random_walk_rad_sqrt_s.expect("fitted");
+            assert!((walk.value - 6e-4).abs() < 3.0 * walk.std, "{walk:?}");
+        }
+    });
+}
+
+#[test]
+fn a_bias_beside_declared_noise_is_one_as_far_as_the_earths_azimuth_is_open() {
+    accepted("rest-bias-250", false, |diagnosis| {
+        is_explained(diagnosis);
+        assert_eq!(kinds(diagnosis), ["gyro_bias"]);
+        within(diagnosis, "gyro_bias", [1.2e-3, 0.0, 0.0], 1.3e-4);
+    });
+}
+
+#[test]
+fn a_unit_that_warms_up_follows_its_thermometer_and_not_time() {
+    accepted("warm-up", false, |diagnosis| {
+        is_explained(diagnosis);
+        assert_eq!(kinds(diagnosis), ["gyro_bias", "gyro_bias_temperature"]);
+        within(
+            diagnosis,
+            "gyro_bias_temperature",
+            [2e-5, -1e-5, 1.5e-5],
+            1e-6,
+        );
+    });
+}
+
+#[test]
+fn spikes_at_rest_are_one_line_of_the_summary_and_change_neither_bias_nor_noise() {
+    accepted("spikes-at-rest", false, |diagnosis| {
+        is_explained(diagnosis);
+        assert_eq!(count(diagnosis, "spikes"), 25);
+        assert_eq!(kinds(diagnosis).len(), 26);
+        assert!(says(diagnosis, "25 single readings of gyro_y"));
+        // By the rows without the spikes: the means, and the scatter over the root of the row rate.
+        let of_mean = [3.509e-4, -2.011e-4, 1.645e-4];
+        let mut square = 0.0;
+        for (axis, mean) in ["x", "y", "z"].iter().zip(of_mean) {
+            let (value, _) = number(diagnosis, "gyro_bias", axis);
+            square += (mean - value).powi(2);
+        }
+        // What is no bias is the Earth's rotation, to what 60 s of this noise leave open.
+        assert!((square.sqrt() - 7.292e-5).abs() < 4e-5, "{}", square.sqrt());
+        for noise in &diagnosis.noise {
+            let terms = noise.terms.as_ref().expect("noise in its terms");
+            let walk = terms.angle_random_walk_rad_sqrt_s.expect("fitted");
+            assert!((walk.value - 1.02e-4).abs() < 4.0 * walk.std, "{walk:?}");
+        }
     });
 }
