@@ -179,6 +179,7 @@ pub fn outcome(
         },
         not_excluded: not_excluded(found, streams),
         next_experiment: next_experiment(&findings),
+        registration: Vec::new(),
         promises: Vec::new(),
         noise: (0..3)
             .map(|axis| NoiseEntry {

@@ -68,6 +68,14 @@ impl PutRight {
         }
     }
 
+    /// What was put right, as effects of a model.
+    pub fn effects(&self) -> Vec<ModelEffect> {
+        let crossings = self.crossings.iter();
+        crossings
+            .flat_map(|(lead, crossing)| effects(*lead, crossing))
+            .collect()
+    }
+
     /// Adds it to what a diagnosis of the channels that were put right says.
     pub fn report(self, outcome: &mut Outcome) {
         let diagnosis = &mut outcome.diagnosis;

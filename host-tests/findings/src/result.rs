@@ -47,6 +47,9 @@ pub struct Diagnosis {
     pub locations: Vec<LocationEntry>,
     /// What was left out.
     pub effects: Vec<EffectEntry>,
+    /// Addition: what aligns two instruments, where attitudes are the reference.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub registration: Vec<RegistrationEntry>,
     /// Before and after, on rows not fitted.
     pub fit: FitEntry,
     /// Kinds that this recording could not have shown, with the reason.
@@ -73,6 +76,17 @@ pub struct Diagnosis {
     /// Addition: false names and sensitivity of this search on this recording's own noise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub self_test: Option<SelfTestEntry>,
+}
+
+/// Numbers that align two instruments.
+#[derive(Debug, Clone, Serialize)]
+pub struct RegistrationEntry {
+    /// Contract's kind.
+    pub kind: String,
+    /// Beyond what the model says.
+    pub parameters: Vec<ParameterEntry>,
+    /// Whether blocks of rows that were not fitted say so.
+    pub supported: bool,
 }
 
 /// What time slides and injections showed.

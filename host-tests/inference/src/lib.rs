@@ -29,7 +29,7 @@ pub mod normal_equations;
 
 pub mod hypothesis;
 
-mod linear;
+pub mod linear;
 
 mod assembled;
 

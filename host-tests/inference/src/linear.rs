@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 pub(crate) const LEAST_INFORMATION: f64 = 1e-200;
 
 /// Inverse over the directions that are there, rows scaled to unit diagonal before.
-pub(crate) fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+pub fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let scale: Vec<f64> = (0..matrix.nrows())
         .map(|k| 1.0 / matrix[(k, k)].max(1e-200).sqrt())
         .collect();
@@ -50,7 +50,7 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Inverse and ln determinant of a positive matrix, scaled to unit diagonal before.
-pub(crate) fn invert(precision: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
+pub fn invert(precision: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
     let count = precision.nrows();
     if count == 0 {
         return (DMatrix::zeros(0, 0), 0.0);

@@ -103,6 +103,7 @@ pub fn unusable(recording: &str, seed: u64, why: &str, faults: Vec<EffectEntry>)
         not_excluded: vec![format!("every kind: {why}")],
         next_experiment: "A longer recording with gyros, pickoffs and reference all measured."
             .to_string(),
+        registration: Vec::new(),
         promises: Vec::new(),
         noise: Vec::new(),
         accelerometer_noise: Vec::new(),
@@ -141,6 +142,7 @@ impl Findings<'_> {
                 .collect(),
             not_excluded: self.not_excluded(),
             next_experiment: self.next_experiment(),
+            registration: Vec::new(),
             promises: Vec::new(),
             fit: FitEntry {
                 fitted_on: times(&self.split.fitted),

@@ -211,6 +211,18 @@ pub fn diagnose_under(
 ) -> Result<Outcome, InputError> {
     if attitude::is_slow(recording, model) {
         let Settings { left_out, seed, .. } = *settings;
+        if settings.engine != Engine::Old && rlg_attitude::serves(recording, model) {
+            let asked = rlg_attitude::Settings {
+                left_out,
+                seed,
+                anyway: settings.anyway,
+                ..Default::default()
+            };
+            let of = (model, model_file);
+            if let Some(outcome) = rlg_attitude::diagnose(&asked, recording, of, progress)? {
+                return Ok(outcome);
+            }
+        }
         return attitude::diagnose(left_out, recording, model, model_file, seed, progress);
     }
     progress("aligning the channels");

@@ -31,6 +31,10 @@ pub mod streams;
 
 mod summed;
 
+pub mod own_motion;
+
+pub mod attitude_samples;
+
 pub mod fault;
 
 mod outliers;

@@ -35,7 +35,7 @@ mod prepare;
 
 pub mod record;
 
-pub mod samples;
+pub use rlg_signal::attitude_samples as samples;
 
 pub mod whiten;
 

@@ -1,31 +1,10 @@
-//! The case's motion as its own gyros tell it.
-//!
-//! Enters: aligned channels and the model. Leaves: case increments \[rad\] by row, body frame: dither stripped
-//! with the model's pickoff gain, scale and bias taken out, Eq. (7) of the paper; the inverse of what the contract
-//! says the model predicts.
+//! What dithers leave in the case's motion as its own gyros tell it, which `rlg_signal::own_motion` takes from the streams.
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{SMatrix, SVector, Vector3};
 
-use crate::streams::{Streams, Triad};
-use rlg_model::Model;
+pub use rlg_signal::own_motion::{add_sensed, take_own_motion};
 
-/// Fills the case's increments.
-pub fn take_own_motion(streams: &mut Streams, model: &Model, body_from_sensing: &Matrix3<f64>) {
-    let period_s = 1.0 / streams.rate_hz;
-    for row in 0..streams.rows {
-        let sensed = Vector3::from_fn(|axis, _| {
-            let mut value = streams.sensed_rad[axis][row];
-            if let Some(pickoff) = &streams.pickoff_rad {
-                value -= model.pickoff_gain(axis) * (pickoff[axis][row + 1] - pickoff[axis][row]);
-            }
-            (1.0 - model.gyro.scale_error[axis]) * value - model.gyro.bias_rad_s[axis] * period_s
-        });
-        let case = body_from_sensing * sensed;
-        for axis in 0..3 {
-            streams.case_rad[axis][row] = case[axis];
-        }
-    }
-}
+use crate::streams::Streams;
 
 /// Takes out of the case's increments what goes with the dithers' angles and rates: what a wrong gain or a late pickoff
 /// leaves of them is no motion, and a derivative of it would explain itself. Fitted to second differences, in which the
@@ -69,23 +48,6 @@ pub(super) fn without_dither(streams: &mut Streams) {
         let part = sizes.tr_mul(&dithered(row));
         for axis in 0..3 {
             streams.case_rad[axis][row] -= part[axis];
-        }
-    }
-}
-
-/// Adds to the case's increments what increments the gyros sensed are worth \[rad\].
-pub(super) fn add_sensed(
-    case_rad: &mut Triad,
-    sensed_rad: &Triad,
-    model: &Model,
-    body_from_sensing: &Matrix3<f64>,
-) {
-    let keep = model.gyro.scale_error.map(|scale| 1.0 - scale);
-    for row in 0..case_rad[0].len() {
-        let sensed = Vector3::from_fn(|axis, _| keep[axis] * sensed_rad[axis][row]);
-        let part = body_from_sensing * sensed;
-        for axis in 0..3 {
-            case_rad[axis][row] += part[axis];
         }
     }
 }

@@ -373,6 +373,7 @@ fn explained() -> Diagnosis {
                 .into(),
         },
         not_excluded: vec!["gyro_bias_temperature: no temperature channels".to_string()],
+        registration: Vec::new(),
         promises: Vec::new(),
         next_experiment: "Spin about one axis while oscillating about a second.".to_string(),
         noise: vec![NoiseEntry {

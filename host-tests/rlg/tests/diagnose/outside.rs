@@ -353,3 +353,114 @@ fn spikes_at_rest_are_one_line_of_the_summary_and_change_neither_bias_nor_noise(
         }
     });
 }
+
+/// A number of the registration, and whether it is supported.
+fn registered(diagnosis: &Diagnosis, kind: &str, name: &str) -> (f64, f64, bool) {
+    let entry = diagnosis
+        .registration
+        .iter()
+        .find(|one| one.kind == kind)
+        .unwrap_or_else(|| panic!("no {kind} in the registration"));
+    let found = entry
+        .parameters
+        .iter()
+        .find_map(|parameter| match parameter {
+            ParameterEntry::Number {
+                name: other,
+                value,
+                std,
+                ..
+            } if other == name => Some((*value, *std, entry.supported)),
+            _ => None,
+        });
+    found.unwrap_or_else(|| panic!("{kind} without {name}"))
+}
+
+/// Diagnoses it again with the model that was written: nothing is left.
+fn matches_again(name: &str) {
+    let Some(Ok(outcome)) = diagnosed(name, false) else {
+        return;
+    };
+    let Some(folder) = std::env::var_os("RLG_RECORDINGS").map(PathBuf::from) else {
+        return;
+    };
+    let folder = folder.join("outside").join(name);
+    let recording = Recording::read(&folder).unwrap_or_else(|error| panic!("{error}"));
+    let settings = Settings::default();
+    let file = folder.join("model.toml");
+    let again = diagnose_under(&settings, &recording, &outcome.model, &file, &|_| {})
+        .unwrap_or_else(|error| panic!("{error}"));
+    let summary = &again.diagnosis.summary;
+    assert_eq!(again.diagnosis.verdict, Verdict::Matches, "{summary:#?}");
+}
+
+#[test]
+fn a_delay_against_attitudes_is_one_delay_and_nothing_else() {
+    accepted("delay-att-0.008", false, |diagnosis| {
+        assert_eq!(kinds(diagnosis), ["reference_delay"]);
+        // Gyros that are late are a reference that is early.
+        let (late_s, std_s) = number(diagnosis, "reference_delay", "all");
+        assert!(
+            (late_s + 0.008).abs() < 3.0 * std_s && std_s < 1e-4,
+            "{late_s} {std_s}"
+        );
+        let (_, _, is_supported) = registered(diagnosis, "gyro_scale", "x");
+        assert!(!is_supported);
+    });
+    matches_again("delay-att-0.008");
+}
+
+#[test]
+fn a_bias_against_attitudes_is_one_at_any_size() {
+    for (name, bias) in [
+        ("bias-0.0076", [2e-4, 2e-3, 7.6e-3]),
+        ("bias-0.076", [2e-3, 2e-2, 7.6e-2]),
+    ] {
+        accepted(name, false, |diagnosis| {
+            is_explained(diagnosis);
+            assert_eq!(kinds(diagnosis), ["gyro_bias"]);
+            within(diagnosis, "gyro_bias", bias, 1e-4);
+        });
+        matches_again(name);
+    }
+}
+
+/// The filter's own difference from a continuous low pass, a quarter of a millisecond, shows beside it.
+#[test]
+fn a_low_pass_against_attitudes_is_a_low_pass() {
+    accepted("low-pass-attitude", false, |diagnosis| {
+        assert_eq!(kinds(diagnosis), ["gyro_bandwidth", "reference_delay"]);
+        for axis in ["x", "y", "z"] {
+            let (pole_s, _) = number(diagnosis, "gyro_bandwidth", &format!("{axis}_pole_s"));
+            assert!((pole_s - 0.033).abs() < 1e-4, "{pole_s}");
+        }
+        let (late_s, _) = number(diagnosis, "reference_delay", "all");
+        assert!(late_s.abs() < 5e-4, "{late_s}");
+    });
+    matches_again("low-pass-attitude");
+}
+
+#[test]
+fn a_doubled_rate_against_attitudes_is_refused() {
+    refused("doubled-attitude", "all three read 2.00");
+    accepted("doubled-attitude", true, |diagnosis| {
+        assert!(count(diagnosis, "gyro_scale") >= 1);
+    });
+}
+
+/// An outside analysis has a delay of 7.6 ms and a bias of (−1.3, −2.6, −3.4)e-3 rad/s.
+#[test]
+fn an_autopilots_own_attitude_shows_its_delay_and_a_bias() {
+    accepted("autopilot-attitude", false, |diagnosis| {
+        is_explained(diagnosis);
+        let mut named = kinds(diagnosis);
+        named.retain(|kind| *kind != "lost_samples");
+        assert_eq!(named, ["gyro_bias", "reference_delay"]);
+        let (late_s, std_s) = number(diagnosis, "reference_delay", "all");
+        assert!(
+            (late_s - 7.6e-3).abs() < 5e-4 && std_s < 5e-4,
+            "{late_s} {std_s}"
+        );
+        within(diagnosis, "gyro_bias", [-1.3e-3, -2.6e-3, -3.4e-3], 5e-4);
+    });
+}

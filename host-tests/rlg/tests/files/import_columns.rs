@@ -36,6 +36,22 @@ impl Bench {
     pub(super) fn out(&self) -> PathBuf {
         self.folder.path().join("recording")
     }
+    /// What a diagnosis says of what was imported, with the model that came with it.
+    pub(super) fn diagnosis(&self) -> serde_json::Value {
+        let results = self.folder.path().join("results");
+        let mut command = Command::cargo_bin("rlg").expect("the command is built");
+        command.arg("diagnose").arg(self.out());
+        command.arg("--model").arg(self.out().join("model.toml"));
+        command.arg("--out").arg(&results);
+        let output = command.output().expect("it runs");
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        let text = fs::read_to_string(results.join("diagnosis.json")).expect("a diagnosis");
+        serde_json::from_str(&text).expect("JSON")
+    }
     pub(super) fn import(&self, more: &[&str]) -> Output {
         let mut command = Command::cargo_bin("rlg").expect("the command is built");
         command.args(["import", "--json"]).arg(self.file());

@@ -8,7 +8,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Package, and the packages of this workspace that it may depend on.
-const MAY_DEPEND_ON: [(&str, &[&str]); 23] = [
+const MAY_DEPEND_ON: [(&str, &[&str]); 24] = [
     ("trueaxis", &[]),
     ("strapdown", &[]),
     ("rlg-recording", &[]),
@@ -30,6 +30,18 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 23] = [
         ],
     ),
     (
+        "rlg-attitude",
+        &[
+            "rlg-recording",
+            "rlg-model",
+            "rlg-signal",
+            "rlg-inference",
+            "rlg-catalogue",
+            "rlg-findings",
+            "rlg-diagnosis",
+        ],
+    ),
+    (
         "rlg-older",
         &[
             "rlg-recording",
@@ -37,6 +49,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 23] = [
             "rlg-signal",
             "rlg-findings",
             "rlg-diagnosis",
+            "rlg-attitude",
             "strapdown",
         ],
     ),

@@ -10,7 +10,7 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use crate::streams::AXES;
+use crate::axes::AXES;
 use rlg_recording::error::InputError;
 use rlg_recording::{Channel, Clock, Quantity, Recording, Table};
 

@@ -1,0 +1,161 @@
+//! Where the registration begins: delay and rotation far off, before anything is linear about them.
+
+use nalgebra::{Matrix3, Vector3};
+use rlg_signal::attitude_samples::AttitudeSample;
+
+use crate::gyro_motion::GyroMotion;
+use crate::registration::{Alignment, Gyros};
+
+/// Delays that are tried, either way \[s\].
+const REACH_S: f64 = 0.6;
+
+/// Most increments that are compared.
+const MOST: usize = 4000;
+
+/// A rotation further off than this from what the model says is taken from here: nearer, the registration finds its way \[rad\].
+const FAR_RAD: f64 = 0.1;
+
+/// Times that are compared are at least this \[s\], so that noise of the attitude matters less.
+const LEAST_S: f64 = 0.05;
+
+/// Where to begin.
+pub fn start(
+    gyros: &Gyros,
+    samples: &[AttitudeSample],
+    tested: &[bool],
+    of_model: &Alignment,
+) -> Alignment {
+    let motion = GyroMotion::new(gyros.start_s, gyros.rate_hz, gyros.sensed_rad.clone());
+    let turns = turns(samples, tested);
+    if turns.len() < 8 {
+        return of_model.clone();
+    }
+    let step_s = turns
+        .iter()
+        .map(|turn| turn.end_s - turn.start_s)
+        .sum::<f64>()
+        / turns.len() as f64;
+    let step_s = (0.1 * step_s).clamp(1e-3, 0.01);
+    let count = (REACH_S / step_s) as i64;
+    let best = (-count..=count)
+        .map(|k| {
+            let delay_s = of_model.delay_s + k as f64 * step_s;
+            (correlation(&motion, &turns, delay_s), delay_s)
+        })
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    let here = correlation(&motion, &turns, of_model.delay_s);
+    let delay_s = match best {
+        // Noise alone makes one delay a little better than another.
+        Some((value, delay_s)) if 1.0 - value < 0.9 * (1.0 - here) => delay_s,
+        _ => of_model.delay_s,
+    };
+    let map = rotation(&motion, &turns, delay_s);
+    let inverse = of_model.sensed_from_body.try_inverse().unwrap_or_default();
+    let away_rad = nalgebra::Rotation3::from_matrix_unchecked(map * inverse).angle();
+    let left = |map: &Matrix3<f64>| left(&motion, &turns, delay_s, map);
+    // A motion about one axis leaves the rotation about it open.
+    let is_better = left(&map) < 0.5 * left(&of_model.sensed_from_body);
+    Alignment {
+        sensed_from_body: match away_rad > FAR_RAD && is_better {
+            true => map,
+            false => of_model.sensed_from_body,
+        },
+        delay_s,
+        ..of_model.clone()
+    }
+}
+
+/// A turn of the reference between two stamps.
+struct Turn {
+    start_s: f64,
+    end_s: f64,
+    /// Body axes \[rad\].
+    angle_rad: Vector3<f64>,
+}
+
+fn turns(samples: &[AttitudeSample], tested: &[bool]) -> Vec<Turn> {
+    /// Longer ones lie across gaps.
+    const LONGEST_S: f64 = 1.5;
+    let used: Vec<&AttitudeSample> = samples
+        .iter()
+        .zip(tested)
+        .filter(|(_, is_tested)| !**is_tested)
+        .map(|(sample, _)| sample)
+        .collect();
+    let mut turns = Vec::new();
+    let mut from = 0;
+    for to in 1..used.len() {
+        let lasts_s = used[to].time_s - used[from].time_s;
+        if lasts_s < LEAST_S {
+            continue;
+        }
+        if lasts_s < LONGEST_S {
+            let (a, b) = (
+                used[from].navigation_from_body,
+                used[to].navigation_from_body,
+            );
+            turns.push(Turn {
+                start_s: used[from].time_s,
+                end_s: used[to].time_s,
+                angle_rad: (a.inverse() * b).scaled_axis(),
+            });
+        }
+        from = to;
+    }
+    let each = turns.len().div_ceil(MOST).max(1);
+    turns.into_iter().step_by(each).collect()
+}
+
+/// What the gyros say of a turn, the reference being late.
+fn of_gyros(motion: &GyroMotion, turn: &Turn, delay_s: f64) -> Option<Vector3<f64>> {
+    let at = |time_s: f64| motion.place(time_s - delay_s).map(|place| motion.at(place));
+    Some((at(turn.start_s)?.inverse() * at(turn.end_s)?).scaled_axis())
+}
+
+/// How alike the sizes of the turns are, whatever the axes: correlation of their lengths.
+fn correlation(motion: &GyroMotion, turns: &[Turn], delay_s: f64) -> f64 {
+    let mut sums = [0.0; 6];
+    for turn in turns {
+        let Some(own) = of_gyros(motion, turn, delay_s) else {
+            continue;
+        };
+        let lasts_s = turn.end_s - turn.start_s;
+        let (a, b) = (own.norm() / lasts_s, turn.angle_rad.norm() / lasts_s);
+        for (sum, value) in sums.iter_mut().zip([1.0, a, b, a * a, b * b, a * b]) {
+            *sum += value;
+        }
+    }
+    let [count, a, b, aa, bb, ab] = sums;
+    // A delay at which half of the turns lie outside the gyros' record says nothing.
+    if 2.0 * count < turns.len() as f64 {
+        return -1.0;
+    }
+    let variance = |sum: f64, square: f64| (square - sum * sum / count).max(f64::MIN_POSITIVE);
+    (ab - a * b / count) / (variance(a, aa) * variance(b, bb)).sqrt()
+}
+
+/// The rotation that takes the reference's turns to the gyros' (Kabsch).
+fn rotation(motion: &GyroMotion, turns: &[Turn], delay_s: f64) -> Matrix3<f64> {
+    let mut products = Matrix3::zeros();
+    for turn in turns {
+        if let Some(own) = of_gyros(motion, turn, delay_s) {
+            products += own * turn.angle_rad.transpose();
+        }
+    }
+    let svd = products.svd(true, true);
+    let (Some(left), Some(right)) = (svd.u, svd.v_t) else {
+        return Matrix3::identity();
+    };
+    let mut keep = Matrix3::identity();
+    keep[(2, 2)] = (left * right).determinant().signum();
+    left * keep * right
+}
+
+/// Mean square of what a map leaves of the turns.
+fn left(motion: &GyroMotion, turns: &[Turn], delay_s: f64, map: &Matrix3<f64>) -> f64 {
+    let of_turn = |turn: &Turn| {
+        let own = of_gyros(motion, turn, delay_s)?;
+        Some((own - map * turn.angle_rad).norm_squared())
+    };
+    turns.iter().filter_map(of_turn).sum()
+}

@@ -1,0 +1,80 @@
+//! The motion that columns are made of: the gyros' own, without what is noise at a frequency.
+//!
+//! Derivatives of a raw record are mostly noise of its highest frequencies, and a column with noise of its own is
+//! underestimated. Each axis passes a Wiener weight 1 − N/P of its own power P and of the noise N that its spectrum bounds:
+//! white noise of rate and of angle, as much as fits below P everywhere.
+
+use nalgebra::Vector3;
+use realfft::num_complex::Complex64;
+use rlg_signal::axes::Triad;
+use rlg_signal::derivatives::Spectrum;
+use rlg_signal::transforms::mean_periodogram;
+
+/// Longest piece of the averaged spectrum \[rows\].
+const PIECE_ROWS: usize = 4096;
+
+/// Bins of a spectrum within a factor of this are averaged.
+const BIN_WIDTH: f64 = 1.12;
+
+/// Increments of three axes, conditioned.
+pub fn conditioned(increments_rad: &[Vector3<f64>], rate_hz: f64) -> Triad {
+    std::array::from_fn(|axis| {
+        let values: Vec<f64> = increments_rad.iter().map(|row| row[axis]).collect();
+        let weight = Weight::new(&values);
+        let of_hz = |hz: f64| Complex64::new(weight.at(hz / rate_hz), 0.0);
+        Spectrum::new(&values, rate_hz).through(of_hz)
+    })
+}
+
+/// Wiener weight by frequency.
+struct Weight {
+    /// Upper edge of each bin \[cycles per row\], and its weight.
+    bins: Vec<(f64, f64)>,
+}
+
+impl Weight {
+    fn new(values: &[f64]) -> Self {
+        let piece = PIECE_ROWS.min(values.len() / 4).max(2) & !1;
+        let power = mean_periodogram(values, piece);
+        let mut bins: Vec<(f64, f64)> = Vec::new();
+        let mut begin = 1;
+        while begin < power.len() {
+            let end = ((begin as f64 * BIN_WIDTH) as usize)
+                .max(begin + 1)
+                .min(power.len());
+            let mean = power[begin..end].iter().sum::<f64>() / (end - begin) as f64;
+            bins.push(((end as f64 - 0.5) / piece as f64, mean));
+            begin = end;
+        }
+        let lambda = |share: f64| 4.0 * (std::f64::consts::PI * share).sin().powi(2);
+        let least = |of: &dyn Fn(f64, f64) -> f64, from: f64| {
+            let above = bins.iter().filter(|(share, _)| *share > from);
+            above
+                .map(|(share, power)| of(*share, *power))
+                .fold(f64::INFINITY, f64::min)
+        };
+        let white = least(&|_, power| power, 0.0);
+        let angle = least(
+            &|share, power| (power - white).max(0.0) / lambda(share),
+            0.25,
+        );
+        let angle = if angle.is_finite() { angle } else { 0.0 };
+        // The least of many averaged powers lies below their mean.
+        const MARGIN: f64 = 1.5;
+        let weighted = bins.iter().map(|&(share, power)| {
+            let noise = MARGIN * (white + angle * lambda(share));
+            (share, (1.0 - noise / power.max(f64::MIN_POSITIVE)).max(0.0))
+        });
+        Self {
+            bins: weighted.collect(),
+        }
+    }
+
+    fn at(&self, share: f64) -> f64 {
+        let place = self.bins.partition_point(|(edge, _)| *edge < share);
+        // Below the first bin lies the mean motion, which is no noise.
+        self.bins
+            .get(place)
+            .map_or(0.0, |(_, weight)| if place == 0 { 1.0 } else { *weight })
+    }
+}

@@ -1,0 +1,259 @@
+//! Records and columns in the frequencies that are looked at, and the fit of all columns at once with the noise at its best.
+
+use nalgebra::{DMatrix, DVector};
+use rlg_inference::Dct;
+use rlg_signal::axes::Triad;
+
+use crate::noise::NoiseTerms;
+
+/// A column of one parameter.
+pub struct ParameterColumn {
+    /// Its values on the three records; all of the same unit per unit of the parameter.
+    pub values: Triad,
+    /// Standard deviation of a prior.
+    pub prior_std: f64,
+    /// Its centre: where the parameter was taken from what is believed of it.
+    pub prior_mean: f64,
+}
+
+/// Transforms up to a highest frequency.
+pub struct Band {
+    dct: Dct,
+    rows: usize,
+    /// Coefficients that are looked at.
+    pub cut: usize,
+}
+
+/// Highest frequency that is looked at \[Hz\]: hands, vehicles and shakers of attitudes move below (inference.md, B3).
+const HIGHEST_HZ: f64 = 10.0;
+
+/// Least coefficients.
+const LEAST_CUT: usize = 64;
+
+impl Band {
+    /// Of records of `rows` rows a `period_s`.
+    pub fn new(rows: usize, period_s: f64) -> Self {
+        let cut = (2.0 * HIGHEST_HZ * period_s * rows as f64) as usize;
+        Self {
+            dct: Dct::new(rows),
+            rows,
+            cut: cut.clamp(LEAST_CUT.min(rows), rows),
+        }
+    }
+
+    /// Coefficients of a record that are looked at; none of one without values.
+    pub fn spectrum(&self, values: &[f64]) -> Vec<f64> {
+        let mut spectrum = values.to_vec();
+        if !spectrum.is_empty() {
+            self.dct.forward(&mut spectrum);
+            spectrum.truncate(self.cut);
+        }
+        spectrum
+    }
+
+    /// A record divided by a power at every frequency.
+    pub fn divided(&self, values: &[f64], powers: &[f64]) -> Vec<f64> {
+        let mut spectrum = values.to_vec();
+        self.dct.forward(&mut spectrum);
+        for (value, power) in spectrum.iter_mut().zip(powers) {
+            *value /= power;
+        }
+        self.dct.inverse(&mut spectrum);
+        spectrum
+    }
+
+    /// Spectrum of a single row.
+    pub fn of_row(&self, row: usize) -> Vec<f64> {
+        let mut values = vec![0.0; self.rows];
+        values[row] = 1.0;
+        self.spectrum(&values)
+    }
+}
+
+/// Sums of products by bin.
+pub struct Equations {
+    /// Number of parameters, without those of free rows.
+    pub parameters: usize,
+    spectra: [Vec<f64>; 3],
+    /// Spectra of every column, rows that are free last, scaled alike.
+    columns: Vec<[Vec<f64>; 3]>,
+    scale: Vec<f64>,
+    precision: Vec<f64>,
+    centre: Vec<f64>,
+    gram: Vec<DMatrix<f64>>,
+    moments: Vec<DVector<f64>>,
+    energy: Vec<f64>,
+}
+
+/// All columns fitted.
+pub struct Fit {
+    /// Levels of the noise terms.
+    pub levels: Vec<f64>,
+    /// Estimate of each parameter.
+    pub estimate: Vec<f64>,
+    /// Standard deviations.
+    pub std: Vec<f64>,
+    /// Log likelihood.
+    pub log_likelihood: f64,
+}
+
+impl Equations {
+    /// # Inputs
+    /// `free`: rows that say nothing.
+    pub fn new(
+        band: &Band,
+        terms: &NoiseTerms,
+        rows_rad: &Triad,
+        columns: &[ParameterColumn],
+        free: &[usize],
+    ) -> Self {
+        let mut spectra: Vec<[Vec<f64>; 3]> = columns
+            .iter()
+            .map(|column| column.values.each_ref().map(|values| band.spectrum(values)))
+            .collect();
+        for &row in free {
+            let of_row = band.of_row(row);
+            spectra.extend((0..3).map(|axis| {
+                std::array::from_fn(|own| match own == axis {
+                    true => of_row.clone(),
+                    false => Vec::new(),
+                })
+            }));
+        }
+        let scale: Vec<f64> = spectra
+            .iter_mut()
+            .map(|column| {
+                let power: f64 = column.iter().flatten().map(|value| value * value).sum();
+                let scale = 1.0 / power.max(f64::MIN_POSITIVE).sqrt();
+                column
+                    .iter_mut()
+                    .flatten()
+                    .for_each(|value| *value *= scale);
+                scale
+            })
+            .collect();
+        let of_columns = |of: &dyn Fn(usize, &ParameterColumn) -> f64| -> Vec<f64> {
+            let all = columns.iter().enumerate();
+            let mut values: Vec<f64> = all.map(|(k, column)| of(k, column)).collect();
+            values.resize(spectra.len(), 0.0);
+            values
+        };
+        let mut equations = Self {
+            parameters: columns.len(),
+            precision: of_columns(&|k, column| (scale[k] / column.prior_std).powi(2)),
+            centre: of_columns(&|k, column| column.prior_mean / scale[k]),
+            spectra: Default::default(),
+            columns: spectra,
+            scale,
+            gram: Vec::new(),
+            moments: Vec::new(),
+            energy: Vec::new(),
+        };
+        for bin in terms.edges.windows(2) {
+            equations.gram.push(equations.products(bin[0]..bin[1]));
+        }
+        equations.set_records(band, terms, rows_rad);
+        equations
+    }
+
+    /// Takes other records on the same columns.
+    pub fn set_records(&mut self, band: &Band, terms: &NoiseTerms, rows_rad: &Triad) {
+        self.spectra = rows_rad.each_ref().map(|values| band.spectrum(values));
+        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        (self.moments, self.energy) = terms
+            .edges
+            .windows(2)
+            .map(|bin| {
+                let bin = bin[0]..bin[1];
+                let of = |column: &[Vec<f64>; 3]| -> f64 {
+                    let axes = column.iter().zip(&self.spectra);
+                    axes.filter(|(column, _)| !column.is_empty())
+                        .map(|(column, record)| dot(&column[bin.clone()], &record[bin.clone()]))
+                        .sum()
+                };
+                let moments = self.columns.iter().map(of);
+                let moments = DVector::from_iterator(self.columns.len(), moments);
+                (moments, of(&self.spectra))
+            })
+            .unzip();
+    }
+
+    fn products(&self, bin: std::ops::Range<usize>) -> DMatrix<f64> {
+        let count = self.columns.len();
+        let mut gram = DMatrix::zeros(count, count);
+        for axis in 0..3 {
+            let present: Vec<usize> = (0..count)
+                .filter(|k| !self.columns[*k][axis].is_empty())
+                .collect();
+            let values = DMatrix::from_fn(bin.len(), present.len(), |row, k| {
+                self.columns[present[k]][axis][bin.start + row]
+            });
+            let product = values.tr_mul(&values);
+            for (a, &column) in present.iter().enumerate() {
+                for (b, &other) in present.iter().enumerate() {
+                    gram[(column, other)] += product[(a, b)];
+                }
+            }
+        }
+        gram
+    }
+
+    /// Sums of squares of the records by bin.
+    pub fn energy(&self) -> &[f64] {
+        &self.energy
+    }
+
+    /// Fits all columns, the noise in turn.
+    pub fn fit(&self, terms: &NoiseTerms, start: &[f64]) -> Fit {
+        /// Most turns, and the change of the log likelihood at which they end.
+        const MOST: usize = 12;
+        const SETTLED: f64 = 0.01;
+        let mut levels = start.to_vec();
+        let mut last = f64::NEG_INFINITY;
+        let mut turn = 0;
+        loop {
+            let powers = terms.of_bins(&levels);
+            let (covariance, estimate, log_likelihood) = self.solve(terms, &powers);
+            turn += 1;
+            if turn >= MOST || (turn > 2 && (log_likelihood - last).abs() < SETTLED) {
+                let scaled = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
+                    (0..self.parameters)
+                        .map(|k| of(k) * self.scale[k])
+                        .collect()
+                };
+                return Fit {
+                    log_likelihood,
+                    estimate: scaled(&|k| estimate[k]),
+                    std: scaled(&|k| covariance[(k, k)].max(0.0).sqrt()),
+                    levels,
+                };
+            }
+            last = log_likelihood;
+            let second = &covariance + &estimate * estimate.transpose();
+            let left: Vec<f64> = (0..self.gram.len())
+                .map(|bin| {
+                    let explained = 2.0 * self.moments[bin].dot(&estimate);
+                    self.energy[bin] - explained + self.gram[bin].dot(&second)
+                })
+                .collect();
+            levels = terms.fit(&left, &levels);
+        }
+    }
+
+    /// Covariance, estimate and log likelihood under given powers.
+    fn solve(&self, terms: &NoiseTerms, powers: &[f64]) -> (DMatrix<f64>, DVector<f64>, f64) {
+        let count = self.columns.len();
+        let mut precision = DMatrix::from_diagonal(&DVector::from_column_slice(&self.precision));
+        let mut score = DVector::from_fn(count, |k, _| self.precision[k] * self.centre[k]);
+        let mut log_likelihood = terms.log_determinant(powers);
+        for (bin, power) in powers.iter().enumerate() {
+            precision += &self.gram[bin] / *power;
+            score += &self.moments[bin] / *power;
+            log_likelihood -= 0.5 * self.energy[bin] / power;
+        }
+        let (covariance, log_determinant) = rlg_inference::linear::invert(&precision);
+        let estimate = &covariance * &score;
+        log_likelihood += 0.5 * (score.dot(&estimate) - log_determinant);
+        (covariance, estimate, log_likelihood)
+    }
+}

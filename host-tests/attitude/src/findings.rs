@@ -1,0 +1,524 @@
+//! What stands, in the types of `diagnosis.json`.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use rlg_catalogue::Pool;
+use rlg_catalogue::entries::{self, Card, STEP};
+use rlg_diagnosis::Outcome;
+use rlg_diagnosis::data_words;
+use rlg_diagnosis::entries_of_rows::fault_entry;
+use rlg_findings::result::{
+    ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, FitEntry, Identifiable, NoiseEntry,
+    ParameterEntry, RegistrationEntry, RunnerUp, Verdict,
+};
+use rlg_findings::updated_model::switch_on;
+use rlg_model::{EffectValue, ModelEffect};
+use rlg_signal::axes::{AXES, Triad};
+
+use crate::blocks::Estimates;
+use crate::diagnose::Observed;
+use crate::held_out::{HeldOut, held_out};
+use crate::physics::Gyro;
+use crate::plan::AttitudePlan;
+use crate::reference_spans::{self, Span};
+use crate::registration::{About, Alignment, COUNT, GROUPS, Group, Registration, places};
+use crate::search::{Candidates, Found, Named};
+use crate::steps::Step;
+
+/// Everything that is said of.
+pub(crate) struct Said<'a> {
+    pub(crate) observed: &'a Observed<'a>,
+    pub(crate) of_model: &'a Alignment,
+    pub(crate) registered: &'a Registration,
+    pub(crate) gyro: &'a Gyro,
+    pub(crate) pool: &'a Pool,
+    pub(crate) candidates: &'a Candidates,
+    pub(crate) beyond: &'a [f64; COUNT],
+    pub(crate) found: &'a Found,
+    pub(crate) plan: &'a AttitudePlan,
+    pub(crate) seed: u64,
+}
+
+impl Said<'_> {
+    /// Columns of an effect of physics about some rows.
+    pub(crate) fn columns(&self, named: &Named, about: &About) -> Vec<Triad> {
+        if let Some(step) = named.step {
+            let after = |row: usize| if row >= step.row { 1.0 } else { 0.0 };
+            return vec![about.carried(|row| self.gyro.sensed_along(step.axis, after(row)))];
+        }
+        let mut effects = self.candidates.effects.iter();
+        let own = effects.find(|(_, places)| *places == named.places);
+        own.map_or_else(Vec::new, |(candidate, _)| {
+            self.gyro.columns(self.pool, candidate, about)
+        })
+    }
+
+    /// When a step begins \[s\].
+    fn begins_s(&self, step: Step) -> f64 {
+        self.observed.streams.begin_s(step.row)
+    }
+}
+
+/// Numbers as the contract names them.
+struct Numbers {
+    names: Vec<String>,
+    values: Vec<f64>,
+    covariance: DMatrix<f64>,
+    unit: &'static str,
+}
+
+impl Numbers {
+    fn std(&self, k: usize) -> f64 {
+        self.covariance[(k, k)].max(0.0).sqrt()
+    }
+
+    fn parameters(&self) -> Vec<ParameterEntry> {
+        let numbers = self.names.iter().zip(&self.values).enumerate();
+        numbers
+            .map(|(k, (name, value))| ParameterEntry::Number {
+                name: name.clone(),
+                value: *value,
+                std: self.std(k),
+                unit: self.unit.to_string(),
+            })
+            .collect()
+    }
+
+    fn sentence(&self) -> String {
+        let unit = match self.unit {
+            "1" => String::new(),
+            unit => format!(" {unit}"),
+        };
+        let numbers = self.names.iter().zip(&self.values).enumerate();
+        let each: Vec<String> = numbers
+            .map(|(k, (name, value))| format!("{name} {value:.4e} ± {:.1e}{unit}", self.std(k)))
+            .collect();
+        each.join(", ")
+    }
+}
+
+/// The outcome.
+pub(crate) fn outcome(said: &Said) -> Outcome {
+    let Said {
+        observed,
+        registered,
+        found,
+        ..
+    } = *said;
+    let streams = &observed.streams;
+    let tested = held_out(said);
+    let spans = reference_spans::spans(&observed.samples, &observed.tested, &registered.left_out);
+    let named: Vec<(&Named, Numbers)> = found
+        .registration
+        .iter()
+        .chain(&found.physics)
+        .map(|one| {
+            let of = (&found.named_set[..], &found.of_named);
+            (one, numbers(said, one.kind, &one.places, of))
+        })
+        .collect();
+    let mut effects: Vec<EffectEntry> = named
+        .iter()
+        .map(|(one, numbers)| entry(said, one, numbers))
+        .collect();
+    effects.extend(spans.iter().map(Span::entry));
+    effects.extend(
+        observed
+            .faults
+            .iter()
+            .map(|fault| fault_entry(streams, fault)),
+    );
+    let is_explained = !effects.is_empty();
+    let is_left = tested
+        .as_ref()
+        .is_some_and(|tested| tested.power_after > said.plan.most_power);
+    let verdict = match (is_explained, is_left) {
+        (false, false) => Verdict::Matches,
+        (false, true) => Verdict::Unexplained,
+        (true, false) => Verdict::Explained,
+        (true, true) => Verdict::PartlyExplained,
+    };
+    let mut model = observed.model.clone();
+    for (one, numbers) in &named {
+        switch_on(&mut model, model_effect(said, one, numbers));
+    }
+    for span in &spans {
+        switch_on(&mut model, span.effect());
+    }
+    let diagnosis = Diagnosis {
+        format: 1,
+        recording: observed.recording.name.clone(),
+        version: env!("CARGO_PKG_VERSION").to_string(),
+        seed: said.seed,
+        verdict,
+        summary: summary(said, verdict, &named, &spans, tested.as_ref()),
+        locations: Vec::new(),
+        effects,
+        registration: registration(said),
+        fit: fit(said, tested.as_ref()),
+        not_excluded: not_excluded(said),
+        next_experiment: next_experiment(&named),
+        promises: Vec::new(),
+        noise: noise(registered),
+        accelerometer_noise: Vec::new(),
+        trials: found.tried,
+        runners_up: runners_up(&named),
+        sensitivity: Vec::new(),
+        control: None,
+        self_test: None,
+    };
+    Outcome {
+        diagnosis,
+        model,
+        pictures: tested.map(|tested| tested.pictures),
+    }
+}
+
+/// The numbers of a group of columns, beyond the model.
+///
+/// # Inputs
+/// `set`, `estimates`: places among all columns, and what they are.
+fn numbers(
+    said: &Said,
+    kind: &'static str,
+    columns: &[usize],
+    (set, estimates): (&[usize], &Estimates),
+) -> Numbers {
+    let at: Vec<usize> = columns
+        .iter()
+        .filter_map(|column| set.iter().position(|one| one == column))
+        .collect();
+    let values = DVector::from_fn(at.len(), |k, _| estimates.values[at[k]]);
+    let covariance = DMatrix::from_fn(at.len(), at.len(), |a, b| {
+        estimates.covariance[(at[a], at[b])]
+    });
+    let group = GROUPS
+        .iter()
+        .find(|group| places(group.kind).eq(columns.iter().copied()));
+    let (names, map) = match group {
+        Some(group) if kind == "reference_bandwidth" => {
+            let (names, map) = stated(group, &Matrix3::identity());
+            (names, -map)
+        }
+        Some(group) if is_low_pass(said, kind) => {
+            let names = group.names.iter().map(|name| format!("{name}_pole_s"));
+            (names.collect(), DMatrix::identity(3, 3))
+        }
+        Some(group) => stated(
+            group,
+            &said.registered.about.increments.navigation_from_start[0],
+        ),
+        None if kind == STEP => (vec!["size".to_string()], DMatrix::identity(1, 1)),
+        None => {
+            let effects = said.candidates.effects.iter();
+            let names = effects
+                .filter(|(candidate, _)| candidate.kind == kind)
+                .flat_map(|(candidate, _)| candidate.names.clone())
+                .collect();
+            // What all gyros share is the reference's.
+            let shared = if kind == "gyro_delay" {
+                1.0 / at.len() as f64
+            } else {
+                0.0
+            };
+            let map = DMatrix::identity(at.len(), at.len()).add_scalar(-shared);
+            (names, map)
+        }
+    };
+    Numbers {
+        names,
+        values: (&map * values).iter().copied().collect(),
+        covariance: &map * covariance * map.transpose(),
+        unit: match group {
+            Some(_) if is_low_pass(said, kind) => "s",
+            Some(group) => group.unit,
+            None => card(kind).unit,
+        },
+    }
+}
+
+/// Whether the filter of the gyros is a low pass of first order.
+fn is_low_pass(said: &Said, kind: &str) -> bool {
+    kind == "gyro_bandwidth" && said.registered.alignment.low_pass_s.is_some()
+}
+
+/// The contract's names of a group's numbers, and the map to them.
+fn stated(group: &Group, navigation_from_start: &Matrix3<f64>) -> (Vec<String>, DMatrix<f64>) {
+    let own = || group.names.iter().map(|name| (*name).to_string()).collect();
+    match group.kind {
+        // Stretch ab lets gyro a see b, and b see a.
+        "installation" => {
+            let mut names = Vec::new();
+            let mut map = DMatrix::zeros(6, 3);
+            for (gyro, axis) in AXES.iter().enumerate() {
+                for about in (0..3).filter(|about| *about != gyro) {
+                    let (sign, senses) = entries::tilt(gyro, about);
+                    let pair = [(0, 1), (0, 2), (1, 2)]
+                        .iter()
+                        .position(|pair| *pair == (gyro.min(senses), gyro.max(senses)));
+                    if let Some(pair) = pair {
+                        map[(names.len(), pair)] = sign;
+                    }
+                    names.push(format!("{axis}{}", AXES[about]));
+                }
+            }
+            (names, map)
+        }
+        // The Earth's rotation in the body frame at the start.
+        "earth_rate" => {
+            let turn = navigation_from_start.transpose();
+            (own(), DMatrix::from_fn(3, 3, |a, b| turn[(a, b)]))
+        }
+        _ => (
+            own(),
+            DMatrix::identity(group.names.len(), group.names.len()),
+        ),
+    }
+}
+
+fn card(kind: &str) -> Card {
+    const CLOCK: Card = Card {
+        kind: "reference_clock_rate",
+        equation: "reference stamps = gyros' time (1 + c)",
+        unit: "1",
+        meaning: "The clock of the reference and the clock of the gyros run at different rates.",
+        experiment: "A longer record shows the clocks part further.",
+    };
+    entries::card(kind).unwrap_or(CLOCK)
+}
+
+fn entry(said: &Said, one: &Named, numbers: &Numbers) -> EffectEntry {
+    let card = card(one.kind);
+    let count = numbers.values.len();
+    let identifiable = (0..count).map(|k| Identifiable {
+        combination: BTreeMap::from([(numbers.names[k].clone(), 1.0)]),
+        value: numbers.values[k],
+        std: numbers.std(k),
+    });
+    let row = |a: usize| (0..count).map(|b| numbers.covariance[(a, b)]).collect();
+    let mut parameters = numbers.parameters();
+    let mut covariance: Vec<Vec<f64>> = (0..count).map(row).collect();
+    if let Some(step) = one.step {
+        parameters.push(ParameterEntry::Text {
+            name: "axis".to_string(),
+            value: AXES[step.axis].to_string(),
+        });
+        let std = said.registered.about.increments.period_s;
+        parameters.push(ParameterEntry::Number {
+            name: "time_s".to_string(),
+            value: said.begins_s(step),
+            std,
+            unit: "s".to_string(),
+        });
+        covariance[0].push(0.0);
+        covariance.push(vec![0.0, std * std]);
+    }
+    EffectEntry {
+        kind: one.kind.to_string(),
+        indistinguishable_from: one.alike.iter().map(|kind| (*kind).to_string()).collect(),
+        gravity_speaks_against: Vec::new(),
+        equation: card.equation.to_string(),
+        parameters,
+        covariance,
+        identifiable: identifiable.collect(),
+        log_evidence_gain: one.gain,
+        p_value: one.p_value,
+        what_was_left_out: card.meaning.to_string(),
+        expression: None,
+        regimes: Vec::new(),
+        evidence: Some(EvidenceEntry {
+            label: if one.alike.is_empty() {
+                "named"
+            } else {
+                "class"
+            },
+            confirmed_gain: one.gain,
+            share: one.share,
+            reenactments: 0,
+            inflation: one.statistic.design_effect,
+        }),
+    }
+}
+
+fn model_effect(said: &Said, one: &Named, numbers: &Numbers) -> ModelEffect {
+    let values = numbers.names.iter().zip(&numbers.values);
+    let mut parameters: BTreeMap<String, EffectValue> = values
+        .map(|(name, value)| (name.clone(), EffectValue::Number(*value)))
+        .collect();
+    if let Some(step) = one.step {
+        let axis = EffectValue::Text(AXES[step.axis].to_string());
+        parameters.insert("axis".to_string(), axis);
+        let time_s = EffectValue::Number(said.begins_s(step));
+        parameters.insert("time_s".to_string(), time_s);
+    }
+    ModelEffect {
+        kind: one.kind.to_string(),
+        parameters,
+    }
+}
+
+fn registration(said: &Said) -> Vec<RegistrationEntry> {
+    let found = said.found;
+    let entries = GROUPS.iter().map(|group| {
+        let own: Vec<usize> = places(group.kind).collect();
+        RegistrationEntry {
+            kind: group.kind.to_string(),
+            parameters: numbers(said, group.kind, &own, (&found.set, &found.estimates))
+                .parameters(),
+            supported: found
+                .registration
+                .iter()
+                .any(|one| one.group() == group.kind),
+        }
+    });
+    entries.collect()
+}
+
+fn summary(
+    said: &Said,
+    verdict: Verdict,
+    named: &[(&Named, Numbers)],
+    spans: &[Span],
+    tested: Option<&HeldOut>,
+) -> Vec<String> {
+    let mut lines = vec![rlg_findings::sentences::opening(verdict).to_string()];
+    let increments = &said.registered.about.increments;
+    lines.push(format!(
+        "Reference: {} attitudes, one every {:.4} s, {:.2e} rad of white noise; the last fifth is held out.",
+        said.observed.samples.len(),
+        increments.period_s,
+        said.registered.levels[1].sqrt()
+    ));
+    for (one, numbers) in named {
+        let alike = match one.alike.is_empty() {
+            true => String::new(),
+            false => format!(", or {}", one.alike.join(" or ")),
+        };
+        lines.push(format!(
+            "Found: {}{alike}: {}.",
+            one.kind,
+            numbers.sentence()
+        ));
+    }
+    lines.extend(reference_spans::sentence(spans));
+    lines.extend(data_words::lines(
+        &said.observed.streams,
+        &said.observed.faults,
+    ));
+    if let Some(tested) = tested {
+        lines.push(tested.sentence());
+    }
+    lines
+}
+
+fn fit(said: &Said, tested: Option<&HeldOut>) -> FitEntry {
+    let times = &said.registered.about.increments.times_s;
+    let fitted = [times[0], times[times.len() - 1]];
+    FitEntry {
+        fitted_on: vec![fitted],
+        held_out: tested.map(|tested| tested.span_s).into_iter().collect(),
+        recordings: Vec::new(),
+        whole: None,
+        channels: tested.map_or_else(Vec::new, |tested| {
+            (0..3)
+                .map(|axis| ChannelEntry {
+                    channel: format!("gyro_{}", AXES[axis]),
+                    unit: None,
+                    band_hz: tested.band_hz,
+                    held_out_before: tested.before[axis].clone(),
+                    held_out_after: tested.after[axis].clone(),
+                })
+                .collect()
+        }),
+    }
+}
+
+/// Kinds of the catalogue that attitudes or these channels cannot show.
+fn not_excluded(said: &Said) -> Vec<String> {
+    let streams = &said.observed.streams;
+    let tried = |kind: &str| {
+        let mut effects = said.candidates.effects.iter();
+        effects.any(|(candidate, _)| candidate.kind == kind)
+            || GROUPS.iter().any(|group| group.kind == kind)
+    };
+    let reason = |kind: &str| {
+        if kind == "reference_scale" {
+            "an attitude reference cannot tell it from gyro_scale, with which it is reported"
+        } else if kind.contains("temperature") && streams.temperature_k.is_none() {
+            "no temperature channel"
+        } else if kind.contains("magnetic") && streams.magnetic_t.is_none() {
+            "no magnetic field channel"
+        } else if kind.starts_with("dither") {
+            "no dither"
+        } else if (kind.contains("force") || kind.contains("_g")) && streams.force_m_s2.is_none() {
+            "no specific force channel"
+        } else {
+            "the motion does not show it"
+        }
+    };
+    let listed = entries::CATALOGUE.iter().map(|entry| entry.kind);
+    let mut lines: Vec<String> = listed
+        .filter(|kind| !tried(kind))
+        .map(|kind| format!("{kind}: {}", reason(kind)))
+        .collect();
+    lines.extend(["reference_harmonic", "isolator_mode"].map(|kind| {
+        format!(
+            "{kind}: needs the reference's motion row by row, and it is known only at its stamps"
+        )
+    }));
+    lines
+}
+
+/// Kinds that lost against what was named, each by its nearest.
+fn runners_up(named: &[(&Named, Numbers)]) -> Vec<RunnerUp> {
+    let mut nearest: BTreeMap<&str, f64> = BTreeMap::new();
+    for (kind, behind) in named.iter().flat_map(|(one, _)| &one.behind) {
+        let entry = nearest.entry(kind).or_insert(*behind);
+        *entry = entry.min(*behind);
+    }
+    let kinds: Vec<&str> = named.iter().map(|(one, _)| one.kind).collect();
+    nearest
+        .into_iter()
+        .filter(|(kind, _)| !kinds.contains(kind))
+        .map(|(kind, behind)| RunnerUp {
+            kind: kind.to_string(),
+            behind,
+        })
+        .collect()
+}
+
+fn next_experiment(named: &[(&Named, Numbers)]) -> String {
+    let confused = named.iter().find(|(one, _)| !one.alike.is_empty());
+    match confused.or(named.first()) {
+        Some((one, _)) => card(one.kind).experiment.to_string(),
+        None => "None needed for this recording; a motion that excites what is not excluded would show more.".to_string(),
+    }
+}
+
+/// Noise of the gyros by the terms that all three share.
+fn noise(registered: &Registration) -> Vec<NoiseEntry> {
+    let period_s = registered.about.increments.period_s;
+    let walk = (registered.levels[0] / period_s).sqrt();
+    let angle = registered.levels[1].sqrt();
+    AXES.iter()
+        .map(|axis| NoiseEntry {
+            channel: format!("gyro_{axis}"),
+            angle_random_walk_rad_sqrt_s: walk,
+            angle_noise_rad: angle,
+            wandering_rad_s: None,
+            terms: None,
+        })
+        .collect()
+}
+
+/// Sum of a vector's parts along gyros.
+pub(crate) fn in_body(
+    increments: &crate::increments::Increments,
+    motion: &crate::gyro_motion::GyroMotion,
+    row: usize,
+    value: Vector3<f64>,
+) -> Vector3<f64> {
+    let start = increments.navigation_from_start[row].transpose() * value;
+    motion.at(increments.places()[row]).inverse() * start
+}

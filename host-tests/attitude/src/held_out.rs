@@ -1,0 +1,238 @@
+//! Figures on stamps that served nothing else, and what the report draws.
+
+use nalgebra::Vector3;
+use rlg_diagnosis::pictures::Pictures;
+use rlg_findings::result::FiguresEntry;
+use rlg_findings::sentences::DEG_H;
+use rlg_signal::axes::{Triad, add};
+use rlg_signal::transforms::mean_periodogram;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use crate::equations::Band;
+use crate::findings::{Said, in_body};
+use crate::noise::NoiseTerms;
+use crate::registration::{About, Alignment};
+
+/// Figures before and after.
+pub(crate) struct HeldOut {
+    pub(crate) span_s: [f64; 2],
+    pub(crate) band_hz: [f64; 2],
+    pub(crate) before: [FiguresEntry; 3],
+    pub(crate) after: [FiguresEntry; 3],
+    /// Power of what is left over what the noise predicts, all axes.
+    pub(crate) power_after: f64,
+    pub(crate) pictures: Pictures,
+}
+
+impl HeldOut {
+    /// One sentence a reader can compare.
+    pub(crate) fn sentence(&self) -> String {
+        let of = |figures: &[FiguresEntry; 3]| {
+            let each: Vec<String> = figures
+                .iter()
+                .map(|one| format!("{:.2}", one.drift_rad_s * DEG_H))
+                .collect();
+            each.join(", ")
+        };
+        let size = |figures: &[FiguresEntry; 3]| -> f64 {
+            figures.iter().map(|one| one.drift_rad_s.powi(2)).sum()
+        };
+        let std = self.after.each_ref().map(|one| one.drift_std_rad_s * DEG_H);
+        let moved = match size(&self.after) / size(&self.before) {
+            ratio if ratio < 0.9 => "falls",
+            ratio if ratio > 1.1 => "rises",
+            _ => "stays",
+        };
+        format!(
+            "On held-out time the drift of gyros x, y, z {moved} from {} to {} °/h (± {:.2}, {:.2}, {:.2}).",
+            of(&self.before),
+            of(&self.after),
+            std[0],
+            std[1],
+            std[2]
+        )
+    }
+}
+
+/// Residuals of the held-out stamps, or of all, about an alignment.
+struct Residual {
+    about: About,
+    /// Navigation frame \[rad by row\].
+    left_rad: Triad,
+}
+
+fn residual(
+    said: &Said,
+    left_out: &[bool],
+    alignment: &Alignment,
+    with_effects: bool,
+) -> Option<Residual> {
+    let observed = said.observed;
+    let about = About::new(&observed.gyros, &observed.samples, left_out, alignment)?;
+    let mut left_rad = about.increments.rows_rad.clone();
+    if with_effects {
+        let mut columns = about.columns(observed.gyros.rate_hz);
+        for named in &said.found.physics {
+            columns.extend(said.columns(named, &about));
+        }
+        // Columns lie in the order of the set of all numbers; those that are not named are as the model has them.
+        let found = said.found;
+        for (column, place) in columns.iter().zip(&found.set) {
+            let named = found.named_set.iter().position(|one| one == place);
+            let total = named.map_or(0.0, |at| found.of_named.values[at]);
+            let size = total - said.beyond.get(*place).copied().unwrap_or(0.0);
+            for (left, values) in left_rad.iter_mut().zip(column) {
+                add(left, values, -size);
+            }
+        }
+    }
+    for &row in &about.increments.free {
+        left_rad.iter_mut().for_each(|left| left[row] = 0.0);
+    }
+    Some(Residual { about, left_rad })
+}
+
+/// The figures; `None` where too few stamps are held out.
+pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
+    /// Fewer rows have no spectrum.
+    const LEAST_ROWS: usize = 16;
+    let fitted = &said.registered.left_out;
+    let tested: Vec<bool> = said.observed.tested.iter().map(|tested| !tested).collect();
+    let none = vec![false; fitted.len()];
+    let now = &said.registered.alignment;
+    let before = residual(said, &tested, said.of_model, false)?;
+    let after = residual(said, &tested, now, true)?;
+    if after.about.increments.rows() < LEAST_ROWS {
+        return None;
+    }
+    let levels = &said.registered.levels;
+    let figures = |one: &Residual| figures(one, levels);
+    let (before_figures, _) = figures(&before);
+    let (after_figures, power_after) = figures(&after);
+    let times = &after.about.increments.times_s;
+    let period_s = after.about.increments.period_s;
+    let all_before = residual(said, &none, said.of_model, false)?;
+    let all_after = residual(said, &none, now, true)?;
+    let span_s = [times[0], times[times.len() - 1]];
+    Some(HeldOut {
+        span_s,
+        band_hz: [0.0, 0.5 / period_s],
+        before: before_figures,
+        after: after_figures,
+        power_after,
+        pictures: pictures(said, &all_before, &all_after, span_s),
+    })
+}
+
+fn body_rows(one: &Residual) -> Triad {
+    let mut rows = Triad::default();
+    for row in 0..one.about.increments.rows() {
+        let value = Vector3::from_fn(|axis, _| one.left_rad[axis][row]);
+        // What the gyros read too much lets the reference lag.
+        let body = -in_body(&one.about.increments, &one.about.motion, row, value);
+        for axis in 0..3 {
+            rows[axis].push(body[axis]);
+        }
+    }
+    rows
+}
+
+fn figures(one: &Residual, levels: &[f64]) -> ([FiguresEntry; 3], f64) {
+    let increments = &one.about.increments;
+    let rows = increments.rows();
+    let band = Band::new(rows, increments.period_s);
+    let terms = NoiseTerms::new(rows, increments.period_s, band.cut, false);
+    let powers = if levels.len() == terms.count() {
+        terms.of_coefficients(levels)
+    } else {
+        vec![levels[0]; rows]
+    };
+    let body = body_rows(one);
+    let lasts_s = rows as f64 * increments.period_s;
+    // The mean over the record has the power of its lowest frequencies.
+    let drift_std = (powers[1.min(rows - 1)] * rows as f64).sqrt() / lasts_s;
+    let ratios: [f64; 3] = std::array::from_fn(|axis| {
+        let spectrum = band.spectrum(&one.left_rad[axis]);
+        let pairs = spectrum.iter().zip(&powers).skip(1);
+        let sum: f64 = pairs.map(|(value, power)| value * value / power).sum();
+        sum / (spectrum.len().max(2) - 1) as f64
+    });
+    let count = (band.cut.max(2) - 1) as f64;
+    let entry = |axis: usize| FiguresEntry {
+        drift_rad_s: body[axis].iter().sum::<f64>() / lasts_s,
+        drift_std_rad_s: drift_std,
+        normalised_power: ratios[axis],
+        normalised_power_all: ratios[axis],
+        white_p_value: ChiSquared::new(count).map_or(1.0, |law| law.sf(ratios[axis] * count)),
+    };
+    (
+        [entry(0), entry(1), entry(2)],
+        ratios.iter().sum::<f64>() / 3.0,
+    )
+}
+
+fn pictures(said: &Said, before: &Residual, after: &Residual, held_out_s: [f64; 2]) -> Pictures {
+    /// Points that a page can show.
+    const POINTS: usize = 2000;
+    let times = &after.about.increments.times_s;
+    let rows = after
+        .about
+        .increments
+        .rows()
+        .min(before.about.increments.rows());
+    let each = rows.div_ceil(POINTS).max(1);
+    let (body_before, body_after) = (body_rows(before), body_rows(after));
+    let angles = |body: &Triad| {
+        body.each_ref().map(|values| {
+            let mut sum = 0.0;
+            let sums = values.iter().take(rows).map(|value| {
+                sum += value;
+                sum
+            });
+            sums.step_by(each).collect::<Vec<f64>>()
+        })
+    };
+    let period_s = after.about.increments.period_s;
+    let piece = (rows / 4).clamp(2, 2048) & !1;
+    // One-sided density of a rate from the power of increments by row.
+    let density = 2.0 / period_s;
+    let spectrum = |body: &Triad| {
+        body.each_ref().map(|values| {
+            let power = mean_periodogram(values, piece);
+            power[1..]
+                .iter()
+                .map(|power| power * density)
+                .collect::<Vec<f64>>()
+        })
+    };
+    let frequency_hz: Vec<f64> = (1..=piece / 2)
+        .map(|bin| bin as f64 / (piece as f64 * period_s))
+        .collect();
+    let terms = NoiseTerms::new(piece, period_s, piece, false);
+    let levels = &said.registered.levels;
+    let noise: Vec<f64> = if levels.len() == terms.count() {
+        let powers = terms.of_coefficients(levels);
+        frequency_hz
+            .iter()
+            .enumerate()
+            .map(|(bin, _)| density * powers[(2 * (bin + 1)).min(piece - 1)])
+            .collect()
+    } else {
+        vec![density * levels[0]; frequency_hz.len()]
+    };
+    let streams = &said.observed.streams;
+    Pictures {
+        time_s: times[1..=rows].iter().step_by(each).copied().collect(),
+        angle_before_rad: angles(&body_before),
+        angle_after_rad: angles(&body_after),
+        power_before: spectrum(&body_before),
+        power_after: spectrum(&body_after),
+        power_noise: [noise.clone(), noise.clone(), noise],
+        frequency_hz,
+        tiles_before: Vec::new(),
+        tiles_after: Vec::new(),
+        held_out_s: vec![held_out_s],
+        rate_hz: streams.rate_hz,
+        start_s: streams.start_s,
+    }
+}

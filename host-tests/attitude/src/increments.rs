@@ -1,0 +1,200 @@
+//! Rows of the likelihood: increments of the attitude error between the reference's stamps, in the navigation frame.
+//!
+//! With D = (navigation from body, as the reference says) × (body from start, as the gyros say), row k is
+//! Log(D_{k+1} D_k⁻¹). White noise of the attitude is then differenced white noise, and what the gyros lack is carried
+//! through the attitude: h in the body's axes becomes D_k ∫ C h dt. (inference.md, B1, B2; each row is its own anchor, so
+//! that an error may grow without bound.)
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use rlg_signal::attitude_samples::AttitudeSample;
+use rlg_signal::axes::Triad;
+use rlg_signal::transforms::smooth_length;
+
+use crate::gyro_motion::{GyroMotion, Place};
+
+/// When the gyros saw what the reference stamped.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReferenceClock {
+    /// How late the stamps are \[s\].
+    pub delay_s: f64,
+    /// By which share the clock runs faster than the gyros', about `middle_s` \[1\].
+    pub rate: f64,
+    /// The middle of the stamps \[s\].
+    pub middle_s: f64,
+}
+
+impl ReferenceClock {
+    /// Time on the gyros' clock \[s\].
+    pub fn on_gyros_s(&self, stamp_s: f64) -> f64 {
+        stamp_s - self.delay_s - self.rate * (stamp_s - self.middle_s)
+    }
+}
+
+/// See the page above.
+pub struct Increments {
+    /// Rows \[rad\], navigation frame.
+    pub rows_rad: Triad,
+    /// Stamps used, one more than rows.
+    pub stamps: Vec<usize>,
+    /// Their time on the gyros' clock \[s\].
+    pub times_s: Vec<f64>,
+    /// Navigation frame from start frame at each row's begin.
+    pub navigation_from_start: Vec<Matrix3<f64>>,
+    /// Rows that say nothing: across gaps of the stamps or of the gyros, and the two ends.
+    pub free: Vec<usize>,
+    /// Typical time between stamps \[s\].
+    pub period_s: f64,
+    places: Vec<Place>,
+}
+
+/// A row that lasts longer than this many typical ones lies across a gap.
+const GAP_PERIODS: f64 = 3.5;
+
+/// Most gaps that are freed, the longest first: each costs three unknowns.
+const MOST_GAPS: usize = 24;
+
+/// Rows at the ends of the gyros' record whose neighbours are not there.
+const END_ROWS: usize = 2;
+
+impl Increments {
+    /// Forms rows of the stamps that are not `left_out`; `None` where fewer than two lie within the gyros' record.
+    ///
+    /// # Inputs
+    /// `lost_before`: unmeasured gyro rows before each row boundary.
+    pub fn new(
+        motion: &GyroMotion,
+        samples: &[AttitudeSample],
+        left_out: &[bool],
+        clock: &ReferenceClock,
+        lost_before: &[usize],
+    ) -> Option<Self> {
+        let inside = |place: &Place| place.row >= END_ROWS && place.row + END_ROWS < motion.rows();
+        let mut used: Vec<(usize, f64, Place)> = samples
+            .iter()
+            .enumerate()
+            .filter(|(stamp, _)| !left_out[*stamp])
+            .filter_map(|(stamp, sample)| {
+                let time_s = clock.on_gyros_s(sample.time_s);
+                let place = motion.place(time_s).filter(inside)?;
+                Some((stamp, time_s, place))
+            })
+            .collect();
+        if used.len() < 2 {
+            return None;
+        }
+        // The transform is fast at smooth lengths: a few stamps at the end are not worth a slow one.
+        let mut rows = used.len() - 1;
+        while smooth_length(rows) != rows {
+            rows -= 1;
+        }
+        used.truncate(rows + 1);
+        let errors: Vec<UnitQuaternion<f64>> = used
+            .iter()
+            .map(|(stamp, _, place)| {
+                samples[*stamp].navigation_from_body * motion.at(*place).inverse()
+            })
+            .collect();
+        let mut rows_rad = Triad::default();
+        for pair in errors.windows(2) {
+            let grown = (pair[1] * pair[0].inverse()).scaled_axis();
+            for axis in 0..3 {
+                rows_rad[axis].push(grown[axis]);
+            }
+        }
+        let times_s: Vec<f64> = used.iter().map(|(_, time_s, _)| *time_s).collect();
+        let places: Vec<Place> = used.iter().map(|(_, _, place)| *place).collect();
+        let period_s = typical_period_s(&times_s);
+        let lost = |row: usize| {
+            let before = |place: Place| lost_before[(place.row + 1).min(lost_before.len() - 1)];
+            before(places[row + 1]) - before(places[row])
+        };
+        let free = free_rows(&times_s, period_s, &lost);
+        Some(Self {
+            rows_rad,
+            stamps: used.iter().map(|(stamp, _, _)| *stamp).collect(),
+            navigation_from_start: errors[..rows]
+                .iter()
+                .map(|error| error.to_rotation_matrix().into_inner())
+                .collect(),
+            times_s,
+            free,
+            period_s,
+            places,
+        })
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.navigation_from_start.len()
+    }
+
+    /// Where each stamp lies along the gyros' rows.
+    pub fn places(&self) -> &[Place] {
+        &self.places
+    }
+
+    /// Differences between stamps of a vector given at the gyros' row boundaries in the start frame, in the navigation
+    /// frame.
+    pub fn carry(&self, at_boundaries: &[Vector3<f64>]) -> Triad {
+        self.difference(at_boundaries, |row, grown| {
+            self.navigation_from_start[row] * grown
+        })
+    }
+
+    /// The same of a vector that is in the navigation frame already.
+    pub fn carry_in_navigation(&self, at_boundaries: &[Vector3<f64>]) -> Triad {
+        self.difference(at_boundaries, |_, grown| grown)
+    }
+
+    fn difference(
+        &self,
+        at_boundaries: &[Vector3<f64>],
+        turned: impl Fn(usize, Vector3<f64>) -> Vector3<f64>,
+    ) -> Triad {
+        let at = |place: Place| {
+            at_boundaries[place.row].lerp(&at_boundaries[place.row + 1], place.share)
+        };
+        let mut values = Triad::default();
+        let mut before = at(self.places[0]);
+        for (row, place) in self.places[1..].iter().enumerate() {
+            let now = at(*place);
+            let grown = turned(row, now - before);
+            for axis in 0..3 {
+                values[axis].push(grown[axis]);
+            }
+            before = now;
+        }
+        values
+    }
+}
+
+/// The mean where stamps come in bursts, the median where some are missing.
+fn typical_period_s(times_s: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let mean = steps.iter().sum::<f64>() / steps.len() as f64;
+    let middle = steps.len() / 2;
+    let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    // Bursts: half of the stamps follow at once on another.
+    if median < 0.5 * mean { mean } else { median }
+}
+
+/// # Inputs
+/// `lost`: unmeasured gyro rows within a row.
+fn free_rows(times_s: &[f64], period_s: f64, lost: &dyn Fn(usize) -> usize) -> Vec<usize> {
+    /// A straight line across so many gyro rows is as good as they are.
+    const BRIDGED: usize = 2;
+    let last = times_s.len() - 2;
+    let lasts_s = |row: usize| times_s[row + 1] - times_s[row];
+    let mut gaps: Vec<usize> = (1..last)
+        .filter(|&row| lasts_s(row) > GAP_PERIODS * period_s || lost(row) > BRIDGED)
+        .collect();
+    gaps.sort_by(|a, b| {
+        let size = |row: usize| lasts_s(row) / period_s + lost(row) as f64;
+        size(*b).total_cmp(&size(*a))
+    });
+    gaps.truncate(MOST_GAPS);
+    gaps.extend([0, last]);
+    gaps.sort_unstable();
+    gaps.dedup();
+    gaps
+}

@@ -1,0 +1,207 @@
+//! Effects of the catalogue as columns of the attitude's increments: what an effect adds to the gyros, carried through the
+//! attitude.
+
+use std::sync::Arc;
+
+use nalgebra::{Matrix3, Vector3};
+use rlg_catalogue::candidates::Variant;
+use rlg_catalogue::entries::{CATALOGUE, Entry, SLIP, STEP, coefficient_of};
+use rlg_catalogue::signals::{AXES, CaseMotion, Inputs, Motions, Path};
+use rlg_catalogue::{Candidate, Pool, Signals};
+use rlg_inference::Term;
+use rlg_model::{EffectValue, Model, ModelEffect};
+use rlg_signal::axes::Triad;
+use rlg_signal::residual::body_from_sensing;
+use rlg_signal::streams::Streams;
+
+use crate::registration::{About, GROUPS};
+
+/// Kinds that are registration, or cannot be told from it here: beside a filter of the gyros one of the reference would only
+/// cancel it.
+fn is_registration(kind: &str) -> bool {
+    ["reference_scale", "reference_bandwidth"].contains(&kind)
+        || GROUPS.iter().any(|group| group.kind == kind)
+}
+
+/// What the gyros measure, ready for columns.
+pub struct Gyro {
+    /// Channels and derivatives; the case's motion is the gyros' own.
+    pub signals: Signals,
+    /// Case axes from what gyros sense along their own, less their scale errors.
+    case_from_sensed: Matrix3<f64>,
+}
+
+impl Gyro {
+    /// # Inputs
+    /// `case_rad`: motion in the gyros' case \[rad by row\].
+    pub fn new(streams: &Streams, model: &Model, case_rad: &Triad) -> Option<Self> {
+        let from_sensing = body_from_sensing(&model.gyro.installation_rad);
+        let sensing_from_body = from_sensing.try_inverse()?;
+        let scale = model.gyro.scale_error;
+        let motions = Motions {
+            measured_rad: Arc::new(case_rad.clone()),
+            independent: CaseMotion::new(case_rad.clone(), streams.rate_hz),
+            likeliest: CaseMotion::new(case_rad.clone(), streams.rate_hz),
+            dither_rad: None,
+        };
+        let inputs = Inputs {
+            force_m_s2: streams.force_m_s2.as_ref(),
+            temperature_k: streams.temperature_k.as_ref(),
+            magnetic_t: streams.magnetic_t.as_ref(),
+            pickoff_rad: None,
+            others: &[],
+            start_s: streams.start_s,
+        };
+        let sensing = (sensing_from_body, sensing_from_body);
+        Some(Self {
+            signals: Signals::new(
+                streams.rate_hz,
+                motions,
+                inputs,
+                Path::default(),
+                scale,
+                sensing,
+            ),
+            case_from_sensed: from_sensing
+                * Matrix3::from_diagonal(&Vector3::from(scale.map(|scale| 1.0 - scale))),
+        })
+    }
+
+    /// Increments in the case's axes of terms on the gyros, each times its size \[rad by row\].
+    fn case_rad<'a>(&self, pool: &Pool, terms: impl Iterator<Item = (&'a Term, f64)>) -> Triad {
+        let mut sensed: Triad = std::array::from_fn(|_| vec![0.0; self.signals.rows]);
+        for (term, size) in terms {
+            let values = pool.columns[term.column].values(&self.signals);
+            rlg_signal::axes::add(&mut sensed[term.record], &values, size * term.coefficient);
+        }
+        self.in_case(&sensed)
+    }
+
+    fn in_case(&self, sensed: &Triad) -> Triad {
+        let mut case: Triad = std::array::from_fn(|_| vec![0.0; self.signals.rows]);
+        for (axis, case) in case.iter_mut().enumerate() {
+            for (gyro, sensed) in sensed.iter().enumerate() {
+                rlg_signal::axes::add(case, sensed, self.case_from_sensed[(axis, gyro)]);
+            }
+        }
+        case
+    }
+
+    /// What the effects of a model that are no registration add to the gyros, in the case's axes \[rad by row\].
+    pub fn known_rad(&self, model: &Model) -> Triad {
+        let mut all: Triad = std::array::from_fn(|_| vec![0.0; self.signals.rows]);
+        for effect in &model.effects {
+            let linear = CATALOGUE.iter().find(|entry| entry.kind == effect.kind);
+            let part = match linear {
+                Some(entry) => self.linear(entry, effect),
+                None => self.event(effect),
+            };
+            if let Some(part) = part {
+                rlg_signal::axes::add_triad(&mut all, &part, 1.0);
+            }
+        }
+        all
+    }
+
+    fn linear(&self, entry: &Entry, effect: &ModelEffect) -> Option<Triad> {
+        // Carried exactly by the registration, but for what has no value there.
+        let is_exact = is_registration(entry.kind)
+            && !["earth_rate", "gyro_bandwidth", "reference_bandwidth"].contains(&entry.kind);
+        if is_exact {
+            return None;
+        }
+        let mut pool = Pool::default();
+        let whole = pool.whole(entry, &self.signals);
+        let terms = whole.iter().flat_map(|(name, terms)| {
+            let value = coefficient_of(entry.kind, effect.number(name));
+            terms.iter().map(move |term| (term, value))
+        });
+        Some(self.case_rad(&pool, terms))
+    }
+
+    fn event(&self, effect: &ModelEffect) -> Option<Triad> {
+        let EffectValue::Text(axis) = effect.parameters.get("axis")? else {
+            return None;
+        };
+        let axis = AXES.iter().position(|name| name == axis)?;
+        let row = (effect.number("time_s") - self.signals.start_s) * self.signals.rate_hz;
+        let row = (row.round().max(0.0) as usize).min(self.signals.rows - 1);
+        let size = effect.number("size");
+        let mut sensed: Triad = std::array::from_fn(|_| vec![0.0; self.signals.rows]);
+        match effect.kind.as_str() {
+            STEP => sensed[axis][row..].fill(size * self.signals.period_s()),
+            SLIP => sensed[axis][row] = size,
+            _ => return None,
+        }
+        Some(self.in_case(&sensed))
+    }
+
+    /// A rate of one gyro \[rad/s\] in the case's axes \[rad by row\].
+    pub fn sensed_along(&self, axis: usize, rate_rad_s: f64) -> Vector3<f64> {
+        self.case_from_sensed.column(axis) * (rate_rad_s * self.signals.period_s())
+    }
+
+    /// Effects of physics that these channels can show, each whole.
+    pub fn candidates(&self, left_out: &[&str]) -> (Pool, Vec<Candidate>) {
+        let mut pool = Pool::default();
+        let mut all = pool.candidates(&self.signals, [true; 3], left_out);
+        all.retain(|one| !is_registration(one.kind) && matches!(one.variant, Variant::Whole));
+        for one in all.iter_mut().filter(|one| one.kind == ELASTIC) {
+            without_own_axes(one);
+        }
+        (pool, all)
+    }
+
+    /// The column of each number of an effect.
+    pub fn columns(&self, pool: &Pool, candidate: &Candidate, about: &About) -> Vec<Triad> {
+        let of_parameter = |parameter: usize| {
+            let terms = candidate.hypothesis.terms.iter();
+            let own = terms.filter(|term| term.parameter == parameter);
+            let case = self.case_rad(pool, own.map(|term| (term, 1.0)));
+            about.carried(|row| Vector3::from_fn(|axis, _| case[axis][row]))
+        };
+        let mut columns: Vec<Triad> = (0..candidate.names.len()).map(of_parameter).collect();
+        if candidate.kind == "gyro_delay" {
+            without_mean(&mut columns);
+        }
+        columns
+    }
+}
+
+/// An elastic rate whose part about a gyro's own axis is a filter of that gyro, which is always beside.
+const ELASTIC: &str = "elastic_rate_by_jerk";
+
+/// Takes xx, yy and zz out of an effect.
+fn without_own_axes(candidate: &mut Candidate) {
+    let kept: Vec<usize> = (0..candidate.names.len())
+        .filter(|k| {
+            let name = candidate.names[*k].as_bytes();
+            name.first() != name.last()
+        })
+        .collect();
+    let hypothesis = &mut candidate.hypothesis;
+    hypothesis.terms = hypothesis
+        .terms
+        .iter()
+        .filter_map(|term| {
+            let parameter = kept.iter().position(|k| *k == term.parameter)?;
+            Some(Term { parameter, ..*term })
+        })
+        .collect();
+    hypothesis.parameters = kept.len();
+    hypothesis.bounds = kept.iter().map(|k| hypothesis.bound(*k)).collect();
+    candidate.names = kept.iter().map(|k| candidate.names[*k].clone()).collect();
+    candidate.base = vec![0.0; kept.len()];
+}
+
+/// Takes the mean of some columns out of each: what they share is the delay of the reference, which is always beside.
+fn without_mean(columns: &mut [Triad]) {
+    let share = 1.0 / columns.len() as f64;
+    let mut mean: Triad = columns[0].each_ref().map(|values| vec![0.0; values.len()]);
+    for column in columns.iter() {
+        rlg_signal::axes::add_triad(&mut mean, column, share);
+    }
+    for column in columns {
+        rlg_signal::axes::add_triad(column, &mean, -1.0);
+    }
+}

@@ -1,0 +1,38 @@
+//! Numbers that decide what is named. Calibrated by `cargo test -p rlg --test diagnose attitude` and on rotated blocks of
+//! real recordings (inference.md, B6).
+
+/// See the page above.
+#[derive(Debug, Clone, Copy)]
+pub struct AttitudePlan {
+    /// Least stamps of which this likelihood makes anything: below, the model must state the noise.
+    pub least_stamps: usize,
+    /// Share of the stamps at the end that serve the last test alone.
+    pub tested_share: f64,
+    /// Least gain in log likelihood, deflated by what blocks disagree and less the price of the search.
+    pub least_gain: f64,
+    /// Least share of what blocks leave that an effect of physics predicts in the others.
+    pub least_share: f64,
+    /// The same of the registration.
+    pub least_share_of_registration: f64,
+    /// A kind whose gain is this near the winner's cannot be told from it.
+    pub alike_within: f64,
+    /// Most effects of physics.
+    pub most_effects: usize,
+    /// What is left is not explained where its power on unseen rows exceeds what the noise predicts so many times.
+    pub most_power: f64,
+}
+
+impl Default for AttitudePlan {
+    fn default() -> Self {
+        Self {
+            least_stamps: 40,
+            tested_share: 0.2,
+            least_gain: 4.0,
+            least_share: 0.01,
+            least_share_of_registration: 0.0,
+            alike_within: 5.0,
+            most_effects: 6,
+            most_power: 10.0,
+        }
+    }
+}

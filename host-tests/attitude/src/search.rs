@@ -1,0 +1,400 @@
+//! Which effects of physics stand beside the registration, and which numbers of the registration the record supports.
+
+use rlg_catalogue::entries::{CATALOGUE, STEP};
+use rlg_catalogue::{Candidate, Pool};
+use rlg_signal::axes::add_triad;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use crate::blocks::{Blocks, Estimates, Statistic};
+use crate::physics::Gyro;
+use crate::plan::AttitudePlan;
+use crate::registration::{
+    About, Alignment, COUNT, Fitting, Free, GROUPS, Group, Gyros, Registration, places, priced,
+};
+use crate::steps::{self, Step};
+
+/// What is searched: effects with the places of their numbers among all columns, behind those of the registration.
+pub struct Candidates {
+    /// In the order of the columns.
+    pub effects: Vec<(Candidate, Vec<usize>)>,
+}
+
+impl Candidates {
+    /// Places effects behind the registration.
+    pub fn new(effects: Vec<Candidate>) -> Self {
+        let mut first = COUNT;
+        let placed = effects.into_iter().map(|candidate| {
+            let own: Vec<usize> = (first..first + candidate.names.len()).collect();
+            first += candidate.names.len();
+            (candidate, own)
+        });
+        Self {
+            effects: placed.collect(),
+        }
+    }
+}
+
+/// A group of numbers that stands.
+pub struct Named {
+    /// The contract's kind.
+    pub kind: &'static str,
+    /// Places of its numbers among all columns.
+    pub places: Vec<usize>,
+    /// Which step of a bias it is, if it is one.
+    pub step: Option<Step>,
+    /// What blocks say of it.
+    pub statistic: Statistic,
+    /// Gain, deflated, less the price of the search.
+    pub gain: f64,
+    /// Share of what blocks leave that it predicts in the others.
+    pub share: f64,
+    /// Chance, by its deflated size, groups counted.
+    pub p_value: f64,
+    /// Kinds that the record cannot tell from it.
+    pub alike: Vec<&'static str>,
+    /// Every other kind, and how far it is behind in log likelihood.
+    pub behind: Vec<(&'static str, f64)>,
+}
+
+impl Named {
+    /// The group of the registration that it is.
+    pub fn group(&self) -> &'static str {
+        let of_group = |group: &&Group| places(group.kind).eq(self.places.iter().copied());
+        GROUPS.iter().find(of_group).map_or("", |group| group.kind)
+    }
+
+    /// A filter of the gyros with a variance below zero is one of the reference.
+    fn of_reference(&mut self, estimates: &Estimates, alignment: &Alignment) {
+        if alignment.low_pass_s.is_some() {
+            return;
+        }
+        // Places of the registration come first, in their order.
+        let sum: f64 = self.places.iter().map(|k| estimates.values[*k]).sum();
+        if self.kind == "gyro_bandwidth" && sum < 0.0 {
+            self.kind = "reference_bandwidth";
+            self.alike.retain(|kind| *kind != "reference_bandwidth");
+        }
+    }
+}
+
+/// What stands.
+pub struct Found {
+    /// Effects of physics, in the order in which they were accepted.
+    pub physics: Vec<Named>,
+    /// Groups of the registration, those that are supported.
+    pub registration: Vec<Named>,
+    /// All numbers of the registration and of the accepted effects, by place.
+    pub set: Vec<usize>,
+    /// Their estimates: what they are beyond the model, each beside all.
+    pub estimates: Estimates,
+    /// Numbers of what is named.
+    pub named_set: Vec<usize>,
+    /// Their estimates, the registration that is not named as the model has it.
+    pub of_named: Estimates,
+    /// Sets that were tried.
+    pub tried: usize,
+}
+
+/// Searches.
+pub fn search(
+    (gyros, registered): (&Gyros, &Registration),
+    (of_model, beyond): (&Alignment, &[f64; COUNT]),
+    (gyro, pool, candidates): (&Gyro, &Pool, &Candidates),
+    plan: &AttitudePlan,
+) -> Found {
+    let about = &registered.about;
+    let columns = priced(
+        about.columns(gyros.rate_hz),
+        &registered.alignment,
+        of_model,
+    );
+    let mut precisions: Vec<f64> = columns.iter().map(|one| one.prior_std.powi(-2)).collect();
+    precisions.extend(candidates.effects.iter().flat_map(|(candidate, own)| {
+        (0..own.len()).map(|k| candidate.hypothesis.bound(k).std.powi(-2))
+    }));
+    let levels = registered.levels.clone();
+    let fitting = Fitting::new(&about.increments, columns, false, Some(levels));
+    let mut rows_rad = about.increments.rows_rad.clone();
+    add_triad(&mut rows_rad, &registered.corrected_rad, -1.0);
+    let mut moved = beyond.to_vec();
+    moved.resize(precisions.len(), 0.0);
+    let effects = candidates.effects.iter();
+    let of_effects = effects.flat_map(|(candidate, _)| gyro.columns(pool, candidate, about));
+    let blocks = Blocks::new(
+        (&fitting.band, &fitting.terms, &registered.levels),
+        &about.increments,
+        &rows_rad,
+        &mut about.columns(gyros.rate_hz).into_iter().chain(of_effects),
+        (&precisions, &moved),
+    );
+    let mut search = Search {
+        blocks,
+        candidates,
+        plan,
+        tried: 0,
+    };
+    let mut set: Vec<usize> = (0..COUNT).collect();
+    let mut physics: Vec<Named> = Vec::new();
+    while physics.len() < plan.most_effects {
+        let next = search.next(&set, &physics).or_else(|| {
+            let known: Vec<Step> = physics.iter().filter_map(|one| one.step).collect();
+            search.step((about, gyro), beyond, &set, &known)
+        });
+        let Some(named) = next else {
+            break;
+        };
+        set.extend(&named.places);
+        physics.push(named);
+    }
+    let kinds: Vec<&'static str> = physics.iter().map(|one| one.kind).collect();
+    for named in physics.iter_mut().filter(|one| one.step.is_none()) {
+        let beside = without(&set, &named.places);
+        let statistic = search.blocks.statistic(&beside, &named.places);
+        named.alike = search.rivals(&beside, &statistic, &kinds);
+        named.behind = search.behind(&beside, &statistic);
+    }
+    let beside: Vec<usize> = set.iter().copied().filter(|k| *k >= COUNT).collect();
+    let mut registration = search.registration(&beside, &kinds);
+    let mut named_set = beside;
+    named_set.extend(registration.iter().flat_map(|named| named.places.clone()));
+    let estimates = search.blocks.estimates(&set);
+    let of_named = search.blocks.estimates(&named_set);
+    for named in &mut registration {
+        named.of_reference(&estimates, &registered.alignment);
+        let has_bandwidth = named.alike.contains(&"gyro_bandwidth");
+        if named.kind == "reference_delay" && registered.may_be_low_pass && !has_bandwidth {
+            named.alike.push("gyro_bandwidth");
+        }
+    }
+    let in_catalogue = |kind: &str| CATALOGUE.iter().position(|entry| entry.kind == kind);
+    registration.sort_by_key(|named| in_catalogue(named.kind));
+    Found {
+        registration,
+        named_set,
+        of_named,
+        estimates,
+        tried: search.tried,
+        physics,
+        set,
+    }
+}
+
+/// All groups of the registration.
+pub fn all_groups() -> Free {
+    GROUPS.iter().map(|group| group.kind).collect()
+}
+
+fn without(set: &[usize], own: &[usize]) -> Vec<usize> {
+    set.iter().copied().filter(|k| !own.contains(k)).collect()
+}
+
+/// What attitudes never tell from a group of the registration.
+fn always_alike(kind: &str) -> &'static [&'static str] {
+    match kind {
+        "gyro_scale" => &["reference_scale"],
+        "reference_delay" => &["gyro_delay"],
+        "reference_misalignment" => &["installation"],
+        "gyro_bandwidth" => &["reference_bandwidth", "elastic_rate_by_jerk"],
+        _ => &[],
+    }
+}
+
+fn chance(statistic: &Statistic, groups: usize) -> f64 {
+    let squared = statistic.squared_size / statistic.design_effect;
+    let tail = ChiSquared::new(statistic.count.max(1) as f64).map_or(1.0, |law| law.sf(squared));
+    (tail * groups as f64).min(1.0)
+}
+
+struct Search<'a> {
+    blocks: Blocks<'a>,
+    candidates: &'a Candidates,
+    plan: &'a AttitudePlan,
+    tried: usize,
+}
+
+impl Search<'_> {
+    /// Groups of the registration that the record calls for beside some physics: added while blocks gain by one, those left
+    /// out that the others make needless.
+    fn registration(&self, physics: &[usize], named: &[&'static str]) -> Vec<Named> {
+        let mut chosen: Vec<&Group> = Vec::new();
+        let set = |chosen: &[&Group]| -> Vec<usize> {
+            let own = chosen.iter().flat_map(|group| places(group.kind));
+            own.chain(physics.iter().copied()).collect()
+        };
+        let is_called_for = |group: &Group, beside: &[usize]| {
+            let own: Vec<usize> = places(group.kind).collect();
+            let statistic = self.blocks.statistic(beside, &own);
+            let gain = statistic.gain(GROUPS.len(), true);
+            let is_seen = gain > self.plan.least_gain
+                && self.blocks.share(beside, &own) > self.plan.least_share_of_registration;
+            (is_seen, gain)
+        };
+        loop {
+            let beside = set(&chosen);
+            let left = GROUPS.iter().filter(|group| {
+                let mut chosen = chosen.iter();
+                chosen.all(|one| one.kind != group.kind)
+            });
+            let best = left
+                .map(|group| (is_called_for(group, &beside), group))
+                .filter(|((is_seen, _), _)| *is_seen)
+                .max_by(|a, b| a.0.1.total_cmp(&b.0.1));
+            match best {
+                Some((_, group)) => chosen.push(group),
+                None => break,
+            }
+        }
+        let mut place = 0;
+        while place < chosen.len() {
+            let beside = without(
+                &set(&chosen),
+                &places(chosen[place].kind).collect::<Vec<_>>(),
+            );
+            if is_called_for(chosen[place], &beside).0 {
+                place += 1;
+            } else {
+                chosen.remove(place);
+                place = 0;
+            }
+        }
+        let all = set(&chosen);
+        let of_group = |group: &&Group| self.supported(group, &all, named, &chosen);
+        chosen.iter().map(of_group).collect()
+    }
+
+    /// A group of the registration that is called for beside a set.
+    fn supported(
+        &self,
+        group: &Group,
+        set: &[usize],
+        named: &[&'static str],
+        chosen: &[&Group],
+    ) -> Named {
+        let own: Vec<usize> = places(group.kind).collect();
+        let beside = without(set, &own);
+        let statistic = self.blocks.statistic(&beside, &own);
+        let gain = statistic.gain(GROUPS.len(), true);
+        let mut alike = self.rivals(&beside, &statistic, named);
+        let others = GROUPS.iter().filter(|other| {
+            let mut chosen = chosen.iter();
+            chosen.all(|one| one.kind != other.kind)
+        });
+        alike.extend(
+            others
+                .filter(|other| {
+                    let own: Vec<usize> = places(other.kind).collect();
+                    let rival = self.blocks.statistic(&beside, &own);
+                    rival.gain(GROUPS.len(), true) > gain - self.plan.alike_within
+                })
+                .map(|other| other.kind),
+        );
+        for kind in always_alike(group.kind) {
+            if !alike.contains(kind) {
+                alike.push(kind);
+            }
+        }
+        Named {
+            kind: group.kind,
+            step: None,
+            share: self.blocks.share(&beside, &own),
+            behind: self.behind(&beside, &statistic),
+            places: own,
+            statistic,
+            gain,
+            p_value: chance(&statistic, GROUPS.len()),
+            alike,
+        }
+    }
+
+    /// A step of a bias beside a set, its column added to the blocks.
+    fn step(
+        &mut self,
+        about: (&About, &Gyro),
+        beyond: &[f64; COUNT],
+        set: &[usize],
+        known: &[Step],
+    ) -> Option<Named> {
+        let sought = steps::seek(&self.blocks, about, beyond, set)?;
+        let gain = sought.statistic.gain(sought.places, true);
+        self.tried += sought.places;
+        if gain <= self.plan.least_gain || known.contains(&sought.step) {
+            return None;
+        }
+        let place = self.blocks.parameters();
+        let blocks = self.blocks.with(std::iter::once(sought.column), beyond);
+        let share = blocks.share(set, &[place]);
+        if share <= self.plan.least_share {
+            return None;
+        }
+        self.blocks = blocks;
+        Some(Named {
+            kind: STEP,
+            places: vec![place],
+            step: Some(sought.step),
+            statistic: sought.statistic,
+            gain,
+            share,
+            p_value: chance(&sought.statistic, sought.places),
+            alike: Vec::new(),
+            behind: Vec::new(),
+        })
+    }
+
+    /// The effect that gains most beside a set and is accepted.
+    fn next(&mut self, set: &[usize], named: &[Named]) -> Option<Named> {
+        let effects = &self.candidates.effects;
+        let groups = effects.len();
+        let mut tried: Vec<(f64, usize, Statistic)> = effects
+            .iter()
+            .enumerate()
+            .filter(|(_, (candidate, _))| named.iter().all(|one| one.kind != candidate.kind))
+            .map(|(place, (_, own))| {
+                let statistic = self.blocks.statistic(set, own);
+                (statistic.gain(groups, false), place, statistic)
+            })
+            .collect();
+        self.tried += tried.len();
+        tried.sort_by(|a, b| b.0.total_cmp(&a.0));
+        tried.into_iter().find_map(|(_, place, statistic)| {
+            let gain = statistic.gain(groups, true);
+            if gain <= self.plan.least_gain {
+                return None;
+            }
+            let (candidate, own) = &effects[place];
+            let share = self.blocks.share(set, own);
+            (share > self.plan.least_share).then(|| Named {
+                kind: candidate.kind,
+                places: own.clone(),
+                statistic,
+                gain,
+                share,
+                p_value: chance(&statistic, groups),
+                step: None,
+                alike: Vec::new(),
+                behind: Vec::new(),
+            })
+        })
+    }
+
+    /// How far every effect is behind a winner beside the same set, in log likelihood.
+    fn behind(&self, beside: &[usize], winner: &Statistic) -> Vec<(&'static str, f64)> {
+        let effects = self.candidates.effects.iter();
+        let of = |own: &[usize]| self.blocks.statistic(beside, own).squared_size;
+        effects
+            .filter(|(_, own)| own.iter().all(|k| !beside.contains(k)))
+            .map(|(one, own)| (one.kind, 0.5 * (winner.squared_size - of(own))))
+            .collect()
+    }
+
+    /// Kinds that explain nearly as much beside a set.
+    fn rivals(&self, beside: &[usize], winner: &Statistic, named: &[&str]) -> Vec<&'static str> {
+        let groups = self.candidates.effects.len();
+        let least = winner.gain(groups, true) - self.plan.alike_within;
+        let effects = self.candidates.effects.iter();
+        effects
+            .filter(|(candidate, _)| !named.contains(&candidate.kind))
+            .filter(|(_, own)| self.blocks.statistic(beside, own).gain(groups, true) > least)
+            .map(|(candidate, _)| candidate.kind)
+            .collect()
+    }
+}

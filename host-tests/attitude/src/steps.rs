@@ -1,0 +1,98 @@
+//! A bias that steps: the instant at which a step of one gyro takes most away, sought over all of them.
+
+use rlg_signal::axes::Triad;
+
+use crate::blocks::{Blocks, Statistic};
+use crate::physics::Gyro;
+use crate::registration::{About, COUNT};
+
+/// A step of one gyro's bias.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Gyro.
+    pub axis: usize,
+    /// Row of the gyros at which it begins.
+    pub row: usize,
+}
+
+/// What was found.
+pub struct Sought {
+    /// The step.
+    pub step: Step,
+    /// Its column.
+    pub column: Triad,
+    /// What blocks say of it.
+    pub statistic: Statistic,
+    /// Instants that it was picked from, over all gyros.
+    pub places: usize,
+}
+
+/// Instants that are tried first, and in each turn about the best.
+const FIRST: usize = 40;
+const AROUND: usize = 4;
+
+/// Waves of the rate over the record that a smooth drift may have.
+const WAVES: usize = 6;
+
+/// The step that takes most away beside a set; `None` where a smooth drift of that gyro takes as much.
+pub fn seek(
+    blocks: &Blocks,
+    (about, gyro): (&About, &Gyro),
+    beyond: &[f64; COUNT],
+    set: &[usize],
+) -> Option<Sought> {
+    let times = &about.increments.places();
+    let (first, last) = (times[0].row, times[times.len() - 1].row);
+    let column = |step: Step| {
+        about.carried(|row| gyro.sensed_along(step.axis, if row >= step.row { 1.0 } else { 0.0 }))
+    };
+    let statistics = |steps: &[Step]| -> Vec<(Step, Statistic)> {
+        let wide = blocks.with(steps.iter().map(|step| column(*step)), beyond);
+        let place = blocks.parameters();
+        let each = steps.iter().enumerate();
+        each.map(|(k, step)| (*step, wide.statistic(set, &[place + k])))
+            .collect()
+    };
+    let best = |tried: Vec<(Step, Statistic)>| {
+        tried
+            .into_iter()
+            .max_by(|a, b| a.1.squared_size.total_cmp(&b.1.squared_size))
+    };
+    let mut stride = ((last - first) / FIRST).max(1);
+    let grid: Vec<Step> = (0..3)
+        .flat_map(|axis| {
+            let rows = (first + stride..last).step_by(stride);
+            rows.map(move |row| Step { axis, row })
+        })
+        .collect();
+    let mut found = best(statistics(&grid))?;
+    while stride > 1 {
+        stride = (stride / AROUND).max(1);
+        let around: Vec<Step> = (0..=2 * AROUND)
+            .map(|k| Step {
+                axis: found.0.axis,
+                row: (found.0.row + k * stride)
+                    .saturating_sub(AROUND * stride)
+                    .clamp(first + 1, last - 1),
+            })
+            .collect();
+        found = best(statistics(&around))?;
+    }
+    let waves = (1..=WAVES).map(|wave| {
+        let of_row = |row: usize| {
+            let share = (row.clamp(first, last) - first) as f64 / (last - first) as f64;
+            (std::f64::consts::PI * wave as f64 * share).cos()
+        };
+        about.carried(|row| gyro.sensed_along(found.0.axis, of_row(row)))
+    });
+    let places: Vec<usize> = (0..WAVES).map(|wave| blocks.parameters() + wave).collect();
+    let drift = blocks.with(waves, beyond).statistic(set, &places);
+    let instants = 3 * about.increments.rows();
+    let is_step = found.1.gain(instants, true) > drift.gain(1, true);
+    is_step.then(|| Sought {
+        column: column(found.0),
+        step: found.0,
+        statistic: found.1,
+        places: instants,
+    })
+}
