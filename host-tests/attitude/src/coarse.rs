@@ -51,7 +51,8 @@ pub fn start(
     };
     let map = rotation(&motion, &turns, delay_s);
     let inverse = of_model.sensed_from_body.try_inverse().unwrap_or_default();
-    let away_rad = nalgebra::Rotation3::from_matrix_unchecked(map * inverse).angle();
+    let away = nalgebra::Rotation3::from_matrix_unchecked(map * inverse);
+    let away_rad = nalgebra::UnitQuaternion::from_rotation_matrix(&away).angle();
     let left = |map: &Matrix3<f64>| left(&motion, &turns, delay_s, map);
     // A motion about one axis leaves the rotation about it open.
     let is_better = left(&map) < 0.5 * left(&of_model.sensed_from_body);

@@ -5,22 +5,19 @@ use std::path::Path;
 use nalgebra::Vector3;
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::put_right::{self, PutRight};
-use rlg_model::{EffectValue, Model, MotionSource};
+use rlg_model::{Model, MotionSource};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
-use rlg_signal::attitude_samples::{AttitudeSample, attitude_samples, has_attitude};
-use rlg_signal::fault::Fault;
-use rlg_signal::own_motion::take_own_motion;
-use rlg_signal::qualify;
-use rlg_signal::residual::body_from_sensing;
-use rlg_signal::streams::Streams;
+use rlg_signal::attitude_samples::has_attitude;
 
 use crate::channels;
 use crate::coarse;
-use crate::findings::{self, Said};
+use crate::findings;
+use crate::observed::{Observed, no_inverse, observe};
 use crate::physics::Gyro;
 use crate::plan::AttitudePlan;
-use crate::registration::{Alignment, Free, Gyros, Registration, register};
+use crate::registration::{Alignment, Free, Registration, register};
+use crate::said::Said;
 use crate::search::{Candidates, Named, all_groups, search};
 
 /// How a recording is diagnosed.
@@ -34,18 +31,6 @@ pub struct Settings<'a> {
     pub seed: u64,
     /// Whether channels that are reversed, exchanged or of another unit are put right and reported instead of refused.
     pub anyway: bool,
-}
-
-/// A recording, ready.
-pub(crate) struct Observed<'a> {
-    pub(crate) recording: &'a Recording,
-    pub(crate) model: &'a Model,
-    pub(crate) streams: Streams,
-    pub(crate) faults: Vec<Fault>,
-    pub(crate) samples: Vec<AttitudeSample>,
-    /// Stamps that serve the last test alone.
-    pub(crate) tested: Vec<bool>,
-    pub(crate) gyros: Gyros,
 }
 
 /// Whether attitudes are the reference of a recording that this likelihood serves: gyros without dither counts, and no
@@ -178,88 +163,4 @@ fn check_channels(
         channels::put_right(&map, &mut observed.samples, &mut observed.gyros.sensed_rad);
     }
     Ok(found)
-}
-
-fn no_inverse(model_file: &Path) -> InputError {
-    InputError::new(model_file, "the installation matrix has no inverse")
-        .channel("gyro.installation_rad")
-}
-
-fn observe<'a>(
-    recording: &'a Recording,
-    (model, model_file): (&'a Model, &Path),
-    plan: &AttitudePlan,
-) -> Result<Option<Observed<'a>>, InputError> {
-    let mut samples = attitude_samples(recording)?;
-    if samples.len() < plan.least_stamps {
-        return Ok(None);
-    }
-    let mut streams = Streams::align_without_reference(recording, model)?;
-    let from_sensing = body_from_sensing(&model.gyro.installation_rad);
-    if from_sensing.try_inverse().is_none() {
-        return Err(no_inverse(model_file));
-    }
-    take_own_motion(&mut streams, model, &from_sensing);
-    let faults = qualify::qualify(&mut streams)
-        .into_iter()
-        .filter(|fault| !qualify::is_known(fault, &streams, &model.effects))
-        .collect();
-    let case = &streams.case_rad;
-    let sensed_rad = (0..streams.rows)
-        .map(|row| Vector3::from_fn(|axis, _| case[axis][row]))
-        .collect();
-    let mut lost_before = vec![0];
-    for usable in &streams.usable {
-        let before = lost_before[lost_before.len() - 1];
-        lost_before.push(before + usize::from(!usable));
-    }
-    let mut gyros = Gyros {
-        start_s: streams.start_s,
-        rate_hz: streams.rate_hz,
-        sensed_rad,
-        lost_before,
-    };
-    let map = channels::map(&model.effects);
-    channels::put_right(&map, &mut samples, &mut gyros.sensed_rad);
-    let fitted = samples.len() - (plan.tested_share * samples.len() as f64) as usize;
-    let masked = known_faults(model);
-    let tested = samples
-        .iter()
-        .enumerate()
-        .map(|(stamp, sample)| {
-            stamp >= fitted
-                || masked
-                    .iter()
-                    .any(|span| span[0] <= sample.time_s && sample.time_s <= span[1])
-        })
-        .collect();
-    Ok(Some(Observed {
-        recording,
-        model,
-        streams,
-        faults,
-        samples,
-        tested,
-        gyros,
-    }))
-}
-
-/// Times that the model knows to be without a reference \[s\].
-fn known_faults(model: &Model) -> Vec<[f64; 2]> {
-    let of_kind = |kind: &str| matches!(kind, "reference_dropout" | "reference_spike");
-    let faults = model.effects.iter().filter(|effect| of_kind(&effect.kind));
-    faults
-        .filter_map(|effect| {
-            let number = |name: &str| match effect.parameters.get(name) {
-                Some(EffectValue::Number(value)) => Some(*value),
-                _ => None,
-            };
-            /// A spike is stamped at one time.
-            const AT_ONCE_S: f64 = 1e-6;
-            match number("time_s") {
-                Some(time_s) => Some([time_s - AT_ONCE_S, time_s + AT_ONCE_S]),
-                None => Some([number("start_s")? - AT_ONCE_S, number("end_s")? + AT_ONCE_S]),
-            }
-        })
-        .collect()
 }

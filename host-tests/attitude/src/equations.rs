@@ -208,6 +208,8 @@ impl Equations {
         /// Most turns, and the change of the log likelihood at which they end.
         const MOST: usize = 12;
         const SETTLED: f64 = 0.01;
+        /// Share of what the noise was that a turn leaves at least.
+        const LEAST_LEFT: f64 = 0.05;
         let mut levels = start.to_vec();
         let mut last = f64::NEG_INFINITY;
         let mut turn = 0;
@@ -230,10 +232,13 @@ impl Equations {
             }
             last = log_likelihood;
             let second = &covariance + &estimate * estimate.transpose();
+            let least = terms.expected(&powers);
             let left: Vec<f64> = (0..self.gram.len())
                 .map(|bin| {
                     let explained = 2.0 * self.moments[bin].dot(&estimate);
-                    self.energy[bin] - explained + self.gram[bin].dot(&second)
+                    let left = self.energy[bin] - explained + self.gram[bin].dot(&second);
+                    // Where columns explain nearly all, what is left is a difference of large numbers.
+                    left.max(LEAST_LEFT * least[bin])
                 })
                 .collect();
             levels = terms.fit(&left, &levels);

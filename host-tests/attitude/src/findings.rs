@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
-use rlg_catalogue::Pool;
+use nalgebra::{DMatrix, DVector, Matrix3};
 use rlg_catalogue::entries::{self, Card, STEP};
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::data_words;
@@ -14,51 +13,14 @@ use rlg_findings::result::{
 };
 use rlg_findings::updated_model::switch_on;
 use rlg_model::{EffectValue, ModelEffect};
-use rlg_signal::axes::{AXES, Triad};
+use rlg_signal::axes::AXES;
 
 use crate::blocks::Estimates;
-use crate::diagnose::Observed;
 use crate::held_out::{HeldOut, held_out};
-use crate::physics::Gyro;
-use crate::plan::AttitudePlan;
 use crate::reference_spans::{self, Span};
-use crate::registration::{About, Alignment, COUNT, GROUPS, Group, Registration, places};
-use crate::search::{Candidates, Found, Named};
-use crate::steps::Step;
-
-/// Everything that is said of.
-pub(crate) struct Said<'a> {
-    pub(crate) observed: &'a Observed<'a>,
-    pub(crate) of_model: &'a Alignment,
-    pub(crate) registered: &'a Registration,
-    pub(crate) gyro: &'a Gyro,
-    pub(crate) pool: &'a Pool,
-    pub(crate) candidates: &'a Candidates,
-    pub(crate) beyond: &'a [f64; COUNT],
-    pub(crate) found: &'a Found,
-    pub(crate) plan: &'a AttitudePlan,
-    pub(crate) seed: u64,
-}
-
-impl Said<'_> {
-    /// Columns of an effect of physics about some rows.
-    pub(crate) fn columns(&self, named: &Named, about: &About) -> Vec<Triad> {
-        if let Some(step) = named.step {
-            let after = |row: usize| if row >= step.row { 1.0 } else { 0.0 };
-            return vec![about.carried(|row| self.gyro.sensed_along(step.axis, after(row)))];
-        }
-        let mut effects = self.candidates.effects.iter();
-        let own = effects.find(|(_, places)| *places == named.places);
-        own.map_or_else(Vec::new, |(candidate, _)| {
-            self.gyro.columns(self.pool, candidate, about)
-        })
-    }
-
-    /// When a step begins \[s\].
-    fn begins_s(&self, step: Step) -> f64 {
-        self.observed.streams.begin_s(step.row)
-    }
-}
+use crate::registration::{GROUPS, Group, Registration, places};
+use crate::said::Said;
+use crate::search::Named;
 
 /// Numbers as the contract names them.
 struct Numbers {
@@ -510,15 +472,4 @@ fn noise(registered: &Registration) -> Vec<NoiseEntry> {
             terms: None,
         })
         .collect()
-}
-
-/// Sum of a vector's parts along gyros.
-pub(crate) fn in_body(
-    increments: &crate::increments::Increments,
-    motion: &crate::gyro_motion::GyroMotion,
-    row: usize,
-    value: Vector3<f64>,
-) -> Vector3<f64> {
-    let start = increments.navigation_from_start[row].transpose() * value;
-    motion.at(increments.places()[row]).inverse() * start
 }

@@ -9,9 +9,9 @@ use rlg_signal::transforms::mean_periodogram;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::equations::Band;
-use crate::findings::{Said, in_body};
 use crate::noise::NoiseTerms;
 use crate::registration::{About, Alignment};
+use crate::said::{Said, in_body};
 
 /// Figures before and after.
 pub(crate) struct HeldOut {
@@ -106,7 +106,8 @@ pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
         return None;
     }
     let levels = &said.registered.levels;
-    let figures = |one: &Residual| figures(one, levels);
+    let fitted_period_s = said.registered.about.increments.period_s;
+    let figures = |one: &Residual| figures(one, levels, fitted_period_s);
     let (before_figures, _) = figures(&before);
     let (after_figures, power_after) = figures(&after);
     let times = &after.about.increments.times_s;
@@ -137,16 +138,14 @@ fn body_rows(one: &Residual) -> Triad {
     rows
 }
 
-fn figures(one: &Residual, levels: &[f64]) -> ([FiguresEntry; 3], f64) {
+/// # Inputs
+/// `levels`, `period_s`: of the noise of the rows that were fitted.
+fn figures(one: &Residual, levels: &[f64], period_s: f64) -> ([FiguresEntry; 3], f64) {
     let increments = &one.about.increments;
     let rows = increments.rows();
-    let band = Band::new(rows, increments.period_s);
-    let terms = NoiseTerms::new(rows, increments.period_s, band.cut, false);
-    let powers = if levels.len() == terms.count() {
-        terms.of_coefficients(levels)
-    } else {
-        vec![levels[0]; rows]
-    };
+    let band = Band::new(rows, period_s);
+    let terms = NoiseTerms::new(rows, period_s, band.cut, false);
+    let powers = terms.of_coefficients(levels);
     let body = body_rows(one);
     let lasts_s = rows as f64 * increments.period_s;
     // The mean over the record has the power of its lowest frequencies.
@@ -208,18 +207,12 @@ fn pictures(said: &Said, before: &Residual, after: &Residual, held_out_s: [f64; 
     let frequency_hz: Vec<f64> = (1..=piece / 2)
         .map(|bin| bin as f64 / (piece as f64 * period_s))
         .collect();
-    let terms = NoiseTerms::new(piece, period_s, piece, false);
-    let levels = &said.registered.levels;
-    let noise: Vec<f64> = if levels.len() == terms.count() {
-        let powers = terms.of_coefficients(levels);
-        frequency_hz
-            .iter()
-            .enumerate()
-            .map(|(bin, _)| density * powers[(2 * (bin + 1)).min(piece - 1)])
-            .collect()
-    } else {
-        vec![density * levels[0]; frequency_hz.len()]
-    };
+    let fitted_period_s = said.registered.about.increments.period_s;
+    let terms = NoiseTerms::new(piece, fitted_period_s, piece, false);
+    let powers = terms.of_coefficients(&said.registered.levels);
+    let noise: Vec<f64> = (0..frequency_hz.len())
+        .map(|bin| density * powers[(2 * (bin + 1)).min(piece - 1)])
+        .collect();
     let streams = &said.observed.streams;
     Pictures {
         time_s: times[1..=rows].iter().step_by(each).copied().collect(),

@@ -26,6 +26,8 @@ mod registration;
 
 mod channels;
 
+mod observed;
+
 mod coarse;
 
 mod physics;
@@ -37,6 +39,8 @@ mod steps;
 mod search;
 
 mod reference_spans;
+
+mod said;
 
 mod held_out;
 

@@ -109,6 +109,12 @@ impl NoiseTerms {
             .collect()
     }
 
+    /// Sums of squares of three records that powers let expect in every bin.
+    pub fn expected(&self, powers: &[f64]) -> Vec<f64> {
+        let bins = powers.iter().zip(&self.counts);
+        bins.map(|(power, count)| 3.0 * count * power).collect()
+    }
+
     /// Power of every coefficient.
     pub fn of_coefficients(&self, levels: &[f64]) -> Vec<f64> {
         let of_lambda = |lambda: &f64| {
@@ -180,7 +186,9 @@ impl NoiseTerms {
             });
             let [long, plain] = tried;
             let (cost, next) = if long.0 < plain.0 { long } else { plain };
-            if cost > current - 1e-3 {
+            // So that a step beyond all numbers is none, too.
+            let gained = current - cost;
+            if !gained.is_finite() || gained < 1e-3 {
                 break;
             }
             (levels, current) = (next, cost);

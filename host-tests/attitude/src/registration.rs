@@ -223,7 +223,9 @@ fn turn_and_stretch(map: &Matrix3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
     let (Some(left), Some(right)) = (svd.u, svd.v_t) else {
         return (Vector3::zeros(), *map);
     };
+    // By its quaternion: the angle of a matrix that rounding left just beyond a rotation by nothing is no number.
     let turn = nalgebra::Rotation3::from_matrix_unchecked(left * right);
+    let turn = nalgebra::UnitQuaternion::from_rotation_matrix(&turn);
     let stretch = left * Matrix3::from_diagonal(&svd.singular_values) * left.transpose();
     (turn.scaled_axis(), stretch)
 }
