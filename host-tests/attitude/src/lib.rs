@@ -1,10 +1,10 @@
 //! What a model leaves out of gyros beside an attitude reference, at any rate and however stamped.
 //!
-//! In the order of the data: [`channels`] (the same axes, signs and units) → [`coarse`] (delay and rotation far off) → [`gyro_motion`] (the gyros' own attitude) →
-//! [`increments`] (rows of the likelihood, between stamps) → [`registration`] (what aligns two instruments, always beside; on
-//! [`equations`] with the [`noise`] at its best, columns of [`conditioned`] motion, without [`reference_faults`]) →
-//! [`physics`] (effects of the catalogue, carried through the attitude) → [`search`] (what [`blocks`] of rows agree on, [`steps`] of a bias among them) →
-//! [`held_out`] and [`findings`].
+//! In the order of the data: `channels` (the same axes, signs and units) → `coarse` (delay and rotation far off) →
+//! `gyro_motion` (the gyros' own attitude) → `increments` (rows of the likelihood, between stamps) → `registration` (what
+//! aligns two instruments, always beside; on `equations` with the `noise` at its best, columns of `conditioned` motion,
+//! without `reference_faults`) → `physics` (effects of the catalogue, carried through the attitude) → `search` (what
+//! `blocks` of rows agree on, `steps` of a bias among them) → `held_out` and `findings`.
 //!
 //! Deliberately not here: dithered counts, and attitudes so few that only the model knows their noise.
 
