@@ -80,7 +80,9 @@ fn fallen_drifts(diagnosis: &Diagnosis) -> Vec<String> {
 
 /// Locations and the maps.
 pub fn differences(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> Markup {
-    if diagnosis.verdict == Verdict::Unusable {
+    // Attitudes are not split into tiles: there is no map of them.
+    let is_mapped = pictures.is_none_or(|pictures| !pictures.tiles_before.is_empty());
+    if diagnosis.verdict == Verdict::Unusable || (!is_mapped && diagnosis.locations.is_empty()) {
         return html! {};
     }
     html! {

@@ -24,6 +24,7 @@ mod lines;
 mod map;
 pub mod navigation;
 pub mod plot;
+mod registration;
 mod self_test;
 pub mod terminal;
 pub mod words;
@@ -39,6 +40,7 @@ pub fn page(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> String {
     let main = html! {
             (verdict(diagnosis))
             (findings::differences(diagnosis, pictures))
+            (registration::section(diagnosis))
             (findings::effects(diagnosis))
             (held_out::held_out(diagnosis, pictures))
             (limits::considered(diagnosis))

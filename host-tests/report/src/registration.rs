@@ -1,0 +1,49 @@
+//! Writes the section on what aligns a reference of attitudes with the gyros.
+
+use maud::{Markup, html};
+
+use super::words::{display_unit, spaced, with_spread};
+use rlg_findings::result::{Diagnosis, ParameterEntry, RegistrationEntry};
+
+/// Every number of the registration, and whether the recording supports it.
+pub fn section(diagnosis: &Diagnosis) -> Markup {
+    if diagnosis.registration.is_empty() {
+        return html! {};
+    }
+    html! {
+        section {
+            h2 { "How gyros and reference are aligned" }
+            div.scroll { table {
+                thead { tr { th { "registration" } th { "value ± standard deviation" } th { "supported" } } }
+                tbody {
+                    @for entry in &diagnosis.registration {
+                        tr {
+                            td { (spaced(&entry.kind)) }
+                            td.number { (values(entry)) }
+                            td { @if entry.supported { "yes" } @else { "no" } }
+                        }
+                    }
+                }
+            } }
+            p.note { "Each beside all others, and beyond what the model says. Supported: blocks of rows that were not fitted say so; the findings hold those, fitted without the others." }
+        }
+    }
+}
+
+fn values(entry: &RegistrationEntry) -> String {
+    let each = entry.parameters.iter().filter_map(|parameter| {
+        let ParameterEntry::Number {
+            name,
+            value,
+            std,
+            unit,
+        } = parameter
+        else {
+            return None;
+        };
+        let (factor, unit) = display_unit(unit);
+        let size = with_spread(value * factor, std * factor);
+        Some(format!("{name} {size} {unit}").trim_end().to_owned())
+    });
+    each.collect::<Vec<_>>().join(", ")
+}
