@@ -96,8 +96,7 @@ impl<'a> Blocks<'a> {
         let count = ((span_s / BLOCK_S) as usize)
             .max(LEAST_BLOCKS)
             .min(band.cut / LEAST_ROWS);
-        let ranges =
-            (0..count).map(|block| block * band.cut / count..(block + 1) * band.cut / count);
+        let ranges = (0..count).map(|block| rows_of(block, count, band.cut));
         let white: Vec<(DMatrix<f64>, DVector<f64>)> = ranges
             .map(|range| {
                 let record = DVector::from_vec(within(&record, &range));
@@ -142,7 +141,7 @@ impl<'a> Blocks<'a> {
         let mut sums = Vec::with_capacity(count);
         let mut white = Vec::with_capacity(count);
         for (block, (old, (rows, record))) in self.sums.iter().zip(&self.white).enumerate() {
-            let range = block * cut / count..(block + 1) * cut / count;
+            let range = rows_of(block, count, cut);
             let more = matrix(&columns, &range);
             let across = rows.tr_mul(&more);
             let first = old.gram.nrows();
@@ -296,6 +295,11 @@ fn total(sums: &[Sums]) -> Sums {
         moments: total.moments + &block.moments,
         energy: total.energy + block.energy,
     })
+}
+
+/// Whitened rows of one of `count` blocks.
+fn rows_of(block: usize, count: usize, cut: usize) -> std::ops::Range<usize> {
+    block * cut / count..(block + 1) * cut / count
 }
 
 /// Rows of all axes within a range.

@@ -7,6 +7,7 @@ use rlg_catalogue::entries::{self, Card, STEP};
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::data_words;
 use rlg_diagnosis::entries_of_rows::fault_entry;
+use rlg_diagnosis::findings::no_channel;
 use rlg_findings::result::{
     ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, FitEntry, Identifiable, NoiseEntry,
     ParameterEntry, RegistrationEntry, RunnerUp, Verdict,
@@ -18,7 +19,7 @@ use rlg_signal::axes::AXES;
 use crate::blocks::Estimates;
 use crate::held_out::{HeldOut, held_out};
 use crate::reference_spans::{self, Span};
-use crate::registration::{GROUPS, Group, Registration, places};
+use crate::registration::{GROUPS, Group, Registration, group_at, places};
 use crate::said::Said;
 use crate::search::Named;
 
@@ -155,9 +156,7 @@ fn numbers(
     let covariance = DMatrix::from_fn(at.len(), at.len(), |a, b| {
         estimates.covariance[(at[a], at[b])]
     });
-    let group = GROUPS
-        .iter()
-        .find(|group| places(group.kind).eq(columns.iter().copied()));
+    let group = group_at(columns);
     let (names, map) = match group {
         Some(group) if kind == "reference_bandwidth" => {
             let (names, map) = stated(group, &Matrix3::identity());
@@ -404,20 +403,11 @@ fn not_excluded(said: &Said) -> Vec<String> {
         effects.any(|(candidate, _)| candidate.kind == kind)
             || GROUPS.iter().any(|group| group.kind == kind)
     };
-    let reason = |kind: &str| {
-        if kind == "reference_scale" {
+    let reason = |kind: &str| match kind {
+        "reference_scale" => {
             "an attitude reference cannot tell it from gyro_scale, with which it is reported"
-        } else if kind.contains("temperature") && streams.temperature_k.is_none() {
-            "no temperature channel"
-        } else if kind.contains("magnetic") && streams.magnetic_t.is_none() {
-            "no magnetic field channel"
-        } else if kind.starts_with("dither") {
-            "no dither"
-        } else if (kind.contains("force") || kind.contains("_g")) && streams.force_m_s2.is_none() {
-            "no specific force channel"
-        } else {
-            "the motion does not show it"
         }
+        _ => no_channel(kind, streams).unwrap_or("the motion does not show it"),
     };
     let listed = entries::CATALOGUE.iter().map(|entry| entry.kind);
     let mut lines: Vec<String> = listed

@@ -31,7 +31,7 @@ pub struct Group {
 const XYZ: &[&str] = &["x", "y", "z"];
 
 /// All groups, in the order of the columns.
-pub const GROUPS: [Group; 8] = [
+pub static GROUPS: [Group; 8] = [
     Group {
         kind: "gyro_bias",
         names: XYZ,
@@ -93,6 +93,12 @@ pub fn places(kind: &str) -> std::ops::Range<usize> {
         begin = end;
     }
     begin..begin
+}
+
+/// The group whose numbers stand at some places.
+pub fn group_at(columns: &[usize]) -> Option<&'static Group> {
+    let is_there = |group: &&Group| places(group.kind).eq(columns.iter().copied());
+    GROUPS.iter().find(is_there)
 }
 
 /// Groups that are moved; the others stay as the model has them. Two that a motion cannot tell apart cancel each other far
@@ -609,12 +615,9 @@ pub fn priced(
 
 /// All columns fitted to some rows.
 pub struct Fitting {
-    /// Transforms.
-    pub band: Band,
-    /// Noise.
-    pub terms: NoiseTerms,
-    /// Sums.
-    pub equations: Equations,
+    band: Band,
+    terms: NoiseTerms,
+    equations: Equations,
     columns: Vec<ParameterColumn>,
     free: Vec<usize>,
     /// The fit.

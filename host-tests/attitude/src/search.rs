@@ -6,10 +6,12 @@ use rlg_signal::axes::add_triad;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::blocks::{Blocks, Estimates, Statistic};
+use crate::equations::Band;
+use crate::noise::NoiseTerms;
 use crate::physics::Gyro;
 use crate::plan::AttitudePlan;
 use crate::registration::{
-    About, Alignment, COUNT, Fitting, Free, GROUPS, Group, Gyros, Registration, places, priced,
+    About, Alignment, COUNT, Free, GROUPS, Group, Gyros, Registration, group_at, places, priced,
 };
 use crate::steps::{self, Step};
 
@@ -59,8 +61,7 @@ pub struct Named {
 impl Named {
     /// The group of the registration that it is.
     pub fn group(&self) -> &'static str {
-        let of_group = |group: &&Group| places(group.kind).eq(self.places.iter().copied());
-        GROUPS.iter().find(of_group).map_or("", |group| group.kind)
+        group_at(&self.places).map_or("", |group| group.kind)
     }
 
     /// A filter of the gyros with a variance below zero is one of the reference.
@@ -112,19 +113,21 @@ pub fn search(
     precisions.extend(candidates.effects.iter().flat_map(|(candidate, own)| {
         (0..own.len()).map(|k| candidate.hypothesis.bound(k).std.powi(-2))
     }));
-    let levels = registered.levels.clone();
-    let fitting = Fitting::new(&about.increments, columns, false, Some(levels));
-    let mut rows_rad = about.increments.rows_rad.clone();
+    let increments = &about.increments;
+    let band = Band::new(increments.rows(), increments.period_s);
+    let terms = NoiseTerms::new(increments.rows(), increments.period_s, band.cut, false);
+    let mut rows_rad = increments.rows_rad.clone();
     add_triad(&mut rows_rad, &registered.corrected_rad, -1.0);
     let mut moved = beyond.to_vec();
     moved.resize(precisions.len(), 0.0);
     let effects = candidates.effects.iter();
     let of_effects = effects.flat_map(|(candidate, _)| gyro.columns(pool, candidate, about));
+    let of_registration = columns.into_iter().map(|column| column.values);
     let blocks = Blocks::new(
-        (&fitting.band, &fitting.terms, &registered.levels),
-        &about.increments,
+        (&band, &terms, &registered.levels),
+        increments,
         &rows_rad,
-        &mut about.columns(gyros.rate_hz).into_iter().chain(of_effects),
+        &mut of_registration.chain(of_effects),
         (&precisions, &moved),
     );
     let mut search = Search {
@@ -184,6 +187,12 @@ pub fn all_groups() -> Free {
     GROUPS.iter().map(|group| group.kind).collect()
 }
 
+/// Groups of the registration that are none of some.
+fn others(chosen: &[&Group]) -> impl Iterator<Item = &'static Group> {
+    let is_other = |group: &Group| chosen.iter().all(|one| one.kind != group.kind);
+    GROUPS.iter().filter(move |group| is_other(group))
+}
+
 fn without(set: &[usize], own: &[usize]) -> Vec<usize> {
     set.iter().copied().filter(|k| !own.contains(k)).collect()
 }
@@ -231,11 +240,7 @@ impl Search<'_> {
         };
         loop {
             let beside = set(&chosen);
-            let left = GROUPS.iter().filter(|group| {
-                let mut chosen = chosen.iter();
-                chosen.all(|one| one.kind != group.kind)
-            });
-            let best = left
+            let best = others(&chosen)
                 .map(|group| (is_called_for(group, &beside), group))
                 .filter(|((is_seen, _), _)| *is_seen)
                 .max_by(|a, b| a.0.1.total_cmp(&b.0.1));
@@ -275,12 +280,8 @@ impl Search<'_> {
         let statistic = self.blocks.statistic(&beside, &own);
         let gain = statistic.gain(GROUPS.len(), true);
         let mut alike = self.rivals(&beside, &statistic, named);
-        let others = GROUPS.iter().filter(|other| {
-            let mut chosen = chosen.iter();
-            chosen.all(|one| one.kind != other.kind)
-        });
         alike.extend(
-            others
+            others(chosen)
                 .filter(|other| {
                     let own: Vec<usize> = places(other.kind).collect();
                     let rival = self.blocks.statistic(&beside, &own);

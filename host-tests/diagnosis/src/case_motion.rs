@@ -221,15 +221,20 @@ pub fn estimate_from(
         rate_noise_rad_s,
         reference_walk,
         reference_angle,
-        signals: Signals::new(
-            rate_hz,
-            motions,
-            data.inputs(),
-            path,
-            data.model.gyro.scale_error,
-            (data.sensing_from_body, data.shared()),
-        ),
+        signals: signals(data, motions, path),
     }
+}
+
+/// What columns are made of, from estimates of the motion.
+fn signals(data: &Data, motions: Motions, path: Path) -> Signals {
+    Signals::new(
+        data.streams.rate_hz,
+        motions,
+        data.inputs(),
+        path,
+        data.model.gyro.scale_error,
+        (data.sensing_from_body, data.shared()),
+    )
 }
 
 /// The motion of a unit at rest: the Earth's, without noise, and nothing that would stand out of any.
@@ -247,14 +252,7 @@ fn of_the_earth(data: &Data, measured: Measured, path: Path) -> Motion {
         rate_noise_rad_s: [0.0; 3],
         reference_walk: [Level::default(); 3],
         reference_angle: [Level::default(); 3],
-        signals: Signals::new(
-            rate_hz,
-            motions,
-            data.inputs(),
-            path,
-            data.model.gyro.scale_error,
-            (data.sensing_from_body, data.shared()),
-        ),
+        signals: signals(data, motions, path),
     }
 }
 

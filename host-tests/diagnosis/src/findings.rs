@@ -722,21 +722,27 @@ pub(crate) fn unlike_noise(gyro: usize, misfits: &[Misfit], streams: &Streams) -
     ))
 }
 
+/// The channel without which a kind cannot show, if the recording lacks it.
+pub fn no_channel(kind: &str, streams: &Streams) -> Option<&'static str> {
+    if kind.contains("temperature") && streams.temperature_k.is_none() {
+        Some("no temperature channel")
+    } else if kind.contains("magnetic") && streams.magnetic_t.is_none() {
+        Some("no magnetic field channel")
+    } else if kind.starts_with("dither") && streams.pickoff_rad.is_none() {
+        Some("no dither")
+    } else if (kind.contains("force") || kind.contains("_g")) && streams.force_m_s2.is_none() {
+        Some("no specific force channel")
+    } else {
+        None
+    }
+}
+
 /// Kinds of the catalogue that had no candidate, with the reason.
 fn not_excluded(found: &Found, streams: &Streams) -> Vec<String> {
     let tried: BTreeSet<&str> = found.candidates.iter().map(|one| one.kind).collect();
     let reason = |kind: &str| {
-        if kind.contains("temperature") && streams.temperature_k.is_none() {
-            "no temperature channel"
-        } else if kind.contains("magnetic") && streams.magnetic_t.is_none() {
-            "no magnetic field channel"
-        } else if kind.starts_with("dither") && streams.pickoff_rad.is_none() {
-            "no dither"
-        } else if (kind.contains("force") || kind.contains("_g")) && streams.force_m_s2.is_none() {
-            "no specific force channel"
-        } else {
-            "the motion does not stand out of the reference's noise"
-        }
+        let unseen = "the motion does not stand out of the reference's noise";
+        no_channel(kind, streams).unwrap_or(unseen)
     };
     entries::CATALOGUE
         .iter()

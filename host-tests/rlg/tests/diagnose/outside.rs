@@ -104,6 +104,16 @@ fn a_doubled_rate_is_refused_and_a_scale_error_anyway() {
     });
 }
 
+/// Value and standard deviation of a number among parameters.
+fn parameter(parameters: &[ParameterEntry], wanted: &str) -> Option<(f64, f64)> {
+    parameters.iter().find_map(|parameter| match parameter {
+        ParameterEntry::Number {
+            name, value, std, ..
+        } if name == wanted => Some((*value, *std)),
+        _ => None,
+    })
+}
+
 /// Value and standard deviation of a parameter of the one effect of a kind.
 fn number(diagnosis: &Diagnosis, kind: &str, name: &str) -> (f64, f64) {
     let mut of_kind = diagnosis.effects.iter().filter(|one| one.kind == kind);
@@ -115,18 +125,7 @@ fn number(diagnosis: &Diagnosis, kind: &str, name: &str) -> (f64, f64) {
         "{kind} twice: {:#?}",
         diagnosis.summary
     );
-    let found = effect
-        .parameters
-        .iter()
-        .find_map(|parameter| match parameter {
-            ParameterEntry::Number {
-                name: other,
-                value,
-                std,
-                ..
-            } if other == name => Some((*value, *std)),
-            _ => None,
-        });
+    let found = parameter(&effect.parameters, name);
     found.unwrap_or_else(|| panic!("{kind} without {name}: {:#?}", diagnosis.summary))
 }
 
@@ -361,19 +360,9 @@ fn registered(diagnosis: &Diagnosis, kind: &str, name: &str) -> (f64, f64, bool)
         .iter()
         .find(|one| one.kind == kind)
         .unwrap_or_else(|| panic!("no {kind} in the registration"));
-    let found = entry
-        .parameters
-        .iter()
-        .find_map(|parameter| match parameter {
-            ParameterEntry::Number {
-                name: other,
-                value,
-                std,
-                ..
-            } if other == name => Some((*value, *std, entry.supported)),
-            _ => None,
-        });
-    found.unwrap_or_else(|| panic!("{kind} without {name}"))
+    let (value, std) =
+        parameter(&entry.parameters, name).unwrap_or_else(|| panic!("{kind} without {name}"));
+    (value, std, entry.supported)
 }
 
 /// Diagnoses it again with the model that was written: nothing is left.
