@@ -8,6 +8,7 @@ use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::{CATALOGUE, Entry, SLIP, STEP, coefficient_of};
 use rlg_catalogue::signals::{AXES, CaseMotion, Inputs, Motions, Path};
 use rlg_catalogue::{Candidate, Pool, Signals};
+use rlg_diagnosis::data::event_row;
 use rlg_inference::Term;
 use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_signal::axes::Triad;
@@ -124,8 +125,8 @@ impl Gyro {
             return None;
         };
         let axis = AXES.iter().position(|name| name == axis)?;
-        let row = (effect.number("time_s") - self.signals.start_s) * self.signals.rate_hz;
-        let row = (row.round().max(0.0) as usize).min(self.signals.rows - 1);
+        let clock = (self.signals.start_s, self.signals.rate_hz);
+        let row = event_row(effect, clock, self.signals.rows);
         let size = effect.number("size");
         let mut sensed: Triad = std::array::from_fn(|_| vec![0.0; self.signals.rows]);
         match effect.kind.as_str() {

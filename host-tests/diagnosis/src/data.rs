@@ -313,6 +313,17 @@ fn low_pass_of(effect: &ModelEffect, axis: usize) -> Option<LowPass> {
     (effect.kind == BANDWIDTH && time_s > 0.0).then_some(LowPass { time_s })
 }
 
+/// The row of a step, which begins with it, or of a slip, which lies within it.
+pub fn event_row(effect: &ModelEffect, (start_s, rate_hz): (f64, f64), rows: usize) -> usize {
+    let at = (number(effect, "time_s") - start_s) * rate_hz;
+    let row = if effect.kind == STEP {
+        at.round()
+    } else {
+        at.floor()
+    };
+    (row.max(0.0) as usize).min(rows - 1)
+}
+
 fn axis_of(effect: &ModelEffect) -> Option<usize> {
     match effect.parameters.get("axis") {
         Some(EffectValue::Text(name)) => AXES.iter().position(|axis| axis == name),
@@ -344,13 +355,7 @@ fn known(
     };
     if kind == STEP || kind == SLIP {
         let axis = axis_of(effect)?;
-        let rows = (number(effect, "time_s") - streams.start_s) * streams.rate_hz;
-        let row = if kind == STEP {
-            rows.round()
-        } else {
-            rows.floor()
-        };
-        let row = (row.max(0.0) as usize).min(streams.rows - 1);
+        let row = event_row(effect, (streams.start_s, streams.rate_hz), streams.rows);
         let mut pool = Pool::default();
         let event = if kind == STEP { STEP } else { SLIP };
         let one = pool.event(event, axis, row, 1.0, signals);
