@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use nalgebra::Vector3;
+use rlg_catalogue::Pool;
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::put_right::{self, PutRight};
 use rlg_model::{Model, MotionSource};
@@ -12,13 +13,17 @@ use rlg_signal::attitude_samples::has_attitude;
 
 use crate::channels;
 use crate::coarse;
+use crate::equations::ParameterColumn;
+use crate::few::{AtRest, FewRows, NoiseBelief};
+use crate::few_search::{self, FewFound};
 use crate::findings;
 use crate::observed::{Observed, no_inverse, observe};
 use crate::physics::Gyro;
 use crate::plan::AttitudePlan;
-use crate::registration::{Alignment, Free, Registration, register};
-use crate::said::Said;
-use crate::search::{Candidates, Named, all_groups, search};
+use crate::registration::{About, Alignment, Free, Registration, places, priced, register};
+use crate::rest::{self, Rest};
+use crate::said::{Few, Said};
+use crate::search::{Candidates, Found, Named, all_groups, search};
 
 /// How a recording is diagnosed.
 #[derive(Debug, Clone, Copy, Default)]
@@ -45,7 +50,7 @@ pub fn serves(recording: &Recording, model: &Model) -> bool {
         && model.accelerometer.is_none()
 }
 
-/// Diagnoses a recording; `None` where too few attitudes were stamped for the noise to be known from them.
+/// Diagnoses a recording; `None` where fewer than two attitudes lie within the gyros' record.
 ///
 /// # Errors
 /// The recording lacks a channel or its attitudes are none; the model's installation matrix has no inverse.
@@ -55,21 +60,65 @@ pub fn diagnose(
     (model, model_file): (&Model, &Path),
     progress: &dyn Fn(&str),
 ) -> Result<Option<Outcome>, InputError> {
-    let plan = &settings.plan;
     progress("aligning the channels");
-    let Some(mut observed) = observe(recording, (model, model_file), plan)? else {
+    let Some(mut observed) = observe(recording, (model, model_file), &settings.plan)? else {
         return Ok(None);
     };
-    let put_right = check_channels(settings, &mut observed, (model, model_file))?;
+    let put_right = match observed.is_few {
+        true => None,
+        false => check_channels(settings, &mut observed, (model, model_file))?,
+    };
     let of_model = Alignment::of_model(model);
+    let fit = if observed.is_few { of_few } else { of_many };
+    let Some(fitted) = fit(settings, &mut observed, (&of_model, model_file), progress)? else {
+        return Ok(None);
+    };
+    progress("writing the findings");
+    let said = Said {
+        observed: &observed,
+        of_model: &of_model,
+        registered: &fitted.registered,
+        gyro: &fitted.gyro,
+        pool: &fitted.pool,
+        candidates: &fitted.candidates,
+        beyond: &fitted.registered.alignment.beyond(&of_model),
+        found: &fitted.found,
+        few: fitted.few.as_ref(),
+        plan: &settings.plan,
+        seed: settings.seed,
+    };
+    let mut outcome = findings::outcome(&said);
+    if let Some(put_right) = put_right {
+        put_right.report(&mut outcome);
+    }
+    Ok(Some(outcome))
+}
+
+/// A registration and what was found beside it.
+struct Fitted {
+    registered: Registration,
+    gyro: Gyro,
+    pool: Pool,
+    candidates: Candidates,
+    found: Found,
+    few: Option<Few>,
+}
+
+/// Fits attitudes that show their own noise.
+fn of_many(
+    settings: &Settings,
+    observed: &mut Observed,
+    (of_model, model_file): (&Alignment, &Path),
+    progress: &dyn Fn(&str),
+) -> Result<Option<Fitted>, InputError> {
     let start = coarse::start(
         &observed.gyros,
         &observed.samples,
         &observed.tested,
-        &of_model,
+        of_model,
     );
     let fitted = |observed: &Observed, start: &Alignment, free: &Free| {
-        let about = (&of_model, start.clone(), free);
+        let about = (of_model, start.clone(), free);
         register(
             &observed.gyros,
             &observed.samples,
@@ -79,20 +128,17 @@ pub fn diagnose(
         )
     };
     let all = all_groups();
-    let Some(mut registered) = fitted(&observed, &start, &all) else {
+    let Some(mut registered) = fitted(observed, &start, &all) else {
         return Ok(None);
     };
-    let Some(mut gyro) = Gyro::new(&observed.streams, model, &registered.about.conditioned_rad)
-    else {
-        return Err(no_inverse(model_file));
+    let of_about = |observed: &Observed, about: &About| {
+        Gyro::new(&observed.streams, observed.model, &about.conditioned_rad)
+            .ok_or_else(|| no_inverse(model_file))
     };
-    let known_rad = gyro.known_rad(model);
-    if known_rad.iter().flatten().any(|value| *value != 0.0) {
+    let mut gyro = of_about(observed, &registered.about)?;
+    if observed.take_out(&gyro.known_rad(observed.model)) {
         progress("once more without what the model knows");
-        for (row, sensed) in observed.gyros.sensed_rad.iter_mut().enumerate() {
-            *sensed -= Vector3::from_fn(|axis, _| known_rad[axis][row]);
-        }
-        let Some(again) = fitted(&observed, &start, &all) else {
+        let Some(again) = fitted(observed, &start, &all) else {
             return Ok(None);
         };
         registered = again;
@@ -101,40 +147,152 @@ pub fn diagnose(
     let candidates = Candidates::new(effects);
     let searched = |registered: &Registration, gyro: &Gyro, observed: &Observed| {
         progress("searching for physics");
-        let beyond = registered.alignment.beyond(&of_model);
-        let about = (&of_model, &beyond);
+        let beyond = registered.alignment.beyond(of_model);
+        let about = (of_model, &beyond);
         let of = (gyro, &pool, &candidates);
-        search((&observed.gyros, registered), about, of, plan)
+        search((&observed.gyros, registered), about, of, &settings.plan)
     };
-    let mut found = searched(&registered, &gyro, &observed);
+    let mut found = searched(&registered, &gyro, observed);
     // Once more about what is called for alone: the rest is then near enough to be linear.
     let free: Free = found.registration.iter().map(Named::group).collect();
-    let start = registered.alignment.with(&free, &of_model);
-    if let Some(again) = fitted(&observed, &start, &free) {
+    let start = registered.alignment.with(&free, of_model);
+    if let Some(again) = fitted(observed, &start, &free) {
         registered = again;
-        gyro = Gyro::new(&observed.streams, model, &registered.about.conditioned_rad)
-            .ok_or_else(|| no_inverse(model_file))?;
-        found = searched(&registered, &gyro, &observed);
+        gyro = of_about(observed, &registered.about)?;
+        found = searched(&registered, &gyro, observed);
     }
-    let beyond = registered.alignment.beyond(&of_model);
-    progress("writing the findings");
-    let said = Said {
-        observed: &observed,
-        of_model: &of_model,
-        registered: &registered,
-        gyro: &gyro,
-        pool: &pool,
-        candidates: &candidates,
-        beyond: &beyond,
-        found: &found,
-        plan,
-        seed: settings.seed,
+    Ok(Some(Fitted {
+        registered,
+        gyro,
+        pool,
+        candidates,
+        found,
+        few: None,
+    }))
+}
+
+/// Fits attitudes so few that their noise is believed.
+fn of_few(
+    settings: &Settings,
+    observed: &mut Observed,
+    (of_model, model_file): (&Alignment, &Path),
+    progress: &dyn Fn(&str),
+) -> Result<Option<Fitted>, InputError> {
+    /// Most passes, and the step of the alignment in standard deviations that ends them.
+    const PASSES: usize = 8;
+    const SETTLED: f64 = 0.1;
+    let about_at = |observed: &Observed, alignment: &Alignment| {
+        let Observed {
+            gyros,
+            samples,
+            tested,
+            ..
+        } = observed;
+        About::new(gyros, samples, tested, alignment)
     };
-    let mut outcome = findings::outcome(&said);
-    if let Some(put_right) = put_right {
-        put_right.report(&mut outcome);
+    let gyro_at = |observed: &Observed, about: &About| {
+        Gyro::new(&observed.streams, observed.model, &about.conditioned_rad)
+            .ok_or_else(|| no_inverse(model_file))
+    };
+    let Some(about) = about_at(observed, of_model) else {
+        return Ok(None);
+    };
+    let gyro = gyro_at(observed, &about)?;
+    observed.take_out(&gyro.known_rad(observed.model));
+    let belief = NoiseBelief::new(observed.model, &observed.gyros, &settings.plan);
+    let rest = rest::find(&observed.gyros);
+    let mut alignment = of_model.clone();
+    let mut free: Free = Vec::new();
+    let mut pass = 0;
+    // Physics once the registration stands: it is linear about that.
+    let mut is_registered = false;
+    loop {
+        progress("weighing what few attitudes call for");
+        let Some(about) = about_at(observed, &alignment) else {
+            return Ok(None);
+        };
+        let gyro = gyro_at(observed, &about)?;
+        let (pool, effects) = gyro.candidates(settings.left_out);
+        let candidates = Candidates::new(if is_registered { effects } else { Vec::new() });
+        let (columns, at_rest) = few_columns(
+            observed,
+            (&about, &alignment, of_model),
+            (&gyro, &pool, &candidates),
+            rest.as_ref(),
+        );
+        let rows = FewRows::new(&about.increments, &columns, at_rest.as_ref(), &belief);
+        let beyond = alignment.beyond(of_model);
+        let FewFound {
+            found,
+            noise,
+            is_turning,
+        } = few_search::search(&rows, &candidates, &settings.plan);
+        let now: Free = found.registration.iter().map(Named::group).collect();
+        let step = found.step_from(&beyond);
+        pass += 1;
+        let is_settled = pass % PASSES == 0 || (now == free && step.largest() < SETTLED);
+        if is_settled && is_registered {
+            let left_out = &observed.tested;
+            return Ok(Some(Fitted {
+                registered: Registration::of_few(alignment, about, noise, left_out),
+                gyro,
+                pool,
+                candidates,
+                found,
+                few: Some(Few {
+                    rest_s: match rest {
+                        Some(rest) if !is_turning => rest.lasts_s,
+                        _ => 0.0,
+                    },
+                }),
+            }));
+        }
+        is_registered |= is_settled;
+        alignment = alignment.with(&now, of_model).moved(&step.estimate);
+        free = now;
     }
-    Ok(Some(outcome))
+}
+
+/// Columns of registration and physics about an alignment, and what the gyros read at rest.
+fn few_columns(
+    observed: &Observed,
+    (about, alignment, of_model): (&About, &Alignment, &Alignment),
+    (gyro, pool, candidates): (&Gyro, &Pool, &Candidates),
+    rest: Option<&Rest>,
+) -> (Vec<ParameterColumn>, Option<AtRest>) {
+    let rate_hz = observed.gyros.rate_hz;
+    let mut columns = priced(about.columns(rate_hz), alignment, of_model);
+    // At rest nothing of the registration but the bias is sensed.
+    let bias = places("gyro_bias");
+    let mut sensed: Vec<Vector3<f64>> = (0..columns.len())
+        .map(|k| match bias.contains(&k) {
+            true => Vector3::ith(k - bias.start, 1.0),
+            false => Vector3::zeros(),
+        })
+        .collect();
+    for (candidate, own) in &candidates.effects {
+        let values = gyro.columns(pool, candidate, about);
+        columns.extend(own.iter().enumerate().zip(values).map(|((k, _), values)| {
+            ParameterColumn {
+                values,
+                prior_std: candidate.hypothesis.bound(k).std,
+                prior_mean: 0.0,
+            }
+        }));
+        if let Some(rest) = rest {
+            let each = gyro.in_case_rad(pool, candidate);
+            sensed.extend(each.map(|case| {
+                rate_hz * rest.mean(|row| Vector3::from_fn(|axis, _| case[axis][row]))
+            }));
+        }
+    }
+    let at_rest = rest.map(|rest| AtRest {
+        lasts_s: rest.lasts_s,
+        reading_rad_s: rate_hz * rest.mean(|row| observed.gyros.sensed_rad[row])
+            - alignment.bias_rad_s,
+        columns: sensed,
+    });
+    (columns, at_rest)
 }
 
 /// Puts gyros and reference on the same axes where they are not.

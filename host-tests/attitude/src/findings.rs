@@ -336,6 +336,33 @@ fn registration(said: &Said) -> Vec<RegistrationEntry> {
     entries.collect()
 }
 
+fn reference_line(said: &Said) -> String {
+    let increments = &said.registered.about.increments;
+    let count = said.observed.samples.len();
+    let noise_rad = said.registered.levels[1].sqrt();
+    let Some(few) = said.few else {
+        return format!(
+            "Reference: {count} attitudes, one every {:.4} s, {noise_rad:.2e} rad of white noise; the last fifth is held out.",
+            increments.period_s,
+        );
+    };
+    let reference = said.observed.model.reference.as_ref();
+    let taken = match reference.and_then(|reference| reference.angle_noise_rad) {
+        Some(_) => "as declared",
+        None => "which the model does not declare and so few cannot show",
+    };
+    let rest = match few.rest_s {
+        0.0 => String::new(),
+        rest_s => {
+            format!(" and {rest_s:.1} s at rest, where the gyros' reading returns after the motion")
+        }
+    };
+    format!(
+        "Reference: {count} attitudes, which are {} numbers{rest}; none are left to test what is found. White noise of an attitude is taken as {noise_rad:.1e} rad, {taken}.",
+        3 * increments.rows(),
+    )
+}
+
 fn summary(
     said: &Said,
     verdict: Verdict,
@@ -344,13 +371,7 @@ fn summary(
     tested: Option<&HeldOut>,
 ) -> Vec<String> {
     let mut lines = vec![rlg_findings::sentences::opening(verdict).to_string()];
-    let increments = &said.registered.about.increments;
-    lines.push(format!(
-        "Reference: {} attitudes, one every {:.4} s, {:.2e} rad of white noise; the last fifth is held out.",
-        said.observed.samples.len(),
-        increments.period_s,
-        said.registered.levels[1].sqrt()
-    ));
+    lines.push(reference_line(said));
     for (one, numbers) in named {
         let alike = match one.alike.is_empty() {
             true => String::new(),
@@ -361,6 +382,10 @@ fn summary(
             one.kind,
             numbers.sentence()
         ));
+    }
+    let has_as_many = said.found.named_set.len() >= 3 * said.registered.about.increments.rows();
+    if !named.is_empty() && said.few.is_some() && has_as_many {
+        lines.push("What was found has as many numbers as the attitudes, which alone cannot tell it from other things: another turn, about another axis or of another length, would show whether it holds.".to_string());
     }
     lines.extend(reference_spans::sentence(spans));
     lines.extend(data_words::lines(

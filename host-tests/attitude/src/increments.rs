@@ -53,8 +53,11 @@ const GAP_PERIODS: f64 = 3.5;
 /// Most gaps that are freed, the longest first: each costs three unknowns.
 const MOST_GAPS: usize = 24;
 
-/// Rows at the ends of the gyros' record whose neighbours are not there.
+/// Rows at the ends of the gyros' record whose neighbours are not there: of many stamps not worth the doubt.
 const END_ROWS: usize = 2;
+
+/// Rows of which each counts.
+const SHORT: usize = 128;
 
 impl Increments {
     /// Forms rows of the stamps that are not `left_out`; `None` where fewer than two lie within the gyros' record.
@@ -68,7 +71,8 @@ impl Increments {
         clock: &ReferenceClock,
         lost_before: &[usize],
     ) -> Option<Self> {
-        let inside = |place: &Place| place.row >= END_ROWS && place.row + END_ROWS < motion.rows();
+        let end_rows = if samples.len() > SHORT { END_ROWS } else { 0 };
+        let inside = |place: &Place| place.row >= end_rows && place.row + end_rows < motion.rows();
         let mut used: Vec<(usize, f64, Place)> = samples
             .iter()
             .enumerate()
@@ -82,9 +86,9 @@ impl Increments {
         if used.len() < 2 {
             return None;
         }
-        // The transform is fast at smooth lengths: a few stamps at the end are not worth a slow one.
+        // The transform is fast at smooth lengths: of many stamps a few at the end are not worth a slow one.
         let mut rows = used.len() - 1;
-        while smooth_length(rows) != rows {
+        while rows > SHORT && smooth_length(rows) != rows {
             rows -= 1;
         }
         used.truncate(rows + 1);

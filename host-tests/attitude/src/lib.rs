@@ -6,7 +6,10 @@
 //! without `reference_faults`) → `physics` (effects of the catalogue, carried through the attitude) → `search` (what
 //! `blocks` of rows agree on, `steps` of a bias among them) → `held_out` and `findings`.
 //!
-//! Deliberately not here: dithered counts, and attitudes so few that only the model knows their noise.
+//! Of attitudes so few that only the model knows their noise, `few` weighs rows and columns over what is believed of it, and
+//! `few_search` takes the place of registration and search.
+//!
+//! Deliberately not here: dithered counts.
 
 pub mod plan;
 
@@ -37,6 +40,12 @@ mod blocks;
 mod steps;
 
 mod search;
+
+mod rest;
+
+mod few;
+
+mod few_search;
 
 mod reference_spans;
 

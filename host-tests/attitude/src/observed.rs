@@ -7,6 +7,7 @@ use rlg_model::{EffectValue, Model};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use rlg_signal::attitude_samples::{AttitudeSample, attitude_samples};
+use rlg_signal::axes::Triad;
 use rlg_signal::fault::Fault;
 use rlg_signal::own_motion::take_own_motion;
 use rlg_signal::qualify;
@@ -26,7 +27,19 @@ pub(crate) struct Observed<'a> {
     pub(crate) samples: Vec<AttitudeSample>,
     /// Stamps that serve the last test alone.
     pub(crate) tested: Vec<bool>,
+    /// Whether the attitudes are so few that only the model knows their noise.
+    pub(crate) is_few: bool,
     pub(crate) gyros: Gyros,
+}
+
+impl Observed<'_> {
+    /// Takes what the model knows out of what the gyros sensed \[rad\]; whether there was any.
+    pub(crate) fn take_out(&mut self, known_rad: &Triad) -> bool {
+        for (row, sensed) in self.gyros.sensed_rad.iter_mut().enumerate() {
+            *sensed -= Vector3::from_fn(|axis, _| known_rad[axis][row]);
+        }
+        known_rad.iter().flatten().any(|value| *value != 0.0)
+    }
 }
 
 pub(crate) fn no_inverse(model_file: &Path) -> InputError {
@@ -34,14 +47,14 @@ pub(crate) fn no_inverse(model_file: &Path) -> InputError {
         .channel("gyro.installation_rad")
 }
 
-/// Reads it; `None` of too few attitudes.
+/// Reads it; `None` of less than two attitudes.
 pub(crate) fn observe<'a>(
     recording: &'a Recording,
     (model, model_file): (&'a Model, &Path),
     plan: &AttitudePlan,
 ) -> Result<Option<Observed<'a>>, InputError> {
     let mut samples = attitude_samples(recording)?;
-    if samples.len() < plan.least_stamps {
+    if samples.len() < 2 {
         return Ok(None);
     }
     let mut streams = Streams::align_without_reference(recording, model)?;
@@ -71,7 +84,9 @@ pub(crate) fn observe<'a>(
     };
     let map = channels::map(&model.effects);
     channels::put_right(&map, &mut samples, &mut gyros.sensed_rad);
-    let fitted = samples.len() - (plan.tested_share * samples.len() as f64) as usize;
+    let is_few = samples.len() < plan.least_stamps;
+    let held_out = if is_few { 0.0 } else { plan.tested_share };
+    let fitted = samples.len() - (held_out * samples.len() as f64) as usize;
     let masked = known_faults(model);
     let tested = samples
         .iter()
@@ -90,6 +105,7 @@ pub(crate) fn observe<'a>(
         faults,
         samples,
         tested,
+        is_few,
         gyros,
     }))
 }

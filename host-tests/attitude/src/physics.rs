@@ -153,15 +153,21 @@ impl Gyro {
         (pool, all)
     }
 
-    /// The column of each number of an effect.
-    pub fn columns(&self, pool: &Pool, candidate: &Candidate, about: &About) -> Vec<Triad> {
-        let of_parameter = |parameter: usize| {
+    /// What each number of an effect adds to the gyros, in the case's axes \[rad by row\].
+    pub fn in_case_rad(&self, pool: &Pool, candidate: &Candidate) -> impl Iterator<Item = Triad> {
+        (0..candidate.names.len()).map(move |parameter| {
             let terms = candidate.hypothesis.terms.iter();
             let own = terms.filter(|term| term.parameter == parameter);
-            let case = self.case_rad(pool, own.map(|term| (term, 1.0)));
-            about.carried(|row| Vector3::from_fn(|axis, _| case[axis][row]))
-        };
-        let mut columns: Vec<Triad> = (0..candidate.names.len()).map(of_parameter).collect();
+            self.case_rad(pool, own.map(|term| (term, 1.0)))
+        })
+    }
+
+    /// The column of each number of an effect.
+    pub fn columns(&self, pool: &Pool, candidate: &Candidate, about: &About) -> Vec<Triad> {
+        let in_case = self.in_case_rad(pool, candidate);
+        let carried =
+            |case: Triad| about.carried(|row| Vector3::from_fn(|axis, _| case[axis][row]));
+        let mut columns: Vec<Triad> = in_case.map(carried).collect();
         if candidate.kind == "gyro_delay" {
             without_mean(&mut columns);
         }

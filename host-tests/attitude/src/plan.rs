@@ -6,6 +6,13 @@
 pub struct AttitudePlan {
     /// Least stamps of which this likelihood makes anything: below, the model must state the noise.
     pub least_stamps: usize,
+    /// White noise of an attitude reference that the model does not describe and that too few rows show, the median
+    /// \[rad\]: optical tracking has 1e-4 to 1e-3, a camera 2e-3, a table or corner by hand up to 1e-2.
+    pub undeclared_attitude_noise_rad: f64,
+    /// Standard deviation of the logarithm of a noise that few rows have and the model does not declare.
+    pub undeclared_log_std: f64,
+    /// The same where the model declares it.
+    pub declared_log_std: f64,
     /// Share of the stamps at the end that serve the last test alone.
     pub tested_share: f64,
     /// Least gain in log likelihood, deflated by what blocks disagree and less the price of the search.
@@ -26,6 +33,9 @@ impl Default for AttitudePlan {
     fn default() -> Self {
         Self {
             least_stamps: 40,
+            undeclared_attitude_noise_rad: 1e-3,
+            undeclared_log_std: 1.15,
+            declared_log_std: 0.35,
             tested_share: 0.2,
             least_gain: 4.0,
             least_share: 0.01,

@@ -445,6 +445,32 @@ pub fn register(
     Some(found)
 }
 
+impl Registration {
+    /// Of rows that are too few for passes over their noise and faults.
+    pub(crate) fn of_few(
+        alignment: Alignment,
+        about: About,
+        (walk_rad_sqrt_s, angle_rad): (f64, f64),
+        left_out: &[bool],
+    ) -> Self {
+        let rows = about.increments.rows();
+        Self {
+            levels: vec![
+                walk_rad_sqrt_s.powi(2) * about.increments.period_s,
+                angle_rad.powi(2),
+            ],
+            alignment,
+            left_out: left_out.to_vec(),
+            log_likelihood: 0.0,
+            may_be_low_pass: false,
+            delay_std_s: f64::INFINITY,
+            smoothing_s2: [(0.0, f64::INFINITY); 3],
+            corrected_rad: std::array::from_fn(|_| vec![0.0; rows]),
+            about,
+        }
+    }
+}
+
 /// Gain in log likelihood of a low pass over a delay beside a small smoothing.
 const LOW_PASS_GAIN: f64 = 5.0;
 
@@ -519,7 +545,7 @@ fn settle(
                 fitting.shrink_outliers(&about.increments, &mut corrected_rad);
             }
         }
-        let steps = Steps::new(&fitting.fit, &kept);
+        let steps = Steps::new(&kept, &fitting.fit.estimate, &fitting.fit.std);
         pass += 1;
         if (pass > PLAIN_PASSES + 1 && steps.largest() < SETTLED) || pass == PASSES {
             return Some(Registration {
@@ -551,18 +577,21 @@ fn leave_out(about: &About, fitting: &Fitting, left_out: &mut [bool]) -> bool {
 }
 
 /// Estimates of all numbers, those that stay at 0.
-struct Steps {
-    estimate: [f64; COUNT],
+pub(crate) struct Steps {
+    /// By place.
+    pub(crate) estimate: [f64; COUNT],
     std: [f64; COUNT],
 }
 
 impl Steps {
-    fn new(fit: &Fit, kept: &[usize]) -> Self {
+    /// # Inputs
+    /// `kept`: places that are moved, with their estimates and standard deviations.
+    pub(crate) fn new(kept: &[usize], estimate: &[f64], std: &[f64]) -> Self {
         let mut steps = Self {
             estimate: [0.0; COUNT],
             std: [f64::INFINITY; COUNT],
         };
-        for (place, (estimate, std)) in kept.iter().zip(fit.estimate.iter().zip(&fit.std)) {
+        for (place, (estimate, std)) in kept.iter().zip(estimate.iter().zip(std)) {
             steps.estimate[*place] = *estimate;
             steps.std[*place] = *std;
         }
@@ -570,7 +599,7 @@ impl Steps {
     }
 
     /// The largest step of what the rows are linear about \[σ\].
-    fn largest(&self) -> f64 {
+    pub(crate) fn largest(&self) -> f64 {
         let is_linear = |k: &usize| {
             let kinds = ["reference_clock_rate", "earth_rate", "gyro_bandwidth"];
             kinds.iter().any(|kind| places(kind).contains(k))

@@ -13,6 +13,12 @@ use crate::registration::{About, Alignment, COUNT, Registration};
 use crate::search::{Candidates, Found, Named};
 use crate::steps::Step;
 
+/// What few attitudes carry.
+pub(crate) struct Few {
+    /// Time at rest \[s\].
+    pub(crate) rest_s: f64,
+}
+
 /// Everything that is said of.
 pub(crate) struct Said<'a> {
     pub(crate) observed: &'a Observed<'a>,
@@ -23,6 +29,8 @@ pub(crate) struct Said<'a> {
     pub(crate) candidates: &'a Candidates,
     pub(crate) beyond: &'a [f64; COUNT],
     pub(crate) found: &'a Found,
+    /// Of attitudes too few to show their noise.
+    pub(crate) few: Option<&'a Few>,
     pub(crate) plan: &'a AttitudePlan,
     pub(crate) seed: u64,
 }

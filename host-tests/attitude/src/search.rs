@@ -11,7 +11,8 @@ use crate::noise::NoiseTerms;
 use crate::physics::Gyro;
 use crate::plan::AttitudePlan;
 use crate::registration::{
-    About, Alignment, COUNT, Free, GROUPS, Group, Gyros, Registration, group_at, places, priced,
+    About, Alignment, COUNT, Free, GROUPS, Group, Gyros, Registration, Steps, group_at, places,
+    priced,
 };
 use crate::steps::{self, Step};
 
@@ -94,6 +95,24 @@ pub struct Found {
     pub of_named: Estimates,
     /// Sets that were tried.
     pub tried: usize,
+}
+
+impl Found {
+    /// What the named registration is beyond a place that rows are linear about.
+    pub(crate) fn step_from(&self, beyond: &[f64; COUNT]) -> Steps {
+        let own: Vec<usize> = (0..self.named_set.len())
+            .filter(|at| self.named_set[*at] < COUNT)
+            .collect();
+        let kept: Vec<usize> = own.iter().map(|at| self.named_set[*at]).collect();
+        let estimates = &self.of_named;
+        let each = own.iter().zip(&kept);
+        let estimate: Vec<f64> = each
+            .map(|(at, k)| estimates.values[*at] - beyond[*k])
+            .collect();
+        let variances = own.iter().map(|at| estimates.covariance[(*at, *at)]);
+        let std: Vec<f64> = variances.map(f64::sqrt).collect();
+        Steps::new(&kept, &estimate, &std)
+    }
 }
 
 /// Searches.
@@ -198,7 +217,7 @@ fn without(set: &[usize], own: &[usize]) -> Vec<usize> {
 }
 
 /// What attitudes never tell from a group of the registration.
-fn always_alike(kind: &str) -> &'static [&'static str] {
+pub(crate) fn always_alike(kind: &str) -> &'static [&'static str] {
     match kind {
         "gyro_scale" => &["reference_scale"],
         "reference_delay" => &["gyro_delay"],
@@ -208,7 +227,7 @@ fn always_alike(kind: &str) -> &'static [&'static str] {
     }
 }
 
-fn chance(statistic: &Statistic, groups: usize) -> f64 {
+pub(crate) fn chance(statistic: &Statistic, groups: usize) -> f64 {
     let squared = statistic.squared_size / statistic.design_effect;
     let tail = ChiSquared::new(statistic.count.max(1) as f64).map_or(1.0, |law| law.sf(squared));
     (tail * groups as f64).min(1.0)

@@ -453,3 +453,22 @@ fn an_autopilots_own_attitude_shows_its_delay_and_a_bias() {
         within(diagnosis, "gyro_bias", [-1.3e-3, -2.6e-3, -3.4e-3], 5e-4);
     });
 }
+
+/// One turn of 360° by hand, attitudes before and after: three numbers, and what the gyros read at rest.
+#[test]
+fn one_turn_between_two_attitudes_shows_a_bias_and_no_more() {
+    const DEG: f64 = std::f64::consts::PI / 180.0;
+    for name in ["two-attitudes-bias", "turn-before-after"] {
+        accepted(name, false, |diagnosis| {
+            assert_eq!(kinds(diagnosis), ["gyro_bias"], "{:?}", diagnosis.summary);
+            within(
+                diagnosis,
+                "gyro_bias",
+                [-0.600 * DEG, -0.370 * DEG, 0.059 * DEG],
+                2e-4,
+            );
+            assert!(says(diagnosis, "as many numbers as the attitudes"));
+        });
+        matches_again(name);
+    }
+}

@@ -1,0 +1,313 @@
+//! Few attitudes: rows so few that they do not show their own noise, as before and after one turn.
+//!
+//! Noise is what the model declares, or what such instruments usually have, within a factor; everything is weighed by its
+//! evidence, averaged over that noise, with priors of physical size, and no more numbers are named than the rows have.
+//! (inference.md, B10.)
+
+use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
+use rlg_inference::linear::invert;
+use rlg_model::Model;
+use rlg_signal::axes::Triad;
+
+use crate::equations::ParameterColumn;
+use crate::increments::Increments;
+use crate::plan::AttitudePlan;
+use crate::registration::Gyros;
+use crate::rest::EARTH_RAD_S;
+
+/// Noise of rows, as a law of one number: its logarithm is normal.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Believed {
+    median: f64,
+    log_std: f64,
+}
+
+impl Believed {
+    /// Values with their log prior probability, even in the logarithm.
+    fn grid(self) -> impl Iterator<Item = (f64, f64)> {
+        /// Standard deviations to either side, and steps of each.
+        const REACH: i32 = 3;
+        const EACH: i32 = 2;
+        (-REACH * EACH..=REACH * EACH).map(move |k| {
+            let away = f64::from(k) / f64::from(EACH);
+            (
+                self.median * (away * self.log_std).exp(),
+                -0.5 * away * away,
+            )
+        })
+    }
+}
+
+/// Noise that is believed before the rows are seen.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct NoiseBelief {
+    /// Random walk of gyros and reference \[rad/√s\].
+    walk: Believed,
+    /// White noise of the reference \[rad\].
+    angle: Believed,
+}
+
+impl NoiseBelief {
+    /// What the model declares; else the walk that the gyros' own rows show, and a reference like most.
+    pub(crate) fn new(model: &Model, gyros: &Gyros, plan: &AttitudePlan) -> Self {
+        let reference = model.reference.as_ref();
+        let of_gyros = model.gyro.angle_random_walk_rad_sqrt_s;
+        let walk_of_reference =
+            reference.and_then(|reference| reference.angle_random_walk_rad_sqrt_s);
+        let believed = |declared: Option<f64>, else_median: f64| match declared {
+            Some(median) if median > 0.0 => Believed {
+                median,
+                log_std: plan.declared_log_std,
+            },
+            _ => Believed {
+                median: else_median,
+                log_std: plan.undeclared_log_std,
+            },
+        };
+        let gyro_walk = of_gyros.map(|walk| (walk.iter().map(|n| n * n).sum::<f64>() / 3.0).sqrt());
+        let mut walk = believed(gyro_walk, own_walk_rad_sqrt_s(gyros));
+        walk.median = walk.median.hypot(walk_of_reference.unwrap_or(0.0));
+        let declared = reference.and_then(|reference| reference.angle_noise_rad);
+        Self {
+            walk,
+            angle: believed(declared, plan.undeclared_attitude_noise_rad),
+        }
+    }
+}
+
+/// Random walk as the quietest half of the gyros' second differences shows it \[rad/√s\].
+fn own_walk_rad_sqrt_s(gyros: &Gyros) -> f64 {
+    /// Median of χ² with three degrees of freedom.
+    const MEDIAN: f64 = 2.366;
+    let mut squares: Vec<f64> = gyros
+        .sensed_rad
+        .windows(3)
+        .map(|rows| (rows[0] - 2.0 * rows[1] + rows[2]).norm_squared())
+        .collect();
+    if squares.is_empty() {
+        return 0.0;
+    }
+    let middle = squares.len() / 4;
+    let quarter = *squares.select_nth_unstable_by(middle, f64::total_cmp).1;
+    // A second difference of white noise has six times its variance.
+    (quarter / MEDIAN / 6.0 * gyros.rate_hz).sqrt()
+}
+
+/// Weight of a noise that counts.
+const LIKELY: f64 = 1e-4;
+
+/// Rate of a table \[rad/s\].
+const TURNING_STD_RAD_S: f64 = 1.0;
+
+/// Sums of all rows under one noise.
+struct UnderNoise {
+    log_weight: f64,
+    gram: DMatrix<f64>,
+    moments: DVector<f64>,
+    energy: f64,
+    walk_rad_sqrt_s: f64,
+    angle_rad: f64,
+}
+
+/// Rows and all columns, under every noise that is believed.
+pub(crate) struct FewRows {
+    under: Vec<UnderNoise>,
+    prior_std: Vec<f64>,
+    /// Numbers that the attitudes have.
+    pub(crate) numbers: usize,
+    /// Three columns at the end: the case turned steadily where it was taken to rest.
+    pub(crate) turning: Option<[usize; 3]>,
+}
+
+/// What the gyros read at rest, and what columns add there \[rad/s\].
+pub(crate) struct AtRest {
+    pub(crate) lasts_s: f64,
+    pub(crate) reading_rad_s: Vector3<f64>,
+    /// By column.
+    pub(crate) columns: Vec<Vector3<f64>>,
+}
+
+/// What a set of columns comes to.
+pub(crate) struct Weighed {
+    /// Log evidence, up to what all sets share.
+    pub(crate) log_evidence: f64,
+    /// Mean of each number, beyond the model.
+    pub(crate) mean: DVector<f64>,
+    /// Covariance.
+    pub(crate) covariance: DMatrix<f64>,
+    /// Mean walk \[rad/√s\] and white noise \[rad\].
+    pub(crate) noise: [f64; 2],
+    /// Mean of what is left over what there was.
+    pub(crate) share_left: f64,
+    /// Noises that are likely.
+    pub(crate) likely: Vec<usize>,
+}
+
+impl FewRows {
+    /// Whitens rows and columns under every noise.
+    pub(crate) fn new(
+        increments: &Increments,
+        columns: &[ParameterColumn],
+        rest: Option<&AtRest>,
+        belief: &NoiseBelief,
+    ) -> Self {
+        let increments_only = increments.rows();
+        let rows = increments_only + usize::from(rest.is_some());
+        // One row more where the case rests.
+        let stacked = |values: &Triad, at_rest: Option<Vector3<f64>>| {
+            DMatrix::from_fn(rows, 3, |row, axis| match values[axis].get(row) {
+                Some(value) => *value,
+                None => at_rest.map_or(0.0, |value| value[axis]),
+            })
+        };
+        let each = columns.iter().enumerate();
+        let mut all: Vec<DMatrix<f64>> = each
+            .map(|(k, one)| stacked(&one.values, rest.map(|rest| rest.columns[k])))
+            .collect();
+        let turning = rest.map(|_| [0, 1, 2].map(|axis| all.len() + axis));
+        all.extend(turning.iter().flatten().enumerate().map(|(axis, _)| {
+            let mut column = DMatrix::zeros(rows, 3);
+            column[(increments_only, axis)] = 1.0;
+            column
+        }));
+        // As they would be about the model, to first order.
+        let mut record = stacked(&increments.rows_rad, rest.map(|rest| rest.reading_rad_s));
+        for (column, one) in all.iter().zip(columns) {
+            record -= column * one.prior_mean;
+        }
+        let of_rest = |walk_rad_sqrt_s: f64| {
+            let lasts_s = rest.map_or(1.0, |rest| rest.lasts_s);
+            walk_rad_sqrt_s.powi(2) / lasts_s + EARTH_RAD_S.powi(2)
+        };
+        let lasts_s = |row: usize| increments.times_s[row + 1] - increments.times_s[row];
+        let mut under = Vec::new();
+        for (walk_rad_sqrt_s, walk_weight) in belief.walk.grid() {
+            for (angle_rad, angle_weight) in belief.angle.grid() {
+                let covariance = DMatrix::from_fn(rows, rows, |a, b| match a.abs_diff(b) {
+                    0 if a == increments_only => of_rest(walk_rad_sqrt_s),
+                    1 if a.max(b) == increments_only => 0.0,
+                    0 => walk_rad_sqrt_s.powi(2) * lasts_s(a) + 2.0 * angle_rad.powi(2),
+                    1 => -angle_rad.powi(2),
+                    _ => 0.0,
+                });
+                let Some(root) = Cholesky::new(covariance) else {
+                    continue;
+                };
+                let root = root.l();
+                let whitened = |values: &DMatrix<f64>| {
+                    let white = root.solve_lower_triangular(values);
+                    DVector::from_iterator(3 * rows, white.iter().flatten().copied())
+                };
+                let log_determinant: f64 = root.diagonal().iter().map(|value| value.ln()).sum();
+                let record = whitened(&record);
+                let white: Vec<DVector<f64>> = all.iter().map(whitened).collect();
+                let white = match white.is_empty() {
+                    true => DMatrix::zeros(3 * rows, 0),
+                    false => DMatrix::from_columns(&white),
+                };
+                under.push(UnderNoise {
+                    log_weight: walk_weight + angle_weight - 3.0 * log_determinant,
+                    gram: white.tr_mul(&white),
+                    moments: white.tr_mul(&record),
+                    energy: record.norm_squared(),
+                    walk_rad_sqrt_s,
+                    angle_rad,
+                });
+            }
+        }
+        Self {
+            under,
+            prior_std: columns
+                .iter()
+                .map(|one| one.prior_std)
+                .chain(turning.iter().flatten().map(|_| TURNING_STD_RAD_S))
+                .collect(),
+            turning,
+            numbers: 3 * increments_only,
+        }
+    }
+
+    /// Weighs groups of columns, averaged over the noise; each has the prior width that suits it best, its own at most.
+    pub(crate) fn weigh(&self, groups: &[&[usize]]) -> Weighed {
+        self.weigh_under(groups, &(0..self.under.len()).collect::<Vec<_>>())
+    }
+
+    /// The same under some of the noises: those that are likely by another set.
+    pub(crate) fn weigh_under(&self, groups: &[&[usize]], noises: &[usize]) -> Weighed {
+        /// Turns after which widths hardly change.
+        const TURNS: usize = 4;
+        let set: Vec<usize> = groups.concat();
+        let own: Vec<f64> = set.iter().map(|k| self.prior_std[*k]).collect();
+        let mut std = own.clone();
+        let mut weighed = self.weigh_with((&set, &std), noises);
+        for _ in 0..TURNS {
+            let mut first = 0;
+            for group in groups {
+                let range = first..first + group.len();
+                first = range.end;
+                let squares = range.clone().map(|k| {
+                    let square = weighed.mean[k].powi(2) + weighed.covariance[(k, k)];
+                    square / own[k].powi(2)
+                });
+                let width = (squares.sum::<f64>() / group.len() as f64).sqrt().min(1.0);
+                for k in range {
+                    std[k] = own[k] * width;
+                }
+            }
+            let again = self.weigh_with((&set, &std), &weighed.likely);
+            let gained = again.log_evidence - weighed.log_evidence;
+            weighed = again;
+            if gained < 0.1 {
+                break;
+            }
+        }
+        weighed
+    }
+
+    fn weigh_with(&self, (set, std): (&[usize], &[f64]), noises: &[usize]) -> Weighed {
+        let count = set.len();
+        let precision = DVector::from_iterator(count, std.iter().map(|std| std.powi(-2)));
+        let log_prior: f64 = precision.iter().map(|value| 0.5 * value.ln()).sum();
+        let each: Vec<(f64, DVector<f64>, DMatrix<f64>, f64)> = noises
+            .iter()
+            .map(|noise| {
+                let one = &self.under[*noise];
+                let gram = DMatrix::from_fn(count, count, |a, b| one.gram[(set[a], set[b])]);
+                let own = DVector::from_fn(count, |a, _| one.moments[set[a]]);
+                let (covariance, log_determinant) =
+                    invert(&(&gram + DMatrix::from_diagonal(&precision)));
+                let mean = &covariance * &own;
+                let left = one.energy - 2.0 * mean.dot(&own) + mean.dot(&(&gram * &mean));
+                let log_evidence = one.log_weight + log_prior
+                    - 0.5 * (one.energy - own.dot(&mean))
+                    - 0.5 * log_determinant;
+                (log_evidence, mean, covariance, left / one.energy)
+            })
+            .collect();
+        let highest = each.iter().map(|one| one.0).fold(f64::MIN, f64::max);
+        let weights: Vec<f64> = each.iter().map(|one| (one.0 - highest).exp()).collect();
+        let total: f64 = weights.iter().sum();
+        let mut weighed = Weighed {
+            log_evidence: highest + total.ln(),
+            mean: DVector::zeros(count),
+            covariance: DMatrix::zeros(count, count),
+            noise: [0.0; 2],
+            share_left: 0.0,
+            likely: Vec::new(),
+        };
+        for ((weight, one), noise) in weights.iter().zip(&each).zip(noises) {
+            let weight = weight / total;
+            let under = &self.under[*noise];
+            if weight > LIKELY {
+                weighed.likely.push(*noise);
+            }
+            weighed.mean += weight * &one.1;
+            weighed.covariance += weight * (&one.2 + &one.1 * one.1.transpose());
+            weighed.noise[0] += weight * under.walk_rad_sqrt_s;
+            weighed.noise[1] += weight * under.angle_rad;
+            weighed.share_left += weight * one.3;
+        }
+        weighed.covariance -= &weighed.mean * weighed.mean.transpose();
+        weighed
+    }
+}

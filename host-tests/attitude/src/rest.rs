@@ -1,0 +1,162 @@
+//! Where the case rests between turns: what the gyros read there is theirs.
+//!
+//! A steady rate alone is no rest, a table turns steadily too; a reading that returns after other motion is.
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+
+use crate::registration::Gyros;
+
+/// Rows at rest.
+pub(crate) struct Rest {
+    /// Stretches of rows.
+    pub(crate) stretches: Vec<Range<usize>>,
+    /// How long they last together \[s\].
+    pub(crate) lasts_s: f64,
+}
+
+/// Time of a window \[s\], and its least rows.
+const WINDOW_S: f64 = 0.25;
+const LEAST_ROWS: usize = 16;
+
+/// Variance about the mean over that between neighbours, and over that of the quietest windows, of white noise at most.
+const WHITE: f64 = 2.0;
+const QUIET: f64 = 4.0;
+
+/// Means agree within so many standard deviations, and the Earth's rate.
+const AGREE: f64 = 4.0;
+
+/// What the case turns at rest.
+pub(crate) const EARTH_RAD_S: f64 = 7.292e-5;
+
+/// A stretch with a steady reading.
+struct Steady {
+    rows: Range<usize>,
+    mean_rad: Vector3<f64>,
+    /// Of one row and axis \[rad²\].
+    variance: f64,
+}
+
+impl Steady {
+    fn new(gyros: &Gyros, rows: Range<usize>) -> Self {
+        let own = &gyros.sensed_rad[rows.clone()];
+        let mean_rad = own.iter().sum::<Vector3<f64>>() / own.len() as f64;
+        let squares = own.iter().map(|row| (row - mean_rad).norm_squared());
+        Self {
+            variance: squares.sum::<f64>() / (3 * own.len()) as f64,
+            mean_rad,
+            rows,
+        }
+    }
+
+    fn between_neighbours(&self, gyros: &Gyros) -> f64 {
+        let pairs = gyros.sensed_rad[self.rows.clone()].windows(2);
+        let squares = pairs.map(|pair| (pair[1] - pair[0]).norm_squared());
+        squares.sum::<f64>() / (6 * (self.rows.len() - 1)) as f64
+    }
+
+    fn agrees(&self, other: &Self, rate_hz: f64) -> bool {
+        let of_mean = |one: &Self| one.variance / one.rows.len() as f64;
+        let earth = (EARTH_RAD_S / rate_hz).powi(2);
+        let variance = of_mean(self) + of_mean(other) + earth;
+        (self.mean_rad - other.mean_rad).norm_squared() < 3.0 * AGREE * AGREE * variance
+    }
+}
+
+/// Stretches with the reading that returns for longest; `None` where none returns.
+pub(crate) fn find(gyros: &Gyros) -> Option<Rest> {
+    let length = ((WINDOW_S * gyros.rate_hz) as usize).max(LEAST_ROWS);
+    let windows: Vec<Steady> = (0..gyros.sensed_rad.len() / length)
+        .map(|window| Steady::new(gyros, window * length..(window + 1) * length))
+        .collect();
+    let mut variances: Vec<f64> = windows.iter().map(|window| window.variance).collect();
+    if variances.is_empty() {
+        return None;
+    }
+    let tenth = variances.len() / 10;
+    let quietest = *variances.select_nth_unstable_by(tenth, f64::total_cmp).1;
+    let is_steady = |window: &Steady| {
+        window.variance <= QUIET * quietest
+            && window.variance <= WHITE * window.between_neighbours(gyros)
+    };
+    let mut steady: Vec<Steady> = Vec::new();
+    for window in windows.into_iter().filter(is_steady) {
+        match steady.last_mut() {
+            Some(last)
+                if last.rows.end == window.rows.start && last.agrees(&window, gyros.rate_hz) =>
+            {
+                *last = Steady::new(gyros, last.rows.start..window.rows.end);
+            }
+            _ => steady.push(window),
+        }
+    }
+    let returning = steady.iter().map(|one| {
+        let alike = steady
+            .iter()
+            .filter(|other| one.agrees(other, gyros.rate_hz));
+        alike.map(|other| other.rows.clone()).collect::<Vec<_>>()
+    });
+    // What follows at once is a reading that drifts, not one that returns.
+    let returns =
+        |rows: &Vec<Range<usize>>| rows.windows(2).any(|pair| pair[0].end < pair[1].start);
+    let count = |rows: &Vec<Range<usize>>| rows.iter().map(Range::len).sum::<usize>();
+    let stretches = returning.filter(returns).max_by_key(count)?;
+    Some(Rest {
+        lasts_s: count(&stretches) as f64 / gyros.rate_hz,
+        stretches,
+    })
+}
+
+impl Rest {
+    /// Mean over the rows at rest.
+    pub(crate) fn mean(&self, of_row: impl Fn(usize) -> Vector3<f64>) -> Vector3<f64> {
+        let rows = self.stretches.iter().cloned().flatten();
+        let (sum, count) = rows.fold((Vector3::zeros(), 0.0), |(sum, count), row| {
+            (sum + of_row(row), count + 1.0)
+        });
+        sum / count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gyros(rate: impl Fn(usize) -> f64) -> Gyros {
+        let mut state = 7_u64;
+        let mut noise = || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 33) as f64 / f64::from(1 << 31) - 0.5
+        };
+        let sensed_rad: Vec<Vector3<f64>> = (0..1000)
+            .map(|row| {
+                Vector3::new(rate(row) / 100.0, 1e-4, -1e-4).map(|value| value + 1e-5 * noise())
+            })
+            .collect();
+        Gyros {
+            start_s: 0.0,
+            rate_hz: 100.0,
+            lost_before: vec![0; sensed_rad.len() + 1],
+            sensed_rad,
+        }
+    }
+
+    #[test]
+    fn a_reading_that_returns_is_rest_and_a_steady_turn_is_not() {
+        let turn = |row: usize| if (300..600).contains(&row) { 1.0 } else { 0.01 };
+        let rest = find(&gyros(turn)).expect("rests before and after");
+        let rows: usize = rest.stretches.iter().map(Range::len).sum();
+        assert!((600..=700).contains(&rows), "{rows} rows");
+        let reading = rest.mean(|row| Vector3::new(turn(row), 0.0, 0.0));
+        assert!((reading.x - 0.01).abs() < 1e-12, "{reading}");
+        assert!(
+            find(&gyros(|_| 0.5)).is_none(),
+            "a table that turns steadily"
+        );
+        let ramp = |row: usize| if row < 500 { 0.5 } else { 0.8 };
+        assert!(find(&gyros(ramp)).is_none(), "two speeds of a table");
+    }
+}
