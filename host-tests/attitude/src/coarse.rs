@@ -3,8 +3,9 @@
 use nalgebra::{Matrix3, Vector3};
 use rlg_signal::attitude_samples::AttitudeSample;
 
+use crate::about::Gyros;
+use crate::alignment::Alignment;
 use crate::gyro_motion::GyroMotion;
-use crate::registration::{Alignment, Gyros};
 
 /// Delays that are tried, either way \[s\].
 const REACH_S: f64 = 0.6;

@@ -11,16 +11,19 @@ use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use rlg_signal::attitude_samples::has_attitude;
 
+use crate::about::About;
+use crate::alignment::{Alignment, Free, places};
 use crate::channels;
 use crate::coarse;
 use crate::equations::ParameterColumn;
 use crate::few::{AtRest, FewRows, NoiseBelief};
 use crate::few_search::{self, FewFound};
 use crate::findings;
+use crate::fitting::priced;
 use crate::observed::{Observed, no_inverse, observe};
 use crate::physics::Gyro;
 use crate::plan::AttitudePlan;
-use crate::registration::{About, Alignment, Free, Registration, places, priced, register};
+use crate::registration::{Registration, register};
 use crate::rest::{self, Rest};
 use crate::said::{Few, Said};
 use crate::search::{Candidates, Found, Named, all_groups, search};
@@ -114,7 +117,7 @@ fn of_many(
     let start = coarse::start(
         &observed.gyros,
         &observed.samples,
-        &observed.tested,
+        &observed.stamps.left_out,
         of_model,
     );
     let fitted = |observed: &Observed, start: &Alignment, free: &Free| {
@@ -122,7 +125,7 @@ fn of_many(
         register(
             &observed.gyros,
             &observed.samples,
-            &observed.tested,
+            &observed.stamps,
             about,
             progress,
         )
@@ -185,10 +188,10 @@ fn of_few(
         let Observed {
             gyros,
             samples,
-            tested,
+            stamps,
             ..
         } = observed;
-        About::new(gyros, samples, tested, alignment)
+        About::new(gyros, samples, stamps, alignment)
     };
     let gyro_at = |observed: &Observed, about: &About| {
         Gyro::new(&observed.streams, observed.model, &about.conditioned_rad)
@@ -232,9 +235,8 @@ fn of_few(
         pass += 1;
         let is_settled = pass % PASSES == 0 || (now == free && step.largest() < SETTLED);
         if is_settled && is_registered {
-            let left_out = &observed.tested;
             return Ok(Some(Fitted {
-                registered: Registration::of_few(alignment, about, noise, left_out),
+                registered: Registration::of_few(alignment, about, noise, observed.stamps.clone()),
                 gyro,
                 pool,
                 candidates,

@@ -9,10 +9,10 @@ use rlg_inference::linear::invert;
 use rlg_model::Model;
 use rlg_signal::axes::Triad;
 
+use crate::about::Gyros;
 use crate::equations::ParameterColumn;
 use crate::increments::Increments;
 use crate::plan::AttitudePlan;
-use crate::registration::Gyros;
 use crate::rest::EARTH_RAD_S;
 
 /// Noise of rows, as a law of one number: its logarithm is normal.

@@ -3,10 +3,10 @@
 use nalgebra::DMatrix;
 use rlg_catalogue::entries::CATALOGUE;
 
+use crate::alignment::{COUNT, GROUPS, places};
 use crate::blocks::{Estimates, Statistic};
 use crate::few::{FewRows, Weighed};
 use crate::plan::AttitudePlan;
-use crate::registration::{COUNT, GROUPS, places};
 use crate::search::{Candidates, Found, Named, always_alike, chance};
 
 /// A kind that may be called for.

@@ -16,10 +16,11 @@ use rlg_findings::updated_model::switch_on;
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::axes::AXES;
 
+use crate::alignment::{GROUPS, Group, group_at, places};
 use crate::blocks::Estimates;
 use crate::held_out::{HeldOut, held_out};
-use crate::reference_spans::{self, Span};
-use crate::registration::{GROUPS, Group, Registration, group_at, places};
+use crate::reference_spans::{self, JumpSeen, Span};
+use crate::registration::Registration;
 use crate::said::Said;
 use crate::search::Named;
 
@@ -71,7 +72,8 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
     } = *said;
     let streams = &observed.streams;
     let tested = held_out(said);
-    let spans = reference_spans::spans(&observed.samples, &observed.tested, &registered.left_out);
+    let spans = reference_spans::spans(&observed.samples, &observed.stamps, &registered.known);
+    let jumps = reference_spans::jumps(said);
     let named: Vec<(&Named, Numbers)> = found
         .registration
         .iter()
@@ -86,6 +88,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         .map(|(one, numbers)| entry(said, one, numbers))
         .collect();
     effects.extend(spans.iter().map(Span::entry));
+    effects.extend(jumps.iter().map(JumpSeen::entry));
     effects.extend(
         observed
             .faults
@@ -106,8 +109,9 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
     for (one, numbers) in &named {
         switch_on(&mut model, model_effect(said, one, numbers));
     }
-    for span in &spans {
-        switch_on(&mut model, span.effect());
+    let faults = spans.iter().map(Span::effect);
+    for effect in faults.chain(jumps.iter().flat_map(JumpSeen::effects)) {
+        switch_on(&mut model, effect);
     }
     let diagnosis = Diagnosis {
         format: 1,
@@ -115,7 +119,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         version: env!("CARGO_PKG_VERSION").to_string(),
         seed: said.seed,
         verdict,
-        summary: summary(said, verdict, &named, &spans, tested.as_ref()),
+        summary: summary(said, (verdict, &named), (&spans, &jumps), tested.as_ref()),
         locations: Vec::new(),
         effects,
         registration: registration(said),
@@ -365,9 +369,8 @@ fn reference_line(said: &Said) -> String {
 
 fn summary(
     said: &Said,
-    verdict: Verdict,
-    named: &[(&Named, Numbers)],
-    spans: &[Span],
+    (verdict, named): (Verdict, &[(&Named, Numbers)]),
+    (spans, jumps): (&[Span], &[JumpSeen]),
     tested: Option<&HeldOut>,
 ) -> Vec<String> {
     let mut lines = vec![rlg_findings::sentences::opening(verdict).to_string()];
@@ -388,6 +391,7 @@ fn summary(
         lines.push("What was found has as many numbers as the attitudes, which alone cannot tell it from other things: another turn, about another axis or of another length, would show whether it holds.".to_string());
     }
     lines.extend(reference_spans::sentence(spans));
+    lines.extend(reference_spans::jumps_sentence(jumps));
     lines.extend(data_words::lines(
         &said.observed.streams,
         &said.observed.faults,

@@ -8,9 +8,11 @@ use rlg_signal::axes::{Triad, add};
 use rlg_signal::transforms::mean_periodogram;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use crate::about::About;
+use crate::alignment::Alignment;
 use crate::equations::Band;
+use crate::increments::Stamps;
 use crate::noise::NoiseTerms;
-use crate::registration::{About, Alignment};
 use crate::said::{Said, in_body};
 
 /// Figures before and after.
@@ -63,12 +65,12 @@ struct Residual {
 
 fn residual(
     said: &Said,
-    left_out: &[bool],
+    known: &Stamps,
     alignment: &Alignment,
     with_effects: bool,
 ) -> Option<Residual> {
     let observed = said.observed;
-    let about = About::new(&observed.gyros, &observed.samples, left_out, alignment)?;
+    let about = About::new(&observed.gyros, &observed.samples, known, alignment)?;
     let mut left_rad = about.increments.rows_rad.clone();
     if with_effects {
         let mut columns = about.columns(observed.gyros.rate_hz);
@@ -96,9 +98,14 @@ fn residual(
 pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
     /// Fewer rows have no spectrum.
     const LEAST_ROWS: usize = 16;
-    let fitted = &said.registered.left_out;
-    let tested: Vec<bool> = said.observed.tested.iter().map(|tested| !tested).collect();
-    let none = vec![false; fitted.len()];
+    let known = &said.registered.known;
+    let left_out = &said.observed.stamps.left_out;
+    let with = |left_out: Vec<bool>| Stamps {
+        left_out,
+        jumped: known.jumped.clone(),
+    };
+    let tested = with(left_out.iter().map(|left_out| !left_out).collect());
+    let none = with(vec![false; left_out.len()]);
     let now = &said.registered.alignment;
     let before = residual(said, &tested, said.of_model, false)?;
     let after = residual(said, &tested, now, true)?;

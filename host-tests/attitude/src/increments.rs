@@ -30,6 +30,38 @@ impl ReferenceClock {
     }
 }
 
+/// What is known of every stamp.
+#[derive(Debug, Clone)]
+pub struct Stamps {
+    /// Whether it has no usable attitude.
+    pub left_out: Vec<bool>,
+    /// Whether the reference jumped just before it, and stayed.
+    pub jumped: Vec<bool>,
+}
+
+impl Stamps {
+    /// Stamps of which some are left out and none jumped.
+    pub fn without(left_out: &[bool]) -> Self {
+        Self {
+            left_out: left_out.to_vec(),
+            jumped: vec![false; left_out.len()],
+        }
+    }
+}
+
+impl Stamps {
+    /// Leaves out used stamps that are faulty; whether there are any.
+    ///
+    /// # Inputs
+    /// `used`: all used ones; `faulty`: of each.
+    pub fn leave_out(&mut self, used: &[usize], faulty: &[bool]) -> bool {
+        for (stamp, _) in used.iter().zip(faulty).filter(|(_, faulty)| **faulty) {
+            self.left_out[*stamp] = true;
+        }
+        faulty.contains(&true)
+    }
+}
+
 /// See the page above.
 pub struct Increments {
     /// Rows \[rad\], navigation frame.
@@ -40,7 +72,7 @@ pub struct Increments {
     pub times_s: Vec<f64>,
     /// Navigation frame from start frame at each row's begin.
     pub navigation_from_start: Vec<Matrix3<f64>>,
-    /// Rows that say nothing: across gaps of the stamps or of the gyros, and the two ends.
+    /// Rows that say nothing: across gaps of the stamps or of the gyros, across jumps, and the two ends.
     pub free: Vec<usize>,
     /// Typical time between stamps \[s\].
     pub period_s: f64,
@@ -60,14 +92,14 @@ const END_ROWS: usize = 2;
 const SHORT: usize = 128;
 
 impl Increments {
-    /// Forms rows of the stamps that are not `left_out`; `None` where fewer than two lie within the gyros' record.
+    /// Forms rows of the stamps that are not left out; `None` where fewer than two lie within the gyros' record.
     ///
     /// # Inputs
     /// `lost_before`: unmeasured gyro rows before each row boundary.
     pub fn new(
         motion: &GyroMotion,
         samples: &[AttitudeSample],
-        left_out: &[bool],
+        known: &Stamps,
         clock: &ReferenceClock,
         lost_before: &[usize],
     ) -> Option<Self> {
@@ -76,7 +108,7 @@ impl Increments {
         let mut used: Vec<(usize, f64, Place)> = samples
             .iter()
             .enumerate()
-            .filter(|(stamp, _)| !left_out[*stamp])
+            .filter(|(stamp, _)| !known.left_out[*stamp])
             .filter_map(|(stamp, sample)| {
                 let time_s = clock.on_gyros_s(sample.time_s);
                 let place = motion.place(time_s).filter(inside)?;
@@ -112,7 +144,14 @@ impl Increments {
             let before = |place: Place| lost_before[(place.row + 1).min(lost_before.len() - 1)];
             before(places[row + 1]) - before(places[row])
         };
-        let free = free_rows(&times_s, period_s, &lost);
+        let mut free = free_rows(&times_s, period_s, &lost);
+        let jumps = used
+            .windows(2)
+            .enumerate()
+            .filter(|(_, pair)| known.jumped[pair[0].0 + 1..=pair[1].0].contains(&true));
+        free.extend(jumps.map(|(row, _)| row));
+        free.sort_unstable();
+        free.dedup();
         Some(Self {
             rows_rad,
             stamps: used.iter().map(|(stamp, _, _)| *stamp).collect(),

@@ -25,6 +25,16 @@ mod conditioned;
 
 mod reference_faults;
 
+mod outliers;
+
+mod reference_jumps;
+
+mod alignment;
+
+mod about;
+
+mod fitting;
+
 mod registration;
 
 mod channels;

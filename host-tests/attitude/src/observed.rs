@@ -14,9 +14,10 @@ use rlg_signal::qualify;
 use rlg_signal::residual::body_from_sensing;
 use rlg_signal::streams::Streams;
 
+use crate::about::Gyros;
 use crate::channels;
+use crate::increments::Stamps;
 use crate::plan::AttitudePlan;
-use crate::registration::Gyros;
 
 /// A recording, ready.
 pub(crate) struct Observed<'a> {
@@ -25,8 +26,8 @@ pub(crate) struct Observed<'a> {
     pub(crate) streams: Streams,
     pub(crate) faults: Vec<Fault>,
     pub(crate) samples: Vec<AttitudeSample>,
-    /// Stamps that serve the last test alone.
-    pub(crate) tested: Vec<bool>,
+    /// Stamps that serve the last test alone or that the model knows to be wrong, left out; and jumps that it knows.
+    pub(crate) stamps: Stamps,
     /// Whether the attitudes are so few that only the model knows their noise.
     pub(crate) is_few: bool,
     pub(crate) gyros: Gyros,
@@ -88,27 +89,35 @@ pub(crate) fn observe<'a>(
     let held_out = if is_few { 0.0 } else { plan.tested_share };
     let fitted = samples.len() - (held_out * samples.len() as f64) as usize;
     let masked = known_faults(model);
-    let tested = samples
+    let mut stamps = Stamps::without(&vec![false; samples.len()]);
+    for (stamp, sample) in samples.iter().enumerate() {
+        let is_within = |span: &[f64; 2]| span[0] <= sample.time_s && sample.time_s <= span[1];
+        stamps.left_out[stamp] = stamp >= fitted || masked.iter().any(is_within);
+    }
+    for effect in model
+        .effects
         .iter()
-        .enumerate()
-        .map(|(stamp, sample)| {
-            stamp >= fitted
-                || masked
-                    .iter()
-                    .any(|span| span[0] <= sample.time_s && sample.time_s <= span[1])
-        })
-        .collect();
+        .filter(|one| one.kind == "reference_jump")
+    {
+        let time_s = effect.number("time_s") - AT_ONCE_S;
+        if let Some(stamp) = samples.iter().position(|sample| sample.time_s >= time_s) {
+            stamps.jumped[stamp] = true;
+        }
+    }
     Ok(Some(Observed {
         recording,
         model,
         streams,
         faults,
         samples,
-        tested,
+        stamps,
         is_few,
         gyros,
     }))
 }
+
+/// A spike and a jump are stamped at one time.
+const AT_ONCE_S: f64 = 1e-6;
 
 /// Times that the model knows to be without a reference \[s\].
 fn known_faults(model: &Model) -> Vec<[f64; 2]> {
@@ -120,8 +129,6 @@ fn known_faults(model: &Model) -> Vec<[f64; 2]> {
                 Some(EffectValue::Number(value)) => Some(*value),
                 _ => None,
             };
-            /// A spike is stamped at one time.
-            const AT_ONCE_S: f64 = 1e-6;
             match number("time_s") {
                 Some(time_s) => Some([time_s - AT_ONCE_S, time_s + AT_ONCE_S]),
                 None => Some([number("start_s")? - AT_ONCE_S, number("end_s")? + AT_ONCE_S]),

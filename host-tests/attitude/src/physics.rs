@@ -15,7 +15,8 @@ use rlg_signal::axes::Triad;
 use rlg_signal::residual::body_from_sensing;
 use rlg_signal::streams::Streams;
 
-use crate::registration::{About, GROUPS};
+use crate::about::About;
+use crate::alignment::GROUPS;
 
 /// Kinds that are registration, or cannot be told from it here: beside a filter of the gyros one of the reference would only
 /// cancel it.

@@ -4,10 +4,9 @@
 
 use rlg_signal::axes::Triad;
 
-use crate::equations::Band;
-use crate::gyro_motion::GyroMotion;
-use crate::increments::Increments;
-use crate::noise::NoiseTerms;
+use crate::about::About;
+use crate::fitting::Fitting;
+use crate::increments::{Increments, Stamps};
 
 /// Time of the running median that a spike stands out of \[s\].
 const MEDIAN_S: f64 = 0.6;
@@ -25,12 +24,33 @@ const SLOW_S: f64 = 0.11;
 /// Least stretches that have a median.
 const LEAST_STRETCHES: usize = 8;
 
-/// Whether each used stamp is faulty.
-///
-/// # Inputs
-/// `left_rad`: rows less all that is fitted.
-pub fn find(increments: &Increments, left_rad: &Triad, motion: &GyroMotion) -> Vec<bool> {
-    let error_rad: Triad = std::array::from_fn(|axis| {
+/// Leaves out stamps that stand out of a running median; whether there are any.
+pub fn spikes(about: &About, fitting: &Fitting, known: &mut Stamps) -> bool {
+    let increments = &about.increments;
+    let error_rad = errors(increments, &fitting.left_rad(&increments.rows_rad));
+    let mut faulty = vec![false; error_rad[0].len()];
+    if increments.period_s < SLOW_S {
+        out_of_median(&error_rad, increments.period_s, &mut faulty);
+    }
+    known.leave_out(&increments.stamps, &faulty)
+}
+
+/// Leaves out stretches far rougher than others; whether there are any.
+pub fn rough_stretches(about: &About, fitting: &Fitting, known: &mut Stamps) -> bool {
+    let increments = &about.increments;
+    let error_rad = errors(increments, &fitting.left_rad(&increments.rows_rad));
+    let places = increments.places().iter();
+    let rate_rad_s: Vec<f64> = places
+        .map(|place| about.motion.rate_rad_s(*place).norm())
+        .collect();
+    let mut faulty = vec![false; error_rad[0].len()];
+    rough(&error_rad, &rate_rad_s, increments.period_s, &mut faulty);
+    known.leave_out(&increments.stamps, &faulty)
+}
+
+/// The attitude's error at every stamp \[rad\]: what is left of the rows, summed up.
+fn errors(increments: &Increments, left_rad: &Triad) -> Triad {
+    std::array::from_fn(|axis| {
         let mut sum = 0.0;
         let mut sums = vec![0.0];
         for (row, grown) in left_rad[axis].iter().enumerate() {
@@ -40,21 +60,10 @@ pub fn find(increments: &Increments, left_rad: &Triad, motion: &GyroMotion) -> V
             sums.push(sum);
         }
         sums
-    });
-    let mut faulty = vec![false; error_rad[0].len()];
-    if increments.period_s < SLOW_S {
-        spikes(&error_rad, increments.period_s, &mut faulty);
-    }
-    let rate_rad_s: Vec<f64> = increments
-        .places()
-        .iter()
-        .map(|place| motion.rate_rad_s(*place).norm())
-        .collect();
-    rough(&error_rad, &rate_rad_s, increments.period_s, &mut faulty);
-    faulty
+    })
 }
 
-fn spikes(error_rad: &Triad, period_s: f64, faulty: &mut [bool]) {
+fn out_of_median(error_rad: &Triad, period_s: f64, faulty: &mut [bool]) {
     let width = ((MEDIAN_S / period_s).round() as usize).max(5) | 1;
     let medians = error_rad
         .each_ref()
@@ -108,12 +117,24 @@ fn rough(error_rad: &Triad, rate_rad_s: &[f64], period_s: f64, faulty: &mut [boo
     }
 }
 
-/// Mean square about the median.
+/// Mean square about two levels, one before and one after the instant that suits best: a jump is no roughness.
 fn scatter(values: &[f64], used: &[usize]) -> f64 {
     let own: Vec<f64> = used.iter().map(|stamp| values[*stamp]).collect();
-    let middle = median(own.clone());
-    let squares = own.iter().map(|value| (value - middle).powi(2));
-    squares.sum::<f64>() / own.len().max(1) as f64
+    let count = own.len() as f64;
+    let sum: f64 = own.iter().sum();
+    let mean = sum / count.max(1.0);
+    let whole: f64 = own.iter().map(|value| (value - mean).powi(2)).sum();
+    let mut before = 0.0;
+    let explained = own.iter().enumerate().map(|(k, value)| {
+        before += value - mean;
+        let share = (k + 1) as f64 / count;
+        match share < 1.0 {
+            true => before * before / (count * share * (1.0 - share)),
+            false => 0.0,
+        }
+    });
+    let explained = explained.fold(0.0, f64::max);
+    (whole - explained).max(0.0) / count.max(1.0)
 }
 
 fn median(values: Vec<f64>) -> f64 {
@@ -136,34 +157,4 @@ fn running_median(values: &[f64], width: usize) -> Vec<f64> {
             median(values[from..(place + half + 1).min(values.len())].to_vec())
         })
         .collect()
-}
-
-/// Errors of single stamps beyond four standard deviations, by how much they exceed those \[rad\]; one more than rows.
-///
-/// The best estimate of an error e of one stamp (+e in the row before it, −e in the row after) from rows of noise S is
-/// (w_{k−1} − w_k) / mean(λ/S), w = S⁻¹ times the rows.
-pub fn outliers(band: &Band, terms: &NoiseTerms, left_rad: &Triad, powers: &[f64]) -> Triad {
-    /// Beyond this many standard deviations a stamp is no longer noise.
-    const BEYOND: f64 = 4.0;
-    let pairs = terms.lambda.iter().zip(powers);
-    let information =
-        pairs.map(|(lambda, power)| lambda / power).sum::<f64>() / powers.len() as f64;
-    let weighted = left_rad
-        .each_ref()
-        .map(|values| band.divided(values, powers));
-    let rows = left_rad[0].len();
-    let mut errors: Triad = std::array::from_fn(|_| vec![0.0; rows + 1]);
-    for stamp in 1..rows {
-        let error: [f64; 3] = std::array::from_fn(|axis| {
-            (weighted[axis][stamp - 1] - weighted[axis][stamp]) / information
-        });
-        let square: f64 = error.iter().map(|value| value * value).sum();
-        let size = (square * information / 3.0).sqrt();
-        if size > BEYOND {
-            for axis in 0..3 {
-                errors[axis][stamp] = error[axis] * (1.0 - BEYOND / size);
-            }
-        }
-    }
-    errors
 }

@@ -2,10 +2,15 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector3;
 use rlg_findings::entries::by_axis;
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::attitude_samples::AttitudeSample;
+use rlg_signal::axes::AXES;
+
+use crate::increments::Stamps;
+use crate::said::{Said, in_body};
 
 /// Stamps in a row that were left out.
 pub(crate) struct Span {
@@ -18,11 +23,14 @@ pub(crate) struct Span {
 const SPIKE_STAMPS: usize = 3;
 
 /// Contiguous stamps that were left out of the fit but not for the test.
-pub(crate) fn spans(samples: &[AttitudeSample], tested: &[bool], left_out: &[bool]) -> Vec<Span> {
+///
+/// # Inputs
+/// `known`: before anything was sought; `found`: after.
+pub(crate) fn spans(samples: &[AttitudeSample], known: &Stamps, found: &Stamps) -> Vec<Span> {
     let mut spans: Vec<Span> = Vec::new();
     let mut is_open = false;
     for (stamp, sample) in samples.iter().enumerate() {
-        let is_faulty = left_out[stamp] && !tested[stamp];
+        let is_faulty = found.left_out[stamp] && !known.left_out[stamp];
         match spans.last_mut().filter(|_| is_open && is_faulty) {
             Some(span) => {
                 span.end_s = sample.time_s;
@@ -72,23 +80,129 @@ impl Span {
         covariance.truncate(2);
         covariance.iter_mut().for_each(|row| row.truncate(2));
         EffectEntry {
-            kind: self.kind().to_string(),
-            indistinguishable_from: Vec::new(),
-            gravity_speaks_against: Vec::new(),
-            equation: String::new(),
             parameters: vec![number("start_s", self.start_s), number("end_s", self.end_s)],
             covariance,
-            identifiable: Vec::new(),
-            log_evidence_gain: 0.0,
-            p_value: 0.0,
-            what_was_left_out: format!(
-                "The reference is wrong from {:.3} to {:.3} s ({} stamps): it leaves its own neighbours by far more than its noise, or is far rougher than elsewhere. Those stamps were left out of everything else.",
-                self.start_s, self.end_s, self.stamps
-            ),
-            expression: None,
-            regimes: Vec::new(),
-            evidence: None,
+            ..fault(
+                self.kind(),
+                format!(
+                    "The reference is wrong from {:.3} to {:.3} s ({} stamps): it leaves its own neighbours by far more than its noise, or is far rougher than elsewhere. Those stamps were left out of everything else.",
+                    self.start_s, self.end_s, self.stamps
+                ),
+            )
         }
+    }
+}
+
+/// A jump of the reference in the body's axes.
+pub(crate) struct JumpSeen {
+    /// Stamp of the first attitude after it \[s\].
+    time_s: f64,
+    size_rad: Vector3<f64>,
+    std_rad: f64,
+}
+
+/// Jumps that the model does not know.
+pub(crate) fn jumps(said: &Said) -> Vec<JumpSeen> {
+    let registered = said.registered;
+    let known = &said.observed.stamps.jumped;
+    let new = registered.jumps.iter().filter(|jump| !known[jump.stamp]);
+    let about = &registered.about;
+    new.map(|jump| JumpSeen {
+        time_s: said.observed.samples[jump.stamp].time_s,
+        size_rad: in_body(
+            &about.increments,
+            &about.motion,
+            jump.row,
+            Vector3::from(jump.size_rad),
+        ),
+        std_rad: jump.std_rad,
+    })
+    .collect()
+}
+
+impl JumpSeen {
+    /// The axis about which it turned most.
+    fn axis(&self) -> usize {
+        self.size_rad.iamax()
+    }
+
+    /// One an axis, as the contract has it.
+    pub(crate) fn effects(&self) -> [ModelEffect; 3] {
+        [0, 1, 2].map(|axis: usize| ModelEffect {
+            kind: "reference_jump".to_string(),
+            parameters: BTreeMap::from([
+                (
+                    "axis".to_string(),
+                    EffectValue::Text(AXES[axis].to_string()),
+                ),
+                ("time_s".to_string(), EffectValue::Number(self.time_s)),
+                ("size".to_string(), EffectValue::Number(self.size_rad[axis])),
+            ]),
+        })
+    }
+
+    pub(crate) fn entry(&self) -> EffectEntry {
+        let axis = self.axis();
+        let number = |name: &str, value: f64, std: f64, unit: &str| ParameterEntry::Number {
+            name: name.to_string(),
+            value,
+            std,
+            unit: unit.to_string(),
+        };
+        EffectEntry {
+            parameters: vec![
+                number("time_s", self.time_s, 0.0, "s"),
+                number("size", self.size_rad[axis], self.std_rad, "rad"),
+                ParameterEntry::Text {
+                    name: "axis".to_string(),
+                    value: AXES[axis].to_string(),
+                },
+            ],
+            covariance: vec![vec![0.0, 0.0], vec![0.0, self.std_rad.powi(2)]],
+            ..fault(
+                "reference_jump",
+                format!(
+                    "The reference turns by ({:.2e}, {:.2e}, {:.2e}) rad just before {:.3} s and stays so, and the gyros sense nothing of it: its frame moved, or its filter was corrected.",
+                    self.size_rad.x, self.size_rad.y, self.size_rad.z, self.time_s
+                ),
+            )
+        }
+    }
+}
+
+/// One sentence on all jumps.
+pub(crate) fn jumps_sentence(jumps: &[JumpSeen]) -> Option<String> {
+    let largest = jumps
+        .iter()
+        .max_by(|a, b| a.size_rad.norm().total_cmp(&b.size_rad.norm()))?;
+    Some(format!(
+        "Reference: its attitude jumps {} and stays, by {:.2e} rad at {:.3} s{}: no slips of the gyros.",
+        match jumps.len() {
+            1 => "once".to_string(),
+            count => format!("{count} times"),
+        },
+        largest.size_rad.norm(),
+        largest.time_s,
+        if jumps.len() == 1 { "" } else { " the most" },
+    ))
+}
+
+/// An entry on the reference without numbers.
+fn fault(kind: &str, what: String) -> EffectEntry {
+    EffectEntry {
+        kind: kind.to_string(),
+        indistinguishable_from: Vec::new(),
+        gravity_speaks_against: Vec::new(),
+        equation: String::new(),
+        parameters: Vec::new(),
+        covariance: Vec::new(),
+        identifiable: Vec::new(),
+        log_evidence_gain: 0.0,
+        p_value: 0.0,
+        what_was_left_out: what,
+        expression: None,
+        regimes: Vec::new(),
+        evidence: None,
     }
 }
 

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
-use crate::registration::Gyros;
+use crate::about::Gyros;
 
 /// Rows at rest.
 pub(crate) struct Rest {

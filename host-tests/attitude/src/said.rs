@@ -4,12 +4,14 @@ use nalgebra::Vector3;
 use rlg_catalogue::Pool;
 use rlg_signal::axes::Triad;
 
+use crate::about::About;
+use crate::alignment::{Alignment, COUNT};
 use crate::gyro_motion::GyroMotion;
 use crate::increments::Increments;
 use crate::observed::Observed;
 use crate::physics::Gyro;
 use crate::plan::AttitudePlan;
-use crate::registration::{About, Alignment, COUNT, Registration};
+use crate::registration::Registration;
 use crate::search::{Candidates, Found, Named};
 use crate::steps::Step;
 

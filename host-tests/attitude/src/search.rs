@@ -5,15 +5,15 @@ use rlg_catalogue::{Candidate, Pool};
 use rlg_signal::axes::add_triad;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use crate::about::{About, Gyros};
+use crate::alignment::{Alignment, COUNT, Free, GROUPS, Group, group_at, places};
 use crate::blocks::{Blocks, Estimates, Statistic};
 use crate::equations::Band;
+use crate::fitting::priced;
 use crate::noise::NoiseTerms;
 use crate::physics::Gyro;
 use crate::plan::AttitudePlan;
-use crate::registration::{
-    About, Alignment, COUNT, Free, GROUPS, Group, Gyros, Registration, Steps, group_at, places,
-    priced,
-};
+use crate::registration::{Registration, Steps};
 use crate::steps::{self, Step};
 
 /// What is searched: effects with the places of their numbers among all columns, behind those of the registration.

@@ -2,9 +2,10 @@
 
 use rlg_signal::axes::Triad;
 
+use crate::about::About;
+use crate::alignment::COUNT;
 use crate::blocks::{Blocks, Statistic};
 use crate::physics::Gyro;
-use crate::registration::{About, COUNT};
 
 /// A step of one gyro's bias.
 #[derive(Debug, Clone, Copy, PartialEq)]

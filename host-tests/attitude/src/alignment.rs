@@ -1,0 +1,224 @@
+//! What aligns two instruments: twenty numbers in eight groups, and where they stand.
+
+use nalgebra::{Matrix3, Vector3};
+use rlg_model::Model;
+
+/// A group of numbers of the registration.
+pub struct Group {
+    /// The contract's kind.
+    pub kind: &'static str,
+    /// Names of its numbers.
+    pub names: &'static [&'static str],
+    /// Unit.
+    pub unit: &'static str,
+    /// Standard deviation of a weak prior on each, about what the model says.
+    pub prior_std: f64,
+}
+
+const XYZ: &[&str] = &["x", "y", "z"];
+
+/// All groups, in the order of the columns.
+pub static GROUPS: [Group; 8] = [
+    Group {
+        kind: "gyro_bias",
+        names: XYZ,
+        unit: "rad/s",
+        prior_std: 0.05,
+    },
+    Group {
+        kind: "reference_misalignment",
+        names: XYZ,
+        unit: "rad",
+        prior_std: 0.3,
+    },
+    Group {
+        kind: "reference_delay",
+        names: &["all"],
+        unit: "s",
+        prior_std: 0.1,
+    },
+    Group {
+        kind: "reference_clock_rate",
+        names: &["all"],
+        unit: "1",
+        prior_std: 1e-4,
+    },
+    Group {
+        kind: "earth_rate",
+        names: XYZ,
+        unit: "rad/s",
+        prior_std: 7.292e-5,
+    },
+    Group {
+        kind: "gyro_bandwidth",
+        names: XYZ,
+        unit: "s^2",
+        prior_std: 2e-3,
+    },
+    Group {
+        kind: "gyro_scale",
+        names: XYZ,
+        unit: "1",
+        prior_std: 0.1,
+    },
+    Group {
+        kind: "installation",
+        names: &["xy", "xz", "yz"],
+        unit: "rad",
+        prior_std: 0.1,
+    },
+];
+
+/// Places of a group's numbers among all.
+pub fn places(kind: &str) -> std::ops::Range<usize> {
+    let mut begin = 0;
+    for group in &GROUPS {
+        let end = begin + group.names.len();
+        if group.kind == kind {
+            return begin..end;
+        }
+        begin = end;
+    }
+    begin..begin
+}
+
+/// The group whose numbers stand at some places.
+pub fn group_at(columns: &[usize]) -> Option<&'static Group> {
+    let is_there = |group: &&Group| places(group.kind).eq(columns.iter().copied());
+    GROUPS.iter().find(is_there)
+}
+
+/// Groups that are moved; the others stay as the model has them. Two that a motion cannot tell apart cancel each other far
+/// from where any of this is linear.
+pub type Free = Vec<&'static str>;
+
+/// Number of all.
+pub const COUNT: usize = 20;
+
+/// Pairs of axes of the non-orthogonality.
+pub(crate) const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
+
+/// Values that a registration is linear about.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Alignment {
+    /// Bias of the gyros beyond the model \[rad/s\].
+    pub bias_rad_s: Vector3<f64>,
+    /// What the gyros sense of the reference body's rate.
+    pub sensed_from_body: Matrix3<f64>,
+    /// How late the reference's stamps are \[s\].
+    pub delay_s: f64,
+    /// By which share the reference's clock is faster \[1\].
+    pub clock_rate: f64,
+    /// Time constants of a low pass of first order on each gyro \[s\]; `None` where smoothing stands for it, which is small
+    /// enough for its second order.
+    pub low_pass_s: Option<Vector3<f64>>,
+}
+
+/// What a low pass is believed to be, about what the model says \[s\].
+pub(crate) const LOW_PASS_STD_S: f64 = 0.05;
+
+impl Alignment {
+    /// What a model's effects say of it.
+    pub fn of_model(model: &Model) -> Self {
+        let number = |kind: &str, name: &str| -> f64 {
+            let of_kind = model.effects.iter().filter(|effect| effect.kind == kind);
+            of_kind.map(|effect| effect.number(name)).sum()
+        };
+        let axes = |kind: &str| Vector3::from_fn(|axis, _| number(kind, XYZ[axis]));
+        let scale = axes("gyro_scale") - axes("reference_scale");
+        let mut map = Matrix3::identity() + Matrix3::from_diagonal(&scale);
+        for gyro in 0..3 {
+            for about in (0..3).filter(|about| *about != gyro) {
+                let (sign, senses) = rlg_catalogue::entries::tilt(gyro, about);
+                let name = format!("{}{}", XYZ[gyro], XYZ[about]);
+                map[(gyro, senses)] += sign * number("installation", &name);
+            }
+        }
+        // A turned reference reads ω − r × ω to first order; of any size it is a rotation.
+        let turn = nalgebra::Rotation3::from_scaled_axis(axes("reference_misalignment"));
+        let low_pass_s =
+            Vector3::from_fn(|axis, _| number("gyro_bandwidth", &format!("{}_pole_s", XYZ[axis])));
+        Self {
+            low_pass_s: (low_pass_s != Vector3::zeros()).then_some(low_pass_s),
+            bias_rad_s: axes("gyro_bias"),
+            sensed_from_body: turn.into_inner() * map,
+            delay_s: number("reference_delay", "all"),
+            clock_rate: number("reference_clock_rate", "all"),
+        }
+    }
+
+    /// What it is beyond another, in the order of the columns; what is no part of it is 0.
+    pub fn beyond(&self, other: &Self) -> [f64; COUNT] {
+        let mut values = [0.0; COUNT];
+        let mut set = |kind: &str, of: &[f64]| values[places(kind)].copy_from_slice(of);
+        set("gyro_bias", (self.bias_rad_s - other.bias_rad_s).as_slice());
+        set("reference_delay", &[self.delay_s - other.delay_s]);
+        set(
+            "reference_clock_rate",
+            &[self.clock_rate - other.clock_rate],
+        );
+        if let Some(low_pass_s) = self.low_pass_s {
+            let beyond = low_pass_s - other.low_pass_s.unwrap_or_default();
+            set("gyro_bandwidth", beyond.as_slice());
+        }
+        let inverse = other.sensed_from_body.try_inverse().unwrap_or_default();
+        let (turn_rad, stretch) = turn_and_stretch(&(self.sensed_from_body * inverse));
+        set("reference_misalignment", turn_rad.as_slice());
+        set(
+            "gyro_scale",
+            (stretch.diagonal().add_scalar(-1.0)).as_slice(),
+        );
+        set("installation", &PAIRS.map(|pair| stretch[pair]));
+        values
+    }
+
+    /// The same with all groups but some as a model has them.
+    pub fn with(&self, free: &Free, model: &Self) -> Self {
+        let mut beyond = self.beyond(model);
+        for group in GROUPS.iter().filter(|group| !free.contains(&group.kind)) {
+            beyond[places(group.kind)].fill(0.0);
+        }
+        let is_filtered = free.contains(&"gyro_bandwidth") || model.low_pass_s.is_some();
+        let begun = Self {
+            low_pass_s: self
+                .low_pass_s
+                .filter(|_| is_filtered)
+                .map(|_| model.low_pass_s.unwrap_or_default()),
+            ..model.clone()
+        };
+        begun.moved(&beyond)
+    }
+
+    /// Moved by an estimate about it.
+    pub fn moved(&self, by: &[f64]) -> Self {
+        let triple = |kind: &str| Vector3::from_column_slice(&by[places(kind)]);
+        let mut step = Matrix3::identity() + Matrix3::from_diagonal(&triple("gyro_scale"));
+        for (pair, value) in PAIRS.iter().zip(&by[places("installation")]) {
+            step[*pair] += value;
+            step[(pair.1, pair.0)] += value;
+        }
+        let turn = nalgebra::Rotation3::from_scaled_axis(triple("reference_misalignment"));
+        Self {
+            bias_rad_s: self.bias_rad_s + triple("gyro_bias"),
+            sensed_from_body: turn.into_inner() * step * self.sensed_from_body,
+            delay_s: self.delay_s + by[places("reference_delay").start],
+            clock_rate: self.clock_rate + by[places("reference_clock_rate").start],
+            low_pass_s: self
+                .low_pass_s
+                .map(|low_pass_s| low_pass_s + triple("gyro_bandwidth")),
+        }
+    }
+}
+
+/// The rotation in a map, by polar decomposition, and what is left of the map: R, P of P R.
+fn turn_and_stretch(map: &Matrix3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
+    let svd = map.svd(true, true);
+    let (Some(left), Some(right)) = (svd.u, svd.v_t) else {
+        return (Vector3::zeros(), *map);
+    };
+    // By its quaternion: the angle of a matrix that rounding left just beyond a rotation by nothing is no number.
+    let turn = nalgebra::Rotation3::from_matrix_unchecked(left * right);
+    let turn = nalgebra::UnitQuaternion::from_rotation_matrix(&turn);
+    let stretch = left * Matrix3::from_diagonal(&svd.singular_values) * left.transpose();
+    (turn.scaled_axis(), stretch)
+}

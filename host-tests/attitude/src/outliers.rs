@@ -1,0 +1,87 @@
+//! Errors of single stamps, and jumps between two, by what noise makes of them.
+//!
+//! With w = S⁻¹ times the rows, the best estimate of a jump in row k is w_k / mean(1/S), of an error e of one stamp (+e in the
+//! row before it, −e in the row after) (w_{k−1} − w_k) / mean(λ/S). (inference.md, B5.)
+
+use rlg_signal::axes::Triad;
+
+use crate::equations::Band;
+use crate::noise::NoiseTerms;
+
+/// Rows divided by the noise's power, and what a number of them weighs.
+pub struct Weighted {
+    rows: Triad,
+    jump_information: f64,
+    stamp_information: f64,
+}
+
+impl Weighted {
+    /// # Inputs
+    /// `left_rad`: rows less all that is fitted; `powers`: of the noise, by coefficient.
+    pub fn new(band: &Band, terms: &NoiseTerms, left_rad: &Triad, powers: &[f64]) -> Self {
+        let count = powers.len() as f64;
+        let pairs = terms.lambda.iter().zip(powers);
+        Self {
+            rows: left_rad
+                .each_ref()
+                .map(|values| band.divided(values, powers)),
+            jump_information: powers.iter().map(|power| 1.0 / power).sum::<f64>() / count,
+            stamp_information: pairs.map(|(lambda, power)| lambda / power).sum::<f64>() / count,
+        }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows[0].len()
+    }
+
+    /// Best estimate of a jump in a row \[rad\].
+    pub fn jump_rad(&self, row: usize) -> [f64; 3] {
+        [0, 1, 2].map(|axis: usize| self.rows[axis][row] / self.jump_information)
+    }
+
+    /// Standard deviation of each of its numbers \[rad\].
+    pub fn jump_std_rad(&self) -> f64 {
+        self.jump_information.powf(-0.5)
+    }
+
+    /// Squared size of a jump in a row, in standard deviations.
+    pub fn of_jump(&self, row: usize) -> f64 {
+        squared(self.jump_rad(row)) * self.jump_information
+    }
+
+    /// Best estimate of the error of a stamp, between the rows before and after \[rad\].
+    fn stamp_rad(&self, stamp: usize) -> [f64; 3] {
+        [0, 1, 2].map(|axis: usize| {
+            let of_row = |row: Option<usize>| row.and_then(|row| self.rows[axis].get(row));
+            let grown = of_row(stamp.checked_sub(1)).unwrap_or(&0.0);
+            let shrunk = of_row(Some(stamp)).unwrap_or(&0.0);
+            (grown - shrunk) / self.stamp_information
+        })
+    }
+
+    /// Squared size of the error of a stamp, in standard deviations.
+    pub fn of_stamp(&self, stamp: usize) -> f64 {
+        squared(self.stamp_rad(stamp)) * self.stamp_information
+    }
+
+    /// Errors of single stamps beyond four standard deviations, by how much they exceed those \[rad\]; one more than rows.
+    pub fn outliers_rad(&self) -> Triad {
+        /// Beyond this many standard deviations a stamp is no longer noise.
+        const BEYOND: f64 = 4.0;
+        let mut errors: Triad = std::array::from_fn(|_| vec![0.0; self.rows() + 1]);
+        for stamp in 1..self.rows() {
+            let size = (self.of_stamp(stamp) / 3.0).sqrt();
+            if size > BEYOND {
+                for (errors, error) in errors.iter_mut().zip(self.stamp_rad(stamp)) {
+                    errors[stamp] = error * (1.0 - BEYOND / size);
+                }
+            }
+        }
+        errors
+    }
+}
+
+fn squared(vector: [f64; 3]) -> f64 {
+    vector.iter().map(|value| value * value).sum()
+}
