@@ -10,6 +10,9 @@ use crate::gyro_motion::GyroMotion;
 /// Delays that are tried, either way \[s\].
 const REACH_S: f64 = 0.6;
 
+/// Fewer turns show no delay.
+const LEAST_TURNS: usize = 8;
+
 /// Most increments that are compared.
 const MOST: usize = 4000;
 
@@ -19,6 +22,84 @@ const FAR_RAD: f64 = 0.1;
 /// Times that are compared are at least this \[s\], so that noise of the attitude matters less.
 const LEAST_S: f64 = 0.05;
 
+/// Turns of the reference and of the gyros beside them.
+struct Compared {
+    motion: GyroMotion,
+    turns: Vec<Turn>,
+    /// At which the sizes of the turns are most alike \[s\].
+    delay_s: f64,
+}
+
+impl Compared {
+    /// `None` of too few turns.
+    fn new(
+        gyros: &Gyros,
+        samples: &[AttitudeSample],
+        tested: &[bool],
+        of_model: &Alignment,
+    ) -> Option<Self> {
+        let motion = GyroMotion::new(gyros.start_s, gyros.rate_hz, gyros.sensed_rad.clone());
+        let turns = turns(samples, tested);
+        if turns.len() < LEAST_TURNS {
+            return None;
+        }
+        let lasts_s = turns.iter().map(|turn| turn.end_s - turn.start_s);
+        let step_s = 0.1 * lasts_s.sum::<f64>() / turns.len() as f64;
+        let step_s = step_s.clamp(1e-3, 0.01);
+        let count = (REACH_S / step_s) as i64;
+        let best = (-count..=count)
+            .map(|k| {
+                let delay_s = of_model.delay_s + k as f64 * step_s;
+                (correlation(&motion, &turns, delay_s), delay_s)
+            })
+            .max_by(|a, b| a.0.total_cmp(&b.0));
+        let here = correlation(&motion, &turns, of_model.delay_s);
+        let delay_s = match best {
+            // Noise alone makes one delay a little better than another.
+            Some((value, delay_s)) if 1.0 - value < 0.9 * (1.0 - here) => delay_s,
+            _ => of_model.delay_s,
+        };
+        Some(Self {
+            motion,
+            turns,
+            delay_s,
+        })
+    }
+
+    fn left(&self, map: &Matrix3<f64>) -> f64 {
+        left(&self.motion, &self.turns, self.delay_s, map)
+    }
+
+    fn rotation(&self) -> Matrix3<f64> {
+        rotation(&self.motion, &self.turns, self.delay_s)
+    }
+}
+
+/// How well attitudes follow the gyros at the best delay and rotation.
+pub struct Likeness {
+    /// Share of the turns' squares that is left.
+    pub left: f64,
+    /// Size of the rotation \[rad\].
+    pub turned_rad: f64,
+}
+
+/// Compares attitudes with the gyros; `None` of too few turns.
+pub fn likeness(
+    gyros: &Gyros,
+    samples: &[AttitudeSample],
+    tested: &[bool],
+    of_model: &Alignment,
+) -> Option<Likeness> {
+    let compared = Compared::new(gyros, samples, tested, of_model)?;
+    let whole = compared.left(&Matrix3::zeros());
+    let map = compared.rotation();
+    let turn = nalgebra::Rotation3::from_matrix_unchecked(map);
+    Some(Likeness {
+        left: compared.left(&map) / whole,
+        turned_rad: nalgebra::UnitQuaternion::from_rotation_matrix(&turn).angle(),
+    })
+}
+
 /// Where to begin.
 pub fn start(
     gyros: &Gyros,
@@ -26,43 +107,21 @@ pub fn start(
     tested: &[bool],
     of_model: &Alignment,
 ) -> Alignment {
-    let motion = GyroMotion::new(gyros.start_s, gyros.rate_hz, gyros.sensed_rad.clone());
-    let turns = turns(samples, tested);
-    if turns.len() < 8 {
+    let Some(compared) = Compared::new(gyros, samples, tested, of_model) else {
         return of_model.clone();
-    }
-    let step_s = turns
-        .iter()
-        .map(|turn| turn.end_s - turn.start_s)
-        .sum::<f64>()
-        / turns.len() as f64;
-    let step_s = (0.1 * step_s).clamp(1e-3, 0.01);
-    let count = (REACH_S / step_s) as i64;
-    let best = (-count..=count)
-        .map(|k| {
-            let delay_s = of_model.delay_s + k as f64 * step_s;
-            (correlation(&motion, &turns, delay_s), delay_s)
-        })
-        .max_by(|a, b| a.0.total_cmp(&b.0));
-    let here = correlation(&motion, &turns, of_model.delay_s);
-    let delay_s = match best {
-        // Noise alone makes one delay a little better than another.
-        Some((value, delay_s)) if 1.0 - value < 0.9 * (1.0 - here) => delay_s,
-        _ => of_model.delay_s,
     };
-    let map = rotation(&motion, &turns, delay_s);
+    let map = compared.rotation();
     let inverse = of_model.sensed_from_body.try_inverse().unwrap_or_default();
     let away = nalgebra::Rotation3::from_matrix_unchecked(map * inverse);
     let away_rad = nalgebra::UnitQuaternion::from_rotation_matrix(&away).angle();
-    let left = |map: &Matrix3<f64>| left(&motion, &turns, delay_s, map);
     // A motion about one axis leaves the rotation about it open.
-    let is_better = left(&map) < 0.5 * left(&of_model.sensed_from_body);
+    let is_better = compared.left(&map) < 0.5 * compared.left(&of_model.sensed_from_body);
     Alignment {
         sensed_from_body: match away_rad > FAR_RAD && is_better {
             true => map,
             false => of_model.sensed_from_body,
         },
-        delay_s,
+        delay_s: compared.delay_s,
         ..of_model.clone()
     }
 }

@@ -15,6 +15,7 @@ use crate::about::About;
 use crate::alignment::{Alignment, Free, places};
 use crate::channels;
 use crate::coarse;
+use crate::conventions;
 use crate::equations::ParameterColumn;
 use crate::few::{AtRest, FewRows, NoiseBelief};
 use crate::few_search::{self, FewFound};
@@ -67,11 +68,13 @@ pub fn diagnose(
     let Some(mut observed) = observe(recording, (model, model_file), &settings.plan)? else {
         return Ok(None);
     };
-    let put_right = match observed.is_few {
-        true => None,
-        false => check_channels(settings, &mut observed, (model, model_file))?,
-    };
     let of_model = Alignment::of_model(model);
+    let mut read_otherwise = None;
+    let mut put_right = None;
+    if !observed.is_few {
+        read_otherwise = conventions::check(&mut observed, &of_model, settings.anyway)?;
+        put_right = check_channels(settings, &mut observed, (model, model_file))?;
+    }
     let fit = if observed.is_few { of_few } else { of_many };
     let Some(fitted) = fit(settings, &mut observed, (&of_model, model_file), progress)? else {
         return Ok(None);
@@ -93,6 +96,9 @@ pub fn diagnose(
     let mut outcome = findings::outcome(&said);
     if let Some(put_right) = put_right {
         put_right.report(&mut outcome);
+    }
+    if let Some(said) = read_otherwise {
+        outcome.diagnosis.summary.insert(1, said);
     }
     Ok(Some(outcome))
 }

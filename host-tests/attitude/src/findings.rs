@@ -72,7 +72,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
     } = *said;
     let streams = &observed.streams;
     let tested = held_out(said);
-    let spans = reference_spans::spans(&observed.samples, &observed.stamps, &registered.known);
+    let spans = reference_spans::spans(&observed.samples, &observed.known, &registered.known);
     let jumps = reference_spans::jumps(said);
     let named: Vec<(&Named, Numbers)> = found
         .registration

@@ -99,7 +99,7 @@ pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
     /// Fewer rows have no spectrum.
     const LEAST_ROWS: usize = 16;
     let known = &said.registered.known;
-    let left_out = &said.observed.stamps.left_out;
+    let left_out = &said.observed.known.left_out;
     let with = |left_out: Vec<bool>| Stamps {
         left_out,
         jumped: known.jumped.clone(),

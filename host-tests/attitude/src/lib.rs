@@ -1,6 +1,7 @@
 //! What a model leaves out of gyros beside an attitude reference, at any rate and however stamped.
 //!
-//! In the order of the data: `channels` (the same axes, signs and units) → `coarse` (delay and rotation far off) →
+//! In the order of the data: `conventions` (body to navigation frame, w first) → `channels` (the same axes, signs and
+//! units) → `coarse` (delay and rotation far off) →
 //! `gyro_motion` (the gyros' own attitude) → `increments` (rows of the likelihood, between stamps) → `registration` (what
 //! aligns two instruments, always beside; on `equations` with the `noise` at its best, columns of `conditioned` motion,
 //! without `reference_faults`) → `physics` (effects of the catalogue, carried through the attitude) → `search` (what
@@ -39,9 +40,13 @@ mod registration;
 
 mod channels;
 
+mod held;
+
 mod observed;
 
 mod coarse;
+
+mod conventions;
 
 mod physics;
 

@@ -16,6 +16,7 @@ use rlg_signal::streams::Streams;
 
 use crate::about::Gyros;
 use crate::channels;
+use crate::held;
 use crate::increments::Stamps;
 use crate::plan::AttitudePlan;
 
@@ -27,6 +28,8 @@ pub(crate) struct Observed<'a> {
     pub(crate) faults: Vec<Fault>,
     pub(crate) samples: Vec<AttitudeSample>,
     /// Stamps that serve the last test alone or that the model knows to be wrong, left out; and jumps that it knows.
+    pub(crate) known: Stamps,
+    /// The same, and attitudes that were held.
     pub(crate) stamps: Stamps,
     /// Whether the attitudes are so few that only the model knows their noise.
     pub(crate) is_few: bool,
@@ -89,10 +92,10 @@ pub(crate) fn observe<'a>(
     let held_out = if is_few { 0.0 } else { plan.tested_share };
     let fitted = samples.len() - (held_out * samples.len() as f64) as usize;
     let masked = known_faults(model);
-    let mut stamps = Stamps::without(&vec![false; samples.len()]);
+    let mut known = Stamps::without(&vec![false; samples.len()]);
     for (stamp, sample) in samples.iter().enumerate() {
         let is_within = |span: &[f64; 2]| span[0] <= sample.time_s && sample.time_s <= span[1];
-        stamps.left_out[stamp] = stamp >= fitted || masked.iter().any(is_within);
+        known.left_out[stamp] = stamp >= fitted || masked.iter().any(is_within);
     }
     for effect in model
         .effects
@@ -101,8 +104,13 @@ pub(crate) fn observe<'a>(
     {
         let time_s = effect.number("time_s") - AT_ONCE_S;
         if let Some(stamp) = samples.iter().position(|sample| sample.time_s >= time_s) {
-            stamps.jumped[stamp] = true;
+            known.jumped[stamp] = true;
         }
+    }
+    let mut stamps = known.clone();
+    let held = held::find(&gyros, &samples);
+    for (left_out, held) in stamps.left_out.iter_mut().zip(held) {
+        *left_out |= held;
     }
     Ok(Some(Observed {
         recording,
@@ -110,6 +118,7 @@ pub(crate) fn observe<'a>(
         streams,
         faults,
         samples,
+        known,
         stamps,
         is_few,
         gyros,

@@ -104,7 +104,7 @@ pub(crate) struct JumpSeen {
 /// Jumps that the model does not know.
 pub(crate) fn jumps(said: &Said) -> Vec<JumpSeen> {
     let registered = said.registered;
-    let known = &said.observed.stamps.jumped;
+    let known = &said.observed.known.jumped;
     let new = registered.jumps.iter().filter(|jump| !known[jump.stamp]);
     let about = &registered.about;
     new.map(|jump| JumpSeen {

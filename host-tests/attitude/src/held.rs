@@ -1,0 +1,77 @@
+//! Attitudes that a reference repeats while the gyros turn: it held its last reading.
+
+use nalgebra::Vector3;
+use rlg_signal::attitude_samples::AttitudeSample;
+
+use crate::about::Gyros;
+use crate::gyro_motion::GyroMotion;
+
+/// Least equal attitudes in a row.
+const LEAST: usize = 3;
+
+/// Held where gyros and reference part so many times faster than in nine tenths of such spans elsewhere.
+const APART: f64 = 6.0;
+
+/// Whether each attitude only repeats one before it while the gyros turn.
+pub(crate) fn find(gyros: &Gyros, samples: &[AttitudeSample]) -> Vec<bool> {
+    let mut held = vec![false; samples.len()];
+    let runs = runs(samples);
+    if runs.is_empty() {
+        return held;
+    }
+    let motion = GyroMotion::new(gyros.start_s, gyros.rate_hz, gyros.sensed_rad.clone());
+    for run in &runs {
+        let Some(own) = parting_rad(&motion, samples, run.start, run.end - 1) else {
+            continue;
+        };
+        let elsewhere = (0..samples.len()).step_by(run.len()).filter_map(|from| {
+            let to = from + run.len() - 1;
+            let is_other =
+                to < samples.len() && runs.iter().all(|run| to < run.start || from >= run.end);
+            is_other
+                .then(|| parting_rad(&motion, samples, from, to))
+                .flatten()
+        });
+        let mut elsewhere: Vec<f64> = elsewhere.collect();
+        elsewhere.sort_by(f64::total_cmp);
+        let usual = elsewhere.get(9 * elsewhere.len() / 10);
+        if usual.is_some_and(|usual| own > APART * usual) {
+            held[run.start + 1..run.end].fill(true);
+        }
+    }
+    held
+}
+
+/// Stretches of equal attitudes.
+fn runs(samples: &[AttitudeSample]) -> Vec<std::ops::Range<usize>> {
+    let is_same = |a: &AttitudeSample, b: &AttitudeSample| {
+        let (a, b) = (a.navigation_from_body.coords, b.navigation_from_body.coords);
+        a == b || a == -b
+    };
+    let mut runs = Vec::new();
+    let mut start = 0;
+    for stamp in 1..=samples.len() {
+        if stamp < samples.len() && is_same(&samples[stamp - 1], &samples[stamp]) {
+            continue;
+        }
+        if stamp - start >= LEAST {
+            runs.push(start..stamp);
+        }
+        start = stamp;
+    }
+    runs
+}
+
+/// By how much gyros and reference turn apart between two stamps \[rad\].
+fn parting_rad(
+    motion: &GyroMotion,
+    samples: &[AttitudeSample],
+    from: usize,
+    to: usize,
+) -> Option<f64> {
+    let at = |stamp: usize| Some(motion.at(motion.place(samples[stamp].time_s)?));
+    let gyros: Vector3<f64> = (at(from)?.inverse() * at(to)?).scaled_axis();
+    let reference = samples[from].navigation_from_body.inverse() * samples[to].navigation_from_body;
+    // Sizes of turns: the axes are not yet known to be the same.
+    Some((gyros.norm() - reference.angle()).abs())
+}

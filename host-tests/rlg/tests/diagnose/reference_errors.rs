@@ -1,0 +1,184 @@
+//! Errors of an attitude reference, put into `outside/bias-0.0076` (attitudes at 25 Hz, 1.99e-4 rad of noise): what is
+//! refused, what is left out and said, and that the bias stays what it is.
+
+use std::path::PathBuf;
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use rlg::diagnose::result::{Diagnosis, ParameterEntry, Verdict};
+use rlg::diagnose::{Outcome, Settings, diagnose_under};
+use rlg::error::InputError;
+use rlg::model::Model;
+use rlg::recording::{Quantity, Recording};
+
+const AXES: [&str; 4] = ["w", "x", "y", "z"];
+
+/// The bias that was put in \[rad/s\].
+const BIAS: [f64; 3] = [2e-4, 2e-3, 7.6e-3];
+
+/// The recording, and its model with the file that it is from; `None` where they are not there.
+fn recorded() -> Option<(Recording, Model, PathBuf)> {
+    let Some(folder) = std::env::var_os("RLG_RECORDINGS").map(PathBuf::from) else {
+        eprintln!("skipped: RLG_RECORDINGS names no folder of recordings");
+        return None;
+    };
+    let folder = folder.join("outside/bias-0.0076");
+    let file = folder.join("model.toml");
+    let model = Model::read(&file).unwrap_or_else(|error| panic!("{error}"));
+    let recording = Recording::read(&folder).unwrap_or_else(|error| panic!("{error}"));
+    Some((recording, model, file))
+}
+
+/// Changes every attitude by its row.
+fn change(
+    recording: &mut Recording,
+    changed: impl Fn(usize, Quaternion<f64>, &[Quaternion<f64>]) -> Quaternion<f64>,
+) {
+    let is_attitude = |table: &rlg::recording::Table| {
+        let mut channels = table.channels.iter();
+        channels.any(|channel| channel.quantity == Quantity::ReferenceAttitude)
+    };
+    let tables = recording.tables.iter_mut();
+    for table in tables.filter(|table| is_attitude(table)) {
+        let column = |axis: &str| {
+            let own = table.channels.iter().position(|channel| {
+                channel.quantity == Quantity::ReferenceAttitude
+                    && channel.axis.as_deref() == Some(axis)
+            });
+            own.expect("four components")
+        };
+        let columns = AXES.map(column);
+        let all: Vec<Quaternion<f64>> = (0..table.rows)
+            .map(|row| {
+                let [w, x, y, z] = columns.map(|column| table.channels[column].values[row]);
+                Quaternion::new(w, x, y, z)
+            })
+            .collect();
+        for row in 0..table.rows {
+            let new = changed(row, all[row], &all);
+            for (column, value) in columns.into_iter().zip([new.w, new.i, new.j, new.k]) {
+                table.channels[column].values[row] = value;
+            }
+        }
+    }
+}
+
+fn diagnosed(
+    (recording, model, file): &(Recording, Model, PathBuf),
+    anyway: bool,
+) -> Result<Outcome, InputError> {
+    let settings = Settings {
+        anyway,
+        ..Settings::default()
+    };
+    diagnose_under(&settings, recording, model, file, &|_| {})
+}
+
+fn number(parameters: &[ParameterEntry], wanted: &str) -> (f64, f64) {
+    let found = parameters.iter().find_map(|parameter| match parameter {
+        ParameterEntry::Number {
+            name, value, std, ..
+        } if name == wanted => Some((*value, *std)),
+        _ => None,
+    });
+    found.unwrap_or_else(|| panic!("no {wanted} in {parameters:?}"))
+}
+
+/// The bias within three of its standard deviations, and besides it kinds in this order.
+fn has_its_bias_and(diagnosis: &Diagnosis, others: &[&str]) {
+    let mut kinds: Vec<&str> = diagnosis
+        .effects
+        .iter()
+        .map(|one| one.kind.as_str())
+        .collect();
+    assert_eq!(kinds.remove(0), "gyro_bias", "{:#?}", diagnosis.summary);
+    assert_eq!(kinds, others, "{:#?}", diagnosis.summary);
+    for (axis, bias) in ["x", "y", "z"].into_iter().zip(BIAS) {
+        let (value, std) = number(&diagnosis.effects[0].parameters, axis);
+        assert!(
+            (value - bias).abs() < 3.0 * std && std < 1e-4,
+            "{axis}: {value} ± {std}, not {bias}"
+        );
+    }
+}
+
+#[test]
+fn a_jump_that_stays_is_one_of_the_reference_with_its_time_and_size() {
+    const SIZE_RAD: f64 = 0.01;
+    let Some(mut all) = recorded() else { return };
+    let jump = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, SIZE_RAD)).into_inner();
+    change(&mut all.0, |row, was, _| match row >= 300 {
+        true => jump * was,
+        false => was,
+    });
+    let outcome = diagnosed(&all, false).unwrap_or_else(|error| panic!("{error}"));
+    has_its_bias_and(&outcome.diagnosis, &["reference_jump"]);
+    let entry = &outcome.diagnosis.effects[1];
+    let (time_s, _) = number(&entry.parameters, "time_s");
+    let before_s = 300.0 * 0.04;
+    assert!((time_s - before_s).abs() < 0.1, "{time_s} s");
+    // About one axis of the body; the whole jump is in the sentence and in the updated model.
+    let (size_rad, std_rad) = number(&entry.parameters, "size");
+    assert!(
+        size_rad.abs() <= SIZE_RAD + 3.0 * std_rad && size_rad.abs() > SIZE_RAD / 2.0,
+        "{size_rad}"
+    );
+    let jumps = outcome
+        .model
+        .effects
+        .iter()
+        .filter(|one| one.kind == "reference_jump");
+    let square: f64 = jumps.map(|one| one.number("size").powi(2)).sum();
+    assert!((square.sqrt() - SIZE_RAD).abs() < 3.0 * std_rad, "{square}");
+    let again = diagnosed(&(all.0, outcome.model, all.2), false);
+    let again = again.unwrap_or_else(|error| panic!("{error}")).diagnosis;
+    assert_eq!(again.verdict, Verdict::Matches, "{:#?}", again.summary);
+}
+
+#[test]
+fn attitudes_that_are_held_while_the_gyros_turn_are_left_out() {
+    let Some(mut all) = recorded() else { return };
+    change(&mut all.0, |row, was, given| match row {
+        200..230 => given[200],
+        _ => was,
+    });
+    let outcome = diagnosed(&all, false).unwrap_or_else(|error| panic!("{error}"));
+    has_its_bias_and(&outcome.diagnosis, &["reference_dropout"]);
+    let entry = &outcome.diagnosis.effects[1];
+    let (start_s, _) = number(&entry.parameters, "start_s");
+    let (end_s, _) = number(&entry.parameters, "end_s");
+    assert!((start_s - 201.0 * 0.04).abs() < 0.1, "{start_s} s");
+    assert!((end_s - 229.0 * 0.04).abs() < 0.1, "{end_s} s");
+}
+
+#[test]
+fn an_attitude_of_the_other_sign_is_the_same() {
+    let Some(mut all) = recorded() else { return };
+    change(&mut all.0, |row, was, _| match row % 3 {
+        0 => -was,
+        _ => was,
+    });
+    let outcome = diagnosed(&all, false).unwrap_or_else(|error| panic!("{error}"));
+    has_its_bias_and(&outcome.diagnosis, &[]);
+}
+
+#[test]
+fn attitudes_that_are_written_another_way_are_refused_and_read_so_anyway() {
+    let ways: [(&str, fn(Quaternion<f64>) -> Quaternion<f64>); 2] = [
+        ("from navigation frame to body", |q| q.conjugate()),
+        ("in the order x, y, z, w", |q| {
+            Quaternion::new(q.i, q.j, q.k, q.w)
+        }),
+    ];
+    for (words, way) in ways {
+        let Some(mut all) = recorded() else { return };
+        change(&mut all.0, |_, was, _| way(was));
+        match diagnosed(&all, false) {
+            Ok(outcome) => panic!("{words}: not refused: {:#?}", outcome.diagnosis.summary),
+            Err(error) => assert!(error.to_string().contains(words), "{error}"),
+        }
+        let anyway = diagnosed(&all, true).unwrap_or_else(|error| panic!("{error}"));
+        has_its_bias_and(&anyway.diagnosis, &[]);
+        let mut summary = anyway.diagnosis.summary.iter();
+        assert!(summary.any(|line| line.contains(words)), "{words}");
+    }
+}
