@@ -5,7 +5,8 @@
 //! `chance`)
 //!
 //! Recordings of others, each with a truth file, go the same way (`given`). What the diagnosis says of fixed trials and
-//! recordings is kept as a table to compare later versions with (`golden`).
+//! recordings is kept as a table to compare later versions with (`golden`). Ordinary recordings are examined against marks
+//! (`marks`): beside references of rate, of attitude (`attitude`), and at rest (`rest`).
 //!
 //! A [`Plan`] gives answers, commitments to them, outcomes and [`score::Scores`]. The examiner knows the simulator and
 //! calls the diagnosis; the diagnosis gets a recording and a model, and nothing else.
@@ -14,6 +15,7 @@
 //! own, and scores are taken of what was written, line by line.
 
 pub mod answer;
+pub mod attitude;
 pub mod bounds;
 pub mod case;
 pub mod catalogue_marks;
@@ -25,6 +27,7 @@ pub mod golden;
 pub mod kinds;
 pub mod marks;
 pub mod predict;
+pub mod rest;
 pub mod scene;
 pub mod score;
 pub mod trial;

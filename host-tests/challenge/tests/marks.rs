@@ -9,12 +9,12 @@ use rlg_challenge::marks::engine::{DiagnosisSummary, EngineName, Estimate, Found
 use rlg_challenge::marks::family::Family;
 use rlg_challenge::marks::judge::{Score, judge};
 use rlg_challenge::marks::motion::{Derivative, Motion};
-use rlg_challenge::marks::noise::{Drift, Levels, Weighting, dct, quantised_rad};
+use rlg_challenge::marks::noise::{Drift, Levels, Weighting, dct, product, quantised_rad};
 use rlg_challenge::marks::record::{Answer, Concealed, Declares, record};
 use rlg_challenge::marks::run::{Outcome, Plan, prepare};
 use rlg_challenge::marks::setting::{Limits, MOTIONS, Setting};
 use rlg_challenge::marks::table::{Status, score};
-use rlg_challenge::marks::trial::{Rows, Source, Trial, product};
+use rlg_challenge::marks::trial::{Rows, Source, Trial};
 use rlg_recording::Quantity;
 use serde_json::json;
 
@@ -185,7 +185,7 @@ fn residuals(trial: &Trial, rows: &Rows) -> [Vec<f64>; 3] {
 fn recordings_hold_the_effects_and_the_noise_that_their_answers_state() {
     let mut tested = 0;
     for number in 0..40 {
-        let trial = Trial::draw(11, number, &LIMITS).expect("drawn");
+        let trial = Trial::draw(11, (number, Family::of(number)), &LIMITS).expect("drawn");
         let Source::Rows(rows) = &trial.source else {
             continue;
         };
@@ -229,8 +229,11 @@ fn recordings_hold_the_effects_and_the_noise_that_their_answers_state() {
 #[test]
 fn two_effects_are_never_two_names_of_one() {
     for number in (7..7 + 17 * 6).step_by(17) {
-        let trial = Trial::draw(3, number, &LIMITS).expect("drawn");
-        let kinds: Vec<&str> = trial.effects().iter().map(|one| one.effect.kind).collect();
+        let trial = Trial::draw(3, (number, Family::of(number)), &LIMITS).expect("drawn");
+        let Source::Rows(rows) = &trial.source else {
+            panic!("trial {number} has rows");
+        };
+        let kinds: Vec<&str> = rows.effects.iter().map(|one| one.effect.kind).collect();
         let both = |a: &str, b: &str| kinds.contains(&a) && kinds.contains(&b);
         assert_eq!((trial.family, kinds.len()), (Family::Pair, 2));
         assert!(!both("gyro_scale", "reference_scale"), "trial {number}");

@@ -3,12 +3,13 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
+use rlg_model::{Gyro, Installation};
 
 use super::motion::Motion;
 use super::setting::{Setting, log_uniform};
 
 /// Standard gravity \[m/s²\].
-const GRAVITY_M_S2: f64 = 9.806_65;
+pub const GRAVITY_M_S2: f64 = 9.806_65;
 
 /// Temperatures at the start \[K\].
 pub const START_K: f64 = 293.0;
@@ -123,6 +124,17 @@ impl Unit {
             bias_rad_s: std::array::from_fn(|_| spread(5e-8)),
             scale_error: std::array::from_fn(|_| spread(1e-5)),
             installation_rad: std::array::from_fn(|_| spread(3e-4)),
+        }
+    }
+
+    /// Returns these constants as a model has them, with nothing declared of noise.
+    pub fn gyro(&self, pulse_rad: f64) -> Gyro {
+        Gyro {
+            pulse_weight_rad: [pulse_rad; 3],
+            bias_rad_s: self.bias_rad_s,
+            scale_error: self.scale_error,
+            installation_rad: Installation::from_array(self.installation_rad),
+            ..Gyro::default()
         }
     }
 

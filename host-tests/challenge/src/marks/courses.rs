@@ -20,8 +20,8 @@ pub fn draw(setting: &Setting, rng: &mut ChaCha8Rng) -> Motion {
         MotionKind::Steps => steps(setting, rng),
         MotionKind::Sweep => sweep(setting, rng),
         MotionKind::Ship => ship(rng),
-        MotionKind::Vehicle => vehicle(setting, rng),
-        MotionKind::Aircraft => aircraft(setting, rng),
+        MotionKind::Vehicle => vehicle((setting.rate_hz, setting.length_s()), rng),
+        MotionKind::Aircraft => aircraft(setting.length_s(), rng),
         MotionKind::SlowConing => slow_coning(rng),
         MotionKind::Weak => weak(setting, rng),
     }
@@ -31,7 +31,8 @@ fn phase(rng: &mut ChaCha8Rng) -> f64 {
     2.0 * PI * rng.random::<f64>()
 }
 
-fn sine(amplitude_rad: f64, frequency_hz: f64, rng: &mut ChaCha8Rng) -> Term {
+/// A sine of random phase.
+pub fn sine(amplitude_rad: f64, frequency_hz: f64, rng: &mut ChaCha8Rng) -> Term {
     Term::Sine {
         amplitude_rad,
         angular_frequency_rad_s: 2.0 * PI * frequency_hz,
@@ -112,8 +113,14 @@ fn ship(rng: &mut ChaCha8Rng) -> Motion {
     motion
 }
 
-/// Lines between two frequencies whose rates add up to `rms_rad_s`; a line's rate goes as f^`slope`.
-fn band(low_hz: f64, high_hz: f64, slope: f64, rms_rad_s: f64, rng: &mut ChaCha8Rng) -> Vec<Term> {
+/// Returns lines between two frequencies whose rates add up to `rms_rad_s`; a line's rate goes as f^`slope`.
+pub fn band(
+    low_hz: f64,
+    high_hz: f64,
+    slope: f64,
+    rms_rad_s: f64,
+    rng: &mut ChaCha8Rng,
+) -> Vec<Term> {
     let lines: Vec<(f64, f64)> = (0..LINES)
         .map(|place| {
             let share = (place as f64 + rng.random::<f64>()) / LINES as f64;
@@ -131,8 +138,8 @@ fn band(low_hz: f64, high_hz: f64, slope: f64, rms_rad_s: f64, rng: &mut ChaCha8
         .collect()
 }
 
-/// Turns about an axis, one after another.
-fn turns(
+/// Returns turns about an axis, one after another.
+pub fn turns(
     length_s: f64,
     durations_s: [f64; 2],
     pauses_s: [f64; 2],
@@ -153,13 +160,13 @@ fn turns(
     list
 }
 
-fn vehicle(setting: &Setting, rng: &mut ChaCha8Rng) -> Motion {
+/// Turns, slopes and the vibration of a road, for recorders of a rate \[Hz\].
+pub fn vehicle((rate_hz, length_s): (f64, f64), rng: &mut ChaCha8Rng) -> Motion {
     let mut motion = Motion::default();
-    let length_s = setting.length_s();
     motion.terms[2] = turns(length_s, [4.0, 10.0], [2.0, 12.0], [0.3, 1.6], rng);
     // the slope of the road
     motion.terms[1] = turns(length_s, [2.0, 6.0], [3.0, 15.0], [0.02, 0.1], rng);
-    let high_hz = (setting.rate_hz / 6.0).min(40.0);
+    let high_hz = (rate_hz / 6.0).min(40.0);
     for axis in 0..3 {
         let rms_rad_s = log_uniform(rng, 0.01, 0.1);
         let road = band(1.0, high_hz, 0.0, rms_rad_s, rng);
@@ -168,9 +175,9 @@ fn vehicle(setting: &Setting, rng: &mut ChaCha8Rng) -> Motion {
     motion
 }
 
-fn aircraft(setting: &Setting, rng: &mut ChaCha8Rng) -> Motion {
+/// Slow turns in turbulence.
+pub fn aircraft(length_s: f64, rng: &mut ChaCha8Rng) -> Motion {
     let mut motion = Motion::default();
-    let length_s = setting.length_s();
     motion.terms[2] = turns(length_s, [15.0, 40.0], [10.0, 40.0], [0.3, 1.6], rng);
     motion.terms[0] = turns(length_s, [2.0, 5.0], [10.0, 30.0], [0.1, 0.5], rng);
     for axis in 0..3 {

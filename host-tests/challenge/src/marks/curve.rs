@@ -39,7 +39,7 @@ pub fn curve(
         let (varied, value) = AnalysisPlan::default()
             .scaled(name, factor)
             .ok_or_else(|| InputError::new("--vary", "is no number of the plan").value(name))?;
-        let engine = under(EngineName::New, varied);
+        let engine = under(EngineName::New, varied, false);
         let done = prepared.diagnose(
             (plan.seed, plan.declares),
             engine.as_deref(),

@@ -5,7 +5,9 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 
 use super::case::Case;
 use super::motion::Derivative;
@@ -38,6 +40,34 @@ pub struct Strong {
     pub effect: Effect,
     /// Its matched-filter SNR in the noise that is really added.
     pub rho: f64,
+}
+
+/// One concealed effect.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Concealed {
+    /// The contract's kind.
+    pub kind: String,
+    /// Its parameters by the contract's names.
+    pub parameters: Map<String, Value>,
+    /// Matched-filter SNR in the noise that is really added.
+    pub rho: f64,
+}
+
+impl Strong {
+    /// Returns it as it is committed to.
+    pub fn concealed(&self) -> Concealed {
+        let axis = self
+            .effect
+            .axis
+            .map(|axis| ("axis".to_owned(), Value::from(AXES[axis])));
+        let numbers = self.effect.values.iter();
+        let numbers = numbers.map(|(name, value)| (name.clone(), Value::from(*value)));
+        Concealed {
+            kind: self.effect.kind.to_owned(),
+            parameters: axis.into_iter().chain(numbers).collect(),
+            rho: self.rho,
+        }
+    }
 }
 
 /// What an effect adds to increments \[rad\].
@@ -101,6 +131,11 @@ impl Effect {
     /// Returns a number by the contract's name; absent ones are 0.
     pub fn value(&self, name: &str) -> f64 {
         self.values.get(name).copied().unwrap_or(0.0)
+    }
+
+    /// Returns its numbers x, y, z.
+    pub fn by_axis(&self) -> Vector3<f64> {
+        Vector3::from_fn(|axis, _| self.value(AXES[axis]))
     }
 
     /// Returns the same effect with every size multiplied.

@@ -67,6 +67,9 @@ pub struct FoundEffect {
     pub texts: BTreeMap<String, String>,
     /// Its expression, where it is `unlisted`.
     pub expression: Option<String>,
+    /// ln evidence gained.
+    #[serde(default)]
+    pub gain: f64,
 }
 
 /// What is read of a diagnosis.
@@ -76,6 +79,9 @@ pub struct DiagnosisSummary {
     pub verdict: String,
     /// What was left out.
     pub effects: Vec<FoundEffect>,
+    /// What is said of the same recording under the model that was written, where that was asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub again: Option<Box<DiagnosisSummary>>,
 }
 
 impl DiagnosisSummary {
@@ -86,6 +92,7 @@ impl DiagnosisSummary {
         Ok(Self {
             verdict: text(&diagnosis["verdict"]).ok_or("no verdict")?,
             effects: effects.iter().map(found).collect(),
+            again: None,
         })
     }
 }
@@ -121,32 +128,56 @@ fn found(effect: &Value) -> FoundEffect {
         numbers,
         texts,
         expression: text("expression"),
+        gain: effect["log_evidence_gain"].as_f64().unwrap_or(0.0),
     }
 }
 
 /// An engine of the diagnosis.
-struct Of(Settings<'static>);
+struct Of {
+    settings: Settings<'static>,
+    is_twice: bool,
+}
 
-impl Engine for Of {
-    fn diagnose(&self, recording: &Recording, model: &Model) -> Result<DiagnosisSummary, String> {
+impl Of {
+    fn once(
+        &self,
+        recording: &Recording,
+        model: &Model,
+    ) -> Result<(DiagnosisSummary, Model), String> {
         let file = Path::new("model.toml");
-        let outcome = diagnose_under(&self.0, recording, model, file, &|_| {})
+        let outcome = diagnose_under(&self.settings, recording, model, file, &|_| {})
             .map_err(|error| error.to_string())?;
         let json = serde_json::to_value(&outcome.diagnosis).map_err(|error| error.to_string())?;
-        DiagnosisSummary::from_json(&json)
+        Ok((DiagnosisSummary::from_json(&json)?, outcome.model))
     }
 }
 
-/// Returns the engine of a name; none for [`EngineName::None`].
-pub fn engine(name: EngineName) -> Option<Box<dyn Engine>> {
-    under(name, AnalysisPlan::default())
+impl Engine for Of {
+    fn diagnose(&self, recording: &Recording, model: &Model) -> Result<DiagnosisSummary, String> {
+        let (mut said, written) = self.once(recording, model)?;
+        if self.is_twice {
+            // The same model gives the same answer.
+            let again = match written == *model {
+                true => said.clone(),
+                false => self.once(recording, &written)?.0,
+            };
+            said.again = Some(Box::new(again));
+        }
+        Ok(said)
+    }
+}
+
+/// Returns the engine of a name, which diagnoses once more under the model that it wrote where `is_twice`; none for
+/// [`EngineName::None`].
+pub fn engine(name: EngineName, is_twice: bool) -> Option<Box<dyn Engine>> {
+    under(name, AnalysisPlan::default(), is_twice)
 }
 
 /// The same with other numbers than the new engine's own.
-pub fn under(name: EngineName, plan: AnalysisPlan) -> Option<Box<dyn Engine>> {
+pub fn under(name: EngineName, plan: AnalysisPlan, is_twice: bool) -> Option<Box<dyn Engine>> {
     let settings = Settings {
         plan,
         ..Settings::by(name.of_diagnosis()?)
     };
-    Some(Box::new(Of(settings)))
+    Some(Box::new(Of { settings, is_twice }))
 }

@@ -35,6 +35,12 @@ pub enum Family {
     Dithered,
     /// An hour, nothing concealed; runs only by name.
     Hour,
+    /// All the above but the hour.
+    Rates,
+    /// Beside attitudes: nothing, an effect or a fault of the reference in turn; runs only by name and alone.
+    Attitude,
+    /// At rest: nothing, an effect, lines or noise in turn; runs only by name and alone.
+    Rest,
 }
 
 /// Families by the trial's number, again and again.
@@ -71,7 +77,21 @@ const DRIFTS: [Drift; 3] = [
 ];
 
 impl Family {
-    /// Returns the family of a trial's number.
+    /// Whether trials of every number are of the family, which names what it plants by the number.
+    pub fn is_alone(self) -> bool {
+        matches!(self, Self::Attitude | Self::Rest)
+    }
+
+    /// Returns where the random streams of its trials begin.
+    pub fn first_stream(self) -> u64 {
+        match self {
+            Self::Attitude => 1 << 40,
+            Self::Rest => 2 << 40,
+            _ => 0,
+        }
+    }
+
+    /// Returns the family of a number among the trials beside references of rate.
     pub fn of(number: u64) -> Self {
         CYCLE[(number % CYCLE.len() as u64) as usize]
     }

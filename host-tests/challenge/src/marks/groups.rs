@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use serde_json::Value;
 
 use super::family::Family;
 use super::judge::{Judgement, Score};
@@ -31,6 +32,9 @@ pub struct Failure {
     pub claimed: Vec<String>,
     /// How it was judged.
     pub score: Score,
+    /// Numbers that lie far from the truth, (estimate − truth)/σ.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub far: Vec<f64>,
 }
 
 /// Counts of like trials by score.
@@ -60,7 +64,13 @@ impl Counts {
         }
     }
 
-    fn add(&mut self, score: Score) {
+    /// Returns the number of trials.
+    pub fn all(&self) -> usize {
+        self.right + self.or_drift + self.missed + self.wrong + self.unanswered
+    }
+
+    /// Counts one trial more.
+    pub fn add(&mut self, score: Score) {
         *match score {
             Score::Right => &mut self.right,
             Score::OrDrift => &mut self.or_drift,
@@ -79,17 +89,29 @@ pub fn failure((answer, judgement): &Judged) -> Failure {
         setting: answer
             .setting
             .as_ref()
-            .map_or("dithered counts".to_owned(), |setting| setting.words()),
+            .map(|setting| setting.words())
+            .or_else(|| Some(answer.conditions.join(", ")).filter(|words| !words.is_empty()))
+            .unwrap_or_else(|| "dithered counts".to_owned()),
         concealed: answer
             .effects
             .iter()
             .map(|effect| {
-                let names: Vec<&str> = effect.parameters.keys().map(String::as_str).collect();
-                format!("{} [{}] ρ {:.0}", effect.kind, names.join(" "), effect.rho)
+                let of = |(name, value): (&String, &Value)| match value.as_f64() {
+                    Some(number) => format!("{name} {number:.3e}"),
+                    None => format!("{name} {}", value.as_str().unwrap_or_default()),
+                };
+                let numbers: Vec<String> = effect.parameters.iter().map(of).collect();
+                format!(
+                    "{} [{}] ρ {:.0}",
+                    effect.kind,
+                    numbers.join(" "),
+                    effect.rho
+                )
             })
             .collect(),
         claimed: judgement.claims.clone(),
         score: judgement.score,
+        far: judgement.far().collect(),
     }
 }
 
@@ -106,6 +128,13 @@ pub fn groups(judged: &[Judged]) -> BTreeMap<String, Counts> {
         if let Some(setting) = &answer.setting {
             names.extend(setting.groups());
         }
+        names.extend(
+            answer
+                .conditions
+                .iter()
+                .cloned()
+                .filter(|name| !name.starts_with("length")),
+        );
         names.extend(
             answer
                 .effects

@@ -8,6 +8,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::engine::{DiagnosisSummary, FoundEffect};
+use super::family::Family;
 use super::kinds::largest;
 use super::record::{Answer, Concealed};
 use super::run::Outcome;
@@ -17,6 +18,19 @@ const NOISE_KINDS: [&str; 2] = ["angle_random_walk", "pulse_quantisation"];
 
 /// Names of drift in a class.
 const DRIFT_KINDS: [&str; 3] = ["drift", "rate_random_walk", "flicker"];
+
+/// Faults of the data: a claim is right where and when one is.
+const FAULT_KINDS: [&str; 6] = [
+    "reference_jump",
+    "reference_spike",
+    "reference_dropout",
+    MISSING,
+    "held_values",
+    "stuck_channel",
+];
+
+/// Rows that are missing need no name.
+const MISSING: &str = "lost_samples";
 
 /// Labels of effects that are reported without a name.
 const NO_NAME: [&str; 2] = ["measured", "indicated"];
@@ -48,17 +62,29 @@ pub struct Judgement {
     pub claims: Vec<String>,
     /// (estimate − truth)/σ of every number that the recording fixes.
     pub pulls: Vec<f64>,
+    /// Whether the model that was written matches, where that was asked.
+    pub matches_again: Option<bool>,
+}
+
+/// Standard deviations from the truth beyond which a number is wrong.
+const FAR: f64 = 3.0;
+
+impl Judgement {
+    /// Returns the pulls beyond three standard deviations.
+    pub fn far(&self) -> impl Iterator<Item = f64> {
+        self.pulls.iter().copied().filter(|pull| pull.abs() > FAR)
+    }
 }
 
 impl FoundEffect {
-    /// Whether the effect is a claim.
-    pub fn is_claim(&self) -> bool {
+    /// Whether the effect is a claim; noise is one where `of_noise`.
+    pub fn is_claim(&self, of_noise: bool) -> bool {
         let located = self.kind == "unlisted" && self.expression.is_none();
         let unnamed = self
             .label
             .as_deref()
             .is_some_and(|label| NO_NAME.contains(&label));
-        !located && !unnamed && !NOISE_KINDS.contains(&self.kind.as_str())
+        !located && !unnamed && (of_noise || !NOISE_KINDS.contains(&self.kind.as_str()))
     }
 
     /// Whether its class holds drift.
@@ -77,7 +103,34 @@ impl FoundEffect {
             _ => true,
         };
         let mut alike = self.indistinguishable_from.iter();
-        (self.kind == concealed.kind && same_axis) || alike.any(|kind| *kind == concealed.kind)
+        let is_kind = self.kind == concealed.kind && same_axis && self.is_line_of(concealed);
+        is_kind || alike.any(|kind| *kind == concealed.kind)
+    }
+
+    /// Whether two lines have one frequency; anything is that is none.
+    fn is_line_of(&self, concealed: &Concealed) -> bool {
+        let of_line = |name: &str| number(concealed, name);
+        let (Some(frequency_hz), Some(resolution_hz)) =
+            (of_line("frequency_hz"), of_line("resolution_hz"))
+        else {
+            return true;
+        };
+        let said_hz = self.expression.as_deref().and_then(line_hz);
+        said_hz.is_some_and(|said_hz| (said_hz - frequency_hz).abs() < 0.5 * resolution_hz)
+    }
+
+    /// Whether it tells a fault: one of its time, or a kind that cannot be told from it.
+    fn tells(&self, fault: &Concealed) -> bool {
+        let own = |name: &str| self.numbers.get(name).map(|one| one.value);
+        let span =
+            |from: Option<f64>, to: Option<f64>, at: Option<f64>| Some([from.or(at)?, to.or(at)?]);
+        let said_s = span(own("start_s"), own("end_s"), own("time_s"));
+        let [from_s, to_s] = ["start_s", "end_s"].map(|name| number(fault, name));
+        let overlaps = match (said_s, span(from_s, to_s, None)) {
+            (Some([begin, end]), Some([from_s, to_s])) => begin <= to_s && end >= from_s,
+            _ => false,
+        };
+        (is_fault(&self.kind) && overlaps) || self.covers(fault)
     }
 
     fn words(&self) -> String {
@@ -85,11 +138,28 @@ impl FoundEffect {
         if let Some(axis) = self.texts.get("axis") {
             words = format!("{words} {axis}");
         }
-        if self.indistinguishable_from.is_empty() {
-            return words;
+        if let Some(expression) = &self.expression {
+            words = format!("{words} {expression}");
         }
-        format!("{words} (or {})", self.indistinguishable_from.join(", "))
+        if !self.indistinguishable_from.is_empty() {
+            words = format!("{words} (or {})", self.indistinguishable_from.join(", "));
+        }
+        format!("{words} [gain {:.1}]", self.gain)
     }
+}
+
+fn is_fault(kind: &str) -> bool {
+    FAULT_KINDS.contains(&kind)
+}
+
+fn number(concealed: &Concealed, name: &str) -> Option<f64> {
+    concealed.parameters.get(name).and_then(Value::as_f64)
+}
+
+/// Returns the frequency of a line's expression \[Hz\].
+fn line_hz(expression: &str) -> Option<f64> {
+    let inside = expression.strip_prefix("sine(")?;
+    inside.strip_suffix(')')?.parse().ok()
 }
 
 /// Judges an outcome.
@@ -100,17 +170,50 @@ pub fn judge(answer: &Answer, outcome: &Outcome) -> Judgement {
             score: Score::Unanswered,
             claims: outcome.failure.iter().cloned().collect(),
             pulls: Vec::new(),
+            matches_again: None,
         };
     };
-    let claims: Vec<&FoundEffect> = said.effects.iter().filter(|one| one.is_claim()).collect();
-    let matched = matching(&answer.effects, &claims);
+    // Beside a reference of rate noise is declared wrongly on purpose.
+    let of_noise = answer.family == Family::Rest;
+    let claims = |said: &'_ DiagnosisSummary| -> Vec<FoundEffect> {
+        let effects = said.effects.iter();
+        effects
+            .filter(|one| one.is_claim(of_noise))
+            .cloned()
+            .collect()
+    };
+    let all = claims(said);
+    let (faults, effects): (Vec<Concealed>, Vec<Concealed>) = answer
+        .effects
+        .iter()
+        .cloned()
+        .partition(|one| is_fault(&one.kind));
+    let (telling, others): (Vec<&FoundEffect>, Vec<&FoundEffect>) = all
+        .iter()
+        .partition(|claim| faults.iter().any(|fault| claim.tells(fault)));
+    let matched = matching(&effects, &others);
+    let is_silent = telling.is_empty() && faults.iter().any(|fault| fault.kind != MISSING);
+    let mut judged = score(said, &effects, &others, &matched);
+    if judged == Score::Right && is_silent {
+        judged = Score::Missed;
+    }
+    let again = said.again.as_deref();
+    let mut words: Vec<String> = all.iter().map(FoundEffect::words).collect();
+    words.extend(again.filter(|again| again.verdict != MATCHES).map(|again| {
+        let names: Vec<String> = claims(again).iter().map(FoundEffect::words).collect();
+        format!("again {}: {}", again.verdict, names.join(", "))
+    }));
     Judgement {
         trial: answer.trial,
-        score: score(said, &answer.effects, &claims, &matched),
-        claims: claims.iter().map(|one| one.words()).collect(),
-        pulls: pulls(&answer.effects, &claims, &matched),
+        score: judged,
+        claims: words,
+        pulls: pulls(&effects, &others, &matched),
+        matches_again: again.map(|again| again.verdict == MATCHES),
     }
 }
+
+/// The verdict where a model explains a recording.
+const MATCHES: &str = "matches";
 
 /// For each concealed effect the claim that names it, each claim once: the pairing that names most, headlines first.
 fn matching(concealed: &[Concealed], claims: &[&FoundEffect]) -> Vec<Option<usize>> {
@@ -180,13 +283,14 @@ fn pulls(concealed: &[Concealed], claims: &[&FoundEffect], matched: &[Option<usi
         if claim.kind != effect.kind {
             continue;
         }
+        // What is concealed may be larger than ordinary instruments are.
+        let sizes = effect.parameters.iter();
+        let sizes = sizes.filter(|(name, _)| !["time_s", "frequency_hz"].contains(&name.as_str()));
+        let sizes = sizes.filter_map(|(_, value)| Some(value.as_f64()?.abs()));
+        let largest = sizes.fold(largest(&effect.kind), f64::max);
         for (name, estimate) in &claim.numbers {
-            let truth = effect
-                .parameters
-                .get(name)
-                .and_then(Value::as_f64)
-                .unwrap_or(0.0);
-            let known = name == "time_s" || estimate.std < largest(&effect.kind);
+            let truth = number(effect, name).unwrap_or(0.0);
+            let known = name == "time_s" || estimate.std < largest;
             if estimate.std > 0.0 && estimate.std.is_finite() && known {
                 list.push((estimate.value - truth) / estimate.std);
             }

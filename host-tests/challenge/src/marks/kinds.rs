@@ -59,7 +59,7 @@ const fn row(kind: &'static str, largest: f64, needs: Needs, numbers: Numbers) -
 }
 
 /// Bias, scale errors and delays: the kinds of the ordinary mark.
-pub const BASIC: [KindRow; 5] = [
+pub static BASIC: [KindRow; 5] = [
     row("gyro_bias", 1e-3, Needs::Nothing, Numbers::Three),
     row("gyro_scale", 0.02, Needs::Motion, Numbers::Three),
     row("gyro_delay", 5e-3, Needs::Motion, Numbers::Three),
@@ -68,7 +68,7 @@ pub const BASIC: [KindRow; 5] = [
 ];
 
 /// The others.
-pub const OTHERS: [KindRow; 9] = [
+pub static OTHERS: [KindRow; 9] = [
     row("installation", 0.01, Needs::Motion, Numbers::Six),
     row(
         "reference_misalignment",
@@ -197,11 +197,12 @@ impl KindRow {
     }
 }
 
+/// Returns the row of a kind that is in the tables.
+pub fn find(kind: &str) -> Option<&'static KindRow> {
+    BASIC.iter().chain(&OTHERS).find(|row| row.kind == kind)
+}
+
 /// Returns the largest credible size of a kind; infinite for kinds that are not in the tables.
 pub fn largest(kind: &str) -> f64 {
-    BASIC
-        .iter()
-        .chain(&OTHERS)
-        .find(|row| row.kind == kind)
-        .map_or(f64::INFINITY, |row| row.largest)
+    find(kind).map_or(f64::INFINITY, |row| row.largest)
 }

@@ -8,6 +8,7 @@
 //! Everything is drawn from one seed; a trial's number fixes its family and its stream, so `seed:number` repeats it
 //! alone. The generator shares no code with the diagnosis, and only dithered counts come from the simulator.
 
+pub mod by_effect;
 pub mod case;
 pub mod courses;
 pub mod curve;
@@ -15,7 +16,9 @@ pub mod dithered;
 pub mod effects;
 pub mod engine;
 pub mod family;
+pub mod grade;
 pub mod groups;
+pub mod instruments;
 pub mod judge;
 pub mod kinds;
 pub mod motion;

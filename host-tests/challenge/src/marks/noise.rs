@@ -248,3 +248,10 @@ fn weighted_product(a: &[f64], b: &[f64], spectrum_rad2: &[f64]) -> f64 {
         .map(|((a, b), density)| a * b / density)
         .sum()
 }
+
+/// Returns aᵀ C⁻¹ b summed over the gyros.
+pub fn product(weightings: &[Weighting; 3], a: &[Vec<f64>; 3], b: &[Vec<f64>; 3]) -> f64 {
+    (0..3)
+        .map(|axis| weightings[axis].product(&a[axis], &b[axis]))
+        .sum()
+}

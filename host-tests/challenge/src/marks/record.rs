@@ -2,36 +2,24 @@
 
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
-use rlg_model::{Accelerometer, Gyro, Installation, Model, MotionSource, Reference};
+use rlg_model::{Accelerometer, Gyro, Model, MotionSource, Reference};
 use rlg_recording::error::InputError;
-use rlg_recording::{Channel, Clock, Quantity, Recording, Table};
-use rlg_simulator::instrument::normal;
+use rlg_recording::{Quantity, Recording};
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
 
-use super::case::START_K;
-use super::effects::{AXES, Perturbation};
+use super::effects::{Perturbation, Strong};
 use super::family::Family;
-use super::noise::quantised_rad;
+use super::instruments::{
+    accelerometers, channel, gyros, recording, sensed_rad, table, thermometers,
+};
 use super::setting::Setting;
 use super::trial::{Rows, Source, Trial};
+use crate::{attitude, rest};
 
-/// Noise of a thermometer's reading \[K\].
-const THERMOMETER_K: f64 = 2e-3;
+pub use super::effects::Concealed;
 
 /// White noise of the accelerometers \[m/s²/√Hz\].
 const ACCELEROMETER_M_S2_SQRT_HZ: f64 = 5e-5;
-
-/// One concealed effect.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Concealed {
-    /// The contract's kind.
-    pub kind: String,
-    /// Its parameters by the contract's names.
-    pub parameters: Map<String, Value>,
-    /// Matched-filter SNR in the noise that is really added.
-    pub rho: f64,
-}
 
 /// What a trial conceals: the line that is committed to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -48,6 +36,12 @@ pub struct Answer {
     pub setting: Option<Setting>,
     /// The simulator's scenario of dithered counts, effects included.
     pub scenario: Option<String>,
+    /// What is planted beside attitudes or at rest, by its row in the table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub planted: Option<String>,
+    /// Instruments, motion and length beside attitudes or at rest, in words.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub conditions: Vec<String>,
     /// Seed of the noise.
     pub noise_seed: u64,
     /// Keeps the commitment from being guessed.
@@ -57,32 +51,36 @@ pub struct Answer {
 impl Answer {
     /// Forms the answer of a trial.
     pub fn of(seed: u64, trial: &Trial) -> Self {
-        let effects = trial.effects().iter().map(|strong| {
-            let effect = &strong.effect;
-            let axis = effect
-                .axis
-                .map(|axis| ("axis".to_owned(), Value::from(AXES[axis])));
-            let numbers = effect
-                .values
-                .iter()
-                .map(|(name, value)| (name.clone(), Value::from(*value)));
-            Concealed {
-                kind: effect.kind.to_owned(),
-                parameters: axis.into_iter().chain(numbers).collect(),
-                rho: strong.rho,
+        let (mut setting, mut scenario, mut planted, mut conditions) = Default::default();
+        let effects = match &trial.source {
+            Source::Rows(rows) => {
+                setting = Some(rows.setting.clone());
+                rows.effects.iter().map(Strong::concealed).collect()
             }
-        });
-        let (setting, scenario) = match &trial.source {
-            Source::Rows(rows) => (Some(rows.setting.clone()), None),
-            Source::Dithered(dithered) => (None, Some(dithered.text())),
+            Source::Dithered(dithered) => {
+                scenario = Some(dithered.text());
+                dithered.effects.iter().map(Strong::concealed).collect()
+            }
+            Source::Attitude(drawn) => {
+                planted = Some(drawn.planted.name());
+                conditions = drawn.conditions();
+                drawn.concealed()
+            }
+            Source::Rest(drawn) => {
+                planted = Some(drawn.planted.name());
+                conditions = drawn.conditions();
+                drawn.concealed()
+            }
         };
         Self {
             trial: trial.number,
             seed,
             family: trial.family,
-            effects: effects.collect(),
+            effects,
             setting,
             scenario,
+            planted,
+            conditions,
             noise_seed: trial.noise_seed,
             salt: trial.salt.clone(),
         }
@@ -134,6 +132,14 @@ pub fn record(trial: &Trial, declares: Declares) -> Result<(Recording, Model), I
             let (recording, model) = dithered.record(trial.noise_seed)?;
             (recording, model, dithered.declared_over_true)
         }
+        Source::Attitude(drawn) => {
+            let (recording, model) = attitude::record::record(drawn, trial.noise_seed);
+            (recording, model, 1.0)
+        }
+        Source::Rest(drawn) => {
+            let (recording, model) = rest::record::record(drawn, trial.noise_seed);
+            (recording, model, 1.0)
+        }
     };
     declares.apply(&mut model, drawn);
     recording.name = format!("trial {}", trial.number);
@@ -150,25 +156,10 @@ fn record_rows(rows: &Rows, noise_seed: u64) -> (Recording, Model) {
         added.add(&strong.effect.perturbation(&case, &sensing_from_body));
     }
     let mut rng = ChaCha8Rng::seed_from_u64(noise_seed);
-    let mut channels = Vec::new();
-    for axis in 0..3 {
-        // What the contract's model predicts, with the effects beside the case's part.
-        let scale = 1.0 / (1.0 - rows.unit.scale_error[axis]);
-        let bias_rad = rows.unit.bias_rad_s[axis] * period_s * scale;
-        let noise = setting
-            .gyro_levels(axis)
-            .series_rad(count, period_s, &mut rng);
-        let sensed: Vec<f64> = (0..count)
-            .map(|row| {
-                let case_rad: f64 = (0..3)
-                    .map(|body| sensing_from_body[(axis, body)] * case.increments_rad[body][row])
-                    .sum();
-                scale * (case_rad + bias_rad + added.gyro_rad[axis][row]) + noise[row]
-            })
-            .collect();
-        let read = quantised_rad(&sensed, setting.pulse_rad, &mut rng);
-        channels.push(channel("g", axis, Quantity::GyroIncrement, read));
-    }
+    let levels = std::array::from_fn(|axis| setting.gyro_levels(axis));
+    let noise = (&levels, setting.pulse_rad);
+    let sensed = sensed_rad(&case, &rows.unit, &added.gyro_rad, noise, &mut rng);
+    let mut channels = gyros(sensed, None);
     for axis in 0..3 {
         let mut read = setting
             .reference_levels()
@@ -179,76 +170,30 @@ fn record_rows(rows: &Rows, noise_seed: u64) -> (Recording, Model) {
         channels.push(channel("r", axis, Quantity::ReferenceIncrement, read));
     }
     if let Some(warming) = &case.warming_k {
-        for (axis, block) in warming.iter().enumerate() {
-            let noisy = |kelvin: &f64| START_K + kelvin + THERMOMETER_K * normal(&mut rng);
-            let read = block.iter().map(noisy).collect();
-            channels.push(channel("t", axis, Quantity::Temperature, read));
-        }
+        channels.extend(thermometers(warming, &mut rng));
     }
     if let Some(force) = &case.force_m_s2 {
-        let spread = ACCELEROMETER_M_S2_SQRT_HZ * setting.rate_hz.sqrt();
-        for (axis, values) in force.iter().enumerate() {
-            let read = values
-                .iter()
-                .map(|value| value + spread * normal(&mut rng))
-                .collect();
-            channels.push(channel("a", axis, Quantity::SpecificForce, read));
-        }
+        let noise = ACCELEROMETER_M_S2_SQRT_HZ * setting.rate_hz.sqrt();
+        channels.extend(accelerometers(force, noise, &mut rng));
     }
-    let table = Table {
-        file: "samples.parquet".to_owned(),
-        clock: Clock::Uniform {
-            rate_hz: setting.rate_hz,
-            start_s: 0.0,
-        },
-        rows: count,
-        channels,
-    };
-    let recording = Recording {
-        name: String::new(),
-        folder: std::path::PathBuf::new(),
-        site: None,
-        tables: vec![table],
-        segments: Vec::new(),
-    };
+    let recording = recording(
+        vec![table("samples.parquet", setting.rate_hz, channels)],
+        None,
+    );
     (recording, model_of(rows))
-}
-
-fn channel(prefix: &str, axis: usize, quantity: Quantity, values: Vec<f64>) -> Channel {
-    Channel {
-        column: format!("{prefix}{}", AXES[axis]),
-        quantity,
-        axis: Some(AXES[axis].to_owned()),
-        scale: 1.0,
-        offset: 0.0,
-        values,
-    }
 }
 
 fn model_of(rows: &Rows) -> Model {
     let setting = &rows.setting;
-    let [xy, xz, yx, yz, zx, zy] = rows.unit.installation_rad;
     let declared = setting.declared_over_true;
     Model {
         motion: MotionSource::Reference,
         earth_rate_in_reference: true,
         gyro: Gyro {
-            pulse_weight_rad: [setting.pulse_rad; 3],
-            bias_rad_s: rows.unit.bias_rad_s,
-            scale_error: rows.unit.scale_error,
             angle_random_walk_rad_sqrt_s: setting
                 .declares_gyro_walk
                 .then_some(setting.gyro_walk_rad_sqrt_s),
-            rate_random_walk_rad_s_sqrt_s: None,
-            flicker_rad_s: None,
-            installation_rad: Installation {
-                xy,
-                xz,
-                yx,
-                yz,
-                zx,
-                zy,
-            },
+            ..rows.unit.gyro(setting.pulse_rad)
         },
         dither: None,
         reference: Some(Reference {

@@ -17,6 +17,7 @@ use super::record::{Answer, Declares, record};
 use super::setting::Limits;
 use super::trial::Trial;
 use crate::given::MODEL;
+use crate::{attitude, rest};
 
 /// What is run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -27,6 +28,9 @@ pub struct Plan {
     pub trials: u64,
     /// Families; others' numbers are passed over.
     pub families: Vec<Family>,
+    /// What is planted beside attitudes or at rest; others' numbers are passed over, none where it is empty.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub planted: Vec<String>,
     /// Which engine diagnoses.
     pub engine: EngineName,
     /// One trial alone.
@@ -48,11 +52,12 @@ impl Plan {
         Self {
             seed,
             trials,
-            families: if families.is_empty() {
+            families: if families.is_empty() || families.contains(&Family::Rates) {
                 all.collect()
             } else {
                 families.to_vec()
             },
+            planted: Vec::new(),
             engine: EngineName::Both,
             only: None,
             declared_within: 1.5,
@@ -76,10 +81,28 @@ impl Plan {
         match self.only {
             Some(number) => vec![number],
             None => (0..)
-                .filter(|number| self.families.contains(&Family::of(*number)))
+                .filter(|number| self.families.contains(&self.family(*number)))
+                .filter(|number| self.planted.is_empty() || self.plants(*number))
                 .take(self.trials as usize)
                 .collect(),
         }
+    }
+
+    /// Returns the family of a trial's number.
+    pub fn family(&self, number: u64) -> Family {
+        match self.families.as_slice() {
+            [one] if one.is_alone() => *one,
+            _ => Family::of(number),
+        }
+    }
+
+    fn plants(&self, number: u64) -> bool {
+        let name = match self.family(number) {
+            Family::Attitude => attitude::planted::Planted::of(number).name(),
+            Family::Rest => rest::planted::Planted::of(number).name(),
+            _ => return false,
+        };
+        self.planted.contains(&name)
     }
 }
 
@@ -122,7 +145,7 @@ pub fn prepare(plan: &Plan, progress: &(dyn Fn() + Sync)) -> Result<Prepared, In
         .numbers()
         .into_par_iter()
         .map(|number| {
-            let trial = Trial::draw(plan.seed, number, &limits)?;
+            let trial = Trial::draw(plan.seed, (number, plan.family(number)), &limits)?;
             let answer = Answer::of(plan.seed, &trial);
             let line = serde_json::to_string(&answer).map_err(no_json)?;
             progress();

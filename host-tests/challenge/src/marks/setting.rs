@@ -223,7 +223,7 @@ impl Setting {
 }
 
 /// Returns a kind's name in files.
-fn name_of(kind: &impl Serialize) -> String {
+pub fn name_of(kind: &impl Serialize) -> String {
     serde_json::to_value(kind)
         .ok()
         .and_then(|value| value.as_str().map(str::to_owned))

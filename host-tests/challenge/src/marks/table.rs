@@ -5,9 +5,10 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
+use super::by_effect::{EffectRow, rows, words};
 use super::family::Family;
 use super::groups::{Counts, Failure, Judged, failure, groups, id};
-use super::judge::{Score, judge};
+use super::judge::{Judgement, Score, judge};
 use super::record::Answer;
 use super::run::{Outcome, Plan};
 use crate::chance::{limits, upper_limit};
@@ -71,6 +72,8 @@ pub struct Scores {
     pub trials: usize,
     /// The table.
     pub marks: Vec<Mark>,
+    /// The same by what is concealed.
+    pub effects: Vec<EffectRow>,
     /// Counts by what trials have in common, nulls and positives apart.
     pub groups: BTreeMap<String, Counts>,
     /// What was not right.
@@ -121,27 +124,25 @@ fn mark(name: &str, need: Need, hits: usize, of: usize, against: Vec<String>) ->
     }
 }
 
-fn false_names(name: &str, family: Family, judged: &[Judged]) -> Mark {
-    let own = judged.iter().filter(|(answer, judgement)| {
-        answer.family == family && judgement.score != Score::Unanswered
-    });
-    let (mut of, mut against) = (0, Vec::new());
-    for (answer, judgement) in own {
-        of += 1;
-        if judgement.score == Score::Wrong {
-            against.push(id(answer));
-        }
-    }
-    mark(name, Need::None, against.len(), of, against)
+/// Which trials a mark is of: a family, beside which some conceal something or nothing.
+type Of<'a> = dyn Fn(&Answer) -> bool + 'a;
+
+fn false_names(name: &str, of: &Of, judged: &[Judged]) -> Mark {
+    let answered = |judged: &&Judged| of(judged.0) && judged.1.score != Score::Unanswered;
+    let own: Vec<&Judged> = judged.iter().filter(answered).collect();
+    let wrong = own
+        .iter()
+        .filter(|(_, judgement)| judgement.score == Score::Wrong);
+    let against: Vec<String> = wrong.map(|(answer, _)| id(answer)).collect();
+    mark(name, Need::None, against.len(), own.len(), against)
 }
 
-fn right_names(name: &str, family: Family, judged: &[Judged]) -> Mark {
+fn right_names(name: &str, of: &Of, judged: &[Judged]) -> Mark {
     // "Or drift" is neither a false name nor a miss.
     let own: Vec<&Judged> = judged
         .iter()
         .filter(|(answer, judgement)| {
-            answer.family == family
-                && !matches!(judgement.score, Score::Unanswered | Score::OrDrift)
+            of(answer) && !matches!(judgement.score, Score::Unanswered | Score::OrDrift)
         })
         .collect();
     let against: Vec<String> = own
@@ -151,6 +152,18 @@ fn right_names(name: &str, family: Family, judged: &[Judged]) -> Mark {
         .collect();
     let hits = own.len() - against.len();
     mark(name, Need::AtLeast(0.98), hits, own.len(), against)
+}
+
+fn second_passes(judged: &[Judged]) -> Mark {
+    let asked = judged
+        .iter()
+        .filter_map(|(answer, judgement)| Some((answer, judgement.matches_again?)));
+    let all: Vec<(&&Answer, bool)> = asked.collect();
+    let failed = all.iter().filter(|(_, matches)| !matches);
+    let against: Vec<String> = failed.map(|(answer, _)| id(answer)).collect();
+    let hits = all.len() - against.len();
+    let name = "second passes with the written model that match";
+    mark(name, Need::AtLeast(0.98), hits, all.len(), against)
 }
 
 fn pulls(judged: &[Judged]) -> [Mark; 2] {
@@ -191,6 +204,64 @@ fn unanswered(judged: &[Judged]) -> Mark {
     mark(name, Need::None, against.len(), judged.len(), against)
 }
 
+/// Marks of trials that conceal nothing.
+const NULLS: [(&str, Family); 7] = [
+    (
+        "false names, ordinary motions without effects",
+        Family::Null,
+    ),
+    (
+        "false names, drifting gyros (walks of 0.05 and 0.3 Hz, flicker)",
+        Family::Drift,
+    ),
+    (
+        "false names, weakest drift (walk of 0.01 Hz, 120 to 200 s)",
+        Family::WeakDrift,
+    ),
+    (
+        "false names, dithered counts at 4 kHz",
+        Family::DitheredNull,
+    ),
+    ("false names, an hour", Family::Hour),
+    ("false names, beside attitudes", Family::Attitude),
+    ("false names, at rest, drift included", Family::Rest),
+];
+
+/// Marks of trials that conceal something.
+const POSITIVES: [(&str, Family); 7] = [
+    (
+        "one bias, scale error or delay: right name or class",
+        Family::Basic,
+    ),
+    (
+        "the same on drifting gyros, \"or drift\" not counted",
+        Family::DriftBasic,
+    ),
+    (
+        "one effect of another kind: right name or class",
+        Family::Single,
+    ),
+    ("two effects: both right", Family::Pair),
+    (
+        "dithered counts at 4 kHz, one effect: right name or class",
+        Family::Dithered,
+    ),
+    (
+        "beside attitudes, one effect or fault: right name or class",
+        Family::Attitude,
+    ),
+    (
+        "at rest, effects or lines: all right, in name or class",
+        Family::Rest,
+    ),
+];
+
+/// Whether a trial is listed: it is not right, a number is far off, or the second pass does not match.
+fn is_off(judgement: &Judgement) -> bool {
+    let is_right = matches!(judgement.score, Score::Right | Score::OrDrift);
+    !is_right || judgement.far().next().is_some() || judgement.matches_again == Some(false)
+}
+
 /// Scores a run.
 pub fn score(plan: &Plan, answers: &[Answer], outcomes: &[Outcome]) -> Scores {
     let judged: Vec<Judged> = answers
@@ -198,52 +269,19 @@ pub fn score(plan: &Plan, answers: &[Answer], outcomes: &[Outcome]) -> Scores {
         .zip(outcomes)
         .map(|(answer, outcome)| (answer, judge(answer, outcome)))
         .collect();
-    let nulls = [
-        (
-            "false names, ordinary motions without effects",
-            Family::Null,
-        ),
-        (
-            "false names, drifting gyros (walks of 0.05 and 0.3 Hz, flicker)",
-            Family::Drift,
-        ),
-        (
-            "false names, weakest drift (walk of 0.01 Hz, 120 to 200 s)",
-            Family::WeakDrift,
-        ),
-        (
-            "false names, dithered counts at 4 kHz",
-            Family::DitheredNull,
-        ),
-        ("false names, an hour", Family::Hour),
-    ];
-    let positives = [
-        (
-            "one bias, scale error or delay: right name or class",
-            Family::Basic,
-        ),
-        (
-            "the same on drifting gyros, \"or drift\" not counted",
-            Family::DriftBasic,
-        ),
-        (
-            "one effect of another kind: right name or class",
-            Family::Single,
-        ),
-        ("two effects: both right", Family::Pair),
-        (
-            "dithered counts at 4 kHz, one effect: right name or class",
-            Family::Dithered,
-        ),
-    ];
-    let mut marks: Vec<Mark> = nulls
-        .into_iter()
-        .map(|(name, family)| false_names(name, family, &judged))
-        .collect();
-    let right = positives
-        .into_iter()
-        .map(|(name, family)| right_names(name, family, &judged));
-    marks.extend(right);
+    let conceals = |family: Family, something: bool| {
+        move |answer: &Answer| answer.family == family && answer.effects.is_empty() != something
+    };
+    let mut marks: Vec<Mark> = Vec::new();
+    for (name, family) in NULLS {
+        marks.push(false_names(name, &conceals(family, false), &judged));
+    }
+    for (name, family) in POSITIVES {
+        marks.push(right_names(name, &conceals(family, true), &judged));
+    }
+    marks.push(second_passes(&judged));
+    // What the plan has no trials of says nothing.
+    marks.retain(|mark| mark.of > 0);
     marks.extend(pulls(&judged));
     marks.push(unanswered(&judged));
     Scores {
@@ -252,10 +290,11 @@ pub fn score(plan: &Plan, answers: &[Answer], outcomes: &[Outcome]) -> Scores {
         plan: plan.clone(),
         trials: judged.len(),
         marks,
+        effects: rows(&judged),
         groups: groups(&judged),
         failures: judged
             .iter()
-            .filter(|(_, judgement)| !matches!(judgement.score, Score::Right | Score::OrDrift))
+            .filter(|(_, judgement)| is_off(judgement))
             .map(failure)
             .collect(),
     }
@@ -291,6 +330,7 @@ impl Scores {
                 mark.mark, mark.needed
             );
         }
-        text
+        text.push('\n');
+        text + &words(&self.effects)
     }
 }

@@ -14,9 +14,11 @@ use super::effects::{Effect, Strong};
 use super::family::Family;
 use super::kinds::KindRow;
 use super::motion::Motion;
-use super::noise::{Weighting, dct};
+use super::noise::{Weighting, dct, product};
 use super::setting::{Limits, MOTIONS, Setting, draw_strength};
+use crate::attitude::trial::Attitudes;
 use crate::bounds::beside;
+use crate::rest::trial::Still;
 use rlg_recording::error::InputError;
 
 /// Share of an effect of a pair that must remain beside every effect of the other's kind: less, and a recording shows
@@ -48,6 +50,10 @@ pub enum Source {
     Rows(Box<Rows>),
     /// Dithered counts of the simulator.
     Dithered(Dithered),
+    /// Increments or rates beside attitudes.
+    Attitude(Box<Attitudes>),
+    /// A unit at rest.
+    Rest(Box<Still>),
 }
 
 /// A trial, drawn.
@@ -66,16 +72,21 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// Draws trial `number` of a seed.
-    pub fn draw(seed: u64, number: u64, limits: &Limits) -> Result<Self, InputError> {
+    /// Draws trial `number` of a seed, of a family.
+    pub fn draw(
+        seed: u64,
+        (number, family): (u64, Family),
+        limits: &Limits,
+    ) -> Result<Self, InputError> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        rng.set_stream(number);
-        let family = Family::of(number);
+        rng.set_stream(number | family.first_stream());
         let noise_seed = rng.random();
         let salt: [u64; 2] = [rng.random(), rng.random()];
         let source = match family {
             Family::DitheredNull => Source::Dithered(Dithered::draw(&mut rng, false)?),
             Family::Dithered => Source::Dithered(Dithered::draw(&mut rng, true)?),
+            Family::Attitude => Source::Attitude(Box::new(Attitudes::draw(number, &mut rng)?)),
+            Family::Rest => Source::Rest(Box::new(Still::draw(number, limits, &mut rng)?)),
             _ => Source::Rows(Box::new(Rows::draw(family, limits, &mut rng))),
         };
         Ok(Self {
@@ -85,14 +96,6 @@ impl Trial {
             noise_seed,
             salt: format!("{:016x}{:016x}", salt[0], salt[1]),
         })
-    }
-
-    /// Returns what is concealed.
-    pub fn effects(&self) -> &[Strong] {
-        match &self.source {
-            Source::Rows(rows) => &rows.effects,
-            Source::Dithered(dithered) => &dithered.effects,
-        }
     }
 }
 
@@ -228,11 +231,4 @@ impl Rows {
         let rho = product(weightings, &shape, &shape).sqrt();
         Some(Strong { effect, rho })
     }
-}
-
-/// Returns aᵀ C⁻¹ b summed over the gyros.
-pub fn product(weightings: &[Weighting; 3], a: &[Vec<f64>; 3], b: &[Vec<f64>; 3]) -> f64 {
-    (0..3)
-        .map(|axis| weightings[axis].product(&a[axis], &b[axis]))
-        .sum()
 }

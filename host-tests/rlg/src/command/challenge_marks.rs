@@ -13,6 +13,7 @@ use crate::challenge::marks::groups::Counts;
 use crate::challenge::marks::record::Declares;
 use crate::challenge::marks::run::{Cost, Outcome, Plan, Prepared, prepare};
 use crate::challenge::marks::table::{Scores, score};
+use crate::challenge::{attitude, rest};
 use crate::error::InputError;
 use crate::output::OutputFolder;
 use crate::terminal::Terminal;
@@ -28,7 +29,7 @@ const COSTS: &str = "costs.json";
 const CURVE: &str = "curve.json";
 
 /// Failures that are listed on the terminal.
-const SHOWN: usize = 30;
+const SHOWN: usize = 120;
 
 /// Options of `rlg challenge --marks`.
 #[derive(Debug, Args)]
@@ -37,9 +38,13 @@ pub struct MarksOptions {
     /// table of marks
     #[arg(long, conflicts_with_all = ["families", "shard", "leave_one_out", "merge", "recording", "truth", "check"])]
     pub marks: bool,
-    /// Families of the marks, others' trial numbers are passed over [default: all but hour]
+    /// Families of the marks, others' trial numbers are passed over; attitude and rest have trials of their own, each
+    /// diagnosed again with the model that was written [default: rates]
     #[arg(long, value_enum, num_args = 1.., value_delimiter = ',', requires = "marks")]
     family: Vec<Family>,
+    /// Of the families attitude and rest only trials that plant this
+    #[arg(long, num_args = 1.., value_delimiter = ',', value_name = "NAME", requires = "family")]
+    planted: Vec<String>,
     /// Keep every trial's recording, with its model, and its truth beside it
     #[arg(long, value_name = "DIR", requires = "marks")]
     keep: Option<PathBuf>,
@@ -79,7 +84,21 @@ pub struct Common<'a> {
 impl MarksOptions {
     /// Draws, commits, diagnoses and scores.
     pub fn run(&self, common: Common, terminal: &Terminal) -> Result<(), InputError> {
-        let engine = engine(common.engine);
+        let is_alone = |family: &Family| family.is_alone();
+        if self.family.len() > 1 && self.family.iter().any(is_alone) {
+            return Err(InputError::new(
+                "--family",
+                "names families whose trials have other numbers",
+            )
+            .expected("attitude alone, rest alone, or any of the others"));
+        }
+        let names = planted_names();
+        if let Some(unknown) = self.planted.iter().find(|name| !names.contains(name)) {
+            return Err(InputError::new("--planted", "is nothing that is planted")
+                .value(unknown)
+                .expected(names.join(", ")));
+        }
+        let engine = engine(common.engine, self.family.iter().any(is_alone));
         if !(1.0..=10.0).contains(&self.declared_within) {
             return Err(
                 InputError::new("--declared-within", "is no factor of a noise level")
@@ -93,6 +112,7 @@ impl MarksOptions {
             declared_within: self.declared_within,
             declares: self.declares.unwrap_or_default(),
             most_rows: f64::from(self.most_rows),
+            planted: self.planted.clone(),
             ..Plan::new(common.seed, common.trials, &self.family)
         };
         let mut first = OutputFolder::create(common.out)?;
@@ -123,6 +143,15 @@ impl MarksOptions {
         }
         terminal.result(&scores)
     }
+}
+
+/// What the families attitude and rest plant.
+fn planted_names() -> Vec<String> {
+    let mut names: Vec<String> = attitude::planted::CYCLE.map(|one| one.name()).to_vec();
+    names.extend(rest::planted::CYCLE.map(|one| one.name()));
+    names.sort();
+    names.dedup();
+    names
 }
 
 /// Reads what models declare.
@@ -219,8 +248,13 @@ fn say(scores: &Scores, costs: &[Cost], spent_s: Option<f64>, terminal: &Termina
                 words.join(" + ")
             }
         };
+        let far: String = failure
+            .far
+            .iter()
+            .map(|pull| format!(", {pull:+.1} σ"))
+            .collect();
         terminal.say(format!(
-            "  {} {:?} ({}): {} → {}",
+            "  {} {:?} ({}): {} → {}{far}",
             failure.trial,
             failure.score,
             failure.setting,

@@ -1,0 +1,154 @@
+//! Faults of an attitude reference: wrong stamps, a jump, a gap, an attitude that is held.
+
+use nalgebra::Vector3;
+use rand::RngExt as _;
+use rand_chacha::ChaCha8Rng;
+use rlg_simulator::instrument::normal;
+use serde_json::{Map, Value};
+
+use super::path::Path;
+use super::planted::Planted;
+use super::reference::Reference;
+use crate::marks::effects::{AXES, Concealed};
+use crate::marks::setting::{log_uniform, sign};
+
+/// Sizes of faults over the reference's own error.
+const SIZES: [f64; 2] = [20.0, 200.0];
+
+/// Stamps at either end that are sound.
+const SOUND: usize = 5;
+
+/// What is wrong with some stamps.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Wrong {
+    /// Each is off by its own error, navigation frame \[rad\].
+    Off(Vec<Vector3<f64>>),
+    /// From the first on all are turned about a body axis of that time \[rad\].
+    Jumped(usize, f64),
+    /// They are missing.
+    Missing,
+    /// They show the attitude of the first.
+    Held,
+}
+
+/// A fault.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fault {
+    /// First stamp.
+    pub first: usize,
+    /// Last stamp; of a jump the first once more.
+    pub last: usize,
+    /// What is wrong.
+    pub wrong: Wrong,
+}
+
+/// Draws the faults that are planted; `None` where the motion would not show them.
+pub fn draw(
+    planted: Planted,
+    reference: &Reference,
+    (path, stamps_s): (&Path, &[f64]),
+    rng: &mut ChaCha8Rng,
+) -> Option<Vec<Fault>> {
+    let stamps = stamps_s.len();
+    let error_rad = reference.error_rad();
+    let in_seconds = |length_s: f64| ((length_s * reference.rate_hz) as usize).max(2);
+    let size = |rng: &mut ChaCha8Rng| error_rad * log_uniform(rng, SIZES[0], SIZES[1]);
+    let off = |length: usize, share: f64, rng: &mut ChaCha8Rng| {
+        let last = (share * stamps as f64) as usize;
+        let first = rng.random_range(SOUND..last.min(stamps - SOUND - length));
+        let errors = (0..length).map(|_| size(rng) * direction(rng)).collect();
+        Fault {
+            first,
+            last: first + length - 1,
+            wrong: Wrong::Off(errors),
+        }
+    };
+    let mut faults: Vec<Fault> = match planted {
+        Planted::Glitches => {
+            let count = rng.random_range(1..=4);
+            // The first where every diagnosis looks, the others anywhere.
+            let shares = std::iter::once(0.7).chain(std::iter::repeat_n(1.0, count - 1));
+            shares.map(|share| off(1, share, rng)).collect()
+        }
+        Planted::GlitchSpans => {
+            let count = rng.random_range(1..=2);
+            let shares = std::iter::once(0.7).chain(std::iter::repeat_n(1.0, count - 1));
+            shares
+                .map(|share| {
+                    let length = in_seconds(log_uniform(rng, 0.1, 0.6));
+                    off(length, share, rng)
+                })
+                .collect()
+        }
+        Planted::Jump => {
+            let first = rng.random_range(stamps * 3 / 20..stamps * 7 / 10);
+            let axis = rng.random_range(0..3);
+            vec![Fault {
+                first,
+                last: first,
+                wrong: Wrong::Jumped(axis, sign(rng) * size(rng)),
+            }]
+        }
+        Planted::Gap => {
+            let length = (stamps as f64 * log_uniform(rng, 0.03, 0.15)) as usize;
+            vec![within(length, Wrong::Missing, stamps, rng)]
+        }
+        Planted::Held => {
+            let length = in_seconds(log_uniform(rng, 0.3, 3.0)).max(4);
+            let fault = within(length, Wrong::Held, stamps, rng);
+            let turned = path
+                .at(stamps_s[fault.first])
+                .angle_to(&path.at(stamps_s[fault.last]));
+            if turned < SIZES[0] * error_rad {
+                return None;
+            }
+            vec![fault]
+        }
+        _ => Vec::new(),
+    };
+    faults.sort_by_key(|fault| fault.first);
+    let apart = faults
+        .windows(2)
+        .all(|pair| pair[1].first > pair[0].last + 1);
+    apart.then_some(faults)
+}
+
+fn direction(rng: &mut ChaCha8Rng) -> Vector3<f64> {
+    Vector3::from_fn(|_, _| normal(rng)).normalize()
+}
+
+fn within(length: usize, wrong: Wrong, stamps: usize, rng: &mut ChaCha8Rng) -> Fault {
+    let first = rng.random_range(SOUND..stamps * 7 / 10 - length);
+    Fault {
+        first,
+        last: first + length - 1,
+        wrong,
+    }
+}
+
+impl Fault {
+    /// Returns the fault as it is committed to: the contract's kind, and from the last sound stamp to the last wrong one
+    /// \[s\].
+    pub fn concealed(&self, stamps_s: &[f64]) -> Concealed {
+        let mut parameters = Map::new();
+        let mut put = |name: &str, value: Value| parameters.insert(name.to_owned(), value);
+        let kind = match &self.wrong {
+            Wrong::Off(errors) if errors.len() == 1 => "reference_spike",
+            Wrong::Off(_) | Wrong::Held => "reference_dropout",
+            Wrong::Missing => "lost_samples",
+            Wrong::Jumped(axis, size_rad) => {
+                put("axis", Value::from(AXES[*axis]));
+                put("time_s", Value::from(stamps_s[self.first]));
+                put("size", Value::from(*size_rad));
+                "reference_jump"
+            }
+        };
+        put("start_s", Value::from(stamps_s[self.first - 1]));
+        put("end_s", Value::from(stamps_s[self.last]));
+        Concealed {
+            kind: kind.to_owned(),
+            parameters,
+            rho: SIZES[0],
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! Gyros behind a filter of one pole: τ ẏ + y = θ, by an integral that three Gauss–Legendre nodes a row take exactly enough.
+
+use crate::marks::case::Case;
+use crate::marks::motion::Derivative;
+
+/// Nodes and weights on 0 … 1.
+const GAUSS: [(f64, f64); 3] = [
+    (0.112_701_665_379_258_31, 5.0 / 18.0),
+    (0.5, 8.0 / 18.0),
+    (0.887_298_334_620_741_7, 5.0 / 18.0),
+];
+
+/// Time constants that the filter runs before the first row: e⁻⁴⁰ is below the rounding of the angle.
+const BEFORE: f64 = 40.0;
+
+/// Returns what a filter of the time constant `pole_s` adds to the increments of a case, x y z \[rad by row\].
+pub fn added_rad(case: &Case, pole_s: f64) -> [Vec<f64>; 3] {
+    let period_s = case.period_s;
+    let before = (BEFORE * pole_s / period_s).ceil() as usize;
+    let start_s = -(before as f64) * period_s;
+    let rows = before + case.rows;
+    let keep = (-period_s / pole_s).exp();
+    std::array::from_fn(|axis| {
+        let angle = |from_s, count| {
+            let motion = &case.motion;
+            motion.series(Derivative::Angle, axis, from_s, period_s, count)
+        };
+        let at_nodes = GAUSS.map(|(node, _)| angle(start_s + node * period_s, rows));
+        let mut read = angle(start_s, 1)[0];
+        let mut filtered = vec![read];
+        for row in 0..rows {
+            read *= keep;
+            for ((node, weight), angles) in GAUSS.iter().zip(&at_nodes) {
+                let fades = (-(1.0 - node) * period_s / pole_s).exp();
+                read += weight * period_s / pole_s * fades * angles[row];
+            }
+            filtered.push(read);
+        }
+        let increments = filtered[before..].windows(2).map(|pair| pair[1] - pair[0]);
+        increments
+            .zip(&case.increments_rad[axis])
+            .map(|(filtered, whole)| filtered - whole)
+            .collect()
+    })
+}

@@ -1,0 +1,15 @@
+//! Recordings beside attitude references: nothing, one effect, or a fault of the reference.
+//!
+//! motions (`courses`) → the attitude, integrated exactly (`path`) → what is planted (`planted`, `low_pass`), as strong as
+//! its matched filter says (`strength`) → references with their noise (`reference`) and faults (`faults`) → trials (`trial`)
+//! → recordings (`record`)
+
+pub mod courses;
+pub mod faults;
+pub mod low_pass;
+pub mod path;
+pub mod planted;
+pub mod record;
+pub mod reference;
+pub mod strength;
+pub mod trial;

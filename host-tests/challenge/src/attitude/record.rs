@@ -1,0 +1,139 @@
+//! The recording of a trial beside attitudes, and its model, which declares no noise.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
+use rlg_model::{Model, MotionSource};
+use rlg_recording::{Channel, Clock, Quantity, Recording, Table};
+
+use super::faults::Wrong;
+use super::path::Path;
+use super::trial::Attitudes;
+use crate::marks::grade::Grade;
+use crate::marks::instruments::{accelerometers, gyros, recording, sensed_rad, table};
+use crate::marks::noise::Levels;
+
+/// Makes a trial's recording and the model that goes with it.
+pub fn record(drawn: &Attitudes, noise_seed: u64) -> (Recording, Model) {
+    let mut rng = ChaCha8Rng::seed_from_u64(noise_seed);
+    let path = drawn.path();
+    let case = drawn.case(&path);
+    let added_rad = match &drawn.effect {
+        Some(strong) => drawn.added_rad(&strong.effect, &case),
+        None => std::array::from_fn(|_| vec![0.0; case.rows]),
+    };
+    let levels = drawn.walk_rad_sqrt_s.map(|walk| Levels::white(walk, 0.0));
+    let noise = (&levels, drawn.pulse_rad);
+    let sensed = sensed_rad(&case, &drawn.unit, &added_rad, noise, &mut rng);
+    // Laser gyros count angle, the others report rates.
+    let as_rate = (drawn.grade != Grade::Rlg).then_some(drawn.rate_hz);
+    let mut channels = gyros(sensed, as_rate);
+    if let Some(force) = &case.force_m_s2 {
+        let noise = drawn.grade.accelerometer_m_s2_sqrt_hz() * drawn.rate_hz.sqrt();
+        channels.extend(accelerometers(force, noise, &mut rng));
+    }
+    let tables = vec![
+        table("samples.parquet", drawn.rate_hz, channels),
+        attitudes(drawn, &path, &mut rng),
+    ];
+    let model = Model {
+        motion: MotionSource::Reference,
+        earth_rate_in_reference: true,
+        gyro: drawn.unit.gyro(drawn.pulse_rad),
+        dither: None,
+        reference: None,
+        accelerometer: None,
+        effects: Vec::new(),
+    };
+    (recording(tables, None), model)
+}
+
+/// The reference's table.
+fn attitudes(drawn: &Attitudes, path: &Path, rng: &mut ChaCha8Rng) -> Table {
+    let number = |name: &str| {
+        let strong = drawn.effect.as_ref();
+        strong.map_or(0.0, |strong| strong.effect.value(name))
+    };
+    let is_late = |kind: &str| {
+        drawn
+            .effect
+            .as_ref()
+            .is_some_and(|one| one.effect.kind == kind)
+    };
+    let delay_s = if is_late("reference_delay") {
+        number("all")
+    } else {
+        0.0
+    };
+    let turned = match &drawn.effect {
+        Some(strong) if strong.effect.kind == "reference_misalignment" => strong.effect.by_axis(),
+        _ => Vector3::zeros(),
+    };
+    let turned = UnitQuaternion::from_scaled_axis(turned);
+    let stamps_s = &drawn.stamps_s;
+    let mut errors = drawn.reference.errors_rad(stamps_s, rng);
+    let mut jumped = UnitQuaternion::identity();
+    let mut shown = Vec::with_capacity(stamps_s.len());
+    for (stamp, time_s) in stamps_s.iter().enumerate() {
+        let attitude = path.at(time_s - delay_s);
+        for fault in &drawn.faults {
+            match &fault.wrong {
+                Wrong::Off(wrong) if (fault.first..=fault.last).contains(&stamp) => {
+                    errors[stamp] += wrong[stamp - fault.first];
+                }
+                Wrong::Jumped(axis, size_rad) if stamp == fault.first => {
+                    let about = attitude * Vector3::ith(*axis, *size_rad);
+                    jumped = UnitQuaternion::from_scaled_axis(about);
+                }
+                _ => {}
+            }
+        }
+        let wrong = jumped * UnitQuaternion::from_scaled_axis(errors[stamp]);
+        shown.push(drawn.frame * wrong * attitude * turned);
+    }
+    let mut is_missing = vec![false; shown.len()];
+    for fault in &drawn.faults {
+        match fault.wrong {
+            Wrong::Missing => is_missing[fault.first..=fault.last].fill(true),
+            Wrong::Held => {
+                let held = shown[fault.first];
+                shown[fault.first..=fault.last].fill(held);
+            }
+            _ => {}
+        }
+    }
+    let kept: Vec<usize> = (0..shown.len())
+        .filter(|stamp| !is_missing[*stamp])
+        .collect();
+    let component = |(place, name): (usize, &str)| Channel {
+        column: format!("q{name}"),
+        quantity: Quantity::ReferenceAttitude,
+        axis: Some(name.to_owned()),
+        scale: 1.0,
+        offset: 0.0,
+        values: kept
+            .iter()
+            .map(|stamp| {
+                [
+                    shown[*stamp].w,
+                    shown[*stamp].i,
+                    shown[*stamp].j,
+                    shown[*stamp].k,
+                ][place]
+            })
+            .collect(),
+    };
+    Table {
+        file: "attitudes.parquet".to_owned(),
+        clock: Clock::Stamped {
+            column: "t".to_owned(),
+            stamps_s: kept.iter().map(|stamp| stamps_s[*stamp]).collect(),
+        },
+        rows: kept.len(),
+        channels: ["w", "x", "y", "z"]
+            .into_iter()
+            .enumerate()
+            .map(component)
+            .collect(),
+    }
+}

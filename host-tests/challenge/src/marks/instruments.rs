@@ -1,0 +1,119 @@
+//! Instruments that every family has: gyros, accelerometers and thermometers as channels of a table.
+
+use rand_chacha::ChaCha8Rng;
+use rlg_recording::{Channel, Clock, Quantity, Recording, Site, Table};
+use rlg_simulator::instrument::normal;
+
+use super::case::{Case, START_K, Unit};
+use super::effects::AXES;
+use super::noise::{Levels, quantised_rad};
+
+/// Noise of a thermometer's reading \[K\].
+const THERMOMETER_K: f64 = 2e-3;
+
+/// Returns what the gyros read of a case \[rad by row\]: what the contract's model predicts, with `added_rad` beside the
+/// case's part, noise, and whole pulses.
+pub fn sensed_rad(
+    case: &Case,
+    unit: &Unit,
+    added_rad: &[Vec<f64>; 3],
+    (levels, pulse_rad): (&[Levels; 3], f64),
+    rng: &mut ChaCha8Rng,
+) -> [Vec<f64>; 3] {
+    let (count, period_s) = (case.rows, case.period_s);
+    let sensing_from_body = unit.sensing_from_body();
+    std::array::from_fn(|axis| {
+        let scale = 1.0 / (1.0 - unit.scale_error[axis]);
+        let bias_rad = unit.bias_rad_s[axis] * period_s * scale;
+        let noise = levels[axis].series_rad(count, period_s, rng);
+        let sensed: Vec<f64> = (0..count)
+            .map(|row| {
+                let case_rad: f64 = (0..3)
+                    .map(|body| sensing_from_body[(axis, body)] * case.increments_rad[body][row])
+                    .sum();
+                scale * (case_rad + bias_rad + added_rad[axis][row]) + noise[row]
+            })
+            .collect();
+        quantised_rad(&sensed, pulse_rad, rng)
+    })
+}
+
+/// Returns the channels of gyros: what they read \[rad by row\], or the rates that it is at so many rows a second \[Hz\].
+pub fn gyros(read_rad: [Vec<f64>; 3], as_rate_hz: Option<f64>) -> Vec<Channel> {
+    let of_gyro = |(axis, read): (usize, Vec<f64>)| match as_rate_hz {
+        None => channel("g", axis, Quantity::GyroIncrement, read),
+        Some(rate_hz) => {
+            let rates = read.into_iter().map(|angle| angle * rate_hz).collect();
+            channel("g", axis, Quantity::GyroRate, rates)
+        }
+    };
+    read_rad.into_iter().enumerate().map(of_gyro).collect()
+}
+
+/// Returns channels of thermometers on blocks that warm up \[K since the start\].
+pub fn thermometers(warming_k: &[Vec<f64>; 3], rng: &mut ChaCha8Rng) -> Vec<Channel> {
+    let of_block = |(axis, block): (usize, &Vec<f64>)| {
+        let noisy = |kelvin: &f64| START_K + kelvin + THERMOMETER_K * normal(rng);
+        channel(
+            "t",
+            axis,
+            Quantity::Temperature,
+            block.iter().map(noisy).collect(),
+        )
+    };
+    warming_k.iter().enumerate().map(of_block).collect()
+}
+
+/// Returns channels of accelerometers with white noise of `noise_m_s2` a row.
+pub fn accelerometers(
+    force_m_s2: &[Vec<f64>; 3],
+    noise_m_s2: f64,
+    rng: &mut ChaCha8Rng,
+) -> Vec<Channel> {
+    let of_axis = |(axis, values): (usize, &Vec<f64>)| {
+        let noisy = |value: &f64| value + noise_m_s2 * normal(rng);
+        channel(
+            "a",
+            axis,
+            Quantity::SpecificForce,
+            values.iter().map(noisy).collect(),
+        )
+    };
+    force_m_s2.iter().enumerate().map(of_axis).collect()
+}
+
+/// Returns a channel of an axis.
+pub fn channel(prefix: &str, axis: usize, quantity: Quantity, values: Vec<f64>) -> Channel {
+    Channel {
+        column: format!("{prefix}{}", AXES[axis]),
+        quantity,
+        axis: Some(AXES[axis].to_owned()),
+        scale: 1.0,
+        offset: 0.0,
+        values,
+    }
+}
+
+/// Returns a table of uniform rows from time 0 on.
+pub fn table(file: &str, rate_hz: f64, channels: Vec<Channel>) -> Table {
+    Table {
+        file: file.to_owned(),
+        clock: Clock::Uniform {
+            rate_hz,
+            start_s: 0.0,
+        },
+        rows: channels.first().map_or(0, |channel| channel.values.len()),
+        channels,
+    }
+}
+
+/// Returns a recording that has no name yet and lies in no folder.
+pub fn recording(tables: Vec<Table>, site: Option<Site>) -> Recording {
+    Recording {
+        name: String::new(),
+        folder: std::path::PathBuf::new(),
+        site,
+        tables,
+        segments: Vec::new(),
+    }
+}

@@ -1,0 +1,78 @@
+//! What is planted at rest, and how often.
+
+use serde::{Deserialize, Serialize};
+
+use crate::marks::setting::name_of;
+
+/// What a recording conceals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Planted {
+    /// Nothing.
+    None,
+    /// A bias of 5 to 10 000 standard deviations.
+    GyroBias,
+    /// One line on one gyro.
+    Line,
+    /// Two or three lines, each on one gyro or on all.
+    Lines,
+    /// Two lines and, on a gyro, their product.
+    ProductOfLines,
+    /// One or two steps of the bias.
+    GyroBiasStep,
+    /// A bias by temperature, while the unit warms up.
+    GyroBiasTemperature,
+    /// Pulses coarser than those of the model.
+    PulseQuantisation,
+    /// More angle random walk than the model declares.
+    AngleRandomWalk,
+    /// Bias instability that the model does not declare.
+    Flicker,
+    /// A random walk of rate that the model does not declare.
+    RateRandomWalk,
+}
+
+/// What is planted by the trial's number, again and again.
+pub const CYCLE: [Planted; 15] = {
+    use Planted::{
+        AngleRandomWalk, Flicker, GyroBias, GyroBiasStep, GyroBiasTemperature, Line, Lines, None,
+        ProductOfLines, PulseQuantisation, RateRandomWalk,
+    };
+    [
+        None,
+        GyroBias,
+        Line,
+        None,
+        Lines,
+        ProductOfLines,
+        None,
+        GyroBiasStep,
+        GyroBiasTemperature,
+        None,
+        PulseQuantisation,
+        AngleRandomWalk,
+        None,
+        Flicker,
+        RateRandomWalk,
+    ]
+};
+
+impl Planted {
+    /// Returns what the trial of a number plants.
+    pub fn of(number: u64) -> Self {
+        CYCLE[(number % CYCLE.len() as u64) as usize]
+    }
+
+    /// Whether it is noise, which predicts nothing.
+    pub fn is_noise(self) -> bool {
+        matches!(
+            self,
+            Self::AngleRandomWalk | Self::Flicker | Self::RateRandomWalk
+        )
+    }
+
+    /// Returns its name in tables.
+    pub fn name(self) -> String {
+        name_of(&self)
+    }
+}

@@ -1,0 +1,232 @@
+//! Trials beside attitudes and at rest: the generator against closed forms, and the diagnosis on a few of them.
+
+use std::f64::consts::PI;
+
+use nalgebra::{UnitQuaternion, Vector3};
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
+use rlg_challenge::attitude::courses::COURSES;
+use rlg_challenge::attitude::path::Path;
+use rlg_challenge::attitude::planted::Planted;
+use rlg_challenge::attitude::trial::Attitudes;
+use rlg_challenge::attitude::{low_pass, record};
+use rlg_challenge::marks::case::Case;
+use rlg_challenge::marks::effects::Effect;
+use rlg_challenge::marks::motion::{Motion, Term};
+use rlg_recording::{Clock, Quantity, Recording};
+
+fn generator(seed: u64) -> ChaCha8Rng {
+    ChaCha8Rng::seed_from_u64(seed)
+}
+
+/// A cone: the rate turns about z in the body, and has a constant part along z.
+fn cone(rate_rad_s: f64, turning_rad_s: f64, spin_rad_s: f64) -> Motion {
+    let sine = |phase_rad: f64| Term::Sine {
+        amplitude_rad: rate_rad_s / turning_rad_s,
+        angular_frequency_rad_s: turning_rad_s,
+        phase_rad,
+    };
+    let spin = Term::Spin {
+        rate_rad_s: spin_rad_s,
+    };
+    Motion {
+        // rates a cos Ωt and a sin Ωt
+        terms: [vec![sine(0.0)], vec![sine(-PI / 2.0)], vec![spin]],
+    }
+}
+
+#[test]
+fn a_cone_is_integrated_as_its_closed_form_says() {
+    let (rate, turning, spin) = (2.5, 2.0 * PI * 6.0, 0.3);
+    let motion = cone(rate, turning, spin);
+    let path = Path::new(&motion, 0.0, 0.01, 6000);
+    // In a frame that turns with the rate this is constant: q = exp(w t) exp(−Ω t z), w = (a, 0, s + Ω).
+    for time_s in [0.0137, 1.0, 17.301, 59.999] {
+        let constant = Vector3::new(rate, 0.0, spin + turning);
+        let exact = UnitQuaternion::from_scaled_axis(constant * time_s)
+            * UnitQuaternion::from_scaled_axis(-Vector3::z() * (turning * time_s));
+        let off = path.at(time_s).angle_to(&exact);
+        // A step's error is below h⁵ Ω⁴ a / 720 = 2e-13 rad, there are 96 000.
+        assert!(off < 2e-8, "{time_s} s: {off} rad");
+    }
+}
+
+/// A case with a sine about each axis.
+fn case_of(motion: &Motion, period_s: f64, rows: usize) -> Case {
+    Case {
+        motion: motion.clone(),
+        rows,
+        period_s,
+        increments_rad: std::array::from_fn(|axis| {
+            motion.increments_rad(axis, 0.0, period_s, rows)
+        }),
+        warming_k: None,
+        force_m_s2: None,
+    }
+}
+
+#[test]
+fn a_pole_makes_sines_late_and_small_as_its_closed_form_says() {
+    let (frequency_hz, pole_s) = (3.0, 0.02);
+    let turning = 2.0 * PI * frequency_hz;
+    let of = |amplitude_rad: f64, phase_rad: f64| Motion {
+        terms: std::array::from_fn(|axis| {
+            vec![Term::Sine {
+                amplitude_rad,
+                angular_frequency_rad_s: turning,
+                phase_rad: phase_rad + axis as f64,
+            }]
+        }),
+    };
+    let case = case_of(&of(0.2, 0.4), 0.01, 500);
+    let late_rad = (turning * pole_s).atan();
+    let exact = case_of(&of(0.2 * late_rad.cos(), 0.4 - late_rad), 0.01, 500);
+    let added = low_pass::added_rad(&case, pole_s);
+    for axis in 0..3 {
+        for row in 0..case.rows {
+            let filtered = case.increments_rad[axis][row] + added[axis][row];
+            let off = filtered - exact.increments_rad[axis][row];
+            assert!(off.abs() < 1e-9, "row {row}: {off} rad");
+        }
+    }
+}
+
+/// Attitudes of a recording with their stamps [s].
+fn attitudes(recording: &Recording) -> Vec<(f64, UnitQuaternion<f64>)> {
+    let of = |axis: &str| {
+        recording
+            .channel(&Quantity::ReferenceAttitude, axis)
+            .expect("recorded")
+    };
+    let (table, w) = of("w");
+    let Clock::Stamped { stamps_s, .. } = &table.clock else {
+        panic!("attitudes are stamped");
+    };
+    let [x, y, z] = ["x", "y", "z"].map(|axis| &of(axis).1.values);
+    let quaternion = |row: usize| nalgebra::Quaternion::new(w.values[row], x[row], y[row], z[row]);
+    let stamps = stamps_s.iter().enumerate();
+    stamps
+        .map(|(row, time_s)| (*time_s, UnitQuaternion::from_quaternion(quaternion(row))))
+        .collect()
+}
+
+/// What the model of a trial says that the gyros turned by [rad by row].
+fn turned_rad(recording: &Recording, drawn: &Attitudes) -> Vec<Vector3<f64>> {
+    let gyro = |axis: &str| {
+        let counted = recording.channel(&Quantity::GyroIncrement, axis);
+        let period_s = drawn.period_s();
+        match counted.or_else(|| recording.channel(&Quantity::GyroRate, axis)) {
+            Some((_, channel)) if channel.quantity == Quantity::GyroRate => {
+                channel.values.iter().map(|rate| rate * period_s).collect()
+            }
+            Some((_, channel)) => channel.values.clone(),
+            None => panic!("gyros are recorded"),
+        }
+    };
+    let sensed: [Vec<f64>; 3] = ["x", "y", "z"].map(gyro);
+    let body_from_sensing = drawn
+        .unit
+        .sensing_from_body()
+        .try_inverse()
+        .expect("small angles");
+    (0..drawn.rows)
+        .map(|row| {
+            body_from_sensing
+                * Vector3::from_fn(|axis, _| {
+                    let scale = 1.0 - drawn.unit.scale_error[axis];
+                    let bias = drawn.unit.bias_rad_s[axis] * drawn.period_s() / scale;
+                    sensed[axis][row] * scale - bias
+                })
+        })
+        .collect()
+}
+
+/// Growth of the error of the gyros' attitude between the stamps of an effect-free recording, over what its noise makes.
+fn power_of_a_null(drawn: &Attitudes, recording: &Recording) -> f64 {
+    let turned = turned_rad(recording, drawn);
+    let mut by_gyros = vec![UnitQuaternion::identity()];
+    let mut before = Vector3::zeros();
+    for turn in turned {
+        // Savage 1998, Eq. (38): the cone within a row by that row and the one before.
+        let rotation = turn + before.cross(&turn) / 12.0;
+        let last = by_gyros[by_gyros.len() - 1];
+        by_gyros.push(last * UnitQuaternion::from_scaled_axis(rotation));
+        before = turn;
+    }
+    let errors: Vec<(f64, Vector3<f64>)> = attitudes(recording)
+        .into_iter()
+        .map(|(time_s, shown)| {
+            let place = time_s * drawn.rate_hz;
+            let row = place.round() as usize;
+            let own = by_gyros[row];
+            (
+                time_s,
+                (shown * own.inverse() * drawn.frame.inverse()).scaled_axis(),
+            )
+        })
+        .collect();
+    let walk = drawn.walk_rad_sqrt_s.iter().copied().fold(0.0, f64::max);
+    let pairs = errors.windows(2);
+    let squares: Vec<f64> = pairs
+        .map(|pair| {
+            let stamps = 2.0 * drawn.reference.white_rad.powi(2);
+            let gyros = walk * walk * (pair[1].0 - pair[0].0);
+            (pair[1].1 - pair[0].1).norm_squared() / (3.0 * (stamps + gyros))
+        })
+        .collect();
+    squares.iter().sum::<f64>() / squares.len() as f64
+}
+
+#[test]
+fn gyros_and_attitudes_of_a_null_agree_within_their_noise() {
+    let mut tested = 0;
+    for seed in 0..40 {
+        let drawn = Attitudes::draw(0, &mut generator(seed)).expect("drawn");
+        assert_eq!(drawn.planted, Planted::None);
+        // Stamps between rows would ask for an interpolation, and the wandering error has no white growth.
+        if drawn.reference.jitter_s > 0.0 || drawn.reference.wander_rad > 0.0 {
+            continue;
+        }
+        let is_on_rows = (drawn.rate_hz / drawn.reference.rate_hz).fract() == 0.0;
+        if !is_on_rows {
+            continue;
+        }
+        tested += 1;
+        let (recording, _) = record::record(&drawn, seed);
+        let power = power_of_a_null(&drawn, &recording);
+        let stamps = drawn.stamps_s.len() as f64;
+        // Gyros quieter than the noisiest make it less by a little, where their walk matters.
+        let most = 5.0 * (2.0 / stamps).sqrt();
+        assert!(
+            power < 1.0 + most && power > 0.75 - most,
+            "seed {seed}, {:?}: {power}",
+            drawn.conditions()
+        );
+    }
+    assert!(tested > 8, "{tested}");
+}
+
+#[test]
+fn every_motion_turns_the_case_and_every_effect_is_as_strong_as_asked() {
+    let mut rng = generator(2);
+    for course in COURSES {
+        let motion = course.draw((100.0, 60.0), &mut rng);
+        assert!((0..3).any(|axis| motion.moves(axis)), "{course:?}");
+    }
+    for number in 0..17 {
+        let drawn = Attitudes::draw(number, &mut generator(100 + number)).expect("drawn");
+        let concealed = drawn.concealed();
+        let is_null = drawn.planted == Planted::None;
+        assert_eq!(concealed.is_empty(), is_null, "{:?}", drawn.planted);
+        for one in &concealed {
+            assert!(one.rho >= 10.0, "{one:?}");
+        }
+        if let Some(strong) = &drawn.effect {
+            let largest: f64 = Effect::largest(&strong.effect);
+            assert!(
+                largest <= drawn.grade.largest(strong.effect.kind),
+                "{strong:?}"
+            );
+        }
+    }
+}
