@@ -277,6 +277,8 @@ fn answer(effects: &[(&str, serde_json::Value)]) -> Answer {
         effects: concealed.collect(),
         setting: None,
         scenario: None,
+        planted: None,
+        conditions: Vec::new(),
         noise_seed: 0,
         salt: String::new(),
     }
@@ -297,6 +299,7 @@ fn found(kind: &str, alike: &[&str], numbers: &[(&str, f64, f64)]) -> FoundEffec
         numbers,
         texts: BTreeMap::new(),
         expression: None,
+        gain: 10.0,
     }
 }
 
@@ -306,6 +309,7 @@ fn outcome(effects: Vec<FoundEffect>) -> Outcome {
         said: Some(DiagnosisSummary {
             verdict: "explained".to_owned(),
             effects,
+            again: None,
         }),
         failure: None,
     }
@@ -369,6 +373,94 @@ fn claims_are_judged_by_kind_class_and_number() {
     let mut other = found("counter_slip", &[], &[]);
     other.texts.insert("axis".to_owned(), "y".to_owned());
     assert_eq!(of(&slip, vec![other]), Score::Wrong);
+}
+
+#[test]
+fn faults_are_judged_by_their_time_and_lines_by_their_frequency() {
+    let of = |answer: &Answer, effects: Vec<FoundEffect>| judge(answer, &outcome(effects)).score;
+    let spike = answer(&[("reference_spike", json!({"start_s": 4.9, "end_s": 5.0}))]);
+    let during = |begin_s: f64, end_s: f64| {
+        let times = [("start_s", begin_s, 0.0), ("end_s", end_s, 0.0)];
+        found("reference_dropout", &[], &times)
+    };
+    assert_eq!(of(&spike, vec![during(5.0, 5.0)]), Score::Right);
+    assert_eq!(
+        of(&spike, vec![during(4.0, 8.0), during(5.0, 5.0)]),
+        Score::Right
+    );
+    assert_eq!(of(&spike, vec![during(7.0, 8.0)]), Score::Wrong);
+    assert_eq!(of(&spike, Vec::new()), Score::Missed);
+    let with_name = vec![during(5.0, 5.0), found("gyro_scale", &[], &[])];
+    assert_eq!(of(&spike, with_name), Score::Wrong);
+    assert_eq!(of(&answer(&[]), vec![during(5.0, 5.0)]), Score::Wrong);
+
+    let jump = answer(&[(
+        "reference_jump",
+        json!({"axis": "x", "start_s": 4.9, "end_s": 5.0}),
+    )]);
+    assert_eq!(
+        of(&jump, vec![found("counter_slip", &["reference_jump"], &[])]),
+        Score::Right
+    );
+    assert_eq!(
+        of(&jump, vec![found("counter_slip", &[], &[])]),
+        Score::Wrong
+    );
+    // Rows that are missing need no name, and may have one.
+    let gap = answer(&[("lost_samples", json!({"start_s": 4.9, "end_s": 5.0}))]);
+    assert_eq!(of(&gap, Vec::new()), Score::Right);
+    assert_eq!(of(&gap, vec![during(5.0, 5.0)]), Score::Right);
+    assert_eq!(of(&gap, vec![found("gyro_bias", &[], &[])]), Score::Wrong);
+
+    let truth = json!({"frequency_hz": 9.2, "resolution_hz": 0.01, "x": 1e-5, "y": 0.0, "z": 0.0});
+    let line = answer(&[("unlisted", truth)]);
+    let at = |frequency_hz: f64| FoundEffect {
+        expression: Some(format!("sine({frequency_hz:.5})")),
+        ..found("unlisted", &[], &[("x", 1.2e-5, 1e-6), ("y", 0.0, 0.0)])
+    };
+    assert_eq!(of(&line, vec![at(9.204)]), Score::Right);
+    assert_eq!(of(&line, vec![at(9.206)]), Score::Wrong);
+    let pulls = judge(&line, &outcome(vec![at(9.2)])).pulls;
+    assert!(
+        pulls.len() == 1 && (pulls[0] - 2.0).abs() < 1e-9,
+        "{pulls:?}"
+    );
+}
+
+#[test]
+fn the_table_by_effect_counts_names_pulls_and_second_passes() {
+    let plan = Plan::new(1, 3, &[Family::Attitude]);
+    let mut biased = answer(&[("gyro_bias", json!({"x": 1e-4}))]);
+    biased.family = Family::Attitude;
+    biased.planted = Some("gyro_bias".to_owned());
+    let said = |x: f64, verdict: &str| {
+        let mut outcome = outcome(vec![found("gyro_bias", &[], &[("x", x, 1e-6)])]);
+        let again = Box::new(DiagnosisSummary {
+            verdict: verdict.to_owned(),
+            effects: Vec::new(),
+            again: None,
+        });
+        outcome.said.as_mut().expect("said").again = Some(again);
+        outcome
+    };
+    let outcomes = [
+        said(1e-4, "matches"),
+        said(1.04e-4, "matches"),
+        said(1e-4, "unexplained"),
+    ];
+    let scores = score(&plan, &vec![biased; 3], &outcomes);
+    let [row] = scores.effects.as_slice() else {
+        panic!("{:?}", scores.effects);
+    };
+    assert_eq!(
+        (row.effect.as_str(), row.counts.right, row.counts.all()),
+        ("gyro_bias", 3, 3)
+    );
+    assert_eq!((row.numbers, row.beyond_3), (3, 1));
+    assert!((row.pull_rms - (16.0_f64 / 3.0).sqrt()).abs() < 1e-9);
+    assert_eq!((row.match_again, row.again), (2, 3));
+    // One number is far off, one second pass does not match.
+    assert_eq!(scores.failures.len(), 2);
 }
 
 #[test]

@@ -13,6 +13,9 @@ use rlg_challenge::attitude::{low_pass, record};
 use rlg_challenge::marks::case::Case;
 use rlg_challenge::marks::effects::Effect;
 use rlg_challenge::marks::motion::{Motion, Term};
+use rlg_challenge::marks::setting::Limits;
+use rlg_challenge::rest;
+use rlg_challenge::rest::trial::Still;
 use rlg_recording::{Clock, Quantity, Recording};
 
 fn generator(seed: u64) -> ChaCha8Rng {
@@ -180,7 +183,7 @@ fn power_of_a_null(drawn: &Attitudes, recording: &Recording) -> f64 {
 #[test]
 fn gyros_and_attitudes_of_a_null_agree_within_their_noise() {
     let mut tested = 0;
-    for seed in 0..40 {
+    for seed in 0..24 {
         let drawn = Attitudes::draw(0, &mut generator(seed)).expect("drawn");
         assert_eq!(drawn.planted, Planted::None);
         // Stamps between rows would ask for an interpolation, and the wandering error has no white growth.
@@ -203,7 +206,7 @@ fn gyros_and_attitudes_of_a_null_agree_within_their_noise() {
             drawn.conditions()
         );
     }
-    assert!(tested > 8, "{tested}");
+    assert!(tested > 4, "{tested}");
 }
 
 #[test]
@@ -218,7 +221,7 @@ fn every_motion_turns_the_case_and_every_effect_is_as_strong_as_asked() {
         let concealed = drawn.concealed();
         let is_null = drawn.planted == Planted::None;
         assert_eq!(concealed.is_empty(), is_null, "{:?}", drawn.planted);
-        for one in &concealed {
+        for one in concealed.iter().filter(|one| one.kind != "lost_samples") {
             assert!(one.rho >= 10.0, "{one:?}");
         }
         if let Some(strong) = &drawn.effect {
@@ -229,4 +232,73 @@ fn every_motion_turns_the_case_and_every_effect_is_as_strong_as_asked() {
             );
         }
     }
+}
+
+/// At-rest trials of the first numbers, 60 to some 100 s.
+fn still(number: u64, seed: u64) -> Still {
+    let limits = Limits {
+        length_s: [60.0, 1200.0],
+        most_rows: 10_000.0,
+        declared_within: 1.0,
+    };
+    Still::draw(number, &limits, &mut generator(seed)).expect("drawn")
+}
+
+#[test]
+fn a_unit_at_rest_reads_the_earth_its_bias_and_its_lines() {
+    for number in 0..15 {
+        let drawn = still(number, 40 + number);
+        let (recording, model) = rest::record::record(&drawn, number);
+        assert_eq!(recording.site, Some(drawn.site));
+        let case = drawn.case();
+        let earth_rad_s = Vector3::from_fn(|axis, _| case.increments_rad[axis][0] * drawn.rate_hz);
+        // WGS-84, and its part along the vertical, up in the body.
+        assert!((earth_rad_s.norm() / 7.292_115e-5 - 1.0).abs() < 1e-9);
+        let up = drawn.body_from_level * Vector3::z();
+        let vertical = earth_rad_s.dot(&up) / 7.292_115e-5;
+        assert!((vertical - drawn.site.latitude_rad.sin()).abs() < 1e-9);
+        let is_declared = model.gyro.angle_random_walk_rad_sqrt_s.is_some();
+        assert!(is_declared || drawn.planted != rest::planted::Planted::AngleRandomWalk);
+        for line in &drawn.lines {
+            let concealed = line.concealed();
+            for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+                let shown = amplitude(&recording, name, line.frequency_hz, drawn.rate_hz);
+                let truth = concealed.parameters[name].as_f64().expect("a number");
+                let length_s = drawn.rows as f64 / drawn.rate_hz;
+                let spread = drawn.levels[axis].walk_rad_sqrt_s * (2.0 / length_s).sqrt();
+                // Other lines and the Earth's rate reach in by a tenth of a resolution's distance.
+                let others: f64 = drawn
+                    .lines
+                    .iter()
+                    .map(|one| one.amplitude_rad_s[axis])
+                    .sum();
+                let most = 4.5 * spread + 0.06 * (others + earth_rad_s.norm());
+                assert!(
+                    (shown - truth).abs() < most,
+                    "{number} {name}: {shown} {truth}"
+                );
+            }
+        }
+    }
+}
+
+/// Amplitude of a gyro's rate at a frequency [rad/s].
+fn amplitude(recording: &Recording, axis: &str, frequency_hz: f64, rate_hz: f64) -> f64 {
+    let counted = recording.channel(&Quantity::GyroIncrement, axis);
+    let (factor, values) = match counted {
+        Some((_, channel)) => (rate_hz, &channel.values),
+        None => match recording.channel(&Quantity::GyroRate, axis) {
+            Some((_, channel)) => (1.0, &channel.values),
+            None => panic!("gyros are recorded"),
+        },
+    };
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let turn = 2.0 * PI * frequency_hz / rate_hz;
+    let (mut sine, mut cosine) = (0.0, 0.0);
+    for (row, value) in values.iter().enumerate() {
+        let (sin, cos) = (turn * row as f64).sin_cos();
+        sine += (value - mean) * sin;
+        cosine += (value - mean) * cos;
+    }
+    factor * 2.0 / values.len() as f64 * f64::hypot(sine, cosine)
 }

@@ -40,6 +40,8 @@ pub struct Fault {
     pub last: usize,
     /// What is wrong.
     pub wrong: Wrong,
+    /// Its size over the reference's own error; of missing stamps none.
+    pub over_error: f64,
 }
 
 /// Draws the faults that are planted; `None` where the motion would not show them.
@@ -52,41 +54,29 @@ pub fn draw(
     let stamps = stamps_s.len();
     let error_rad = reference.error_rad();
     let in_seconds = |length_s: f64| ((length_s * reference.rate_hz) as usize).max(2);
-    let size = |rng: &mut ChaCha8Rng| error_rad * log_uniform(rng, SIZES[0], SIZES[1]);
-    let off = |length: usize, share: f64, rng: &mut ChaCha8Rng| {
-        let last = (share * stamps as f64) as usize;
-        let first = rng.random_range(SOUND..last.min(stamps - SOUND - length));
-        let errors = (0..length).map(|_| size(rng) * direction(rng)).collect();
-        Fault {
-            first,
-            last: first + length - 1,
-            wrong: Wrong::Off(errors),
-        }
-    };
     let mut faults: Vec<Fault> = match planted {
         Planted::Glitches => {
             let count = rng.random_range(1..=4);
-            // The first where every diagnosis looks, the others anywhere.
-            let shares = std::iter::once(0.7).chain(std::iter::repeat_n(1.0, count - 1));
-            shares.map(|share| off(1, share, rng)).collect()
+            let one = |place| off((place, 1), stamps, error_rad, rng);
+            (0..count).map(one).collect()
         }
         Planted::GlitchSpans => {
             let count = rng.random_range(1..=2);
-            let shares = std::iter::once(0.7).chain(std::iter::repeat_n(1.0, count - 1));
-            shares
-                .map(|share| {
-                    let length = in_seconds(log_uniform(rng, 0.1, 0.6));
-                    off(length, share, rng)
-                })
-                .collect()
+            let one = |place| {
+                let length = in_seconds(log_uniform(rng, 0.1, 0.6));
+                off((place, length), stamps, error_rad, rng)
+            };
+            (0..count).map(one).collect()
         }
         Planted::Jump => {
             let first = rng.random_range(stamps * 3 / 20..stamps * 7 / 10);
             let axis = rng.random_range(0..3);
+            let over_error = log_uniform(rng, SIZES[0], SIZES[1]);
             vec![Fault {
                 first,
                 last: first,
-                wrong: Wrong::Jumped(axis, sign(rng) * size(rng)),
+                wrong: Wrong::Jumped(axis, sign(rng) * over_error * error_rad),
+                over_error,
             }]
         }
         Planted::Gap => {
@@ -95,22 +85,43 @@ pub fn draw(
         }
         Planted::Held => {
             let length = in_seconds(log_uniform(rng, 0.3, 3.0)).max(4);
-            let fault = within(length, Wrong::Held, stamps, rng);
-            let turned = path
-                .at(stamps_s[fault.first])
-                .angle_to(&path.at(stamps_s[fault.last]));
-            if turned < SIZES[0] * error_rad {
-                return None;
-            }
+            let mut fault = within(length, Wrong::Held, stamps, rng);
+            let [first, last] = [fault.first, fault.last].map(|stamp| path.at(stamps_s[stamp]));
+            fault.over_error = first.angle_to(&last) / error_rad;
             vec![fault]
         }
         _ => Vec::new(),
     };
     faults.sort_by_key(|fault| fault.first);
-    let apart = faults
+    let are_apart = faults
         .windows(2)
         .all(|pair| pair[1].first > pair[0].last + 1);
-    apart.then_some(faults)
+    let is_shown = |fault: &Fault| fault.wrong == Wrong::Missing || fault.over_error >= SIZES[0];
+    (are_apart && faults.iter().all(is_shown)).then_some(faults)
+}
+
+/// Draws a span of stamps that are off, each by itself: the first of several before the last third, the others anywhere.
+fn off(
+    (place, length): (usize, usize),
+    stamps: usize,
+    error_rad: f64,
+    rng: &mut ChaCha8Rng,
+) -> Fault {
+    let last = if place == 0 { stamps * 2 / 3 } else { stamps };
+    let first = rng.random_range(SOUND..last - SOUND - length);
+    let over: Vec<f64> = (0..length)
+        .map(|_| log_uniform(rng, SIZES[0], SIZES[1]))
+        .collect();
+    let over_error = over.iter().copied().fold(0.0, f64::max);
+    let errors = over
+        .into_iter()
+        .map(|over| over * error_rad * direction(rng));
+    Fault {
+        first,
+        last: first + length - 1,
+        wrong: Wrong::Off(errors.collect()),
+        over_error,
+    }
 }
 
 fn direction(rng: &mut ChaCha8Rng) -> Vector3<f64> {
@@ -123,6 +134,7 @@ fn within(length: usize, wrong: Wrong, stamps: usize, rng: &mut ChaCha8Rng) -> F
         first,
         last: first + length - 1,
         wrong,
+        over_error: 0.0,
     }
 }
 
@@ -148,7 +160,7 @@ impl Fault {
         Concealed {
             kind: kind.to_owned(),
             parameters,
-            rho: SIZES[0],
+            rho: self.over_error,
         }
     }
 }

@@ -1,14 +1,8 @@
 //! Gyros behind a filter of one pole: τ ẏ + y = θ, by an integral that three Gauss–Legendre nodes a row take exactly enough.
 
 use crate::marks::case::Case;
+use crate::marks::effects::GAUSS;
 use crate::marks::motion::Derivative;
-
-/// Nodes and weights on 0 … 1.
-const GAUSS: [(f64, f64); 3] = [
-    (0.112_701_665_379_258_31, 5.0 / 18.0),
-    (0.5, 8.0 / 18.0),
-    (0.887_298_334_620_741_7, 5.0 / 18.0),
-];
 
 /// Time constants that the filter runs before the first row: e⁻⁴⁰ is below the rounding of the angle.
 const BEFORE: f64 = 40.0;

@@ -13,7 +13,7 @@ use super::case::Case;
 use super::motion::Derivative;
 
 /// Nodes and weights on 0 … 1.
-const GAUSS: [(f64, f64); 3] = [
+pub const GAUSS: [(f64, f64); 3] = [
     (0.112_701_665_379_258_31, 5.0 / 18.0),
     (0.5, 8.0 / 18.0),
     (0.887_298_334_620_741_7, 5.0 / 18.0),

@@ -1,7 +1,8 @@
 //! Recordings of units at rest on the Earth: nothing, one effect, lines, or noise that the model does not declare.
 //!
-//! what is planted (`planted`) → trials (`trial`) → recordings (`record`)
+//! what is planted (`planted`, `lines`) → trials (`trial`) → recordings (`record`)
 
+pub mod lines;
 pub mod planted;
 pub mod record;
 pub mod trial;

@@ -18,7 +18,7 @@ pub enum Planted {
     Lines,
     /// Two lines and, on a gyro, their product.
     ProductOfLines,
-    /// One or two steps of the bias.
+    /// A step of the bias of one gyro or of two.
     GyroBiasStep,
     /// A bias by temperature, while the unit warms up.
     GyroBiasTemperature,
@@ -61,14 +61,6 @@ impl Planted {
     /// Returns what the trial of a number plants.
     pub fn of(number: u64) -> Self {
         CYCLE[(number % CYCLE.len() as u64) as usize]
-    }
-
-    /// Whether it is noise, which predicts nothing.
-    pub fn is_noise(self) -> bool {
-        matches!(
-            self,
-            Self::AngleRandomWalk | Self::Flicker | Self::RateRandomWalk
-        )
     }
 
     /// Returns its name in tables.

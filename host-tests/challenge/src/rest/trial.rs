@@ -1,7 +1,6 @@
 //! A recording of a unit at rest, drawn.
 
 use std::collections::BTreeMap;
-use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt as _;
@@ -9,14 +8,14 @@ use rand_chacha::ChaCha8Rng;
 use rlg_recording::Site;
 use rlg_recording::error::InputError;
 use rlg_simulator::instrument::normal;
-use serde_json::Value;
 
+use super::lines::{Line, Room, numbers};
 use super::planted::Planted;
 use crate::marks::case::{Case, GRAVITY_M_S2, Unit, Warming};
 use crate::marks::effects::{AXES, Concealed, Effect, Strong};
 use crate::marks::grade::Grade;
 use crate::marks::motion::{Motion, Term};
-use crate::marks::noise::{Drift, Levels, Weighting, dct, product};
+use crate::marks::noise::{Drift, Levels, Weighting, dct};
 use crate::marks::setting::{Limits, draw_strength, log_uniform, one_of, sign};
 
 /// Rows a second \[Hz\].
@@ -31,24 +30,8 @@ const EARTH_RAD_S: f64 = 7.292_115e-5;
 /// Standard deviations of a bias.
 const BIASES: [f64; 2] = [5.0, 1e4];
 
-/// Matched-filter SNR of lines.
-const LINES: [f64; 2] = [12.0, 300.0];
-
 /// Sizes that are drawn until a unit of the grade can have one.
 const ATTEMPTS: usize = 200;
-
-/// A steady line: amplitudes of the rows' means \[rad/s\] and phases \[rad\], x y z.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Line {
-    /// Frequency \[Hz\].
-    pub frequency_hz: f64,
-    /// Amplitudes \[rad/s\].
-    pub amplitude_rad_s: [f64; 3],
-    /// Phases \[rad\].
-    pub phase_rad: [f64; 3],
-    /// Matched-filter SNR.
-    pub rho: f64,
-}
 
 /// A recording, drawn.
 #[derive(Debug, Clone)]
@@ -163,19 +146,19 @@ impl Still {
             }
             Planted::GyroBiasStep => {
                 let count = rng.random_range(1..=2);
-                for _ in 0..count {
+                let first = rng.random_range(0..3);
+                for axis in [first, (first + 1) % 3].into_iter().take(count) {
                     let time_s = length_s * (0.15 + 0.7 * rng.random::<f64>());
                     let pattern = Effect {
                         kind: "gyro_bias_step",
-                        axis: Some(rng.random_range(0..3)),
+                        axis: Some(axis),
                         values: BTreeMap::from([
                             ("time_s".to_owned(), time_s),
                             ("size".to_owned(), sign(rng)),
                         ]),
                     };
                     let rho = draw_strength(rng);
-                    let strong = self.scaled(&pattern, &pattern, rho)?;
-                    self.effects.push(strong);
+                    self.effects.push(self.scaled(&pattern, &pattern, rho)?);
                 }
             }
             Planted::GyroBiasTemperature => {
@@ -187,88 +170,37 @@ impl Still {
                 let strong = self.scaled(&pattern, &pattern, rho)?;
                 self.effects.push(strong);
             }
-            Planted::Line => self.lines = vec![self.line(None, true, rng)],
-            Planted::Lines => {
-                let count = rng.random_range(2..=3);
-                for _ in 0..count {
-                    let on_one = rng.random_bool(0.5);
-                    self.lines.push(self.line(None, on_one, rng));
-                }
-            }
-            Planted::ProductOfLines => {
-                let first = self.line(None, false, rng);
-                let second = self.line(None, false, rng);
-                let [low_hz, high_hz] = self.band_hz();
-                let beats =
-                    [1.0, -1.0].map(|side| (first.frequency_hz + side * second.frequency_hz).abs());
-                if beats.iter().any(|beat| !(low_hz..high_hz).contains(beat)) {
-                    return None;
-                }
-                // c sin a sin b = c/2 (sin(a − b + π/2) + sin(a + b − π/2)), on one gyro
-                let mut sum = self.line(Some(beats[0]), true, rng);
-                let mut difference = sum.clone();
-                difference.frequency_hz = beats[1];
-                let side = (first.frequency_hz - second.frequency_hz).signum();
-                for axis in 0..3 {
-                    let (a, b) = (first.phase_rad[axis], second.phase_rad[axis]);
-                    sum.phase_rad[axis] = a + b - FRAC_PI_2;
-                    difference.phase_rad[axis] = side * (a - b) + FRAC_PI_2;
-                }
-                self.lines = vec![first, second, sum, difference];
-            }
             _ => {}
         }
-        let spacing_hz = 10.0 / length_s;
-        let mut frequencies: Vec<f64> = self.lines.iter().map(|line| line.frequency_hz).collect();
-        frequencies.sort_by(f64::total_cmp);
-        let apart = frequencies
-            .windows(2)
-            .all(|pair| pair[1] - pair[0] > spacing_hz);
-        apart.then_some(())
+        let room = Room {
+            rate_hz: self.rate_hz,
+            rows: self.rows,
+            walk_rad_sqrt_s: self.levels.map(|levels| levels.walk_rad_sqrt_s),
+        };
+        self.lines = room.lines(self.planted, rng)?;
+        Some(())
     }
 
-    /// Returns the frequencies that rows show \[Hz\].
-    fn band_hz(&self) -> [f64; 2] {
-        [10.0 * self.rate_hz / self.rows as f64, 0.45 * self.rate_hz]
-    }
-
-    /// Draws a line of one gyro, or of all.
-    fn line(&self, frequency_hz: Option<f64>, on_one: bool, rng: &mut ChaCha8Rng) -> Line {
-        let [low_hz, high_hz] = self.band_hz();
-        let frequency_hz = frequency_hz.unwrap_or_else(|| log_uniform(rng, low_hz, high_hz));
-        let only = rng.random_range(0..3);
-        let rho = log_uniform(rng, LINES[0], LINES[1]);
-        // ρ² = A² t/2N² of each gyro
-        let length_s = self.rows as f64 / self.rate_hz;
-        let amplitude_rad_s = std::array::from_fn(|axis| {
-            let is_quiet = on_one && axis != only;
-            let share = if on_one { 1.0 } else { 3_f64.sqrt().recip() };
-            let walk = self.levels[axis].walk_rad_sqrt_s;
-            if is_quiet {
-                0.0
-            } else {
-                share * rho * walk * (2.0 / length_s).sqrt()
-            }
-        });
-        Line {
-            frequency_hz,
-            amplitude_rad_s,
-            phase_rad: std::array::from_fn(|_| 2.0 * PI * rng.random::<f64>()),
-            rho,
-        }
-    }
-
-    /// Scales `pattern` so that `shown` of it has a strength; `None` where no unit of the grade is so.
+    /// Scales `pattern` so that `shown` of it has a strength, beside a bias where it is none itself; `None` where no unit of
+    /// the grade is so.
     fn scaled(&self, pattern: &Effect, shown: &Effect, rho: f64) -> Option<Strong> {
         let case = self.case();
         let sensing_from_body = self.unit.sensing_from_body();
         let added = shown.perturbation(&case, &sensing_from_body);
-        let bins = added.gyro_rad.map(|values| dct(&values));
-        let weightings = self
-            .levels
-            .map(|levels| Weighting::new(&levels, case.rows, case.period_s));
-        let size = rho / product(&weightings, &bins, &bins).sqrt();
-        let effect = pattern.scaled(size);
+        let constant = dct(&vec![case.period_s; case.rows]);
+        let power: f64 = (0..3)
+            .map(|axis| {
+                let weighting = Weighting::new(&self.levels[axis], case.rows, case.period_s);
+                let bins = dct(&added.gyro_rad[axis]);
+                let own = weighting.product(&bins, &bins);
+                if pattern.kind == "gyro_bias" {
+                    return own;
+                }
+                let along = weighting.product(&bins, &constant);
+                own - along * along / weighting.product(&constant, &constant)
+            })
+            .sum();
+        let effect = pattern.scaled(rho / power.sqrt());
         // A bias may be gross: the recorder's, not the gyro's.
         let is_credible = self.planted == Planted::GyroBias
             || effect.largest() <= self.grade.largest(effect.kind);
@@ -306,24 +238,35 @@ impl Still {
     /// Returns what is concealed.
     pub fn concealed(&self) -> Vec<Concealed> {
         let mut all: Vec<Concealed> = self.effects.iter().map(Strong::concealed).collect();
-        let length_s = self.rows as f64 / self.rate_hz;
-        all.extend(self.lines.iter().map(|line| line.concealed(length_s)));
-        let noise = match self.planted {
-            Planted::PulseQuantisation => Some([self.pulse_rad; 3]),
-            Planted::AngleRandomWalk => self.declared_walk_rad_sqrt_s.map(|declared| {
-                std::array::from_fn(|axis| {
-                    let walk = self.levels[axis].walk_rad_sqrt_s;
-                    (walk * walk - declared[axis] * declared[axis]).sqrt()
-                })
-            }),
-            _ => None,
+        all.extend(self.lines.iter().map(Line::concealed));
+        all.extend(self.concealed_noise());
+        all
+    }
+
+    /// Returns noise that the model leaves out and the contract has a kind for; its strength is what the power of all rows
+    /// grows by, over the spread of that power.
+    fn concealed_noise(&self) -> Option<Concealed> {
+        let declared = self.declared_walk_rad_sqrt_s.unwrap_or_default();
+        let excess = |axis: usize| {
+            let walk = self.levels[axis].walk_rad_sqrt_s;
+            (walk * walk - declared[axis] * declared[axis]).sqrt()
         };
-        all.extend(noise.map(|sizes| Concealed {
+        let row_rad2 = self.levels[0].walk_rad_sqrt_s.powi(2) / self.rate_hz;
+        let (sizes, more) = match self.planted {
+            Planted::PulseQuantisation => {
+                ([self.pulse_rad; 3], self.pulse_rad.powi(2) / 6.0 / row_rad2)
+            }
+            Planted::AngleRandomWalk => {
+                let sizes = [0, 1, 2].map(excess);
+                (sizes, (sizes[0] / declared[0]).powi(2))
+            }
+            _ => return None,
+        };
+        Some(Concealed {
             kind: self.planted.name(),
             parameters: numbers(sizes).collect(),
-            rho: f64::from(u32::try_from(self.rows).unwrap_or(u32::MAX)).sqrt(),
-        }));
-        all
+            rho: more * (1.5 * self.rows as f64).sqrt(),
+        })
     }
 
     /// Returns grade, rate, length and what is declared in words.
@@ -339,26 +282,6 @@ impl Still {
             of(self.warming.is_some(), "thermometers", "no thermometers"),
         ]
     }
-}
-
-impl Line {
-    fn concealed(&self, length_s: f64) -> Concealed {
-        let resolution = ("resolution_hz".to_owned(), Value::from(1.0 / length_s));
-        let frequency = ("frequency_hz".to_owned(), Value::from(self.frequency_hz));
-        let expression = format!("sine({:.7})", self.frequency_hz);
-        let expression = ("expression".to_owned(), Value::from(expression));
-        Concealed {
-            kind: "unlisted".to_owned(),
-            parameters: numbers(self.amplitude_rad_s)
-                .chain([frequency, resolution, expression])
-                .collect(),
-            rho: self.rho,
-        }
-    }
-}
-
-fn numbers(values: [f64; 3]) -> impl Iterator<Item = (String, Value)> {
-    (0..3).map(move |axis| (AXES[axis].to_owned(), Value::from(values[axis])))
 }
 
 fn by_axis(kind: &'static str, values: Vector3<f64>) -> Effect {
