@@ -12,8 +12,12 @@ use rlg_challenge::attitude::trial::Attitudes;
 use rlg_challenge::attitude::{low_pass, record};
 use rlg_challenge::marks::case::Case;
 use rlg_challenge::marks::effects::Effect;
+use rlg_challenge::marks::engine::{EngineName, engine};
+use rlg_challenge::marks::family::Family;
 use rlg_challenge::marks::motion::{Motion, Term};
+use rlg_challenge::marks::run::{Plan, prepare};
 use rlg_challenge::marks::setting::Limits;
+use rlg_challenge::marks::table::{Scores, score};
 use rlg_challenge::rest;
 use rlg_challenge::rest::trial::Still;
 use rlg_recording::{Clock, Quantity, Recording};
@@ -85,10 +89,12 @@ fn a_pole_makes_sines_late_and_small_as_its_closed_form_says() {
     let late_rad = (turning * pole_s).atan();
     let exact = case_of(&of(0.2 * late_rad.cos(), 0.4 - late_rad), 0.01, 500);
     let added = low_pass::added_rad(&case, pole_s);
-    for axis in 0..3 {
-        for row in 0..case.rows {
-            let filtered = case.increments_rad[axis][row] + added[axis][row];
-            let off = filtered - exact.increments_rad[axis][row];
+    for (axis, added) in added.iter().enumerate() {
+        let pairs = case.increments_rad[axis]
+            .iter()
+            .zip(&exact.increments_rad[axis]);
+        for (row, ((whole, exact), added)) in pairs.zip(added).enumerate() {
+            let off = whole + added - exact;
             assert!(off.abs() < 1e-9, "row {row}: {off} rad");
         }
     }
@@ -301,4 +307,46 @@ fn amplitude(recording: &Recording, axis: &str, frequency_hz: f64, rate_hz: f64)
         cosine += (value - mean) * cos;
     }
     factor * 2.0 / values.len() as f64 * f64::hypot(sine, cosine)
+}
+
+/// Scores of the first trials of a family that plant something, diagnosed twice.
+fn scores(family: Family, planted: &str, trials: u64) -> Scores {
+    let mut plan = Plan::new(61, trials, &[family]);
+    plan.planted = vec![planted.to_owned()];
+    plan.most_rows = 6000.0;
+    let prepared = prepare(&plan, &|| {}).expect("drawn");
+    let engine = engine(EngineName::Both, true);
+    let told = (plan.seed, plan.declares);
+    let done = prepared.diagnose(told, engine.as_deref(), None, &|| {});
+    let outcomes: Vec<_> = done
+        .expect("recorded")
+        .into_iter()
+        .map(|(one, _)| one)
+        .collect();
+    score(&plan, &prepared.answers, &outcomes)
+}
+
+/// What is asserted of a few trials here holds for hundreds (docs/measured.md, "Beside attitudes and at rest").
+#[test]
+fn biases_beside_attitudes_are_named_and_few_recordings_without_effects_are() {
+    let biased = scores(Family::Attitude, "gyro_bias", 5);
+    let [row] = biased.effects.as_slice() else {
+        panic!("{:?}", biased.effects);
+    };
+    assert_eq!(
+        (row.counts.right, row.match_again),
+        (5, 5),
+        "{}",
+        biased.table()
+    );
+    let nulls = scores(Family::Attitude, "none", 6);
+    // Four of a hundred have a false name.
+    assert!(nulls.effects[0].counts.wrong <= 1, "{}", nulls.table());
+}
+
+#[test]
+fn at_rest_nothing_is_named_where_nothing_is() {
+    let nulls = scores(Family::Rest, "none", 4);
+    let counts = nulls.effects[0].counts;
+    assert_eq!((counts.right, counts.all()), (4, 4), "{}", nulls.table());
 }

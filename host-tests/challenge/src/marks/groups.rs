@@ -128,12 +128,11 @@ pub fn groups(judged: &[Judged]) -> BTreeMap<String, Counts> {
         if let Some(setting) = &answer.setting {
             names.extend(setting.groups());
         }
+        let conditions = answer.conditions.iter();
         names.extend(
-            answer
-                .conditions
-                .iter()
-                .cloned()
-                .filter(|name| !name.starts_with("length")),
+            conditions
+                .filter(|name| !name.starts_with("length"))
+                .cloned(),
         );
         names.extend(
             answer
