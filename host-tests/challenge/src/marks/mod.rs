@@ -1,9 +1,9 @@
-//! Marks of ordinary recordings: reference increments on the gyros' rows, any engine.
+//! Marks of ordinary recordings: beside references of rate or attitude, and at rest, any engine.
 //!
-//! settings (`setting`) → motions (`motion`, `courses`) → surroundings (`case`) → effects (`effects`, `kinds`) →
-//! noise (`noise`) → trials (`family`, `trial`, `dithered`) → recordings and truths (`record`) → commitments and diagnoses
-//! (`run`, `engine`) → judgements (`judge`) → the table (`groups`, `table`), or what other numbers of the analysis plan
-//! would give (`curve`)
+//! settings (`setting`, `grade`) → motions (`motion`, `courses`) → surroundings (`case`) → effects (`effects`, `kinds`) →
+//! noise (`noise`) → trials (`family`, `trial`, `dithered`; beside attitudes and at rest in folders of their own) →
+//! recordings and truths (`instruments`, `record`) → commitments and diagnoses (`run`, `engine`) → judgements (`judge`) →
+//! the tables (`groups`, `by_effect`, `table`), or what other numbers of the analysis plan would give (`curve`)
 //!
 //! Everything is drawn from one seed; a trial's number fixes its family and its stream, so `seed:number` repeats it
 //! alone. The generator shares no code with the diagnosis, and only dithered counts come from the simulator.
