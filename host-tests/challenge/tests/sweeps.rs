@@ -335,7 +335,7 @@ fn biases_beside_attitudes_are_named_and_few_recordings_without_effects_are() {
     };
     assert_eq!(
         (row.counts.right, row.match_again),
-        (5, 5),
+        (4, 4),
         "{}",
         biased.table()
     );
