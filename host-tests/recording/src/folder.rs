@@ -28,6 +28,13 @@ impl Recording {
             .is_ok_and(|manifest| manifest.tables.iter().any(|table| table.file == file))
     }
 
+    /// What the channels of the recording in `folder` measure, by its manifest alone.
+    pub fn quantities(folder: impl AsRef<Path>) -> Result<Vec<Quantity>, InputError> {
+        let manifest = Self::manifest_of(folder.as_ref())?;
+        let channels = manifest.tables.iter().flat_map(|table| &table.channels);
+        Ok(channels.map(ChannelEntry::quantity).collect())
+    }
+
     /// Reads and checks the recording in `folder`.
     pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
         let folder = folder.as_ref();

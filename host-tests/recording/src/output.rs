@@ -1,7 +1,8 @@
 //! What a command leaves on disk: whole, or not at all.
 //!
 //! Files are written into a hidden sibling of their destination and moved there by renaming once all of
-//! them are complete. A command that fails or is killed leaves the destination as it was.
+//! them are complete. A command that fails leaves the destination as it was, and so does one that is told to end and
+//! calls [`abandon`].
 //!
 //! Not done: flushing to the medium (a power cut may lose the last files, as with any command), and one
 //! atomic step when the destination folder exists already; then each file is replaced whole, in the
@@ -10,16 +11,68 @@
 use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::{Builder, NamedTempFile, TempDir};
 
 use crate::error::InputError;
+
+/// Paths that would stay behind if the process ended now. Whoever makes, moves or removes one holds the lock.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// The list, after a panic in another thread too: it is whole between any two steps.
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes every output that is not in its place yet: for a process that is told to end.
+///
+/// # Returns
+/// A guard; while it is held no output begins and none comes into its place. Hold it until the process ends.
+#[must_use = "without it other threads go on writing"]
+pub fn abandon() -> impl Drop {
+    let mut paths = unfinished();
+    for path in paths.drain(..) {
+        // What cannot be removed stays: the process ends all the same.
+        let _ = match path.is_dir() {
+            true => fs::remove_dir_all(&path),
+            false => fs::remove_file(&path),
+        };
+    }
+    paths
+}
+
+/// A path on the list, for as long as this lives.
+#[derive(Debug)]
+struct Unfinished(PathBuf);
+
+impl Unfinished {
+    /// Makes something temporary and lists its path, in one step.
+    fn make<T>(
+        make: impl FnOnce() -> io::Result<T>,
+        path: impl Fn(&T) -> &Path,
+    ) -> io::Result<(T, Self)> {
+        let mut paths = unfinished();
+        let made = make()?;
+        let path = path(&made).to_path_buf();
+        paths.push(path.clone());
+        Ok((made, Self(path)))
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        unfinished().retain(|path| *path != self.0);
+    }
+}
 
 /// A folder of results that is being written.
 #[derive(Debug)]
 pub struct OutputFolder {
     target: PathBuf,
     staging: TempDir,
+    // Dropped after the folder is gone.
+    _unfinished: Unfinished,
     names: Vec<PathBuf>,
 }
 
@@ -40,12 +93,13 @@ impl OutputFolder {
         } else {
             nearest_folder(&target)
         };
-        let staging = builder(0o777)
-            .tempdir_in(&beside)
-            .map_err(|error| InputError::unwritable(&target, &error))?;
+        let (staging, unfinished) =
+            Unfinished::make(|| builder(0o777).tempdir_in(&beside), TempDir::path)
+                .map_err(|error| InputError::unwritable(&target, &error))?;
         Ok(Self {
             target,
             staging,
+            _unfinished: unfinished,
             names: Vec::new(),
         })
     }
@@ -67,6 +121,7 @@ impl OutputFolder {
     pub fn file(&mut self, name: impl AsRef<Path>) -> Result<File, InputError> {
         let name = name.as_ref();
         let path = self.staging.path().join(name);
+        let _held = unfinished();
         let opened = match path.parent() {
             Some(parent) => fs::create_dir_all(parent).and_then(|()| File::create(&path)),
             None => File::create(&path),
@@ -81,11 +136,13 @@ impl OutputFolder {
 
     /// Moves all files to their place.
     pub fn commit(self) -> Result<(), InputError> {
+        let held = unfinished();
         let moved = if self.target.is_dir() {
             self.replace_files()
         } else {
             self.move_folder()
         };
+        drop(held);
         moved.map_err(|error| InputError::unwritable(&self.target, &error))
     }
 
@@ -122,6 +179,7 @@ pub fn write_file(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), InputError
 pub struct OutputFile {
     target: PathBuf,
     staged: NamedTempFile,
+    unfinished: Unfinished,
 }
 
 impl OutputFile {
@@ -131,17 +189,32 @@ impl OutputFile {
         if target.is_dir() {
             return Err(InputError::new(&target, "is a folder").expected("a file to write"));
         }
-        let staged = builder(0o666)
-            .tempfile_in(nearest_folder(&target))
-            .and_then(|mut file| file.write_all(bytes).map(|()| file))
-            .map_err(|error| InputError::unwritable(&target, &error))?;
-        Ok(Self { target, staged })
+        let folder = nearest_folder(&target);
+        let make = || builder(0o666).tempfile_in(&folder);
+        Unfinished::make(make, NamedTempFile::path)
+            .and_then(|(mut staged, unfinished)| {
+                staged.write_all(bytes)?;
+                Ok(Self {
+                    target: target.clone(),
+                    staged,
+                    unfinished,
+                })
+            })
+            .map_err(|error| InputError::unwritable(&target, &error))
     }
 
     /// Moves the file to its place, in a folder that exists by now.
     pub fn commit(self) -> Result<(), InputError> {
-        let Self { target, staged } = self;
-        match staged.persist(&target) {
+        let Self {
+            target,
+            staged,
+            unfinished: listed,
+        } = self;
+        let held = unfinished();
+        let moved = staged.persist(&target);
+        drop(held);
+        drop(listed);
+        match moved {
             Ok(_) => Ok(()),
             Err(error) => Err(InputError::unwritable(&target, &error.error)),
         }
