@@ -45,12 +45,14 @@ pub fn declared_noise(model: &Model, rate_hz: f64) -> [Declared; 3] {
                     + excess_square(model, "angle_random_walk", axis))
                     / rate_hz
             }),
+            // A model that names none leaves it unknown, not zero.
             white_angle: Some(
                 pulses
                     + pickoff
                     + reference_angle
                     + excess_square(model, "pulse_quantisation", axis) / 12.0,
-            ),
+            )
+            .filter(|square| *square > 0.0),
         }
     })
 }
