@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::result::Verdict;
 
-/// rad/s to degrees per hour.
-pub const DEG_H: f64 = 180.0 / std::f64::consts::PI * 3600.0;
+pub use crate::numbers::DEG_H;
 
 /// Matched-filter SNR at which a six-parameter effect is found nine times in ten.
 pub const NEEDED_SNR: f64 = 7.0;
