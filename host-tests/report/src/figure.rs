@@ -17,7 +17,7 @@ use super::curves::{arcsec, time_range};
 use super::plot::{
     AFTER, Area, Axes, BEFORE, Drawn, FINE, HELD_OUT, INK, builder, drawing, frame, range,
 };
-use super::words::{display_unit, number, spaced, with_spread};
+use super::words::{display_unit, number, plain, spaced, with_spread};
 use rlg_diagnosis::pictures::Pictures;
 use rlg_findings::result::Diagnosis;
 use rlg_recording::AXES;
@@ -134,7 +134,7 @@ fn head(area: &Area, diagnosis: &Diagnosis, both: bool) -> Drawn {
 fn found(diagnosis: &Diagnosis) -> String {
     let mut kinds: Vec<String> = Vec::new();
     for effect in &diagnosis.effects {
-        let kind = spaced(&effect.kind);
+        let kind = plain(&effect.kind);
         if !kinds.contains(&kind) {
             kinds.push(kind);
         }

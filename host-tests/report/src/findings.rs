@@ -6,7 +6,10 @@ use super::cell_marks::error_bar;
 use super::corrected;
 use super::lines;
 use super::map;
-use super::words::{band, chance, display_unit, number, seconds, spaced, symbols, with_spread};
+use super::words::{
+    SIGNIFICANT_SIGMAS, Scale, band, chance, display_unit, number, plain, seconds, spaced, symbols,
+    with_spread,
+};
 use rlg_diagnosis::pictures::Pictures;
 use rlg_findings::result::{
     Diagnosis, EffectEntry, EvidenceEntry, Identifiable, LocationEntry, ONLY_DESCRIBED,
@@ -22,9 +25,6 @@ const MOST_ROWS: usize = 24;
 /// beyond this ratio of standard deviations the page says so.
 const BETTER_KNOWN_RATIO: f64 = 1.5;
 
-/// Standard deviations below which a value is not significantly different from zero.
-const SIGNIFICANT_SIGMAS: f64 = 3.0;
-
 /// The effects in one sentence.
 pub fn in_short(diagnosis: &Diagnosis) -> Option<Markup> {
     let mut kinds: Vec<&str> = Vec::new();
@@ -37,7 +37,7 @@ pub fn in_short(diagnosis: &Diagnosis) -> Option<Markup> {
     let rivals: Vec<String> = match &diagnosis.effects[..] {
         [only] => not_told_apart(only)
             .iter()
-            .map(|kind| spaced(kind))
+            .map(|kind| plain(kind))
             .collect(),
         _ => Vec::new(),
     };
@@ -48,7 +48,7 @@ pub fn in_short(diagnosis: &Diagnosis) -> Option<Markup> {
         "Left out: "
         @for (place, kind) in kinds.iter().enumerate() {
             @if place > 0 { ", " }
-            b { (spaced(kind)) }
+            b { (plain(kind)) }
         }
         "."
         @if !rivals.is_empty() { " This recording cannot tell it from " (rivals.join(", ")) "." }
@@ -215,7 +215,7 @@ fn not_told_apart(effect: &EffectEntry) -> Vec<&str> {
 fn one(effect: &EffectEntry) -> Markup {
     html! {
         article {
-            h3 { (spaced(&effect.kind)) " " code { (effect.kind) } }
+            h3 { (plain(&effect.kind)) " " code { (effect.kind) } }
             p { (effect.what_was_left_out) }
             @if !effect.equation.is_empty() { p.equation { (symbols(&effect.equation)) } }
             @if let Some(expression) = &effect.expression {
@@ -235,7 +235,7 @@ fn one(effect: &EffectEntry) -> Markup {
                     "this recording cannot tell it from "
                     @for (place, kind) in alike.iter().enumerate() {
                         @if place > 0 { ", " }
-                        (spaced(kind))
+                        (plain(kind))
                     }
                     ". Either, or a mixture, gives what was measured."
                 }
@@ -243,7 +243,7 @@ fn one(effect: &EffectEntry) -> Markup {
             @if !effect.gravity_speaks_against.is_empty() {
                 p.note {
                     "The gyros alone cannot tell it from "
-                    (effect.gravity_speaks_against.iter().map(|kind| spaced(kind)).collect::<Vec<_>>().join(", "))
+                    (effect.gravity_speaks_against.iter().map(|kind| plain(kind)).collect::<Vec<_>>().join(", "))
                     "; gravity, as the accelerometers feel it, speaks against that."
                 }
             }
@@ -315,9 +315,16 @@ fn known(effect: &EffectEntry) -> Markup {
             ParameterEntry::Text { name, value } => Some((name, value)),
             ParameterEntry::Number { .. } => None,
         });
-    let (factor, unit) = parameters
-        .first()
-        .map_or((1.0, String::new()), |first| display_unit(first.unit));
+    let scale_of = |unit: &str| {
+        let alike = parameters.iter().filter(|one| one.unit == unit);
+        let largest = alike.clone().map(|one| one.value.abs()).fold(0.0, f64::max);
+        alike
+            .take(1)
+            .map(|first| Scale::of(first.name, unit, largest))
+            .next()
+    };
+    let first = parameters.first().and_then(|first| scale_of(first.unit));
+    let (factor, unit) = first.map_or((1.0, String::new()), |scale| (scale.factor, scale.unit));
     let combined = effect
         .identifiable
         .iter()
@@ -349,7 +356,7 @@ fn known(effect: &EffectEntry) -> Markup {
             h4 { @if combined { "Single values, as they stand in the model" } @else { "Size" } }
             (values(
                 parameters.iter().map(|p| {
-                    let (own, _) = display_unit(p.unit);
+                    let own = scale_of(p.unit).map_or(1.0, |scale| scale.factor);
                     (p.name.to_owned(), p.value * own / factor, p.std * own / factor)
                 }),
                 (factor, &unit),

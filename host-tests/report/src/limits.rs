@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::cell_marks::log_bar;
 use super::self_test::self_test;
-use super::words::{display_unit, number, raised, spaced};
+use super::words::{display_unit, number, plain, raised};
 use rlg_findings::result::{Diagnosis, Verdict};
 use rlg_findings::sentences::NEEDED_SNR;
 
@@ -54,7 +54,7 @@ pub fn considered(diagnosis: &Diagnosis) -> Markup {
                     tbody {
                         @for rival in behind.iter().take(MOST_RIVALS) {
                             tr {
-                                td { (spaced(&rival.kind)) }
+                                td { (plain(&rival.kind)) }
                                 td.number { (number((rival.behind * 10.0).round() / 10.0)) }
                                 td { @if rival.behind < DECISIVE_GAIN { "not ruled out" } @else { "explains less of the residual" } }
                             }
@@ -95,7 +95,7 @@ pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
                             @let (factor, unit) = display_unit(&entry.unit);
                             @let from = entry.typical * NEEDED_SNR / entry.snr;
                             tr {
-                                td { (spaced(&entry.kind)) }
+                                td { (plain(&entry.kind)) }
                                 td.number { (two_digits(entry.typical * factor)) " " (unit) }
                                 td.number { (two_digits(entry.snr)) }
                                 td.wide { (log_bar(entry.snr, low, high, NEEDED_SNR)) }
@@ -133,7 +133,7 @@ pub fn not_excluded(diagnosis: &Diagnosis) -> Markup {
                         li {
                             @for (place, kind) in kinds.iter().enumerate() {
                                 @if place > 0 { ", " }
-                                b { (spaced(kind)) }
+                                b { (plain(kind)) }
                             }
                             @if !reason.is_empty() { ": " (raised(reason)) }
                         }

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::words::{display_unit, spaced, with_spread};
+use super::words::{Scale, plain};
 use rlg_findings::result::{Diagnosis, ParameterEntry, RegistrationEntry};
 
 /// Every number of the registration, and whether the recording supports it.
@@ -18,7 +18,7 @@ pub fn section(diagnosis: &Diagnosis) -> Markup {
                 tbody {
                     @for entry in &diagnosis.registration {
                         tr {
-                            td { (spaced(&entry.kind)) }
+                            td { (plain(&entry.kind)) }
                             td.number { (values(entry)) }
                             td { @if entry.supported { "yes" } @else { "no" } }
                         }
@@ -31,6 +31,14 @@ pub fn section(diagnosis: &Diagnosis) -> Markup {
 }
 
 fn values(entry: &RegistrationEntry) -> String {
+    let numbers = entry
+        .parameters
+        .iter()
+        .filter_map(|parameter| match parameter {
+            ParameterEntry::Number { value, .. } => Some(value.abs()),
+            ParameterEntry::Text { .. } => None,
+        });
+    let largest = numbers.fold(0.0, f64::max);
     let each = entry.parameters.iter().filter_map(|parameter| {
         let ParameterEntry::Number {
             name,
@@ -41,9 +49,8 @@ fn values(entry: &RegistrationEntry) -> String {
         else {
             return None;
         };
-        let (factor, unit) = display_unit(unit);
-        let size = with_spread(value * factor, std * factor);
-        Some(format!("{name} {size} {unit}").trim_end().to_owned())
+        let scale = Scale::of(name, unit, largest);
+        Some(scale.with_unit(&format!("{name} {}", scale.pair(*value, *std))))
     });
     each.collect::<Vec<_>>().join(", ")
 }

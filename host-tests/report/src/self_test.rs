@@ -7,7 +7,7 @@ use maud::{Markup, html};
 use plotters::prelude::*;
 
 use super::plot::{AFTER, Axes, FINE, INK, builder, frame, plot, swatch};
-use super::words::{number, spaced};
+use super::words::{number, plain};
 use rlg_findings::result::{SelfTestEntry, SelfTestPoint};
 
 /// Height of the plot \[page pixels\].
@@ -23,7 +23,7 @@ pub fn self_test(test: &SelfTestEntry) -> Markup {
         .kinds
         .iter()
         .filter(|kind| kind.false_names > 0)
-        .map(|kind| format!("{} in {}", spaced(&kind.kind), kind.false_names))
+        .map(|kind| format!("{} in {}", plain(&kind.kind), kind.false_names))
         .collect();
     html! {
         h3 { "Tried on this very recording" }

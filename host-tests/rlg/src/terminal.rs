@@ -1,14 +1,14 @@
-//! What a command says, and where: words and progress on standard error, a result on standard output.
+//! What a command says, and where: results on standard output, progress and warnings on standard error.
 //!
-//! Colour and progress appear on a terminal only; `--quiet` silences everything but errors. A reader
-//! that goes away (`rlg ... | head`) is no error.
+//! A result is words, or JSON with `--json`; then the words go to standard error. Colour and progress appear on a terminal only; `--quiet` silences standard
+//! error but for errors. A reader that goes away (`rlg ... | head`) is no error.
 
-use std::fmt::Display;
+use std::fmt::{Display, Write};
 use std::io::{self, Write as _};
 use std::time::Duration;
 
 use console::style;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde::Serialize;
 
 use crate::error::InputError;
@@ -19,26 +19,50 @@ const REDRAW_HZ: u8 = 10;
 /// Between the steps of a spinner.
 const SPIN: Duration = Duration::from_millis(100);
 
+/// Work that takes longer says that it may take minutes.
+const LONG: Duration = Duration::from_secs(15);
+
 /// The two streams and what may be said on them.
 #[derive(Debug, Clone, Copy)]
 pub struct Terminal {
-    json: bool,
+    results: Results,
     quiet: bool,
 }
 
+/// The form of results.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Results {
+    Words,
+    Json,
+    None,
+}
+
 impl Terminal {
-    /// `json`: results go to standard output; `quiet`: only errors go to standard error.
+    /// `json`: results are JSON, not words; `quiet`: only errors go to standard error.
     pub fn new(json: bool, quiet: bool) -> Self {
-        Self { json, quiet }
+        let results = if json { Results::Json } else { Results::Words };
+        Self { results, quiet }
     }
 
-    /// Says that nothing but errors will be said: for tests and library use.
+    /// Says nothing but errors: for a command that another one runs.
     pub fn silent() -> Self {
-        Self::new(false, true)
+        Self {
+            results: Results::None,
+            quiet: true,
+        }
     }
 
-    /// A line of words on standard error.
+    /// A line of a result in words; where `--json` puts the result on standard output, beside it on standard error.
     pub fn say(&self, text: impl Display) {
+        match self.results {
+            Results::Json | Results::None => self.note(text),
+            // Where nothing can be written there is nobody to tell either.
+            Results::Words => drop(to_standard_output(&text)),
+        }
+    }
+
+    /// A line on standard error, as on how far the work is.
+    pub fn note(&self, text: impl Display) {
         if !self.quiet {
             to_standard_error(&text);
         }
@@ -64,22 +88,14 @@ impl Terminal {
 
     /// A result, as JSON on standard output where `--json` asks for it.
     pub fn result(&self, result: &impl Serialize) -> Result<(), InputError> {
-        if !self.json {
+        if self.results != Results::Json {
             return Ok(());
         }
         let fault = |error: &dyn Display| {
             InputError::new("standard output", format!("cannot be written ({error})"))
         };
-        let mut text = serde_json::to_string_pretty(result).map_err(|error| fault(&error))?;
-        text.push('\n');
-        let mut stdout = io::stdout().lock();
-        match stdout
-            .write_all(text.as_bytes())
-            .and_then(|()| stdout.flush())
-        {
-            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(fault(&error)),
-            _ => Ok(()),
-        }
+        let text = serde_json::to_string_pretty(result).map_err(|error| fault(&error))?;
+        to_standard_output(&text).map_err(|error| fault(&error))
     }
 
     /// A bar over `steps` steps of one kind; draws nothing where standard error is no terminal.
@@ -95,8 +111,18 @@ impl Terminal {
     /// A sign of life for work whose length is not known.
     pub fn spinner(&self, label: &'static str) -> ProgressBar {
         // Without a style of its own a bar of unknown length shows "0/0" and no words.
+        let style = ProgressStyle::default_spinner();
+        let style = style
+            .template("{spinner} {msg} {elapsed}{patience}")
+            .unwrap_or_else(|_| ProgressStyle::default_spinner())
+            .with_key("patience", |state: &ProgressState, to: &mut dyn Write| {
+                if state.elapsed() > LONG {
+                    // What cannot be drawn is not needed.
+                    let _ = to.write_str("; a long or lively recording takes minutes");
+                }
+            });
         let spinner = ProgressBar::with_draw_target(None, self.target())
-            .with_style(ProgressStyle::default_spinner())
+            .with_style(style)
             .with_message(label);
         if !spinner.is_hidden() {
             spinner.enable_steady_tick(SPIN);
@@ -117,4 +143,13 @@ impl Terminal {
 fn to_standard_error(text: &dyn Display) {
     // eprintln! panics where standard error is closed; the message is then dropped.
     let _ = writeln!(io::stderr().lock(), "{text}");
+}
+
+/// Writes a line; a reader that has gone away is no error.
+pub(crate) fn to_standard_output(text: &dyn Display) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    match writeln!(stdout, "{text}").and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error),
+        _ => Ok(()),
+    }
 }

@@ -42,10 +42,10 @@ pub struct Calibrate {
     #[arg(long, value_name = "LIMITS", conflicts_with = "recordings")]
     plan: Option<PathBuf>,
     /// The instrument: what its compensation already contains
-    #[arg(long)]
+    #[arg(short, long)]
     model: PathBuf,
     /// Folder for the results
-    #[arg(long)]
+    #[arg(short, long)]
     out: PathBuf,
 }
 

@@ -25,7 +25,7 @@ use crate::terminal::Terminal;
 )]
 pub struct DemoCommand {
     /// Folder for the results
-    #[arg(long, default_value = "out/demo")]
+    #[arg(short, long, default_value = "out/demo")]
     out: PathBuf,
     /// Seed of the simulation
     #[arg(long, default_value_t = 1)]
@@ -90,7 +90,7 @@ impl DemoCommand {
         let figures = &demo.figures;
         let step = |number: u8, verb: &str, words: String| {
             let head = format!("{number} {verb:<9}");
-            terminal.say(format!("{} {words}", style(head).for_stderr().bold()));
+            terminal.say(format!("{} {words}", style(head).bold()));
         };
         let largest = figures
             .segments
@@ -119,13 +119,14 @@ impl DemoCommand {
             format!("{}: {}", word(diagnosis.verdict), listed(&figures.found)),
         );
         for fixed in &figures.fixed {
+            let scale = words::Scale::of("", &fixed.unit, fixed.found.value);
+            let found = scale.pair(fixed.found.value, fixed.found.std);
             terminal.say(format!(
-                "{:12}{} = {} {}   (concealed: {})",
+                "{:12}{} {}   (concealed: {})",
                 "",
                 combination(&fixed.found.combination),
-                words::with_spread(fixed.found.value, fixed.found.std),
-                words::raised(&fixed.unit),
-                words::number(fixed.concealed)
+                scale.with_unit(&found),
+                words::number(fixed.concealed * scale.factor)
             ));
         }
         step(
@@ -187,6 +188,7 @@ fn listed(kinds: &[String]) -> String {
     if kinds.is_empty() {
         "nothing was left out".to_owned()
     } else {
-        kinds.join(", ")
+        let words: Vec<String> = kinds.iter().map(|kind| words::plain(kind)).collect();
+        words.join(", ")
     }
 }

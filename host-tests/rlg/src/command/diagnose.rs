@@ -1,17 +1,22 @@
 //! `rlg diagnose`: where a recording and its model differ, what physics was left out, and the proof.
 
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
-use super::inputs::{read_model, results_folder};
+use super::inputs::{given_or_ideal, results_folder};
+use super::steps::Steps;
 use crate::diagnose::apart::look_at_each;
 use crate::diagnose::attitude::is_slow;
 use crate::diagnose::declare::MOST_ROWS;
 use crate::diagnose::long::Long;
+use crate::diagnose::result::Verdict;
 use crate::diagnose::streams::Streams;
-use crate::diagnose::{Engine, Settings, diagnose, diagnose_aligned, diagnose_streams};
+use crate::diagnose::{Engine, Outcome, Settings, diagnose, diagnose_aligned, diagnose_streams};
 use crate::error::InputError;
+use crate::model::Model;
+use crate::output::OutputFolder;
 use crate::recording::Recording;
 use crate::report::terminal::lines;
 use crate::report::{figure, page};
@@ -25,14 +30,18 @@ const RESULTS: &[&str] = &[
     "residual.svg",
 ];
 
+/// Exit code of a verdict that `--fail-on` names.
+const FAILED: u8 = 1;
+
 /// Find what a model leaves out of a recording
 ///
-/// Writes OUT/diagnosis.json (every number), OUT/report.html (one page with the plots), OUT/residual.svg (the
-/// residual of the three gyros before and after, a picture for a document) and OUT/model.toml (the model with
-/// the found effects switched on: diagnosed again, it matches).
+/// Prints the answer: the verdict, what was left out with sizes and standard deviations, where, what it could also be,
+/// and what to record next. With --out it writes OUT/diagnosis.json (every number), OUT/report.html (one page with the
+/// plots), OUT/residual.svg (the residual of the three gyros before and after, a picture for a document) and
+/// OUT/model.toml (the model with the found effects switched on: diagnosed again, it matches).
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  rlg diagnose recordings/bench-17 --model recordings/bench-17/model.toml --out out/bench-17\n  rlg diagnose monday tuesday friday --model unit.toml --hold-out friday --out out/unit"
+    after_help = "Example:\n  rlg diagnose recordings/bench-17 -m recordings/bench-17/model.toml -o out/bench-17\n  rlg diagnose monday tuesday friday --model unit.toml --hold-out friday --out out/unit\n\nExit code 0: done, whatever the verdict; 1: a verdict that --fail-on names; 2: an input that cannot be used."
 )]
 pub struct Diagnose {
     /// Folders with recording.toml; several are explained together
@@ -41,15 +50,18 @@ pub struct Diagnose {
     /// Of several recordings, hold this one out for validation; may be given several times [default: the last]
     #[arg(long, value_name = "RECORDING")]
     hold_out: Vec<PathBuf>,
-    /// The model: what the simulation of the recordings already contains
-    #[arg(long)]
-    model: PathBuf,
+    /// The model: what the simulation of the recordings already contains [default: an ideal unit]
+    #[arg(short, long)]
+    model: Option<PathBuf>,
     /// Rows to hold in memory at once; a longer recording is diagnosed by intervals, with the rest as sums over blocks
     #[arg(long, default_value_t = MOST_ROWS)]
     most_rows: usize,
-    /// Folder for the results
-    #[arg(long)]
-    out: PathBuf,
+    /// Folder for the results [default: none is written]
+    #[arg(short, long)]
+    out: Option<PathBuf>,
+    /// Verdicts that end with exit code 1; a recording of which nothing can be said is one of them
+    #[arg(long, value_enum)]
+    fail_on: Option<FailOn>,
     /// Seed of the self-test and the control; the findings do not depend on it
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -63,6 +75,28 @@ pub struct Diagnose {
     /// Threads to use; results are the same for any number [default: all]
     #[arg(long)]
     threads: Option<std::num::NonZeroUsize>,
+}
+
+/// Which verdicts are a failure, each with all that are worse.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum FailOn {
+    /// Something differs and nothing explains it
+    Unexplained,
+    /// Something differs that is not explained as a whole
+    Partly,
+    /// Anything differs from the model
+    Any,
+}
+
+impl FailOn {
+    fn names(self, verdict: Verdict) -> bool {
+        match verdict {
+            Verdict::Matches => false,
+            Verdict::Explained => matches!(self, Self::Any),
+            Verdict::PartlyExplained => matches!(self, Self::Any | Self::Partly),
+            Verdict::Unexplained | Verdict::Unusable => true,
+        }
+    }
 }
 
 /// Engines of the diagnosis.
@@ -112,102 +146,150 @@ impl Diagnose {
         Ok(held_out)
     }
 
-    /// Diagnoses and writes; the verdict does not change the exit code.
-    pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
-        let model = read_model(&self.model, terminal)?;
-        let mut out = results_folder(&self.out, &self.recordings[0], &self.model, RESULTS)?;
-        for recording in &self.recordings[1..] {
-            results_folder(&self.out, recording, &self.model, RESULTS)?;
-        }
-        let spinner = terminal.spinner("reading");
-        let progress = |stage: &str| spinner.set_message(stage.to_string());
+    /// Diagnoses, says the answer and writes the results.
+    pub fn run(&self, terminal: &Terminal) -> Result<ExitCode, InputError> {
+        let (model, model_file, assumed) =
+            given_or_ideal(self.model.as_deref(), &self.recordings[0], terminal)?;
+        let out = self.results(&model_file)?;
         let held_out = self.held_out()?;
-        let work = || {
-            if let [folder] = self.recordings.as_slice()
-                && let Some(long) = Long::new(folder, &model, &self.model, self.most_rows)?
-            {
-                let share = |done: f64| {
-                    let read_s = done * long.seconds();
-                    progress(&format!("reading {read_s:.0} of {:.0} s", long.seconds()));
-                };
-                let (pieces, blocks) = long.read(&share)?;
-                let (blocks, seed) = (Some(&blocks), self.seed);
-                return diagnose_aligned(&[], pieces, blocks, &model, &self.model, seed, &progress);
-            }
-            let mut aligned = Vec::with_capacity(self.recordings.len());
-            for (folder, held_out) in self.recordings.iter().zip(&held_out) {
-                // The recording's own tables go before the next is read; the rows live in the streams.
-                let recording = Recording::read(folder)?;
-                if is_slow(&recording, &model) {
-                    if self.recordings.len() > 1 {
-                        return Err(InputError::new(
-                            folder,
-                            "has attitudes as its reference, not a rate at every row",
-                        )
-                        .expected("one such recording at a time"));
-                    }
-                    return diagnose(&recording, &model, &self.model, self.seed, &progress);
-                }
-                if self.recordings.len() == 1 {
-                    progress("aligning the channels");
-                    let streams = Streams::align(&recording, &model)?;
-                    drop(recording);
-                    let again = || Streams::align(&Recording::read(folder)?, &model);
-                    let settings = Settings {
-                        seed: self.seed,
-                        anyway: self.anyway,
-                        ..Settings::by(self.engine.into())
-                    };
-                    let of = (&model, self.model.as_path());
-                    return diagnose_streams(&settings, (streams, &again), of, &progress);
-                }
-                let mut streams = Streams::align(&recording, &model)?;
-                streams.pieces[0].held_out = *held_out;
-                aligned.push(streams);
-            }
-            let seed = self.seed;
-            let count = aligned.len();
-            let mut outcome =
-                diagnose_aligned(&[], aligned, None, &model, &self.model, seed, &progress)?;
-            if count > 1 {
-                let read = |place: usize| {
-                    Streams::align(&Recording::read(&self.recordings[place])?, &model)
-                };
-                let of = (&model, self.model.as_path());
-                look_at_each(&mut outcome, (count, &read), of, seed, &progress)?;
-            }
-            Ok(outcome)
-        };
+        let spinner = terminal.spinner("reading");
+        let steps = Steps::new(&spinner);
+        let progress = |stage: &str| steps.show(stage);
+        let work = || self.outcome((&model, &model_file), &held_out, &progress);
         let outcome = match self.threads {
             None => work(),
             Some(threads) => rayon::ThreadPoolBuilder::new()
                 .num_threads(threads.get())
                 .build()
                 .map_err(|error| {
-                    InputError::new(
-                        Path::new("--threads"),
-                        format!("cannot be started ({error})"),
-                    )
+                    InputError::new("--threads", format!("cannot be started ({error})"))
                 })?
                 .install(work),
         }?;
         spinner.finish_and_clear();
-        let mut json = serde_json::to_string_pretty(&outcome.diagnosis).map_err(|error| {
-            InputError::new(&self.out, format!("the result has no JSON form ({error})"))
-        })?;
-        json.push('\n');
-        out.write("diagnosis.json", json.as_bytes())?;
-        out.write("model.toml", outcome.model.to_toml().as_bytes())?;
-        let report = page(&outcome.diagnosis, outcome.pictures.as_ref());
-        out.write("report.html", report.as_bytes())?;
-        let residual = figure::residuals(&outcome.diagnosis, outcome.pictures.as_ref());
-        out.write("residual.svg", residual.as_bytes())?;
-        out.commit()?;
-        for line in lines(&outcome.diagnosis) {
+        let diagnosis = &outcome.diagnosis;
+        if let Some(out) = out {
+            write(&outcome, out)?;
+        }
+        for line in lines(diagnosis, assumed.as_deref()) {
             terminal.say(line);
         }
-        let report = self.out.join("report.html");
-        terminal.say(format!("To read: {}", report.display()));
-        terminal.result(&outcome.diagnosis)
+        terminal.say(match &self.out {
+            Some(out) => format!("To read: {}", out.join("report.html").display()),
+            None => "To read: --out DIR writes the page with the plots and the model with what was found.".to_owned(),
+        });
+        terminal.result(diagnosis)?;
+        let fails = self.fail_on.is_some_and(|on| on.names(diagnosis.verdict));
+        Ok(if fails {
+            ExitCode::from(FAILED)
+        } else {
+            ExitCode::SUCCESS
+        })
     }
+
+    /// The folder for the results, where one is asked for.
+    fn results(&self, model_file: &Path) -> Result<Option<OutputFolder>, InputError> {
+        let Some(out) = &self.out else {
+            return Ok(None);
+        };
+        let mut folder = None;
+        for recording in &self.recordings {
+            folder = Some(results_folder(out, recording, model_file, RESULTS)?);
+        }
+        Ok(folder)
+    }
+
+    /// Reads and diagnoses one recording, or several together.
+    fn outcome(
+        &self,
+        of: (&Model, &Path),
+        held_out: &[bool],
+        progress: &(dyn Fn(&str) + Sync),
+    ) -> Result<Outcome, InputError> {
+        let (model, model_file) = of;
+        let seed = self.seed;
+        let [folder] = self.recordings.as_slice() else {
+            return self.together(of, held_out, progress);
+        };
+        if let Some(long) = Long::new(folder, model, model_file, self.most_rows)? {
+            let share = |done: f64| {
+                let read_s = done * long.seconds();
+                progress(&format!("reading {read_s:.0} of {:.0} s", long.seconds()));
+            };
+            let (pieces, blocks) = long.read(&share)?;
+            return diagnose_aligned(
+                &[],
+                pieces,
+                Some(&blocks),
+                model,
+                model_file,
+                seed,
+                progress,
+            );
+        }
+        let recording = Recording::read(folder)?;
+        if is_slow(&recording, model) {
+            return diagnose(&recording, model, model_file, seed, progress);
+        }
+        progress("aligning the channels");
+        let streams = Streams::align(&recording, model)?;
+        // The recording's own tables go; the rows live in the streams.
+        drop(recording);
+        let again = || Streams::align(&Recording::read(folder)?, model);
+        let settings = Settings {
+            seed,
+            anyway: self.anyway,
+            ..Settings::by(self.engine.into())
+        };
+        diagnose_streams(&settings, (streams, &again), of, progress)
+    }
+
+    /// Reads and diagnoses several recordings by one model.
+    fn together(
+        &self,
+        (model, model_file): (&Model, &Path),
+        held_out: &[bool],
+        progress: &(dyn Fn(&str) + Sync),
+    ) -> Result<Outcome, InputError> {
+        let mut aligned = Vec::with_capacity(self.recordings.len());
+        for (folder, held_out) in self.recordings.iter().zip(held_out) {
+            // The recording's own tables go before the next is read; the rows live in the streams.
+            let recording = Recording::read(folder)?;
+            if is_slow(&recording, model) {
+                return Err(InputError::new(
+                    folder,
+                    "has attitudes as its reference, not a rate at every row",
+                )
+                .expected("one such recording at a time"));
+            }
+            let mut streams = Streams::align(&recording, model)?;
+            streams.pieces[0].held_out = *held_out;
+            aligned.push(streams);
+        }
+        let (seed, count) = (self.seed, aligned.len());
+        let mut outcome = diagnose_aligned(&[], aligned, None, model, model_file, seed, progress)?;
+        let read = |place: usize| Streams::align(&Recording::read(&self.recordings[place])?, model);
+        let of = (model, model_file);
+        look_at_each(&mut outcome, (count, &read), of, seed, progress)?;
+        Ok(outcome)
+    }
+}
+
+/// Writes all results at once.
+fn write(outcome: &Outcome, mut out: OutputFolder) -> Result<(), InputError> {
+    let diagnosis = &outcome.diagnosis;
+    let mut json = serde_json::to_string_pretty(diagnosis).map_err(|error| {
+        InputError::new(
+            out.target(),
+            format!("the result has no JSON form ({error})"),
+        )
+    })?;
+    json.push('\n');
+    out.write("diagnosis.json", json.as_bytes())?;
+    out.write("model.toml", outcome.model.to_toml().as_bytes())?;
+    let report = page(diagnosis, outcome.pictures.as_ref());
+    out.write("report.html", report.as_bytes())?;
+    let residual = figure::residuals(diagnosis, outcome.pictures.as_ref());
+    out.write("residual.svg", residual.as_bytes())?;
+    out.commit()
 }

@@ -188,7 +188,7 @@ impl GoldenArguments {
             return Err(InputError::new(option, "is beyond the table")
                 .expected(format!("trials below {}", header.trials)));
         }
-        let said = |name: &str, seconds: f64| terminal.say(format!("{seconds:7.1} s  {name}"));
+        let said = |name: &str, seconds: f64| terminal.note(format!("{seconds:7.1} s  {name}"));
         let mut rows = Vec::new();
         if let Some(recordings) = &self.recordings {
             for shared in &SHARED {

@@ -57,7 +57,7 @@ pub struct Import {
     #[arg(long)]
     sha256: Option<String>,
     /// Folder for the recording: new, empty, or a recording to replace
-    #[arg(long)]
+    #[arg(short, long)]
     out: PathBuf,
 }
 

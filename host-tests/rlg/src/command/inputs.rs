@@ -1,10 +1,12 @@
 //! Inputs that several sub-commands take, read once and the same way, and never written over.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::error::InputError;
-use crate::model::Model;
+use crate::import::still;
+use crate::model::{Model, MotionSource};
 use crate::output::OutputFolder;
+use crate::recording::{Quantity, Recording};
 use crate::terminal::Terminal;
 
 /// Reads a model and warns about keys that this version does not know.
@@ -43,5 +45,68 @@ pub(super) fn results_folder(
         .channel("--out")
         .expected("another folder"));
     }
+    refuse_foreign(out, results)?;
     OutputFolder::create(out)
+}
+
+/// Refuses a folder with files in it, unless the JSON among `results` says that they are earlier results.
+pub(super) fn refuse_foreign(out: &Path, results: &[&str]) -> Result<(), InputError> {
+    let earlier = results.iter().find(|name| name.ends_with(".json"));
+    if earlier.is_some_and(|name| out.join(name).is_file()) {
+        return Ok(());
+    }
+    let Ok(entries) = out.read_dir() else {
+        // A new folder, or one that cannot be written either.
+        return Ok(());
+    };
+    let names = entries
+        .filter_map(Result::ok)
+        .map(|entry| entry.file_name());
+    let names = names.map(|name| name.to_string_lossy().into_owned());
+    match names.filter(|name| !name.starts_with('.')).min() {
+        None => Ok(()),
+        Some(foreign) => Err(InputError::new(
+            out,
+            format!("holds {foreign}, and no earlier result of this command"),
+        )
+        .channel("--out")
+        .expected("a new or empty folder, or one of earlier results")),
+    }
+}
+
+/// The model of a recording: that of `path`, or where there is none an ideal unit of the recording's kind.
+///
+/// # Returns
+/// The model, the path that messages name, and the line that says what was assumed.
+pub(super) fn given_or_ideal(
+    path: Option<&Path>,
+    recording: &Path,
+    terminal: &Terminal,
+) -> Result<(Model, PathBuf, Option<String>), InputError> {
+    if let Some(path) = path {
+        return Ok((read_model(path, terminal)?, path.to_path_buf(), None));
+    }
+    let quantities = Recording::quantities(recording)?;
+    if quantities.contains(&Quantity::GyroCount) {
+        let beside = recording.join("model.toml");
+        let known = match beside.is_file() {
+            true => format!(", as {}", beside.display()),
+            false => String::new(),
+        };
+        return Err(InputError::new(
+            recording,
+            "counts pulses, and nothing says what angle one stands for",
+        )
+        .channel("--model")
+        .expected(format!("a model with pulse_weight_rad{known}")));
+    }
+    let model = still::ideal([0.0; 3], &quantities);
+    let motion = match model.motion {
+        MotionSource::Reference => "moving as the reference says, which turns with the Earth",
+        MotionSource::Static => "at rest on the turning Earth",
+    };
+    let note = format!(
+        "Assumed, as no --model is given: an ideal unit, {motion}; no bias, no scale error, noise as measured."
+    );
+    Ok((model, PathBuf::from("the ideal model"), Some(note)))
 }

@@ -1,14 +1,15 @@
 //! Runs the command `rlg`: one sub-command a file.
 //!
-//! Exit code 0: the work was done. Exit code 2: the input cannot be used (one sentence on standard error), or the
-//! command line is wrong. Words and progress go to standard error, a result to standard output with `--json` only.
+//! Exit code 0: the work was done. Exit code 1: it was, and the verdict is one that `--fail-on` names. Exit code 2: the
+//! input cannot be used (one sentence on standard error), or the command line is wrong. Results go to standard output,
+//! progress and warnings to standard error. A process that is told to end leaves no half-written output.
 //!
 //! A new sub-command is a file with a struct of arguments and `fn run(&self, terminal: &Terminal)`, a
 //! variant of `Command` and its line in `Command::run`.
 
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory as _, Parser, Subcommand};
 
 use crate::error::InputError;
 use crate::terminal::Terminal;
@@ -16,6 +17,7 @@ use crate::terminal::Terminal;
 mod calibrate;
 mod challenge;
 mod challenge_marks;
+mod companions;
 mod demo;
 mod diagnose;
 mod golden;
@@ -24,6 +26,7 @@ mod import_columns;
 mod import_format;
 mod inputs;
 mod inspect;
+mod interrupt;
 mod model_new;
 mod navigate;
 mod on_target;
@@ -31,6 +34,7 @@ mod paper;
 mod params;
 mod replay;
 mod simulate;
+mod steps;
 
 /// Simulate, replay and diagnose recordings of dithered ring-laser gyros
 #[derive(Debug, Parser)]
@@ -45,11 +49,11 @@ struct CommandLine {
 /// Options of every sub-command.
 #[derive(Debug, Args)]
 struct OutputOptions {
-    /// Print the result as JSON on standard output
+    /// Print the result as JSON instead of words
     #[arg(long, global = true)]
     json: bool,
-    /// Print nothing on standard error but errors
-    #[arg(long, global = true)]
+    /// Print no progress and no warnings: nothing on standard error but errors
+    #[arg(short, long, global = true)]
     quiet: bool,
 }
 
@@ -57,10 +61,12 @@ struct OutputOptions {
 enum Command {
     Calibrate(calibrate::Calibrate),
     Challenge(Box<challenge::ChallengeCommand>),
+    Completions(companions::Completions),
     Demo(demo::DemoCommand),
     Diagnose(diagnose::Diagnose),
     Import(Box<import::Import>),
     Inspect(inspect::Inspect),
+    Man(companions::Man),
     Model(model_new::ModelCommand),
     Navigate(navigate::NavigateCommand),
     OnTarget(on_target::OnTargetCommand),
@@ -71,22 +77,25 @@ enum Command {
 }
 
 impl Command {
-    fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
+    fn run(&self, terminal: &Terminal) -> Result<ExitCode, InputError> {
         match self {
-            Self::Calibrate(command) => command.run(terminal),
-            Self::Challenge(command) => command.run(terminal),
-            Self::Demo(command) => command.run(terminal),
-            Self::Diagnose(command) => command.run(terminal),
-            Self::Import(command) => command.run(terminal),
-            Self::Inspect(command) => command.run(terminal),
-            Self::Model(command) => command.run(terminal),
-            Self::Navigate(command) => command.run(terminal),
-            Self::OnTarget(command) => command.run(terminal),
-            Self::Paper(command) => command.run(terminal),
-            Self::Replay(command) => command.run(terminal),
-            Self::Simulate(command) => command.run(terminal),
-            Self::Params(command) => command.run(terminal),
+            Self::Calibrate(command) => command.run(terminal)?,
+            Self::Challenge(command) => command.run(terminal)?,
+            Self::Completions(command) => command.run(CommandLine::command())?,
+            Self::Demo(command) => command.run(terminal)?,
+            Self::Diagnose(command) => return command.run(terminal),
+            Self::Import(command) => command.run(terminal)?,
+            Self::Inspect(command) => command.run(terminal)?,
+            Self::Man(command) => command.run(CommandLine::command())?,
+            Self::Model(command) => command.run(terminal)?,
+            Self::Navigate(command) => command.run(terminal)?,
+            Self::OnTarget(command) => command.run(terminal)?,
+            Self::Paper(command) => command.run(terminal)?,
+            Self::Replay(command) => command.run(terminal)?,
+            Self::Simulate(command) => command.run(terminal)?,
+            Self::Params(command) => command.run(terminal)?,
         }
+        Ok(ExitCode::SUCCESS)
     }
 }
 
@@ -97,8 +106,9 @@ const UNUSABLE: u8 = 2;
 pub fn run() -> ExitCode {
     let line = CommandLine::parse();
     let terminal = Terminal::new(line.output.json, line.output.quiet);
+    interrupt::leave_nothing_behind();
     match line.command.run(&terminal) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error) => {
             terminal.error(&error);
             ExitCode::from(UNUSABLE)
@@ -108,8 +118,6 @@ pub fn run() -> ExitCode {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory as _;
-
     use super::*;
 
     #[test]

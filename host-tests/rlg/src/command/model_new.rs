@@ -37,7 +37,7 @@ struct New {
     #[arg(long)]
     at_rest: bool,
     /// File to write
-    #[arg(long)]
+    #[arg(short, long)]
     out: PathBuf,
 }
 

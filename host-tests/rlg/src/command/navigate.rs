@@ -44,10 +44,10 @@ pub struct NavigateCommand {
     /// Folder with recording.toml
     recording: PathBuf,
     /// The model that the chain compensates
-    #[arg(long, required_unless_present = "compensated")]
+    #[arg(short, long, required_unless_present = "compensated")]
     model: Option<PathBuf>,
     /// Folder for the results
-    #[arg(long)]
+    #[arg(short, long)]
     out: PathBuf,
     /// Number system of the chain
     #[arg(long, value_enum, default_value = "reference")]

@@ -32,13 +32,13 @@ pub struct OnTargetCommand {
     /// Folder with recording.toml
     recording: PathBuf,
     /// The model that the chain compensates
-    #[arg(long)]
+    #[arg(short, long)]
     model: PathBuf,
     /// Number system of the image
     #[arg(long, value_enum)]
     core: TargetCore,
     /// Folder for the results
-    #[arg(long)]
+    #[arg(short, long)]
     out: PathBuf,
     /// The image to run instead of building it: an ELF file of this version and number system
     #[arg(long)]

@@ -22,7 +22,7 @@ use crate::terminal::Terminal;
 )]
 pub struct PaperCommand {
     /// Folder for the results
-    #[arg(long)]
+    #[arg(short, long)]
     out: PathBuf,
     /// Seed of the simulations
     #[arg(long, default_value_t = 1)]

@@ -25,7 +25,7 @@ pub struct Params {
     /// Model file
     model: PathBuf,
     /// File to write the block to
-    #[arg(long)]
+    #[arg(short, long)]
     out: PathBuf,
     /// Samples per second of the unit [Hz]
     #[arg(long, default_value_t = trueaxis::design_parameters::DESIGN_SAMPLE_RATE_HZ)]

@@ -37,13 +37,13 @@ pub struct ReplayCommand {
     /// Folder with recording.toml
     recording: PathBuf,
     /// The model that the chain compensates
-    #[arg(long)]
+    #[arg(short, long)]
     model: PathBuf,
     /// Number system of the chain
     #[arg(long, value_enum)]
     core: Core,
     /// Folder for the results
-    #[arg(long)]
+    #[arg(short, long)]
     out: PathBuf,
     /// Samples in one output period
     #[arg(long, default_value_t = SAMPLES_PER_OUTPUT)]

@@ -24,7 +24,7 @@ pub struct Simulate {
     /// Scenario file; host-tests/scenarios/README.md explains its keys
     scenario: PathBuf,
     /// Folder for the recording: new, empty, or a recording to replace
-    #[arg(long)]
+    #[arg(short, long)]
     out: PathBuf,
     /// Seed of every random draw; the same scenario and seed give the same bytes
     #[arg(long, default_value_t = 0)]

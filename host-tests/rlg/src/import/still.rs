@@ -45,6 +45,19 @@ pub fn model(resolution_rad: [f64; 3]) -> Model {
     }
 }
 
+/// The model of an ideal unit: nothing is corrected, no noise is declared; in motion where `quantities` hold a reference.
+pub fn ideal(pulse_weight_rad: [f64; 3], quantities: &[Quantity]) -> Model {
+    let references = [Quantity::ReferenceIncrement, Quantity::ReferenceAttitude];
+    let motion = match references.iter().any(|one| quantities.contains(one)) {
+        true => MotionSource::Reference,
+        false => MotionSource::Static,
+    };
+    Model {
+        motion,
+        ..model(pulse_weight_rad)
+    }
+}
+
 /// A column without its values, which are on disk already.
 pub fn column(name: &str, quantity: Quantity, axis: Option<Axis>, scale: f64) -> Channel {
     Channel {

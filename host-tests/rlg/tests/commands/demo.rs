@@ -64,7 +64,7 @@ fn the_demo_finds_the_concealed_flexure_and_the_chain_then_drifts_ten_times_less
     assert_eq!(json["found"], serde_json::json!(["axis_flexure"]));
     assert!(words.lines().count() <= 20, "{words}");
     assert!(
-        words.contains("axis_flexure") && words.contains("report.html"),
+        words.contains("axis flexure") && words.contains("report.html"),
         "{words}"
     );
 

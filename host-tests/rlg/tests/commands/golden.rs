@@ -24,8 +24,10 @@ fn rlg(folder: &Path, arguments: &[&str]) -> Output {
         .expect("it starts")
 }
 
+/// The result, then what was said beside it.
 fn words(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
+    let streams = [&output.stdout, &output.stderr];
+    streams.map(|bytes| String::from_utf8_lossy(bytes)).concat()
 }
 
 #[test]

@@ -1,8 +1,10 @@
 //! Commands of `rlg` from end to end, a module for each. What they refuse is in `files/bad_input`.
 
+mod answer;
 mod challenge;
 mod demo;
 mod golden;
+mod interrupted;
 mod navigate;
 mod paper;
 mod replay;

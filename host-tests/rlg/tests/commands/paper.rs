@@ -27,8 +27,9 @@ fn output() -> &'static Output {
             .arg(&out)
             .output()
             .expect("it runs");
-        let words = String::from_utf8_lossy(&run.stderr).into_owned();
-        assert!(run.status.success(), "{words}");
+        let words = String::from_utf8_lossy(&run.stdout).into_owned();
+        let said = String::from_utf8_lossy(&run.stderr);
+        assert!(run.status.success(), "{said}");
         let read = |name: &str| std::fs::read_to_string(out.join(name)).expect("a result");
         Output {
             json: serde_json::from_str(&read("paper.json")).expect("JSON"),

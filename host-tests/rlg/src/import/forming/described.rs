@@ -28,21 +28,9 @@ pub fn recording(file: &Path, site: Option<Site>, assembled: &Assembled) -> Reco
 
 /// The model of an ideal unit: nothing is corrected, no noise is declared.
 pub fn ideal(assembled: &Assembled) -> Model {
-    let is_reference = |quantity: &Quantity| {
-        matches!(
-            quantity,
-            Quantity::ReferenceIncrement | Quantity::ReferenceAttitude
-        )
-    };
-    let mut channels = assembled.tables.iter().flat_map(|table| &table.channels);
-    let motion = match channels.any(|channel| is_reference(&channel.quantity)) {
-        true => MotionSource::Reference,
-        false => MotionSource::Static,
-    };
-    Model {
-        motion,
-        ..still::model(assembled.pulse_weight_rad)
-    }
+    let channels = assembled.tables.iter().flat_map(|table| &table.channels);
+    let quantities: Vec<Quantity> = channels.map(|channel| channel.quantity.clone()).collect();
+    still::ideal(assembled.pulse_weight_rad, &quantities)
 }
 
 /// Adds the recording and its model to `out`.

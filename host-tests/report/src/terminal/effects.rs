@@ -1,0 +1,232 @@
+//! Writes what was found, a line each: physics by its share of what differs, then faults of the data, then what has no
+//! explanation. Many of one kind are one line with their number.
+
+use rlg_findings::names::{plain, spaced};
+use rlg_findings::numbers::seconds;
+use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry, UNLISTED};
+
+use super::sizes::{strength, text, value, words};
+use crate::lines::is_line;
+
+/// What entries have in common that share a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Group<'a> {
+    /// Physics of one kind.
+    Kind(&'a str),
+    /// An expression, which has a line of its own.
+    Expression(&'a str, &'a str),
+    /// Steady lines of a unit at rest.
+    Lines,
+    /// Rows of one fault.
+    Fault(&'a str),
+    /// Channels that were put right, said in a sentence.
+    Sentence(&'a str),
+    /// Stretches without an explanation.
+    Unexplained,
+}
+
+fn group(effect: &EffectEntry) -> Group<'_> {
+    let parameters = &effect.parameters;
+    let kind = effect.kind.as_str();
+    match &effect.expression {
+        _ if is_line(effect) => Group::Lines,
+        Some(expression) if kind == UNLISTED => {
+            Group::Expression(text(parameters, "axis").unwrap_or_default(), expression)
+        }
+        None if kind == UNLISTED => Group::Unexplained,
+        _ if text(parameters, "channel").is_some() && value(parameters, "start_s").is_some() => {
+            Group::Fault(kind)
+        }
+        _ if kind.starts_with("channel_") => Group::Sentence(kind),
+        _ => Group::Kind(kind),
+    }
+}
+
+/// The lines of all effects and of the registration beside them, at most `room`.
+pub(super) fn lines(diagnosis: &Diagnosis, room: usize) -> Vec<String> {
+    let mut groups: Vec<(Group<'_>, Vec<&EffectEntry>)> = Vec::new();
+    for effect in &diagnosis.effects {
+        let own = group(effect);
+        match groups.iter_mut().find(|(known, _)| *known == own) {
+            Some((_, members)) => members.push(effect),
+            None => groups.push((own, vec![effect])),
+        }
+    }
+    let share = |members: &[&EffectEntry]| {
+        let evidence = members[0].evidence.as_ref();
+        evidence.map_or(f64::INFINITY, |one| one.share)
+    };
+    let rank = |group: &Group<'_>| match group {
+        Group::Sentence(_) => 0,
+        Group::Kind(_) | Group::Expression(..) | Group::Lines => 1,
+        Group::Fault(_) => 2,
+        Group::Unexplained => 3,
+    };
+    groups.sort_by(|(a, of_a), (b, of_b)| {
+        rank(a)
+            .cmp(&rank(b))
+            .then(share(of_b).total_cmp(&share(of_a)))
+    });
+    let mut said: Vec<(String, String)> = groups
+        .iter()
+        .map(|(group, members)| one(*group, members))
+        .collect();
+    let kinds: Vec<&str> = diagnosis
+        .effects
+        .iter()
+        .map(|one| one.kind.as_str())
+        .collect();
+    let registration = diagnosis.registration.iter();
+    let registration =
+        registration.filter(|one| one.supported && !kinds.contains(&one.kind.as_str()));
+    said.extend(registration.map(|one| {
+        let words = words(&one.kind, &one.parameters, None);
+        (words.name, words.sizes)
+    }));
+    let hidden = said.len().saturating_sub(room);
+    if hidden > 0 {
+        said.truncate(room.saturating_sub(1));
+    }
+    let width = said.iter().map(|(name, _)| name.chars().count()).max();
+    let width = width.unwrap_or(0);
+    let mut lines: Vec<String> = said
+        .iter()
+        .map(|(name, sizes)| format!("  {name:<width$}   {sizes}"))
+        .collect();
+    if hidden > 0 {
+        lines.push(format!("  and {} more, all in diagnosis.json", hidden + 1));
+    }
+    lines
+}
+
+/// One line: a name and what is said of it.
+fn one(group: Group<'_>, members: &[&EffectEntry]) -> (String, String) {
+    match group {
+        Group::Kind(kind) => sized(plain(kind), members),
+        Group::Expression(axis, expression) => {
+            let words = words(UNLISTED, &members[0].parameters, Some(members[0]));
+            (
+                format!("gyro {axis} follows {expression}"),
+                format!("{}; no effect of the catalogue", words.sizes),
+            )
+        }
+        Group::Lines => {
+            let (_, sizes) = sized(String::new(), &members[..1]);
+            let strongest = members[0].expression.as_deref().unwrap_or_default();
+            let hz = strongest.trim_start_matches("sine(").trim_end_matches(')');
+            let said = match members.len() {
+                1 => format!("{hz} Hz: {sizes}"),
+                count => format!("{count} of them, the strongest at {hz} Hz: {sizes}"),
+            };
+            ("steady lines".to_owned(), said)
+        }
+        Group::Fault(kind) => (plain(kind), faults(members)),
+        Group::Sentence(kind) => (plain(kind), members[0].what_was_left_out.clone()),
+        Group::Unexplained => {
+            let said = &members[0].what_was_left_out;
+            match members.len() {
+                1 => ("not explained".to_owned(), said.clone()),
+                count => (
+                    "not explained".to_owned(),
+                    format!("{count} stretches; the first: {said}"),
+                ),
+            }
+        }
+    }
+}
+
+/// Sizes of one kind; of several the strongest, and how many there are.
+fn sized(name: String, members: &[&EffectEntry]) -> (String, String) {
+    let strongest = members
+        .iter()
+        .max_by(|a, b| strength(a).total_cmp(&strength(b)));
+    let Some(strongest) = strongest else {
+        return (name, String::new());
+    };
+    let words = words(&strongest.kind, &strongest.parameters, Some(strongest));
+    match members.len() {
+        1 if words.sizes.is_empty() => (name, strongest.what_was_left_out.clone()),
+        1 => (words.name, words.sizes),
+        count => (
+            name,
+            format!(
+                "{count} of them, the largest: {} {}",
+                words.name, words.sizes
+            ),
+        ),
+    }
+}
+
+/// Faults of one kind by channel: rows, places, times.
+fn faults(members: &[&EffectEntry]) -> String {
+    let mut channels: Vec<(String, Vec<&EffectEntry>)> = Vec::new();
+    for effect in members {
+        let channel = spaced(text(&effect.parameters, "channel").unwrap_or_default());
+        match channels.iter_mut().find(|(known, _)| *known == channel) {
+            Some((_, places)) => places.push(effect),
+            None => channels.push((channel, vec![effect])),
+        }
+    }
+    let mut said: Vec<(Vec<String>, String)> = Vec::new();
+    for (channel, places) in channels {
+        let words = on_one_channel(&places);
+        match said.iter_mut().find(|(_, known)| *known == words) {
+            Some((alike, _)) => alike.push(channel),
+            None => said.push((vec![channel], words)),
+        }
+    }
+    let each = said
+        .iter()
+        .map(|(alike, words)| format!("{}: {words}", alike.join(", ")));
+    each.collect::<Vec<_>>().join("; ")
+}
+
+fn on_one_channel(places: &[&EffectEntry]) -> String {
+    let of = |name: &'static str| {
+        let values = places.iter();
+        values.filter_map(move |one| value(&one.parameters, name))
+    };
+    let from_s = of("start_s").fold(f64::INFINITY, f64::min);
+    let to_s = of("end_s").fold(0.0, f64::max);
+    let between = format!("{}–{} s", seconds(from_s), seconds(to_s));
+    if let Some(rows) = of("rows").next() {
+        // The spread of a time is that of one reading.
+        let age_ms = 1e3 * 0.5 * (1.0 - 1.0 / rows) * row_s(places[0]);
+        return format!(
+            "each reading stands for {rows:.4} rows (mean age {age_ms:.1} ms), {between}"
+        )
+        .replace(".0000 rows", " rows");
+    }
+    let rows: f64 = places
+        .iter()
+        .map(|one| {
+            let long_s = value(&one.parameters, "end_s").unwrap_or(0.0)
+                - value(&one.parameters, "start_s").unwrap_or(0.0);
+            (long_s / row_s(one)).round()
+        })
+        .sum();
+    let count = of("count").sum::<f64>();
+    let places = if count > 0.0 {
+        count
+    } else {
+        places.len() as f64
+    };
+    let word = if rows == 1.0 { "row" } else { "rows" };
+    match (rows.is_finite(), places == 1.0 || places == rows) {
+        (true, true) => format!("{rows} {word}, {between}"),
+        (true, false) => format!("{rows} {word} in {places} places, {between}"),
+        _ => format!("{places} places, {between}"),
+    }
+}
+
+/// Length of a row \[s\]: a fault is located to the row.
+fn row_s(fault: &EffectEntry) -> f64 {
+    let std = fault
+        .parameters
+        .iter()
+        .find_map(|parameter| match parameter {
+            ParameterEntry::Number { name, std, .. } if name == "start_s" => Some(*std),
+            _ => None,
+        });
+    std.unwrap_or(f64::NAN)
+}

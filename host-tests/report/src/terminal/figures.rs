@@ -1,0 +1,244 @@
+//! Writes where a recording and its model differ, and held-out time before and after, a line each.
+
+use rlg_findings::names::spaced;
+use rlg_findings::numbers::{SIGNIFICANT_SIGMAS, Scale, band, chance, seconds};
+use rlg_findings::result::{ChannelEntry, Diagnosis, LevelEntry, NoiseEntry, NoiseTermsEntry};
+use rlg_recording::AXES;
+
+use super::sizes::to_two_digits;
+
+/// Probability that noise alone is as far from zero as [`SIGNIFICANT_SIGMAS`], either way.
+const SIGNIFICANT_CHANCE: f64 = 0.0027;
+
+/// Stretches of one channel that are written out; more are counted.
+const MOST_STRETCHES: usize = 2;
+
+/// Where the difference stands above the noise, channel by channel.
+pub(super) fn places(diagnosis: &Diagnosis) -> Option<String> {
+    let mut channels: Vec<&str> = Vec::new();
+    for location in &diagnosis.locations {
+        if !channels.contains(&location.channel.as_str()) {
+            channels.push(&location.channel);
+        }
+    }
+    // How it goes with the motion stands for the name while there is none.
+    let is_named = diagnosis
+        .effects
+        .iter()
+        .any(|effect| !effect.parameters.is_empty());
+    let each = channels.iter().map(|channel| {
+        let own = diagnosis
+            .locations
+            .iter()
+            .filter(|one| one.channel == *channel);
+        let own: Vec<_> = own.collect();
+        let ends = own
+            .iter()
+            .fold([f64::INFINITY, 0.0_f64], |[from, to], one| {
+                [from.min(one.start_s), to.max(one.end_s)]
+            });
+        let low_hz = own
+            .iter()
+            .map(|one| one.low_hz)
+            .fold(f64::INFINITY, f64::min);
+        let high_hz = own.iter().map(|one| one.high_hz).fold(0.0, f64::max);
+        let largest = own.iter().map(|one| one.size.abs()).fold(0.0, f64::max);
+        let scale = Scale::of("size", &own[0].unit, largest);
+        let when = match own.len() {
+            0..=MOST_STRETCHES => own
+                .iter()
+                .map(|one| format!("{}–{} s", seconds(one.start_s), seconds(one.end_s)))
+                .collect::<Vec<_>>()
+                .join(", "),
+            count => format!(
+                "{count} stretches in {}–{} s",
+                seconds(ends[0]),
+                seconds(ends[1])
+            ),
+        };
+        let size = scale.with_unit(&to_two_digits(largest * scale.factor));
+        let regime = match own[0].regime.as_str() {
+            regime if is_named || regime.is_empty() => String::new(),
+            regime => format!(", {regime}"),
+        };
+        format!(
+            "{} {when} ({}, {size}{regime})",
+            spaced(channel),
+            band(low_hz, high_hz)
+        )
+    });
+    let each: Vec<String> = each.collect();
+    (!each.is_empty()).then(|| format!("Where: {}.", each.join("; ")))
+}
+
+/// The channels that were compared on held-out time.
+fn held_out(diagnosis: &Diagnosis) -> &[ChannelEntry] {
+    match &diagnosis.fit.whole {
+        Some(whole) if diagnosis.fit.channels.is_empty() => &whole.channels,
+        _ => &diagnosis.fit.channels,
+    }
+}
+
+/// What happened from one size to another that is known to `std`.
+fn happened(before: f64, after: f64, std: f64) -> &'static str {
+    match after.abs() - before.abs() {
+        change if !change.is_finite() => "goes",
+        change if change < -std => "falls",
+        change if change > std => "rises",
+        _ => "stays",
+    }
+}
+
+/// The mean rates on held-out time that are significant, before and after.
+pub(super) fn drift(diagnosis: &Diagnosis) -> Option<String> {
+    let channels = held_out(diagnosis);
+    if channels.is_empty() && !diagnosis.fit.fitted_on.is_empty() {
+        return Some(
+            "Held out: nothing, for want of rows; the fit is not proved on unseen time.".to_owned(),
+        );
+    }
+    let is_significant = |channel: &&ChannelEntry| {
+        let figures = [&channel.held_out_before, &channel.held_out_after];
+        let mut far = figures.iter();
+        far.any(|one| one.drift_rad_s.abs() > SIGNIFICANT_SIGMAS * one.drift_std_rad_s)
+    };
+    let shown: Vec<&ChannelEntry> = channels.iter().filter(is_significant).collect();
+    let said = shown.chunk_by(|a, b| a.unit == b.unit).map(|alike| {
+        let drifts = alike.iter().flat_map(|channel| {
+            let figures = [&channel.held_out_before, &channel.held_out_after];
+            figures.map(|one| one.drift_rad_s.abs())
+        });
+        let largest = drifts.fold(0.0, f64::max);
+        let scale = Scale::of("drift", alike[0].unit.unwrap_or("rad/s"), largest);
+        let each: Vec<String> = alike
+            .iter()
+            .map(|channel| drift_of(channel, &scale))
+            .collect();
+        scale.with_unit(&each.join("; "))
+    });
+    let said: Vec<String> = said.collect();
+    (!said.is_empty()).then(|| format!("Held-out drift: {}.", said.join("; ")))
+}
+
+/// The mean rate of one channel, as "gyro x falls 1.436 → 0.030 ± 0.055".
+fn drift_of(channel: &ChannelEntry, scale: &Scale) -> String {
+    let (before, after) = (&channel.held_out_before, &channel.held_out_after);
+    let (from, to) = (before.drift_rad_s, after.drift_rad_s);
+    let first = scale.pair(from, before.drift_std_rad_s);
+    let first = match first.split_once(" ± ") {
+        Some((value, _)) if !value.starts_with('(') => value.to_owned(),
+        _ => first,
+    };
+    format!(
+        "{} {} {first} → {}",
+        spaced(&channel.channel),
+        happened(from, to, after.drift_std_rad_s),
+        scale.pair(to, after.drift_std_rad_s),
+    )
+}
+
+/// Power over noise on held-out time, before and after.
+pub(super) fn power(diagnosis: &Diagnosis) -> Option<String> {
+    let channels = held_out(diagnosis);
+    let shown = |power: f64| match power {
+        power if (0.1..100.0).contains(&power) => format!("{power:.2}"),
+        power => to_two_digits(power),
+    };
+    let held_s: f64 = diagnosis
+        .fit
+        .held_out
+        .iter()
+        .map(|[from, to]| to - from)
+        .sum();
+    let each = channels.iter().map(|channel| {
+        let before = channel.held_out_before.normalised_power;
+        let after = channel.held_out_after.normalised_power;
+        // A mean of 2 B T squares of unit variance scatters by 1/√(B T).
+        let [low_hz, high_hz] = channel.band_hz;
+        let scatter = after / ((high_hz - low_hz) * held_s).sqrt();
+        let (name, word) = (spaced(&channel.channel), happened(before, after, scatter));
+        match shown(before) == shown(after) {
+            true => format!("{name} stays {}", shown(after)),
+            false => format!("{name} {word} {} → {}", shown(before), shown(after)),
+        }
+    });
+    let each: Vec<String> = each.collect();
+    (!each.is_empty()).then(|| {
+        format!(
+            "Held-out power over noise: {} (1 = noise alone).",
+            each.join("; ")
+        )
+    })
+}
+
+/// Where something is left: the channels whose held-out residual is not noise.
+pub(super) fn unlike_noise(diagnosis: &Diagnosis) -> Option<String> {
+    if diagnosis.verdict.is_told() {
+        return None;
+    }
+    let left = held_out(diagnosis).iter().filter_map(|channel| {
+        let p_value = channel.held_out_after.white_p_value;
+        (p_value < SIGNIFICANT_CHANCE)
+            .then(|| format!("{} (chance {})", spaced(&channel.channel), chance(p_value)))
+    });
+    let left: Vec<String> = left.collect();
+    (!left.is_empty()).then(|| format!("Not noise yet on held-out time: {}.", left.join(", ")))
+}
+
+/// One term of IEEE 952: its letter, its unit, and where it stands.
+type Term = (
+    &'static str,
+    &'static str,
+    fn(&NoiseTermsEntry) -> Option<LevelEntry>,
+);
+
+/// The terms in the order of their slopes.
+const TERMS: [Term; 4] = [
+    ("Q", "rad", |terms| terms.quantisation_rad),
+    ("N", "rad/√s", |terms| terms.angle_random_walk_rad_sqrt_s),
+    ("B", "rad/s", |terms| terms.bias_instability_rad_s),
+    ("K", "rad/s/√s", |terms| {
+        terms.rate_random_walk_rad_s_sqrt_s
+    }),
+];
+
+/// The noise of a unit at rest by the terms of IEEE 952 that stand out.
+pub(super) fn noise(diagnosis: &Diagnosis) -> Option<String> {
+    let level = |noise: &NoiseEntry, term: &Term| {
+        let level = noise.terms.as_ref().and_then(term.2)?;
+        let axis = noise
+            .channel
+            .rsplit('_')
+            .next()
+            .unwrap_or_default()
+            .to_owned();
+        (level.value > SIGNIFICANT_SIGMAS * level.std).then_some((axis, level))
+    };
+    let said = TERMS.iter().filter_map(|term| {
+        let levels = diagnosis
+            .noise
+            .iter()
+            .filter_map(|noise| level(noise, term));
+        let levels: Vec<(String, LevelEntry)> = levels.collect();
+        let largest = levels.iter().map(|(_, one)| one.value).fold(0.0, f64::max);
+        let scale = Scale::of("noise", term.1, largest);
+        let pairs: Vec<String> = levels
+            .iter()
+            .map(|(axis, one)| format!("{axis} {}", scale.pair(one.value, one.std)))
+            .collect();
+        (!pairs.is_empty()).then(|| format!("{} {}", term.0, scale.with_unit(&pairs.join(", "))))
+    });
+    let mut said: Vec<String> = said.collect();
+    // What the gyros were judged with is what a recording without findings shows.
+    if said.is_empty() && diagnosis.effects.is_empty() && !diagnosis.noise.is_empty() {
+        let walks = diagnosis.noise.iter();
+        let walks: Vec<f64> = walks.map(|one| one.angle_random_walk_rad_sqrt_s).collect();
+        let scale = Scale::of("noise", "rad/√s", walks.iter().copied().fold(0.0, f64::max));
+        let each = AXES.iter().zip(walks);
+        let each =
+            each.map(|(axis, walk)| format!("{axis} {}", to_two_digits(walk * scale.factor)));
+        let each: Vec<String> = each.collect();
+        said.push(format!("N {}", scale.with_unit(&each.join(", "))));
+    }
+    (!said.is_empty()).then(|| format!("Noise: {}.", said.join("; ")))
+}

@@ -1,0 +1,100 @@
+//! Says a diagnosis on a terminal: in at most [`MOST_LINES`] lines, none of them cut.
+//!
+//! verdict → what was found, with sizes → where → held-out time before and after → what it could also be → what to
+//! record next. Everything is made of the fields of [`Diagnosis`], never of its sentences, save the verdict's own.
+
+mod effects;
+mod figures;
+mod sizes;
+
+use rlg_findings::names::plain;
+use rlg_findings::numbers::Scale;
+use rlg_findings::result::{Diagnosis, EffectEntry, UNLISTED, Verdict};
+use rlg_findings::sentences::NEEDED_SNR;
+
+/// Lines of an answer; the one that names the page comes after them.
+pub const MOST_LINES: usize = 14;
+
+/// Kinds that a recording without findings is said to have been sensitive to.
+const MOST_KINDS: usize = 5;
+
+/// Writes the answer, a line each.
+///
+/// `note`: what the reader must know beside the verdict, as a model that was assumed.
+pub fn lines(diagnosis: &Diagnosis, note: Option<&str>) -> Vec<String> {
+    let mut head: Vec<String> = diagnosis.summary.first().cloned().into_iter().collect();
+    head.extend(note.map(str::to_owned));
+    let mut tail = Vec::new();
+    if diagnosis.verdict != Verdict::Unusable {
+        tail.extend(figures::places(diagnosis));
+        tail.extend(figures::drift(diagnosis));
+        tail.extend(figures::power(diagnosis));
+        tail.extend(figures::unlike_noise(diagnosis));
+        tail.extend(figures::noise(diagnosis));
+        tail.extend(sensitive(diagnosis));
+        tail.extend(not_told_apart(diagnosis));
+    }
+    if !diagnosis.next_experiment.is_empty() {
+        tail.push(format!("Next: {}", diagnosis.next_experiment));
+    }
+    let room = MOST_LINES.saturating_sub(head.len() + tail.len());
+    head.extend(effects::lines(diagnosis, room));
+    head.extend(tail);
+    head
+}
+
+/// What each effect could also be.
+fn not_told_apart(diagnosis: &Diagnosis) -> Option<String> {
+    let mut said: Vec<String> = Vec::new();
+    for effect in &diagnosis.effects {
+        let rivals = rivals(effect);
+        if !rivals.is_empty() {
+            let words = format!("{} or {}", plain(&effect.kind), rivals.join(" or "));
+            if !said.contains(&words) {
+                said.push(words);
+            }
+        }
+    }
+    (!said.is_empty()).then(|| format!("Not told apart: {}.", said.join("; ")))
+}
+
+/// The other causes of one effect in plain words.
+fn rivals(effect: &EffectEntry) -> Vec<String> {
+    let alike = effect.indistinguishable_from.iter();
+    let alike = alike.filter(|kind| !effect.gravity_speaks_against.contains(kind));
+    let mut words: Vec<String> = alike
+        .map(|kind| match &effect.expression {
+            Some(expression) if kind == UNLISTED && effect.kind != UNLISTED => expression.clone(),
+            _ => plain(kind),
+        })
+        .collect();
+    let is_class = effect
+        .evidence
+        .as_ref()
+        .is_some_and(|one| one.label == "class");
+    if words.is_empty() && is_class {
+        words.push("drift of the gyro".to_owned());
+    }
+    words
+}
+
+/// Where nothing was found: what would have been, the kinds that this recording shows best.
+fn sensitive(diagnosis: &Diagnosis) -> Option<String> {
+    if !diagnosis.effects.is_empty() {
+        return None;
+    }
+    let mut reach: Vec<_> = diagnosis
+        .sensitivity
+        .iter()
+        .filter(|one| one.snr > 0.0)
+        .collect();
+    reach.sort_by(|a, b| b.snr.total_cmp(&a.snr));
+    let said = reach.iter().take(MOST_KINDS).map(|one| {
+        let from = one.typical * NEEDED_SNR / one.snr;
+        let scale = Scale::of("x", &one.unit, from);
+        let size = sizes::to_two_digits(from * scale.factor);
+        format!("{} from {}", plain(&one.kind), scale.with_unit(&size))
+    });
+    let said: Vec<String> = said.collect();
+    (!said.is_empty()).then(|| format!("Would have shown: {}.", said.join(", ")))
+}

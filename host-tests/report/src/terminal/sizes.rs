@@ -1,0 +1,169 @@
+//! Writes the sizes of one effect: those that are significant, in one unit, with the digits that their σ allow.
+
+use rlg_findings::names::{plain_at, spaced};
+use rlg_findings::numbers::{SIGNIFICANT_SIGMAS, Scale, number};
+use rlg_findings::result::{EffectEntry, ParameterEntry};
+use rlg_findings::sentences::combination;
+
+/// One number of an effect: a parameter, or a combination that the data fix.
+#[derive(Debug, Clone)]
+struct Size<'a> {
+    /// Name as people read it; "all" where there is one for the whole unit.
+    name: String,
+    /// The contract's name of a parameter in it.
+    parameter: &'a str,
+    value: f64,
+    std: f64,
+    unit: &'a str,
+}
+
+impl Size<'_> {
+    /// Standard deviations from zero.
+    fn sigmas(&self) -> f64 {
+        match self.std > 0.0 {
+            true => (self.value / self.std).abs(),
+            false => 0.0,
+        }
+    }
+}
+
+/// What is said of an effect: its name, and its sizes with units.
+pub(super) struct Words {
+    pub(super) name: String,
+    pub(super) sizes: String,
+}
+
+/// Names an effect and its significant sizes; where none is, the one that comes nearest.
+pub(super) fn words(kind: &str, effect: &[ParameterEntry], entry: Option<&EffectEntry>) -> Words {
+    let mut sizes = entry.map_or_else(Vec::new, fixed);
+    if sizes.is_empty() {
+        sizes = single(effect);
+    }
+    let nearest = sizes
+        .iter()
+        .max_by(|a, b| a.sigmas().total_cmp(&b.sigmas()));
+    let nearest: Vec<Size<'_>> = nearest.cloned().into_iter().collect();
+    sizes.retain(|size| size.sigmas() > SIGNIFICANT_SIGMAS);
+    if sizes.is_empty() {
+        sizes = nearest;
+    }
+    let values: Vec<f64> = sizes.iter().map(|size| size.value).collect();
+    let (mut name, sign) = plain_at(kind, &values);
+    sizes.iter_mut().for_each(|size| size.value *= sign);
+    if let Some(axis) = text(effect, "axis") {
+        name = format!("{name} {axis}");
+    }
+    // The name of one number belongs to what is named.
+    if let [only] = &mut sizes[..] {
+        if !matches!(only.name.as_str(), "all" | "size" | "coefficient") {
+            name = format!("{name} {}", only.name);
+        }
+        only.name.clear();
+    }
+    let mut said = listed(&sizes);
+    if let Some(time_s) = value(effect, "time_s") {
+        said = format!("{said} at {} s", number(time_s));
+    }
+    Words { name, sizes: said }
+}
+
+/// The sizes, those of one unit together.
+fn listed(sizes: &[Size<'_>]) -> String {
+    let mut parts: Vec<String> = Vec::new();
+    for same in sizes.chunk_by(|a, b| a.unit == b.unit) {
+        let largest = same.iter().map(|size| size.value.abs()).fold(0.0, f64::max);
+        let scale = Scale::of(same[0].parameter, same[0].unit, largest);
+        // Names of one value stand before it together.
+        let mut pairs: Vec<(Vec<&str>, String)> = Vec::new();
+        for size in same {
+            let pair = scale.pair(size.value, size.std);
+            match pairs.last_mut() {
+                Some((names, known)) if *known == pair => names.push(&size.name),
+                _ => pairs.push((vec![&size.name], pair)),
+            }
+        }
+        let pairs: Vec<String> = pairs
+            .iter()
+            .map(|(names, pair)| format!("{} {pair}", names.join(", ")))
+            .collect();
+        parts.push(scale.with_unit(pairs.join(", ").trim_start()));
+    }
+    parts.join("; ")
+}
+
+/// The combinations that the data fix.
+fn fixed(entry: &EffectEntry) -> Vec<Size<'_>> {
+    let of = |fixed: &rlg_findings::result::Identifiable| {
+        entry
+            .parameters
+            .iter()
+            .find_map(|parameter| match parameter {
+                ParameterEntry::Number { name, unit, .. }
+                    if fixed.combination.contains_key(name) =>
+                {
+                    Some(Size {
+                        name: without_unit(&combination(&fixed.combination)),
+                        parameter: name,
+                        value: fixed.value,
+                        std: fixed.std,
+                        unit,
+                    })
+                }
+                _ => None,
+            })
+    };
+    entry.identifiable.iter().filter_map(of).collect()
+}
+
+/// The parameters, each by itself, save times.
+fn single(parameters: &[ParameterEntry]) -> Vec<Size<'_>> {
+    let of = |parameter| match parameter {
+        &ParameterEntry::Number {
+            ref name,
+            value,
+            std,
+            ref unit,
+        } if !matches!(name.as_str(), "time_s" | "start_s" | "end_s") => Some(Size {
+            name: without_unit(name),
+            parameter: name,
+            value,
+            std,
+            unit,
+        }),
+        _ => None,
+    };
+    parameters.iter().filter_map(of).collect()
+}
+
+/// "x_pole_s" as "x pole": the unit stands behind the value.
+fn without_unit(name: &str) -> String {
+    let bare = name.strip_suffix("_s").or_else(|| name.strip_suffix("_hz"));
+    spaced(bare.unwrap_or(name))
+}
+
+/// The number of this name.
+pub(super) fn value(parameters: &[ParameterEntry], wanted: &str) -> Option<f64> {
+    parameters.iter().find_map(|parameter| match parameter {
+        ParameterEntry::Number { name, value, .. } if name == wanted => Some(*value),
+        _ => None,
+    })
+}
+
+/// The text of this name.
+pub(super) fn text<'a>(parameters: &'a [ParameterEntry], wanted: &str) -> Option<&'a str> {
+    parameters.iter().find_map(|parameter| match parameter {
+        ParameterEntry::Text { name, value } if name == wanted => Some(value.as_str()),
+        _ => None,
+    })
+}
+
+/// How large the largest number is against its own spread.
+pub(super) fn strength(effect: &EffectEntry) -> f64 {
+    let sizes = single(&effect.parameters);
+    sizes.iter().map(Size::sigmas).fold(0.0, f64::max)
+}
+
+/// A value to two significant digits.
+pub(super) fn to_two_digits(value: f64) -> String {
+    number(format!("{value:.1e}").parse().unwrap_or(value))
+}
