@@ -210,6 +210,16 @@ fn rounded_like(value: f64, std: f64) -> f64 {
     (value / digit).round() * digit
 }
 
+/// Says what happened from one size to another that is known to `std`: it falls, rises or stays.
+pub fn happened(before: f64, after: f64, std: f64) -> &'static str {
+    match after.abs() - before.abs() {
+        change if !change.is_finite() => "goes",
+        change if change < -std => "falls",
+        change if change > std => "rises",
+        _ => "stays",
+    }
+}
+
 /// Formats a probability: as a decimal number, or as a power of ten where it is small.
 pub fn chance(p_value: f64) -> String {
     if p_value <= 0.0 {

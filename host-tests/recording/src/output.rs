@@ -66,6 +66,33 @@ impl Drop for Unfinished {
     }
 }
 
+/// A folder for intermediate files: gone with this value, or when the process is told to end.
+#[derive(Debug)]
+pub struct ScratchFolder {
+    folder: TempDir,
+    // Dropped after the folder is gone.
+    _unfinished: Unfinished,
+}
+
+impl ScratchFolder {
+    /// Makes an empty one where the system keeps such folders.
+    pub fn new() -> Result<Self, InputError> {
+        let made = Unfinished::make(tempfile::tempdir, TempDir::path);
+        let (folder, unfinished) = made.map_err(|error| {
+            InputError::new(std::env::temp_dir(), format!("cannot hold files ({error})"))
+        })?;
+        Ok(Self {
+            folder,
+            _unfinished: unfinished,
+        })
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
 /// A folder of results that is being written.
 #[derive(Debug)]
 pub struct OutputFolder {

@@ -7,8 +7,8 @@ use super::corrected;
 use super::lines;
 use super::map;
 use super::words::{
-    SIGNIFICANT_SIGMAS, Scale, band, chance, display_unit, number, plain, seconds, spaced, symbols,
-    with_spread,
+    SIGNIFICANT_SIGMAS, Scale, band, chance, display_unit, happened, number, plain, seconds,
+    spaced, symbols, with_spread,
 };
 use rlg_diagnosis::pictures::Pictures;
 use rlg_findings::result::{
@@ -58,11 +58,12 @@ pub fn in_short(diagnosis: &Diagnosis) -> Option<Markup> {
     })
 }
 
-/// The gyros whose drift was significant before, as "gyro x from 1.44 to 0.03 ± 0.06 °/h".
+/// The gyros whose drift was significant before and falls, as "gyro x from 1.44 to 0.03 ± 0.06 °/h".
 fn fallen_drifts(diagnosis: &Diagnosis) -> Vec<String> {
     let channels = diagnosis.fit.channels.iter().filter(|channel| {
-        let before = &channel.held_out_before;
-        before.drift_rad_s.abs() > SIGNIFICANT_SIGMAS * before.drift_std_rad_s
+        let (before, after) = (&channel.held_out_before, &channel.held_out_after);
+        let word = happened(before.drift_rad_s, after.drift_rad_s, after.drift_std_rad_s);
+        before.drift_rad_s.abs() > SIGNIFICANT_SIGMAS * before.drift_std_rad_s && word == "falls"
     });
     channels
         .map(|channel| {

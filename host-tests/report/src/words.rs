@@ -10,7 +10,8 @@ use maud::{Markup, html};
 pub use rlg_findings::names::{plain, spaced};
 use rlg_findings::numbers::DEG_H;
 pub use rlg_findings::numbers::{
-    SIGNIFICANT_SIGMAS, Scale, band, chance, number, raised, seconds, superscript, with_spread,
+    SIGNIFICANT_SIGMAS, Scale, band, chance, happened, number, raised, seconds, superscript,
+    with_spread,
 };
 
 /// °/h in one rad/s.

@@ -16,6 +16,7 @@ use std::path::Path;
 use std::process::Command;
 
 use rlg_recording::error::InputError;
+use rlg_recording::output::ScratchFolder;
 
 const DISASSEMBLER: &str = "llvm-objdump";
 const ANALYSER: &str = "llvm-mca";
@@ -46,9 +47,7 @@ pub fn estimate(image: &Path, addresses: &[u64]) -> Result<u32, InputError> {
         let _ = writeln!(assembly, "{}", without_targets(text));
     }
 
-    let folder = tempfile::tempdir().map_err(|error| {
-        InputError::new(std::env::temp_dir(), format!("cannot hold files ({error})"))
-    })?;
+    let folder = ScratchFolder::new()?;
     let file = folder.path().join("sample.s");
     std::fs::write(&file, assembly)
         .map_err(|error| InputError::new(&file, format!("cannot be written ({error})")))?;

@@ -22,6 +22,7 @@ use trueaxis::run_report::{RunOutcome, RunReport};
 
 use super::slots::{SLOT_ADDRESSES, SlotImages};
 use rlg_recording::error::InputError;
+use rlg_recording::output::ScratchFolder;
 
 /// The emulator's program.
 pub const EMULATOR: &str = "qemu-system-arm";
@@ -180,13 +181,11 @@ pub fn first_telemetry(
 }
 
 /// The temporary folder of a run.
-struct Folder(tempfile::TempDir);
+struct Folder(ScratchFolder);
 
 impl Folder {
     fn new() -> Result<Self, InputError> {
-        tempfile::tempdir().map(Self).map_err(|error| {
-            InputError::new(std::env::temp_dir(), format!("cannot hold files ({error})"))
-        })
+        ScratchFolder::new().map(Self)
     }
 
     fn at(&self, name: &str) -> PathBuf {

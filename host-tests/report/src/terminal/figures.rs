@@ -1,7 +1,7 @@
 //! Writes where a recording and its model differ, and held-out time before and after, a line each.
 
 use rlg_findings::names::spaced;
-use rlg_findings::numbers::{SIGNIFICANT_SIGMAS, Scale, band, chance, seconds};
+use rlg_findings::numbers::{SIGNIFICANT_SIGMAS, Scale, band, chance, happened, seconds};
 use rlg_findings::result::{ChannelEntry, Diagnosis, LevelEntry, NoiseEntry, NoiseTermsEntry};
 use rlg_recording::AXES;
 
@@ -79,16 +79,6 @@ fn held_out(diagnosis: &Diagnosis) -> &[ChannelEntry] {
     }
 }
 
-/// What happened from one size to another that is known to `std`.
-fn happened(before: f64, after: f64, std: f64) -> &'static str {
-    match after.abs() - before.abs() {
-        change if !change.is_finite() => "goes",
-        change if change < -std => "falls",
-        change if change > std => "rises",
-        _ => "stays",
-    }
-}
-
 /// The mean rates on held-out time that are significant, before and after.
 pub(super) fn drift(diagnosis: &Diagnosis) -> Option<String> {
     let channels = held_out(diagnosis);
@@ -150,23 +140,42 @@ pub(super) fn power(diagnosis: &Diagnosis) -> Option<String> {
         .iter()
         .map(|[from, to]| to - from)
         .sum();
-    let each = channels.iter().map(|channel| {
+    let mut said: Vec<String> = Vec::new();
+    let mut same: Vec<f64> = Vec::new();
+    for channel in channels {
         let before = channel.held_out_before.normalised_power;
         let after = channel.held_out_after.normalised_power;
+        if shown(before) == shown(after) {
+            same.push(after);
+            continue;
+        }
         // A mean of 2 B T squares of unit variance scatters by 1/√(B T).
         let [low_hz, high_hz] = channel.band_hz;
         let scatter = after / ((high_hz - low_hz) * held_s).sqrt();
-        let (name, word) = (spaced(&channel.channel), happened(before, after, scatter));
-        match shown(before) == shown(after) {
-            true => format!("{name} stays {}", shown(after)),
-            false => format!("{name} {word} {} → {}", shown(before), shown(after)),
-        }
-    });
-    let each: Vec<String> = each.collect();
-    (!each.is_empty()).then(|| {
+        said.push(format!(
+            "{} {} {} → {}",
+            spaced(&channel.channel),
+            happened(before, after, scatter),
+            shown(before),
+            shown(after)
+        ));
+    }
+    if let (Some(least), Some(most)) = (
+        same.iter().copied().reduce(f64::min),
+        same.iter().copied().reduce(f64::max),
+    ) {
+        let range = match shown(least) == shown(most) {
+            true => shown(least),
+            false => format!("{} to {}", shown(least), shown(most)),
+        };
+        let which = if said.is_empty() { "all" } else { "the other" };
+        let word = if same.len() == 1 { "stays" } else { "stay" };
+        said.push(format!("{which} {} {word} at {range}", same.len()));
+    }
+    (!said.is_empty()).then(|| {
         format!(
             "Held-out power over noise: {} (1 = noise alone).",
-            each.join("; ")
+            said.join("; ")
         )
     })
 }

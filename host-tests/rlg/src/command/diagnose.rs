@@ -13,7 +13,9 @@ use crate::diagnose::declare::MOST_ROWS;
 use crate::diagnose::long::Long;
 use crate::diagnose::result::Verdict;
 use crate::diagnose::streams::Streams;
-use crate::diagnose::{Engine, Outcome, Settings, diagnose, diagnose_aligned, diagnose_streams};
+use crate::diagnose::{
+    Engine, Outcome, Settings, diagnose_aligned, diagnose_streams, diagnose_under,
+};
 use crate::error::InputError;
 use crate::model::Model;
 use crate::output::OutputFolder;
@@ -227,20 +229,20 @@ impl Diagnose {
                 progress,
             );
         }
+        let settings = Settings {
+            seed,
+            anyway: self.anyway,
+            ..Settings::by(self.engine.into())
+        };
         let recording = Recording::read(folder)?;
         if is_slow(&recording, model) {
-            return diagnose(&recording, model, model_file, seed, progress);
+            return diagnose_under(&settings, &recording, model, model_file, progress);
         }
         progress("aligning the channels");
         let streams = Streams::align(&recording, model)?;
         // The recording's own tables go; the rows live in the streams.
         drop(recording);
         let again = || Streams::align(&Recording::read(folder)?, model);
-        let settings = Settings {
-            seed,
-            anyway: self.anyway,
-            ..Settings::by(self.engine.into())
-        };
         diagnose_streams(&settings, (streams, &again), of, progress)
     }
 
