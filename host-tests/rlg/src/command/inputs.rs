@@ -6,7 +6,7 @@ use crate::error::InputError;
 use crate::import::still;
 use crate::model::{Model, MotionSource};
 use crate::output::OutputFolder;
-use crate::recording::{Quantity, Recording};
+use crate::recording::{MANIFEST, Quantity, Recording};
 use crate::terminal::Terminal;
 
 /// Reads a model and warns about keys that this version does not know.
@@ -65,12 +65,16 @@ pub(super) fn refuse_foreign(out: &Path, results: &[&str]) -> Result<(), InputEr
     let names = names.map(|name| name.to_string_lossy().into_owned());
     match names.filter(|name| !name.starts_with('.')).min() {
         None => Ok(()),
-        Some(foreign) => Err(InputError::new(
-            out,
-            format!("holds {foreign}, and no earlier result of this command"),
-        )
-        .channel("--out")
-        .expected("a new or empty folder, or one of earlier results")),
+        Some(foreign) => {
+            let what = match out.join(MANIFEST).is_file() {
+                true => "another recording",
+                false => &foreign,
+            };
+            let problem = format!("holds {what}, and no earlier result of this command");
+            Err(InputError::new(out, problem)
+                .channel("--out")
+                .expected("a new or empty folder, or one of earlier results"))
+        }
     }
 }
 
