@@ -91,7 +91,7 @@ pub(crate) fn search(rows: &FewRows, candidates: &Candidates, plan: &AttitudePla
         rows.weigh(&groups)
     };
     let of_named = weighed(&called_for);
-    let found = FewFound {
+    FewFound {
         noise: (of_named.noise[0], of_named.noise[1]),
         is_turning: turning.is_some(),
         found: Found {
@@ -103,8 +103,7 @@ pub(crate) fn search(rows: &FewRows, candidates: &Candidates, plan: &AttitudePla
             named_set: called_for.concat(),
             tried: search.tried,
         },
-    };
-    found
+    }
 }
 
 fn estimates(weighed: &Weighed) -> Estimates {

@@ -163,7 +163,8 @@ fn an_attitude_of_the_other_sign_is_the_same() {
 
 #[test]
 fn attitudes_that_are_written_another_way_are_refused_and_read_so_anyway() {
-    let ways: [(&str, fn(Quaternion<f64>) -> Quaternion<f64>); 2] = [
+    type Way = fn(Quaternion<f64>) -> Quaternion<f64>;
+    let ways: [(&str, Way); 2] = [
         ("from navigation frame to body", |q| q.conjugate()),
         ("in the order x, y, z, w", |q| {
             Quaternion::new(q.i, q.j, q.k, q.w)
