@@ -99,13 +99,19 @@ pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
     /// Fewer rows have no spectrum.
     const LEAST_ROWS: usize = 16;
     let known = &said.registered.known;
-    let left_out = &said.observed.known.left_out;
+    let is_tested = &said.observed.tested;
     let with = |left_out: Vec<bool>| Stamps {
         left_out,
         jumped: known.jumped.clone(),
     };
-    let tested = with(left_out.iter().map(|left_out| !left_out).collect());
-    let none = with(vec![false; left_out.len()]);
+    let tested = with(is_tested.iter().map(|tested| !tested).collect());
+    // All but what is known or found to be wrong.
+    let pairs = known.left_out.iter().zip(is_tested);
+    let sound = with(
+        pairs
+            .map(|(left_out, tested)| *left_out && !tested)
+            .collect(),
+    );
     let now = &said.registered.alignment;
     let before = residual(said, &tested, said.of_model, false)?;
     let after = residual(said, &tested, now, true)?;
@@ -119,8 +125,8 @@ pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
     let (after_figures, power_after) = figures(&after);
     let times = &after.about.increments.times_s;
     let period_s = after.about.increments.period_s;
-    let all_before = residual(said, &none, said.of_model, false)?;
-    let all_after = residual(said, &none, now, true)?;
+    let all_before = residual(said, &sound, said.of_model, false)?;
+    let all_after = residual(said, &sound, now, true)?;
     let span_s = [times[0], times[times.len() - 1]];
     Some(HeldOut {
         span_s,

@@ -27,7 +27,9 @@ pub(crate) struct Observed<'a> {
     pub(crate) streams: Streams,
     pub(crate) faults: Vec<Fault>,
     pub(crate) samples: Vec<AttitudeSample>,
-    /// Stamps that serve the last test alone or that the model knows to be wrong, left out; and jumps that it knows.
+    /// Stamps that serve the last test alone.
+    pub(crate) tested: Vec<bool>,
+    /// Those, and stamps that the model knows to be wrong, left out; and jumps that it knows.
     pub(crate) known: Stamps,
     /// The same, and attitudes that were held.
     pub(crate) stamps: Stamps,
@@ -93,9 +95,12 @@ pub(crate) fn observe<'a>(
     let fitted = samples.len() - (held_out * samples.len() as f64) as usize;
     let masked = known_faults(model);
     let mut known = Stamps::without(&vec![false; samples.len()]);
+    let mut tested = vec![false; samples.len()];
     for (stamp, sample) in samples.iter().enumerate() {
         let is_within = |span: &[f64; 2]| span[0] <= sample.time_s && sample.time_s <= span[1];
-        known.left_out[stamp] = stamp >= fitted || masked.iter().any(is_within);
+        let is_known = masked.iter().any(is_within);
+        tested[stamp] = stamp >= fitted && !is_known;
+        known.left_out[stamp] = tested[stamp] || is_known;
     }
     for effect in model
         .effects
@@ -109,8 +114,9 @@ pub(crate) fn observe<'a>(
     }
     let mut stamps = known.clone();
     let held = held::find(&gyros, &samples);
-    for (left_out, held) in stamps.left_out.iter_mut().zip(held) {
-        *left_out |= held;
+    for stamp in (0..samples.len()).filter(|stamp| held[*stamp]) {
+        stamps.left_out[stamp] = true;
+        tested[stamp] = false;
     }
     Ok(Some(Observed {
         recording,
@@ -118,6 +124,7 @@ pub(crate) fn observe<'a>(
         streams,
         faults,
         samples,
+        tested,
         known,
         stamps,
         is_few,
