@@ -54,7 +54,8 @@ pub fn serves(recording: &Recording, model: &Model) -> bool {
         && model.accelerometer.is_none()
 }
 
-/// Diagnoses a recording; `None` where fewer than two attitudes lie within the gyros' record.
+/// Diagnoses a recording; `None` where fewer than two attitudes lie within the gyros' record, or where they are few and the
+/// model declares their noise: what such a record promises of the next one is still the older stages'.
 ///
 /// # Errors
 /// The recording lacks a channel or its attitudes are none; the model's installation matrix has no inverse.
@@ -68,6 +69,11 @@ pub fn diagnose(
     let Some(mut observed) = observe(recording, (model, model_file), &settings.plan)? else {
         return Ok(None);
     };
+    let reference = model.reference.as_ref();
+    let is_declared = reference.is_some_and(|reference| reference.angle_noise_rad.is_some());
+    if observed.is_few && is_declared {
+        return Ok(None);
+    }
     let of_model = Alignment::of_model(model);
     let mut read_otherwise = None;
     let mut put_right = None;
