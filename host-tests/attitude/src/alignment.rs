@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use rlg_model::Model;
+use rlg_signal::still::ROTATION_RAD_S;
 
 /// A group of numbers of the registration.
 pub struct Group {
@@ -47,7 +48,7 @@ pub static GROUPS: [Group; 8] = [
         kind: "earth_rate",
         names: XYZ,
         unit: "rad/s",
-        prior_std: 7.292e-5,
+        prior_std: ROTATION_RAD_S,
     },
     Group {
         kind: "gyro_bandwidth",

@@ -47,18 +47,27 @@ impl Statistic {
     /// # Inputs
     /// `is_deflated`: by what blocks disagree.
     pub fn gain(&self, groups: usize, is_deflated: bool) -> f64 {
+        self.gained(is_deflated) + log_chance(groups)
+    }
+
+    /// The same without a price.
+    pub fn gained(&self, is_deflated: bool) -> f64 {
         let deflated = if is_deflated { self.design_effect } else { 1.0 };
         let squared = self.squared_size / deflated;
         let count = self.count as f64;
-        let gained = if squared > count {
+        if squared > count {
             0.5 * (squared - count - count * (squared / count).ln())
         } else {
             0.0
-        };
-        /// Chance beforehand that any of them is there.
-        const PRIOR: f64 = 0.3;
-        gained + (PRIOR / groups as f64).ln()
+        }
     }
+}
+
+/// Log of the chance beforehand that one of `groups` is there.
+pub fn log_chance(groups: usize) -> f64 {
+    /// That any of them is.
+    const PRIOR: f64 = 0.3;
+    (PRIOR / groups as f64).ln()
 }
 
 /// Estimates of some parameters with their covariance.

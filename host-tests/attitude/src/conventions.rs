@@ -56,7 +56,7 @@ const AS_WELL: f64 = 2.0;
 /// A reading that leaves less than this share of the turns' squares is right.
 const FITS: f64 = 0.01;
 
-/// Reads the attitudes another way where that fits a hundred times better, and says so; `None` where they are as declared.
+/// Reads the attitudes another way where that fits twenty times better, and says so; `None` where they are as declared.
 ///
 /// # Errors
 /// They are not as declared, and nobody said to read them so anyway.

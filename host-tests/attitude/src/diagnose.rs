@@ -10,6 +10,7 @@ use rlg_model::{Model, MotionSource};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use rlg_signal::attitude_samples::has_attitude;
+use rlg_signal::axes::Triad;
 
 use crate::about::About;
 use crate::alignment::{Alignment, Free, places};
@@ -21,8 +22,8 @@ use crate::few::{AtRest, FewRows, NoiseBelief};
 use crate::few_search::{self, FewFound};
 use crate::findings;
 use crate::fitting::priced;
-use crate::observed::{Observed, no_inverse, observe};
-use crate::physics::Gyro;
+use crate::observed::{Observed, observe};
+use crate::physics::{self, Gyro};
 use crate::plan::AttitudePlan;
 use crate::registration::{Registration, register};
 use crate::rest::{self, Rest};
@@ -69,11 +70,6 @@ pub fn diagnose(
     let Some(mut observed) = observe(recording, (model, model_file), &settings.plan)? else {
         return Ok(None);
     };
-    let reference = model.reference.as_ref();
-    let is_declared = reference.is_some_and(|reference| reference.angle_noise_rad.is_some());
-    if observed.is_few && is_declared {
-        return Ok(None);
-    }
     let of_model = Alignment::of_model(model);
     let mut read_otherwise = None;
     let mut put_right = None;
@@ -146,11 +142,7 @@ fn of_many(
     let Some(mut registered) = fitted(observed, &start, &all) else {
         return Ok(None);
     };
-    let of_about = |observed: &Observed, about: &About| {
-        Gyro::new(&observed.streams, observed.model, &about.conditioned_rad)
-            .ok_or_else(|| no_inverse(model_file))
-    };
-    let mut gyro = of_about(observed, &registered.about)?;
+    let mut gyro = observed.gyro(&registered.about, model_file)?;
     if observed.take_out(&gyro.known_rad(observed.model)) {
         progress("once more without what the model knows");
         let Some(again) = fitted(observed, &start, &all) else {
@@ -173,7 +165,7 @@ fn of_many(
     let start = registered.alignment.with(&free, of_model);
     if let Some(again) = fitted(observed, &start, &free) {
         registered = again;
-        gyro = of_about(observed, &registered.about)?;
+        gyro = observed.gyro(&registered.about, model_file)?;
         found = searched(&registered, &gyro, observed);
     }
     Ok(Some(Fitted {
@@ -205,15 +197,11 @@ fn of_few(
         } = observed;
         About::new(gyros, samples, stamps, alignment)
     };
-    let gyro_at = |observed: &Observed, about: &About| {
-        Gyro::new(&observed.streams, observed.model, &about.conditioned_rad)
-            .ok_or_else(|| no_inverse(model_file))
-    };
     let Some(about) = about_at(observed, of_model) else {
         return Ok(None);
     };
-    let gyro = gyro_at(observed, &about)?;
-    observed.take_out(&gyro.known_rad(observed.model));
+    let known_rad = observed.gyro(&about, model_file)?.known_rad(observed.model);
+    observed.take_out(&known_rad);
     let belief = NoiseBelief::new(observed.model, &observed.gyros, &settings.plan);
     let rest = rest::find(&observed.gyros);
     let mut alignment = of_model.clone();
@@ -226,9 +214,12 @@ fn of_few(
         let Some(about) = about_at(observed, &alignment) else {
             return Ok(None);
         };
-        let gyro = gyro_at(observed, &about)?;
-        let (pool, effects) = gyro.candidates(settings.left_out);
-        let candidates = Candidates::new(if is_registered { effects } else { Vec::new() });
+        let gyro = observed.gyro(&about, model_file)?;
+        let (pool, effects) = match is_registered {
+            true => gyro.candidates(settings.left_out),
+            false => Default::default(),
+        };
+        let candidates = Candidates::new(effects);
         let (columns, at_rest) = few_columns(
             observed,
             (&about, &alignment, of_model),
@@ -284,21 +275,23 @@ fn few_columns(
             false => Vector3::zeros(),
         })
         .collect();
-    for (candidate, own) in &candidates.effects {
-        let values = gyro.columns(pool, candidate, about);
-        columns.extend(own.iter().enumerate().zip(values).map(|((k, _), values)| {
-            ParameterColumn {
-                values,
-                prior_std: candidate.hypothesis.bound(k).std,
-                prior_mean: 0.0,
-            }
+    for (candidate, _) in &candidates.effects {
+        let in_case_rad: Vec<Triad> = gyro.in_case_rad(pool, candidate).collect();
+        sensed.extend(rest.iter().flat_map(|rest| {
+            let each = in_case_rad.iter();
+            each.map(|case| rate_hz * rest.mean(|row| Vector3::from_fn(|axis, _| case[axis][row])))
         }));
-        if let Some(rest) = rest {
-            let each = gyro.in_case_rad(pool, candidate);
-            sensed.extend(each.map(|case| {
-                rate_hz * rest.mean(|row| Vector3::from_fn(|axis, _| case[axis][row]))
-            }));
-        }
+        let values = physics::carried(candidate, in_case_rad.into_iter(), about);
+        columns.extend(
+            values
+                .into_iter()
+                .enumerate()
+                .map(|(k, values)| ParameterColumn {
+                    values,
+                    prior_std: candidate.hypothesis.bound(k).std,
+                    prior_mean: 0.0,
+                }),
+        );
     }
     let at_rest = rest.map(|rest| AtRest {
         lasts_s: rest.lasts_s,

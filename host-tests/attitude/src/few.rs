@@ -8,12 +8,13 @@ use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
 use rlg_inference::linear::invert;
 use rlg_model::Model;
 use rlg_signal::axes::Triad;
+use rlg_signal::still::ROTATION_RAD_S;
 
 use crate::about::Gyros;
 use crate::equations::ParameterColumn;
 use crate::increments::Increments;
+use crate::outliers::MEDIAN_CHI_SQUARED;
 use crate::plan::AttitudePlan;
-use crate::rest::EARTH_RAD_S;
 
 /// Noise of rows, as a law of one number: its logarithm is normal.
 #[derive(Debug, Clone, Copy)]
@@ -48,37 +49,37 @@ pub(crate) struct NoiseBelief {
 }
 
 impl NoiseBelief {
-    /// What the model declares; else the walk that the gyros' own rows show, and a reference like most.
+    /// The walk that the model declares, or that the gyros' own rows show; white noise of a reference like most, as attitudes
+    /// whose noise is declared are the older stages'.
     pub(crate) fn new(model: &Model, gyros: &Gyros, plan: &AttitudePlan) -> Self {
         let reference = model.reference.as_ref();
         let of_gyros = model.gyro.angle_random_walk_rad_sqrt_s;
         let walk_of_reference =
             reference.and_then(|reference| reference.angle_random_walk_rad_sqrt_s);
-        let believed = |declared: Option<f64>, else_median: f64| match declared {
+        let gyro_walk = of_gyros.map(|walk| (walk.iter().map(|n| n * n).sum::<f64>() / 3.0).sqrt());
+        let mut walk = match gyro_walk {
             Some(median) if median > 0.0 => Believed {
                 median,
                 log_std: plan.declared_log_std,
             },
             _ => Believed {
-                median: else_median,
+                median: own_walk_rad_sqrt_s(gyros),
                 log_std: plan.undeclared_log_std,
             },
         };
-        let gyro_walk = of_gyros.map(|walk| (walk.iter().map(|n| n * n).sum::<f64>() / 3.0).sqrt());
-        let mut walk = believed(gyro_walk, own_walk_rad_sqrt_s(gyros));
         walk.median = walk.median.hypot(walk_of_reference.unwrap_or(0.0));
-        let declared = reference.and_then(|reference| reference.angle_noise_rad);
         Self {
             walk,
-            angle: believed(declared, plan.undeclared_attitude_noise_rad),
+            angle: Believed {
+                median: plan.undeclared_attitude_noise_rad,
+                log_std: plan.undeclared_log_std,
+            },
         }
     }
 }
 
 /// Random walk as the quietest half of the gyros' second differences shows it \[rad/√s\].
 fn own_walk_rad_sqrt_s(gyros: &Gyros) -> f64 {
-    /// Median of χ² with three degrees of freedom.
-    const MEDIAN: f64 = 2.366;
     let mut squares: Vec<f64> = gyros
         .sensed_rad
         .windows(3)
@@ -87,10 +88,10 @@ fn own_walk_rad_sqrt_s(gyros: &Gyros) -> f64 {
     if squares.is_empty() {
         return 0.0;
     }
-    let middle = squares.len() / 4;
-    let quarter = *squares.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let place = squares.len() / 4;
+    let quarter = *squares.select_nth_unstable_by(place, f64::total_cmp).1;
     // A second difference of white noise has six times its variance.
-    (quarter / MEDIAN / 6.0 * gyros.rate_hz).sqrt()
+    (quarter / MEDIAN_CHI_SQUARED / 6.0 * gyros.rate_hz).sqrt()
 }
 
 /// Weight of a noise that counts.
@@ -177,7 +178,7 @@ impl FewRows {
         }
         let of_rest = |walk_rad_sqrt_s: f64| {
             let lasts_s = rest.map_or(1.0, |rest| rest.lasts_s);
-            walk_rad_sqrt_s.powi(2) / lasts_s + EARTH_RAD_S.powi(2)
+            walk_rad_sqrt_s.powi(2) / lasts_s + ROTATION_RAD_S.powi(2)
         };
         let lasts_s = |row: usize| increments.times_s[row + 1] - increments.times_s[row];
         let mut under = Vec::new();

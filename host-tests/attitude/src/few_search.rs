@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 use rlg_catalogue::entries::CATALOGUE;
 
 use crate::alignment::{COUNT, GROUPS, places};
-use crate::blocks::{Estimates, Statistic};
+use crate::blocks::{Estimates, Statistic, log_chance};
 use crate::few::{FewRows, Weighed};
 use crate::plan::AttitudePlan;
 use crate::search::{Candidates, Found, Named, always_alike, chance};
@@ -19,9 +19,6 @@ struct Kind {
     among: usize,
 }
 
-/// Chance beforehand that any kind of a family is there.
-const PRIOR: f64 = 0.3;
-
 /// The case turned steadily where it was taken to rest: as likely as not, and no finding.
 const TURNING: &str = "turning";
 
@@ -29,7 +26,7 @@ fn kinds(rows: &FewRows, candidates: &Candidates) -> Vec<Kind> {
     let kind = |name, places, among: usize| Kind {
         name,
         places,
-        price: (PRIOR / among as f64).ln(),
+        price: log_chance(among),
         among,
     };
     let registration = GROUPS.iter().map(|group| {
@@ -210,8 +207,7 @@ impl FewSearch<'_> {
             count,
         };
         let gain = whole.log_evidence - left.log_evidence + own.price;
-        let (alike, behind) = self.rivals(kind, chosen, &beside);
-        let own = &self.kinds[kind];
+        let (alike, behind) = self.rivals(kind, &whole, &beside);
         Named {
             kind: own.name,
             places: own.places.clone(),
@@ -226,32 +222,30 @@ impl FewSearch<'_> {
     }
 
     /// Kinds that do as well in one's place, alone or two together, and how far each alone is behind.
+    ///
+    /// # Inputs
+    /// `whole`: with it, `beside` the others that were chosen.
     fn rivals(
         &self,
         kind: usize,
-        chosen: &[usize],
+        whole: &Weighed,
         beside: &[usize],
     ) -> (Vec<&'static str>, Vec<(&'static str, f64)>) {
-        let whole = self.rows.weigh(&self.groups(chosen));
-        let posterior = |search: &Self, rivals: &[usize]| {
+        let chosen = with(beside, &[kind]);
+        let posterior = |rivals: &[usize]| {
             let set = with(beside, rivals);
-            let weighed = search.rows.weigh_under(&search.groups(&set), &whole.likely);
-            weighed.log_evidence + search.price(&set)
+            let weighed = self.rows.weigh_under(&self.groups(&set), &whole.likely);
+            weighed.log_evidence + self.price(&set)
         };
-        let least = whole.log_evidence + self.price(chosen) - self.plan.alike_within;
+        let best = whole.log_evidence + self.price(&chosen);
+        let least = best - self.plan.alike_within;
         let mut alike: Vec<&'static str> = always_alike(self.kinds[kind].name).to_vec();
         let mut behind = Vec::new();
         let mut short = Vec::new();
-        let others = self.others(chosen).into_iter();
-        for other in others
-            .filter(|other| self.kinds[*other].name != TURNING)
-            .collect::<Vec<_>>()
-        {
-            let posterior = posterior(self, &[other]);
-            behind.push((
-                self.kinds[other].name,
-                least + self.plan.alike_within - posterior,
-            ));
+        let others = self.others(&chosen).into_iter();
+        for other in others.filter(|other| self.kinds[*other].name != TURNING) {
+            let posterior = posterior(&[other]);
+            behind.push((self.kinds[other].name, best - posterior));
             if posterior > least {
                 alike.push(self.kinds[other].name);
             } else {
@@ -260,7 +254,7 @@ impl FewSearch<'_> {
         }
         for (place, first) in short.iter().enumerate() {
             for second in &short[place + 1..] {
-                if posterior(self, &[*first, *second]) > least {
+                if posterior(&[*first, *second]) > least {
                     alike.extend([*first, *second].map(|one| self.kinds[one].name));
                 }
             }

@@ -350,11 +350,6 @@ fn reference_line(said: &Said) -> String {
             increments.period_s,
         );
     };
-    let reference = said.observed.model.reference.as_ref();
-    let taken = match reference.and_then(|reference| reference.angle_noise_rad) {
-        Some(_) => "as declared",
-        None => "which the model does not declare and so few cannot show",
-    };
     let rest = match few.rest_s {
         0.0 => String::new(),
         rest_s => {
@@ -362,7 +357,7 @@ fn reference_line(said: &Said) -> String {
         }
     };
     format!(
-        "Reference: {count} attitudes, which are {} numbers{rest}; none are left to test what is found. White noise of an attitude is taken as {noise_rad:.1e} rad, {taken}.",
+        "Reference: {count} attitudes, which are {} numbers{rest}; none are left to test what is found. White noise of an attitude is taken as {noise_rad:.1e} rad, which the model does not declare and so few cannot show.",
         3 * increments.rows(),
     )
 }

@@ -40,7 +40,6 @@ pub struct Fitting {
     terms: NoiseTerms,
     equations: Equations,
     columns: Vec<ParameterColumn>,
-    free: Vec<usize>,
     /// The fit.
     pub fit: Fit,
 }
@@ -66,7 +65,6 @@ impl Fitting {
             terms,
             equations,
             columns,
-            free: increments.free.clone(),
             fit,
         }
     }
@@ -93,9 +91,7 @@ impl Fitting {
         let mut rows_rad = increments.rows_rad.clone();
         rlg_signal::axes::add_triad(&mut rows_rad, corrected_rad, -1.0);
         let mut left = self.left_rad(&rows_rad);
-        for &row in &self.free {
-            left.iter_mut().for_each(|left| left[row] = 0.0);
-        }
+        increments.silence_free(&mut left, |_| true);
         let errors = self.weighted(&left).outliers_rad();
         for (rows, (corrected, errors)) in rows_rad
             .iter_mut()

@@ -1,6 +1,5 @@
 //! Attitudes that a reference repeats while the gyros turn: it held its last reading.
 
-use nalgebra::Vector3;
 use rlg_signal::attitude_samples::AttitudeSample;
 
 use crate::about::Gyros;
@@ -44,14 +43,10 @@ pub(crate) fn find(gyros: &Gyros, samples: &[AttitudeSample]) -> Vec<bool> {
 
 /// Stretches of equal attitudes.
 fn runs(samples: &[AttitudeSample]) -> Vec<std::ops::Range<usize>> {
-    let is_same = |a: &AttitudeSample, b: &AttitudeSample| {
-        let (a, b) = (a.navigation_from_body.coords, b.navigation_from_body.coords);
-        a == b || a == -b
-    };
     let mut runs = Vec::new();
     let mut start = 0;
     for stamp in 1..=samples.len() {
-        if stamp < samples.len() && is_same(&samples[stamp - 1], &samples[stamp]) {
+        if stamp < samples.len() && samples[stamp].repeats(&samples[stamp - 1]) {
             continue;
         }
         if stamp - start >= LEAST {
@@ -70,8 +65,8 @@ fn parting_rad(
     to: usize,
 ) -> Option<f64> {
     let at = |stamp: usize| Some(motion.at(motion.place(samples[stamp].time_s)?));
-    let gyros: Vector3<f64> = (at(from)?.inverse() * at(to)?).scaled_axis();
+    let gyros = at(from)?.inverse() * at(to)?;
     let reference = samples[from].navigation_from_body.inverse() * samples[to].navigation_from_body;
     // Sizes of turns: the axes are not yet known to be the same.
-    Some((gyros.norm() - reference.angle()).abs())
+    Some((gyros.angle() - reference.angle()).abs())
 }

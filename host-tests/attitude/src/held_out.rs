@@ -88,9 +88,7 @@ fn residual(
             }
         }
     }
-    for &row in &about.increments.free {
-        left_rad.iter_mut().for_each(|left| left[row] = 0.0);
-    }
+    about.increments.silence_free(&mut left_rad, |_| true);
     Some(Residual { about, left_rad })
 }
 

@@ -171,6 +171,18 @@ impl Increments {
         self.navigation_from_start.len()
     }
 
+    /// Whether a row says nothing.
+    pub fn is_free(&self, row: usize) -> bool {
+        self.free.binary_search(&row).is_ok()
+    }
+
+    /// Sets rows that say nothing to 0, those that `which` picks.
+    pub fn silence_free(&self, rows_rad: &mut Triad, which: impl Fn(usize) -> bool) {
+        for &row in self.free.iter().filter(|row| which(**row)) {
+            rows_rad.iter_mut().for_each(|values| values[row] = 0.0);
+        }
+    }
+
     /// Where each stamp lies along the gyros' rows.
     pub fn places(&self) -> &[Place] {
         &self.places

@@ -14,10 +14,11 @@ use rlg_signal::qualify;
 use rlg_signal::residual::body_from_sensing;
 use rlg_signal::streams::Streams;
 
-use crate::about::Gyros;
+use crate::about::{About, Gyros};
 use crate::channels;
 use crate::held;
 use crate::increments::Stamps;
+use crate::physics::Gyro;
 use crate::plan::AttitudePlan;
 
 /// A recording, ready.
@@ -39,6 +40,15 @@ pub(crate) struct Observed<'a> {
 }
 
 impl Observed<'_> {
+    /// What the gyros measure, for columns about some rows.
+    ///
+    /// # Errors
+    /// The model's installation matrix has no inverse.
+    pub(crate) fn gyro(&self, about: &About, model_file: &Path) -> Result<Gyro, InputError> {
+        Gyro::new(&self.streams, self.model, &about.conditioned_rad)
+            .ok_or_else(|| no_inverse(model_file))
+    }
+
     /// Takes what the model knows out of what the gyros sensed \[rad\]; whether there was any.
     pub(crate) fn take_out(&mut self, known_rad: &Triad) -> bool {
         for (row, sensed) in self.gyros.sensed_rad.iter_mut().enumerate() {
@@ -48,19 +58,22 @@ impl Observed<'_> {
     }
 }
 
-pub(crate) fn no_inverse(model_file: &Path) -> InputError {
+fn no_inverse(model_file: &Path) -> InputError {
     InputError::new(model_file, "the installation matrix has no inverse")
         .channel("gyro.installation_rad")
 }
 
-/// Reads it; `None` of less than two attitudes.
+/// Reads it; `None` of less than two attitudes, or of few whose noise the model declares.
 pub(crate) fn observe<'a>(
     recording: &'a Recording,
     (model, model_file): (&'a Model, &Path),
     plan: &AttitudePlan,
 ) -> Result<Option<Observed<'a>>, InputError> {
     let mut samples = attitude_samples(recording)?;
-    if samples.len() < 2 {
+    let is_few = samples.len() < plan.least_stamps;
+    let reference = model.reference.as_ref();
+    let is_declared = reference.is_some_and(|reference| reference.angle_noise_rad.is_some());
+    if samples.len() < 2 || (is_few && is_declared) {
         return Ok(None);
     }
     let mut streams = Streams::align_without_reference(recording, model)?;
@@ -90,7 +103,6 @@ pub(crate) fn observe<'a>(
     };
     let map = channels::map(&model.effects);
     channels::put_right(&map, &mut samples, &mut gyros.sensed_rad);
-    let is_few = samples.len() < plan.least_stamps;
     let held_out = if is_few { 0.0 } else { plan.tested_share };
     let fitted = samples.len() - (held_out * samples.len() as f64) as usize;
     let masked = known_faults(model);

@@ -8,6 +8,9 @@ use rlg_signal::axes::Triad;
 use crate::equations::Band;
 use crate::noise::NoiseTerms;
 
+/// Median of χ² with three degrees of freedom.
+pub(crate) const MEDIAN_CHI_SQUARED: f64 = 2.366;
+
 /// Rows divided by the noise's power, and what a number of them weighs.
 pub struct Weighted {
     rows: Triad,

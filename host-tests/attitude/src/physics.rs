@@ -165,15 +165,22 @@ impl Gyro {
 
     /// The column of each number of an effect.
     pub fn columns(&self, pool: &Pool, candidate: &Candidate, about: &About) -> Vec<Triad> {
-        let in_case = self.in_case_rad(pool, candidate);
-        let carried =
-            |case: Triad| about.carried(|row| Vector3::from_fn(|axis, _| case[axis][row]));
-        let mut columns: Vec<Triad> = in_case.map(carried).collect();
-        if candidate.kind == "gyro_delay" {
-            without_mean(&mut columns);
-        }
-        columns
+        carried(candidate, self.in_case_rad(pool, candidate), about)
     }
+}
+
+/// Columns of what each number of an effect adds in the case's axes.
+pub fn carried(
+    candidate: &Candidate,
+    in_case_rad: impl Iterator<Item = Triad>,
+    about: &About,
+) -> Vec<Triad> {
+    let column = |case: Triad| about.carried(|row| Vector3::from_fn(|axis, _| case[axis][row]));
+    let mut columns: Vec<Triad> = in_case_rad.map(column).collect();
+    if candidate.kind == "gyro_delay" {
+        without_mean(&mut columns);
+    }
+    columns
 }
 
 /// An elastic rate whose part about a gyro's own axis is a filter of that gyro, which is always beside.

@@ -54,7 +54,7 @@ fn errors(increments: &Increments, left_rad: &Triad) -> Triad {
         let mut sum = 0.0;
         let mut sums = vec![0.0];
         for (row, grown) in left_rad[axis].iter().enumerate() {
-            if increments.free.binary_search(&row).is_err() {
+            if !increments.is_free(row) {
                 sum += grown;
             }
             sums.push(sum);

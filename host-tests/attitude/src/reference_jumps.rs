@@ -3,12 +3,11 @@
 //! One row of the increments is far from its neighbours. A stamp that is wrong by itself puts as much into the next row,
 //! the other way round, and is no jump.
 
-use rlg_signal::axes::Triad;
-
 use crate::about::About;
+use crate::blocks::Statistic;
 use crate::fitting::Fitting;
 use crate::increments::Stamps;
-use crate::outliers::Weighted;
+use crate::outliers::{MEDIAN_CHI_SQUARED, Weighted};
 
 /// A jump.
 #[derive(Debug, Clone, Copy)]
@@ -35,22 +34,17 @@ const APART: f64 = 4.0;
 /// Rows to either side that say how rough the reference is there.
 const AROUND: usize = 20;
 
-/// Median of χ² with three degrees of freedom.
-const MEDIAN: f64 = 2.366;
-
 /// Marks rows in which the reference jumped; whether there are any.
 pub fn find(about: &About, fitting: &Fitting, known: &mut Stamps) -> bool {
     let increments = &about.increments;
     let mut left_rad = fitting.left_rad(&increments.rows_rad);
-    for &row in &increments.free {
-        left_rad.iter_mut().for_each(|left| left[row] = 0.0);
-    }
+    increments.silence_free(&mut left_rad, |_| true);
     let rough = roughness(&fitting.weighted(&left_rad));
     let mut seen: Vec<(usize, f64)> = Vec::new();
     for _ in 0..=MOST {
         let weighted = fitting.weighted(&left_rad);
         let deflated = |row: usize| weighted.of_jump(row) / rough[row];
-        let rows = (0..increments.rows()).filter(|row| !increments.free.contains(row));
+        let rows = (0..increments.rows()).filter(|row| !increments.is_free(*row));
         let Some(row) = rows.max_by(|a, b| deflated(*a).total_cmp(&deflated(*b))) else {
             break;
         };
@@ -59,7 +53,13 @@ pub fn find(about: &About, fitting: &Fitting, known: &mut Stamps) -> bool {
             .into_iter()
             .any(|stamp| weighted.of_stamp(stamp) > size);
         seen.push((row, deflated(row)));
-        if is_one_stamp || gain(deflated(row), increments.rows()) < LEAST_GAIN {
+        let statistic = Statistic {
+            squared_size: size,
+            design_effect: rough[row],
+            count: 3,
+        };
+        let gain = statistic.gained(true) - (increments.rows() as f64).ln();
+        if is_one_stamp || gain < LEAST_GAIN {
             break;
         }
         let jump_rad = weighted.jump_rad(row);
@@ -84,18 +84,15 @@ pub fn sizes(about: &About, fitting: &Fitting, known: &Stamps) -> Vec<Jump> {
     let left_rad = fitting.left_rad(&increments.rows_rad);
     let pairs = increments.stamps.windows(2).enumerate();
     let jumped = pairs.filter(|(_, pair)| known.jumped[pair[0] + 1..=pair[1]].contains(&true));
-    let rows: Vec<(usize, usize)> = jumped.map(|(row, pair)| (row, pair[1])).collect();
-    rows.iter()
-        .map(|(row, stamp)| {
-            let mut alone: Triad = left_rad.clone();
-            for &free in increments.free.iter().filter(|free| *free != row) {
-                alone.iter_mut().for_each(|left| left[free] = 0.0);
-            }
+    jumped
+        .map(|(row, pair)| {
+            let mut alone = left_rad.clone();
+            increments.silence_free(&mut alone, |free| free != row);
             let weighted = fitting.weighted(&alone);
             Jump {
-                stamp: *stamp,
-                row: *row,
-                size_rad: weighted.jump_rad(*row),
+                stamp: pair[1],
+                row,
+                size_rad: weighted.jump_rad(row),
                 std_rad: weighted.jump_std_rad(),
             }
         })
@@ -111,12 +108,7 @@ fn roughness(weighted: &Weighted) -> Vec<f64> {
             let from = row.saturating_sub(AROUND);
             let mut near = all[from..(row + AROUND + 1).min(rows)].to_vec();
             let middle = near.len() / 2;
-            (*near.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN).max(1.0)
+            (*near.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN_CHI_SQUARED).max(1.0)
         })
         .collect()
-}
-
-fn gain(squared_size: f64, places: usize) -> f64 {
-    let excess = squared_size / 3.0;
-    1.5 * (excess - 1.0 - excess.max(1.0).ln()) - (places as f64).ln()
 }

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
-use rlg_findings::entries::by_axis;
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::attitude_samples::AttitudeSample;
@@ -76,12 +75,9 @@ impl Span {
             std: 0.0,
             unit: "s".to_string(),
         };
-        let (_, mut covariance) = by_axis([0.0; 3], [0.0; 3], "s");
-        covariance.truncate(2);
-        covariance.iter_mut().for_each(|row| row.truncate(2));
         EffectEntry {
             parameters: vec![number("start_s", self.start_s), number("end_s", self.end_s)],
-            covariance,
+            covariance: vec![vec![0.0; 2]; 2],
             ..fault(
                 self.kind(),
                 format!(

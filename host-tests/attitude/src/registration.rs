@@ -83,6 +83,9 @@ pub fn register(
     Some(found)
 }
 
+/// Gain in log likelihood of a low pass over a delay beside a small smoothing.
+const LOW_PASS_GAIN: f64 = 5.0;
+
 impl Registration {
     /// Of rows that are too few for passes over their noise and faults.
     pub(crate) fn of_few(
@@ -108,12 +111,7 @@ impl Registration {
             about,
         }
     }
-}
 
-/// Gain in log likelihood of a low pass over a delay beside a small smoothing.
-const LOW_PASS_GAIN: f64 = 5.0;
-
-impl Registration {
     /// Time constant of a low pass that would smooth as much \[s\], where something is smoothed; or, once it is known what is
     /// called for, that would be as late.
     fn low_pass_s(&self, model: &Alignment, is_known: bool) -> Option<f64> {

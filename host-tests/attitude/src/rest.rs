@@ -5,6 +5,7 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
+use rlg_signal::still::ROTATION_RAD_S;
 
 use crate::about::Gyros;
 
@@ -26,9 +27,6 @@ const QUIET: f64 = 4.0;
 
 /// Means agree within so many standard deviations, and the Earth's rate.
 const AGREE: f64 = 4.0;
-
-/// What the case turns at rest.
-pub(crate) const EARTH_RAD_S: f64 = 7.292e-5;
 
 /// A stretch with a steady reading.
 struct Steady {
@@ -58,7 +56,7 @@ impl Steady {
 
     fn agrees(&self, other: &Self, rate_hz: f64) -> bool {
         let of_mean = |one: &Self| one.variance / one.rows.len() as f64;
-        let earth = (EARTH_RAD_S / rate_hz).powi(2);
+        let earth = (ROTATION_RAD_S / rate_hz).powi(2);
         let variance = of_mean(self) + of_mean(other) + earth;
         (self.mean_rad - other.mean_rad).norm_squared() < 3.0 * AGREE * AGREE * variance
     }

@@ -1,7 +1,7 @@
 //! What a command says, and where: results on standard output, progress and warnings on standard error.
 //!
-//! A result is words, or JSON with `--json`; then the words go to standard error. Colour and progress appear on a terminal only; `--quiet` silences standard
-//! error but for errors. A reader that goes away (`rlg ... | head`) is no error.
+//! A result is words, or JSON with `--json`; then the words go to standard error. Colour and progress appear on a terminal
+//! only; `--quiet` silences standard error but for errors. A reader that goes away (`rlg ... | head`) is no error.
 
 use std::fmt::{Display, Write};
 use std::io::{self, Write as _};

@@ -23,6 +23,14 @@ pub struct AttitudeSample {
     pub navigation_from_body: UnitQuaternion<f64>,
 }
 
+impl AttitudeSample {
+    /// Whether it is another's attitude to the last bit, of either sign.
+    pub fn repeats(&self, other: &Self) -> bool {
+        let [own, other] = [self, other].map(|one| one.navigation_from_body.coords);
+        own == other || own == -other
+    }
+}
+
 /// What a slow reference reads.
 #[derive(Debug, Clone, Copy)]
 pub enum Shown {
@@ -155,10 +163,7 @@ pub fn attitude_samples(recording: &Recording) -> Result<Vec<AttitudeSample>, In
 /// A recorder faster than its reference holds the last attitude: only the first of equal ones is new. A reference
 /// that stood still repeats itself too, but not in most of its rows.
 fn without_held(samples: Vec<AttitudeSample>) -> Vec<AttitudeSample> {
-    let same = |pair: &[AttitudeSample]| {
-        let [one, other] = [pair[0], pair[1]].map(|sample| sample.navigation_from_body.coords);
-        one == other || one == -other
-    };
+    let same = |pair: &[AttitudeSample]| pair[1].repeats(&pair[0]);
     let held = samples.windows(2).filter(|pair| same(pair)).count();
     if 2 * held <= samples.len() {
         return samples;

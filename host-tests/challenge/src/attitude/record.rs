@@ -9,8 +9,8 @@ use rlg_recording::{Channel, Clock, Quantity, Recording, Table};
 use super::faults::Wrong;
 use super::path::Path;
 use super::trial::Attitudes;
-use crate::marks::grade::Grade;
-use crate::marks::instruments::{accelerometers, gyros, recording, sensed_rad, table};
+use crate::marks::effects::Effect;
+use crate::marks::instruments::{graded, recording, sensed_rad, table};
 use crate::marks::noise::Levels;
 
 /// Makes a trial's recording and the model that goes with it.
@@ -25,13 +25,8 @@ pub fn record(drawn: &Attitudes, noise_seed: u64) -> (Recording, Model) {
     let levels = drawn.walk_rad_sqrt_s.map(|walk| Levels::white(walk, 0.0));
     let noise = (&levels, drawn.pulse_rad);
     let sensed = sensed_rad(&case, &drawn.unit, &added_rad, noise, &mut rng);
-    // Laser gyros count angle, the others report rates.
-    let as_rate = (drawn.grade != Grade::Rlg).then_some(drawn.rate_hz);
-    let mut channels = gyros(sensed, as_rate);
-    if let Some(force) = &case.force_m_s2 {
-        let noise = drawn.grade.accelerometer_m_s2_sqrt_hz() * drawn.rate_hz.sqrt();
-        channels.extend(accelerometers(force, noise, &mut rng));
-    }
+    let read = (sensed, case.force_m_s2.as_ref());
+    let channels = graded(drawn.grade, drawn.rate_hz, read, &mut rng);
     let tables = vec![
         table("samples.parquet", drawn.rate_hz, channels),
         attitudes(drawn, &path, &mut rng),
@@ -50,26 +45,13 @@ pub fn record(drawn: &Attitudes, noise_seed: u64) -> (Recording, Model) {
 
 /// The reference's table.
 fn attitudes(drawn: &Attitudes, path: &Path, rng: &mut ChaCha8Rng) -> Table {
-    let number = |name: &str| {
-        let strong = drawn.effect.as_ref();
-        strong.map_or(0.0, |strong| strong.effect.value(name))
+    let of_kind = |kind: &str| {
+        let effect = drawn.effect.as_ref().map(|strong| &strong.effect);
+        effect.filter(|effect| effect.kind == kind)
     };
-    let is_late = |kind: &str| {
-        drawn
-            .effect
-            .as_ref()
-            .is_some_and(|one| one.effect.kind == kind)
-    };
-    let delay_s = if is_late("reference_delay") {
-        number("all")
-    } else {
-        0.0
-    };
-    let turned = match &drawn.effect {
-        Some(strong) if strong.effect.kind == "reference_misalignment" => strong.effect.by_axis(),
-        _ => Vector3::zeros(),
-    };
-    let turned = UnitQuaternion::from_scaled_axis(turned);
+    let delay_s = of_kind("reference_delay").map_or(0.0, |effect| effect.value("all"));
+    let turned_rad = of_kind("reference_misalignment").map_or(Vector3::zeros(), Effect::by_axis);
+    let turned = UnitQuaternion::from_scaled_axis(turned_rad);
     let stamps_s = &drawn.stamps_s;
     let mut errors = drawn.reference.errors_rad(stamps_s, rng);
     let mut jumped = UnitQuaternion::identity();

@@ -6,6 +6,7 @@ use rlg_simulator::instrument::normal;
 
 use super::case::{Case, START_K, Unit};
 use super::effects::AXES;
+use super::grade::Grade;
 use super::noise::{Levels, quantised_rad};
 
 /// Noise of a thermometer's reading \[K\].
@@ -52,16 +53,8 @@ pub fn gyros(read_rad: [Vec<f64>; 3], as_rate_hz: Option<f64>) -> Vec<Channel> {
 
 /// Returns channels of thermometers on blocks that warm up \[K since the start\].
 pub fn thermometers(warming_k: &[Vec<f64>; 3], rng: &mut ChaCha8Rng) -> Vec<Channel> {
-    let of_block = |(axis, block): (usize, &Vec<f64>)| {
-        let noisy = |kelvin: &f64| START_K + kelvin + THERMOMETER_K * normal(rng);
-        channel(
-            "t",
-            axis,
-            Quantity::Temperature,
-            block.iter().map(noisy).collect(),
-        )
-    };
-    warming_k.iter().enumerate().map(of_block).collect()
+    let readings = (warming_k, START_K, THERMOMETER_K);
+    noisy("t", &Quantity::Temperature, readings, rng)
 }
 
 /// Returns channels of accelerometers with white noise of `noise_m_s2` a row.
@@ -70,16 +63,41 @@ pub fn accelerometers(
     noise_m_s2: f64,
     rng: &mut ChaCha8Rng,
 ) -> Vec<Channel> {
+    let readings = (force_m_s2, 0.0, noise_m_s2);
+    noisy("a", &Quantity::SpecificForce, readings, rng)
+}
+
+/// Channels of three axes: values beyond an offset, with white noise.
+fn noisy(
+    prefix: &str,
+    quantity: &Quantity,
+    (values, offset, noise): (&[Vec<f64>; 3], f64, f64),
+    rng: &mut ChaCha8Rng,
+) -> Vec<Channel> {
     let of_axis = |(axis, values): (usize, &Vec<f64>)| {
-        let noisy = |value: &f64| value + noise_m_s2 * normal(rng);
-        channel(
-            "a",
-            axis,
-            Quantity::SpecificForce,
-            values.iter().map(noisy).collect(),
-        )
+        let read = values
+            .iter()
+            .map(|value| offset + value + noise * normal(rng));
+        channel(prefix, axis, quantity.clone(), read.collect())
     };
-    force_m_s2.iter().enumerate().map(of_axis).collect()
+    values.iter().enumerate().map(of_axis).collect()
+}
+
+/// Returns the channels of a unit of a grade: what its gyros read \[rad by row\], and force where there is any.
+pub fn graded(
+    grade: Grade,
+    rate_hz: f64,
+    (read_rad, force_m_s2): ([Vec<f64>; 3], Option<&[Vec<f64>; 3]>),
+    rng: &mut ChaCha8Rng,
+) -> Vec<Channel> {
+    // Laser gyros count angle, the others report rates.
+    let as_rate = (grade != Grade::Rlg).then_some(rate_hz);
+    let mut channels = gyros(read_rad, as_rate);
+    if let Some(force) = force_m_s2 {
+        let noise = grade.accelerometer_m_s2_sqrt_hz() * rate_hz.sqrt();
+        channels.extend(accelerometers(force, noise, rng));
+    }
+    channels
 }
 
 /// Returns a channel of an axis.

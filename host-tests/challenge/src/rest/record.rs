@@ -9,10 +9,7 @@ use rlg_recording::Recording;
 
 use super::trial::Still;
 use crate::marks::effects::Perturbation;
-use crate::marks::grade::Grade;
-use crate::marks::instruments::{
-    accelerometers, gyros, recording, sensed_rad, table, thermometers,
-};
+use crate::marks::instruments::{graded, recording, sensed_rad, table, thermometers};
 
 /// Makes a trial's recording and the model that goes with it.
 pub fn record(drawn: &Still, noise_seed: u64) -> (Recording, Model) {
@@ -35,13 +32,8 @@ pub fn record(drawn: &Still, noise_seed: u64) -> (Recording, Model) {
     }
     let noise = (&drawn.levels, drawn.pulse_rad);
     let sensed = sensed_rad(&case, &drawn.unit, &added.gyro_rad, noise, &mut rng);
-    // Laser gyros count angle, the others report rates.
-    let as_rate = (drawn.grade != Grade::Rlg).then_some(drawn.rate_hz);
-    let mut channels = gyros(sensed, as_rate);
-    if let Some(force) = &case.force_m_s2 {
-        let noise = drawn.grade.accelerometer_m_s2_sqrt_hz() * drawn.rate_hz.sqrt();
-        channels.extend(accelerometers(force, noise, &mut rng));
-    }
+    let read = (sensed, case.force_m_s2.as_ref());
+    let mut channels = graded(drawn.grade, drawn.rate_hz, read, &mut rng);
     if let Some(warming) = &case.warming_k {
         channels.extend(thermometers(warming, &mut rng));
     }

@@ -7,6 +7,7 @@ use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use rlg_recording::Site;
 use rlg_recording::error::InputError;
+use rlg_simulator::attitude::EARTH_RATE_RAD_S;
 use rlg_simulator::instrument::normal;
 
 use super::lines::{Line, Room, numbers};
@@ -23,9 +24,6 @@ const RATES_HZ: [f64; 4] = [10.0, 50.0, 100.0, 200.0];
 
 /// Shortest and longest \[s\].
 const LENGTH_S: [f64; 2] = [60.0, 1200.0];
-
-/// The Earth's rotation \[rad/s\], WGS-84.
-const EARTH_RAD_S: f64 = 7.292_115e-5;
 
 /// Standard deviations of a bias.
 const BIASES: [f64; 2] = [5.0, 1e4];
@@ -211,7 +209,7 @@ impl Still {
     pub fn case(&self) -> Case {
         let period_s = 1.0 / self.rate_hz;
         let (sin, cos) = self.site.latitude_rad.sin_cos();
-        let earth_rad_s = self.body_from_level * (EARTH_RAD_S * Vector3::new(cos, 0.0, sin));
+        let earth_rad_s = self.body_from_level * (EARTH_RATE_RAD_S * Vector3::new(cos, 0.0, sin));
         let force = self.body_from_level * (self.site.gravity_m_s2 * Vector3::z());
         let motion = Motion {
             terms: std::array::from_fn(|axis| {
