@@ -122,7 +122,7 @@ fn low_pass_start(
     let has_delay = free.contains(&"reference_delay");
     // Smoothing that is too long for its second order leaves scale and axes wrong.
     let begun = found.with(&vec!["gyro_bias", "reference_misalignment"], model);
-    let kept: Vec<usize> = free.iter().flat_map(|kind| places(kind)).collect();
+    let kept = places_of(free);
     let tried = SHARES.iter().filter_map(|share| {
         let time_s = share * late_s;
         let alignment = Alignment {
@@ -197,11 +197,15 @@ impl Registration {
     fn may_be_low_pass(&self, model: &Alignment, is_known: bool) -> bool {
         /// Standard deviations of what is worth a second look.
         const SEEN: f64 = 5.0;
-        let mut smoothing = self.smoothing_s2.iter();
-        let is_smoothed = smoothing.any(|(variance, std)| *variance > SEEN * std);
+        let is_seen = |sign: f64| {
+            let mut smoothing = self.smoothing_s2.iter();
+            smoothing.any(|(variance, std)| sign * variance > SEEN * std)
+        };
+        // Smoothing below zero is the reference's.
+        let is_called_for = is_seen(1.0) || (is_known && !is_seen(-1.0));
         // A low pass is late, too: one that would need a delay against it is none.
         let is_late = model.delay_s - self.alignment.delay_s > SEEN * self.delay_std_s;
-        self.alignment.low_pass_s.is_none() && is_late && (is_smoothed || is_known)
+        self.alignment.low_pass_s.is_none() && is_late && is_called_for
     }
 }
 
@@ -214,7 +218,7 @@ fn settle(
     (model, start, free): (&Alignment, Alignment, &Free),
     progress: &dyn Fn(&str),
 ) -> Option<Registration> {
-    let kept: Vec<usize> = free.iter().flat_map(|kind| places(kind)).collect();
+    let kept = places_of(free);
     let mut walk = Walk::new(start);
     let mut levels: Option<Vec<f64>> = None;
     let mut pass = 0;
@@ -236,6 +240,9 @@ fn settle(
             .filter(|at| is_moved(kept[*at], &alignment))
             .collect();
         if walk.is_too_far(fitting.here(&linear_about), is_plain) {
+            if walk.is_stuck() {
+                pass = PASSES - 1;
+            }
             levels = Some(fitting.fit.levels);
             continue;
         }
@@ -277,6 +284,13 @@ fn settle(
     }
 }
 
+/// Places of groups, in the order of the columns.
+fn places_of(free: &Free) -> Vec<usize> {
+    let mut kept: Vec<usize> = free.iter().flat_map(|kind| places(kind)).collect();
+    kept.sort_unstable();
+    kept
+}
+
 /// Whether rows are linear about a number; what is smoothed or turns with the clock has its value in its column alone.
 fn is_moved(place: usize, alignment: &Alignment) -> bool {
     let is_of = |kind: &str| places(kind).contains(&place);
@@ -309,19 +323,24 @@ impl Walk {
     fn is_too_far(&mut self, (here, count): (f64, f64), is_plain: bool) -> bool {
         /// Log likelihood that stamps at the ends of the record may cost.
         const NEARLY: f64 = 5.0;
-        /// A step is shortened to this share, and no further than to that.
+        /// A step is shortened to this share.
         const SHORTER: f64 = 0.4;
-        const LEAST: f64 = 0.02;
         let is_less = |before: f64| here < before - NEARLY / count;
         let is_alike = self.before.filter(|(_, plain)| *plain == is_plain);
         let is_less = is_alike.is_some_and(|(before, _)| is_less(before));
-        if let (true, true, Some((from, by))) = (is_less, self.share > LEAST, &self.last) {
+        if let (true, false, Some((from, by))) = (is_less, self.is_stuck(), &self.last) {
             self.share *= SHORTER;
             self.alignment = from.moved(&by.map(|by| self.share * by));
             return true;
         }
         self.before = Some((here, is_plain));
         false
+    }
+
+    /// Whether no part of the last step gains.
+    fn is_stuck(&self) -> bool {
+        const LEAST: f64 = 0.03;
+        self.share < LEAST
     }
 
     fn step(&mut self, by: [f64; COUNT]) {
