@@ -113,8 +113,13 @@ impl Fitting {
                 corrected[row] += grown;
             }
         }
+        self.fit_to(&rows_rad);
+    }
+
+    /// Fits again, to other rows.
+    pub fn fit_to(&mut self, rows_rad: &Triad) {
         self.equations
-            .set_records(&self.band, &self.terms, &rows_rad);
+            .set_records(&self.band, &self.terms, rows_rad);
         self.fit = self.equations.fit(&self.terms, &self.fit.levels);
     }
 }

@@ -9,6 +9,7 @@ use rlg_signal::axes::Triad;
 
 use crate::about::{About, Gyros};
 use crate::alignment::{Alignment, COUNT, Free, places};
+use crate::equations::ParameterColumn;
 use crate::fitting::{Fitting, priced};
 use crate::increments::Stamps;
 use crate::reference_faults;
@@ -289,7 +290,11 @@ pub(crate) fn settle(
                 delay_std_s: steps.std[places("reference_delay").start],
                 filter_rival: None,
                 alignment,
-                levels: fitting.fit.levels.clone(),
+                levels: levels_beside_all(
+                    (&about, &corrected_rad),
+                    priced(about.columns(gyros.rate_hz), &walk.alignment, model),
+                    fitting.fit.levels.clone(),
+                ),
                 jumps: reference_jumps::sizes(&about, &fitting, &known),
                 about,
                 known,
@@ -299,6 +304,19 @@ pub(crate) fn settle(
         walk.step(steps.estimate);
         levels = Some(fitting.fit.levels);
     }
+}
+
+/// Levels of the noise beside all columns: what is not called for yet is no noise.
+fn levels_beside_all(
+    (about, corrected_rad): (&About, &Triad),
+    columns: Vec<ParameterColumn>,
+    levels: Vec<f64>,
+) -> Vec<f64> {
+    let mut rows_rad = about.increments.rows_rad.clone();
+    rlg_signal::axes::add_triad(&mut rows_rad, corrected_rad, -1.0);
+    let mut fitting = Fitting::new(&about.increments, columns, false, Some(levels));
+    fitting.fit_to(&rows_rad);
+    fitting.fit.levels
 }
 
 /// Places of groups, in the order of the columns.
