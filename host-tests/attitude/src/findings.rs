@@ -327,14 +327,14 @@ fn registration(said: &Said) -> Vec<RegistrationEntry> {
     let found = said.found;
     let entries = GROUPS.iter().map(|group| {
         let own: Vec<usize> = places(group.kind).collect();
+        let mut named = found.registration.iter();
+        let named = named.find(|one| one.group() == group.kind);
+        // A filter may be the reference's.
+        let kind = named.map_or(group.kind, |one| one.kind);
         RegistrationEntry {
-            kind: group.kind.to_string(),
-            parameters: numbers(said, group.kind, &own, (&found.set, &found.estimates))
-                .parameters(),
-            supported: found
-                .registration
-                .iter()
-                .any(|one| one.group() == group.kind),
+            kind: kind.to_string(),
+            parameters: numbers(said, kind, &own, (&found.set, &found.estimates)).parameters(),
+            supported: named.is_some(),
         }
     });
     entries.collect()

@@ -147,6 +147,13 @@ fn sized(name: String, members: &[&EffectEntry]) -> (String, String) {
     match members.len() {
         1 if words.sizes.is_empty() => (name, strongest.what_was_left_out.clone()),
         1 => (words.name, words.sizes),
+        count if words.sizes.is_empty() => (
+            name,
+            format!(
+                "{count} of them; the first: {}",
+                members[0].what_was_left_out
+            ),
+        ),
         count => (
             name,
             format!(

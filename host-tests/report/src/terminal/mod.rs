@@ -5,7 +5,10 @@
 
 mod effects;
 mod figures;
+mod registration;
 mod sizes;
+
+pub use registration::alignment;
 
 use rlg_findings::names::plain;
 use rlg_findings::numbers::Scale;
