@@ -56,8 +56,11 @@ fn entries<'a>(aligned: &'a Value, list: &str) -> &'a Vec<Value> {
     aligned[list].as_array().expect("a list")
 }
 
-/// The registration's numbers of a kind: name, value, σ; and whether they are supported.
-fn registered(aligned: &Value, kind: &str) -> Option<(Vec<(String, f64, f64)>, bool)> {
+/// A number of the registration: name, value, σ.
+type Number = (String, f64, f64);
+
+/// The registration's numbers of a kind, and whether they are supported.
+fn registered(aligned: &Value, kind: &str) -> Option<(Vec<Number>, bool)> {
     let mut all = entries(aligned, "registration").iter();
     let entry = all.find(|one| one["kind"] == kind)?;
     let number = |one: &Value| {
