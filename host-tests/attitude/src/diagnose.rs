@@ -164,7 +164,9 @@ fn of_many(
     let free: Free = found.registration.iter().map(Named::group).collect();
     let start = registered.alignment.with(&free, of_model);
     if let Some(again) = fitted(observed, &start, &free) {
+        let filter_rival = again.filter_rival.or(registered.filter_rival);
         registered = again;
+        registered.filter_rival = filter_rival;
         gyro = observed.gyro(&registered.about, model_file)?;
         found = searched(&registered, &gyro, observed);
     }

@@ -245,9 +245,36 @@ impl Equations {
         }
     }
 
+    /// Log likelihood where some parameters are what the records are linear about, less what is believed of those.
+    pub fn log_likelihood_here(&self, terms: &NoiseTerms, start: &[f64], here: &[usize]) -> f64 {
+        let kept: Vec<usize> = (0..self.precision.len())
+            .filter(|k| !here.contains(k))
+            .collect();
+        let of = |values: &[f64]| kept.iter().map(|k| values[*k]).collect();
+        let grams = self.gram.iter();
+        let moments = self.moments.iter();
+        let others = Self {
+            parameters: self.parameters - here.len(),
+            spectra: Default::default(),
+            columns: Vec::new(),
+            scale: of(&self.scale),
+            precision: of(&self.precision),
+            centre: of(&self.centre),
+            gram: grams
+                .map(|gram| gram.select_rows(&kept).select_columns(&kept))
+                .collect(),
+            moments: moments.map(|moments| moments.select_rows(&kept)).collect(),
+            energy: self.energy.clone(),
+        };
+        let believed = here
+            .iter()
+            .map(|&k| 0.5 * self.precision[k] * self.centre[k].powi(2));
+        others.fit(terms, start).log_likelihood - believed.sum::<f64>()
+    }
+
     /// Covariance, estimate and log likelihood under given powers.
     fn solve(&self, terms: &NoiseTerms, powers: &[f64]) -> (DMatrix<f64>, DVector<f64>, f64) {
-        let count = self.columns.len();
+        let count = self.precision.len();
         let mut precision = DMatrix::from_diagonal(&DVector::from_column_slice(&self.precision));
         let mut score = DVector::from_fn(count, |k, _| self.precision[k] * self.centre[k]);
         let mut log_likelihood = terms.log_determinant(powers);

@@ -69,6 +69,16 @@ impl Fitting {
         }
     }
 
+    /// Log likelihood of a coefficient where some parameters are what the rows are linear about, and the number of coefficients.
+    pub fn here(&self, places: &[usize]) -> (f64, f64) {
+        let levels = &self.fit.levels;
+        let sum = self
+            .equations
+            .log_likelihood_here(&self.terms, levels, places);
+        let count = 3.0 * self.band.cut as f64;
+        (sum / count, count)
+    }
+
     /// Rows less the fitted columns \[rad\].
     pub fn left_rad(&self, rows_rad: &Triad) -> Triad {
         let mut left = rows_rad.clone();

@@ -28,8 +28,8 @@ pub struct Registration {
     pub jumps: Vec<Jump>,
     /// Log likelihood.
     pub log_likelihood: f64,
-    /// Whether a low pass of the gyros explains as much as their delay.
-    pub may_be_low_pass: bool,
+    /// Of delay and low pass the one that stands for the filter of the gyros, and the other, if that explains as much.
+    pub filter_rival: Option<(&'static str, &'static str)>,
     /// Standard deviation of the delay \[s\].
     delay_std_s: f64,
     /// Smoothing variances beside it \[s²\], and their standard deviations.
@@ -47,7 +47,8 @@ const PLAIN_PASSES: usize = 2;
 /// A step of this many standard deviations is none.
 const SETTLED: f64 = 0.1;
 
-/// Aligns the reference with the gyros; a filter that is too long for its second order is tried as a low pass.
+/// Aligns the reference with the gyros. A filter that is too long for its second order is a low pass, with a delay beside it
+/// or without: what needs the fewest numbers is taken of what explains as much.
 ///
 /// # Inputs
 /// `stamps`: those that serve the last test alone are left out; `model`: what the model says.
@@ -58,32 +59,112 @@ pub fn register(
     (model, start, free): (&Alignment, Alignment, &Free),
     progress: &dyn Fn(&str),
 ) -> Option<Registration> {
-    let mut found = settle(gyros, samples, stamps, (model, start, free), progress)?;
-    let Some(time_s) = found.low_pass_s(model, free.len() < GROUPS.len()) else {
+    let found = settle(gyros, samples, stamps, (model, start, free), progress)?;
+    let is_known = free.len() < GROUPS.len();
+    if !found.may_be_low_pass(model, is_known) {
         return Some(found);
-    };
-    let start = Alignment {
-        low_pass_s: Some(Vector3::repeat(time_s)),
-        delay_s: found.alignment.delay_s + time_s,
-        ..found.alignment.clone()
-    };
-    let mut free = free.clone();
-    if !free.contains(&"gyro_bandwidth") {
+    }
+    let settled = |delay: bool| {
+        let others = free.iter().copied();
+        let mut free: Free = others
+            .filter(|kind| *kind != "gyro_bandwidth" && (delay || *kind != "reference_delay"))
+            .collect();
         free.push("gyro_bandwidth");
-    }
-    let about = (model, start, &free);
-    let Some(behind) = settle(gyros, samples, stamps, about, progress) else {
-        return Some(found);
+        let start = low_pass_start(gyros, samples, (stamps, &free), (model, &found.alignment));
+        settle(gyros, samples, stamps, (model, start?, &free), progress)
     };
-    let gain = behind.log_likelihood - found.log_likelihood;
-    if gain > LOW_PASS_GAIN {
-        return Some(behind);
-    }
-    found.may_be_low_pass = gain > -LOW_PASS_GAIN;
-    Some(found)
+    let (alone, late) = (settled(false), settled(true));
+    // A delay alone is one number; three low passes alone are fewer than a delay beside three filters.
+    let is_delay_simplest = is_known && !free.contains(&"gyro_bandwidth");
+    Some(fewest(found, alone, late, is_delay_simplest))
 }
 
-/// Gain in log likelihood of a low pass over a delay beside a small smoothing.
+/// The simplest of three registrations that explains as much as the best: a delay (and a small smoothing), a low pass alone, a
+/// low pass beside a delay.
+fn fewest(
+    delay: Registration,
+    alone: Option<Registration>,
+    late: Option<Registration>,
+    is_delay_simplest: bool,
+) -> Registration {
+    let of = |one: &Option<Registration>| {
+        one.as_ref()
+            .map_or(f64::NEG_INFINITY, |one| one.log_likelihood)
+    };
+    let best = of(&alone).max(of(&late)).max(delay.log_likelihood);
+    let suffices = |log_likelihood: f64| best - log_likelihood < LOW_PASS_GAIN;
+    let (delay_does, alone_does) = (suffices(delay.log_likelihood), suffices(of(&alone)));
+    let either = |mut chosen: Registration, rival: bool, kinds: (&'static str, &'static str)| {
+        chosen.filter_rival = rival.then_some(kinds);
+        chosen
+    };
+    let is_low_pass = ("gyro_bandwidth", "reference_delay");
+    match (alone, late) {
+        (Some(alone), _) if alone_does && !(delay_does && is_delay_simplest) => {
+            either(alone, delay_does, is_low_pass)
+        }
+        (_, Some(late)) if !delay_does => late,
+        _ => either(delay, alone_does, ("reference_delay", "gyro_bandwidth")),
+    }
+}
+
+/// Where a low pass is linear about: its likeliest time constant, found globally, for far from it what vibration rectifies to is not
+/// linear. Beside a delay both together are as late as `found`.
+fn low_pass_start(
+    gyros: &Gyros,
+    samples: &[AttitudeSample],
+    (stamps, free): (&Stamps, &Free),
+    (model, found): (&Alignment, &Alignment),
+) -> Option<Alignment> {
+    /// Time constants that are tried, as shares of how late the gyros are.
+    const SHARES: [f64; 9] = [0.15, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0, 1.15, 1.3];
+    let late_s = model.delay_s - found.delay_s;
+    let has_delay = free.contains(&"reference_delay");
+    // Smoothing that is too long for its second order leaves scale and axes wrong.
+    let begun = found.with(&vec!["gyro_bias", "reference_misalignment"], model);
+    let kept = places_of(free);
+    let tried = SHARES.iter().filter_map(|share| {
+        let time_s = share * late_s;
+        let alignment = Alignment {
+            low_pass_s: Some(Vector3::repeat(time_s)),
+            delay_s: if has_delay {
+                found.delay_s + time_s
+            } else {
+                model.delay_s
+            },
+            ..begun.clone()
+        };
+        let (_, fitting) = fitted(
+            gyros,
+            samples,
+            stamps,
+            (model, &alignment),
+            (&kept, true, None),
+        )?;
+        Some((fitting.fit.log_likelihood, alignment))
+    });
+    let best = tried.max_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, alignment)| alignment)
+}
+
+/// Rows about an alignment, and the columns of some places fitted to them.
+fn fitted(
+    gyros: &Gyros,
+    samples: &[AttitudeSample],
+    stamps: &Stamps,
+    (model, alignment): (&Alignment, &Alignment),
+    (kept, is_plain, levels): (&[usize], bool, Option<Vec<f64>>),
+) -> Option<(About, Fitting)> {
+    let about = About::new(gyros, samples, stamps, alignment)?;
+    let all = priced(about.columns(gyros.rate_hz), alignment, model);
+    let own = all.into_iter().enumerate();
+    let own = own.filter(|(place, _)| kept.contains(place));
+    let columns = own.map(|(_, column)| column).collect();
+    let fitting = Fitting::new(&about.increments, columns, is_plain, levels);
+    Some((about, fitting))
+}
+
+/// Log likelihood by which a better registration must be better than a simpler one.
 const LOW_PASS_GAIN: f64 = 5.0;
 
 impl Registration {
@@ -104,7 +185,7 @@ impl Registration {
             known,
             jumps: Vec::new(),
             log_likelihood: 0.0,
-            may_be_low_pass: false,
+            filter_rival: None,
             delay_std_s: f64::INFINITY,
             smoothing_s2: [(0.0, f64::INFINITY); 3],
             corrected_rad: std::array::from_fn(|_| vec![0.0; rows]),
@@ -112,37 +193,24 @@ impl Registration {
         }
     }
 
-    /// Time constant of a low pass that would smooth as much \[s\], where something is smoothed; or, once it is known what is
-    /// called for, that would be as late.
-    fn low_pass_s(&self, model: &Alignment, is_known: bool) -> Option<f64> {
+    /// Whether something is smoothed and late, or, once it is known what is called for, late.
+    fn may_be_low_pass(&self, model: &Alignment, is_known: bool) -> bool {
         /// Standard deviations of what is worth a second look.
         const SEEN: f64 = 5.0;
-        if self.alignment.low_pass_s.is_some() {
-            return None;
-        }
-        let late_s = model.delay_s - self.alignment.delay_s;
-        let is_smoothed = self
-            .smoothing_s2
-            .iter()
-            .any(|(variance, std)| *variance > SEEN * std);
-        let weights = self.smoothing_s2.map(|(_, std)| std.powi(-2));
-        let sums = self.smoothing_s2.iter().zip(weights);
-        let mean = sums
-            .map(|((variance, _), weight)| variance * weight)
-            .sum::<f64>()
-            / weights.iter().sum::<f64>();
-        let time_s = match is_smoothed && mean > 0.0 {
-            true => mean.sqrt(),
-            false if is_known => late_s,
-            false => return None,
+        let is_seen = |sign: f64| {
+            let mut smoothing = self.smoothing_s2.iter();
+            smoothing.any(|(variance, std)| sign * variance > SEEN * std)
         };
+        // Smoothing below zero is the reference's.
+        let is_called_for = is_seen(1.0) || (is_known && !is_seen(-1.0));
         // A low pass is late, too: one that would need a delay against it is none.
-        let is_late = late_s > SEEN * self.delay_std_s && (late_s - time_s).abs() < late_s;
-        is_late.then_some(time_s)
+        let is_late = model.delay_s - self.alignment.delay_s > SEEN * self.delay_std_s;
+        self.alignment.low_pass_s.is_none() && is_late && is_called_for
     }
 }
 
-/// Passes until the alignment no longer changes.
+/// Passes until the alignment no longer changes. A step that leads to less likelihood is shortened: there the rows are not
+/// linear.
 fn settle(
     gyros: &Gyros,
     samples: &[AttitudeSample],
@@ -150,8 +218,8 @@ fn settle(
     (model, start, free): (&Alignment, Alignment, &Free),
     progress: &dyn Fn(&str),
 ) -> Option<Registration> {
-    let kept: Vec<usize> = free.iter().flat_map(|kind| places(kind)).collect();
-    let mut alignment = start;
+    let kept = places_of(free);
+    let mut walk = Walk::new(start);
     let mut levels: Option<Vec<f64>> = None;
     let mut pass = 0;
     loop {
@@ -160,18 +228,24 @@ fn settle(
         if pass == PLAIN_PASSES {
             levels = None;
         }
+        let alignment = walk.alignment.clone();
         let fitted = |known: &Stamps, levels: Option<Vec<f64>>| {
-            let about = About::new(gyros, samples, known, &alignment)?;
-            let all = priced(about.columns(gyros.rate_hz), &alignment, model);
-            let own = all.into_iter().enumerate();
-            let own = own.filter(|(place, _)| kept.contains(place));
-            let columns = own.map(|(_, column)| column).collect();
-            let fitting = Fitting::new(&about.increments, columns, is_plain, levels);
-            Some((about, fitting))
+            let how = (&kept[..], is_plain, levels);
+            fitted(gyros, samples, known, (model, &alignment), how)
         };
         // What the last pass left out is looked at anew: far off, an error of the gyros looks like one of the reference.
         let mut known = stamps.clone();
         let (mut about, mut fitting) = fitted(&known, levels.take())?;
+        let linear_about: Vec<usize> = (0..kept.len())
+            .filter(|at| is_moved(kept[*at], &alignment))
+            .collect();
+        if walk.is_too_far(fitting.here(&linear_about), is_plain) {
+            if walk.is_stuck() {
+                pass = PASSES - 1;
+            }
+            levels = Some(fitting.fit.levels);
+            continue;
+        }
         let searches = [
             reference_faults::spikes,
             reference_faults::rough_stretches,
@@ -196,7 +270,7 @@ fn settle(
                 log_likelihood: fitting.fit.log_likelihood,
                 smoothing_s2: steps.smoothing_s2(),
                 delay_std_s: steps.std[places("reference_delay").start],
-                may_be_low_pass: false,
+                filter_rival: None,
                 alignment,
                 levels: fitting.fit.levels.clone(),
                 jumps: reference_jumps::sizes(&about, &fitting, &known),
@@ -205,8 +279,74 @@ fn settle(
                 corrected_rad,
             });
         }
-        alignment = alignment.moved(&steps.estimate);
+        walk.step(steps.estimate);
         levels = Some(fitting.fit.levels);
+    }
+}
+
+/// Places of groups, in the order of the columns.
+fn places_of(free: &Free) -> Vec<usize> {
+    let mut kept: Vec<usize> = free.iter().flat_map(|kind| places(kind)).collect();
+    kept.sort_unstable();
+    kept
+}
+
+/// Whether rows are linear about a number; what is smoothed or turns with the clock has its value in its column alone.
+fn is_moved(place: usize, alignment: &Alignment) -> bool {
+    let is_of = |kind: &str| places(kind).contains(&place);
+    let is_smoothing = is_of("gyro_bandwidth") && alignment.low_pass_s.is_none();
+    !is_smoothing && !is_of("earth_rate")
+}
+
+/// Steps of an alignment, shortened where they lead too far.
+struct Walk {
+    alignment: Alignment,
+    /// Where the last step began, and its estimates.
+    last: Option<(Alignment, [f64; COUNT])>,
+    /// Share of that step that was made.
+    share: f64,
+    /// Log likelihood of a coefficient where the last step began, and whether noise was plain.
+    before: Option<(f64, bool)>,
+}
+
+impl Walk {
+    fn new(alignment: Alignment) -> Self {
+        Self {
+            alignment,
+            last: None,
+            share: 1.0,
+            before: None,
+        }
+    }
+
+    /// Shortens the last step where the likelihood is less than where it began; whether it was.
+    fn is_too_far(&mut self, (here, count): (f64, f64), is_plain: bool) -> bool {
+        /// Log likelihood that stamps at the ends of the record may cost.
+        const NEARLY: f64 = 5.0;
+        /// A step is shortened to this share.
+        const SHORTER: f64 = 0.4;
+        let is_less = |before: f64| here < before - NEARLY / count;
+        let is_alike = self.before.filter(|(_, plain)| *plain == is_plain);
+        let is_less = is_alike.is_some_and(|(before, _)| is_less(before));
+        if let (true, false, Some((from, by))) = (is_less, self.is_stuck(), &self.last) {
+            self.share *= SHORTER;
+            self.alignment = from.moved(&by.map(|by| self.share * by));
+            return true;
+        }
+        self.before = Some((here, is_plain));
+        false
+    }
+
+    /// Whether no part of the last step gains.
+    fn is_stuck(&self) -> bool {
+        const LEAST: f64 = 0.03;
+        self.share < LEAST
+    }
+
+    fn step(&mut self, by: [f64; COUNT]) {
+        let moved = self.alignment.moved(&by);
+        self.last = Some((std::mem::replace(&mut self.alignment, moved), by));
+        self.share = 1.0;
     }
 }
 

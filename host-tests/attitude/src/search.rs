@@ -183,9 +183,11 @@ pub fn search(
     let of_named = search.blocks.estimates(&named_set);
     for named in &mut registration {
         named.of_reference(&estimates, &registered.alignment);
-        let has_bandwidth = named.alike.contains(&"gyro_bandwidth");
-        if named.kind == "reference_delay" && registered.may_be_low_pass && !has_bandwidth {
-            named.alike.push("gyro_bandwidth");
+        match registered.filter_rival {
+            Some((kind, rival)) if kind == named.kind && !named.alike.contains(&rival) => {
+                named.alike.push(rival);
+            }
+            _ => (),
         }
     }
     let in_catalogue = |kind: &str| CATALOGUE.iter().position(|entry| entry.kind == kind);
