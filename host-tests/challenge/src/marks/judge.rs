@@ -222,7 +222,10 @@ pub fn judge(answer: &Answer, outcome: &Outcome) -> Judgement {
         trial: answer.trial,
         score: judged,
         claims: words,
-        pulls: pulls(&effects, &others, &matched),
+        pulls: match answer.family {
+            Family::Recorded => pulls_beside(&effects, said, &others, &matched),
+            _ => pulls(&effects, &others, &matched),
+        },
         matches_again: again.map(|again| again.verdict == MATCHES),
     }
 }
@@ -314,6 +317,22 @@ fn score(
         Score::OrDrift
     } else {
         Score::Right
+    }
+}
+
+/// Pulls of what was planted into a recording of others: of what aligns instruments, named or not, each number beside all others.
+fn pulls_beside(
+    effects: &[Concealed],
+    said: &DiagnosisSummary,
+    claims: &[&FoundEffect],
+    matched: &[Option<usize>],
+) -> Vec<f64> {
+    let aligning: Vec<&FoundEffect> = said.registration.iter().collect();
+    let is_planted = |one: &Concealed| aligning.iter().position(|entry| entry.kind == one.kind);
+    let places: Vec<Option<usize>> = effects.iter().map(is_planted).collect();
+    match places.iter().any(Option::is_some) {
+        true => pulls(effects, &aligning, &places),
+        false => pulls(effects, claims, matched),
     }
 }
 

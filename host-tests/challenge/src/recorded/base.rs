@@ -8,10 +8,10 @@ use rlg_model::catalogue::SIX;
 use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_older::{Engine, Settings, diagnose_under};
 use rlg_recording::error::InputError;
-use rlg_recording::{Channel, Clock, Quantity, Recording, Table};
+use rlg_recording::{Clock, Quantity, Recording, Table};
 use serde_json::{Map, Value};
 
-use super::path::increments;
+use super::path::GyroPath;
 use crate::given::MODEL;
 use crate::marks::effects::{AXES, Concealed};
 
@@ -29,18 +29,18 @@ pub struct Base {
     pub gyro_table: usize,
     /// Time of a row \[s\].
     pub period_s: f64,
-    /// What the gyros measured \[rad by row\], 0 where they did not.
+    /// What the gyros measured \[rad by row\].
     pub sensed_rad: Vec<Vector3<f64>>,
     /// The same without their bias.
     pub sensed_motion_rad: Vec<Vector3<f64>>,
-    /// What accelerometers on the gyros' rows measured \[m/s²\], 0 where they did not.
+    /// What accelerometers on the gyros' rows measured \[m/s²\], 0 where there are none.
     pub force_m_s2: Vec<Vector3<f64>>,
     /// Attitudes, by the reference's own stamps \[s\].
     pub stamps: Vec<Stamp>,
-    /// Those that nothing is said against.
-    pub sound: Vec<Stamp>,
-    /// What the gyros would measure of the reference's motion \[rad by row\]; `None` where it is not shown.
-    pub expected_rad: Vec<Option<Vector3<f64>>>,
+    /// Those that nothing is said against, as the aligned gyros show them.
+    pub by_gyros: Vec<Stamp>,
+    /// What the reference shows beyond that, as rotations of the navigation frame \[rad\].
+    pub errors_rad: Vec<Vector3<f64>>,
     /// What is said of the recording as it is: what stands, and all that aligns the two instruments.
     pub said: Vec<Concealed>,
 }
@@ -80,65 +80,79 @@ impl Base {
         let settings = Settings::by(Engine::Both);
         let outcome = diagnose_under(&settings, &recording, &model, &model_file, &|_| {})?;
         let aligned = Aligned::of(&outcome.model, &stamps);
-        let sound: Vec<Stamp> = stamps
-            .iter()
-            .filter(|(time_s, _)| !aligned.is_wrong(*time_s))
-            .copied()
-            .collect();
-        let on_gyros: Vec<Stamp> = sound
-            .iter()
-            .map(|(time_s, attitude)| (aligned.on_gyros_s(*time_s), *attitude))
-            .collect();
-        let jumps_s = aligned.jumps_s();
-        let shown = increments(&on_gyros, &jumps_s, (start_s, period_s, table.rows));
         let bias_rad = aligned.bias_rad_s * period_s;
-        let expected =
-            |shown: Option<Vector3<f64>>| Some(aligned.sensed_from_body * shown? + bias_rad);
+        let inverse = aligned
+            .sensed_from_body
+            .try_inverse()
+            .unwrap_or_else(Matrix3::identity);
+        let sensed_motion_rad: Vec<Vector3<f64>> =
+            sensed_rad.iter().map(|row| row - bias_rad).collect();
+        let body_rad: Vec<Vector3<f64>> =
+            sensed_motion_rad.iter().map(|row| inverse * row).collect();
+        let path = GyroPath::new(&body_rad, (start_s, period_s));
+        let sound = stamps
+            .iter()
+            .filter(|(time_s, _)| !aligned.is_wrong(*time_s));
+        let pairs = sound.filter_map(|(time_s, attitude)| {
+            let by_gyros = path.at(aligned.on_gyros_s(*time_s))?;
+            Some((*time_s, by_gyros, attitude * by_gyros.inverse()))
+        });
+        let pairs: Vec<(f64, UnitQuaternion<f64>, UnitQuaternion<f64>)> = pairs.collect();
+        let frame = mean(pairs.iter().map(|(_, _, beyond)| *beyond));
+        let errors = pairs
+            .iter()
+            .map(|(_, _, beyond)| (beyond * frame.inverse()).scaled_axis());
         let base = Self {
-            expected_rad: shown.into_iter().map(expected).collect(),
-            sensed_motion_rad: sensed_rad.iter().map(|row| row - bias_rad).collect(),
+            errors_rad: errors.collect(),
+            by_gyros: pairs
+                .iter()
+                .map(|(time_s, by_gyros, _)| (*time_s, frame * by_gyros))
+                .collect(),
             said: said(&outcome.diagnosis),
+            sensed_motion_rad,
             gyro_table,
             model,
             period_s,
             sensed_rad,
             force_m_s2,
             stamps,
-            sound,
             recording,
         };
-        if base.is_aligned() {
+        let squares = base
+            .errors_rad
+            .iter()
+            .map(Vector3::norm_squared)
+            .sum::<f64>();
+        if squares < LARGEST_RAD.powi(2) * base.errors_rad.len() as f64 {
             return Ok(base);
         }
-        Err(
-            InputError::new(folder, "has attitudes that do not move as the gyros do")
-                .expected("a recording that rlg align aligns"),
-        )
+        let problem = "has attitudes that do not move as the gyros do";
+        Err(InputError::new(folder, problem).expected("a recording that rlg align aligns"))
     }
 
-    /// What the gyros measured beyond the reference's motion \[rad\], by shown row.
-    pub fn residual_rad(&self) -> Vec<Vector3<f64>> {
-        let pairs = self.sensed_rad.iter().zip(&self.expected_rad);
-        pairs
-            .filter_map(|(sensed, expected)| Some(sensed - (*expected)?))
-            .collect()
+    /// Time between attitudes \[s\].
+    pub fn stamp_s(&self) -> f64 {
+        let (first, last) = (self.by_gyros[0].0, self.by_gyros[self.by_gyros.len() - 1].0);
+        (last - first) / (self.by_gyros.len() - 1) as f64
     }
+}
 
-    /// Whether the reference explains more than half of what the gyros measure, second by second.
-    fn is_aligned(&self) -> bool {
-        let rows = (1.0 / self.period_s).round().max(1.0) as usize;
-        let energy = |values: &[Vector3<f64>]| -> f64 {
-            let seconds = values
-                .chunks(rows)
-                .map(|second| second.iter().sum::<Vector3<f64>>());
-            seconds.map(|turned| turned.norm_squared()).sum()
-        };
-        let pairs = self.sensed_motion_rad.iter().zip(&self.expected_rad);
-        let seen: Vec<Vector3<f64>> = pairs
-            .filter_map(|(sensed, expected)| expected.map(|_| *sensed))
-            .collect();
-        !seen.is_empty() && energy(&self.residual_rad()) < 0.5 * energy(&seen)
+/// Root mean square of what the reference may show beyond the gyros: rotations add up as long as they are small \[rad\].
+const LARGEST_RAD: f64 = 0.1;
+
+/// The mean of rotations that are near each other, about the first.
+fn mean(all: impl Iterator<Item = UnitQuaternion<f64>> + Clone) -> UnitQuaternion<f64> {
+    const ROUNDS: usize = 5;
+    let mut about = all.clone().next().unwrap_or_default();
+    for _ in 0..ROUNDS {
+        let (mut sum, mut count) = (Vector3::zeros(), 0.0);
+        for one in all.clone() {
+            sum += (one * about.inverse()).scaled_axis();
+            count += 1.0;
+        }
+        about = UnitQuaternion::from_scaled_axis(sum / count) * about;
     }
+    about
 }
 
 /// Times this near are one \[s\].
@@ -180,19 +194,6 @@ impl<'a> Aligned<'a> {
         time_s - late_s - parted * (time_s - self.middle_s)
     }
 
-    /// When the reference jumps, just before the first attitude that is turned, on the gyros' clock \[s\].
-    fn jumps_s(&self) -> Vec<f64> {
-        let jumps = self
-            .model
-            .effects
-            .iter()
-            .filter(|one| one.kind == "reference_jump");
-        let times_s = jumps.filter_map(|jump| real(jump, "time_s"));
-        times_s
-            .map(|time_s| self.on_gyros_s(time_s) - AT_ONCE_S)
-            .collect()
-    }
-
     /// Whether the reference is wrong at a time \[s\].
     fn is_wrong(&self, time_s: f64) -> bool {
         let faults = ["reference_spike", "reference_dropout"];
@@ -220,24 +221,20 @@ fn number(model: &Model, kind: &str, name: &str) -> f64 {
     effects.filter_map(|effect| real(effect, name)).sum()
 }
 
-/// The values of a quantity about x, y and z, 0 where they were not measured.
+/// The values of a quantity about x, y and z; where they were not measured those of the row before.
 fn triad(table: &Table, quantity: &Quantity) -> Option<Vec<Vector3<f64>>> {
-    let own: Vec<&Channel> = AXES
-        .iter()
-        .filter_map(|axis| table.channel(quantity, axis))
-        .collect();
-    let [x, y, z] = own[..] else {
-        return None;
+    let [x, y, z] = AXES.map(|axis| table.channel(quantity, axis));
+    let channels = [x?, y?, z?];
+    let mut before = Vector3::zeros();
+    let row = |row: usize| {
+        for (axis, channel) in channels.iter().enumerate() {
+            if channel.values[row].is_finite() {
+                before[axis] = channel.values[row];
+            }
+        }
+        before
     };
-    let known = |channel: &Channel, row: usize| match channel.values[row] {
-        value if value.is_finite() => value,
-        _ => 0.0,
-    };
-    Some(
-        (0..table.rows)
-            .map(|row| Vector3::new(known(x, row), known(y, row), known(z, row)))
-            .collect(),
-    )
+    Some((0..table.rows).map(row).collect())
 }
 
 /// Attitudes that were measured, with their times: of uniform rows their ends.
@@ -264,7 +261,7 @@ fn stamps(recording: &Recording) -> Option<Vec<Stamp>> {
     (stamps.len() > 3).then_some(stamps)
 }
 
-/// What is said of a recording: its effects, and what aligns the instruments where no effect says so.
+/// What is said of a recording: all that aligns the instruments, each number beside all, and its other effects.
 fn said(diagnosis: &Diagnosis) -> Vec<Concealed> {
     let of = |kind: &str, parameters: &[ParameterEntry]| {
         let each = parameters.iter().map(|parameter| match parameter {
@@ -277,11 +274,13 @@ fn said(diagnosis: &Diagnosis) -> Vec<Concealed> {
             rho: 0.0,
         }
     };
-    let effects = diagnosis.effects.iter();
-    let mut all: Vec<Concealed> = effects.map(|one| of(&one.kind, &one.parameters)).collect();
-    for entry in &diagnosis.registration {
-        if all.iter().all(|one| one.kind != entry.kind) {
-            all.push(of(&entry.kind, &entry.parameters));
+    let registration = diagnosis.registration.iter();
+    let mut all: Vec<Concealed> = registration
+        .map(|one| of(&one.kind, &one.parameters))
+        .collect();
+    for effect in &diagnosis.effects {
+        if all.iter().all(|one| one.kind != effect.kind) {
+            all.push(of(&effect.kind, &effect.parameters));
         }
     }
     all

@@ -1,4 +1,4 @@
-//! Noise and effects on a recording's own gyros.
+//! A reference's own errors laid out anew, and effects on a recording's own gyros.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::seq::SliceRandom as _;
@@ -8,28 +8,37 @@ use rlg_simulator::instrument::normal;
 use super::base::Base;
 use crate::marks::effects::{AXES, Effect};
 
-/// Time of a block of the residual \[s\].
+/// Time of a block of errors, and of its ends, which are laid to those of its neighbours \[s\].
 const BLOCK_S: f64 = 6.0;
+const END_S: f64 = 0.3;
 
-/// Lays out a residual anew: contiguous blocks in another order, each turned by a rotation of its own, so that it goes with no
-/// motion any more.
+/// Lays errors of attitudes out anew: contiguous blocks in another order, each turned by a rotation of its own, so that they go
+/// with no motion any more. Blocks are moved so that the means of their ends meet.
 pub fn shuffled(
-    residual_rad: &[Vector3<f64>],
-    period_s: f64,
+    errors_rad: &[Vector3<f64>],
+    stamp_s: f64,
     rng: &mut ChaCha8Rng,
 ) -> Vec<Vector3<f64>> {
-    let count = (residual_rad.len() as f64 * period_s / BLOCK_S)
+    let count = (errors_rad.len() as f64 * stamp_s / BLOCK_S)
         .round()
         .max(1.0);
-    let length = (residual_rad.len() as f64 / count).ceil().max(1.0) as usize;
-    let mut blocks: Vec<&[Vector3<f64>]> = residual_rad.chunks(length).collect();
+    let length = (errors_rad.len() as f64 / count).ceil().max(1.0) as usize;
+    let end = ((END_S / stamp_s).round() as usize).clamp(1, length);
+    let mean = |rows: &[Vector3<f64>]| rows.iter().sum::<Vector3<f64>>() / rows.len() as f64;
+    let mut blocks: Vec<&[Vector3<f64>]> = errors_rad.chunks(length).collect();
     blocks.shuffle(rng);
-    let mut all = Vec::with_capacity(residual_rad.len());
+    let mut all: Vec<Vector3<f64>> = Vec::with_capacity(errors_rad.len());
     for block in blocks {
         // Four normal numbers point anywhere on the sphere of quaternions.
         let [w, x, y, z] = std::array::from_fn(|_| normal(rng));
         let turn = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, x, y, z));
-        all.extend(block.iter().map(|row| turn * row));
+        let turned: Vec<Vector3<f64>> = block.iter().map(|row| turn * row).collect();
+        let begins = mean(&turned[..end.min(turned.len())]);
+        let ends = match all.len() {
+            0 => begins,
+            laid => mean(&all[laid.saturating_sub(end)..]),
+        };
+        all.extend(turned.iter().map(|row| row + ends - begins));
     }
     all
 }
@@ -92,35 +101,13 @@ pub fn added_rad(effect: &Effect, base: &Base) -> Vec<Vector3<f64>> {
     }
 }
 
-/// Rate of change of increments \[rad by row and second\] up to 20 Hz: a differentiator of 0.2 s, whose window is Blackman's.
+/// Rate of change of increments \[rad by row and second\], by central differences of the fourth order.
 fn growth(motion_rad: &[Vector3<f64>], period_s: f64) -> Vec<Vector3<f64>> {
-    use std::f64::consts::PI;
-    const HIGHEST_HZ: f64 = 20.0;
-    const HALF_S: f64 = 0.1;
-    let half = (HALF_S / period_s).round().max(2.0);
-    let cut = 2.0 * PI * (HIGHEST_HZ * period_s).min(0.45);
-    // The derivative of a low pass sin(c k)/(π k).
-    let weight = |k: f64| {
-        let place = PI * k / (half + 1.0);
-        let window = 0.42 + 0.5 * place.cos() + 0.08 * (2.0 * place).cos();
-        window * ((cut * k).cos() * cut / (PI * k) - (cut * k).sin() / (PI * k * k))
-    };
-    let weights: Vec<f64> = (1..=half as usize).map(|k| weight(k as f64)).collect();
-    // What grows steadily grows by as much a second.
-    let steady: f64 = weights
-        .iter()
-        .zip(1..)
-        .map(|(weight, k)| 2.0 * weight * f64::from(k))
-        .sum();
     let last = motion_rad.len() - 1;
+    let across = |row: usize, by: usize| {
+        motion_rad[(row + by).min(last)] - motion_rad[row.saturating_sub(by)]
+    };
     (0..=last)
-        .map(|row| {
-            let each = weights.iter().zip(1..);
-            each.map(|(weight, k): (&f64, usize)| {
-                let (before, after) = (row.saturating_sub(k), (row + k).min(last));
-                (motion_rad[after] - motion_rad[before]) * (weight / steady / period_s)
-            })
-            .sum()
-        })
+        .map(|row| (8.0 * across(row, 1) - across(row, 2)) / (12.0 * period_s))
         .collect()
 }

@@ -9,13 +9,13 @@ use rlg_model::catalogue::{NINE, SIX};
 use crate::marks::effects::{AXES, Effect};
 use crate::marks::setting::{one_of, sign};
 
-/// Kinds with their sizes in the contract's units: 1 %, 3 ms, 5 mrad, 0.11 °/s/g, 1e-4 s².
+/// Kinds with their sizes in the contract's units: 1 %, 3 ms, 5 mrad, 0.56 °/s/g, 2e-4 s².
 const SIZES: [(&str, f64); 5] = [
     ("gyro_scale", 0.01),
     ("reference_delay", 3e-3),
     ("installation", 5e-3),
-    ("gyro_g_bias", 2e-4),
-    ("axis_flexure", 1e-4),
+    ("gyro_g_bias", 1e-3),
+    ("axis_flexure", 2e-4),
 ];
 
 /// Shares of a size, with their words.
@@ -47,7 +47,7 @@ impl Planted {
     }
 
     /// Draws the effect: a scale error of one gyro, a delay, axes of two gyros that are not square to each other, a bias by force
-    /// along one axis, or flexure of all six K of one sign, as a suspension's compliance has.
+    /// along one axis, or flexure of one gyro about one axis: what all share is a filter.
     pub fn effect(self, rng: &mut ChaCha8Rng) -> Option<Effect> {
         let (kind, size, _) = self.0?;
         let one = |name: &str, value: f64| BTreeMap::from([(name.to_owned(), value)]);
@@ -55,18 +55,13 @@ impl Planted {
             "gyro_scale" => one(one_of(rng, &AXES), size * sign(rng)),
             "reference_delay" => one("all", size * sign(rng)),
             "gyro_g_bias" => one(one_of(rng, NINE), size * sign(rng)),
-            "installation" => {
-                let about = rng.random_range(0..3);
-                let (a, b) = ((about + 1) % 3, (about + 2) % 3);
-                // Each senses the other's axis by as much: of a tilt about the third axis the signs differ.
-                let tilt = size * sign(rng);
-                let name = |gyro: usize| format!("{}{}", AXES[gyro], AXES[about]);
-                BTreeMap::from([(name(a), tilt), (name(b), -tilt)])
-            }
+            "axis_flexure" => one(one_of(rng, SIX), size * sign(rng)),
+            // Each of two gyros senses the other's axis by as much: of a tilt about the third axis the signs differ.
             _ => {
-                let each = SIX.iter();
-                each.map(|name| ((*name).to_owned(), size * (0.5 + 0.5 * rng.random::<f64>())))
-                    .collect()
+                let about = rng.random_range(0..3);
+                let tilt = size * sign(rng);
+                let name = |gyro: usize| format!("{}{}", AXES[gyro % 3], AXES[about]);
+                BTreeMap::from([(name(about + 1), tilt), (name(about + 2), -tilt)])
             }
         };
         Some(Effect {

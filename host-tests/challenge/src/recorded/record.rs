@@ -1,8 +1,8 @@
-//! The recording of a trial: a recording of others with its own noise laid out anew, or with an effect more.
+//! The recording of a trial: a recording of others with its reference's errors laid out anew, or with an effect more.
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use rlg_model::Model;
@@ -49,30 +49,37 @@ impl Recorded {
 /// Makes a trial's recording and the model that goes with it.
 pub fn record(drawn: &Recorded, noise_seed: u64) -> (Recording, Model) {
     let base = &*drawn.base;
-    let (sensed_rad, stamps) = match &drawn.effect {
+    let mut recording = base.recording.clone();
+    let stamps: Vec<Stamp> = match &drawn.effect {
         Some(effect) => {
-            let added = added_rad(effect, base);
-            let pairs = base.sensed_rad.iter().zip(&added);
-            let sensed = pairs.map(|(sensed, added)| sensed + added).collect();
+            let pairs = base.sensed_rad.iter().zip(added_rad(effect, base));
+            let sensed_rad: Vec<Vector3<f64>> =
+                pairs.map(|(sensed, added)| sensed + added).collect();
+            read(
+                &mut recording.tables[base.gyro_table],
+                &sensed_rad,
+                base.period_s,
+            );
             // A reference that is late stamps later.
             let late_s = match effect.kind {
                 "reference_delay" => effect.value("all"),
                 _ => 0.0,
             };
             let late = |(time_s, attitude): &Stamp| (time_s + late_s, *attitude);
-            (sensed, base.stamps.iter().map(late).collect())
+            base.stamps.iter().map(late).collect()
         }
+        // The gyros' own motion, with the reference's own errors, which go with no motion.
         None => {
             let mut rng = ChaCha8Rng::seed_from_u64(noise_seed);
-            (without_physics(base, &mut rng), base.sound.clone())
+            let errors_rad = shuffled(&base.errors_rad, base.stamp_s(), &mut rng);
+            let pairs = base.by_gyros.iter().zip(errors_rad);
+            pairs
+                .map(|((time_s, attitude), error)| {
+                    (*time_s, UnitQuaternion::from_scaled_axis(error) * attitude)
+                })
+                .collect()
         }
     };
-    let mut recording = base.recording.clone();
-    read(
-        &mut recording.tables[base.gyro_table],
-        &sensed_rad,
-        base.period_s,
-    );
     for table in &mut recording.tables {
         let is_other = |channel: &Channel| channel.quantity != Quantity::ReferenceAttitude;
         table.channels.retain(is_other);
@@ -80,18 +87,6 @@ pub fn record(drawn: &Recorded, noise_seed: u64) -> (Recording, Model) {
     recording.tables.retain(|table| !table.channels.is_empty());
     recording.tables.push(attitudes(&stamps));
     (recording, base.model.clone())
-}
-
-/// What gyros would measure that follow the reference's motion with the recording's own noise, which goes with no motion.
-fn without_physics(base: &Base, rng: &mut ChaCha8Rng) -> Vec<Vector3<f64>> {
-    let mut noise_rad = shuffled(&base.residual_rad(), base.period_s, rng).into_iter();
-    let pairs = base.sensed_rad.iter().zip(&base.expected_rad);
-    pairs
-        .map(|(sensed, expected)| match expected {
-            Some(expected) => expected + noise_rad.next().unwrap_or_default(),
-            None => *sensed,
-        })
-        .collect()
 }
 
 /// Writes what the gyros measure into their channels; what was not measured stays so.
