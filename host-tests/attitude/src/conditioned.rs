@@ -1,8 +1,9 @@
 //! The motion that columns are made of: the gyros' own, without what is noise at a frequency.
 //!
 //! Derivatives of a raw record are mostly noise of its highest frequencies, and a column with noise of its own is
-//! underestimated. Each axis passes a Wiener weight 1 − N/P of its own power P and of the noise N that its spectrum bounds:
-//! white noise of rate and of angle, as much as fits below P everywhere.
+//! underestimated; worse, the same noise is in the rows, which would call for whatever takes it out of the gyros. Each axis passes
+//! a Wiener weight 1 − N/P of its own power P and of the most that noise makes of a bin: white noise of rate and of angle, as much
+//! as fits below P everywhere, and the scatter of a bin that averages few periodogram lines.
 
 use nalgebra::Vector3;
 use realfft::num_complex::Complex64;
@@ -37,6 +38,9 @@ impl Weight {
         let piece = PIECE_ROWS.min(values.len() / 4).max(2) & !1;
         let power = mean_periodogram(values, piece);
         let mut bins: Vec<(f64, f64)> = Vec::new();
+        // Half-overlapping Hann-windowed pieces; a window spreads a line over one and a half.
+        let pieces = (2 * values.len() / piece) as f64 - 1.0;
+        let mut scatter: Vec<f64> = Vec::new();
         let mut begin = 1;
         while begin < power.len() {
             let end = ((begin as f64 * BIN_WIDTH) as usize)
@@ -44,13 +48,19 @@ impl Weight {
                 .min(power.len());
             let mean = power[begin..end].iter().sum::<f64>() / (end - begin) as f64;
             bins.push(((end as f64 - 0.5) / piece as f64, mean));
+            let lines = ((end - begin) as f64 / 1.5).max(1.0);
+            scatter.push((pieces * lines).sqrt().recip());
             begin = end;
         }
         let lambda = |share: f64| 4.0 * (std::f64::consts::PI * share).sin().powi(2);
+        /// Standard deviations that a bin of noise may stand off its mean.
+        const OFF: f64 = 4.0;
+        // A bin of few lines lies below its mean by chance.
         let least = |of: &dyn Fn(f64, f64) -> f64, from: f64| {
-            let above = bins.iter().filter(|(share, _)| *share > from);
+            let above = bins.iter().zip(&scatter);
             above
-                .map(|(share, power)| of(*share, *power))
+                .filter(|((share, _), _)| *share > from)
+                .map(|((share, power), scatter)| of(*share, power * (1.0 + OFF * scatter)))
                 .fold(f64::INFINITY, f64::min)
         };
         let white = least(&|_, power| power, 0.0);
@@ -61,8 +71,9 @@ impl Weight {
         let angle = if angle.is_finite() { angle } else { 0.0 };
         // The least of many averaged powers lies below their mean.
         const MARGIN: f64 = 1.5;
-        let weighted = bins.iter().map(|&(share, power)| {
-            let noise = MARGIN * (white + angle * lambda(share));
+        let weighted = bins.iter().zip(&scatter).map(|(&(share, power), scatter)| {
+            let most = MARGIN * (1.0 + OFF * scatter);
+            let noise = most * (white + angle * lambda(share));
             (share, (1.0 - noise / power.max(f64::MIN_POSITIVE)).max(0.0))
         });
         Self {

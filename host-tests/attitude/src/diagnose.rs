@@ -25,10 +25,10 @@ use crate::fitting::priced;
 use crate::observed::{Observed, observe};
 use crate::physics::{self, Gyro};
 use crate::plan::AttitudePlan;
-use crate::registration::{Registration, register};
+use crate::registration::{self, Registration};
 use crate::rest::{self, Rest};
 use crate::said::{Few, Said};
-use crate::search::{Candidates, Found, Named, all_groups, search};
+use crate::search::{Candidates, Found, called_for, search};
 
 /// How a recording is diagnosed.
 #[derive(Debug, Clone, Copy, Default)]
@@ -128,27 +128,31 @@ fn of_many(
         &observed.stamps.left_out,
         of_model,
     );
-    let fitted = |observed: &Observed, start: &Alignment, free: &Free| {
-        let about = (of_model, start.clone(), free);
-        register(
-            &observed.gyros,
-            &observed.samples,
-            &observed.stamps,
-            about,
+    let called_for = |observed: &Observed, registered: &Registration| {
+        let beyond = registered.alignment.beyond(of_model);
+        let of = (&observed.gyros, registered);
+        called_for(of, (of_model, &beyond), &settings.plan)
+    };
+    let grown = |observed: &Observed| {
+        let of = (&observed.gyros, &observed.samples[..], &observed.stamps);
+        registration::grow(
+            of,
+            (of_model, &start),
+            &|registered| called_for(observed, registered),
             progress,
         )
     };
-    let all = all_groups();
-    let Some(mut registered) = fitted(observed, &start, &all) else {
+    let Some((mut registered, mut free)) = grown(observed) else {
         return Ok(None);
     };
     let mut gyro = observed.gyro(&registered.about, model_file)?;
     if observed.take_out(&gyro.known_rad(observed.model)) {
         progress("once more without what the model knows");
-        let Some(again) = fitted(observed, &start, &all) else {
+        let Some(again) = grown(observed) else {
             return Ok(None);
         };
-        registered = again;
+        (registered, free) = again;
+        gyro = observed.gyro(&registered.about, model_file)?;
     }
     let (pool, effects) = gyro.candidates(settings.left_out);
     let candidates = Candidates::new(effects);
@@ -160,15 +164,18 @@ fn of_many(
         search((&observed.gyros, registered), about, of, &settings.plan)
     };
     let mut found = searched(&registered, &gyro, observed);
-    // Once more about what is called for alone: the rest is then near enough to be linear.
-    let free: Free = found.registration.iter().map(Named::group).collect();
-    let start = registered.alignment.with(&free, of_model);
-    if let Some(again) = fitted(observed, &start, &free) {
-        let filter_rival = again.filter_rival.or(registered.filter_rival);
-        registered = again;
-        registered.filter_rival = filter_rival;
-        gyro = observed.gyro(&registered.about, model_file)?;
-        found = searched(&registered, &gyro, observed);
+    // Once more about what is called for beside physics: the rest is then near enough to be linear.
+    let now = found.groups();
+    if now != free {
+        let start = registered.alignment.with(&now, of_model);
+        let of = (&observed.gyros, &observed.samples[..], &observed.stamps);
+        if let Some(again) = registration::settle(of, (of_model, start, &now), true, progress) {
+            let filter_rival = registered.filter_rival;
+            registered = again;
+            registered.filter_rival = filter_rival;
+            gyro = observed.gyro(&registered.about, model_file)?;
+            found = searched(&registered, &gyro, observed);
+        }
     }
     Ok(Some(Fitted {
         registered,
@@ -235,7 +242,7 @@ fn of_few(
             noise,
             is_turning,
         } = few_search::search(&rows, &candidates, &settings.plan);
-        let now: Free = found.registration.iter().map(Named::group).collect();
+        let now = found.groups();
         let step = found.step_from(&beyond);
         pass += 1;
         let is_settled = pass % PASSES == 0 || (now == free && step.largest() < SETTLED);

@@ -329,7 +329,7 @@ fn registration(said: &Said) -> Vec<RegistrationEntry> {
         let own: Vec<usize> = places(group.kind).collect();
         let mut named = found.registration.iter();
         let named = named.find(|one| one.group() == group.kind);
-        // A filter may be the reference's.
+        // A filter that is the reference's is one, here too.
         let kind = named.map_or(group.kind, |one| one.kind);
         RegistrationEntry {
             kind: kind.to_string(),

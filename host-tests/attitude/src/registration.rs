@@ -8,7 +8,7 @@ use rlg_signal::attitude_samples::AttitudeSample;
 use rlg_signal::axes::Triad;
 
 use crate::about::{About, Gyros};
-use crate::alignment::{Alignment, COUNT, Free, GROUPS, places};
+use crate::alignment::{Alignment, COUNT, Free, places};
 use crate::fitting::{Fitting, priced};
 use crate::increments::Stamps;
 use crate::reference_faults;
@@ -47,22 +47,50 @@ const PLAIN_PASSES: usize = 2;
 /// A step of this many standard deviations is none.
 const SETTLED: f64 = 0.1;
 
-/// Aligns the reference with the gyros. A filter that is too long for its second order is a low pass, with a delay beside it
-/// or without: what needs the fewest numbers is taken of what explains as much.
+/// Gyros, attitudes, and which of those are left out or are known to have jumped.
+pub(crate) type Records<'a> = (&'a Gyros, &'a [AttitudeSample], &'a Stamps);
+
+/// Aligns the reference with the gyros: from nothing, groups that are called for join until those no longer change. What is not
+/// called for stays as the model has it: two numbers that the motion cannot tell apart would cancel each other far from where any
+/// of this is linear.
 ///
 /// # Inputs
-/// `stamps`: those that serve the last test alone are left out; `model`: what the model says.
-pub fn register(
-    gyros: &Gyros,
-    samples: &[AttitudeSample],
-    stamps: &Stamps,
-    (model, start, free): (&Alignment, Alignment, &Free),
+/// `start`: delay and rotation far off; `called_for`: groups, and the step to their numbers.
+pub(crate) fn grow(
+    of: Records,
+    (model, start): (&Alignment, &Alignment),
+    called_for: &dyn Fn(&Registration) -> (Free, Steps),
     progress: &dyn Fn(&str),
-) -> Option<Registration> {
-    let found = settle(gyros, samples, stamps, (model, start, free), progress)?;
-    let is_known = free.len() < GROUPS.len();
-    if !found.may_be_low_pass(model, is_known) {
-        return Some(found);
+) -> Option<(Registration, Free)> {
+    /// Most rounds.
+    const ROUNDS: usize = 8;
+    let mut start = start.clone();
+    let mut free: Free = Vec::new();
+    let mut round = 0;
+    loop {
+        // Far off, an error of the gyros looks like one of the reference.
+        let has_faults = round > 0;
+        let registered = settle(of, (model, start, &free), has_faults, progress)?;
+        let (now, step) = called_for(&registered);
+        round += 1;
+        if round == ROUNDS || (has_faults && now == free) {
+            return Some((as_low_pass(of, (model, &free), registered, progress), free));
+        }
+        let moved = registered.alignment.with(&now, model).moved(&step.estimate);
+        (start, free) = (moved, now);
+    }
+}
+
+/// A filter that is too long for its second order is a low pass, with a delay beside it or without: what needs the fewest numbers
+/// is taken of what explains as much.
+fn as_low_pass(
+    of: Records,
+    (model, free): (&Alignment, &Free),
+    found: Registration,
+    progress: &dyn Fn(&str),
+) -> Registration {
+    if !found.may_be_low_pass(model) {
+        return found;
     }
     let settled = |delay: bool| {
         let others = free.iter().copied();
@@ -70,13 +98,13 @@ pub fn register(
             .filter(|kind| *kind != "gyro_bandwidth" && (delay || *kind != "reference_delay"))
             .collect();
         free.push("gyro_bandwidth");
-        let start = low_pass_start(gyros, samples, (stamps, &free), (model, &found.alignment));
-        settle(gyros, samples, stamps, (model, start?, &free), progress)
+        let start = low_pass_start(of, (model, &found.alignment), &free)?;
+        settle(of, (model, start, &free), true, progress)
     };
     let (alone, late) = (settled(false), settled(true));
     // A delay alone is one number; three low passes alone are fewer than a delay beside three filters.
-    let is_delay_simplest = is_known && !free.contains(&"gyro_bandwidth");
-    Some(fewest(found, alone, late, is_delay_simplest))
+    let is_delay_simplest = !free.contains(&"gyro_bandwidth");
+    fewest(found, alone, late, is_delay_simplest)
 }
 
 /// The simplest of three registrations that explains as much as the best: a delay (and a small smoothing), a low pass alone, a
@@ -111,10 +139,9 @@ fn fewest(
 /// Where a low pass is linear about: its likeliest time constant, found globally, for far from it what vibration rectifies to is not
 /// linear. Beside a delay both together are as late as `found`.
 fn low_pass_start(
-    gyros: &Gyros,
-    samples: &[AttitudeSample],
-    (stamps, free): (&Stamps, &Free),
+    of: Records,
     (model, found): (&Alignment, &Alignment),
+    free: &Free,
 ) -> Option<Alignment> {
     /// Time constants that are tried, as shares of how late the gyros are.
     const SHARES: [f64; 9] = [0.15, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0, 1.15, 1.3];
@@ -134,13 +161,7 @@ fn low_pass_start(
             },
             ..begun.clone()
         };
-        let (_, fitting) = fitted(
-            gyros,
-            samples,
-            stamps,
-            (model, &alignment),
-            (&kept, true, None),
-        )?;
+        let (_, fitting) = fitted(of, (model, &alignment), (&kept, true, None))?;
         Some((fitting.fit.log_likelihood, alignment))
     });
     let best = tried.max_by(|a, b| a.0.total_cmp(&b.0));
@@ -149,9 +170,7 @@ fn low_pass_start(
 
 /// Rows about an alignment, and the columns of some places fitted to them.
 fn fitted(
-    gyros: &Gyros,
-    samples: &[AttitudeSample],
-    stamps: &Stamps,
+    (gyros, samples, stamps): Records,
     (model, alignment): (&Alignment, &Alignment),
     (kept, is_plain, levels): (&[usize], bool, Option<Vec<f64>>),
 ) -> Option<(About, Fitting)> {
@@ -193,29 +212,27 @@ impl Registration {
         }
     }
 
-    /// Whether something is smoothed and late, or, once it is known what is called for, late.
-    fn may_be_low_pass(&self, model: &Alignment, is_known: bool) -> bool {
+    /// Whether the gyros are late, and not less smooth than the reference.
+    fn may_be_low_pass(&self, model: &Alignment) -> bool {
         /// Standard deviations of what is worth a second look.
         const SEEN: f64 = 5.0;
-        let is_seen = |sign: f64| {
-            let mut smoothing = self.smoothing_s2.iter();
-            smoothing.any(|(variance, std)| sign * variance > SEEN * std)
-        };
-        // Smoothing below zero is the reference's.
-        let is_called_for = is_seen(1.0) || (is_known && !is_seen(-1.0));
+        let mut smoothing = self.smoothing_s2.iter();
+        let is_of_reference = smoothing.any(|(variance, std)| -variance > SEEN * std);
         // A low pass is late, too: one that would need a delay against it is none.
         let is_late = model.delay_s - self.alignment.delay_s > SEEN * self.delay_std_s;
-        self.alignment.low_pass_s.is_none() && is_late && is_called_for
+        self.alignment.low_pass_s.is_none() && is_late && !is_of_reference
     }
 }
 
 /// Passes until the alignment no longer changes. A step that leads to less likelihood is shortened: there the rows are not
 /// linear.
-fn settle(
-    gyros: &Gyros,
-    samples: &[AttitudeSample],
-    stamps: &Stamps,
+///
+/// # Inputs
+/// `has_faults`: whether faults of the reference are looked for.
+pub(crate) fn settle(
+    (gyros, samples, stamps): Records,
     (model, start, free): (&Alignment, Alignment, &Free),
+    has_faults: bool,
     progress: &dyn Fn(&str),
 ) -> Option<Registration> {
     let kept = places_of(free);
@@ -231,7 +248,7 @@ fn settle(
         let alignment = walk.alignment.clone();
         let fitted = |known: &Stamps, levels: Option<Vec<f64>>| {
             let how = (&kept[..], is_plain, levels);
-            fitted(gyros, samples, known, (model, &alignment), how)
+            fitted((gyros, samples, known), (model, &alignment), how)
         };
         // What the last pass left out is looked at anew: far off, an error of the gyros looks like one of the reference.
         let mut known = stamps.clone();
@@ -251,7 +268,7 @@ fn settle(
             reference_faults::rough_stretches,
             reference_jumps::find,
         ];
-        for search in searches.iter().filter(|_| pass > 0) {
+        for search in searches.iter().filter(|_| has_faults && pass > 0) {
             if search(&about, &fitting, &mut known) {
                 let levels = fitting.fit.levels.clone();
                 (about, fitting) = fitted(&known, Some(levels))?;

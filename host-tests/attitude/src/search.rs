@@ -2,7 +2,7 @@
 
 use rlg_catalogue::entries::{CATALOGUE, STEP};
 use rlg_catalogue::{Candidate, Pool};
-use rlg_signal::axes::add_triad;
+use rlg_signal::axes::{Triad, add_triad};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::about::{About, Gyros};
@@ -98,63 +98,66 @@ pub struct Found {
 }
 
 impl Found {
+    /// Groups of the registration that stand, in the order of their columns.
+    pub(crate) fn groups(&self) -> Free {
+        in_order(self.registration.iter().map(Named::group))
+    }
+
     /// What the named registration is beyond a place that rows are linear about.
     pub(crate) fn step_from(&self, beyond: &[f64; COUNT]) -> Steps {
-        let own: Vec<usize> = (0..self.named_set.len())
-            .filter(|at| self.named_set[*at] < COUNT)
-            .collect();
-        let kept: Vec<usize> = own.iter().map(|at| self.named_set[*at]).collect();
-        let estimates = &self.of_named;
-        let each = own.iter().zip(&kept);
-        let estimate: Vec<f64> = each
-            .map(|(at, k)| estimates.values[*at] - beyond[*k])
-            .collect();
-        let variances = own.iter().map(|at| estimates.covariance[(*at, *at)]);
-        let std: Vec<f64> = variances.map(f64::sqrt).collect();
-        Steps::new(&kept, &estimate, &std)
+        step_from(&self.named_set, &self.of_named, beyond)
     }
+}
+
+/// What the registration in a set is beyond a place that rows are linear about.
+fn step_from(set: &[usize], estimates: &Estimates, beyond: &[f64; COUNT]) -> Steps {
+    let own: Vec<usize> = (0..set.len()).filter(|at| set[*at] < COUNT).collect();
+    let kept: Vec<usize> = own.iter().map(|at| set[*at]).collect();
+    let each = own.iter().zip(&kept);
+    let estimate: Vec<f64> = each
+        .map(|(at, k)| estimates.values[*at] - beyond[*k])
+        .collect();
+    let variances = own.iter().map(|at| estimates.covariance[(*at, *at)]);
+    let std: Vec<f64> = variances.map(f64::sqrt).collect();
+    Steps::new(&kept, &estimate, &std)
+}
+
+/// Groups of the registration that the record calls for where no physics is thought of, and the step to them.
+pub fn called_for(
+    of: (&Gyros, &Registration),
+    (of_model, beyond): (&Alignment, &[f64; COUNT]),
+    plan: &AttitudePlan,
+) -> (Free, Steps) {
+    let none = Candidates::new(Vec::new());
+    let basis = basis(of.1);
+    let about = (of_model, beyond);
+    let search = Search::new(of, about, &basis, &none, std::iter::empty(), plan);
+    let chosen = search.chosen(&[]);
+    let named_set: Vec<usize> = chosen.iter().flat_map(|group| places(group.kind)).collect();
+    let step = step_from(&named_set, &search.blocks.estimates(&named_set), beyond);
+    (in_order(chosen.iter().map(|group| group.kind)), step)
+}
+
+/// Frequencies and noise of a registration's rows.
+fn basis(registered: &Registration) -> (Band, NoiseTerms) {
+    let increments = &registered.about.increments;
+    let band = Band::new(increments.rows(), increments.period_s);
+    let terms = NoiseTerms::new(increments.rows(), increments.period_s, band.cut, false);
+    (band, terms)
 }
 
 /// Searches.
 pub fn search(
-    (gyros, registered): (&Gyros, &Registration),
+    of: (&Gyros, &Registration),
     (of_model, beyond): (&Alignment, &[f64; COUNT]),
     (gyro, pool, candidates): (&Gyro, &Pool, &Candidates),
     plan: &AttitudePlan,
 ) -> Found {
-    let about = &registered.about;
-    let columns = priced(
-        about.columns(gyros.rate_hz),
-        &registered.alignment,
-        of_model,
-    );
-    let mut precisions: Vec<f64> = columns.iter().map(|one| one.prior_std.powi(-2)).collect();
-    precisions.extend(candidates.effects.iter().flat_map(|(candidate, own)| {
-        (0..own.len()).map(|k| candidate.hypothesis.bound(k).std.powi(-2))
-    }));
-    let increments = &about.increments;
-    let band = Band::new(increments.rows(), increments.period_s);
-    let terms = NoiseTerms::new(increments.rows(), increments.period_s, band.cut, false);
-    let mut rows_rad = increments.rows_rad.clone();
-    add_triad(&mut rows_rad, &registered.corrected_rad, -1.0);
-    let mut moved = beyond.to_vec();
-    moved.resize(precisions.len(), 0.0);
+    let about = &of.1.about;
     let effects = candidates.effects.iter();
-    let of_effects = effects.flat_map(|(candidate, _)| gyro.columns(pool, candidate, about));
-    let of_registration = columns.into_iter().map(|column| column.values);
-    let blocks = Blocks::new(
-        (&band, &terms, &registered.levels),
-        increments,
-        &rows_rad,
-        &mut of_registration.chain(of_effects),
-        (&precisions, &moved),
-    );
-    let mut search = Search {
-        blocks,
-        candidates,
-        plan,
-        tried: 0,
-    };
+    let columns = effects.flat_map(|(candidate, _)| gyro.columns(pool, candidate, about));
+    let basis = basis(of.1);
+    let mut search = Search::new(of, (of_model, beyond), &basis, candidates, columns, plan);
     let mut set: Vec<usize> = (0..COUNT).collect();
     let mut physics: Vec<Named> = Vec::new();
     while physics.len() < plan.most_effects {
@@ -182,8 +185,8 @@ pub fn search(
     let estimates = search.blocks.estimates(&set);
     let of_named = search.blocks.estimates(&named_set);
     for named in &mut registration {
-        named.of_reference(&estimates, &registered.alignment);
-        match registered.filter_rival {
+        named.of_reference(&estimates, &of.1.alignment);
+        match of.1.filter_rival {
             Some((kind, rival)) if kind == named.kind && !named.alike.contains(&rival) => {
                 named.alike.push(rival);
             }
@@ -203,15 +206,23 @@ pub fn search(
     }
 }
 
-/// All groups of the registration.
-pub fn all_groups() -> Free {
-    GROUPS.iter().map(|group| group.kind).collect()
+/// Groups in the order of their columns.
+fn in_order(kinds: impl Iterator<Item = &'static str>) -> Free {
+    let kinds: Vec<&str> = kinds.collect();
+    let groups = GROUPS.iter().map(|group| group.kind);
+    groups.filter(|kind| kinds.contains(kind)).collect()
 }
 
 /// Groups of the registration that are none of some.
 fn others(chosen: &[&Group]) -> impl Iterator<Item = &'static Group> {
     let is_other = |group: &Group| chosen.iter().all(|one| one.kind != group.kind);
     GROUPS.iter().filter(move |group| is_other(group))
+}
+
+/// Places of groups of the registration, and of some physics.
+fn set_of(chosen: &[&Group], physics: &[usize]) -> Vec<usize> {
+    let own = chosen.iter().flat_map(|group| places(group.kind));
+    own.chain(physics.iter().copied()).collect()
 }
 
 fn without(set: &[usize], own: &[usize]) -> Vec<usize> {
@@ -242,15 +253,53 @@ struct Search<'a> {
     tried: usize,
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    /// # Inputs
+    /// `of_effects`: columns of the candidates.
+    fn new(
+        (gyros, registered): (&Gyros, &'a Registration),
+        (of_model, beyond): (&Alignment, &[f64; COUNT]),
+        (band, terms): &'a (Band, NoiseTerms),
+        candidates: &'a Candidates,
+        of_effects: impl Iterator<Item = Triad>,
+        plan: &'a AttitudePlan,
+    ) -> Self {
+        let about = &registered.about;
+        let columns = priced(
+            about.columns(gyros.rate_hz),
+            &registered.alignment,
+            of_model,
+        );
+        let mut precisions: Vec<f64> = columns.iter().map(|one| one.prior_std.powi(-2)).collect();
+        precisions.extend(candidates.effects.iter().flat_map(|(candidate, own)| {
+            (0..own.len()).map(|k| candidate.hypothesis.bound(k).std.powi(-2))
+        }));
+        let increments = &about.increments;
+        let mut rows_rad = increments.rows_rad.clone();
+        add_triad(&mut rows_rad, &registered.corrected_rad, -1.0);
+        let mut moved = beyond.to_vec();
+        moved.resize(precisions.len(), 0.0);
+        let of_registration = columns.into_iter().map(|column| column.values);
+        let blocks = Blocks::new(
+            (band, terms, &registered.levels),
+            increments,
+            &rows_rad,
+            &mut of_registration.chain(of_effects),
+            (&precisions, &moved),
+        );
+        Self {
+            blocks,
+            candidates,
+            plan,
+            tried: 0,
+        }
+    }
+
     /// Groups of the registration that the record calls for beside some physics: added while blocks gain by one, those left
     /// out that the others make needless.
-    fn registration(&self, physics: &[usize], named: &[&'static str]) -> Vec<Named> {
+    fn chosen(&self, physics: &[usize]) -> Vec<&'static Group> {
         let mut chosen: Vec<&Group> = Vec::new();
-        let set = |chosen: &[&Group]| -> Vec<usize> {
-            let own = chosen.iter().flat_map(|group| places(group.kind));
-            own.chain(physics.iter().copied()).collect()
-        };
+        let set = |chosen: &[&Group]| set_of(chosen, physics);
         let is_called_for = |group: &Group, beside: &[usize]| {
             let own: Vec<usize> = places(group.kind).collect();
             let statistic = self.blocks.statistic(beside, &own);
@@ -283,7 +332,13 @@ impl Search<'_> {
                 place = 0;
             }
         }
-        let all = set(&chosen);
+        chosen
+    }
+
+    /// Those, with what blocks say of each.
+    fn registration(&self, physics: &[usize], named: &[&'static str]) -> Vec<Named> {
+        let chosen = self.chosen(physics);
+        let all = set_of(&chosen, physics);
         let of_group = |group: &&Group| self.supported(group, &all, named, &chosen);
         chosen.iter().map(of_group).collect()
     }
