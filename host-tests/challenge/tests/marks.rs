@@ -279,6 +279,7 @@ fn answer(effects: &[(&str, serde_json::Value)]) -> Answer {
         scenario: None,
         planted: None,
         conditions: Vec::new(),
+        beside: Vec::new(),
         noise_seed: 0,
         salt: String::new(),
     }

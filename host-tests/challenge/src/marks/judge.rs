@@ -330,6 +330,12 @@ fn pulls_beside(
     let aligning: Vec<&FoundEffect> = said.registration.iter().collect();
     let is_planted = |one: &Concealed| aligning.iter().position(|entry| entry.kind == one.kind);
     let places: Vec<Option<usize>> = effects.iter().map(is_planted).collect();
+    // Behind a low pass, which is late itself, a delay is only what is left of it.
+    let is_pole = |one: &&FoundEffect| one.numbers.keys().any(|name| name.ends_with("_pole_s"));
+    let is_late = effects.iter().any(|one| one.kind == "reference_delay");
+    if is_late && aligning.iter().any(is_pole) {
+        return Vec::new();
+    }
     match places.iter().any(Option::is_some) {
         true => pulls(effects, &aligning, &places),
         false => pulls(effects, claims, matched),

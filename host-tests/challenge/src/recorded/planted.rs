@@ -9,13 +9,14 @@ use rlg_model::catalogue::{NINE, SIX};
 use crate::marks::effects::{AXES, Effect};
 use crate::marks::setting::{one_of, sign};
 
-/// Kinds with their sizes in the contract's units: 1 %, 3 ms, 5 mrad, 0.56 °/s/g, 2e-4 s².
+/// Kinds with their sizes in the contract's units: 1 %, 3 ms, 5 mrad, 0.56 °/s/g, and 1e-3 s²,
+/// by which 5 rad/s² tilt an axis by 5 mrad.
 const SIZES: [(&str, f64); 5] = [
     ("gyro_scale", 0.01),
     ("reference_delay", 3e-3),
     ("installation", 5e-3),
     ("gyro_g_bias", 1e-3),
-    ("axis_flexure", 2e-4),
+    ("axis_flexure", 1e-3),
 ];
 
 /// Shares of a size, with their words.
