@@ -3,7 +3,7 @@
 use rlg_findings::names::plain;
 use rlg_findings::result::Diagnosis;
 
-use super::{effects, figures, not_told_apart, sizes};
+use super::{effects, figures, sizes};
 
 /// Writes an alignment, a line each, every number of the registration among them.
 ///
@@ -30,7 +30,7 @@ pub fn alignment(diagnosis: &Diagnosis, note: Option<&str>) -> Vec<String> {
     let width = width.unwrap_or(0);
     let other = |(name, sizes): &(String, String)| format!("  {name:<width$}   {sizes}");
     lines.extend(others.iter().map(other));
-    lines.extend(not_told_apart(diagnosis));
+    lines.extend(effects::not_told_apart(diagnosis));
     lines.extend(figures::drift(diagnosis));
     lines.extend(figures::power(diagnosis));
     lines.push("Physics was not searched for: rlg diagnose does that.".to_owned());
