@@ -8,7 +8,8 @@
 //! `blocks` of rows agree on, `steps` of a bias among them) → `held_out` and `findings`.
 //!
 //! Of attitudes so few that only the model knows their noise, `few` weighs rows and columns over what is believed of it, and
-//! `few_search` takes the place of registration and search.
+//! `few_search` takes the place of registration and search. Where the registration alone is asked for, `align` leaves the physics
+//! out.
 //!
 //! Deliberately not here: dithered counts.
 
@@ -72,4 +73,7 @@ mod findings;
 
 mod diagnose;
 
+mod align;
+
+pub use align::align;
 pub use diagnose::{Settings, diagnose, serves};

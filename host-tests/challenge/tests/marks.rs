@@ -279,6 +279,7 @@ fn answer(effects: &[(&str, serde_json::Value)]) -> Answer {
         scenario: None,
         planted: None,
         conditions: Vec::new(),
+        beside: Vec::new(),
         noise_seed: 0,
         salt: String::new(),
     }
@@ -309,6 +310,7 @@ fn outcome(effects: Vec<FoundEffect>) -> Outcome {
         said: Some(DiagnosisSummary {
             verdict: "explained".to_owned(),
             effects,
+            registration: Vec::new(),
             again: None,
         }),
         failure: None,
@@ -438,6 +440,7 @@ fn the_table_by_effect_counts_names_pulls_and_second_passes() {
         let again = Box::new(DiagnosisSummary {
             verdict: verdict.to_owned(),
             effects: Vec::new(),
+            registration: Vec::new(),
             again: None,
         });
         outcome.said.as_mut().expect("said").again = Some(again);

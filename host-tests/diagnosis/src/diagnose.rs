@@ -7,7 +7,7 @@ use rlg_recording::error::InputError;
 
 use super::outcome::Outcome;
 use super::settings::Settings;
-use super::{data, findings, search};
+use super::{data, findings, registration, search};
 use rlg_signal::fault::Fault;
 use rlg_signal::streams::Streams;
 
@@ -29,9 +29,54 @@ pub fn diagnose(
     settings: &Settings,
     streams: &mut Streams,
     faults: &[Fault],
-    (model, model_file): (&Model, &Path),
+    of: (&Model, &Path),
     progress: &dyn Fn(&str),
 ) -> Result<Option<Outcome>, InputError> {
+    found(settings, streams, faults, of, progress, |_, _| ())
+        .map(|found| found.map(|(outcome, ())| outcome))
+}
+
+/// Aligns gyros and reference of an aligned and qualified recording: the same, with physics left out, and with the values of
+/// what the recording does not call for.
+///
+/// # Errors
+/// The model's installation matrix has no inverse.
+pub fn align(
+    settings: &Settings,
+    streams: &mut Streams,
+    faults: &[Fault],
+    of: (&Model, &Path),
+    progress: &dyn Fn(&str),
+) -> Result<Option<Outcome>, InputError> {
+    let mut left_out = registration::physics();
+    left_out.extend(settings.left_out);
+    let asked = Settings {
+        left_out: &left_out,
+        ..*settings
+    };
+    let beside = |data: &data::Data, found: &search::Found| {
+        registration::beside(data, found, &settings.plan)
+    };
+    let found = found(&asked, streams, faults, of, progress, beside)?;
+    Ok(found.map(|(mut outcome, beside)| {
+        let diagnosis = &mut outcome.diagnosis;
+        diagnosis.registration = registration::entries(&diagnosis.effects, beside);
+        outcome
+    }))
+}
+
+/// Finds the best set and writes its findings.
+///
+/// # Returns
+/// The findings, and what `also` makes of the set while it has its columns.
+fn found<T>(
+    settings: &Settings,
+    streams: &mut Streams,
+    faults: &[Fault],
+    (model, model_file): (&Model, &Path),
+    progress: &dyn Fn(&str),
+    also: impl FnOnce(&data::Data, &search::Found) -> T,
+) -> Result<Option<(Outcome, T)>, InputError> {
     let Settings {
         left_out,
         ref plan,
@@ -42,8 +87,10 @@ pub fn diagnose(
     let Some(mut found) = search::find(&mut data, left_out, plan, progress) else {
         return Ok(None);
     };
+    let also = also(&data, &found);
     // The set stands: its findings need no columns by frequency, which are most of the memory.
     found.equations.truncate(0);
     progress("writing the findings");
-    Ok(findings::outcome(&data, &mut found, faults, seed, plan))
+    let outcome = findings::outcome(&data, &mut found, faults, seed, plan);
+    Ok(outcome.map(|outcome| (outcome, also)))
 }

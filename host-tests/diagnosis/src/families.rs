@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rlg_catalogue::candidates::{ONE_AXIS, SHARED, Variant};
-use rlg_catalogue::entries::MODE;
+use rlg_catalogue::entries::{HARMONIC, LOCK_IN, MODE, UNLISTED};
 use rlg_catalogue::families::{
     Basis, ExactLowPass, ExactMount, Family, MOUNT, MountColumns, SUSPENSION, SuspensionColumns,
     expressions, harmonics, lags_about, lines_about,
@@ -45,7 +45,15 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone>
     found.extend(low_pass(&all, signals, is_moving, longest_s));
     drop(all);
     let unbent = |kind: &str| !LIKE_A_MODE.contains(&kind);
-    found.extend(suspension(&tests(pass, fits, &unbent), signals, levels));
+    if begin.seeks(MODE) {
+        found.extend(suspension(&tests(pass, fits, &unbent), signals, levels));
+    }
+    if ![HARMONIC, LOCK_IN, UNLISTED]
+        .iter()
+        .any(|kind| begin.seeks(kind))
+    {
+        return likely(pass, found, begin);
+    }
     let coarse = Coarse::new(pass);
     let tests = coarse.tests(pass, fits);
     for family in [
@@ -56,7 +64,7 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone>
     }
     found.extend(lock_in(pass, fits, &tests, &coarse, begin.plan));
     let mut lines = Vec::new();
-    for gyro in 0..3 {
+    for gyro in (0..3).filter(|_| begin.seeks(UNLISTED)) {
         lines.extend(line(pass, fits[0], gyro, &tests, &coarse, begin));
     }
     likely(pass, found, begin)
@@ -85,6 +93,7 @@ fn likely(pass: &Pass, found: Vec<Found>, begin: &Begin) -> Vec<Alone> {
     };
     found
         .into_iter()
+        .filter(|one| begin.seeks(one.candidate.kind))
         .filter(|one| one.surplus > begin.least() && is_new(one))
         .map(|one| (one.candidate, one.columns))
         .collect()

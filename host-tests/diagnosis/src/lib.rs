@@ -4,7 +4,7 @@
 //! the residual) → [`search`] (passes of columns and structure search on the rows to fit, by [`scores`] of [`families`] and [`lock_in`]) → [`confirm`] (on
 //! rows that were not fitted, and by [`reenact`]ing the recording without an effect; [`goodness`] of what is left) →
 //! [`findings`] and [`excess_noise`]. Of a unit at rest, whose motion is the Earth's, the same for what acts slowly
-//! ([`at_rest`]).
+//! ([`at_rest`]). Where two instruments are only aligned, the same with physics left out ([`registration`]).
 //!
 //! Before it: channels in other axes or units ([`put_right`]); what is said of faults of the data ([`data_words`]).
 //!
@@ -71,11 +71,13 @@ pub mod excess_noise;
 
 pub mod findings;
 
+pub mod registration;
+
 pub mod diagnose;
 
 pub mod at_rest;
 
-pub use diagnose::{diagnose, serves};
+pub use diagnose::{align, diagnose, serves};
 pub use outcome::Outcome;
 pub use plan::AnalysisPlan;
 pub use settings::Settings;

@@ -14,9 +14,16 @@ pub(super) struct Begin<'a> {
     pub(super) kinds: usize,
     pub(super) levels: &'a [NoiseLevels],
     pub(super) plan: &'a AnalysisPlan,
+    /// Kinds that are taken out of the catalogue.
+    pub(super) left_out: &'a [&'a str],
 }
 
 impl Begin<'_> {
+    /// Whether a kind is in the catalogue.
+    pub(super) fn seeks(&self, kind: &str) -> bool {
+        !self.left_out.contains(&kind)
+    }
+
     /// Log prior that a candidate without a price of its own must overcome to be worth a fit.
     pub(super) fn least(&self) -> f64 {
         let each = (self.plan.search.expected_effects / self.kinds as f64).ln();

@@ -128,7 +128,7 @@ pub fn find(
             &start,
             &levels,
             pass == 0 || was_settling,
-            plan,
+            (plan, left_out),
             |fit, candidates| {
                 // A strong delay or mount is linearised to the end before anything is added to it.
                 is_nonlinear(fit, candidates)
@@ -388,7 +388,7 @@ impl Pass {
         start: &[usize],
         levels: &[NoiseLevels],
         nonlinear_first: bool,
-        plan: &AnalysisPlan,
+        (plan, left_out): (&AnalysisPlan, &[&str]),
         is_unsettled: impl Fn(&Fit, &[Candidate]) -> bool,
         is_standing: impl Fn(&Fit, &[Candidate]) -> bool,
     ) -> Run {
@@ -396,6 +396,7 @@ impl Pass {
             kinds: self.kinds(),
             levels,
             plan,
+            left_out,
         };
         let mut seen = Seen::default();
         if nonlinear_first {
@@ -416,7 +417,7 @@ impl Pass {
         for round in 0..ROUNDS {
             let from_nothing = (round == 0 && !fit.members.is_empty()).then_some(&empty);
             let fits: Vec<&Fit> = [Some(&fit), from_nothing].into_iter().flatten().collect();
-            let events = self.add_events(&fits, plan);
+            let events = self.add_events(&fits, &begin);
             let before = fit.score;
             fit = self.improve(fit, &events, &mut seen, &begin);
             if fit.score <= before + 1e-9 {
@@ -467,7 +468,7 @@ impl Pass {
     }
 
     /// Scans what `fits` leave; the places of events that are new.
-    fn add_events(&mut self, fits: &[&Fit], plan: &AnalysisPlan) -> Vec<usize> {
+    fn add_events(&mut self, fits: &[&Fit], begin: &Begin) -> Vec<usize> {
         const TRIED_EACH: usize = 3;
         let mut new: Vec<Candidate> = Vec::new();
         for fit in fits {
@@ -488,18 +489,20 @@ impl Pass {
                     events.extend(found.into_iter().map(|event| (gyro, event)));
                 }
             }
+            events.retain(|(_, event)| begin.seeks(kind_of(event)));
             // At rest no reference tells a slip from a nudge.
             events.retain(|(_, event)| !self.is_at_rest || event.kind == EventKind::Step);
             events.retain(|(gyro, event)| {
-                event.size.abs() > plan.event && !self.lattice.hides_event(*gyro, event)
+                event.size.abs() > begin.plan.event && !self.lattice.hides_event(*gyro, event)
             });
             events.sort_by(|a, b| b.1.size.abs().total_cmp(&a.1.size.abs()));
             for (gyro, event) in events.into_iter().take(TRIED_EACH) {
                 let rows = self.motion.signals.rows as f64;
-                let (kind, places) = match event.kind {
-                    EventKind::Impulse => (SLIP, rows),
+                let kind = kind_of(&event);
+                let places = match event.kind {
+                    EventKind::Impulse => rows,
                     // The row of a step of z standard deviations is known to n/(z²/2) rows.
-                    EventKind::Step => (STEP, (0.5 * event.size * event.size).max(4.0)),
+                    EventKind::Step => (0.5 * event.size * event.size).max(4.0),
                 };
                 let known = self.candidates.iter().chain(&new).any(|one| {
                     one.kind == kind
@@ -599,6 +602,14 @@ impl Pass {
             empty,
             tried,
         }
+    }
+}
+
+/// The contract's kind of an event.
+fn kind_of(event: &Event) -> &'static str {
+    match event.kind {
+        EventKind::Impulse => SLIP,
+        EventKind::Step => STEP,
     }
 }
 

@@ -79,6 +79,9 @@ pub struct DiagnosisSummary {
     pub verdict: String,
     /// What was left out.
     pub effects: Vec<FoundEffect>,
+    /// All that aligns two instruments, each number beside all.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub registration: Vec<FoundEffect>,
     /// What is said of the same recording under the model that was written, where that was asked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub again: Option<Box<DiagnosisSummary>>,
@@ -92,6 +95,12 @@ impl DiagnosisSummary {
         Ok(Self {
             verdict: text(&diagnosis["verdict"]).ok_or("no verdict")?,
             effects: effects.iter().map(found).collect(),
+            registration: diagnosis["registration"]
+                .as_array()
+                .into_iter()
+                .flatten()
+                .map(found)
+                .collect(),
             again: None,
         })
     }

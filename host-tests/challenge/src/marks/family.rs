@@ -41,6 +41,9 @@ pub enum Family {
     Attitude,
     /// At rest: nothing, an effect, lines or noise in turn; runs only by name and alone.
     Rest,
+    /// A recording of others beside attitudes: its own noise without its physics, or an effect more on its gyros, in turn; runs
+    /// only by name and alone.
+    Recorded,
 }
 
 /// Families by the trial's number, again and again.
@@ -79,7 +82,7 @@ const DRIFTS: [Drift; 3] = [
 impl Family {
     /// Whether trials of every number are of the family, which names what it plants by the number.
     pub fn is_alone(self) -> bool {
-        matches!(self, Self::Attitude | Self::Rest)
+        matches!(self, Self::Attitude | Self::Rest | Self::Recorded)
     }
 
     /// Returns where the random streams of its trials begin.
@@ -87,6 +90,7 @@ impl Family {
         match self {
             Self::Attitude => 1 << 40,
             Self::Rest => 2 << 40,
+            Self::Recorded => 3 << 40,
             _ => 0,
         }
     }

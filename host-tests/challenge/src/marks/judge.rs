@@ -29,6 +29,20 @@ const FAULT_KINDS: [&str; 6] = [
     "stuck_channel",
 ];
 
+/// What aligns two instruments: of a recording of others it is there whatever is planted.
+const ALIGNMENT: [&str; 10] = [
+    "gyro_bias",
+    "gyro_scale",
+    "installation",
+    "gyro_bandwidth",
+    "reference_misalignment",
+    "reference_delay",
+    "reference_clock_rate",
+    "reference_scale",
+    "reference_bandwidth",
+    "earth_rate",
+];
+
 /// Rows that are missing need no name.
 const MISSING: &str = "lost_samples";
 
@@ -182,11 +196,12 @@ pub fn judge(answer: &Answer, outcome: &Outcome) -> Judgement {
             .cloned()
             .collect()
     };
-    let all = claims(said);
+    let mut all = claims(said);
+    all.retain(|claim| answer.family != Family::Recorded || is_of_planting(claim, answer));
     let (faults, effects): (Vec<Concealed>, Vec<Concealed>) = answer
         .effects
         .iter()
-        .cloned()
+        .map(|one| beside(one, answer))
         .partition(|one| is_fault(&one.kind));
     let (telling, others): (Vec<&FoundEffect>, Vec<&FoundEffect>) = all
         .iter()
@@ -207,9 +222,41 @@ pub fn judge(answer: &Answer, outcome: &Outcome) -> Judgement {
         trial: answer.trial,
         score: judged,
         claims: words,
-        pulls: pulls(&effects, &others, &matched),
+        pulls: match answer.family {
+            Family::Recorded => pulls_beside(&effects, said, &others, &matched),
+            _ => pulls(&effects, &others, &matched),
+        },
         matches_again: again.map(|again| again.verdict == MATCHES),
     }
+}
+
+/// Whether a claim about a recording of others may be due to what was planted, and not to what the recording holds itself: its
+/// alignment, faults, and, where its physics is still there, what was said of it before.
+fn is_of_planting(claim: &FoundEffect, answer: &Answer) -> bool {
+    let is_aligning = |kind: &str| ALIGNMENT.contains(&kind);
+    let was_said = answer.beside.iter().any(|one| one.kind == claim.kind);
+    let is_own = is_aligning(&claim.kind)
+        || is_fault(&claim.kind)
+        || (was_said && !answer.effects.is_empty());
+    !is_own
+        || answer.effects.iter().any(|planted| {
+            claim.kind == planted.kind || (!is_aligning(&planted.kind) && claim.covers(planted))
+        })
+}
+
+/// A planted effect with the numbers of its kind that were said before it was planted.
+fn beside(planted: &Concealed, answer: &Answer) -> Concealed {
+    let mut whole = planted.clone();
+    let mut before = answer.beside.iter();
+    if let Some(before) = before.find(|one| one.kind == planted.kind) {
+        for (name, value) in &before.parameters {
+            if let Some(value) = value.as_f64() {
+                let sum = value + number(planted, name).unwrap_or(0.0);
+                whole.parameters.insert(name.clone(), sum.into());
+            }
+        }
+    }
+    whole
 }
 
 /// The verdict where a model explains a recording.
@@ -270,6 +317,28 @@ fn score(
         Score::OrDrift
     } else {
         Score::Right
+    }
+}
+
+/// Pulls of what was planted into a recording of others: of what aligns instruments, named or not, each number beside all others.
+fn pulls_beside(
+    effects: &[Concealed],
+    said: &DiagnosisSummary,
+    claims: &[&FoundEffect],
+    matched: &[Option<usize>],
+) -> Vec<f64> {
+    let aligning: Vec<&FoundEffect> = said.registration.iter().collect();
+    let is_planted = |one: &Concealed| aligning.iter().position(|entry| entry.kind == one.kind);
+    let places: Vec<Option<usize>> = effects.iter().map(is_planted).collect();
+    // Behind a low pass, which is late itself, a delay is only what is left of it.
+    let is_pole = |one: &&FoundEffect| one.numbers.keys().any(|name| name.ends_with("_pole_s"));
+    let is_late = effects.iter().any(|one| one.kind == "reference_delay");
+    if is_late && aligning.iter().any(is_pole) {
+        return Vec::new();
+    }
+    match places.iter().any(Option::is_some) {
+        true => pulls(effects, &aligning, &places),
+        false => pulls(effects, claims, matched),
     }
 }
 

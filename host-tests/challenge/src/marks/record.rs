@@ -14,7 +14,7 @@ use super::instruments::{
 };
 use super::setting::Setting;
 use super::trial::{Rows, Source, Trial};
-use crate::{attitude, rest};
+use crate::{attitude, recorded, rest};
 
 pub use super::effects::Concealed;
 
@@ -42,6 +42,9 @@ pub struct Answer {
     /// Instruments, motion and length beside attitudes or at rest, in words.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub conditions: Vec<String>,
+    /// What was said of a recording of others before anything was planted.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub beside: Vec<Concealed>,
     /// Seed of the noise.
     pub noise_seed: u64,
     /// Keeps the commitment from being guessed.
@@ -52,6 +55,7 @@ impl Answer {
     /// Forms the answer of a trial.
     pub fn of(seed: u64, trial: &Trial) -> Self {
         let (mut setting, mut scenario, mut planted, mut conditions) = Default::default();
+        let mut beside = Vec::new();
         let effects = match &trial.source {
             Source::Rows(rows) => {
                 setting = Some(rows.setting.clone());
@@ -71,6 +75,14 @@ impl Answer {
                 conditions = drawn.conditions();
                 drawn.concealed()
             }
+            Source::Recorded(drawn) => {
+                planted = Some(drawn.planted.name());
+                conditions = drawn.conditions();
+                beside.clone_from(&drawn.base.said);
+                let strong = |effect| Strong { effect, rho: 0.0 };
+                let effect = drawn.effect.clone().map(strong);
+                effect.iter().map(Strong::concealed).collect()
+            }
         };
         Self {
             trial: trial.number,
@@ -81,6 +93,7 @@ impl Answer {
             scenario,
             planted,
             conditions,
+            beside,
             noise_seed: trial.noise_seed,
             salt: trial.salt.clone(),
         }
@@ -138,6 +151,10 @@ pub fn record(trial: &Trial, declares: Declares) -> Result<(Recording, Model), I
         }
         Source::Rest(drawn) => {
             let (recording, model) = rest::record::record(drawn, trial.noise_seed);
+            (recording, model, 1.0)
+        }
+        Source::Recorded(drawn) => {
+            let (recording, model) = recorded::record::record(drawn, trial.noise_seed);
             (recording, model, 1.0)
         }
     };

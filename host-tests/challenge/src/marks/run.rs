@@ -1,7 +1,8 @@
 //! A run: trials drawn, committed to, recorded, diagnosed.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -17,7 +18,8 @@ use super::record::{Answer, Declares, record};
 use super::setting::Limits;
 use super::trial::Trial;
 use crate::given::MODEL;
-use crate::{attitude, rest};
+use crate::recorded::base::Base;
+use crate::{attitude, recorded, rest};
 
 /// What is run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,6 +33,9 @@ pub struct Plan {
     /// What is planted beside attitudes or at rest; others' numbers are passed over, none where it is empty.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub planted: Vec<String>,
+    /// Recording that trials are made of, where the family needs one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recording: Option<PathBuf>,
     /// Which engine diagnoses.
     pub engine: EngineName,
     /// One trial alone.
@@ -58,6 +63,7 @@ impl Plan {
                 families.to_vec()
             },
             planted: Vec::new(),
+            recording: None,
             engine: EngineName::Both,
             only: None,
             declared_within: 1.5,
@@ -100,6 +106,7 @@ impl Plan {
         let name = match self.family(number) {
             Family::Attitude => attitude::planted::Planted::of(number).name(),
             Family::Rest => rest::planted::Planted::of(number).name(),
+            Family::Recorded => recorded::planted::Planted::of(number).name(),
             _ => return false,
         };
         self.planted.contains(&name)
@@ -141,11 +148,16 @@ pub struct Prepared {
 /// Draws every trial. `progress` is told of each.
 pub fn prepare(plan: &Plan, progress: &(dyn Fn() + Sync)) -> Result<Prepared, InputError> {
     let limits = plan.limits();
+    let base = plan.recording.as_deref().map(Base::read).transpose()?;
+    let base = base.map(Arc::new);
     let drawn: Vec<(Trial, Answer, String)> = plan
         .numbers()
         .into_par_iter()
         .map(|number| {
-            let trial = Trial::draw(plan.seed, (number, plan.family(number)), &limits)?;
+            let trial = match (plan.family(number), &base) {
+                (Family::Recorded, Some(base)) => Trial::of_recording(plan.seed, number, base)?,
+                (family, _) => Trial::draw(plan.seed, (number, family), &limits)?,
+            };
             let answer = Answer::of(plan.seed, &trial);
             let line = serde_json::to_string(&answer).map_err(no_json)?;
             progress();

@@ -205,7 +205,7 @@ fn unanswered(judged: &[Judged]) -> Mark {
 }
 
 /// Marks of trials that conceal nothing.
-const NULLS: [(&str, Family); 7] = [
+const NULLS: [(&str, Family); 8] = [
     (
         "false names, ordinary motions without effects",
         Family::Null,
@@ -225,10 +225,14 @@ const NULLS: [(&str, Family); 7] = [
     ("false names, an hour", Family::Hour),
     ("false names, beside attitudes", Family::Attitude),
     ("false names, at rest, drift included", Family::Rest),
+    (
+        "false physics, a recording's own noise turned in blocks",
+        Family::Recorded,
+    ),
 ];
 
 /// Marks of trials that conceal something.
-const POSITIVES: [(&str, Family); 7] = [
+const POSITIVES: [(&str, Family); 8] = [
     (
         "one bias, scale error or delay: right name or class",
         Family::Basic,
@@ -253,6 +257,10 @@ const POSITIVES: [(&str, Family); 7] = [
     (
         "at rest, effects or lines: all right, in name or class",
         Family::Rest,
+    ),
+    (
+        "planted into a recording of others: right name or class",
+        Family::Recorded,
     ),
 ];
 

@@ -3,6 +3,8 @@
 //! A trial's number fixes its family and its ChaCha stream, so that `seed:number` repeats a trial alone, whichever
 //! families were chosen.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -18,6 +20,8 @@ use super::noise::{Weighting, dct, product};
 use super::setting::{Limits, MOTIONS, Setting, draw_strength};
 use crate::attitude::trial::Attitudes;
 use crate::bounds::beside;
+use crate::recorded::base::Base;
+use crate::recorded::record::Recorded;
 use crate::rest::trial::Still;
 use rlg_recording::error::InputError;
 
@@ -54,6 +58,8 @@ pub enum Source {
     Attitude(Box<Attitudes>),
     /// A unit at rest.
     Rest(Box<Still>),
+    /// A recording of others.
+    Recorded(Box<Recorded>),
 }
 
 /// A trial, drawn.
@@ -72,27 +78,47 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// Draws trial `number` of a seed, of a family.
+    /// Draws trial `number` of a seed, of a family that needs no recording.
     pub fn draw(
         seed: u64,
         (number, family): (u64, Family),
         limits: &Limits,
     ) -> Result<Self, InputError> {
+        Self::drawn(seed, (number, family), |rng| match family {
+            Family::DitheredNull => Ok(Source::Dithered(Dithered::draw(rng, false)?)),
+            Family::Dithered => Ok(Source::Dithered(Dithered::draw(rng, true)?)),
+            Family::Attitude => {
+                let drawn = Attitudes::draw(number, rng)?;
+                Ok(Source::Attitude(Box::new(drawn)))
+            }
+            Family::Rest => Ok(Source::Rest(Box::new(Still::draw(number, limits, rng)?))),
+            Family::Recorded => Err(InputError::new("--family", "needs a recording")),
+            _ => Ok(Source::Rows(Box::new(Rows::draw(family, limits, rng)))),
+        })
+    }
+
+    /// Draws trial `number` of a seed, made of a recording.
+    pub fn of_recording(seed: u64, number: u64, base: &Arc<Base>) -> Result<Self, InputError> {
+        Self::drawn(seed, (number, Family::Recorded), |rng| {
+            Ok(Source::Recorded(Box::new(Recorded::draw(
+                number, base, rng,
+            ))))
+        })
+    }
+
+    fn drawn(
+        seed: u64,
+        (number, family): (u64, Family),
+        source: impl FnOnce(&mut ChaCha8Rng) -> Result<Source, InputError>,
+    ) -> Result<Self, InputError> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(number | family.first_stream());
         let noise_seed = rng.random();
         let salt: [u64; 2] = [rng.random(), rng.random()];
-        let source = match family {
-            Family::DitheredNull => Source::Dithered(Dithered::draw(&mut rng, false)?),
-            Family::Dithered => Source::Dithered(Dithered::draw(&mut rng, true)?),
-            Family::Attitude => Source::Attitude(Box::new(Attitudes::draw(number, &mut rng)?)),
-            Family::Rest => Source::Rest(Box::new(Still::draw(number, limits, &mut rng)?)),
-            _ => Source::Rows(Box::new(Rows::draw(family, limits, &mut rng))),
-        };
         Ok(Self {
             number,
             family,
-            source,
+            source: source(&mut rng)?,
             noise_seed,
             salt: format!("{:016x}{:016x}", salt[0], salt[1]),
         })

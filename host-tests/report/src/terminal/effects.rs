@@ -99,6 +99,41 @@ pub(super) fn lines(diagnosis: &Diagnosis, room: usize) -> Vec<String> {
     lines
 }
 
+/// What each effect could also be.
+pub(super) fn not_told_apart(diagnosis: &Diagnosis) -> Option<String> {
+    let mut said: Vec<String> = Vec::new();
+    for effect in &diagnosis.effects {
+        let rivals = rivals(effect);
+        if !rivals.is_empty() {
+            let words = format!("{} or {}", plain(&effect.kind), rivals.join(" or "));
+            if !said.contains(&words) {
+                said.push(words);
+            }
+        }
+    }
+    (!said.is_empty()).then(|| format!("Not told apart: {}.", said.join("; ")))
+}
+
+/// The other causes of one effect in plain words.
+fn rivals(effect: &EffectEntry) -> Vec<String> {
+    let alike = effect.indistinguishable_from.iter();
+    let alike = alike.filter(|kind| !effect.gravity_speaks_against.contains(kind));
+    let mut words: Vec<String> = alike
+        .map(|kind| match &effect.expression {
+            Some(expression) if kind == UNLISTED && effect.kind != UNLISTED => expression.clone(),
+            _ => plain(kind),
+        })
+        .collect();
+    let is_class = effect
+        .evidence
+        .as_ref()
+        .is_some_and(|one| one.label == "class");
+    if words.is_empty() && is_class {
+        words.push("drift of the gyro".to_owned());
+    }
+    words
+}
+
 /// One line: a name and what is said of it.
 fn one(group: Group<'_>, members: &[&EffectEntry]) -> (String, String) {
     match group {
@@ -147,6 +182,13 @@ fn sized(name: String, members: &[&EffectEntry]) -> (String, String) {
     match members.len() {
         1 if words.sizes.is_empty() => (name, strongest.what_was_left_out.clone()),
         1 => (words.name, words.sizes),
+        count if words.sizes.is_empty() => (
+            name,
+            format!(
+                "{count} of them; the first: {}",
+                members[0].what_was_left_out
+            ),
+        ),
         count => (
             name,
             format!(

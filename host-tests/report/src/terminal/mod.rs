@@ -5,11 +5,14 @@
 
 mod effects;
 mod figures;
+mod registration;
 mod sizes;
+
+pub use registration::alignment;
 
 use rlg_findings::names::plain;
 use rlg_findings::numbers::Scale;
-use rlg_findings::result::{Diagnosis, EffectEntry, UNLISTED, Verdict};
+use rlg_findings::result::{Diagnosis, Verdict};
 use rlg_findings::sentences::NEEDED_SNR;
 
 /// Lines of an answer; the one that names the page comes after them.
@@ -32,7 +35,7 @@ pub fn lines(diagnosis: &Diagnosis, note: Option<&str>) -> Vec<String> {
         tail.extend(figures::unlike_noise(diagnosis));
         tail.extend(figures::noise(diagnosis));
         tail.extend(sensitive(diagnosis));
-        tail.extend(not_told_apart(diagnosis));
+        tail.extend(effects::not_told_apart(diagnosis));
     }
     if !diagnosis.next_experiment.is_empty() {
         tail.push(format!("Next: {}", diagnosis.next_experiment));
@@ -41,41 +44,6 @@ pub fn lines(diagnosis: &Diagnosis, note: Option<&str>) -> Vec<String> {
     head.extend(effects::lines(diagnosis, room));
     head.extend(tail);
     head
-}
-
-/// What each effect could also be.
-fn not_told_apart(diagnosis: &Diagnosis) -> Option<String> {
-    let mut said: Vec<String> = Vec::new();
-    for effect in &diagnosis.effects {
-        let rivals = rivals(effect);
-        if !rivals.is_empty() {
-            let words = format!("{} or {}", plain(&effect.kind), rivals.join(" or "));
-            if !said.contains(&words) {
-                said.push(words);
-            }
-        }
-    }
-    (!said.is_empty()).then(|| format!("Not told apart: {}.", said.join("; ")))
-}
-
-/// The other causes of one effect in plain words.
-fn rivals(effect: &EffectEntry) -> Vec<String> {
-    let alike = effect.indistinguishable_from.iter();
-    let alike = alike.filter(|kind| !effect.gravity_speaks_against.contains(kind));
-    let mut words: Vec<String> = alike
-        .map(|kind| match &effect.expression {
-            Some(expression) if kind == UNLISTED && effect.kind != UNLISTED => expression.clone(),
-            _ => plain(kind),
-        })
-        .collect();
-    let is_class = effect
-        .evidence
-        .as_ref()
-        .is_some_and(|one| one.label == "class");
-    if words.is_empty() && is_class {
-        words.push("drift of the gyro".to_owned());
-    }
-    words
 }
 
 /// Where nothing was found: what would have been, the kinds that this recording shows best.

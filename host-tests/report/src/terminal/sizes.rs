@@ -69,9 +69,15 @@ pub(super) fn words(kind: &str, effect: &[ParameterEntry], entry: Option<&Effect
 
 /// The sizes, those of one unit together.
 fn listed(sizes: &[Size<'_>]) -> String {
+    listed_in(sizes, None)
+}
+
+/// The same, read in the unit that suits a size, of each unit its own where there is none.
+fn listed_in(sizes: &[Size<'_>], suits: Option<f64>) -> String {
     let mut parts: Vec<String> = Vec::new();
     for same in sizes.chunk_by(|a, b| a.unit == b.unit) {
         let largest = same.iter().map(|size| size.value.abs()).fold(0.0, f64::max);
+        let largest = suits.unwrap_or(largest);
         let scale = Scale::of(same[0].parameter, same[0].unit, largest);
         // Names of one value stand before it together.
         let mut pairs: Vec<(Vec<&str>, String)> = Vec::new();
@@ -133,6 +139,16 @@ fn single(parameters: &[ParameterEntry]) -> Vec<Size<'_>> {
         _ => None,
     };
     parameters.iter().filter_map(of).collect()
+}
+
+/// Every parameter with its unit, save times.
+pub(super) fn all(parameters: &[ParameterEntry]) -> String {
+    let sizes = single(parameters);
+    let mut largest = 0.0_f64;
+    for size in &sizes {
+        largest = largest.max(size.value.abs()).max(size.std);
+    }
+    listed_in(&sizes, Some(largest))
 }
 
 /// "x_pole_s" as "x pole": the unit stands behind the value.

@@ -48,7 +48,7 @@ const RECORDING: &str = "recording";
 #[derive(Debug, Args)]
 #[command(
     name = "challenge",
-    after_help = "Examples:\n  rlg challenge --out out/challenge --trials 200\n  rlg challenge --out out/one --trials 200 --trial 17\n  rlg challenge --out out/new --trials 200 --engine new\n  rlg challenge --out out/s3 --trials 2000 --shard 3/8\n  rlg challenge --out out/all --merge out/s0 out/s1 out/s2\n  rlg challenge --check out/all\n  rlg challenge --recording R/bench-17 --truth truth/bench-17.json --out out/bench-17\n  rlg challenge --marks --trials 600 --family null drift --out out/nulls\n  rlg challenge --marks --family attitude --trials 340 --out out/attitudes\n  rlg challenge --marks --family rest --planted none,line --trials 50 --out out/rest\n  rlg challenge --marks --trial 17 --keep out/kept --out out/one\n  rlg challenge --marks --vary naming --trials 200 --seed 7 --out out/curve\n  rlg challenge --golden golden.tsv --trials 100 --recordings R\n  rlg challenge --golden golden.tsv --trials 100 --rows 0..40 --engine new\n  rlg challenge --golden golden.tsv --compare --rows 0..20"
+    after_help = "Examples:\n  rlg challenge --out out/challenge --trials 200\n  rlg challenge --out out/one --trials 200 --trial 17\n  rlg challenge --out out/new --trials 200 --engine new\n  rlg challenge --out out/s3 --trials 2000 --shard 3/8\n  rlg challenge --out out/all --merge out/s0 out/s1 out/s2\n  rlg challenge --check out/all\n  rlg challenge --recording R/bench-17 --truth truth/bench-17.json --out out/bench-17\n  rlg challenge --marks --trials 600 --family null drift --out out/nulls\n  rlg challenge --marks --family attitude --trials 340 --out out/attitudes\n  rlg challenge --marks --family rest --planted none,line --trials 50 --out out/rest\n  rlg challenge --marks --family recorded --recording R/stick --planted none --trials 200 --out out/nulls\n  rlg challenge --marks --trial 17 --keep out/kept --out out/one\n  rlg challenge --marks --vary naming --trials 200 --seed 7 --out out/curve\n  rlg challenge --golden golden.tsv --trials 100 --recordings R\n  rlg challenge --golden golden.tsv --trials 100 --rows 0..40 --engine new\n  rlg challenge --golden golden.tsv --compare --rows 0..20"
 )]
 pub struct ChallengeCommand {
     /// Folder for the results
@@ -75,8 +75,9 @@ pub struct ChallengeCommand {
     /// Merge folders of shards instead of running anything
     #[arg(long, num_args = 1.., value_name = "DIR", conflicts_with_all = ["shard", "trial", "families"])]
     merge: Vec<PathBuf>,
-    /// Diagnose this recording instead, with its model.toml beside it; may be given several times
-    #[arg(long, value_name = "DIR", requires = "truth", conflicts_with_all = ["merge", "shard", "trial", "families"])]
+    /// Diagnose this recording instead, with its model.toml beside it and a --truth; may be given several times. With
+    /// --marks --family recorded: the recording that trials are made of
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["merge", "shard", "families"])]
     recording: Vec<PathBuf>,
     /// Truth file of that recording: committed to before the diagnosis, opened after it; one for each --recording, in
     /// order
@@ -136,11 +137,12 @@ impl ChallengeCommand {
         }
         // clap asks for it unless --check or --golden is there
         let out = self.out.as_deref().unwrap_or(Path::new(""));
-        if !self.recording.is_empty() {
+        if !self.recording.is_empty() && !self.ordinary.marks {
             return self.others(out, terminal);
         }
         if self.ordinary.marks {
             let common = Common {
+                recording: &self.recording,
                 out,
                 seed: self.seed,
                 trials: self.trials,
@@ -192,6 +194,12 @@ impl ChallengeCommand {
 
     /// Recordings of others.
     fn others(&self, out: &Path, terminal: &Terminal) -> Result<(), InputError> {
+        if self.trial.is_some() {
+            return Err(
+                InputError::new("--trial", "goes with no recording that is given")
+                    .expected("it without --recording, or --marks --family recorded"),
+            );
+        }
         if self.recording.len() != self.truth.len() {
             return Err(InputError::new("--truth", "does not match the recordings")
                 .value(self.truth.len())

@@ -13,7 +13,7 @@ use crate::challenge::marks::groups::Counts;
 use crate::challenge::marks::record::Declares;
 use crate::challenge::marks::run::{Cost, Outcome, Plan, Prepared, prepare};
 use crate::challenge::marks::table::{Scores, score};
-use crate::challenge::{attitude, rest};
+use crate::challenge::{attitude, recorded, rest};
 use crate::error::InputError;
 use crate::output::OutputFolder;
 use crate::terminal::Terminal;
@@ -36,13 +36,14 @@ const SHOWN: usize = 120;
 pub struct MarksOptions {
     /// Examine ordinary recordings instead: motions × references × rates × lengths × declared noise, and print the
     /// table of marks
-    #[arg(long, conflicts_with_all = ["families", "shard", "leave_one_out", "merge", "recording", "truth", "check"])]
+    #[arg(long, conflicts_with_all = ["families", "shard", "leave_one_out", "merge", "truth", "check"])]
     pub marks: bool,
     /// Families of the marks, others' trial numbers are passed over; attitude and rest have trials of their own, each
-    /// diagnosed again with the model that was written [default: rates]
+    /// diagnosed again with the model that was written; recorded makes its trials of --recording: nulls whose noise is
+    /// the recording's own in turned blocks, and effects planted into its gyros [default: rates]
     #[arg(long, value_enum, num_args = 1.., value_delimiter = ',', requires = "marks")]
     family: Vec<Family>,
-    /// Of the families attitude and rest only trials that plant this
+    /// Of the families attitude, rest and recorded only trials that plant this
     #[arg(long, num_args = 1.., value_delimiter = ',', value_name = "NAME", requires = "family")]
     planted: Vec<String>,
     /// Keep every trial's recording, with its model, and its truth beside it
@@ -69,6 +70,8 @@ pub struct MarksOptions {
 /// What the options share with the challenge's own.
 #[derive(Debug, Clone, Copy)]
 pub struct Common<'a> {
+    /// Recording that trials are made of.
+    pub recording: &'a [PathBuf],
     /// Folder for the results.
     pub out: &'a Path,
     /// Seed of everything.
@@ -90,15 +93,29 @@ impl MarksOptions {
                 "--family",
                 "names families whose trials have other numbers",
             )
-            .expected("attitude alone, rest alone, or any of the others"));
+            .expected("attitude alone, rest alone, recorded alone, or any of the others"));
         }
+        let is_recorded = self.family.contains(&Family::Recorded);
+        let recording = match (is_recorded, common.recording) {
+            (true, [one]) => Some(one.clone()),
+            (false, []) => None,
+            (_, given) => {
+                return Err(
+                    InputError::new("--recording", "does not go with the family")
+                        .value(given.len())
+                        .expected("one recording with --family recorded, none with others"),
+                );
+            }
+        };
         let names = planted_names();
         if let Some(unknown) = self.planted.iter().find(|name| !names.contains(name)) {
             return Err(InputError::new("--planted", "is nothing that is planted")
                 .value(unknown)
                 .expected(names.join(", ")));
         }
-        let engine = engine(common.engine, self.family.iter().any(is_alone));
+        // The model of a recording of others explains what was there before, too.
+        let is_twice = self.family.iter().any(is_alone) && !is_recorded;
+        let engine = engine(common.engine, is_twice);
         if !(1.0..=10.0).contains(&self.declared_within) {
             return Err(
                 InputError::new("--declared-within", "is no factor of a noise level")
@@ -113,6 +130,7 @@ impl MarksOptions {
             declares: self.declares.unwrap_or_default(),
             most_rows: f64::from(self.most_rows),
             planted: self.planted.clone(),
+            recording,
             ..Plan::new(common.seed, common.trials, &self.family)
         };
         let mut first = OutputFolder::create(common.out)?;
@@ -145,10 +163,12 @@ impl MarksOptions {
     }
 }
 
-/// What the families attitude and rest plant.
+/// What the families attitude, rest and recorded plant.
 fn planted_names() -> Vec<String> {
     let mut names: Vec<String> = attitude::planted::CYCLE.map(|one| one.name()).to_vec();
     names.extend(rest::planted::CYCLE.map(|one| one.name()));
+    let recorded = (0..recorded::planted::COUNT).map(recorded::planted::Planted::of);
+    names.extend(recorded.map(recorded::planted::Planted::name));
     names.sort();
     names.dedup();
     names

@@ -14,6 +14,7 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use crate::error::InputError;
 use crate::terminal::Terminal;
 
+mod align;
 mod calibrate;
 mod challenge;
 mod challenge_marks;
@@ -59,6 +60,7 @@ struct OutputOptions {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Align(align::Align),
     Calibrate(calibrate::Calibrate),
     Challenge(Box<challenge::ChallengeCommand>),
     Completions(companions::Completions),
@@ -79,6 +81,7 @@ enum Command {
 impl Command {
     fn run(&self, terminal: &Terminal) -> Result<ExitCode, InputError> {
         match self {
+            Self::Align(command) => command.run(terminal)?,
             Self::Calibrate(command) => command.run(terminal)?,
             Self::Challenge(command) => command.run(terminal)?,
             Self::Completions(command) => command.run(CommandLine::command())?,

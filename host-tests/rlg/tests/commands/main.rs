@@ -1,5 +1,6 @@
 //! Commands of `rlg` from end to end, a module for each. What they refuse is in `files/bad_input`.
 
+mod align;
 mod answer;
 mod challenge;
 mod demo;

@@ -1,0 +1,34 @@
+//! The registration alone: what aligns gyros and attitudes, physics not searched for.
+
+use std::path::Path;
+
+use rlg_catalogue::entries::CATALOGUE;
+use rlg_diagnosis::Outcome;
+use rlg_model::Model;
+use rlg_recording::Recording;
+use rlg_recording::error::InputError;
+
+use crate::diagnose::{Settings, diagnose};
+use crate::plan::AttitudePlan;
+
+/// Aligns gyros and attitudes of a recording: the same likelihood without any effect of physics; `None` as of [`diagnose`].
+///
+/// # Errors
+/// As of [`diagnose`].
+pub fn align(
+    settings: &Settings,
+    recording: &Recording,
+    of: (&Model, &Path),
+    progress: &dyn Fn(&str),
+) -> Result<Option<Outcome>, InputError> {
+    let left_out: Vec<&str> = CATALOGUE.iter().map(|entry| entry.kind).collect();
+    let asked = Settings {
+        left_out: &left_out,
+        plan: AttitudePlan {
+            most_effects: 0,
+            ..settings.plan
+        },
+        ..*settings
+    };
+    diagnose(&asked, recording, of, progress)
+}

@@ -1,0 +1,138 @@
+//! The recording of a trial: a recording of others with its reference's errors laid out anew, or with an effect more.
+
+use std::sync::Arc;
+
+use nalgebra::{UnitQuaternion, Vector3};
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
+use rlg_model::Model;
+use rlg_recording::{Channel, Clock, Quantity, Recording, Table};
+
+use super::base::{Base, Stamp};
+use super::inject::{added_rad, shuffled};
+use super::planted::Planted;
+use crate::marks::effects::{AXES, Effect};
+
+/// What is recorded once more.
+#[derive(Debug, Clone)]
+pub struct Recorded {
+    /// The recording.
+    pub base: Arc<Base>,
+    /// What is planted.
+    pub planted: Planted,
+    /// The effect.
+    pub effect: Option<Effect>,
+}
+
+impl Recorded {
+    /// Draws what the trial of a number records.
+    pub fn draw(number: u64, base: &Arc<Base>, rng: &mut ChaCha8Rng) -> Self {
+        let planted = Planted::of(number);
+        Self {
+            base: Arc::clone(base),
+            planted,
+            effect: planted.effect(rng),
+        }
+    }
+
+    /// Returns the recording's name and length in words.
+    pub fn conditions(&self) -> Vec<String> {
+        let base = &self.base;
+        let length_s = base.sensed_rad.len() as f64 * base.period_s;
+        vec![
+            format!("recording {}", base.recording.name),
+            format!("length {length_s:.0} s"),
+        ]
+    }
+}
+
+/// Makes a trial's recording and the model that goes with it.
+pub fn record(drawn: &Recorded, noise_seed: u64) -> (Recording, Model) {
+    let base = &*drawn.base;
+    let mut recording = base.recording.clone();
+    let stamps: Vec<Stamp> = match &drawn.effect {
+        Some(effect) => {
+            let pairs = base.sensed_rad.iter().zip(added_rad(effect, base));
+            let sensed_rad: Vec<Vector3<f64>> =
+                pairs.map(|(sensed, added)| sensed + added).collect();
+            read(
+                &mut recording.tables[base.gyro_table],
+                &sensed_rad,
+                base.period_s,
+            );
+            // A reference that is late stamps later.
+            let late_s = match effect.kind {
+                "reference_delay" => effect.value("all"),
+                _ => 0.0,
+            };
+            let late = |(time_s, attitude): &Stamp| (time_s + late_s, *attitude);
+            base.stamps.iter().map(late).collect()
+        }
+        // The gyros' own motion, with the reference's own errors, which go with no motion.
+        None => {
+            let mut rng = ChaCha8Rng::seed_from_u64(noise_seed);
+            let errors_rad = shuffled(&base.errors_rad, base.stamp_s(), &mut rng);
+            let pairs = base.by_gyros.iter().zip(errors_rad);
+            pairs
+                .map(|((time_s, attitude), error)| {
+                    (*time_s, UnitQuaternion::from_scaled_axis(error) * attitude)
+                })
+                .collect()
+        }
+    };
+    for table in &mut recording.tables {
+        let is_other = |channel: &Channel| channel.quantity != Quantity::ReferenceAttitude;
+        table.channels.retain(is_other);
+    }
+    recording.tables.retain(|table| !table.channels.is_empty());
+    recording.tables.push(attitudes(&stamps));
+    (recording, base.model.clone())
+}
+
+/// Writes what the gyros measure into their channels; what was not measured stays so.
+fn read(table: &mut Table, sensed_rad: &[Vector3<f64>], period_s: f64) {
+    for channel in &mut table.channels {
+        let unit = match channel.quantity {
+            Quantity::GyroRate => 1.0 / period_s,
+            Quantity::GyroIncrement => 1.0,
+            _ => continue,
+        };
+        let name = channel.axis.as_deref();
+        let Some(axis) = AXES.iter().position(|axis| Some(*axis) == name) else {
+            continue;
+        };
+        for (value, sensed) in channel.values.iter_mut().zip(sensed_rad) {
+            if value.is_finite() {
+                *value = sensed[axis] * unit;
+            }
+        }
+    }
+}
+
+/// The reference's table.
+fn attitudes(stamps: &[Stamp]) -> Table {
+    let component = |(place, name): (usize, &str)| Channel {
+        column: format!("q{name}"),
+        quantity: Quantity::ReferenceAttitude,
+        axis: Some(name.to_owned()),
+        scale: 1.0,
+        offset: 0.0,
+        values: stamps
+            .iter()
+            .map(|(_, q)| [q.w, q.i, q.j, q.k][place])
+            .collect(),
+    };
+    Table {
+        file: "attitudes.parquet".to_owned(),
+        clock: Clock::Stamped {
+            column: "t".to_owned(),
+            stamps_s: stamps.iter().map(|(time_s, _)| *time_s).collect(),
+        },
+        rows: stamps.len(),
+        channels: ["w", "x", "y", "z"]
+            .into_iter()
+            .enumerate()
+            .map(component)
+            .collect(),
+    }
+}

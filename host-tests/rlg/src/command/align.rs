@@ -1,0 +1,232 @@
+//! `rlg align`: what aligns two instruments, and nothing else.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use rlg_diagnosis::put_right;
+use rlg_findings::result::{Diagnosis, EffectEntry, FitEntry, RegistrationEntry};
+use rlg_signal::attitude_samples::has_attitude;
+use rlg_signal::{qualify, read_once};
+use serde::Serialize;
+
+use super::inputs::{given_or_ideal, results_folder};
+use super::steps::Steps;
+use crate::diagnose::Outcome;
+use crate::diagnose::attitude::is_slow;
+use crate::diagnose::streams::Streams;
+use crate::error::InputError;
+use crate::model::{Model, MotionSource};
+use crate::output::OutputFolder;
+use crate::recording::{Quantity, Recording};
+use crate::report::terminal::alignment;
+use crate::terminal::Terminal;
+
+/// The numbers.
+const REGISTRATION: &str = "registration.json";
+
+/// The model with what is supported switched on.
+const MODEL: &str = "model.toml";
+
+/// Align gyros with a second instrument, and search for no physics
+///
+/// Prints how the gyros stand to a reference of attitude or of rate: time offset, clock rate, rotation, bias, scale,
+/// non-orthogonality and bandwidths, each value with its standard deviation and whether the recording supports it. The
+/// likelihood is that of rlg diagnose. With --out it writes OUT/registration.json (every number) and OUT/model.toml (the
+/// model with what is supported switched on).
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  rlg align recordings/stick -o out/stick\n\nExit code 0: done, whatever is supported; 2: an input that cannot be used, as a recording of one instrument alone."
+)]
+pub struct Align {
+    /// Folder with recording.toml
+    recording: PathBuf,
+    /// The model: what is known of the two instruments already [default: an ideal unit]
+    #[arg(short, long)]
+    model: Option<PathBuf>,
+    /// Folder for the results [default: none is written]
+    #[arg(short, long)]
+    out: Option<PathBuf>,
+    /// Put channels right that are reversed, exchanged or of another unit than the reference, and report it, instead of
+    /// refusing the recording
+    #[arg(long)]
+    anyway: bool,
+}
+
+/// `registration.json`.
+#[derive(Debug, Serialize)]
+struct Registration<'a> {
+    format: u32,
+    recording: &'a str,
+    version: &'a str,
+    /// Every group of numbers, supported or not.
+    registration: &'a [RegistrationEntry],
+    /// Those that are supported with their covariance and what they cannot be told from, fitted without the others; and
+    /// faults of the data.
+    effects: &'a [EffectEntry],
+    /// Before and after, on rows not fitted.
+    fit: &'a FitEntry,
+    /// What these channels cannot show, with the reason.
+    not_excluded: Vec<&'a String>,
+}
+
+impl<'a> Registration<'a> {
+    fn of(diagnosis: &'a Diagnosis) -> Self {
+        let is_own = |said: &&String| {
+            let kind = said.split(':').next().unwrap_or_default();
+            rlg_diagnosis::registration::KINDS.contains(&kind)
+        };
+        Self {
+            format: 1,
+            recording: &diagnosis.recording,
+            version: &diagnosis.version,
+            registration: &diagnosis.registration,
+            effects: &diagnosis.effects,
+            fit: &diagnosis.fit,
+            not_excluded: diagnosis.not_excluded.iter().filter(is_own).collect(),
+        }
+    }
+}
+
+impl Align {
+    /// Aligns, says how, and writes the results.
+    pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
+        has_two_instruments(&self.recording)?;
+        let (mut model, model_file, assumed) =
+            given_or_ideal(self.model.as_deref(), &self.recording, terminal)?;
+        if model.motion == MotionSource::Static {
+            return Err(InputError::new(
+                &model_file,
+                "says that the unit is at rest: nothing to align with",
+            )
+            .channel("motion.source")
+            .expected("\"reference\", where the recording has one"));
+        }
+        let out = match &self.out {
+            Some(out) => Some(results_folder(
+                out,
+                &self.recording,
+                &model_file,
+                &[REGISTRATION, MODEL],
+            )?),
+            None => None,
+        };
+        // What the accelerometers are is no part of it, and stays in the model that is written.
+        let accelerometer = model.accelerometer.take();
+        let spinner = terminal.spinner("reading");
+        let steps = Steps::new(&spinner);
+        let mut outcome = self.outcome((&model, &model_file), &|stage| steps.show(stage))?;
+        spinner.finish_and_clear();
+        outcome.model.accelerometer = accelerometer;
+        let registration = Registration::of(&outcome.diagnosis);
+        if let Some(out) = out {
+            write(&registration, &outcome.model, out)?;
+        }
+        for line in alignment(&outcome.diagnosis, assumed.as_deref()) {
+            terminal.say(line);
+        }
+        terminal.result(&registration)
+    }
+
+    fn outcome(
+        &self,
+        (model, model_file): (&Model, &Path),
+        progress: &dyn Fn(&str),
+    ) -> Result<Outcome, InputError> {
+        let recording = Recording::read(&self.recording)?;
+        let of = (model, model_file);
+        let outcome = match is_slow(&recording, model) {
+            true => self.beside_attitudes(&recording, of, progress)?,
+            false => self.beside_rates(&recording, of, progress)?,
+        };
+        outcome.ok_or_else(|| {
+            InputError::new(&self.recording, "is too short to align by")
+                .expected("two seconds of rows, or forty attitudes where their noise is declared")
+        })
+    }
+
+    fn beside_attitudes(
+        &self,
+        recording: &Recording,
+        of: (&Model, &Path),
+        progress: &dyn Fn(&str),
+    ) -> Result<Option<Outcome>, InputError> {
+        if !rlg_attitude::serves(recording, of.0) {
+            let problem = match has_attitude(recording) {
+                true => "counts pulses, which are not aligned with attitudes",
+                false => "has a reference of rate on other rows than the gyros'",
+            };
+            return Err(InputError::new(&self.recording, problem).expected(
+                "increments or rates beside attitudes, or a reference on the gyros' rows",
+            ));
+        }
+        let settings = rlg_attitude::Settings {
+            anyway: self.anyway,
+            ..Default::default()
+        };
+        rlg_attitude::align(&settings, recording, of, progress)
+    }
+
+    fn beside_rates(
+        &self,
+        recording: &Recording,
+        (model, model_file): (&Model, &Path),
+        progress: &dyn Fn(&str),
+    ) -> Result<Option<Outcome>, InputError> {
+        let settings = rlg_diagnosis::Settings {
+            anyway: self.anyway,
+            ..Default::default()
+        };
+        let of = (model, model_file);
+        progress("aligning the channels");
+        let mut streams = Streams::align(recording, model)?;
+        let put_right = put_right::put_right(&settings, &mut streams, model, model_file)?;
+        if !rlg_diagnosis::serves(&streams, model) {
+            return Err(InputError::new(
+                model_file,
+                "has effects that cannot be predicted beside rates",
+            )
+            .channel("effect")
+            .expected("effects of the catalogue"));
+        }
+        let mut faults = read_once::read_once(&mut streams);
+        faults.extend(qualify::qualify(&mut streams));
+        faults.retain(|fault| !qualify::is_known(fault, &streams, &model.effects));
+        let outcome = rlg_diagnosis::align(&settings, &mut streams, &faults, of, progress)?;
+        Ok(outcome.map(|mut outcome| {
+            if let Some(put_right) = put_right {
+                put_right.report(&mut outcome);
+            }
+            outcome
+        }))
+    }
+}
+
+/// Refuses a recording of one instrument.
+fn has_two_instruments(recording: &Path) -> Result<(), InputError> {
+    let references = [Quantity::ReferenceIncrement, Quantity::ReferenceAttitude];
+    let quantities = Recording::quantities(recording)?;
+    if references.iter().any(|one| quantities.contains(one)) {
+        return Ok(());
+    }
+    Err(InputError::new(
+        recording,
+        "has gyros and no reference: nothing to align with",
+    )
+    .expected("reference_attitude, or reference_rate or reference_increment"))
+}
+
+/// Writes all results at once.
+fn write(
+    registration: &Registration,
+    model: &Model,
+    mut out: OutputFolder,
+) -> Result<(), InputError> {
+    let mut json = serde_json::to_string_pretty(registration).map_err(|error| {
+        let problem = format!("the result has no JSON form ({error})");
+        InputError::new(out.target(), problem)
+    })?;
+    json.push('\n');
+    out.write(REGISTRATION, json.as_bytes())?;
+    out.write(MODEL, model.to_toml().as_bytes())?;
+    out.commit()
+}
