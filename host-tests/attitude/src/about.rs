@@ -226,11 +226,11 @@ mod tests {
                     by[place] = step;
                     let moved = about(&alignment.moved(&by));
                     let (mut missed, mut own) = (0.0, 0.0);
-                    for axis in 0..3 {
+                    for (axis, column) in columns[place].iter().enumerate() {
                         for row in inner.clone() {
                             let [before, after] =
                                 [&here, &moved].map(|about| about.increments.rows_rad[axis][row]);
-                            let column = columns[place][axis][row];
+                            let column = column[row];
                             missed += ((before - after) / step - column).powi(2);
                             own += column * column;
                         }
