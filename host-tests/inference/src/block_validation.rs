@@ -142,11 +142,14 @@ impl BlockSums {
         let (gram, moments) = each
             .iter()
             .fold(zero, |(gram, moments), (a, c)| (gram + a, moments + c));
-        let variance = pseudo_inverse(&gram);
-        let whole = &variance * &moments;
+        let whole = pseudo_inverse(&gram) * &moments;
         // What a block's rows alone show is not known without it: a prior of the size that all show keeps it finite.
         let squared = whole.dot(&moments) / (free.len().max(1) as f64);
         let prior = &gram / squared.max(1.0);
+        // The prior draws every estimate towards 0: blocks disagree about what all rows say under the same prior.
+        let under_prior = pseudo_inverse(&(&gram + &prior));
+        let whole = &under_prior * &moments;
+        let variance = &under_prior * &gram * &under_prior;
         let mut score: f64 = self.blocks.iter().map(of_held).sum();
         let mut spread = DMatrix::zeros(free.len(), free.len());
         for (a, c) in &each {
@@ -230,6 +233,34 @@ mod tests {
     fn an_effect_of_few_rows_makes_blocks_disagree() {
         let found = sums(|row| if row < 200 { 2.0 } else { 0.0 }).validate(&[0], &[1]);
         assert!(found.design_effect > 10.0, "{found:?}");
+    }
+
+    /// Without it, the prior that shrinks each estimate would pass for a disagreement of the blocks.
+    #[test]
+    fn weak_effects_of_noise_make_blocks_disagree_no_more_than_strong_ones() {
+        let mean_of = |size: f64| {
+            let seeds = 10..40;
+            let count = seeds.clone().count() as f64;
+            let effects = seeds.map(|seed| {
+                let column = normals(seed);
+                let noise = normals(seed + 100);
+                let pairs = column.iter().zip(noise);
+                let record = pairs.map(|(column, noise)| size * column + noise).collect();
+                let blocks: Vec<_> = (0..20)
+                    .map(|block| 200 * block..200 * (block + 1))
+                    .collect();
+                let sums = BlockSums::new(&[record], &[vec![column]], &blocks);
+                sums.validate(&[0], &[]).design_effect
+            });
+            effects.sum::<f64>() / count
+        };
+        // A variance of 19 degrees of freedom, averaged over thirty.
+        let within = 4.0 * (2.0_f64 / 19.0 / 30.0).sqrt();
+        // 2, 4 and 30 standard deviations.
+        for size in [0.03, 0.06, 0.5] {
+            let mean = mean_of(size);
+            assert!((mean - 1.0).abs() < within, "{size}: {mean}");
+        }
     }
 
     #[test]
