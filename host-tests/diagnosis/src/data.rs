@@ -260,8 +260,18 @@ fn passed(
 pub fn can_predict(model: &Model) -> bool {
     model.effects.iter().all(|effect| {
         let kind = effect.kind.as_str();
-        is_silent(kind) || entries::card(kind).is_some()
+        is_silent(kind) || is_of_recorder(effect) || entries::card(kind).is_some()
     })
+}
+
+/// Row rate and interpolation change no increment.
+fn is_of_recorder(effect: &ModelEffect) -> bool {
+    match effect.parameters.get("expression") {
+        Some(EffectValue::Text(text)) => {
+            text.starts_with("row_rate(") || text.starts_with("noise_cycle(")
+        }
+        _ => false,
+    }
 }
 
 /// Effects of the noise, of the accelerometers and faults of the data add nothing to what a gyro senses.

@@ -46,7 +46,12 @@ pub fn excess(
     };
     let angle = |axis: usize| {
         let axis = Some(axis).filter(is_noise)?;
-        let pulses = data.streams.pulse_rad[axis].powi(2) / 12.0;
+        // At rest nothing but the gyro makes noise of angle, so that a declared resolution is known of increments, too.
+        let pulse_rad = match data.streams.at_rest {
+            Some(_) => data.model.gyro.pulse_weight_rad[axis],
+            None => data.streams.pulse_rad[axis],
+        };
+        let pulses = pulse_rad.powi(2) / 12.0;
         let pickoff = if data.dither_rad.is_some() {
             data.model.pickoff_white_rad2(axis)
         } else {

@@ -171,7 +171,7 @@ impl Findings<'_> {
                 .map(|control| ControlEntry {
                     lines: control.lines,
                     strongest: control.strongest,
-                    cycles: control.cycles.len(),
+                    cycles: 0,
                     dropped: self.rows_found.dropped,
                 }),
             self_test: self.self_test.map(self_test_entry),
@@ -311,7 +311,6 @@ impl Findings<'_> {
             .collect();
         named
             .into_iter()
-            .chain(self.rows_entries())
             .chain(self.line_entries(&lines))
             .chain(
                 of_one_effect(&terms)

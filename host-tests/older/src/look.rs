@@ -131,7 +131,6 @@ pub(super) fn look(
                 candidates: &candidates,
                 declared,
                 split: &split,
-                model,
                 seed,
             };
             rows_found::search(&mut bench, &given, progress).map_err(unusable)?
@@ -299,6 +298,7 @@ pub(super) fn look(
         left = locate_left(&after_rad, &compared.own);
     }
     let mut excess = compared.found;
+    excess.retain(|one| !left_out.contains(&one.kind));
     lattice.take_over(&mut excess, &|axis| {
         let known =
             declared[axis].white_angle.unwrap_or_default() - lattice.unknown_rad2(axis) / 12.0;

@@ -26,6 +26,8 @@ struct Made {
     clock: f64,
     /// Bias of gyro x, which points up [rad/s].
     bias_rad_s: f64,
+    /// Without white noise of angle.
+    is_of_rate_alone: bool,
 }
 
 /// 400 s at rest at 45 degrees north, x up, y north: white angle noise of 2e-7 rad, random walk 3e-7 rad/sqrt(s).
@@ -41,7 +43,11 @@ fn records(made: &Made, seed: u64) -> Vec<u8> {
         let mean = [earth + made.bias_rad_s, earth + line, 0.0];
         let mut record = vec![time_s + 2e-5 * normal()];
         for axis in 0..3 {
-            let angle_rad = 2e-7 * normal();
+            let angle_rad = if made.is_of_rate_alone {
+                0.0
+            } else {
+                2e-7 * normal()
+            };
             let walk_rad = 3e-7 * normal() / RATE_HZ.sqrt();
             let noise_rad_s = (walk_rad + angle_rad - before[axis]) * RATE_HZ;
             before[axis] = angle_rad;
@@ -164,6 +170,52 @@ fn noise_alone_gives_nothing(seeds: Range<u64>) {
             .collect();
         assert!(news.is_empty(), "seed {seed}: {news:?}");
         assert_eq!(diagnosis["locations"].as_array().expect("places").len(), 0);
+    }
+}
+
+#[test]
+fn at_rest_noise_is_measured_in_its_terms_and_that_of_rate_is_no_pulses() {
+    let is_at = |level: &Value, expected: f64| {
+        let number = |key: &str| level[key].as_f64().expect("a number");
+        let (value, std) = (number("value"), number("std"));
+        // Squares are what is fitted, and of a level that is none they alone have a spread.
+        let of_square = match value > std {
+            true => 2.0 * value * std,
+            false => std * std,
+        };
+        let off = value * value - expected * expected;
+        assert!(
+            off.abs() < 4.0 * of_square,
+            "{value} ± {std} for {expected}"
+        );
+    };
+    for (seed, is_of_rate_alone) in [(31, true), (32, false)] {
+        let made = Made {
+            is_of_rate_alone,
+            ..Made::default()
+        };
+        let diagnosis = Bench::made(&made, seed).diagnosed();
+        let of_angle = if is_of_rate_alone { 0.0 } else { 2e-7 };
+        for gyro in diagnosis["noise"].as_array().expect("gyros") {
+            is_at(&gyro["terms"]["angle_random_walk_rad_sqrt_s"], 3e-7);
+            is_at(&gyro["terms"]["quantisation_rad"], of_angle);
+            is_at(&gyro["terms"]["bias_instability_rad_s"], 0.0);
+            is_at(&gyro["terms"]["rate_random_walk_rad_s_sqrt_s"], 0.0);
+        }
+        let accelerometers = diagnosis["accelerometer_noise"].as_array();
+        let accelerometers = accelerometers.expect("accelerometers");
+        assert_eq!(accelerometers.len(), 3);
+        for one in accelerometers {
+            // 1e-3 m/s² in rows of 1/64 s.
+            is_at(&one["terms"]["velocity_random_walk_m_s_sqrt_s"], 1e-3 / 8.0);
+            is_at(&one["terms"]["quantisation_m_s"], 0.0);
+        }
+        let verdict = if is_of_rate_alone {
+            "matches"
+        } else {
+            "explained"
+        };
+        assert_eq!(diagnosis["verdict"], verdict);
     }
 }
 
