@@ -38,6 +38,8 @@ pub struct Data<'a> {
     pub reference_rad: Arc<Triad>,
     /// Increments of block against case \[rad\].
     pub dither_rad: Option<Triad>,
+    /// Constants that nobody knows the sizes of: the share of each in each gyro.
+    pub free_constants: Vec<Vec<f64>>,
     /// The inverse of Eq. (7)'s matrix.
     pub sensing_from_body: Matrix3<f64>,
     /// What the effects that the model holds already add: gyro, column, size.
@@ -128,6 +130,7 @@ impl<'a> Data<'a> {
             late_rows: path.longest_delay_s() * streams.rate_hz,
             known: Vec::new(),
             found_share: Matrix3::zeros(),
+            free_constants: Vec::new(),
             lattice,
             counted_rad,
             streams,

@@ -1,4 +1,8 @@
 //! Searches what acts slowly beside the Earth's rotation, which lies where the search leaves it.
+//!
+//! The azimuth is a number like any other that is fitted: a small turn of it adds a constant towards the east, which is
+//! free in every fit. Without it a shape with a mean, such as a warming, would be fitted beside a constant that holds
+//! part of it.
 
 use std::sync::Arc;
 
@@ -104,6 +108,12 @@ fn lay(data: &mut Data, rest: &mut AtRest, constant_rad_s: Vector3<f64>) {
         values.for_each(|value| *value -= change_rad);
     }
     rest.earth_rad_s = nearest;
+    let free = rest.taken_for_the_earths().into_iter().map(|direction| {
+        let sensed = data.sensing_from_body * direction;
+        let of_gyro = |gyro: usize| sensed[gyro] / (1.0 - data.model.gyro.scale_error[gyro]);
+        (0..3).map(of_gyro).collect()
+    });
+    data.free_constants = free.collect();
     let turns = |axis: usize| vec![nearest[axis] / rate_hz; rows];
     data.reference_rad = Arc::new([0, 1, 2].map(turns));
 }
