@@ -22,6 +22,8 @@ const EARTH_RAD_S: f64 = 7.292_115e-5;
 struct Made {
     /// Amplitude of a line at 9.2 Hz on gyro y [rad/s].
     line_rad_s: f64,
+    /// Amplitude of a line of twelve turns on gyro z [rad/s].
+    slow_line_rad_s: f64,
     /// Relative error of the nominal rate.
     clock: f64,
     /// Bias of gyro x, which points up [rad/s].
@@ -40,7 +42,8 @@ fn records(made: &Made, seed: u64) -> Vec<u8> {
     for row in 0..25_600_u32 {
         let time_s = (f64::from(row) + 1.0) / (RATE_HZ * (1.0 + made.clock));
         let line = made.line_rad_s * (TAU * 9.2 * (f64::from(row) + 0.5) / RATE_HZ).sin();
-        let mean = [earth + made.bias_rad_s, earth + line, 0.0];
+        let slow = made.slow_line_rad_s * (TAU * 12.0 * f64::from(row) / 25_600.0).sin();
+        let mean = [earth + made.bias_rad_s, earth + line, slow];
         let mut record = vec![time_s + 2e-5 * normal()];
         for axis in 0..3 {
             let angle_rad = if made.is_of_rate_alone {
@@ -138,6 +141,23 @@ fn at_rest_a_line_and_a_clock_are_found_and_go_on_in_the_other_half() {
     let again = bench.diagnosed_with(&bench.0.path().join("out/model.toml"), "again");
     assert_eq!(expressions(&again, "sine(").len(), 0);
     assert_eq!(expressions(&again, "row_rate(").len(), 0);
+}
+
+#[test]
+fn at_rest_a_line_of_few_turns_is_a_line_and_no_drift() {
+    // Its SNR is 1e-6 sqrt(200)/3e-7 = 47.
+    let made = Made {
+        slow_line_rad_s: 1e-6,
+        ..Made::default()
+    };
+    let diagnosis = Bench::made(&made, 8).diagnosed();
+    let lines = expressions(&diagnosis, "sine(");
+    assert_eq!(lines.len(), 1, "{lines:?}");
+    let text = lines[0]["expression"].as_str().expect("an expression");
+    let hz = text.trim_start_matches("sine(").trim_end_matches(')');
+    let hz: f64 = hz.parse().expect("a frequency");
+    // Half a resolution of the whole record.
+    assert!((hz - 12.0 / 400.0).abs() < 0.5 / 400.0, "{hz}");
 }
 
 #[test]
