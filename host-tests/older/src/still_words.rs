@@ -8,8 +8,10 @@ use super::empirical::Form;
 use super::entries::{by_axis, unlisted};
 use super::explain::{DEG_H, Findings};
 use super::hunt::FoundTerm;
+use super::lattice::Lattice;
 use super::lines::relation;
 use super::result::EffectEntry;
+use super::scene::Scene;
 use super::still::AtRest;
 use super::streams::AXES;
 
@@ -22,6 +24,19 @@ pub(super) fn line_of(found: &FoundTerm) -> Option<f64> {
         .strip_prefix("sine(")
         .or_else(|| expression.strip_prefix("cosine("))?;
     rest.strip_suffix(')')?.parse().ok()
+}
+
+/// Leaves out lines that turn a gyro by less than its pulses hide: counting makes tones.
+pub(super) fn without_hidden_lines(
+    mut terms: Vec<FoundTerm>,
+    lattice: &Lattice,
+    scene: &Scene,
+) -> Vec<FoundTerm> {
+    let line = |found: &FoundTerm| line_of(found).map(|hz| (found.term.axis, hz));
+    let shown = terms.iter().filter(|one| !one.is_hidden(lattice, scene));
+    let shown: Vec<(usize, f64)> = shown.filter_map(line).collect();
+    terms.retain(|one| line(one).is_none_or(|line| shown.contains(&line)));
+    terms
 }
 
 /// One frequency on all gyros.

@@ -168,7 +168,7 @@ fn look(
     let Some(mut found) = settle(&mut data, &mut rest, settings, progress) else {
         return Ok(None);
     };
-    let mut unlike = unlike_noise(&found, settings);
+    let mut unlike = unlike_noise(&data, &found, settings);
     if has_step_on(&found, &unlike) {
         // Where what is left is not the noise that was fitted, its wiggles are no steps.
         let mut without_steps = *settings;
@@ -177,7 +177,7 @@ fn look(
             Some(again) => found = again,
             None => return Ok(None),
         }
-        unlike = unlike_noise(&found, settings);
+        unlike = unlike_noise(&data, &found, settings);
     }
     let noise = noise_terms(&data, &found);
     let quieter_pulses_rad = quieter_pulses_rad(model, &noise, &unlike);
@@ -202,7 +202,8 @@ fn look(
     for effect in &mut diagnosis.effects {
         match &*effect.kind {
             BIAS => open_to_the_earth(effect, &data, &rest),
-            "pulse_quantisation" => coarse(effect),
+            // Where the values are multiples of the pulse nothing else can be meant.
+            "pulse_quantisation" if !data.lattice.is_any() => coarse(effect),
             _ => {}
         }
     }

@@ -34,15 +34,17 @@ pub(super) fn noise_lines(
     noise.iter().enumerate().filter_map(of_gyro).collect()
 }
 
-/// Octaves in which what is left of a gyro is not the noise that was fitted.
-pub(super) fn unlike_noise(found: &Found, settings: &Settings) -> Vec<Misfit> {
+/// Octaves in which what is left of a gyro is not the noise that was fitted,
+/// where they turn further than what is counted hides.
+pub(super) fn unlike_noise(data: &Data, found: &Found, settings: &Settings) -> Vec<Misfit> {
     let of_gyro = |gyro: usize| {
         let levels = found.fit.levels[gyro];
         let basis = found.equations.basis_beside_gaps(levels);
         let left = left_on(&found.equations, &found.fit, &found.candidates, gyro);
         misfits(&basis, &left, levels, gyro, &settings.plan)
     };
-    (0..3).flat_map(of_gyro).collect()
+    let is_shown = |one: &Misfit| !data.lattice.hides_angle(one.gyro, one.angle_rms_rad);
+    (0..3).flat_map(of_gyro).filter(is_shown).collect()
 }
 
 /// Noise of each gyro beside what was found; `None` where a record does not tell its terms apart.
