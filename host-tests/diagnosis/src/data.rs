@@ -38,6 +38,8 @@ pub struct Data<'a> {
     pub reference_rad: Arc<Triad>,
     /// Increments of block against case \[rad\].
     pub dither_rad: Option<Triad>,
+    /// Constants that nobody knows the sizes of: the share of each in each gyro.
+    pub free_constants: Vec<Vec<f64>>,
     /// The inverse of Eq. (7)'s matrix.
     pub sensing_from_body: Matrix3<f64>,
     /// What the effects that the model holds already add: gyro, column, size.
@@ -128,6 +130,7 @@ impl<'a> Data<'a> {
             late_rows: path.longest_delay_s() * streams.rate_hz,
             known: Vec::new(),
             found_share: Matrix3::zeros(),
+            free_constants: Vec::new(),
             lattice,
             counted_rad,
             streams,
@@ -260,8 +263,18 @@ fn passed(
 pub fn can_predict(model: &Model) -> bool {
     model.effects.iter().all(|effect| {
         let kind = effect.kind.as_str();
-        is_silent(kind) || entries::card(kind).is_some()
+        is_silent(kind) || is_of_recorder(effect) || entries::card(kind).is_some()
     })
+}
+
+/// Row rate and interpolation change no increment.
+fn is_of_recorder(effect: &ModelEffect) -> bool {
+    match effect.parameters.get("expression") {
+        Some(EffectValue::Text(text)) => {
+            text.starts_with("row_rate(") || text.starts_with("noise_cycle(")
+        }
+        _ => false,
+    }
 }
 
 /// Effects of the noise, of the accelerometers and faults of the data add nothing to what a gyro senses.

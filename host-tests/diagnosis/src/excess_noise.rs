@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use rlg_inference::{Fit, NoiseBasis, NoiseLevels, Observations};
+use rlg_inference::{Dct, Fit, NoiseBasis, NoiseLevels, Observations};
 use rlg_signal::partition::Use;
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -34,9 +34,12 @@ pub fn excess(
     // Tones of coarse pulses lie where a walk would show, too, and their weight is read off the values. What rounds rates and
     // counts nothing leaves an angle that is not bounded.
     let of_pulses = |axis: usize| data.lattice.unknown_rad2(axis) / 12.0;
-    let is_coarse = |axis: usize| {
-        data.lattice.pulse_rad[axis] > 0.0 && fit.levels[axis].angle > 0.25 * of_pulses(axis)
+    let is_counted = |axis: usize| match data.streams.at_rest {
+        Some(_) => is_bounded(&data.residual_rad[axis], &observations),
+        None => fit.levels[axis].angle > 0.25 * of_pulses(axis),
     };
+    let coarse = [0, 1, 2].map(|axis| data.lattice.pulse_rad[axis] > 0.0 && is_counted(axis));
+    let is_coarse = |axis: usize| coarse[axis];
     let walk = |axis: usize| {
         let is_walk = |axis: &usize| !is_coarse(*axis) && !locks_in.contains(axis);
         let axis = Some(axis).filter(is_noise).filter(is_walk)?;
@@ -46,7 +49,12 @@ pub fn excess(
     };
     let angle = |axis: usize| {
         let axis = Some(axis).filter(is_noise)?;
-        let pulses = data.streams.pulse_rad[axis].powi(2) / 12.0;
+        // At rest nothing but the gyro makes noise of angle, so that a declared resolution is known of increments, too.
+        let pulse_rad = match data.streams.at_rest {
+            Some(_) => data.model.gyro.pulse_weight_rad[axis],
+            None => data.streams.pulse_rad[axis],
+        };
+        let pulses = pulse_rad.powi(2) / 12.0;
         let pickoff = if data.dither_rad.is_some() {
             data.model.pickoff_white_rad2(axis)
         } else {
@@ -81,6 +89,28 @@ pub fn excess(
         is_coarse(axis).then(|| 0.5 * (of_pulses(axis) / std).powi(2))
     });
     found
+}
+
+/// Whether increments are those of an angle that is bounded, as that of counting is: then some octave holds less power than
+/// an even share. Where pulses come rarely neither they nor their angle are white, and no level says it.
+fn is_bounded(increments_rad: &[f64], observations: &Observations) -> bool {
+    /// The first coefficient that slow effects leave alone.
+    const LEAST: usize = 32;
+    /// Standard deviations below an even share.
+    const BELOW: f64 = 4.0;
+    observations.spans.iter().any(|span| {
+        let mut power = span.bridge(increments_rad);
+        Dct::new(power.len()).forward(&mut power);
+        power.iter_mut().for_each(|one| *one *= *one);
+        let mean = |powers: &[f64]| powers.iter().sum::<f64>() / powers.len() as f64;
+        let even = mean(&power[LEAST.min(power.len())..]);
+        let octaves = (0..).map(|octave| LEAST << octave..(2 * LEAST) << octave);
+        let mut whole = octaves.take_while(|octave| octave.end <= power.len());
+        whole.any(|octave| {
+            let std = (2.0 / octave.len() as f64).sqrt();
+            mean(&power[octave]) < (1.0 - BELOW * std) * even
+        })
+    })
 }
 
 fn known(own: f64, reference: Level) -> Level {
@@ -137,4 +167,35 @@ fn level_std(basis: &NoiseBasis, levels: NoiseLevels, term: usize) -> f64 {
         information(0, 1),
     );
     (other / (own * other - both * both)).max(0.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    use rlg_inference::Observations;
+
+    use super::is_bounded;
+
+    #[test]
+    fn pulses_that_come_rarely_are_bounded_and_rounded_rates_are_not() {
+        const ROWS: usize = 6000;
+        let observations = Observations::bridged(&[true; ROWS]).expect("rows");
+        for seed in 0..12 {
+            let rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+            // A thirtieth of a pulse a row.
+            let noise = StandardNormal.sample_iter(rng).map(|one: f64| one / 30.0);
+            let noise: Vec<f64> = noise.take(ROWS).collect();
+            let mut angle = 0.5;
+            let counts = noise.iter().map(|noise| {
+                let before = f64::floor(angle);
+                angle += 0.02 + noise;
+                angle.floor() - before
+            });
+            let counts: Vec<f64> = counts.collect();
+            assert!(is_bounded(&counts, &observations), "{seed}");
+            let rounded: Vec<f64> = noise.iter().map(|one| (one + 0.45).round()).collect();
+            assert!(!is_bounded(&rounded, &observations), "{seed}");
+        }
+    }
 }

@@ -37,8 +37,9 @@ impl Lattice {
     /// # Inputs
     /// `is_seen`: whether a row may be looked at.
     pub fn of(streams: &Streams, model: &Model, is_seen: &dyn Fn(usize) -> bool) -> Self {
-        let is_free = streams.pickoff_rad.is_none() && !streams.reports_rates;
-        if !is_free || streams.at_rest.is_some() {
+        // What rounds rates leaves an angle that is not bounded: at rest the spectrum shows which of the two it is.
+        let may_count = !streams.reports_rates || streams.at_rest.is_some();
+        if streams.pickoff_rad.is_some() || !may_count {
             return Self::default();
         }
         let is_coarser =

@@ -65,7 +65,7 @@ pub fn sizes_on(fit: &Fit, candidates: &[Candidate], gyro: usize) -> Vec<(usize,
     sizes
 }
 
-/// Coefficients of what a fit leaves on one gyro, what its gaps leave unknown at its best.
+/// Coefficients of what a fit leaves on one gyro, what its gaps and free constants leave unknown at its best.
 pub fn left_on(
     equations: &NormalEquations,
     fit: &Fit,
@@ -73,12 +73,12 @@ pub fn left_on(
     gyro: usize,
 ) -> Vec<f64> {
     let mut sizes = sizes_on(fit, candidates, gyro);
-    let of_gaps = &equations.gaps()[gyro];
-    sizes.extend(of_gaps.terms.iter().map(|term| {
-        (
-            term.column,
-            fit.estimate[fit.gaps[gyro].start + term.parameter],
-        )
-    }));
+    for (free, block) in equations.gaps().iter().zip(&fit.gaps) {
+        let on_gyro = free.terms.iter().filter(|term| term.record == gyro);
+        sizes.extend(on_gyro.map(|term| {
+            let size = fit.estimate[block.start + term.parameter];
+            (term.column, term.coefficient * size)
+        }));
+    }
     equations.residual_spectrum(gyro, &sizes)
 }

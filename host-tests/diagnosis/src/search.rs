@@ -299,7 +299,13 @@ impl Pass {
             columns: &pool.columns,
             signals: &motion.signals,
         };
-        let equations = NormalEquations::new(fitted.clone(), &residual_rad, &columns, mean(levels));
+        let equations = NormalEquations::with_constants(
+            fitted.clone(),
+            &residual_rad,
+            &columns,
+            mean(levels),
+            &data.free_constants,
+        );
         // A column that the signals leave empty is no hypothesis.
         candidates.retain(|candidate| {
             let terms = candidate.hypothesis.terms.iter();

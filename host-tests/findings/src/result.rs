@@ -431,21 +431,17 @@ pub struct NoiseEntry {
     pub terms: Option<NoiseTermsEntry>,
 }
 
-/// The terms of IEEE 952 that were fitted to one gyro; one that was not fitted is absent.
-#[derive(Debug, Clone, Serialize)]
+/// The terms of IEEE 952 of one gyro, fitted together.
+#[derive(Debug, Clone, Copy, Serialize)]
 pub struct NoiseTermsEntry {
     /// N \[rad/√s\].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub angle_random_walk_rad_sqrt_s: Option<LevelEntry>,
+    pub angle_random_walk_rad_sqrt_s: LevelEntry,
     /// Q: white noise of angle \[rad\].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub quantisation_rad: Option<LevelEntry>,
+    pub quantisation_rad: LevelEntry,
     /// B \[rad/s\].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub bias_instability_rad_s: Option<LevelEntry>,
+    pub bias_instability_rad_s: LevelEntry,
     /// K \[rad/s/√s\].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rate_random_walk_rad_s_sqrt_s: Option<LevelEntry>,
+    pub rate_random_walk_rad_s_sqrt_s: LevelEntry,
 }
 
 /// A level with its standard deviation.
@@ -466,6 +462,22 @@ pub struct ForceNoiseEntry {
     pub noise_m_s2_sqrt_hz: f64,
     /// White noise of the velocity \[m/s\].
     pub velocity_noise_m_s: f64,
+    /// The terms of IEEE 952, of a unit at rest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub terms: Option<ForceTermsEntry>,
+}
+
+/// The terms of IEEE 952 of one accelerometer at rest.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct ForceTermsEntry {
+    /// N \[m/s/√s\].
+    pub velocity_random_walk_m_s_sqrt_s: LevelEntry,
+    /// Q: white noise of velocity \[m/s\].
+    pub quantisation_m_s: LevelEntry,
+    /// B \[m/s²\].
+    pub bias_instability_m_s2: LevelEntry,
+    /// K \[m/s²/√s\].
+    pub acceleration_random_walk_m_s2_sqrt_s: LevelEntry,
 }
 
 /// A kind that lost.

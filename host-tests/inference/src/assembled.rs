@@ -2,7 +2,7 @@
 //! their information.
 //!
 //! A record's gaps are parameters of that record alone. They are taken out first, record by record: what is left is as
-//! small as the set.
+//! small as the set. Free constants of several records couple them; then all are taken out at once.
 
 use std::ops::Range;
 
@@ -19,6 +19,8 @@ pub(crate) struct Assembled {
     pub blocks: Vec<Range<usize>>,
     /// Parameters of each record's gaps, behind those of the members.
     pub gaps: Vec<Range<usize>>,
+    /// The same, joined where they act on one another.
+    apart: Vec<Range<usize>>,
     /// What a scaled parameter is in its own unit.
     pub scale: Vec<f64>,
     /// What each record shows.
@@ -43,7 +45,7 @@ pub(crate) struct BesideGaps {
     pub information: DMatrix<f64>,
     /// ln determinant of the gaps' own information.
     pub log_determinant: f64,
-    /// Inverse of the gaps' own information, record by record.
+    /// Inverse of the gaps' own information, block by block.
     inverses: Vec<DMatrix<f64>>,
     /// C G⁻¹ with C between members and gaps, (members' parameters × gaps').
     through: DMatrix<f64>,
@@ -92,8 +94,15 @@ impl Assembled {
                 OfRecord::new(equations, record, &of_parameters, &scale, &fixed)
             })
             .collect();
+        let gaps = blocks.split_off(set.len());
+        let first = blocks.last().map_or(0, |last| last.end);
+        let apart = match gaps.len() > equations.record_count() {
+            true => std::iter::once(first..count).collect(),
+            false => gaps.clone(),
+        };
         Self {
-            gaps: blocks.split_off(set.len()),
+            gaps,
+            apart,
             blocks,
             scale,
             records,
@@ -145,8 +154,8 @@ impl Assembled {
         let mut left = information.view((0, 0), (own, own)).into_owned();
         let mut through = DMatrix::zeros(own, others);
         let mut log_determinant = 0.0;
-        let mut inverses = Vec::with_capacity(self.gaps.len());
-        for block in &self.gaps {
+        let mut inverses = Vec::with_capacity(self.apart.len());
+        for block in &self.apart {
             let (inverse, log) = invert(&sub_matrix(information, block));
             let between = information.view((0, block.start), (own, block.len()));
             let of_block = between * &inverse;

@@ -254,6 +254,25 @@ pub(crate) fn evaluate_assembled(
     }
 }
 
+/// Energy that a fit is expected to leave, by record and bin \[the record's unit squared\]: that of its residual, and
+/// that of what is uncertain of its sizes.
+pub fn residual_power(
+    equations: &NormalEquations,
+    set: &[&Hypothesis],
+    fit: &Fit,
+) -> Vec<Vec<f64>> {
+    let assembled = Assembled::new(equations, set);
+    let scale = &assembled.scale;
+    let estimate = DVector::from_fn(scale.len(), |k, _| fit.estimate[k] / scale[k]);
+    let covariance = DMatrix::from_fn(scale.len(), scale.len(), |i, j| {
+        fit.covariance[(i, j)] / (scale[i] * scale[j])
+    });
+    let records = assembled.records.iter();
+    records
+        .map(|record| record.residual_power(&estimate, &covariance))
+        .collect()
+}
+
 /// Noise to start from: a drift term that was off begins at three times the white one.
 fn start_level(levels: NoiseLevels, drift: Drift) -> NoiseLevels {
     let begun = |level: f64| {

@@ -23,6 +23,8 @@ pub mod observations;
 
 pub mod noise;
 
+mod noise_estimate;
+
 mod gaps;
 
 pub mod normal_equations;
@@ -49,6 +51,7 @@ pub use dct::Dct;
 pub use evaluate::{Drift, Fit};
 pub use hypothesis::{Bound, Fixed, Hypothesis, Term};
 pub use noise::{NoiseBasis, NoiseLevels};
+pub use noise_estimate::NoiseEstimate;
 pub use normal_equations::{Columns, NormalEquations};
 pub use observations::Observations;
 pub use plan::SearchPlan;

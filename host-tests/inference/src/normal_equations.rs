@@ -204,9 +204,12 @@ pub struct NormalEquations {
     scale: Vec<f64>,
     /// Records' coefficients.
     records: Vec<Vec<f64>>,
-    /// By record, what its gaps leave unknown: parameters with no prior. Their columns stand before all others.
+    /// By record, what its gaps leave unknown, and behind them constants of several records that nobody knows: parameters with
+    /// no prior. Their columns stand before all others.
     gaps: Vec<Hypothesis>,
     slow: usize,
+    /// Columns of gaps and constants.
+    leading: usize,
 }
 
 /// Columns from here on are what gaps and ends leave unknown.
@@ -226,6 +229,20 @@ impl NormalEquations {
         columns: &impl Columns,
         levels: NoiseLevels,
     ) -> Self {
+        Self::with_constants(observations, records, columns, levels, &[])
+    }
+
+    /// The same beside constants whose sizes nobody knows.
+    ///
+    /// # Inputs
+    /// `constants`: share of each in each record.
+    pub fn with_constants(
+        observations: Observations,
+        records: &[Vec<f64>],
+        columns: &impl Columns,
+        levels: NoiseLevels,
+        constants: &[Vec<f64>],
+    ) -> Self {
         let (transform, basis) = Transform::taking_out(observations, levels, gaps::ends);
         let records: Vec<Vec<f64>> = records
             .par_iter()
@@ -241,9 +258,15 @@ impl NormalEquations {
             .collect();
         let bins = basis.bins.len();
         let slow = transform.slow();
-        let gaps = (0..records.len())
+        let mut gaps: Vec<Hypothesis> = (0..records.len())
             .map(|record| free_on(record, slow.len()))
             .collect();
+        let mut leading: Vec<(Vec<f32>, f64)> = slow.iter().map(|one| scaled(one)).collect();
+        if !constants.is_empty() {
+            let ones = vec![1.0; transform.observations.record_rows];
+            leading.push(scaled(&transform.spectrum(&ones)));
+            gaps.push(constant_on(constants, slow.len()));
+        }
         let mut equations = Self {
             gram: vec![Vec::new(); bins],
             moments: vec![vec![Vec::new(); bins]; records.len()],
@@ -254,9 +277,10 @@ impl NormalEquations {
             basis,
             gaps,
             slow: slow.len(),
+            leading: leading.len(),
             transform,
         };
-        equations.push(slow.iter().map(|one| scaled(one)).collect());
+        equations.push(leading);
         equations.add(columns);
         equations
     }
@@ -295,7 +319,7 @@ impl NormalEquations {
 
     /// Forgets all columns from `count` on.
     pub fn truncate(&mut self, count: usize) {
-        let count = self.slow + count;
+        let count = self.leading + count;
         self.spectra.truncate(count);
         self.scale.truncate(count);
         for gram in &mut self.gram {
@@ -308,10 +332,10 @@ impl NormalEquations {
 
     /// Number of columns.
     pub fn columns(&self) -> usize {
-        self.spectra.len() - self.slow
+        self.spectra.len() - self.leading
     }
 
-    /// By record, what its gaps leave unknown.
+    /// By record, what its gaps leave unknown; behind them constants of several records, if there are any.
     pub fn gaps(&self) -> &[Hypothesis] {
         &self.gaps
     }
@@ -327,7 +351,7 @@ impl NormalEquations {
         if column >= SLOW {
             column - SLOW
         } else {
-            column + self.slow
+            column + self.leading
         }
     }
 
@@ -405,6 +429,32 @@ fn free_on(record: usize, count: usize) -> Hypothesis {
     });
     Hypothesis {
         parameters: count,
+        terms: each.collect(),
+        fixed: Vec::new(),
+        bounds: Vec::new(),
+        requires: None,
+        price: 0.0,
+    }
+}
+
+/// Constants of several records as free parameters, of the column at `place`.
+fn constant_on(constants: &[Vec<f64>], place: usize) -> Hypothesis {
+    let each = constants
+        .iter()
+        .enumerate()
+        .flat_map(|(parameter, shares)| {
+            shares
+                .iter()
+                .enumerate()
+                .map(move |(record, &coefficient)| Term {
+                    parameter,
+                    record,
+                    column: SLOW + place,
+                    coefficient,
+                })
+        });
+    Hypothesis {
+        parameters: constants.len(),
         terms: each.collect(),
         fixed: Vec::new(),
         bounds: Vec::new(),

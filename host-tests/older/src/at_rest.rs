@@ -4,6 +4,7 @@ use std::path::Path;
 
 use rlg_diagnosis::at_rest::{self, KINDS, SlowEffects};
 use rlg_model::Model;
+use rlg_model::kinds::NOISE_KINDS;
 use rlg_recording::error::InputError;
 use rlg_signal::qualify;
 
@@ -41,11 +42,18 @@ pub(super) fn diagnose(
     let Some(slow) = slow else {
         return stages(settings.left_out, model);
     };
-    let left_out: Vec<&str> = settings.left_out.iter().copied().chain(KINDS).collect();
+    let mut left_out: Vec<&str> = settings.left_out.iter().copied().chain(KINDS).collect();
     let mut quieter = slow.model.clone();
     quieter.gyro.pulse_weight_rad = slow.quieter_pulses_rad;
+    if slow.is_noise {
+        left_out.extend(NOISE_KINDS);
+        let walk = |gyro: usize| Some(slow.noise[gyro].terms?.angle_random_walk_rad_sqrt_s.value);
+        if let (Some(x), Some(y), Some(z)) = (walk(0), walk(1), walk(2)) {
+            quieter.gyro.angle_random_walk_rad_sqrt_s = Some([x, y, z]);
+        }
+    }
     let mut rest = stages(&left_out, &quieter)?;
-    rest.model.gyro.pulse_weight_rad = model.gyro.pulse_weight_rad;
+    rest.model.gyro = model.gyro.clone();
     Ok(joined(slow, rest))
 }
 
@@ -59,12 +67,18 @@ fn joined(slow: SlowEffects, mut rest: Outcome) -> Outcome {
             verdict => verdict,
         };
         found.summary[0] = opening(found.verdict).to_string();
-        found.next_experiment = slow.next_experiment;
+        if slow.effects.len() > slow.rows.effects.len() {
+            found.next_experiment = slow.next_experiment;
+        }
         for (channel, before) in found.fit.channels.iter_mut().zip(slow.channels) {
             channel.held_out_before = before.held_out_before;
         }
         let known = std::mem::replace(&mut found.locations, slow.locations);
         found.locations.extend(known);
+    }
+    if let Some(control) = &mut found.control {
+        control.cycles = slow.rows.cycles_of_shuffled;
+        control.dropped += slow.rows.dropped;
     }
     let lines = slow.effects.iter().flat_map(effect_lines);
     let lines: Vec<String> = lines.chain(slow.noise_lines).collect();
@@ -72,6 +86,9 @@ fn joined(slow: SlowEffects, mut rest: Outcome) -> Outcome {
     found.effects.splice(0..0, slow.effects);
     if !found.noise.is_empty() {
         found.noise = slow.noise;
+    }
+    if !slow.accelerometer_noise.is_empty() {
+        found.accelerometer_noise = slow.accelerometer_noise;
     }
     rest
 }

@@ -1,6 +1,6 @@
 //! The same search on the same rows in shuffled order: whatever it still finds is no matter of time.
 //!
-//! Enters: the residual \[rad per row\] and the seed. Leaves: the strongest line and the cycles found in it. All three
+//! Enters: the residual \[rad per row\] and the seed. Leaves: the strongest line found in it. All three
 //! gyros are shuffled alike, and fitted and held-out rows each among themselves, so that only order is lost.
 
 use rand::SeedableRng as _;
@@ -8,7 +8,6 @@ use rand::seq::SliceRandom as _;
 use rand_chacha::ChaCha8Rng;
 use std::ops::Range;
 
-use super::cycle;
 use super::hypotheses::no_effects;
 use super::lines;
 use super::noise::{Declared, Noise};
@@ -25,8 +24,6 @@ pub struct Control {
     pub lines: usize,
     /// 2 Δ ln L of the strongest, 0 without any.
     pub strongest: f64,
-    /// Cycles found, as (turns, rows).
-    pub cycles: Vec<(usize, usize)>,
 }
 
 /// Searches the shuffled rows.
@@ -65,10 +62,8 @@ pub fn shuffled(
     );
     bench.refit_noise(effects, declared, true);
     let lines = lines::search(&mut bench, parameters, effects, declared)?;
-    let cycles = cycle::cycles(&shuffled, &split.fitted, &split.held_out);
     Ok(Control {
         lines: lines.len(),
         strongest: lines.iter().map(|line| line.ratio).fold(0.0, f64::max),
-        cycles: cycles.iter().map(|c| (c.turns, c.rows)).collect(),
     })
 }

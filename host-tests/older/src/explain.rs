@@ -12,6 +12,7 @@ use super::excess::Excess;
 use super::figures::{channel, runners_up, self_test_entry, sensitivity};
 use super::hunt::{Catch, FoundTerm};
 use super::hypotheses::CATALOGUE;
+use super::lattice::Lattice;
 use super::locate::Location;
 use super::long::NOT_TRIED;
 use super::noise::Noise;
@@ -62,6 +63,8 @@ pub struct Findings<'a> {
     pub whole: Option<(&'a Blocks, &'a [Validation])>,
     /// What the rows themselves show.
     pub rows_found: &'a RowsFound,
+    /// What the gyros count in.
+    pub lattice: &'a Lattice,
     /// Whether the held-out part took a name back.
     pub contradicted: bool,
     /// Time slides and injections; `None` against attitudes, which have no rows to slide.
@@ -171,7 +174,7 @@ impl Findings<'_> {
                 .map(|control| ControlEntry {
                     lines: control.lines,
                     strongest: control.strongest,
-                    cycles: control.cycles.len(),
+                    cycles: 0,
                     dropped: self.rows_found.dropped,
                 }),
             self_test: self.self_test.map(self_test_entry),
@@ -218,11 +221,16 @@ impl Findings<'_> {
         }
     }
 
-    /// Gyros whose held-out rows are not the noise that was fitted.
+    /// Gyros whose held-out rows are not the noise that was fitted. Of one at rest that counts coarse pulses they cannot be:
+    /// what counting makes is bounded, not white.
     pub(super) fn restless(&self) -> impl Iterator<Item = &Validation> {
         /// Chance below which they are not: of a hundred recordings that the model explains none came below 1e-4.
         const NOT_NOISE: f64 = 1e-6;
-        let is_restless = |one: &&Validation| one.after.white_p_value < NOT_NOISE;
+        let counts = |gyro: usize| {
+            self.scene.streams.at_rest.is_some() && self.lattice.pulse_rad[gyro] > 0.0
+        };
+        let is_restless =
+            move |one: &&Validation| one.after.white_p_value < NOT_NOISE && !counts(one.axis);
         self.validations.iter().filter(is_restless)
     }
 
@@ -311,7 +319,6 @@ impl Findings<'_> {
             .collect();
         named
             .into_iter()
-            .chain(self.rows_entries())
             .chain(self.line_entries(&lines))
             .chain(
                 of_one_effect(&terms)

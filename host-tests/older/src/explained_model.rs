@@ -29,7 +29,6 @@ impl Findings<'_> {
         effects_of(terms, &self.scene.streams)
             .into_iter()
             .for_each(&mut add);
-        self.rows_effects().into_iter().for_each(&mut add);
         for fault in self.faults {
             let streams = &self.scene.streams;
             let (recording, [start_s, end_s]) = streams.own_span(&fault.rows);

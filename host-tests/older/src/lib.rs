@@ -80,10 +80,6 @@ pub mod still;
 
 pub mod lines;
 
-pub mod clock;
-
-pub mod cycle;
-
 pub mod control;
 
 pub mod rows_found;

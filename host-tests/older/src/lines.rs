@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 
 use super::declare::FAMILY_SIGNIFICANCE;
 use super::empirical::{Form, Term};
-use super::noise::Declared;
+use super::noise::{self, Declared};
 use super::tone::Tone;
 use super::workbench::{Parameters, Workbench};
 
@@ -113,6 +113,7 @@ fn strongest(
     let portion = &bench.portion;
     let streams = &bench.scene().streams;
     let span_s = streams.end_s() - streams.start_s;
+    let drift_shares = noise::drift_shares(&bench.noise[axis], portion);
     // Slower than four turns is drift, and the last bins hold no pair of phases.
     let usable =
         (4..portion.bins().saturating_sub(2)).map(|bin| (bin, left[bin].norm_sqr() * weights[bin]));
@@ -148,9 +149,10 @@ fn strongest(
                 .max_by(|a, b| a.1.total_cmp(&b.1))?;
             width /= 10.0;
         }
-        // A stronger line that wanders has shoulders, whatever the noise fit makes of them.
-        let (frequency_hz, ratio) = (best.0, best.1 / crowd(left, weights, bin));
-        let chance = (-0.5 * ratio).exp();
+        let beside = Beside::new(left, weights, bin);
+        let is_drift = drift_shares.get(bin).is_some_and(|share| *share > 0.5);
+        let (frequency_hz, ratio) = (best.0, best.1 / beside.level(is_drift));
+        let chance = beside.chance(ratio, is_drift);
         let trials = 3.0 * 3.0 * 0.5 * streams.rate_hz * span_s;
         let p_value = -(trials * (-chance).ln_1p()).exp_m1();
         if p_value >= FAMILY_SIGNIFICANCE {
@@ -179,18 +181,49 @@ fn strongest(
     None
 }
 
-/// How much more there is around a bin than the noise says, at least 1: by the median, which lines do not move.
-fn crowd(left: &super::portion::Bins, weights: &[f64], bin: usize) -> f64 {
-    // Power over S is exponential with mean 2, so its median is 2 ln 2.
-    let chance = 2.0 * std::f64::consts::LN_2;
-    let mut powers: Vec<f64> = (bin.saturating_sub(AROUND).max(1)
-        ..(bin + AROUND).min(left.len() - 1))
-        .filter(|near| near.abs_diff(bin) > OWN_BINS)
-        .map(|near| left[near].norm_sqr() * weights[near])
-        .collect();
-    powers.sort_by(f64::total_cmp);
-    let median = powers.get(powers.len() / 2).copied().unwrap_or(chance);
-    (median / chance).max(1.0)
+/// What stands around a bin, by the median, which lines do not move.
+struct Beside {
+    /// Power over that of the fitted noise \[1\].
+    median: f64,
+    bins: usize,
+}
+
+impl Beside {
+    fn new(left: &super::portion::Bins, weights: &[f64], bin: usize) -> Self {
+        // Power over S is exponential with mean 2, so its median is 2 ln 2.
+        let chance = 2.0 * std::f64::consts::LN_2;
+        let mut powers: Vec<f64> = (bin.saturating_sub(AROUND).max(1)
+            ..(bin + AROUND).min(left.len() - 1))
+            .filter(|near| near.abs_diff(bin) > OWN_BINS)
+            .map(|near| left[near].norm_sqr() * weights[near])
+            .collect();
+        powers.sort_by(f64::total_cmp);
+        let median = powers.get(powers.len() / 2).copied().unwrap_or(chance);
+        Self {
+            median: median / chance,
+            bins: powers.len(),
+        }
+    }
+
+    /// Power to hold a line against, over that of the fitted noise: more where a stronger line that wanders has shoulders,
+    /// less only where drift was fitted, which a slow line passes for.
+    fn level(&self, is_drift: bool) -> f64 {
+        match is_drift {
+            true => self.median,
+            false => self.median.max(1.0),
+        }
+    }
+
+    /// Chance of a ratio over [`Beside::level`], which is known no better than so many bins tell.
+    fn chance(&self, ratio: f64, is_drift: bool) -> f64 {
+        /// Of the median of exponential numbers: its variance is (ln 2)⁻² times that of the mean.
+        const EFFICIENCY: f64 = std::f64::consts::LN_2 * std::f64::consts::LN_2;
+        let freedom = EFFICIENCY * self.bins as f64;
+        match is_drift && self.median < 1.0 {
+            true => (1.0 + 0.5 * ratio / freedom).powf(-freedom),
+            false => (-0.5 * ratio).exp(),
+        }
+    }
 }
 
 /// How one frequency follows from stronger ones, folded at the row rate; the plainest relation first.

@@ -20,7 +20,8 @@ use super::workbench::{Parameters, Workbench};
 use super::{LEAST_FITTED_S, Outcome};
 use super::{
     accelerometer, coherence, contradiction, excess, explain, hunt, local, locate, long, pictures,
-    pieces, pulses, readings, rows_found, self_test, still, timing, validate, wandering,
+    pieces, pulses, readings, rows_found, self_test, still, still_words, timing, validate,
+    wandering,
 };
 use rlg_model::Model;
 use rlg_recording::error::InputError;
@@ -131,7 +132,6 @@ pub(super) fn look(
                 candidates: &candidates,
                 declared,
                 split: &split,
-                model,
                 seed,
             };
             rows_found::search(&mut bench, &given, progress).map_err(unusable)?
@@ -176,7 +176,7 @@ pub(super) fn look(
     let noise = bench.noise;
     let settled = |found: &hunt::FoundTerm| timing::is_settled(&found.term);
     let (events, others) = catch.terms.into_iter().partition(settled);
-    catch.terms = others;
+    catch.terms = still_words::without_hidden_lines(others, lattice, scene);
     let events = timing::settle(
         scene,
         &after_rad(scene, before_rad, &catch),
@@ -299,6 +299,7 @@ pub(super) fn look(
         left = locate_left(&after_rad, &compared.own);
     }
     let mut excess = compared.found;
+    excess.retain(|one| !left_out.contains(&one.kind));
     lattice.take_over(&mut excess, &|axis| {
         let known =
             declared[axis].white_angle.unwrap_or_default() - lattice.unknown_rad2(axis) / 12.0;
@@ -369,6 +370,7 @@ pub(super) fn look(
         validations: &validations,
         candidates: &candidates,
         rows_found: &rows_found,
+        lattice,
         contradicted,
         self_test: Some(&self_test),
     };

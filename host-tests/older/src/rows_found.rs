@@ -1,25 +1,18 @@
-//! What the rows of a unit at rest show of their own making: their clock, steady lines, cycles of the noise.
+//! Steady lines of a unit at rest, and the control by shuffled rows.
 //!
 //! Enters: the bench with its noise fitted, the split, the model. Leaves: [`RowsFound`]; the lines that the same rows
 //! shuffled do not show stay in the bench as terms.
 
-use super::clock::{self, Clock};
 use super::control::{self, Control};
-use super::cycle::{self, Cycle};
 use super::lines;
 use super::noise::Declared;
 use super::split::Split;
 use super::streams::Triad;
 use super::workbench::{Parameters, Workbench};
-use rlg_model::{EffectValue, Model};
 
 /// What the rows of a unit at rest show of their own making.
 #[derive(Default)]
 pub struct RowsFound {
-    /// The stamps against the nominal clock.
-    pub clock: Option<Clock>,
-    /// Cycles of the noise's power.
-    pub cycles: Vec<Cycle>,
     /// The same search on shuffled rows.
     pub control: Option<Control>,
     /// Root mean square rate of the held-out rows about the model, before and after \[rad/s\].
@@ -34,7 +27,6 @@ pub(super) struct Given<'a> {
     pub candidates: &'a [usize],
     pub declared: &'a [Declared; 3],
     pub split: &'a Split,
-    pub model: &'a Model,
     pub seed: u64,
 }
 
@@ -47,10 +39,6 @@ pub(super) fn search(
     let mut found = RowsFound::default();
     let (scene, residual_rad) = (bench.scene(), bench.residual_rad());
     let split = given.split;
-    progress("looking at the clock");
-    let known = |stem: &str| has_expression(given.model, stem);
-    found.clock = clock::clock(&scene.streams, &split.fitted, &split.held_out)
-        .filter(|_| !known("row_rate("));
     progress("taking out steady lines");
     let lines = lines::search(bench, given.parameters, given.candidates, given.declared)?;
     progress("searching the same rows shuffled");
@@ -75,13 +63,6 @@ pub(super) fn search(
     let entered = kept
         .flat_map(|line| [(line.ratio, line.p_value); 2])
         .collect();
-    for cycle in cycle::cycles(residual_rad, &split.fitted, &split.held_out) {
-        if control.cycles.contains(&(cycle.turns, cycle.rows)) {
-            found.dropped += 1;
-        } else if !known(&cycle_expression(&cycle)) {
-            found.cycles.push(cycle);
-        }
-    }
     found.control = Some(control);
     Ok((found, entered))
 }
@@ -98,17 +79,5 @@ pub(super) fn scatter_rad_s(
             (sum + residual_rad[axis][row].powi(2), count + 1.0)
         });
         f64::sqrt(sum / f64::max(count, 1.0)) * rate_hz
-    })
-}
-
-/// How a cycle stands in a model file.
-pub(super) fn cycle_expression(cycle: &Cycle) -> String {
-    format!("noise_cycle({}/{})", cycle.turns, cycle.rows)
-}
-
-/// Whether the model has an unlisted effect whose expression begins so.
-fn has_expression(model: &Model, stem: &str) -> bool {
-    model.effects.iter().any(|effect| {
-        matches!(effect.parameters.get("expression"), Some(EffectValue::Text(text)) if text.starts_with(stem))
     })
 }

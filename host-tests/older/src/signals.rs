@@ -464,9 +464,12 @@ pub fn vocabulary(scene: &Scene) -> (Vec<Signal<'_>>, Vec<String>) {
     if scene.streams.at_rest.is_none() && factors.iter().any(turns) {
         alone.extend(of_third_order(&factors, &alone));
     }
-    // Warming up, settling: a decay within the record, in steps of an octave.
-    alone.extend([1, 2, 4, 8, 16, 32].map(|constant_s| format!("decay({constant_s})")));
-    alone.push("time".to_string());
+    // At rest the one likelihood decides on what acts slowly, with drift as a rival that this noise does not have.
+    if scene.streams.at_rest.is_none() {
+        // Warming up, settling: a decay within the record, in steps of an octave.
+        alone.extend([1, 2, 4, 8, 16, 32].map(|constant_s| format!("decay({constant_s})")));
+        alone.push("time".to_string());
+    }
     (factors, alone)
 }
 

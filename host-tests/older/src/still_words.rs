@@ -1,9 +1,6 @@
 //! The findings of a unit at rest, in the words of the contract and of people.
 //!
-//! Enters: [`Findings`]. Leaves: entries of effects for lines (one a frequency, all gyros), the clock and cycles of
-//! the noise; the same as effects of a model; sentences for the terminal.
-
-use std::collections::BTreeMap;
+//! Enters: [`Findings`]. Leaves: entries of effects for lines (one a frequency, all gyros); sentences for the terminal.
 
 use strapdown::earth::ROTATION_RAD_S;
 
@@ -11,12 +8,12 @@ use super::empirical::Form;
 use super::entries::{by_axis, unlisted};
 use super::explain::{DEG_H, Findings};
 use super::hunt::FoundTerm;
+use super::lattice::Lattice;
 use super::lines::relation;
-use super::result::{EffectEntry, ParameterEntry};
-use super::rows_found::cycle_expression;
+use super::result::EffectEntry;
+use super::scene::Scene;
 use super::still::AtRest;
 use super::streams::AXES;
-use rlg_model::{EffectValue, ModelEffect};
 
 /// The frequency of a term that is one half of a line \[Hz\].
 pub(super) fn line_of(found: &FoundTerm) -> Option<f64> {
@@ -27,6 +24,19 @@ pub(super) fn line_of(found: &FoundTerm) -> Option<f64> {
         .strip_prefix("sine(")
         .or_else(|| expression.strip_prefix("cosine("))?;
     rest.strip_suffix(')')?.parse().ok()
+}
+
+/// Leaves out lines that turn a gyro by less than its pulses hide: counting makes tones.
+pub(super) fn without_hidden_lines(
+    mut terms: Vec<FoundTerm>,
+    lattice: &Lattice,
+    scene: &Scene,
+) -> Vec<FoundTerm> {
+    let line = |found: &FoundTerm| line_of(found).map(|hz| (found.term.axis, hz));
+    let shown = terms.iter().filter(|one| !one.is_hidden(lattice, scene));
+    let shown: Vec<(usize, f64)> = shown.filter_map(line).collect();
+    terms.retain(|one| line(one).is_none_or(|line| shown.contains(&line)));
+    terms
 }
 
 /// One frequency on all gyros.
@@ -93,81 +103,10 @@ impl Findings<'_> {
             .collect()
     }
 
-    /// The clock and the cycles.
-    pub(super) fn rows_entries(&self) -> Vec<EffectEntry> {
-        let rate_hz = self.scene.streams.rate_hz;
-        let clock = self.rows_found.clock.as_ref().map(|clock| EffectEntry {
-            parameters: vec![ParameterEntry::Number {
-                name: "rate_error".to_string(),
-                value: clock.rate_hz / rate_hz - 1.0,
-                std: clock.rate_std_hz / rate_hz,
-                unit: "1".to_string(),
-            }],
-            covariance: vec![vec![(clock.rate_std_hz / rate_hz).powi(2)]],
-            p_value: clock.p_value,
-            expression: Some(format!("row_rate({:.6})", clock.rate_hz)),
-            ..unlisted(
-                format!("rows come at {:.5} Hz", clock.rate_hz),
-                format!(
-                    "The rows come {:+.4} % faster than the nominal {rate_hz} Hz, by the recorder's own stamps. On held-out rows the nominal clock is off by {:.3e} s, this rate by {:.1e} s.",
-                    100.0 * (clock.rate_hz / rate_hz - 1.0),
-                    clock.held_out_before_s,
-                    clock.held_out_after_s
-                ),
-            )
-        });
-        let cycles = self.rows_found.cycles.iter().map(|cycle| {
-            let beat_hz = rate_hz * cycle.turns as f64 / cycle.rows as f64;
-            let [x, y, z] = cycle.held_out;
-            let (parameters, covariance) = by_axis(cycle.amplitude, cycle.std, "1");
-            EffectEntry {
-                parameters,
-                covariance,
-                p_value: cycle.p_value,
-                expression: Some(cycle_expression(cycle)),
-                ..unlisted(
-                    format!("noise power of row k *= 1 + a cos(2 pi k {}/{} + phase)", cycle.turns, cycle.rows),
-                    format!(
-                        "The gyros' noise comes and goes every {} rows ({beat_hz} Hz): the rows were interpolated from a source at {} or {} Hz (or a multiple of {rate_hz} Hz more), so its noise is white neither in time nor between rows. Held-out rows show {x:.3}, {y:.3}, {z:.3} on x, y, z at the same phase, ln likelihood {:+.0}.",
-                        cycle.rows,
-                        rate_hz - beat_hz,
-                        rate_hz + beat_hz,
-                        cycle.held_out_gain
-                    ),
-                )
-            }
-        });
-        clock.into_iter().chain(cycles).collect()
-    }
-
-    /// The same as effects of a model: no prediction, but no news when diagnosed again.
-    pub(super) fn rows_effects(&self) -> Vec<ModelEffect> {
-        self.rows_entries()
-            .into_iter()
-            .filter_map(|entry| {
-                let mut parameters = BTreeMap::from([(
-                    "expression".to_string(),
-                    EffectValue::Text(entry.expression?),
-                )]);
-                for parameter in entry.parameters {
-                    if let ParameterEntry::Number { name, value, .. } = parameter {
-                        parameters.insert(name, EffectValue::Number(value));
-                    }
-                }
-                Some(ModelEffect {
-                    kind: entry.kind,
-                    parameters,
-                })
-            })
-            .collect()
-    }
-
     /// White angle noise of increments at rest has two names.
     pub(super) fn coarse_at_rest(&self, mut entry: EffectEntry) -> EffectEntry {
         if self.scene.streams.at_rest.is_some() && entry.kind == "pulse_quantisation" {
-            entry.indistinguishable_from =
-                ["dither_gain", "dither_delay"].map(str::to_string).to_vec();
-            entry.what_was_left_out = "White noise of angle beyond the resolution in which the file is written: a converter with larger pulses, or dither that was not stripped and folds over the whole band; without the pickoff these look the same.".to_string();
+            rlg_diagnosis::at_rest::coarse(&mut entry);
         }
         entry
     }
@@ -243,10 +182,8 @@ impl Findings<'_> {
         }
         if let Some(control) = &self.rows_found.control {
             lines.push(format!(
-                "Control: in the same rows shuffled the same search finds {} lines and {} cycles; {} findings were dropped for it.",
-                control.lines,
-                control.cycles.len(),
-                self.rows_found.dropped
+                "Control: in the same rows shuffled the same search finds {} lines; {} findings were dropped for it.",
+                control.lines, self.rows_found.dropped
             ));
         }
         lines

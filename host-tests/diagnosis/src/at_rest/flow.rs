@@ -1,42 +1,32 @@
 //! From the aligned channels of a unit at rest to its slow effects and its noise.
 
 use std::path::Path;
-use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 use rlg_catalogue::candidates::Variant;
-use rlg_catalogue::entries::{CATALOGUE, STEP};
-use rlg_catalogue::signals;
 use rlg_findings::result::{
-    ChannelEntry, EffectEntry, LocationEntry, NoiseEntry, NoiseTermsEntry, ParameterEntry,
+    ChannelEntry, EffectEntry, ForceNoiseEntry, LocationEntry, NoiseEntry, ParameterEntry,
 };
 use rlg_inference::Observations;
+use rlg_inference::observations::runs;
+use rlg_model::kinds::NOISE_KINDS;
 use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_recording::error::InputError;
 use rlg_signal::partition::Use;
 use rlg_signal::still::AtRest;
-use rlg_signal::streams::{AXES, Streams, Triad, add_triad};
+use rlg_signal::streams::{AXES, Streams, Triad};
 
+use super::kinds::{BIAS, KINDS};
+use super::noise::{is_noise, noise_lines, noise_terms, quieter_pulses_rad, unlike_noise};
+use super::rows::{self, Parted, RowsFound};
+use super::settle::{body_from_sensing, settle, without_effects};
 use super::{alike, earth, steady, terms};
-use crate::case_motion::estimate;
 use crate::data::{self, Data};
 use crate::findings;
-use crate::goodness::{Misfit, misfits};
-use crate::pass::left_on;
+use crate::goodness::Misfit;
 use crate::plan::AnalysisPlan;
-use crate::search::{self, Found, effect_rad};
+use crate::search::Found;
 use crate::settings::Settings;
-
-/// Kinds that this observation model decides on.
-pub const KINDS: [&str; 5] = [
-    BIAS,
-    "gyro_bias_temperature",
-    "gyro_bias_temperature_rate",
-    "gyro_bias_magnetic",
-    STEP,
-];
-
-const BIAS: &str = "gyro_bias";
 
 /// What a unit at rest shows slowly, and its noise.
 pub struct SlowEffects {
@@ -46,14 +36,21 @@ pub struct SlowEffects {
     pub model: Model,
     /// Noise of each gyro beside them.
     pub noise: Vec<NoiseEntry>,
+    /// Noise of each accelerometer, where there are any.
+    pub accelerometer_noise: Vec<ForceNoiseEntry>,
     /// The same in sentences.
     pub noise_lines: Vec<String>,
+    /// What the rows show of the recorder: among the effects, and in the model.
+    pub rows: RowsFound,
     /// Where the model without them differs.
     pub locations: Vec<LocationEntry>,
     /// Figures on rows that were not fitted.
     pub channels: Vec<ChannelEntry>,
     /// What would tell apart what is confused.
     pub next_experiment: String,
+    /// Whether all that is left is like noise of those terms: whatever is more of it than the model declares is then
+    /// among the effects.
+    pub is_noise: bool,
     /// Pulse weight of each gyro as declared, less where its noise is less than such pulses make \[rad\].
     pub quieter_pulses_rad: [f64; 3],
 }
@@ -84,14 +81,39 @@ pub fn diagnose(
     const SUMMED: usize = 4;
     /// Rows that are left at least: six octaves of noise.
     const LEAST_ROWS: usize = 512;
+    let forces = streams.accelerometers.as_ref().ok();
+    let forces = forces
+        .and_then(|rows| terms::of_accelerometers(rows, &settings.plan))
+        .unwrap_or_default();
+    let of_force = |(axis, one): (usize, &ForceNoiseEntry)| {
+        let terms = one.terms.as_ref()?;
+        Some(terms::sentence_of_force(AXES[axis], terms))
+    };
+    let force_lines: Vec<String> = forces.iter().enumerate().filter_map(of_force).collect();
     let mut first: Option<SlowEffects> = None;
     loop {
         let sensed_rad = streams.sensed_rad.clone();
-        let Some((slow, is_noise)) = look(settings, streams, of, progress)? else {
-            return Ok(first);
+        let Some(Looked {
+            slow,
+            left_rad,
+            parted,
+        }) = look(settings, streams, (of, first.is_none()), progress)?
+        else {
+            return Ok(first.map(with_rows));
         };
+        let is_noise = slow.is_noise;
         first = Some(match first {
-            None => slow,
+            None => SlowEffects {
+                rows: rows::search(streams, of.0, (&left_rad, &parted), settings.seed),
+                accelerometer_noise: forces.clone(),
+                noise_lines: slow
+                    .noise_lines
+                    .iter()
+                    .chain(&force_lines)
+                    .cloned()
+                    .collect(),
+                ..slow
+            },
             Some(first) => SlowEffects {
                 effects: slow.effects,
                 model: slow.model,
@@ -100,20 +122,40 @@ pub fn diagnose(
             },
         });
         if is_noise || streams.rows / SUMMED < LEAST_ROWS {
-            return Ok(first);
+            return Ok(first.map(with_rows));
         }
         streams.sensed_rad = sensed_rad;
         streams.sum_rows(SUMMED);
     }
 }
 
-/// What rows of one rate show, and whether all that is left is like noise.
+/// Counts what the rows show among the effects.
+fn with_rows(mut slow: SlowEffects) -> SlowEffects {
+    slow.noise_lines.push(format!(
+        "Control: noise of the same rows shuffled shows {} cycles; {} were dropped for it.",
+        slow.rows.cycles_of_shuffled, slow.rows.dropped
+    ));
+    let of_model = slow.rows.effects.iter().map(rows::of_model);
+    slow.model.effects.extend(of_model);
+    slow.effects.extend(slow.rows.effects.iter().cloned());
+    slow
+}
+
+/// What rows of one rate show.
+struct Looked {
+    slow: SlowEffects,
+    /// Residual beside what was found \[rad\].
+    left_rad: Triad,
+    parted: Parted,
+}
+
+/// Looks at rows of one rate.
 fn look(
     settings: &Settings,
     streams: &mut Streams,
-    (model, model_file): (&Model, &Path),
+    ((model, model_file), is_as_recorded): ((&Model, &Path), bool),
     progress: &dyn Fn(&str),
-) -> Result<Option<(SlowEffects, bool)>, InputError> {
+) -> Result<Option<Looked>, InputError> {
     let Some(mut rest) = streams.at_rest.clone() else {
         return Ok(None);
     };
@@ -126,7 +168,7 @@ fn look(
     let Some(mut found) = settle(&mut data, &mut rest, settings, progress) else {
         return Ok(None);
     };
-    let mut unlike = unlike_noise(&found, settings);
+    let mut unlike = unlike_noise(&data, &found, settings);
     if has_step_on(&found, &unlike) {
         // Where what is left is not the noise that was fitted, its wiggles are no steps.
         let mut without_steps = *settings;
@@ -135,76 +177,71 @@ fn look(
             Some(again) => found = again,
             None => return Ok(None),
         }
-        unlike = unlike_noise(&found, settings);
+        unlike = unlike_noise(&data, &found, settings);
     }
     let noise = noise_terms(&data, &found);
     let quieter_pulses_rad = quieter_pulses_rad(model, &noise, &unlike);
+    let left_rad = without_effects(&found, |_| true);
+    let runs_of = |uses: &[Use]| runs(&data.rows_of(uses), true);
+    let parted = Parted {
+        fitted: runs_of(&[Use::Train, Use::Confirm]),
+        held_out: runs_of(&[Use::Test]),
+    };
     found.equations.truncate(0);
     let Some(outcome) = findings::outcome(&data, &mut found, &[], settings.seed, plan) else {
         return Ok(None);
     };
     let mut diagnosis = outcome.diagnosis;
-    diagnosis
-        .effects
-        .retain(|effect| KINDS.contains(&&*effect.kind));
-    diagnosis.effects.retain(|effect| stands(effect, plan));
-    let mut with_effects = outcome.model;
-    with_effects.effects.retain(|one| {
-        let is_found = diagnosis.effects.iter().any(|entry| is_of(one, entry));
-        model.effects.contains(one) || is_found
+    // Of summed rows the noise says less than of those that were recorded.
+    let is_judged = unlike.is_empty() && is_as_recorded;
+    diagnosis.effects.retain(|effect| {
+        let is_excess = NOISE_KINDS.contains(&&*effect.kind);
+        is_excess && is_judged || KINDS.contains(&&*effect.kind) && stands(effect, plan)
     });
-    for one in &model.effects {
-        if with_effects
-            .effects
-            .iter()
-            .all(|other| other.kind != one.kind)
-        {
-            with_effects.effects.push(one.clone());
+    let with_effects = with_found(model, outcome.model, &diagnosis.effects);
+    for effect in &mut diagnosis.effects {
+        match &*effect.kind {
+            BIAS => open_to_the_earth(effect, &data, &rest),
+            // Where the values are multiples of the pulse nothing else can be meant.
+            "pulse_quantisation" if !data.lattice.is_any() => coarse(effect),
+            _ => {}
         }
-    }
-    for effect in diagnosis.effects.iter_mut().filter(|one| one.kind == BIAS) {
-        open_to_the_earth(effect, &data, &rest);
     }
     let noise_lines = noise_lines(&noise, &unlike, data.streams);
     for (gyro, terms) in noise.into_iter().enumerate() {
-        diagnosis.noise[gyro].terms = Some(terms).filter(|_| is_noise(gyro, &unlike));
+        diagnosis.noise[gyro].terms = terms.filter(|_| is_noise(gyro, &unlike));
     }
     let slow = SlowEffects {
         effects: diagnosis.effects,
         model: with_effects,
         noise: diagnosis.noise,
+        accelerometer_noise: Vec::new(),
+        rows: RowsFound::default(),
         noise_lines,
         locations: diagnosis.locations,
         channels: diagnosis.fit.channels,
         next_experiment: diagnosis.next_experiment,
+        is_noise: unlike.is_empty(),
         quieter_pulses_rad,
     };
-    Ok(Some((slow, unlike.is_empty())))
+    Ok(Some(Looked {
+        slow,
+        left_rad,
+        parted,
+    }))
 }
 
-/// Whether what is left of a gyro is like its noise.
-fn is_noise(gyro: usize, unlike: &[Misfit]) -> bool {
-    unlike.iter().all(|one| one.gyro != gyro)
-}
-
-/// The noise of each gyro, or where it is none, in sentences.
-fn noise_lines(noise: &[NoiseTermsEntry], unlike: &[Misfit], streams: &Streams) -> Vec<String> {
-    let of_gyro = |(gyro, terms): (usize, &NoiseTermsEntry)| match is_noise(gyro, unlike) {
-        true => Some(terms::sentence(AXES[gyro], terms)),
-        false => findings::unlike_noise(gyro, unlike, streams),
-    };
-    noise.iter().enumerate().filter_map(of_gyro).collect()
-}
-
-/// Octaves in which what is left of a gyro is not the noise that was fitted.
-fn unlike_noise(found: &Found, settings: &Settings) -> Vec<Misfit> {
-    let of_gyro = |gyro: usize| {
-        let levels = found.fit.levels[gyro];
-        let basis = found.equations.basis_beside_gaps(levels);
-        let left = left_on(&found.equations, &found.fit, &found.candidates, gyro);
-        misfits(&basis, &left, levels, gyro, &settings.plan)
-    };
-    (0..3).flat_map(of_gyro).collect()
+/// The model with those effects that stand, and everything that it had before.
+fn with_found(before: &Model, mut model: Model, found: &[EffectEntry]) -> Model {
+    model
+        .effects
+        .retain(|one| before.effects.contains(one) || found.iter().any(|entry| is_of(one, entry)));
+    for one in &before.effects {
+        if model.effects.iter().all(|other| other.kind != one.kind) {
+            model.effects.push(one.clone());
+        }
+    }
+    model
 }
 
 fn has_step_on(found: &Found, unlike: &[Misfit]) -> bool {
@@ -245,124 +282,10 @@ fn stands(effect: &EffectEntry, plan: &AnalysisPlan) -> bool {
     0.5 * values.dot(&cholesky.solve(&values)) > plan.naming
 }
 
-/// Pulse weights as declared, or what the noise leaves of them where it holds less than they would make.
-fn quieter_pulses_rad(model: &Model, noise: &[NoiseTermsEntry], unlike: &[Misfit]) -> [f64; 3] {
-    /// Standard deviations by which a declaration must be missed.
-    const CONTRADICTED: f64 = 3.0;
-    std::array::from_fn(|gyro| {
-        let declared = model.gyro.pulse_weight_rad[gyro];
-        let is_noise = is_noise(gyro, unlike);
-        let most = noise[gyro]
-            .quantisation_rad
-            .filter(|_| is_noise)
-            .map(|level| {
-                // The square has the spread, see `LevelEntry`.
-                let of_square = match level.value > level.std {
-                    true => 2.0 * level.value * level.std,
-                    false => level.std * level.std,
-                };
-                (12.0 * (level.value * level.value + CONTRADICTED * of_square)).sqrt()
-            });
-        declared.min(most.unwrap_or(f64::INFINITY))
-    })
-}
-
-/// Searches, and lays the Earth's rotation to what is constant in the result, until it stays there: what follows the
-/// temperature must not turn it.
-fn settle(
-    data: &mut Data,
-    rest: &mut AtRest,
-    settings: &Settings,
-    progress: &dyn Fn(&str),
-) -> Option<Found> {
-    /// Changes below this share of a mean's noise change nothing.
-    const SETTLED: f64 = 0.1;
-    const MOST_TURNS: usize = 5;
-    let others = CATALOGUE.iter().map(|entry| entry.kind);
-    let others = others.filter(|kind| !KINDS.contains(kind));
-    let left_out: Vec<&str> = settings.left_out.iter().copied().chain(others).collect();
-    let plan = &settings.plan;
-    let motion = estimate(
-        data,
-        &Triad::default(),
-        &[],
-        &[],
-        signals::Path::default(),
-        plan,
-    );
-    data.set_known(&motion.signals);
-    let mut left_rad = data.residual_rad.clone();
-    add_triad(&mut left_rad, &data.known_rad(&motion.signals), -1.0);
-    let constant = constant_rad_s(data, rest, &left_rad);
-    lay(data, rest, constant);
-    let mut turn = 1;
-    loop {
-        let found = search::find(data, &left_out, plan, progress)?;
-        let mut left_rad = found.residual_rad.clone();
-        for (place, &member) in found.fit.members.iter().enumerate() {
-            if found.candidates[member].kind != BIAS {
-                add_triad(&mut left_rad, &effect_rad(&found, &found.fit, place), -1.0);
-            }
-        }
-        let constant = constant_rad_s(data, rest, &left_rad);
-        let change = rest.nearest_earth_rad_s(constant) - rest.earth_rad_s;
-        let seconds = data.streams.rows as f64 / data.streams.rate_hz;
-        let white = found.fit.levels.iter().map(|levels| levels.white);
-        let white_rad2 = white.fold(f64::INFINITY, f64::min) * data.streams.rate_hz;
-        if change.norm() < SETTLED * (white_rad2 / seconds).sqrt() || turn == MOST_TURNS {
-            return Some(found);
-        }
-        lay(data, rest, constant);
-        turn += 1;
-    }
-}
-
-/// Mean rate in the body that a residual leaves, the Earth's rotation included \[rad/s\].
-fn constant_rad_s(data: &Data, rest: &AtRest, left_rad: &Triad) -> Vector3<f64> {
-    let seen = data.rows_of(&[Use::Train, Use::Confirm]);
-    let count = seen.iter().filter(|&&seen| seen).count().max(1) as f64;
-    let sensed = Vector3::from_fn(|gyro, _| {
-        let pairs = left_rad[gyro].iter().zip(&seen);
-        let sum: f64 = pairs
-            .filter(|(_, seen)| **seen)
-            .map(|(value, _)| value)
-            .sum();
-        sum / count * data.streams.rate_hz * (1.0 - data.model.gyro.scale_error[gyro])
-    });
-    body_from_sensing(data) * sensed + rest.earth_rad_s
-}
-
-fn body_from_sensing(data: &Data) -> Matrix3<f64> {
-    data.sensing_from_body
-        .try_inverse()
-        .unwrap_or_else(Matrix3::identity)
-}
-
-/// Lays the Earth's rotation to a constant rate of the gyros.
-fn lay(data: &mut Data, rest: &mut AtRest, constant_rad_s: Vector3<f64>) {
-    let nearest = rest.nearest_earth_rad_s(constant_rad_s);
-    let change = data.sensing_from_body * (nearest - rest.earth_rad_s);
-    let (rows, rate_hz) = (data.streams.rows, data.streams.rate_hz);
-    for gyro in 0..3 {
-        let scale = 1.0 - data.model.gyro.scale_error[gyro];
-        let change_rad = change[gyro] / scale / rate_hz;
-        let values = data.residual_rad[gyro].iter_mut();
-        values.for_each(|value| *value -= change_rad);
-    }
-    rest.earth_rad_s = nearest;
-    let turns = |axis: usize| vec![nearest[axis] / rate_hz; rows];
-    data.reference_rad = Arc::new([0, 1, 2].map(turns));
-}
-
-/// Noise of each gyro beside what was found.
-fn noise_terms(data: &Data, found: &Found) -> Vec<NoiseTermsEntry> {
-    let record = (data.streams.rows, data.streams.rate_hz);
-    let of_gyro = |gyro: usize| {
-        let levels = found.fit.levels[gyro];
-        let basis = found.equations.basis_beside_gaps(levels);
-        terms::terms(&basis, levels, found.fit.drift[gyro], record)
-    };
-    (0..3).map(of_gyro).collect()
+/// Says what white noise of angle at rest can be besides coarse pulses.
+pub fn coarse(effect: &mut EffectEntry) {
+    effect.indistinguishable_from = ["dither_gain", "dither_delay"].map(str::to_string).to_vec();
+    effect.what_was_left_out = "White noise of angle beyond the resolution in which the file is written: a converter with larger pulses, or dither that was not stripped and folds over the whole band; without the pickoff these look the same.".to_string();
 }
 
 /// Adds to a bias what the Earth's rotation leaves open of it, and what else it can be.

@@ -1,21 +1,23 @@
-//! Levels of a gyro's noise in the terms of IEEE 952, each with its standard deviation.
+//! Levels of a sensor's noise in the terms of IEEE 952, each with its standard deviation.
 
 use std::f64::consts::{PI, TAU};
 
-use nalgebra::DMatrix;
-use rlg_findings::result::{LevelEntry, NoiseTermsEntry};
-use rlg_inference::{Drift, NoiseBasis, NoiseLevels};
+use rlg_findings::result::{ForceNoiseEntry, ForceTermsEntry, LevelEntry, NoiseTermsEntry};
+use rlg_inference::normal_equations::Transform;
+use rlg_inference::{NoiseBasis, NoiseEstimate, Observations};
+use rlg_signal::accelerometer_rows::Rows;
+use rlg_signal::streams::AXES;
 
-/// The terms of one gyro.
+use super::steady;
+use crate::goodness::misfits;
+use crate::noise_levels::{first_levels, mean};
+use crate::plan::AnalysisPlan;
+
+/// Converts levels of increments to N, Q, B, K, in the increments' unit \[u\]: u/√s, u, u/s, u/s/√s.
 ///
 /// # Inputs
-/// `drift`: which of flicker and rate random walk was fitted; the other is absent.
-pub(super) fn terms(
-    basis: &NoiseBasis,
-    levels: NoiseLevels,
-    drift: Drift,
-    (rows, rate_hz): (usize, f64),
-) -> NoiseTermsEntry {
+/// `rows`: of the whole record, at `rate_hz`.
+fn in_units(estimate: &NoiseEstimate, (rows, rate_hz): (usize, f64)) -> [LevelEntry; 4] {
     let record = rows as f64;
     // White increments of variance S have a two-sided density of rate S · rate; flicker's is B²/(2π f), and a walk's
     // increments are K²/rate³.
@@ -25,82 +27,117 @@ pub(super) fn terms(
         TAU * rate_hz * rate_hz / record,
         (PI / record).powi(2) * rate_hz.powi(3),
     ];
-    let stds = stds(basis, levels, drift);
-    let level = |term: usize| {
-        let (value, std) = (levels.as_array()[term], stds[term]?);
-        let value_in_unit = (value * in_unit[term]).sqrt();
+    let levels = estimate.levels.as_array();
+    std::array::from_fn(|term| {
+        let [square, spread] = [levels[term], estimate.stds[term]].map(|one| one * in_unit[term]);
+        let value = square.sqrt();
         // d√x = dx/(2√x); where nothing is there the square alone has a spread.
-        let of_square = (std * in_unit[term]).sqrt();
-        let std = if value > std {
-            0.5 * value_in_unit * std / value
-        } else {
-            of_square
+        let std = match square > spread {
+            true => 0.5 * spread / value,
+            false => spread.sqrt(),
         };
-        Some(LevelEntry {
-            value: value_in_unit,
-            std,
+        LevelEntry { value, std }
+    })
+}
+
+/// The terms of one gyro, or `None` where its record does not tell them apart.
+///
+/// # Inputs
+/// `power`: energy that the fit of effects leaves in each bin \[rad²\]; `record`: rows and their rate \[Hz\].
+pub(super) fn of_gyro(
+    basis: &NoiseBasis,
+    power: &[f64],
+    record: (usize, f64),
+) -> Option<NoiseTermsEntry> {
+    let [n, q, b, k] = in_units(&basis.estimate(power)?, record);
+    Some(NoiseTermsEntry {
+        angle_random_walk_rad_sqrt_s: n,
+        quantisation_rad: q,
+        bias_instability_rad_s: b,
+        rate_random_walk_rad_s_sqrt_s: k,
+    })
+}
+
+/// Fits the noise of accelerometers at rest; steady lines are taken out, and what follows the temperature counts as
+/// noise. `None` where a record does not tell the terms apart; one that is not like such noise has no terms.
+pub(super) fn of_accelerometers(rows: &Rows, plan: &AnalysisPlan) -> Option<Vec<ForceNoiseEntry>> {
+    let observations = Observations::bridged(&rows.usable)?.to_fast_length();
+    let sensed_m_s = steady::without_lines(&rows.sensed_m_s, &observations);
+    let known = mean(&first_levels(&sensed_m_s, &observations));
+    let (transform, basis) = Transform::with_basis(observations, known);
+    let of_axis = |axis: usize| {
+        let spectrum = transform.spectrum(&sensed_m_s[axis]);
+        let energy = |bin: &std::ops::Range<usize>| -> f64 {
+            let of_bin = spectrum[bin.clone()].iter();
+            of_bin.map(|c| c * c).sum::<f64>().max(f64::MIN_POSITIVE)
+        };
+        let power: Vec<f64> = basis.bins.iter().map(energy).collect();
+        let estimate = basis.estimate(&power)?;
+        let is_noise = misfits(&basis, &spectrum, estimate.levels, axis, plan).is_empty();
+        let [n, q, b, k] = in_units(&estimate, (rows.count, rows.rate_hz));
+        Some(ForceNoiseEntry {
+            channel: format!("accel_{}", AXES[axis]),
+            noise_m_s2_sqrt_hz: std::f64::consts::SQRT_2 * n.value,
+            velocity_noise_m_s: q.value,
+            terms: is_noise.then_some(ForceTermsEntry {
+                velocity_random_walk_m_s_sqrt_s: n,
+                quantisation_m_s: q,
+                bias_instability_m_s2: b,
+                acceleration_random_walk_m_s2_sqrt_s: k,
+            }),
         })
     };
-    NoiseTermsEntry {
-        angle_random_walk_rad_sqrt_s: level(0),
-        quantisation_rad: level(1),
-        bias_instability_rad_s: level(2),
-        rate_random_walk_rad_s_sqrt_s: level(3),
-    }
+    (0..3).map(of_axis).collect()
 }
 
-/// Standard deviations of the fitted levels, from their Fisher information; `None` of a term that was not fitted.
-fn stds(basis: &NoiseBasis, levels: NoiseLevels, drift: Drift) -> [Option<f64>; 4] {
-    let power = basis.binned(levels);
-    let fitted: Vec<usize> = (0..4).filter(|&term| drift.active()[term]).collect();
-    let information = DMatrix::from_fn(fitted.len(), fitted.len(), |a, b| {
-        let (a, b) = (&basis.power[fitted[a]], &basis.power[fitted[b]]);
-        let bins = power.iter().zip(&basis.counts).enumerate();
-        bins.map(|(bin, (s, count))| 0.5 * count * a[bin] * b[bin] / (s * s))
-            .sum::<f64>()
-    });
-    // Scaled, for the levels differ by many powers of ten.
-    let scale = DMatrix::from_diagonal(&information.diagonal().map(|one| one.sqrt().recip()));
-    let covariance = (&scale * information * &scale)
-        .try_inverse()
-        .map(|inverse| &scale * inverse * &scale);
-    let mut stds = [None; 4];
-    if let Some(covariance) = covariance {
-        for (place, term) in fitted.into_iter().enumerate() {
-            stds[term] = Some(covariance[(place, place)].max(0.0).sqrt());
-        }
-    }
-    stds
-}
-
-/// The terms in a sentence, in the units of data sheets.
+/// The terms of a gyro in a sentence, in the units of data sheets.
 pub(super) fn sentence(axis: &str, terms: &NoiseTermsEntry) -> String {
     let per_hour = 3600.0_f64.to_degrees();
     let each = [
         (
             "N",
-            &terms.angle_random_walk_rad_sqrt_s,
+            terms.angle_random_walk_rad_sqrt_s,
             per_hour / 60.0,
             "°/√h",
         ),
-        ("Q", &terms.quantisation_rad, per_hour, "″"),
-        ("B", &terms.bias_instability_rad_s, per_hour, "°/h"),
+        ("Q", terms.quantisation_rad, per_hour, "″"),
+        ("B", terms.bias_instability_rad_s, per_hour, "°/h"),
         (
             "K",
-            &terms.rate_random_walk_rad_s_sqrt_s,
+            terms.rate_random_walk_rad_s_sqrt_s,
             per_hour * 60.0,
             "°/h/√h",
         ),
     ];
-    let each = each.into_iter().filter_map(|(name, level, factor, unit)| {
-        let level = level.as_ref()?;
+    format!("Noise: gyro {axis}: {}.", in_words(&each))
+}
+
+/// The terms of an accelerometer in a sentence.
+pub(super) fn sentence_of_force(axis: &str, terms: &ForceTermsEntry) -> String {
+    let micro_g = 1e6 / 9.80665;
+    let each = [
+        ("N", terms.velocity_random_walk_m_s_sqrt_s, 60.0, "m/s/√h"),
+        ("Q", terms.quantisation_m_s, 1.0, "m/s"),
+        ("B", terms.bias_instability_m_s2, micro_g, "µg"),
+        (
+            "K",
+            terms.acceleration_random_walk_m_s2_sqrt_s,
+            60.0 * micro_g,
+            "µg/√h",
+        ),
+    ];
+    format!("Noise: accelerometer {axis}: {}.", in_words(&each))
+}
+
+/// Each term with its interval, or the bound that three standard deviations of its square make.
+fn in_words(each: &[(&str, LevelEntry, f64, &str)]) -> String {
+    let each = each.iter().map(|(name, level, factor, unit)| {
         let (value, std) = (level.value * factor, level.std * factor);
-        Some(if value > std {
+        if value > std {
             format!("{name} = {value:.3e} ± {std:.1e} {unit}")
         } else {
             format!("{name} < {:.1e} {unit}", 3.0_f64.sqrt() * std)
-        })
+        }
     });
-    let each: Vec<String> = each.collect();
-    format!("Noise: gyro {axis}: {}.", each.join(", "))
+    each.collect::<Vec<String>>().join(", ")
 }

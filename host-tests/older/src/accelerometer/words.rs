@@ -159,6 +159,7 @@ impl Found {
                 channel: name(axis),
                 noise_m_s2_sqrt_hz: (2.0 * rate_hz * self.noise[axis].theta[0]).sqrt(),
                 velocity_noise_m_s: self.noise[axis].theta[1].sqrt(),
+                terms: None,
             })
             .collect()
     }

@@ -20,6 +20,7 @@ use crate::excess::{Excess, LEAST_EXCESS};
 use crate::explain::{self, Findings};
 use crate::hunt::Catch;
 use crate::hypotheses;
+use crate::lattice::Lattice;
 use crate::locate::Tile;
 use crate::motion::mean_periodogram;
 use crate::noise::Noise;
@@ -79,6 +80,7 @@ impl Told<'_> {
         let excess = self.excess(&catch, &left_rad);
         let pictures = self.pictures(&left_rad, tiles_before, tiles_after);
         let rows_found = RowsFound::default();
+        let lattice = Lattice::default();
         let findings = Findings {
             whole: None,
             wandering_rad_s: [None; 3],
@@ -96,6 +98,7 @@ impl Told<'_> {
             candidates: self.candidates,
             by_recording: &[],
             rows_found: &rows_found,
+            lattice: &lattice,
             contradicted: false,
             self_test: None,
         };

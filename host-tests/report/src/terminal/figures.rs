@@ -198,7 +198,7 @@ pub(super) fn unlike_noise(diagnosis: &Diagnosis) -> Option<String> {
 type Term = (
     &'static str,
     &'static str,
-    fn(&NoiseTermsEntry) -> Option<LevelEntry>,
+    fn(&NoiseTermsEntry) -> LevelEntry,
 );
 
 /// The terms in the order of their slopes.
@@ -214,7 +214,7 @@ const TERMS: [Term; 4] = [
 /// The noise of a unit at rest by the terms of IEEE 952 that stand out.
 pub(super) fn noise(diagnosis: &Diagnosis) -> Option<String> {
     let level = |noise: &NoiseEntry, term: &Term| {
-        let level = noise.terms.as_ref().and_then(term.2)?;
+        let level = noise.terms.as_ref().map(term.2)?;
         let axis = noise
             .channel
             .rsplit('_')

@@ -123,6 +123,7 @@ fn accelerometers_stand_in_the_same_tables_in_their_own_units() {
         channel: "accel_x".to_string(),
         noise_m_s2_sqrt_hz: 9.80665e-5,
         velocity_noise_m_s: 1e-8,
+        terms: None,
     });
     let page = page(&diagnosis, None);
     // A millionth of standard gravity is 9.80665e-6 m/s².

@@ -22,10 +22,14 @@ const EARTH_RAD_S: f64 = 7.292_115e-5;
 struct Made {
     /// Amplitude of a line at 9.2 Hz on gyro y [rad/s].
     line_rad_s: f64,
+    /// Amplitude of a line of twelve turns on gyro z [rad/s].
+    slow_line_rad_s: f64,
     /// Relative error of the nominal rate.
     clock: f64,
     /// Bias of gyro x, which points up [rad/s].
     bias_rad_s: f64,
+    /// Without white noise of angle.
+    is_of_rate_alone: bool,
 }
 
 /// 400 s at rest at 45 degrees north, x up, y north: white angle noise of 2e-7 rad, random walk 3e-7 rad/sqrt(s).
@@ -38,10 +42,15 @@ fn records(made: &Made, seed: u64) -> Vec<u8> {
     for row in 0..25_600_u32 {
         let time_s = (f64::from(row) + 1.0) / (RATE_HZ * (1.0 + made.clock));
         let line = made.line_rad_s * (TAU * 9.2 * (f64::from(row) + 0.5) / RATE_HZ).sin();
-        let mean = [earth + made.bias_rad_s, earth + line, 0.0];
+        let slow = made.slow_line_rad_s * (TAU * 12.0 * f64::from(row) / 25_600.0).sin();
+        let mean = [earth + made.bias_rad_s, earth + line, slow];
         let mut record = vec![time_s + 2e-5 * normal()];
         for axis in 0..3 {
-            let angle_rad = 2e-7 * normal();
+            let angle_rad = if made.is_of_rate_alone {
+                0.0
+            } else {
+                2e-7 * normal()
+            };
             let walk_rad = 3e-7 * normal() / RATE_HZ.sqrt();
             let noise_rad_s = (walk_rad + angle_rad - before[axis]) * RATE_HZ;
             before[axis] = angle_rad;
@@ -135,6 +144,23 @@ fn at_rest_a_line_and_a_clock_are_found_and_go_on_in_the_other_half() {
 }
 
 #[test]
+fn at_rest_a_line_of_few_turns_is_a_line_and_no_drift() {
+    // Its SNR is 1e-6 sqrt(200)/3e-7 = 47.
+    let made = Made {
+        slow_line_rad_s: 1e-6,
+        ..Made::default()
+    };
+    let diagnosis = Bench::made(&made, 8).diagnosed();
+    let lines = expressions(&diagnosis, "sine(");
+    assert_eq!(lines.len(), 1, "{lines:?}");
+    let text = lines[0]["expression"].as_str().expect("an expression");
+    let hz = text.trim_start_matches("sine(").trim_end_matches(')');
+    let hz: f64 = hz.parse().expect("a frequency");
+    // Half a resolution of the whole record.
+    assert!((hz - 12.0 / 400.0).abs() < 0.5 / 400.0, "{hz}");
+}
+
+#[test]
 fn at_rest_noise_alone_gives_no_line_no_clock_no_cycle_and_no_bias() {
     noise_alone_gives_nothing(2..3);
 }
@@ -164,6 +190,52 @@ fn noise_alone_gives_nothing(seeds: Range<u64>) {
             .collect();
         assert!(news.is_empty(), "seed {seed}: {news:?}");
         assert_eq!(diagnosis["locations"].as_array().expect("places").len(), 0);
+    }
+}
+
+#[test]
+fn at_rest_noise_is_measured_in_its_terms_and_that_of_rate_is_no_pulses() {
+    let is_at = |level: &Value, expected: f64| {
+        let number = |key: &str| level[key].as_f64().expect("a number");
+        let (value, std) = (number("value"), number("std"));
+        // Squares are what is fitted, and of a level that is none they alone have a spread.
+        let of_square = match value > std {
+            true => 2.0 * value * std,
+            false => std * std,
+        };
+        let off = value * value - expected * expected;
+        assert!(
+            off.abs() < 4.0 * of_square,
+            "{value} ± {std} for {expected}"
+        );
+    };
+    for (seed, is_of_rate_alone) in [(31, true), (32, false)] {
+        let made = Made {
+            is_of_rate_alone,
+            ..Made::default()
+        };
+        let diagnosis = Bench::made(&made, seed).diagnosed();
+        let of_angle = if is_of_rate_alone { 0.0 } else { 2e-7 };
+        for gyro in diagnosis["noise"].as_array().expect("gyros") {
+            is_at(&gyro["terms"]["angle_random_walk_rad_sqrt_s"], 3e-7);
+            is_at(&gyro["terms"]["quantisation_rad"], of_angle);
+            is_at(&gyro["terms"]["bias_instability_rad_s"], 0.0);
+            is_at(&gyro["terms"]["rate_random_walk_rad_s_sqrt_s"], 0.0);
+        }
+        let accelerometers = diagnosis["accelerometer_noise"].as_array();
+        let accelerometers = accelerometers.expect("accelerometers");
+        assert_eq!(accelerometers.len(), 3);
+        for one in accelerometers {
+            // 1e-3 m/s² in rows of 1/64 s.
+            is_at(&one["terms"]["velocity_random_walk_m_s_sqrt_s"], 1e-3 / 8.0);
+            is_at(&one["terms"]["quantisation_m_s"], 0.0);
+        }
+        let verdict = if is_of_rate_alone {
+            "matches"
+        } else {
+            "explained"
+        };
+        assert_eq!(diagnosis["verdict"], verdict);
     }
 }
 

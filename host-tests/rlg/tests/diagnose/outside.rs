@@ -300,7 +300,7 @@ fn a_mean_rate_of_63_times_the_earths_is_a_bias_and_no_drift() {
         assert!(!alike.iter().any(|kind| kind == "earth_rate"), "{alike:?}");
         for noise in &diagnosis.noise {
             let terms = noise.terms.as_ref().expect("noise in its terms");
-            let walk = terms.angle_random_walk_rad_sqrt_s.expect("fitted");
+            let walk = terms.angle_random_walk_rad_sqrt_s;
             assert!((walk.value - 6e-4).abs() < 3.0 * walk.std, "{walk:?}");
         }
     });
@@ -347,7 +347,7 @@ fn spikes_at_rest_are_one_line_of_the_summary_and_change_neither_bias_nor_noise(
         assert!((square.sqrt() - 7.292e-5).abs() < 4e-5, "{}", square.sqrt());
         for noise in &diagnosis.noise {
             let terms = noise.terms.as_ref().expect("noise in its terms");
-            let walk = terms.angle_random_walk_rad_sqrt_s.expect("fitted");
+            let walk = terms.angle_random_walk_rad_sqrt_s;
             assert!((walk.value - 1.02e-4).abs() < 4.0 * walk.std, "{walk:?}");
         }
     });

@@ -1,16 +1,13 @@
-//! The rate at which rows really came, by the recorder's own stamps.
-//!
-//! Enters: a channel of quantity `time_stamp` \[s\] and the rows fitted and held out. Leaves: [`Clock`]: the rate of a
-//! straight line through the fitted stamps, and how far stamps of the held-out rows are from it and from the
-//! nominal clock. A gap between stamps and rows is not looked for: rows are taken to be all there.
+//! The rate at which rows came, by the recorder's own stamps: that of a straight line through the fitted ones. A gap
+//! between stamps and rows is not looked for: rows are taken to be all there.
 
 use std::ops::Range;
 
-use super::streams::Streams;
+use rlg_signal::streams::Streams;
 
 /// Stamps against rows.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Clock {
+pub(super) struct RowRate {
     /// Rows a second by the stamps \[Hz\].
     pub rate_hz: f64,
     /// Its standard deviation \[Hz\], the stamps' scatter taken as white.
@@ -24,11 +21,11 @@ pub struct Clock {
 }
 
 /// Compares the stamps with the nominal clock; `None` without stamps, or where they agree.
-pub fn clock(
+pub(super) fn row_rate(
     streams: &Streams,
     fitted: &[Range<usize>],
     held_out: &[Range<usize>],
-) -> Option<Clock> {
+) -> Option<RowRate> {
     /// Chance below which the clocks differ.
     const SIGNIFICANCE: f64 = 1e-4;
     let stamps_s = streams.stamps_s.as_ref()?;
@@ -66,7 +63,7 @@ pub fn clock(
     let std_s = (mean_square(&fitted, period_s) * count / (count - 2.0) / spread).sqrt();
     let z = (period_s - nominal_s).abs() / std_s.max(f64::MIN_POSITIVE);
     let p_value = statrs::function::erf::erfc(z / std::f64::consts::SQRT_2);
-    (p_value < SIGNIFICANCE).then(|| Clock {
+    (p_value < SIGNIFICANCE).then(|| RowRate {
         rate_hz: 1.0 / period_s,
         rate_std_hz: std_s / (period_s * period_s),
         held_out_before_s: mean_square(&held_out, nominal_s).sqrt(),

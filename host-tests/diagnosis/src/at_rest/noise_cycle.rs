@@ -1,15 +1,17 @@
 //! Noise whose power goes round with the rows: the trace of a resampling.
 //!
-//! Enters: a residual \[rad per row\] and the rows to look at. Leaves: [`Cycle`]s: the power of row k goes as
-//! 1 + a cos(2π k m/n + phase) with small n. Interpolated rows that fall on a sample of the source keep its noise,
+//! The power of row k goes as 1 + a cos(2π k m/n + phase) with small n. Interpolated rows that fall on a sample of the source keep its noise,
 //! rows between samples share that of their neighbours, so rows at rate r made from a source at rate s show the
 //! beat |s − r m'| of the two: the source ran at r (k ± m/n) for some whole k. Which k, the rows alone do not tell.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use super::declare::FAMILY_SIGNIFICANCE;
-use super::streams::Triad;
+use realfft::num_complex::Complex64;
+use rlg_signal::streams::Triad;
+
+/// Chance, trials counted, below which a cycle is none of chance.
+const SIGNIFICANCE: f64 = 1e-4;
 
 /// Longest cycle \[rows\]: rates in use stand to each other as small whole numbers.
 const LONGEST_ROWS: usize = 8;
@@ -19,7 +21,7 @@ const NEIGHBOURS: i32 = 24;
 
 /// A cycle of the noise's power.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cycle {
+pub(super) struct Cycle {
     /// m, in turns of `rows` rows.
     pub turns: usize,
     /// n \[rows\].
@@ -37,7 +39,7 @@ pub struct Cycle {
 }
 
 /// Looks for cycles on the fitted rows and measures them again on those held out.
-pub fn cycles(
+pub(super) fn cycles(
     residual_rad: &Triad,
     fitted: &[Range<usize>],
     held_out: &[Range<usize>],
@@ -67,29 +69,27 @@ pub fn cycles(
                 if count < 100 * rows || after[axis].len() < 100 * rows {
                     return None;
                 }
-                let at = |shift: i32| {
-                    let turn = turns as f64 / rows as f64 + f64::from(shift) / count as f64;
-                    amplitude(&before[axis], turn)
-                };
-                let own = at(0);
-                let power = |(re, im): (f64, f64)| re * re + im * im;
+                let turn = turns as f64 / rows as f64;
+                let turned = Turned::new(&before[axis], turn);
+                let own = turned.amplitude(0);
                 // The nearest neighbours may hold what leaks from the line itself.
                 let chance_power = (2..2 + NEIGHBOURS / 2)
-                    .flat_map(|shift| [power(at(shift)), power(at(-shift))])
+                    .flat_map(|shift| [shift, -shift])
+                    .map(|shift| turned.amplitude(shift).norm_sqr())
                     .sum::<f64>()
                     / f64::from(NEIGHBOURS);
-                cycle.amplitude[axis] = power(own).sqrt();
+                cycle.amplitude[axis] = own.norm();
                 cycle.std[axis] = (0.5 * chance_power).sqrt();
-                let p = (trials * (-power(own) / chance_power).exp()).min(1.0);
+                let p = (trials * (-own.norm_sqr() / chance_power).exp()).min(1.0);
                 cycle.p_value = cycle.p_value.min(p);
-                let again = amplitude(&after[axis], turns as f64 / rows as f64);
-                cycle.held_out_gain += gain(&after[axis], turns as f64 / rows as f64, own);
+                let again = Turned::new(&after[axis], turn).amplitude(0);
+                cycle.held_out_gain += gain(&after[axis], turn, own);
                 cycle.held_out[axis] =
-                    (own.0 * again.0 + own.1 * again.1) / power(own).sqrt().max(f64::MIN_POSITIVE);
+                    (own.re * again.re + own.im * again.im) / own.norm().max(f64::MIN_POSITIVE);
             }
             // A cycle goes on: what the other rows speak against is none.
             let goes_on = cycle.held_out_gain > 0.0;
-            (cycle.p_value < FAMILY_SIGNIFICANCE && goes_on).then_some(cycle)
+            (cycle.p_value < SIGNIFICANCE && goes_on).then_some(cycle)
         })
         .collect()
 }
@@ -110,27 +110,57 @@ fn squares(values: &[f64], ranges: &[Range<usize>]) -> Vec<(usize, f64)> {
 }
 
 /// ln likelihood of normal rows whose power goes with the cycle, over the same with a constant one.
-fn gain(squares: &[(usize, f64)], turn: f64, (re, im): (f64, f64)) -> f64 {
+fn gain(squares: &[(usize, f64)], turn: f64, own: Complex64) -> f64 {
     /// A share of the mean that no noise falls below.
     const LEAST: f64 = 0.05;
     squares
         .iter()
         .map(|(row, value)| {
             let (sin, cos) = (TAU * (turn * *row as f64).fract()).sin_cos();
-            let power = (1.0 + re * cos + im * sin).max(LEAST);
+            let power = (1.0 + own.re * cos + own.im * sin).max(LEAST);
             -0.5 * (power.ln() + value * (1.0 / power - 1.0))
         })
         .sum()
 }
 
-/// 2 <power · exp(i 2π k turn)> over rows k.
-fn amplitude(squares: &[(usize, f64)], turn: f64) -> (f64, f64) {
-    let (re, im) = squares.iter().fold((0.0, 0.0), |(re, im), (row, value)| {
-        let (sin, cos) = (TAU * (turn * *row as f64).fract()).sin_cos();
-        (re + (value - 1.0) * cos, im + (value - 1.0) * sin)
-    });
-    let scale = 2.0 / squares.len().max(1) as f64;
-    (re * scale, im * scale)
+/// Powers turned back by one frequency and summed in short runs: frequencies near by cost one turn a run.
+struct Turned {
+    count: usize,
+    /// Middle \[rows\] and sum of each run.
+    runs: Vec<(f64, Complex64)>,
+}
+
+impl Turned {
+    fn new(squares: &[(usize, f64)], turn: f64) -> Self {
+        /// Turn of the furthest neighbour over a run, which takes parts in 1e4 of its power \[rad\].
+        const RUN_TURN_RAD: f64 = 0.05;
+        let furthest = TAU * f64::from(2 + NEIGHBOURS / 2) / squares.len() as f64;
+        let run_rows = ((RUN_TURN_RAD / furthest) as usize).max(1);
+        let turned = |(row, value): &(usize, f64)| {
+            Complex64::cis(TAU * (turn * *row as f64).fract()) * (value - 1.0)
+        };
+        // A run ends at a gap, so that its middle is the middle of its rows.
+        let stretches = squares.chunk_by(|a, b| a.0 + 1 == b.0);
+        let runs = stretches.flat_map(|stretch| stretch.chunks(run_rows));
+        let runs = runs.map(|run| {
+            let middle = 0.5 * (run[0].0 + run[run.len() - 1].0) as f64;
+            (middle, run.iter().map(turned).sum())
+        });
+        Self {
+            count: squares.len(),
+            runs: runs.collect(),
+        }
+    }
+
+    /// 2 <power · exp(i 2π k f)> over rows k, f `shift` turns over all rows beside the own frequency.
+    fn amplitude(&self, shift: i32) -> Complex64 {
+        let turn = TAU * f64::from(shift) / self.count as f64;
+        let each = self.runs.iter();
+        let sum: Complex64 = each
+            .map(|(middle, run)| run * Complex64::cis(turn * middle))
+            .sum();
+        sum * (2.0 / self.count.max(1) as f64)
+    }
 }
 
 #[cfg(test)]

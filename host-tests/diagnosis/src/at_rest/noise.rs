@@ -1,0 +1,81 @@
+//! Whether what a search leaves is like noise, and of which terms.
+
+use rlg_findings::result::NoiseTermsEntry;
+use rlg_inference::Hypothesis;
+use rlg_inference::evaluate::residual_power;
+use rlg_model::Model;
+use rlg_signal::streams::{AXES, Streams};
+
+use super::terms;
+use crate::data::Data;
+use crate::findings;
+use crate::goodness::{Misfit, misfits};
+use crate::pass::left_on;
+use crate::search::Found;
+use crate::settings::Settings;
+
+/// Whether what is left of a gyro is like its noise.
+pub(super) fn is_noise(gyro: usize, unlike: &[Misfit]) -> bool {
+    unlike.iter().all(|one| one.gyro != gyro)
+}
+
+/// The noise of each gyro, or where it is none, in sentences.
+pub(super) fn noise_lines(
+    noise: &[Option<NoiseTermsEntry>],
+    unlike: &[Misfit],
+    streams: &Streams,
+) -> Vec<String> {
+    let of_gyro = |(gyro, terms): (usize, &Option<NoiseTermsEntry>)| match is_noise(gyro, unlike) {
+        true => terms
+            .as_ref()
+            .map(|terms| terms::sentence(AXES[gyro], terms)),
+        false => findings::unlike_noise(gyro, unlike, streams),
+    };
+    noise.iter().enumerate().filter_map(of_gyro).collect()
+}
+
+/// Octaves in which what is left of a gyro is not the noise that was fitted,
+/// where they turn further than what is counted hides.
+pub(super) fn unlike_noise(data: &Data, found: &Found, settings: &Settings) -> Vec<Misfit> {
+    let of_gyro = |gyro: usize| {
+        let levels = found.fit.levels[gyro];
+        let basis = found.equations.basis_beside_gaps(levels);
+        let left = left_on(&found.equations, &found.fit, &found.candidates, gyro);
+        misfits(&basis, &left, levels, gyro, &settings.plan)
+    };
+    let is_shown = |one: &Misfit| !data.lattice.hides_angle(one.gyro, one.angle_rms_rad);
+    (0..3).flat_map(of_gyro).filter(is_shown).collect()
+}
+
+/// Noise of each gyro beside what was found; `None` where a record does not tell its terms apart.
+pub(super) fn noise_terms(data: &Data, found: &Found) -> [Option<NoiseTermsEntry>; 3] {
+    let record = (data.streams.rows, data.streams.rate_hz);
+    let member = |&place: &usize| &found.candidates[place].hypothesis;
+    let set: Vec<&Hypothesis> = found.fit.members.iter().map(member).collect();
+    let power = residual_power(&found.equations, &set, &found.fit);
+    std::array::from_fn(|gyro| terms::of_gyro(&found.equations.basis, &power[gyro], record))
+}
+
+/// Pulse weights as declared, or what the noise leaves of them where it holds less than they would make.
+pub(super) fn quieter_pulses_rad(
+    model: &Model,
+    noise: &[Option<NoiseTermsEntry>],
+    unlike: &[Misfit],
+) -> [f64; 3] {
+    /// Standard deviations by which a declaration must be missed.
+    const CONTRADICTED: f64 = 3.0;
+    std::array::from_fn(|gyro| {
+        let declared = model.gyro.pulse_weight_rad[gyro];
+        let is_noise = is_noise(gyro, unlike);
+        let most = noise[gyro].filter(|_| is_noise).map(|terms| {
+            let level = terms.quantisation_rad;
+            // The square has the spread, see `LevelEntry`.
+            let of_square = match level.value > level.std {
+                true => 2.0 * level.value * level.std,
+                false => level.std * level.std,
+            };
+            (12.0 * (level.value * level.value + CONTRADICTED * of_square)).sqrt()
+        });
+        declared.min(most.unwrap_or(f64::INFINITY))
+    })
+}
