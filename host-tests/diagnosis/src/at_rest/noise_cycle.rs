@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use realfft::num_complex::Complex64;
 use rlg_signal::streams::Triad;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Chance, trials counted, below which a cycle is none of chance.
 const SIGNIFICANCE: f64 = 1e-4;
@@ -80,7 +81,7 @@ pub(super) fn cycles(
                     / f64::from(NEIGHBOURS);
                 cycle.amplitude[axis] = own.norm();
                 cycle.std[axis] = (0.5 * chance_power).sqrt();
-                let p = (trials * (-own.norm_sqr() / chance_power).exp()).min(1.0);
+                let p = (trials * chance(own.norm_sqr() / chance_power, turns, rows)).min(1.0);
                 cycle.p_value = cycle.p_value.min(p);
                 let again = Turned::new(&after[axis], turn).amplitude(0);
                 cycle.held_out_gain += gain(&after[axis], turn, own);
@@ -92,6 +93,12 @@ pub(super) fn cycles(
             (cycle.p_value < SIGNIFICANCE && goes_on).then_some(cycle)
         })
         .collect()
+}
+
+/// Chance that noise makes a power this many times its mean: of sine and cosine, or at two rows a turn of the cosine alone.
+fn chance(power: f64, turns: usize, rows: usize) -> f64 {
+    let parts = if 2 * turns == rows { 1.0 } else { 2.0 };
+    ChiSquared::new(parts).map_or(1.0, |law| law.sf(parts * power))
 }
 
 /// (row, squared value over their mean) of some rows; jolts held to a limit, so that none decides.
