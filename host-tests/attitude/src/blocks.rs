@@ -50,6 +50,16 @@ impl Statistic {
         self.gained(is_deflated) + log_chance(groups)
     }
 
+    /// The gain, deflated no more than that of a winner on the same rows: whether both explain as much is a matter of these.
+    pub fn gain_beside(&self, winner: &Self, groups: usize) -> f64 {
+        let design_effect = self.design_effect.min(winner.design_effect);
+        Self {
+            design_effect,
+            ..*self
+        }
+        .gain(groups, true)
+    }
+
     /// The same without a price.
     pub fn gained(&self, is_deflated: bool) -> f64 {
         let deflated = if is_deflated { self.design_effect } else { 1.0 };

@@ -225,10 +225,13 @@ impl Increments {
 
 /// The mean where stamps come in bursts, the median where some are missing.
 fn typical_period_s(times_s: &[f64]) -> f64 {
+    /// Of so many steps the longest is a gap and no part of a burst.
+    const GAP_AMONG: usize = 50;
     let mut steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let mean = steps.iter().sum::<f64>() / steps.len() as f64;
-    let middle = steps.len() / 2;
-    let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    steps.sort_unstable_by(f64::total_cmp);
+    let median = steps[steps.len() / 2];
+    let kept = &steps[..steps.len() - steps.len().div_ceil(GAP_AMONG).min(steps.len() - 1)];
+    let mean = kept.iter().sum::<f64>() / kept.len() as f64;
     // Bursts: half of the stamps follow at once on another.
     if median < 0.5 * mean { mean } else { median }
 }

@@ -1,14 +1,14 @@
 //! Registration: what aligns two instruments before any physics is thought of.
 //!
-//! Twenty numbers at once, always beside everything else, linear about the last values until those stand still
-//! (inference.md, B4).
+//! Twenty numbers in groups that join from nothing, each beside those that stand, linear about the last values until those
+//! stand still (inference.md, B4).
 
 use nalgebra::Vector3;
 use rlg_signal::attitude_samples::AttitudeSample;
 use rlg_signal::axes::Triad;
 
 use crate::about::{About, Gyros};
-use crate::alignment::{Alignment, COUNT, Free, places};
+use crate::alignment::{Alignment, COUNT, Free, GROUPS, places};
 use crate::equations::ParameterColumn;
 use crate::fitting::{Fitting, priced};
 use crate::increments::Stamps;
@@ -65,13 +65,22 @@ pub(crate) fn grow(
 ) -> Option<(Registration, Free)> {
     /// Most rounds.
     const ROUNDS: usize = 8;
-    let mut start = start.clone();
+    let (gyros, samples, _) = of;
+    // Far off, an error of the gyros looks like one of the reference, but beside all numbers.
+    let all: Free = GROUPS.iter().map(|group| group.kind).collect();
+    let known = settle(of, (model, start.clone(), &all), true, progress)?.known;
     let mut free: Free = Vec::new();
+    // What is far off is seen from where the model stands, too; noise alone may be most alike anywhere.
+    let of_known = (gyros, samples, &known);
+    let at_model = settle(of_known, (model, model.clone(), &free), false, progress)?;
+    let is_off = !called_for(&at_model).0.is_empty();
+    let mut start = if is_off { start } else { model }.clone();
     let mut round = 0;
     loop {
-        // Far off, an error of the gyros looks like one of the reference.
         let has_faults = round > 0;
-        let registered = settle(of, (model, start, &free), has_faults, progress)?;
+        let stamps = if has_faults { of.2 } else { &known };
+        let of_round = (gyros, samples, stamps);
+        let registered = settle(of_round, (model, start, &free), has_faults, progress)?;
         let (now, step) = called_for(&registered);
         round += 1;
         if round == ROUNDS || (has_faults && now == free) {

@@ -303,10 +303,10 @@ impl<'a> Search<'a> {
         let is_called_for = |group: &Group, beside: &[usize]| {
             let own: Vec<usize> = places(group.kind).collect();
             let statistic = self.blocks.statistic(beside, &own);
-            let gain = statistic.gain(GROUPS.len(), true);
-            let is_seen = gain > self.plan.least_gain
+            let is_seen = statistic.gain(GROUPS.len(), true) > self.plan.least_gain
                 && self.blocks.share(beside, &own) > self.plan.least_share_of_registration;
-            (is_seen, gain)
+            // Of two that are seen all rows decide; how far blocks disagree is too rough for that.
+            (is_seen, statistic.gain(GROUPS.len(), false))
         };
         loop {
             let beside = set(&chosen);
@@ -361,7 +361,7 @@ impl<'a> Search<'a> {
                 .filter(|other| {
                     let own: Vec<usize> = places(other.kind).collect();
                     let rival = self.blocks.statistic(&beside, &own);
-                    rival.gain(GROUPS.len(), true) > gain - self.plan.alike_within
+                    rival.gain_beside(&statistic, GROUPS.len()) > gain - self.plan.alike_within
                 })
                 .map(|other| other.kind),
         );
@@ -470,7 +470,10 @@ impl<'a> Search<'a> {
         let effects = self.candidates.effects.iter();
         effects
             .filter(|(candidate, _)| !named.contains(&candidate.kind))
-            .filter(|(_, own)| self.blocks.statistic(beside, own).gain(groups, true) > least)
+            .filter(|(_, own)| {
+                let rival = self.blocks.statistic(beside, own);
+                rival.gain_beside(winner, groups) > least
+            })
             .map(|(candidate, _)| candidate.kind)
             .collect()
     }

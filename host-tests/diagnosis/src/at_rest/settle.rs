@@ -108,7 +108,10 @@ fn lay(data: &mut Data, rest: &mut AtRest, constant_rad_s: Vector3<f64>) {
         values.for_each(|value| *value -= change_rad);
     }
     rest.earth_rad_s = nearest;
-    let free = rest.taken_for_the_earths().into_iter().map(|direction| {
+    // Of a direction that is open altogether a small turn says nothing: its intervals hold that.
+    let azimuth = rest.taken_for_the_earths();
+    let azimuth = azimuth.into_iter().filter(|_| rest.up.is_some());
+    let free = azimuth.map(|direction| {
         let sensed = data.sensing_from_body * direction;
         let of_gyro = |gyro: usize| sensed[gyro] / (1.0 - data.model.gyro.scale_error[gyro]);
         (0..3).map(of_gyro).collect()
