@@ -166,7 +166,8 @@ fn without_flexure_in_the_catalogue_no_wrong_name_is_confident_in_full() {
 
 /// What is scanned for goes the way of what is listed: with flexure out of the catalogue a resonant one is out as well.
 #[test]
-fn one_likelihood_names_nothing_that_is_taken_out_of_the_catalogue() {
+#[ignore = "two recordings: --test diagnose -- --ignored in_full"]
+fn one_likelihood_names_nothing_that_is_taken_out_of_the_catalogue_in_full() {
     let Some(recordings) = recordings() else {
         return;
     };
