@@ -134,13 +134,9 @@ fn of_many(
         called_for(of, (of_model, &beyond), &settings.plan)
     };
     let grown = |observed: &Observed| {
-        let of = (&observed.gyros, &observed.samples[..], &observed.stamps);
-        registration::grow(
-            of,
-            (of_model, &start),
-            &|registered| called_for(observed, registered),
-            progress,
-        )
+        let called_for = |registered: &Registration| called_for(observed, registered);
+        let about = (of_model, &start);
+        registration::grow(observed.records(), about, &called_for, progress)
     };
     let Some((mut registered, mut free)) = grown(observed) else {
         return Ok(None);
@@ -168,10 +164,10 @@ fn of_many(
     let now = found.groups();
     if now != free {
         let start = registered.alignment.with(&now, of_model);
-        let of = (&observed.gyros, &observed.samples[..], &observed.stamps);
-        if let Some(again) = registration::settle(of, (of_model, start, &now), true, progress) {
+        let about = (of_model, start, &now);
+        if let Some(again) = registration::settle(observed.records(), about, true, progress) {
             let filter_rival = registered.filter_rival;
-            registered = again;
+            registered = again.weighed(&observed.gyros, of_model);
             registered.filter_rival = filter_rival;
             gyro = observed.gyro(&registered.about, model_file)?;
             found = searched(&registered, &gyro, observed);

@@ -20,6 +20,7 @@ use crate::held;
 use crate::increments::Stamps;
 use crate::physics::Gyro;
 use crate::plan::AttitudePlan;
+use crate::registration::Records;
 
 /// A recording, ready.
 pub(crate) struct Observed<'a> {
@@ -40,6 +41,11 @@ pub(crate) struct Observed<'a> {
 }
 
 impl Observed<'_> {
+    /// What a registration is of.
+    pub(crate) fn records(&self) -> Records<'_> {
+        (&self.gyros, &self.samples, &self.stamps)
+    }
+
     /// What the gyros measure, for columns about some rows.
     ///
     /// # Errors

@@ -5,11 +5,10 @@
 
 use nalgebra::Vector3;
 use rlg_signal::attitude_samples::AttitudeSample;
-use rlg_signal::axes::Triad;
+use rlg_signal::axes::{Triad, add_triad};
 
 use crate::about::{About, Gyros};
 use crate::alignment::{Alignment, COUNT, Free, GROUPS, places};
-use crate::equations::ParameterColumn;
 use crate::fitting::{Fitting, priced};
 use crate::increments::Stamps;
 use crate::reference_faults;
@@ -73,7 +72,7 @@ pub(crate) fn grow(
     // What is far off is seen from where the model stands, too; noise alone may be most alike anywhere.
     let of_known = (gyros, samples, &known);
     let at_model = settle(of_known, (model, model.clone(), &free), false, progress)?;
-    let is_off = !called_for(&at_model).0.is_empty();
+    let is_off = !called_for(&at_model.weighed(gyros, model)).0.is_empty();
     let mut start = if is_off { start } else { model }.clone();
     let mut round = 0;
     loop {
@@ -81,6 +80,7 @@ pub(crate) fn grow(
         let stamps = if has_faults { of.2 } else { &known };
         let of_round = (gyros, samples, stamps);
         let registered = settle(of_round, (model, start, &free), has_faults, progress)?;
+        let registered = registered.weighed(gyros, model);
         let (now, step) = called_for(&registered);
         round += 1;
         if round == ROUNDS || (has_faults && now == free) {
@@ -114,7 +114,11 @@ fn as_low_pass(
     let (alone, late) = (settled(false), settled(true));
     // A delay alone is one number; three low passes alone are fewer than a delay beside three filters.
     let is_delay_simplest = !free.contains(&"gyro_bandwidth");
-    fewest(found, alone, late, is_delay_simplest)
+    let chosen = fewest(found, alone, late, is_delay_simplest);
+    match chosen.alignment.low_pass_s {
+        Some(_) => chosen.weighed(of.0, model),
+        None => chosen,
+    }
 }
 
 /// The simplest of three registrations that explains as much as the best: a delay (and a small smoothing), a low pass alone, a
@@ -222,6 +226,20 @@ impl Registration {
         }
     }
 
+    /// The same with the noise beside all columns, to weigh what may join: what is not called for yet is no noise.
+    pub(crate) fn weighed(self, gyros: &Gyros, model: &Alignment) -> Self {
+        let about = &self.about;
+        let columns = priced(about.columns(gyros.rate_hz), &self.alignment, model);
+        let mut rows_rad = about.increments.rows_rad.clone();
+        add_triad(&mut rows_rad, &self.corrected_rad, -1.0);
+        let mut fitting = Fitting::new(&about.increments, columns, false, Some(self.levels));
+        fitting.fit_to(&rows_rad);
+        Self {
+            levels: fitting.fit.levels,
+            ..self
+        }
+    }
+
     /// Whether the gyros are late, and not less smooth than the reference.
     fn may_be_low_pass(&self, model: &Alignment) -> bool {
         /// Standard deviations of what is worth a second look.
@@ -299,11 +317,7 @@ pub(crate) fn settle(
                 delay_std_s: steps.std[places("reference_delay").start],
                 filter_rival: None,
                 alignment,
-                levels: levels_beside_all(
-                    (&about, &corrected_rad),
-                    priced(about.columns(gyros.rate_hz), &walk.alignment, model),
-                    fitting.fit.levels.clone(),
-                ),
+                levels: fitting.fit.levels.clone(),
                 jumps: reference_jumps::sizes(&about, &fitting, &known),
                 about,
                 known,
@@ -313,19 +327,6 @@ pub(crate) fn settle(
         walk.step(steps.estimate);
         levels = Some(fitting.fit.levels);
     }
-}
-
-/// Levels of the noise beside all columns: what is not called for yet is no noise.
-fn levels_beside_all(
-    (about, corrected_rad): (&About, &Triad),
-    columns: Vec<ParameterColumn>,
-    levels: Vec<f64>,
-) -> Vec<f64> {
-    let mut rows_rad = about.increments.rows_rad.clone();
-    rlg_signal::axes::add_triad(&mut rows_rad, corrected_rad, -1.0);
-    let mut fitting = Fitting::new(&about.increments, columns, false, Some(levels));
-    fitting.fit_to(&rows_rad);
-    fitting.fit.levels
 }
 
 /// Places of groups, in the order of the columns.

@@ -3,11 +3,6 @@
 //! Enters: the residual \[rad per row\] and the seed. Leaves: the strongest line found in it. All three
 //! gyros are shuffled alike, and fitted and held-out rows each among themselves, so that only order is lost.
 
-use rand::SeedableRng as _;
-use rand::seq::SliceRandom as _;
-use rand_chacha::ChaCha8Rng;
-use std::ops::Range;
-
 use super::hypotheses::no_effects;
 use super::lines;
 use super::noise::{Declared, Noise};
@@ -36,18 +31,8 @@ pub fn shuffled(
     split: &Split,
     seed: u64,
 ) -> Result<Control, String> {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut shuffled = residual_rad.clone();
-    for ranges in [&split.fitted, &split.held_out] {
-        let rows: Vec<usize> = ranges.iter().flat_map(Range::clone).collect();
-        let mut order = rows.clone();
-        order.shuffle(&mut random);
-        for (values, original) in shuffled.iter_mut().zip(residual_rad) {
-            for (to, from) in rows.iter().zip(&order) {
-                values[*to] = original[*from];
-            }
-        }
-    }
+    let parted = [&split.fitted[..], &split.held_out];
+    let shuffled = rlg_diagnosis::at_rest::shuffled(residual_rad, parted, seed);
     let rate_hz = scene.streams.rate_hz;
     let portion = Portion::new(split.fitted.clone(), rate_hz)
         .ok_or_else(|| "nothing to shuffle".to_string())?;

@@ -153,7 +153,6 @@ use rlg_diagnosis::{data_words, put_right};
 use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
-use rlg_signal::read_once;
 
 use blocks::Blocks;
 use lattice::Lattice;
@@ -283,9 +282,7 @@ fn diagnose_in_order(
         return old(streams);
     }
     let mut qualified = streams;
-    let mut faults = read_once::read_once(&mut qualified);
-    faults.extend(qualify::qualify(&mut qualified));
-    faults.retain(|fault| !qualify::is_known(fault, &qualified, &model.effects));
+    let faults = qualify::unknown_faults(&mut qualified, &model.effects);
     let of = (model, model_file);
     let found = rlg_diagnosis::diagnose(
         &settings.of_new_engine(),

@@ -13,6 +13,7 @@ use super::data_faults;
 pub use super::fault::{Detail, Fault, pulse};
 use super::fault::{SURROUNDINGS_ROWS, is_between_pulses, repeats};
 use super::outliers;
+use super::read_once::read_once;
 use super::streams::{AXES, Streams};
 use rlg_model::{EffectValue, ModelEffect};
 
@@ -394,6 +395,14 @@ fn rows_clipped_for_a_while(values: &[f64], measured: &[bool], side: f64) -> Vec
     rows.sort_unstable();
     rows.dedup();
     rows
+}
+
+/// Reads channels once whose readings are repeated, qualifies all, and gives the faults that a model does not hold.
+pub fn unknown_faults(streams: &mut Streams, effects: &[ModelEffect]) -> Vec<Fault> {
+    let mut faults = read_once(streams);
+    faults.extend(qualify(streams));
+    faults.retain(|fault| !is_known(fault, streams, effects));
+    faults
 }
 
 /// Whether the model already says so: same kind and channel, overlapping in time.

@@ -4,13 +4,13 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use rlg_model::{Model, MotionSource};
-use rlg_recording::{Channel, Clock, Quantity, Recording, Table};
+use rlg_recording::{Recording, Table};
 
 use super::faults::Wrong;
 use super::path::Path;
 use super::trial::Attitudes;
 use crate::marks::effects::Effect;
-use crate::marks::instruments::{graded, recording, sensed_rad, table};
+use crate::marks::instruments::{self, graded, recording, sensed_rad, table};
 use crate::marks::noise::Levels;
 
 /// Makes a trial's recording and the model that goes with it.
@@ -84,38 +84,10 @@ fn attitudes(drawn: &Attitudes, path: &Path, rng: &mut ChaCha8Rng) -> Table {
             _ => {}
         }
     }
-    let kept: Vec<usize> = (0..shown.len())
-        .filter(|stamp| !is_missing[*stamp])
+    let pairs = stamps_s.iter().copied().zip(shown).zip(is_missing);
+    let kept: Vec<(f64, UnitQuaternion<f64>)> = pairs
+        .filter(|(_, is_missing)| !is_missing)
+        .map(|(stamp, _)| stamp)
         .collect();
-    let component = |(place, name): (usize, &str)| Channel {
-        column: format!("q{name}"),
-        quantity: Quantity::ReferenceAttitude,
-        axis: Some(name.to_owned()),
-        scale: 1.0,
-        offset: 0.0,
-        values: kept
-            .iter()
-            .map(|stamp| {
-                [
-                    shown[*stamp].w,
-                    shown[*stamp].i,
-                    shown[*stamp].j,
-                    shown[*stamp].k,
-                ][place]
-            })
-            .collect(),
-    };
-    Table {
-        file: "attitudes.parquet".to_owned(),
-        clock: Clock::Stamped {
-            column: "t".to_owned(),
-            stamps_s: kept.iter().map(|stamp| stamps_s[*stamp]).collect(),
-        },
-        rows: kept.len(),
-        channels: ["w", "x", "y", "z"]
-            .into_iter()
-            .enumerate()
-            .map(component)
-            .collect(),
-    }
+    instruments::attitudes(&kept)
 }

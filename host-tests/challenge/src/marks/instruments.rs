@@ -1,5 +1,6 @@
 //! Instruments that every family has: gyros, accelerometers and thermometers as channels of a table.
 
+use nalgebra::UnitQuaternion;
 use rand_chacha::ChaCha8Rng;
 use rlg_recording::{Channel, Clock, Quantity, Recording, Site, Table};
 use rlg_simulator::instrument::normal;
@@ -98,6 +99,31 @@ pub fn graded(
         channels.extend(accelerometers(force, noise, rng));
     }
     channels
+}
+
+/// Returns the table of a reference of attitude, by its stamps \[s\].
+pub fn attitudes(stamps: &[(f64, UnitQuaternion<f64>)]) -> Table {
+    let component = |(place, name): (usize, &str)| Channel {
+        column: format!("q{name}"),
+        quantity: Quantity::ReferenceAttitude,
+        axis: Some(name.to_owned()),
+        scale: 1.0,
+        offset: 0.0,
+        values: stamps
+            .iter()
+            .map(|(_, q)| [q.w, q.i, q.j, q.k][place])
+            .collect(),
+    };
+    let components = ["w", "x", "y", "z"].into_iter().enumerate();
+    Table {
+        file: "attitudes.parquet".to_owned(),
+        clock: Clock::Stamped {
+            column: "t".to_owned(),
+            stamps_s: stamps.iter().map(|(time_s, _)| *time_s).collect(),
+        },
+        rows: stamps.len(),
+        channels: components.map(component).collect(),
+    }
 }
 
 /// Returns a channel of an axis.

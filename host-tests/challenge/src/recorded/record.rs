@@ -6,12 +6,13 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use rlg_model::Model;
-use rlg_recording::{Channel, Clock, Quantity, Recording, Table};
+use rlg_recording::{Channel, Quantity, Recording, Table};
 
 use super::base::{Base, Stamp};
 use super::inject::{added_rad, shuffled};
 use super::planted::Planted;
 use crate::marks::effects::{AXES, Effect};
+use crate::marks::instruments::attitudes;
 
 /// What is recorded once more.
 #[derive(Debug, Clone)]
@@ -106,33 +107,5 @@ fn read(table: &mut Table, sensed_rad: &[Vector3<f64>], period_s: f64) {
                 *value = sensed[axis] * unit;
             }
         }
-    }
-}
-
-/// The reference's table.
-fn attitudes(stamps: &[Stamp]) -> Table {
-    let component = |(place, name): (usize, &str)| Channel {
-        column: format!("q{name}"),
-        quantity: Quantity::ReferenceAttitude,
-        axis: Some(name.to_owned()),
-        scale: 1.0,
-        offset: 0.0,
-        values: stamps
-            .iter()
-            .map(|(_, q)| [q.w, q.i, q.j, q.k][place])
-            .collect(),
-    };
-    Table {
-        file: "attitudes.parquet".to_owned(),
-        clock: Clock::Stamped {
-            column: "t".to_owned(),
-            stamps_s: stamps.iter().map(|(time_s, _)| *time_s).collect(),
-        },
-        rows: stamps.len(),
-        channels: ["w", "x", "y", "z"]
-            .into_iter()
-            .enumerate()
-            .map(component)
-            .collect(),
     }
 }

@@ -28,7 +28,7 @@ mod rows;
 
 mod flow;
 
-pub use rows::RowsFound;
+pub use rows::{RowsFound, shuffled};
 
 pub use kinds::KINDS;
 

@@ -45,7 +45,7 @@ pub(super) fn search(
     let rate = row_rate::row_rate(streams, fitted, held_out)
         .filter(|_| !has_expression(model, "row_rate("));
     let rate = rate.map(|rate| rate_entry(&rate, streams.rate_hz));
-    let shuffled = shuffled(left_rad, parted, seed);
+    let shuffled = shuffled(left_rad, [fitted, held_out], seed);
     let of_shuffled = noise_cycle::cycles(&shuffled, fitted, held_out);
     let is_of_shuffled = |cycle: &Cycle| {
         let same = |other: &Cycle| (other.turns, other.rows) == (cycle.turns, cycle.rows);
@@ -65,11 +65,11 @@ pub(super) fn search(
     }
 }
 
-/// Fitted and held-out rows each in another order, the three gyros alike.
-fn shuffled(left_rad: &Triad, parted: &Parted, seed: u64) -> Triad {
+/// Lays fitted and held-out rows each in another order, the three gyros alike.
+pub fn shuffled(left_rad: &Triad, parted: [&[Range<usize>]; 2], seed: u64) -> Triad {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut shuffled = left_rad.clone();
-    for ranges in [&parted.fitted, &parted.held_out] {
+    for ranges in parted {
         let rows: Vec<usize> = ranges.iter().flat_map(Range::clone).collect();
         let mut order = rows.clone();
         order.shuffle(&mut random);

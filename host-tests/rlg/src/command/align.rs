@@ -6,7 +6,7 @@ use clap::Args;
 use rlg_diagnosis::put_right;
 use rlg_findings::result::{Diagnosis, EffectEntry, FitEntry, RegistrationEntry};
 use rlg_signal::attitude_samples::has_attitude;
-use rlg_signal::{qualify, read_once};
+use rlg_signal::qualify;
 use serde::Serialize;
 
 use super::inputs::{given_or_ideal, results_folder};
@@ -188,9 +188,7 @@ impl Align {
             .channel("effect")
             .expected("effects of the catalogue"));
         }
-        let mut faults = read_once::read_once(&mut streams);
-        faults.extend(qualify::qualify(&mut streams));
-        faults.retain(|fault| !qualify::is_known(fault, &streams, &model.effects));
+        let faults = qualify::unknown_faults(&mut streams, &model.effects);
         let outcome = rlg_diagnosis::align(&settings, &mut streams, &faults, of, progress)?;
         Ok(outcome.map(|mut outcome| {
             if let Some(put_right) = put_right {
