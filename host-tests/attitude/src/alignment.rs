@@ -93,6 +93,13 @@ pub fn group_at(columns: &[usize]) -> Option<&'static Group> {
 /// from where any of this is linear.
 pub type Free = Vec<&'static str>;
 
+/// Groups in the order of their columns.
+pub(crate) fn in_order(kinds: impl Iterator<Item = &'static str>) -> Free {
+    let kinds: Vec<&str> = kinds.collect();
+    let groups = GROUPS.iter().map(|group| group.kind);
+    groups.filter(|kind| kinds.contains(kind)).collect()
+}
+
 /// Number of all.
 pub const COUNT: usize = 20;
 

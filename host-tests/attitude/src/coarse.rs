@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use rlg_signal::attitude_samples::AttitudeSample;
 
 use crate::about::Gyros;
-use crate::alignment::Alignment;
+use crate::alignment::{Alignment, Free};
 use crate::gyro_motion::GyroMotion;
 
 /// Delays that are tried, either way \[s\].
@@ -73,6 +73,20 @@ impl Compared {
     fn rotation(&self) -> Matrix3<f64> {
         rotation(&self.motion, &self.turns, self.delay_s)
     }
+
+    /// The rotation where it is far from what the model says, or else that.
+    fn rotation_from(&self, model: &Matrix3<f64>) -> Matrix3<f64> {
+        let map = self.rotation();
+        let inverse = model.try_inverse().unwrap_or_default();
+        let away = nalgebra::Rotation3::from_matrix_unchecked(map * inverse);
+        let away_rad = nalgebra::UnitQuaternion::from_rotation_matrix(&away).angle();
+        // A motion about one axis leaves the rotation about it open.
+        let is_better = self.left(&map) < 0.5 * self.left(model);
+        match away_rad > FAR_RAD && is_better {
+            true => map,
+            false => *model,
+        }
+    }
 }
 
 /// How well attitudes follow the gyros at the best delay and rotation.
@@ -101,28 +115,50 @@ pub fn likeness(
 }
 
 /// Where to begin.
-pub fn start(
-    gyros: &Gyros,
-    samples: &[AttitudeSample],
-    tested: &[bool],
-    of_model: &Alignment,
-) -> Alignment {
-    let Some(compared) = Compared::new(gyros, samples, tested, of_model) else {
-        return of_model.clone();
-    };
-    let map = compared.rotation();
-    let inverse = of_model.sensed_from_body.try_inverse().unwrap_or_default();
-    let away = nalgebra::Rotation3::from_matrix_unchecked(map * inverse);
-    let away_rad = nalgebra::UnitQuaternion::from_rotation_matrix(&away).angle();
-    // A motion about one axis leaves the rotation about it open.
-    let is_better = compared.left(&map) < 0.5 * compared.left(&of_model.sensed_from_body);
-    Alignment {
-        sensed_from_body: match away_rad > FAR_RAD && is_better {
-            true => map,
-            false => of_model.sensed_from_body,
-        },
-        delay_s: compared.delay_s,
-        ..of_model.clone()
+pub struct Start {
+    /// Delay and rotation together.
+    both: (f64, Matrix3<f64>),
+    /// The rotation where there is no delay.
+    turn: Matrix3<f64>,
+}
+
+impl Start {
+    /// Looks for it.
+    pub fn new(
+        gyros: &Gyros,
+        samples: &[AttitudeSample],
+        tested: &[bool],
+        of_model: &Alignment,
+    ) -> Self {
+        let map = of_model.sensed_from_body;
+        let Some(mut compared) = Compared::new(gyros, samples, tested, of_model) else {
+            return Self {
+                both: (of_model.delay_s, map),
+                turn: map,
+            };
+        };
+        let both = (compared.delay_s, compared.rotation_from(&map));
+        compared.delay_s = of_model.delay_s;
+        Self {
+            both,
+            turn: compared.rotation_from(&map),
+        }
+    }
+
+    /// Where some groups begin; the others are what the model says.
+    pub fn of(&self, free: &Free, of_model: &Alignment) -> Alignment {
+        let is_free = |kind: &str| free.contains(&kind);
+        let mut begun = of_model.clone();
+        match (
+            is_free("reference_delay"),
+            is_free("reference_misalignment"),
+        ) {
+            (true, true) => (begun.delay_s, begun.sensed_from_body) = self.both,
+            (true, false) => begun.delay_s = self.both.0,
+            (false, true) => begun.sensed_from_body = self.turn,
+            (false, false) => (),
+        }
+        begun
     }
 }
 

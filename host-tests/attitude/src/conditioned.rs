@@ -3,16 +3,23 @@
 //! Derivatives of a raw record are mostly noise of its highest frequencies, and a column with noise of its own is
 //! underestimated; worse, the same noise is in the rows, which would call for whatever takes it out of the gyros. Each axis passes
 //! a Wiener weight 1 − N/P of its own power P and of the most that noise makes of a bin: white noise of rate and of angle, as much
-//! as fits below P everywhere, and the scatter of a bin that averages few periodogram lines.
+//! as fits below P everywhere, and the scatter of a bin that averages few periodogram lines. Beyond its ends the record goes on as
+//! its own past predicts.
 
 use nalgebra::Vector3;
 use realfft::num_complex::Complex64;
 use rlg_signal::axes::Triad;
 use rlg_signal::derivatives::Spectrum;
+use rlg_signal::linear_prediction::extended;
 use rlg_signal::transforms::mean_periodogram;
 
 /// Longest piece of the averaged spectrum \[rows\].
 const PIECE_ROWS: usize = 4096;
+
+/// Time whose rows predict the next one \[s\], and their number at least and at most.
+const PREDICTED_BY_S: f64 = 0.25;
+const LEAST_ORDER: usize = 16;
+const MOST_ORDER: usize = 256;
 
 /// Bins of a spectrum within a factor of this are averaged.
 const BIN_WIDTH: f64 = 1.12;
@@ -23,7 +30,11 @@ pub fn conditioned(increments_rad: &[Vector3<f64>], rate_hz: f64) -> Triad {
         let values: Vec<f64> = increments_rad.iter().map(|row| row[axis]).collect();
         let weight = Weight::new(&values);
         let of_hz = |hz: f64| Complex64::new(weight.at(hz / rate_hz), 0.0);
-        Spectrum::new(&values, rate_hz).through(of_hz)
+        let beyond = PIECE_ROWS.min(values.len() / 2);
+        let order = ((PREDICTED_BY_S * rate_hz) as usize).clamp(LEAST_ORDER, MOST_ORDER);
+        let record = extended(&values, beyond, order);
+        let through = Spectrum::new(&record, rate_hz).through(of_hz);
+        through[beyond..beyond + values.len()].to_vec()
     })
 }
 

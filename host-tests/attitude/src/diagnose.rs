@@ -15,13 +15,14 @@ use rlg_signal::axes::Triad;
 use crate::about::About;
 use crate::alignment::{Alignment, Free, places};
 use crate::channels;
-use crate::coarse;
+use crate::coarse::Start;
 use crate::conventions;
 use crate::equations::ParameterColumn;
 use crate::few::{AtRest, FewRows, NoiseBelief};
 use crate::few_search::{self, FewFound};
 use crate::findings;
 use crate::fitting::priced;
+use crate::growth::Growth;
 use crate::observed::{Observed, observe};
 use crate::physics::{self, Gyro};
 use crate::plan::AttitudePlan;
@@ -122,7 +123,7 @@ fn of_many(
     (of_model, model_file): (&Alignment, &Path),
     progress: &dyn Fn(&str),
 ) -> Result<Option<Fitted>, InputError> {
-    let start = coarse::start(
+    let start = Start::new(
         &observed.gyros,
         &observed.samples,
         &observed.stamps.left_out,
@@ -134,9 +135,15 @@ fn of_many(
         called_for(of, (of_model, &beyond), &settings.plan)
     };
     let grown = |observed: &Observed| {
-        let called_for = |registered: &Registration| called_for(observed, registered);
-        let about = (of_model, &start);
-        registration::grow(observed.records(), about, &called_for, progress)
+        let growth = Growth {
+            of: observed.records(),
+            model: of_model,
+            start: &start,
+            called_for: &|registered| called_for(observed, registered),
+            alike_within: settings.plan.alike_within,
+            progress,
+        };
+        growth.grow()
     };
     let Some((mut registered, mut free)) = grown(observed) else {
         return Ok(None);
@@ -166,9 +173,9 @@ fn of_many(
         let start = registered.alignment.with(&now, of_model);
         let about = (of_model, start, &now);
         if let Some(again) = registration::settle(observed.records(), about, true, progress) {
-            let filter_rival = registered.filter_rival;
+            let rivals = std::mem::take(&mut registered.rivals);
             registered = again.weighed(&observed.gyros, of_model);
-            registered.filter_rival = filter_rival;
+            registered.rivals = rivals;
             gyro = observed.gyro(&registered.about, model_file)?;
             found = searched(&registered, &gyro, observed);
         }

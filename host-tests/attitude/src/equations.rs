@@ -95,6 +95,8 @@ pub struct Fit {
     pub std: Vec<f64>,
     /// Log likelihood.
     pub log_likelihood: f64,
+    /// The same at the estimates: without a price of their number.
+    pub explained: f64,
 }
 
 impl Equations {
@@ -223,8 +225,11 @@ impl Equations {
                         .map(|k| of(k) * self.scale[k])
                         .collect()
                 };
+                let own = covariance.view((0, 0), (self.parameters, self.parameters));
+                let (_, log_determinant) = rlg_inference::linear::invert(&own.into_owned());
                 return Fit {
                     log_likelihood,
+                    explained: log_likelihood - 0.5 * log_determinant,
                     estimate: scaled(&|k| estimate[k]),
                     std: scaled(&|k| covariance[(k, k)].max(0.0).sqrt()),
                     levels,
@@ -277,7 +282,11 @@ impl Equations {
         let count = self.precision.len();
         let mut precision = DMatrix::from_diagonal(&DVector::from_column_slice(&self.precision));
         let mut score = DVector::from_fn(count, |k, _| self.precision[k] * self.centre[k]);
-        let mut log_likelihood = terms.log_determinant(powers);
+        let believed = self.precision.iter().zip(&self.centre);
+        let believed: f64 = believed
+            .map(|(precision, centre)| precision * centre * centre)
+            .sum();
+        let mut log_likelihood = terms.log_determinant(powers) - 0.5 * believed;
         for (bin, power) in powers.iter().enumerate() {
             precision += &self.gram[bin] / *power;
             score += &self.moments[bin] / *power;

@@ -37,6 +37,8 @@ mod about;
 
 mod fitting;
 
+/// Groups of the registration join.
+mod growth;
 mod registration;
 
 mod channels;

@@ -23,6 +23,8 @@ pub struct AttitudePlan {
     pub least_share_of_registration: f64,
     /// A kind whose gain is this near the winner's cannot be told from it.
     pub alike_within: f64,
+    /// Share of the best gain from which a group of the registration is grown from, too.
+    pub nearly: f64,
     /// Most effects of physics.
     pub most_effects: usize,
     /// What is left is not explained where its power on unseen rows exceeds what the noise predicts so many times.
@@ -41,6 +43,7 @@ impl Default for AttitudePlan {
             least_share: 0.01,
             least_share_of_registration: 0.0,
             alike_within: 5.0,
+            nearly: 0.5,
             most_effects: 6,
             most_power: 10.0,
         }

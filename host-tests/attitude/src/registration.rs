@@ -3,12 +3,11 @@
 //! Twenty numbers in groups that join from nothing, each beside those that stand, linear about the last values until those
 //! stand still (inference.md, B4).
 
-use nalgebra::Vector3;
 use rlg_signal::attitude_samples::AttitudeSample;
 use rlg_signal::axes::{Triad, add_triad};
 
 use crate::about::{About, Gyros};
-use crate::alignment::{Alignment, COUNT, Free, GROUPS, places};
+use crate::alignment::{Alignment, COUNT, Free, places};
 use crate::fitting::{Fitting, priced};
 use crate::increments::Stamps;
 use crate::reference_faults;
@@ -26,10 +25,10 @@ pub struct Registration {
     pub known: Stamps,
     /// Jumps of the reference that were found.
     pub jumps: Vec<Jump>,
-    /// Log likelihood.
+    /// Log likelihood at its estimates.
     pub log_likelihood: f64,
-    /// Of delay and low pass the one that stands for the filter of the gyros, and the other, if that explains as much.
-    pub filter_rival: Option<(&'static str, &'static str)>,
+    /// Groups that stand, each with one that explains as much in its place.
+    pub rivals: Vec<(&'static str, &'static str)>,
     /// Standard deviation of the delay \[s\].
     delay_std_s: f64,
     /// Smoothing variances beside it \[s²\], and their standard deviations.
@@ -50,140 +49,8 @@ const SETTLED: f64 = 0.1;
 /// Gyros, attitudes, and which of those are left out or are known to have jumped.
 pub(crate) type Records<'a> = (&'a Gyros, &'a [AttitudeSample], &'a Stamps);
 
-/// Aligns the reference with the gyros: from nothing, groups that are called for join until those no longer change. What is not
-/// called for stays as the model has it: two numbers that the motion cannot tell apart would cancel each other far from where any
-/// of this is linear.
-///
-/// # Inputs
-/// `start`: delay and rotation far off; `called_for`: groups, and the step to their numbers.
-pub(crate) fn grow(
-    of: Records,
-    (model, start): (&Alignment, &Alignment),
-    called_for: &dyn Fn(&Registration) -> (Free, Steps),
-    progress: &dyn Fn(&str),
-) -> Option<(Registration, Free)> {
-    /// Most rounds.
-    const ROUNDS: usize = 8;
-    let (gyros, samples, _) = of;
-    // Far off, an error of the gyros looks like one of the reference, but beside all numbers.
-    let all: Free = GROUPS.iter().map(|group| group.kind).collect();
-    let known = settle(of, (model, start.clone(), &all), true, progress)?.known;
-    let mut free: Free = Vec::new();
-    // What is far off is seen from where the model stands, too; noise alone may be most alike anywhere.
-    let of_known = (gyros, samples, &known);
-    let at_model = settle(of_known, (model, model.clone(), &free), false, progress)?;
-    let is_off = !called_for(&at_model.weighed(gyros, model)).0.is_empty();
-    let mut start = if is_off { start } else { model }.clone();
-    let mut round = 0;
-    loop {
-        let has_faults = round > 0;
-        let stamps = if has_faults { of.2 } else { &known };
-        let of_round = (gyros, samples, stamps);
-        let registered = settle(of_round, (model, start, &free), has_faults, progress)?;
-        let registered = registered.weighed(gyros, model);
-        let (now, step) = called_for(&registered);
-        round += 1;
-        if round == ROUNDS || (has_faults && now == free) {
-            return Some((as_low_pass(of, (model, &free), registered, progress), free));
-        }
-        let moved = registered.alignment.with(&now, model).moved(&step.estimate);
-        (start, free) = (moved, now);
-    }
-}
-
-/// A filter that is too long for its second order is a low pass, with a delay beside it or without: what needs the fewest numbers
-/// is taken of what explains as much.
-fn as_low_pass(
-    of: Records,
-    (model, free): (&Alignment, &Free),
-    found: Registration,
-    progress: &dyn Fn(&str),
-) -> Registration {
-    if !found.may_be_low_pass(model) {
-        return found;
-    }
-    let settled = |delay: bool| {
-        let others = free.iter().copied();
-        let mut free: Free = others
-            .filter(|kind| *kind != "gyro_bandwidth" && (delay || *kind != "reference_delay"))
-            .collect();
-        free.push("gyro_bandwidth");
-        let start = low_pass_start(of, (model, &found.alignment), &free)?;
-        settle(of, (model, start, &free), true, progress)
-    };
-    let (alone, late) = (settled(false), settled(true));
-    // A delay alone is one number; three low passes alone are fewer than a delay beside three filters.
-    let is_delay_simplest = !free.contains(&"gyro_bandwidth");
-    let chosen = fewest(found, alone, late, is_delay_simplest);
-    match chosen.alignment.low_pass_s {
-        Some(_) => chosen.weighed(of.0, model),
-        None => chosen,
-    }
-}
-
-/// The simplest of three registrations that explains as much as the best: a delay (and a small smoothing), a low pass alone, a
-/// low pass beside a delay.
-fn fewest(
-    delay: Registration,
-    alone: Option<Registration>,
-    late: Option<Registration>,
-    is_delay_simplest: bool,
-) -> Registration {
-    let of = |one: &Option<Registration>| {
-        one.as_ref()
-            .map_or(f64::NEG_INFINITY, |one| one.log_likelihood)
-    };
-    let best = of(&alone).max(of(&late)).max(delay.log_likelihood);
-    let suffices = |log_likelihood: f64| best - log_likelihood < LOW_PASS_GAIN;
-    let (delay_does, alone_does) = (suffices(delay.log_likelihood), suffices(of(&alone)));
-    let either = |mut chosen: Registration, rival: bool, kinds: (&'static str, &'static str)| {
-        chosen.filter_rival = rival.then_some(kinds);
-        chosen
-    };
-    let is_low_pass = ("gyro_bandwidth", "reference_delay");
-    match (alone, late) {
-        (Some(alone), _) if alone_does && !(delay_does && is_delay_simplest) => {
-            either(alone, delay_does, is_low_pass)
-        }
-        (_, Some(late)) if !delay_does => late,
-        _ => either(delay, alone_does, ("reference_delay", "gyro_bandwidth")),
-    }
-}
-
-/// Where a low pass is linear about: its likeliest time constant, found globally, for far from it what vibration rectifies to is not
-/// linear. Beside a delay both together are as late as `found`.
-fn low_pass_start(
-    of: Records,
-    (model, found): (&Alignment, &Alignment),
-    free: &Free,
-) -> Option<Alignment> {
-    /// Time constants that are tried, as shares of how late the gyros are.
-    const SHARES: [f64; 9] = [0.15, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0, 1.15, 1.3];
-    let late_s = model.delay_s - found.delay_s;
-    let has_delay = free.contains(&"reference_delay");
-    // Smoothing that is too long for its second order leaves scale and axes wrong.
-    let begun = found.with(&vec!["gyro_bias", "reference_misalignment"], model);
-    let kept = places_of(free);
-    let tried = SHARES.iter().filter_map(|share| {
-        let time_s = share * late_s;
-        let alignment = Alignment {
-            low_pass_s: Some(Vector3::repeat(time_s)),
-            delay_s: if has_delay {
-                found.delay_s + time_s
-            } else {
-                model.delay_s
-            },
-            ..begun.clone()
-        };
-        let (_, fitting) = fitted(of, (model, &alignment), (&kept, true, None))?;
-        Some((fitting.fit.log_likelihood, alignment))
-    });
-    let best = tried.max_by(|a, b| a.0.total_cmp(&b.0));
-    best.map(|(_, alignment)| alignment)
-}
-
 /// Rows about an alignment, and the columns of some places fitted to them.
-fn fitted(
+pub(crate) fn fitted(
     (gyros, samples, stamps): Records,
     (model, alignment): (&Alignment, &Alignment),
     (kept, is_plain, levels): (&[usize], bool, Option<Vec<f64>>),
@@ -196,9 +63,6 @@ fn fitted(
     let fitting = Fitting::new(&about.increments, columns, is_plain, levels);
     Some((about, fitting))
 }
-
-/// Log likelihood by which a better registration must be better than a simpler one.
-const LOW_PASS_GAIN: f64 = 5.0;
 
 impl Registration {
     /// Of rows that are too few for passes over their noise and faults.
@@ -218,7 +82,7 @@ impl Registration {
             known,
             jumps: Vec::new(),
             log_likelihood: 0.0,
-            filter_rival: None,
+            rivals: Vec::new(),
             delay_std_s: f64::INFINITY,
             smoothing_s2: [(0.0, f64::INFINITY); 3],
             corrected_rad: std::array::from_fn(|_| vec![0.0; rows]),
@@ -241,7 +105,7 @@ impl Registration {
     }
 
     /// Whether the gyros are late, and not less smooth than the reference.
-    fn may_be_low_pass(&self, model: &Alignment) -> bool {
+    pub(crate) fn may_be_low_pass(&self, model: &Alignment) -> bool {
         /// Standard deviations of what is worth a second look.
         const SEEN: f64 = 5.0;
         let mut smoothing = self.smoothing_s2.iter();
@@ -312,10 +176,10 @@ pub(crate) fn settle(
         pass += 1;
         if (pass > PLAIN_PASSES + 1 && steps.largest() < SETTLED) || pass == PASSES {
             return Some(Registration {
-                log_likelihood: fitting.fit.log_likelihood,
+                log_likelihood: fitting.fit.explained,
                 smoothing_s2: steps.smoothing_s2(),
                 delay_std_s: steps.std[places("reference_delay").start],
-                filter_rival: None,
+                rivals: Vec::new(),
                 alignment,
                 levels: fitting.fit.levels.clone(),
                 jumps: reference_jumps::sizes(&about, &fitting, &known),
@@ -330,7 +194,7 @@ pub(crate) fn settle(
 }
 
 /// Places of groups, in the order of the columns.
-fn places_of(free: &Free) -> Vec<usize> {
+pub(crate) fn places_of(free: &Free) -> Vec<usize> {
     let mut kept: Vec<usize> = free.iter().flat_map(|kind| places(kind)).collect();
     kept.sort_unstable();
     kept

@@ -6,10 +6,11 @@ use rlg_signal::axes::{Triad, add_triad};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::about::{About, Gyros};
-use crate::alignment::{Alignment, COUNT, Free, GROUPS, Group, group_at, places};
+use crate::alignment::{Alignment, COUNT, Free, GROUPS, Group, group_at, in_order, places};
 use crate::blocks::{Blocks, Estimates, Statistic};
 use crate::equations::Band;
 use crate::fitting::priced;
+use crate::growth::Called;
 use crate::noise::NoiseTerms;
 use crate::physics::Gyro;
 use crate::plan::AttitudePlan;
@@ -122,20 +123,24 @@ fn step_from(set: &[usize], estimates: &Estimates, beyond: &[f64; COUNT]) -> Ste
     Steps::new(&kept, &estimate, &std)
 }
 
-/// Groups of the registration that the record calls for where no physics is thought of, and the step to them.
-pub fn called_for(
+/// Groups of the registration that the record calls for where no physics is thought of.
+pub(crate) fn called_for(
     of: (&Gyros, &Registration),
     (of_model, beyond): (&Alignment, &[f64; COUNT]),
     plan: &AttitudePlan,
-) -> (Free, Steps) {
+) -> Called {
     let none = Candidates::new(Vec::new());
     let basis = basis(of.1);
     let about = (of_model, beyond);
     let search = Search::new(of, about, &basis, &none, std::iter::empty(), plan);
-    let chosen = search.chosen(&[]);
+    let (chosen, nearly) = search.chosen(&[]);
     let named_set: Vec<usize> = chosen.iter().flat_map(|group| places(group.kind)).collect();
     let step = step_from(&named_set, &search.blocks.estimates(&named_set), beyond);
-    (in_order(chosen.iter().map(|group| group.kind)), step)
+    Called {
+        free: in_order(chosen.iter().map(|group| group.kind)),
+        step,
+        nearly,
+    }
 }
 
 /// Frequencies and noise of a registration's rows.
@@ -186,11 +191,11 @@ pub fn search(
     let of_named = search.blocks.estimates(&named_set);
     for named in &mut registration {
         named.of_reference(&estimates, &of.1.alignment);
-        match of.1.filter_rival {
-            Some((kind, rival)) if kind == named.kind && !named.alike.contains(&rival) => {
+        let rivals = of.1.rivals.iter();
+        for (_, rival) in rivals.filter(|(kind, _)| *kind == named.kind) {
+            if !named.alike.contains(rival) {
                 named.alike.push(rival);
             }
-            _ => (),
         }
     }
     let in_catalogue = |kind: &str| CATALOGUE.iter().position(|entry| entry.kind == kind);
@@ -204,13 +209,6 @@ pub fn search(
         physics,
         set,
     }
-}
-
-/// Groups in the order of their columns.
-fn in_order(kinds: impl Iterator<Item = &'static str>) -> Free {
-    let kinds: Vec<&str> = kinds.collect();
-    let groups = GROUPS.iter().map(|group| group.kind);
-    groups.filter(|kind| kinds.contains(kind)).collect()
 }
 
 /// Groups of the registration that are none of some.
@@ -296,9 +294,10 @@ impl<'a> Search<'a> {
     }
 
     /// Groups of the registration that the record calls for beside some physics: added while blocks gain by one, those left
-    /// out that the others make needless.
-    fn chosen(&self, physics: &[usize]) -> Vec<&'static Group> {
+    /// out that the others make needless. With them sets that would have done nearly as well until then.
+    fn chosen(&self, physics: &[usize]) -> (Vec<&'static Group>, Vec<Free>) {
         let mut chosen: Vec<&Group> = Vec::new();
+        let mut nearly: Vec<Free> = Vec::new();
         let set = |chosen: &[&Group]| set_of(chosen, physics);
         let is_called_for = |group: &Group, beside: &[usize]| {
             let own: Vec<usize> = places(group.kind).collect();
@@ -310,14 +309,23 @@ impl<'a> Search<'a> {
         };
         loop {
             let beside = set(&chosen);
-            let best = others(&chosen)
+            let tried: Vec<_> = others(&chosen)
                 .map(|group| (is_called_for(group, &beside), group))
                 .filter(|((is_seen, _), _)| *is_seen)
-                .max_by(|a, b| a.0.1.total_cmp(&b.0.1));
-            match best {
-                Some((_, group)) => chosen.push(group),
-                None => break,
+                .collect();
+            let Some(best) = tried.iter().max_by(|a, b| a.0.1.total_cmp(&b.0.1)) else {
+                break;
+            };
+            let least = self.plan.nearly * best.0.1;
+            let near = tried.iter().filter(|(seen, _)| seen.1 > least);
+            let near = near.map(|(_, group)| chosen.iter().chain([group]).map(|one| one.kind));
+            let near: Vec<Free> = near.map(in_order).collect();
+            if near.len() > 1 {
+                let is_new = |free: &Free| !nearly.contains(free);
+                let near: Vec<Free> = near.into_iter().filter(is_new).collect();
+                nearly.extend(near);
             }
+            chosen.push(best.1);
         }
         let mut place = 0;
         while place < chosen.len() {
@@ -332,12 +340,12 @@ impl<'a> Search<'a> {
                 place = 0;
             }
         }
-        chosen
+        (chosen, nearly)
     }
 
     /// Those, with what blocks say of each.
     fn registration(&self, physics: &[usize], named: &[&'static str]) -> Vec<Named> {
-        let chosen = self.chosen(physics);
+        let (chosen, _) = self.chosen(physics);
         let all = set_of(&chosen, physics);
         let of_group = |group: &&Group| self.supported(group, &all, named, &chosen);
         chosen.iter().map(of_group).collect()

@@ -65,6 +65,8 @@ pub mod shrinkage;
 
 pub mod derivatives;
 
+pub mod linear_prediction;
+
 pub mod map_plan;
 
 pub mod transforms;

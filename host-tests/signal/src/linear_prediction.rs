@@ -1,0 +1,96 @@
+//! Values beyond the ends of a record, predicted from its own (Burg's method: J. P. Burg, Maximum entropy spectral analysis, 1967).
+//!
+//! A record that is reflected or cut at its ends is no longer what it was there: a tone breaks, and a filter rings. Predicted values
+//! go on as tones do and fade as noise does.
+
+/// Most values at an end that the prediction is made of.
+const MOST: usize = 8192;
+
+/// Returns `record` with `count` predicted values before it and behind it, which fade to 0.
+///
+/// # Inputs
+/// `order`: values that predict one; less where the record is short.
+pub fn extended(record: &[f64], count: usize, order: usize) -> Vec<f64> {
+    let end = record.len() - record.len().min(MOST);
+    let last: Vec<f64> = record[end..].to_vec();
+    let mut first: Vec<f64> = record[..record.len().min(MOST)].to_vec();
+    first.reverse();
+    let mut values = continued(&first, count, order);
+    values.reverse();
+    values.extend_from_slice(record);
+    values.extend(continued(&last, count, order));
+    values
+}
+
+/// What follows some values.
+fn continued(values: &[f64], count: usize, order: usize) -> Vec<f64> {
+    let weights = burg(values, order.min(values.len() / 4));
+    let mut known = values.to_vec();
+    for _ in 0..count {
+        let latest = known.iter().rev();
+        known.push(weights.iter().zip(latest).map(|(w, v)| w * v).sum());
+    }
+    let fade = |row: usize| 0.5 + 0.5 * (std::f64::consts::PI * row as f64 / count as f64).cos();
+    let new = known[values.len()..].iter().enumerate();
+    new.map(|(row, value)| fade(row) * value).collect()
+}
+
+/// Weights of the latest values, the latest first, that predict the next one.
+fn burg(values: &[f64], order: usize) -> Vec<f64> {
+    let mut forward = values.to_vec();
+    let mut backward = values.to_vec();
+    let mut weights: Vec<f64> = Vec::with_capacity(order);
+    for step in 0..order {
+        let ahead = &forward[step + 1..];
+        let behind = &backward[step..values.len() - 1];
+        let pairs = || ahead.iter().zip(behind);
+        let product: f64 = pairs().map(|(a, b)| a * b).sum();
+        let energy: f64 = pairs().map(|(a, b)| a * a + b * b).sum();
+        if energy <= 0.0 {
+            break;
+        }
+        let reflection = 2.0 * product / energy;
+        let turned: Vec<f64> = weights.iter().rev().copied().collect();
+        for (weight, other) in weights.iter_mut().zip(turned) {
+            *weight -= reflection * other;
+        }
+        weights.push(reflection);
+        for row in (step + 1..values.len()).rev() {
+            let (a, b) = (forward[row], backward[row - 1]);
+            forward[row] = a - reflection * b;
+            backward[row] = b - reflection * a;
+        }
+    }
+    weights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tone_goes_on_beyond_both_ends() {
+        let tone = |row: i32| 2.0 * (0.13 * f64::from(row) + 0.4).cos();
+        // Noise of a thousandth, the same on every machine.
+        let mut state = 1u32;
+        let mut noise = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            2e-3 * (f64::from(state) / f64::from(u32::MAX) - 0.5)
+        };
+        let record: Vec<f64> = (0..4000).map(|row| tone(row) + noise()).collect();
+        let values = extended(&record, 400, 64);
+        assert_eq!(values.len(), 4800);
+        assert_eq!(values[400..4400], record);
+        for away in 0..40 {
+            let (before, behind) = (values[399 - away], values[4400 + away]);
+            let row = away as i32;
+            assert!((before - tone(-1 - row)).abs() < 0.1, "{row} before");
+            assert!((behind - tone(4000 + row)).abs() < 0.1, "{row} behind");
+        }
+    }
+
+    #[test]
+    fn nothing_is_predicted_of_nothing() {
+        assert_eq!(extended(&[0.0; 100], 10, 8), vec![0.0; 120]);
+    }
+}
