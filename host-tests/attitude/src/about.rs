@@ -162,6 +162,8 @@ fn growth(increments_rad: &[Vector3<f64>], rate_hz: f64) -> Vec<Vector3<f64>> {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Rotation3;
+
     use super::*;
     use crate::alignment::{GROUPS, places};
 
@@ -205,6 +207,7 @@ mod tests {
                 delay_s: 0.004,
                 clock_rate: 0.0,
                 low_pass_s,
+                turn: Rotation3::identity(),
             };
             let about = |alignment: &Alignment| {
                 About::new(&gyros, &samples, &stamps, alignment).expect("inside")

@@ -30,5 +30,6 @@ pub fn align(
         },
         ..*settings
     };
-    diagnose(&asked, recording, of, progress)
+    let diagnosed = diagnose(&asked, recording, of, progress)?;
+    Ok(diagnosed.map(|diagnosed| diagnosed.outcome))
 }

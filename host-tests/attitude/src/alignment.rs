@@ -1,6 +1,6 @@
 //! What aligns two instruments: twenty numbers in eight groups, and where they stand.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use rlg_model::Model;
 use rlg_signal::still::ROTATION_RAD_S;
 
@@ -120,6 +120,8 @@ pub struct Alignment {
     /// Time constants of a low pass of first order on each gyro \[s\]; `None` where smoothing stands for it, which is small
     /// enough for its second order.
     pub low_pass_s: Option<Vector3<f64>>,
+    /// Case axes from those of the reference, as the model has them.
+    pub turn: Rotation3<f64>,
 }
 
 /// What a low pass is believed to be, about what the model says \[s\].
@@ -143,13 +145,14 @@ impl Alignment {
             }
         }
         // A turned reference reads ω − r × ω to first order; of any size it is a rotation.
-        let turn = nalgebra::Rotation3::from_scaled_axis(axes("reference_misalignment"));
+        let turn = Rotation3::from_scaled_axis(axes("reference_misalignment"));
         let low_pass_s =
             Vector3::from_fn(|axis, _| number("gyro_bandwidth", &format!("{}_pole_s", XYZ[axis])));
         Self {
             low_pass_s: (low_pass_s != Vector3::zeros()).then_some(low_pass_s),
             bias_rad_s: axes("gyro_bias"),
             sensed_from_body: turn.into_inner() * map,
+            turn,
             delay_s: number("reference_delay", "all"),
             clock_rate: number("reference_clock_rate", "all"),
         }
@@ -205,7 +208,7 @@ impl Alignment {
             step[*pair] += value;
             step[(pair.1, pair.0)] += value;
         }
-        let turn = nalgebra::Rotation3::from_scaled_axis(triple("reference_misalignment"));
+        let turn = Rotation3::from_scaled_axis(triple("reference_misalignment"));
         Self {
             bias_rad_s: self.bias_rad_s + triple("gyro_bias"),
             sensed_from_body: turn.into_inner() * step * self.sensed_from_body,
@@ -214,6 +217,7 @@ impl Alignment {
             low_pass_s: self
                 .low_pass_s
                 .map(|low_pass_s| low_pass_s + triple("gyro_bandwidth")),
+            turn: self.turn,
         }
     }
 }
@@ -225,7 +229,7 @@ fn turn_and_stretch(map: &Matrix3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
         return (Vector3::zeros(), *map);
     };
     // By its quaternion: the angle of a matrix that rounding left just beyond a rotation by nothing is no number.
-    let turn = nalgebra::Rotation3::from_matrix_unchecked(left * right);
+    let turn = Rotation3::from_matrix_unchecked(left * right);
     let turn = nalgebra::UnitQuaternion::from_rotation_matrix(&turn);
     let stretch = left * Matrix3::from_diagonal(&svd.singular_values) * left.transpose();
     (turn.scaled_axis(), stretch)

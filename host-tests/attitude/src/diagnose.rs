@@ -11,9 +11,11 @@ use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use rlg_signal::attitude_samples::has_attitude;
 use rlg_signal::axes::Triad;
+use rlg_signal::streams::Streams;
 
 use crate::about::About;
 use crate::alignment::{Alignment, Free, places};
+use crate::case_motion;
 use crate::channels;
 use crate::coarse::Start;
 use crate::conventions;
@@ -44,16 +46,20 @@ pub struct Settings<'a> {
     pub anyway: bool,
 }
 
-/// Whether attitudes are the reference of a recording that this likelihood serves: gyros without dither counts, and no
-/// accelerometers that the model describes.
+/// A diagnosis, and the motion that goes with it.
+pub struct Diagnosed {
+    /// What is said of the gyros.
+    pub outcome: Outcome,
+    /// The channels, with the case's motion as the gyros tell it, less what was found of their errors; why that is not known.
+    pub corrected: Result<Streams, String>,
+}
+
+/// Whether attitudes are the reference of a recording that this likelihood serves: gyros without dither counts.
 pub fn serves(recording: &Recording, model: &Model) -> bool {
     let is_dithered = recording
         .channel(&rlg_recording::Quantity::GyroCount, "x")
         .is_some();
-    model.motion == MotionSource::Reference
-        && has_attitude(recording)
-        && !is_dithered
-        && model.accelerometer.is_none()
+    model.motion == MotionSource::Reference && has_attitude(recording) && !is_dithered
 }
 
 /// Diagnoses a recording; `None` where fewer than two attitudes lie within the gyros' record, or where they are few and the
@@ -66,7 +72,7 @@ pub fn diagnose(
     recording: &Recording,
     (model, model_file): (&Model, &Path),
     progress: &dyn Fn(&str),
-) -> Result<Option<Outcome>, InputError> {
+) -> Result<Option<Diagnosed>, InputError> {
     progress("aligning the channels");
     let Some(mut observed) = observe(recording, (model, model_file), &settings.plan)? else {
         return Ok(None);
@@ -97,13 +103,19 @@ pub fn diagnose(
         seed: settings.seed,
     };
     let mut outcome = findings::outcome(&said);
+    let corrected_rad = case_motion::corrected_rad(&said);
     if let Some(put_right) = put_right {
         put_right.report(&mut outcome);
     }
     if let Some(said) = read_otherwise {
         outcome.diagnosis.summary.insert(1, said);
     }
-    Ok(Some(outcome))
+    let mut streams = observed.streams;
+    let corrected = corrected_rad.map(|case_rad| {
+        streams.case_rad = case_rad;
+        streams
+    });
+    Ok(Some(Diagnosed { outcome, corrected }))
 }
 
 /// A registration and what was found beside it.

@@ -57,6 +57,11 @@ impl GyroMotion {
         }
     }
 
+    /// Increments of the body by row \[rad\].
+    pub fn increments_rad(&self) -> &[Vector3<f64>] {
+        &self.increments_rad
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.increments_rad.len()

@@ -71,6 +71,8 @@ mod said;
 
 mod held_out;
 
+mod case_motion;
+
 mod findings;
 
 mod diagnose;
@@ -78,4 +80,4 @@ mod diagnose;
 mod align;
 
 pub use align::align;
-pub use diagnose::{Settings, diagnose, serves};
+pub use diagnose::{Diagnosed, Settings, diagnose, serves};

@@ -1,7 +1,7 @@
 //! Everything that findings and figures are made of.
 
 use nalgebra::Vector3;
-use rlg_catalogue::Pool;
+use rlg_catalogue::{Candidate, Pool};
 use rlg_signal::axes::Triad;
 
 use crate::about::About;
@@ -40,15 +40,38 @@ pub(crate) struct Said<'a> {
 impl Said<'_> {
     /// Columns of an effect of physics about some rows.
     pub(crate) fn columns(&self, named: &Named, about: &About) -> Vec<Triad> {
-        if let Some(step) = named.step {
-            let after = |row: usize| if row >= step.row { 1.0 } else { 0.0 };
-            return vec![about.carried(|row| self.gyro.sensed_along(step.axis, after(row)))];
+        match self.candidate(named) {
+            Some(candidate) => self.gyro.columns(self.pool, candidate, about),
+            None => {
+                let in_case = self.in_case_rad(named);
+                let row = |of: &Triad, row: usize| Vector3::from_fn(|axis, _| of[axis][row]);
+                let columns = in_case.iter().map(|one| about.carried(|k| row(one, k)));
+                columns.collect()
+            }
         }
+    }
+
+    /// What each number of an effect of physics adds to the gyros, in the case's axes \[rad by row\].
+    pub(crate) fn in_case_rad(&self, named: &Named) -> Vec<Triad> {
+        if let Some(candidate) = self.candidate(named) {
+            return self.gyro.in_case_rad(self.pool, candidate).collect();
+        }
+        let step = named.step.map(|step| {
+            let mut case: Triad = std::array::from_fn(|_| vec![0.0; self.gyro.signals.rows]);
+            let sensed = self.gyro.sensed_along(step.axis, 1.0);
+            for (values, sensed) in case.iter_mut().zip(&sensed) {
+                values[step.row..].fill(*sensed);
+            }
+            case
+        });
+        step.into_iter().collect()
+    }
+
+    fn candidate(&self, named: &Named) -> Option<&Candidate> {
         let mut effects = self.candidates.effects.iter();
         let own = effects.find(|(_, places)| *places == named.places);
-        own.map_or_else(Vec::new, |(candidate, _)| {
-            self.gyro.columns(self.pool, candidate, about)
-        })
+        own.filter(|_| named.step.is_none())
+            .map(|(candidate, _)| candidate)
     }
 
     /// When a step begins \[s\].

@@ -140,6 +140,8 @@ mod beside;
 
 mod at_rest;
 
+mod attitudes;
+
 pub use declared::{declared_noise, own_noise, reference_noise};
 pub use settings::{Engine, Settings};
 
@@ -206,15 +208,9 @@ pub fn diagnose_under(
 ) -> Result<Outcome, InputError> {
     if attitude::is_slow(recording, model) {
         let Settings { left_out, seed, .. } = *settings;
-        if settings.engine != Engine::Old && rlg_attitude::serves(recording, model) {
-            let asked = rlg_attitude::Settings {
-                left_out,
-                seed,
-                anyway: settings.anyway,
-                ..Default::default()
-            };
+        if settings.engine != Engine::Old {
             let of = (model, model_file);
-            if let Some(outcome) = rlg_attitude::diagnose(&asked, recording, of, progress)? {
+            if let Some(outcome) = attitudes::diagnose(settings, recording, of, progress)? {
                 return Ok(outcome);
             }
         }
