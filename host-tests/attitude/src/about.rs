@@ -1,12 +1,15 @@
 //! Rows about an alignment, and the columns of what moves it.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Vector3};
-use rlg_signal::attitude_samples::AttitudeSample;
+use rlg_signal::attitude_samples::SlowSample;
 use rlg_signal::axes::Triad;
 
 use crate::alignment::{Alignment, COUNT, PAIRS};
 use crate::conditioned::conditioned;
-use crate::gyro_motion::GyroMotion;
+use crate::dither::Dither;
+use crate::gyro_motion::{GyroMotion, Reads};
 use crate::increments::{Increments, ReferenceClock, Stamps};
 
 /// What the gyros sensed.
@@ -19,6 +22,17 @@ pub struct Gyros {
     pub sensed_rad: Vec<Vector3<f64>>,
     /// Unmeasured rows before each row boundary.
     pub lost_before: Vec<usize>,
+    /// What stands beside them.
+    pub reads: Reads,
+    /// Dithers, which have been taken out of what the gyros sensed; `None` of gyros without any.
+    pub dither: Option<Arc<Dither>>,
+}
+
+impl Gyros {
+    /// Their own motion, by increments of the body \[rad\].
+    pub fn motion(&self, increments_rad: Vec<Vector3<f64>>) -> GyroMotion {
+        GyroMotion::new((self.start_s, self.rate_hz), increments_rad, self.reads)
+    }
 }
 
 /// Rows and motion about an alignment.
@@ -31,6 +45,7 @@ pub struct About {
     pub conditioned_rad: Triad,
     /// Rate of change of what the gyros sensed, where a low pass was undone \[rad by row and second\].
     growth_rad_s: Option<Vec<Vector3<f64>>>,
+    dither: Option<Arc<Dither>>,
     body_from_sensed: Matrix3<f64>,
     clock: ReferenceClock,
 }
@@ -39,7 +54,7 @@ impl About {
     /// Forms rows about an alignment; `None` where fewer than two stamps lie within the gyros' record.
     pub fn new(
         gyros: &Gyros,
-        samples: &[AttitudeSample],
+        samples: &[SlowSample],
         known: &Stamps,
         alignment: &Alignment,
     ) -> Option<Self> {
@@ -47,9 +62,24 @@ impl About {
         let bias_rad = alignment.bias_rad_s / gyros.rate_hz;
         let mut unbiased: Vec<Vector3<f64>> =
             gyros.sensed_rad.iter().map(|row| row - bias_rad).collect();
+        if let Some(dither) = &gyros.dither {
+            // A gyro's scale error is one of its block's dither, too, of which the pickoff took out the sound part alone.
+            let scale_error = alignment.scale_error();
+            for (row, unbiased) in unbiased.iter_mut().enumerate() {
+                *unbiased -= scale_error.component_mul(&dither.turn_rad(row));
+            }
+        }
+        let conditioned = |sensed: &[Vector3<f64>]| match &gyros.dither {
+            Some(dither) => {
+                let left = dither.left_rad(sensed, &gyros.lost_before);
+                let moved = sensed.iter().zip(&left).map(|(sensed, left)| sensed - left);
+                conditioned(&moved.collect::<Vec<_>>(), gyros.rate_hz)
+            }
+            None => conditioned(sensed, gyros.rate_hz),
+        };
         let growth_rad_s = alignment.low_pass_s.map(|low_pass_s| {
             // Of the motion alone: the gyros' noise came in behind their filter.
-            let [x, y, z] = conditioned(&unbiased, gyros.rate_hz);
+            let [x, y, z] = conditioned(&unbiased);
             let motion: Vec<Vector3<f64>> = (0..unbiased.len())
                 .map(|row| Vector3::new(x[row], y[row], z[row]))
                 .collect();
@@ -60,8 +90,8 @@ impl About {
             growth
         });
         let body = unbiased.iter().map(|row| body_from_sensed * row).collect();
-        let motion = GyroMotion::new(gyros.start_s, gyros.rate_hz, body);
-        let times = |sample: &AttitudeSample| sample.time_s;
+        let motion = gyros.motion(body);
+        let times = |sample: &SlowSample| sample.time_s;
         let clock = ReferenceClock {
             delay_s: alignment.delay_s,
             rate: alignment.clock_rate,
@@ -69,7 +99,8 @@ impl About {
         };
         let increments = Increments::new(&motion, samples, known, &clock, &gyros.lost_before)?;
         Some(Self {
-            conditioned_rad: conditioned(&unbiased, gyros.rate_hz),
+            conditioned_rad: conditioned(&unbiased),
+            dither: gyros.dither.clone(),
             motion,
             increments,
             growth_rad_s,
@@ -128,15 +159,16 @@ impl About {
             .collect();
         columns.push(self.increments.carry(&drifted));
         columns.extend(axes.map(|axis| {
-            let boundaries = 0..=self.motion.rows();
-            let turned: Vec<Vector3<f64>> = boundaries
-                .map(|boundary| axis * (-(boundary as f64) * period_s))
-                .collect();
+            let turned = self.motion.fixed_sum(-period_s * axis);
             self.increments.carry_in_navigation(&turned)
         }));
         columns.extend([0, 1, 2].map(|axis: usize| self.filtered(axis, rate_hz)));
+        let turned = |row: usize| match &self.dither {
+            Some(dither) => self.sensed(row) + dither.turn_rad(row),
+            None => self.sensed(row),
+        };
         columns.extend(
-            [0, 1, 2].map(|axis: usize| self.carried(|row| axes[axis] * self.sensed(row)[axis])),
+            [0, 1, 2].map(|axis: usize| self.carried(|row| axes[axis] * turned(row)[axis])),
         );
         columns.extend(PAIRS.map(|(a, b)| {
             self.carried(|row| axes[a] * self.sensed(row)[b] + axes[b] * self.sensed(row)[a])
@@ -182,14 +214,15 @@ mod tests {
         let sensed_rad: Vec<Vector3<f64>> = (0..rows)
             .map(|row| Vector3::from_fn(|axis, _| rate(axis, time_s(row)) / rate_hz))
             .collect();
-        let motion = GyroMotion::new(0.0, rate_hz, sensed_rad.clone());
-        let samples: Vec<AttitudeSample> = (0..550)
+        let motion = GyroMotion::new((0.0, rate_hz), sensed_rad.clone(), Reads::Attitudes);
+        let samples: Vec<SlowSample> = (0..550)
             .map(|stamp| {
                 let time_s = 0.2 + f64::from(stamp) / 30.0;
                 let place = motion.place(time_s).expect("inside");
-                AttitudeSample {
+                SlowSample {
                     time_s,
-                    navigation_from_body: motion.at(place),
+                    shown: motion.shown(place),
+                    after_gap: false,
                 }
             })
             .collect();
@@ -198,6 +231,8 @@ mod tests {
             rate_hz,
             sensed_rad,
             lost_before: vec![0; rows + 1],
+            dither: None,
+            reads: Reads::Attitudes,
         };
         let stamps = Stamps::without(&vec![false; samples.len()]);
         for low_pass_s in [None, Some(Vector3::new(0.02, 0.03, 0.015))] {

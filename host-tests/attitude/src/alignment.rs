@@ -158,6 +158,12 @@ impl Alignment {
         }
     }
 
+    /// Scale error of each gyro \[1\].
+    pub fn scale_error(&self) -> Vector3<f64> {
+        let (_, stretch) = turn_and_stretch(&self.sensed_from_body);
+        stretch.diagonal().add_scalar(-1.0)
+    }
+
     /// What it is beyond another, in the order of the columns; what is no part of it is 0.
     pub fn beyond(&self, other: &Self) -> [f64; COUNT] {
         let mut values = [0.0; COUNT];

@@ -64,6 +64,7 @@ pub(crate) fn corrected_rad(said: &Said) -> Result<Triad, String> {
             .map(|(row, sensed)| sensed - Vector3::from_fn(|axis, _| errors[axis][row]))
             .collect(),
         lost_before: of.lost_before.clone(),
+        dither: of.dither.clone(),
         ..*of
     };
     let about = About::new(&gyros, samples, &said.observed.known, &alignment)

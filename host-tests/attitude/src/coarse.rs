@@ -1,7 +1,7 @@
 //! Where the registration begins: delay and rotation far off, before anything is linear about them.
 
 use nalgebra::{Matrix3, Vector3};
-use rlg_signal::attitude_samples::AttitudeSample;
+use rlg_signal::attitude_samples::SlowSample;
 
 use crate::about::Gyros;
 use crate::alignment::{Alignment, Free};
@@ -34,11 +34,11 @@ impl Compared {
     /// `None` of too few turns.
     fn new(
         gyros: &Gyros,
-        samples: &[AttitudeSample],
+        samples: &[SlowSample],
         tested: &[bool],
         of_model: &Alignment,
     ) -> Option<Self> {
-        let motion = GyroMotion::new(gyros.start_s, gyros.rate_hz, gyros.sensed_rad.clone());
+        let motion = gyros.motion(gyros.sensed_rad.clone());
         let turns = turns(samples, tested);
         if turns.len() < LEAST_TURNS {
             return None;
@@ -100,7 +100,7 @@ pub struct Likeness {
 /// Compares attitudes with the gyros; `None` of too few turns.
 pub fn likeness(
     gyros: &Gyros,
-    samples: &[AttitudeSample],
+    samples: &[SlowSample],
     tested: &[bool],
     of_model: &Alignment,
 ) -> Option<Likeness> {
@@ -126,7 +126,7 @@ impl Start {
     /// Looks for it.
     pub fn new(
         gyros: &Gyros,
-        samples: &[AttitudeSample],
+        samples: &[SlowSample],
         tested: &[bool],
         of_model: &Alignment,
     ) -> Self {
@@ -170,10 +170,10 @@ struct Turn {
     angle_rad: Vector3<f64>,
 }
 
-fn turns(samples: &[AttitudeSample], tested: &[bool]) -> Vec<Turn> {
+fn turns(samples: &[SlowSample], tested: &[bool]) -> Vec<Turn> {
     /// Longer ones lie across gaps.
     const LONGEST_S: f64 = 1.5;
-    let used: Vec<&AttitudeSample> = samples
+    let used: Vec<&SlowSample> = samples
         .iter()
         .zip(tested)
         .filter(|(_, is_tested)| !**is_tested)
@@ -181,22 +181,21 @@ fn turns(samples: &[AttitudeSample], tested: &[bool]) -> Vec<Turn> {
         .collect();
     let mut turns = Vec::new();
     let mut from = 0;
+    let mut is_broken = false;
     for to in 1..used.len() {
+        is_broken |= used[to].after_gap;
         let lasts_s = used[to].time_s - used[from].time_s;
         if lasts_s < LEAST_S {
             continue;
         }
-        if lasts_s < LONGEST_S {
-            let (a, b) = (
-                used[from].navigation_from_body,
-                used[to].navigation_from_body,
-            );
+        if lasts_s < LONGEST_S && !is_broken {
             turns.push(Turn {
                 start_s: used[from].time_s,
                 end_s: used[to].time_s,
-                angle_rad: (a.inverse() * b).scaled_axis(),
+                angle_rad: used[from].shown.turn_to(&used[to].shown),
             });
         }
+        is_broken = false;
         from = to;
     }
     let each = turns.len().div_ceil(MOST).max(1);
@@ -205,8 +204,11 @@ fn turns(samples: &[AttitudeSample], tested: &[bool]) -> Vec<Turn> {
 
 /// What the gyros say of a turn, the reference being late.
 fn of_gyros(motion: &GyroMotion, turn: &Turn, delay_s: f64) -> Option<Vector3<f64>> {
-    let at = |time_s: f64| motion.place(time_s - delay_s).map(|place| motion.at(place));
-    Some((at(turn.start_s)?.inverse() * at(turn.end_s)?).scaled_axis())
+    let at = |time_s: f64| {
+        let place = motion.place(time_s - delay_s);
+        place.map(|place| motion.shown(place))
+    };
+    Some(at(turn.start_s)?.turn_to(&at(turn.end_s)?))
 }
 
 /// How alike the sizes of the turns are, whatever the axes: correlation of their lengths.

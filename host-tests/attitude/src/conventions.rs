@@ -2,7 +2,7 @@
 
 use nalgebra::{Quaternion, UnitQuaternion};
 use rlg_recording::error::InputError;
-use rlg_signal::attitude_samples::AttitudeSample;
+use rlg_signal::attitude_samples::{Shown, SlowSample};
 
 use crate::alignment::Alignment;
 use crate::coarse::{self, Likeness};
@@ -65,18 +65,21 @@ pub(crate) fn check(
     of_model: &Alignment,
     anyway: bool,
 ) -> Result<Option<String>, InputError> {
-    let compared = |samples: &[AttitudeSample]| {
+    let compared = |samples: &[SlowSample]| {
         let left_out = &observed.stamps.left_out;
         coarse::likeness(&observed.gyros, samples, left_out, of_model)
     };
     let Some(given) = compared(&observed.samples).filter(|likeness| likeness.left > FITS) else {
         return Ok(None);
     };
-    let read = |reading: &Reading| -> Vec<AttitudeSample> {
+    let read = |reading: &Reading| -> Vec<SlowSample> {
         let samples = observed.samples.iter();
         samples
-            .map(|sample| AttitudeSample {
-                navigation_from_body: (reading.of)(sample.navigation_from_body),
+            .map(|sample| SlowSample {
+                shown: match sample.shown {
+                    Shown::Attitude(attitude) => Shown::Attitude((reading.of)(attitude)),
+                    sum @ Shown::Sum(_) => sum,
+                },
                 ..*sample
             })
             .collect()

@@ -7,10 +7,11 @@ use rlg_catalogue::Pool;
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::put_right::{self, PutRight};
 use rlg_model::{Model, MotionSource};
-use rlg_recording::Recording;
 use rlg_recording::error::InputError;
+use rlg_recording::{Clock, Quantity, Recording};
 use rlg_signal::attitude_samples::has_attitude;
 use rlg_signal::axes::Triad;
+use rlg_signal::channels::SAME_ROW;
 use rlg_signal::streams::Streams;
 
 use crate::about::About;
@@ -54,12 +55,34 @@ pub struct Diagnosed {
     pub corrected: Result<Streams, String>,
 }
 
-/// Whether attitudes are the reference of a recording that this likelihood serves: gyros without dither counts.
+/// Whether the reference of a recording is one of attitudes, or of increments on other rows than the gyros'.
 pub fn serves(recording: &Recording, model: &Model) -> bool {
-    let is_dithered = recording
-        .channel(&rlg_recording::Quantity::GyroCount, "x")
-        .is_some();
-    model.motion == MotionSource::Reference && has_attitude(recording) && !is_dithered
+    if model.motion != MotionSource::Reference {
+        return false;
+    }
+    let mut gyros = Quantity::GYROS.iter();
+    let gyro = gyros.find_map(|quantity| recording.channel(quantity, "x"));
+    let reference = recording.channel(&Quantity::ReferenceIncrement, "x");
+    let clocks = gyro.zip(reference).map(|((gyro, _), (reference, _))| {
+        let clocks = (&gyro.clock, &reference.clock);
+        (clocks, gyro.rows)
+    });
+    let Some((
+        (
+            Clock::Uniform { rate_hz, start_s },
+            Clock::Uniform {
+                rate_hz: own_hz,
+                start_s: own_s,
+            },
+        ),
+        rows,
+    )) = clocks
+    else {
+        return has_attitude(recording);
+    };
+    let drift_rows = (own_hz - rate_hz) / rate_hz * rows as f64;
+    let offset_rows = (own_s - start_s) * rate_hz;
+    drift_rows.abs() >= SAME_ROW || (offset_rows - offset_rows.round()).abs() >= SAME_ROW
 }
 
 /// Diagnoses a recording; `None` where fewer than two attitudes lie within the gyros' record, or where they are few and the

@@ -18,6 +18,7 @@ use rlg_signal::axes::AXES;
 
 use crate::alignment::{GROUPS, Group, group_at, places};
 use crate::blocks::Estimates;
+use crate::gyro_motion::Reads;
 use crate::held_out::{HeldOut, held_out};
 use crate::reference_spans::{self, JumpSeen, Span};
 use crate::registration::Registration;
@@ -343,10 +344,14 @@ fn registration(said: &Said) -> Vec<RegistrationEntry> {
 fn reference_line(said: &Said) -> String {
     let increments = &said.registered.about.increments;
     let count = said.observed.samples.len();
+    let what = match said.observed.gyros.reads {
+        Reads::Attitudes => "attitudes",
+        Reads::Sums => "sums of increments",
+    };
     let noise_rad = said.registered.levels[1].sqrt();
     let Some(few) = said.few else {
         return format!(
-            "Reference: {count} attitudes, one every {:.4} s, {noise_rad:.2e} rad of white noise; the last fifth is held out.",
+            "Reference: {count} {what}, one every {:.4} s, {noise_rad:.2e} rad of white noise; the last fifth is held out.",
             increments.period_s,
         );
     };
@@ -357,7 +362,7 @@ fn reference_line(said: &Said) -> String {
         }
     };
     format!(
-        "Reference: {count} attitudes, which are {} numbers{rest}; none are left to test what is found. White noise of an attitude is taken as {noise_rad:.1e} rad, which the model does not declare and so few cannot show.",
+        "Reference: {count} {what}, which are {} numbers{rest}; none are left to test what is found. Their white noise is taken as {noise_rad:.1e} rad, which the model does not declare and so few cannot show.",
         3 * increments.rows(),
     )
 }

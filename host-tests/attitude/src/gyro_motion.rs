@@ -1,12 +1,37 @@
 //! The attitude that the gyros' own increments integrate to, at any time, and vectors of their rows carried along it.
 //!
+//! Beside a reference that sums up increments they are summed up, too, and nothing is turned: over the same time both are the
+//! integral of the body's rate in its own axes, whatever it does within a row. An attitude made of the reference's would miss
+//! cones that are too fast for its rate.
+//!
 //! A row turns the body by Δθ + Δθ × (7 (Δθ₊₁ − Δθ₋₁) − (Δθ₊₂ − Δθ₋₂))/120: the weights with which a cone of phase β a row gives
 //! (β − sin β)/2 to the order β⁵. Within a row the angle goes as a cubic with fourth-order tangents.
 
 use nalgebra::{UnitQuaternion, Vector3};
+use rlg_signal::attitude_samples::{Shown, SlowSample};
+
+/// What a reference reads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reads {
+    /// Attitudes.
+    Attitudes,
+    /// Sums of increments in the body's axes.
+    Sums,
+}
+
+impl Reads {
+    /// Of samples of one kind.
+    pub fn of(samples: &[SlowSample]) -> Self {
+        match samples.first().map(|sample| sample.shown) {
+            Some(Shown::Sum(_)) => Self::Sums,
+            _ => Self::Attitudes,
+        }
+    }
+}
 
 /// Attitude of the body against its own beginning ("start" frame).
 pub struct GyroMotion {
+    reads: Reads,
     start_s: f64,
     rate_hz: f64,
     increments_rad: Vec<Vector3<f64>>,
@@ -29,7 +54,14 @@ pub struct Place {
 
 impl GyroMotion {
     /// Integrates increments of the body \[rad\], the first row beginning at `start_s`.
-    pub fn new(start_s: f64, rate_hz: f64, increments_rad: Vec<Vector3<f64>>) -> Self {
+    ///
+    /// # Inputs
+    /// `reads`: what it is compared with.
+    pub fn new(
+        (start_s, rate_hz): (f64, f64),
+        increments_rad: Vec<Vector3<f64>>,
+        reads: Reads,
+    ) -> Self {
         let rows = increments_rad.len();
         let mut now = UnitQuaternion::identity();
         let mut sum = Vector3::zeros();
@@ -48,6 +80,7 @@ impl GyroMotion {
             sums_rad.push(sum);
         }
         Self {
+            reads,
             start_s,
             rate_hz,
             increments_rad,
@@ -93,6 +126,36 @@ impl GyroMotion {
         self.boundaries[row] * UnitQuaternion::from_scaled_axis(part)
     }
 
+    /// What a perfect reference reads at a place.
+    pub fn shown(&self, place: Place) -> Shown {
+        match self.reads {
+            Reads::Attitudes => Shown::Attitude(self.at(place)),
+            Reads::Sums => Shown::Sum(self.sums_rad[place.row] + self.angle_within(place)),
+        }
+    }
+
+    /// The frame in which errors grow, the start's or the body's, from body.
+    pub fn frame_from_body(&self, place: Place) -> UnitQuaternion<f64> {
+        match self.reads {
+            Reads::Attitudes => self.at(place),
+            Reads::Sums => UnitQuaternion::identity(),
+        }
+    }
+
+    /// Σ over rows of a vector that is fixed in space, in the frame in which errors grow, at row boundaries; in space where
+    /// that turns with it.
+    pub fn fixed_sum(&self, of_row: Vector3<f64>) -> Vec<Vector3<f64>> {
+        let mut sum = Vector3::zeros();
+        let sums = self.middles.iter().map(|start_from_body| {
+            sum += match self.reads {
+                Reads::Attitudes => of_row,
+                Reads::Sums => start_from_body.inverse() * of_row,
+            };
+            sum
+        });
+        std::iter::once(Vector3::zeros()).chain(sums).collect()
+    }
+
     /// Mean rate over the row of a place \[rad/s\].
     pub fn rate_rad_s(&self, place: Place) -> Vector3<f64> {
         self.increments_rad[place.row] * self.rate_hz
@@ -120,7 +183,14 @@ impl GyroMotion {
         (8.0 * near - (sums[boundary + 2] - sums[boundary - 2])) / 12.0
     }
 
-    /// Σ over rows of a body vector in the start frame, at row boundaries.
+    fn turned(&self, start_from_body: &UnitQuaternion<f64>, body: Vector3<f64>) -> Vector3<f64> {
+        match self.reads {
+            Reads::Attitudes => start_from_body * body,
+            Reads::Sums => body,
+        }
+    }
+
+    /// Σ over rows of a body vector in the frame in which errors grow, at row boundaries.
     pub fn carried_sum(&self, of_row: impl Fn(usize) -> Vector3<f64>) -> Vec<Vector3<f64>> {
         let mut sum = Vector3::zeros();
         let sums = self
@@ -128,17 +198,17 @@ impl GyroMotion {
             .iter()
             .enumerate()
             .map(|(row, start_from_body)| {
-                sum += start_from_body * of_row(row);
+                sum += self.turned(start_from_body, of_row(row));
                 sum
             });
         std::iter::once(Vector3::zeros()).chain(sums).collect()
     }
 
-    /// A body vector at row boundaries in the start frame.
+    /// A body vector at row boundaries in the frame in which errors grow.
     pub fn carried(&self, at_boundary: impl Fn(usize) -> Vector3<f64>) -> Vec<Vector3<f64>> {
         let boundaries = self.boundaries.iter().enumerate();
         boundaries
-            .map(|(boundary, start_from_body)| start_from_body * at_boundary(boundary))
+            .map(|(boundary, start_from_body)| self.turned(start_from_body, at_boundary(boundary)))
             .collect()
     }
 }
@@ -175,7 +245,7 @@ mod tests {
                 })
                 .sum()
         });
-        let motion = GyroMotion::new(0.0, rate_hz, increments.collect());
+        let motion = GyroMotion::new((0.0, rate_hz), increments.collect(), Reads::Attitudes);
         let place = motion.place(1.4327).expect("inside");
         let exact = attitude(0.0).inverse() * attitude(1.4327);
         let error = (motion.at(place).inverse() * exact).angle();

@@ -1,6 +1,6 @@
 //! Attitudes that a reference repeats while the gyros turn: it held its last reading.
 
-use rlg_signal::attitude_samples::AttitudeSample;
+use rlg_signal::attitude_samples::SlowSample;
 
 use crate::about::Gyros;
 use crate::gyro_motion::GyroMotion;
@@ -12,13 +12,13 @@ const LEAST: usize = 3;
 const APART: f64 = 6.0;
 
 /// Whether each attitude only repeats one before it while the gyros turn.
-pub(crate) fn find(gyros: &Gyros, samples: &[AttitudeSample]) -> Vec<bool> {
+pub(crate) fn find(gyros: &Gyros, samples: &[SlowSample]) -> Vec<bool> {
     let mut held = vec![false; samples.len()];
     let runs = runs(samples);
     if runs.is_empty() {
         return held;
     }
-    let motion = GyroMotion::new(gyros.start_s, gyros.rate_hz, gyros.sensed_rad.clone());
+    let motion = gyros.motion(gyros.sensed_rad.clone());
     for run in &runs {
         let Some(own) = parting_rad(&motion, samples, run.start, run.end - 1) else {
             continue;
@@ -42,11 +42,11 @@ pub(crate) fn find(gyros: &Gyros, samples: &[AttitudeSample]) -> Vec<bool> {
 }
 
 /// Stretches of equal attitudes.
-fn runs(samples: &[AttitudeSample]) -> Vec<std::ops::Range<usize>> {
+fn runs(samples: &[SlowSample]) -> Vec<std::ops::Range<usize>> {
     let mut runs = Vec::new();
     let mut start = 0;
     for stamp in 1..=samples.len() {
-        if stamp < samples.len() && samples[stamp].repeats(&samples[stamp - 1]) {
+        if stamp < samples.len() && samples[stamp].shown.repeats(&samples[stamp - 1].shown) {
             continue;
         }
         if stamp - start >= LEAST {
@@ -58,15 +58,10 @@ fn runs(samples: &[AttitudeSample]) -> Vec<std::ops::Range<usize>> {
 }
 
 /// By how much gyros and reference turn apart between two stamps \[rad\].
-fn parting_rad(
-    motion: &GyroMotion,
-    samples: &[AttitudeSample],
-    from: usize,
-    to: usize,
-) -> Option<f64> {
-    let at = |stamp: usize| Some(motion.at(motion.place(samples[stamp].time_s)?));
-    let gyros = at(from)?.inverse() * at(to)?;
-    let reference = samples[from].navigation_from_body.inverse() * samples[to].navigation_from_body;
+fn parting_rad(motion: &GyroMotion, samples: &[SlowSample], from: usize, to: usize) -> Option<f64> {
+    let at = |stamp: usize| Some(motion.shown(motion.place(samples[stamp].time_s)?));
+    let gyros = at(from)?.turn_to(&at(to)?);
+    let reference = samples[from].shown.turn_to(&samples[to].shown);
     // Sizes of turns: the axes are not yet known to be the same.
-    Some((gyros.angle() - reference.angle()).abs())
+    Some((gyros.norm() - reference.norm()).abs())
 }

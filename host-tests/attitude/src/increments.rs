@@ -3,10 +3,11 @@
 //! With D = (navigation from body, as the reference says) × (body from start, as the gyros say), row k is
 //! Log(D_{k+1} D_k⁻¹). White noise of the attitude is then differenced white noise, and what the gyros lack is carried
 //! through the attitude: h in the body's axes becomes D_k ∫ C h dt. (inference.md, B1, B2; each row is its own anchor, so
-//! that an error may grow without bound.)
+//! that an error may grow without bound.) Of a reference that sums up increments D is the difference of the sums, and nothing
+//! is turned.
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use rlg_signal::attitude_samples::AttitudeSample;
+use nalgebra::{Matrix3, Vector3};
+use rlg_signal::attitude_samples::{Shown, SlowSample};
 use rlg_signal::axes::Triad;
 use rlg_signal::transforms::smooth_length;
 
@@ -98,7 +99,7 @@ impl Increments {
     /// `lost_before`: unmeasured gyro rows before each row boundary.
     pub fn new(
         motion: &GyroMotion,
-        samples: &[AttitudeSample],
+        samples: &[SlowSample],
         known: &Stamps,
         clock: &ReferenceClock,
         lost_before: &[usize],
@@ -124,15 +125,13 @@ impl Increments {
             rows -= 1;
         }
         used.truncate(rows + 1);
-        let errors: Vec<UnitQuaternion<f64>> = used
+        let errors: Vec<Shown> = used
             .iter()
-            .map(|(stamp, _, place)| {
-                samples[*stamp].navigation_from_body * motion.at(*place).inverse()
-            })
+            .map(|(stamp, _, place)| samples[*stamp].shown.against(&motion.shown(*place)))
             .collect();
         let mut rows_rad = Triad::default();
         for pair in errors.windows(2) {
-            let grown = (pair[1] * pair[0].inverse()).scaled_axis();
+            let grown = pair[1].against(&pair[0]).angle_rad();
             for axis in 0..3 {
                 rows_rad[axis].push(grown[axis]);
             }
@@ -157,7 +156,10 @@ impl Increments {
             stamps: used.iter().map(|(stamp, _, _)| *stamp).collect(),
             navigation_from_start: errors[..rows]
                 .iter()
-                .map(|error| error.to_rotation_matrix().into_inner())
+                .map(|error| match error {
+                    Shown::Attitude(error) => error.to_rotation_matrix().into_inner(),
+                    Shown::Sum(_) => Matrix3::identity(),
+                })
                 .collect(),
             times_s,
             free,

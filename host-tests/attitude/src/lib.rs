@@ -10,12 +10,12 @@
 //! Of attitudes so few that only the model knows their noise, `few` weighs rows and columns over what is believed of it, and
 //! `few_search` takes the place of registration and search. Where the registration alone is asked for, `align` leaves the physics
 //! out.
-//!
-//! Deliberately not here: dithered counts.
 
 pub mod plan;
 
 mod gyro_motion;
+
+mod dither;
 
 mod increments;
 

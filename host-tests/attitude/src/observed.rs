@@ -1,12 +1,13 @@
 //! The recording as the registration sees it: gyros, attitudes, and which of those serve the last test alone.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 use rlg_model::{EffectValue, Model};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
-use rlg_signal::attitude_samples::{AttitudeSample, attitude_samples};
+use rlg_signal::attitude_samples::{SlowSample, slow_samples};
 use rlg_signal::axes::Triad;
 use rlg_signal::fault::Fault;
 use rlg_signal::own_motion::take_own_motion;
@@ -16,6 +17,8 @@ use rlg_signal::streams::Streams;
 
 use crate::about::{About, Gyros};
 use crate::channels;
+use crate::dither::Dither;
+use crate::gyro_motion::Reads;
 use crate::held;
 use crate::increments::Stamps;
 use crate::physics::Gyro;
@@ -28,7 +31,7 @@ pub(crate) struct Observed<'a> {
     pub(crate) model: &'a Model,
     pub(crate) streams: Streams,
     pub(crate) faults: Vec<Fault>,
-    pub(crate) samples: Vec<AttitudeSample>,
+    pub(crate) samples: Vec<SlowSample>,
     /// Stamps that serve the last test alone.
     pub(crate) tested: Vec<bool>,
     /// Those, and stamps that the model knows to be wrong, left out; and jumps that it knows.
@@ -75,7 +78,7 @@ pub(crate) fn observe<'a>(
     (model, model_file): (&'a Model, &Path),
     plan: &AttitudePlan,
 ) -> Result<Option<Observed<'a>>, InputError> {
-    let mut samples = attitude_samples(recording)?;
+    let mut samples = slow_samples(recording)?;
     let is_few = samples.len() < plan.least_stamps;
     let reference = model.reference.as_ref();
     let is_declared = reference.is_some_and(|reference| reference.angle_noise_rad.is_some());
@@ -106,6 +109,8 @@ pub(crate) fn observe<'a>(
         rate_hz: streams.rate_hz,
         sensed_rad,
         lost_before,
+        reads: Reads::of(&samples),
+        dither: Dither::new(&streams, model).map(Arc::new),
     };
     let map = channels::map(&model.effects);
     channels::put_right(&map, &mut samples, &mut gyros.sensed_rad);
@@ -119,6 +124,9 @@ pub(crate) fn observe<'a>(
         let is_known = masked.iter().any(is_within);
         tested[stamp] = stamp >= fitted && !is_known;
         known.left_out[stamp] = tested[stamp] || is_known;
+    }
+    for (jumped, sample) in known.jumped.iter_mut().zip(&samples) {
+        *jumped = sample.after_gap;
     }
     for effect in model
         .effects

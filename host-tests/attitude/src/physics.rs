@@ -44,13 +44,18 @@ impl Gyro {
             measured_rad: Arc::new(case_rad.clone()),
             independent: CaseMotion::new(case_rad.clone(), streams.rate_hz),
             likeliest: CaseMotion::new(case_rad.clone(), streams.rate_hz),
-            dither_rad: None,
+            dither_rad: streams.pickoff_rad.as_ref().map(|pickoff| {
+                pickoff.each_ref().map(|angles| {
+                    let ends = angles.windows(2);
+                    ends.map(|pair| pair[1] - pair[0]).collect()
+                })
+            }),
         };
         let inputs = Inputs {
             force_m_s2: streams.force_m_s2.as_ref(),
             temperature_k: streams.temperature_k.as_ref(),
             magnetic_t: streams.magnetic_t.as_ref(),
-            pickoff_rad: None,
+            pickoff_rad: streams.pickoff_rad.as_ref(),
             others: &[],
             start_s: streams.start_s,
         };

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_model::{EffectValue, ModelEffect};
-use rlg_signal::attitude_samples::AttitudeSample;
+use rlg_signal::attitude_samples::SlowSample;
 use rlg_signal::axes::AXES;
 
 use crate::increments::Stamps;
@@ -25,7 +25,7 @@ const SPIKE_STAMPS: usize = 3;
 ///
 /// # Inputs
 /// `known`: before anything was sought; `found`: after.
-pub(crate) fn spans(samples: &[AttitudeSample], known: &Stamps, found: &Stamps) -> Vec<Span> {
+pub(crate) fn spans(samples: &[SlowSample], known: &Stamps, found: &Stamps) -> Vec<Span> {
     let mut spans: Vec<Span> = Vec::new();
     let mut is_open = false;
     for (stamp, sample) in samples.iter().enumerate() {

@@ -3,7 +3,7 @@
 //! Twenty numbers in groups that join from nothing, each beside those that stand, linear about the last values until those
 //! stand still (inference.md, B4).
 
-use rlg_signal::attitude_samples::AttitudeSample;
+use rlg_signal::attitude_samples::SlowSample;
 use rlg_signal::axes::{Triad, add_triad};
 
 use crate::about::{About, Gyros};
@@ -47,7 +47,7 @@ const PLAIN_PASSES: usize = 2;
 const SETTLED: f64 = 0.1;
 
 /// Gyros, attitudes, and which of those are left out or are known to have jumped.
-pub(crate) type Records<'a> = (&'a Gyros, &'a [AttitudeSample], &'a Stamps);
+pub(crate) type Records<'a> = (&'a Gyros, &'a [SlowSample], &'a Stamps);
 
 /// Rows about an alignment, and the columns of some places fitted to them.
 pub(crate) fn fitted(

@@ -120,6 +120,7 @@ impl Rest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gyro_motion::Reads;
 
     fn gyros(rate: impl Fn(usize) -> f64) -> Gyros {
         let mut state = 7_u64;
@@ -138,6 +139,8 @@ mod tests {
             start_s: 0.0,
             rate_hz: 100.0,
             lost_before: vec![0; sensed_rad.len() + 1],
+            dither: None,
+            reads: Reads::Attitudes,
             sensed_rad,
         }
     }

@@ -88,5 +88,6 @@ pub(crate) fn in_body(
     value: Vector3<f64>,
 ) -> Vector3<f64> {
     let start = increments.navigation_from_start[row].transpose() * value;
-    motion.at(increments.places()[row]).inverse() * start
+    let frame_from_body = motion.frame_from_body(increments.places()[row]);
+    frame_from_body.inverse() * start
 }

@@ -24,10 +24,8 @@ pub struct AttitudeSample {
 }
 
 impl AttitudeSample {
-    /// Whether it is another's attitude to the last bit, of either sign.
-    pub fn repeats(&self, other: &Self) -> bool {
-        let [own, other] = [self, other].map(|one| one.navigation_from_body.coords);
-        own == other || own == -other
+    fn shown(&self) -> Shown {
+        Shown::Attitude(self.navigation_from_body)
     }
 }
 
@@ -56,6 +54,14 @@ impl Shown {
             (Self::Sum(own), Self::Sum(other)) => Self::Sum(own - other),
             _ => unreachable!("a recording has one kind of reference, and its path the same"),
         }
+    }
+
+    /// Whether it is another's attitude to the last bit, of either sign; a sum that stays is no attitude that was held.
+    pub fn repeats(&self, other: &Self) -> bool {
+        let (Self::Attitude(own), Self::Attitude(other)) = (self, other) else {
+            return false;
+        };
+        own.coords == other.coords || own.coords == -other.coords
     }
 
     /// As an angle \[rad\].
@@ -108,7 +114,7 @@ pub fn slow_samples(recording: &Recording) -> Result<Vec<SlowSample>, InputError
         let attitudes = attitude_samples(recording)?;
         let shown = attitudes.into_iter().map(|sample| SlowSample {
             time_s: sample.time_s,
-            shown: Shown::Attitude(sample.navigation_from_body),
+            shown: sample.shown(),
             after_gap: false,
         });
         Ok(shown.collect())
@@ -163,7 +169,7 @@ pub fn attitude_samples(recording: &Recording) -> Result<Vec<AttitudeSample>, In
 /// A recorder faster than its reference holds the last attitude: only the first of equal ones is new. A reference
 /// that stood still repeats itself too, but not in most of its rows.
 fn without_held(samples: Vec<AttitudeSample>) -> Vec<AttitudeSample> {
-    let same = |pair: &[AttitudeSample]| pair[1].repeats(&pair[0]);
+    let same = |pair: &[AttitudeSample]| pair[1].shown().repeats(&pair[0].shown());
     let held = samples.windows(2).filter(|pair| same(pair)).count();
     if 2 * held <= samples.len() {
         return samples;
