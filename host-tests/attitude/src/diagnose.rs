@@ -85,8 +85,7 @@ pub fn serves(recording: &Recording, model: &Model) -> bool {
     drift_rows.abs() >= SAME_ROW || (offset_rows - offset_rows.round()).abs() >= SAME_ROW
 }
 
-/// Diagnoses a recording; `None` where fewer than two attitudes lie within the gyros' record, or where they are few and the
-/// model declares their noise: what such a record promises of the next one is still the older stages'.
+/// Diagnoses a recording; `None` where fewer than two attitudes lie within the gyros' record.
 ///
 /// # Errors
 /// The recording lacks a channel or its attitudes are none; the model's installation matrix has no inverse.

@@ -1,10 +1,13 @@
 //! Few attitudes: rows so few that they do not show their own noise, as before and after one turn.
 //!
-//! Noise is what the model declares, or what such instruments usually have, within a factor; everything is weighed by its
+//! Noise is what the model declares, or else what such instruments usually have, within a factor; everything is weighed by its
 //! evidence, averaged over that noise, with priors of physical size, and no more numbers are named than the rows have.
 //! (inference.md, B10.)
 
+use std::ops::Range;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
+use rlg_findings::excess::excess_square;
 use rlg_inference::linear::invert;
 use rlg_model::Model;
 use rlg_signal::axes::Triad;
@@ -16,7 +19,7 @@ use crate::increments::Increments;
 use crate::outliers::MEDIAN_CHI_SQUARED;
 use crate::plan::AttitudePlan;
 
-/// Noise of rows, as a law of one number: its logarithm is normal.
+/// Noise of rows, as a law of one number: its logarithm is normal, or it is known.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Believed {
     median: f64,
@@ -29,7 +32,8 @@ impl Believed {
         /// Standard deviations to either side, and steps of each.
         const REACH: i32 = 3;
         const EACH: i32 = 2;
-        (-REACH * EACH..=REACH * EACH).map(move |k| {
+        let most = if self.log_std > 0.0 { REACH * EACH } else { 0 };
+        (-most..=most).map(move |k| {
             let away = f64::from(k) / f64::from(EACH);
             (
                 self.median * (away * self.log_std).exp(),
@@ -44,54 +48,84 @@ impl Believed {
 pub(crate) struct NoiseBelief {
     /// Random walk of gyros and reference \[rad/√s\].
     walk: Believed,
-    /// White noise of the reference \[rad\].
+    /// White noise of the reference and of what is read with the gyros \[rad\].
     angle: Believed,
 }
 
 impl NoiseBelief {
-    /// The walk that the model declares, or that the gyros' own rows show; white noise of a reference like most, as attitudes
-    /// whose noise is declared are the older stages'.
+    /// What the model declares is known; else the walk is what the gyros' own rows show, and the reference is as noisy as most.
     pub(crate) fn new(model: &Model, gyros: &Gyros, plan: &AttitudePlan) -> Self {
         let reference = model.reference.as_ref();
-        let of_gyros = model.gyro.angle_random_walk_rad_sqrt_s;
-        let walk_of_reference =
-            reference.and_then(|reference| reference.angle_random_walk_rad_sqrt_s);
-        let gyro_walk = of_gyros.map(|walk| (walk.iter().map(|n| n * n).sum::<f64>() / 3.0).sqrt());
-        let mut walk = match gyro_walk {
-            Some(median) if median > 0.0 => Believed {
-                median,
-                log_std: plan.declared_log_std,
-            },
-            _ => Believed {
-                median: own_walk_rad_sqrt_s(gyros),
-                log_std: plan.undeclared_log_std,
-            },
+        let mean_square = |of: &dyn Fn(usize) -> f64| (0..3).map(of).sum::<f64>() / 3.0;
+        let declared = model.gyro.angle_random_walk_rad_sqrt_s.map(|walk| {
+            mean_square(&|gyro| {
+                walk[gyro].powi(2) + excess_square(model, "angle_random_walk", gyro)
+            })
+        });
+        let declared = declared.filter(|square| *square > 0.0);
+        let of_gyros = declared.map_or_else(|| own_walk_rad_sqrt_s(gyros), f64::sqrt);
+        let of_reference = reference.and_then(|one| one.angle_random_walk_rad_sqrt_s);
+        let read_with_gyros = mean_square(&|gyro| {
+            let pulses = model.gyro.pulse_weight_rad[gyro].powi(2);
+            let pulses = pulses + excess_square(model, "pulse_quantisation", gyro);
+            pulses / 12.0 + model.pickoff_white_rad2(gyro)
+        });
+        let declared_angle = reference.and_then(|one| one.angle_noise_rad);
+        let angle = declared_angle.unwrap_or(plan.undeclared_attitude_noise_rad);
+        let log_std = |is_declared: bool| match is_declared {
+            true => 0.0,
+            false => plan.undeclared_log_std,
         };
-        walk.median = walk.median.hypot(walk_of_reference.unwrap_or(0.0));
         Self {
-            walk,
+            walk: Believed {
+                median: of_gyros.hypot(of_reference.unwrap_or(0.0)),
+                log_std: log_std(declared.is_some()),
+            },
             angle: Believed {
-                median: plan.undeclared_attitude_noise_rad,
-                log_std: plan.undeclared_log_std,
+                median: angle.hypot(read_with_gyros.sqrt()),
+                log_std: log_std(declared_angle.is_some()),
             },
         }
     }
 }
 
-/// Random walk as the quietest half of the gyros' second differences shows it \[rad/√s\].
+/// Random walk as the quietest quarter of the gyros' second differences shows it \[rad/√s\]: of sums over as many rows as show
+/// least, for what pulses hide in few rows motion adds to many.
 fn own_walk_rad_sqrt_s(gyros: &Gyros) -> f64 {
-    let mut squares: Vec<f64> = gyros
-        .sensed_rad
-        .windows(3)
-        .map(|rows| (rows[0] - 2.0 * rows[1] + rows[2]).norm_squared())
-        .collect();
-    if squares.is_empty() {
-        return 0.0;
-    }
-    let place = squares.len() / 4;
-    let quarter = *squares.select_nth_unstable_by(place, f64::total_cmp).1;
-    // A second difference of white noise has six times its variance.
-    (quarter / MEDIAN_CHI_SQUARED / 6.0 * gyros.rate_hz).sqrt()
+    /// Fewest sums of which the quietest quarter is meant.
+    const LEAST: usize = 64;
+    let of_sums = |rows: usize| {
+        let sums: Vec<Vector3<f64>> = gyros
+            .sensed_rad
+            .chunks_exact(rows)
+            .map(|rows| rows.iter().sum())
+            .collect();
+        let mut squares: Vec<f64> = sums
+            .windows(3)
+            .map(|sums| (sums[0] - 2.0 * sums[1] + sums[2]).norm_squared())
+            .collect();
+        if squares.is_empty() {
+            return 0.0;
+        }
+        let place = squares.len() / 4;
+        let quarter = *squares.select_nth_unstable_by(place, f64::total_cmp).1;
+        // A second difference of white noise has six times its variance.
+        (quarter / MEDIAN_CHI_SQUARED / 6.0 * gyros.rate_hz / rows as f64).sqrt()
+    };
+    let spans = (0..).map(|k| 1 << k);
+    let spans = spans.take_while(|rows| *rows == 1 || gyros.sensed_rad.len() / rows >= LEAST);
+    spans.map(of_sums).fold(f64::INFINITY, f64::min)
+}
+
+/// The prior width that suits a group best, over its own: its squares over how many of its numbers the rows fix (MacKay 1992,
+/// "Bayesian interpolation", Eq. 4.9), so that directions that they leave open do not hold the width where it was.
+fn best_width(weighed: &Weighed, group: Range<usize>, (own, std): (&[f64], &[f64])) -> f64 {
+    let squares = group.clone().map(|k| (weighed.mean[k] / own[k]).powi(2));
+    let fixed = group
+        .clone()
+        .map(|k| 1.0 - weighed.covariance[(k, k)] / std[k].powi(2));
+    let fixed = fixed.sum::<f64>().max(f64::MIN_POSITIVE);
+    (squares.sum::<f64>() / fixed).sqrt()
 }
 
 /// Weight of a noise that counts.
@@ -237,6 +271,8 @@ impl FewRows {
     pub(crate) fn weigh_under(&self, groups: &[&[usize]], noises: &[usize]) -> Weighed {
         /// Turns after which widths hardly change.
         const TURNS: usize = 4;
+        /// Of what is not there.
+        const LEAST_WIDTH: f64 = 1e-6;
         let set: Vec<usize> = groups.concat();
         let own: Vec<f64> = set.iter().map(|k| self.prior_std[*k]).collect();
         let mut std = own.clone();
@@ -246,11 +282,8 @@ impl FewRows {
             for group in groups {
                 let range = first..first + group.len();
                 first = range.end;
-                let squares = range.clone().map(|k| {
-                    let square = weighed.mean[k].powi(2) + weighed.covariance[(k, k)];
-                    square / own[k].powi(2)
-                });
-                let width = (squares.sum::<f64>() / group.len() as f64).sqrt().min(1.0);
+                let width =
+                    best_width(&weighed, range.clone(), (&own, &std)).clamp(LEAST_WIDTH, 1.0);
                 for k in range {
                     std[k] = own[k] * width;
                 }

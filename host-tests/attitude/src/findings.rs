@@ -10,7 +10,7 @@ use rlg_diagnosis::entries_of_rows::fault_entry;
 use rlg_diagnosis::findings::no_channel;
 use rlg_findings::result::{
     ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, FitEntry, Identifiable, NoiseEntry,
-    ParameterEntry, RegistrationEntry, RunnerUp, Verdict,
+    ParameterEntry, PromiseEntry, RegistrationEntry, RunnerUp, Verdict,
 };
 use rlg_findings::updated_model::switch_on;
 use rlg_model::{EffectValue, ModelEffect};
@@ -20,6 +20,7 @@ use crate::alignment::{GROUPS, Group, group_at, places};
 use crate::blocks::Estimates;
 use crate::gyro_motion::Reads;
 use crate::held_out::{HeldOut, held_out};
+use crate::promise;
 use crate::reference_spans::{self, JumpSeen, Span};
 use crate::registration::Registration;
 use crate::said::Said;
@@ -114,6 +115,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
     for effect in faults.chain(jumps.iter().flat_map(JumpSeen::effects)) {
         switch_on(&mut model, effect);
     }
+    let promises = promise::promises(said);
     let diagnosis = Diagnosis {
         format: 1,
         recording: observed.recording.name.clone(),
@@ -126,8 +128,8 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         registration: registration(said),
         fit: fit(said, tested.as_ref()),
         not_excluded: not_excluded(said),
-        next_experiment: next_experiment(&named),
-        promises: Vec::new(),
+        next_experiment: next_experiment(&named, &promises),
+        promises,
         noise: noise(registered),
         accelerometer_noise: Vec::new(),
         trials: found.tried,
@@ -355,6 +357,11 @@ fn reference_line(said: &Said) -> String {
             increments.period_s,
         );
     };
+    let reference = said.observed.model.reference.as_ref();
+    let declared = match reference.and_then(|reference| reference.angle_noise_rad) {
+        Some(_) => "which the model declares and",
+        None => "which the model does not declare and",
+    };
     let rest = match few.rest_s {
         0.0 => String::new(),
         rest_s => {
@@ -362,7 +369,7 @@ fn reference_line(said: &Said) -> String {
         }
     };
     format!(
-        "Reference: {count} {what}, which are {} numbers{rest}; none are left to test what is found. Their white noise is taken as {noise_rad:.1e} rad, which the model does not declare and so few cannot show.",
+        "Reference: {count} {what}, which are {} numbers{rest}; none are left to test what is found. Their white noise is taken as {noise_rad:.1e} rad, {declared} so few cannot show.",
         3 * increments.rows(),
     )
 }
@@ -469,7 +476,10 @@ fn runners_up(named: &[(&Named, Numbers)]) -> Vec<RunnerUp> {
         .collect()
 }
 
-fn next_experiment(named: &[(&Named, Numbers)]) -> String {
+fn next_experiment(named: &[(&Named, Numbers)], promises: &[PromiseEntry]) -> String {
+    if let Some(promised) = promise::sentence(promises) {
+        return format!("{} {promised}", card("axis_flexure").experiment);
+    }
     let confused = named.iter().find(|(one, _)| !one.alike.is_empty());
     match confused.or(named.first()) {
         Some((one, _)) => card(one.kind).experiment.to_string(),

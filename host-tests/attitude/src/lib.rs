@@ -65,6 +65,8 @@ mod few;
 
 mod few_search;
 
+mod promise;
+
 mod reference_spans;
 
 mod said;

@@ -72,7 +72,7 @@ fn no_inverse(model_file: &Path) -> InputError {
         .channel("gyro.installation_rad")
 }
 
-/// Reads it; `None` of less than two attitudes, or of few whose noise the model declares.
+/// Reads it; `None` of less than two attitudes.
 pub(crate) fn observe<'a>(
     recording: &'a Recording,
     (model, model_file): (&'a Model, &Path),
@@ -80,9 +80,7 @@ pub(crate) fn observe<'a>(
 ) -> Result<Option<Observed<'a>>, InputError> {
     let mut samples = slow_samples(recording)?;
     let is_few = samples.len() < plan.least_stamps;
-    let reference = model.reference.as_ref();
-    let is_declared = reference.is_some_and(|reference| reference.angle_noise_rad.is_some());
-    if samples.len() < 2 || (is_few && is_declared) {
+    if samples.len() < 2 {
         return Ok(None);
     }
     let mut streams = Streams::align_without_reference(recording, model)?;

@@ -150,12 +150,19 @@ impl Gyro {
 
     /// Effects of physics that these channels can show, each whole.
     pub fn candidates(&self, left_out: &[&str]) -> (Pool, Vec<Candidate>) {
-        let mut pool = Pool::default();
-        let mut all = pool.candidates(&self.signals, [true; 3], left_out);
-        all.retain(|one| !is_registration(one.kind) && matches!(one.variant, Variant::Whole));
+        let (pool, mut all) = self.whole(left_out);
+        all.retain(|one| !is_registration(one.kind));
         for one in all.iter_mut().filter(|one| one.kind == ELASTIC) {
             without_own_axes(one);
         }
+        (pool, all)
+    }
+
+    /// Every effect of the catalogue that these channels can show, each with all its numbers.
+    pub fn whole(&self, left_out: &[&str]) -> (Pool, Vec<Candidate>) {
+        let mut pool = Pool::default();
+        let mut all = pool.candidates(&self.signals, [true; 3], left_out);
+        all.retain(|one| matches!(one.variant, Variant::Whole));
         (pool, all)
     }
 

@@ -11,8 +11,6 @@ pub struct AttitudePlan {
     pub undeclared_attitude_noise_rad: f64,
     /// Standard deviation of the logarithm of a noise that few rows have and the model does not declare.
     pub undeclared_log_std: f64,
-    /// The same where the model declares it.
-    pub declared_log_std: f64,
     /// Share of the stamps at the end that serve the last test alone.
     pub tested_share: f64,
     /// Least gain in log likelihood, deflated by what blocks disagree and less the price of the search.
@@ -37,7 +35,6 @@ impl Default for AttitudePlan {
             least_stamps: 40,
             undeclared_attitude_noise_rad: 1e-3,
             undeclared_log_std: 1.15,
-            declared_log_std: 0.35,
             tested_share: 0.2,
             least_gain: 4.0,
             least_share: 0.01,

@@ -6,7 +6,7 @@
 
 use super::support::{WITHIN, concealed, kinds, names_nothing, sizes_are};
 use rlg::diagnose::diagnose;
-use rlg::diagnose::result::{Diagnosis, EffectEntry, Verdict};
+use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
 use rlg::recording::{Channel, Clock, Quantity, Recording, Table};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::{Simulation, simulate};
@@ -382,15 +382,32 @@ fn cones(seconds: f64) -> String {
     text + &still(4.0)
 }
 
-fn sums(effect: &EffectEntry) -> Vec<(f64, f64)> {
-    effect
-        .identifiable
-        .iter()
-        .filter(|fixed| {
-            fixed.combination.len() == 2 && fixed.combination.values().all(|w| *w == 1.0)
-        })
-        .map(|fixed| (fixed.value, fixed.std))
-        .collect()
+/// K_xy + K_xz and so on: all that a cone about each axis shows of it.
+const FLEXURE_SUMS: [f64; 3] = [14.0e-8, 14.8e-8, 14.3e-8];
+
+fn class(effect: &EffectEntry) -> Vec<&str> {
+    let alike = effect.indistinguishable_from.iter().map(String::as_str);
+    alike.chain([effect.kind.as_str()]).collect()
+}
+
+/// Variances v_j of a filter on each gyro are, between two rests, a flexure with K_ij = v_j/2: what a cone about each axis
+/// rectifies to is known, whatever of the class it is called.
+fn rectifies(effect: &EffectEntry, sums: [f64; 3]) {
+    assert_eq!(effect.kind, "gyro_bandwidth", "the fewest numbers");
+    let value = |axis: usize| match &effect.parameters[axis] {
+        ParameterEntry::Number { value, .. } => *value,
+        other => panic!("no number: {other:?}"),
+    };
+    for (axis, sum) in sums.into_iter().enumerate() {
+        let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+        let half = 0.5 * (value(a) + value(b));
+        let of = |a: usize, b: usize| effect.covariance[a][b];
+        let std = 0.5 * (of(a, a) + of(b, b) + 2.0 * of(a, b)).sqrt();
+        assert!(
+            (half - sum).abs() < WITHIN * std,
+            "{half:e} ± {std:e}, {sum:e}"
+        );
+    }
 }
 
 /// The wrong-physics trap: coning to attitudes before and after cannot tell a flexure from an elastic rate. One class is
@@ -405,27 +422,18 @@ fn what_coning_confuses_is_one_class_and_the_promised_spins_separate_it() {
         let text = format!("{}{}{effect}", instrument(1000.0), cones(12.0));
         let simulation = made(&text, 7);
         let diagnosis = told(&before_and_after(&simulation), &simulation);
-        let found = diagnosis
-            .effects
-            .iter()
-            .find(|effect| effect.kind == kind || effect.kind == rival)
-            .unwrap_or_else(|| panic!("neither named: {:#?}", diagnosis.summary));
-        let class: Vec<&str> = std::iter::once(found.kind.as_str())
-            .chain(found.indistinguishable_from.iter().map(String::as_str))
-            .collect();
-        assert!(class.contains(&kind) && class.contains(&rival), "{class:?}");
         assert_eq!(kinds(&diagnosis).len(), 1, "{:#?}", diagnosis.summary);
-        if kind == "axis_flexure" && found.kind == kind {
-            let pairs = [(14.0e-8, 0), (14.8e-8, 1), (14.3e-8, 2)];
-            let sums = sums(found);
-            assert_eq!(sums.len(), 3, "{:?}", found.identifiable);
-            for ((value, std), (sum, _)) in sums.into_iter().zip(pairs) {
-                assert!(
-                    (value - sum).abs() < WITHIN * std,
-                    "{value:e} ± {std:e}, {sum:e}"
-                );
-            }
-        }
+        let found = &diagnosis.effects[0];
+        let class = class(found);
+        assert!(class.contains(&kind) && class.contains(&rival), "{class:?}");
+        rectifies(
+            found,
+            if kind == "axis_flexure" {
+                FLEXURE_SUMS
+            } else {
+                [14e-8; 3]
+            },
+        );
         let promise = diagnosis
             .promises
             .iter()
@@ -460,9 +468,7 @@ fn what_coning_confuses_is_one_class_and_the_promised_spins_separate_it() {
         let diagnosis = told(&slow(&simulation, every, 0), &simulation);
         // An elastic rate about a gyro's own axis is a filter of that gyro: one class (contract).
         assert_eq!(kinds(&diagnosis).len(), 1, "{:#?}", diagnosis.summary);
-        let found = &diagnosis.effects[0];
-        let alike = found.indistinguishable_from.iter().map(String::as_str);
-        let class: Vec<&str> = alike.chain([found.kind.as_str()]).collect();
+        let class = class(&diagnosis.effects[0]);
         assert!(
             class.contains(&kind) && !class.contains(&rival),
             "{:#?}",
@@ -494,22 +500,15 @@ fn flexure_is_found_in_dithered_counts_with_one_attitude_before_and_after_each_c
     );
     let simulation = made(&text, 9);
     let diagnosis = told(&before_and_after(&simulation), &simulation);
-    assert_eq!(
-        kinds(&diagnosis),
-        ["axis_flexure"],
+    assert_eq!(kinds(&diagnosis).len(), 1, "{:#?}", diagnosis.summary);
+    assert_eq!(diagnosis.verdict, Verdict::Explained);
+    let found = &diagnosis.effects[0];
+    assert!(
+        class(found).contains(&"axis_flexure"),
         "{:#?}",
         diagnosis.summary
     );
-    assert_eq!(diagnosis.verdict, Verdict::Explained);
-    for ((value, std), sum) in sums(&diagnosis.effects[0])
-        .into_iter()
-        .zip([14.0e-8, 14.8e-8, 14.3e-8])
-    {
-        assert!(
-            (value - sum).abs() < WITHIN * std,
-            "{value:e} ± {std:e}, {sum:e}"
-        );
-    }
+    rectifies(found, FLEXURE_SUMS);
 }
 
 /// The instrument with accelerometers at a site, over the ground.

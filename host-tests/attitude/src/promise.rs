@@ -1,0 +1,334 @@
+//! What the proposed experiment is worth where flexure and elastic rate are confused: the separation that it promises, in
+//! standard deviations.
+//!
+//! The programme: spin at one turn a second about one axis, both senses, oscillation at the same frequency about another,
+//! phases 0 and 90°, all six pairs. Promised is |(I − P) effect|, P the projection on the rival and on plain errors of gyros,
+//! under the same noise.
+//!
+//! The attitude must be read during the motion. Between two rests ∫ C W dα/dt dt = −∫ C (ω × W α) dt by parts, and that is a
+//! flexure with K_ij = K_kj = W_jj: attitudes before and after cannot tell the two apart, whatever the motion. Between, the
+//! elastic rate stands in the attitude as W α, which a flexure never shows.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{DMatrix, DVector, Vector3};
+use rlg_catalogue::{Candidate, Pool};
+use rlg_findings::result::PromiseEntry;
+use rlg_inference::linear::invert;
+use rlg_signal::attitude_samples::SlowSample;
+use rlg_signal::axes::Triad;
+use rlg_signal::streams::Streams;
+
+use crate::about::{About, Gyros};
+use crate::alignment::{Alignment, places};
+use crate::equations::ParameterColumn;
+use crate::fitting::priced;
+use crate::gyro_motion::Reads;
+use crate::increments::{Increments, Stamps};
+use crate::physics::Gyro;
+use crate::said::Said;
+use crate::search::Named;
+
+/// One turn a second, which rate tables reach \[rad/s\].
+const SPIN_RAD_S: f64 = TAU;
+
+/// 10° \[rad\].
+const OSCILLATION_RAD: f64 = 0.175;
+
+/// Of each of the 24 moves, ramps of a second at either end included \[s\].
+const MOVE_S: f64 = 10.0;
+const RAMP_S: f64 = 1.0;
+
+/// Rows a second: a hundred for each turn, so that the columns are flat over a row to parts in a thousand.
+const RATE_HZ: f64 = 100.0;
+
+/// The attitude is read at least ten times a turn \[s\].
+const READ_EVERY_S: f64 = 0.1;
+
+/// Errors of any gyro, free beside the two.
+const PLAIN: [&str; 4] = [
+    "gyro_bias",
+    "reference_misalignment",
+    "gyro_scale",
+    "installation",
+];
+
+const CONFUSED: [&str; 2] = ["axis_flexure", "elastic_rate_by_jerk"];
+
+/// Noise of rows: random walk \[rad/√s\] and white noise of the attitude \[rad\].
+#[derive(Clone, Copy)]
+struct RowNoise {
+    walk_rad_sqrt_s: f64,
+    angle_rad: f64,
+}
+
+impl RowNoise {
+    /// Whitens rows of three axes: the Cholesky root of their covariance has two diagonals.
+    fn whiten(self, increments: &Increments, values: &Triad) -> DVector<f64> {
+        let (walk, angle) = (self.walk_rad_sqrt_s.powi(2), self.angle_rad.powi(2));
+        let times = &increments.times_s;
+        let white = values.iter().flat_map(|values| {
+            let (mut root, mut before) = (f64::INFINITY, 0.0);
+            let rows = values.iter().zip(times.windows(2));
+            rows.map(|(value, time)| {
+                let below = -angle / root;
+                root = (walk * (time[1] - time[0]) + 2.0 * angle - below * below).sqrt();
+                before = (value - below * before) / root;
+                before
+            })
+            .collect::<Vec<f64>>()
+        });
+        DVector::from_vec(white.collect())
+    }
+}
+
+/// Promises for flexure and elastic rate where they are confused, either way round.
+pub(crate) fn promises(said: &Said) -> Vec<PromiseEntry> {
+    let named = said.found.physics.iter().chain(&said.found.registration);
+    let is_confused = |one: &&Named| {
+        let is_in = |kind: &&str| *kind == one.kind || one.alike.contains(kind);
+        CONFUSED.iter().all(|kind| is_in(kind))
+    };
+    let Some(one) = named.clone().find(is_confused) else {
+        return Vec::new();
+    };
+    let registered = said.registered;
+    let period_s = registered.about.increments.period_s;
+    let noise = RowNoise {
+        walk_rad_sqrt_s: (registered.levels[0] / period_s).sqrt(),
+        angle_rad: registered.levels[1].sqrt(),
+    };
+    let spacing_s = period_s.clamp(1.0 / RATE_HZ, READ_EVERY_S);
+    let Some(experiment) = Experiment::new(said, spacing_s) else {
+        return Vec::new();
+    };
+    let [flexure, elastic] = CONFUSED;
+    let orders = [(flexure, elastic), (elastic, flexure)];
+    let promised = orders.into_iter().filter_map(|(truth, rival)| {
+        let values = values(said, noise, one, truth)?;
+        let separation_sigma = experiment.separation(noise, (truth, &values), rival)?;
+        Some(PromiseEntry {
+            truth: truth.to_string(),
+            rival: rival.to_string(),
+            separation_sigma,
+            spin_rad_s: SPIN_RAD_S,
+            oscillation_rad: OSCILLATION_RAD,
+            move_s: MOVE_S,
+            moves: moves().len(),
+            attitude_every_s: spacing_s,
+        })
+    });
+    promised.collect()
+}
+
+/// An effect of the catalogue with all its numbers.
+fn whole(gyro: &Gyro, kind: &str) -> Option<(Pool, Candidate)> {
+    let (pool, effects) = gyro.whole(&[]);
+    let mut effects = effects.into_iter();
+    effects.find(|one| one.kind == kind).map(|one| (pool, one))
+}
+
+/// The numbers of an effect in the place of what was named, with the prior width that suits them best: what the recording does
+/// not fix stays small.
+fn values(said: &Said, noise: RowNoise, instead_of: &Named, kind: &str) -> Option<Vec<f64>> {
+    /// Turns after which the width hardly changes.
+    const TURNS: usize = 8;
+    let about = &said.registered.about;
+    let (pool, candidate) = whole(said.gyro, kind)?;
+    let own = said.gyro.columns(&pool, &candidate, about);
+    let count = own.len();
+    let rate_hz = said.observed.gyros.rate_hz;
+    let alignment = &said.registered.alignment;
+    let registration = priced(about.columns(rate_hz), alignment, said.of_model);
+    let others = said
+        .found
+        .registration
+        .iter()
+        .filter(|one| one.places != instead_of.places);
+    let others: Vec<usize> = others.flat_map(|one| one.places.clone()).collect();
+    let white = |values: &Triad| noise.whiten(&about.increments, values);
+    let columns = own
+        .iter()
+        .chain(others.iter().map(|k| &registration[*k].values));
+    let columns: Vec<DVector<f64>> = columns.map(white).collect();
+    let rows = DMatrix::from_columns(&columns);
+    let gram = rows.tr_mul(&rows);
+    let moments = rows.tr_mul(&white(&about.increments.rows_rad));
+    let widest = candidate.hypothesis.bound(0).std;
+    let mut width = widest;
+    let mut estimate = DVector::zeros(columns.len());
+    for _ in 0..TURNS {
+        let precision = DVector::from_fn(columns.len(), |k, _| match k < count {
+            true => width.powi(-2),
+            false => registration[others[k - count]].prior_std.powi(-2),
+        });
+        let covariance = invert(&(&gram + DMatrix::from_diagonal(&precision))).0;
+        estimate = &covariance * &moments;
+        let squares = (0..count).map(|k| estimate[k].powi(2));
+        let fixed = (0..count).map(|k| 1.0 - covariance[(k, k)] / width.powi(2));
+        let fixed = fixed.sum::<f64>().max(f64::MIN_POSITIVE);
+        width = (squares.sum::<f64>() / fixed).sqrt().min(widest);
+    }
+    Some(estimate.iter().take(count).copied().collect())
+}
+
+/// The proposed motion.
+struct Experiment {
+    gyro: Gyro,
+    about: About,
+    plain: Vec<ParameterColumn>,
+}
+
+impl Experiment {
+    fn new(said: &Said, spacing_s: f64) -> Option<Self> {
+        let mut model = said.observed.model.clone();
+        model.effects.clear();
+        let case_rad = case_rad();
+        let rows = case_rad[0].len();
+        let streams = Streams::of_motion(RATE_HZ, case_rad.clone());
+        let gyro = Gyro::new(&streams, &model, &case_rad)?;
+        let gyros = Gyros {
+            start_s: 0.0,
+            rate_hz: RATE_HZ,
+            sensed_rad: (0..rows)
+                .map(|row| Vector3::from_fn(|axis, _| case_rad[axis][row]))
+                .collect(),
+            lost_before: vec![0; rows + 1],
+            reads: Reads::Attitudes,
+            dither: None,
+        };
+        let motion = gyros.motion(gyros.sensed_rad.clone());
+        let stamps = (0..).map(|k| f64::from(k) * spacing_s);
+        let samples: Vec<SlowSample> = stamps
+            .map_while(|time_s| {
+                Some(SlowSample {
+                    time_s,
+                    shown: motion.shown(motion.place(time_s)?),
+                    after_gap: false,
+                })
+            })
+            .collect();
+        let alignment = Alignment::of_model(&model);
+        let known = Stamps::without(&vec![false; samples.len()]);
+        let about = About::new(&gyros, &samples, &known, &alignment)?;
+        let all = priced(about.columns(RATE_HZ), &alignment, &alignment).into_iter();
+        let is_plain: Vec<usize> = PLAIN.iter().flat_map(|kind| places(kind)).collect();
+        let plain = all.enumerate().filter(|(k, _)| is_plain.contains(k));
+        Some(Self {
+            gyro,
+            plain: plain.map(|(_, column)| column).collect(),
+            about,
+        })
+    }
+
+    /// Size of an effect that neither its rival nor plain errors explain, in standard deviations.
+    fn separation(&self, noise: RowNoise, truth: (&str, &[f64]), rival: &str) -> Option<f64> {
+        let increments = &self.about.increments;
+        let columns = |kind: &str| {
+            let (pool, candidate) = whole(&self.gyro, kind)?;
+            let columns = self.gyro.columns(&pool, &candidate, &self.about);
+            Some((columns, candidate.hypothesis.bound(0).std))
+        };
+        let (own, _) = columns(truth.0)?;
+        let (of_rival, rival_std) = columns(rival)?;
+        let mut effect = DVector::zeros(3 * increments.rows());
+        for (column, value) in own.iter().zip(truth.1) {
+            effect += noise.whiten(increments, column) * *value;
+        }
+        let rivals = of_rival.into_iter().map(|values| (values, rival_std));
+        let plain = self
+            .plain
+            .iter()
+            .map(|one| (one.values.clone(), one.prior_std));
+        let (white, stds): (Vec<DVector<f64>>, Vec<f64>) = rivals
+            .chain(plain)
+            .map(|(values, std)| (noise.whiten(increments, &values), std))
+            .unzip();
+        let rows = DMatrix::from_columns(&white);
+        let precision = stds.iter().map(|std| std.powi(-2));
+        let precision = DVector::from_iterator(stds.len(), precision);
+        let gram = rows.tr_mul(&rows) + DMatrix::from_diagonal(&precision);
+        let across = rows.tr_mul(&effect);
+        let hidden = across.dot(&(invert(&gram).0 * &across));
+        Some((effect.norm_squared() - hidden).max(0.0).sqrt())
+    }
+}
+
+struct Move {
+    axis: usize,
+    across: usize,
+    spin_rad_s: f64,
+    phase_rad: f64,
+}
+
+fn moves() -> Vec<Move> {
+    let mut moves = Vec::new();
+    for axis in 0..3 {
+        for across in [(axis + 1) % 3, (axis + 2) % 3] {
+            for spin_rad_s in [SPIN_RAD_S, -SPIN_RAD_S] {
+                for phase_rad in [0.0, TAU / 4.0] {
+                    moves.push(Move {
+                        axis,
+                        across,
+                        spin_rad_s,
+                        phase_rad,
+                    });
+                }
+            }
+        }
+    }
+    moves
+}
+
+impl Move {
+    fn rate_rad_s(&self, time_s: f64) -> Vector3<f64> {
+        let x = (time_s.min(MOVE_S - time_s) / RAMP_S).clamp(0.0, 1.0);
+        let taper = x.powi(4) * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x)));
+        let mut rate = Vector3::zeros();
+        rate[self.axis] = taper * self.spin_rad_s;
+        let oscillation = (SPIN_RAD_S * time_s + self.phase_rad).cos();
+        rate[self.across] = taper * SPIN_RAD_S * OSCILLATION_RAD * oscillation;
+        rate
+    }
+}
+
+/// Increments of the programme by row \[rad\].
+fn case_rad() -> Triad {
+    let rows = (MOVE_S * RATE_HZ) as usize;
+    let mut case_rad = Triad::default();
+    for one in &moves() {
+        for row in 0..rows {
+            let at = |share: f64| one.rate_rad_s((row as f64 + share) / RATE_HZ);
+            // Simpson's rule: (ΩT)⁴/2880 of the increment.
+            let increment = (at(0.0) + at(0.5) * 4.0 + at(1.0)) / (6.0 * RATE_HZ);
+            for axis in 0..3 {
+                case_rad[axis].push(increment[axis]);
+            }
+        }
+    }
+    case_rad
+}
+
+/// The promises in words.
+pub(crate) fn sentence(promises: &[PromiseEntry]) -> Option<String> {
+    let first = promises.first()?;
+    let each: Vec<String> = promises
+        .iter()
+        .map(|promise| {
+            format!(
+                "if it is {}, by {:.0} standard deviations from {}",
+                promise.truth, promise.separation_sigma, promise.rival
+            )
+        })
+        .collect();
+    Some(format!(
+        "Promised: spin-synchronous oscillation, {} moves of {:.0} s (spin {:.2} rad/s about one axis in both senses, {:.3} rad at {:.2} Hz about another, phases 0 and 90°, all six pairs), with attitudes as good as here read every {:.2} s during the motion (those before and after it cannot tell), separates them {}.",
+        first.moves,
+        first.move_s,
+        first.spin_rad_s,
+        first.oscillation_rad,
+        first.spin_rad_s / TAU,
+        first.attitude_every_s,
+        each.join("; ")
+    ))
+}
