@@ -8,9 +8,10 @@ use rlg_diagnosis::Outcome;
 use rlg_diagnosis::data_words;
 use rlg_diagnosis::entries_of_rows::fault_entry;
 use rlg_diagnosis::findings::no_channel;
+use rlg_findings::combinations::identifiable;
 use rlg_findings::result::{
-    ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, FitEntry, Identifiable, NoiseEntry,
-    ParameterEntry, PromiseEntry, RegistrationEntry, RunnerUp, Verdict,
+    ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, FitEntry, NoiseEntry, ParameterEntry,
+    PromiseEntry, RegistrationEntry, RunnerUp, Verdict,
 };
 use rlg_findings::updated_model::switch_on;
 use rlg_model::{EffectValue, ModelEffect};
@@ -259,11 +260,7 @@ fn card(kind: &str) -> Card {
 fn entry(said: &Said, one: &Named, numbers: &Numbers) -> EffectEntry {
     let card = card(one.kind);
     let count = numbers.values.len();
-    let identifiable = (0..count).map(|k| Identifiable {
-        combination: BTreeMap::from([(numbers.names[k].clone(), 1.0)]),
-        value: numbers.values[k],
-        std: numbers.std(k),
-    });
+    let of = |a: usize, b: usize| numbers.covariance[(a, b)];
     let row = |a: usize| (0..count).map(|b| numbers.covariance[(a, b)]).collect();
     let mut parameters = numbers.parameters();
     let mut covariance: Vec<Vec<f64>> = (0..count).map(row).collect();
@@ -289,7 +286,7 @@ fn entry(said: &Said, one: &Named, numbers: &Numbers) -> EffectEntry {
         equation: card.equation.to_string(),
         parameters,
         covariance,
-        identifiable: identifiable.collect(),
+        identifiable: identifiable(&numbers.names, &numbers.values, &of),
         log_evidence_gain: one.gain,
         p_value: one.p_value,
         what_was_left_out: card.meaning.to_string(),

@@ -2,14 +2,17 @@
 //!
 //! In the order of the data: `conventions` (body to navigation frame, w first) → `channels` (the same axes, signs and
 //! units) → `coarse` (delay and rotation far off) →
-//! `gyro_motion` (the gyros' own attitude) → `increments` (rows of the likelihood, between stamps) → `registration` (what
-//! aligns two instruments, always beside; on `equations` with the `noise` at its best, columns of `conditioned` motion,
-//! without `reference_faults`) → `physics` (effects of the catalogue, carried through the attitude) → `search` (what
-//! `blocks` of rows agree on, `steps` of a bias among them) → `held_out` and `findings`.
+//! `gyro_motion` (the gyros' own attitude, `dither` taken out) → `increments` (rows of the likelihood, between stamps) →
+//! `registration` (what aligns two instruments, always beside; on `equations` with the `noise` at its best, columns of
+//! `conditioned` motion, without `reference_faults`) → `physics` (effects of the catalogue, carried through the attitude) →
+//! `search` (what `blocks` of rows agree on, `steps` of a bias among them) → `held_out`, `promise` and `findings`. What is
+//! left of the gyros' own motion is handed on (`case_motion`): it carries gravity past accelerometers.
 //!
-//! Of attitudes so few that only the model knows their noise, `few` weighs rows and columns over what is believed of it, and
-//! `few_search` takes the place of registration and search. Where the registration alone is asked for, `align` leaves the physics
-//! out.
+//! A reference that sums up increments is one, too: sums are compared with sums, and nothing is turned.
+//!
+//! Of attitudes so few that they do not show their own noise, `few` weighs rows and columns over what is declared or believed
+//! of it, and `few_search` takes the place of registration and search. Where the registration alone is asked for, `align`
+//! leaves the physics out.
 
 pub mod plan;
 

@@ -87,7 +87,7 @@ pub(crate) fn promises(said: &Said) -> Vec<PromiseEntry> {
     let named = said.found.physics.iter().chain(&said.found.registration);
     let is_confused = |one: &&Named| {
         let is_in = |kind: &&str| *kind == one.kind || one.alike.contains(kind);
-        CONFUSED.iter().all(|kind| is_in(kind))
+        CONFUSED.iter().all(is_in)
     };
     let Some(one) = named.clone().find(is_confused) else {
         return Vec::new();

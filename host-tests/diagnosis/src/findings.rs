@@ -31,6 +31,7 @@ use super::reenact::Reenactment;
 use super::search::{Found, effect_rad};
 use super::split::{Part, split};
 use super::validate::validate;
+use rlg_findings::combinations::identifiable;
 use rlg_findings::entries::{noise as noise_entry, unlisted};
 use rlg_findings::excess::{Excess, WALK};
 use rlg_findings::result::{
@@ -410,7 +411,7 @@ fn entry(one: &Finding, fit: &Fit, (streams, signals): (&Streams, &Signals)) -> 
         equation: card.equation.to_string(),
         parameters,
         covariance,
-        identifiable: identifiable(one, fit),
+        identifiable: fixed(one, fit),
         log_evidence_gain: one.cost_without,
         p_value: (tail * one.candidate.hypothesis.price.exp().max(1.0)).min(1.0),
         what_was_left_out,
@@ -455,44 +456,11 @@ fn event_std_s(one: &Finding, streams: &Streams) -> f64 {
     one.instant_std_rows.unwrap_or(0.5) / streams.rate_hz
 }
 
-/// Sums of the two tilts of each gyro where they alone are known, else every parameter.
-fn identifiable(one: &Finding, fit: &Fit) -> Vec<Identifiable> {
+fn fixed(one: &Finding, fit: &Fit) -> Vec<Identifiable> {
     let (numbers, covariance) = numbers(one, fit);
-    let covariance = |a: usize, b: usize| covariance[(a, b)];
-    let names: Vec<&String> = numbers.iter().map(|number| &number.name).collect();
-    let single = |k: usize| Identifiable {
-        combination: BTreeMap::from([(names[k].clone(), 1.0)]),
-        value: numbers[k].value,
-        std: covariance(k, k).max(0.0).sqrt(),
-    };
-    let mut all = Vec::new();
-    let mut k = 0;
-    while k < names.len() {
-        let is_pair = names.len() == 6 && k % 2 == 0;
-        let correlation = if is_pair {
-            covariance(k, k + 1) / (covariance(k, k) * covariance(k + 1, k + 1)).sqrt()
-        } else {
-            0.0
-        };
-        // Of a pair that is known mostly by its sum, six numbers would say more than three are worth.
-        if correlation < -0.5 {
-            let variance = covariance(k, k) + covariance(k + 1, k + 1) + 2.0 * covariance(k, k + 1);
-            all.push(Identifiable {
-                combination: BTreeMap::from([(names[k].clone(), 1.0), (names[k + 1].clone(), 1.0)]),
-                value: numbers[k].value + numbers[k + 1].value,
-                std: variance.max(0.0).sqrt(),
-            });
-            k += 2;
-        } else {
-            all.push(single(k));
-            if is_pair {
-                all.push(single(k + 1));
-                k += 1;
-            }
-            k += 1;
-        }
-    }
-    all
+    let names: Vec<String> = numbers.iter().map(|number| number.name.clone()).collect();
+    let values: Vec<f64> = numbers.iter().map(|number| number.value).collect();
+    identifiable(&names, &values, &|a, b| covariance[(a, b)])
 }
 
 fn effect_of(one: &Finding, fit: &Fit, streams: &Streams, signals: &Signals) -> ModelEffect {
