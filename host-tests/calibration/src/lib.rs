@@ -33,12 +33,12 @@ mod words;
 use std::path::Path;
 
 use rlg_model::{EffectValue, Model, ModelEffect};
-use rlg_older::attitude::samples;
 use rlg_older::hypotheses::CATALOGUE;
 use rlg_older::information::Information;
 use rlg_older::workbench::Parameters;
 use rlg_recording::error::InputError;
 use rlg_recording::{MANIFEST, Quantity, Recording};
+use rlg_signal::attitude_samples;
 use rlg_signal::streams::AXES;
 
 use attitude::AttitudeRecord;
@@ -150,7 +150,7 @@ fn evaluate(
     if rates {
         rates::recording_information(recording, model, model_file, catalogue)
             .map(|own| Record::Rates(Box::new(own)))
-    } else if samples::has_attitude(recording) {
+    } else if attitude_samples::has_attitude(recording) {
         AttitudeRecord::new(recording, model, model_file)
             .map(|record| Record::Attitude(Box::new(record)))
     } else {

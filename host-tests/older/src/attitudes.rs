@@ -12,14 +12,14 @@ use rlg_recording::error::InputError;
 
 use crate::accelerometer::{self, Given};
 use crate::declared::own_noise;
+use crate::explain;
 use crate::scene::Scene;
 use crate::split::Part;
 use crate::streams::Streams;
 use crate::workbench::Parameters;
 use crate::{Outcome, Settings};
 
-/// Diagnoses gyros beside attitudes, and the accelerometers that the model describes; `None` where the attitudes' likelihood
-/// does not serve.
+/// Diagnoses gyros beside attitudes, and the accelerometers that the model describes.
 ///
 /// # Errors
 /// As of [`rlg_attitude::diagnose`].
@@ -28,10 +28,7 @@ pub(super) fn diagnose(
     recording: &Recording,
     (model, model_file): (&Model, &Path),
     progress: &dyn Fn(&str),
-) -> Result<Option<Outcome>, InputError> {
-    if !rlg_attitude::serves(recording, model) {
-        return Ok(None);
-    }
+) -> Result<Outcome, InputError> {
     let asked = rlg_attitude::Settings {
         left_out: settings.left_out,
         seed: settings.seed,
@@ -45,14 +42,19 @@ pub(super) fn diagnose(
         corrected,
     }) = diagnosed
     else {
-        return Ok(None);
+        let why = "fewer than two attitudes lie within the gyros' record";
+        return Ok(Outcome {
+            diagnosis: explain::unusable(&recording.name, settings.seed, why, Vec::new()),
+            model: model.clone(),
+            pictures: None,
+        });
     };
     if model.accelerometer.is_some() {
         let found =
             corrected.and_then(|streams| accelerometers(settings, streams, model, progress));
         accelerometer::add(found, &mut outcome);
     }
-    Ok(Some(outcome))
+    Ok(outcome)
 }
 
 /// Weighs the accelerometers' effects on a motion without known errors.

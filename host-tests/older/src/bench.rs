@@ -1,5 +1,5 @@
 //! What a selection needs of the data, whatever they are compared with: increments row by row
-//! ([`super::workbench::Workbench`]) or attitudes now and then.
+//! ([`super::workbench::Workbench`]) or specific force.
 //!
 //! Enters: effects and where they are linearised. Leaves: [`Information`] over all parameters of the catalogue,
 //! the sizes of found terms behind them. Deliberately not here: rows, bins, stamps, shapes of noise.

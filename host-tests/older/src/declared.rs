@@ -1,7 +1,6 @@
 //! The noise that a model declares.
 //!
-//! Enters: [`Model`]. Leaves: θ of noise.rs by gyro, for rows of one rate. Deliberately not here: what attitudes show of
-//! the same noise (attitude/prepare.rs).
+//! Enters: [`Model`]. Leaves: θ of noise.rs by gyro, for rows of one rate.
 
 use super::motion::AngleNoise;
 use super::noise::Declared;

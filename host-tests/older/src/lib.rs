@@ -11,7 +11,8 @@
 //! Gyros that count coarse pulses without a dither are read first of all (lattice): what their pulses hide is no finding.
 //!
 //! Of a recording longer than memory stretches take this road, and sums over blocks of all its rows stand beside the
-//! workbench (long, blocks). A reference slower than the gyros takes the same road over its attitudes (attitude/).
+//! workbench (long, blocks). Gyros beside attitudes, or beside increments on other rows, have a likelihood of their own
+//! (attitudes, rlg-attitude).
 //!
 //! At rest on the Earth (still) the motion is known without a reference: what acts slowly is decided by one likelihood
 //! (at_rest), with it known clock, cycle and lines come before the hunt, and control repeats them on shuffled rows. Where there are accelerometers, the same road is gone for
@@ -73,8 +74,6 @@ pub mod events;
 pub mod bursts;
 
 pub mod steps;
-
-pub mod attitude;
 
 pub mod still;
 
@@ -145,6 +144,7 @@ mod attitudes;
 pub use declared::{declared_noise, own_noise, reference_noise};
 pub use settings::{Engine, Settings};
 
+pub use rlg_attitude::serves as is_slow;
 pub use rlg_diagnosis::{Outcome, lattice, locate, pictures, portion, regressor, split, validate};
 pub use rlg_findings::result;
 pub use rlg_signal::{pieces, qualify, streams};
@@ -206,15 +206,8 @@ pub fn diagnose_under(
     model_file: &Path,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
-    if attitude::is_slow(recording, model) {
-        let Settings { left_out, seed, .. } = *settings;
-        if settings.engine != Engine::Old {
-            let of = (model, model_file);
-            if let Some(outcome) = attitudes::diagnose(settings, recording, of, progress)? {
-                return Ok(outcome);
-            }
-        }
-        return attitude::diagnose(left_out, recording, model, model_file, seed, progress);
+    if is_slow(recording, model) {
+        return attitudes::diagnose(settings, recording, (model, model_file), progress);
     }
     progress("aligning the channels");
     let streams = Streams::align(recording, model)?;

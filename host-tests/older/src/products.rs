@@ -321,21 +321,6 @@ impl<'a> Against<'a> {
 }
 
 impl Survey {
-    /// A survey measured elsewhere.
-    pub(super) fn of(
-        measured: Vec<[Option<Measured>; 3]>,
-        axes: [KnownAxis; 3],
-        trials: f64,
-    ) -> Self {
-        Self {
-            measured,
-            axes,
-            trials,
-            handicaps: Vec::new(),
-            largest: Vec::new(),
-        }
-    }
-
     /// What stands beside a product on a gyro when the parameters in `without` are not fitted.
     fn beside(&self, axis: usize, without: &[usize]) -> Beside {
         let kept = |index: Option<usize>| index.is_none_or(|index| !without.contains(&index));

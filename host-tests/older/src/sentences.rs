@@ -2,7 +2,6 @@
 //!
 //! Enters: [`Findings`] and the entries made from them. Leaves: one sentence a line, °/h where people read.
 
-use super::attitude::NOT_SHOWN;
 use super::declare::{FAMILY_SIGNIFICANCE, LONG_SPLIT_HZ};
 use super::entries::parameters_of;
 use super::explain::{DEG_H, Findings, NEEDED_SNR, combination};
@@ -151,19 +150,15 @@ impl Findings<'_> {
             })
             .map(|(_, entry)| {
                 let streams = &self.scene.streams;
-                let hidden = NOT_SHOWN
-                    .iter()
-                    .find(|(kind, _)| streams.own_motion && *kind == entry.card().kind);
-                let why = match (entry.missing(self.scene), hidden) {
-                    (Some(missing), _) => missing,
-                    (None, Some((_, why))) => why,
-                    (None, None) if self.whole.is_some() => {
+                let why = match entry.missing(self.scene) {
+                    Some(missing) => missing,
+                    None if self.whole.is_some() => {
                         "needs all rows for each of its frequencies, and the recording is longer than memory"
                     }
-                    (None, None) if streams.at_rest.is_some() => {
+                    None if streams.at_rest.is_some() => {
                         "needs motion, and the unit stood still"
                     }
-                    (None, None) => "not tried",
+                    None => "not tried",
                 };
                 format!("{}: {why}", entry.card().kind)
             });

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use rlg_diagnosis::AnalysisPlan;
 use rlg_signal::channel_check::ChannelPlan;
 
-/// Which engine decides.
+/// Which engine decides; beside attitudes there is one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Engine {

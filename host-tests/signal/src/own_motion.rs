@@ -6,7 +6,6 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::axes::Triad;
 use crate::streams::Streams;
 use rlg_model::Model;
 
@@ -24,23 +23,6 @@ pub fn take_own_motion(streams: &mut Streams, model: &Model, body_from_sensing: 
         let case = body_from_sensing * sensed;
         for axis in 0..3 {
             streams.case_rad[axis][row] = case[axis];
-        }
-    }
-}
-
-/// Adds to the case's increments what increments the gyros sensed are worth \[rad\].
-pub fn add_sensed(
-    case_rad: &mut Triad,
-    sensed_rad: &Triad,
-    model: &Model,
-    body_from_sensing: &Matrix3<f64>,
-) {
-    let keep = model.gyro.scale_error.map(|scale| 1.0 - scale);
-    for row in 0..case_rad[0].len() {
-        let sensed = Vector3::from_fn(|axis, _| keep[axis] * sensed_rad[axis][row]);
-        let part = body_from_sensing * sensed;
-        for axis in 0..3 {
-            case_rad[axis][row] += part[axis];
         }
     }
 }

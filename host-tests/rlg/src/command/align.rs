@@ -5,14 +5,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use rlg_diagnosis::put_right;
 use rlg_findings::result::{Diagnosis, EffectEntry, FitEntry, RegistrationEntry};
-use rlg_signal::attitude_samples::has_attitude;
 use rlg_signal::qualify;
 use serde::Serialize;
 
 use super::inputs::{given_or_ideal, results_folder};
 use super::steps::Steps;
 use crate::diagnose::Outcome;
-use crate::diagnose::attitude::is_slow;
+use crate::diagnose::is_slow;
 use crate::diagnose::streams::Streams;
 use crate::error::InputError;
 use crate::model::{Model, MotionSource};
@@ -140,7 +139,7 @@ impl Align {
         };
         outcome.ok_or_else(|| {
             InputError::new(&self.recording, "is too short to align by")
-                .expected("two seconds of rows, or forty attitudes where their noise is declared")
+                .expected("two seconds of rows, or two attitudes")
         })
     }
 
@@ -150,15 +149,6 @@ impl Align {
         of: (&Model, &Path),
         progress: &dyn Fn(&str),
     ) -> Result<Option<Outcome>, InputError> {
-        if !rlg_attitude::serves(recording, of.0) {
-            let problem = match has_attitude(recording) {
-                true => "counts pulses, which are not aligned with attitudes",
-                false => "has a reference of rate on other rows than the gyros'",
-            };
-            return Err(InputError::new(&self.recording, problem).expected(
-                "increments or rates beside attitudes, or a reference on the gyros' rows",
-            ));
-        }
         let settings = rlg_attitude::Settings {
             anyway: self.anyway,
             ..Default::default()

@@ -385,7 +385,7 @@ fn cones(seconds: f64) -> String {
 /// K_xy + K_xz and so on: all that a cone about each axis shows of it.
 const FLEXURE_SUMS: [f64; 3] = [14.0e-8, 14.8e-8, 14.3e-8];
 
-fn class(effect: &EffectEntry) -> Vec<&str> {
+fn class_of(effect: &EffectEntry) -> Vec<&str> {
     let alike = effect.indistinguishable_from.iter().map(String::as_str);
     alike.chain([effect.kind.as_str()]).collect()
 }
@@ -424,7 +424,7 @@ fn what_coning_confuses_is_one_class_and_the_promised_spins_separate_it() {
         let diagnosis = told(&before_and_after(&simulation), &simulation);
         assert_eq!(kinds(&diagnosis).len(), 1, "{:#?}", diagnosis.summary);
         let found = &diagnosis.effects[0];
-        let class = class(found);
+        let class = class_of(found);
         assert!(class.contains(&kind) && class.contains(&rival), "{class:?}");
         rectifies(
             found,
@@ -468,7 +468,7 @@ fn what_coning_confuses_is_one_class_and_the_promised_spins_separate_it() {
         let diagnosis = told(&slow(&simulation, every, 0), &simulation);
         // An elastic rate about a gyro's own axis is a filter of that gyro: one class (contract).
         assert_eq!(kinds(&diagnosis).len(), 1, "{:#?}", diagnosis.summary);
-        let class = class(&diagnosis.effects[0]);
+        let class = class_of(&diagnosis.effects[0]);
         assert!(
             class.contains(&kind) && !class.contains(&rival),
             "{:#?}",
@@ -504,7 +504,7 @@ fn flexure_is_found_in_dithered_counts_with_one_attitude_before_and_after_each_c
     assert_eq!(diagnosis.verdict, Verdict::Explained);
     let found = &diagnosis.effects[0];
     assert!(
-        class(found).contains(&"axis_flexure"),
+        class_of(found).contains(&"axis_flexure"),
         "{:#?}",
         diagnosis.summary
     );

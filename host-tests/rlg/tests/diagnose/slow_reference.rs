@@ -106,10 +106,11 @@ fn a_dither_that_was_taken_out_wrongly_shows_in_attitudes() {
     );
     let simulation = made(&text, 6);
     let diagnosis = told(&slow(&simulation, 50, 0), &simulation);
-    let expected = ["dither_gain", "dither_delay"];
+    // The stronger first.
+    let expected = ["dither_delay", "dither_gain"];
     assert_eq!(kinds(&diagnosis), expected, "{:#?}", diagnosis.summary);
-    sizes_are(&diagnosis.effects[0], &gains);
-    sizes_are(&diagnosis.effects[1], &delays);
+    sizes_are(&diagnosis.effects[0], &delays);
+    sizes_are(&diagnosis.effects[1], &gains);
 }
 
 /// Rates that come and go within a second or two are no random walk of angle: a third of the band of the attitudes would
