@@ -20,6 +20,8 @@ pub struct Gyros {
     pub rate_hz: f64,
     /// Increments that the gyros sensed, in the case's axes by the model, less what the model's other effects add \[rad\].
     pub sensed_rad: Vec<Vector3<f64>>,
+    /// Variance of a row that is the gyros' white noise, the mean of the three \[rad²\].
+    pub white_noise_rad2: f64,
     /// Unmeasured rows before each row boundary.
     pub lost_before: Vec<usize>,
     /// What stands beside them.
@@ -97,7 +99,8 @@ impl About {
             rate: alignment.clock_rate,
             middle_s: 0.5 * (samples.first().map(times)? + samples.last().map(times)?),
         };
-        let increments = Increments::new(&motion, samples, known, &clock, &gyros.lost_before)?;
+        let mut increments = Increments::new(&motion, samples, known, &clock, &gyros.lost_before)?;
+        increments.least_walk_rad2 = gyros.white_noise_rad2 * gyros.rate_hz * increments.period_s;
         Some(Self {
             conditioned_rad: conditioned(&unbiased),
             dither: gyros.dither.clone(),
@@ -230,6 +233,7 @@ mod tests {
             start_s: 0.0,
             rate_hz,
             sensed_rad,
+            white_noise_rad2: 0.0,
             lost_before: vec![0; rows + 1],
             dither: None,
             reads: Reads::Attitudes,

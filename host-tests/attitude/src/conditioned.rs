@@ -38,6 +38,71 @@ pub fn conditioned(increments_rad: &[Vector3<f64>], rate_hz: f64) -> Triad {
     })
 }
 
+/// White noise of a gyro's increments, the variance of a row \[rad²\]: as much as fits, with white noise of angle, below its power
+/// at every frequency. What it is at high frequencies it is at low ones, where motion hides it.
+pub fn white_noise_rad2(increments_rad: &[f64]) -> f64 {
+    /// Shares of the most white noise of angle that are tried.
+    const TRIED: usize = 20;
+    /// Relative standard deviation of a power that says something.
+    const KNOWN: f64 = 0.25;
+    let mut bins = bins(increments_rad);
+    bins.retain(|bin| bin.scatter < KNOWN);
+    let highest = || bins.iter().filter(|bin| bin.share > 0.25);
+    let most = highest().map(|bin| bin.power / lambda(bin.share));
+    let most = most.fold(f64::INFINITY, f64::min);
+    if !most.is_finite() {
+        return 0.0;
+    }
+    let tried = (0..=TRIED).map(|k| {
+        let angle = most * k as f64 / TRIED as f64;
+        let above = bins.iter().map(|bin| bin.power - angle * lambda(bin.share));
+        let white = above.fold(f64::INFINITY, f64::min).max(0.0);
+        let cost = |bin: &Bin| {
+            let power = (white + angle * lambda(bin.share)).max(f64::MIN_POSITIVE);
+            power.ln() + bin.power / power
+        };
+        (highest().map(cost).sum::<f64>(), white)
+    });
+    let likeliest = tried.min_by(|a, b| a.0.total_cmp(&b.0));
+    likeliest.map_or(0.0, |(_, white)| white)
+}
+
+/// Mean power over some lines of a periodogram.
+struct Bin {
+    /// Upper edge \[cycles per row\].
+    share: f64,
+    power: f64,
+    /// Relative standard deviation of the power.
+    scatter: f64,
+}
+
+/// White noise of angle by frequency, as increments.
+fn lambda(share: f64) -> f64 {
+    4.0 * (std::f64::consts::PI * share).sin().powi(2)
+}
+
+fn bins(values: &[f64]) -> Vec<Bin> {
+    let piece = PIECE_ROWS.min(values.len() / 4).max(2) & !1;
+    let power = mean_periodogram(values, piece);
+    // Half-overlapping Hann-windowed pieces; a window spreads a line over one and a half.
+    let pieces = (2 * values.len() / piece) as f64 - 1.0;
+    let mut bins: Vec<Bin> = Vec::new();
+    let mut begin = 1;
+    while begin < power.len() {
+        let end = ((begin as f64 * BIN_WIDTH) as usize)
+            .max(begin + 1)
+            .min(power.len());
+        let lines = ((end - begin) as f64 / 1.5).max(1.0);
+        bins.push(Bin {
+            share: (end as f64 - 0.5) / piece as f64,
+            power: power[begin..end].iter().sum::<f64>() / (end - begin) as f64,
+            scatter: (pieces * lines).sqrt().recip(),
+        });
+        begin = end;
+    }
+    bins
+}
+
 /// Wiener weight by frequency.
 struct Weight {
     /// Upper edge of each bin \[cycles per row\], and its weight.
@@ -46,32 +111,14 @@ struct Weight {
 
 impl Weight {
     fn new(values: &[f64]) -> Self {
-        let piece = PIECE_ROWS.min(values.len() / 4).max(2) & !1;
-        let power = mean_periodogram(values, piece);
-        let mut bins: Vec<(f64, f64)> = Vec::new();
-        // Half-overlapping Hann-windowed pieces; a window spreads a line over one and a half.
-        let pieces = (2 * values.len() / piece) as f64 - 1.0;
-        let mut scatter: Vec<f64> = Vec::new();
-        let mut begin = 1;
-        while begin < power.len() {
-            let end = ((begin as f64 * BIN_WIDTH) as usize)
-                .max(begin + 1)
-                .min(power.len());
-            let mean = power[begin..end].iter().sum::<f64>() / (end - begin) as f64;
-            bins.push(((end as f64 - 0.5) / piece as f64, mean));
-            let lines = ((end - begin) as f64 / 1.5).max(1.0);
-            scatter.push((pieces * lines).sqrt().recip());
-            begin = end;
-        }
-        let lambda = |share: f64| 4.0 * (std::f64::consts::PI * share).sin().powi(2);
+        let bins = bins(values);
         /// Standard deviations that a bin of noise may stand off its mean.
         const OFF: f64 = 4.0;
         // A bin of few lines lies below its mean by chance.
         let least = |of: &dyn Fn(f64, f64) -> f64, from: f64| {
-            let above = bins.iter().zip(&scatter);
+            let above = bins.iter().filter(|bin| bin.share > from);
             above
-                .filter(|((share, _), _)| *share > from)
-                .map(|((share, power), scatter)| of(*share, power * (1.0 + OFF * scatter)))
+                .map(|bin| of(bin.share, bin.power * (1.0 + OFF * bin.scatter)))
                 .fold(f64::INFINITY, f64::min)
         };
         let white = least(&|_, power| power, 0.0);
@@ -82,10 +129,11 @@ impl Weight {
         let angle = if angle.is_finite() { angle } else { 0.0 };
         // The least of many averaged powers lies below their mean.
         const MARGIN: f64 = 1.5;
-        let weighted = bins.iter().zip(&scatter).map(|(&(share, power), scatter)| {
-            let most = MARGIN * (1.0 + OFF * scatter);
-            let noise = most * (white + angle * lambda(share));
-            (share, (1.0 - noise / power.max(f64::MIN_POSITIVE)).max(0.0))
+        let weighted = bins.iter().map(|bin| {
+            let most = MARGIN * (1.0 + OFF * bin.scatter);
+            let noise = most * (white + angle * lambda(bin.share));
+            let weight = (1.0 - noise / bin.power.max(f64::MIN_POSITIVE)).max(0.0);
+            (bin.share, weight)
         });
         Self {
             bins: weighted.collect(),
@@ -98,5 +146,38 @@ impl Weight {
         self.bins
             .get(place)
             .map_or(0.0, |(_, weight)| if place == 0 { 1.0 } else { *weight })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::white_noise_rad2;
+
+    /// Normal enough: a sum of twelve equal numbers of a generator that is the same on every machine.
+    fn noise(rows: usize) -> Vec<f64> {
+        let mut state = 7u64;
+        let mut number = move || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 33) as f64 / (1u64 << 31) as f64
+        };
+        let sum = |_| (0..12).map(|_| number()).sum::<f64>() - 6.0;
+        (0..rows).map(sum).collect()
+    }
+
+    #[test]
+    fn white_noise_is_told_from_motion_and_from_white_noise_of_angle() {
+        let white = noise(40_000);
+        let moving: Vec<f64> = white
+            .iter()
+            .enumerate()
+            .map(|(row, noise)| noise + 300.0 * (0.05 * row as f64).sin())
+            .collect();
+        let found = white_noise_rad2(&moving);
+        assert!((0.6..1.1).contains(&found), "{found}");
+        let angle: Vec<f64> = white.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let found = white_noise_rad2(&angle);
+        assert!(found < 0.05, "{found}");
     }
 }

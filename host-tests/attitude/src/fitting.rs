@@ -53,7 +53,9 @@ impl Fitting {
         levels: Option<Vec<f64>>,
     ) -> Self {
         let band = Band::new(increments.rows(), increments.period_s);
-        let terms = NoiseTerms::new(increments.rows(), increments.period_s, band.cut, is_plain);
+        let (rows, period_s) = (increments.rows(), increments.period_s);
+        let mut terms = NoiseTerms::new(rows, period_s, band.cut, is_plain);
+        terms.least_walk_rad2 = increments.least_walk_rad2;
         let rows_rad = &increments.rows_rad;
         let equations = Equations::new(&band, &terms, rows_rad, &columns, &increments.free);
         let start = levels

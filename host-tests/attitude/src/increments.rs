@@ -77,6 +77,8 @@ pub struct Increments {
     pub free: Vec<usize>,
     /// Typical time between stamps \[s\].
     pub period_s: f64,
+    /// Variance that the gyros' white noise adds to a row at least \[rad²\].
+    pub least_walk_rad2: f64,
     places: Vec<Place>,
 }
 
@@ -164,6 +166,7 @@ impl Increments {
             times_s,
             free,
             period_s,
+            least_walk_rad2: 0.0,
             places,
         })
     }

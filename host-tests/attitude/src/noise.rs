@@ -33,6 +33,9 @@ pub struct NoiseTerms {
     /// λ of every row's coefficient.
     pub lambda: Vec<f64>,
     return_rows: Vec<f64>,
+    /// The least level of the random walk: the gyros' own white noise, which their rows show better than the few lowest
+    /// frequencies of the reference do \[rad²\].
+    pub least_walk_rad2: f64,
 }
 
 impl NoiseTerms {
@@ -68,6 +71,7 @@ impl NoiseTerms {
             binned: Vec::new(),
             lambda,
             return_rows,
+            least_walk_rad2: 0.0,
         };
         let mean = |term: usize, bin: &[usize]| {
             let sum: f64 = (bin[0]..bin[1])
@@ -158,7 +162,7 @@ impl NoiseTerms {
     /// Levels ≥ 0 that maximise −½ Σ count (ln S + P/S), by steps that multiply: each gains, from anywhere.
     pub fn fit(&self, powers: &[f64], start: &[f64]) -> Vec<f64> {
         let density = self.densities(powers);
-        let floor: Vec<f64> = self
+        let mut floor: Vec<f64> = self
             .binned
             .iter()
             .map(|power| {
@@ -166,6 +170,7 @@ impl NoiseTerms {
                 1e-4 * ratios.fold(f64::INFINITY, f64::min)
             })
             .collect();
+        floor[0] = floor[0].max(self.least_walk_rad2);
         let mut levels: Vec<f64> = start
             .iter()
             .zip(&floor)

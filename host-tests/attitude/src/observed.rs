@@ -17,6 +17,7 @@ use rlg_signal::streams::Streams;
 
 use crate::about::{About, Gyros};
 use crate::channels;
+use crate::conditioned;
 use crate::dither::Dither;
 use crate::gyro_motion::Reads;
 use crate::held;
@@ -94,7 +95,7 @@ pub(crate) fn observe<'a>(
         .filter(|fault| !qualify::is_known(fault, &streams, &model.effects))
         .collect();
     let case = &streams.case_rad;
-    let sensed_rad = (0..streams.rows)
+    let sensed_rad: Vec<Vector3<f64>> = (0..streams.rows)
         .map(|row| Vector3::from_fn(|axis, _| case[axis][row]))
         .collect();
     let mut lost_before = vec![0];
@@ -102,9 +103,14 @@ pub(crate) fn observe<'a>(
         let before = lost_before[lost_before.len() - 1];
         lost_before.push(before + usize::from(!usable));
     }
+    let white_noise_rad2 = |axis: usize| {
+        let values: Vec<f64> = sensed_rad.iter().map(|row| row[axis]).collect();
+        conditioned::white_noise_rad2(&values)
+    };
     let mut gyros = Gyros {
         start_s: streams.start_s,
         rate_hz: streams.rate_hz,
+        white_noise_rad2: (0..3).map(white_noise_rad2).sum::<f64>() / 3.0,
         sensed_rad,
         lost_before,
         reads: Reads::of(&samples),

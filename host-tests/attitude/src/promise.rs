@@ -193,6 +193,7 @@ impl Experiment {
             sensed_rad: (0..rows)
                 .map(|row| Vector3::from_fn(|axis, _| case_rad[axis][row]))
                 .collect(),
+            white_noise_rad2: 0.0,
             lost_before: vec![0; rows + 1],
             reads: Reads::Attitudes,
             dither: None,
