@@ -17,6 +17,7 @@ use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_recording::error::InputError;
 use rlg_signal::partition::{Partition, Use};
 
+use super::aside::Aside;
 use super::lattice::Lattice;
 use super::plan::AnalysisPlan;
 use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
@@ -32,6 +33,8 @@ pub struct Data<'a> {
     /// Sensed less predicted increments \[rad\], the model's delays, low passes and mounts taken out, its other effects still
     /// in.
     pub residual_rad: Triad,
+    /// What was taken out of the residual before the search.
+    pub aside: Aside,
     /// Delays, low passes and mounts that the model holds.
     known_path: Path,
     /// Increments of the reference \[rad\] behind the model's delays, low passes and mounts.
@@ -124,6 +127,7 @@ impl<'a> Data<'a> {
         let streams = &*streams;
         Ok(Self {
             residual_rad,
+            aside: Aside::default(),
             known_path: path,
             reference_rad: Arc::new(reference_rad),
             partition,

@@ -47,8 +47,13 @@ pub fn excess(
         let more = excess_square(data.model, "angle_random_walk", axis) / rate_hz;
         Some(known(own + more, motion.reference_walk[axis]))
     };
+    // Of a gyro at rest that is not like noise somewhere, the highest octaves may still say it.
+    let highest = [0, 1, 2].map(|axis| {
+        let asked = data.streams.at_rest.is_some() && !is_noise(&axis);
+        asked.then(|| angle_of_highest(&data.residual_rad[axis], &observations, plan))?
+    });
     let angle = |axis: usize| {
-        let axis = Some(axis).filter(is_noise)?;
+        let axis = Some(axis).filter(|axis| is_noise(axis) || highest[*axis].is_some())?;
         // At rest nothing but the gyro makes noise of angle, so that a declared resolution is known of increments, too.
         let pulse_rad = match data.streams.at_rest {
             Some(_) => data.model.gyro.pulse_weight_rad[axis],
@@ -65,19 +70,19 @@ pub fn excess(
         (pulses > 0.0 && !is_coarse(axis))
             .then(|| known(pulses + pickoff + more, motion.reference_angle[axis]))
     };
+    let fitted = |axis: usize, term: usize| Level {
+        value: fit.levels[axis].as_array()[term],
+        std: level_std(&basis, fit.levels[axis], term),
+    };
     let of_walk = compare(
-        fit,
-        &basis,
-        0,
+        &|axis| fitted(axis, 0),
         &walk,
         &|level| (level * rate_hz).sqrt(),
         &WALK,
         plan,
     );
     let of_angle = compare(
-        fit,
-        &basis,
-        1,
+        &|axis| highest[axis].unwrap_or_else(|| fitted(axis, 1)),
         &angle,
         &|level| (12.0 * level).sqrt(),
         &PULSES,
@@ -113,6 +118,46 @@ fn is_bounded(increments_rad: &[f64], observations: &Observations) -> bool {
     })
 }
 
+/// White noise of angle in the two highest octaves, by medians, which narrow bands and bursts do not move; `None` where their
+/// power does not grow as that of an angle does.
+fn angle_of_highest(
+    increments_rad: &[f64],
+    observations: &Observations,
+    plan: &AnalysisPlan,
+) -> Option<Level> {
+    /// Median of a squared normal number.
+    const MEDIAN: f64 = 0.454_936;
+    /// Of a median of such numbers: its variance over that of their mean.
+    const SPREAD: f64 = 1.363;
+    let [span] = observations.spans.as_slice() else {
+        return None;
+    };
+    let mut spectrum = span.bridge(increments_rad);
+    let rows = spectrum.len();
+    Dct::new(rows).forward(&mut spectrum);
+    let level = |from: usize, to: usize| {
+        let of = |k: usize| {
+            let sine = (0.5 * std::f64::consts::PI * k as f64 / rows as f64).sin();
+            spectrum[k].powi(2) / (4.0 * sine * sine)
+        };
+        let mut powers: Vec<f64> = (from..to).map(of).collect();
+        let middle = powers.len() / 2;
+        let median = *powers.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let count = (to - from) as f64;
+        let value = median / MEDIAN;
+        Level {
+            value,
+            std: value * SPREAD * (2.0 / count).sqrt(),
+        }
+    };
+    if rows < 64 {
+        return None;
+    }
+    let [lower, upper] = [level(rows / 4, rows / 2), level(rows / 2, rows)];
+    let ratio = (lower.value / upper.value).max(upper.value / lower.value);
+    (ratio < plan.same_angle_ratio).then(|| level(rows / 4, rows))
+}
+
 fn known(own: f64, reference: Level) -> Level {
     Level {
         value: own + reference.value,
@@ -121,9 +166,7 @@ fn known(own: f64, reference: Level) -> Level {
 }
 
 fn compare(
-    fit: &Fit,
-    basis: &NoiseBasis,
-    term: usize,
+    fitted: &dyn Fn(usize) -> Level,
     known: &dyn Fn(usize) -> Option<Level>,
     in_unit: &dyn Fn(f64) -> f64,
     kind: &Excess,
@@ -133,11 +176,11 @@ fn compare(
     let mut any = false;
     for axis in 0..3 {
         let Some(known) = known(axis) else { continue };
-        let fitted = fit.levels[axis].as_array()[term];
-        let std = level_std(basis, fit.levels[axis], term).hypot(known.std);
-        let more = fitted - known.value;
+        let fitted = fitted(axis);
+        let std = fitted.std.hypot(known.std);
+        let more = fitted.value - known.value;
         let size = more / std;
-        if size < plan.excess_noise || fitted < plan.excess_ratio * known.value {
+        if size < plan.excess_noise || fitted.value < plan.excess_ratio * known.value {
             continue;
         }
         found.values[axis] = in_unit(more);

@@ -20,6 +20,7 @@ use super::data::Data;
 use super::entries_of_rows::{channel, fault_entry};
 use super::excess_noise::excess;
 use super::goodness::Misfit;
+use super::left::unexplained;
 use super::locate::{self, Location};
 use super::lock_in::behind_walk;
 use super::noise_levels::{mean, reported};
@@ -32,7 +33,7 @@ use super::search::{Found, effect_rad};
 use super::split::{Part, split};
 use super::validate::validate;
 use rlg_findings::combinations::identifiable;
-use rlg_findings::entries::{noise as noise_entry, unlisted};
+use rlg_findings::entries::noise as noise_entry;
 use rlg_findings::excess::{Excess, WALK};
 use rlg_findings::result::{
     Diagnosis, EffectEntry, EvidenceEntry, FitEntry, Identifiable, LocationEntry, NoiseEntry,
@@ -77,9 +78,11 @@ pub fn outcome(
     let found = &*found;
     let Final {
         fit,
-        left_rad: after_rad,
+        left_rad,
         misfits,
     } = &confirmed.last;
+    let after_rad = &data.aside.with_unexplained(left_rad);
+    let before_rad = &data.aside.with_all(&found.residual_rad);
     let findings: Vec<Finding> = (0..confirmed.named.len())
         .map(|place| finding((data, found), &confirmed, place, plan))
         .collect();
@@ -90,7 +93,7 @@ pub fn outcome(
     let all_rows = data.ranges_of(&[Use::Train, Use::Confirm, Use::Test]);
     let fitted_rows = data.ranges_of(&[Use::Train, Use::Confirm]);
     let test_rows = data.ranges_of(&[Use::Test]);
-    let tiles_before = locate::tiles(streams, &found.residual_rad, &noise, &regimes, &all_rows);
+    let tiles_before = locate::tiles(streams, before_rad, &noise, &regimes, &all_rows);
     let tiles_after = locate::tiles(streams, after_rad, &noise, &regimes, &all_rows);
     let mut locations = locate::join(&tiles_before, &regimes, &all_rows);
     // What is left is judged on the rows that the findings saw: test rows change no finding.
@@ -102,7 +105,7 @@ pub fn outcome(
     left.retain(|one| !data.lattice.hides_location(one, streams.rate_hz));
     name_regimes(&mut locations, &findings);
     let validations = validate(
-        &found.residual_rad,
+        before_rad,
         after_rad,
         &noise,
         (&test_rows, streams.band_hz()),
@@ -135,13 +138,13 @@ pub fn outcome(
         entry.what_was_left_out.extend(lock_in.flatten());
         entry
     }));
-    effects.extend(left.iter().map(|location| unexplained(location, streams)));
+    effects.extend(unexplained(&left, streams));
     // What fits some rows and not others is not explained, whatever it is.
     let is_consistent = confirmed.unconfirmed.is_empty()
         && confirmed.impossible.is_empty()
         && left.is_empty()
         && misfits.is_empty()
-        && !has_event(data, fit, after_rad, plan);
+        && !has_event(data, fit, left_rad, plan);
     let is_explained = !findings.is_empty() || !noise_found.is_empty() || !faults.is_empty();
     let verdict = match (is_explained, is_consistent) {
         (false, true) => Verdict::Matches,
@@ -214,7 +217,7 @@ pub fn outcome(
     }
     let pictures = pictures::draw(
         streams,
-        &found.residual_rad,
+        before_rad,
         after_rad,
         &noise,
         (tiles_before, tiles_after),
@@ -552,20 +555,6 @@ fn location_entry(location: &Location, streams: &Streams) -> LocationEntry {
     }
 }
 
-/// A stretch and band that no effect explains.
-fn unexplained(location: &Location, streams: &Streams) -> EffectEntry {
-    let (_, [start_s, end_s]) = streams.own_span(&location.rows);
-    let axis = AXES[location.axis];
-    unlisted(
-        String::new(),
-        format!(
-            "Gyro {axis} differs from its model between {start_s:.1} and {end_s:.1} s at {:.1} to {:.1} Hz, and no effect of the catalogue explains it.",
-            location.band_hz.0,
-            location.band_hz.1.min(0.5 * streams.rate_hz),
-        ),
-    )
-}
-
 /// Share of the residual's power that an effect explains beside the others, on the rows that were fitted.
 fn share(data: &Data, found: &Found, last: &Final, effect_rad: &Triad) -> f64 {
     let rows = data.ranges_of(&[Use::Train, Use::Confirm]);
@@ -709,7 +698,10 @@ pub fn no_channel(kind: &str, streams: &Streams) -> Option<&'static str> {
 fn not_excluded(found: &Found, streams: &Streams) -> Vec<String> {
     let tried: BTreeSet<&str> = found.candidates.iter().map(|one| one.kind).collect();
     let reason = |kind: &str| {
-        let unseen = "the motion does not stand out of the reference's noise";
+        let unseen = match streams.at_rest {
+            Some(_) => "needs motion, and the unit stood still",
+            None => "the motion does not stand out of the reference's noise",
+        };
         no_channel(kind, streams).unwrap_or(unseen)
     };
     entries::CATALOGUE

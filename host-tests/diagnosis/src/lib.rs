@@ -43,6 +43,8 @@ mod channel_words;
 
 pub mod put_right;
 
+pub mod aside;
+
 pub mod data;
 
 pub mod noise_levels;
@@ -68,6 +70,8 @@ pub mod reenact;
 pub mod confirm;
 
 pub mod excess_noise;
+
+mod left;
 
 pub mod findings;
 

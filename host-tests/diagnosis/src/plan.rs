@@ -75,6 +75,36 @@ impl BlockPlan {
     }
 }
 
+/// How lines of a unit at rest are recognised.
+#[derive(Debug, Clone, Copy)]
+pub struct LinePlan {
+    /// Chance of a line by noise below which it is one, all frequencies counted.
+    pub chance: f64,
+    /// Share of a line's power that one phase must explain \[1\]: below a half, predicting it adds power.
+    pub coherence: f64,
+    /// Pieces of the record whose phases are compared.
+    pub pieces: usize,
+    /// Highest degree of a phase: its frequency, the drift of that, and what wanders faster.
+    pub most_degrees: usize,
+    /// Resolutions of the record on either side that belong to a line.
+    pub own_resolutions: f64,
+    /// Lines at most: beyond this a spectrum is no set of lines.
+    pub most: usize,
+}
+
+impl Default for LinePlan {
+    fn default() -> Self {
+        Self {
+            chance: 1e-4,
+            coherence: 0.5,
+            pieces: 8,
+            most_degrees: 10,
+            own_resolutions: 2.0,
+            most: 48,
+        }
+    }
+}
+
 /// All thresholds of this engine.
 ///
 /// `rlg challenge --marks --engine new` shows what they give on seeds that they were not chosen on, and with `--vary` what other
@@ -87,6 +117,8 @@ pub struct AnalysisPlan {
     pub blocks: BlockPlan,
     /// What is far from the model.
     pub coarse: CoarsePlan,
+    /// Lines of a unit at rest.
+    pub lines: LinePlan,
     /// Prices of the search.
     pub search: SearchPlan,
     /// Log posterior that a named effect must cost to do without.
@@ -118,6 +150,8 @@ pub struct AnalysisPlan {
     pub excess_noise: f64,
     /// The same as a ratio of powers.
     pub excess_ratio: f64,
+    /// Ratio of powers up to which two octaves hold the same white noise of angle: flat noise differs by four.
+    pub same_angle_ratio: f64,
     /// Most passes between motion, columns and search.
     pub passes: usize,
 }
@@ -128,6 +162,7 @@ impl Default for AnalysisPlan {
             partition: PartitionPlan::default(),
             blocks: BlockPlan::default(),
             coarse: CoarsePlan::default(),
+            lines: LinePlan::default(),
             search: SearchPlan::default(),
             naming: 4.0,
             class_within: 3.0,
@@ -143,6 +178,7 @@ impl Default for AnalysisPlan {
             unexplained: 1e-4,
             excess_noise: 6.0,
             excess_ratio: 1.1,
+            same_angle_ratio: 1.2,
             passes: 8,
         }
     }

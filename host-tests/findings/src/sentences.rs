@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::result::Verdict;
+use crate::result::{EffectEntry, ONLY_DESCRIBED, ParameterEntry, UNLISTED, Verdict};
 
 pub use crate::numbers::DEG_H;
 
@@ -47,6 +47,65 @@ pub fn combination(weights: &BTreeMap<String, f64>) -> String {
         };
     }
     text
+}
+
+/// Says an effect, what the data fix of it, and what it cannot be told from.
+pub fn effect_lines(effect: &EffectEntry) -> Vec<String> {
+    let equation = match effect.equation.as_str() {
+        "" => String::new(),
+        equation => format!(" ({equation})"),
+    };
+    let mut lines = vec![format!(
+        "What: {}{equation}. {}",
+        effect.kind, effect.what_was_left_out
+    )];
+    for fixed in &effect.identifiable {
+        let unit = effect
+            .parameters
+            .iter()
+            .find_map(|parameter| match parameter {
+                ParameterEntry::Number { name, unit, .. }
+                    if fixed.combination.contains_key(name) =>
+                {
+                    Some(unit.as_str())
+                }
+                _ => None,
+            })
+            .unwrap_or("");
+        lines.push(format!(
+            "      {} = {:.3e} ± {:.1e} {unit}",
+            combination(&fixed.combination),
+            fixed.value,
+            fixed.std
+        ));
+    }
+    let against = &effect.gravity_speaks_against;
+    let alike = effect.indistinguishable_from.iter();
+    let alike: Vec<&str> = alike
+        .filter(|kind| !against.contains(kind))
+        .filter(|kind| *kind != UNLISTED)
+        .map(String::as_str)
+        .collect();
+    if !alike.is_empty() {
+        lines.push(format!(
+            "      This recording cannot tell it from {}.",
+            alike.join(", ")
+        ));
+    }
+    match &effect.expression {
+        Some(expression) if effect.kind != UNLISTED => lines.push(format!(
+            "      {expression}, which is no effect of the catalogue, explains as much with one number."
+        )),
+        None if effect.may_be_unlisted() => lines.push(format!("      {ONLY_DESCRIBED}")),
+        _ => {}
+    }
+    if !against.is_empty() {
+        lines.push(format!(
+            "      The gyros alone cannot tell it from {}; gravity, as the accelerometers feel it, speaks against that.",
+            against.join(", ")
+        ));
+    }
+    lines
 }
 
 #[cfg(test)]

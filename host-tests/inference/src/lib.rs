@@ -10,7 +10,8 @@
 //! [`normal_equations`] frees what gaps leave unknown and sums columns and records by frequency → [`evaluate`] fits a set
 //! of hypotheses with its noise →
 //! [`search`] finds the set; [`score_test`] goes through long lists of what could be added, over [`sums`] of rows where
-//! there are many; [`events`] scans all rows for steps and impulses, [`lines`] all frequencies for lines;
+//! there are many; [`events`] scans all rows for steps and impulses, [`lines`] all frequencies for lines, and [`periodogram`] with
+//! [`phase_course`] for lines between the coefficients whose phase may wander, and [`line_fit`] with their exact columns;
 //! [`block_validation`] asks blocks of rows whether an effect holds in all of them.
 
 pub mod block_validation;
@@ -46,6 +47,12 @@ pub mod search;
 pub mod events;
 
 pub mod lines;
+
+pub mod periodogram;
+
+pub mod phase_course;
+
+pub mod line_fit;
 
 pub use dct::Dct;
 pub use evaluate::{Drift, Fit};

@@ -15,7 +15,7 @@ use super::select::Chosen;
 use super::signals;
 use super::streams::{AXES, Streams};
 pub use rlg_diagnosis::entries_of_rows::fault_entry;
-pub(super) use rlg_findings::entries::{by_axis, noise, unlisted};
+pub(super) use rlg_findings::entries::{noise, unlisted};
 use rlg_model::EffectValue;
 
 /// The parameters that stand for something.

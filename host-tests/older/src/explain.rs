@@ -19,12 +19,10 @@ use super::noise::Noise;
 use super::products::Products;
 use super::qualify::Fault;
 use super::result::*;
-use super::rows_found::RowsFound;
 use super::scene::Scene;
 use super::self_test::SelfTest;
 use super::signals;
 use super::split::Split;
-use super::still_words::line_of;
 use super::streams::AXES;
 use super::validate::{Validation, drift_chance};
 pub use rlg_findings::sentences::{DEG_H, NEEDED_SNR, combination};
@@ -62,7 +60,6 @@ pub struct Findings<'a> {
     /// Of a recording longer than memory, of which the rows are stretches, the blocks with their held-out figures.
     pub whole: Option<(&'a Blocks, &'a [Validation])>,
     /// What the rows themselves show.
-    pub rows_found: &'a RowsFound,
     /// What the gyros count in.
     pub lattice: &'a Lattice,
     /// Whether the held-out part took a name back.
@@ -167,16 +164,7 @@ impl Findings<'_> {
             trials: self.catch.trials,
             runners_up: runners_up(&self.catch.choice).collect(),
             sensitivity: sensitivity(&self.catch.choice).collect(),
-            control: self
-                .rows_found
-                .control
-                .as_ref()
-                .map(|control| ControlEntry {
-                    lines: control.lines,
-                    strongest: control.strongest,
-                    cycles: 0,
-                    dropped: self.rows_found.dropped,
-                }),
+            control: None,
             self_test: self.self_test.map(self_test_entry),
             effects,
         }
@@ -303,11 +291,7 @@ impl Findings<'_> {
                 .map(|location| self.unexplained(location))
                 .collect()
         };
-        let (lines, terms): (Vec<&FoundTerm>, Vec<&FoundTerm>) = self
-            .catch
-            .terms
-            .iter()
-            .partition(|found| still && line_of(found).is_some());
+        let terms: Vec<&FoundTerm> = self.catch.terms.iter().collect();
         let named: Vec<EffectEntry> = named
             .map(|entry| {
                 if still {
@@ -319,18 +303,12 @@ impl Findings<'_> {
             .collect();
         named
             .into_iter()
-            .chain(self.line_entries(&lines))
             .chain(
                 of_one_effect(&terms)
                     .into_iter()
                     .map(|halves| doubt.of_term(halves[0], term(halves, &self.scene.streams))),
             )
-            .chain(
-                self.excess
-                    .iter()
-                    .map(noise)
-                    .map(|entry| self.coarse_at_rest(entry)),
-            )
+            .chain(self.excess.iter().map(noise))
             .chain(
                 self.faults
                     .iter()

@@ -14,9 +14,8 @@
 //! workbench (long, blocks). Gyros beside attitudes, or beside increments on other rows, have a likelihood of their own
 //! (attitudes, rlg-attitude).
 //!
-//! At rest on the Earth (still) the motion is known without a reference: what acts slowly is decided by one likelihood
-//! (at_rest), with it known clock, cycle and lines come before the hunt, and control repeats them on shuffled rows. Where there are accelerometers, the same road is gone for
-//! them (accelerometer).
+//! One record at rest on the Earth goes to the new engine (at_rest); of several (still) the motion is known without a
+//! reference. Where there are accelerometers, the same road is gone for them (accelerometer).
 //!
 //! Enters: a recording and the model that predicts it. Leaves: [`Outcome`]. Nothing here reads truth files or
 //! imports the simulator.
@@ -76,12 +75,6 @@ pub mod bursts;
 pub mod steps;
 
 pub mod still;
-
-pub mod lines;
-
-pub mod control;
-
-pub mod rows_found;
 
 pub mod products;
 
@@ -256,8 +249,16 @@ fn diagnose_in_order(
         seed,
         ..
     } = *settings;
-    if engine != Engine::Old && rlg_diagnosis::at_rest::serves(&streams, model) {
-        return at_rest::diagnose(settings, (streams, again), (model, model_file), progress);
+    if rlg_diagnosis::at_rest::serves(&streams, model) {
+        let mut still = streams;
+        let found = at_rest::diagnose(settings, &mut still, (model, model_file), progress)?;
+        return match found {
+            Some(found) => Ok(found),
+            None => {
+                let streams = vec![again()?];
+                diagnose_aligned(left_out, streams, None, model, model_file, seed, progress)
+            }
+        };
     }
     let old = |streams: Streams| {
         let streams = vec![streams];

@@ -20,8 +20,7 @@ use super::workbench::{Parameters, Workbench};
 use super::{LEAST_FITTED_S, Outcome};
 use super::{
     accelerometer, coherence, contradiction, excess, explain, hunt, local, locate, long, pictures,
-    pieces, pulses, readings, rows_found, self_test, still, still_words, timing, validate,
-    wandering,
+    pieces, pulses, readings, self_test, still, timing, validate, wandering,
 };
 use rlg_model::Model;
 use rlg_recording::error::InputError;
@@ -124,20 +123,6 @@ pub(super) fn look(
     bench.allow_for(pulses::in_step(&bench, &parameters));
 
     let unusable = |problem| InputError::new(model_file, problem);
-    let (mut rows_found, given) = match scene.streams.at_rest {
-        None => Default::default(),
-        Some(_) => {
-            let given = rows_found::Given {
-                parameters: &parameters,
-                candidates: &candidates,
-                declared,
-                split: &split,
-                seed,
-            };
-            rows_found::search(&mut bench, &given, progress).map_err(unusable)?
-        }
-    };
-
     let products = Products::new(scene);
     let mut catch = readings::best(
         &mut bench,
@@ -147,7 +132,7 @@ pub(super) fn look(
             declared,
             regimes: &split.regimes,
             products: &products,
-            given: &given,
+            given: &[],
             lattice,
         },
         progress,
@@ -176,7 +161,7 @@ pub(super) fn look(
     let noise = bench.noise;
     let settled = |found: &hunt::FoundTerm| timing::is_settled(&found.term);
     let (events, others) = catch.terms.into_iter().partition(settled);
-    catch.terms = still_words::without_hidden_lines(others, lattice, scene);
+    catch.terms = others;
     let events = timing::settle(
         scene,
         &after_rad(scene, before_rad, &catch),
@@ -283,8 +268,6 @@ pub(super) fn look(
     if let Some((_, slowly)) = &whole {
         validate::drifts_of(&mut validations, slowly);
     }
-    rows_found.held_out_rad_s = [before_rad, &after_rad]
-        .map(|residual_rad| rows_found::scatter_rad_s(residual_rad, &split.held_out, rate_hz));
     let compared = excess::excess(
         &excess::Left {
             scene,
@@ -369,7 +352,6 @@ pub(super) fn look(
         left: &left,
         validations: &validations,
         candidates: &candidates,
-        rows_found: &rows_found,
         lattice,
         contradicted,
         self_test: Some(&self_test),

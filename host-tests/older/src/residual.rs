@@ -46,7 +46,7 @@ pub fn residual_rad(
 /// Effects of the noise, of the accelerometers and faults of the data add nothing to what a gyro senses.
 fn predicts_something(effect: &ModelEffect) -> bool {
     let kind = effect.kind.as_str();
-    if matches!(effect.parameters.get("expression"), Some(EffectValue::Text(text)) if is_of_rows(text))
+    if matches!(effect.parameters.get("expression"), Some(EffectValue::Text(text)) if is_of_rows(text) || is_line(effect))
     {
         return false;
     }
@@ -55,6 +55,11 @@ fn predicts_something(effect: &ModelEffect) -> bool {
         && !FAULT_KINDS.contains(&kind)
         && !of_accelerometer
         && kind != "lock_in"
+}
+
+/// Whether an effect is a line of all gyros, whose phase is that of each recording.
+fn is_line(effect: &ModelEffect) -> bool {
+    !effect.parameters.contains_key("axis") && effect.parameters.contains_key("frequency_hz")
 }
 
 /// Expressions about when and how rows were taken: they say nothing of what a gyro sensed.

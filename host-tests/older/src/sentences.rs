@@ -4,16 +4,16 @@
 
 use super::declare::{FAMILY_SIGNIFICANCE, LONG_SPLIT_HZ};
 use super::entries::parameters_of;
-use super::explain::{DEG_H, Findings, NEEDED_SNR, combination};
+use super::explain::{DEG_H, Findings, NEEDED_SNR};
 use super::hypotheses::{AS_NOISE, CATALOGUE, Subject};
 use super::identify::identifiable;
-use super::result::{EffectEntry, ONLY_DESCRIBED, ParameterEntry, UNLISTED, Verdict};
+use super::result::{EffectEntry, Verdict};
 use super::select::Choice;
 use super::self_test::SelfTest;
 use super::streams::AXES;
 use super::validate::drift_chance;
 use rlg_diagnosis::data_words;
-pub(super) use rlg_findings::sentences::opening;
+pub(super) use rlg_findings::sentences::{effect_lines, opening};
 use rlg_signal::fault::Fault;
 
 /// The verdict where nothing has a name and the noise drifts.
@@ -192,65 +192,6 @@ impl Findings<'_> {
         }
         "Nothing is confused here; a motion richer in amplitude and frequency would lower what is not excluded.".to_string()
     }
-}
-
-/// An effect, what the data fix of it, and what it cannot be told from.
-pub(super) fn effect_lines(effect: &EffectEntry) -> Vec<String> {
-    let equation = match effect.equation.as_str() {
-        "" => String::new(),
-        equation => format!(" ({equation})"),
-    };
-    let mut lines = vec![format!(
-        "What: {}{equation}. {}",
-        effect.kind, effect.what_was_left_out
-    )];
-    for fixed in &effect.identifiable {
-        let unit = effect
-            .parameters
-            .iter()
-            .find_map(|parameter| match parameter {
-                ParameterEntry::Number { name, unit, .. }
-                    if fixed.combination.contains_key(name) =>
-                {
-                    Some(unit.as_str())
-                }
-                _ => None,
-            })
-            .unwrap_or("");
-        lines.push(format!(
-            "      {} = {:.3e} ± {:.1e} {unit}",
-            combination(&fixed.combination),
-            fixed.value,
-            fixed.std
-        ));
-    }
-    let against = &effect.gravity_speaks_against;
-    let alike = effect.indistinguishable_from.iter();
-    let alike: Vec<&str> = alike
-        .filter(|kind| !against.contains(kind))
-        .filter(|kind| *kind != UNLISTED)
-        .map(String::as_str)
-        .collect();
-    if !alike.is_empty() {
-        lines.push(format!(
-            "      This recording cannot tell it from {}.",
-            alike.join(", ")
-        ));
-    }
-    match &effect.expression {
-        Some(expression) if effect.kind != UNLISTED => lines.push(format!(
-            "      {expression}, which is no effect of the catalogue, explains as much with one number."
-        )),
-        None if effect.may_be_unlisted() => lines.push(format!("      {ONLY_DESCRIBED}")),
-        _ => {}
-    }
-    if !against.is_empty() {
-        lines.push(format!(
-            "      The gyros alone cannot tell it from {}; gravity, as the accelerometers feel it, speaks against that.",
-            against.join(", ")
-        ));
-    }
-    lines
 }
 
 /// Names that were taken back, with the reason.

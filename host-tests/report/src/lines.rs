@@ -8,7 +8,7 @@ use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry};
 /// Whether an effect is a steady line on several gyros.
 pub fn is_line(effect: &EffectEntry) -> bool {
     let expression = effect.expression.as_deref();
-    expression.is_some_and(|text| text.starts_with("sine("))
+    expression.is_some_and(|text| text.starts_with("sine(") || text.starts_with("line("))
         && effect.equation.starts_with("omega_i")
 }
 
@@ -20,13 +20,13 @@ pub fn table(diagnosis: &Diagnosis) -> Markup {
         @if !lines.is_empty() {
             article {
                 h3 { "steady lines " code { "unlisted" } }
-                p { "Frequencies in hertz of the nominal clock. Amplitudes on the fitted half; a line is here only if it keeps its phase through it." }
+                p { "Frequencies in hertz of the nominal clock. Amplitudes on the fitted rows; a line is here only if it keeps its phase through them, or follows others that do." }
                 div.scroll { table.values {
                     thead { tr { th { "line [Hz]" } th { "x [" (unit) "]" } th { "y" } th { "z" } th { "ln evidence" } th { "what it is" } } }
                     tbody { @for line in &lines { tr {
-                        td { (line.expression.as_deref().unwrap_or_default().trim_start_matches("sine(").trim_end_matches(')')) }
+                        td { (frequency(line)) }
                         @for parameter in &line.parameters {
-                            @if let ParameterEntry::Number { value, std, .. } = parameter {
+                            @if let ParameterEntry::Number { value, std, unit, .. } = parameter && unit == "rad/s" {
                                 td.number { @if *value > 0.0 { (with_spread(value * factor, std * factor)) } @else { "–" } }
                             }
                         }
@@ -36,5 +36,24 @@ pub fn table(diagnosis: &Diagnosis) -> Markup {
                 } }
             }
         }
+    }
+}
+
+/// Frequency of a line \[Hz\], as it is written where there is no number of that name.
+pub fn frequency(line: &EffectEntry) -> String {
+    let number = line
+        .parameters
+        .iter()
+        .find_map(|parameter| match parameter {
+            ParameterEntry::Number { name, value, .. } if name == "frequency_hz" => Some(*value),
+            _ => None,
+        });
+    let written = line.expression.as_deref().unwrap_or_default();
+    match number {
+        Some(hz) => format!("{hz:.5}"),
+        None => written
+            .trim_start_matches("sine(")
+            .trim_end_matches(')')
+            .to_owned(),
     }
 }

@@ -129,7 +129,10 @@ impl FoundEffect {
         else {
             return true;
         };
-        let said_hz = self.expression.as_deref().and_then(line_hz);
+        let said_hz = match self.numbers.get("frequency_hz") {
+            Some(said) => Some(said.value),
+            None => self.expression.as_deref().and_then(line_hz),
+        };
         said_hz.is_some_and(|said_hz| (said_hz - frequency_hz).abs() < 0.5 * resolution_hz)
     }
 

@@ -3,7 +3,6 @@
 use rlg_findings::result::NoiseTermsEntry;
 use rlg_inference::Hypothesis;
 use rlg_inference::evaluate::residual_power;
-use rlg_model::Model;
 use rlg_signal::streams::{AXES, Streams};
 
 use super::terms;
@@ -54,28 +53,4 @@ pub(super) fn noise_terms(data: &Data, found: &Found) -> [Option<NoiseTermsEntry
     let set: Vec<&Hypothesis> = found.fit.members.iter().map(member).collect();
     let power = residual_power(&found.equations, &set, &found.fit);
     std::array::from_fn(|gyro| terms::of_gyro(&found.equations.basis, &power[gyro], record))
-}
-
-/// Pulse weights as declared, or what the noise leaves of them where it holds less than they would make.
-pub(super) fn quieter_pulses_rad(
-    model: &Model,
-    noise: &[Option<NoiseTermsEntry>],
-    unlike: &[Misfit],
-) -> [f64; 3] {
-    /// Standard deviations by which a declaration must be missed.
-    const CONTRADICTED: f64 = 3.0;
-    std::array::from_fn(|gyro| {
-        let declared = model.gyro.pulse_weight_rad[gyro];
-        let is_noise = is_noise(gyro, unlike);
-        let most = noise[gyro].filter(|_| is_noise).map(|terms| {
-            let level = terms.quantisation_rad;
-            // The square has the spread, see `LevelEntry`.
-            let of_square = match level.value > level.std {
-                true => 2.0 * level.value * level.std,
-                false => level.std * level.std,
-            };
-            (12.0 * (level.value * level.value + CONTRADICTED * of_square)).sqrt()
-        });
-        declared.min(most.unwrap_or(f64::INFINITY))
-    })
 }

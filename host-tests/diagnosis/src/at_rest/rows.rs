@@ -66,7 +66,7 @@ pub(super) fn search(
 }
 
 /// Lays fitted and held-out rows each in another order, the three gyros alike.
-pub fn shuffled(left_rad: &Triad, parted: [&[Range<usize>]; 2], seed: u64) -> Triad {
+pub(super) fn shuffled(left_rad: &Triad, parted: [&[Range<usize>]; 2], seed: u64) -> Triad {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut shuffled = left_rad.clone();
     for ranges in parted {

@@ -274,6 +274,23 @@ pub fn add(found: Result<Found, String>, outcome: &mut Outcome) {
     }
 }
 
+/// Why the force of a unit at rest names nothing.
+pub fn why_not_at_rest(streams: &Streams) -> String {
+    if let Err(reason) = &streams.accelerometers {
+        return reason.clone();
+    }
+    let ratio = streams
+        .at_rest
+        .as_ref()
+        .and_then(|rest| rest.force_over_gravity);
+    let length = ratio.map_or_else(String::new, |ratio| {
+        format!(" ({ratio:.6} of the site's gravity)")
+    });
+    format!(
+        "the unit stood still, and the accelerometers show one number there, the length of the force{length}, in which bias, scale error and a wrong gravity are the same"
+    )
+}
+
 /// Rows, motion and a first vertical, or why the force cannot be predicted.
 fn prepare(scene: &mut Scene, given: &Given, found: &Model) -> Result<(Streams, Split), String> {
     if scene.streams.is_joined() {
@@ -289,13 +306,8 @@ fn prepare(scene: &mut Scene, given: &Given, found: &Model) -> Result<(Streams, 
         .site
         .filter(|site| site.gravity_m_s2 > 0.0)
         .ok_or("the recording names no site with its gravity")?;
-    if let Some(rest) = &scene.streams.at_rest {
-        let length = rest.force_over_gravity.map_or_else(String::new, |ratio| {
-            format!(" ({ratio:.6} of the site's gravity)")
-        });
-        return Err(format!(
-            "the unit stood still, and the accelerometers show one number there, the length of the force{length}, in which bias, scale error and a wrong gravity are the same"
-        ));
+    if scene.streams.at_rest.is_some() {
+        return Err(why_not_at_rest(&scene.streams));
     }
     let piece = &scene.streams.pieces[0];
     let streams = Streams::bare(rows.rate_hz, rows.start_s, rows.usable.clone(), piece);

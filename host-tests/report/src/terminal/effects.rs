@@ -6,7 +6,7 @@ use rlg_findings::numbers::seconds;
 use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry, UNLISTED};
 
 use super::sizes::{strength, text, value, words};
-use crate::lines::is_line;
+use crate::lines::{frequency, is_line};
 
 /// What entries have in common that share a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -147,8 +147,7 @@ fn one(group: Group<'_>, members: &[&EffectEntry]) -> (String, String) {
         }
         Group::Lines => {
             let (_, sizes) = sized(String::new(), &members[..1]);
-            let strongest = members[0].expression.as_deref().unwrap_or_default();
-            let hz = strongest.trim_start_matches("sine(").trim_end_matches(')');
+            let hz = frequency(members[0]);
             let said = match members.len() {
                 1 => format!("{hz} Hz: {sizes}"),
                 count => format!("{count} of them, the strongest at {hz} Hz: {sizes}"),

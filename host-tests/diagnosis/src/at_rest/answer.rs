@@ -1,0 +1,228 @@
+//! Brings what was found of a unit at rest together.
+
+use rlg_findings::result::{
+    ControlEntry, Diagnosis, EffectEntry, ForceNoiseEntry, LocationEntry, Verdict,
+};
+use rlg_findings::sentences::{DEG_H, effect_lines, opening};
+use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
+use rlg_model::{Model, ModelEffect};
+use rlg_signal::still::ROTATION_RAD_S;
+use rlg_signal::streams::{AXES, Streams};
+
+use super::control::Control;
+use super::line::Clock;
+use super::line_words;
+use super::look::Looked;
+use super::rows::{self, RowsFound};
+use crate::outcome::Outcome;
+
+/// What the rows show of the recorder, and the control.
+pub(super) struct Recorder {
+    pub(super) rows: RowsFound,
+    pub(super) control: Control,
+}
+
+/// Findings as they come together.
+pub(super) struct Answer {
+    /// Of the rows as they were recorded.
+    pub(super) first: Looked,
+    recorder: Recorder,
+    lines: Vec<EffectEntry>,
+    /// Lines that shuffled rows show as well.
+    dropped: usize,
+    /// What acts slowly, the model with it and what would tell it apart, of the last rows that were looked at.
+    slow: Vec<EffectEntry>,
+    model: Model,
+    next_experiment: String,
+    /// Sentences on the Earth's rotation and the held-out rows.
+    said: Vec<String>,
+}
+
+impl Answer {
+    pub(super) fn new(
+        mut first: Looked,
+        recorder: Recorder,
+        streams: &Streams,
+        model: &Model,
+    ) -> Self {
+        let clock = Clock {
+            rows: streams.rows,
+            rate_hz: streams.rate_hz,
+        };
+        let found = first.lines.iter().flat_map(|lines| &lines.lines);
+        let found: Vec<_> = found.cloned().collect();
+        let mut lines = line_words::entries(&found, clock, model);
+        let before = lines.len();
+        // A gain of ln L is half of 2 Δ ln L.
+        lines.retain(|line| 2.0 * line.log_evidence_gain > recorder.control.strongest);
+        Self {
+            dropped: before - lines.len(),
+            lines,
+            slow: std::mem::take(&mut first.slow),
+            model: first.outcome.model.clone(),
+            next_experiment: first.outcome.diagnosis.next_experiment.clone(),
+            said: [
+                vec![of_the_earth(&first)],
+                of_held_out(&first, clock.rate_hz),
+            ]
+            .concat(),
+            recorder,
+            first,
+        }
+    }
+
+    /// Takes what acts slowly from rows that were summed.
+    pub(super) fn take_slow(&mut self, next: Looked) {
+        let is_of_noise = |effect: &EffectEntry| NOISE_KINDS.contains(&&*effect.kind);
+        self.slow.retain(is_of_noise);
+        self.slow.splice(0..0, next.slow);
+        self.model = next.outcome.model;
+        self.next_experiment = next.outcome.diagnosis.next_experiment;
+    }
+
+    /// Everything that was found, as entries, in words and in the model.
+    pub(super) fn outcome(self, force_lines: Vec<String>, forces: Vec<ForceNoiseEntry>) -> Outcome {
+        let Looked {
+            outcome: first,
+            terms,
+            noise_lines,
+            ..
+        } = self.first;
+        let mut diagnosis = first.diagnosis;
+        let mut model = self.model;
+        // Noise and faults are those of the rows as they were recorded.
+        let is_of_rows = |one: &ModelEffect| {
+            FAULT_KINDS.contains(&&*one.kind) || NOISE_KINDS.contains(&&*one.kind)
+        };
+        model.effects.retain(|one| !is_of_rows(one));
+        let as_recorded = first.model.effects.iter();
+        model
+            .effects
+            .extend(as_recorded.filter(|one| is_of_rows(one)).cloned());
+        let of_rows = self.lines.iter().chain(&self.recorder.rows.effects);
+        model.effects.extend(of_rows.map(rows::of_model));
+        let is_told = diagnosis.verdict.is_told();
+        let has_fault = diagnosis
+            .effects
+            .iter()
+            .any(|one| FAULT_KINDS.contains(&&*one.kind));
+        let mut effects = self.slow;
+        effects.extend(self.recorder.rows.effects.iter().cloned());
+        effects.extend(self.lines);
+        diagnosis.verdict = match (!effects.is_empty() || has_fault, is_told) {
+            (false, true) => Verdict::Matches,
+            (false, false) => Verdict::Unexplained,
+            (true, true) => Verdict::Explained,
+            (true, false) => Verdict::PartlyExplained,
+        };
+        effects.append(&mut diagnosis.effects);
+        diagnosis.effects = effects;
+        diagnosis.next_experiment = self.next_experiment;
+        for (entry, terms) in diagnosis.noise.iter_mut().zip(terms) {
+            entry.terms = terms;
+        }
+        diagnosis.accelerometer_noise = forces;
+        let control = ControlEntry {
+            lines: self.recorder.control.lines,
+            strongest: self.recorder.control.strongest,
+            cycles: self.recorder.rows.cycles_of_shuffled,
+            dropped: self.dropped + self.recorder.rows.dropped,
+        };
+        let noise_lines = noise_lines.into_iter().chain(force_lines).collect();
+        diagnosis.summary = summary(&diagnosis, &control, self.said, noise_lines);
+        diagnosis.control = Some(control);
+        diagnosis.not_excluded.push(
+            "counter_slip: no reference tells it from a nudge of the case; such places are located"
+                .to_string(),
+        );
+        Outcome {
+            diagnosis,
+            model,
+            pictures: first.pictures,
+        }
+    }
+}
+
+/// What the mean rates are of the Earth's.
+fn of_the_earth(looked: &Looked) -> String {
+    let rest = &looked.rest;
+    let mean_rad_s = rest.mean_rad_s;
+    let length = format!(
+        "At rest: the mean rate is {:.3} °/h, {:.4} of the Earth's;",
+        mean_rad_s.norm() * DEG_H,
+        mean_rad_s.norm() / ROTATION_RAD_S
+    );
+    match &rest.up {
+        Some(up) => format!(
+            "{length} its vertical part {:.4} of what latitude {:.4}° gives. The mean force is {:.5} of the site's gravity. The azimuth was fitted.",
+            mean_rad_s.dot(up) / (ROTATION_RAD_S * rest.latitude_rad.sin()),
+            rest.latitude_rad.to_degrees(),
+            rest.force_over_gravity.unwrap_or(f64::NAN),
+        ),
+        None => format!("{length} without accelerometers its direction was fitted."),
+    }
+}
+
+/// Scatter of the held-out rows before and after.
+fn of_held_out(looked: &Looked, rate_hz: f64) -> Vec<String> {
+    let rows = || looked.parted.held_out.iter().flat_map(Clone::clone);
+    let count = rows().count().max(1) as f64;
+    let scatter = |values: &[f64]| {
+        let sum: f64 = rows().map(|row| values[row] * values[row]).sum();
+        (sum / count).sqrt() * rate_hz * DEG_H
+    };
+    let each = AXES.iter().enumerate().filter_map(|(gyro, axis)| {
+        let [before, after] = [&looked.before_rad, &looked.left_rad].map(|rad| scatter(&rad[gyro]));
+        (before != after).then(|| {
+            format!(
+                "Proof: on held-out rows the rate of gyro {axis} scatters by {before:.2} °/h before and {after:.2} °/h after."
+            )
+        })
+    });
+    each.collect()
+}
+
+fn place(location: &LocationEntry) -> String {
+    format!(
+        "Where: {} between {:.3} and {:.3} s, {:.0} to {:.0} Hz, {:.3} °/h.",
+        location.channel.replace('_', " "),
+        location.start_s,
+        location.end_s,
+        location.low_hz,
+        location.high_hz,
+        location.size * DEG_H,
+    )
+}
+
+/// Sentences for people.
+fn summary(
+    diagnosis: &Diagnosis,
+    control: &ControlEntry,
+    said: Vec<String>,
+    noise_lines: Vec<String>,
+) -> Vec<String> {
+    /// Of a unit at rest that was disturbed: more places than anyone reads.
+    const MOST_PLACES: usize = 4;
+    let mut lines = vec![opening(diagnosis.verdict).to_string()];
+    let is_fault = |effect: &&EffectEntry| FAULT_KINDS.contains(&&*effect.kind);
+    let effects = diagnosis.effects.iter().filter(|effect| !is_fault(effect));
+    lines.extend(effects.flat_map(effect_lines));
+    // Effects are said above, as at rest they have more names.
+    let is_more = |line: &&String| !line.starts_with("Found:") && !noise_lines.contains(line);
+    lines.extend(diagnosis.summary.iter().skip(1).filter(is_more).cloned());
+    lines.extend(noise_lines);
+    lines.extend(said);
+    let places = &diagnosis.locations;
+    if places.len() > MOST_PLACES {
+        lines.push(format!(
+            "Where: {} places, all in diagnosis.json; the first {MOST_PLACES}:",
+            places.len()
+        ));
+    }
+    lines.extend(places.iter().take(MOST_PLACES).map(place));
+    lines.push(format!(
+        "Control: in the same rows shuffled the same search finds {} lines and {} cycles; {} findings were dropped for it.",
+        control.lines, control.cycles, control.dropped
+    ));
+    lines
+}

@@ -1,0 +1,46 @@
+//! The same scan on the same rows in shuffled order: whatever line it still finds is no matter of time.
+
+use rlg_inference::Observations;
+use rlg_signal::streams::Triad;
+
+use super::lines::{self, Lines};
+use super::look::Looked;
+use super::rows::shuffled;
+use crate::noise_levels::first_levels;
+use crate::plan::AnalysisPlan;
+
+/// What shuffled rows show.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Control {
+    /// Lines found.
+    pub(super) lines: usize,
+    /// 2 Δ ln L of the strongest, 0 without any.
+    pub(super) strongest: f64,
+}
+
+/// Searches the shuffled rows. All three gyros are shuffled alike, and fitted and held-out rows each among themselves, so that
+/// only order is lost; the lines of the recording are among them.
+pub(super) fn of_shuffled(
+    looked: &Looked,
+    rate_hz: f64,
+    plan: &AnalysisPlan,
+    seed: u64,
+) -> Control {
+    let parted = &looked.parted;
+    let whole_rad: Triad = looked.before_rad.clone();
+    let shuffled = shuffled(&whole_rad, [&parted.fitted, &parted.held_out], seed);
+    let mut seen = vec![false; shuffled[0].len()];
+    parted
+        .fitted
+        .iter()
+        .for_each(|rows| seen[rows.clone()].fill(true));
+    let found: Option<Lines> = Observations::bridged(&seen).and_then(|observations| {
+        let levels = first_levels(&shuffled, &observations);
+        lines::search(&shuffled, &seen, &levels, rate_hz, plan)
+    });
+    let lines = found.map_or_else(Vec::new, |found| found.lines);
+    Control {
+        lines: lines.len(),
+        strongest: lines.iter().map(|line| line.gain).fold(0.0, f64::max),
+    }
+}

@@ -1,0 +1,143 @@
+//! A line of one or more gyros, and the phase that it and its products follow.
+
+use std::f64::consts::TAU;
+
+use realfft::num_complex::Complex64;
+use rlg_inference::phase_course::legendre;
+use rlg_signal::streams::{Triad, each_axis};
+
+/// The phase of a line of its own: 2π f t and a course in Legendre's polynomials from the second on \[rad\].
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Phase {
+    /// Frequency \[Hz\], the slope of the phase over the record.
+    pub(super) hz: f64,
+    /// Its standard deviation \[Hz\].
+    pub(super) hz_std: f64,
+    /// Coefficients from the second degree on \[rad\]; none where the frequency keeps its value.
+    pub(super) course_rad: Vec<f64>,
+    /// Root mean square of the frequency about its mean, and its standard deviation \[Hz\].
+    pub(super) wander_hz: [f64; 2],
+}
+
+/// Lines by their places, each as often as it counts: 2, −1 is twice the first less the second.
+pub(super) type Orders = Vec<(usize, i32)>;
+
+/// What a line's phase is made of.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Origin {
+    /// Of its own.
+    Own(Phase),
+    /// A product of others, which it follows.
+    Product(Orders),
+}
+
+/// A line.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Line {
+    pub(super) origin: Origin,
+    /// Frequency that the rows show \[Hz\].
+    pub(super) shown_hz: f64,
+    /// Amplitude and phase on each gyro \[rad a row\]; 0 where a gyro does not show it.
+    pub(super) amplitude_rad: [Complex64; 3],
+    /// The same as it was measured on each gyro \[rad a row\].
+    pub(super) measured_rad: [Complex64; 3],
+    /// Standard deviation of either part \[rad\].
+    pub(super) std_rad: [f64; 3],
+    /// 2 Δ ln L when it was last fitted, of the gyros that show it.
+    pub(super) gain: f64,
+    /// ln of its chance, trials counted.
+    pub(super) ln_chance: f64,
+}
+
+/// Rows and their rate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Clock {
+    pub(super) rows: usize,
+    pub(super) rate_hz: f64,
+}
+
+impl Clock {
+    /// The inverse of the record's length \[Hz\].
+    pub(super) fn resolution_hz(self) -> f64 {
+        self.rate_hz / self.rows as f64
+    }
+
+    /// Folds a frequency to the one that rows show \[Hz\].
+    pub(super) fn folded_hz(self, hz: f64) -> f64 {
+        let rest = hz.rem_euclid(self.rate_hz);
+        rest.min(self.rate_hz - rest)
+    }
+}
+
+impl Phase {
+    /// Phase in the middle of a row \[rad\].
+    fn at_rad(&self, row: usize, clock: Clock) -> f64 {
+        let middle = row as f64 + 0.5;
+        let turn = TAU * (self.hz / clock.rate_hz * middle).fract();
+        if self.course_rad.is_empty() {
+            return turn;
+        }
+        let course: Vec<f64> = std::iter::once(0.0)
+            .chain(self.course_rad.iter().copied())
+            .collect();
+        turn + legendre(&course, 2.0 * middle / clock.rows as f64 - 1.0)
+    }
+}
+
+/// Phase of a row of a line \[rad\]: that of a product follows the lines that it is made of.
+pub(super) fn phase_rad<'a>(
+    origin: &'a Origin,
+    lines: &'a [Line],
+    clock: Clock,
+) -> Box<dyn Fn(usize) -> f64 + Sync + 'a> {
+    match origin {
+        Origin::Own(phase) => Box::new(move |row| phase.at_rad(row, clock)),
+        Origin::Product(orders) => {
+            let parts: Vec<(&Phase, f64)> = orders
+                .iter()
+                .filter_map(|&(place, order)| match &lines[place].origin {
+                    Origin::Own(phase) => Some((phase, f64::from(order))),
+                    Origin::Product(_) => None,
+                })
+                .collect();
+            Box::new(move |row| {
+                let each = parts.iter();
+                each.map(|(phase, order)| order * phase.at_rad(row, clock))
+                    .sum()
+            })
+        }
+    }
+}
+
+impl Line {
+    /// Whether a gyro shows it.
+    pub(super) fn is_on(&self, gyro: usize) -> bool {
+        self.amplitude_rad[gyro] != Complex64::ZERO
+    }
+
+    /// Whether any gyro shows it: one whose angle pulses hide is none.
+    pub(super) fn is_any(&self) -> bool {
+        (0..3).any(|gyro| self.is_on(gyro))
+    }
+
+    /// What it adds to every row of the gyros \[rad\].
+    pub(super) fn rows_rad(&self, lines: &[Line], clock: Clock) -> Triad {
+        let phase_rad = phase_rad(&self.origin, lines, clock);
+        let turns: Vec<Complex64> = (0..clock.rows)
+            .map(|row| Complex64::cis(phase_rad(row)))
+            .collect();
+        each_axis(|gyro| match self.is_on(gyro) {
+            true => turns
+                .iter()
+                .map(|turn| (self.amplitude_rad[gyro] * turn).re)
+                .collect(),
+            false => Vec::new(),
+        })
+    }
+
+    /// Amplitude of a gyro without what its noise adds, and its standard deviation \[rad\].
+    pub(super) fn size_rad(&self, gyro: usize) -> [f64; 2] {
+        let (square, std) = (self.measured_rad[gyro].norm_sqr(), self.std_rad[gyro]);
+        [(square - std * std).max(0.0).sqrt(), std]
+    }
+}

@@ -1,0 +1,181 @@
+//! Rows of one rate: what acts slowly, lines, and the noise beside them.
+
+use std::path::Path;
+
+use rlg_catalogue::candidates::Variant;
+use rlg_findings::result::{EffectEntry, NoiseTermsEntry, UNLISTED};
+use rlg_inference::Observations;
+use rlg_inference::observations::runs;
+use rlg_model::Model;
+use rlg_model::kinds::FAULT_KINDS;
+use rlg_recording::error::InputError;
+use rlg_signal::fault::Fault;
+use rlg_signal::partition::Use;
+use rlg_signal::still::AtRest;
+use rlg_signal::streams::{Streams, Triad, add_triad};
+
+use super::line::{Clock, Line};
+use super::lines::{self, Lines};
+use super::noise::{noise_lines, noise_terms, unlike_noise};
+use super::rows::Parted;
+use super::settle::{settle, without_effects};
+use super::slow_words::{slow_effects, with_found};
+use super::{noise, steady};
+use crate::data::Data;
+use crate::findings;
+use crate::goodness::Misfit;
+use crate::outcome::Outcome;
+use crate::search::Found;
+use crate::settings::Settings;
+
+/// What rows of one rate show.
+pub(super) struct Looked {
+    /// Everything but lines; of its effects those without a name alone.
+    pub(super) outcome: Outcome,
+    /// What acts slowly, and noise.
+    pub(super) slow: Vec<EffectEntry>,
+    /// The noise of each gyro where it is known.
+    pub(super) terms: [Option<NoiseTermsEntry>; 3],
+    /// The same in sentences.
+    pub(super) noise_lines: Vec<String>,
+    /// Whether what is left is like noise of those terms.
+    pub(super) is_noise: bool,
+    /// Lines of the rows as they were recorded.
+    pub(super) lines: Option<Lines>,
+    /// Residual beside everything that was found \[rad\], and before.
+    pub(super) left_rad: Triad,
+    pub(super) before_rad: Triad,
+    pub(super) parted: Parted,
+    /// Mean rates, and where the Earth's rotation lies.
+    pub(super) rest: AtRest,
+}
+
+/// Looks at rows of one rate.
+///
+/// # Inputs
+/// `is_as_recorded`: whether the rows are those of the recording, in which lines are looked for, or sums of them.
+pub(super) fn look(
+    settings: &Settings,
+    streams: &mut Streams,
+    faults: &[Fault],
+    ((model, model_file), is_as_recorded): ((&Model, &Path), bool),
+    progress: &dyn Fn(&str),
+) -> Result<Option<Looked>, InputError> {
+    let Some(mut rest) = streams.at_rest.clone() else {
+        return Ok(None);
+    };
+    let plan = &settings.plan;
+    let mut data = Data::new(streams, model, plan, model_file)?;
+    let Some(observations) = Observations::bridged(&data.streams.usable) else {
+        return Ok(None);
+    };
+    set_aside(&mut data, &observations);
+    let Some((mut found, mut unlike)) = steadily(&mut data, &mut rest, settings, progress) else {
+        return Ok(None);
+    };
+    let mut lines = None;
+    if is_as_recorded {
+        progress("taking out lines");
+        let left_rad = data
+            .aside
+            .with_unexplained(&without_effects(&found, |_| true));
+        let seen = data.rows_of(&[Use::Train, Use::Confirm]);
+        let clock = Clock {
+            rows: data.streams.rows,
+            rate_hz: data.streams.rate_hz,
+        };
+        lines = lines::search(&left_rad, &seen, &found.fit.levels, clock.rate_hz, plan)
+            .map(|lines| lines.shown(&data.lattice, clock));
+    }
+    if let Some(found_lines) = lines
+        .as_ref()
+        .filter(|lines| lines.lines.iter().any(Line::is_any))
+    {
+        let aside = std::mem::take(&mut data.aside);
+        data.residual_rad = aside.with_unexplained(&data.residual_rad);
+        add_triad(&mut data.residual_rad, &found_lines.rows_rad, -1.0);
+        data.aside.explained_rad = found_lines.rows_rad.clone();
+        set_aside(&mut data, &observations);
+        match steadily(&mut data, &mut rest, settings, progress) {
+            Some(again) => (found, unlike) = again,
+            None => return Ok(None),
+        }
+    }
+    let terms = noise_terms(&data, &found);
+    let clean_rad = without_effects(&found, |_| true);
+    let left_rad = data.aside.with_unexplained(&clean_rad);
+    let before_rad = data.aside.with_all(&found.residual_rad);
+    let runs_of = |uses: &[Use]| runs(&data.rows_of(uses), true);
+    let parted = Parted {
+        fitted: runs_of(&[Use::Train, Use::Confirm]),
+        held_out: runs_of(&[Use::Test]),
+    };
+    found.equations.truncate(0);
+    progress("writing the findings");
+    let Some(mut outcome) = findings::outcome(&data, &mut found, faults, settings.seed, plan)
+    else {
+        return Ok(None);
+    };
+    // Of summed rows the noise says less than of those that were recorded.
+    let diagnosis = &mut outcome.diagnosis;
+    let (others, effects) = std::mem::take(&mut diagnosis.effects)
+        .into_iter()
+        .partition(|effect| is_located_or_fault(effect));
+    diagnosis.effects = others;
+    let slow = slow_effects(effects, (&data, &rest), is_as_recorded, plan);
+    outcome.model = with_found(model, outcome.model, &slow);
+    Ok(Some(Looked {
+        outcome,
+        slow,
+        noise_lines: noise_lines(&terms, &unlike, data.streams),
+        terms: std::array::from_fn(|gyro| terms[gyro].filter(|_| noise::is_noise(gyro, &unlike))),
+        is_noise: unlike.is_empty(),
+        lines,
+        left_rad,
+        before_rad,
+        parted,
+        rest,
+    }))
+}
+
+/// Takes what is too narrow for the terms of the noise out of the residual.
+fn set_aside(data: &mut Data, observations: &Observations) {
+    let quiet_rad = steady::without_lines(&data.residual_rad, observations);
+    let mut narrow_rad = std::mem::replace(&mut data.residual_rad, quiet_rad);
+    add_triad(&mut narrow_rad, &data.residual_rad, -1.0);
+    data.aside.unexplained_rad = narrow_rad;
+}
+
+/// Searches what acts slowly, without steps where what is left is not like noise.
+fn steadily(
+    data: &mut Data,
+    rest: &mut AtRest,
+    settings: &Settings,
+    progress: &dyn Fn(&str),
+) -> Option<(Found, Vec<Misfit>)> {
+    let found = settle(data, rest, settings, progress)?;
+    let unlike = unlike_noise(data, &found, settings);
+    if !has_step_on(&found, &unlike) {
+        return Some((found, unlike));
+    }
+    // Where what is left is not the noise that was fitted, its wiggles are no steps.
+    let mut without_steps = *settings;
+    without_steps.plan.event = f64::INFINITY;
+    let found = settle(data, rest, &without_steps, progress)?;
+    let unlike = unlike_noise(data, &found, settings);
+    Some((found, unlike))
+}
+
+fn has_step_on(found: &Found, unlike: &[Misfit]) -> bool {
+    let mut members = found.fit.members.iter();
+    members.any(|&member| match found.candidates[member].variant {
+        Variant::Event { axis, .. } => unlike.iter().any(|one| one.gyro == axis),
+        _ => false,
+    })
+}
+
+/// Whether an entry is a place without a name, or a fault of the data.
+fn is_located_or_fault(effect: &EffectEntry) -> bool {
+    let is_located = effect.kind == UNLISTED && effect.expression.is_none();
+    is_located || FAULT_KINDS.contains(&&*effect.kind)
+}

@@ -1,0 +1,147 @@
+//! What acts slowly, as entries of `diagnosis.json` and effects of a model: which of it stands, and what else it can be.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+use rlg_findings::result::{EffectEntry, ParameterEntry};
+use rlg_model::kinds::NOISE_KINDS;
+use rlg_model::{EffectValue, Model, ModelEffect};
+use rlg_signal::still::AtRest;
+use rlg_signal::streams::AXES;
+
+use super::kinds::{BIAS, KINDS};
+use super::settle::body_from_sensing;
+use super::{alike, earth};
+use crate::data::Data;
+use crate::plan::AnalysisPlan;
+
+/// Keeps what stands of a search's effects, and says what else it can be.
+///
+/// # Inputs
+/// `is_judged`: whether its noise is compared with what the model declares.
+pub(super) fn slow_effects(
+    mut effects: Vec<EffectEntry>,
+    (data, rest): (&Data, &AtRest),
+    is_judged: bool,
+    plan: &AnalysisPlan,
+) -> Vec<EffectEntry> {
+    effects.retain(|effect| {
+        let is_excess = NOISE_KINDS.contains(&&*effect.kind);
+        is_excess && is_judged || KINDS.contains(&&*effect.kind) && stands(effect, plan)
+    });
+    for effect in &mut effects {
+        match &*effect.kind {
+            BIAS => open_to_the_earth(effect, data, rest),
+            // Where the values are multiples of the pulse nothing else can be meant.
+            "pulse_quantisation" if !data.lattice.is_any() => coarse(effect),
+            _ => {}
+        }
+    }
+    effects
+}
+
+/// The model with those effects that stand, and everything that it had before.
+pub(super) fn with_found(before: &Model, mut model: Model, found: &[EffectEntry]) -> Model {
+    model
+        .effects
+        .retain(|one| before.effects.contains(one) || found.iter().any(|entry| is_of(one, entry)));
+    for one in &before.effects {
+        if model.effects.iter().all(|other| other.kind != one.kind) {
+            model.effects.push(one.clone());
+        }
+    }
+    model
+}
+
+/// Whether an effect of a model is a finding: of steps there may be several.
+fn is_of(effect: &ModelEffect, entry: &EffectEntry) -> bool {
+    let time_s = entry.parameters.iter().find_map(|one| match one {
+        ParameterEntry::Number { name, value, .. } if name == "time_s" => Some(*value),
+        _ => None,
+    });
+    let same_time = time_s
+        .is_none_or(|time_s| effect.parameters.get("time_s") == Some(&EffectValue::Number(time_s)));
+    effect.kind == entry.kind && same_time
+}
+
+/// Whether an effect still costs more to do without than a name must, once drift has been fitted anew beside it.
+fn stands(effect: &EffectEntry, plan: &AnalysisPlan) -> bool {
+    let values: Vec<f64> = effect
+        .parameters
+        .iter()
+        .filter_map(|parameter| match parameter {
+            ParameterEntry::Number { name, value, .. } if name != "time_s" => Some(*value),
+            _ => None,
+        })
+        .collect();
+    let values = DVector::from_vec(values);
+    let count = values.len();
+    let covariance = DMatrix::from_fn(count, count, |a, b| effect.covariance[a][b]);
+    let Some(cholesky) = covariance.cholesky() else {
+        return true;
+    };
+    0.5 * values.dot(&cholesky.solve(&values)) > plan.naming
+}
+
+/// Says what white noise of angle at rest can be besides coarse pulses.
+fn coarse(effect: &mut EffectEntry) {
+    effect.indistinguishable_from = ["dither_gain", "dither_delay"].map(str::to_string).to_vec();
+    effect.what_was_left_out = "White noise of angle beyond the resolution in which the file is written: a converter with larger pulses, or dither that was not stripped and folds over the whole band; without the pickoff these look the same.".to_string();
+}
+
+/// Adds to a bias what the Earth's rotation leaves open of it, and what else it can be.
+fn open_to_the_earth(effect: &mut EffectEntry, data: &Data, rest: &AtRest) {
+    let mut bias_rad_s = Vector3::zeros();
+    let mut gyros = Vec::new();
+    for parameter in &effect.parameters {
+        let ParameterEntry::Number { name, value, .. } = parameter else {
+            continue;
+        };
+        let Some(gyro) = AXES.iter().position(|axis| axis == name) else {
+            continue;
+        };
+        bias_rad_s[gyro] = *value;
+        gyros.push(gyro);
+    }
+    let variance: f64 = (0..gyros.len()).map(|k| effect.covariance[k][k]).sum();
+    let mean_rad_s = rest.earth_rad_s + body_from_sensing(data) * bias_rad_s;
+    let sensing = data.sensing_from_body;
+    let open = sensing * earth::spread(rest, mean_rad_s, variance) * sensing.transpose();
+    for (a, &gyro) in gyros.iter().enumerate() {
+        for (b, &other) in gyros.iter().enumerate() {
+            effect.covariance[a][b] += open[(gyro, other)];
+        }
+    }
+    let std_of = |name: &str| {
+        let of = |gyro: &&usize| AXES[**gyro] == name;
+        let place = gyros.iter().position(|gyro| of(&gyro))?;
+        Some(effect.covariance[place][place].max(0.0).sqrt())
+    };
+    for parameter in &mut effect.parameters {
+        if let ParameterEntry::Number { name, std, .. } = parameter {
+            *std = std_of(name).unwrap_or(*std);
+        }
+    }
+    for one in &mut effect.identifiable {
+        let mut names = one.combination.keys();
+        if let (Some(name), None) = (names.next(), names.next()) {
+            one.std = std_of(name).unwrap_or(one.std);
+        }
+    }
+    let gravity_m_s2 = data.streams.site.map_or(0.0, |site| site.gravity_m_s2);
+    for kind in alike::alike(bias_rad_s, gravity_m_s2) {
+        if !effect.indistinguishable_from.contains(&kind) {
+            effect.indistinguishable_from.push(kind);
+        }
+    }
+    if let Some(evidence) = effect.evidence.as_mut()
+        && !effect.indistinguishable_from.is_empty()
+    {
+        evidence.label = "class";
+    }
+    let open_is = match rest.up {
+        Some(_) => "its azimuth",
+        None => "its direction: no accelerometer says what is up",
+    };
+    effect.what_was_left_out = format!(
+        "The mean rates are not the Earth's at this site: of its rotation all is known but {open_is}, and the intervals hold that."
+    );
+}

@@ -1,0 +1,238 @@
+//! Lines at all frequencies, between the coefficients too: what a sine and a cosine would gain in the likelihood.
+
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex64;
+
+use crate::noise::{NoiseBasis, NoiseLevels};
+use crate::normal_equations::Transform;
+
+/// A residual weighed by the inverse of its noise.
+pub struct Weighed {
+    /// S⁻¹ times the residual on rows, 0 where a row is not seen.
+    pub rows: Vec<f64>,
+    /// Rows that are seen.
+    pub seen: usize,
+    /// Noise power of each coefficient of the span.
+    power: Vec<f64>,
+    /// The same without drift.
+    stationary: Vec<f64>,
+}
+
+impl Weighed {
+    /// Weighs a record by its noise.
+    ///
+    /// # Inputs
+    /// `transform`, `basis`: of one span; `seen`: rows that count.
+    pub fn new(
+        record: &[f64],
+        seen: &[bool],
+        (transform, basis): (&Transform, &NoiseBasis),
+        levels: NoiseLevels,
+    ) -> Self {
+        let power = basis.by_coefficient(levels);
+        let mut spectrum = transform.spectrum(record);
+        let pairs = spectrum.iter_mut().zip(&power);
+        pairs.for_each(|(value, power)| *value /= power);
+        let mut rows = transform.rows_of(&spectrum);
+        let unseen = rows.iter_mut().zip(seen).filter(|(_, seen)| !**seen);
+        unseen.for_each(|(value, _)| *value = 0.0);
+        Self {
+            rows,
+            seen: seen.iter().filter(|&&seen| seen).count(),
+            stationary: basis.by_coefficient(levels.stationary()),
+            power,
+        }
+    }
+
+    /// Noise power at a frequency, as a share of the row rate.
+    pub fn noise(&self, share: f64) -> f64 {
+        self.power[self.coefficient(share)]
+    }
+
+    fn coefficient(&self, share: f64) -> usize {
+        let place = (2.0 * share * self.power.len() as f64).round() as usize;
+        place.min(self.power.len() - 1)
+    }
+
+    /// Whether most of the noise at a frequency is drift, which a slow line passes for.
+    fn is_drift(&self, share: f64) -> bool {
+        let place = self.coefficient(share);
+        2.0 * self.stationary[place] < self.power[place]
+    }
+}
+
+/// What a line would gain at each frequency.
+pub struct Periodogram<'a> {
+    weighed: &'a Weighed,
+    /// 2 Δ ln L of a sine and a cosine.
+    gains: Vec<f64>,
+    padded: usize,
+    /// Frequencies from one resolution of the record to the next.
+    step: usize,
+}
+
+/// The strongest line of several records.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Peak {
+    /// Frequency as a share of the row rate.
+    pub share: f64,
+    /// ln of its chance, all frequencies counted.
+    pub ln_chance: f64,
+}
+
+/// Turns in the record below which a line is drift.
+const LEAST_TURNS: usize = 4;
+
+/// A gain below which no frequency is looked at more closely.
+const LEAST_GAIN: f64 = 16.0;
+
+impl<'a> Periodogram<'a> {
+    /// Transforms a weighed residual, four frequencies a resolution at least.
+    pub fn new(weighed: &'a Weighed) -> Self {
+        let rows = weighed.rows.len();
+        let padded = (4 * rows).next_power_of_two();
+        let mut values = weighed.rows.clone();
+        values.resize(padded, 0.0);
+        let mut spectrum = vec![Complex64::ZERO; padded / 2 + 1];
+        let plan = RealFftPlanner::new().plan_fft_forward(padded);
+        // The lengths are those of the plan.
+        let transformed = plan.process(&mut values, &mut spectrum);
+        debug_assert!(transformed.is_ok());
+        let scale = 2.0 / weighed.seen.max(1) as f64;
+        let gains = spectrum.iter().enumerate().map(|(place, value)| {
+            scale * value.norm_sqr() * weighed.noise(place as f64 / padded as f64)
+        });
+        Self {
+            gains: gains.collect(),
+            weighed,
+            padded,
+            step: padded / rows,
+        }
+    }
+
+    fn share(&self, place: usize) -> f64 {
+        place as f64 / self.padded as f64
+    }
+
+    /// ln of the chance that noise gains as much at one frequency: under the noise that was fitted, or under what stands
+    /// beside it, whichever makes more.
+    fn ln_chance(&self, place: usize) -> f64 {
+        let gain = self.gains[place];
+        let (level, freedom) = self.beside(place);
+        let local = -freedom * (0.5 * gain / level / freedom).ln_1p();
+        match self.weighed.is_drift(self.share(place)) {
+            true => local,
+            false => local.max(-0.5 * gain),
+        }
+    }
+
+    /// Gain that noise makes beside a frequency, over what it should make, by the median; and how well that is known.
+    fn beside(&self, place: usize) -> (f64, f64) {
+        /// Resolutions on either side.
+        const AROUND: usize = 48;
+        /// Resolutions that belong to the line itself.
+        const OWN: usize = 2;
+        /// Of the median of exponential numbers: its variance is (ln 2)⁻² times that of the mean.
+        const EFFICIENCY: f64 = std::f64::consts::LN_2 * std::f64::consts::LN_2;
+        let below = (OWN + 1..=AROUND).filter_map(|away| place.checked_sub(away * self.step));
+        let above = (OWN + 1..=AROUND).map(|away| place + away * self.step);
+        let near = below.filter(|&place| place > self.step).chain(above);
+        let mut gains: Vec<f64> = near
+            .filter_map(|place| self.gains.get(place).copied())
+            .collect();
+        if gains.is_empty() {
+            return (1.0, 1.0);
+        }
+        let middle = gains.len() / 2;
+        let median = *gains.select_nth_unstable_by(middle, f64::total_cmp).1;
+        // A gain of noise is exponential with mean 2.
+        let level = 0.5 * median / std::f64::consts::LN_2;
+        (
+            level.max(f64::MIN_POSITIVE),
+            EFFICIENCY * gains.len() as f64,
+        )
+    }
+}
+
+/// The line of the least chance, on one record or on all together.
+///
+/// # Inputs
+/// `is_free`: whether a frequency, as a share of the row rate, may be looked at.
+pub fn strongest(records: &[Periodogram], is_free: impl Fn(f64) -> bool) -> Option<Peak> {
+    let first = records.first()?;
+    let count = records.len() as f64;
+    // Frequencies that differ, and between them.
+    let trials = 1.5 * first.weighed.rows.len() as f64;
+    let places = LEAST_TURNS * first.step..first.gains.len() - first.step;
+    let all = |place: usize| records.iter().map(move |one| one.gains[place]);
+    let strong = places.filter(|&place| all(place).sum::<f64>() > LEAST_GAIN);
+    let peaks = strong.filter(|&place| is_free(first.share(place)));
+    let peak = peaks.map(|place| {
+        let each: Vec<f64> = records.iter().map(|one| one.ln_chance(place)).collect();
+        let least = each.iter().copied().fold(0.0, f64::min) + count.ln();
+        // A sum of exponential numbers: e^−s Σ s^k/k!.
+        let sum = -each.iter().sum::<f64>();
+        let mut term = 1.0;
+        let mut series = 1.0;
+        for k in 1..records.len() {
+            term *= sum / k as f64;
+            series += term;
+        }
+        let together = series.ln() - sum;
+        let ln_chance = least.min(together) + std::f64::consts::LN_2 + trials.ln();
+        (place, ln_chance)
+    });
+    let (place, ln_chance) = peak.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(Peak {
+        share: first.share(place),
+        ln_chance: ln_chance.min(0.0),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Periodogram, Weighed, strongest};
+    use crate::normal_equations::Transform;
+    use crate::{NoiseLevels, Observations};
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    const ROWS: usize = 6000;
+
+    /// The strongest line of two records, of which the second holds a sine of an amplitude in noise of variance 1.
+    fn found(amplitude: f64, seed: u64) -> super::Peak {
+        let rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        let noise: Vec<f64> = StandardNormal.sample_iter(rng).take(2 * ROWS).collect();
+        let turn = std::f64::consts::TAU * 0.012_345;
+        let seen: Vec<bool> = (0..ROWS).map(|row| row % 1000 < 800).collect();
+        let observations = Observations::bridged(&seen).expect("rows enough");
+        let levels = NoiseLevels {
+            white: 1.0,
+            ..NoiseLevels::default()
+        };
+        let (transform, basis) = Transform::with_basis(observations, levels);
+        let records = [(0, 0.0), (1, amplitude)].map(|(record, amplitude)| {
+            let noise = &noise[record * ROWS..];
+            let record: Vec<f64> = (0..ROWS)
+                .map(|row| noise[row] + amplitude * (turn * row as f64 + 0.7).sin())
+                .collect();
+            Weighed::new(&record, &seen, (&transform, &basis), levels)
+        });
+        let each: Vec<Periodogram> = records.iter().map(Periodogram::new).collect();
+        strongest(&each, |_| true).expect("frequencies")
+    }
+
+    #[test]
+    fn a_line_of_one_record_is_found_between_the_coefficients_and_noise_is_none() {
+        let peak = found(0.2, 3);
+        assert!(
+            (peak.share - 0.012_345).abs() < 0.2 / ROWS as f64,
+            "{peak:?}"
+        );
+        // 2 Δ ln L is 0.2² · 4800/2 = 96 and its chance e^−48, held against as many neighbours.
+        assert!(peak.ln_chance < (1e-6_f64).ln(), "{peak:?}");
+        let by_chance = (10..40).filter(|&seed| found(0.0, seed).ln_chance < (0.05_f64).ln());
+        // Of 30 nulls 1.5 are expected below 0.05.
+        assert!(by_chance.count() <= 5);
+    }
+}
