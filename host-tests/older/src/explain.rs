@@ -282,27 +282,9 @@ impl Findings<'_> {
                 entry.regimes = regimes(verdict);
                 doubt.of_effect(self.scene, one, entry)
             });
-        let still = self.scene.streams.at_rest.is_some();
-        let unexplained: Vec<EffectEntry> = if still {
-            self.unexplained_at_rest()
-        } else {
-            self.left
-                .iter()
-                .map(|location| self.unexplained(location))
-                .collect()
-        };
+        let unexplained = self.left.iter().map(|location| self.unexplained(location));
         let terms: Vec<&FoundTerm> = self.catch.terms.iter().collect();
-        let named: Vec<EffectEntry> = named
-            .map(|entry| {
-                if still {
-                    self.confused_at_rest(entry)
-                } else {
-                    entry
-                }
-            })
-            .collect();
         named
-            .into_iter()
             .chain(
                 of_one_effect(&terms)
                     .into_iter()

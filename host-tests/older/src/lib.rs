@@ -14,8 +14,7 @@
 //! workbench (long, blocks). Gyros beside attitudes, or beside increments on other rows, have a likelihood of their own
 //! (attitudes, rlg-attitude).
 //!
-//! One record at rest on the Earth goes to the new engine (at_rest); of several (still) the motion is known without a
-//! reference. Where there are accelerometers, the same road is gone for them (accelerometer).
+//! A unit at rest on the Earth goes to the new engine (at_rest). Where there are accelerometers, the same road is gone for them (accelerometer).
 //!
 //! Enters: a recording and the model that predicts it. Leaves: [`Outcome`]. Nothing here reads truth files or
 //! imports the simulator.
@@ -74,8 +73,6 @@ pub mod bursts;
 
 pub mod steps;
 
-pub mod still;
-
 pub mod products;
 
 pub mod invariance;
@@ -123,8 +120,6 @@ mod figures;
 mod explained_model;
 
 mod sentences;
-
-mod still_words;
 
 pub mod settings;
 
@@ -356,10 +351,7 @@ pub fn diagnose_aligned(
     };
     progress("deriving the motion");
     let mut scene = derive(streams, model);
-    let mut before_rad = residual::residual_rad(&scene, model, model_file)?;
-    if !model.effects.is_empty() {
-        still::lay(&scene, &mut before_rad);
-    }
+    let before_rad = residual::residual_rad(&scene, model, model_file)?;
     wiring::check(&scene, &before_rad, &recording, model_file)?;
 
     let given = Given {

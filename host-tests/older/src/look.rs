@@ -20,7 +20,7 @@ use super::workbench::{Parameters, Workbench};
 use super::{LEAST_FITTED_S, Outcome};
 use super::{
     accelerometer, coherence, contradiction, excess, explain, hunt, local, locate, long, pictures,
-    pieces, pulses, readings, self_test, still, timing, validate, wandering,
+    pieces, pulses, readings, self_test, timing, validate, wandering,
 };
 use rlg_model::Model;
 use rlg_recording::error::InputError;
@@ -102,9 +102,6 @@ pub(super) fn look(
             let kind = CATALOGUE[effect].card().kind;
             blocks.is_none() || long::NOT_TRIED.iter().all(|(not, _)| *not != kind)
         })
-        .filter(|&effect| {
-            scene.streams.at_rest.is_none() || still::KINDS.contains(&CATALOGUE[effect].card().kind)
-        })
         .collect();
     let mut bench = Workbench::new(
         scene,
@@ -148,10 +145,6 @@ pub(super) fn look(
             &mut catch,
         )
         .map_err(unusable)?;
-    }
-
-    if let Some(rest) = &scene.streams.at_rest {
-        super::still::widen(rest, &mut catch.choice.chosen);
     }
 
     progress("sliding and injecting");

@@ -64,22 +64,7 @@ impl Findings<'_> {
                 "Left: what {kind} fits in part is there, but is of another size in each regime."
             )
         }));
-        if let Some(rest) = &self.scene.streams.at_rest {
-            lines.extend(self.still_summary(rest));
-        }
-        /// Of a unit at rest that was disturbed: more places than anyone reads.
-        const MOST_AT_REST: usize = 4;
-        let shown = match self.scene.streams.at_rest {
-            Some(_) => MOST_AT_REST.min(self.locations.len()),
-            None => self.locations.len(),
-        };
-        if shown < self.locations.len() {
-            lines.push(format!(
-                "Where: {} places, all in diagnosis.json; the first {shown}:",
-                self.locations.len()
-            ));
-        }
-        for location in &self.locations[..shown] {
+        for location in self.locations {
             let regime = if location.regime.is_empty() {
                 String::new()
             } else {

@@ -20,7 +20,7 @@ pub(super) fn entries(lines: &[Line], clock: Clock, model: &Model) -> Vec<Effect
 }
 
 /// Whether a model has a line of this frequency: its phase is that of each recording.
-fn is_known(line: &Line, clock: Clock, model: &Model) -> bool {
+pub(super) fn is_known(line: &Line, clock: Clock, model: &Model) -> bool {
     let frequency_hz = |effect: &ModelEffect| {
         let is_line = matches!(
             effect.parameters.get("expression"),

@@ -13,9 +13,11 @@ use rlg_inference::normal_equations::Transform;
 use rlg_inference::periodogram::{Periodogram, Weighed, strongest};
 use rlg_inference::phase_course::{Baseband, Course, legendre};
 use rlg_inference::{NoiseBasis, NoiseLevels, Observations};
+use rlg_model::Model;
 use rlg_signal::streams::{Triad, add, add_triad, each_axis};
 
 use super::line::{Clock, Line, Origin, Phase, phase_rad};
+use super::line_words::is_known;
 use super::products::{products, shown_hz};
 use crate::lattice::Lattice;
 use crate::noise_levels::mean;
@@ -84,6 +86,17 @@ impl Lines {
             }
         }
         self
+    }
+
+    /// What lines add that a model does not hold \[rad\].
+    pub(super) fn news_rad(&self, clock: Clock, model: &Model) -> Triad {
+        let mut news_rad = self.rows_rad.clone();
+        for line in &self.lines {
+            if is_known(line, clock, model) {
+                add_triad(&mut news_rad, &line.rows_rad(&self.lines, clock), -1.0);
+            }
+        }
+        news_rad
     }
 }
 
@@ -315,10 +328,9 @@ impl Search<'_> {
     }
 
     /// The phase of a line on the gyros that show it, its course of the same degree as before.
-    fn exact_phase(&self, before: &Phase, line: &Line, spectra: &[Vec<f64>; 3]) -> Phase {
-        let gyros: Vec<usize> = (0..3).filter(|&gyro| line.is_on(gyro)).collect();
+    fn exact_phase(&self, before: &Phase, gyros: &[usize], spectra: &[Vec<f64>; 3]) -> Phase {
         let degree = before.course_rad.len() + 1;
-        let mut course = self.exact(&line.origin, degree, spectra, &gyros);
+        let mut course = self.exact(&Origin::Own(before.clone()), degree, spectra, gyros);
         let per_rad = self.clock.resolution_hz() / (0.5 * TAU);
         let pairs = course.polynomial[1..].iter_mut().zip(&before.course_rad);
         pairs.for_each(|(change, before)| *change += before);
@@ -335,19 +347,22 @@ impl Search<'_> {
         let before = self.lines[place].clone();
         self.take(&before, 1.0);
         let spectra = each_axis(|gyro| self.transform.spectrum(&self.left_rad[gyro]));
-        let (origin, shown_hz) = match &before.origin {
+        let (origin, hz) = match &before.origin {
             Origin::Own(phase) => {
-                let phase = self.exact_phase(phase, &before, &spectra);
-                let shown_hz = phase.hz;
-                (Origin::Own(phase), shown_hz)
+                // Beside all others its course may be plainer than it was when it was found.
+                let gyros: Vec<usize> = (0..3).filter(|&gyro| before.is_on(gyro)).collect();
+                let (_, phase, _) = self.own(&self.weighed(), &gyros, phase, true);
+                let phase = self.exact_phase(&phase, &gyros, &spectra);
+                let hz = phase.hz;
+                (Origin::Own(phase), hz)
             }
             Origin::Product(orders) => {
-                let shown_hz = shown_hz(orders, &self.lines, self.clock);
-                (before.origin.clone(), shown_hz)
+                let hz = shown_hz(orders, &self.lines, self.clock);
+                (before.origin.clone(), hz)
             }
         };
         let course = self.exact(&origin, 0, &spectra, &[0, 1, 2]);
-        let line = self.line(origin, shown_hz, (&course, &[0, 1, 2]), 0.0);
+        let line = self.line(origin, hz, (&course, &[0, 1, 2]), 0.0);
         // What is weaker than it was found stays as it was.
         let line = match line.gain > 0.0 {
             true => Line {
@@ -357,44 +372,54 @@ impl Search<'_> {
             false => before,
         };
         self.take(&line, -1.0);
+        // What follows it moves with it.
+        let followers = self.followers(place);
+        for &other in &followers {
+            self.take(&self.lines[other].clone(), 1.0);
+        }
         self.lines[place] = line;
+        for &other in &followers {
+            if let Origin::Product(orders) = &self.lines[other].origin {
+                self.lines[other].shown_hz = shown_hz(orders, &self.lines, self.clock);
+            }
+            self.take(&self.lines[other].clone(), -1.0);
+        }
     }
 
-    /// Fits every line beside all others, its own first: products follow them.
+    /// Fits every line beside all others, those of their own first: products follow them.
     fn settle(&mut self) {
-        /// The second changes what the first left by what lines have in common, squared.
-        const TURNS: usize = 2;
+        /// Each leaves what lines have in common, a tenth where they are near, of what the one before left.
+        const TURNS: usize = 4;
         for _ in 0..TURNS {
             for of_own in [true, false] {
                 for place in 0..self.lines.len() {
                     if matches!(self.lines[place].origin, Origin::Own(_)) == of_own {
-                        self.fit_own(place, of_own);
+                        self.fit_again(place);
                     }
                 }
             }
         }
+        // One of which the others leave too little is none. Drift is not asked: a slow line passes for it.
+        for place in 0..self.lines.len() {
+            let line = self.lines[place].clone();
+            let gain = |gyro: usize| {
+                let std_rad = self.std_rad(gyro, line.shown_hz);
+                line.amplitude_rad[gyro].norm_sqr() / (std_rad * std_rad)
+            };
+            if 0.5 * (0..3).map(gain).sum::<f64>() < -self.plan.lines.chance.ln() {
+                self.take(&line, 1.0);
+                self.lines[place].amplitude_rad = [Complex64::ZERO; 3];
+            }
+        }
     }
 
-    /// Fits a line anew; what follows it moves with it.
-    fn fit_own(&mut self, place: usize, is_own: bool) {
-        let followers: Vec<usize> = (0..self.lines.len())
-            .filter(|&other| match &self.lines[other].origin {
-                Origin::Product(orders) => is_own && orders.iter().any(|(of, _)| *of == place),
-                Origin::Own(_) => false,
-            })
-            .collect();
-        for &other in &followers {
-            self.take(&self.lines[other].clone(), 1.0);
-        }
-        self.fit_again(place);
-        for &other in &followers {
-            let mut line = self.lines[other].clone();
-            if let Origin::Product(orders) = &line.origin {
-                line.shown_hz = shown_hz(orders, &self.lines, self.clock);
-            }
-            self.take(&line, -1.0);
-            self.lines[other] = line;
-        }
+    /// Products of a line.
+    fn followers(&self, place: usize) -> Vec<usize> {
+        let follows = |other: &usize| match &self.lines[*other].origin {
+            Origin::Product(orders) => orders.iter().any(|(of, _)| *of == place),
+            Origin::Own(_) => false,
+        };
+        (0..self.lines.len()).filter(follows).collect()
     }
 }
 

@@ -75,29 +75,9 @@ pub(super) fn look(
     };
     let mut lines = None;
     if is_as_recorded {
-        progress("taking out lines");
-        let left_rad = data
-            .aside
-            .with_unexplained(&without_effects(&found, |_| true));
-        let seen = data.rows_of(&[Use::Train, Use::Confirm]);
-        let clock = Clock {
-            rows: data.streams.rows,
-            rate_hz: data.streams.rate_hz,
-        };
-        lines = lines::search(&left_rad, &seen, &found.fit.levels, clock.rate_hz, plan)
-            .map(|lines| lines.shown(&data.lattice, clock));
-    }
-    if let Some(found_lines) = lines
-        .as_ref()
-        .filter(|lines| lines.lines.iter().any(Line::is_any))
-    {
-        let aside = std::mem::take(&mut data.aside);
-        data.residual_rad = aside.with_unexplained(&data.residual_rad);
-        add_triad(&mut data.residual_rad, &found_lines.rows_rad, -1.0);
-        data.aside.explained_rad = found_lines.rows_rad.clone();
-        set_aside(&mut data, &observations);
-        match steadily(&mut data, &mut rest, settings, progress) {
-            Some(again) => (found, unlike) = again,
+        let of = (&mut data, &mut rest, &observations);
+        match beside_lines(of, (found, unlike), settings, progress) {
+            Some(beside) => (lines, found, unlike) = beside,
             None => return Ok(None),
         }
     }
@@ -136,6 +116,57 @@ pub(super) fn look(
         parted,
         rest,
     }))
+}
+
+/// Takes lines out of the residual, and searches anew beside them.
+///
+/// # Returns
+/// Lines, what acts slowly beside them, and where what is left is not like noise.
+fn beside_lines(
+    (data, rest, observations): (&mut Data, &mut AtRest, &Observations),
+    (mut found, mut unlike): (Found, Vec<Misfit>),
+    settings: &Settings,
+    progress: &dyn Fn(&str),
+) -> Option<(Option<Lines>, Found, Vec<Misfit>)> {
+    /// Searches for lines. A slow line passes for drift: beside the noise without it its own size shows.
+    const TURNS: usize = 2;
+    let clock = Clock {
+        rows: data.streams.rows,
+        rate_hz: data.streams.rate_hz,
+    };
+    let mut lines: Option<Lines> = None;
+    for _ in 0..TURNS {
+        progress("taking out lines");
+        let mut whole_rad = data
+            .aside
+            .with_unexplained(&without_effects(&found, |_| true));
+        let aside = std::mem::take(&mut data.aside);
+        data.residual_rad = aside.with_unexplained(&data.residual_rad);
+        if let Some(known) = &lines {
+            add_triad(&mut whole_rad, &known.rows_rad, 1.0);
+            add_triad(&mut data.residual_rad, &known.rows_rad, 1.0);
+        }
+        let seen = data.rows_of(&[Use::Train, Use::Confirm]);
+        let levels = &found.fit.levels;
+        lines = lines::search(&whole_rad, &seen, levels, clock.rate_hz, &settings.plan)
+            .map(|lines| lines.shown(&data.lattice, clock));
+        if let Some(lines) = &lines {
+            add_triad(&mut data.residual_rad, &lines.rows_rad, -1.0);
+            data.aside.explained_rad = lines.news_rad(clock, data.model);
+        }
+        set_aside(data, observations);
+        let is_any = lines
+            .as_ref()
+            .is_some_and(|lines| lines.lines.iter().any(Line::is_any));
+        if !is_any {
+            break;
+        }
+        match steadily(data, rest, settings, progress) {
+            Some(again) => (found, unlike) = again,
+            None => return None,
+        }
+    }
+    Some((lines, found, unlike))
 }
 
 /// Takes what is too narrow for the terms of the noise out of the residual.

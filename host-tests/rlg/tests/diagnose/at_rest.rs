@@ -22,6 +22,9 @@ const EARTH_RAD_S: f64 = 7.292_115e-5;
 struct Made {
     /// Amplitude of a line at 9.2 Hz on gyro y [rad/s].
     line_rad_s: f64,
+    /// Amplitude on all gyros of a line at 29.9 Hz whose phase wanders by 0.6 rad, beside a third of it on gyro x that follows
+    /// its product with the line at 9.2 Hz \[rad/s\].
+    wandering_rad_s: f64,
     /// Amplitude of a line of twelve turns on gyro z [rad/s].
     slow_line_rad_s: f64,
     /// Relative error of the nominal rate.
@@ -43,7 +46,15 @@ fn records(made: &Made, seed: u64) -> Vec<u8> {
         let time_s = (f64::from(row) + 1.0) / (RATE_HZ * (1.0 + made.clock));
         let line = made.line_rad_s * (TAU * 9.2 * (f64::from(row) + 0.5) / RATE_HZ).sin();
         let slow = made.slow_line_rad_s * (TAU * 12.0 * f64::from(row) / 25_600.0).sin();
-        let mean = [earth + made.bias_rad_s, earth + line, slow];
+        let at_s = (f64::from(row) + 0.5) / RATE_HZ;
+        let wandering = TAU * 29.9 * at_s + 0.6 * (TAU * at_s / 170.0).sin();
+        let image = made.wandering_rad_s * wandering.sin();
+        let product = made.wandering_rad_s / 3.0 * (wandering + TAU * 9.2 * at_s).cos();
+        let mean = [
+            earth + made.bias_rad_s + image + product,
+            earth + line + image,
+            slow + image,
+        ];
         let mut record = vec![time_s + 2e-5 * normal()];
         for axis in 0..3 {
             let angle_rad = if made.is_of_rate_alone {
@@ -141,6 +152,39 @@ fn at_rest_a_line_and_a_clock_are_found_and_go_on_in_the_other_half() {
     let again = bench.diagnosed_with(&bench.0.path().join("out/model.toml"), "again");
     assert_eq!(expressions(&again, "sine(").len(), 0);
     assert_eq!(expressions(&again, "row_rate(").len(), 0);
+}
+
+#[test]
+fn at_rest_a_line_whose_phase_wanders_is_followed_and_its_product_with_it() {
+    let made = Made {
+        line_rad_s: 2e-5,
+        wandering_rad_s: 6e-5,
+        ..Made::default()
+    };
+    let bench = Bench::made(&made, 9);
+    let diagnosis = bench.diagnosed();
+    assert_eq!(expressions(&diagnosis, "sine(").len(), 2);
+    let products = expressions(&diagnosis, "line(");
+    assert_eq!(products.len(), 1, "{products:?}");
+    let number = |name: &str, key: &str| {
+        let parameters = products[0]["parameters"].as_array().expect("numbers");
+        let one = parameters.iter().find(|one| one["name"] == name);
+        one.expect("a number")[key].as_f64().expect("a number")
+    };
+    // 9.2 + 29.9 Hz, seen at 64 less that.
+    let off = number("frequency_hz", "value") - 24.9;
+    assert!(off.abs() < 4.0 * number("frequency_hz", "std"), "{off}");
+    let off = number("x", "value") - 2e-5;
+    assert!(off.abs() < 4.0 * number("x", "std"), "{off}");
+    for channel in diagnosis["fit"]["channels"].as_array().expect("gyros") {
+        let power = |key: &str| channel[key]["normalised_power_all"].as_f64();
+        let (before, after) = (power("held_out_before"), power("held_out_after"));
+        assert!(after < before, "{channel}");
+        // Four standard deviations of the power of 5120 rows.
+        assert!(after.is_some_and(|after| after < 1.08), "{channel}");
+    }
+    let again = bench.diagnosed_with(&bench.0.path().join("out/model.toml"), "again");
+    assert_eq!(again["verdict"], "matches");
 }
 
 #[test]
@@ -347,6 +391,14 @@ fn a_real_recording_shows_what_its_model_leaves_out_and_a_shuffled_one_nothing()
         "{rate:?}"
     );
     assert!(!expressions(&ln100, "sine(").is_empty());
+    assert!(!expressions(&ln100, "line(").is_empty());
+    for channel in ln100["fit"]["channels"].as_array().expect("gyros") {
+        let power = |key: &str| channel[key]["normalised_power_all"].as_f64();
+        assert!(
+            power("held_out_after") < power("held_out_before"),
+            "{channel}"
+        );
+    }
     shuffled_ones_show_nothing(&ln100);
 }
 
