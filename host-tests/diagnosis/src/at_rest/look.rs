@@ -100,7 +100,7 @@ pub(super) fn look(
     let diagnosis = &mut outcome.diagnosis;
     let (others, effects) = std::mem::take(&mut diagnosis.effects)
         .into_iter()
-        .partition(|effect| is_located_or_fault(effect));
+        .partition(is_located_or_fault);
     diagnosis.effects = others;
     let slow = slow_effects(effects, (&data, &rest), is_as_recorded, plan);
     outcome.model = with_found(model, outcome.model, &slow);
