@@ -24,6 +24,8 @@ pub struct Gyros {
     pub white_noise_rad2: f64,
     /// Unmeasured rows before each row boundary.
     pub lost_before: Vec<usize>,
+    /// Random walk that the model declares of them and their reference \[rad/√s\].
+    pub declared_walk_rad_sqrt_s: Option<f64>,
     /// What stands beside them.
     pub reads: Reads,
     /// Dithers, which have been taken out of what the gyros sensed; `None` of gyros without any.
@@ -101,6 +103,7 @@ impl About {
         };
         let mut increments = Increments::new(&motion, samples, known, &clock, &gyros.lost_before)?;
         increments.least_walk_rad2 = gyros.white_noise_rad2 * gyros.rate_hz * increments.period_s;
+        increments.declared_walk_rad_sqrt_s = gyros.declared_walk_rad_sqrt_s;
         Some(Self {
             conditioned_rad: conditioned(&unbiased),
             dither: gyros.dither.clone(),
@@ -237,6 +240,7 @@ mod tests {
             lost_before: vec![0; rows + 1],
             dither: None,
             reads: Reads::Attitudes,
+            declared_walk_rad_sqrt_s: None,
         };
         let stamps = Stamps::without(&vec![false; samples.len()]);
         for low_pass_s in [None, Some(Vector3::new(0.02, 0.03, 0.015))] {

@@ -57,14 +57,11 @@ impl NoiseBelief {
     pub(crate) fn new(model: &Model, gyros: &Gyros, plan: &AttitudePlan) -> Self {
         let reference = model.reference.as_ref();
         let mean_square = |of: &dyn Fn(usize) -> f64| (0..3).map(of).sum::<f64>() / 3.0;
-        let declared = model.gyro.angle_random_walk_rad_sqrt_s.map(|walk| {
-            mean_square(&|gyro| {
-                walk[gyro].powi(2) + excess_square(model, "angle_random_walk", gyro)
-            })
+        let declared = gyros.declared_walk_rad_sqrt_s;
+        let walk = declared.unwrap_or_else(|| {
+            let of_reference = reference.and_then(|one| one.angle_random_walk_rad_sqrt_s);
+            own_walk_rad_sqrt_s(gyros).hypot(of_reference.unwrap_or(0.0))
         });
-        let declared = declared.filter(|square| *square > 0.0);
-        let of_gyros = declared.map_or_else(|| own_walk_rad_sqrt_s(gyros), f64::sqrt);
-        let of_reference = reference.and_then(|one| one.angle_random_walk_rad_sqrt_s);
         let read_with_gyros = mean_square(&|gyro| {
             let pulses = model.gyro.pulse_weight_rad[gyro].powi(2);
             let pulses = pulses + excess_square(model, "pulse_quantisation", gyro);
@@ -78,7 +75,7 @@ impl NoiseBelief {
         };
         Self {
             walk: Believed {
-                median: of_gyros.hypot(of_reference.unwrap_or(0.0)),
+                median: walk,
                 log_std: log_std(declared.is_some()),
             },
             angle: Believed {

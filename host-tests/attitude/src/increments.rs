@@ -79,6 +79,8 @@ pub struct Increments {
     pub period_s: f64,
     /// Variance that the gyros' white noise adds to a row at least \[rad²\].
     pub least_walk_rad2: f64,
+    /// Random walk of gyros and reference that the model declares \[rad/√s\].
+    pub declared_walk_rad_sqrt_s: Option<f64>,
     places: Vec<Place>,
 }
 
@@ -167,6 +169,7 @@ impl Increments {
             free,
             period_s,
             least_walk_rad2: 0.0,
+            declared_walk_rad_sqrt_s: None,
             places,
         })
     }

@@ -7,6 +7,9 @@
 
 use std::f64::consts::PI;
 
+use rlg_findings::excess::excess_square;
+use rlg_model::Model;
+
 /// Times after which an attitude comes back \[s\].
 const RETURN_TIMES_S: [f64; 6] = [0.1, 0.3, 1.0, 3.0, 10.0, 30.0];
 
@@ -22,6 +25,20 @@ const LONG_STEP: f64 = 3.0;
 /// Most steps of a fit; each is a few thousand multiplications.
 const MOST_STEPS: usize = 400;
 
+/// Coefficients of three records that a declared random walk counts for: it may be half or twice what is declared.
+const DECLARED_COUNT: f64 = 1.5;
+
+/// Random walk of gyros and reference that a model declares \[rad/√s\].
+pub fn declared_walk_rad_sqrt_s(model: &Model) -> Option<f64> {
+    let of_gyros = model.gyro.angle_random_walk_rad_sqrt_s?;
+    let squares =
+        (0..3).map(|gyro| of_gyros[gyro].powi(2) + excess_square(model, "angle_random_walk", gyro));
+    let square = squares.sum::<f64>() / 3.0;
+    let reference = model.reference.as_ref();
+    let of_reference = reference.and_then(|one| one.angle_random_walk_rad_sqrt_s);
+    (square > 0.0).then(|| square.sqrt().hypot(of_reference.unwrap_or(0.0)))
+}
+
 /// Terms, binned over the coefficients that are looked at.
 pub struct NoiseTerms {
     /// Edges of the bins, one more than bins.
@@ -36,6 +53,8 @@ pub struct NoiseTerms {
     /// The least level of the random walk: the gyros' own white noise, which their rows show better than the few lowest
     /// frequencies of the reference do \[rad²\].
     pub least_walk_rad2: f64,
+    /// Power of the random walk that is declared.
+    declared: Option<f64>,
 }
 
 impl NoiseTerms {
@@ -72,6 +91,7 @@ impl NoiseTerms {
             lambda,
             return_rows,
             least_walk_rad2: 0.0,
+            declared: None,
         };
         let mean = |term: usize, bin: &[usize]| {
             let sum: f64 = (bin[0]..bin[1])
@@ -84,6 +104,12 @@ impl NoiseTerms {
             .collect();
         terms.binned = binned;
         terms
+    }
+
+    /// The same where the random walk is declared \[rad/√s\], on rows of `period_s`.
+    pub fn with_walk(mut self, walk_rad_sqrt_s: Option<f64>, period_s: f64) -> Self {
+        self.declared = walk_rad_sqrt_s.map(|walk| walk * walk * period_s);
+        self
     }
 
     /// Number of terms.
@@ -204,7 +230,14 @@ impl NoiseTerms {
     fn cost(&self, density: &[f64], levels: &[f64]) -> f64 {
         let powers = self.of_bins(levels);
         let bins = density.iter().zip(&powers).zip(&self.counts);
-        bins.map(|((density, power), count)| 1.5 * count * (power.ln() + density / power))
+        let of_bins = bins.map(|((density, power), count)| (density, power, count));
+        let walk = self
+            .declared
+            .iter()
+            .map(|walk| (walk, &levels[0], &DECLARED_COUNT));
+        of_bins
+            .chain(walk)
+            .map(|(density, power, count)| 1.5 * count * (power.ln() + density / power))
             .sum()
     }
 
@@ -212,8 +245,15 @@ impl NoiseTerms {
         let powers = self.of_bins(levels);
         self.binned
             .iter()
-            .map(|term| {
-                let (mut above, mut below) = (0.0, 0.0);
+            .enumerate()
+            .map(|(place, term)| {
+                let (mut above, mut below) = match (place, self.declared) {
+                    (0, Some(walk)) => (
+                        DECLARED_COUNT * walk / levels[0].powi(2),
+                        DECLARED_COUNT / levels[0],
+                    ),
+                    _ => (0.0, 0.0),
+                };
                 for (bin, power) in powers.iter().enumerate() {
                     above += term[bin] * self.counts[bin] * density[bin] / (power * power);
                     below += term[bin] * self.counts[bin] / power;
@@ -247,6 +287,26 @@ mod tests {
         let found = terms.fit(&powers, &terms.start(&powers));
         for (found, truth) in found.iter().zip(truth) {
             assert!((found / truth - 1.0).abs() < 0.1, "{found:e} {truth:e}");
+        }
+    }
+
+    /// The level of the walk, whose rows have the mean spectrum of `truth`, where `declared` is the model's.
+    fn walk_beside(truth: [f64; 3], declared: f64) -> f64 {
+        let period_s: f64 = 0.01;
+        let terms = NoiseTerms::new(4000, period_s, 4000, true)
+            .with_walk(Some((declared / period_s).sqrt()), period_s);
+        let powers = terms.expected(&terms.of_bins(&truth));
+        terms.fit(&powers, &terms.start(&powers))[0]
+    }
+
+    #[test]
+    fn a_declared_walk_holds_where_rows_do_not_show_it_and_gives_way_where_they_do() {
+        let hidden = walk_beside([0.0, 5e-8, 0.0], 1e-15);
+        assert!((0.5..2.0).contains(&(hidden / 1e-15)), "{hidden:e}");
+        // Nothing that wanders beside it, which rows tell from a walk by their lowest frequencies alone.
+        for declared in [5e-10, 8e-9] {
+            let shown = walk_beside([2e-9, 5e-8, 0.0], declared);
+            assert!((shown / 2e-9 - 1.0).abs() < 0.1, "{declared:e}: {shown:e}");
         }
     }
 }

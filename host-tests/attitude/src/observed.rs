@@ -22,6 +22,7 @@ use crate::dither::Dither;
 use crate::gyro_motion::Reads;
 use crate::held;
 use crate::increments::Stamps;
+use crate::noise::declared_walk_rad_sqrt_s;
 use crate::physics::Gyro;
 use crate::plan::AttitudePlan;
 use crate::registration::Records;
@@ -114,6 +115,7 @@ pub(crate) fn observe<'a>(
         sensed_rad,
         lost_before,
         reads: Reads::of(&samples),
+        declared_walk_rad_sqrt_s: declared_walk_rad_sqrt_s(model),
         dither: Dither::new(&streams, model).map(Arc::new),
     };
     let map = channels::map(&model.effects);

@@ -196,6 +196,7 @@ impl Experiment {
             white_noise_rad2: 0.0,
             lost_before: vec![0; rows + 1],
             reads: Reads::Attitudes,
+            declared_walk_rad_sqrt_s: None,
             dither: None,
         };
         let motion = gyros.motion(gyros.sensed_rad.clone());

@@ -142,6 +142,7 @@ mod tests {
             lost_before: vec![0; sensed_rad.len() + 1],
             dither: None,
             reads: Reads::Attitudes,
+            declared_walk_rad_sqrt_s: None,
             sensed_rad,
         }
     }
