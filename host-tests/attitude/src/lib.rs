@@ -80,6 +80,8 @@ mod case_motion;
 
 mod findings;
 
+mod numbers;
+
 mod diagnose;
 
 mod align;

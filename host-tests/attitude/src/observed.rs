@@ -122,28 +122,7 @@ pub(crate) fn observe<'a>(
     channels::put_right(&map, &mut samples, &mut gyros.sensed_rad);
     let held_out = if is_few { 0.0 } else { plan.tested_share };
     let fitted = samples.len() - (held_out * samples.len() as f64) as usize;
-    let masked = known_faults(model);
-    let mut known = Stamps::without(&vec![false; samples.len()]);
-    let mut tested = vec![false; samples.len()];
-    for (stamp, sample) in samples.iter().enumerate() {
-        let is_within = |span: &[f64; 2]| span[0] <= sample.time_s && sample.time_s <= span[1];
-        let is_known = masked.iter().any(is_within);
-        tested[stamp] = stamp >= fitted && !is_known;
-        known.left_out[stamp] = tested[stamp] || is_known;
-    }
-    for (jumped, sample) in known.jumped.iter_mut().zip(&samples) {
-        *jumped = sample.after_gap;
-    }
-    for effect in model
-        .effects
-        .iter()
-        .filter(|one| one.kind == "reference_jump")
-    {
-        let time_s = effect.number("time_s") - AT_ONCE_S;
-        if let Some(stamp) = samples.iter().position(|sample| sample.time_s >= time_s) {
-            known.jumped[stamp] = true;
-        }
-    }
+    let (known, mut tested) = known_stamps(model, &samples, fitted);
     let mut stamps = known.clone();
     let held = held::find(&gyros, &samples);
     for stamp in (0..samples.len()).filter(|stamp| held[*stamp]) {
@@ -162,6 +141,28 @@ pub(crate) fn observe<'a>(
         is_few,
         gyros,
     }))
+}
+
+/// What is known of every stamp before anything is sought, and whether it serves the last test alone: those from `fitted` on.
+fn known_stamps(model: &Model, samples: &[SlowSample], fitted: usize) -> (Stamps, Vec<bool>) {
+    let masked = known_faults(model);
+    let mut known = Stamps::without(&vec![false; samples.len()]);
+    let mut tested = vec![false; samples.len()];
+    for (stamp, sample) in samples.iter().enumerate() {
+        let is_within = |span: &[f64; 2]| span[0] <= sample.time_s && sample.time_s <= span[1];
+        let is_known = masked.iter().any(is_within);
+        tested[stamp] = stamp >= fitted && !is_known;
+        known.left_out[stamp] = tested[stamp] || is_known;
+        known.jumped[stamp] = sample.after_gap;
+    }
+    let effects = model.effects.iter();
+    for effect in effects.filter(|one| one.kind == "reference_jump") {
+        let time_s = effect.number("time_s") - AT_ONCE_S;
+        if let Some(stamp) = samples.iter().position(|sample| sample.time_s >= time_s) {
+            known.jumped[stamp] = true;
+        }
+    }
+    (known, tested)
 }
 
 /// A spike and a jump are stamped at one time.

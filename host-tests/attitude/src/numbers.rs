@@ -1,0 +1,163 @@
+//! Numbers of what stands, as the contract names them.
+
+use nalgebra::{DMatrix, DVector, Matrix3};
+use rlg_catalogue::entries::{self, Card, STEP};
+use rlg_findings::result::ParameterEntry;
+use rlg_signal::axes::AXES;
+
+use crate::alignment::{Group, group_at};
+use crate::blocks::Estimates;
+use crate::said::Said;
+
+/// Numbers as the contract names them.
+pub(crate) struct Numbers {
+    pub(crate) names: Vec<String>,
+    pub(crate) values: Vec<f64>,
+    pub(crate) covariance: DMatrix<f64>,
+    unit: &'static str,
+}
+
+impl Numbers {
+    /// Standard deviation of a number.
+    pub(crate) fn std(&self, k: usize) -> f64 {
+        self.covariance[(k, k)].max(0.0).sqrt()
+    }
+
+    /// As entries.
+    pub(crate) fn parameters(&self) -> Vec<ParameterEntry> {
+        let numbers = self.names.iter().zip(&self.values).enumerate();
+        numbers
+            .map(|(k, (name, value))| ParameterEntry::Number {
+                name: name.clone(),
+                value: *value,
+                std: self.std(k),
+                unit: self.unit.to_string(),
+            })
+            .collect()
+    }
+
+    /// In words.
+    pub(crate) fn sentence(&self) -> String {
+        let unit = match self.unit {
+            "1" => String::new(),
+            unit => format!(" {unit}"),
+        };
+        let numbers = self.names.iter().zip(&self.values).enumerate();
+        let each: Vec<String> = numbers
+            .map(|(k, (name, value))| format!("{name} {value:.4e} ± {:.1e}{unit}", self.std(k)))
+            .collect();
+        each.join(", ")
+    }
+}
+
+/// The numbers of a group of columns, beyond the model.
+///
+/// # Inputs
+/// `set`, `estimates`: places among all columns, and what they are.
+pub(crate) fn numbers(
+    said: &Said,
+    kind: &'static str,
+    columns: &[usize],
+    (set, estimates): (&[usize], &Estimates),
+) -> Numbers {
+    let at: Vec<usize> = columns
+        .iter()
+        .filter_map(|column| set.iter().position(|one| one == column))
+        .collect();
+    let values = DVector::from_fn(at.len(), |k, _| estimates.values[at[k]]);
+    let covariance = DMatrix::from_fn(at.len(), at.len(), |a, b| {
+        estimates.covariance[(at[a], at[b])]
+    });
+    let group = group_at(columns);
+    let (names, map) = match group {
+        Some(group) if kind == "reference_bandwidth" => {
+            let (names, map) = stated(group, &Matrix3::identity());
+            (names, -map)
+        }
+        Some(group) if is_low_pass(said, kind) => {
+            let names = group.names.iter().map(|name| format!("{name}_pole_s"));
+            (names.collect(), DMatrix::identity(3, 3))
+        }
+        Some(group) => stated(
+            group,
+            &said.registered.about.increments.navigation_from_start[0],
+        ),
+        None if kind == STEP => (vec!["size".to_string()], DMatrix::identity(1, 1)),
+        None => {
+            let effects = said.candidates.effects.iter();
+            let names = effects
+                .filter(|(candidate, _)| candidate.kind == kind)
+                .flat_map(|(candidate, _)| candidate.names.clone())
+                .collect();
+            // What all gyros share is the reference's.
+            let shared = if kind == "gyro_delay" {
+                1.0 / at.len() as f64
+            } else {
+                0.0
+            };
+            let map = DMatrix::identity(at.len(), at.len()).add_scalar(-shared);
+            (names, map)
+        }
+    };
+    Numbers {
+        names,
+        values: (&map * values).iter().copied().collect(),
+        covariance: &map * covariance * map.transpose(),
+        unit: match group {
+            Some(_) if is_low_pass(said, kind) => "s",
+            Some(group) => group.unit,
+            None => card(kind).unit,
+        },
+    }
+}
+
+/// Whether the filter of the gyros is a low pass of first order.
+fn is_low_pass(said: &Said, kind: &str) -> bool {
+    kind == "gyro_bandwidth" && said.registered.alignment.low_pass_s.is_some()
+}
+
+/// The contract's names of a group's numbers, and the map to them.
+fn stated(group: &Group, navigation_from_start: &Matrix3<f64>) -> (Vec<String>, DMatrix<f64>) {
+    let own = || group.names.iter().map(|name| (*name).to_string()).collect();
+    match group.kind {
+        // Stretch ab lets gyro a see b, and b see a.
+        "installation" => {
+            let mut names = Vec::new();
+            let mut map = DMatrix::zeros(6, 3);
+            for (gyro, axis) in AXES.iter().enumerate() {
+                for about in (0..3).filter(|about| *about != gyro) {
+                    let (sign, senses) = entries::tilt(gyro, about);
+                    let pair = [(0, 1), (0, 2), (1, 2)]
+                        .iter()
+                        .position(|pair| *pair == (gyro.min(senses), gyro.max(senses)));
+                    if let Some(pair) = pair {
+                        map[(names.len(), pair)] = sign;
+                    }
+                    names.push(format!("{axis}{}", AXES[about]));
+                }
+            }
+            (names, map)
+        }
+        // The Earth's rotation in the body frame at the start.
+        "earth_rate" => {
+            let turn = navigation_from_start.transpose();
+            (own(), DMatrix::from_fn(3, 3, |a, b| turn[(a, b)]))
+        }
+        _ => (
+            own(),
+            DMatrix::identity(group.names.len(), group.names.len()),
+        ),
+    }
+}
+
+/// What a finding of a kind says of itself.
+pub(crate) fn card(kind: &str) -> Card {
+    const CLOCK: Card = Card {
+        kind: "reference_clock_rate",
+        equation: "reference stamps = gyros' time (1 + c)",
+        unit: "1",
+        meaning: "The clock of the reference and the clock of the gyros run at different rates.",
+        experiment: "A longer record shows the clocks part further.",
+    };
+    entries::card(kind).unwrap_or(CLOCK)
+}
