@@ -9,25 +9,60 @@ use rlg_signal::axes::Triad;
 use rlg_signal::known_channels::KINDS;
 use rlg_signal::streams::Streams;
 
-/// Increments of the reference on the gyros' rows \[rad\], at an even rate between two attitudes.
-pub(crate) fn reference_rows(samples: &[SlowSample], streams: &Streams) -> Triad {
-    let mut rows: Triad = std::array::from_fn(|_| vec![0.0; streams.rows]);
+/// The reference on the gyros' rows.
+pub(crate) struct ReferenceRows {
+    /// Increments at an even rate between two attitudes \[rad\].
+    pub(crate) increments_rad: Triad,
+    /// Rows between attitudes that turned by another angle than the gyros did: a jump, a held reading, a gap. Whatever the axes,
+    /// the sizes of the turns are alike.
+    pub(crate) doubtful: Vec<bool>,
+}
+
+/// A turn differs where its size is so many times further from the gyros' than in nine tenths of the others.
+const APART: f64 = 6.0;
+
+/// Reads the reference on the gyros' rows.
+pub(crate) fn reference_rows(samples: &[SlowSample], streams: &Streams) -> ReferenceRows {
+    let mut increments_rad: Triad = std::array::from_fn(|_| vec![0.0; streams.rows]);
+    let mut parted: Vec<(std::ops::Range<usize>, f64)> = Vec::new();
+    let mut doubtful = vec![false; streams.rows];
     for pair in samples.windows(2) {
         let [from, to] = [0, 1].map(|k: usize| {
             ((pair[k].time_s - streams.start_s) * streams.rate_hz).clamp(0.0, streams.rows as f64)
         });
-        if to <= from || pair[1].after_gap {
+        if to <= from {
             continue;
         }
-        let by_row = pair[0].shown.turn_to(&pair[1].shown) / (to - from);
-        for row in from as usize..(to.ceil() as usize).min(streams.rows) {
+        let between = from as usize..(to.ceil() as usize).min(streams.rows);
+        if pair[1].after_gap {
+            doubtful[between].fill(true);
+            continue;
+        }
+        let turn_rad = pair[0].shown.turn_to(&pair[1].shown);
+        let mut own_rad = Vector3::<f64>::zeros();
+        for row in between.clone() {
             let share = (to.min((row + 1) as f64) - from.max(row as f64)).max(0.0);
-            for (axis, values) in rows.iter_mut().enumerate() {
-                values[row] += by_row[axis] * share;
+            for (axis, values) in increments_rad.iter_mut().enumerate() {
+                values[row] += turn_rad[axis] / (to - from) * share;
+                own_rad[axis] += streams.sensed_rad[axis][row] * share;
             }
         }
+        let apart_rad = (turn_rad.norm() - own_rad.norm()).abs();
+        parted.push((between, apart_rad / (to - from)));
     }
-    rows
+    let mut sizes: Vec<f64> = parted.iter().map(|(_, apart)| *apart).collect();
+    sizes.sort_by(f64::total_cmp);
+    let usual = sizes.get(9 * sizes.len() / 10).copied().unwrap_or(0.0);
+    for (between, _) in parted
+        .into_iter()
+        .filter(|(_, apart)| *apart > APART * usual)
+    {
+        doubtful[between].fill(true);
+    }
+    ReferenceRows {
+        increments_rad,
+        doubtful,
+    }
 }
 
 /// What gyros read of the reference by the effects of a model.

@@ -363,11 +363,16 @@ fn check_channels(
     };
     let streams = &mut observed.streams;
     let rows = channels::reference_rows(&observed.samples, streams);
-    let own_rad = std::mem::replace(&mut streams.case_rad, rows);
+    let own_rad = std::mem::replace(&mut streams.case_rad, rows.increments_rad);
+    let usable = streams.usable.clone();
+    for (usable, doubtful) in streams.usable.iter_mut().zip(rows.doubtful) {
+        *usable &= !doubtful;
+    }
     streams.own_motion = false;
     let checked = put_right::put_right(&asked, streams, model, model_file);
     streams.own_motion = true;
     streams.case_rad = own_rad;
+    streams.usable = usable;
     let found = checked?;
     if let Some(found) = &found {
         let map = channels::map(&found.effects());
