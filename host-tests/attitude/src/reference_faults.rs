@@ -14,6 +14,10 @@ const MEDIAN_S: f64 = 0.6;
 /// A stamp this many times further from the running median than its neighbours is a spike.
 const SPIKE: f64 = 12.0;
 
+/// Beside a spike, what is this many times further than its neighbours belongs to it, within this time \[s\].
+const SHOULDER: f64 = 4.0;
+const JOINED_S: f64 = 0.1;
+
 /// A stretch of this time \[s\] that is this many times rougher than the median one is no reference.
 const STRETCH_S: f64 = 4.0;
 const ROUGH: f64 = 6.0;
@@ -77,12 +81,36 @@ fn out_of_median(error_rad: &Triad, period_s: f64, faulty: &mut [bool]) {
         .collect();
     let whole = median(away.clone());
     // The scale changes with the motion: that of each stretch of four widths, of which a fifth may be faulty.
-    for (stretch, flags) in away.chunks(4 * width).zip(faulty.chunks_mut(4 * width)) {
+    let sizes = away.chunks(4 * width).flat_map(|stretch| {
         let scale = quantile(stretch.to_vec(), 0.8) + 0.25 * whole;
-        for (away, is_faulty) in stretch.iter().zip(flags) {
-            *is_faulty |= *away > SPIKE * scale;
+        stretch.iter().map(move |away| away / scale)
+    });
+    let sizes: Vec<f64> = sizes.collect();
+    let reach = (JOINED_S / period_s) as usize + 1;
+    join(&sizes, reach, faulty);
+    join_back(&sizes, reach, faulty);
+}
+
+/// Leaves out spikes, and what still stands out within `reach` stamps of the last one that does: a reference that was wrong comes
+/// back by and by.
+fn join(sizes: &[f64], reach: usize, faulty: &mut [bool]) {
+    let mut last: Option<usize> = None;
+    for stamp in 0..sizes.len() {
+        let is_near = last.is_some_and(|last| stamp - last <= reach);
+        if sizes[stamp] > SPIKE || (is_near && sizes[stamp] > SHOULDER) {
+            let from = last.filter(|_| is_near).unwrap_or(stamp);
+            faulty[from..=stamp].fill(true);
+            last = Some(stamp);
         }
     }
+}
+
+/// The same from the end, where stamps were wrong before.
+fn join_back(sizes: &[f64], reach: usize, faulty: &mut [bool]) {
+    let backwards: Vec<f64> = sizes.iter().rev().copied().collect();
+    faulty.reverse();
+    join(&backwards, reach, faulty);
+    faulty.reverse();
 }
 
 /// Stretches rougher than others both by themselves and by their motion: what grows with the rate is no fault.
@@ -157,4 +185,23 @@ fn running_median(values: &[f64], width: usize) -> Vec<f64> {
             median(values[from..(place + half + 1).min(values.len())].to_vec())
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{join, join_back};
+
+    #[test]
+    fn what_still_stands_out_beside_a_spike_belongs_to_it_and_nothing_further_away() {
+        let mut sizes = vec![1.0; 40];
+        // A shoulder before, the spike, quiet stamps, a shoulder after; another shoulder out of reach.
+        for (stamp, size) in [(8, 5.0), (10, 20.0), (13, 6.0), (30, 6.0)] {
+            sizes[stamp] = size;
+        }
+        let mut faulty = vec![false; sizes.len()];
+        join(&sizes, 4, &mut faulty);
+        join_back(&sizes, 4, &mut faulty);
+        let found: Vec<usize> = (0..sizes.len()).filter(|stamp| faulty[*stamp]).collect();
+        assert_eq!(found, (8..=13).collect::<Vec<_>>());
+    }
 }
