@@ -373,7 +373,8 @@ fn check_channels(
     streams.own_motion = true;
     streams.case_rad = own_rad;
     streams.usable = usable;
-    let found = checked?;
+    // A turn of any size is the registration's, which reads attitudes as they are.
+    let found = checked?.filter(|found| !found.is_turn_alone());
     if let Some(found) = &found {
         let map = channels::map(&found.effects());
         channels::put_right(&map, &mut observed.samples, &mut observed.gyros.sensed_rad);

@@ -68,6 +68,14 @@ impl PutRight {
         }
     }
 
+    /// Whether it is a rotation of the reference that exchanges no axes.
+    pub fn is_turn_alone(&self) -> bool {
+        let mut crossings = self.crossings.iter();
+        crossings.all(|(lead, crossing)| {
+            *lead == Lead::Reference && crossing.is_registration() && crossing.order().is_none()
+        })
+    }
+
     /// What was put right, as effects of a model.
     pub fn effects(&self) -> Vec<ModelEffect> {
         let crossings = self.crossings.iter();
