@@ -19,6 +19,7 @@ use rlg_signal::axes::AXES;
 use crate::alignment::{GROUPS, places};
 use crate::gyro_motion::Reads;
 use crate::held_out::{HeldOut, held_out};
+use crate::mount;
 use crate::numbers::{Numbers, card, numbers};
 use crate::promise;
 use crate::reference_spans::{self, JumpSeen, Span};
@@ -107,6 +108,17 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
     }
 }
 
+/// What an effect is, and what its numbers say besides.
+fn meaning(kind: &str, numbers: &Numbers) -> String {
+    let meaning = card(kind).meaning.to_string();
+    let names = numbers.names.iter().map(|name| &**name);
+    let each: Vec<(&str, f64)> = names.zip(numbers.values.iter().copied()).collect();
+    match mount::sags(&each) {
+        Some(sags) if kind == "elastic_rate_by_force" => format!("{meaning} {sags}"),
+        _ => meaning,
+    }
+}
+
 fn entry(said: &Said, one: &Named, numbers: &Numbers) -> EffectEntry {
     let card = card(one.kind);
     let count = numbers.values.len();
@@ -139,7 +151,7 @@ fn entry(said: &Said, one: &Named, numbers: &Numbers) -> EffectEntry {
         identifiable: identifiable(&numbers.names, &numbers.values, &of),
         log_evidence_gain: one.gain,
         p_value: one.p_value,
-        what_was_left_out: card.meaning.to_string(),
+        what_was_left_out: meaning(one.kind, numbers),
         expression: None,
         regimes: Vec::new(),
         evidence: Some(EvidenceEntry {

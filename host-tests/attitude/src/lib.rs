@@ -3,7 +3,7 @@
 //! In the order of the data: `conventions` (body to navigation frame, w first) → `channels` (the same axes, signs and
 //! units) → `coarse` (delay and rotation far off) →
 //! `gyro_motion` (the gyros' own attitude, `dither` taken out) → `increments` (rows of the likelihood, between stamps) →
-//! `registration` (what aligns two instruments, always beside; on `equations` with the `noise` at its best, columns of
+//! `growth` of the `registration` (what aligns two instruments, always beside; on `equations` with the `noise` at its best, columns of
 //! `conditioned` motion, without `reference_faults`) → `physics` (effects of the catalogue, carried through the attitude) →
 //! `search` (what `blocks` of rows agree on, `steps` of a bias among them) → `held_out`, `promise` and `findings`. What is
 //! left of the gyros' own motion is handed on (`case_motion`): it carries gravity past accelerometers.
@@ -40,8 +40,8 @@ mod about;
 
 mod fitting;
 
-/// Groups of the registration join.
 mod growth;
+
 mod registration;
 
 mod channels;
@@ -77,6 +77,8 @@ mod said;
 mod held_out;
 
 mod case_motion;
+
+mod mount;
 
 mod findings;
 
