@@ -63,7 +63,6 @@ pub(crate) fn corrected_rad(said: &Said) -> Result<Triad, String> {
         sensed_rad: sensed_rad
             .map(|(row, sensed)| sensed - Vector3::from_fn(|axis, _| errors[axis][row]))
             .collect(),
-        white_noise_rad2: 0.0,
         lost_before: of.lost_before.clone(),
         dither: of.dither.clone(),
         ..*of

@@ -111,11 +111,14 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
 /// What an effect is, and what its numbers say besides.
 fn meaning(kind: &str, numbers: &Numbers) -> String {
     let meaning = card(kind).meaning.to_string();
+    if kind != "elastic_rate_by_force" {
+        return meaning;
+    }
     let names = numbers.names.iter().map(|name| &**name);
     let each: Vec<(&str, f64)> = names.zip(numbers.values.iter().copied()).collect();
     match mount::sags(&each) {
-        Some(sags) if kind == "elastic_rate_by_force" => format!("{meaning} {sags}"),
-        _ => meaning,
+        Some(sags) => format!("{meaning} {sags}"),
+        None => meaning,
     }
 }
 

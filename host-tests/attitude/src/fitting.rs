@@ -54,9 +54,11 @@ impl Fitting {
     ) -> Self {
         let band = Band::new(increments.rows(), increments.period_s);
         let (rows, period_s) = (increments.rows(), increments.period_s);
-        let mut terms = NoiseTerms::new(rows, period_s, band.cut, is_plain)
-            .with_walk(increments.declared_walk_rad_sqrt_s, period_s);
-        terms.least_walk_rad2 = increments.least_walk_rad2;
+        let walk = (
+            increments.declared_walk_rad_sqrt_s,
+            increments.least_walk_rad2,
+        );
+        let terms = NoiseTerms::new(rows, period_s, band.cut, is_plain).with_walk(walk, period_s);
         let rows_rad = &increments.rows_rad;
         let equations = Equations::new(&band, &terms, rows_rad, &columns, &increments.free);
         let start = levels

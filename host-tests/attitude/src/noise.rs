@@ -52,7 +52,7 @@ pub struct NoiseTerms {
     return_rows: Vec<f64>,
     /// The least level of the random walk: the gyros' own white noise, which their rows show better than the few lowest
     /// frequencies of the reference do \[rad²\].
-    pub least_walk_rad2: f64,
+    least_walk_rad2: f64,
     /// Power of the random walk that is declared.
     declared: Option<f64>,
 }
@@ -106,9 +106,17 @@ impl NoiseTerms {
         terms
     }
 
-    /// The same where the random walk is declared \[rad/√s\], on rows of `period_s`.
-    pub fn with_walk(mut self, walk_rad_sqrt_s: Option<f64>, period_s: f64) -> Self {
-        self.declared = walk_rad_sqrt_s.map(|walk| walk * walk * period_s);
+    /// The same where something is known of the random walk, on rows of `period_s`.
+    ///
+    /// # Inputs
+    /// `declared_rad_sqrt_s`: what the model says; `least_rad2`: what a row has at least.
+    pub fn with_walk(
+        mut self,
+        (declared_rad_sqrt_s, least_rad2): (Option<f64>, f64),
+        period_s: f64,
+    ) -> Self {
+        self.declared = declared_rad_sqrt_s.map(|walk| walk * walk * period_s);
+        self.least_walk_rad2 = least_rad2;
         self
     }
 
@@ -294,7 +302,7 @@ mod tests {
     fn walk_beside(truth: [f64; 3], declared: f64) -> f64 {
         let period_s: f64 = 0.01;
         let terms = NoiseTerms::new(4000, period_s, 4000, true)
-            .with_walk(Some((declared / period_s).sqrt()), period_s);
+            .with_walk((Some((declared / period_s).sqrt()), 0.0), period_s);
         let powers = terms.expected(&terms.of_bins(&truth));
         terms.fit(&powers, &terms.start(&powers))[0]
     }

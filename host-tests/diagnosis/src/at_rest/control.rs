@@ -1,7 +1,6 @@
 //! The same scan on the same rows in shuffled order: whatever line it still finds is no matter of time.
 
 use rlg_inference::Observations;
-use rlg_signal::streams::Triad;
 
 use super::lines::{self, Lines};
 use super::look::Looked;
@@ -27,8 +26,7 @@ pub(super) fn of_shuffled(
     seed: u64,
 ) -> Control {
     let parted = &looked.parted;
-    let whole_rad: Triad = looked.before_rad.clone();
-    let shuffled = shuffled(&whole_rad, [&parted.fitted, &parted.held_out], seed);
+    let shuffled = shuffled(&looked.before_rad, [&parted.fitted, &parted.held_out], seed);
     let mut seen = vec![false; shuffled[0].len()];
     parted
         .fitted
