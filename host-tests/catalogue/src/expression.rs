@@ -295,6 +295,22 @@ impl Expression {
         Self(std::array::from_fn(|place| factors.get(place).copied()))
     }
 
+    /// 1 in some rows.
+    pub fn window(rows: std::ops::Range<usize>, signals: &Signals) -> Self {
+        // A quarter of a row is enough to tell which rows are inside.
+        let digit = 10_f64.powf((4.0 * signals.rate_hz).log10().ceil());
+        let edge_s = |row: usize| {
+            let clock_s = signals.start_s + row as f64 * signals.period_s();
+            (clock_s * digit).round() / digit
+        };
+        Self::of(&[Factor::Window(edge_s(rows.start), edge_s(rows.end))])
+    }
+
+    /// Whether it is a window by itself: it happens once.
+    pub fn is_window(self) -> bool {
+        matches!(self.0, [Some(Factor::Window(..)), None, None])
+    }
+
     fn factors(self) -> impl Iterator<Item = Factor> {
         self.0.into_iter().flatten()
     }

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use rlg_catalogue::candidates::{PoolColumns, Variant};
-use rlg_catalogue::entries::{SLIP, STEP, UNLISTED};
+use rlg_catalogue::entries::{STEP, UNLISTED};
 use rlg_catalogue::{Candidate, Pool};
 use rlg_inference::block_validation::BlockSums;
 use rlg_inference::events::{Instant, largest_impulse};
@@ -34,8 +34,8 @@ pub struct Prediction {
     pub holds: bool,
 }
 
-/// What blocks of the fitted rows say of each member of the found set. A step or a slip happens in one block alone, and no other
-/// can predict it; a slip holds where the rows have no more like it.
+/// What blocks of the fitted rows say of each member of the found set. A step, a slip or a window happens in few blocks, and no
+/// other can predict it; slip and window hold where the rows have no more like them.
 ///
 /// # Returns
 /// In the order of the set; `None` where too few rows are fitted.
@@ -74,7 +74,7 @@ fn predictions(data: &Data, found: &Found, plan: &AnalysisPlan) -> Option<Vec<Pr
     let left_rad = left_by(found, fit);
     let of_member = |place: usize| {
         let candidate = &found.candidates[fit.members[place]];
-        let Variant::Event { axis, .. } = candidate.variant else {
+        let Some(axis) = gyro_of_event(candidate) else {
             // What is made behind it goes with it.
             let member = fit.members[place];
             let with_it = (0..own.len()).filter(|&other| {
@@ -100,11 +100,20 @@ fn predictions(data: &Data, found: &Found, plan: &AnalysisPlan) -> Option<Vec<Pr
         Prediction {
             gain: fit.log_likelihood - without.log_likelihood,
             design_effect: 1.0,
-            holds: candidate.kind != SLIP
+            holds: candidate.kind == STEP
                 || 2.0 * rows * Normal::standard().sf(largest) > plan.unexplained,
         }
     };
     Some((0..fit.members.len()).map(of_member).collect())
+}
+
+/// The gyro to which a candidate happens once; `None` where it acts all along.
+fn gyro_of_event(candidate: &Candidate) -> Option<usize> {
+    match candidate.variant {
+        Variant::Event { axis, .. } => Some(axis),
+        Variant::Expression { axis, expression } => expression.is_window().then_some(axis),
+        _ => None,
+    }
 }
 
 /// Whitened columns of a set's parameters.

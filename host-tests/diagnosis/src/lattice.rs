@@ -110,8 +110,8 @@ impl Lattice {
     pub fn hides_event(&self, axis: usize, event: &Event) -> bool {
         /// Nearer to one pulse than to two.
         const HIDDEN: f64 = 1.5;
-        let jump_rad = (event.size * event.std).abs();
-        event.kind == EventKind::Impulse && jump_rad < HIDDEN * self.counted_rad[axis]
+        let jump_rad = (event.size * event.std).abs() * event.rows as f64;
+        event.kind != EventKind::Step && jump_rad < HIDDEN * self.counted_rad[axis]
     }
 
     /// Whether a rate over a stretch and band turns by no more than the pulses hide.

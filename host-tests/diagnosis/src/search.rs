@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 use rlg_catalogue::candidates::{PoolColumns, SHARED, Variant, delay_sign, is_delay};
-use rlg_catalogue::entries::{MOUNT, SLIP, STEP};
+use rlg_catalogue::entries::{MOUNT, SLIP, STEP, UNLISTED};
+use rlg_catalogue::expression::Expression;
 use rlg_catalogue::low_pass::{self, LowPass};
 use rlg_catalogue::resonance::Resonance;
 use rlg_catalogue::signals::Path;
@@ -503,33 +504,34 @@ impl Pass {
             });
             events.sort_by(|a, b| b.1.size.abs().total_cmp(&a.1.size.abs()));
             for (gyro, event) in events.into_iter().take(TRIED_EACH) {
-                let rows = self.motion.signals.rows as f64;
-                let kind = kind_of(&event);
-                let places = match event.kind {
-                    EventKind::Impulse => rows,
-                    // The row of a step of z standard deviations is known to n/(z²/2) rows.
-                    EventKind::Step => (0.5 * event.size * event.size).max(4.0),
-                };
-                let known = self.candidates.iter().chain(&new).any(|one| {
-                    one.kind == kind
-                        && one.variant
-                            == Variant::Event {
-                                axis: gyro,
-                                row: event.row,
-                            }
-                });
-                if !known {
-                    new.push(self.pool.event(
-                        kind,
-                        gyro,
-                        event.row,
-                        3.0 * places,
-                        &self.motion.signals,
-                    ));
+                let one = self.candidate_of(gyro, &event);
+                let mut known = self.candidates.iter().chain(&new);
+                if !known.any(|other| other.kind == one.kind && other.variant == one.variant) {
+                    new.push(one);
                 }
             }
         }
         self.extend(new)
+    }
+
+    /// What happens at a gyro's rows as a candidate.
+    fn candidate_of(&mut self, gyro: usize, event: &Event) -> Candidate {
+        let signals = &self.motion.signals;
+        let rows = signals.rows as f64;
+        // The row of a step of z standard deviations is known to n/(z²/2) rows, each edge of a window of m rows to m/(z²/2).
+        let places_of_edge = (0.5 * event.size * event.size).max(4.0);
+        let pool = &mut self.pool;
+        match event.kind {
+            EventKind::Impulse => pool.event(SLIP, gyro, event.row, 3.0 * rows, signals),
+            EventKind::Step => pool.event(STEP, gyro, event.row, 3.0 * places_of_edge, signals),
+            EventKind::Window => {
+                let starts = rows / event.rows as f64 * places_of_edge;
+                // All lengths alike on a logarithmic scale.
+                let lengths = rows.ln() * places_of_edge;
+                let window = Expression::window(event.row..event.row + event.rows, signals);
+                pool.expression(gyro, window, 3.0 * starts * lengths, signals)
+            }
+        }
     }
 
     /// Columns and places of candidates that are new.
@@ -616,6 +618,7 @@ fn kind_of(event: &Event) -> &'static str {
     match event.kind {
         EventKind::Impulse => SLIP,
         EventKind::Step => STEP,
+        EventKind::Window => UNLISTED,
     }
 }
 

@@ -259,11 +259,7 @@ fn diagnose_in_order(
         let streams = vec![streams];
         diagnose_aligned(left_out, streams, None, model, model_file, seed, progress)
     };
-    let is_dithered = streams.pickoff_rad.is_some();
-    if engine == Engine::Old
-        || (engine == Engine::Both && is_dithered)
-        || !rlg_diagnosis::serves(&streams, model)
-    {
+    if engine == Engine::Old || !rlg_diagnosis::serves(&streams, model) {
         return old(streams);
     }
     let mut qualified = streams;
