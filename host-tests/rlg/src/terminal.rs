@@ -5,6 +5,7 @@
 
 use std::fmt::{Display, Write};
 use std::io::{self, Write as _};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use console::style;
@@ -22,19 +23,61 @@ const SPIN: Duration = Duration::from_millis(100);
 /// Work that takes longer says that it may take minutes.
 const LONG: Duration = Duration::from_secs(15);
 
-/// The two streams and what may be said on them.
-#[derive(Debug, Clone, Copy)]
+/// The two streams and what may be said on them; or a program that listens instead.
+#[derive(Debug, Clone)]
 pub struct Terminal {
     results: Results,
     quiet: bool,
 }
 
-/// The form of results.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Where results go.
+#[derive(Debug, Clone)]
 enum Results {
     Words,
     Json,
     None,
+    Listener(Arc<Listener>),
+}
+
+/// Keeps what a command says for the program that runs it in its own process.
+pub struct Listener {
+    step: Box<dyn Fn(&str) + Send + Sync>,
+    heard: Mutex<Heard>,
+}
+
+/// What a command said.
+#[derive(Debug, Clone, Default)]
+pub struct Heard {
+    /// The result as JSON, as `--json` prints it.
+    pub json: Option<String>,
+    /// Warnings, in order.
+    pub warnings: Vec<String>,
+}
+
+impl std::fmt::Debug for Listener {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.heard.fmt(f)
+    }
+}
+
+impl Listener {
+    /// `step` is called at every step of the work, on the thread of the work; it may unwind to stop it.
+    pub fn new(step: impl Fn(&str) + Send + Sync + 'static) -> Arc<Self> {
+        Arc::new(Self {
+            step: Box::new(step),
+            heard: Mutex::default(),
+        })
+    }
+
+    /// Takes what was said so far.
+    pub fn take(&self) -> Heard {
+        std::mem::take(&mut *self.hear())
+    }
+
+    fn hear(&self) -> std::sync::MutexGuard<'_, Heard> {
+        // Whole between any two sentences, whoever panicked.
+        self.heard.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 impl Terminal {
@@ -52,10 +95,27 @@ impl Terminal {
         }
     }
 
+    /// Says everything to `listener`, nothing to the process's own streams.
+    pub fn heard_by(listener: Arc<Listener>) -> Self {
+        Self {
+            results: Results::Listener(listener),
+            quiet: true,
+        }
+    }
+
+    /// Shows a step of the work on `bar`, and to a program that listens.
+    pub fn step(&self, bar: &ProgressBar, text: impl Into<String>) {
+        let text = text.into();
+        if let Results::Listener(listener) = &self.results {
+            (listener.step)(&text);
+        }
+        bar.set_message(text);
+    }
+
     /// A line of a result in words; where `--json` puts the result on standard output, beside it on standard error.
     pub fn say(&self, text: impl Display) {
         match self.results {
-            Results::Json | Results::None => self.note(text),
+            Results::Json | Results::None | Results::Listener(_) => self.note(text),
             // Where nothing can be written there is nobody to tell either.
             Results::Words => drop(to_standard_output(&text)),
         }
@@ -70,6 +130,9 @@ impl Terminal {
 
     /// A line on standard error that the reader should act on.
     pub fn warn(&self, text: impl Display) {
+        if let Results::Listener(listener) = &self.results {
+            listener.hear().warnings.push(text.to_string());
+        }
         if !self.quiet {
             to_standard_error(&format!(
                 "{}: {text}",
@@ -88,14 +151,16 @@ impl Terminal {
 
     /// A result, as JSON on standard output where `--json` asks for it.
     pub fn result(&self, result: &impl Serialize) -> Result<(), InputError> {
-        if self.results != Results::Json {
-            return Ok(());
-        }
         let fault = |error: &dyn Display| {
             InputError::new("standard output", format!("cannot be written ({error})"))
         };
-        let text = serde_json::to_string_pretty(result).map_err(|error| fault(&error))?;
-        to_standard_output(&text).map_err(|error| fault(&error))
+        let text = || serde_json::to_string_pretty(result).map_err(|error| fault(&error));
+        match &self.results {
+            Results::Words | Results::None => {}
+            Results::Json => to_standard_output(&text()?).map_err(|error| fault(&error))?,
+            Results::Listener(listener) => listener.hear().json = Some(text()?),
+        }
+        Ok(())
     }
 
     /// A bar over `steps` steps of one kind; draws nothing where standard error is no terminal.

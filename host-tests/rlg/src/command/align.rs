@@ -112,7 +112,7 @@ impl Align {
         // What the accelerometers are is no part of it, and stays in the model that is written.
         let accelerometer = model.accelerometer.take();
         let spinner = terminal.spinner("reading");
-        let steps = Steps::new(&spinner);
+        let steps = Steps::new(terminal, &spinner);
         let mut outcome = self.outcome((&model, &model_file), &|stage| steps.show(stage))?;
         spinner.finish_and_clear();
         outcome.model.accelerometer = accelerometer;

@@ -66,7 +66,7 @@ impl Calibrate {
             .iter()
             .map(Recording::read)
             .collect::<Result<Vec<_>, _>>()?;
-        let progress = |stage: &str| spinner.set_message(stage.to_string());
+        let progress = |stage: &str| terminal.step(&spinner, stage);
         let outcome = calibrate(&recordings, &model, &self.model, &progress)?;
         spinner.finish_and_clear();
         let mut json = serde_json::to_string_pretty(&outcome.calibration).map_err(|error| {

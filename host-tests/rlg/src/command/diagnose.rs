@@ -79,6 +79,31 @@ pub struct Diagnose {
     threads: Option<std::num::NonZeroUsize>,
 }
 
+/// A diagnosis, and what it was of.
+pub struct Diagnosed {
+    /// What came of it.
+    pub outcome: Outcome,
+    /// The line that says which model was assumed, where none was given.
+    pub assumed: Option<String>,
+    recordings: Vec<PathBuf>,
+    model_file: PathBuf,
+}
+
+impl Diagnosed {
+    /// Writes the results that `rlg diagnose --out` writes, all at once.
+    pub fn write(&self, out: &Path) -> Result<(), InputError> {
+        write(
+            &self.outcome,
+            results(out, &self.recordings, &self.model_file)?,
+        )
+    }
+
+    /// The answer as the command prints it, a line each.
+    pub fn lines(&self) -> Vec<String> {
+        lines(&self.outcome.diagnosis, self.assumed.as_deref())
+    }
+}
+
 /// Which verdicts are a failure, each with all that are worse.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum FailOn {
@@ -150,30 +175,17 @@ impl Diagnose {
 
     /// Diagnoses, says the answer and writes the results.
     pub fn run(&self, terminal: &Terminal) -> Result<ExitCode, InputError> {
-        let (model, model_file, assumed) =
-            given_or_ideal(self.model.as_deref(), &self.recordings[0], terminal)?;
-        let out = self.results(&model_file)?;
-        let held_out = self.held_out()?;
-        let spinner = terminal.spinner("reading");
-        let steps = Steps::new(&spinner);
-        let progress = |stage: &str| steps.show(stage);
-        let work = || self.outcome((&model, &model_file), &held_out, &progress);
-        let outcome = match self.threads {
-            None => work(),
-            Some(threads) => rayon::ThreadPoolBuilder::new()
-                .num_threads(threads.get())
-                .build()
-                .map_err(|error| {
-                    InputError::new("--threads", format!("cannot be started ({error})"))
-                })?
-                .install(work),
-        }?;
-        spinner.finish_and_clear();
-        let diagnosis = &outcome.diagnosis;
+        let given = self.given(terminal)?;
+        // Before the work: where the results have no place there is nothing to do.
+        let out = self.out.as_deref();
+        let out = out.map(|out| results(out, &self.recordings, &given.1));
+        let out = out.transpose()?;
+        let diagnosed = self.diagnosed(given, terminal)?;
+        let diagnosis = &diagnosed.outcome.diagnosis;
         if let Some(out) = out {
-            write(&outcome, out)?;
+            write(&diagnosed.outcome, out)?;
         }
-        for line in lines(diagnosis, assumed.as_deref()) {
+        for line in diagnosed.lines() {
             terminal.say(line);
         }
         terminal.say(match &self.out {
@@ -189,16 +201,42 @@ impl Diagnose {
         })
     }
 
-    /// The folder for the results, where one is asked for.
-    fn results(&self, model_file: &Path) -> Result<Option<OutputFolder>, InputError> {
-        let Some(out) = &self.out else {
-            return Ok(None);
-        };
-        let mut folder = None;
-        for recording in &self.recordings {
-            folder = Some(results_folder(out, recording, model_file, RESULTS)?);
-        }
-        Ok(folder)
+    /// The model, its file and what was assumed.
+    pub(super) fn given(
+        &self,
+        terminal: &Terminal,
+    ) -> Result<(Model, PathBuf, Option<String>), InputError> {
+        given_or_ideal(self.model.as_deref(), &self.recordings[0], terminal)
+    }
+
+    /// Diagnoses; writes and says nothing but progress.
+    pub(super) fn diagnosed(
+        &self,
+        (model, model_file, assumed): (Model, PathBuf, Option<String>),
+        terminal: &Terminal,
+    ) -> Result<Diagnosed, InputError> {
+        let held_out = self.held_out()?;
+        let spinner = terminal.spinner("reading");
+        let steps = Steps::new(terminal, &spinner);
+        let progress = |stage: &str| steps.show(stage);
+        let work = || self.outcome((&model, &model_file), &held_out, &progress);
+        let outcome = match self.threads {
+            None => work(),
+            Some(threads) => rayon::ThreadPoolBuilder::new()
+                .num_threads(threads.get())
+                .build()
+                .map_err(|error| {
+                    InputError::new("--threads", format!("cannot be started ({error})"))
+                })?
+                .install(work),
+        }?;
+        spinner.finish_and_clear();
+        Ok(Diagnosed {
+            outcome,
+            assumed,
+            recordings: self.recordings.clone(),
+            model_file,
+        })
     }
 
     /// Reads and diagnoses one recording, or several together.
@@ -275,6 +313,18 @@ impl Diagnose {
         look_at_each(&mut outcome, (count, &read), of, seed, progress)?;
         Ok(outcome)
     }
+}
+
+/// The folder for the results, which is none of the recordings' and does not hold the model.
+fn results(
+    out: &Path,
+    recordings: &[PathBuf],
+    model_file: &Path,
+) -> Result<OutputFolder, InputError> {
+    for recording in &recordings[1..] {
+        results_folder(out, recording, model_file, RESULTS)?;
+    }
+    results_folder(out, &recordings[0], model_file, RESULTS)
 }
 
 /// Writes all results at once.

@@ -11,6 +11,7 @@ use trueaxis::health::item;
 use super::import_columns::{ColumnOptions, Request};
 use super::import_format::Format;
 use crate::error::InputError;
+use crate::import::files::columns::Column;
 use crate::import::frames::{self, Imported};
 use crate::import::hashed::Hashed;
 use crate::import::known::{self, Known};
@@ -79,23 +80,40 @@ impl Import {
         }
     }
 
-    /// Imports the file, writes the recording and reports what was found.
-    pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
-        let file = self.file_itself();
+    /// Makes a recording of columns in memory, as of those of a file; `FILE` is then their name.
+    pub(super) fn run_on(
+        &self,
+        columns: Vec<Column>,
+        terminal: &Terminal,
+    ) -> Result<(), InputError> {
+        self.check_rate()?;
+        self.columns(Some(columns), terminal)
+    }
+
+    fn check_rate(&self) -> Result<(), InputError> {
         if let Some(rate_hz) = self.rate_hz
             && !(rate_hz.is_finite() && rate_hz > 0.0)
         {
-            return Err(InputError::new(file, "cannot be read at this rate")
-                .channel("--rate-hz")
-                .value(rate_hz)
-                .expected("a positive number of frames a second"));
+            return Err(
+                InputError::new(self.file_itself(), "cannot be read at this rate")
+                    .channel("--rate-hz")
+                    .value(rate_hz)
+                    .expected("a positive number of frames a second"),
+            );
         }
+        Ok(())
+    }
+
+    /// Imports the file, writes the recording and reports what was found.
+    pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
+        let file = self.file_itself();
+        self.check_rate()?;
         let format = match self.format {
             Some(format) => format,
             None => Format::of_extension(file)?,
         };
         if format.has_columns() {
-            return self.columns(terminal);
+            return self.columns(None, terminal);
         }
         if self.files.len() > 1 || !self.columns.is_empty() {
             return Err(InputError::new(file, "holds no columns with names")
@@ -120,8 +138,12 @@ impl Import {
         &self.files[0]
     }
 
-    /// Reads files with columns.
-    fn columns(&self, terminal: &Terminal) -> Result<(), InputError> {
+    /// Reads files with columns, or takes those in memory.
+    fn columns(
+        &self,
+        in_memory: Option<Vec<Column>>,
+        terminal: &Terminal,
+    ) -> Result<(), InputError> {
         let site = self.site()?;
         self.keep_input(&[still::TABLE, "reference.parquet", MANIFEST, MODEL])?;
         let out = Recording::create_folder(&self.out)?;
@@ -133,7 +155,7 @@ impl Import {
             sha256: self.sha256.as_deref(),
             target: &self.out,
         };
-        self.columns.run(&request, out, terminal)
+        self.columns.run(&request, in_memory, out, terminal)
     }
 
     /// Refuses to write over the input.

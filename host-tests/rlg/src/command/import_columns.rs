@@ -58,21 +58,29 @@ impl ColumnOptions {
         self.map.is_empty() && self.unit.is_empty() && self.time.is_empty() && self.euler.is_none()
     }
 
-    /// Reads the files and writes the recording.
+    /// Reads the files, or takes columns in memory, and writes the recording.
     pub(super) fn run(
         &self,
         request: &Request<'_>,
+        in_memory: Option<Vec<Column>>,
         mut out: OutputFolder,
         terminal: &Terminal,
     ) -> Result<(), InputError> {
         let first = &request.files[0];
-        let mut blocks = Vec::new();
         let mut sums = Vec::new();
-        for file in request.files {
-            let (read, sum) = read(file, request)?;
-            blocks.extend(read.into_iter().filter(|block| block.rows > 1));
-            sums.push(sum);
-        }
+        let mut blocks = match in_memory {
+            Some(columns) => blocks(first, columns, None),
+            None => {
+                let mut all = Vec::new();
+                for file in request.files {
+                    let (read, sum) = read(file, request)?;
+                    all.extend(read);
+                    sums.push(sum);
+                }
+                all
+            }
+        };
+        blocks.retain(|block| block.rows > 1);
         if blocks.is_empty() {
             return Err(InputError::new(first, "holds no column of numbers")
                 .expected("columns of equal length, a row a sample"));

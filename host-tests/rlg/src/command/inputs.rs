@@ -90,6 +90,19 @@ pub(super) fn given_or_ideal(
     if let Some(path) = path {
         return Ok((read_model(path, terminal)?, path.to_path_buf(), None));
     }
+    let model = ideal(recording)?;
+    let motion = match model.motion {
+        MotionSource::Reference => "moving as the reference says, which turns with the Earth",
+        MotionSource::Static => "at rest on the turning Earth",
+    };
+    let note = format!(
+        "Assumed, as no --model is given: an ideal unit, {motion}; no bias, no scale error, noise as measured."
+    );
+    Ok((model, PathBuf::from("the ideal model"), Some(note)))
+}
+
+/// An ideal unit of a recording's kind.
+pub fn ideal(recording: &Path) -> Result<Model, InputError> {
     let quantities = Recording::quantities(recording)?;
     if quantities.contains(&Quantity::GyroCount) {
         let beside = recording.join("model.toml");
@@ -104,13 +117,5 @@ pub(super) fn given_or_ideal(
         .channel("--model")
         .expected(format!("a model with pulse_weight_rad{known}")));
     }
-    let model = still::ideal([0.0; 3], &quantities);
-    let motion = match model.motion {
-        MotionSource::Reference => "moving as the reference says, which turns with the Earth",
-        MotionSource::Static => "at rest on the turning Earth",
-    };
-    let note = format!(
-        "Assumed, as no --model is given: an ideal unit, {motion}; no bias, no scale error, noise as measured."
-    );
-    Ok((model, PathBuf::from("the ideal model"), Some(note)))
+    Ok(still::ideal([0.0; 3], &quantities))
 }

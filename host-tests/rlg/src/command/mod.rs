@@ -7,11 +7,14 @@
 //! A new sub-command is a file with a struct of arguments and `fn run(&self, terminal: &Terminal)`, a
 //! variant of `Command` and its line in `Command::run`.
 
+use std::ffi::OsString;
+use std::iter;
 use std::process::ExitCode;
 
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
 
 use crate::error::InputError;
+use crate::import::files::columns::Column;
 use crate::terminal::Terminal;
 
 mod align;
@@ -36,6 +39,9 @@ mod params;
 mod replay;
 mod simulate;
 mod steps;
+
+pub use diagnose::Diagnosed;
+pub use inputs::ideal;
 
 /// Simulate, replay and diagnose recordings of dithered ring-laser gyros
 #[derive(Debug, Parser)]
@@ -104,6 +110,49 @@ impl Command {
 
 /// Exit code of an input that cannot be used; clap ends with the same for a wrong command line.
 const UNUSABLE: u8 = 2;
+
+/// The same line of arguments, without the program's name, from a program that runs the command in its own process.
+fn parsed(arguments: impl IntoIterator<Item = OsString>) -> Result<Command, InputError> {
+    let line = iter::once(OsString::from("rlg")).chain(arguments);
+    let parsed = CommandLine::try_parse_from(line).map_err(|error| {
+        let text = error.render().to_string();
+        let text = text.trim_start_matches("error: ");
+        let text = text.split("\n\n").next().unwrap_or(text);
+        InputError::new("rlg", "cannot be called so").value(text.trim_end())
+    })?;
+    Ok(parsed.command)
+}
+
+/// Runs `rlg ARGUMENTS` in this process; what it says goes to `terminal`.
+pub fn run_in_process(
+    arguments: impl IntoIterator<Item = OsString>,
+    terminal: &Terminal,
+) -> Result<(), InputError> {
+    parsed(arguments)?.run(terminal).map(drop)
+}
+
+/// Runs `rlg import ARGUMENTS` on columns in memory: name and values, as a file would hold them.
+pub fn import_in_process(
+    columns: Vec<Column>,
+    arguments: impl IntoIterator<Item = OsString>,
+    terminal: &Terminal,
+) -> Result<(), InputError> {
+    match parsed(iter::once("import".into()).chain(arguments))? {
+        Command::Import(command) => command.run_on(columns, terminal),
+        _ => unreachable!("the line begins with import"),
+    }
+}
+
+/// Runs `rlg diagnose ARGUMENTS` in this process, and writes nothing yet.
+pub fn diagnose_in_process(
+    arguments: impl IntoIterator<Item = OsString>,
+    terminal: &Terminal,
+) -> Result<Diagnosed, InputError> {
+    match parsed(iter::once("diagnose".into()).chain(arguments))? {
+        Command::Diagnose(command) => command.diagnosed(command.given(terminal)?, terminal),
+        _ => unreachable!("the line begins with diagnose"),
+    }
+}
 
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {

@@ -123,15 +123,18 @@ impl ReplayCommand {
             accelerometers: true,
         };
         let input = samples_from_recording(&recording, &model, &self.model, setup)?;
-        spinner.set_message("replaying");
+        terminal.step(&spinner, "replaying");
         let refused = |error: ParameterError| {
             InputError::new(&self.model, format!("does not fit the chain: {error}"))
         };
         let done = replay(&input, self.core, &input.parameters).map_err(refused)?;
+        terminal.step(&spinner, "replaying without the flexure");
         let mut without_dynamics = input.parameters;
         without_dynamics.flexure_s2 = CrossAxis::default();
         let before = replay(&input, self.core, &without_dynamics).map_err(refused)?;
+        terminal.step(&spinner, "replaying through the reference chain");
         let f64_chain = replay(&input, Core::Reference, &input.parameters).map_err(refused)?;
+        terminal.step(&spinner, "comparing");
         let report = self.report(&recording, &input, done, &before, &f64_chain, &mut out)?;
         spinner.finish_and_clear();
         for kind in &report.uncompensated {

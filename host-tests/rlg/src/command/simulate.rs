@@ -51,6 +51,7 @@ impl Simulate {
         while let Some(block) = simulator.next_block() {
             stream.write(&block.tables)?;
             bar.set_position(block.end_row as u64);
+            terminal.step(&bar, "simulating");
         }
         stream.finish(&mut out)?;
         bar.finish_and_clear();

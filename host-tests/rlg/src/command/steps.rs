@@ -4,6 +4,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use indicatif::ProgressBar;
 
+use crate::terminal::Terminal;
+
 /// What the engines report, in the order in which it comes; none of them does all of it.
 const STEPS: [&str; 22] = [
     "reading",
@@ -32,14 +34,16 @@ const STEPS: [&str; 22] = [
 
 /// The steps of one diagnosis on a spinner.
 pub(super) struct Steps<'a> {
+    terminal: &'a Terminal,
     spinner: &'a ProgressBar,
     reached: AtomicUsize,
 }
 
 impl<'a> Steps<'a> {
     /// Before the first step.
-    pub(super) fn new(spinner: &'a ProgressBar) -> Self {
+    pub(super) fn new(terminal: &'a Terminal, spinner: &'a ProgressBar) -> Self {
         Self {
+            terminal,
             spinner,
             reached: AtomicUsize::new(0),
         }
@@ -51,7 +55,7 @@ impl<'a> Steps<'a> {
         let place = place.map_or(0, |place| place + 1);
         let reached = self.reached.fetch_max(place, Ordering::Relaxed).max(place);
         let count = STEPS.len();
-        self.spinner
-            .set_message(format!("step {reached} of {count}: {stage}"));
+        let text = format!("step {reached} of {count}: {stage}");
+        self.terminal.step(self.spinner, text);
     }
 }

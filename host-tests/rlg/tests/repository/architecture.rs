@@ -8,7 +8,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Package, and the packages of this workspace that it may depend on.
-const MAY_DEPEND_ON: [(&str, &[&str]); 24] = [
+const MAY_DEPEND_ON: [(&str, &[&str]); 25] = [
     ("trueaxis", &[]),
     ("strapdown", &[]),
     ("rlg-recording", &[]),
@@ -122,6 +122,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 24] = [
             "rlg-report",
         ],
     ),
+    ("rlg-python", &["rlg"]),
     ("firmware-tests", &["trueaxis"]),
     ("interrupt-link", &["trueaxis"]),
     ("firmware-fuzz", &["trueaxis"]),

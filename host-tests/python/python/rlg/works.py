@@ -1,0 +1,124 @@
+"""Simulation, replay and calibration."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from . import _native
+from ._calls import Folder, PathLike, Progress, answered, option
+from .model import Model
+from .recording import Recording
+
+
+def simulate(
+    scenario: PathLike | None = None,
+    *,
+    text: str | None = None,
+    seed: int = 0,
+    out: PathLike | None = None,
+    progress: Progress | None = None,
+) -> Recording:
+    """Makes a recording from a scenario, a file or its text; `host-tests/scenarios/README.md` has its keys.
+
+    Returns:
+        The recording, with `model` (without what is concealed) and `truth` (with it).
+    """
+    if (scenario is None) == (text is None):
+        raise TypeError("simulate takes a scenario's file or its text")
+    written = Folder(None, "scenario.toml")
+    if text is not None:
+        written.path.write_text(text, encoding="utf-8")
+        scenario = written.path
+    folder = Folder(out, "simulated")
+    arguments = ["simulate", os.fspath(scenario), *option("seed", seed), *option("out", folder.path)]
+    said = answered(_native.run(arguments, progress))
+    truth = json.loads(Path(said["truth"]).read_text(encoding="utf-8"))
+    return Recording(folder, truth=truth)
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A recording through the firmware's chain."""
+
+    #: `replay.json`: drift before and after, by segment.
+    result: dict[str, Any]
+    #: Rotation vectors a period of output.
+    compensated: Recording
+
+
+def replay(
+    recording: Recording,
+    model: Model | None = None,
+    *,
+    core: str = "f32",
+    out: PathLike | None = None,
+    output_every: int | None = None,
+    order: int | None = None,
+    adapt_s: float | None = None,
+    progress: Progress | None = None,
+) -> Replay:
+    """Runs a recording through the chain on the host.
+
+    Args:
+        model: what the chain compensates; without it the model beside the recording.
+        core: number system of the chain: f32, fixed or reference.
+        output_every: samples in one output period.
+        order: terms of the acceleration filter, 1 to 4.
+        adapt_s: time in which the dither strip follows the pickoff's gain and delay [s].
+    """
+    folder = Folder(out, "replayed")
+    arguments = ["replay", os.fspath(recording), *option("model", _model(model, recording).file)]
+    arguments += option("core", core) + option("output-every", output_every) + option("order", order)
+    arguments += option("adapt-s", adapt_s) + option("out", folder.path)
+    return Replay(answered(_native.run(arguments, progress)), Recording(folder))
+
+
+class Calibration:
+    """Flexure coefficients, with what was not identifiable."""
+
+    def __init__(self, folder: Folder, result: dict[str, Any]) -> None:
+        self._folder = folder
+        #: `calibration.json`.
+        self.result = result
+        #: One sentence each.
+        self.summary: list[str] = result["summary"]
+        #: The model with the flexure that the recordings fix.
+        self.model = Model((folder.path / "model.toml").read_text(encoding="utf-8"))
+
+    def html(self) -> str:
+        """Returns the report's page."""
+        return (self._folder.path / "report.html").read_text(encoding="utf-8")
+
+    def __repr__(self) -> str:
+        return "\n".join(self.summary)
+
+
+def calibrate(
+    recordings: Recording | Sequence[Recording],
+    model: Model | None = None,
+    *,
+    out: PathLike | None = None,
+    progress: Progress | None = None,
+) -> Calibration:
+    """Calibrates how far the dither suspensions bend, of recordings of one instrument.
+
+    Args:
+        model: what the instrument's compensation already contains; without it the model beside the first recording.
+    """
+    all_of_them = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    folder = Folder(out, "calibrated")
+    arguments = ["calibrate", *(os.fspath(one) for one in all_of_them)]
+    arguments += option("model", _model(model, all_of_them[0]).file) + option("out", folder.path)
+    return Calibration(folder, answered(_native.run(arguments, progress)))
+
+
+def _model(model: Model | None, recording: Recording) -> Model:
+    beside = model or recording.model
+    if beside is None:
+        raise ValueError(f"{recording!r} has no model.toml beside it; give the model")
+    return beside

@@ -1,0 +1,36 @@
+"""What pip reads of the package, and what type checkers do."""
+
+import ast
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import rlg
+from rlg import _native
+
+PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def test_the_stubs_declare_what_the_library_has():
+    stubs = ast.parse((PACKAGE / "python/rlg/_native.pyi").read_text())
+    declared = {node.name: node for node in stubs.body if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+    there = {name: value for name, value in vars(_native).items() if not name.startswith("__")}
+
+    assert set(declared) == set(there)
+    for name, value in there.items():
+        node = declared[name]
+        if isinstance(node, ast.FunctionDef):
+            assert [argument.arg for argument in node.args.args] == list(inspect.signature(value).parameters), name
+    methods = {node.name for node in declared["Diagnosed"].body if isinstance(node, ast.FunctionDef)}
+    assert methods == {name for name in vars(_native.Diagnosed) if not name.startswith("__")}
+    assert (Path(rlg.__file__).parent / "py.typed").is_file()
+
+
+def test_pip_is_told_name_version_and_needs(tmp_path):
+    arguments = [sys.executable, "-m", "maturin", "pep517", "write-dist-info", "--metadata-directory", tmp_path]
+    subprocess.run([*arguments, "--interpreter", sys.executable], cwd=PACKAGE, check=True, capture_output=True)
+    metadata = next(tmp_path.glob("rlg-*.dist-info/METADATA")).read_text()
+
+    assert "\nName: rlg\n" in metadata and "\nRequires-Dist: numpy" in metadata
+    assert "\nRequires-Python: >=3.11\n" in metadata
