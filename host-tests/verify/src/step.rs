@@ -93,6 +93,16 @@ fn whole(given: &Path) -> PathBuf {
     given.canonicalize().unwrap_or_else(|_| given.to_path_buf())
 }
 
+/// The folder of the Python environment that the set-up makes.
+pub fn environment() -> PathBuf {
+    root().join("target").join("verify-tools")
+}
+
+/// A program of that environment.
+pub fn environment_program(name: &str) -> PathBuf {
+    environment().join("bin").join(name)
+}
+
 /// Runs cargo in the workspace.
 pub fn cargo(arguments: &[&str]) -> Result<(), String> {
     run(cargo_command(arguments))
@@ -102,6 +112,7 @@ pub fn cargo(arguments: &[&str]) -> Result<(), String> {
 pub fn cargo_command(arguments: &[&str]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(root()).args(arguments);
+    command.env("RLG_PYTHON", environment_program("python"));
     if let Some(folder) = recordings() {
         command.env(RECORDINGS, folder);
     }
