@@ -6,7 +6,6 @@ use super::answer::Answer;
 use super::chance::detection;
 use super::examine::{Finding, Outcome};
 use super::trial::Family;
-use rlg_older::Engine;
 use rlg_older::declare::CATALOGUE_SIGNIFICANCE;
 
 /// Strength from which on a name is required.
@@ -29,9 +28,6 @@ pub struct Plan {
     pub families: Vec<Family>,
     /// Whether the true kinds were taken out of the tool's catalogue.
     pub leave_one_out: bool,
-    /// Which engine diagnoses.
-    #[serde(default)]
-    pub engine: Engine,
 }
 
 /// One trial: what was concealed, and what was diagnosed.

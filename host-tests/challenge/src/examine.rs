@@ -15,7 +15,7 @@ use super::scene::Scene;
 use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry};
 use rlg_model::Model;
 use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
-use rlg_older::{Engine, Settings, diagnose_under};
+use rlg_older::{Settings, diagnose_under};
 use rlg_recording::error::InputError;
 use rlg_recording::{Channel, Quantity, Recording};
 use rlg_simulator::instrument::normal;
@@ -192,21 +192,19 @@ pub fn examine(
     answer: &Answer,
     scene: &Scene,
     products: &PredictionProducts,
-    engine: Engine,
     leave_one_out: bool,
 ) -> Result<Outcome, InputError> {
-    let said = diagnose_trial(answer, scene, engine, leave_one_out)?;
+    let said = diagnose_trial(answer, scene, leave_one_out)?;
     let mut outcome = outcome_of(answer.trial, &said);
     outcome.leaves = leaves(answer, &outcome, products);
     Ok(outcome)
 }
 
-/// Simulates the recording of a trial and diagnoses it by `engine`. With `leave_one_out` the diagnosis does not know the
+/// Simulates the recording of a trial and diagnoses it. With `leave_one_out` the diagnosis does not know the
 /// concealed kinds.
 pub fn diagnose_trial(
     answer: &Answer,
     scene: &Scene,
-    engine: Engine,
     leave_one_out: bool,
 ) -> Result<Diagnosis, InputError> {
     let (recording, model) = record(answer, scene)?;
@@ -222,7 +220,7 @@ pub fn diagnose_trial(
     let file = Path::new("model.toml");
     let settings = Settings {
         left_out: &without,
-        ..Settings::by(engine)
+        ..Settings::default()
     };
     let outcome = diagnose_under(&settings, &recording, &model, file, &|_| {})?;
     Ok(outcome.diagnosis)

@@ -18,7 +18,7 @@ use super::examine::{Finding, outcome_of};
 use rlg_findings::result::Diagnosis;
 use rlg_findings::sentences::combination;
 use rlg_model::Model;
-use rlg_older::{Engine, Settings, diagnose_under};
+use rlg_older::{Settings, diagnose_under};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 
@@ -105,9 +105,9 @@ impl Pair {
         (name.to_string_lossy().into_owned(), sha256(&self.bytes))
     }
 
-    /// Diagnoses by `engine` and scores. With `leave_one_out` the concealed kinds are taken out of the catalogue first,
+    /// Diagnoses and scores. With `leave_one_out` the concealed kinds are taken out of the catalogue first,
     /// for which the truth has to be opened.
-    pub fn score(&self, engine: Engine, leave_one_out: bool) -> Result<Given, InputError> {
+    pub fn score(&self, leave_one_out: bool) -> Result<Given, InputError> {
         let file = self.recording.join(MODEL);
         let (model, _) = Model::read_with_warnings(&file)?;
         let recording = Recording::read(&self.recording)?;
@@ -123,7 +123,7 @@ impl Pair {
         let kinds: Vec<&str> = left_out.iter().map(String::as_str).collect();
         let settings = Settings {
             left_out: &kinds,
-            ..Settings::by(engine)
+            ..Settings::default()
         };
         let said = diagnose_under(&settings, &recording, &model, &file, &|_| {})?.diagnosis;
         Ok(given(&self.commitment().1, &said, &self.open()?, left_out))

@@ -47,7 +47,6 @@ use examine::{Outcome, diagnose_trial, examine, record};
 use predict::{PredictionProducts, ScenePredictions};
 use rlg_findings::result::Diagnosis;
 use rlg_model::Model;
-use rlg_older::Engine;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use scene::Scene;
@@ -83,7 +82,6 @@ pub struct Prepared {
     /// Each as the line that is hashed.
     pub lines: Vec<(u64, String)>,
     scenes: BTreeMap<usize, (Scene, PredictionProducts)>,
-    engine: Engine,
     leave_one_out: bool,
 }
 
@@ -128,7 +126,6 @@ pub fn prepare(
         answers,
         lines,
         scenes,
-        engine: plan.engine,
         leave_one_out: plan.leave_one_out,
     })
 }
@@ -140,15 +137,14 @@ impl Prepared {
         Some(record(answer, &self.scenes[&answer.scene].0))
     }
 
-    /// Diagnoses every trial by the plan's engine, as lines of JSON in the order of the trials. `progress` is called after each.
+    /// Diagnoses every trial, as lines of JSON in the order of the trials. `progress` is called after each.
     pub fn examine(&self, progress: &(dyn Fn() + Sync)) -> Result<Vec<String>, InputError> {
         self.answers
             .par_iter()
             .map(|answer| {
                 let (scene, products) = &self.scenes[&answer.scene];
                 // A recording that the tool cannot stand is a result, and the others go on.
-                let (engine, leave_one_out) = (self.engine, self.leave_one_out);
-                let outcome = caught(|| examine(answer, scene, products, engine, leave_one_out))
+                let outcome = caught(|| examine(answer, scene, products, self.leave_one_out))
                     .unwrap_or_else(|reason| without_verdict(answer, reason));
                 progress();
                 serde_json::to_string(&outcome).map_err(no_json)
@@ -156,25 +152,19 @@ impl Prepared {
             .collect()
     }
 
-    /// Diagnoses every trial by each of its `engines` on all threads and maps each result, in the order of the trials.
-    /// `map` gets the answer, the engine, the diagnosis or the reason why there is none, and the wall-clock time of
-    /// simulation and diagnosis \[s\].
+    /// Diagnoses every trial on all threads and maps each result, in the order of the trials. `map` gets the answer, the
+    /// diagnosis or the reason why there is none, and the wall-clock time of simulation and diagnosis \[s\].
     pub fn diagnose_each<T: Send>(
         &self,
-        engines: impl Fn(u64) -> Vec<Engine>,
-        map: impl Fn(&Answer, Engine, Result<Diagnosis, String>, f64) -> T + Sync,
+        map: impl Fn(&Answer, Result<Diagnosis, String>, f64) -> T + Sync,
     ) -> Vec<T> {
-        let mut all: Vec<(&Answer, Engine)> = Vec::new();
-        for answer in &self.answers {
-            let engines = engines(answer.trial).into_iter();
-            all.extend(engines.map(|engine| (answer, engine)));
-        }
-        all.into_par_iter()
-            .map(|(answer, engine)| {
+        self.answers
+            .par_iter()
+            .map(|answer| {
                 let (scene, _) = &self.scenes[&answer.scene];
                 let begun = Instant::now();
-                let said = caught(|| diagnose_trial(answer, scene, engine, self.leave_one_out));
-                map(answer, engine, said, begun.elapsed().as_secs_f64())
+                let said = caught(|| diagnose_trial(answer, scene, self.leave_one_out));
+                map(answer, said, begun.elapsed().as_secs_f64())
             })
             .collect()
     }

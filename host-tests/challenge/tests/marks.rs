@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use rlg_challenge::marks::courses;
-use rlg_challenge::marks::engine::{DiagnosisSummary, EngineName, Estimate, FoundEffect};
 use rlg_challenge::marks::family::Family;
 use rlg_challenge::marks::judge::{Score, judge};
 use rlg_challenge::marks::motion::{Derivative, Motion};
@@ -15,6 +14,7 @@ use rlg_challenge::marks::run::{Outcome, Plan, prepare};
 use rlg_challenge::marks::setting::{Limits, MOTIONS, Setting};
 use rlg_challenge::marks::table::{Status, score};
 use rlg_challenge::marks::trial::{Rows, Source, Trial};
+use rlg_challenge::marks::under_test::{DiagnosisSummary, Estimate, FoundEffect};
 use rlg_recording::Quantity;
 use serde_json::json;
 
@@ -245,7 +245,6 @@ fn two_effects_are_never_two_names_of_one() {
 fn a_trial_alone_is_the_trial_of_a_run() {
     let mut plan = Plan::new(4, 5, &[Family::Basic, Family::Null]);
     plan.most_rows = 5000.0;
-    plan.engine = EngineName::None;
     let whole = prepare(&plan, &|| {}).expect("drawn");
     assert_eq!(whole.trials.len(), 5);
     let number = whole.trials[3].number;

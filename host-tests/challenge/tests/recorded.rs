@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use rlg_challenge::marks::engine::{DiagnosisSummary, Estimate, FoundEffect};
 use rlg_challenge::marks::family::Family;
 use rlg_challenge::marks::judge::{Judgement, Score, judge};
 use rlg_challenge::marks::record::{Answer, Declares, record};
 use rlg_challenge::marks::run::Outcome;
 use rlg_challenge::marks::setting::Limits;
 use rlg_challenge::marks::trial::{Source, Trial};
+use rlg_challenge::marks::under_test::{DiagnosisSummary, Estimate, FoundEffect};
 use rlg_challenge::recorded::base::{Base, Stamp};
 use rlg_challenge::recorded::planted::{COUNT, Planted};
 use rlg_recording::{Clock, Quantity, Recording};

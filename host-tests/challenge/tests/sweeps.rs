@@ -12,14 +12,15 @@ use rlg_challenge::attitude::trial::Attitudes;
 use rlg_challenge::attitude::{low_pass, record};
 use rlg_challenge::marks::case::Case;
 use rlg_challenge::marks::effects::Effect;
-use rlg_challenge::marks::engine::{EngineName, engine};
 use rlg_challenge::marks::family::Family;
 use rlg_challenge::marks::motion::{Motion, Term};
 use rlg_challenge::marks::run::{Plan, prepare};
 use rlg_challenge::marks::setting::Limits;
 use rlg_challenge::marks::table::{Scores, score};
+use rlg_challenge::marks::under_test::UnderTest;
 use rlg_challenge::rest;
 use rlg_challenge::rest::trial::Still;
+use rlg_diagnosis::AnalysisPlan;
 use rlg_recording::{Clock, Quantity, Recording};
 
 fn generator(seed: u64) -> ChaCha8Rng {
@@ -315,9 +316,9 @@ fn scores(family: Family, planted: &str, trials: u64) -> Scores {
     plan.planted = vec![planted.to_owned()];
     plan.most_rows = 6000.0;
     let prepared = prepare(&plan, &|| {}).expect("drawn");
-    let engine = engine(EngineName::Both, true);
+    let under_test = UnderTest::new(AnalysisPlan::default(), true);
     let told = (plan.seed, plan.declares);
-    let done = prepared.diagnose(told, engine.as_deref(), None, &|| {});
+    let done = prepared.diagnose(told, Some(&under_test), None, &|| {});
     let outcomes: Vec<_> = done
         .expect("recorded")
         .into_iter()

@@ -107,7 +107,7 @@ impl Default for LinePlan {
 
 /// All thresholds of this engine.
 ///
-/// `rlg challenge --marks --engine new` shows what they give on seeds that they were not chosen on, and with `--vary` what other
+/// `rlg challenge --marks` shows what they give on seeds that they were not chosen on, and with `--vary` what other
 /// values of one of them would.
 #[derive(Debug, Clone, Copy)]
 pub struct AnalysisPlan {

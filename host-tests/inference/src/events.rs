@@ -241,7 +241,8 @@ fn window(from_row: &[f64], basis: &NoiseBasis, powers: &[f64]) -> Option<Event>
     let lengths: Vec<usize> = lengths.take_while(|length| 2 * length <= rows).collect();
     let strongest = lengths.par_iter().filter_map(|&length| {
         let information = of_length(length);
-        let places = (inner.start..inner.end.saturating_sub(length)).step_by((length / PLACES).max(1));
+        let places =
+            (inner.start..inner.end.saturating_sub(length)).step_by((length / PLACES).max(1));
         places
             .map(|row| (row, length, size(row, length, information)))
             .max_by(larger)
@@ -251,7 +252,8 @@ fn window(from_row: &[f64], basis: &NoiseBasis, powers: &[f64]) -> Option<Event>
     for edge in [0, 1, 0, 1] {
         let reach = (length / PLACES).max(1);
         let (start, end) = (row, row + length);
-        let near = |at: usize| at.saturating_sub(reach).max(inner.start)..=(at + reach).min(inner.end);
+        let near =
+            |at: usize| at.saturating_sub(reach).max(inner.start)..=(at + reach).min(inner.end);
         let places = if edge == 0 { near(start) } else { near(end) };
         let moved = places.filter_map(|at| {
             let (start, end) = if edge == 0 { (at, end) } else { (start, at) };

@@ -130,7 +130,7 @@ mod at_rest;
 mod attitudes;
 
 pub use declared::{declared_noise, own_noise, reference_noise};
-pub use settings::{Engine, Settings};
+pub use settings::Settings;
 
 pub use rlg_attitude::serves as is_slow;
 pub use rlg_diagnosis::{Outcome, lattice, locate, pictures, portion, regressor, split, validate};
@@ -238,12 +238,7 @@ fn diagnose_in_order(
     (model, model_file): (&Model, &Path),
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
-    let Settings {
-        engine,
-        left_out,
-        seed,
-        ..
-    } = *settings;
+    let Settings { left_out, seed, .. } = *settings;
     if rlg_diagnosis::at_rest::serves(&streams, model) {
         let mut still = streams;
         let found = at_rest::diagnose(settings, &mut still, (model, model_file), progress)?;
@@ -259,7 +254,7 @@ fn diagnose_in_order(
         let streams = vec![streams];
         diagnose_aligned(left_out, streams, None, model, model_file, seed, progress)
     };
-    if engine == Engine::Old || !rlg_diagnosis::serves(&streams, model) {
+    if !rlg_diagnosis::serves(&streams, model) {
         return old(streams);
     }
     let mut qualified = streams;
@@ -279,9 +274,6 @@ fn diagnose_in_order(
     found.diagnosis.summary.extend(lines);
     if let Err(reason) = &qualified.accelerometers {
         accelerometer::add(Err(reason.clone()), &mut found);
-        return Ok(found);
-    }
-    if engine == Engine::New {
         return Ok(found);
     }
     progress("the older stages");

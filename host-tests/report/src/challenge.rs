@@ -29,7 +29,6 @@ pub fn page(scores: &Scores, json: &str) -> String {
         .filter(|mark| mark.met.is_some())
         .collect();
     let met = judged.iter().filter(|mark| mark.met == Some(true)).count();
-    let engine = scores.plan.engine.name();
     let main = html! {
         header {
             p.kicker { "What does the mismatch tool find when nobody tells it?" }
@@ -39,7 +38,6 @@ pub fn page(scores: &Scores, json: &str) -> String {
                 (scores.scored) " trials. What each conceals was drawn by the seed, simulated, hashed and committed to "
                 "before it was diagnosed; afterwards the answers were revealed."
             }
-            p.note { "Diagnosed by the engine " code { (engine) } "." }
             @if scores.plan.leave_one_out {
                 p.caution { "The concealed kind was taken out of the tool's catalogue in every trial." }
             }
@@ -87,7 +85,7 @@ pub fn page(scores: &Scores, json: &str) -> String {
                         }
                     } }
                 } }
-                p.note { "rlg challenge --seed " (scores.plan.seed) " --trials " (scores.plan.trials) " --engine " (engine) " --trial N --out DIR" }
+                p.note { "rlg challenge --seed " (scores.plan.seed) " --trials " (scores.plan.trials) " --trial N --out DIR" }
             }
         }
         section.data { details { summary { "All numbers (challenge.json)" } pre { (json) } } }

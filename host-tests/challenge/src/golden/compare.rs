@@ -16,7 +16,7 @@ pub struct Comparison {
     pub not_made: usize,
     /// Whether hashes were left out, because the tables were made with different arithmetic.
     pub hashes_left_out: bool,
-    /// Rows made now that the reviewed table does not have, each with its engine.
+    /// Rows made now that the reviewed table does not have.
     pub not_reviewed: Vec<String>,
     /// Rows that differ.
     pub rows: Vec<RowDifference>,
@@ -27,8 +27,6 @@ pub struct Comparison {
 pub struct RowDifference {
     /// Its name.
     pub name: String,
-    /// The engine that made it.
-    pub engine: String,
     /// Fields that differ.
     pub fields: Vec<FieldDifference>,
 }
@@ -57,7 +55,7 @@ impl Comparison {
             lines.push(format!("{name}: not in the reviewed table"));
         }
         for row in &self.rows {
-            lines.push(format!("{} ({}):", row.name, row.engine));
+            lines.push(format!("{}:", row.name));
             for field in &row.fields {
                 lines.push(format!("  {}", field.column));
                 lines.push(format!("    - {}", field.reviewed));
@@ -68,19 +66,17 @@ impl Comparison {
     }
 }
 
-/// Compares the rows of `made` with the reviewed rows of the same names and engines.
+/// Compares the rows of `made` with the reviewed rows of the same names.
 pub fn compare(reviewed: &Table, made: &Table) -> Comparison {
-    let by_key: BTreeMap<[&str; 2], &Row> =
-        reviewed.rows.iter().map(|row| (row.key(), row)).collect();
+    let by_name: BTreeMap<&str, &Row> = reviewed.rows.iter().map(|row| (row.name(), row)).collect();
     let same_arithmetic = reviewed.header.arithmetic == made.header.arithmetic;
     let mut comparison = Comparison {
         hashes_left_out: !same_arithmetic,
         ..Comparison::default()
     };
     for row in &made.rows {
-        let [name, engine] = row.key();
-        let Some(old) = by_key.get(&row.key()) else {
-            comparison.not_reviewed.push(format!("{name} ({engine})"));
+        let Some(old) = by_name.get(row.name()) else {
+            comparison.not_reviewed.push(row.name().to_owned());
             continue;
         };
         comparison.compared += 1;
@@ -95,8 +91,7 @@ pub fn compare(reviewed: &Table, made: &Table) -> Comparison {
             .collect();
         if !fields.is_empty() {
             comparison.rows.push(RowDifference {
-                name: name.to_owned(),
-                engine: engine.to_owned(),
+                name: row.name().to_owned(),
                 fields,
             });
         }

@@ -1,4 +1,4 @@
-//! The golden table: what the diagnosis says of fixed recordings, one row an engine, to be compared after a change.
+//! The golden table: what the diagnosis says of fixed recordings, one row each, to be compared after a change.
 //!
 //! One direction: `estimate` (a value and its σ as text) → `row` (one diagnosis as cells) → `table` (rows and a header
 //! as text) → `compare` (two tables, field by field) → `make` (rows from trials and from recordings).

@@ -8,14 +8,11 @@ use super::estimate::{estimate, probability};
 use crate::answer::Answer;
 use crate::commit::sha256;
 use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry, UNLISTED};
-use rlg_older::Engine;
 use rlg_recording::error::InputError;
 
 /// Columns of the table, in their order.
 ///
 /// - `name`: `trial-0017`, or the recording's name.
-/// - `engine`: the engine that was asked to diagnose, `old`, `new` or `both`. Where the new one does not serve a
-///   recording, its row too is by the older stages.
 /// - `family`, `setting`, `concealed`: what the simulator put into the trial, with its matched-filter SNR `rho`;
 ///   `recording`, `-`, `-` of a recording that is not simulated here.
 /// - `verdict`: the diagnosis' verdict, or why there is none.
@@ -25,9 +22,8 @@ use rlg_recording::error::InputError;
 /// - `log_evidence`: the logarithm of the evidence gained by each.
 /// - `p`: the probability of each under noise alone, trials counted.
 /// - `sha256`: see [`diagnosis_sha256`].
-pub const COLUMNS: [&str; 12] = [
+pub const COLUMNS: [&str; 11] = [
     "name",
-    "engine",
     "family",
     "setting",
     "concealed",
@@ -58,11 +54,7 @@ pub struct Row {
 
 impl Row {
     /// Makes the row of a simulated trial. `said` is the diagnosis, or the reason why there is none.
-    pub fn of_trial(
-        answer: &Answer,
-        engine: Engine,
-        said: Result<&Diagnosis, &str>,
-    ) -> Result<Self, InputError> {
+    pub fn of_trial(answer: &Answer, said: Result<&Diagnosis, &str>) -> Result<Self, InputError> {
         let concealed: Vec<String> = answer
             .effects
             .iter()
@@ -73,22 +65,17 @@ impl Row {
             word(&answer.setting)?,
             joined(&concealed),
         ];
-        Self::new(&trial_name(answer.trial), engine, origin, said)
+        Self::new(&trial_name(answer.trial), origin, said)
     }
 
     /// Makes the row of a recording. `said` is the diagnosis, or the reason why there is none.
-    pub fn of_recording(
-        name: &str,
-        engine: Engine,
-        said: Result<&Diagnosis, &str>,
-    ) -> Result<Self, InputError> {
+    pub fn of_recording(name: &str, said: Result<&Diagnosis, &str>) -> Result<Self, InputError> {
         let origin = ["recording", NONE, NONE].map(str::to_owned);
-        Self::new(name, engine, origin, said)
+        Self::new(name, origin, said)
     }
 
     fn new(
         name: &str,
-        engine: Engine,
         origin: [String; 3],
         said: Result<&Diagnosis, &str>,
     ) -> Result<Self, InputError> {
@@ -104,7 +91,6 @@ impl Row {
         let [verdict, effects, expressions, values, evidence, p, hash] = findings;
         let cells = [
             name.to_owned(),
-            engine.name().to_owned(),
             family,
             setting,
             concealed,
@@ -124,16 +110,6 @@ impl Row {
     /// Its name.
     pub fn name(&self) -> &str {
         &self.cells[0]
-    }
-
-    /// The engine that was asked; `None` where the cell names none.
-    pub fn engine(&self) -> Option<Engine> {
-        serde_json::from_value(Value::String(self.cells[1].clone())).ok()
-    }
-
-    /// What no two rows of a table share: name and engine.
-    pub fn key(&self) -> [&str; 2] {
-        [&self.cells[0], &self.cells[1]]
     }
 }
 

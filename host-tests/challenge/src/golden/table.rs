@@ -1,16 +1,15 @@
 //! The golden table as text: comment lines with the header, the names of the columns, then a row a line.
 //!
-//! Cells are separated by tabs, rows are sorted by name, and those of one name by engine. The text holds no date, path, version or duration: the same
-//! program gives the same bytes.
+//! Cells are separated by tabs, rows are sorted by name. The text holds no date, path, version or
+//! duration: the same program gives the same bytes.
 
 use std::path::Path;
 
 use super::row::{COLUMNS, Row};
-use rlg_older::Engine;
 use rlg_recording::error::InputError;
 
 /// Version of the table's form.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 
 /// Begins the header line.
 const TITLE: &str = "# golden table";
@@ -83,21 +82,15 @@ fn arithmetic() -> String {
 pub struct Table {
     /// What they were made from.
     pub header: Header,
-    /// Sorted by name and engine.
+    /// Sorted by name.
     pub rows: Vec<Row>,
 }
 
 impl Table {
     /// Sorts rows into a table.
     pub fn new(header: Header, mut rows: Vec<Row>) -> Self {
-        rows.sort_by(|one, other| one.key().cmp(&other.key()));
+        rows.sort_by(|one, other| one.name().cmp(other.name()));
         Self { header, rows }
-    }
-
-    /// Engines that made the rows of one name.
-    pub fn engines_of(&self, name: &str) -> Vec<Engine> {
-        let rows = self.rows.iter().filter(|row| row.name() == name);
-        rows.filter_map(Row::engine).collect()
     }
 
     /// The table as text.
@@ -138,14 +131,7 @@ impl Table {
                     .value(format!("{found} cells"))
                     .expected(COLUMNS.len().to_string()));
             };
-            let row = Row { cells };
-            if row.engine().is_none() {
-                return Err(InputError::new(file, "names no engine")
-                    .row(number as u64)
-                    .value(row.key().join(", "))
-                    .expected("old, new or both"));
-            }
-            rows.push(row);
+            rows.push(Row { cells });
         }
         Ok(Self::new(header, rows))
     }

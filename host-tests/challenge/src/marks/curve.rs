@@ -4,10 +4,10 @@ use rlg_diagnosis::AnalysisPlan;
 use rlg_recording::error::InputError;
 use serde::Serialize;
 
-use super::engine::{EngineName, under};
 use super::groups::Counts;
 use super::run::{Outcome, Plan, Prepared};
 use super::table::{Scores, score};
+use super::under_test::UnderTest;
 
 /// Factors that a number is taken times.
 pub const FACTORS: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
@@ -39,10 +39,10 @@ pub fn curve(
         let (varied, value) = AnalysisPlan::default()
             .scaled(name, factor)
             .ok_or_else(|| InputError::new("--vary", "is no number of the plan").value(name))?;
-        let engine = under(EngineName::New, varied, false);
+        let under_test = UnderTest::new(varied, false);
         let done = prepared.diagnose(
             (plan.seed, plan.declares),
-            engine.as_deref(),
+            Some(&under_test),
             None,
             progress,
         )?;

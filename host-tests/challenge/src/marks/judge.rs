@@ -7,11 +7,11 @@
 use serde::Serialize;
 use serde_json::Value;
 
-use super::engine::{DiagnosisSummary, FoundEffect};
 use super::family::Family;
 use super::kinds::largest;
 use super::record::{Answer, Concealed};
 use super::run::Outcome;
+use super::under_test::{DiagnosisSummary, FoundEffect};
 
 /// Kinds that raise the noise and predict nothing.
 const NOISE_KINDS: [&str; 2] = ["angle_random_walk", "pulse_quantisation"];

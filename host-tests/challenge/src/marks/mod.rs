@@ -1,8 +1,8 @@
-//! Marks of ordinary recordings: beside references of rate or attitude, and at rest, any engine.
+//! Marks of ordinary recordings: beside references of rate or attitude, and at rest.
 //!
 //! settings (`setting`, `grade`) → motions (`motion`, `courses`) → surroundings (`case`) → effects (`effects`, `kinds`) →
 //! noise (`noise`) → trials (`family`, `trial`, `dithered`; beside attitudes and at rest in folders of their own) →
-//! recordings and truths (`instruments`, `record`) → commitments and diagnoses (`run`, `engine`) → judgements (`judge`) →
+//! recordings and truths (`instruments`, `record`) → commitments and diagnoses (`run`, `under_test`) → judgements (`judge`) →
 //! the tables (`groups`, `by_effect`, `table`), or what other numbers of the analysis plan would give (`curve`)
 //!
 //! Everything is drawn from one seed; a trial's number fixes its family and its stream, so `seed:number` repeats it
@@ -14,7 +14,6 @@ pub mod courses;
 pub mod curve;
 pub mod dithered;
 pub mod effects;
-pub mod engine;
 pub mod family;
 pub mod grade;
 pub mod groups;
@@ -28,3 +27,4 @@ pub mod run;
 pub mod setting;
 pub mod table;
 pub mod trial;
+pub mod under_test;

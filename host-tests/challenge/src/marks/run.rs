@@ -12,11 +12,11 @@ use rlg_recording::error::InputError;
 use rlg_recording::output::write_file;
 use serde::{Deserialize, Serialize};
 
-use super::engine::{DiagnosisSummary, Engine, EngineName};
 use super::family::{CYCLE, Family};
 use super::record::{Answer, Declares, record};
 use super::setting::Limits;
 use super::trial::Trial;
+use super::under_test::{DiagnosisSummary, UnderTest};
 use crate::given::MODEL;
 use crate::recorded::base::Base;
 use crate::{attitude, recorded, rest};
@@ -36,8 +36,6 @@ pub struct Plan {
     /// Recording that trials are made of, where the family needs one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recording: Option<PathBuf>,
-    /// Which engine diagnoses.
-    pub engine: EngineName,
     /// One trial alone.
     pub only: Option<u64>,
     /// The declared noise of the reference is wrong by at most this factor.
@@ -64,7 +62,6 @@ impl Plan {
             },
             planted: Vec::new(),
             recording: None,
-            engine: EngineName::Both,
             only: None,
             declared_within: 1.5,
             declares: Declares::AsDrawn,
@@ -178,11 +175,11 @@ pub fn prepare(plan: &Plan, progress: &(dyn Fn() + Sync)) -> Result<Prepared, In
 }
 
 impl Prepared {
-    /// Diagnoses every trial. Recordings are kept under `keep`, where it is given; `progress` is told of each trial.
+    /// Diagnoses every trial by what is under test, or makes the recordings alone. They are kept under `keep`, where it is given; `progress` is told of each trial.
     pub fn diagnose(
         &self,
         (seed, declares): (u64, Declares),
-        engine: Option<&dyn Engine>,
+        under_test: Option<&UnderTest>,
         keep: Option<&Path>,
         progress: &(dyn Fn() + Sync),
     ) -> Result<Vec<(Outcome, Cost)>, InputError> {
@@ -195,7 +192,7 @@ impl Prepared {
                     let name = format!("trial-{seed}-{:06}", trial.number);
                     keep_trial(&folder.join(name), &recording, &model, line)?;
                 }
-                let done = diagnose(trial.number, engine, &recording, &model);
+                let done = diagnose(trial.number, under_test, &recording, &model);
                 progress();
                 Ok(done)
             })
@@ -205,14 +202,14 @@ impl Prepared {
 
 fn diagnose(
     trial: u64,
-    engine: Option<&dyn Engine>,
+    under_test: Option<&UnderTest>,
     recording: &Recording,
     model: &Model,
 ) -> (Outcome, Cost) {
     let begun = Instant::now();
     // A recording that the tool cannot stand is a result, and the others go on.
-    let said = engine.map(|engine| {
-        catch_unwind(AssertUnwindSafe(|| engine.diagnose(recording, model)))
+    let said = under_test.map(|under_test| {
+        catch_unwind(AssertUnwindSafe(|| under_test.diagnose(recording, model)))
             .unwrap_or_else(|_| Err("panicked".to_owned()))
     });
     let cost = Cost {

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use rlg_findings::result::{Diagnosis, ParameterEntry};
 use rlg_model::catalogue::SIX;
 use rlg_model::{EffectValue, Model, ModelEffect};
-use rlg_older::{Engine, Settings, diagnose_under};
+use rlg_older::{Settings, diagnose_under};
 use rlg_recording::error::InputError;
 use rlg_recording::{Clock, Quantity, Recording, Table};
 use serde_json::{Map, Value};
@@ -77,7 +77,7 @@ impl Base {
         let force_m_s2 =
             of(&Quantity::SpecificForce).unwrap_or_else(|| vec![Vector3::zeros(); table.rows]);
         let stamps = stamps(&recording).ok_or_else(|| unusable("has no attitudes"))?;
-        let settings = Settings::by(Engine::Both);
+        let settings = Settings::default();
         let outcome = diagnose_under(&settings, &recording, &model, &model_file, &|_| {})?;
         let aligned = Aligned::of(&outcome.model, &stamps);
         let bias_rad = aligned.bias_rad_s * period_s;

@@ -11,11 +11,9 @@ use crate::challenge::answer::Answer;
 use crate::challenge::commit::{ANSWERS, COMMITMENTS, OUTCOMES, check, commitments};
 use crate::challenge::examine::Outcome;
 use crate::challenge::given::{MODEL, Pair};
-use crate::challenge::marks::engine::EngineName;
 use crate::challenge::score::{Scores, score};
 use crate::challenge::trial::{Family, MIX};
 use crate::challenge::{Plan, Share, lines_of, prepare};
-use crate::diagnose::Engine;
 use crate::error::InputError;
 use crate::output::OutputFolder;
 use crate::recording::Recording;
@@ -42,13 +40,12 @@ const RECORDING: &str = "recording";
 /// order or on several machines, then --merge with the four folders.
 ///
 /// With --golden it scores nothing: it writes what the diagnosis says of the trials and of the shared recordings as a
-/// table, a row each (engine, verdict, kinds, expressions, values ± σ, log evidence, p, SHA-256 of diagnosis.json without
-/// its version). Rows of other engines stay in the table, beside the new ones. With --compare it makes each row again
-/// with the row's own engine and prints every field that differs.
+/// table, a row each (verdict, kinds, expressions, values ± σ, log evidence, p, SHA-256 of diagnosis.json without its
+/// version). With --compare it makes each row again and prints every field that differs.
 #[derive(Debug, Args)]
 #[command(
     name = "challenge",
-    after_help = "Examples:\n  rlg challenge --out out/challenge --trials 200\n  rlg challenge --out out/one --trials 200 --trial 17\n  rlg challenge --out out/new --trials 200 --engine new\n  rlg challenge --out out/s3 --trials 2000 --shard 3/8\n  rlg challenge --out out/all --merge out/s0 out/s1 out/s2\n  rlg challenge --check out/all\n  rlg challenge --recording R/bench-17 --truth truth/bench-17.json --out out/bench-17\n  rlg challenge --marks --trials 600 --family null drift --out out/nulls\n  rlg challenge --marks --family attitude --trials 340 --out out/attitudes\n  rlg challenge --marks --family rest --planted none,line --trials 50 --out out/rest\n  rlg challenge --marks --family recorded --recording R/stick --planted none --trials 200 --out out/nulls\n  rlg challenge --marks --trial 17 --keep out/kept --out out/one\n  rlg challenge --marks --vary naming --trials 200 --seed 7 --out out/curve\n  rlg challenge --golden golden.tsv --trials 100 --recordings R\n  rlg challenge --golden golden.tsv --trials 100 --rows 0..40 --engine new\n  rlg challenge --golden golden.tsv --compare --rows 0..20"
+    after_help = "Examples:\n  rlg challenge --out out/challenge --trials 200\n  rlg challenge --out out/one --trials 200 --trial 17\n  rlg challenge --out out/s3 --trials 2000 --shard 3/8\n  rlg challenge --out out/all --merge out/s0 out/s1 out/s2\n  rlg challenge --check out/all\n  rlg challenge --recording R/bench-17 --truth truth/bench-17.json --out out/bench-17\n  rlg challenge --marks --trials 600 --family null drift --out out/nulls\n  rlg challenge --marks --family attitude --trials 340 --out out/attitudes\n  rlg challenge --marks --family rest --planted none,line --trials 50 --out out/rest\n  rlg challenge --marks --family recorded --recording R/stick --planted none --trials 200 --out out/nulls\n  rlg challenge --marks --trial 17 --keep out/kept --out out/one\n  rlg challenge --marks --vary naming --trials 200 --seed 7 --out out/curve\n  rlg challenge --golden golden.tsv --trials 100 --recordings R\n  rlg challenge --golden golden.tsv --trials 100 --rows 0..40\n  rlg challenge --golden golden.tsv --compare --rows 0..20"
 )]
 pub struct ChallengeCommand {
     /// Folder for the results
@@ -86,9 +83,6 @@ pub struct ChallengeCommand {
     /// Only check a folder's answers against its commitments
     #[arg(long, value_name = "DIR", conflicts_with = "merge")]
     check: Option<PathBuf>,
-    /// Engine that diagnoses [default: both]; with --compare, only rows of this engine [default: all]
-    #[arg(long, value_enum, conflicts_with_all = ["merge", "check"])]
-    engine: Option<EngineName>,
     /// Threads to use; results are the same for any number [default: all]
     #[arg(long)]
     threads: Option<std::num::NonZeroUsize>,
@@ -109,15 +103,6 @@ fn shard(text: &str) -> Result<(u64, u64), String> {
     }
 }
 
-/// The diagnosis' engine of a name.
-fn diagnosing(name: EngineName) -> Result<Engine, InputError> {
-    name.of_diagnosis().ok_or_else(|| {
-        InputError::new("--engine", "diagnoses nothing, which serves only --marks")
-            .value("none")
-            .expected("old, new or both")
-    })
-}
-
 impl ChallengeCommand {
     /// Runs, merges or checks.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
@@ -127,13 +112,12 @@ impl ChallengeCommand {
             return Ok(());
         }
         if let Some(file) = &self.golden.golden {
-            let engine = self.engine.map(diagnosing).transpose()?;
             let trials = Trials {
                 seed: self.seed,
                 count: self.trials,
                 share: self.share(),
             };
-            return self.on_threads(|| self.golden.run(file, trials, engine, terminal));
+            return self.on_threads(|| self.golden.run(file, trials, terminal));
         }
         // clap asks for it unless --check or --golden is there
         let out = self.out.as_deref().unwrap_or(Path::new(""));
@@ -146,7 +130,6 @@ impl ChallengeCommand {
                 out,
                 seed: self.seed,
                 trials: self.trials,
-                engine: self.engine.unwrap_or(EngineName::Both),
                 only: self.trial,
             };
             return self.on_threads(|| self.ordinary.run(common, terminal));
@@ -161,11 +144,6 @@ impl ChallengeCommand {
         say(&scores, terminal);
         terminal.say(format!("To read: {}", out.join(PAGE).display()));
         terminal.result(&scores)
-    }
-
-    /// The engine that diagnoses.
-    fn engine(&self) -> Result<Engine, InputError> {
-        self.engine.map_or(Ok(Engine::default()), diagnosing)
     }
 
     /// The trials that are run here.
@@ -205,7 +183,6 @@ impl ChallengeCommand {
                 .value(self.truth.len())
                 .expected(format!("{}, one a --recording", self.recording.len())));
         }
-        let engine = self.engine()?;
         let pairs = self.recording.iter().zip(&self.truth);
         let pairs: Vec<Pair> = pairs
             .map(|(recording, truth)| Pair::new(recording, truth))
@@ -221,7 +198,7 @@ impl ChallengeCommand {
         let bar = terminal.bar(pairs.len() as u64, "diagnosing");
         let mut scores = Vec::new();
         for pair in &pairs {
-            scores.push(pair.score(engine, self.leave_one_out)?);
+            scores.push(pair.score(self.leave_one_out)?);
             bar.inc(1);
         }
         bar.finish_and_clear();
@@ -270,7 +247,6 @@ impl ChallengeCommand {
                 self.families.clone()
             },
             leave_one_out: self.leave_one_out,
-            engine: self.engine()?,
         };
         let share = self.share();
         if let Share::One(one) = share
@@ -388,7 +364,7 @@ fn merge(folders: &[PathBuf], out: &Path) -> Result<Scores, InputError> {
             return Err(
                 InputError::new(folder.join(SCORES), "belongs to another challenge")
                     .channel("plan")
-                    .expected("the seed, trials, families and engine of the first folder"),
+                    .expected("the seed, trials and families of the first folder"),
             );
         }
         plan = Some(its);

@@ -1,4 +1,4 @@
-//! `rlg challenge --marks`: ordinary recordings, any engine, and the table of marks.
+//! `rlg challenge --marks`: ordinary recordings, and the table of marks.
 
 use std::path::{Path, PathBuf};
 
@@ -7,16 +7,17 @@ use serde_json::json;
 
 use crate::challenge::commit::{ANSWERS, COMMITMENTS, OUTCOMES, commitments};
 use crate::challenge::marks::curve::{FACTORS, curve};
-use crate::challenge::marks::engine::{EngineName, engine};
 use crate::challenge::marks::family::Family;
 use crate::challenge::marks::groups::Counts;
 use crate::challenge::marks::record::Declares;
 use crate::challenge::marks::run::{Cost, Outcome, Plan, Prepared, prepare};
 use crate::challenge::marks::table::{Scores, score};
+use crate::challenge::marks::under_test::UnderTest;
 use crate::challenge::{attitude, recorded, rest};
 use crate::error::InputError;
 use crate::output::OutputFolder;
 use crate::terminal::Terminal;
+use rlg_diagnosis::AnalysisPlan;
 use rlg_diagnosis::plan::NUMBERS;
 
 /// The scores.
@@ -49,6 +50,9 @@ pub struct MarksOptions {
     /// Keep every trial's recording, with its model, and its truth beside it
     #[arg(long, value_name = "DIR", requires = "marks")]
     keep: Option<PathBuf>,
+    /// Diagnose nothing: the recordings alone, to be kept
+    #[arg(long, requires_all = ["marks", "keep"])]
+    undiagnosed: bool,
     /// The declared noise of the reference is wrong by at most this factor, either way
     #[arg(long, default_value_t = 1.5, value_name = "FACTOR", requires = "marks")]
     declared_within: f64,
@@ -60,7 +64,7 @@ pub struct MarksOptions {
     #[arg(long, default_value_t = 240_000, value_name = "N", requires = "marks",
         value_parser = clap::value_parser!(u32).range(2_000..=20_000_000))]
     most_rows: u32,
-    /// Diagnose the same trials by the new engine with this number of the analysis plan halved, times 0.7, as it is, times
+    /// Diagnose the same trials with this number of the analysis plan halved, times 0.7, as it is, times
     /// 1.4 and doubled, and print what each gives
     #[arg(long, value_name = "NUMBER", requires = "marks", conflicts_with = "keep",
         value_parser = clap::builder::PossibleValuesParser::new(NUMBERS.map(|(name, _)| name)))]
@@ -78,8 +82,6 @@ pub struct Common<'a> {
     pub seed: u64,
     /// Trials.
     pub trials: u64,
-    /// Engine that diagnoses.
-    pub engine: EngineName,
     /// One trial alone.
     pub only: Option<u64>,
 }
@@ -115,7 +117,8 @@ impl MarksOptions {
         }
         // The model of a recording of others explains what was there before, too.
         let is_twice = self.family.iter().any(is_alone) && !is_recorded;
-        let engine = engine(common.engine, is_twice);
+        let under_test = UnderTest::new(AnalysisPlan::default(), is_twice);
+        let under_test = (!self.undiagnosed).then_some(&under_test);
         if !(1.0..=10.0).contains(&self.declared_within) {
             return Err(
                 InputError::new("--declared-within", "is no factor of a noise level")
@@ -124,7 +127,6 @@ impl MarksOptions {
             );
         }
         let plan = Plan {
-            engine: common.engine,
             only: common.only,
             declared_within: self.declared_within,
             declares: self.declares.unwrap_or_default(),
@@ -146,9 +148,8 @@ impl MarksOptions {
         }
         let bar = terminal.bar(count, "diagnosing");
         let before_s = processor_s();
-        let engine = engine.as_deref();
         let told = (plan.seed, plan.declares);
-        let done = prepared.diagnose(told, engine, self.keep.as_deref(), &|| bar.inc(1))?;
+        let done = prepared.diagnose(told, under_test, self.keep.as_deref(), &|| bar.inc(1))?;
         bar.finish_and_clear();
         let spent_s = before_s
             .zip(processor_s())
@@ -156,7 +157,7 @@ impl MarksOptions {
         let (outcomes, costs): (Vec<Outcome>, Vec<Cost>) = done.into_iter().unzip();
         let scores = score(&plan, &prepared.answers, &outcomes);
         write(common.out, &prepared.lines, &outcomes, &costs, &scores)?;
-        if engine.is_some() {
+        if under_test.is_some() {
             say(&scores, &costs, spent_s, terminal);
         }
         terminal.result(&scores)

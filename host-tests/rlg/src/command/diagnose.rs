@@ -13,9 +13,7 @@ use crate::diagnose::is_slow;
 use crate::diagnose::long::Long;
 use crate::diagnose::result::Verdict;
 use crate::diagnose::streams::Streams;
-use crate::diagnose::{
-    Engine, Outcome, Settings, diagnose_aligned, diagnose_streams, diagnose_under,
-};
+use crate::diagnose::{Outcome, Settings, diagnose_aligned, diagnose_streams, diagnose_under};
 use crate::error::InputError;
 use crate::model::Model;
 use crate::output::OutputFolder;
@@ -67,9 +65,6 @@ pub struct Diagnose {
     /// Seed of the self-test and the control; the findings do not depend on it
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Which engine decides on one recording with a reference at every row
-    #[arg(long, value_enum, default_value = "both")]
-    engine: EngineChoice,
     /// Put channels right that are reversed, exchanged or of another unit than the reference, and report it, instead of
     /// refusing the recording
     #[arg(long)]
@@ -122,27 +117,6 @@ impl FailOn {
             Verdict::Explained => matches!(self, Self::Any),
             Verdict::PartlyExplained => matches!(self, Self::Any | Self::Partly),
             Verdict::Unexplained | Verdict::Unusable => true,
-        }
-    }
-}
-
-/// Engines of the diagnosis.
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
-enum EngineChoice {
-    /// One likelihood for gyros without a dither, the older stages for all others and for accelerometers
-    Both,
-    /// The older stages alone
-    Old,
-    /// One likelihood alone, dithered gyros included
-    New,
-}
-
-impl From<EngineChoice> for Engine {
-    fn from(choice: EngineChoice) -> Self {
-        match choice {
-            EngineChoice::Both => Self::Both,
-            EngineChoice::Old => Self::Old,
-            EngineChoice::New => Self::New,
         }
     }
 }
@@ -270,7 +244,7 @@ impl Diagnose {
         let settings = Settings {
             seed,
             anyway: self.anyway,
-            ..Settings::by(self.engine.into())
+            ..Settings::default()
         };
         let recording = Recording::read(folder)?;
         if is_slow(&recording, model) {

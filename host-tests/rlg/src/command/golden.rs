@@ -11,9 +11,8 @@ use super::import::Import;
 use super::import_format::Format;
 use crate::challenge::Share;
 use crate::challenge::golden::{
-    Comparison, Header, Row, Table, compare, recording_row, trial_name, trial_rows,
+    Comparison, Header, Row, Table, compare, recording_row, trial_rows,
 };
-use crate::diagnose::Engine;
 use crate::error::InputError;
 use crate::output::write_file;
 use crate::terminal::Terminal;
@@ -21,15 +20,14 @@ use crate::terminal::Terminal;
 /// Options of the golden table.
 #[derive(Debug, Args)]
 pub(super) struct GoldenArguments {
-    /// Write the golden table instead: a row for each trial, and for each shared recording. Rows that FILE.tsv has of
-    /// other engines stay
+    /// Write the golden table instead: a row for each trial, and for each shared recording
     #[arg(
         long,
         value_name = "FILE.tsv",
         conflicts_with_all = ["out", "families", "leave_one_out", "merge", "recording", "check"]
     )]
     pub(super) golden: Option<PathBuf>,
-    /// Make the rows of FILE.tsv again, each with its engine, and compare; its seed and number of trials are used, and
+    /// Make the rows of FILE.tsv again and compare; its seed and number of trials are used, and
     /// the exit code is 2 if any row differs
     #[arg(long, requires = "golden", conflicts_with_all = ["seed", "trials"])]
     compare: bool,
@@ -100,26 +98,22 @@ const SHARED: [Shared; 5] = [
 ];
 
 impl Shared {
-    /// Makes its row by `engine`. A foreign file is imported into a temporary folder first.
-    fn row(&self, recordings: &Path, engine: Engine) -> Result<Row, InputError> {
+    /// Makes its row. A foreign file is imported into a temporary folder first.
+    fn row(&self, recordings: &Path) -> Result<Row, InputError> {
         let source = recordings.join(self.path);
         let Some(format) = self.format else {
-            return recording_row(self.name, &source, engine);
+            return recording_row(self.name, &source);
         };
         let temporary = tempfile::tempdir()
             .map_err(|error| InputError::unwritable(std::env::temp_dir(), &error))?;
         let folder = temporary.path().join("recording");
         Import::file(&source, format, &folder).run(&Terminal::silent())?;
-        recording_row(self.name, &folder, engine)
+        recording_row(self.name, &folder)
     }
 }
 
 impl GoldenArguments {
     /// Writes the table to `file`, or compares. Times go to the terminal, never into the table.
-    ///
-    /// # Inputs
-    /// `engine`: that of the rows written, of the rows compared; `None` where none is named: the default engine's rows
-    /// are written, rows of all engines are compared.
     ///
     /// # Errors
     /// With `--compare` also a row that differs.
@@ -127,33 +121,19 @@ impl GoldenArguments {
         &self,
         file: &Path,
         trials: Trials,
-        engine: Option<Engine>,
         terminal: &Terminal,
     ) -> Result<(), InputError> {
         let begun = Instant::now();
         if !self.compare {
-            let engine = engine.unwrap_or_default();
             let header = Header::here(trials.seed, trials.count);
-            let others = rows_of_others(file, &header, engine)?;
-            let made = self.make(header, trials.share, &|_| vec![engine], terminal)?;
+            let made = self.make(header, trials.share, terminal)?;
             say_seconds(&made, begun, terminal);
-            let rows = made.rows.len();
-            let table = Table::new(made.header, [made.rows, others].concat());
-            write_file(file, table.text().as_bytes())?;
-            return terminal.result(&serde_json::json!({ "rows": rows }));
+            write_file(file, made.text().as_bytes())?;
+            return terminal.result(&serde_json::json!({ "rows": made.rows.len() }));
         }
         let reviewed = read(file)?;
         let header = Header::here(reviewed.header.seed, reviewed.header.trials);
-        // A name without any row is made all the same, and is then not in the reviewed table.
-        let engines = |name: &str| {
-            let mut engines = reviewed.engines_of(name);
-            if engines.is_empty() {
-                return vec![engine.unwrap_or_default()];
-            }
-            engines.retain(|one| engine.is_none_or(|engine| engine == *one));
-            engines
-        };
-        let made = self.make(header, trials.share, &engines, terminal)?;
+        let made = self.make(header, trials.share, terminal)?;
         say_seconds(&made, begun, terminal);
         let comparison = compare(&reviewed, &made);
         say_comparison(&comparison, &reviewed, &made, terminal);
@@ -167,14 +147,8 @@ impl GoldenArguments {
             .expected(format!("{} equal rows", made.rows.len())))
     }
 
-    /// Makes the rows that were asked for, each name's by its `engines`.
-    fn make(
-        &self,
-        header: Header,
-        share: Share,
-        engines: &dyn Fn(&str) -> Vec<Engine>,
-        terminal: &Terminal,
-    ) -> Result<Table, InputError> {
+    /// Makes the rows that were asked for.
+    fn make(&self, header: Header, share: Share, terminal: &Terminal) -> Result<Table, InputError> {
         let share = match &self.rows {
             Some(rows) => Share::Range(rows.start, rows.end),
             None => share,
@@ -192,20 +166,17 @@ impl GoldenArguments {
         let mut rows = Vec::new();
         if let Some(recordings) = &self.recordings {
             for shared in &SHARED {
-                for engine in engines(shared.name) {
-                    let begun = Instant::now();
-                    let row = shared.row(recordings, engine)?;
-                    said(&row.key().join(" "), begun.elapsed().as_secs_f64());
-                    rows.push(row);
-                }
+                let begun = Instant::now();
+                let row = shared.row(recordings)?;
+                said(row.name(), begun.elapsed().as_secs_f64());
+                rows.push(row);
             }
         }
-        let trials = share.trials(header.trials).into_iter();
-        let trials = trials
-            .map(|trial| (trial, engines(&trial_name(trial))))
-            .filter(|(_, engines)| !engines.is_empty())
-            .collect();
-        rows.extend(trial_rows(header.seed, &trials, &said)?);
+        rows.extend(trial_rows(
+            header.seed,
+            &share.trials(header.trials),
+            &said,
+        )?);
         if rows.is_empty() {
             return Err(InputError::new(option, "leaves no row to make")
                 .expected("trials, or --recordings"));
@@ -217,36 +188,6 @@ impl GoldenArguments {
 fn read(file: &Path) -> Result<Table, InputError> {
     let text = fs::read_to_string(file).map_err(|error| InputError::unreadable(file, &error))?;
     Table::parse(&text, file)
-}
-
-/// Rows that `file`, where it exists, has of other engines than `engine`.
-///
-/// # Errors
-/// They were made from other trials or with other arithmetic than `header` says: one table has one header.
-fn rows_of_others(file: &Path, header: &Header, engine: Engine) -> Result<Vec<Row>, InputError> {
-    if !file.exists() {
-        return Ok(Vec::new());
-    }
-    let mut table = read(file)?;
-    table.rows.retain(|row| row.engine() != Some(engine));
-    if table.rows.is_empty() || table.header == *header {
-        return Ok(table.rows);
-    }
-    let Header {
-        seed,
-        trials,
-        arithmetic,
-    } = table.header;
-    Err(
-        InputError::new(file, "has rows of other engines that are not comparable")
-            .value(format!(
-                "seed {}, {} trials, {}",
-                header.seed, header.trials, header.arithmetic
-            ))
-            .expected(format!(
-                "seed {seed}, {trials} trials, {arithmetic}, or another file"
-            )),
-    )
 }
 
 fn say_seconds(table: &Table, begun: Instant, terminal: &Terminal) {

@@ -78,8 +78,7 @@ fn drawn(folder: &Path, options: &[&str]) -> Vec<(PathBuf, Value)> {
     let fixed = [
         "challenge",
         "--marks",
-        "--engine",
-        "none",
+        "--undiagnosed",
         "--seed",
         "11",
         "--keep",

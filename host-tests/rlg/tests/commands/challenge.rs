@@ -126,46 +126,6 @@ fn a_trial_repeated_alone_is_the_same_trial() {
     assert_eq!(count(&said["effects"]), count(&trial["findings"]));
 }
 
-#[test]
-fn each_engine_gets_the_same_trials_and_their_shards_are_not_merged() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let at = folder.path();
-    challenge(at, &["--out", "default", "--shard", "0/2"]);
-    challenge(at, &["--out", "both", "--engine", "both", "--shard", "0/2"]);
-    challenge(at, &["--out", "old", "--engine", "old", "--shard", "0/2"]);
-    challenge(at, &["--out", "new", "--engine", "new", "--shard", "0/2"]);
-    challenge(at, &["--out", "same", "--engine", "new", "--shard", "1/2"]);
-    let read = |name: &str, file: &str| fs::read_to_string(at.join(name).join(file)).expect("read");
-    for file in FILES {
-        assert_eq!(read("default", file), read("both", file), "{file}");
-    }
-    assert_eq!(read("old", "answers.jsonl"), read("new", "answers.jsonl"));
-    // That rows of two engines differ is shown by the golden table's tests.
-    for engine in ["both", "old", "new"] {
-        let scores: serde_json::Value =
-            serde_json::from_str(&read(engine, "challenge.json")).expect("JSON");
-        assert_eq!(scores["plan"]["engine"], engine);
-    }
-    assert!(
-        rlg(at, &["--out", "merged", "--merge", "new", "same"])
-            .status
-            .success()
-    );
-    for (more, problem) in [
-        (
-            &["--merge", "new", "old"][..],
-            "belongs to another challenge",
-        ),
-        (&["--engine", "none"], "diagnoses nothing"),
-    ] {
-        let output = rlg(at, &[&["--out", "refused"], more].concat());
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(said.contains(problem), "{said}");
-        assert!(!at.join("refused").exists(), "nothing half written");
-    }
-}
-
 /// A triad on a table with a bias of 1 deg/h on gyro y that its model does not have.
 const BIASED: &str = r#"
 format = 1

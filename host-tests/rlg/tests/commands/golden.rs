@@ -9,7 +9,6 @@ use std::process::Output;
 use assert_cmd::Command;
 use rlg::challenge::commit::sha256;
 use rlg::challenge::golden::{Header, Table, compare, recording_row, trial_name};
-use rlg::diagnose::Engine;
 
 fn reviewed() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../challenge/golden.tsv")
@@ -31,7 +30,7 @@ fn words(output: &Output) -> String {
 }
 
 #[test]
-fn the_first_ten_trials_by_both_engines_are_those_of_the_reviewed_table() {
+fn the_first_ten_trials_are_those_of_the_reviewed_table() {
     let output = Command::cargo_bin("rlg")
         .expect("the binary")
         .args(["challenge", "--compare", "--rows", "0..10", "--golden"])
@@ -40,7 +39,7 @@ fn the_first_ten_trials_by_both_engines_are_those_of_the_reviewed_table() {
         .expect("it starts");
     let said = words(&output);
     assert!(output.status.success(), "{said}");
-    assert!(said.contains("20 rows compared: 20 equal"), "{said}");
+    assert!(said.contains("10 rows compared: 10 equal"), "{said}");
 }
 
 #[test]
@@ -53,15 +52,13 @@ fn the_bench_recordings_are_those_of_the_reviewed_table() {
     let reviewed = Table::parse(&text, &reviewed()).unwrap_or_else(|error| panic!("{error}"));
     let mut rows = Vec::new();
     for name in ["bench-coning", "bench-null", "bench-shake"] {
-        for engine in [Engine::Old, Engine::New] {
-            let row = recording_row(name, &folder.join(name), engine);
-            rows.push(row.unwrap_or_else(|error| panic!("{error}")));
-        }
+        let row = recording_row(name, &folder.join(name));
+        rows.push(row.unwrap_or_else(|error| panic!("{error}")));
     }
     let header = Header::here(reviewed.header.seed, reviewed.header.trials);
     let comparison = compare(&reviewed, &Table::new(header, rows));
     assert!(comparison.is_equal(), "{}", comparison.lines().join("\n"));
-    assert_eq!(comparison.compared, 6);
+    assert_eq!(comparison.compared, 3);
 }
 
 #[test]
@@ -72,88 +69,9 @@ fn the_reviewed_table_reads_back_to_its_own_bytes() {
     let trials = (0..table.header.trials).map(trial_name);
     let bench = ["bench-coning", "bench-null", "bench-shake"].map(str::to_owned);
     for name in trials.chain(bench) {
-        assert_eq!(
-            table.engines_of(&name),
-            [Engine::New, Engine::Old],
-            "{name} has a row of each engine"
-        );
+        let rows = table.rows.iter().filter(|row| row.name() == name);
+        assert_eq!(rows.count(), 1, "{name}");
     }
-}
-
-#[test]
-fn rows_of_both_engines_stand_beside_each_other_and_each_is_made_by_its_own() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let at = folder.path();
-    let golden = |more: &[&str]| {
-        let output = rlg(
-            at,
-            &[&["challenge", "--golden", "t.tsv"][..], more].concat(),
-        );
-        (output.status.code(), words(&output))
-    };
-    let read = || fs::read_to_string(at.join("t.tsv")).expect("written");
-    let begin = |text: &str| -> Vec<String> {
-        let rows = text.lines().skip(3);
-        rows.map(|row| row.split('\t').take(2).collect::<Vec<_>>().join(" "))
-            .collect()
-    };
-    let (code, said) = golden(&["--trials", "20", "--rows", "0..2", "--engine", "old"]);
-    assert_eq!(code, Some(0), "{said}");
-    let by_old = read();
-    assert_eq!(begin(&by_old), ["trial-0000 old", "trial-0001 old"]);
-    let (code, said) = golden(&["--trials", "20", "--rows", "1..2", "--engine", "new"]);
-    assert_eq!(code, Some(0), "{said}");
-    let by_both = read();
-    assert_eq!(
-        begin(&by_both),
-        ["trial-0000 old", "trial-0001 new", "trial-0001 old"]
-    );
-    for row in by_old.lines() {
-        assert!(by_both.contains(row), "the older row stays: {row}");
-    }
-    let by_new = by_both.lines().nth(4).expect("a row");
-    assert!(!by_old.contains(&by_new.replacen("\tnew\t", "\told\t", 1)));
-
-    for (more, compared) in [
-        (&["--rows", "0..2"][..], "3 rows compared: 3 equal"),
-        (
-            &["--rows", "0..2", "--engine", "new"],
-            "1 rows compared: 1 equal",
-        ),
-        (
-            &["--rows", "0..2", "--engine", "old"],
-            "2 rows compared: 2 equal",
-        ),
-    ] {
-        let (code, said) = golden(&[&["--compare"], more].concat());
-        assert_eq!(code, Some(0), "{said}");
-        assert!(said.contains(compared), "{compared}: {said}");
-    }
-    // Rows of other trials and of other engines do not make one table; nor does an engine that diagnoses nothing.
-    for (more, problem) in [
-        (
-            &["--trials", "21", "--rows", "0..1", "--engine", "both"][..],
-            "20 trials",
-        ),
-        (
-            &["--trials", "20", "--rows", "0..1", "--engine", "none"],
-            "diagnoses nothing",
-        ),
-        (&["--compare", "--rows", "2..3"], "does not have the rows"),
-    ] {
-        let (code, said) = golden(more);
-        assert_eq!(code, Some(2), "{said}");
-        assert!(said.contains(problem), "{problem}: {said}");
-    }
-    assert_eq!(read(), by_both, "a refusal leaves the table as it was");
-    fs::write(
-        at.join("t.tsv"),
-        by_both.replacen("\told\t", "\toldest\t", 1),
-    )
-    .expect("writable");
-    let (code, said) = golden(&["--compare", "--rows", "0..2"]);
-    assert_eq!(code, Some(2), "{said}");
-    assert!(said.contains("names no engine"), "{said}");
 }
 
 #[test]
@@ -212,7 +130,7 @@ fn any_number_of_threads_gives_the_same_table_and_a_changed_field_is_named() {
     let (code, said) = golden("one.tsv", &["--compare", "--rows", "0..2"]);
     assert_eq!(code, Some(2), "{said}");
     for part in [
-        "trial-0000 (both):",
+        "trial-0000:",
         "family",
         "- single",
         "+ null",
@@ -220,6 +138,12 @@ fn any_number_of_threads_gives_the_same_table_and_a_changed_field_is_named() {
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }
+    // Rows that the reviewed table does not have are no match, and leave it as it was.
+    let before = read("one.tsv");
+    let (code, said) = golden("one.tsv", &["--compare", "--rows", "2..3"]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("does not have the rows"), "{said}");
+    assert_eq!(read("one.tsv"), before);
     // Nothing compared is not equal.
     for (rows, problem) in [("0..21", "is beyond the table"), ("0..0", "leaves no row")] {
         let (code, said) = golden("one.tsv", &["--compare", "--rows", rows]);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{DMatrix, DVector};
 use rlg::diagnose::result::{EffectEntry, ParameterEntry, Verdict};
-use rlg::diagnose::{Engine, Outcome, Settings, diagnose_under};
+use rlg::diagnose::{Outcome, Settings, diagnose_under};
 use rlg::model::Model;
 use rlg::recording::Recording;
 
@@ -26,10 +26,10 @@ fn recordings() -> Option<PathBuf> {
     folder
 }
 
-fn run(engine: Engine, folder: &Path, model: &Model) -> Outcome {
+fn run(folder: &Path, model: &Model) -> Outcome {
     let recording = Recording::read(folder).expect("a recording");
     let file = folder.join("model.toml");
-    diagnose_under(&Settings::by(engine), &recording, model, &file, &|_| {}).expect("a diagnosis")
+    diagnose_under(&Settings::default(), &recording, model, &file, &|_| {}).expect("a diagnosis")
 }
 
 /// Values, standard deviations and covariance of an effect's numbers.
@@ -47,13 +47,13 @@ fn numbers(effect: &EffectEntry) -> (Vec<String>, DVector<f64>, DMatrix<f64>) {
     (names, DVector::from_vec(values), covariance)
 }
 
-fn flexure_is_found(engine: Engine, name: &str) {
+fn flexure_is_found(name: &str) {
     let Some(recordings) = recordings() else {
         return;
     };
     let folder = recordings.join(name);
     let model = Model::read(folder.join("model.toml")).expect("a model");
-    let outcome = run(engine, &folder, &model);
+    let outcome = run(&folder, &model);
     let diagnosis = &outcome.diagnosis;
     assert_eq!(
         diagnosis.verdict,
@@ -102,48 +102,29 @@ fn flexure_is_found(engine: Engine, name: &str) {
     }
     assert!(drifted > 0, "no held-out drift to remove");
 
-    let again = run(engine, &folder, &outcome.model).diagnosis;
+    let again = run(&folder, &outcome.model).diagnosis;
     assert_eq!(again.verdict, Verdict::Matches, "{:#?}", again.summary);
     assert!(again.effects.is_empty());
 }
 
 #[test]
 fn flexure_concealed_under_coning_is_found_and_nothing_else() {
-    flexure_is_found(Engine::Old, "bench-coning");
-}
-
-#[test]
-fn one_likelihood_finds_flexure_concealed_under_coning_and_nothing_else() {
-    flexure_is_found(Engine::New, "bench-coning");
+    flexure_is_found("bench-coning");
 }
 
 #[test]
 fn flexure_concealed_under_vibration_is_found_and_nothing_else() {
-    flexure_is_found(Engine::Old, "bench-shake");
-}
-
-#[test]
-fn one_likelihood_finds_flexure_concealed_under_vibration_and_nothing_else() {
-    flexure_is_found(Engine::New, "bench-shake");
+    flexure_is_found("bench-shake");
 }
 
 #[test]
 fn a_recording_with_nothing_concealed_matches() {
-    nothing_is_found(Engine::Old);
-}
-
-#[test]
-fn one_likelihood_matches_a_recording_with_nothing_concealed() {
-    nothing_is_found(Engine::New);
-}
-
-fn nothing_is_found(engine: Engine) {
     let Some(recordings) = recordings() else {
         return;
     };
     let folder = recordings.join("bench-null");
     let model = Model::read(folder.join("model.toml")).expect("a model");
-    let diagnosis = run(engine, &folder, &model).diagnosis;
+    let diagnosis = run(&folder, &model).diagnosis;
     assert_eq!(
         diagnosis.verdict,
         Verdict::Matches,
@@ -167,7 +148,7 @@ fn without_flexure_in_the_catalogue_no_wrong_name_is_confident_in_full() {
 /// What is scanned for goes the way of what is listed: with flexure out of the catalogue a resonant one is out as well.
 #[test]
 #[ignore = "two recordings: --test diagnose -- --ignored in_full"]
-fn one_likelihood_names_nothing_that_is_taken_out_of_the_catalogue_in_full() {
+fn nothing_that_is_taken_out_of_the_catalogue_is_named_in_full() {
     let Some(recordings) = recordings() else {
         return;
     };
@@ -177,7 +158,7 @@ fn one_likelihood_names_nothing_that_is_taken_out_of_the_catalogue_in_full() {
     let recording = Recording::read(&folder).expect("a recording");
     let settings = Settings {
         left_out: &FLEXURES,
-        ..Settings::by(Engine::New)
+        ..Settings::default()
     };
     let outcome = diagnose_under(&settings, &recording, &model, &file, &|_| {});
     let diagnosis = outcome.expect("a diagnosis").diagnosis;

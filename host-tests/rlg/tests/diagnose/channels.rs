@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use rlg::diagnose::result::{Diagnosis, EffectEntry, Verdict};
-use rlg::diagnose::{Engine, Outcome, Settings, diagnose_under};
+use rlg::diagnose::{Outcome, Settings, diagnose_under};
 use rlg::error::InputError;
 use rlg::model::Model;
 use rlg::recording::{Quantity, Recording};
@@ -66,7 +66,7 @@ fn wired(simulation: &Simulation, of: &[Quantity], from: [(usize, f64); 3]) -> R
 fn diagnosed(recording: &Recording, model: &Model, anyway: bool) -> Result<Outcome, InputError> {
     let settings = Settings {
         anyway,
-        ..Settings::by(Engine::New)
+        ..Settings::default()
     };
     diagnose_under(
         &settings,

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use rlg::diagnose::result::Diagnosis;
-use rlg::diagnose::{Engine, Settings, diagnose_under};
+use rlg::diagnose::{Settings, diagnose_under};
 use rlg::model::{Gyro, Model, MotionSource};
 use rlg::recording::{Channel, Clock, Quantity, Recording, Table};
 
@@ -80,7 +80,7 @@ fn rates(change: impl Fn(&mut [Vec<f64>; 3])) -> Diagnosis {
         accelerometer: None,
         effects: Vec::new(),
     };
-    let settings = Settings::by(Engine::New);
+    let settings = Settings::default();
     diagnose_under(
         &settings,
         &recording,

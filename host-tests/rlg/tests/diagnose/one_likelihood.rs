@@ -5,7 +5,7 @@ use std::path::Path;
 use super::support::{at_a_quarter, concealed, holds, kinds, names_nothing};
 use rlg::diagnose::result::Verdict;
 use rlg::diagnose::streams::Streams;
-use rlg::diagnose::{Engine, Settings, diagnose_under};
+use rlg::diagnose::{Settings, diagnose_under};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
 use rlg_diagnosis::data::Data;
@@ -141,7 +141,7 @@ fn a_declared_drift_takes_drift_out_of_the_class_of_a_bias() {
         model.gyro.rate_random_walk_rad_s_sqrt_s = walk_rad_s_sqrt_s;
         let file = Path::new("model.toml");
         let of = &simulation.recording;
-        let outcome = diagnose_under(&Settings::by(Engine::New), of, &model, file, &|_| {});
+        let outcome = diagnose_under(&Settings::default(), of, &model, file, &|_| {});
         let outcome = outcome.expect("a diagnosis");
         assert_eq!(
             outcome.model.gyro.rate_random_walk_rad_s_sqrt_s, walk_rad_s_sqrt_s,
@@ -180,7 +180,7 @@ fn lock_in_of_dithered_gyros_is_a_random_walk_whose_thresholds_are_said() {
     let simulation = simulate(&scenario, 5, |_| {});
     let (of, model) = (&simulation.recording, &simulation.model);
     let file = Path::new("model.toml");
-    let outcome = diagnose_under(&Settings::by(Engine::New), of, model, file, &|_| {});
+    let outcome = diagnose_under(&Settings::default(), of, model, file, &|_| {});
     let diagnosis = outcome.expect("a diagnosis").diagnosis;
     assert_eq!(
         kinds(&diagnosis),

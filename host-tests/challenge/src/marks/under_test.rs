@@ -1,47 +1,14 @@
-//! The diagnosis under test: the one place that knows which engine is called, and what is read of its answer.
+//! The diagnosis under test: how it is called, and what is read of its answer.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use clap::ValueEnum;
 use rlg_diagnosis::AnalysisPlan;
 use rlg_model::Model;
 use rlg_older::{Settings, diagnose_under};
 use rlg_recording::Recording;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-
-/// Which engine diagnoses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
-#[serde(rename_all = "snake_case")]
-pub enum EngineName {
-    /// The older stages.
-    Old,
-    /// One likelihood and one search.
-    New,
-    /// As `rlg diagnose` decides by itself: the new one for gyros without a dither, else the older stages.
-    Both,
-    /// None: recordings are made and nothing is diagnosed.
-    None,
-}
-
-impl EngineName {
-    /// The diagnosis' own engine; none for [`EngineName::None`].
-    pub fn of_diagnosis(self) -> Option<rlg_older::Engine> {
-        match self {
-            Self::Old => Some(rlg_older::Engine::Old),
-            Self::New => Some(rlg_older::Engine::New),
-            Self::Both => Some(rlg_older::Engine::Both),
-            Self::None => None,
-        }
-    }
-}
-
-/// A diagnosis of recordings.
-pub trait Engine: Sync {
-    /// Diagnoses a recording under a model, or says why it cannot.
-    fn diagnose(&self, recording: &Recording, model: &Model) -> Result<DiagnosisSummary, String>;
-}
 
 /// A number with its spread.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -141,13 +108,22 @@ fn found(effect: &Value) -> FoundEffect {
     }
 }
 
-/// An engine of the diagnosis.
-struct Of {
+/// The diagnosis under settings.
+pub struct UnderTest {
     settings: Settings<'static>,
     is_twice: bool,
 }
 
-impl Of {
+impl UnderTest {
+    /// Diagnoses with the numbers of a plan, once more under the model that it wrote where `is_twice`.
+    pub fn new(plan: AnalysisPlan, is_twice: bool) -> Self {
+        let settings = Settings {
+            plan,
+            ..Settings::default()
+        };
+        Self { settings, is_twice }
+    }
+
     fn once(
         &self,
         recording: &Recording,
@@ -159,10 +135,13 @@ impl Of {
         let json = serde_json::to_value(&outcome.diagnosis).map_err(|error| error.to_string())?;
         Ok((DiagnosisSummary::from_json(&json)?, outcome.model))
     }
-}
 
-impl Engine for Of {
-    fn diagnose(&self, recording: &Recording, model: &Model) -> Result<DiagnosisSummary, String> {
+    /// Diagnoses a recording under a model, or says why it cannot.
+    pub fn diagnose(
+        &self,
+        recording: &Recording,
+        model: &Model,
+    ) -> Result<DiagnosisSummary, String> {
         let (mut said, written) = self.once(recording, model)?;
         if self.is_twice {
             // The same model gives the same answer.
@@ -174,19 +153,4 @@ impl Engine for Of {
         }
         Ok(said)
     }
-}
-
-/// Returns the engine of a name, which diagnoses once more under the model that it wrote where `is_twice`; none for
-/// [`EngineName::None`].
-pub fn engine(name: EngineName, is_twice: bool) -> Option<Box<dyn Engine>> {
-    under(name, AnalysisPlan::default(), is_twice)
-}
-
-/// The same with other numbers than the new engine's own.
-pub fn under(name: EngineName, plan: AnalysisPlan, is_twice: bool) -> Option<Box<dyn Engine>> {
-    let settings = Settings {
-        plan,
-        ..Settings::by(name.of_diagnosis()?)
-    };
-    Some(Box::new(Of { settings, is_twice }))
 }
