@@ -6,7 +6,9 @@ use serde_json::Value;
 
 use super::estimate::{estimate, probability};
 use crate::answer::Answer;
+use crate::case::Case;
 use crate::commit::sha256;
+use crate::examine::outcome_of;
 use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry, UNLISTED};
 use rlg_recording::error::InputError;
 
@@ -21,8 +23,11 @@ use rlg_recording::error::InputError;
 /// - `values`: their parameters, value ± σ and unit.
 /// - `log_evidence`: the logarithm of the evidence gained by each.
 /// - `p`: the probability of each under noise alone, trials counted.
+/// - `right`: of a trial `yes` where every concealed kind is named, alone or in its class, and nothing else, `no` where a
+///   name is wrong, `silent` where a name is missing; `-` of a recording.
+/// - `sigmas`: the largest |value − truth|/σ of the named effects, `-` where there is none.
 /// - `sha256`: see [`diagnosis_sha256`].
-pub const COLUMNS: [&str; 11] = [
+pub const COLUMNS: [&str; 13] = [
     "name",
     "family",
     "setting",
@@ -33,14 +38,24 @@ pub const COLUMNS: [&str; 11] = [
     "values",
     "log_evidence",
     "p",
+    "right",
+    "sigmas",
     SHA256,
 ];
+
+/// Place of the column `right`.
+const RIGHT: usize = 10;
 
 /// Column of the hash.
 pub const SHA256: &str = "sha256";
 
 /// A cell that does not apply.
 const NONE: &str = "-";
+
+/// Cells of the column `right`.
+pub(super) const YES: &str = "yes";
+pub(super) const NO: &str = "no";
+const SILENT: &str = "silent";
 
 /// Stands between two effects.
 const BETWEEN: &str = " ; ";
@@ -65,19 +80,21 @@ impl Row {
             word(&answer.setting)?,
             joined(&concealed),
         ];
-        Self::new(&trial_name(answer.trial), origin, said)
+        let judged = said.map_or([NO, NONE].map(str::to_owned), |said| judged(answer, said));
+        Self::new(&trial_name(answer.trial), origin, said, judged)
     }
 
     /// Makes the row of a recording. `said` is the diagnosis, or the reason why there is none.
     pub fn of_recording(name: &str, said: Result<&Diagnosis, &str>) -> Result<Self, InputError> {
         let origin = ["recording", NONE, NONE].map(str::to_owned);
-        Self::new(name, origin, said)
+        Self::new(name, origin, said, [NONE, NONE].map(str::to_owned))
     }
 
     fn new(
         name: &str,
         origin: [String; 3],
         said: Result<&Diagnosis, &str>,
+        [right, sigmas]: [String; 2],
     ) -> Result<Self, InputError> {
         let [family, setting, concealed] = origin;
         let findings = match said {
@@ -100,6 +117,8 @@ impl Row {
             values,
             evidence,
             p,
+            right,
+            sigmas,
             hash,
         ];
         Ok(Self {
@@ -111,6 +130,40 @@ impl Row {
     pub fn name(&self) -> &str {
         &self.cells[0]
     }
+
+    /// Whether a trial was named rightly, and nothing else; `None` of a recording.
+    pub(super) fn right(&self) -> Option<&str> {
+        Some(&*self.cells[RIGHT]).filter(|cell| *cell != NONE)
+    }
+
+    /// Largest |value − truth|/σ.
+    pub(super) fn sigmas(&self) -> Option<f64> {
+        self.cells[RIGHT + 1].parse().ok()
+    }
+}
+
+/// Cells of `right` and `sigmas`.
+fn judged(answer: &Answer, said: &Diagnosis) -> [String; 2] {
+    let outcome = &outcome_of(answer.trial, said);
+    let case = Case { answer, outcome };
+    let is_clean = match answer.effects.is_empty() {
+        true => !case.is_false(),
+        false => case.wrong().next().is_none(),
+    };
+    let right = match (is_clean, answer.effects.is_empty() || case.is_named()) {
+        (false, _) => NO,
+        (true, true) => YES,
+        (true, false) => SILENT,
+    };
+    let sigmas = case
+        .deviations()
+        .into_iter()
+        .map(|[sigmas, _]| sigmas.abs());
+    let largest = sigmas.reduce(f64::max);
+    [
+        right.to_owned(),
+        largest.map_or(NONE.to_owned(), |sigmas| format!("{sigmas:.2}")),
+    ]
 }
 
 /// Name of the row of a simulated trial.

@@ -11,7 +11,7 @@ use super::import::Import;
 use super::import_format::Format;
 use crate::challenge::Share;
 use crate::challenge::golden::{
-    Comparison, Header, Row, Table, compare, recording_row, trial_rows,
+    Comparison, Header, Quality, Row, Table, compare, recording_row, trial_rows,
 };
 use crate::error::InputError;
 use crate::output::write_file;
@@ -128,6 +128,9 @@ impl GoldenArguments {
             let header = Header::here(trials.seed, trials.count);
             let made = self.make(header, trials.share, terminal)?;
             say_seconds(&made, begun, terminal);
+            if file.exists() {
+                holds_floor(&read(file)?, &made, file)?;
+            }
             write_file(file, made.text().as_bytes())?;
             return terminal.result(&serde_json::json!({ "rows": made.rows.len() }));
         }
@@ -190,8 +193,26 @@ fn read(file: &Path) -> Result<Table, InputError> {
     Table::parse(&text, file)
 }
 
+/// Refuses rows that are worse than those that they would replace.
+fn holds_floor(reviewed: &Table, made: &Table, file: &Path) -> Result<(), InputError> {
+    let of = |rows: &Table, others: &Table| {
+        let is_there = |row: &&Row| others.rows.iter().any(|one| one.name() == row.name());
+        Quality::of(rows.rows.iter().filter(is_there))
+    };
+    let (floor, now) = (of(reviewed, made), of(made, reviewed));
+    if reviewed.header.seed != made.header.seed || now.holds(floor) {
+        return Ok(());
+    }
+    Err(
+        InputError::new(file, "holds better rows than those made now")
+            .value(now)
+            .expected(format!("{floor}, or no such file: then it begins anew")),
+    )
+}
+
 fn say_seconds(table: &Table, begun: Instant, terminal: &Terminal) {
     let seconds = begun.elapsed().as_secs_f64();
+    terminal.say(format!("trials: {}", Quality::of(table.rows.iter())));
     terminal.say(format!(
         "{} rows in {seconds:.0} s on {} threads",
         table.rows.len(),
