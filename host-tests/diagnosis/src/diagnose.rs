@@ -7,7 +7,7 @@ use rlg_recording::error::InputError;
 
 use super::outcome::Outcome;
 use super::settings::Settings;
-use super::{data, findings, registration, search};
+use super::{data, findings, registration, search, self_test};
 use rlg_signal::fault::Fault;
 use rlg_signal::streams::Streams;
 
@@ -88,9 +88,14 @@ fn found<T>(
         return Ok(None);
     };
     let also = also(&data, &found);
+    progress("trying the search on this recording");
+    let tested = self_test::self_test(&found, plan, seed);
     // The set stands: its findings need no columns by frequency, which are most of the memory.
     found.equations.truncate(0);
     progress("writing the findings");
     let outcome = findings::outcome(&data, &mut found, faults, seed, plan);
-    Ok(outcome.map(|outcome| (outcome, also)))
+    Ok(outcome.map(|mut outcome| {
+        outcome.diagnosis.self_test = tested;
+        (outcome, also)
+    }))
 }

@@ -75,6 +75,8 @@ mod left;
 
 pub mod findings;
 
+pub mod self_test;
+
 pub mod registration;
 
 pub mod diagnose;

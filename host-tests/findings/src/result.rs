@@ -89,12 +89,12 @@ pub struct RegistrationEntry {
     pub supported: bool,
 }
 
-/// What time slides and injections showed.
+/// What the search made of noise alone, and of effects added to it.
 #[derive(Debug, Clone, Serialize)]
 pub struct SelfTestEntry {
-    /// Slides of what the fit left against the regressors, by at least a second.
+    /// Trials with noise alone: drawn at the fitted levels, or what the fit left slid against the regressors.
     pub slides: usize,
-    /// Slides in which a listed effect was named.
+    /// Of them, how many named a listed effect.
     pub false_names: usize,
     /// Upper limit of their share, 95 % confidence.
     pub upper_limit_95: f64,
@@ -109,7 +109,7 @@ pub struct SelfTestEntry {
 pub struct SelfTestPoint {
     /// Matched-filter SNR.
     pub rho: f64,
-    /// Patterns injected into slid residuals.
+    /// Effects added to noise.
     pub injections: usize,
     /// Trials that named something.
     pub detected: usize,
@@ -124,7 +124,7 @@ pub struct SelfTestPoint {
 pub struct SelfTestKind {
     /// Kind.
     pub kind: String,
-    /// Slides in which it was named.
+    /// Trials with noise alone that named it.
     pub false_names: usize,
     /// Injections detected, in the order of the curve; null where its size would not be credible physics.
     pub detected: Vec<Option<usize>>,

@@ -21,7 +21,8 @@ use rand_distr::{Distribution as _, StandardNormal};
 use rayon::prelude::*;
 use realfft::ComplexToReal;
 use realfft::num_complex::Complex64;
-use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
+use rlg_diagnosis::self_test::{beyond, upper_limit};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::bench::Bench;
 use super::declare::CATALOGUE_SIGNIFICANCE;
@@ -45,9 +46,6 @@ pub const RHO: [f64; 4] = [4.0, 6.0, 8.0, 10.0];
 
 /// Injections of each kind at each strength; the curve sums over kinds.
 const DRAWS: usize = 2;
-
-/// Confidence of the upper limit.
-const CONFIDENCE: f64 = 0.95;
 
 /// One strength, all kinds together.
 #[derive(Debug, Clone, PartialEq)]
@@ -203,15 +201,6 @@ pub fn self_test(
         curve,
         kinds,
     }
-}
-
-/// The share below which the true one lies with 95 % confidence, after `found` of `trials`.
-fn upper_limit(found: usize, trials: usize) -> f64 {
-    if found >= trials {
-        return 1.0;
-    }
-    Beta::new(found as f64 + 1.0, (trials - found) as f64)
-        .map_or(1.0, |law| law.inverse_cdf(CONFIDENCE))
 }
 
 /// [`inner`] of a column and the residual slid by 0, 1, 2, … rows: row k of what is slid stands at k + shift.
@@ -395,35 +384,11 @@ impl<'a> Trials<'a> {
     }
 }
 
-/// P(χ'² > threshold), noncentral with `degrees` and noncentrality λ: Σ_j Poisson(j; λ/2) P(χ²_{k+2j} > threshold).
-fn beyond(threshold: f64, degrees: f64, noncentrality: f64) -> f64 {
-    let half = 0.5 * noncentrality;
-    // Ten standard deviations of the Poisson law beyond its mean leave less than 1e-15.
-    let most = (half + 10.0 * half.sqrt() + 10.0) as usize;
-    let mut share = (-half).exp();
-    (0..=most)
-        .map(|j| {
-            if j > 0 {
-                share *= half / j as f64;
-            }
-            ChiSquared::new(degrees + 2.0 * j as f64).map_or(0.0, |law| share * law.sf(threshold))
-        })
-        .sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::portion::Portion;
     use crate::portion::inner;
-
-    #[test]
-    fn none_in_two_hundred_bounds_the_rate_to_three_in_two_hundred() {
-        // The rule of three: 1 − 0.05^(1/n) is nearly 3/n.
-        let exact = 1.0 - 0.05_f64.powf(1.0 / 200.0);
-        assert!((upper_limit(0, 200) / exact - 1.0).abs() < 1e-6);
-        assert_eq!(upper_limit(200, 200), 1.0);
-    }
 
     #[test]
     fn one_transform_gives_the_products_of_all_slides() {
@@ -455,14 +420,5 @@ mod tests {
                 all[shift]
             );
         }
-    }
-
-    #[test]
-    fn the_noncentral_law_agrees_with_two_normals() {
-        // One degree: |ρ + n| > t has two normal tails.
-        let (rho, t) = (3.0_f64, 2.5_f64);
-        let normal = statrs::distribution::Normal::standard();
-        let exact = normal.sf(t - rho) + normal.sf(t + rho);
-        assert!((beyond(t * t, 1.0, rho * rho) - exact).abs() < 1e-12);
     }
 }
