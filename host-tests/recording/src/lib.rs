@@ -15,6 +15,7 @@ pub mod output;
 
 pub mod toml_file;
 
+mod about;
 mod csv_table;
 mod folder;
 mod manifest;
@@ -22,13 +23,16 @@ mod manifest_text;
 mod parquet_table;
 pub mod quantity;
 mod range;
+mod result_table;
 mod storage;
 mod streamed;
 mod table_stream;
 
+pub use about::About;
 pub use manifest::MANIFEST;
 pub use parquet_table::parquet_columns;
 pub use range::Extent;
+pub use result_table::{ResultColumn, ResultTable};
 pub use streamed::RecordingStream;
 pub use table_stream::TableStream;
 

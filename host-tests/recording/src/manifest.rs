@@ -22,6 +22,8 @@ const GRAVITY_M_S2: [f64; 2] = [9.0, 10.5];
 #[derive(Debug, Deserialize)]
 pub(super) struct Manifest {
     pub name: Option<String>,
+    pub instrument: Option<String>,
+    pub start: Option<toml::value::Datetime>,
     pub site: Option<SiteEntry>,
     #[serde(default, rename = "table")]
     pub tables: Vec<TableEntry>,

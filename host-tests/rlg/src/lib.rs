@@ -18,6 +18,8 @@ pub use rlg_target as target;
 
 pub mod import;
 
+pub mod fleet;
+
 pub mod terminal;
 
 pub mod command;

@@ -65,5 +65,8 @@ class Folder:
     """A folder for a result: the caller's, or a temporary one that lives as long as this."""
 
     def __init__(self, out: PathLike | None, name: str) -> None:
-        self._temporary = tempfile.TemporaryDirectory(prefix="rlg-") if out is None else None
-        self.path = Path(out) if out is not None else Path(self._temporary.name) / name
+        self._temporary: tempfile.TemporaryDirectory[str] | None = None
+        if out is None:
+            self._temporary = tempfile.TemporaryDirectory(prefix="rlg-")
+            out = Path(self._temporary.name) / name
+        self.path = Path(out)

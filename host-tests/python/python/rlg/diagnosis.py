@@ -104,7 +104,8 @@ class Diagnosis:
 
     def to_dict(self) -> dict[str, Any]:
         """Returns `diagnosis.json` as a dictionary."""
-        return json.loads(self.json)
+        entries: dict[str, Any] = json.loads(self.json)
+        return entries
 
     def curves(self) -> dict[str, np.ndarray] | None:
         """Returns the report's curves, [gyro, point] where there is one a gyro; None where there is no residual.

@@ -52,7 +52,8 @@ class Model:
     @property
     def effects(self) -> list[dict[str, Any]]:
         """The effects that the model has, each with its kind and parameters in SI units."""
-        return self.to_dict().get("effect", [])
+        effects: list[dict[str, Any]] = self.to_dict().get("effect", [])
+        return effects
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the model as the dictionary that its text stands for."""

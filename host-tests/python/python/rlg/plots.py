@@ -93,7 +93,7 @@ def noise_deviation(entry: dict[str, Any], tau_s: np.ndarray) -> np.ndarray:
     if terms is not None:
         variance = variance + terms["bias_instability_rad_s"]["value"] ** 2 * 2.0 * np.log(2.0) / np.pi
         variance = variance + terms["rate_random_walk_rad_s_sqrt_s"]["value"] ** 2 * tau_s / 3.0
-    return np.sqrt(variance)
+    return np.asarray(np.sqrt(variance))
 
 
 def _fitted(entry: dict[str, Any]) -> str:

@@ -136,11 +136,12 @@ class Recording:
 
     def channels(self) -> list[Channel]:
         """Reads all channels."""
-        array = lambda values: None if values is None else np.frombuffer(values)
-        return [
-            Channel(**entry | {name: array(entry[name]) for name in ("stamps_s", "values")})
-            for entry in _native.channels(os.fspath(self.folder))
-        ]
+        channels = []
+        for entry in _native.channels(os.fspath(self.folder)):
+            stamps, values = entry.pop("stamps_s"), entry.pop("values")
+            stamps_s = None if stamps is None else np.frombuffer(stamps)
+            channels.append(Channel(**entry, stamps_s=stamps_s, values=np.frombuffer(values)))
+        return channels
 
     def write(self, out: PathLike) -> Recording:
         """Copies the recording to a new folder and returns it there."""
@@ -214,4 +215,4 @@ def _seconds(values: Any) -> np.ndarray:
     if times.dtype == object:
         # pandas keeps a zone beside its times; the differences are the same.
         times = np.asarray(values.tz_convert(None) if hasattr(values, "tz_convert") else values.dt.tz_convert(None))
-    return (times - times[0]) / np.timedelta64(1, "ns") * 1e-9
+    return np.asarray((times - times[0]) / np.timedelta64(1, "ns") * 1e-9)

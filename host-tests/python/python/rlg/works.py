@@ -28,12 +28,12 @@ def simulate(
     Returns:
         The recording, with `model` (without what is concealed) and `truth` (with it).
     """
-    if (scenario is None) == (text is None):
-        raise TypeError("simulate takes a scenario's file or its text")
     written = Folder(None, "scenario.toml")
-    if text is not None:
+    if text is not None and scenario is None:
         written.path.write_text(text, encoding="utf-8")
         scenario = written.path
+    elif text is not None or scenario is None:
+        raise TypeError("simulate takes a scenario's file or its text")
     folder = Folder(out, "simulated")
     arguments = ["simulate", os.fspath(scenario), *option("seed", seed), *option("out", folder.path)]
     said = answered(_native.run(arguments, progress))

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 
-use super::inputs::{given_or_ideal, results_folder};
+use super::inputs::{IDEAL, given_or_ideal, results_folder};
 use super::steps::Steps;
 use crate::diagnose::apart::look_at_each;
 use crate::diagnose::declare::MOST_ROWS;
@@ -15,9 +15,10 @@ use crate::diagnose::result::Verdict;
 use crate::diagnose::streams::Streams;
 use crate::diagnose::{Outcome, Settings, diagnose_aligned, diagnose_streams, diagnose_under};
 use crate::error::InputError;
+use crate::fleet::run::{RUN_FILE, RunFile};
 use crate::model::Model;
 use crate::output::OutputFolder;
-use crate::recording::Recording;
+use crate::recording::{About, Recording};
 use crate::report::terminal::lines;
 use crate::report::{figure, page};
 use crate::terminal::Terminal;
@@ -28,6 +29,7 @@ const RESULTS: &[&str] = &[
     "model.toml",
     "report.html",
     "residual.svg",
+    RUN_FILE,
 ];
 
 /// Exit code of a verdict that `--fail-on` names.
@@ -59,6 +61,10 @@ pub struct Diagnose {
     /// Folder for the results [default: none is written]
     #[arg(short, long)]
     out: Option<PathBuf>,
+    /// Also write OUT/run.json for rlg summarize: instrument, date, mean temperature. An input that cannot be used stands
+    /// there with its sentence, and the exit code is 0
+    #[arg(long, requires = "out")]
+    for_fleet: bool,
     /// Verdicts that end with exit code 1; a recording of which nothing can be said is one of them
     #[arg(long, value_enum)]
     fail_on: Option<FailOn>,
@@ -89,6 +95,7 @@ impl Diagnosed {
     pub fn write(&self, out: &Path) -> Result<(), InputError> {
         write(
             &self.outcome,
+            None,
             results(out, &self.recordings, &self.model_file)?,
         )
     }
@@ -149,15 +156,22 @@ impl Diagnose {
 
     /// Diagnoses, says the answer and writes the results.
     pub fn run(&self, terminal: &Terminal) -> Result<ExitCode, InputError> {
-        let given = self.given(terminal)?;
         // Before the work: where the results have no place there is nothing to do.
+        let model_file = self.model.clone().unwrap_or_else(|| IDEAL.into());
         let out = self.out.as_deref();
-        let out = out.map(|out| results(out, &self.recordings, &given.1));
+        let out = out.map(|out| results(out, &self.recordings, &model_file));
         let out = out.transpose()?;
-        let diagnosed = self.diagnosed(given, terminal)?;
+        let about = self.for_fleet.then(|| About::read(&self.recordings[0]));
+        let done = about
+            .transpose()
+            .and_then(|about| Ok((about, self.diagnosed(terminal)?)));
+        let (about, diagnosed) = match (done, &out) {
+            (Err(error), Some(_)) if self.for_fleet => return self.refused(&error, out, terminal),
+            (done, _) => done?,
+        };
         let diagnosis = &diagnosed.outcome.diagnosis;
         if let Some(out) = out {
-            write(&diagnosed.outcome, out)?;
+            write(&diagnosed.outcome, about, out)?;
         }
         for line in diagnosed.lines() {
             terminal.say(line);
@@ -175,20 +189,25 @@ impl Diagnose {
         })
     }
 
-    /// The model, its file and what was assumed.
-    pub(super) fn given(
+    /// Writes down why an input cannot be used, for the summary of a fleet.
+    fn refused(
         &self,
+        error: &InputError,
+        out: Option<OutputFolder>,
         terminal: &Terminal,
-    ) -> Result<(Model, PathBuf, Option<String>), InputError> {
-        given_or_ideal(self.model.as_deref(), &self.recordings[0], terminal)
+    ) -> Result<ExitCode, InputError> {
+        terminal.warn(error);
+        if let Some(mut out) = out {
+            RunFile::refused(&self.recordings[0], error).write_into(&mut out)?;
+            out.commit()?;
+        }
+        Ok(ExitCode::SUCCESS)
     }
 
-    /// Diagnoses; writes and says nothing but progress.
-    pub(super) fn diagnosed(
-        &self,
-        (model, model_file, assumed): (Model, PathBuf, Option<String>),
-        terminal: &Terminal,
-    ) -> Result<Diagnosed, InputError> {
+    /// Diagnoses; writes and says nothing but progress and warnings.
+    pub(super) fn diagnosed(&self, terminal: &Terminal) -> Result<Diagnosed, InputError> {
+        let (model, model_file, assumed) =
+            given_or_ideal(self.model.as_deref(), &self.recordings[0], terminal)?;
         let held_out = self.held_out()?;
         let spinner = terminal.spinner("reading");
         let steps = Steps::new(terminal, &spinner);
@@ -302,7 +321,7 @@ fn results(
 }
 
 /// Writes all results at once.
-fn write(outcome: &Outcome, mut out: OutputFolder) -> Result<(), InputError> {
+fn write(outcome: &Outcome, about: Option<About>, mut out: OutputFolder) -> Result<(), InputError> {
     let diagnosis = &outcome.diagnosis;
     let mut json = serde_json::to_string_pretty(diagnosis).map_err(|error| {
         InputError::new(
@@ -317,5 +336,9 @@ fn write(outcome: &Outcome, mut out: OutputFolder) -> Result<(), InputError> {
     out.write("report.html", report.as_bytes())?;
     let residual = figure::residuals(diagnosis, outcome.pictures.as_ref());
     out.write("residual.svg", residual.as_bytes())?;
+    if let Some(about) = about {
+        // The last one, so that the others are there where it is.
+        RunFile::diagnosed(about).write_into(&mut out)?;
+    }
     out.commit()
 }

@@ -51,8 +51,8 @@ pub(super) fn results_folder(
 
 /// Refuses a folder with files in it, unless the JSON among `results` says that they are earlier results.
 pub(super) fn refuse_foreign(out: &Path, results: &[&str]) -> Result<(), InputError> {
-    let earlier = results.iter().find(|name| name.ends_with(".json"));
-    if earlier.is_some_and(|name| out.join(name).is_file()) {
+    let mut earlier = results.iter().filter(|name| name.ends_with(".json"));
+    if earlier.any(|name| out.join(name).is_file()) {
         return Ok(());
     }
     let Ok(entries) = out.read_dir() else {
@@ -78,6 +78,9 @@ pub(super) fn refuse_foreign(out: &Path, results: &[&str]) -> Result<(), InputEr
     }
 }
 
+/// What messages call the model where none is given.
+pub(super) const IDEAL: &str = "the ideal model";
+
 /// The model of a recording: that of `path`, or where there is none an ideal unit of the recording's kind.
 ///
 /// # Returns
@@ -98,7 +101,7 @@ pub(super) fn given_or_ideal(
     let note = format!(
         "Assumed, as no --model is given: an ideal unit, {motion}; no bias, no scale error, noise as measured."
     );
-    Ok((model, PathBuf::from("the ideal model"), Some(note)))
+    Ok((model, PathBuf::from(IDEAL), Some(note)))
 }
 
 /// An ideal unit of a recording's kind.

@@ -39,6 +39,7 @@ mod params;
 mod replay;
 mod simulate;
 mod steps;
+mod summarize;
 
 pub use diagnose::Diagnosed;
 pub use inputs::ideal;
@@ -81,6 +82,7 @@ enum Command {
     Paper(paper::PaperCommand),
     Replay(replay::ReplayCommand),
     Simulate(simulate::Simulate),
+    Summarize(summarize::Summarize),
     Params(params::Params),
 }
 
@@ -102,6 +104,7 @@ impl Command {
             Self::Paper(command) => command.run(terminal)?,
             Self::Replay(command) => command.run(terminal)?,
             Self::Simulate(command) => command.run(terminal)?,
+            Self::Summarize(command) => command.run(terminal)?,
             Self::Params(command) => command.run(terminal)?,
         }
         Ok(ExitCode::SUCCESS)
@@ -149,7 +152,7 @@ pub fn diagnose_in_process(
     terminal: &Terminal,
 ) -> Result<Diagnosed, InputError> {
     match parsed(iter::once("diagnose".into()).chain(arguments))? {
-        Command::Diagnose(command) => command.diagnosed(command.given(terminal)?, terminal),
+        Command::Diagnose(command) => command.diagnosed(terminal),
         _ => unreachable!("the line begins with diagnose"),
     }
 }

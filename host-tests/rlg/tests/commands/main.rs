@@ -11,3 +11,4 @@ mod paper;
 mod replay;
 mod replay_dither;
 mod report;
+mod summarize;

@@ -1,0 +1,66 @@
+//! Reads what a recording says of its circumstances: instrument, date, temperature.
+//!
+//! `instrument = "SN 17"` and `start = 2026-03-01T12:00:00Z` are optional keys of `recording.toml`; the temperature is that
+//! of its temperature channels. Nothing of it enters a diagnosis: it is for comparing many.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::folder::read_table;
+use super::manifest::MANIFEST;
+use super::{Quantity, Recording};
+use crate::error::InputError;
+
+/// Circumstances of a recording.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct About {
+    /// Name of the recording.
+    pub recording: String,
+    /// Name of the instrument.
+    pub instrument: Option<String>,
+    /// Date and time of the recording's time 0, as RFC 3339 has it.
+    pub start: Option<String>,
+    /// The same since 1970, UTC \[s\].
+    pub start_s: Option<f64>,
+    /// Mean temperature \[K\].
+    pub temperature_k: Option<f64>,
+}
+
+impl About {
+    /// Reads it from the manifest in `folder`, and its tables with temperatures.
+    pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
+        let folder = folder.as_ref();
+        let mut manifest = Recording::manifest_of(folder)?;
+        let start = manifest.start.map(|start| start.to_string());
+        let parsed = start.as_deref().map(chrono::DateTime::parse_from_rfc3339);
+        let parsed = parsed.transpose().map_err(|_| {
+            InputError::new(folder.join(MANIFEST), "has no date and time")
+                .channel("start")
+                .value(start.as_deref().unwrap_or_default())
+                .expected("one with its zone, such as 2026-03-01T12:00:00Z")
+        })?;
+        let (mut sum, mut count) = (0.0, 0_usize);
+        for table in &mut manifest.tables {
+            table
+                .channels
+                .retain(|channel| channel.quantity() == Quantity::Temperature);
+            if table.channels.is_empty() {
+                continue;
+            }
+            for channel in read_table(folder, table, None)?.channels {
+                let measured = channel.values.iter().filter(|value| value.is_finite());
+                count += measured.clone().count();
+                sum += measured.sum::<f64>();
+            }
+        }
+        Ok(Self {
+            recording: Recording::name_of(folder, &manifest),
+            instrument: manifest.instrument,
+            start,
+            // Microseconds of a date fit f64.
+            start_s: parsed.map(|parsed| parsed.timestamp_micros() as f64 * 1e-6),
+            temperature_k: (count > 0).then(|| sum / count as f64),
+        })
+    }
+}

@@ -1,0 +1,13 @@
+//! Compares the diagnoses of many recordings and instruments.
+//!
+//! folders of results → [`run`] → [`statistics`] → [`summary`] → [`table`] (CSV, Parquet) or [`page`] (HTML)
+
+pub mod run;
+
+pub mod statistics;
+
+pub mod summary;
+
+pub mod table;
+
+pub mod page;

@@ -1,0 +1,355 @@
+//! Puts the runs of a fleet side by side: a row for each parameter of each effect of each run.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::run::{Effect, Run, Told};
+use super::statistics::{Fleet, Measured, mean, slopes};
+
+/// Seconds in a day.
+const DAY_S: f64 = 86_400.0;
+
+/// What decides that something stands out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SummaryPlan {
+    /// Robust z beyond which an instrument is an outlier (Iglewicz & Hoaglin 1993).
+    pub outlier_z: f64,
+    /// Instruments that a median and its deviation need: of four, two that are off are half.
+    pub least_instruments: usize,
+    /// Runs more than a trend has unknowns, so that its scatter is judged.
+    pub spare_runs: usize,
+}
+
+impl Default for SummaryPlan {
+    fn default() -> Self {
+        Self {
+            outlier_z: 3.5,
+            least_instruments: 5,
+            spare_runs: 1,
+        }
+    }
+}
+
+/// What makes two numbers comparable: kind, its texts (an axis, an expression), parameter, and which of several such.
+type Key = (String, String, String, usize);
+
+/// A run with its numbers by key.
+type Keyed = (Run, Vec<(Key, Found)>);
+
+/// A parameter of an effect in one run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// Kind.
+    pub kind: String,
+    /// Texts of the effect, such as its axis.
+    pub texts: String,
+    /// Parameter.
+    pub parameter: String,
+    /// Value with its standard deviation, SI.
+    pub measured: Measured,
+    /// Unit.
+    pub unit: String,
+    /// `named` or `class`.
+    pub label: Option<String>,
+    /// Kinds that the recording cannot tell from it.
+    pub indistinguishable_from: Vec<String>,
+    /// Chance, trials counted.
+    pub p_value: f64,
+    /// The fleet's median and spread.
+    pub fleet: Option<Fleet>,
+    /// Robust z of the instrument in the fleet.
+    pub fleet_z: Option<f64>,
+    /// Whether it stands out.
+    pub is_outlier: bool,
+    /// The instrument's trend with time \[a day\].
+    pub per_day: Option<Measured>,
+    /// The instrument's trend with temperature \[a kelvin\].
+    pub per_kelvin: Option<Measured>,
+}
+
+/// A run with what was found in it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    /// The run.
+    pub run: Run,
+    /// In the order of the diagnosis.
+    pub found: Vec<Found>,
+}
+
+/// The fleet.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// Runs by instrument, then start, then name.
+    pub lines: Vec<Line>,
+}
+
+/// The numbers of a diagnosis with their keys.
+fn numbers(told: &Told) -> Vec<(Key, Found)> {
+    let mut seen: BTreeMap<(String, String, String), usize> = BTreeMap::new();
+    let mut all = Vec::new();
+    for effect in &told.effects {
+        let texts = texts(effect);
+        for parameter in &effect.parameters {
+            let number = (parameter.value.as_f64(), parameter.std, &parameter.unit);
+            let (Some(value), Some(std), Some(unit)) = number else {
+                continue;
+            };
+            let key = (effect.kind.clone(), texts.clone(), parameter.name.clone());
+            let place = seen.entry(key.clone()).or_default();
+            let key = (key.0, key.1, key.2, *place);
+            *place += 1;
+            let found = Found {
+                kind: effect.kind.clone(),
+                texts: texts.clone(),
+                parameter: parameter.name.clone(),
+                measured: Measured { value, std },
+                unit: unit.clone(),
+                label: effect.label.clone(),
+                indistinguishable_from: effect.indistinguishable_from.clone(),
+                p_value: effect.p_value,
+                fleet: None,
+                fleet_z: None,
+                is_outlier: false,
+                per_day: None,
+                per_kelvin: None,
+            };
+            all.push((key, found));
+        }
+    }
+    all
+}
+
+fn texts(effect: &Effect) -> String {
+    let texts = effect.parameters.iter();
+    let texts = texts.filter_map(|one| Some(format!("{} {}", one.name, one.value.as_str()?)));
+    texts.collect::<Vec<_>>().join(", ")
+}
+
+/// What a run says of a key: its value, or where the kind was tested and not found, none with the standard deviation
+/// of that test; nothing where the recording could not have shown it.
+fn said(told: &Told, numbers: &[(Key, Found)], key: &Key) -> Option<Measured> {
+    if let Some((_, found)) = numbers.iter().find(|(one, _)| one == key) {
+        return Some(found.measured);
+    }
+    let tested = told
+        .sensitivity
+        .iter()
+        .find(|tested| tested.kind == key.0)?;
+    (tested.snr > 0.0).then(|| Measured {
+        value: 0.0,
+        std: (tested.typical / tested.snr).abs(),
+    })
+}
+
+impl Summary {
+    /// Compares runs.
+    pub fn of(mut runs: Vec<Run>, plan: &SummaryPlan) -> Self {
+        runs.sort_by(|a, b| {
+            let start = |run: &Run| run.about.start_s.unwrap_or(f64::INFINITY);
+            let by_start = start(a).total_cmp(&start(b));
+            let by_instrument = a.instrument().cmp(b.instrument());
+            by_instrument.then(by_start).then(a.name.cmp(&b.name))
+        });
+        let told = |run: &Run| run.told.as_ref().map(numbers).unwrap_or_default();
+        let mut keyed: Vec<Keyed> = runs
+            .into_iter()
+            .map(|run| {
+                let found = told(&run);
+                (run, found)
+            })
+            .collect();
+        let keys: BTreeSet<Key> = keyed
+            .iter()
+            .flat_map(|(_, found)| found.iter().map(|(key, _)| key.clone()))
+            .collect();
+        for key in &keys {
+            place(&mut keyed, key, plan);
+            follow(&mut keyed, key, plan);
+        }
+        let line = |(run, found): Keyed| Line {
+            run,
+            found: found.into_iter().map(|(_, found)| found).collect(),
+        };
+        Self {
+            lines: keyed.into_iter().map(line).collect(),
+        }
+    }
+
+    /// Instruments.
+    pub fn instruments(&self) -> BTreeSet<&str> {
+        self.lines
+            .iter()
+            .map(|line| line.run.instrument())
+            .collect()
+    }
+
+    /// Runs without a diagnosis, with the sentence that says why.
+    pub fn refused(&self) -> impl Iterator<Item = (&Run, &str)> {
+        self.lines
+            .iter()
+            .filter_map(|line| Some((&line.run, line.run.told.as_ref().err()?.as_str())))
+    }
+}
+
+/// Finds each instrument's place in the fleet.
+fn place(keyed: &mut [Keyed], key: &Key, plan: &SummaryPlan) {
+    let mut by_instrument: BTreeMap<String, Vec<Measured>> = BTreeMap::new();
+    for (run, found) in keyed.iter() {
+        let Ok(told) = &run.told else { continue };
+        if let Some(said) = said(told, found, key) {
+            let all = by_instrument.entry(run.instrument().to_owned());
+            all.or_default().push(said);
+        }
+    }
+    if by_instrument.len() < plan.least_instruments {
+        return;
+    }
+    let means: BTreeMap<String, Measured> = by_instrument
+        .into_iter()
+        .filter_map(|(instrument, all)| Some((instrument, mean(&all)?)))
+        .collect();
+    let values: Vec<f64> = means.values().map(|mean| mean.value).collect();
+    let Some(fleet) = Fleet::of(&values) else {
+        return;
+    };
+    for (run, found) in keyed {
+        let z = means.get(run.instrument()).map(|mean| fleet.z(*mean));
+        for (_, one) in found.iter_mut().filter(|(one, _)| one == key) {
+            one.fleet = Some(fleet);
+            one.fleet_z = z;
+            one.is_outlier = z.is_some_and(|z| z.abs() > plan.outlier_z);
+        }
+    }
+}
+
+/// A value with its time \[day\] and temperature \[K\], where they are known.
+type Dated = (Measured, [Option<f64>; 2]);
+
+/// Finds each instrument's trends with time and temperature, where all runs with the effect know them.
+fn follow(keyed: &mut [Keyed], key: &Key, plan: &SummaryPlan) {
+    let mut by_instrument: BTreeMap<String, Vec<Dated>> = BTreeMap::new();
+    for (run, found) in keyed.iter() {
+        if let Some((_, one)) = found.iter().find(|(one, _)| one == key) {
+            let days = run.about.start_s.map(|start_s| start_s / DAY_S);
+            let all = by_instrument.entry(run.instrument().to_owned());
+            let at = [days, run.about.temperature_k];
+            all.or_default().push((one.measured, at));
+        }
+    }
+    for (run, found) in keyed {
+        let Some(all) = by_instrument.get(run.instrument()) else {
+            continue;
+        };
+        let values: Vec<Measured> = all.iter().map(|(value, _)| *value).collect();
+        let axis = |k: usize| all.iter().map(|(_, at)| at[k]).collect();
+        let axes: [Option<Vec<f64>>; 2] = [0, 1].map(axis);
+        let known: Vec<Vec<f64>> = axes.iter().flatten().cloned().collect();
+        let mut fitted = slopes(&values, &known, plan.spare_runs).into_iter();
+        let [per_day, per_kelvin] = axes.map(|axis| axis.and_then(|_| fitted.next().flatten()));
+        for (_, one) in found.iter_mut().filter(|(one, _)| one == key) {
+            one.per_day = per_day;
+            one.per_kelvin = per_kelvin;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fleet::run::{Parameter, Tested};
+    use crate::recording::About;
+
+    fn run(name: &str, instrument: &str, scale: Option<f64>, day: f64) -> Run {
+        let effect = |value: f64| Effect {
+            kind: "gyro_scale".to_owned(),
+            indistinguishable_from: Vec::new(),
+            parameters: vec![Parameter {
+                name: "x".to_owned(),
+                value: value.into(),
+                std: Some(1e-6),
+                unit: Some("1".to_owned()),
+            }],
+            p_value: 0.0,
+            label: Some("named".to_owned()),
+        };
+        Run {
+            name: name.to_owned(),
+            about: About {
+                recording: name.to_owned(),
+                instrument: Some(instrument.to_owned()),
+                start: None,
+                start_s: Some(day * DAY_S),
+                temperature_k: None,
+            },
+            told: serde_json::from_value(serde_json::json!({
+                "recording": name, "verdict": "explained", "effects": [], "sensitivity": [],
+            }))
+            .map(|told: Told| Told {
+                effects: scale.map(effect).into_iter().collect(),
+                sensitivity: vec![Tested {
+                    kind: "gyro_scale".to_owned(),
+                    typical: 1e-4,
+                    snr: 50.0,
+                }],
+                ..told
+            })
+            .map_err(|error| error.to_string()),
+        }
+    }
+
+    fn found(runs: Vec<Run>) -> Vec<(String, Found)> {
+        let summary = Summary::of(runs, &SummaryPlan::default());
+        let named = |line: Line| {
+            let name = line.run.name;
+            line.found.into_iter().map(move |one| (name.clone(), one))
+        };
+        summary.lines.into_iter().flat_map(named).collect()
+    }
+
+    #[test]
+    fn the_one_with_an_effect_that_the_others_were_tested_for_stands_out() {
+        let mut runs: Vec<Run> = (0..5)
+            .map(|k| run(&format!("r{k}"), &format!("u{k}"), None, 0.0))
+            .collect();
+        runs.push(run("r5", "u5", Some(1e-4), 0.0));
+        let all = found(runs.clone());
+        // The spread is zero, so its own standard deviation alone decides.
+        assert_eq!(all.len(), 1);
+        assert!(all[0].1.is_outlier && (all[0].1.fleet_z.expect("a z") - 100.0).abs() < 1e-9);
+        // Of those that could not have shown it nothing is known.
+        for run in &mut runs[..5] {
+            run.told.as_mut().expect("a diagnosis").sensitivity.clear();
+        }
+        assert_eq!(found(runs)[0].1.fleet_z, None);
+    }
+
+    #[test]
+    fn an_instruments_runs_are_one_value_of_the_fleet_and_a_trend() {
+        let mut runs: Vec<Run> = (0..4)
+            .map(|k| {
+                run(
+                    &format!("r{k}"),
+                    &format!("u{k}"),
+                    Some(1e-5 * f64::from(k)),
+                    0.0,
+                )
+            })
+            .collect();
+        runs.extend((0..6).map(|k| {
+            run(
+                &format!("s{k}"),
+                "u9",
+                Some(2e-4 + 1e-6 * f64::from(k)),
+                f64::from(k),
+            )
+        }));
+        let all = found(runs);
+        let of = |name: &str| &all.iter().find(|(run, _)| run == name).expect("the run").1;
+        assert_eq!(of("s0").fleet.expect("a fleet").median, 2e-5);
+        assert!(of("s0").is_outlier && of("s5").is_outlier && !of("r3").is_outlier);
+        let trend = of("s3").per_day.expect("a trend");
+        assert!(
+            (trend.value - 1e-6).abs() < 1e-12 && (trend.std - 1e-6 / 17.5f64.sqrt()).abs() < 1e-12
+        );
+        assert_eq!((of("r1").per_day, of("s3").per_kelvin), (None, None));
+    }
+}
