@@ -39,6 +39,8 @@ fn the_package_passes_pytest() {
         .with_extension(env::consts::EXE_EXTENSION);
     let status = Command::new(python)
         .args(["-m", "pytest", "-p", "no:cacheprovider", "--durations=5"])
+        // A file at a time, so that what its tests share is made once.
+        .args(["--numprocesses=2", "--dist=loadfile"])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .env("PYTHONPATH", installed(libraries))
         .env("PYTHONDONTWRITEBYTECODE", "1")
