@@ -35,6 +35,19 @@ impl Recording {
         Ok(channels.map(ChannelEntry::quantity).collect())
     }
 
+    /// When it was recorded, as the manifest's `start` has it; absent where it has none.
+    pub fn start(folder: impl AsRef<Path>) -> Result<Option<String>, InputError> {
+        let manifest = Self::manifest_of(folder.as_ref())?;
+        Ok(manifest.start.map(|start| start.to_string()))
+    }
+
+    /// The names of the files that make up the recording in `folder`: the manifest, then its tables.
+    pub fn files(folder: impl AsRef<Path>) -> Result<Vec<String>, InputError> {
+        let manifest = Self::manifest_of(folder.as_ref())?;
+        let tables = manifest.tables.into_iter().map(|table| table.file);
+        Ok(std::iter::once(MANIFEST.to_owned()).chain(tables).collect())
+    }
+
     /// Reads and checks the recording in `folder`.
     pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
         let folder = folder.as_ref();

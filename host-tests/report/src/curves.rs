@@ -1,103 +1,200 @@
-//! Plots the residual against time and against frequency, before and after.
+//! Makes the charts of a page: residual against time and frequency, Allan deviation, rates as recorded.
 //!
 //! [`Pictures`] hold the integrated residual \[rad\] and the one-sided power of the residual rate \[(rad/s)²/Hz\];
 //! plots show arcsec over s, and °/h/√Hz over Hz.
 
-use maud::Markup;
-use plotters::prelude::*;
-
-use super::plot::{AFTER, Axes, BEFORE, Drawn, FINE, HELD_OUT, INK, builder, decades, frame};
-use super::plot::{ends, plot, range};
-use super::words::{ARCSEC_PER_RAD, DEG_H_PER_RAD_S, number, superscript};
+use super::allan;
+use super::beside::Beside;
+use super::chart::{Chart, Ink, Line};
+use super::words::{ARCSEC_PER_RAD, DEG_H_PER_RAD_S};
 use rlg_diagnosis::pictures::Pictures;
+use rlg_findings::result::Diagnosis;
 use rlg_recording::AXES;
 
-/// Height of a curve \[page pixels\].
-const HEIGHT: u32 = 290;
+/// Points of a line on the page: two a pixel of the widest plot.
+const MOST_POINTS: usize = 1500;
 
-/// The integrated residual of a gyro; `both` also draws it without the found effects.
-pub fn angle(pictures: &Pictures, axis: usize, both: bool) -> Markup {
-    let label = format!(
-        "Integrated residual angle of gyro {} against time",
-        AXES[axis]
-    );
-    plot(&label, HEIGHT, |area| {
-        let before = arcsec(&pictures.angle_before_rad[axis]);
-        let after = arcsec(&pictures.angle_after_rad[axis]);
-        let shown = after.iter().chain(before.iter().filter(|_| both));
-        let y = range(shown.copied());
-        let x = time_range(pictures);
-        let mut chart = builder(area).build_cartesian_2d(x, y.clone())?;
-        chart.draw_series(pictures.held_out_s.iter().map(|[begin, end]| {
-            Rectangle::new([(*begin, y.start), (*end, y.end)], HELD_OUT.filled())
-        }))?;
-        let axes = Axes {
-            x_title: "time [s]",
-            y_title: "residual angle [″]",
-            x_number: &|time_s| number(*time_s),
-            y_number: &|angle| number(*angle),
-            y_count: 6,
-        };
-        frame(&mut chart, &axes)?;
-        let mut line = |values: &[f64], colour: RGBColor, width: u32| -> Drawn {
-            let points = pictures.time_s.iter().zip(values);
-            let points = points.map(|(x, y)| (*x, *y)).filter(|(_, y)| y.is_finite());
-            chart.draw_series(LineSeries::new(points, colour.stroke_width(width)))?;
-            Ok(())
-        };
-        if both {
-            line(&before, BEFORE, FINE)?;
-        }
-        line(&after, AFTER, FINE * 3 / 2)
-    })
+/// The line of the residual after, where there is also one before, and where not.
+fn after(both: bool) -> &'static str {
+    if both {
+        "after: with what was found"
+    } else {
+        "residual"
+    }
 }
 
-/// The spectrum of a gyro's residual against its noise model.
-pub fn spectrum(pictures: &Pictures, axis: usize, both: bool) -> Markup {
-    let label = format!(
-        "Spectrum of the residual rate of gyro {} against the noise model",
-        AXES[axis]
-    );
-    plot(&label, HEIGHT, |area| {
-        let before = deg_h_sqrt_hz(&pictures.power_before[axis]);
-        let after = deg_h_sqrt_hz(&pictures.power_after[axis]);
-        let noise = deg_h_sqrt_hz(&pictures.power_noise[axis]);
-        let shown = after
-            .iter()
-            .chain(&noise)
-            .chain(before.iter().filter(|_| both));
-        let y = decades(shown.copied());
-        let frequencies = pictures.frequency_hz.iter().copied();
-        let (low, high) = ends(frequencies.filter(|f| *f > 0.0)).unwrap_or((1.0, 10.0));
-        let x = low..high.max(2.0 * low);
-        let mut chart = builder(area).build_cartesian_2d(x.log_scale(), y.log_scale())?;
-        let axes = Axes {
+/// Lines before (if `both`) and after.
+fn before_and_after(before: Vec<f64>, values: Vec<f64>, both: bool) -> Vec<Line> {
+    let before = Line {
+        name: "before: the model as it was",
+        ink: Ink::Before,
+        values: before,
+    };
+    let after = Line {
+        name: after(both),
+        ink: Ink::After,
+        values,
+    };
+    both.then_some(before).into_iter().chain([after]).collect()
+}
+
+/// The integrated residual of each gyro \[″\]; `both` also shows it without the found effects.
+pub fn angles(pictures: &Pictures, both: bool) -> Vec<Chart> {
+    let step = pictures.time_s.len().div_ceil(MOST_POINTS).max(1);
+    let thinned = |values: &[f64]| values.iter().step_by(step).copied().collect::<Vec<f64>>();
+    let each = AXES.iter().enumerate().map(|(axis, name)| Chart {
+        id: format!("residual-angle-{name}"),
+        group: "time",
+        title: format!("Gyro {name}: measured less predicted angle"),
+        x_title: "time [s]",
+        y_title: "residual angle [″]",
+        logarithmic: false,
+        x: thinned(&pictures.time_s),
+        lines: before_and_after(
+            arcsec(&thinned(&pictures.angle_before_rad[axis])),
+            arcsec(&thinned(&pictures.angle_after_rad[axis])),
+            both,
+        ),
+        stretches: pictures.held_out_s.clone(),
+        envelope: false,
+    });
+    each.collect()
+}
+
+/// The spectrum of each gyro's residual \[°/h/√Hz\] against its noise model.
+pub fn spectra(pictures: &Pictures, both: bool) -> Vec<Chart> {
+    let first = pictures.frequency_hz.iter().position(|f| *f > 0.0);
+    let first = first.unwrap_or(pictures.frequency_hz.len());
+    let of = |power: &[f64]| deg_h_sqrt_hz(power.get(first..).unwrap_or_default());
+    let each = AXES.iter().enumerate().map(|(axis, name)| {
+        let mut lines = before_and_after(
+            of(&pictures.power_before[axis]),
+            of(&pictures.power_after[axis]),
+            both,
+        );
+        lines.push(Line {
+            name: "noise model",
+            ink: Ink::Model,
+            values: of(&pictures.power_noise[axis]),
+        });
+        Chart {
+            id: format!("residual-spectrum-{name}"),
+            group: "frequency",
+            title: format!("Gyro {name}: spectrum of the residual"),
             x_title: "frequency [Hz]",
             y_title: "residual [°/h/√Hz]",
-            x_number: &power_of_ten,
-            y_number: &power_of_ten,
-            y_count: 6,
-        };
-        frame(&mut chart, &axes)?;
-        let points = |values: &[f64]| -> Vec<(f64, f64)> {
-            let points = pictures.frequency_hz.iter().zip(values);
-            points
-                .map(|(x, y)| (*x, *y))
-                .filter(|(x, y)| *x > 0.0 && *y > 0.0 && y.is_finite())
-                .collect()
-        };
-        if both {
-            let style = BEFORE.stroke_width(FINE);
-            chart.draw_series(LineSeries::new(points(&before), style))?;
+            logarithmic: true,
+            x: pictures.frequency_hz[first..].to_vec(),
+            lines,
+            stretches: Vec::new(),
+            envelope: false,
         }
-        let style = AFTER.stroke_width(FINE * 3 / 2);
-        chart.draw_series(LineSeries::new(points(&after), style))?;
-        let (dash, gap) = (6 * FINE, 4 * FINE);
-        let style = INK.stroke_width(FINE * 3 / 2);
-        let dashes = DashedLineSeries::new(points(&noise), dash, gap, style);
-        chart.draw_series(dashes)?;
-        Ok(())
-    })
+    });
+    each.collect()
+}
+
+/// The Allan deviation of each gyro \[°/h\]: of the recorded rate, of the residual, and of the noise it is judged with.
+pub fn allan_deviations(
+    diagnosis: &Diagnosis,
+    pictures: Option<&Pictures>,
+    beside: &Beside,
+) -> Vec<Chart> {
+    let each = AXES.iter().enumerate().filter_map(|(axis, name)| {
+        let data = beside.rates.get(axis).map(|rate| rate.allan.clone());
+        let residual = pictures.and_then(|pictures| {
+            let angle = pictures.angle_after_rad[axis].clone();
+            Some(allan::deviation(
+                &[angle],
+                allan::period_s(&pictures.time_s)?,
+            ))
+        });
+        let channel = format!("gyro_{name}");
+        let noise = diagnosis.noise.iter().find(|one| one.channel == channel);
+        let known = [
+            (data, "as recorded", Ink::Before),
+            (residual, "residual", Ink::After),
+        ];
+        let known: Vec<_> = known
+            .into_iter()
+            .filter_map(|(curve, name, ink)| Some((curve?, name, ink)))
+            .collect();
+        let mut x: Vec<f64> = known
+            .iter()
+            .flat_map(|(curve, ..)| curve.iter().map(|p| p.0))
+            .collect();
+        x.sort_by(f64::total_cmp);
+        x.dedup();
+        if x.is_empty() {
+            return None;
+        }
+        let mut lines: Vec<Line> = known
+            .iter()
+            .map(|(curve, name, ink)| Line {
+                name,
+                ink: *ink,
+                values: at(curve, &x),
+            })
+            .collect();
+        lines.extend(noise.map(|noise| {
+            Line {
+                name: "noise model",
+                ink: Ink::Model,
+                values: x
+                    .iter()
+                    .map(|tau_s| allan::of_model(noise, *tau_s) * DEG_H_PER_RAD_S)
+                    .collect(),
+            }
+        }));
+        Some(Chart {
+            id: format!("allan-deviation-{name}"),
+            group: "averaging",
+            title: format!("Gyro {name}: Allan deviation"),
+            x_title: "averaging time [s]",
+            y_title: "Allan deviation [°/h]",
+            logarithmic: true,
+            x,
+            lines,
+            stretches: Vec::new(),
+            envelope: false,
+        })
+    });
+    each.collect()
+}
+
+/// The values of a curve \[°/h\] at `x`, NaN where it has no point.
+fn at(curve: &[(f64, f64)], x: &[f64]) -> Vec<f64> {
+    let value = |x: &f64| {
+        let place = curve.binary_search_by(|point| point.0.total_cmp(x)).ok();
+        place.map_or(f64::NAN, |place| curve[place].1 * DEG_H_PER_RAD_S)
+    };
+    x.iter().map(value).collect()
+}
+
+/// The rates as recorded \[°/s\], the least and the most of each column of pixels.
+pub fn rates(pictures: Option<&Pictures>, beside: &Beside) -> Vec<Chart> {
+    let each = beside.rates.iter().map(|rate| {
+        let line = |name, values: &[f64]| Line {
+            name,
+            ink: Ink::After,
+            values: values.iter().map(|rate| rate.to_degrees()).collect(),
+        };
+        Chart {
+            id: format!("rate-{}", rate.axis),
+            group: "time",
+            title: format!("Gyro {}: rate as recorded", rate.axis),
+            x_title: "time [s]",
+            y_title: "rate [°/s]",
+            logarithmic: false,
+            x: rate.time_s.clone(),
+            lines: vec![
+                line("least", &rate.least_rad_s),
+                line("most", &rate.most_rad_s),
+            ],
+            stretches: pictures.map_or_else(Vec::new, |pictures| pictures.held_out_s.clone()),
+            envelope: true,
+        }
+    });
+    each.collect()
 }
 
 /// From the first to the last moment drawn \[s\].
@@ -125,12 +222,4 @@ fn deg_h_sqrt_hz(power: &[f64]) -> Vec<f64> {
         .iter()
         .map(|power| power.sqrt() * DEG_H_PER_RAD_S)
         .collect()
-}
-
-fn power_of_ten(value: &f64) -> String {
-    let power = value.log10().round() as i32;
-    match power {
-        -1..=3 => number(*value),
-        other => format!("10{}", superscript(other)),
-    }
 }

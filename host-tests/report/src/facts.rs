@@ -1,48 +1,18 @@
-//! Writes the page's last two sections: what the diagnosis rests on (times, noise, version), and all numbers.
+//! Writes the page's last two sections: what the diagnosis rests on (times, trials), and all numbers.
 
 use maud::{Markup, html};
 
-use super::words::{
-    ARCSEC_PER_RAD, DEG_SQRT_H_PER_RAD_SQRT_S, MICRO_G_PER_M_S2, number, seconds, spaced,
-};
+use super::words::seconds;
 use rlg_findings::result::Diagnosis;
 
 /// Most intervals of time that are written out; a longer list is in the data.
 const MOST_INTERVALS: usize = 20;
 
-/// Writes the section on noise and times.
+/// Writes the section on times and trials.
 pub fn facts(diagnosis: &Diagnosis) -> Markup {
     html! {
         section {
             h2 { "What this rests on" }
-            @if !diagnosis.noise.is_empty() {
-                div.scroll { table {
-                    thead { tr { th { "noise of" } th { "angle random walk [°/√h]" } th { "white angle noise [″]" } } }
-                    tbody {
-                        @for noise in &diagnosis.noise {
-                            tr {
-                                td { (spaced(&noise.channel)) }
-                                td.number { (number(noise.angle_random_walk_rad_sqrt_s * DEG_SQRT_H_PER_RAD_SQRT_S)) }
-                                td.number { (number(noise.angle_noise_rad * ARCSEC_PER_RAD)) }
-                            }
-                        }
-                    }
-                } }
-            }
-            @if !diagnosis.accelerometer_noise.is_empty() {
-                div.scroll { table {
-                    thead { tr { th { "noise of" } th { "white noise [µg/√Hz]" } th { "velocity noise [m/s]" } } }
-                    tbody {
-                        @for noise in &diagnosis.accelerometer_noise {
-                            tr {
-                                td { (spaced(&noise.channel)) }
-                                td.number { (number(noise.noise_m_s2_sqrt_hz * MICRO_G_PER_M_S2)) }
-                                td.number { (number(noise.velocity_noise_m_s)) }
-                            }
-                        }
-                    }
-                } }
-            }
             @if !diagnosis.fit.fitted_on.is_empty() {
                 p { b { "Fitted on " } (intervals(&diagnosis.fit.fitted_on)) "." }
             }

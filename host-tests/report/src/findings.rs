@@ -1,191 +1,32 @@
-//! Writes the sections on what differs and where, and on what was left out, how large, and how sure.
+//! Writes the section on what was left out: how large, how sure, and what is known of the single numbers.
 
 use maud::{Markup, html};
 
 use super::cell_marks::error_bar;
-use super::corrected;
+use super::correlations;
 use super::lines;
-use super::map;
 use super::words::{
-    SIGNIFICANT_SIGMAS, Scale, band, chance, display_unit, happened, number, plain, seconds,
-    spaced, symbols, with_spread,
+    SIGNIFICANT_SIGMAS, Scale, chance, number, plain, rounded, symbols, with_spread,
 };
-use rlg_diagnosis::pictures::Pictures;
 use rlg_findings::result::{
-    Diagnosis, EffectEntry, EvidenceEntry, Identifiable, LocationEntry, ONLY_DESCRIBED,
-    ParameterEntry, RegimeEntry, Verdict,
+    Diagnosis, EffectEntry, EvidenceEntry, Identifiable, ONLY_DESCRIBED, ParameterEntry,
+    RegimeEntry,
 };
 use rlg_findings::sentences::combination;
-use rlg_recording::AXES;
 
-/// Rows that a table of the page may have: more are not read; all of them are in the data at its end.
+/// Effects and rows that the page shows: more are not read; all of them are in the data at its end.
 const MOST_ROWS: usize = 24;
+
+/// Effects that stand open; of more, each is folded away under its name.
+const OPEN: usize = 2;
 
 /// Where a combination is known so much better than its single values, it is the combination that counts:
 /// beyond this ratio of standard deviations the page says so.
 const BETTER_KNOWN_RATIO: f64 = 1.5;
 
-/// The effects in one sentence.
-pub fn in_short(diagnosis: &Diagnosis) -> Option<Markup> {
-    let mut kinds: Vec<&str> = Vec::new();
-    for effect in &diagnosis.effects {
-        if !kinds.contains(&effect.kind.as_str()) {
-            kinds.push(&effect.kind);
-        }
-    }
-    let fallen = fallen_drifts(diagnosis);
-    let rivals: Vec<String> = match &diagnosis.effects[..] {
-        [only] => not_told_apart(only)
-            .iter()
-            .map(|kind| plain(kind))
-            .collect(),
-        _ => Vec::new(),
-    };
-    if kinds.is_empty() {
-        return None;
-    }
-    Some(html! {
-        "Left out: "
-        @for (place, kind) in kinds.iter().enumerate() {
-            @if place > 0 { ", " }
-            b { (plain(kind)) }
-        }
-        "."
-        @if !rivals.is_empty() { " This recording cannot tell it from " (rivals.join(", ")) "." }
-        @if !fallen.is_empty() {
-            " With it in the model the drift on time that was not fitted falls: " (fallen.join("; ")) "."
-        }
-    })
-}
-
-/// The gyros whose drift was significant before and falls, as "gyro x from 1.44 to 0.03 ± 0.06 °/h".
-fn fallen_drifts(diagnosis: &Diagnosis) -> Vec<String> {
-    let channels = diagnosis.fit.channels.iter().filter(|channel| {
-        let (before, after) = (&channel.held_out_before, &channel.held_out_after);
-        let word = happened(before.drift_rad_s, after.drift_rad_s, after.drift_std_rad_s);
-        before.drift_rad_s.abs() > SIGNIFICANT_SIGMAS * before.drift_std_rad_s && word == "falls"
-    });
-    channels
-        .map(|channel| {
-            let (factor, unit) = display_unit(channel.unit.unwrap_or("rad/s"));
-            let (before, after) = (&channel.held_out_before, &channel.held_out_after);
-            format!(
-                "{} from {} to {} {unit}",
-                spaced(&channel.channel),
-                number(rounded(before.drift_rad_s * factor)),
-                with_spread(after.drift_rad_s * factor, after.drift_std_rad_s * factor)
-            )
-        })
-        .collect()
-}
-
-/// Locations and the maps.
-pub fn differences(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> Markup {
-    // Attitudes are not split into tiles: there is no map of them.
-    let is_mapped = pictures.is_none_or(|pictures| !pictures.tiles_before.is_empty());
-    if diagnosis.verdict == Verdict::Unusable || (!is_mapped && diagnosis.locations.is_empty()) {
-        return html! {};
-    }
-    html! {
-        section {
-            h2 { "What differs, and where" }
-            @if diagnosis.locations.is_empty() {
-                p { "Nothing stands above the noise in any stretch of time, band or gyro." }
-            } @else { (locations(&diagnosis.locations)) }
-            @if let Some(pictures) = pictures { (maps(pictures, corrected(diagnosis))) }
-        }
-    }
-}
-
-fn locations(locations: &[LocationEntry]) -> Markup {
-    html! {
-        div.scroll { table {
-            thead { tr { th { "channel" } th { "time [s]" } th { "band" } th { "size" } th { "how it goes" } th { "chance" } } }
-            tbody {
-                @for location in locations.iter().take(MOST_ROWS) {
-                    @let (factor, unit) = display_unit(&location.unit);
-                    tr {
-                        td.number { (spaced(&location.channel)) }
-                        td.number { (seconds(location.start_s)) "–" (seconds(location.end_s)) }
-                        td.number { (band(location.low_hz, location.high_hz)) }
-                        td.number { (number(rounded(location.size * factor))) " " (unit) }
-                        td { (symbols(&location.regime)) }
-                        td.number { (chance(location.p_value)) }
-                    }
-                }
-            }
-        } }
-        (and_more(locations.len()))
-        (companions(locations))
-        p.note { "Size: the largest mean or excess in the stretch. Chance: that noise alone does this anywhere in the recording." }
-    }
-}
-
-/// The regimes that each gyro and band correlates with, each once.
-fn companions(locations: &[LocationEntry]) -> Markup {
-    let mut told: Vec<(&str, String)> = Vec::new();
-    let mut lines: Vec<Markup> = Vec::new();
-    for location in locations.iter().take(MOST_ROWS) {
-        let place = (
-            location.channel.as_str(),
-            band(location.low_hz, location.high_hz),
-        );
-        if location.coherent_with.is_empty() || told.contains(&place) {
-            continue;
-        }
-        lines.push(html! {
-            li {
-                (spaced(place.0)) ", " (place.1) ": "
-                @for (rank, with) in location.coherent_with.iter().enumerate() {
-                    @if rank > 0 { "; " }
-                    (symbols(&with.with)) " (coherence " (number(rounded(with.coherence)))
-                    @if with.lag_s != 0.0 { ", " (number(rounded(1e3 * with.lag_s))) " ms late" }
-                    ", chance " (chance(with.p_value)) ")"
-                }
-            }
-        });
-        told.push(place);
-    }
-    html! {
-        @if !lines.is_empty() {
-            p { "Before anything was fitted, the difference already went with:" }
-            ul { @for line in &lines { (line) } }
-        }
-    }
-}
-
-/// A size rounded to three digits.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.2e}").parse().unwrap_or(value)
-}
-
 fn and_more(rows: usize) -> Markup {
     html! {
         @if rows > MOST_ROWS { p.note { "And " (rows - MOST_ROWS) " more, in the data at the end of this page." } }
-    }
-}
-
-fn maps(pictures: &Pictures, both: bool) -> Markup {
-    let one = |axis: usize, what: &str, after: bool| {
-        html! {
-            figure {
-                figcaption { "Gyro " (AXES[axis]) (what) }
-                (map::map(pictures, axis, after))
-            }
-        }
-    };
-    html! {
-        (map::legend())
-        @if both {
-            @for axis in 0..AXES.len() {
-                div.pair {
-                    (one(axis, ", as recorded", false))
-                    (one(axis, ", what was found taken out", true))
-                }
-            }
-        } @else {
-            div.pair { @for axis in 0..AXES.len() { (one(axis, "", false)) } }
-        }
     }
 }
 
@@ -196,12 +37,29 @@ pub fn effects(diagnosis: &Diagnosis) -> Markup {
             section {
                 h2 { "What was left out" }
                 @let (lines, others): (Vec<_>, Vec<_>) = diagnosis.effects.iter().partition(|effect| lines::is_line(effect));
-                @for effect in others.iter().take(MOST_ROWS) { (one(effect)) }
+                @for effect in others.iter().take(MOST_ROWS) {
+                    @if others.len() > OPEN {
+                        details { summary { b { (plain(&effect.kind)) } " " (gist(effect)) } (one(effect)) }
+                    } @else { (one(effect)) }
+                }
                 (and_more(others.len()))
                 @if !lines.is_empty() { (lines::table(diagnosis)) }
             }
         }
     }
+}
+
+/// What tells an effect from others of its kind: its axis or channel, then its expression or the first sentence on it.
+fn gist(effect: &EffectEntry) -> String {
+    let place = effect.text("axis").or(effect.text("channel"));
+    let (first, _) = effect
+        .what_was_left_out
+        .split_once(". ")
+        .unwrap_or((&effect.what_was_left_out, ""));
+    let said = effect.expression.as_deref().unwrap_or(first);
+    format!("{}: {said}", place.unwrap_or_default())
+        .trim_start_matches([':', ' '])
+        .to_owned()
 }
 
 /// Kinds that the recording cannot tell from a found one.
@@ -217,46 +75,54 @@ fn one(effect: &EffectEntry) -> Markup {
     html! {
         article {
             h3 { (plain(&effect.kind)) " " code { (effect.kind) } }
-            p { (effect.what_was_left_out) }
-            @if !effect.equation.is_empty() { p.equation { (symbols(&effect.equation)) } }
-            @if let Some(expression) = &effect.expression {
-                @match effect.kind.as_str() {
-                    "unlisted" => p { "Expression: " code { (expression) } },
-                    _ => p.caution { "Explains as much with one number, and is no effect of the catalogue: " code { (expression) } },
-                }
+            div.split {
+                div { (words(effect)) (caution(effect)) (regimes(&effect.regimes)) }
+                div { (known(effect)) }
             }
-            (known(effect))
-            @let alike = not_told_apart(effect);
-            @if effect.expression.is_none() && effect.may_be_unlisted() {
-                p.caution { (ONLY_DESCRIBED) }
-            }
-            @if !alike.is_empty() {
-                p.caution {
-                    b { "Not told apart: " }
-                    "this recording cannot tell it from "
-                    @for (place, kind) in alike.iter().enumerate() {
-                        @if place > 0 { ", " }
-                        (plain(kind))
-                    }
-                    ". Either, or a mixture, gives what was measured."
-                }
-            }
-            @if !effect.gravity_speaks_against.is_empty() {
-                p.note {
-                    "The gyros alone cannot tell it from "
-                    (effect.gravity_speaks_against.iter().map(|kind| plain(kind)).collect::<Vec<_>>().join(", "))
-                    "; gravity, as the accelerometers feel it, speaks against that."
-                }
-            }
-            @if effect.log_evidence_gain > 0.0 {
-                p.note {
-                    "Evidence: ln " (number(rounded(effect.log_evidence_gain)))
-                    " in favour; chance " (chance(effect.p_value)) ", all trials counted."
-                }
-            }
-            @if let Some(evidence) = &effect.evidence { (held_against(evidence)) }
-            (regimes(&effect.regimes))
         }
+    }
+}
+
+/// What it is, what it cannot be told from, and how sure it is.
+fn words(effect: &EffectEntry) -> Markup {
+    let alike = not_told_apart(effect);
+    html! {
+        p { (effect.what_was_left_out) }
+        @if !effect.equation.is_empty() { p.equation { (symbols(&effect.equation)) } }
+        @if let Some(expression) = &effect.expression {
+            @match effect.kind.as_str() {
+                "unlisted" => p { "Expression: " code { (expression) } },
+                _ => p.caution { "Explains as much with one number, and is no effect of the catalogue: " code { (expression) } },
+            }
+        }
+        @if effect.expression.is_none() && effect.may_be_unlisted() {
+            p.caution { (ONLY_DESCRIBED) }
+        }
+        @if !alike.is_empty() {
+            p.caution {
+                b { "Not told apart: " }
+                "this recording cannot tell it from "
+                @for (place, kind) in alike.iter().enumerate() {
+                    @if place > 0 { ", " }
+                    (plain(kind))
+                }
+                ". Either, or a mixture, gives what was measured."
+            }
+        }
+        @if !effect.gravity_speaks_against.is_empty() {
+            p.note {
+                "The gyros alone cannot tell it from "
+                (effect.gravity_speaks_against.iter().map(|kind| plain(kind)).collect::<Vec<_>>().join(", "))
+                "; gravity, as the accelerometers feel it, speaks against that."
+            }
+        }
+        @if effect.log_evidence_gain > 0.0 {
+            p.note {
+                "Evidence: ln " (number(rounded(effect.log_evidence_gain)))
+                " in favour; chance " (chance(effect.p_value)) ", all trials counted."
+            }
+        }
+        @if let Some(evidence) = &effect.evidence { (held_against(evidence)) }
     }
 }
 
@@ -333,35 +199,52 @@ fn known(effect: &EffectEntry) -> Markup {
     html! {
         @for (name, value) in texts { p { (name) ": " code { (value) } } }
         @if combined {
-            @let (better, ratio) = confidence(effect, &parameters);
             h4 { "What the recording fixes" }
             (values(
                 effect.identifiable.iter().map(|fixed| (combination(&fixed.combination), fixed.value, fixed.std)),
                 (factor, &unit),
             ))
-            @if effect.identifiable.len() < parameters.len() {
-                p.caution {
-                    b { "The single values are not known. " }
-                    "The recording fixes " (effect.identifiable.len()) " combinations of " (parameters.len())
-                    " numbers; the single values below are one choice among many that fit as well."
-                }
-            } @else if ratio > BETTER_KNOWN_RATIO {
-                p.caution {
-                    b { "Use the combinations, not the single values. " }
-                    "The best of them (" (better) ") is known " (format!("{ratio:.1}"))
-                    " times better than the single values it is made of."
-                }
-            }
         }
         @if !parameters.is_empty() {
-            h4 { @if combined { "Single values, as they stand in the model" } @else { "Size" } }
-            (values(
+            @let single = values(
                 parameters.iter().map(|p| {
                     let own = scale_of(p.unit).map_or(1.0, |scale| scale.factor);
                     (p.name.to_owned(), p.value * own / factor, p.std * own / factor)
                 }),
                 (factor, &unit),
-            ))
+            );
+            @if combined {
+                details { summary { "Single values, as they stand in the model" } (single) }
+            } @else { (single) }
+        }
+        (correlations::table(effect))
+    }
+}
+
+/// Whether combinations count and not the single values.
+fn caution(effect: &EffectEntry) -> Markup {
+    let parameters = numbers(effect);
+    if effect
+        .identifiable
+        .iter()
+        .all(|fixed| fixed.combination.len() < 2)
+    {
+        return html! {};
+    }
+    let (better, ratio) = confidence(effect, &parameters);
+    html! {
+        @if effect.identifiable.len() < parameters.len() {
+            p.caution {
+                b { "The single values are not known. " }
+                "The recording fixes " (effect.identifiable.len()) " combinations of " (parameters.len())
+                " numbers; the single values are one choice among many that fit as well."
+            }
+        } @else if ratio > BETTER_KNOWN_RATIO {
+            p.caution {
+                b { "Use the combinations, not the single values. " }
+                "The best of them (" (better) ") is known " (format!("{ratio:.1}"))
+                " times better than the single values it is made of."
+            }
         }
     }
 }
@@ -394,16 +277,16 @@ fn confidence(effect: &EffectEntry, parameters: &[Parameter]) -> (String, f64) {
 fn values(rows: impl Iterator<Item = (String, f64, f64)>, (factor, unit): (f64, &str)) -> Markup {
     html! {
         div.scroll { table.values {
-            thead { tr { th { "parameter" } th { "value ± standard deviation" @if !unit.is_empty() { " [" (unit) "]" } } th { "from zero" } } }
+            thead { tr { th { "parameter" } th { "value ± σ" @if !unit.is_empty() { " [" (unit) "]" } } th { "from zero" } } }
             tbody {
                 @for (name, value, std) in rows {
                     tr {
                         td { (name) }
                         td.number { (with_spread(value * factor, std * factor)) }
-                        td {
+                        td.number {
                             @if std > 0.0 {
                                 (format!("{:.1} σ", (value / std).abs()))
-                                @if (value / std).abs() < SIGNIFICANT_SIGMAS { " (not told from 0)" }
+                                @if (value / std).abs() < SIGNIFICANT_SIGMAS { ", not told from 0" }
                             }
                         }
                     }
@@ -427,7 +310,8 @@ fn regimes(regimes: &[RegimeEntry]) -> Markup {
     let (low, high) = super::plot::ends(reach.chain([0.8, 1.2])).unwrap_or((0.0, 2.0));
     html! {
         @if !shown.is_empty() {
-            h4 { "The same everywhere?" }
+            details {
+            summary { "The same everywhere? Its size in " (regimes.len()) " kinds of motion" }
             p.note {
                 "Its amplitude in each kind of motion, 1 (the line) being the value above; a wrong name would not fit all of them."
                 @if shown.len() < regimes.len() {
@@ -443,6 +327,7 @@ fn regimes(regimes: &[RegimeEntry]) -> Markup {
                     }
                 }
             } } }
+            }
         }
     }
 }

@@ -1,28 +1,36 @@
 //! Writes `report.html`: a diagnosis as one page that a navigation engineer can forward.
 //!
-//! It takes a [`Diagnosis`] and, where the recording was long enough to draw anything, [`Pictures`]; SI units, body
-//! axes. The page is one HTML file without scripts and without anything from outside, in °/h and arcsec.
+//! It takes a [`Diagnosis`], [`Pictures`] where the recording was long enough to draw anything, and what stands
+//! [`Beside`] it; SI units, body axes. The page is one HTML file with nothing from outside, in °/h and arcsec. Its one
+//! script draws the plots again so that they can be zoomed; without scripts and on paper the drawings stay.
 //!
-//! verdict → findings (what differs, what was left out) → held-out time → limits (what else was
-//! considered, what could not be seen) → facts
+//! first screen (verdict, findings, provenance, residual) → held-out time → where → what was left out → noise → rates →
+//! limits (what else was considered, what could not be seen) → facts
 //!
-//! Names in a recording are untrusted text and are escaped, every one, by the template. The same diagnosis
-//! gives the same bytes. Out of scope: any judgement that `diagnosis.json` does not contain; the
-//! page ends with that file word for word.
+//! Names in a recording are untrusted text and are escaped, every one, by the template; the page's policy lets no other
+//! script run. The same diagnosis gives the same bytes. Out of scope: any judgement that `diagnosis.json` does not
+//! contain; the page ends with that file word for word.
 
+mod allan;
+pub mod beside;
 pub mod calibration;
 mod cell_marks;
 pub mod challenge;
+mod chart;
+mod correlations;
 mod curves;
 mod facts;
 pub mod figure;
 mod findings;
-mod limits;
-
+mod first_screen;
 mod held_out;
+mod interactive;
+mod limits;
 mod lines;
 mod map;
 pub mod navigation;
+mod noise;
+mod places;
 pub mod plot;
 mod registration;
 mod self_test;
@@ -31,35 +39,65 @@ pub mod words;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+use beside::Beside;
+use chart::Chart;
 use rlg_diagnosis::pictures::Pictures;
 use rlg_findings::result::{Diagnosis, Verdict};
 
-/// The whole page.
+/// The whole page of a diagnosis alone.
 pub fn page(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> String {
-    let title = format!("{}: {}", diagnosis.recording, word(diagnosis.verdict));
-    let main = html! {
-            (verdict(diagnosis))
-            (findings::differences(diagnosis, pictures))
-            (registration::section(diagnosis))
-            (findings::effects(diagnosis))
-            (held_out::held_out(diagnosis, pictures))
-            (limits::considered(diagnosis))
-            (limits::sensitivity(diagnosis))
-            (limits::not_excluded(diagnosis))
-            (limits::next_experiment(diagnosis))
-            (facts::facts(diagnosis))
-            (facts::everything(diagnosis))
-    };
-    document(&title, &main)
+    page_beside(diagnosis, pictures, &Beside::default())
 }
 
-/// A page of this tool: needs no network, and follows the reader's colours and width.
+/// The whole page, with what is known beside the diagnosis.
+pub fn page_beside(diagnosis: &Diagnosis, pictures: Option<&Pictures>, beside: &Beside) -> String {
+    let both = corrected(diagnosis);
+    let angles = pictures.map_or_else(Vec::new, |pictures| curves::angles(pictures, both));
+    let spectra = pictures.map_or_else(Vec::new, |pictures| curves::spectra(pictures, both));
+    let allan = curves::allan_deviations(diagnosis, pictures, beside);
+    let rates = curves::rates(pictures, beside);
+    let title = format!("{}: {}", diagnosis.recording, word(diagnosis.verdict));
+    let main = html! {
+        (first_screen::header(diagnosis, beside))
+        (chart::row(&angles))
+        (held_out::held_out(diagnosis, &spectra, &places::section(diagnosis, pictures)))
+        (findings::effects(diagnosis))
+        (registration::section(diagnosis))
+        (noise::section(diagnosis, beside, &allan))
+        @if !rates.is_empty() { section { h2 { "As recorded" } (chart::row(&rates)) } }
+        div.abreast {
+            (limits::considered(diagnosis))
+            (limits::not_excluded(diagnosis))
+            (limits::sensitivity(diagnosis))
+            (facts::facts(diagnosis))
+        }
+        (facts::everything(diagnosis))
+    };
+    let charts: Vec<&Chart> = [&angles, &spectra, &allan, &rates]
+        .into_iter()
+        .flatten()
+        .collect();
+    if charts.is_empty() {
+        return document(&title, &main);
+    }
+    let (policy, scripts) = interactive::scripts(&charts);
+    written(&title, &main, Some(&policy), &scripts)
+}
+
+/// A page of this tool without scripts: needs no network, and follows the reader's colours and width.
 pub fn document(title: &str, main: &Markup) -> String {
+    written(title, main, None, &html! {})
+}
+
+fn written(title: &str, main: &Markup, policy: Option<&str>, scripts: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
+                @if let Some(policy) = policy {
+                    meta http-equiv="Content-Security-Policy" content=(policy);
+                }
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
                 title { (title) }
@@ -67,24 +105,11 @@ pub fn document(title: &str, main: &Markup) -> String {
             }
             body {
                 main { (main) }
+                (scripts)
             }
         }
     };
     page.into_string()
-}
-
-/// Writes the recording's name, the verdict, and what it means.
-fn verdict(diagnosis: &Diagnosis) -> Markup {
-    html! {
-        header {
-            p.kicker { "Does the model explain the recording?" }
-            h1 { (diagnosis.recording) }
-            p.verdict data-verdict=(word(diagnosis.verdict)) { (word(diagnosis.verdict)) }
-            // The first line of the summary is the verdict in a sentence; the others are told below.
-            @if let Some(sentence) = diagnosis.summary.first() { p.lead { (sentence) } }
-            @if let Some(short) = findings::in_short(diagnosis) { p { (short) } }
-        }
-    }
 }
 
 /// The verdict in words.

@@ -1,15 +1,12 @@
-//! Writes the sections on what else was considered, what this recording could not have shown, and how to find out.
+//! Writes the sections on what else was considered, and what this recording could not have shown.
 
 use maud::{Markup, html};
 
 use super::cell_marks::log_bar;
 use super::self_test::self_test;
 use super::words::{display_unit, number, plain, raised};
-use rlg_findings::result::{Diagnosis, Verdict};
+use rlg_findings::result::{Diagnosis, RunnerUp, Sensitivity, Verdict};
 use rlg_findings::sentences::NEEDED_SNR;
-
-/// Most rival kinds that are listed; further ones explain even less.
-const MOST_RIVALS: usize = 8;
 
 /// Evidence (ln) behind the winner below which another name is not ruled out: odds of 150 to 1, "very
 /// strong" on Kass and Raftery's scale.
@@ -21,24 +18,26 @@ const NOT_NAMED_PREFIX: &str = "Not named: ";
 /// Beginning of a summary line about noise that drifts.
 const DRIFTS: &str = "Drift: ";
 
-/// Lists what else was considered, and why it was not named.
+/// Lists what else was considered: what is not ruled out, what the recording speaks against, and why names were refused.
 pub fn considered(diagnosis: &Diagnosis) -> Markup {
-    let refused: Vec<&str> = diagnosis
-        .summary
-        .iter()
-        .filter_map(|line| line.strip_prefix(NOT_NAMED_PREFIX))
-        .collect();
-    let drifts: Vec<&String> = diagnosis
-        .summary
-        .iter()
-        .filter(|line| line.starts_with(DRIFTS))
-        .collect();
+    let summary = diagnosis.summary.iter();
+    let refused = summary
+        .clone()
+        .filter_map(|line| line.strip_prefix(NOT_NAMED_PREFIX));
+    let refused: Vec<&str> = refused.collect();
+    let drifts: Vec<&String> = summary.filter(|line| line.starts_with(DRIFTS)).collect();
     let behind = if diagnosis.effects.is_empty() {
         &[][..]
     } else {
         &diagnosis.runners_up[..]
     };
-    if refused.is_empty() && behind.is_empty() && drifts.is_empty() {
+    // Evidence against a kind that the recording does not excite is no evidence.
+    let excited = behind
+        .iter()
+        .filter(|rival| is_excited(diagnosis, &rival.kind));
+    let (open, disfavoured): (Vec<&RunnerUp>, Vec<&RunnerUp>) =
+        excited.partition(|rival| rival.behind < DECISIVE_GAIN);
+    if refused.is_empty() && open.is_empty() && disfavoured.is_empty() && drifts.is_empty() {
         return html! {};
     }
     html! {
@@ -48,25 +47,35 @@ pub fn considered(diagnosis: &Diagnosis) -> Markup {
             @if !refused.is_empty() {
                 ul { @for line in &refused { li { (line) } } }
             }
-            @if !behind.is_empty() {
-                div.scroll { table {
-                    thead { tr { th { "instead of the first finding" } th { "evidence behind it (ln)" } th {} } }
-                    tbody {
-                        @for rival in behind.iter().take(MOST_RIVALS) {
-                            tr {
-                                td { (plain(&rival.kind)) }
-                                td.number { (number((rival.behind * 10.0).round() / 10.0)) }
-                                td { @if rival.behind < DECISIVE_GAIN { "not ruled out" } @else { "explains less of the residual" } }
-                            }
-                        }
-                    }
-                } }
-                @if behind.len() > MOST_RIVALS {
-                    p.note { "And " (behind.len() - MOST_RIVALS) " further kinds, further behind. A step of 5 is odds of 150 to 1." }
-                }
+            @if !open.is_empty() {
+                p { b { "Not ruled out" } " instead of the first finding: " (rivals(&open)) "." }
+            }
+            @if !disfavoured.is_empty() {
+                p { b { "Disfavoured" } " by this recording, which would show them: " (rivals(&disfavoured)) "." }
+            }
+            @if !open.is_empty() || !disfavoured.is_empty() {
+                p.note { "In brackets: ln evidence behind the first finding; 5 is odds of 150 to 1." }
             }
         }
     }
+}
+
+/// Whether a kind of its typical size would have shown in this recording; a kind of no known reach would.
+fn is_excited(diagnosis: &Diagnosis, kind: &str) -> bool {
+    let own = diagnosis
+        .sensitivity
+        .iter()
+        .find(|entry| entry.kind == kind);
+    own.is_none_or(|entry| entry.snr >= NEEDED_SNR)
+}
+
+/// Kinds with their evidence, as "gyro bias (1484), gyro scale (2009)".
+fn rivals(of: &[&RunnerUp]) -> String {
+    let each = of.iter().map(|rival| {
+        let behind = (rival.behind * 10.0).round() / 10.0;
+        format!("{} ({})", plain(&rival.kind), number(behind))
+    });
+    each.collect::<Vec<_>>().join(", ")
 }
 
 /// Lists how large each kind would have had to be to be found.
@@ -81,6 +90,8 @@ pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
         @if !reach.is_empty() {
             section {
                 h2 { "How sensitive this recording is" }
+                details open[diagnosis.effects.is_empty()] {
+                summary { "What would have been found, kind by kind" }
                 p {
                     @if diagnosis.verdict == Verdict::Matches {
                         "Nothing was found. That is worth as much as what would have been found. "
@@ -104,6 +115,7 @@ pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
                         }
                     }
                 } }
+                }
                 @if let Some(test) = diagnosis.self_test.as_ref().filter(|test| test.slides > 0) { (self_test(test)) }
             }
         }
@@ -114,21 +126,38 @@ fn two_digits(value: f64) -> String {
     number(format!("{value:.1e}").parse().unwrap_or(value))
 }
 
-/// Lists the kinds that could not have been found, by reason.
+/// Lists the kinds that could not have been found, by reason: too weak here, no channel, not tried.
 pub fn not_excluded(diagnosis: &Diagnosis) -> Markup {
+    let weak = diagnosis
+        .sensitivity
+        .iter()
+        .filter(|entry| entry.snr < NEEDED_SNR);
+    let weak: Vec<&Sensitivity> = weak.collect();
     let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
     for line in &diagnosis.not_excluded {
         let (kind, reason) = line.split_once(": ").unwrap_or((line, ""));
+        if weak.iter().any(|entry| entry.kind == kind) {
+            continue;
+        }
         match reasons.iter_mut().find(|(known, _)| *known == reason) {
             Some((_, kinds)) => kinds.push(kind),
             None => reasons.push((reason, vec![kind])),
         }
     }
     html! {
-        @if !reasons.is_empty() {
+        @if !reasons.is_empty() || !weak.is_empty() {
             section {
-                h2 { "What this recording could not have shown" }
+                h2 { "Not excited here" }
                 ul {
+                    @if !weak.is_empty() {
+                        li {
+                            "Below a signal-to-noise ratio of " (number(NEEDED_SNR)) " at their typical size: "
+                            @for (place, entry) in weak.iter().enumerate() {
+                                @if place > 0 { ", " }
+                                b { (plain(&entry.kind)) } " (" (two_digits(entry.snr)) ")"
+                            }
+                        }
+                    }
                     @for (reason, kinds) in &reasons {
                         li {
                             @for (place, kind) in kinds.iter().enumerate() {
@@ -139,18 +168,6 @@ pub fn not_excluded(diagnosis: &Diagnosis) -> Markup {
                         }
                     }
                 }
-            }
-        }
-    }
-}
-
-/// Describes the motion that separates what is confused.
-pub fn next_experiment(diagnosis: &Diagnosis) -> Markup {
-    html! {
-        @if !diagnosis.next_experiment.is_empty() {
-            section {
-                h2 { "The next experiment" }
-                p { (diagnosis.next_experiment) }
             }
         }
     }

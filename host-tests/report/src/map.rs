@@ -100,6 +100,16 @@ pub fn map(pictures: &Pictures, axis: usize, after: bool) -> Markup {
     })
 }
 
+/// Whether any tile of a gyro stands above its noise, before or after.
+pub fn stands_out(pictures: &Pictures, axis: usize) -> bool {
+    let tiles = [&pictures.tiles_before, &pictures.tiles_after];
+    tiles.into_iter().any(|tiles| {
+        let own = tiles.iter().filter(|tile| tile.axis == axis);
+        own.into_iter()
+            .any(|tile| tile.chance * (tiles.len() as f64) < TILE_SIGNIFICANCE)
+    })
+}
+
 /// Legend of the colours.
 pub fn legend() -> Markup {
     html! {

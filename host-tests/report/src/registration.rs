@@ -19,7 +19,7 @@ pub fn section(diagnosis: &Diagnosis) -> Markup {
                     @for entry in &diagnosis.registration {
                         tr {
                             td { (plain(&entry.kind)) }
-                            td.number { (values(entry)) }
+                            td { (values(entry)) }
                             td { @if entry.supported { "yes" } @else { "no" } }
                         }
                     }

@@ -26,7 +26,8 @@ pub fn self_test(test: &SelfTestEntry) -> Markup {
         .map(|kind| format!("{} in {}", plain(&kind.kind), kind.false_names))
         .collect();
     html! {
-        h3 { "Tried on this very recording" }
+        details {
+        summary { "Tried on this very recording: " (test.false_names) " false names in " (test.slides) " time slides" }
         p {
             "What the fit left was slid against the motion by random times, " (test.slides)
             " times over: whatever the search names then is false. It named something in " (test.false_names)
@@ -52,6 +53,7 @@ pub fn self_test(test: &SelfTestEntry) -> Markup {
                 figcaption { "Share of injected patterns that is found" }
                 (curve(&shown))
             }
+        }
         }
     }
 }

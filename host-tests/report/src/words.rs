@@ -85,3 +85,8 @@ fn symbol(word: &str) -> Markup {
         (false, _) => html! { (word) },
     }
 }
+
+/// A size rounded to three digits.
+pub fn rounded(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}

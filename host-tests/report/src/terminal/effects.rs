@@ -42,8 +42,8 @@ fn group(effect: &EffectEntry) -> Group<'_> {
     }
 }
 
-/// The lines of all effects and of the registration beside them, at most `room`.
-pub(super) fn lines(diagnosis: &Diagnosis, room: usize) -> Vec<String> {
+/// Names and sizes of all effects and of the registration beside them, in the order of their lines.
+pub(super) fn said(diagnosis: &Diagnosis) -> Vec<(String, String)> {
     let mut groups: Vec<(Group<'_>, Vec<&EffectEntry>)> = Vec::new();
     for effect in &diagnosis.effects {
         let own = group(effect);
@@ -83,6 +83,12 @@ pub(super) fn lines(diagnosis: &Diagnosis, room: usize) -> Vec<String> {
         let words = words(&one.kind, &one.parameters, None);
         (words.name, words.sizes)
     }));
+    said
+}
+
+/// The lines of all effects and of the registration beside them, at most `room`.
+pub(super) fn lines(diagnosis: &Diagnosis, room: usize) -> Vec<String> {
+    let mut said = said(diagnosis);
     let hidden = said.len().saturating_sub(room);
     if hidden > 0 {
         said.truncate(room.saturating_sub(1));
@@ -140,8 +146,12 @@ fn one(group: Group<'_>, members: &[&EffectEntry]) -> (String, String) {
         Group::Kind(kind) => sized(plain(kind), members),
         Group::Expression(axis, expression) => {
             let words = words(UNLISTED, &members[0].parameters, Some(members[0]));
+            let who = match axis {
+                "" => "the gyros follow".to_owned(),
+                axis => format!("gyro {axis} follows"),
+            };
             (
-                format!("gyro {axis} follows {expression}"),
+                format!("{who} {expression}"),
                 format!("{}; no effect of the catalogue", words.sizes),
             )
         }

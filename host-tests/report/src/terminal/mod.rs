@@ -21,6 +21,20 @@ pub const MOST_LINES: usize = 14;
 /// Kinds that a recording without findings is said to have been sensitive to.
 const MOST_KINDS: usize = 5;
 
+/// Names and sizes of what was found, as the answer says them.
+pub fn findings(diagnosis: &Diagnosis) -> Vec<(String, String)> {
+    effects::said(diagnosis)
+}
+
+/// What the answer says of held-out time and of other causes, a line each.
+pub fn beside_findings(diagnosis: &Diagnosis) -> Vec<String> {
+    let drift = figures::drift(diagnosis);
+    drift
+        .into_iter()
+        .chain(effects::not_told_apart(diagnosis))
+        .collect()
+}
+
 /// Writes the answer, a line each.
 ///
 /// `note`: what the reader must know beside the verdict, as a model that was assumed.

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 
 use super::inputs::{IDEAL, given_or_ideal, results_folder};
+use super::page_beside::gather;
 use super::steps::Steps;
 use crate::diagnose::apart::look_at_each;
 use crate::diagnose::declare::MOST_ROWS;
@@ -19,8 +20,9 @@ use crate::fleet::run::{RUN_FILE, RunFile};
 use crate::model::Model;
 use crate::output::OutputFolder;
 use crate::recording::{About, Recording};
+use crate::report::beside::{Beside, Rate, rates};
 use crate::report::terminal::lines;
-use crate::report::{figure, page};
+use crate::report::{figure, page_beside};
 use crate::terminal::Terminal;
 
 /// Files that the command writes.
@@ -87,7 +89,10 @@ pub struct Diagnosed {
     /// The line that says which model was assumed, where none was given.
     pub assumed: Option<String>,
     recordings: Vec<PathBuf>,
+    model: Model,
     model_file: PathBuf,
+    /// Rates as recorded, where the rows were in memory.
+    recorded: Vec<Rate>,
 }
 
 impl Diagnosed {
@@ -95,9 +100,20 @@ impl Diagnosed {
     pub fn write(&self, out: &Path) -> Result<(), InputError> {
         write(
             &self.outcome,
+            &self.beside()?,
             None,
             results(out, &self.recordings, &self.model_file)?,
         )
+    }
+
+    /// What the page shows beside the diagnosis.
+    fn beside(&self) -> Result<Beside, InputError> {
+        let of = (&self.model, self.model_file.as_path());
+        let beside = gather(&self.recordings, of, self.assumed.as_deref())?;
+        Ok(Beside {
+            rates: self.recorded.clone(),
+            ..beside
+        })
     }
 
     /// The answer as the command prints it, a line each.
@@ -171,7 +187,7 @@ impl Diagnose {
         };
         let diagnosis = &diagnosed.outcome.diagnosis;
         if let Some(out) = out {
-            write(&diagnosed.outcome, about, out)?;
+            write(&diagnosed.outcome, &diagnosed.beside()?, about, out)?;
         }
         for line in diagnosed.lines() {
             terminal.say(line);
@@ -212,7 +228,8 @@ impl Diagnose {
         let spinner = terminal.spinner("reading");
         let steps = Steps::new(terminal, &spinner);
         let progress = |stage: &str| steps.show(stage);
-        let work = || self.outcome((&model, &model_file), &held_out, &progress);
+        let mut recorded = Vec::new();
+        let mut work = || self.outcome((&model, &model_file), &held_out, &mut recorded, &progress);
         let outcome = match self.threads {
             None => work(),
             Some(threads) => rayon::ThreadPoolBuilder::new()
@@ -228,15 +245,18 @@ impl Diagnose {
             outcome,
             assumed,
             recordings: self.recordings.clone(),
+            model,
             model_file,
+            recorded,
         })
     }
 
-    /// Reads and diagnoses one recording, or several together.
+    /// Reads and diagnoses one recording, or several together; `recorded` takes the rates of one that is in memory.
     fn outcome(
         &self,
         of: (&Model, &Path),
         held_out: &[bool],
+        recorded: &mut Vec<Rate>,
         progress: &(dyn Fn(&str) + Sync),
     ) -> Result<Outcome, InputError> {
         let (model, model_file) = of;
@@ -266,6 +286,7 @@ impl Diagnose {
             ..Settings::default()
         };
         let recording = Recording::read(folder)?;
+        *recorded = rates(&recording, model.gyro.pulse_weight_rad);
         if is_slow(&recording, model) {
             return diagnose_under(&settings, &recording, model, model_file, progress);
         }
@@ -321,7 +342,12 @@ fn results(
 }
 
 /// Writes all results at once.
-fn write(outcome: &Outcome, about: Option<About>, mut out: OutputFolder) -> Result<(), InputError> {
+fn write(
+    outcome: &Outcome,
+    beside: &Beside,
+    about: Option<About>,
+    mut out: OutputFolder,
+) -> Result<(), InputError> {
     let diagnosis = &outcome.diagnosis;
     let mut json = serde_json::to_string_pretty(diagnosis).map_err(|error| {
         InputError::new(
@@ -332,7 +358,7 @@ fn write(outcome: &Outcome, about: Option<About>, mut out: OutputFolder) -> Resu
     json.push('\n');
     out.write("diagnosis.json", json.as_bytes())?;
     out.write("model.toml", outcome.model.to_toml().as_bytes())?;
-    let report = page(diagnosis, outcome.pictures.as_ref());
+    let report = page_beside(diagnosis, outcome.pictures.as_ref(), beside);
     out.write("report.html", report.as_bytes())?;
     let residual = figure::residuals(diagnosis, outcome.pictures.as_ref());
     out.write("residual.svg", residual.as_bytes())?;

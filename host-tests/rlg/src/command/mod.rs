@@ -34,6 +34,7 @@ mod interrupt;
 mod model_new;
 mod navigate;
 mod on_target;
+mod page_beside;
 mod paper;
 mod params;
 mod replay;

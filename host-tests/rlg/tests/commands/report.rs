@@ -2,10 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
+use std::path::PathBuf;
 
 use rlg::diagnose::locate::Tile;
 use rlg::diagnose::pictures::Pictures;
 use rlg::diagnose::result::*;
+use rlg::recording::{Channel, Clock, Quantity, Recording, Table};
+use rlg::report::beside::rates;
 use rlg::report::{figure, page};
 use serde_json::Value;
 
@@ -18,9 +21,41 @@ const LARGEST_PICTURE_BYTES: usize = 60_000;
 /// Text that would run, were it not escaped.
 const HOSTILE: &str = "<script>alert('1')</script><img src=x onerror=\"x()\">&amp;";
 
+/// Scripts that the page may hold: the plots' numbers, the library that draws them, our own.
+const SCRIPTS: [&str; 3] = [
+    "<script type=\"application/json\" id=\"charts\">",
+    concat!(
+        "<script>",
+        include_str!("../../../report/vendor/uplot/uPlot.iife.min.js"),
+        "</script>"
+    ),
+    concat!(
+        "<script>",
+        include_str!("../../../report/src/page.js"),
+        "</script>"
+    ),
+];
+
+/// A page without the scripts that it may hold.
+fn without_scripts(page: &str) -> String {
+    SCRIPTS.iter().fold(page.to_owned(), |page, script| {
+        assert_eq!(page.matches(script).count(), 1, "{script:.60} stands once");
+        page.replace(script, "")
+    })
+}
+
 #[test]
-fn the_page_takes_nothing_from_outside_and_runs_nothing() {
+fn the_page_takes_nothing_from_outside_and_runs_its_own_scripts_only() {
     let page = page(&explained(), Some(&pictures(60.0)));
+    let (_, policy) = page
+        .split_once("Content-Security-Policy\" content=\"")
+        .expect("a policy");
+    let (policy, _) = policy.split_once('"').expect("its end");
+    assert!(
+        policy.starts_with("default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-")
+    );
+    assert_eq!(policy.matches("sha256-").count(), 2, "{policy}");
+    let page = without_scripts(&page);
     for forbidden in [
         "http:", "https:", "<script", "<link", "<iframe", "<img", "src=", "href=", "url(",
         "@import", "onload=", "onerror=",
@@ -39,7 +74,7 @@ fn findings_stand_on_the_page_as_people_read_them() {
         // 1.42e-7 ± 4.1e-9 s², to two digits of the spread
         "142.0 ± 4.1",
         "xy + xz",
-        "value ± standard deviation [10⁻⁹ s²]",
+        "value ± σ [10⁻⁹ s²]",
         // 6.9633e-6 and 1.4069e-7 ± 2.7506e-7 rad/s, times 206265 °/h in a rad/s
         "1.436 ± 0.057",
         "0.029 ± 0.057",
@@ -82,6 +117,110 @@ fn every_number_of_the_json_stands_on_the_page() {
     }
 }
 
+/// A recording of 1000 rows at 10 Hz whose gyros show `rate_rad_s` of each row.
+fn recorded(rate_rad_s: impl Fn(usize) -> f64) -> Recording {
+    let channels = ["x", "y", "z"].map(|axis| Channel {
+        column: format!("g{axis}"),
+        quantity: Quantity::GyroIncrement,
+        axis: Some(axis.to_owned()),
+        scale: 1.0,
+        offset: 0.0,
+        values: (0..1000).map(|row| 0.1 * rate_rad_s(row)).collect(),
+    });
+    Recording {
+        name: "bench-17".to_owned(),
+        folder: PathBuf::new(),
+        site: None,
+        tables: vec![Table {
+            file: "samples.csv".to_owned(),
+            clock: Clock::Uniform {
+                rate_hz: 10.0,
+                start_s: 0.0,
+            },
+            rows: 1000,
+            channels: channels.into(),
+        }],
+        segments: Vec::new(),
+    }
+}
+
+#[test]
+fn the_allan_deviation_of_a_ramp_is_that_of_ieee_952_with_gaps_and_without() {
+    // A rate that grows by R has σ(τ) = R τ/√2 (IEEE 952, C.1.5).
+    let ramp = 2e-4;
+    for missing in [None, Some(400..430)] {
+        let recording = recorded(|row| match &missing {
+            Some(rows) if rows.contains(&row) => f64::NAN,
+            _ => ramp * 0.1 * row as f64,
+        });
+        for rate in rates(&recording, [0.0; 3]) {
+            assert!(
+                rate.allan.len() > 12,
+                "{} averaging times",
+                rate.allan.len()
+            );
+            for (tau_s, deviation) in rate.allan {
+                let expected = ramp * tau_s / 2f64.sqrt();
+                assert!(
+                    (deviation / expected - 1.0).abs() < 1e-9,
+                    "{deviation} at {tau_s} s, not {expected}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn no_column_of_a_rate_hides_its_least_and_largest() {
+    // One row in each direction, far from any other.
+    let recording = recorded(|row| match row {
+        333 => 0.5,
+        777 => -0.25,
+        _ => 0.0,
+    });
+    for rate in rates(&recording, [0.0; 3]) {
+        let most = rate.most_rad_s.iter().copied().fold(0.0, f64::max);
+        let least = rate.least_rad_s.iter().copied().fold(0.0, f64::min);
+        assert!(
+            (most - 0.5).abs() < 1e-12 && (least + 0.25).abs() < 1e-12,
+            "{least} to {most}"
+        );
+    }
+}
+
+#[test]
+fn evidence_against_a_kind_that_the_recording_does_not_excite_is_not_told_as_evidence() {
+    let mut diagnosis = explained();
+    let weak = Sensitivity {
+        kind: "isolator_mode".to_owned(),
+        typical: 1.0,
+        unit: "1".to_owned(),
+        snr: 0.4,
+    };
+    diagnosis.sensitivity.push(weak);
+    diagnosis.runners_up.push(RunnerUp {
+        kind: "isolator_mode".to_owned(),
+        behind: 2000.0,
+    });
+    diagnosis.runners_up.push(RunnerUp {
+        kind: "lock_in".to_owned(),
+        behind: 321.0,
+    });
+    let page = page(&diagnosis, None);
+    let (_, rest) = page
+        .split_once("<b>Disfavoured</b>")
+        .expect("kinds that the recording speaks against");
+    let (disfavoured, rest) = rest.split_once("</p>").expect("its end");
+    assert!(
+        disfavoured.contains("lock-in (321)") && !disfavoured.contains("isolator"),
+        "{disfavoured}"
+    );
+    let (_, not_excited) = rest
+        .split_once("Not excited here")
+        .expect("kinds of which it says nothing");
+    assert!(not_excited.contains("isolator resonance</b> (0.4)"));
+}
+
 #[test]
 fn hostile_names_are_text() {
     let mut diagnosis = explained();
@@ -94,7 +233,7 @@ fn hostile_names_are_text() {
     diagnosis.effects[0].equation = HOSTILE.to_string();
     diagnosis.next_experiment = HOSTILE.to_string();
     diagnosis.not_excluded.push(HOSTILE.to_string());
-    let page = page(&diagnosis, Some(&pictures(60.0)));
+    let page = without_scripts(&page(&diagnosis, Some(&pictures(60.0))));
     for tag in ["<script", "<img", "alert('1')</script>"] {
         assert!(!page.contains(tag), "{tag} is not escaped");
     }
@@ -127,7 +266,7 @@ fn accelerometers_stand_in_the_same_tables_in_their_own_units() {
     });
     let page = page(&diagnosis, None);
     // A millionth of standard gravity is 9.80665e-6 m/s².
-    assert!(page.contains("accel x") && page.contains("100.0 ± 2.0 µg"));
+    assert!(page.contains("accel x [µg]") && page.contains("100.0 ± 2.0"));
     assert!(page.contains("µg/√Hz"));
     assert!(page.contains("°/h"), "the gyros keep their unit");
 }
@@ -178,7 +317,7 @@ fn a_matching_recording_says_how_sensitive_it_was_and_claims_no_before_and_after
     for claim in [
         "the model as it was",
         "What was left out",
-        "The proof",
+        "Before and after",
         "instead of the first finding",
     ] {
         assert!(
@@ -282,7 +421,7 @@ fn collect(value: &Value, numbers: &mut Vec<String>) {
 }
 
 /// Numbers like those of a real coning recording.
-fn explained() -> Diagnosis {
+pub(super) fn explained() -> Diagnosis {
     let parameter = |name: &str, value: f64| ParameterEntry::Number {
         name: name.to_string(),
         value,
@@ -422,7 +561,7 @@ fn explained() -> Diagnosis {
 }
 
 /// Series of a recording of `seconds`, as thin as the diagnosis makes them.
-fn pictures(seconds: f64) -> Pictures {
+pub(super) fn pictures(seconds: f64) -> Pictures {
     let (points, rate_hz) = (1500, 4000.0);
     let time_s: Vec<f64> = (0..points)
         .map(|k| seconds * f64::from(k) / f64::from(points))

@@ -1,4 +1,5 @@
 //! The repository itself: which package knows which, and whether the pages are right.
 
 mod architecture;
+mod foreign_files;
 mod pages;

@@ -1,0 +1,137 @@
+//! Writes where recording and model differ: stretches that go the same way as one row, and maps of time and band.
+
+use maud::{Markup, html};
+
+use super::corrected;
+use super::map;
+use super::words::{band, chance, display_unit, number, rounded, seconds, spaced, symbols};
+use rlg_diagnosis::pictures::Pictures;
+use rlg_findings::result::{Diagnosis, LocationEntry, Verdict};
+use rlg_recording::AXES;
+
+/// Rows of the table: more are not read; all of them are in the data at the end of the page.
+const MOST_ROWS: usize = 12;
+
+/// Stretches of one channel that go the same way.
+struct Place<'a> {
+    channel: &'a str,
+    recording: Option<&'a str>,
+    /// What they go with: the channel or product of the strongest coherence, else how they go with the motion.
+    with: &'a str,
+    members: Vec<&'a LocationEntry>,
+}
+
+/// Groups the stretches by channel and by what they go with, in the order of the first of each.
+fn places(locations: &[LocationEntry]) -> Vec<Place<'_>> {
+    let mut places: Vec<Place<'_>> = Vec::new();
+    for location in locations {
+        let strongest = location
+            .coherent_with
+            .iter()
+            .max_by(|a, b| a.coherence.abs().total_cmp(&b.coherence.abs()));
+        let with = strongest.map_or(location.regime.as_str(), |one| one.with.as_str());
+        let recording = location.recording.as_deref();
+        let own = places.iter_mut().find(|place| {
+            place.channel == location.channel && place.with == with && place.recording == recording
+        });
+        match own {
+            Some(place) => place.members.push(location),
+            None => places.push(Place {
+                channel: &location.channel,
+                recording,
+                with,
+                members: vec![location],
+            }),
+        }
+    }
+    places
+}
+
+/// The section: table of stretches, and maps of the gyros that show something.
+pub fn section(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> Markup {
+    if diagnosis.verdict == Verdict::Unusable || diagnosis.locations.is_empty() {
+        return html! {};
+    }
+    let places = places(&diagnosis.locations);
+    html! {
+        section {
+            h2 { "Where it differs" }
+            div.scroll { table {
+                thead { tr { th { "channel" } th { "time [s]" } th { "band" } th { "largest" } th { "goes with" } th { "chance" } } }
+                tbody { @for place in places.iter().take(MOST_ROWS) { (row(place)) } }
+            } }
+            @if places.len() > MOST_ROWS {
+                p.note { "And " (places.len() - MOST_ROWS) " more, in the data at the end of this page." }
+            }
+            p.note { "Largest: mean or excess in a stretch. Goes with: before anything was fitted. Chance: of noise alone, anywhere in the recording." }
+            @if let Some(pictures) = pictures { (maps(pictures, corrected(diagnosis))) }
+        }
+    }
+}
+
+fn row(place: &Place<'_>) -> Markup {
+    let of = |get: fn(&LocationEntry) -> f64| place.members.iter().map(move |one| get(one));
+    let from_s = of(|one| one.start_s).fold(f64::INFINITY, f64::min);
+    let to_s = of(|one| one.end_s).fold(f64::NEG_INFINITY, f64::max);
+    let low_hz = of(|one| one.low_hz).fold(f64::INFINITY, f64::min);
+    let high_hz = of(|one| one.high_hz).fold(0.0, f64::max);
+    let largest = of(|one| one.size).max_by(|a, b| a.abs().total_cmp(&b.abs()));
+    let least = of(|one| one.p_value).fold(1.0, f64::min);
+    let first = place.members[0];
+    let (factor, unit) = display_unit(&first.unit);
+    let strongest = place
+        .members
+        .iter()
+        .flat_map(|one| &one.coherent_with)
+        .filter(|with| with.with == place.with)
+        .max_by(|a, b| a.coherence.abs().total_cmp(&b.coherence.abs()));
+    html! {
+        tr {
+            td.number { (spaced(place.channel)) @if let Some(recording) = place.recording { ", " (recording) } }
+            td.number {
+                @if place.members.len() > 1 { (place.members.len()) " stretches in " }
+                (seconds(from_s)) "–" (seconds(to_s))
+            }
+            td.number { (band(low_hz, high_hz)) }
+            td.number { (number(rounded(largest.unwrap_or(f64::NAN) * factor))) " " (unit) }
+            td {
+                (symbols(place.with))
+                @if let Some(with) = strongest {
+                    " (coherence " (number(rounded(with.coherence)))
+                    @if with.lag_s != 0.0 { ", " (number(rounded(1e3 * with.lag_s))) " ms late" }
+                    ", chance " (chance(with.p_value)) ")"
+                }
+            }
+            td.number { (chance(least)) }
+        }
+    }
+}
+
+/// Maps before, and after where something was taken out, of each gyro that stands above its noise anywhere.
+fn maps(pictures: &Pictures, both: bool) -> Markup {
+    let shown: Vec<usize> = (0..AXES.len())
+        .filter(|axis| map::stands_out(pictures, *axis))
+        .collect();
+    let one = |axis: usize, what: &str, after: bool| {
+        html! {
+            figure {
+                figcaption { "Gyro " (AXES[axis]) (what) }
+                (map::map(pictures, axis, after))
+            }
+        }
+    };
+    html! {
+        @if !shown.is_empty() {
+            details {
+                summary { "Maps of time and band" }
+                (map::legend())
+                @for axis in shown {
+                    div.pair {
+                        (one(axis, ", as recorded", false))
+                        @if both { (one(axis, ", what was found taken out", true)) }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! Gathers what the page of a diagnosis shows beside it: where recording and model come from, and what the model declares.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use indicatif::ProgressBar;
+
+use crate::error::InputError;
+use crate::import::hashed::Hashed;
+use crate::model::Model;
+use crate::recording::Recording;
+use crate::report::beside::{Beside, Declared};
+
+/// Hexadecimal digits of a sum on the page: enough to tell files apart.
+const DIGITS: usize = 16;
+
+/// Recordings whose files are summed one by one.
+const MOST_SUMMED: usize = 3;
+
+/// Provenance and declared noise; rates are for whoever has the rows.
+pub(super) fn gather(
+    recordings: &[PathBuf],
+    (model, model_file): (&Model, &Path),
+    note: Option<&str>,
+) -> Result<Beside, InputError> {
+    let mut provenance = Vec::new();
+    for folder in recordings {
+        provenance.push(("recording", name(folder)));
+        if let Some(start) = Recording::start(folder)? {
+            provenance.push(("start", start));
+        }
+    }
+    provenance.push(("model", name(model_file)));
+    for folder in recordings.iter().take(MOST_SUMMED) {
+        for file in Recording::files(folder)? {
+            provenance.push(("SHA-256", format!("{} {file}", sum(&folder.join(&file))?)));
+        }
+    }
+    if model_file.is_file() {
+        provenance.push((
+            "SHA-256",
+            format!("{} {}", sum(model_file)?, name(model_file)),
+        ));
+    }
+    Ok(Beside {
+        provenance,
+        note: note.map(str::to_owned),
+        declared: Declared {
+            angle_random_walk_rad_sqrt_s: model.gyro.angle_random_walk_rad_sqrt_s,
+            bias_instability_rad_s: model.gyro.flicker_rad_s,
+            rate_random_walk_rad_s_sqrt_s: model.gyro.rate_random_walk_rad_s_sqrt_s,
+        },
+        rates: Vec::new(),
+    })
+}
+
+/// The last part of a path: folders of one machine say nothing on another.
+fn name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    name.to_string_lossy().into_owned()
+}
+
+/// The first digits of a file's SHA-256, as `sha256sum` prints it.
+fn sum(path: &Path) -> Result<String, InputError> {
+    let (mut reader, _) = Hashed::open(path, &ProgressBar::hidden())?;
+    io::copy(&mut reader, &mut io::sink()).map_err(|error| InputError::unreadable(path, &error))?;
+    Ok(format!("{}…", &reader.into_inner().sum()[..DIGITS]))
+}
