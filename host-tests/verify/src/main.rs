@@ -37,6 +37,8 @@ fn main() -> ExitCode {
     tally.step(set_up::compiler());
     tally.heading("emulator");
     tally.step(set_up::emulator());
+    tally.heading("browser");
+    tally.step(set_up::browser());
     tally.heading("C++ compiler");
     tally.step(set_up::cxx());
 
@@ -103,6 +105,9 @@ fn main() -> ExitCode {
     tally.tests(&[&TEST[..], &["--no-fail-fast"]].concat());
     tally.heading("Python package and fleets");
     tally.tests(&[&TEST[..], &["--test", "pytest", "--", "--ignored"]].concat());
+    tally.heading("the page in a browser");
+    let browser = ["--test", "commands", "--", "--ignored", "in_a_browser"];
+    tally.tests(&[&TEST[..], &browser].concat());
     tally.heading("no panic links into the interrupt's path");
     tally.tests(&[&TEST[..], &["--test", "interrupt_link", "--", "--ignored"]].concat());
     tally.heading("tests on the emulated target");

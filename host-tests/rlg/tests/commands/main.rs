@@ -2,11 +2,13 @@
 
 mod align;
 mod answer;
+mod browser;
 mod challenge;
 mod demo;
 mod golden;
 mod interrupted;
 mod navigate;
+mod page_in_a_browser;
 mod paper;
 mod replay;
 mod replay_dither;
