@@ -115,10 +115,7 @@ impl Chart {
                 "ink": line.ink.variable(),
                 "dashed": line.ink == Ink::Model,
             })).collect::<Vec<_>>(),
-            "data": std::iter::once(&self.x)
-                .chain(self.lines.iter().map(|line| &line.values))
-                .map(|column| column.iter().map(|value| short(*value)).collect::<Vec<_>>())
-                .collect::<Vec<_>>(),
+            "data": rounded(std::iter::once(&self.x).chain(self.lines.iter().map(|line| &line.values))),
         })
     }
 
@@ -206,6 +203,35 @@ impl Chart {
     }
 }
 
+/// Numbers of a drawing that the script does not draw again: for saving.
+pub struct Numbers {
+    /// Name of the drawing and of its CSV file.
+    pub id: String,
+    /// Head of each column, with its unit.
+    pub columns: &'static [&'static str],
+    /// The columns.
+    pub data: Vec<Vec<f64>>,
+}
+
+impl Numbers {
+    /// The numbers for the script.
+    pub fn data(&self) -> Value {
+        json!({ "id": self.id, "columns": self.columns, "data": rounded(self.data.iter()) })
+    }
+}
+
+/// A figure with a drawing and a button for its numbers.
+pub fn drawn(id: &str, title: &str, drawing: &Markup) -> Markup {
+    html! {
+        figure.chart data-chart=(id) {
+            figcaption {
+                span { (title) } button.csv type="button" title="Save the numbers of this plot" { "CSV" }
+            }
+            (drawing)
+        }
+    }
+}
+
 /// Charts side by side with the legend that they share; nothing where there is none.
 pub fn row(charts: &[Chart]) -> Markup {
     let Some(first) = charts.first() else {
@@ -234,6 +260,12 @@ pub fn row(charts: &[Chart]) -> Markup {
         }
         div.charts { @for chart in charts { (chart.figure()) } }
     }
+}
+
+/// Columns of numbers with as many digits as a plot and a table need.
+fn rounded<'a>(columns: impl Iterator<Item = &'a Vec<f64>>) -> Vec<Vec<Option<f64>>> {
+    let column = |column: &Vec<f64>| column.iter().map(|value| short(*value)).collect();
+    columns.map(column).collect()
 }
 
 /// A number with as many digits as a plot and a table need; absent where it is not finite.

@@ -8,7 +8,7 @@ use maud::{Markup, PreEscaped, html};
 use serde_json::Value;
 use sha2::{Digest as _, Sha256};
 
-use super::chart::Chart;
+use super::chart::{Chart, Numbers};
 
 /// uPlot; see `vendor/README.md`.
 const LIBRARY: &str = include_str!("../vendor/uplot/uPlot.iife.min.js");
@@ -20,8 +20,9 @@ const LIBRARY_STYLE: &str = include_str!("../vendor/uplot/uPlot.min.css");
 const OWN: &str = include_str!("page.js");
 
 /// The policy of a page with these scripts, and the scripts.
-pub fn scripts(charts: &[&Chart]) -> (String, Markup) {
-    let data: Vec<Value> = charts.iter().map(|chart| chart.data()).collect();
+pub fn scripts(charts: &[&Chart], numbers: &[Numbers]) -> (String, Markup) {
+    let charts = charts.iter().map(|chart| chart.data());
+    let data: Vec<Value> = charts.chain(numbers.iter().map(Numbers::data)).collect();
     // No text in JSON may end the element that holds it.
     let data = Value::Array(data).to_string().replace('<', "\\u003c");
     let sums = [LIBRARY, OWN].map(|script| {

@@ -40,7 +40,7 @@ pub mod words;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use beside::Beside;
-use chart::Chart;
+use chart::{Chart, Numbers};
 use rlg_diagnosis::pictures::Pictures;
 use rlg_findings::result::{Diagnosis, Verdict};
 
@@ -77,10 +77,13 @@ pub fn page_beside(diagnosis: &Diagnosis, pictures: Option<&Pictures>, beside: &
         .into_iter()
         .flatten()
         .collect();
-    if charts.is_empty() {
+    let maps = pictures.map_or_else(Vec::new, |pictures| places::numbers(diagnosis, pictures));
+    let tests = limits::self_test_shown(diagnosis).and_then(self_test::numbers);
+    let numbers: Vec<Numbers> = maps.into_iter().chain(tests).collect();
+    if charts.is_empty() && numbers.is_empty() {
         return document(&title, &main);
     }
-    let (policy, scripts) = interactive::scripts(&charts);
+    let (policy, scripts) = interactive::scripts(&charts, &numbers);
     written(&title, &main, Some(&policy), &scripts)
 }
 

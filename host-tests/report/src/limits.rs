@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::cell_marks::log_bar;
 use super::self_test::self_test;
 use super::words::{display_unit, number, plain, raised};
-use rlg_findings::result::{Diagnosis, RunnerUp, Sensitivity, Verdict};
+use rlg_findings::result::{Diagnosis, RunnerUp, SelfTestEntry, Sensitivity, Verdict};
 use rlg_findings::sentences::NEEDED_SNR;
 
 /// Evidence (ln) behind the winner below which another name is not ruled out: odds of 150 to 1, "very
@@ -78,6 +78,12 @@ fn rivals(of: &[&RunnerUp]) -> String {
     each.collect::<Vec<_>>().join(", ")
 }
 
+/// The self-test of a recording that had one.
+pub fn self_test_shown(diagnosis: &Diagnosis) -> Option<&SelfTestEntry> {
+    let test = diagnosis.self_test.as_ref();
+    test.filter(|test| test.slides > 0 && !diagnosis.sensitivity.is_empty())
+}
+
 /// Lists how large each kind would have had to be to be found.
 pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
     let mut reach: Vec<_> = diagnosis.sensitivity.iter().collect();
@@ -116,7 +122,7 @@ pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
                     }
                 } }
                 }
-                @if let Some(test) = diagnosis.self_test.as_ref().filter(|test| test.slides > 0) { (self_test(test)) }
+                @if let Some(test) = self_test_shown(diagnosis) { (self_test(test)) }
             }
         }
     }

@@ -8,6 +8,7 @@
 use maud::{Markup, html};
 use plotters::prelude::*;
 
+use super::chart::Numbers;
 use super::curves::time_range;
 use super::plot::{Axes, FINE, INK, builder, frame, plot};
 use super::words::number;
@@ -98,6 +99,41 @@ pub fn map(pictures: &Pictures, axis: usize, after: bool) -> Markup {
         }))?;
         Ok(())
     })
+}
+
+/// Name of the map of a gyro.
+pub fn id(axis: usize, after: bool) -> String {
+    let when = if after { "after" } else { "before" };
+    format!("map-{}-{when}", AXES[axis])
+}
+
+/// The numbers of a map as it is drawn.
+pub fn numbers(pictures: &Pictures, axis: usize, after: bool) -> Numbers {
+    let tiles = if after {
+        &pictures.tiles_after
+    } else {
+        &pictures.tiles_before
+    };
+    let bands = bands(&pictures.tiles_before);
+    let cells = cells(pictures, tiles, axis, &bands);
+    let column = |of: &dyn Fn(&Cell) -> f64| cells.iter().map(of).collect::<Vec<f64>>();
+    Numbers {
+        id: id(axis, after),
+        columns: &[
+            "begin [s]",
+            "end [s]",
+            "band from [Hz]",
+            "band to [Hz]",
+            "chance of noise in one tile",
+        ],
+        data: vec![
+            column(&|cell| cell.begin_s),
+            column(&|cell| cell.end_s),
+            column(&|cell| bands[cell.band].0),
+            column(&|cell| bands[cell.band].1),
+            column(&|cell| cell.chance),
+        ],
+    }
 }
 
 /// Whether any tile of a gyro stands above its noise, before or after.

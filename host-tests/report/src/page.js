@@ -135,7 +135,8 @@
 
   function csv(chart) {
     const quoted = (text) => (/[",]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
-    const head = [chart.x, ...chart.lines.map((line) => `${line.name}: ${chart.y}`)].map(quoted).join(",");
+    const columns = chart.columns ?? [chart.x, ...chart.lines.map((line) => `${line.name}: ${chart.y}`)];
+    const head = columns.map(quoted).join(",");
     const rows = chart.data[0].map((_x, row) => chart.data.map((column) => column[row] ?? "").join(","));
     return [head, ...rows].join("\n") + "\n";
   }
@@ -160,7 +161,7 @@
   document.documentElement.classList.add("scripted");
   for (const chart of charts) {
     const figure = document.querySelector(`figure[data-chart="${chart.id}"]`);
-    draw(figure, chart);
+    if (chart.lines) draw(figure, chart);
     figure.querySelector("button.csv").addEventListener("click", () => save(chart));
   }
   for (const tools of document.querySelectorAll(".tools")) {

@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 
+use super::chart::{self, Numbers};
 use super::corrected;
 use super::map;
 use super::words::{band, chance, display_unit, number, rounded, seconds, spaced, symbols};
@@ -64,7 +65,7 @@ pub fn section(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> Markup {
                 p.note { "And " (places.len() - MOST_ROWS) " more, in the data at the end of this page." }
             }
             p.note { "Largest: mean or excess in a stretch. Goes with: before anything was fitted. Chance: of noise alone, anywhere in the recording." }
-            @if let Some(pictures) = pictures { (maps(pictures, corrected(diagnosis))) }
+            @if let Some(pictures) = pictures { (maps(diagnosis, pictures)) }
         }
     }
 }
@@ -107,28 +108,40 @@ fn row(place: &Place<'_>) -> Markup {
     }
 }
 
-/// Maps before, and after where something was taken out, of each gyro that stands above its noise anywhere.
-fn maps(pictures: &Pictures, both: bool) -> Markup {
-    let shown: Vec<usize> = (0..AXES.len())
-        .filter(|axis| map::stands_out(pictures, *axis))
-        .collect();
-    let one = |axis: usize, what: &str, after: bool| {
-        html! {
-            figure {
-                figcaption { "Gyro " (AXES[axis]) (what) }
-                (map::map(pictures, axis, after))
-            }
-        }
+/// Which maps are drawn, by gyro and whether what was found is taken out: of each gyro that stands above its noise.
+fn drawn(diagnosis: &Diagnosis, pictures: &Pictures) -> Vec<(usize, bool)> {
+    if diagnosis.verdict == Verdict::Unusable || diagnosis.locations.is_empty() {
+        return Vec::new();
+    }
+    let axes = (0..AXES.len()).filter(|axis| map::stands_out(pictures, *axis));
+    let when: &[bool] = if corrected(diagnosis) {
+        &[false, true]
+    } else {
+        &[false]
     };
+    axes.flat_map(|axis| when.iter().map(move |after| (axis, *after)))
+        .collect()
+}
+
+/// The numbers of all maps.
+pub fn numbers(diagnosis: &Diagnosis, pictures: &Pictures) -> Vec<Numbers> {
+    let maps = drawn(diagnosis, pictures).into_iter();
+    maps.map(|(axis, after)| map::numbers(pictures, axis, after))
+        .collect()
+}
+
+fn maps(diagnosis: &Diagnosis, pictures: &Pictures) -> Markup {
+    let shown = drawn(diagnosis, pictures);
     html! {
         @if !shown.is_empty() {
             details {
                 summary { "Maps of time and band" }
                 (map::legend())
-                @for axis in shown {
-                    div.pair {
-                        (one(axis, ", as recorded", false))
-                        @if both { (one(axis, ", what was found taken out", true)) }
+                div.pair {
+                    @for (axis, after) in shown {
+                        @let what = if after { "what was found taken out" } else { "as recorded" };
+                        @let title = format!("Gyro {}, {what}", AXES[axis]);
+                        (chart::drawn(&map::id(axis, after), &title, &map::map(pictures, axis, after)))
                     }
                 }
             }

@@ -6,6 +6,7 @@
 use maud::{Markup, html};
 use plotters::prelude::*;
 
+use super::chart::{self, Numbers};
 use super::plot::{AFTER, Axes, FINE, INK, builder, frame, plot, swatch};
 use super::words::{number, plain};
 use rlg_findings::result::{SelfTestEntry, SelfTestPoint};
@@ -15,6 +16,33 @@ const HEIGHT: u32 = 250;
 
 /// Half a step of strength beside the first and last.
 const MARGIN: f64 = 1.0;
+
+/// Name of the plot.
+const ID: &str = "self-test";
+
+/// The numbers of the plot, where there is one.
+pub fn numbers(test: &SelfTestEntry) -> Option<Numbers> {
+    test.curve.iter().find(|point| point.injections > 0)?;
+    let column =
+        |of: &dyn Fn(&SelfTestPoint) -> f64| test.curve.iter().map(of).collect::<Vec<f64>>();
+    Some(Numbers {
+        id: ID.to_owned(),
+        columns: &[
+            "signal to noise",
+            "injected",
+            "found",
+            "rightly named",
+            "share found in theory",
+        ],
+        data: vec![
+            column(&|point| point.rho),
+            column(&|point| point.injections as f64),
+            column(&|point| point.detected as f64),
+            column(&|point| point.named as f64),
+            column(&|point| point.theory),
+        ],
+    })
+}
 
 /// Plot and sentence.
 pub fn self_test(test: &SelfTestEntry) -> Markup {
@@ -49,10 +77,7 @@ pub fn self_test(test: &SelfTestEntry) -> Markup {
                 span.key { (swatch("#0072B2", "none", "2.5")) "found in this recording ± standard deviation" }
                 span.key { (swatch("#222222", "6 4", "2")) "theory, noise as modelled" }
             }
-            figure {
-                figcaption { "Share of injected patterns that is found" }
-                (curve(&shown))
-            }
+            (chart::drawn(ID, "Share of injected patterns that is found", &curve(&shown)))
         }
         }
     }

@@ -124,6 +124,21 @@ fn plots_zoom_together_and_come_back_in_a_browser() {
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 
+/// What the button of a plot saves.
+fn saved(browser: &mut Browser, id: &str) -> String {
+    let button = format!("document.querySelector('[data-chart={id}] button.csv').click()");
+    browser.value(&button);
+    let file = browser.folder().join(format!("{id}.csv"));
+    let begun = Instant::now();
+    loop {
+        match fs::read_to_string(&file) {
+            Ok(text) if !text.is_empty() => return text,
+            _ if begun.elapsed() > Duration::from_secs(20) => panic!("{id}: nothing was saved"),
+            _ => std::thread::sleep(Duration::from_millis(50)),
+        }
+    }
+}
+
 #[test]
 #[ignore = "needs Chromium, which cargo verify installs: --test commands -- --ignored in_a_browser"]
 fn the_saved_numbers_are_those_of_the_plot_in_a_browser() {
@@ -133,19 +148,10 @@ fn the_saved_numbers_are_those_of_the_plot_in_a_browser() {
     let buttons = browser.value("document.querySelectorAll('figure.chart button.csv').length");
     assert_eq!(
         buttons,
-        json!(12),
-        "three plots each of angle, spectrum, Allan deviation and rate"
+        json!(19),
+        "three plots each of angle, spectrum, Allan deviation and rate, six maps, a self-test"
     );
-    browser.value("document.querySelector('[data-chart=residual-angle-y] button.csv').click()");
-    let file = browser.folder().join("residual-angle-y.csv");
-    let begun = Instant::now();
-    let text = loop {
-        match fs::read_to_string(&file) {
-            Ok(text) if !text.is_empty() => break text,
-            _ if begun.elapsed() > Duration::from_secs(20) => panic!("nothing was saved"),
-            _ => std::thread::sleep(Duration::from_millis(50)),
-        }
-    };
+    let text = saved(&mut browser, "residual-angle-y");
     let pictures = pictures(60.0);
     let (head, rows) = text.split_once('\n').expect("a head");
     let names = "time [s],before: the model as it was: residual angle [″],after: with what was found: residual angle [″]";
@@ -172,6 +178,14 @@ fn the_saved_numbers_are_those_of_the_plot_in_a_browser() {
             );
         }
     }
+    let map = saved(&mut browser, "map-z-after");
+    let (head, cells) = map.split_once('\n').expect("a head");
+    assert!(
+        head.starts_with("begin [s],end [s],band from [Hz]"),
+        "{head}"
+    );
+    let tiles = pictures.tiles_after.iter().filter(|tile| tile.axis == 2);
+    assert_eq!(cells.lines().count(), tiles.count());
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 
