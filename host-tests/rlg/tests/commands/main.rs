@@ -13,4 +13,5 @@ mod paper;
 mod replay;
 mod replay_dither;
 mod report;
+mod report_beside;
 mod summarize;

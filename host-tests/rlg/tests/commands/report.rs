@@ -2,13 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use std::path::PathBuf;
 
 use rlg::diagnose::locate::Tile;
 use rlg::diagnose::pictures::Pictures;
 use rlg::diagnose::result::*;
-use rlg::recording::{Channel, Clock, Quantity, Recording, Table};
-use rlg::report::beside::rates;
 use rlg::report::{figure, page};
 use serde_json::Value;
 
@@ -114,77 +111,6 @@ fn every_number_of_the_json_stands_on_the_page() {
     let (_, data) = page.split_once("<pre>").expect("the data end the page");
     for number in numbers {
         assert!(data.contains(&number), "the page lacks {number}");
-    }
-}
-
-/// A recording of 1000 rows at 10 Hz whose gyros show `rate_rad_s` of each row.
-fn recorded(rate_rad_s: impl Fn(usize) -> f64) -> Recording {
-    let channels = ["x", "y", "z"].map(|axis| Channel {
-        column: format!("g{axis}"),
-        quantity: Quantity::GyroIncrement,
-        axis: Some(axis.to_owned()),
-        scale: 1.0,
-        offset: 0.0,
-        values: (0..1000).map(|row| 0.1 * rate_rad_s(row)).collect(),
-    });
-    Recording {
-        name: "bench-17".to_owned(),
-        folder: PathBuf::new(),
-        site: None,
-        tables: vec![Table {
-            file: "samples.csv".to_owned(),
-            clock: Clock::Uniform {
-                rate_hz: 10.0,
-                start_s: 0.0,
-            },
-            rows: 1000,
-            channels: channels.into(),
-        }],
-        segments: Vec::new(),
-    }
-}
-
-#[test]
-fn the_allan_deviation_of_a_ramp_is_that_of_ieee_952_with_gaps_and_without() {
-    // A rate that grows by R has σ(τ) = R τ/√2 (IEEE 952, C.1.5).
-    let ramp = 2e-4;
-    for missing in [None, Some(400..430)] {
-        let recording = recorded(|row| match &missing {
-            Some(rows) if rows.contains(&row) => f64::NAN,
-            _ => ramp * 0.1 * row as f64,
-        });
-        for rate in rates(&recording, [0.0; 3]) {
-            assert!(
-                rate.allan.len() > 12,
-                "{} averaging times",
-                rate.allan.len()
-            );
-            for (tau_s, deviation) in rate.allan {
-                let expected = ramp * tau_s / 2f64.sqrt();
-                assert!(
-                    (deviation / expected - 1.0).abs() < 1e-9,
-                    "{deviation} at {tau_s} s, not {expected}"
-                );
-            }
-        }
-    }
-}
-
-#[test]
-fn no_column_of_a_rate_hides_its_least_and_largest() {
-    // One row in each direction, far from any other.
-    let recording = recorded(|row| match row {
-        333 => 0.5,
-        777 => -0.25,
-        _ => 0.0,
-    });
-    for rate in rates(&recording, [0.0; 3]) {
-        let most = rate.most_rad_s.iter().copied().fold(0.0, f64::max);
-        let least = rate.least_rad_s.iter().copied().fold(0.0, f64::min);
-        assert!(
-            (most - 0.5).abs() < 1e-12 && (least + 0.25).abs() < 1e-12,
-            "{least} to {most}"
-        );
     }
 }
 

@@ -1,0 +1,119 @@
+//! What `report.html` shows beside the diagnosis: rates as recorded, their Allan deviation, noise that the model declares.
+
+use std::path::PathBuf;
+
+use rlg::diagnose::result::{LevelEntry, NoiseTermsEntry};
+use rlg::recording::{Channel, Clock, Quantity, Recording, Table};
+use rlg::report::beside::{Beside, Declared, rates};
+use rlg::report::page_beside;
+
+use super::report::explained;
+
+/// A recording of 1000 rows at 10 Hz whose gyros show `rate_rad_s` of each row.
+fn recorded(rate_rad_s: impl Fn(usize) -> f64) -> Recording {
+    let channels = ["x", "y", "z"].map(|axis| Channel {
+        column: format!("g{axis}"),
+        quantity: Quantity::GyroIncrement,
+        axis: Some(axis.to_owned()),
+        scale: 1.0,
+        offset: 0.0,
+        values: (0..1000).map(|row| 0.1 * rate_rad_s(row)).collect(),
+    });
+    Recording {
+        name: "bench-17".to_owned(),
+        folder: PathBuf::new(),
+        site: None,
+        tables: vec![Table {
+            file: "samples.csv".to_owned(),
+            clock: Clock::Uniform {
+                rate_hz: 10.0,
+                start_s: 0.0,
+            },
+            rows: 1000,
+            channels: channels.into(),
+        }],
+        segments: Vec::new(),
+    }
+}
+
+#[test]
+fn the_allan_deviation_of_a_ramp_is_that_of_ieee_952_with_gaps_and_without() {
+    // A rate that grows by R has σ(τ) = R τ/√2 (IEEE 952, C.1.5).
+    let ramp = 2e-4;
+    for missing in [None, Some(400..430)] {
+        let recording = recorded(|row| match &missing {
+            Some(rows) if rows.contains(&row) => f64::NAN,
+            _ => ramp * 0.1 * row as f64,
+        });
+        for rate in rates(&recording, [0.0; 3]) {
+            assert!(
+                rate.allan.len() > 12,
+                "{} averaging times",
+                rate.allan.len()
+            );
+            for (tau_s, deviation) in rate.allan {
+                let expected = ramp * tau_s / 2f64.sqrt();
+                assert!(
+                    (deviation / expected - 1.0).abs() < 1e-9,
+                    "{deviation} at {tau_s} s, not {expected}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn noise_as_measured_stands_beside_that_of_the_model() {
+    // °/h in a rad/s.
+    let deg_h = 180.0 * 3600.0 / std::f64::consts::PI;
+    let level = |value: f64, std: f64| LevelEntry { value, std };
+    let mut diagnosis = explained();
+    diagnosis.noise[0].terms = Some(NoiseTermsEntry {
+        angle_random_walk_rad_sqrt_s: level(0.0031 / deg_h * 60.0, 0.0002 / deg_h * 60.0),
+        quantisation_rad: level(0.44 / deg_h, 0.05 / deg_h),
+        bias_instability_rad_s: level(0.0123 / deg_h, 0.0011 / deg_h),
+        rate_random_walk_rad_s_sqrt_s: level(0.0456 / deg_h / 60.0, 0.0078 / deg_h / 60.0),
+    });
+    let beside = Beside {
+        declared: Declared {
+            bias_instability_rad_s: Some([0.0125 / deg_h; 3]),
+            ..Declared::default()
+        },
+        ..Beside::default()
+    };
+    let page = page_beside(&diagnosis, None, &beside);
+    let (_, row) = page.split_once("<h2>Noise</h2>").expect("the section");
+    let (_, row) = row.split_once("gyro x</td>").expect("its row");
+    let (row, _) = row.split_once("</tr>").expect("its end");
+    let cells: Vec<&str> = row
+        .split("<td class=\"number\">")
+        .skip(1)
+        .map(|cell| cell.trim_end_matches("</td>"))
+        .collect();
+    let expected = [
+        "0.440 ± 0.050",
+        "0.00310 ± 0.00020",
+        "0.0123 ± 0.0011",
+        "0.0125",
+        "0.0456 ± 0.0078",
+    ];
+    assert_eq!(cells, expected, "Q, N, B, the model's B, K");
+}
+
+#[test]
+fn no_column_of_a_rate_hides_its_least_and_largest() {
+    // One row in each direction, far from any other.
+    let recording = recorded(|row| match row {
+        333 => 0.5,
+        777 => -0.25,
+        _ => 0.0,
+    });
+    for rate in rates(&recording, [0.0; 3]) {
+        let most = rate.most_rad_s.iter().copied().fold(0.0, f64::max);
+        let least = rate.least_rad_s.iter().copied().fold(0.0, f64::min);
+        assert!(
+            (most - 0.5).abs() < 1e-12 && (least + 0.25).abs() < 1e-12,
+            "{least} to {most}"
+        );
+    }
+}
