@@ -11,11 +11,13 @@ use serde::Deserialize;
 
 use super::bounds;
 use super::catalogue::SIX;
+use super::keys::KEYS;
 use super::{
     Accelerometer, Dither, EffectValue, Gyro, Installation, Model, ModelEffect, MotionSource,
     Reference,
 };
 use rlg_recording::error::InputError;
+use rlg_recording::keys::names;
 use rlg_recording::toml_file;
 
 #[derive(Deserialize)]
@@ -106,43 +108,17 @@ struct AccelerometerEntry {
     noise_m_s2_sqrt_hz: Option<OneOrThree>,
 }
 
-/// The keys this version knows, by section; `""` is the top.
-const KNOWN: &[(&str, &[&str])] = &[
-    (
-        "",
-        &[
-            "format",
-            "motion",
-            "gyro",
-            "dither",
-            "reference",
-            "accelerometer",
-            "effect",
-        ],
-    ),
-    ("motion", &["source", "earth_rate"]),
-    (
-        "gyro",
-        &[
-            "pulse_weight_rad",
-            "bias_rad_s",
-            "scale_error",
-            "angle_random_walk_rad_sqrt_s",
-            "rate_random_walk_rad_s_sqrt_s",
-            "flicker_rad_s",
-            "installation_rad",
-        ],
-    ),
-    ("dither", &["pickoff_gain", "pickoff_noise_rad"]),
-    (
-        "reference",
-        &["angle_noise_rad", "angle_random_walk_rad_sqrt_s"],
-    ),
-    (
-        "accelerometer",
-        &["bias_m_s2", "scale_error", "noise_m_s2_sqrt_hz"],
-    ),
-];
+/// The names that the reader takes, by section.
+pub(super) fn read_names() -> [(&'static str, &'static [&'static str]); 6] {
+    [
+        ("", names::<ModelFile>()),
+        ("motion", names::<MotionEntry>()),
+        ("gyro", names::<GyroEntry>()),
+        ("dither", names::<DitherEntry>()),
+        ("reference", names::<ReferenceEntry>()),
+        ("accelerometer", names::<AccelerometerEntry>()),
+    ]
+}
 
 impl Model {
     /// Reads and checks the model in `path`; keys this version does not know are passed over.
@@ -250,24 +226,28 @@ fn effect(path: &Path, index: usize, table: toml::Table) -> Result<ModelEffect, 
 
 fn unknown_keys(path: &Path, table: &toml::Table) -> Vec<String> {
     let mut warnings = Vec::new();
-    for (section, known) in KNOWN {
-        let Some(keys) = (if section.is_empty() {
-            Some(table)
-        } else {
-            table.get(*section).and_then(toml::Value::as_table)
-        }) else {
+    let known = |section: &str, key: &str| {
+        let mut keys = KEYS.iter();
+        match section {
+            "" => keys.any(|known| known.top() == key),
+            section => keys.any(|known| known.section == section && known.name == key),
+        }
+    };
+    let mut warn = |key: String| {
+        warnings.push(format!(
+            "{}: the key `{key}` is not known and was passed over",
+            path.display()
+        ));
+    };
+    for (section, value) in table {
+        if !known("", section) {
+            warn(section.clone());
+        }
+        let Some(keys) = value.as_table().filter(|_| known("", section)) else {
             continue;
         };
-        for key in keys.keys().filter(|key| !known.contains(&key.as_str())) {
-            let whole = if section.is_empty() {
-                key.clone()
-            } else {
-                format!("{section}.{key}")
-            };
-            warnings.push(format!(
-                "{}: the key `{whole}` is not known and was passed over",
-                path.display()
-            ));
+        for key in keys.keys().filter(|key| !known(section, key)) {
+            warn(format!("{section}.{key}"));
         }
     }
     warnings

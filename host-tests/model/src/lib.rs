@@ -8,6 +8,8 @@ use std::collections::BTreeMap;
 mod bounds;
 pub mod catalogue;
 mod file;
+pub mod keys;
+
 pub mod kinds;
 mod text;
 
@@ -121,6 +123,11 @@ pub struct Model {
     pub accelerometer: Option<Accelerometer>,
     /// The effects switched on.
     pub effects: Vec<ModelEffect>,
+}
+
+/// The names that the reader of `model.toml` takes, by section.
+pub fn read_names() -> [(&'static str, &'static [&'static str]); 6] {
+    file::read_names()
 }
 
 impl Model {

@@ -18,6 +18,7 @@ pub mod toml_file;
 mod about;
 mod csv_table;
 mod folder;
+pub mod keys;
 mod manifest;
 mod manifest_text;
 mod parquet_table;

@@ -99,6 +99,43 @@ impl Quantity {
         }
     }
 
+    /// Those that the contract lists.
+    pub const LISTED: [Self; 10] = [
+        Self::GyroCount,
+        Self::GyroIncrement,
+        Self::GyroRate,
+        Self::DitherAngle,
+        Self::SpecificForce,
+        Self::VelocityIncrement,
+        Self::Temperature,
+        Self::MagneticField,
+        Self::ReferenceIncrement,
+        Self::ReferenceAttitude,
+    ];
+
+    /// What a row of it holds, for `docs/files.md`.
+    pub fn meaning(&self) -> &'static str {
+        match self {
+            Self::GyroCount => {
+                "pulses counted over the row's period, the block's own dither included"
+            }
+            Self::GyroIncrement => "angle over the row's period, without a dither",
+            Self::GyroRate => "mean rate over the row's period",
+            Self::DitherAngle => "angle of the block relative to the case, at the row's end",
+            Self::SpecificForce => "mean specific force over the row's period",
+            Self::VelocityIncrement => "velocity increment over the row's period",
+            Self::Temperature => "temperature at the row's end",
+            Self::MagneticField => "magnetic flux density at the row's end",
+            Self::ReferenceIncrement => {
+                "angle of the case over the row's period, from a turntable or a reference gyro"
+            }
+            Self::ReferenceAttitude => {
+                "unit quaternion, body to navigation frame, at the row's end: axes `w`, `x`, `y`, `z`"
+            }
+            Self::Other(_) => "kept, and offered to the search for unlisted physics",
+        }
+    }
+
     /// The unit of its values after scale and offset; `None` for a quantity outside the contract.
     pub fn unit(&self) -> Option<&'static str> {
         Some(match self {

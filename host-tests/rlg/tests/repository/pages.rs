@@ -10,7 +10,7 @@ const MOST_README_LINES: usize = 120;
 /// Greek letters of the glossary under the name by which they are sorted.
 const LETTERS: [(&str, &str); 4] = [("α", "alpha"), ("ρ", "rho"), ("σ", "sigma"), ("ω", "omega")];
 
-fn root() -> PathBuf {
+pub(super) fn root() -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     package
         .ancestors()
