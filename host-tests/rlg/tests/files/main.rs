@@ -16,3 +16,4 @@ mod recording_elsewhere;
 mod recording_parquet;
 mod recording_range;
 mod recording_round_trip;
+mod tutorial;
