@@ -12,30 +12,43 @@ pub fn is_line(effect: &EffectEntry) -> bool {
         && effect.equation.starts_with("omega_i")
 }
 
+/// Lines that stand open; weaker ones are folded away.
+const OPEN: usize = 6;
+
 /// All lines, the strongest first.
 pub fn table(diagnosis: &Diagnosis) -> Markup {
     let lines: Vec<&EffectEntry> = diagnosis.effects.iter().filter(|e| is_line(e)).collect();
-    let (factor, unit) = display_unit("rad/s");
+    let (strong, weak) = lines.split_at(lines.len().min(OPEN));
     html! {
         @if !lines.is_empty() {
             article {
                 h3 { "steady lines " code { "unlisted" } }
                 p { "Frequencies in hertz of the nominal clock. Amplitudes on the fitted rows; a line is here only if it keeps its phase through them, or follows others that do." }
-                div.scroll { table.values {
-                    thead { tr { th { "line [Hz]" } th { "x [" (unit) "]" } th { "y" } th { "z" } th { "ln evidence" } th { "what it is" } } }
-                    tbody { @for line in &lines { tr {
-                        td { (frequency(line)) }
-                        @for parameter in &line.parameters {
-                            @if let ParameterEntry::Number { value, std, unit, .. } = parameter && unit == "rad/s" {
-                                td.number { @if *value > 0.0 { (with_spread(value * factor, std * factor)) } @else { "–" } }
-                            }
-                        }
-                        td.number { (number(line.log_evidence_gain.round())) }
-                        td { (line.what_was_left_out.split_once(" on x, y, z. ").map_or("", |(_, what)| what)) }
-                    } } }
-                } }
+                (rows(strong))
+                @if !weak.is_empty() {
+                    details { summary { (weak.len()) " weaker lines" } (rows(weak)) }
+                }
             }
         }
+    }
+}
+
+fn rows(lines: &[&EffectEntry]) -> Markup {
+    let (factor, unit) = display_unit("rad/s");
+    html! {
+        div.scroll { table.values {
+            thead { tr { th { "line [Hz]" } th { "x [" (unit) "]" } th { "y" } th { "z" } th { "ln evidence" } th { "what it is" } } }
+            tbody { @for line in lines { tr {
+                td { (frequency(line)) }
+                @for parameter in &line.parameters {
+                    @if let ParameterEntry::Number { value, std, unit, .. } = parameter && unit == "rad/s" {
+                        td.number { @if *value > 0.0 { (with_spread(value * factor, std * factor)) } @else { "–" } }
+                    }
+                }
+                td.number { (number(line.log_evidence_gain.round())) }
+                td { (line.what_was_left_out.split_once(" on x, y, z. ").map_or("", |(_, what)| what)) }
+            } } }
+        } }
     }
 }
 

@@ -6,12 +6,14 @@ use clap::Args;
 use console::style;
 use indicatif::ProgressBar;
 
+use super::page_beside::declared;
 use crate::demo::{Demo, SegmentDrift, tell};
 use crate::diagnose::explain::combination;
 use crate::error::InputError;
 use crate::output::OutputFolder;
 use crate::recording::Recording;
-use crate::report::{page, word, words};
+use crate::report::beside::{Beside, rates};
+use crate::report::{page_beside, word, words};
 use crate::terminal::Terminal;
 
 /// Simulate, diagnose and correct a gyro triad: the whole sequence, without any input
@@ -69,10 +71,15 @@ impl DemoCommand {
         })?;
         json.push('\n');
         out.write("diagnosis.json", json.as_bytes())?;
-        out.write(
-            "report.html",
-            page(diagnosis, demo.outcome.pictures.as_ref()).as_bytes(),
-        )?;
+        let simulation = &demo.simulation;
+        let weight_rad = simulation.model.gyro.pulse_weight_rad;
+        let beside = Beside {
+            declared: declared(&simulation.model),
+            rates: rates(&simulation.recording, weight_rad),
+            ..Beside::default()
+        };
+        let report = page_beside(diagnosis, demo.outcome.pictures.as_ref(), &beside);
+        out.write("report.html", report.as_bytes())?;
         out.write("model.toml", demo.outcome.model.to_toml().as_bytes())?;
         out.write("params.bin", &demo.parameters.to_block(0))?;
         demo.simulation.recording.write_into(&mut stored)?;

@@ -45,13 +45,18 @@ pub(super) fn gather(
     Ok(Beside {
         provenance,
         note: note.map(str::to_owned),
-        declared: Declared {
-            angle_random_walk_rad_sqrt_s: model.gyro.angle_random_walk_rad_sqrt_s,
-            bias_instability_rad_s: model.gyro.flicker_rad_s,
-            rate_random_walk_rad_s_sqrt_s: model.gyro.rate_random_walk_rad_s_sqrt_s,
-        },
+        declared: declared(model),
         rates: Vec::new(),
     })
+}
+
+/// The noise that a model declares.
+pub(super) fn declared(model: &Model) -> Declared {
+    Declared {
+        angle_random_walk_rad_sqrt_s: model.gyro.angle_random_walk_rad_sqrt_s,
+        bias_instability_rad_s: model.gyro.flicker_rad_s,
+        rate_random_walk_rad_s_sqrt_s: model.gyro.rate_random_walk_rad_s_sqrt_s,
+    }
 }
 
 /// The last part of a path: folders of one machine say nothing on another.
