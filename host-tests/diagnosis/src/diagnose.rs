@@ -32,7 +32,7 @@ pub fn diagnose(
     of: (&Model, &Path),
     progress: &dyn Fn(&str),
 ) -> Result<Option<Outcome>, InputError> {
-    found(settings, streams, faults, of, progress, |_, _| ())
+    diagnose_also(settings, streams, faults, of, progress, |_, _| ())
         .map(|found| found.map(|(outcome, ())| outcome))
 }
 
@@ -57,7 +57,7 @@ pub fn align(
     let beside = |data: &data::Data, found: &search::Found| {
         registration::beside(data, found, &settings.plan)
     };
-    let found = found(&asked, streams, faults, of, progress, beside)?;
+    let found = diagnose_also(&asked, streams, faults, of, progress, beside)?;
     Ok(found.map(|(mut outcome, beside)| {
         let diagnosis = &mut outcome.diagnosis;
         diagnosis.registration = registration::entries(&diagnosis.effects, beside);
@@ -69,7 +69,10 @@ pub fn align(
 ///
 /// # Returns
 /// The findings, and what `also` makes of the set while it has its columns.
-fn found<T>(
+///
+/// # Errors
+/// The model's installation matrix has no inverse.
+pub fn diagnose_also<T>(
     settings: &Settings,
     streams: &mut Streams,
     faults: &[Fault],

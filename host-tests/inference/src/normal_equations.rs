@@ -243,6 +243,32 @@ impl NormalEquations {
         levels: NoiseLevels,
         constants: &[Vec<f64>],
     ) -> Self {
+        let one = Constant(observations.record_rows);
+        let free = (!constants.is_empty()).then(|| (&one, constant_on(constants)));
+        Self::beside(observations, records, columns, levels, free)
+    }
+
+    /// The same beside columns whose sizes nobody knows.
+    ///
+    /// # Inputs
+    /// `free`: the columns, and parameters without a prior: their terms count these columns.
+    pub fn with_free(
+        observations: Observations,
+        records: &[Vec<f64>],
+        columns: &impl Columns,
+        levels: NoiseLevels,
+        free: (&impl Columns, Hypothesis),
+    ) -> Self {
+        Self::beside(observations, records, columns, levels, Some(free))
+    }
+
+    fn beside(
+        observations: Observations,
+        records: &[Vec<f64>],
+        columns: &impl Columns,
+        levels: NoiseLevels,
+        free: Option<(&impl Columns, Hypothesis)>,
+    ) -> Self {
         let (transform, basis) = Transform::taking_out(observations, levels, gaps::ends);
         let records: Vec<Vec<f64>> = records
             .par_iter()
@@ -262,10 +288,12 @@ impl NormalEquations {
             .map(|record| free_on(record, slow.len()))
             .collect();
         let mut leading: Vec<(Vec<f32>, f64)> = slow.iter().map(|one| scaled(one)).collect();
-        if !constants.is_empty() {
-            let ones = vec![1.0; transform.observations.record_rows];
-            leading.push(scaled(&transform.spectrum(&ones)));
-            gaps.push(constant_on(constants, slow.len()));
+        if let Some((columns, mut parameters)) = free {
+            for term in &mut parameters.terms {
+                term.column += SLOW + slow.len();
+            }
+            leading.extend(spectra_of(columns, &transform));
+            gaps.push(parameters);
         }
         let mut equations = Self {
             gram: vec![Vec::new(); bins],
@@ -287,10 +315,7 @@ impl NormalEquations {
 
     /// Adds columns behind those that are there.
     pub fn add(&mut self, columns: &impl Columns) {
-        let transformed: Vec<(Vec<f32>, f64)> = (0..columns.count())
-            .into_par_iter()
-            .map(|place| scaled(&self.transform.spectrum(&columns.column(place))))
-            .collect();
+        let transformed = spectra_of(columns, &self.transform);
         self.transform.release();
         self.push(transformed);
     }
@@ -437,8 +462,21 @@ fn free_on(record: usize, count: usize) -> Hypothesis {
     }
 }
 
-/// Constants of several records as free parameters, of the column at `place`.
-fn constant_on(constants: &[Vec<f64>], place: usize) -> Hypothesis {
+/// The column 1 on a number of rows.
+struct Constant(usize);
+
+impl Columns for Constant {
+    fn count(&self) -> usize {
+        1
+    }
+
+    fn column(&self, _: usize) -> Vec<f64> {
+        vec![1.0; self.0]
+    }
+}
+
+/// Constants of several records as free parameters, of column 0.
+fn constant_on(constants: &[Vec<f64>]) -> Hypothesis {
     let each = constants
         .iter()
         .enumerate()
@@ -449,7 +487,7 @@ fn constant_on(constants: &[Vec<f64>], place: usize) -> Hypothesis {
                 .map(move |(record, &coefficient)| Term {
                     parameter,
                     record,
-                    column: SLOW + place,
+                    column: 0,
                     coefficient,
                 })
         });
@@ -461,6 +499,14 @@ fn constant_on(constants: &[Vec<f64>], place: usize) -> Hypothesis {
         requires: None,
         price: 0.0,
     }
+}
+
+/// Columns at unit power, each with its scale.
+fn spectra_of(columns: &impl Columns, transform: &Transform) -> Vec<(Vec<f32>, f64)> {
+    (0..columns.count())
+        .into_par_iter()
+        .map(|place| scaled(&transform.spectrum(&columns.column(place))))
+        .collect()
 }
 
 /// A column at unit power with its scale, 0 where it is empty.
