@@ -42,6 +42,19 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 25] = [
         ],
     ),
     (
+        "rlg-force",
+        &[
+            "strapdown",
+            "rlg-recording",
+            "rlg-model",
+            "rlg-signal",
+            "rlg-inference",
+            "rlg-catalogue",
+            "rlg-findings",
+            "rlg-diagnosis",
+        ],
+    ),
+    (
         "rlg-older",
         &[
             "rlg-recording",
@@ -50,6 +63,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 25] = [
             "rlg-findings",
             "rlg-diagnosis",
             "rlg-attitude",
+            "rlg-force",
             "strapdown",
         ],
     ),

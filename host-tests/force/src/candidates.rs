@@ -1,0 +1,268 @@
+//! The kinds spelt out for the search, and expressions beside them: hypotheses over a pool of columns, each with its price.
+
+use rlg_findings::result::UNLISTED;
+use rlg_inference::{Bound, Columns, Fixed, Hypothesis, Term};
+
+use crate::column::Column;
+use crate::kinds::{DELAY, KINDS, Kind, Law, REFERENCE_KINDS, columns};
+use crate::prediction::Prediction;
+
+/// Which part of a kind a candidate is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Variant {
+    /// All its parameters.
+    Whole,
+    /// Those of one accelerometer.
+    Axis(usize),
+    /// The same of all three accelerometers.
+    Common,
+    /// An expression on one accelerometer.
+    Expression(usize, Column),
+}
+
+/// A hypothesis with its name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// The contract's kind.
+    pub kind: &'static str,
+    /// Which part of it.
+    pub variant: Variant,
+    /// Names that each parameter has in the contract.
+    pub names: Vec<Vec<String>>,
+    /// What the search sees.
+    pub hypothesis: Hypothesis,
+}
+
+impl Candidate {
+    /// Whether another candidate is the same effect, linearised elsewhere.
+    pub fn is_same(&self, other: &Self) -> bool {
+        self.kind == other.kind && self.variant == other.variant
+    }
+}
+
+/// Columns by place, each once.
+#[derive(Debug, Clone, Default)]
+pub struct Pool {
+    /// Columns.
+    pub columns: Vec<Column>,
+}
+
+/// Columns of a pool, made of a prediction.
+pub struct PoolColumns<'a> {
+    /// Columns.
+    pub columns: &'a [Column],
+    /// What they are made of.
+    pub made_of: &'a Prediction,
+}
+
+impl Columns for PoolColumns<'_> {
+    fn count(&self) -> usize {
+        self.columns.len()
+    }
+
+    fn column(&self, place: usize) -> Vec<f64> {
+        self.columns[place].values(self.made_of)
+    }
+}
+
+/// Prices of variants and odds of everyday errors, as of the gyros' (rlg-catalogue).
+const ONE_AXIS: f64 = rlg_catalogue::candidates::ONE_AXIS;
+const SHARED: f64 = rlg_catalogue::candidates::SHARED;
+const EVERYDAY: f64 = 1.0 / 3.0;
+
+/// What a parameter adds to accelerometer `axis` at a size: columns with factors, to the end of what is not linear in it.
+pub fn terms_of(kind: &Kind, name: &str, axis: usize, size: f64) -> Vec<(Column, f64)> {
+    if kind.kind == DELAY {
+        return vec![
+            (Column::Late(axis, size), 1.0),
+            (Column::Slope(axis, size), -size),
+        ];
+    }
+    let of_one = columns(kind, name, axis, 0.0).into_iter();
+    of_one
+        .map(|(column, factor)| (column, factor * size))
+        .collect()
+}
+
+impl Pool {
+    /// The place of a column, new or old.
+    pub fn place(&mut self, column: Column) -> usize {
+        let known = self.columns.iter().position(|other| *other == column);
+        known.unwrap_or_else(|| {
+            self.columns.push(column);
+            self.columns.len() - 1
+        })
+    }
+
+    /// Every candidate, kinds in `left_out` excepted.
+    ///
+    /// # Inputs
+    /// `delay_s`: of each accelerometer as far as it has been found, about which a delay is linear; `open`: errors of the
+    /// reference that may be there.
+    pub fn candidates(
+        &mut self,
+        made_of: &Prediction,
+        delay_s: [f64; 3],
+        (left_out, open): (&[&str], &[&str]),
+    ) -> Vec<Candidate> {
+        let of_reference = REFERENCE_KINDS.iter();
+        let sought: Vec<&Kind> = KINDS
+            .iter()
+            .chain(of_reference.filter(|kind| open.contains(&kind.kind)))
+            .filter(|kind| !left_out.contains(&kind.kind))
+            .collect();
+        let mut found: Vec<Candidate> = Vec::new();
+        for kind in &sought {
+            for (variant, places) in variants(kind) {
+                found.push(self.of_kind(kind, (variant, places), made_of, delay_s));
+            }
+        }
+        if !left_out.contains(&UNLISTED) {
+            found.extend(self.expressions(&sought, made_of));
+        }
+        found
+    }
+
+    fn of_kind(
+        &mut self,
+        kind: &Kind,
+        (variant, places): (Variant, f64),
+        made_of: &Prediction,
+        delay_s: [f64; 3],
+    ) -> Candidate {
+        let parameters = kind.law.parameters();
+        let mut names: Vec<Vec<String>> = Vec::new();
+        let (mut terms, mut fixed) = (Vec::new(), Vec::new());
+        for (place, (name, on)) in parameters.iter().enumerate() {
+            if matches!(variant, Variant::Axis(axis) if !on.contains(&axis)) {
+                continue;
+            }
+            // What all three share is one parameter for each second letter.
+            let parameter = match (variant, kind.law) {
+                (Variant::Common, Law::Axes) => 0,
+                (Variant::Common, _) => place % 3,
+                _ => names.len(),
+            };
+            names.resize_with(names.len().max(parameter + 1), Vec::new);
+            names[parameter].push(name.clone());
+            for &axis in on {
+                let sensed = 1.0 / (1.0 - made_of.scale_error[axis]);
+                for (column, factor) in columns(kind, name, axis, delay_s[axis]) {
+                    terms.push(Term {
+                        parameter,
+                        record: axis,
+                        column: self.place(column),
+                        coefficient: factor * sensed,
+                    });
+                }
+                if kind.kind == DELAY && delay_s[axis] != 0.0 {
+                    fixed.push(Fixed {
+                        record: axis,
+                        column: self.place(Column::Late(axis, delay_s[axis])),
+                        size: sensed,
+                    });
+                }
+            }
+        }
+        let everyday = if kind.everyday { EVERYDAY } else { 1.0 };
+        let bound = Bound {
+            std: kind.largest,
+            ..Bound::NONE
+        };
+        Candidate {
+            kind: kind.kind,
+            variant,
+            hypothesis: Hypothesis {
+                parameters: names.len(),
+                terms,
+                fixed,
+                requires: None,
+                bounds: vec![bound; names.len()],
+                price: (places * everyday).ln(),
+            },
+            names,
+        }
+    }
+
+    /// Expressions outside the catalogue that a kind must beat, on each accelerometer: a true term that is missing would
+    /// otherwise make the nearest kind look good. What a sought kind says by itself is none.
+    fn expressions(&mut self, sought: &[&Kind], made_of: &Prediction) -> Vec<Candidate> {
+        let said = |axis: usize| -> Vec<Column> {
+            let named = sought.iter().flat_map(|kind| {
+                let parameters = kind.law.parameters().into_iter();
+                parameters.flat_map(move |(name, _)| columns(kind, &name, axis, 0.0))
+            });
+            named.map(|(column, _)| column).collect()
+        };
+        let all = expressions(made_of.warming_k.is_some());
+        let price = (3.0 * all.len() as f64).ln();
+        let mut found = Vec::new();
+        for axis in 0..3 {
+            let said = said(axis);
+            for &column in all.iter().filter(|column| !said.contains(column)) {
+                let coefficient = 1.0 / (1.0 - made_of.scale_error[axis]);
+                let place = self.place(column);
+                found.push(Candidate {
+                    kind: UNLISTED,
+                    variant: Variant::Expression(axis, column),
+                    names: vec![vec!["size".to_string()]],
+                    hypothesis: Hypothesis {
+                        parameters: 1,
+                        terms: vec![Term {
+                            parameter: 0,
+                            record: axis,
+                            column: place,
+                            coefficient,
+                        }],
+                        fixed: Vec::new(),
+                        requires: None,
+                        bounds: Vec::new(),
+                        price,
+                    },
+                });
+            }
+        }
+        found
+    }
+}
+
+/// Parts of a kind that are tried, with how many alike there are.
+fn variants(kind: &Kind) -> Vec<(Variant, f64)> {
+    // An error of the reference is one, whichever axes it has.
+    if matches!(kind.law, Law::Body | Law::All) {
+        return vec![(Variant::Whole, 1.0)];
+    }
+    let mut all = vec![(Variant::Whole, SHARED)];
+    all.extend((0..3).map(|axis| (Variant::Axis(axis), ONE_AXIS)));
+    // One delay of three channels, and one distance from where the case turns, have one cause.
+    if kind.kind == DELAY || kind.law == Law::Arms {
+        all.push((Variant::Common, SHARED));
+    }
+    all
+}
+
+/// Every expression.
+fn expressions(with_temperature: bool) -> Vec<Column> {
+    let mut all = vec![Column::Constant, Column::Time];
+    for i in 0..3 {
+        all.extend([
+            Column::Force(i),
+            Column::ForceSize(i),
+            Column::ForceSigned(i),
+            Column::ForceCube(i),
+            Column::Slope(i, 0.0),
+            Column::Rate(i),
+            Column::Acceleration(i),
+        ]);
+        for j in 0..3 {
+            all.push(Column::RateForce(i, j));
+            if j >= i {
+                all.extend([Column::ForceProduct(i, j), Column::RateProduct(i, j)]);
+            }
+        }
+        if with_temperature {
+            all.extend([Column::Warming(i), Column::WarmingForce(i)]);
+        }
+    }
+    all
+}

@@ -1,0 +1,146 @@
+//! Design columns of the accelerometers: what an effect of size 1 adds to a row's velocity increment.
+
+use nalgebra::Vector3;
+use rlg_signal::axes::AXES;
+
+use crate::prediction::Prediction;
+
+/// An error of the reference, by what the case turns beyond what the reference reads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Turn {
+    /// e_j × ω: the reference is turned about axis j.
+    Misaligned(usize),
+    /// −ω_j: the reference reads too much about axis j.
+    Scaled(usize),
+    /// α: the reference is late.
+    Late,
+}
+
+/// A force \[m/s² per unit of the effect\]; a row's column is its integral.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Column {
+    /// 1.
+    Constant,
+    /// f_j.
+    Force(usize),
+    /// f_i f_j.
+    ForceProduct(usize, usize),
+    /// |f_j|.
+    ForceSize(usize),
+    /// f_j |f_j|.
+    ForceSigned(usize),
+    /// f_j³.
+    ForceCube(usize),
+    /// df_j/dt as it was so many seconds before.
+    Slope(usize, f64),
+    /// f_j as it was d seconds before, less f_j, plus d times its slope then: what a delay adds besides its slope.
+    Late(usize, f64),
+    /// (α × e_j + ω × (ω × e_j))_i.
+    Arm(usize, usize),
+    /// ω_j.
+    Rate(usize),
+    /// α_j.
+    Acceleration(usize),
+    /// ω_i f_j.
+    RateForce(usize, usize),
+    /// ω_i ω_j.
+    RateProduct(usize, usize),
+    /// Warming of block j.
+    Warming(usize),
+    /// The same times f_j.
+    WarmingForce(usize),
+    /// Seconds since the start.
+    Time,
+    /// (−φ × f)_i, φ what an error of the reference has turned the body by beyond what it read.
+    Turned(Turn, usize),
+}
+
+impl Column {
+    /// Its integral over each row \[m/s per unit of the effect\].
+    pub fn values(self, made_of: &Prediction) -> Vec<f64> {
+        let carried = &made_of.carried;
+        let force = |axis: usize| made_of.force_m_s2[axis].iter();
+        let means: Vec<f64> = match self {
+            Self::Arm(i, j) => return carried.lever_m_s(i, j),
+            Self::Acceleration(j) => return carried.turned_rad_s[j].clone(),
+            Self::RateProduct(i, j) => return carried.squared_rad2_s[i][j].clone(),
+            Self::Rate(j) => return carried.angle_rad[j].clone(),
+            Self::RateForce(i, j) => {
+                let angles = carried.angle_rad[i].iter();
+                return angles.zip(force(j)).map(|(a, f)| a * f).collect();
+            }
+            Self::Constant => vec![1.0; made_of.rows.count],
+            Self::Force(j) => force(j).copied().collect(),
+            Self::ForceProduct(i, j) => force(i).zip(force(j)).map(|(a, b)| a * b).collect(),
+            Self::ForceSize(j) => force(j).map(|f| f.abs()).collect(),
+            Self::ForceSigned(j) => force(j).map(|f| f * f.abs()).collect(),
+            Self::ForceCube(j) => force(j).map(|f| f.powi(3)).collect(),
+            Self::Slope(j, before_s) => made_of.slope_before(j, before_s),
+            Self::Late(j, delay_s) => {
+                let slope = made_of.slope_before(j, delay_s);
+                let late = made_of.force_before(j, delay_s);
+                let rows = late.iter().zip(force(j)).zip(slope);
+                rows.map(|((late, now), slope)| late - now + delay_s * slope)
+                    .collect()
+            }
+            Self::Warming(j) => warming(made_of, j),
+            Self::WarmingForce(j) => {
+                let warming = warming(made_of, j);
+                warming.iter().zip(force(j)).map(|(k, f)| k * f).collect()
+            }
+            Self::Turned(turn, axis) => turned(made_of, turn, axis),
+            Self::Time => (0..made_of.rows.count)
+                .map(|row| made_of.rows.middle_s(row) - made_of.rows.start_s)
+                .collect(),
+        };
+        let period_s = made_of.rows.period_s();
+        means.into_iter().map(|value| value * period_s).collect()
+    }
+
+    /// Its name in expressions.
+    pub fn text(self) -> String {
+        let [x, y, z] = AXES;
+        let of = |axis: usize| [x, y, z][axis];
+        match self {
+            Self::Constant => "1".to_string(),
+            Self::Force(j) => format!("force_{}", of(j)),
+            Self::ForceProduct(i, j) => format!("force_{}*force_{}", of(i), of(j)),
+            Self::ForceSize(j) => format!("abs(force_{})", of(j)),
+            Self::ForceSigned(j) => format!("force_{0}*abs(force_{0})", of(j)),
+            Self::ForceCube(j) => format!("force_{0}*force_{0}*force_{0}", of(j)),
+            Self::Slope(j, _) | Self::Late(j, _) => format!("dforce_{}", of(j)),
+            Self::Arm(i, j) => format!("arm_{}{}", of(i), of(j)),
+            Self::Rate(j) => format!("omega_{}", of(j)),
+            Self::Acceleration(j) => format!("alpha_{}", of(j)),
+            Self::RateForce(i, j) => format!("omega_{}*force_{}", of(i), of(j)),
+            Self::RateProduct(i, j) => format!("omega_{}*omega_{}", of(i), of(j)),
+            Self::Warming(j) => format!("temperature_{}", of(j)),
+            Self::WarmingForce(j) => format!("temperature_{0}*force_{0}", of(j)),
+            Self::Time => "time".to_string(),
+            Self::Turned(..) => "attitude".to_string(),
+        }
+    }
+}
+
+/// Force along `axis` beyond its prediction where the body is turned by an error of the reference.
+fn turned(made_of: &Prediction, turn: Turn, axis: usize) -> Vec<f64> {
+    let beyond = made_of
+        .carried
+        .turned_beyond_rad(|angle, turned| match turn {
+            Turn::Misaligned(about) => Vector3::ith(about, 1.0).cross(angle),
+            Turn::Scaled(about) => Vector3::ith(about, -angle[about]),
+            Turn::Late => *turned,
+        });
+    let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
+    let (along_j, along_k) = (&made_of.force_m_s2[j], &made_of.force_m_s2[k]);
+    let rows = beyond.iter().zip(along_j.iter().zip(along_k));
+    rows.map(|(by, (at_j, at_k))| by[k] * at_j - by[j] * at_k)
+        .collect()
+}
+
+fn warming(made_of: &Prediction, axis: usize) -> Vec<f64> {
+    match &made_of.warming_k {
+        Some(warming_k) => warming_k[axis].clone(),
+        None => vec![0.0; made_of.rows.count],
+    }
+}

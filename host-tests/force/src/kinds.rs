@@ -1,0 +1,244 @@
+//! The kinds of effects that accelerometers can show: one row each (contract; Groves 2013, sec. 4.4.1; IEEE 1293).
+
+use rlg_signal::axes::AXES;
+
+use crate::column::{Column, Turn};
+
+/// How a kind's parameters act.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Law {
+    /// Parameter i acts on accelerometer i.
+    Axes,
+    /// Parameter ij turns the sensing axis of accelerometer i about body axis j.
+    Tilts,
+    /// Parameter ij is where along body axis j accelerometer i sits.
+    Arms,
+    /// Parameter i is the reference's about body axis i, and turns all accelerometers through gravity.
+    Body,
+    /// One parameter of the reference.
+    All,
+}
+
+impl Law {
+    /// Names of the parameters in the contract's order, with the accelerometers that each acts on.
+    pub fn parameters(self) -> Vec<(String, Vec<usize>)> {
+        let pairs = (0..3).flat_map(|i| (0..3).map(move |j| (i, j)));
+        let named = |(i, j): (usize, usize)| (format!("{}{}", AXES[i], AXES[j]), vec![i]);
+        match self {
+            Self::Axes => (0..3)
+                .map(|axis| (AXES[axis].to_string(), vec![axis]))
+                .collect(),
+            Self::Tilts => pairs.filter(|(i, j)| i != j).map(named).collect(),
+            Self::Arms => pairs.map(named).collect(),
+            Self::Body => AXES.map(|axis| (axis.to_string(), vec![0, 1, 2])).to_vec(),
+            Self::All => vec![("all".to_string(), vec![0, 1, 2])],
+        }
+    }
+}
+
+/// One kind.
+pub struct Kind {
+    /// The contract's name.
+    pub kind: &'static str,
+    /// Its equation.
+    pub equation: &'static str,
+    /// Unit of its parameters.
+    pub unit: &'static str,
+    /// How it acts.
+    pub law: Law,
+    /// Standard deviation of a prior about 0, in its unit: what no unit that anybody would test exceeds by much.
+    pub largest: f64,
+    /// Its size in a unit of some quality, for what a recording could have shown.
+    pub typical: f64,
+    /// Whether it is an everyday error, three times likelier than others.
+    pub everyday: bool,
+    /// What it means, for a navigation engineer.
+    pub meaning: &'static str,
+    /// The motion that would show it best.
+    pub experiment: &'static str,
+}
+
+/// The kind that is not linear in its parameters.
+pub const DELAY: &str = "accel_delay";
+
+/// Every kind, in the order of the contract's table.
+pub static KINDS: &[Kind] = &[
+    Kind {
+        kind: "accel_bias",
+        equation: "f_i += b_i",
+        unit: "m/s^2",
+        law: Law::Axes,
+        largest: 0.5,
+        typical: 1e-3,
+        everyday: true,
+        meaning: "The model lacks a constant on the accelerometer: a bias, the same in every attitude.",
+        experiment: "Stand still in six attitudes: a bias keeps its sign when gravity changes its own.",
+    },
+    Kind {
+        kind: "accel_scale",
+        equation: "f_i *= 1 + s_i",
+        unit: "1",
+        law: Law::Axes,
+        largest: 0.05,
+        typical: 1e-4,
+        everyday: true,
+        meaning: "The accelerometer reads a fixed share too much or too little of the force.",
+        experiment: "Turn each axis from up to down: a scale error then changes its sign and a bias does not.",
+    },
+    Kind {
+        kind: "accel_misalignment",
+        equation: "f_i += delta_ik f_j - delta_ij f_k, (i, j, k) cyclic",
+        unit: "rad",
+        law: Law::Tilts,
+        largest: 0.05,
+        typical: 1e-4,
+        everyday: true,
+        meaning: "The accelerometers do not point where the model says: each feels a small share of the forces along the other axes.",
+        experiment: "Roll the unit about two axes through full turns: each accelerometer must then show gravity along both others.",
+    },
+    Kind {
+        kind: "accel_quadratic",
+        equation: "f_i += q_i f_i^2",
+        unit: "s^2/m",
+        law: Law::Axes,
+        largest: 1e-3,
+        typical: 1e-6,
+        everyday: false,
+        meaning: "The accelerometer is not linear: its error grows with the square of the force, upwards and downwards alike.",
+        experiment: "Turn each axis slowly from up over level to down: three forces tell the square from bias and scale.",
+    },
+    Kind {
+        kind: DELAY,
+        equation: "f_i(t - d_i) instead of f_i(t)",
+        unit: "s",
+        law: Law::Axes,
+        largest: 0.1,
+        typical: 1e-3,
+        everyday: true,
+        meaning: "The accelerometer channel is late (or early) against the motion by a fixed time that the model does not know.",
+        experiment: "Rock or tumble the unit at two speeds, so that gravity moves through its axes: a delay shows in proportion.",
+    },
+    Kind {
+        kind: "size_effect",
+        equation: "f_i += (alpha x r_i + omega x (omega x r_i))_i",
+        unit: "m",
+        law: Law::Arms,
+        largest: 1.0,
+        typical: 0.03,
+        everyday: true,
+        meaning: "The accelerometers sit away from the centre of rotation, and feel that the case turns: the model puts all three in one point. Arms that all three share are the distance of the unit from the axes it is turned about.",
+        experiment: "Oscillate about each axis in turn, and spin about each: angular acceleration shows the arms across an axis, spinning those towards it.",
+    },
+];
+
+/// Errors of the reference, which turn gravity through the accelerometers; they show on the gyros' rows too.
+pub static REFERENCE_KINDS: &[Kind] = &[
+    Kind {
+        kind: "reference_misalignment",
+        equation: "reference reads omega - r x omega",
+        unit: "rad",
+        law: Law::Body,
+        largest: 0.3,
+        typical: 1e-4,
+        everyday: true,
+        meaning: "The reference as a whole is turned against the unit by small angles that the model does not know.",
+        experiment: "Turn the case about each axis through full turns, up and down: gravity then tells the reference's axes from the gyros'.",
+    },
+    Kind {
+        kind: "reference_delay",
+        equation: "reference shows omega(t - d)",
+        unit: "s",
+        law: Law::All,
+        largest: 0.1,
+        typical: 1e-4,
+        everyday: true,
+        meaning: "The reference's rows are late against the unit by a fixed time that the model does not know.",
+        experiment: "Oscillate at several frequencies: the error of a delay grows with the rate of change.",
+    },
+    Kind {
+        kind: "reference_scale",
+        equation: "reference reads (1 + r_i) omega_i",
+        unit: "1",
+        law: Law::Body,
+        largest: 0.1,
+        typical: 1e-5,
+        everyday: true,
+        meaning: "The reference reads a fixed share too much or too little of the case's turning.",
+        experiment: "Turn the case about each axis through many full turns: gravity then returns, and counts them.",
+    },
+];
+
+/// The column of an error of the reference about the axis that a parameter is named after.
+fn on_body(turn: impl Fn(usize) -> Turn, name: &str, axis: usize) -> Vec<(Column, f64)> {
+    let about = AXES.iter().position(|other| name == *other);
+    let column = about.map(|about| (Column::Turned(turn(about), axis), 1.0));
+    column.into_iter().collect()
+}
+
+/// Columns of a parameter of size 1 on accelerometer `axis`, a delay's about `delay_s`.
+pub fn columns(kind: &Kind, name: &str, axis: usize, delay_s: f64) -> Vec<(Column, f64)> {
+    let second = || AXES.iter().position(|other| name.ends_with(other));
+    match (kind.kind, kind.law) {
+        ("accel_bias", _) => vec![(Column::Constant, 1.0)],
+        ("accel_scale", _) => vec![(Column::Force(axis), 1.0)],
+        ("accel_quadratic", _) => vec![(Column::ForceProduct(axis, axis), 1.0)],
+        (DELAY, _) => vec![(Column::Slope(axis, delay_s), -1.0)],
+        (_, Law::Tilts) => {
+            let about = second().filter(|about| *about != axis);
+            let tilted = about.map(|about| {
+                // x: + δ_xz f_y − δ_xy f_z, and cyclic.
+                let along = 3 - axis - about;
+                let sign = if (about + 1) % 3 == axis { 1.0 } else { -1.0 };
+                (Column::Force(along), sign)
+            });
+            tilted.into_iter().collect()
+        }
+        (_, Law::Arms) => second()
+            .map(|along| (Column::Arm(axis, along), 1.0))
+            .into_iter()
+            .collect(),
+        ("reference_misalignment", _) => on_body(Turn::Misaligned, name, axis),
+        ("reference_delay", _) => vec![(Column::Turned(Turn::Late, axis), 1.0)],
+        ("reference_scale", _) => on_body(Turn::Scaled, name, axis),
+        (_, Law::Axes | Law::Body | Law::All) => Vec::new(),
+    }
+}
+
+/// The row of a kind, of accelerometers or of the reference.
+pub fn find(kind: &str) -> Option<&'static Kind> {
+    KINDS
+        .iter()
+        .chain(REFERENCE_KINDS)
+        .find(|one| one.kind == kind)
+}
+
+#[cfg(test)]
+mod tests {
+    use rlg_model::catalogue::Kind;
+
+    use super::{KINDS, REFERENCE_KINDS, columns};
+
+    #[test]
+    fn every_parameter_of_every_kind_acts_on_the_accelerometers_that_it_names() {
+        for kind in KINDS.iter().chain(REFERENCE_KINDS) {
+            for (name, on) in kind.law.parameters() {
+                for axis in 0..3 {
+                    let acts = !columns(kind, &name, axis, 0.0).is_empty();
+                    let own = on.contains(&axis);
+                    assert!(acts || !own, "{} {name} on {axis}", kind.kind);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn parameters_have_the_contracts_names() {
+        for kind in KINDS.iter().chain(REFERENCE_KINDS) {
+            let known = Kind::named(kind.kind).expect("a kind of the contract");
+            let names: Vec<&str> = known.parameter_names().collect();
+            let own = kind.law.parameters();
+            assert_eq!(names, own.iter().map(|(name, _)| name).collect::<Vec<_>>());
+            assert_eq!(known.unit_of(names[0]), Some(kind.unit), "{}", kind.kind);
+        }
+    }
+}

@@ -1,0 +1,281 @@
+//! Passes of prediction, columns and structure search until the set, its delays and the vertical stand.
+
+use std::collections::BTreeSet;
+
+use rlg_findings::result::UNLISTED;
+use rlg_inference::search::{DriftPrior, Judged};
+use rlg_inference::{Fit, Hypothesis, NoiseLevels, NormalEquations, Observations, Search, Term};
+use rlg_model::Model;
+use rlg_signal::axes::{Triad, add};
+
+use crate::candidates::{Candidate, Pool, PoolColumns};
+use crate::kinds::DELAY;
+use crate::plan::ForcePlan;
+use crate::prediction::Prediction;
+use crate::vertical::UNKNOWNS;
+
+/// What a search leaves.
+pub struct Found {
+    /// The best set.
+    pub fit: Fit,
+    /// Each member with its cost and rivals.
+    pub judged: Vec<Judged>,
+    /// Places of candidates that span each member's effect.
+    pub spanned_by: Vec<Vec<usize>>,
+    /// The set without each member.
+    pub without: Vec<Fit>,
+    /// All candidates.
+    pub candidates: Vec<Candidate>,
+    /// Their columns.
+    pub pool: Pool,
+    /// The residual of the model beside the vertical that the set left \[m/s per row\].
+    pub residual_m_s: Triad,
+    /// Their sums.
+    pub equations: NormalEquations,
+    /// Sets that were looked at.
+    pub tried: usize,
+}
+
+/// Columns that are kept by row.
+pub struct Kept(pub Vec<Vec<f64>>);
+
+impl rlg_inference::Columns for Kept {
+    fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    fn column(&self, place: usize) -> Vec<f64> {
+        self.0[place].clone()
+    }
+}
+
+/// Parameters of the vertical without a prior, over [`Prediction::vertical_columns`].
+pub fn vertical_parameters() -> Hypothesis {
+    let terms = (0..UNKNOWNS).flat_map(|parameter| {
+        (0..3).map(move |record| Term {
+            parameter,
+            record,
+            column: 3 * parameter + record,
+            coefficient: 1.0,
+        })
+    });
+    Hypothesis {
+        parameters: UNKNOWNS,
+        terms: terms.collect(),
+        fixed: Vec::new(),
+        requires: None,
+        bounds: Vec::new(),
+        price: 0.0,
+    }
+}
+
+/// Sums over the rows of `observations`, with the columns of `pool` and the vertical's.
+pub fn equations(
+    made_of: &Prediction,
+    residual_m_s: &Triad,
+    observations: &Observations,
+    pool: &Pool,
+    levels: NoiseLevels,
+) -> NormalEquations {
+    let columns = PoolColumns {
+        columns: &pool.columns,
+        made_of,
+    };
+    let vertical = Kept(made_of.vertical_columns());
+    NormalEquations::with_free(
+        observations.clone(),
+        residual_m_s,
+        &columns,
+        levels,
+        (&vertical, vertical_parameters()),
+    )
+}
+
+/// What a fit says of the vertical's unknowns, and whether they are settled.
+pub fn vertical_of(fit: &Fit, settled: f64) -> ([f64; UNKNOWNS], bool) {
+    let block = fit.gaps.last().cloned().unwrap_or(0..0);
+    let mut moves = [0.0; UNKNOWNS];
+    let mut stays = true;
+    for (value, at) in moves.iter_mut().zip(block) {
+        *value = fit.estimate[at];
+        stays &= value.abs() <= settled * fit.covariance[(at, at)].max(0.0).sqrt();
+    }
+    (moves, stays)
+}
+
+/// Searches; `made_of` is left with the vertical that the set puts.
+///
+/// # Inputs
+/// `levels`: the noise to begin with.
+pub fn find(
+    made_of: &mut Prediction,
+    model: &Model,
+    observations: &Observations,
+    mut levels: Vec<NoiseLevels>,
+    (plan, left_out, open): (&ForcePlan, &[&str], &[&str]),
+) -> Found {
+    let mut delay_s = [0.0; 3];
+    let mut before: Vec<Candidate> = Vec::new();
+    let mut pass = 0;
+    loop {
+        pass += 1;
+        let residual_m_s = made_of.residual_m_s(model);
+        let mut pool = Pool::default();
+        let mut candidates = pool.candidates(made_of, delay_s, (left_out, open));
+        let mean = rlg_diagnosis::noise_levels::mean(&levels);
+        let sums = equations(made_of, &residual_m_s, observations, &pool, mean);
+        candidates.retain(|one| {
+            let mut terms = one.hypothesis.terms.iter();
+            terms.all(|term| sums.scale(term.column) > 0.0)
+        });
+        let hypotheses: Vec<Hypothesis> = candidates
+            .iter()
+            .map(|one| one.hypothesis.clone())
+            .collect();
+        let kinds: BTreeSet<&str> = candidates.iter().map(|one| one.kind).collect();
+        let mut search = Search::new(
+            &sums,
+            &hypotheses,
+            kinds.len().max(1),
+            &plan.shared.search,
+            &DriftPrior::Unknown,
+            levels.clone(),
+        );
+        let start: Vec<usize> = (0..candidates.len())
+            .filter(|&place| before.iter().any(|one| one.is_same(&candidates[place])))
+            .collect();
+        let fit = search.run(&start, plan.shared.search.most_members);
+        levels.clone_from(&fit.levels);
+        let members: Vec<Candidate> = fit
+            .members
+            .iter()
+            .map(|&place| candidates[place].clone())
+            .collect();
+        let (now_s, delays_stay) = delays(&fit, &candidates, delay_s, plan.settled);
+        let (moves, vertical_stays) = vertical_of(&fit, plan.settled);
+        let is_same_set = members.len() == before.len()
+            && members
+                .iter()
+                .all(|one| before.iter().any(|other| other.is_same(one)));
+        let stands = is_same_set && delays_stay && vertical_stays;
+        if !(stands || pass >= plan.shared.passes) {
+            made_of.move_vertical(&moves);
+            delay_s = now_s;
+            before = members;
+            continue;
+        }
+        let judged = search.judge(&fit, plan.shared.class_within);
+        let others: Vec<usize> = (0..candidates.len())
+            .filter(|place| !fit.members.contains(place))
+            .collect();
+        let spanned_by = fit
+            .members
+            .iter()
+            .map(|&member| {
+                let spans = |&&other: &&usize| {
+                    let kind = candidates[other].kind;
+                    kind != candidates[member].kind
+                        && kind != UNLISTED
+                        && search.separation(&fit, member, other) < plan.shared.separation
+                };
+                others.iter().filter(spans).copied().collect()
+            })
+            .collect();
+        let without = fit
+            .members
+            .iter()
+            .map(|&member| {
+                let rest = search.without(&fit.members, member);
+                search.fit(&rest, Some(&fit.levels))
+            })
+            .collect();
+        let tried = search.tried_sets();
+        return Found {
+            fit,
+            judged,
+            spanned_by,
+            without,
+            candidates,
+            pool,
+            residual_m_s,
+            equations: sums,
+            tried,
+        };
+    }
+}
+
+/// Delay of each accelerometer by a fit \[s\], and whether it stays where it was linearised.
+fn delays(fit: &Fit, candidates: &[Candidate], at_s: [f64; 3], settled: f64) -> ([f64; 3], bool) {
+    let (mut delay_s, mut stays) = ([0.0; 3], true);
+    for (&member, block) in fit.members.iter().zip(&fit.blocks) {
+        for (axis, estimate_s, std_s) in delays_in(&candidates[member], block.start, fit) {
+            delay_s[axis] = linearised_at(estimate_s, std_s, settled);
+            stays &= (delay_s[axis] - at_s[axis]).abs() <= settled * std_s;
+        }
+    }
+    (delay_s, stays)
+}
+
+/// The delays that a candidate has, its parameters from `first` in a fit: accelerometer, estimate and its standard deviation
+/// \[s\].
+pub fn delays_in(one: &Candidate, first: usize, fit: &Fit) -> Vec<(usize, f64, f64)> {
+    if one.kind != DELAY {
+        return Vec::new();
+    }
+    let terms = one.hypothesis.terms.iter();
+    terms
+        .map(|term| {
+            let at = first + term.parameter;
+            let std_s = fit.covariance[(at, at)].max(0.0).sqrt();
+            (term.record, fit.estimate[at], std_s)
+        })
+        .collect()
+}
+
+/// Where a delay is best taken for linear \[s\]: at its estimate, where that is known well enough for its square to show.
+pub fn linearised_at(estimate_s: f64, std_s: f64, settled: f64) -> f64 {
+    if settled * estimate_s.abs() > std_s {
+        estimate_s
+    } else {
+        0.0
+    }
+}
+
+impl Found {
+    /// What a member of a fit adds to each accelerometer \[m/s per row\].
+    pub fn effect_m_s(&self, made_of: &Prediction, fit: &Fit, member: usize) -> Triad {
+        let hypothesis = &self.candidates[fit.members[member]].hypothesis;
+        let block = &fit.blocks[member];
+        let mut sum: Triad = std::array::from_fn(|_| vec![0.0; made_of.rows.count]);
+        let fixed = hypothesis.fixed.iter();
+        let parts = fixed.map(|one| (one.record, one.column, one.size));
+        let terms = hypothesis.terms.iter().map(|term| {
+            let size = term.coefficient * fit.estimate[block.start + term.parameter];
+            (term.record, term.column, size)
+        });
+        for (record, column, size) in parts.chain(terms) {
+            add(
+                &mut sum[record],
+                &self.pool.columns[column].values(made_of),
+                size,
+            );
+        }
+        sum
+    }
+
+    /// What a fit leaves \[m/s per row\], its vertical included.
+    pub fn left_m_s(&self, made_of: &Prediction, fit: &Fit) -> Triad {
+        let mut left = self.residual_m_s.clone();
+        for member in 0..fit.members.len() {
+            let effect = self.effect_m_s(made_of, fit, member);
+            for (left, effect) in left.iter_mut().zip(&effect) {
+                add(left, effect, -1.0);
+            }
+        }
+        let (moves, _) = vertical_of(fit, 0.0);
+        for (place, column) in made_of.vertical_columns().iter().enumerate() {
+            add(&mut left[place % 3], column, -moves[place / 3]);
+        }
+        left
+    }
+}

@@ -1,0 +1,133 @@
+//! Stretches in which the case was shaken along a line: no gravity and no rotation predicts that force.
+//!
+//! A stretch is one where some band holds more power than in the quietest stretch, after everything that the catalogue could
+//! explain in that stretch alone is fitted away. What the catalogue explains is never mistaken for shaking, and what it does
+//! not explain is left out rather than named.
+
+use std::ops::Range;
+
+use rlg_diagnosis::locate::BAND_EDGES_HZ;
+use rlg_diagnosis::noise_levels::{first_levels, mean};
+use rlg_diagnosis::split::{Regime, intersect};
+use rlg_findings::result::UNLISTED;
+use rlg_inference::evaluate::{Effort, evaluate, residual_power};
+use rlg_inference::{Drift, Fit, Hypothesis, Observations};
+use rlg_signal::axes::Triad;
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+use crate::candidates::{Candidate, Pool, Variant};
+use crate::plan::ForcePlan;
+use crate::prediction::Prediction;
+use crate::search::{delays_in, equations, linearised_at};
+
+/// Mean power and number of observations of a band, where there are enough.
+type Level = Option<(f64, f64)>;
+
+/// Says of each regime whether it was shaken.
+///
+/// # Inputs
+/// `fitted`: rows that may be looked at.
+pub fn shaken(
+    made_of: &Prediction,
+    residual_m_s: &Triad,
+    (regimes, fitted): (&[Regime], &[Range<usize>]),
+    (plan, left_out, open): (&ForcePlan, &[&str], &[&str]),
+) -> Vec<bool> {
+    let measured: Vec<Option<[Vec<Level>; 3]>> = regimes
+        .iter()
+        .map(|regime| {
+            let rows = intersect(std::slice::from_ref(&regime.rows), fitted);
+            of_regime(made_of, residual_m_s, &rows, (plan, left_out, open))
+        })
+        .collect();
+    let quietest = |axis: usize, band: usize| {
+        let levels = measured.iter().flatten().filter_map(|of| of[axis][band]);
+        levels.min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let all = measured.iter().flatten().flatten().flatten();
+    let judged = all.flatten().count().max(1) as f64;
+    let stands_out = |axis: usize, band: usize, level: Level| {
+        let (Some((power, count)), Some((least, least_count))) = (level, quietest(axis, band))
+        else {
+            return false;
+        };
+        let ratio = power / least;
+        let law = FisherSnedecor::new(count, least_count);
+        // The quietest is one of all.
+        let chance = law.map_or(1.0, |law| judged * law.sf(ratio));
+        ratio > plan.shaken_ratio && chance < plan.shared.unexplained
+    };
+    let is_shaken = |of: &Option<[Vec<Level>; 3]>| {
+        of.as_ref().is_some_and(|of| {
+            (0..3).any(|axis| {
+                let mut bands = of[axis].iter().enumerate();
+                bands.any(|(band, level)| stands_out(axis, band, *level))
+            })
+        })
+    };
+    measured.iter().map(is_shaken).collect()
+}
+
+/// Power by axis and band of what no kind explains in some rows.
+fn of_regime(
+    made_of: &Prediction,
+    residual_m_s: &Triad,
+    rows: &[Range<usize>],
+    (plan, left_out, open): (&ForcePlan, &[&str], &[&str]),
+) -> Option<[Vec<Level>; 3]> {
+    /// A delay is no straight line: steps until what is left of it is below the noise.
+    const STEPS: usize = 3;
+    let mut seen = vec![false; made_of.rows.count];
+    for rows in rows {
+        seen[rows.clone()].fill(true);
+    }
+    let observations = Observations::bridged(&seen)?;
+    let levels = first_levels(residual_m_s, &observations);
+    let mut delay_s = [0.0; 3];
+    let mut step = 0;
+    loop {
+        step += 1;
+        let mut pool = Pool::default();
+        let without_expressions = [left_out, &[UNLISTED]].concat();
+        let mut all = pool.candidates(made_of, delay_s, (&without_expressions, open));
+        all.retain(|one| one.variant == Variant::Whole);
+        let sums = equations(made_of, residual_m_s, &observations, &pool, mean(&levels));
+        let set: Vec<&Hypothesis> = all.iter().map(|one| &one.hypothesis).collect();
+        let fit = evaluate(&sums, &set, &levels, &[Drift::None; 3], Effort::FULL);
+        delay_s = delays_of(&all, &fit, plan.settled);
+        if step < STEPS {
+            continue;
+        }
+        let power = residual_power(&sums, &set, &fit);
+        let bins = sums.basis.frequency.iter().zip(&sums.basis.counts);
+        let in_band: Vec<Vec<usize>> = BAND_EDGES_HZ
+            .windows(2)
+            .map(|edges| {
+                let bins = bins.clone().enumerate().filter(|(_, (share, _))| {
+                    (edges[0]..edges[1]).contains(&(**share * made_of.rows.rate_hz))
+                });
+                bins.map(|(bin, _)| bin).collect()
+            })
+            .collect();
+        let level = |axis: usize, of_band: &Vec<usize>| -> Level {
+            let count: f64 = of_band.iter().map(|&bin| sums.basis.counts[bin]).sum();
+            let sum: f64 = of_band.iter().map(|&bin| power[axis][bin]).sum();
+            (count >= plan.fewest_in_band).then(|| (sum / count, count))
+        };
+        return Some([0, 1, 2].map(|axis: usize| {
+            let bands = in_band.iter();
+            bands.map(|of_band| level(axis, of_band)).collect()
+        }));
+    }
+}
+
+/// The delay of each accelerometer \[s\] where all kinds are fitted.
+fn delays_of(all: &[Candidate], fit: &Fit, settled: f64) -> [f64; 3] {
+    let mut delay_s = [0.0; 3];
+    for (one, block) in all.iter().zip(&fit.blocks) {
+        for (axis, estimate_s, std_s) in delays_in(one, block.start, fit) {
+            delay_s[axis] = linearised_at(estimate_s, std_s, settled);
+        }
+    }
+    delay_s
+}

@@ -1,0 +1,114 @@
+//! Gravity in the body, and what is not known of it.
+//!
+//! f = g body_from_start(t) exp(t ω×) up, ω what turns the ground under a reference that counts inertial angles:
+//! Ω sin φ about the vertical, which is known, and a level part, which is fitted with the start's level: four numbers that no
+//! accelerometer tells from itself at rest. They belong to the mounting, not to the unit, and are never reported.
+
+use std::ops::Range;
+
+use nalgebra::{UnitQuaternion, Vector3};
+use rlg_recording::Site;
+use rlg_signal::accelerometer_rows::Rows;
+use rlg_signal::axes::Triad;
+use strapdown::earth::ROTATION_RAD_S;
+
+use crate::carried::Carried;
+
+/// How many numbers of the vertical are fitted.
+pub const UNKNOWNS: usize = 4;
+
+/// The vertical.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Vertical {
+    /// Upwards at the start, body axes, unit length.
+    pub up: Vector3<f64>,
+    /// What turns it in the start's axes \[rad/s\].
+    pub turning_rad_s: Vector3<f64>,
+    gravity_m_s2: f64,
+}
+
+impl Vertical {
+    /// Takes the mean of the felt force over `used`, turned back to the start, for the vertical.
+    ///
+    /// # Returns
+    /// `None` where that mean differs from the site's gravity by more than a share `far`: the force is then not that of a
+    /// unit carried about at this site.
+    pub fn new(
+        rows: &Rows,
+        carried: &Carried,
+        (site, earth_in_reference): (Site, bool),
+        used: &[Range<usize>],
+        far: f64,
+    ) -> Option<Self> {
+        let mut sum = Vector3::zeros();
+        let mut count = 0.0;
+        for row in used.iter().flat_map(Clone::clone) {
+            for (body, means) in carried.body_from_start.iter().enumerate() {
+                let felt = rows.sensed_m_s[body][row] * rows.rate_hz;
+                sum += felt * Vector3::from_fn(|start, _| means[start][row]);
+            }
+            count += 1.0;
+        }
+        let mean: Vector3<f64> = sum / f64::max(count, 1.0);
+        if (mean.norm() / site.gravity_m_s2 - 1.0).abs() > far {
+            return None;
+        }
+        let up = mean.normalize();
+        let earth_rad_s = if earth_in_reference {
+            ROTATION_RAD_S * site.latitude_rad.sin()
+        } else {
+            0.0
+        };
+        Some(Self {
+            up,
+            turning_rad_s: earth_rad_s * up,
+            gravity_m_s2: site.gravity_m_s2,
+        })
+    }
+
+    /// Two level axes at the start.
+    fn level(&self) -> [Vector3<f64>; 2] {
+        let least = self.up.iamin();
+        let first = self.up.cross(&Vector3::ith(least, 1.0)).normalize();
+        [first, self.up.cross(&first)]
+    }
+
+    /// Specific force at the body's origin \[m/s²\].
+    pub fn force_m_s2(&self, rows: &Rows, carried: &Carried) -> Triad {
+        carried.in_body(rows, self.gravity_m_s2 * self.up, self.turning_rad_s)
+    }
+
+    /// How that force changes with each unknown \[m/s² per rad, per rad/s\].
+    pub fn columns(&self, rows: &Rows, carried: &Carried) -> [Triad; UNKNOWNS] {
+        let [first, second] = self
+            .level()
+            .map(|axis| carried.in_body(rows, self.gravity_m_s2 * axis, self.turning_rad_s));
+        let drifting = |tilt: &Triad| {
+            let mut tilt = tilt.clone();
+            for values in &mut tilt {
+                for (row, value) in values.iter_mut().enumerate() {
+                    *value *= rows.middle_s(row) - rows.start_s;
+                }
+            }
+            tilt
+        };
+        let drifts = [drifting(&first), drifting(&second)];
+        let [first_drift, second_drift] = drifts;
+        [first, second, first_drift, second_drift]
+    }
+
+    /// The vertical with the fitted unknowns taken over.
+    pub fn moved(&self, unknowns: &[f64; UNKNOWNS]) -> Self {
+        let [first, second] = self.level();
+        let [tilt_first, tilt_second, drift_first, drift_second] = *unknowns;
+        let towards = |a: f64, b: f64| self.up.cross(&(a * first + b * second));
+        // up × (towards) turns up towards it.
+        let rotation = UnitQuaternion::from_scaled_axis(towards(tilt_first, tilt_second));
+        let drift = towards(drift_first, drift_second);
+        Self {
+            up: rotation * self.up,
+            turning_rad_s: rotation * (self.turning_rad_s + drift),
+            ..self.clone()
+        }
+    }
+}

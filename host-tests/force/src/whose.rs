@@ -1,0 +1,444 @@
+//! Whose error it is, the gyros' or their reference's: the likelihood of gyros and accelerometers together.
+//!
+//! A reference that is turned, late or of a wrong scale looks to the gyros like an installation, a delay or a scale error of
+//! their own: they see the difference. But the case's attitude is what the reference says it is, and gravity moves through
+//! the accelerometers with the case. So each way to share the difference between the two is one prediction of the force; the
+//! log likelihoods add, and the best sum decides. What accelerometers say of the reference besides is free on their rows.
+
+use nalgebra::{DMatrix, DVector};
+use rlg_diagnosis::Outcome;
+use rlg_findings::combinations::identifiable;
+use rlg_findings::result::{EffectEntry, ParameterEntry};
+use rlg_findings::updated_model::switch_on;
+use rlg_model::{EffectValue, Model, ModelEffect};
+use rlg_signal::axes::AXES;
+use rlg_signal::streams::Streams;
+
+use crate::diagnose::{Asked, Diagnosed, diagnose};
+use crate::kinds;
+use crate::plan::ForcePlan;
+
+/// An error of a gyro and one of the reference that look alike to the gyros.
+struct Pair {
+    gyro: &'static str,
+    reference: &'static str,
+}
+
+static PAIRS: [Pair; 3] = [
+    Pair {
+        gyro: "installation",
+        reference: "reference_misalignment",
+    },
+    Pair {
+        gyro: "gyro_delay",
+        reference: "reference_delay",
+    },
+    Pair {
+        gyro: "gyro_scale",
+        reference: "reference_scale",
+    },
+];
+
+impl Pair {
+    fn holds(&self, kind: &str) -> bool {
+        kind == self.gyro || kind == self.reference
+    }
+
+    /// Names of the gyro's parameters, each with the place of the reference's parameter that it is the negative of where the
+    /// reference errs.
+    fn shared(&self) -> Vec<(String, usize)> {
+        if self.gyro == "installation" {
+            // x: δ_xz ω_y − δ_xy ω_z is −(r × ω)_x for δ_ij = r_j.
+            let pairs = (0..3).flat_map(|i| (0..3).map(move |j| (i, j)));
+            return pairs
+                .filter(|(i, j)| i != j)
+                .map(|(i, j)| (format!("{}{}", AXES[i], AXES[j]), j))
+                .collect();
+        }
+        let place = |axis: usize| if self.gyro == "gyro_delay" { 0 } else { axis };
+        let axes = 0..3;
+        axes.map(|axis| (AXES[axis].to_string(), place(axis)))
+            .collect()
+    }
+
+    fn reference_names(&self) -> Vec<String> {
+        let kind = kinds::find(self.reference);
+        let parameters = kind.map(|kind| kind.law.parameters()).unwrap_or_default();
+        parameters.into_iter().map(|(name, _)| name).collect()
+    }
+}
+
+/// What the gyros see of a pair: an entry of their diagnosis.
+struct Difference {
+    pair: &'static Pair,
+    /// Place of the entry.
+    entry: usize,
+    /// Whether the reference alone can make it.
+    may_be_reference: bool,
+    /// Log posterior that each side lacks on the gyros' rows.
+    behind: [f64; 2],
+}
+
+/// Diagnoses the accelerometers beside the gyros' outcome, and says with both whose an error is.
+///
+/// # Errors
+/// As of [`diagnose`](fn@diagnose).
+pub fn beside(
+    streams: &Streams,
+    asked: &Asked,
+    outcome: &mut Outcome,
+    progress: &dyn Fn(&str),
+) -> Result<(), String> {
+    let differences = differences(outcome, &asked.plan);
+    let mut best: Option<(f64, Vec<bool>, Diagnosed)> = None;
+    let mut others: Vec<(f64, Vec<bool>)> = Vec::new();
+    for sides in ways(&differences) {
+        let effects = effects_under(asked.model, outcome, &differences, &sides);
+        // What is the reference's alone leaves it no other error of this kind.
+        let open: Vec<&str> = differences
+            .iter()
+            .zip(&sides)
+            .filter(|(_, is_reference)| !**is_reference)
+            .map(|(one, _)| one.pair.reference)
+            .collect();
+        let asked = Asked {
+            effects: &effects,
+            open: &open,
+            ..*asked
+        };
+        let force = diagnose(streams, &asked, progress)?;
+        let behind: f64 = differences
+            .iter()
+            .zip(&sides)
+            .map(|(one, is_reference)| one.behind[usize::from(*is_reference)])
+            .sum();
+        let score = force.found.fit.score - behind;
+        match &best {
+            Some((highest, ..)) if *highest >= score => others.push((score, sides)),
+            _ => {
+                others.extend(best.take().map(|(score, sides, _)| (score, sides)));
+                best = Some((score, sides, force));
+            }
+        }
+    }
+    let Some((score, sides, force)) = best else {
+        return Ok(());
+    };
+    for (place, (one, is_reference)) in differences.iter().zip(&sides).enumerate() {
+        let otherwise = others
+            .iter()
+            .filter(|(_, other)| other[place] != *is_reference)
+            .map(|(other, _)| *other)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let is_told = score - otherwise > asked.plan.shared.class_within;
+        attribute(outcome, asked.model, one, (*is_reference, is_told));
+        if !is_reference {
+            share_with(outcome, one, &force);
+        }
+    }
+    force.add_to(outcome);
+    Ok(())
+}
+
+/// What the gyros found that may be the reference's, in part or as a whole.
+fn differences(outcome: &Outcome, plan: &ForcePlan) -> Vec<Difference> {
+    let diagnosis = &outcome.diagnosis;
+    let mut found: Vec<Difference> = Vec::new();
+    for (entry, effect) in diagnosis.effects.iter().enumerate() {
+        let Some(pair) = PAIRS.iter().find(|pair| pair.holds(&effect.kind)) else {
+            continue;
+        };
+        if found.iter().any(|one| one.pair.gyro == pair.gyro) {
+            continue;
+        }
+        let may_be_reference = effect.kind == pair.reference
+            || effect
+                .indistinguishable_from
+                .iter()
+                .any(|kind| kind == pair.reference);
+        let behind_of = |kind: &str| {
+            if kind == effect.kind {
+                return 0.0;
+            }
+            // What spans the effect without being near has more numbers than it needs.
+            let mut near = diagnosis.runners_up.iter();
+            near.find(|one| one.kind == kind)
+                .map_or(plan.shared.class_within, |one| one.behind)
+        };
+        found.push(Difference {
+            pair,
+            entry,
+            may_be_reference,
+            behind: [pair.gyro, pair.reference].map(behind_of),
+        });
+    }
+    found
+}
+
+/// Every way to share what the gyros see: whether each is the reference's.
+fn ways(differences: &[Difference]) -> Vec<Vec<bool>> {
+    let mut all = vec![Vec::new()];
+    for one in differences {
+        let sides: &[bool] = if one.may_be_reference {
+            &[false, true]
+        } else {
+            &[false]
+        };
+        all = all
+            .iter()
+            .flat_map(|way: &Vec<bool>| sides.iter().map(|side| [&way[..], &[*side]].concat()))
+            .collect();
+    }
+    all
+}
+
+/// The reference's errors under one way.
+fn effects_under(
+    model: &Model,
+    outcome: &Outcome,
+    differences: &[Difference],
+    sides: &[bool],
+) -> Vec<ModelEffect> {
+    let is_open = |kind: &str| differences.iter().any(|one| one.pair.reference == kind);
+    let mut under = model.clone();
+    let found = outcome.model.effects.iter();
+    let settled = found.filter(|effect| !is_open(&effect.kind));
+    under.effects.retain(|effect| is_open(&effect.kind));
+    under.effects.extend(settled.cloned());
+    for (one, _) in differences
+        .iter()
+        .zip(sides)
+        .filter(|(_, is_reference)| **is_reference)
+    {
+        let (values, _) = as_reference(&outcome.diagnosis.effects[one.entry], one.pair);
+        switch_on(
+            &mut under,
+            effect(one.pair.reference, &one.pair.reference_names(), &values),
+        );
+    }
+    under.effects
+}
+
+/// Numbers of an entry with their covariance, by name.
+fn numbers(entry: &EffectEntry) -> (Vec<String>, DVector<f64>, DMatrix<f64>) {
+    let (names, values): (Vec<String>, Vec<f64>) = entry
+        .parameters
+        .iter()
+        .filter_map(|parameter| match parameter {
+            ParameterEntry::Number { name, value, .. } => Some((name.clone(), *value)),
+            ParameterEntry::Text { .. } => None,
+        })
+        .unzip();
+    let count = names.len();
+    let covariance = DMatrix::from_fn(count, count, |a, b| entry.covariance[a][b]);
+    (names, DVector::from_vec(values), covariance)
+}
+
+/// Matrix from an entry's numbers to those of `names`, each by what it holds of them.
+fn mapped(
+    entry: &EffectEntry,
+    rows: usize,
+    weight: impl Fn(usize, &str) -> f64,
+) -> (DVector<f64>, DMatrix<f64>) {
+    let (names, values, covariance) = numbers(entry);
+    let map = DMatrix::from_fn(rows, names.len(), |row, column| weight(row, &names[column]));
+    (&map * values, &map * covariance * map.transpose())
+}
+
+/// An entry's difference as an error of the reference: of a gyro's numbers the mean of those that share one.
+fn as_reference(entry: &EffectEntry, pair: &Pair) -> (DVector<f64>, DMatrix<f64>) {
+    let names = pair.reference_names();
+    if entry.kind == pair.reference {
+        return mapped(entry, names.len(), |row, name| {
+            f64::from(u8::from(names[row] == name))
+        });
+    }
+    let shared = pair.shared();
+    mapped(entry, names.len(), |row, name| {
+        let alike = shared.iter().filter(|(_, place)| *place == row).count();
+        let is_own = shared
+            .iter()
+            .any(|(other, place)| other == name && *place == row);
+        if is_own { -1.0 / alike as f64 } else { 0.0 }
+    })
+}
+
+/// An entry's difference as an error of the gyros.
+fn as_gyro(entry: &EffectEntry, pair: &Pair) -> (DVector<f64>, DMatrix<f64>) {
+    let shared = pair.shared();
+    let references = pair.reference_names();
+    let is_reference = entry.kind == pair.reference;
+    mapped(entry, shared.len(), |row, name| {
+        let (own, place) = &shared[row];
+        match is_reference {
+            true if references[*place] == name => -1.0,
+            false if own == name => 1.0,
+            _ => 0.0,
+        }
+    })
+}
+
+fn effect(kind: &str, names: &[String], values: &DVector<f64>) -> ModelEffect {
+    let numbers = names.iter().zip(values.iter());
+    ModelEffect {
+        kind: kind.to_string(),
+        parameters: numbers
+            .map(|(name, value)| (name.clone(), EffectValue::Number(*value)))
+            .collect(),
+    }
+}
+
+/// Writes numbers into an entry.
+fn write(
+    entry: &mut EffectEntry,
+    (kind, unit): (&str, &str),
+    names: &[String],
+    (values, covariance): (&DVector<f64>, &DMatrix<f64>),
+) {
+    let count = names.len();
+    entry.kind = kind.to_string();
+    entry.parameters = (0..count)
+        .map(|k| ParameterEntry::Number {
+            name: names[k].clone(),
+            value: values[k],
+            std: covariance[(k, k)].max(0.0).sqrt(),
+            unit: unit.to_string(),
+        })
+        .collect();
+    entry.covariance = (0..count)
+        .map(|a| (0..count).map(|b| covariance[(a, b)]).collect())
+        .collect();
+    let sizes: Vec<f64> = values.iter().copied().collect();
+    entry.identifiable = identifiable(names, &sizes, &|a, b| covariance[(a, b)]);
+}
+
+/// Names an entry after the side that the sum of both likelihoods prefers.
+fn attribute(
+    outcome: &mut Outcome,
+    model: &Model,
+    one: &Difference,
+    (is_reference, is_told): (bool, bool),
+) {
+    let pair = one.pair;
+    let (side, other) = match is_reference {
+        true => (pair.reference, pair.gyro),
+        false => (pair.gyro, pair.reference),
+    };
+    let entry = &mut outcome.diagnosis.effects[one.entry];
+    if entry.kind != side {
+        let (names, (values, covariance)) = match is_reference {
+            true => (pair.reference_names(), as_reference(entry, pair)),
+            false => {
+                let names = pair.shared().into_iter().map(|(name, _)| name).collect();
+                (names, as_gyro(entry, pair))
+            }
+        };
+        let unit = kinds::find(pair.reference).map_or("1", |kind| kind.unit);
+        let card = rlg_catalogue::entries::card(side);
+        restore(&mut outcome.model, model, &entry.kind);
+        write(entry, (side, unit), &names, (&values, &covariance));
+        if let Some(card) = card {
+            entry.equation = card.equation.to_string();
+            entry.what_was_left_out = card.meaning.to_string();
+        }
+        entry.indistinguishable_from.retain(|kind| kind != side);
+        entry.indistinguishable_from.push(other.to_string());
+        switch_on(&mut outcome.model, effect(side, &names, &values));
+    }
+    let is_alike = entry
+        .indistinguishable_from
+        .iter()
+        .any(|kind| kind == other);
+    if is_told && is_alike {
+        entry.gravity_speaks_against.push(other.to_string());
+    }
+}
+
+/// Puts a kind of the updated model back to what the model said of it.
+fn restore(updated: &mut Model, model: &Model, kind: &str) {
+    updated.effects.retain(|effect| effect.kind != kind);
+    let known = model.effects.iter().filter(|effect| effect.kind == kind);
+    updated.effects.extend(known.cloned());
+}
+
+/// Where accelerometers show an error of the reference besides: the gyros err by what they differ from it.
+fn share_with(outcome: &mut Outcome, one: &Difference, force: &Diagnosed) {
+    let pair = one.pair;
+    let Some((values, covariance)) = force.reference_error(pair.reference) else {
+        return;
+    };
+    let shared = pair.shared();
+    let names: Vec<String> = shared.iter().map(|(name, _)| name.clone()).collect();
+    let map = DMatrix::from_fn(shared.len(), values.len(), |row, column| {
+        f64::from(u8::from(shared[row].1 == column))
+    });
+    let entry = &mut outcome.diagnosis.effects[one.entry];
+    let more = &map * &values;
+    let spread = &map * &covariance * map.transpose();
+    let (own, certainty) = as_gyro(entry, pair);
+    let unit = kinds::find(pair.reference).map_or("1", |kind| kind.unit);
+    write(
+        entry,
+        (pair.gyro, unit),
+        &names,
+        (&(own + &more), &(certainty + spread)),
+    );
+    entry
+        .indistinguishable_from
+        .retain(|kind| kind != pair.reference);
+    entry
+        .gravity_speaks_against
+        .retain(|kind| kind != pair.reference);
+    switch_on(&mut outcome.model, effect(pair.gyro, &names, &more));
+}
+
+#[cfg(test)]
+mod tests {
+    use rlg_findings::entries::unlisted;
+    use rlg_findings::result::{EffectEntry, ParameterEntry};
+
+    use super::{PAIRS, as_gyro, as_reference};
+
+    fn entry(kind: &str, numbers: &[(String, f64)]) -> EffectEntry {
+        let parameters = numbers.iter().map(|(name, value)| ParameterEntry::Number {
+            name: name.clone(),
+            value: *value,
+            std: 1.0,
+            unit: String::new(),
+        });
+        let count = numbers.len();
+        EffectEntry {
+            kind: kind.to_string(),
+            parameters: parameters.collect(),
+            covariance: (0..count)
+                .map(|a| (0..count).map(|b| f64::from(u8::from(a == b))).collect())
+                .collect(),
+            ..unlisted(String::new(), String::new())
+        }
+    }
+
+    #[test]
+    fn an_error_of_the_reference_is_the_same_behind_the_gyros_and_back() {
+        for pair in &PAIRS {
+            let names = pair.reference_names();
+            let sizes = [2.0, -3.0, 5.0];
+            let numbers: Vec<(String, f64)> = names.iter().cloned().zip(sizes).collect();
+            let (on_gyros, _) = as_gyro(&entry(pair.reference, &numbers), pair);
+            let shared = pair.shared();
+            let named: Vec<(String, f64)> = shared
+                .iter()
+                .zip(on_gyros.iter())
+                .map(|((name, _), value)| (name.clone(), *value))
+                .collect();
+            for (name, value) in &named {
+                let (_, place) = shared
+                    .iter()
+                    .find(|(other, _)| other == name)
+                    .expect("named");
+                assert_eq!(*value, -sizes[*place], "{} {name}", pair.gyro);
+            }
+            let (back, _) = as_reference(&entry(pair.gyro, &named), pair);
+            assert_eq!(back.as_slice(), &sizes[..names.len()], "{}", pair.reference);
+        }
+    }
+}
