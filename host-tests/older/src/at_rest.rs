@@ -8,7 +8,7 @@ use rlg_recording::error::InputError;
 use rlg_signal::qualify;
 
 use crate::streams::Streams;
-use crate::{Outcome, Settings, accelerometer, data_words};
+use crate::{Outcome, Settings, data_words};
 
 /// Diagnoses aligned channels, using up the sensed increments; `None` where too few rows can be fitted.
 pub(super) fn diagnose(
@@ -25,13 +25,13 @@ pub(super) fn diagnose(
         |fault: &&rlg_signal::fault::Fault| !qualify::is_known(fault, streams, &model.effects);
     let faults: Vec<_> = faults.iter().filter(is_news).cloned().collect();
     let said = data_words::lines(streams, &faults);
-    let reason = accelerometer::why_not_at_rest(streams);
+    let reason = rlg_force::why_not_at_rest(streams);
     let asked = settings.of_new_engine();
     let of = (model, model_file);
     let Some(mut found) = at_rest::diagnose(&asked, streams, &faults, of, progress)? else {
         return Ok(None);
     };
     found.diagnosis.summary.extend(said);
-    accelerometer::add(Err(reason), &mut found);
+    rlg_force::say_why_not(&reason, &mut found);
     Ok(Some(found))
 }

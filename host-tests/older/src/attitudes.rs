@@ -1,4 +1,4 @@
-//! Gyros beside attitudes by their own likelihood, and the stages for accelerometers on the motion that it finds.
+//! Gyros beside attitudes by their own likelihood, and the accelerometers on the motion that it finds.
 //!
 //! Gravity is carried by the gyros, less what was found of their errors. What they still err by is of the size of what the
 //! search could not see; a slow turn of the vertical is fitted with it.
@@ -10,13 +10,8 @@ use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 
-use crate::accelerometer::{self, Given};
-use crate::declared::own_noise;
 use crate::explain;
-use crate::scene::Scene;
-use crate::split::Part;
 use crate::streams::Streams;
-use crate::workbench::Parameters;
 use crate::{Outcome, Settings};
 
 /// Diagnoses gyros beside attitudes, and the accelerometers that the model describes.
@@ -50,36 +45,37 @@ pub(super) fn diagnose(
         });
     };
     if model.accelerometer.is_some() {
-        let found =
-            corrected.and_then(|streams| accelerometers(settings, streams, model, progress));
-        accelerometer::add(found, &mut outcome);
+        let found = corrected
+            .and_then(|streams| accelerometers(settings, &streams, (model, &outcome), progress));
+        match found {
+            Ok(found) => found.add_to(&mut outcome),
+            Err(reason) => rlg_force::say_why_not(&reason, &mut outcome),
+        }
     }
     Ok(outcome)
 }
 
-/// Weighs the accelerometers' effects on a motion without known errors.
+/// Diagnoses the accelerometers on a motion without known errors: those of the reference do not carry gravity.
 ///
 /// # Errors
 /// Why they cannot be.
 fn accelerometers(
     settings: &Settings,
-    streams: Streams,
-    model: &Model,
+    streams: &Streams,
+    (model, outcome): (&Model, &Outcome),
     progress: &dyn Fn(&str),
-) -> Result<accelerometer::Found, String> {
-    // The reference's errors do not carry gravity.
-    let mut model = model.clone();
-    let is_of_gyros = |kind: &str| !kind.starts_with("reference_");
-    model.effects.retain(|effect| is_of_gyros(&effect.kind));
-    let white_rad2 = (0..3).map(|axis| {
-        model.gyro.pulse_weight_rad[axis].powi(2) / 12.0 + model.pickoff_white_rad2(axis)
-    });
-    let noise = own_noise(&model, white_rad2.fold(0.0, f64::max).sqrt());
-    let mut scene = Scene::new(streams, Some(noise), model.gyro.scale_error);
-    let given = Given {
-        model: &model,
+) -> Result<rlg_force::Diagnosed, String> {
+    let mut walk_rad_sqrt_s = [0.0; 3];
+    for (walk, noise) in walk_rad_sqrt_s.iter_mut().zip(&outcome.diagnosis.noise) {
+        *walk = noise.angle_random_walk_rad_sqrt_s;
+    }
+    let asked = rlg_force::Asked {
+        model,
+        effects: &[],
+        reference_noise: rlg_force::reference::gyro_noise(model, walk_rad_sqrt_s, streams.rate_hz),
         left_out: settings.left_out,
-        held_out: Part::End,
+        open: &[],
+        plan: settings.of_force(),
     };
-    accelerometer::weigh_alone(&mut scene, &given, &Parameters::of_catalogue(), progress)
+    rlg_force::diagnose(streams, &asked, progress)
 }

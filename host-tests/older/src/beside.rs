@@ -1,57 +1,44 @@
-//! The older stages' result beside the new engine's.
+//! What accelerometers show, beside the gyros' outcome.
 
+use rlg_force::Asked;
 use rlg_model::Model;
+use rlg_signal::streams::Streams;
 
 use crate::Outcome;
+use crate::declared::reference_noise;
+use crate::motion::RowNoise;
+use crate::scene::Scene;
 
-/// The result where the older stages were asked as well: theirs of the accelerometers, and of gyros whose error gravity may
-/// tell from the reference's. What the new engine explains to the end, with nothing found, is no effect of a gyro.
-pub fn beside(found: Outcome, older: Outcome, model: &Model) -> Outcome {
-    let of_accelerometers = |kind: &str| kind.starts_with("accel_") || kind == "size_effect";
-    let names_gyros = older
-        .diagnosis
-        .effects
-        .iter()
-        .any(|effect| !of_accelerometers(&effect.kind));
-    if found.diagnosis.verdict != crate::result::Verdict::Matches || !names_gyros {
-        return older;
+/// Adds what the accelerometers show to the gyros' outcome, or why they show nothing.
+pub fn add_force(streams: &Streams, asked: &Asked, found: &mut Outcome, progress: &dyn Fn(&str)) {
+    if let Err(reason) = rlg_force::beside(streams, asked, found, progress) {
+        rlg_force::say_why_not(&reason, found);
     }
-    let mut merged = found;
-    let from = older.diagnosis;
-    let effects: Vec<_> = from
-        .effects
-        .into_iter()
-        .filter(|effect| of_accelerometers(&effect.kind))
-        .collect();
-    if !effects.is_empty() {
-        merged.diagnosis.verdict = crate::result::Verdict::Explained;
-        merged.diagnosis.summary[0] =
-            crate::sentences::opening(merged.diagnosis.verdict).to_string();
-    }
-    merged.diagnosis.effects.extend(effects);
-    let is_of_accelerometer = |channel: &str| channel.starts_with("accel_");
-    let locations = from
-        .locations
-        .into_iter()
-        .filter(|one| is_of_accelerometer(&one.channel));
-    merged.diagnosis.locations.extend(locations);
-    let channels = from
-        .fit
-        .channels
-        .into_iter()
-        .filter(|one| is_of_accelerometer(&one.channel));
-    merged.diagnosis.fit.channels.extend(channels);
-    merged.diagnosis.accelerometer_noise = from.accelerometer_noise;
-    let known = |effect: &&rlg_model::ModelEffect| {
-        of_accelerometers(&effect.kind) && !model.effects.contains(effect)
+}
+
+/// The same beside what the older stages found.
+pub fn add_force_of_scene(
+    scene: &Scene,
+    (model, left_out): (&Model, &[&str]),
+    found: &mut Outcome,
+    progress: &dyn Fn(&str),
+) {
+    let streams = &scene.streams;
+    let noise = [0, 1, 2].map(|axis: usize| {
+        RowNoise::of(
+            &streams.case_rad[axis],
+            streams.rate_hz,
+            reference_noise(model),
+        )
+        .levels_rad2()
+    });
+    let asked = Asked {
+        model,
+        effects: &found.model.effects.clone(),
+        reference_noise: rlg_force::reference::noise_of(noise),
+        left_out,
+        open: &[],
+        plan: rlg_force::ForcePlan::default(),
     };
-    let added: Vec<_> = older.model.effects.iter().filter(known).cloned().collect();
-    for effect in added {
-        merged
-            .model
-            .effects
-            .retain(|other| other.kind != effect.kind);
-        merged.model.effects.push(effect);
-    }
-    merged
+    add_force(streams, &asked, found, progress);
 }

@@ -1,12 +1,12 @@
-//! Columns of the catalogue's effects on one portion of rows, whichever instrument the rows are of.
+//! Columns of the catalogue's effects on one portion of rows.
 //!
 //! Enters: the scene, a portion, effects and where they are linearised. Leaves: [`Column`]s in single precision and, axis by
-//! axis, what of them a fit of the noise takes away. The gyros' bench (workbench.rs) and the accelerometers'
-//! (accelerometer/bench.rs) put columns of their own behind these, with indices beyond the catalogue's parameters.
+//! axis, what of them a fit of the noise takes away. The bench
+//! (workbench.rs) puts columns of its own behind these, with indices beyond the catalogue's parameters.
 
 use rayon::prelude::*;
 
-use super::hypotheses::{CATALOGUE, Subject};
+use super::hypotheses::CATALOGUE;
 use super::noise::Noise;
 use super::portion::Portion;
 use super::regressor::Regressor;
@@ -23,9 +23,8 @@ pub struct Column {
     pub bins: Regressor,
 }
 
-/// The columns of `effects` in the readings of `subject`, linearised at `at`, where they have any.
+/// The columns of `effects`, linearised at `at`, where they have any.
 pub fn make(
-    subject: Subject,
     scene: &Scene,
     parameters: &Parameters,
     portion: &Portion,
@@ -35,10 +34,9 @@ pub fn make(
     let mut columns = Vec::new();
     let mut wanted: Vec<(usize, usize)> = Vec::new();
     for &effect in effects {
-        let own = || CATALOGUE[effect].subject() == subject;
-        let at_once = own().then(|| CATALOGUE[effect].columns_at_once(scene, &at[effect]));
+        let at_once = CATALOGUE[effect].columns_at_once(scene, &at[effect]);
         let of = parameters.of(effect);
-        match at_once.flatten() {
+        match at_once {
             Some(rows) => columns.par_extend(rows.into_par_iter().map(
                 |(parameter, axis, values)| Column {
                     axis,
@@ -51,7 +49,7 @@ pub fn make(
     }
     columns.par_extend(wanted.into_par_iter().filter_map(|(index, axis)| {
         let ParameterId { effect, parameter } = parameters.id(index)?;
-        let values = CATALOGUE[effect].column_on(subject, scene, &at[effect], (parameter, axis))?;
+        let values = CATALOGUE[effect].column(scene, &at[effect], parameter, axis)?;
         Some(Column {
             axis,
             index,
@@ -65,7 +63,7 @@ pub fn make(
 /// Makes the columns of one effect anew, linearised at `at`, in the place of those it had.
 pub fn renew(
     columns: &mut Vec<Column>,
-    (subject, scene): (Subject, &Scene),
+    scene: &Scene,
     parameters: &Parameters,
     portion: &Portion,
     effect: usize,
@@ -73,7 +71,7 @@ pub fn renew(
 ) {
     let of = parameters.of(effect);
     columns.retain(|column| !of.contains(&column.index));
-    columns.extend(make(subject, scene, parameters, portion, &[effect], at));
+    columns.extend(make(scene, parameters, portion, &[effect], at));
     columns.sort_by_key(|column| (column.axis, column.index));
 }
 

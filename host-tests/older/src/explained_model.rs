@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use super::entries::{of_one_effect, parameters_of};
 use super::explain::Findings;
-use super::hunt::{Catch, FoundTerm};
-use super::hypotheses::{CATALOGUE, reference_harmonic};
+use super::hunt::FoundTerm;
+use super::hypotheses::CATALOGUE;
 use super::select::Chosen;
 use super::streams::{AXES, Streams};
 pub(super) use rlg_findings::updated_model::switch_on;
@@ -65,20 +65,6 @@ impl Findings<'_> {
         }
         explained
     }
-}
-
-/// A model with the chosen effects and the encoder's errors switched on, and nothing else that was found.
-pub(super) fn with_chosen(model: &Model, catch: &Catch, streams: &Streams) -> Model {
-    let mut explained = model.clone();
-    for one in &catch.choice.chosen {
-        switch_on(&mut explained, effect_of(one));
-    }
-    let terms = catch.terms.iter();
-    let harmonics = terms.filter(|found| found.term.kind() == reference_harmonic::KIND);
-    for effect in effects_of(harmonics.collect(), streams) {
-        switch_on(&mut explained, effect);
-    }
-    explained
 }
 
 /// Found terms as the model has them.

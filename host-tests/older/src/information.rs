@@ -52,15 +52,6 @@ impl Information {
         Self::with_offsets(parameters, Vec::new())
     }
 
-    /// Adds what is said of the first parameters, the model's own; terms and offsets stand behind them, as many as there are.
-    pub fn add_leading(&mut self, said: &Self) {
-        let count = said.fisher.nrows();
-        let mut fisher = self.fisher.view_mut((0, 0), (count, count));
-        fisher += &said.fisher;
-        let mut right = self.right.rows_mut(0, count);
-        right += &said.right;
-    }
-
     /// The same with room for offsets of nonlinear effects.
     pub fn with_offsets(parameters: usize, offsets: Vec<Range<usize>>) -> Self {
         let size = parameters + offsets.len();

@@ -14,7 +14,8 @@
 //! workbench (long, blocks). Gyros beside attitudes, or beside increments on other rows, have a likelihood of their own
 //! (attitudes, rlg-attitude).
 //!
-//! A unit at rest on the Earth goes to the new engine (at_rest). Where there are accelerometers, the same road is gone for them (accelerometer).
+//! A unit at rest on the Earth goes to the new engine (at_rest). Accelerometers have a likelihood of their own
+//! (beside, rlg-force).
 //!
 //! Enters: a recording and the model that predicts it. Leaves: [`Outcome`]. Nothing here reads truth files or
 //! imports the simulator.
@@ -100,8 +101,6 @@ pub mod timing;
 pub mod excess;
 
 pub mod wandering;
-
-pub mod accelerometer;
 
 pub mod identify;
 
@@ -260,25 +259,29 @@ fn diagnose_in_order(
     let mut qualified = streams;
     let faults = qualify::unknown_faults(&mut qualified, &model.effects);
     let of = (model, model_file);
-    let found = rlg_diagnosis::diagnose(
+    let found = rlg_diagnosis::diagnose::diagnose_also(
         &settings.of_new_engine(),
         &mut qualified,
         &faults,
         of,
         progress,
+        |_, found| rlg_force::reference::measured_noise(&found.motion),
     )?;
-    let Some(mut found) = found else {
+    let Some((mut found, reference_noise)) = found else {
         return old(again()?);
     };
     let lines = data_words::lines(&qualified, &faults);
     found.diagnosis.summary.extend(lines);
-    if let Err(reason) = &qualified.accelerometers {
-        accelerometer::add(Err(reason.clone()), &mut found);
-        return Ok(found);
-    }
-    progress("the older stages");
-    let older = old(again()?)?;
-    Ok(beside::beside(found, older, model))
+    let asked = rlg_force::Asked {
+        model,
+        effects: &found.model.effects.clone(),
+        reference_noise,
+        left_out,
+        open: &[],
+        plan: settings.of_force(),
+    };
+    beside::add_force(&qualified, &asked, &mut found, progress);
+    Ok(found)
 }
 
 /// The motion of aligned channels under a model.
@@ -364,7 +367,6 @@ pub fn diagnose_aligned(
         return Ok(found);
     };
     // What acts at the end of every stretch, as in a sweep, was held out whole.
-    scene.felt = None;
     let stage = |stage: &str| progress(&format!("held out otherwise: {stage}"));
     let otherwise = look(&mut scene, &before_rad, cut, &given, &stage)?;
     let trials = found.diagnosis.trials + otherwise.diagnosis.trials;

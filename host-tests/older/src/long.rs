@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use super::blocks::{Blocks, Column, Sums};
 use super::declare::{HELD_OUT_SHARE, LONG_BLOCK_HZ, LONG_CHUNK_S, LONG_SPLIT_HZ, LONG_STRETCHES};
-use super::hypotheses::{CATALOGUE, Subject, no_effects};
+use super::hypotheses::{CATALOGUE, no_effects};
 use super::pieces::Origin;
 use super::qualify;
 use super::residual::residual_rad;
@@ -310,8 +310,7 @@ impl Formed {
                 let id = parameters.id(index)?;
                 let entry = CATALOGUE[id.effect];
                 let resonance = !entry.stands_behind().is_empty();
-                if entry.subject() != Subject::Gyros || resonance || entry.missing(scene).is_some()
-                {
+                if resonance || entry.missing(scene).is_some() {
                     return None;
                 }
                 let column = entry.column(scene, &at[id.effect], id.parameter, axis)?;

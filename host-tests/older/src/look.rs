@@ -1,13 +1,13 @@
 //! The road from the regressors to the result, on one cut of the rows.
 //!
 //! Enters: the scene, the residual before anything is explained, which rows are fitted and which held out. Leaves:
-//! [`Outcome`]. The scene keeps nothing of it but what the accelerometers feel.
+//! [`Outcome`]. The scene keeps nothing of it.
 
 use std::path::Path;
 
 use super::blocks::Blocks;
 use super::empirical::{Form, Term};
-use super::hypotheses::{CATALOGUE, Subject, earth_rate, is_left, no_effects};
+use super::hypotheses::{CATALOGUE, earth_rate, is_left, no_effects};
 use super::lattice::Lattice;
 use super::noise::{Declared, Noise};
 use super::portion::Portion;
@@ -19,8 +19,8 @@ use super::streams::{self, Streams};
 use super::workbench::{Parameters, Workbench};
 use super::{LEAST_FITTED_S, Outcome};
 use super::{
-    accelerometer, coherence, contradiction, excess, explain, hunt, local, locate, long, pictures,
-    pieces, pulses, readings, self_test, timing, validate, wandering,
+    beside, coherence, contradiction, excess, explain, hunt, local, locate, long, pictures, pieces,
+    pulses, readings, self_test, timing, validate, wandering,
 };
 use rlg_model::Model;
 use rlg_recording::error::InputError;
@@ -28,7 +28,6 @@ use rlg_recording::error::InputError;
 pub(super) struct Cut {
     split: Split,
     portion: Portion,
-    held_out: Part,
 }
 
 impl Cut {
@@ -36,11 +35,7 @@ impl Cut {
         let split = split::split(streams, held_out);
         let portion = Portion::new(split.fitted.clone(), streams.rate_hz)?;
         let portion = portion.within(streams.band_hz());
-        (portion.seconds() >= LEAST_FITTED_S).then_some(Self {
-            split,
-            portion,
-            held_out,
-        })
+        (portion.seconds() >= LEAST_FITTED_S).then_some(Self { split, portion })
     }
 }
 
@@ -70,11 +65,7 @@ pub(super) struct Given<'a> {
 pub(super) fn look(
     scene: &mut Scene,
     before_rad: &streams::Triad,
-    Cut {
-        split,
-        portion,
-        held_out,
-    }: Cut,
+    Cut { split, portion }: Cut,
     given: &Given,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
@@ -94,7 +85,6 @@ pub(super) fn look(
     let parameters = Parameters::of_catalogue();
     let lacks_earth = !model.earth_rate_in_reference || earth_rate::is_left(scene, before_rad);
     let candidates: Vec<usize> = (0..CATALOGUE.len())
-        .filter(|&effect| CATALOGUE[effect].subject() == Subject::Gyros)
         .filter(|&effect| CATALOGUE[effect].missing(scene).is_none())
         .filter(|&effect| CATALOGUE[effect].card().kind != "earth_rate" || lacks_earth)
         .filter(|&effect| is_left(effect, left_out))
@@ -175,24 +165,7 @@ pub(super) fn look(
     };
 
     let left_bins = bench.left_over(&catch.values);
-    let otherwise = match scene.streams.accelerometers {
-        Ok(_) => accelerometer::otherwise(&mut bench, &parameters, &candidates, &catch.choice),
-        Err(_) => Vec::new(),
-    };
     let portion = bench.portion;
-    let of_forces = accelerometer::Given {
-        model,
-        left_out,
-        held_out,
-    };
-    let mut gyros = accelerometer::Gyros {
-        parameters: &parameters,
-        candidates: &candidates,
-        catch: &mut catch,
-        otherwise,
-    };
-    let accelerometers = accelerometer::weigh(scene, &of_forces, &mut gyros, progress);
-
     progress("locating");
     let all_rows: Vec<std::ops::Range<usize>> = split
         .fitted
@@ -354,7 +327,7 @@ pub(super) fn look(
         model: findings.explained_model(model),
         pictures: Some(pictures),
     };
-    accelerometer::add(accelerometers, &mut outcome);
+    beside::add_force_of_scene(scene, (model, left_out), &mut outcome, progress);
     Ok(outcome)
 }
 

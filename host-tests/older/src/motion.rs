@@ -394,6 +394,11 @@ impl RowNoise {
         }
     }
 
+    /// Walk and white noise of angle \[rad² per row\].
+    pub fn levels_rad2(self) -> [f64; 2] {
+        [self.walk, self.angle]
+    }
+
     fn at(self, share: f64) -> f64 {
         self.angle * NoiseShape::Angle.at(share) + self.walk
     }

@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::columns;
-use super::hypotheses::{Subject, find, no_effects};
+use super::hypotheses::{find, no_effects};
 use super::information::Nuisance;
 use super::portion::Bins;
 use super::regressor::{Regressor, gram};
@@ -47,14 +47,7 @@ pub fn in_step(bench: &Workbench, parameters: &Parameters) -> [Vec<Nuisance>; 3]
         .filter_map(|kind| find(kind).map(|(effect, _)| effect))
         .collect();
     let portion = &bench.portion;
-    let columns = columns::make(
-        Subject::Gyros,
-        bench.scene(),
-        parameters,
-        portion,
-        &kinds,
-        &no_effects(),
-    );
+    let columns = columns::make(bench.scene(), parameters, portion, &kinds, &no_effects());
     [0, 1, 2].map(|axis| {
         let pulse_rad = streams.pulse_rad[axis];
         let own: Vec<&Regressor> = columns::on(&columns, axis)

@@ -9,7 +9,6 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use realfft::num_complex::Complex64;
 use rlg_signal::derivatives::row_means;
 
-use super::accelerometer::felt::Felt;
 use super::motion::{
     AngleNoise, NoiseShape, Reading, RowNoise, Spectra, clear_in_time, clear_together,
     last_clear_hz, strongest_hz,
@@ -32,8 +31,6 @@ pub struct Scene {
     pub rate_rad_s: Triad,
     /// Angular acceleration α at row middles \[rad/s²\].
     pub acceleration_rad_s2: Triad,
-    /// What the accelerometers should have felt, on their own rows; once that is worked out.
-    pub felt: Option<Felt>,
     /// Scale error of the model, for the 1/(1 − s_i) of the sensed increment.
     pub scale_error: [f64; 3],
     /// Rates along the sensing axes from body rates: the inverse of Eq. (7)'s matrix; identity until set.
@@ -100,7 +97,6 @@ impl Scene {
             force: spectra(&streams.force_m_s2, &pieces, force_edge_hz),
             temperature: spectra(&streams.temperature_k, &pieces, THERMAL_EDGE_HZ),
             case,
-            felt: None,
             scale_error,
             sensing_from_body: Matrix3::identity(),
             body_from_start: integrate_attitude(&streams.case_rad, &streams.pieces),

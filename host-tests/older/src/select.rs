@@ -129,68 +129,6 @@ pub fn names(
         .collect()
 }
 
-/// A set once more, when other data have spoken as well: those of `doubtful` that add nothing any more leave, and
-/// another candidate that now explains more takes the place of one. With the ln evidence of what remains.
-pub fn reconsider(
-    parameters: &Parameters,
-    information: &Information,
-    candidates: &[usize],
-    mut set: Vec<usize>,
-    doubtful: &[usize],
-) -> (Vec<usize>, f64) {
-    let mut search = Search::new(parameters, candidates);
-    set.sort_unstable();
-    set.dedup();
-    for _ in 0..MOST_ROUNDS {
-        while let Some(effect) = search.worst_of(information, &set, doubtful) {
-            set.retain(|&kept| kept != effect);
-        }
-        let Some((out, into)) = search.best_exchange_of(information, &set, doubtful) else {
-            break;
-        };
-        set.retain(|&kept| kept != out);
-        set.push(into);
-        set.sort_unstable();
-    }
-    let evidence = search.evidence(information, &set);
-    (set, evidence)
-}
-
-/// What the bench would say were one effect of a set another, each nonlinear effect linearised where it then is. The bench
-/// is left as it was.
-pub fn exchanged(
-    bench: &mut impl Bench,
-    parameters: &Parameters,
-    candidates: &[usize],
-    set: &[usize],
-    (out, into): (usize, usize),
-) -> Information {
-    let search = Search::new(parameters, candidates);
-    let at = bench.at().to_vec();
-    let mut set: Vec<usize> = set.iter().copied().filter(|&kept| kept != out).collect();
-    set.push(into);
-    set.sort_unstable();
-    bench.relinearise(out, &vec![0.0; at[out].len()]);
-    let mut information = bench.information();
-    search.settle(bench, &mut information, &set);
-    for &effect in set.iter().chain([&out]) {
-        if !CATALOGUE[effect].is_linear() {
-            bench.relinearise(effect, &at[effect]);
-        }
-    }
-    information
-}
-
-/// The effects of a set as a search describes them.
-pub fn described(
-    parameters: &Parameters,
-    information: &Information,
-    candidates: &[usize],
-    set: &[usize],
-) -> Vec<Chosen> {
-    Search::new(parameters, candidates).describe(information, set)
-}
-
 /// Those of `others` that would explain what an effect of a set explains as well in its place.
 pub fn rivals(
     parameters: &Parameters,

@@ -5,7 +5,7 @@
 use super::declare::{FAMILY_SIGNIFICANCE, LONG_SPLIT_HZ};
 use super::entries::parameters_of;
 use super::explain::{DEG_H, Findings, NEEDED_SNR};
-use super::hypotheses::{AS_NOISE, CATALOGUE, Subject};
+use super::hypotheses::{AS_NOISE, CATALOGUE};
 use super::identify::identifiable;
 use super::result::{EffectEntry, Verdict};
 use super::select::Choice;
@@ -127,7 +127,6 @@ impl Findings<'_> {
         let missing = CATALOGUE
             .iter()
             .enumerate()
-            .filter(|(_, entry)| entry.subject() == Subject::Gyros)
             .filter(|(effect, _)| !self.candidates.contains(effect))
             .filter(|(effect, _)| {
                 let mut found = self.catch.choice.chosen.iter();

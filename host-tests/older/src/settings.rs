@@ -29,4 +29,12 @@ impl Settings<'_> {
             seed: self.seed,
         }
     }
+
+    /// The numbers of the accelerometers' part.
+    pub fn of_force(&self) -> rlg_force::ForcePlan {
+        rlg_force::ForcePlan {
+            shared: self.plan,
+            ..Default::default()
+        }
+    }
 }

@@ -9,7 +9,7 @@ use super::bench::Bench;
 use super::blocks::{Beside, Blocks};
 use super::columns::{self, Column};
 use super::empirical::Term;
-use super::hypotheses::{CATALOGUE, Sought, Subject};
+use super::hypotheses::{CATALOGUE, Sought};
 use super::information::{Drift, Information, Nuisance};
 use super::noise::{self, Declared, Noise, Series};
 use super::portion::{Bins, Portion};
@@ -121,7 +121,7 @@ impl<'a> Workbench<'a> {
             residual: each_axis(|axis| portion.transform(&residual_rad[axis])),
             joints: regressors(&portion.joints()),
             nuisances: Default::default(),
-            columns: columns::make(Subject::Gyros, scene, parameters, &portion, effects, at),
+            columns: columns::make(scene, parameters, &portion, effects, at),
             portion,
             noise,
             terms: Vec::new(),
@@ -493,7 +493,7 @@ impl Bench for Workbench<'_> {
         self.at[effect] = at.to_vec();
         columns::renew(
             &mut self.columns,
-            (Subject::Gyros, self.scene),
+            self.scene,
             self.parameters,
             &self.portion,
             effect,

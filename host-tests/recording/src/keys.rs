@@ -37,7 +37,8 @@ impl Key {
 pub const KEYS: &[Key] = &[
     key("", "format", "", "must be there", "1: the form that this page describes"),
     key("", "name", "", "the folder's name", "name of the recording"),
-    key("", "date", "", "unknown", "when it was made, as it shall stand on the report: a TOML date or text"),
+    key("", "instrument", "", "unknown", "the instrument, as its findings shall be put beside those of others"),
+    key("", "start", "", "unknown", "when it was recorded: a TOML date with or without time and zone"),
     key("site", "latitude_rad", "rad", "must be there", "geographic latitude, north positive"),
     key("site", "gravity_m_s2", "m/s²", "must be there", "magnitude of gravity"),
     key("[table]", "file", "", "must be there", "a Parquet file, or CSV with a header row, in the same folder"),

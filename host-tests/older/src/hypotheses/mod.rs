@@ -70,18 +70,6 @@ mod isolator_mode;
 
 pub mod earth_rate;
 
-mod accel_bias;
-
-mod accel_scale;
-
-mod accel_misalignment;
-
-mod accel_quadratic;
-
-mod accel_delay;
-
-mod size_effect;
-
 /// Which parameters an effect has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
@@ -233,40 +221,14 @@ pub struct Sought {
     pub within_reach: bool,
 }
 
-/// Whose readings an effect changes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Subject {
-    /// The gyros', or the reference's they are compared with.
-    Gyros,
-    /// The accelerometers': columns are velocity increments \[m/s\] on rows of their own ([`Scene::felt`]).
-    Accelerometers,
-}
-
 /// One entry of the catalogue.
 pub trait Hypothesis: Sync {
     /// Its card.
     fn card(&self) -> &'static Card;
 
-    /// Whose readings it changes.
-    fn subject(&self) -> Subject {
-        Subject::Gyros
-    }
-
     /// d(sensed increment of gyro `axis`)/d(parameter) \[rad per parameter unit\], one a row, at the parameter
     /// values `at`. `None` where this parameter does not touch this gyro, or a channel is missing.
     fn column(&self, scene: &Scene, at: &[f64], parameter: usize, axis: usize) -> Option<Vec<f64>>;
-
-    /// Whether it is an error of the reference, from which the case's attitude is known, and with it the gravity that
-    /// accelerometers should feel.
-    fn turns_reference(&self) -> bool {
-        false
-    }
-
-    /// d(velocity increment of accelerometer `axis`)/d(parameter) \[m/s per parameter unit\] on the accelerometers' rows,
-    /// of an effect that turns the reference.
-    fn force_column(&self, _scene: &Scene, _parameter: usize, _axis: usize) -> Option<Vec<f64>> {
-        None
-    }
 
     /// Every column there is at `at`, as (parameter, axis, rows), of an effect whose columns share most of their work.
     fn columns_at_once(
@@ -288,27 +250,9 @@ pub trait Hypothesis: Sync {
         None
     }
 
-    /// What a unit of a parameter adds to the readings of a subject.
-    fn column_on(
-        &self,
-        subject: Subject,
-        scene: &Scene,
-        at: &[f64],
-        (parameter, axis): (usize, usize),
-    ) -> Option<Vec<f64>> {
-        if self.subject() == subject {
-            return self.column(scene, at, parameter, axis);
-        }
-        self.force_column(scene, parameter, axis)
-    }
-
     /// What the effect adds to the sensed increments \[rad\]. Linear effects need only their columns.
     fn prediction(&self, scene: &Scene, at: &[f64]) -> Triad {
-        let rows = match (self.subject(), &scene.felt) {
-            (Subject::Accelerometers, Some(felt)) => felt.rows.count,
-            _ => scene.streams.rows,
-        };
-        sum_of_columns(rows, at, &|parameter, axis| {
+        sum_of_columns(scene.streams.rows, at, &|parameter, axis| {
             self.column(scene, at, parameter, axis)
         })
     }
@@ -398,12 +342,6 @@ pub const CATALOGUE: &[&dyn Hypothesis] = &[
     &reference_scale::ReferenceScale,
     &isolator_mode::IsolatorMode,
     &earth_rate::EarthRate,
-    &accel_bias::AccelBias,
-    &accel_scale::AccelScale,
-    &accel_misalignment::AccelMisalignment,
-    &accel_quadratic::AccelQuadratic,
-    &accel_delay::AccelDelay,
-    &size_effect::SizeEffect,
 ];
 
 /// Parameters of every entry at which it has no effect.

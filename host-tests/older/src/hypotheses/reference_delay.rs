@@ -57,13 +57,4 @@ impl Hypothesis for ReferenceDelay {
     fn is_linear(&self) -> bool {
         false
     }
-
-    fn turns_reference(&self) -> bool {
-        true
-    }
-
-    fn force_column(&self, scene: &Scene, _parameter: usize, axis: usize) -> Option<Vec<f64>> {
-        let felt = scene.felt.as_ref()?;
-        Some(felt.sensed_if_turned(axis, |_, faster| *faster))
-    }
 }

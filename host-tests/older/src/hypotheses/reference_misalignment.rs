@@ -3,8 +3,6 @@
 //! The whole reference is turned by r (right-hand rotation): it reads ω − r × ω, so the gyros show r × ω more.
 //! Three angles for all gyros; `installation` contains them as its antisymmetric part.
 
-use nalgebra::Vector3;
-
 use super::{Card, Hypothesis, Shape};
 use crate::scene::{Scene, tilt_senses};
 
@@ -50,16 +48,5 @@ impl Hypothesis for ReferenceMisalignment {
                 scene.rate_rad_s[k].iter().map(|rate| -sign * rate),
             ),
         )
-    }
-
-    fn turns_reference(&self) -> bool {
-        true
-    }
-
-    fn force_column(&self, scene: &Scene, parameter: usize, axis: usize) -> Option<Vec<f64>> {
-        // The case turned by r × ω more than it reads.
-        let unit = Vector3::ith(parameter, 1.0);
-        let felt = scene.felt.as_ref()?;
-        Some(felt.sensed_if_turned(axis, |angle, _| unit.cross(angle)))
     }
 }

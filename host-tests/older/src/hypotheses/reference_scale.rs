@@ -3,8 +3,6 @@
 //! It reads (1 + r_i) times the case's increment, so the gyro shows r_i ω_i less. Unlike a scale error of the
 //! gyro it leaves the dither alone.
 
-use nalgebra::Vector3;
-
 use super::{Card, Hypothesis, Shape};
 use crate::scene::Scene;
 use crate::streams::AXES;
@@ -50,15 +48,5 @@ impl Hypothesis for ReferenceScale {
     fn expression(&self, parameter: usize, axis: usize) -> Option<String> {
         CARD.shape.second(parameter, axis)?;
         Some(format!("omega_{}", AXES[axis]))
-    }
-
-    fn turns_reference(&self) -> bool {
-        true
-    }
-
-    fn force_column(&self, scene: &Scene, parameter: usize, axis: usize) -> Option<Vec<f64>> {
-        let unit = Vector3::ith(parameter, 1.0);
-        let felt = scene.felt.as_ref()?;
-        Some(felt.sensed_if_turned(axis, |angle, _| -angle.component_mul(&unit)))
     }
 }
