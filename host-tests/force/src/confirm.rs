@@ -107,15 +107,16 @@ pub fn confirm(
     })
 }
 
-/// The candidate that a member is named after: of what explains it as well as an expression does, the kind of the catalogue
-/// that has the fewest numbers.
+/// The candidate that a member is named after: where kinds of the catalogue explain or span what an expression describes,
+/// the one with the fewest numbers.
 fn headline(found: &Found, place: usize) -> usize {
     let member = found.fit.members[place];
     if found.candidates[member].kind != UNLISTED {
         return member;
     }
     let rivals = found.judged[place].rivals.iter().map(|(rival, _)| *rival);
-    let listed = rivals.filter(|&rival| found.candidates[rival].kind != UNLISTED);
+    let all = rivals.chain(found.spanned_by[place].iter().copied());
+    let listed = all.filter(|&rival| found.candidates[rival].kind != UNLISTED);
     listed
         .min_by_key(|&rival| found.candidates[rival].hypothesis.parameters)
         .unwrap_or(member)
