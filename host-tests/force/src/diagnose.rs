@@ -17,6 +17,7 @@ use crate::confirm::{Confirmed, confirm};
 use crate::plan::ForcePlan;
 use crate::prediction::{Prediction, warming_k};
 use crate::reference::{Reference, ReferenceNoise};
+use crate::residual::residual_m_s;
 use crate::search::{Found, equations, find, vertical_of};
 use crate::shaken::shaken;
 use crate::vertical::Vertical;
@@ -86,7 +87,7 @@ pub fn diagnose(
     let regimes = split(&bare, Part::End).regimes;
     settle_vertical(&mut made_of, model, &seen, plan)?;
     let fitted = runs(&seen);
-    let residual = made_of.residual_m_s(model);
+    let residual = residual_m_s(&made_of, model);
     let of = (&regimes[..], &fitted[..]);
     let beside = (plan, asked.left_out, asked.open);
     let was_shaken = shaken(&made_of, &residual, of, beside);
@@ -237,7 +238,7 @@ fn settle_vertical(
     let observations = observed(seen)?.to_fast_length();
     let mut levels = Vec::new();
     for _ in 0..STEPS {
-        let residual = made_of.residual_m_s(model);
+        let residual = residual_m_s(made_of, model);
         levels = first_levels(&residual, &observations);
         let sums = equations(
             made_of,

@@ -1,7 +1,7 @@
 //! What a model leaves out of accelerometers that are carried through gravity: one likelihood, one search.
 //!
 //! In the order of the data: [`reference`] (its known errors undone) → [`carried`] (attitude, lever arms) → [`vertical`] →
-//! [`prediction`] (what accelerometers should read, and the residual) → [`shaken`] (what no gravity explains is left out) →
+//! [`prediction`] (what accelerometers should read) → [`residual`] → [`shaken`] (what no gravity explains is left out) →
 //! [`search`] (columns, candidates, structure search, beside the vertical) → [`confirm`] (in blocks of rows) → [`findings`].
 //! [`diagnose`](mod@diagnose) is the flow; [`whose`] asks gyros and accelerometers together whether an error is the gyros' or
 //! their reference's.
@@ -24,6 +24,8 @@ pub mod column;
 pub mod kinds;
 
 pub mod candidates;
+
+pub mod residual;
 
 pub mod search;
 

@@ -1,14 +1,10 @@
-//! What accelerometers should read: gravity in the body, behind what the model says of them.
+//! What accelerometers should read: gravity in the body, and what columns are made of.
 
-use rlg_model::Model;
 use rlg_signal::accelerometer_rows::Rows;
-use rlg_signal::axes::{AXES, Triad, add, each_axis};
+use rlg_signal::axes::{AXES, Triad, each_axis};
 use rlg_signal::derivatives::Spectrum;
 
-use crate::candidates::{Pool, terms_of};
 use crate::carried::Carried;
-use crate::column::Column;
-use crate::kinds::KINDS;
 use crate::vertical::{UNKNOWNS, Vertical};
 
 /// The force that is predicted, and what columns are made of.
@@ -79,45 +75,6 @@ impl Prediction {
         angles.map(|angle| angle * self.rows.rate_hz).collect()
     }
 
-    /// What accelerometers read less what the model says they do, its own accelerometer effects included \[m/s per row\].
-    pub fn residual_m_s(&self, model: &Model) -> Triad {
-        let bias_m_s2 = model
-            .accelerometer
-            .as_ref()
-            .map_or([0.0; 3], |accelerometer| accelerometer.bias_m_s2);
-        let mut residual = self.rows.sensed_m_s.clone();
-        let period_s = self.rows.period_s();
-        for (axis, residual) in residual.iter_mut().enumerate() {
-            let keep = 1.0 - self.scale_error[axis];
-            let bias = bias_m_s2[axis] / keep;
-            for (value, force) in residual.iter_mut().zip(&self.force_m_s2[axis]) {
-                *value -= (force + bias) * period_s / keep;
-            }
-        }
-        for effect in &model.effects {
-            let Some(kind) = KINDS.iter().find(|kind| kind.kind == effect.kind) else {
-                continue;
-            };
-            let named = kind.law.parameters();
-            for (axis, residual) in residual.iter_mut().enumerate() {
-                for (name, on_axis) in &named {
-                    let size = effect.number(name);
-                    if size == 0.0 || !on_axis.contains(&axis) {
-                        continue;
-                    }
-                    let mut pool = Pool::default();
-                    for (column, factor) in terms_of(kind, name, axis, size) {
-                        let place = pool.place(column);
-                        let values = pool.columns[place].values(self);
-                        let keep = 1.0 - self.scale_error[axis];
-                        add(residual, &values, -factor / keep);
-                    }
-                }
-            }
-        }
-        residual
-    }
-
     /// Columns of the vertical's unknowns \[m/s per row\], for each of them its three axes.
     pub fn vertical_columns(&self) -> Vec<Vec<f64>> {
         let tilts = self.vertical.columns(&self.rows, &self.carried);
@@ -153,9 +110,4 @@ fn spectra_of(force_m_s2: &Triad, rate_hz: f64) -> [Spectrum; 3] {
 /// The name of an accelerometer's channel.
 pub fn channel_name(axis: usize) -> String {
     format!("accel_{}", AXES[axis])
-}
-
-/// The name of a column as expressions have it.
-pub fn expression_of(column: Column) -> String {
-    column.text()
 }

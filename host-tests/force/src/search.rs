@@ -12,6 +12,7 @@ use crate::candidates::{Candidate, Pool, PoolColumns};
 use crate::kinds::DELAY;
 use crate::plan::ForcePlan;
 use crate::prediction::Prediction;
+use crate::residual::residual_m_s;
 use crate::vertical::UNKNOWNS;
 
 /// What a search leaves.
@@ -119,7 +120,7 @@ pub fn find(
     let mut pass = 0;
     loop {
         pass += 1;
-        let residual_m_s = made_of.residual_m_s(model);
+        let residual_m_s = residual_m_s(made_of, model);
         let mut pool = Pool::default();
         let mut candidates = pool.candidates(made_of, delay_s, (left_out, open));
         let mean = rlg_diagnosis::noise_levels::mean(&levels);
