@@ -162,20 +162,46 @@ impl Diagnosed {
                 location.regime = format!("follows {}", self.equation(place));
             }
         }
+        let mut validations = validate(
+            &before,
+            &after,
+            &noise,
+            (&self.tested, [0.0, f64::INFINITY]),
+            &locations,
+            self.streams.rate_hz,
+        );
+        for one in &mut validations {
+            let variance = self.vertical_variance(one.axis);
+            for figures in [&mut one.before, &mut one.after] {
+                figures.drift_std_rad_s = figures.drift_std_rad_s.hypot(variance.sqrt());
+            }
+        }
         Shown {
-            validations: validate(
-                &before,
-                &after,
-                &noise,
-                (&self.tested, [0.0, f64::INFINITY]),
-                &locations,
-                self.streams.rate_hz,
-            ),
+            validations,
             // Rows that only test change no finding.
             left: of(&after, &self.fitted),
             locations,
             noise,
         }
+    }
+
+    /// Variance \[m²/s⁴\] of an accelerometer's mean over the rows that test, by what is not known of the vertical.
+    fn vertical_variance(&self, axis: usize) -> f64 {
+        let fit = &self.confirmed.fit;
+        let block = fit.gaps.last().cloned().unwrap_or(0..0);
+        let columns = self.made_of.vertical_columns();
+        let rows: usize = self.tested.iter().map(std::ops::Range::len).sum();
+        let mean = |column: &Vec<f64>| {
+            let tested = self.tested.iter().flat_map(|rows| &column[rows.clone()]);
+            tested.sum::<f64>() / rows.max(1) as f64 * self.streams.rate_hz
+        };
+        let own = columns.iter().skip(axis).step_by(3);
+        let means: Vec<(usize, f64)> = block.zip(own.map(mean)).collect();
+        let products = means.iter().flat_map(|(a, x)| {
+            let with = means.iter();
+            with.map(move |(b, y)| x * y * fit.covariance[(*a, *b)])
+        });
+        products.sum::<f64>().max(0.0)
     }
 
     fn equation(&self, place: usize) -> String {

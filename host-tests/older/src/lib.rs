@@ -253,7 +253,8 @@ fn diagnose_in_order(
         let streams = vec![streams];
         diagnose_aligned(left_out, streams, None, model, model_file, seed, progress)
     };
-    if !rlg_diagnosis::serves(&streams, model) {
+    let is_older = streams.pickoff_rad.is_some() && !settings.dithered_too;
+    if is_older || !rlg_diagnosis::serves(&streams, model) {
         return old(streams);
     }
     let mut qualified = streams;
