@@ -1,7 +1,7 @@
 //! Writes how this very recording answered to known patterns, compared with theory.
 //!
 //! From [`SelfTestEntry`]s it plots the share found against strength (matched-filter SNR), with the binomial standard
-//! deviation, and says in a sentence what the time slides showed.
+//! deviation, and says in a sentence what noise alone showed.
 
 use maud::{Markup, html};
 use plotters::prelude::*;
@@ -55,17 +55,17 @@ pub fn self_test(test: &SelfTestEntry) -> Markup {
         .collect();
     html! {
         details {
-        summary { "Tried on this very recording: " (test.false_names) " false names in " (test.slides) " time slides" }
+        summary { "Tried on this very recording: " (test.false_names) " false names in " (test.slides) " trials" }
         p {
-            "What the fit left was slid against the motion by random times, " (test.slides)
-            " times over: whatever the search names then is false. It named something in " (test.false_names)
+            "The search was given this recording's noise without any effect, " (test.slides)
+            " times over: whatever it names then is false. It named something in " (test.false_names)
             @if !named_falsely.is_empty() { " (" (named_falsely.join(", ")) ")" }
             "; the true share is below " (number((1000.0 * test.upper_limit_95).round() / 10.0))
             " % with 95 % confidence."
         }
         @if !shown.is_empty() {
             p {
-                "Into the same slid residuals patterns of every kind were put, at known strength. Of those with signal to noise "
+                "To the same noise effects of every kind were added, at known strength. Of those with signal to noise "
                 @for (place, point) in shown.iter().enumerate() {
                     @if place > 0 { ", " }
                     (number(point.rho)) " it found " (percent(point.detected, point.injections))
