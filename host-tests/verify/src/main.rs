@@ -16,7 +16,7 @@ mod fuzz;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-use step::{Tally, cargo, cargo_command, root, run};
+use step::{Tally, Tests, cargo, cargo_command, root, run};
 
 /// The image's target.
 const TARGET: &str = "thumbv7em-none-eabihf";
@@ -102,18 +102,30 @@ fn main() -> ExitCode {
     tally.heading("building the tests");
     tally.step(cargo(&[&TEST[..], &["--no-run"]].concat()));
     tally.heading("tests");
-    tally.tests(&[&TEST[..], &["--no-fail-fast"]].concat());
-    tally.heading("Python package and fleets");
-    tally.tests(&[&TEST[..], &["--test", "pytest", "--", "--ignored"]].concat());
-    tally.heading("the page in a browser");
-    let browser = ["--test", "commands", "--", "--ignored", "in_a_browser"];
-    tally.tests(&[&TEST[..], &browser].concat());
-    tally.heading("no panic links into the interrupt's path");
-    tally.tests(&[&TEST[..], &["--test", "interrupt_link", "--", "--ignored"]].concat());
-    tally.heading("tests on the emulated target");
-    // Those in full take half an hour.
-    let emulated = ["--test", "target", "--", "--ignored", "--skip", "in_full"];
-    tally.tests(&[&TEST[..], &emulated].concat());
+    let of = |heading, more: &[&'static str]| Tests {
+        heading,
+        arguments: [&TEST[..], more].concat(),
+    };
+    let others = [
+        of(
+            "tests on the emulated target",
+            // Those in full take half an hour.
+            &["--test", "target", "--", "--ignored", "--skip", "in_full"],
+        ),
+        of(
+            "no panic links into the interrupt's path",
+            &["--test", "interrupt_link", "--", "--ignored"],
+        ),
+        of(
+            "the page in a browser",
+            &["--test", "commands", "--", "--ignored", "in_a_browser"],
+        ),
+        of(
+            "Python package and fleets",
+            &["--test", "pytest", "--", "--ignored"],
+        ),
+    ];
+    tally.tests_beside(&[&TEST[..], &["--no-fail-fast"]].concat(), &others);
     tally.heading("instructions by stage");
     tally.step(run(built("examples/stages")));
 

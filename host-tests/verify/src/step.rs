@@ -16,6 +16,42 @@ pub struct Tally {
     failed: u64,
     /// Headings with the moments of their beginnings.
     headings: Vec<(&'static str, Instant)>,
+    /// Headings of what ran beside others, with its seconds.
+    beside: Vec<(&'static str, f64)>,
+}
+
+/// A test command under a heading.
+pub struct Tests<'a> {
+    /// The heading.
+    pub heading: &'static str,
+    /// What cargo is given.
+    pub arguments: Vec<&'a str>,
+}
+
+/// What came of a test command.
+struct Ran {
+    passed: u64,
+    failed: u64,
+    outcome: Result<(), String>,
+}
+
+impl Ran {
+    /// Runs `cargo ARGUMENTS`; each line goes to `print`.
+    fn of(arguments: &[&str], mut print: impl FnMut(&str)) -> Self {
+        let (mut passed, mut failed) = (0, 0);
+        let outcome = watch(cargo_command(arguments), |line| {
+            print(line);
+            if let Some((good, bad)) = test_counts(line) {
+                passed += good;
+                failed += bad;
+            }
+        });
+        Self {
+            passed,
+            failed,
+            outcome,
+        }
+    }
 }
 
 impl Tally {
@@ -36,6 +72,9 @@ impl Tally {
         for ((words, begin), end) in self.headings.iter().zip(ends.chain([now])) {
             println!("{:7.1}  {words}", (end - *begin).as_secs_f64());
         }
+        for (words, seconds) in &self.beside {
+            println!("{seconds:7.1}  beside the tests: {words}");
+        }
         if let Some((_, begin)) = self.headings.first() {
             println!("{:7.1}  in all", (now - *begin).as_secs_f64());
         }
@@ -54,21 +93,48 @@ impl Tally {
         }
     }
 
-    /// Runs `cargo ARGUMENTS`, a test command, and counts its tests. A run that fails without a failed
-    /// test (it does not compile, or a test ended the process) counts as one failure.
+    /// Runs `cargo ARGUMENTS`, a test command, and counts its tests.
     pub fn tests(&mut self, arguments: &[&str]) {
-        let (mut passed, mut failed) = (0, 0);
-        let outcome = watch(cargo_command(arguments), |line| {
-            if let Some((good, bad)) = test_counts(line) {
-                passed += good;
-                failed += bad;
-            }
+        let ran = Ran::of(arguments, |line| println!("{line}"));
+        self.count(ran);
+    }
+
+    /// Runs a long test command, and `others` one after the other beside it: few of them need a whole processor. The output of
+    /// these comes behind the first's.
+    pub fn tests_beside(&mut self, arguments: &[&str], others: &[Tests]) {
+        let (ran, beside) = std::thread::scope(|scope| {
+            let beside = scope.spawn(|| {
+                let each = others.iter().map(|tests| {
+                    let begin = Instant::now();
+                    let mut lines = Vec::new();
+                    let ran = Ran::of(&tests.arguments, |line| lines.push(line.to_owned()));
+                    (ran, lines, begin.elapsed().as_secs_f64())
+                });
+                each.collect::<Vec<_>>()
+            });
+            let ran = Ran::of(arguments, |line| println!("{line}"));
+            (ran, beside.join())
         });
-        self.passed += passed;
-        self.failed += failed;
-        match outcome {
-            Ok(()) if passed + failed == 0 => self.step(Err("no test ran".to_owned())),
-            Err(reason) if failed == 0 => self.step(Err(reason)),
+        self.count(ran);
+        let Ok(beside) = beside else {
+            return self.step(Err("what ran beside the tests panicked".to_owned()));
+        };
+        for (tests, (ran, lines, seconds)) in others.iter().zip(beside) {
+            println!("\n== {}", tests.heading);
+            lines.iter().for_each(|line| println!("{line}"));
+            self.count(ran);
+            self.beside.push((tests.heading, seconds));
+        }
+    }
+
+    /// Counts the tests of a command. One that fails without a failed test (it does not compile, or a test ended the process)
+    /// counts as one failure.
+    fn count(&mut self, ran: Ran) {
+        self.passed += ran.passed;
+        self.failed += ran.failed;
+        match ran.outcome {
+            Ok(()) if ran.passed + ran.failed == 0 => self.step(Err("no test ran".to_owned())),
+            Err(reason) if ran.failed == 0 => self.step(Err(reason)),
             _ => {}
         }
     }
@@ -131,7 +197,7 @@ pub fn run(mut command: Command) -> Result<(), String> {
     }
 }
 
-/// Runs a command, passes its lines on and shows each to `look`.
+/// Runs a command and shows each of its lines to `look`.
 fn watch(mut command: Command, mut look: impl FnMut(&str)) -> Result<(), String> {
     let mut child = command
         .stdout(Stdio::piped())
@@ -141,7 +207,6 @@ fn watch(mut command: Command, mut look: impl FnMut(&str)) -> Result<(), String>
     for line in BufReader::new(output).split(b'\n') {
         let line = line.map_err(|error| format!("{command:?}: {error}"))?;
         let line = String::from_utf8_lossy(&line);
-        println!("{line}");
         look(&line);
     }
     let status = child
