@@ -479,7 +479,8 @@ impl Diagnosed {
             ));
         }
         for one in &shown.validations {
-            if drift_chance(&one.before) < self.plan.shared.unexplained {
+            let falls = one.after.drift_rad_s.abs() < 0.99 * one.before.drift_rad_s.abs();
+            if falls && drift_chance(&one.before) < self.plan.shared.unexplained {
                 lines.push(format!(
                     "Proof: on held-out time the mean error of accelerometer {} falls from {:.2} to {:.2} ± {:.2} µg.",
                     AXES[one.axis],
@@ -490,11 +491,16 @@ impl Diagnosed {
             }
         }
         let fit = &self.confirmed.fit;
-        for axis in (0..3).filter(|&axis| fit.drift[axis] != Drift::None) {
+        let wandering = (0..3).filter(|&axis| fit.drift[axis] != Drift::None);
+        let wander_m_s2 = |axis: usize| shown.noise[axis].wander_rad_s(self.streams.span_s());
+        // Far below the least that is printed a walk is none.
+        for (axis, micro_g) in wandering
+            .map(|axis| (axis, wander_m_s2(axis) * MICRO_G))
+            .filter(|(_, micro_g)| *micro_g >= 0.005)
+        {
             lines.push(format!(
-                "Drift: accelerometer {} wanders by {:.2} µg (one standard deviation) over the recording, which the model's noise does not; a bias of that size would hide in it.",
+                "Drift: accelerometer {} wanders by {micro_g:.2} µg (one standard deviation) over the recording, which the model's noise does not; a bias of that size would hide in it.",
                 AXES[axis],
-                shown.noise[axis].wander_rad_s(self.streams.span_s()) * MICRO_G
             ));
         }
         for (axis, declared) in self.declared_white.iter().enumerate() {
