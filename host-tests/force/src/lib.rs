@@ -1,6 +1,6 @@
 //! What a model leaves out of accelerometers that are carried through gravity: one likelihood, one search.
 //!
-//! In the order of the data: [`reference`] (its known errors undone) → [`carried`] (attitude, lever arms) → [`vertical`] →
+//! In the order of the data: [`mod@reference`] (its known errors undone) → [`carried`] (attitude, lever arms) → [`vertical`] →
 //! [`prediction`] (what accelerometers should read) → [`residual`] → [`shaken`] (what no gravity explains is left out) →
 //! [`search`] (columns, candidates, structure search, beside the vertical) → [`confirm`] (in blocks of rows) → [`findings`].
 //! [`diagnose`](mod@diagnose) is the flow; [`whose`] asks gyros and accelerometers together whether an error is the gyros' or

@@ -3,7 +3,6 @@
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
-use rlg::diagnose::hypotheses;
 use rlg::diagnose::information::Information;
 use rlg::diagnose::motion::{Reading, Spectrum, smooth_length};
 use rlg::diagnose::noise::{Declared, Noise, fit};
@@ -12,8 +11,6 @@ use rlg::diagnose::regressor::{Regressor, regressors};
 use rlg::diagnose::residual::residual_rad;
 use rlg::diagnose::scene::Scene;
 use rlg::diagnose::streams::Streams;
-use rlg::diagnose::weigh::prior_width;
-use rlg::diagnose::workbench::Parameters;
 use rlg::model::Model;
 use rlg::simulate::coning_demo;
 use std::f64::consts::TAU;
@@ -209,16 +206,4 @@ fn a_dither_that_the_model_does_not_speak_of_is_taken_at_its_pickoffs_word() {
         .flatten()
         .fold(0.0, |most: f64, value| most.max(value.abs()));
     assert!(most < 3e-5, "{most:e}");
-}
-
-/// Fisher information of two numbers that do the same to what is measured, but for one part in a thousand.
-fn all_but_the_same(
-    information: &mut Information,
-    (first, second): (usize, usize),
-    knowledge: f64,
-) {
-    for (a, b) in [(first, first), (first, second), (second, first)] {
-        information.fisher[(a, b)] = knowledge;
-    }
-    information.fisher[(second, second)] = knowledge * 1.000_001;
 }
