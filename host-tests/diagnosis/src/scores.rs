@@ -124,9 +124,14 @@ fn tests_over<'a>(
 
 /// What a gain is worth once its parameters are integrated over a prior of their own size.
 pub(super) fn worth(gain: &Gain, hypothesis: &Hypothesis) -> f64 {
-    let count = hypothesis.parameters as f64;
-    let each = (2.0 * gain.log_likelihood / count).max(1.0);
-    gain.log_likelihood - 0.5 * count * (1.0 + each.ln()) - hypothesis.price
+    integrated(gain.log_likelihood, hypothesis.parameters) - hypothesis.price
+}
+
+/// A gain in log likelihood by some numbers, once they are integrated over a prior of their own size.
+pub(super) fn integrated(log_likelihood: f64, numbers: usize) -> f64 {
+    let count = numbers as f64;
+    let each = (2.0 * log_likelihood / count).max(1.0);
+    log_likelihood - 0.5 * count * (1.0 + each.ln())
 }
 
 /// What a size that columns are made about costs in log posterior, as a prior of its own width would.

@@ -6,7 +6,7 @@
 //!
 //! Not in the trials: the fit of the noise, with drift; events and families; the confirmation, which only takes names away.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{Cholesky, DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -18,6 +18,7 @@ use rlg_inference::linear::pseudo_inverse;
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
 
 use super::plan::AnalysisPlan;
+use super::scores::integrated;
 use super::search::Found;
 
 /// Draws of noise: none named among 200 bounds the share to 1.5 % with 95 % confidence.
@@ -117,7 +118,7 @@ struct Trials<'a> {
     /// Information of all columns of all records, what is fitted in every trial taken out.
     information: DMatrix<f64>,
     /// Root of the information before that.
-    root: Cholesky<f64, Dyn>,
+    root: DMatrix<f64>,
     /// What takes it out of scores.
     left: DMatrix<f64>,
     /// Log posterior that a name needs beyond its worth, prices of places apart.
@@ -177,7 +178,7 @@ impl<'a> Trials<'a> {
             // Columns that are sums of others leave no root.
             raised[(place, place)] *= 1.0 + 1e-9;
         }
-        let root = Cholesky::new(raised)?;
+        let root = Cholesky::new(raised)?.unpack();
         let count = columns.len();
         let mut left = DMatrix::identity(count, count);
         let blocks: Vec<DMatrix<f64>> = fitted.into_iter().map(of).collect();
@@ -227,7 +228,7 @@ impl<'a> Trials<'a> {
     fn noise(&self, random: &mut ChaCha8Rng) -> DVector<f64> {
         let count = self.left.nrows();
         let normal = DVector::from_fn(count, |_, _| StandardNormal.sample(random));
-        &self.left * (self.root.l() * normal)
+        &self.left * (&self.root * normal)
     }
 
     /// Scores of noise with an effect of signal-to-noise ratio `rho`; `None` where it is larger than anybody would believe.
@@ -252,7 +253,7 @@ impl<'a> Trials<'a> {
     fn worth(one: &Tried, scores: &DVector<f64>) -> f64 {
         let own = &one.columns * scores;
         let gain = 0.5 * own.dot(&(&one.covariance * &own));
-        worth(gain, one.rank) - one.hypothesis.price
+        integrated(gain, one.rank) - one.hypothesis.price
     }
 
     /// What is named, and which kinds come close.
@@ -290,7 +291,7 @@ impl<'a> Trials<'a> {
         let (mut low, mut high) = (0.0, 1e4);
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            if worth(middle, planted.rank) < needed {
+            if integrated(middle, planted.rank) < needed {
                 low = middle;
             } else {
                 high = middle;
@@ -298,12 +299,6 @@ impl<'a> Trials<'a> {
         }
         beyond(2.0 * high, planted.rank as f64, rho * rho)
     }
-}
-
-/// Log posterior of a gain in log likelihood by `rank` numbers.
-fn worth(gain: f64, rank: usize) -> f64 {
-    let count = rank as f64;
-    gain - 0.5 * count * (1.0 + (2.0 * gain / count).max(1.0).ln())
 }
 
 /// Upper limit of a share of which `found` of `trials` were seen, 95 % confidence (Clopper-Pearson).

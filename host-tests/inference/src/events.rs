@@ -259,13 +259,11 @@ fn window(from_row: &[f64], basis: &NoiseBasis, powers: &[f64]) -> Option<Event>
             let (start, end) = if edge == 0 { (at, end) } else { (start, at) };
             (start + 1 < end).then(|| (start, end - start))
         });
-        let informations: Vec<f64> = [length.saturating_sub(reach).max(1), length + reach]
-            .map(of_length)
-            .to_vec();
-        let shortest = length.saturating_sub(reach).max(1);
+        let (shortest, longest) = (length.saturating_sub(reach).max(1), length + reach);
+        let [of_shortest, of_longest] = [shortest, longest].map(of_length);
         let of_near = |now: usize| {
-            let share = (now - shortest) as f64 / (length + reach - shortest) as f64;
-            informations[0] + share * (informations[1] - informations[0])
+            let share = (now - shortest) as f64 / (longest - shortest) as f64;
+            of_shortest + share * (of_longest - of_shortest)
         };
         let found = moved
             .map(|(row, length)| (row, length, size(row, length, of_near(length))))

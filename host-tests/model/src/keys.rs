@@ -1,22 +1,6 @@
 //! The keys of `model.toml`: what the reader knows, and what `docs/files.md` says of each.
 
-use rlg_recording::keys::Key;
-
-const fn key(
-    section: &'static str,
-    name: &'static str,
-    unit: &'static str,
-    default: &'static str,
-    meaning: &'static str,
-) -> Key {
-    Key {
-        section,
-        name,
-        unit,
-        default,
-        meaning,
-    }
-}
+use rlg_recording::keys::{Key, key};
 
 /// Every key, in the order of the file; those of an `[[effect]]` beside its kind are the catalogue's.
 #[rustfmt::skip]

@@ -238,21 +238,18 @@ fn diagnose_in_order(
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
     let Settings { left_out, seed, .. } = *settings;
+    let old = |streams: Streams| {
+        let streams = vec![streams];
+        diagnose_aligned(left_out, streams, None, model, model_file, seed, progress)
+    };
     if rlg_diagnosis::at_rest::serves(&streams, model) {
         let mut still = streams;
         let found = at_rest::diagnose(settings, &mut still, (model, model_file), progress)?;
         return match found {
             Some(found) => Ok(found),
-            None => {
-                let streams = vec![again()?];
-                diagnose_aligned(left_out, streams, None, model, model_file, seed, progress)
-            }
+            None => old(again()?),
         };
     }
-    let old = |streams: Streams| {
-        let streams = vec![streams];
-        diagnose_aligned(left_out, streams, None, model, model_file, seed, progress)
-    };
     let is_older = streams.pickoff_rad.is_some() && !settings.dithered_too;
     if is_older || !rlg_diagnosis::serves(&streams, model) {
         return old(streams);

@@ -57,7 +57,8 @@ pub const KEYS: &[Key] = &[
     key("[segment]", "end_s", "s", "must be there", "its end"),
 ];
 
-const fn key(
+/// A key of a section, with its unit, its default and its meaning.
+pub const fn key(
     section: &'static str,
     name: &'static str,
     unit: &'static str,
