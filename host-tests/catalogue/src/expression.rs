@@ -290,6 +290,9 @@ impl Factor {
 }
 
 impl Expression {
+    /// The product of nothing.
+    pub const ONE: Self = Self([None; 3]);
+
     /// A product.
     pub fn of(factors: &[Factor]) -> Self {
         Self(std::array::from_fn(|place| factors.get(place).copied()))
@@ -304,6 +307,13 @@ impl Expression {
             (clock_s * digit).round() / digit
         };
         Self::of(&[Factor::Window(edge_s(rows.start), edge_s(rows.end))])
+    }
+
+    /// The same in some rows only; `None` of a product of three.
+    pub fn within(self, rows: std::ops::Range<usize>, signals: &Signals) -> Option<Self> {
+        let window = Self::window(rows, signals).0[0];
+        let factors: Vec<Factor> = self.factors().chain(window).collect();
+        (factors.len() <= 3).then(|| Self::of(&factors))
     }
 
     /// Whether it is a window by itself: it happens once.
@@ -375,12 +385,13 @@ impl Expression {
         self.0
     }
 
-    /// The same behind another lag; `None` of an expression without one.
-    pub fn with_lag(self, constant_s: f64) -> Option<Self> {
+    /// The same lag or decay with another time constant; `None` of an expression that is neither.
+    pub fn with_time_constant(self, constant_s: f64) -> Option<Self> {
         match self.0 {
             [Some(Factor::Lag(of, _)), None, None] => {
                 Some(Self::of(&[Factor::Lag(of, constant_s)]))
             }
+            [Some(Factor::Decay(_)), None, None] => Some(Self::of(&[Factor::Decay(constant_s)])),
             _ => None,
         }
     }
@@ -393,30 +404,48 @@ impl Expression {
         }
     }
 
-    /// Its lag, if that is all it is \[s\].
-    pub fn lag_s(self) -> Option<f64> {
+    /// Time constant of a lag or a decay, if that is all it is \[s\].
+    pub fn time_constant_s(self) -> Option<f64> {
         match self.0 {
-            [Some(Factor::Lag(_, constant_s)), None, None] => Some(constant_s),
+            [
+                Some(Factor::Lag(_, constant_s) | Factor::Decay(constant_s)),
+                None,
+                None,
+            ] => Some(constant_s),
             _ => None,
         }
     }
+}
+
+/// Channels that move enough to be recognised.
+fn moving_channels(signals: &Signals, is_moving: [bool; 3]) -> Vec<Channel> {
+    use Channel::{Acceleration, Field, Force, Other, Rate, Warming};
+    let triads: [OfAxis; 5] = [Rate, Acceleration, Force, Warming, Field];
+    let others = (0..signals.others.len()).map(Other);
+    triads
+        .iter()
+        .flat_map(|channel| (0..3).map(channel))
+        .chain(others)
+        .filter(|channel| channel.moves(signals, is_moving))
+        .collect()
+}
+
+/// Each channel by itself.
+pub fn channels(signals: &Signals, is_moving: [bool; 3]) -> Vec<Expression> {
+    let channels = moving_channels(signals, is_moving).into_iter();
+    channels
+        .map(|channel| Expression::of(&[Factor::Channel(channel)]))
+        .collect()
 }
 
 /// Every expression that is tried on each gyro: channels and products of two, some of three, what goes with a channel's
 /// past, and shapes in time.
 pub fn vocabulary(signals: &Signals, is_moving: [bool; 3]) -> Vec<Expression> {
     use Channel::{
-        Acceleration, DitherAngle, DitherRate, Field, Force, Other, Rate, Warming, WarmingRate,
+        Acceleration, DitherAngle, DitherRate, Force, Other, Rate, Warming, WarmingRate,
     };
     use Factor::{Channel as Of, Deviation, Integral, Side, Size, Time, Way};
-    let triads: [OfAxis; 5] = [Rate, Acceleration, Force, Warming, Field];
-    let others = (0..signals.others.len()).map(Other);
-    let channels: Vec<Channel> = triads
-        .iter()
-        .flat_map(|channel| (0..3).map(channel))
-        .chain(others)
-        .filter(|channel| channel.moves(signals, is_moving))
-        .collect();
+    let channels = moving_channels(signals, is_moving);
     let has = |channel: Channel| channels.contains(&channel);
     let mut all: Vec<Expression> = Vec::new();
     let mut add = |factors: &[Factor]| all.push(Expression::of(factors));

@@ -25,7 +25,7 @@ pub struct Family {
 /// Encoders are known by few errors a turn: eccentricity (1, 2), magnet poles and gear teeth up to some dozens.
 const HIGHEST_ORDER: u32 = 72;
 
-/// Every order of every axis whose table turned through half a period of it.
+/// Every order of every axis whose table turned through a radian of it.
 pub fn harmonics(signals: &Signals, is_moving: [bool; 3]) -> Family {
     let mut pool = Pool::default();
     let mut groups = Vec::new();
@@ -37,8 +37,7 @@ pub fn harmonics(signals: &Signals, is_moving: [bool; 3]) -> Family {
             angle += increment;
             (least, most) = (least.min(angle), most.max(angle));
         }
-        let orders = (1..=HIGHEST_ORDER)
-            .filter(|order| f64::from(*order) * (most - least) > std::f64::consts::PI);
+        let orders = (1..=HIGHEST_ORDER).filter(|order| f64::from(*order) * (most - least) > 1.0);
         for order in orders {
             groups.push(vec![pool.harmonic(axis, order, places, signals)]);
         }
@@ -100,18 +99,18 @@ pub fn expressions(
     Family { pool: own, groups }
 }
 
-/// An expression behind a lag with other time constants, an octave and less about its own.
-pub fn lags_about(expression: Expression, gyro: usize, signals: &Signals) -> Family {
+/// A lag or a decay with other time constants, an octave and less about its own.
+pub fn time_constants_about(expression: Expression, gyro: usize, signals: &Signals) -> Family {
     const EIGHTHS: std::ops::RangeInclusive<i32> = -8..=8;
     let mut pool = Pool::default();
     let groups = expression
-        .lag_s()
+        .time_constant_s()
         .map(|constant_s| {
             let other = |step: f64| {
                 // Four digits: it is read, and the data know no more.
                 let seconds = constant_s * step.exp2();
                 let digit = 10_f64.powi(3 - seconds.log10().floor() as i32);
-                expression.with_lag((seconds * digit).round() / digit)
+                expression.with_time_constant((seconds * digit).round() / digit)
             };
             EIGHTHS
                 .filter_map(|eighths| other(0.125 * f64::from(eighths)))

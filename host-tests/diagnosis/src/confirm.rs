@@ -21,6 +21,7 @@ use super::pass::left_on;
 use super::plan::AnalysisPlan;
 use super::reenact::{Named, Reenactment, reenact};
 use super::search::{Found, effect_rad, subtract};
+use super::whitened::Whitener;
 use rlg_signal::streams::{Triad, add};
 
 /// What blocks of the fitted rows say of a member, each predicted by the others.
@@ -40,24 +41,9 @@ pub struct Prediction {
 /// # Returns
 /// In the order of the set; `None` where too few rows are fitted.
 fn predictions(data: &Data, found: &Found, plan: &AnalysisPlan) -> Option<Vec<Prediction>> {
-    let seen = data.rows_of(&[Use::Train, Use::Confirm]);
-    let observations = Observations::bridged(&seen)?;
     let fit = &found.fit;
-    let (transform, basis) = Transform::with_basis(observations, mean(&fit.levels));
-    let roots: [Vec<f64>; 3] = std::array::from_fn(|gyro| {
-        let powers = basis.by_coefficient(fit.levels[gyro]).into_iter();
-        powers.map(f64::sqrt).collect()
-    });
-    let whitened = |gyro: usize, rows: &[f64]| -> Vec<f64> {
-        let mut spectrum = transform.spectrum(rows);
-        let pairs = spectrum.iter_mut().zip(&roots[gyro]);
-        pairs.for_each(|(value, root)| *value /= root);
-        let mut rows = transform.rows_of(&spectrum);
-        for (value, _) in rows.iter_mut().zip(&seen).filter(|(_, seen)| !**seen) {
-            *value = 0.0;
-        }
-        rows
-    };
+    let whitener = Whitener::new(data, &fit.levels)?;
+    let whitened = |gyro: usize, rows: &[f64]| whitener.rows(gyro, rows);
     let MemberColumns {
         columns,
         own,
@@ -69,8 +55,9 @@ fn predictions(data: &Data, found: &Found, plan: &AnalysisPlan) -> Option<Vec<Pr
     let sums = BlockSums::new(
         &records,
         &columns,
-        &plan.blocks.of(&seen, data.streams.rate_hz),
+        &plan.blocks.of(&whitener.seen, data.streams.rate_hz),
     );
+    let (transform, basis) = (&whitener.transform, &whitener.basis);
     let left_rad = left_by(found, fit);
     let of_member = |place: usize| {
         let candidate = &found.candidates[fit.members[place]];
@@ -95,7 +82,7 @@ fn predictions(data: &Data, found: &Found, plan: &AnalysisPlan) -> Option<Vec<Pr
         };
         let without = &found.without[place];
         let spectrum = transform.spectrum(&left_rad[axis]);
-        let largest = largest_impulse(&transform, &basis, &spectrum, fit.levels[axis]);
+        let largest = largest_impulse(transform, basis, &spectrum, fit.levels[axis]);
         let rows = transform.observations().rows() as f64;
         Prediction {
             gain: fit.log_likelihood - without.log_likelihood,

@@ -53,6 +53,8 @@ pub struct Data<'a> {
     pub late_rows: f64,
     /// The use of every row.
     pub partition: Partition,
+    /// Rows at which another kind of motion begins by the recording's segments, the first and the end among them.
+    pub cuts: Vec<usize>,
     /// What gyros without a dither count in.
     pub lattice: Lattice,
     /// What the model says that gyros sense that count so, without noise \[rad\]; 0 in rows that only test.
@@ -110,6 +112,13 @@ impl<'a> Data<'a> {
                 row(segment.start_s)..row(segment.end_s)
             })
             .collect();
+        let mut cuts: Vec<usize> = segments
+            .iter()
+            .flat_map(|segment| [segment.start, segment.end])
+            .chain([0, streams.rows])
+            .collect();
+        cuts.sort_unstable();
+        cuts.dedup();
         let partition = Partition::new(streams.rows, streams.rate_hz, &segments, &plan.partition);
         let seen = partition.rows_of(&[Use::Train, Use::Confirm], &streams.usable);
         let lattice = Lattice::of(streams, model, &|row| seen[row]);
@@ -131,6 +140,7 @@ impl<'a> Data<'a> {
             known_path: path,
             reference_rad: Arc::new(reference_rad),
             partition,
+            cuts,
             late_rows: path.longest_delay_s() * streams.rate_hz,
             known: Vec::new(),
             found_share: Matrix3::zeros(),

@@ -5,7 +5,7 @@ use rlg_catalogue::candidates::{ONE_AXIS, SHARED, Variant};
 use rlg_catalogue::entries::{HARMONIC, LOCK_IN, MODE, UNLISTED};
 use rlg_catalogue::families::{
     Basis, ExactLowPass, ExactMount, Family, MOUNT, MountColumns, SUSPENSION, SuspensionColumns,
-    expressions, harmonics, lags_about, lines_about,
+    expressions, harmonics, lines_about, time_constants_about,
 };
 use rlg_catalogue::low_pass::{self, LowPass};
 use rlg_catalogue::resonance::{CRITICAL, Resonance, grid};
@@ -18,6 +18,7 @@ use rlg_signal::streams::each_axis;
 use super::lock_in::lock_in;
 use super::pass::{Begin, Pass, left_on};
 use super::scores::{Coarse, Found, follow, most_at, size_price, tests, worth};
+use super::windows;
 
 /// Members of a family that are handed to the search at most.
 const STRONGEST: usize = 3;
@@ -62,6 +63,7 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone>
     ] {
         found.extend(ranked(&tests, family, &coarse, signals));
     }
+    found.extend(windows::strongest(pass, fits, &coarse));
     found.extend(lock_in(pass, fits, &tests, &coarse, begin.plan));
     let mut lines = Vec::new();
     for gyro in (0..3).filter(|_| begin.seeks(UNLISTED)) {
@@ -99,7 +101,7 @@ fn likely(pass: &Pass, found: Vec<Found>, begin: &Begin) -> Vec<Alone> {
         .collect()
 }
 
-/// Members of a family, the strongest first; what goes behind a lag with its time constant refined.
+/// Members of a family, the strongest first; what has a time constant with that refined.
 fn ranked(tests: &[ScoreTest], family: Family, coarse: &Coarse, signals: &Signals) -> Vec<Found> {
     let mut all = measured(tests, &family, coarse, signals);
     all.sort_by(|a, b| b.surplus.total_cmp(&a.surplus));
@@ -108,7 +110,7 @@ fn ranked(tests: &[ScoreTest], family: Family, coarse: &Coarse, signals: &Signal
         let Variant::Expression { axis, expression } = one.candidate.variant else {
             continue;
         };
-        let finer = lags_about(expression, axis, signals);
+        let finer = time_constants_about(expression, axis, signals);
         let best = measured(tests, &finer, coarse, signals)
             .into_iter()
             .max_by(|a, b| a.surplus.total_cmp(&b.surplus));

@@ -15,6 +15,7 @@ use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::partition::Use;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
+use super::by_regime;
 use super::confirm::{Confirmed, Final, confirmed};
 use super::data::Data;
 use super::entries_of_rows::{channel, fault_entry};
@@ -30,18 +31,19 @@ use super::pictures;
 use super::plan::AnalysisPlan;
 use super::reenact::Reenactment;
 use super::search::{Found, effect_rad};
-use super::split::{Part, split};
+use super::split::{Part, Regime, split};
 use super::validate::validate;
+use super::whitened::Whitener;
 use rlg_findings::combinations::identifiable;
 use rlg_findings::entries::noise as noise_entry;
 use rlg_findings::excess::{Excess, WALK};
 use rlg_findings::result::{
     Diagnosis, EffectEntry, EvidenceEntry, FitEntry, Identifiable, LocationEntry, NoiseEntry,
-    ParameterEntry, RunnerUp, Verdict,
+    ParameterEntry, RegimeEntry, RunnerUp, Verdict,
 };
 use rlg_findings::updated_model::switch_on;
 use rlg_signal::fault::Fault;
-use rlg_signal::streams::{Streams, Triad};
+use rlg_signal::streams::{Streams, Triad, each_axis};
 
 /// One finding.
 struct Finding<'a> {
@@ -63,6 +65,8 @@ struct Finding<'a> {
     share: f64,
     /// Whether it is no more than significant.
     is_slight: bool,
+    /// Its size in each stretch of like motion that shows it.
+    regimes: Vec<RegimeEntry>,
 }
 
 /// What is written of a search.
@@ -83,13 +87,11 @@ pub fn outcome(
     } = &confirmed.last;
     let after_rad = &data.aside.with_unexplained(left_rad);
     let before_rad = &data.aside.with_all(&found.residual_rad);
-    let findings: Vec<Finding> = (0..confirmed.named.len())
-        .map(|place| finding((data, found), &confirmed, place, plan))
-        .collect();
+    let regimes = split(streams, Part::End).regimes;
+    let findings = findings((data, found), &confirmed, &regimes, plan);
 
     let noise: [Noise; 3] =
         std::array::from_fn(|axis| reported(fit.levels[axis], streams.rows, streams.rate_hz));
-    let regimes = split(streams, Part::End).regimes;
     let all_rows = data.ranges_of(&[Use::Train, Use::Confirm, Use::Test]);
     let fitted_rows = data.ranges_of(&[Use::Train, Use::Confirm]);
     let test_rows = data.ranges_of(&[Use::Test]);
@@ -250,6 +252,28 @@ fn has_event(data: &Data, fit: &Fit, after_rad: &Triad, plan: &AnalysisPlan) -> 
     })
 }
 
+fn findings<'a>(
+    (data, found): (&Data, &'a Found),
+    confirmed: &Confirmed,
+    regimes: &[Regime],
+    plan: &AnalysisPlan,
+) -> Vec<Finding<'a>> {
+    let Final { fit, left_rad, .. } = &confirmed.last;
+    let whitener = Whitener::new(data, &fit.levels).filter(|_| !confirmed.named.is_empty());
+    let left_sigma = whitener
+        .as_ref()
+        .map(|whitener| each_axis(|gyro| whitener.rows(gyro, &left_rad[gyro])));
+    let of_place = |place: usize| {
+        let mut one = finding((data, found), confirmed, place, plan);
+        if let (Some(whitener), Some(left_sigma)) = (&whitener, &left_sigma) {
+            let effect_rad = effect_rad(found, fit, place);
+            one.regimes = by_regime::sizes(whitener, &effect_rad, left_sigma, regimes);
+        }
+        one
+    };
+    (0..confirmed.named.len()).map(of_place).collect()
+}
+
 fn finding<'a>(
     (data, found): (&Data, &'a Found),
     confirmed: &Confirmed,
@@ -290,6 +314,7 @@ fn finding<'a>(
         instant_std_rows: confirmed.instant_std_rows[place],
         share,
         is_slight: share < plan.practical_share && !turns(&effect_rad, &fit.levels),
+        regimes: Vec::new(),
     }
 }
 
@@ -419,7 +444,7 @@ fn entry(one: &Finding, fit: &Fit, (streams, signals): (&Streams, &Signals)) -> 
         p_value: (tail * one.candidate.hypothesis.price.exp().max(1.0)).min(1.0),
         what_was_left_out,
         expression: shown,
-        regimes: Vec::new(),
+        regimes: one.regimes.clone(),
         evidence: Some(EvidenceEntry {
             label,
             confirmed_gain: one.confirmed_gain,

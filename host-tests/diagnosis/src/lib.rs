@@ -55,11 +55,17 @@ pub mod case_motion;
 
 mod pass;
 
+mod whitened;
+
+mod by_regime;
+
 pub mod scores;
 
 pub mod lock_in;
 
 pub mod families;
+
+mod windows;
 
 pub mod search;
 

@@ -44,6 +44,8 @@ pub(super) struct Pass {
     pub(super) equations: NormalEquations,
     pub(super) drift: DriftPrior,
     pub(super) lattice: Lattice,
+    /// Rows at which another kind of motion begins, the first and the end among them.
+    pub(super) cuts: Vec<usize>,
     /// Whether the motion is the Earth's alone.
     pub(super) is_at_rest: bool,
 }

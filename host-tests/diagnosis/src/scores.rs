@@ -5,7 +5,7 @@ use rlg_catalogue::candidates::PoolColumns;
 use rlg_catalogue::{Candidate, Pool, Sensed, Signals};
 use rlg_inference::score_test::{Gain, Projected, ScoreTest, gains, noises, spectra};
 use rlg_inference::sums::{Summed, sums};
-use rlg_inference::{Columns, Fit, Hypothesis, NormalEquations};
+use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, NormalEquations};
 
 use super::pass::Pass;
 
@@ -19,7 +19,8 @@ pub(super) struct Found {
 /// The recording over sums of rows, for lists of hundreds of columns.
 pub(super) struct Coarse {
     equations: NormalEquations,
-    each: usize,
+    /// Rows of a sum.
+    pub(super) each: usize,
 }
 
 /// Rows above which long lists are gone through over sums of rows: what is faster than that is for the exact columns.
@@ -48,6 +49,19 @@ impl Coarse {
 
     pub(super) fn tests(&self, pass: &Pass, fits: &[&Fit]) -> Vec<ScoreTest<'_>> {
         tests_over(&self.equations, self.each, pass, fits, &|_| true)
+    }
+
+    /// Sums of rows, whitened under noise of single rows \[σ\].
+    pub(super) fn whitened(&self, sums: &[f64], levels: NoiseLevels) -> Vec<f64> {
+        let transform = &self.equations.transform;
+        let powers = self
+            .equations
+            .basis
+            .by_coefficient(levels.summed(self.each));
+        let spectrum = transform.spectrum(sums);
+        let pairs = spectrum.iter().zip(powers);
+        let white: Vec<f64> = pairs.map(|(value, power)| value / power.sqrt()).collect();
+        transform.rows_of(&white)
     }
 
     /// What each hypothesis would add at most, over columns of `pool`.

@@ -11,7 +11,7 @@ use rlg_catalogue::low_pass::{self, LowPass};
 use rlg_catalogue::resonance::Resonance;
 use rlg_catalogue::signals::Path;
 use rlg_catalogue::{Candidate, Column, Pool, Sensed, Signals};
-use rlg_inference::events::{Event, EventKind, scan};
+use rlg_inference::events::{Event, EventKind, impulses, scan};
 use rlg_inference::search::{Judged, best_of};
 use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels, NormalEquations, Observations, Search};
 use rlg_signal::partition::Use;
@@ -24,6 +24,7 @@ use super::noise_levels::{drift_prior, first_levels, mean};
 use super::pass::{Begin, Pass, left_on, sizes_on};
 use super::plan::AnalysisPlan;
 use super::scores::size_price;
+use super::windows::Edges;
 use rlg_signal::streams::{Triad, add, add_triad};
 
 /// What the fitted rows say.
@@ -89,6 +90,7 @@ pub fn find(
     let mut clean = bridged(&far.clean_rad, &looked_at);
     data.found_share = Matrix3::from_fn(|gyro, axis| far.sensed[gyro][axis]);
     let mut found_path = far.path;
+    let mut path_before = None;
     let mut best: Option<(Fit, Vec<Candidate>)> = None;
     let mut settling = false;
     let mut tried = 0;
@@ -163,11 +165,14 @@ pub fn find(
         clean = bridged(&left, &looked_at);
         data.found_share = share_of(&fit, &now.candidates, &now.pool);
         pass += 1;
-        let ended = !settling && (nothing || (same && settled));
+        // The motion is that of a set only where what the set leaves was seen along the same path.
+        let is_own = path_before.is_some_and(|before| is_alike(&before, &found_path));
+        let ended = !settling && (nothing || (same && settled && is_own));
         if ended || pass >= plan.passes {
             return Some(now.judge(fit, plan, tried));
         }
         let (mount, low_pass) = filters(&fit, &now.candidates);
+        path_before = Some(found_path);
         found_path = Path {
             delay_s: now_s,
             mount,
@@ -355,6 +360,7 @@ impl Pass {
             equations,
             drift: drift_prior(&data.model.gyro),
             lattice: data.lattice,
+            cuts: data.cuts.clone(),
             is_at_rest: data.streams.at_rest.is_some(),
         }
     }
@@ -416,7 +422,7 @@ impl Pass {
                 };
             }
         }
-        let most = plan.search.most_members;
+        let most = self.most(start, plan);
         let (mut fit, empty) = self.searching(&mut seen, &begin, |search| {
             (search.run(start, most), search.fit(&[], None))
         });
@@ -452,9 +458,10 @@ impl Pass {
         }
         let groups = self.together(places);
         self.searching(seen, begin, |search| {
-            let better = with_one_of(search, &fit, &groups, begin.plan);
+            let is_small = |key: &[usize]| key.len() <= self.most(key, begin.plan);
+            let better = with_one_of(search, &fit, &groups, &is_small);
             if better.score > fit.score + 1e-9 {
-                search.run(&better.members, begin.plan.search.most_members)
+                search.run(&better.members, self.most(&better.members, begin.plan))
             } else {
                 fit
             }
@@ -479,7 +486,7 @@ impl Pass {
         const TRIED_EACH: usize = 3;
         let mut new: Vec<Candidate> = Vec::new();
         for fit in fits {
-            let mut events: Vec<(usize, Event)> = Vec::new();
+            let mut events: Vec<(usize, NoiseLevels, Event)> = Vec::new();
             for gyro in 0..3 {
                 let residual = left_on(&self.equations, fit, &self.candidates, gyro);
                 let mut noises = vec![fit.levels[gyro]];
@@ -493,43 +500,65 @@ impl Pass {
                         &residual,
                         noise,
                     );
-                    events.extend(found.into_iter().map(|event| (gyro, event)));
+                    events.extend(found.into_iter().map(|event| (gyro, noise, event)));
                 }
             }
-            events.retain(|(_, event)| begin.seeks(kind_of(event)));
+            events.retain(|(.., event)| begin.seeks(kind_of(event)));
             // At rest no reference tells a slip from a nudge.
-            events.retain(|(_, event)| !self.is_at_rest || event.kind == EventKind::Step);
-            events.retain(|(gyro, event)| {
+            events.retain(|(.., event)| !self.is_at_rest || event.kind == EventKind::Step);
+            events.retain(|(gyro, _, event)| {
                 event.size.abs() > begin.plan.event && !self.lattice.hides_event(*gyro, event)
             });
-            events.sort_by(|a, b| b.1.size.abs().total_cmp(&a.1.size.abs()));
-            for (gyro, event) in events.into_iter().take(TRIED_EACH) {
-                let one = self.candidate_of(gyro, &event);
-                let mut known = self.candidates.iter().chain(&new);
-                if !known.any(|other| other.kind == one.kind && other.variant == one.variant) {
-                    new.push(one);
+            events.sort_by(|a, b| b.2.size.abs().total_cmp(&a.2.size.abs()));
+            for (gyro, noise, event) in events.into_iter().take(TRIED_EACH) {
+                let together = match event.kind {
+                    EventKind::Impulse => self.swarm(fit, gyro, noise, event),
+                    EventKind::Step | EventKind::Window => vec![event],
+                };
+                for event in together {
+                    let one = self.candidate_of(gyro, &event);
+                    let mut known = self.candidates.iter().chain(&new);
+                    if !known.any(|other| other.kind == one.kind && other.variant == one.variant) {
+                        new.push(one);
+                    }
                 }
             }
         }
         self.extend(new)
     }
 
+    /// A slip with all others of its gyro that are worth their places: a counter that slips does so again.
+    fn swarm(&self, fit: &Fit, gyro: usize, noise: NoiseLevels, strongest: Event) -> Vec<Event> {
+        /// Where there are more, something else is not explained.
+        const MOST: usize = 32;
+        let rows = self.motion.signals.rows as f64;
+        let least = (2.0 * (3.0 * rows).ln()).sqrt();
+        let residual = left_on(&self.equations, fit, &self.candidates, gyro);
+        let (transform, basis) = (&self.equations.transform, &self.equations.basis);
+        let mut all = impulses(transform, basis, &residual, noise, (least, MOST));
+        all.retain(|event| !self.lattice.hides_event(gyro, event));
+        if all.is_empty() || all.len() == MOST {
+            return vec![strongest];
+        }
+        all
+    }
+
     /// What happens at a gyro's rows as a candidate.
     fn candidate_of(&mut self, gyro: usize, event: &Event) -> Candidate {
         let signals = &self.motion.signals;
         let rows = signals.rows as f64;
-        // The row of a step of z standard deviations is known to n/(z²/2) rows, each edge of a window of m rows to m/(z²/2).
+        // The row of a step of z standard deviations is known to n/(z²/2) rows.
         let places_of_edge = (0.5 * event.size * event.size).max(4.0);
         let pool = &mut self.pool;
         match event.kind {
             EventKind::Impulse => pool.event(SLIP, gyro, event.row, 3.0 * rows, signals),
             EventKind::Step => pool.event(STEP, gyro, event.row, 3.0 * places_of_edge, signals),
             EventKind::Window => {
-                let starts = rows / event.rows as f64 * places_of_edge;
-                // All lengths alike on a logarithmic scale.
-                let lengths = rows.ln() * places_of_edge;
-                let window = Expression::window(event.row..event.row + event.rows, signals);
-                pool.expression(gyro, window, 3.0 * starts * lengths, signals)
+                let window = event.row..event.row + event.rows;
+                let edges = Edges::of(window, event.size * event.size, signals.rows);
+                let ([start, end], places) = edges.placed(&self.cuts);
+                let window = Expression::window(start..end, signals);
+                pool.expression(gyro, window, 3.0 * places, signals)
             }
         }
     }
@@ -546,14 +575,28 @@ impl Pass {
         (first..self.candidates.len()).collect()
     }
 
-    /// Each place by itself, but sine and cosine of one frequency together: a wave of another phase needs both.
+    /// Each place by itself, but sine and cosine of one frequency together, for a wave of another phase needs both, and the
+    /// slips of a gyro.
     fn together(&self, places: &[usize]) -> Vec<Vec<usize>> {
         let wave = |place: usize| match self.candidates[place].variant {
             Variant::Expression { axis, expression } => Some((axis, expression.wave_hz()?)),
             _ => None,
         };
-        let is_one = |a: &usize, b: &usize| wave(*a).is_some() && wave(*a) == wave(*b);
+        let slips = |place: usize| match self.candidates[place].variant {
+            Variant::Event { axis, .. } if self.candidates[place].kind == SLIP => Some(axis),
+            _ => None,
+        };
+        let is_one = |a: &usize, b: &usize| {
+            (wave(*a).is_some() && wave(*a) == wave(*b))
+                || (slips(*a).is_some() && slips(*a) == slips(*b))
+        };
         places.chunk_by(is_one).map(<[usize]>::to_vec).collect()
+    }
+
+    /// Members that a set may have: slips, each in rows of its own, take nobody's place.
+    fn most(&self, members: &[usize], plan: &AnalysisPlan) -> usize {
+        let is_slip = |place: &&usize| self.candidates[**place].kind == SLIP;
+        plan.search.most_members + members.iter().filter(is_slip).count()
     }
 
     /// Places of candidates over columns of their own.
@@ -623,8 +666,12 @@ fn kind_of(event: &Event) -> &'static str {
 }
 
 /// The best set that has one of the groups of candidates besides, instead of a member, or alone.
-fn with_one_of(search: &mut Search, fit: &Fit, groups: &[Vec<usize>], plan: &AnalysisPlan) -> Fit {
-    let most = plan.search.most_members;
+fn with_one_of(
+    search: &mut Search,
+    fit: &Fit,
+    groups: &[Vec<usize>],
+    is_small: &dyn Fn(&[usize]) -> bool,
+) -> Fit {
     let with = |group: &Vec<usize>| {
         let instead = fit.members.iter().map(|member| {
             let rest = fit.members.iter().copied().filter(|other| other != member);
@@ -634,7 +681,7 @@ fn with_one_of(search: &mut Search, fit: &Fit, groups: &[Vec<usize>], plan: &Ana
         keys.into_iter().chain(instead).collect::<Vec<_>>()
     };
     let mut keys: Vec<Vec<usize>> = groups.iter().flat_map(with).collect();
-    keys.retain(|key| key.len() <= most);
+    keys.retain(|key| is_small(key));
     best_of(search.fit_all(keys, &fit.levels), fit.clone())
 }
 
@@ -708,6 +755,15 @@ fn delays(fit: &Fit, candidates: &[Candidate]) -> ([f64; 3], [f64; 3]) {
         }
     }
     (delay_s, std_s)
+}
+
+/// Whether two paths have delays, mounts and low passes on the same gyros.
+fn is_alike(a: &Path, b: &Path) -> bool {
+    (0..3).all(|gyro| {
+        (a.delay_s[gyro] == 0.0) == (b.delay_s[gyro] == 0.0)
+            && a.mount[gyro].is_some() == b.mount[gyro].is_some()
+            && a.low_pass[gyro].is_some() == b.low_pass[gyro].is_some()
+    })
 }
 
 /// Whether a set has numbers that columns are made about.

@@ -52,29 +52,59 @@ pub fn scan(
 ) -> Vec<Event> {
     let (score, powers) = impulse_scores(transform, basis, residual, levels);
     let span = &transform.observations().spans[0];
-    let is_seen = |row: usize| !span.gaps.iter().any(|gap| gap.contains(&row));
-    let rows = span.rows.len();
-    let information = powers.iter().map(|power| 1.0 / power).sum::<f64>() / rows as f64;
-    let mut events = Vec::new();
-    let inner = span.rows.start + END_ROWS..span.rows.end.saturating_sub(END_ROWS);
-    let impulse = inner
-        .filter(|&row| is_seen(row))
-        .max_by(|&a, &b| score[a].abs().total_cmp(&score[b].abs()));
-    if let Some(row) = impulse {
-        events.push(Event {
-            kind: EventKind::Impulse,
-            row,
-            rows: 1,
-            size: score[row] / information.sqrt(),
-            std: information.sqrt().recip(),
-        });
-    }
+    let mut events = Vec::from_iter(impulse(transform, &score, &powers));
     let binned = basis.binned(levels);
     let from_row = sums_from(&score[span.rows.clone()]);
     let start = span.rows.start;
     events.extend(step(&from_row, basis, &binned).map(|event| event.later_by(start)));
     events.extend(window(&from_row, basis, &binned).map(|event| event.later_by(start)));
     events
+}
+
+/// The strongest impulse in the first span.
+fn impulse(transform: &Transform, score: &[f64], powers: &[f64]) -> Option<Event> {
+    let span = &transform.observations().spans[0];
+    let is_seen = |row: usize| !span.gaps.iter().any(|gap| gap.contains(&row));
+    let rows = span.rows.len() as f64;
+    let information = powers.iter().map(|power| 1.0 / power).sum::<f64>() / rows;
+    let inner = span.rows.start + END_ROWS..span.rows.end.saturating_sub(END_ROWS);
+    let row = inner
+        .filter(|&row| is_seen(row))
+        .max_by(|&a, &b| score[a].abs().total_cmp(&score[b].abs()))?;
+    Some(Event {
+        kind: EventKind::Impulse,
+        row,
+        rows: 1,
+        size: score[row] / information.sqrt(),
+        std: information.sqrt().recip(),
+    })
+}
+
+/// Impulses in the first span, the strongest first, each beside those before it: those that are larger than `least` \[σ\], no
+/// more than `most`.
+///
+/// # Inputs
+/// `residual`: coefficients of the record less what is fitted.
+pub fn impulses(
+    transform: &Transform,
+    basis: &NoiseBasis,
+    residual: &[f64],
+    levels: NoiseLevels,
+    (least, most): (f64, usize),
+) -> Vec<Event> {
+    let mut left = residual.to_vec();
+    let mut found = Vec::new();
+    while found.len() < most {
+        let (score, powers) = impulse_scores(transform, basis, &left, levels);
+        let next = impulse(transform, &score, &powers).filter(|one| one.size.abs() > least);
+        let Some(next) = next else { break };
+        let mut column = vec![0.0; transform.observations().record_rows];
+        column[next.row] = next.size * next.std;
+        let pairs = left.iter_mut().zip(transform.spectrum(&column));
+        pairs.for_each(|(left, column)| *left -= column);
+        found.push(next);
+    }
+    found
 }
 
 impl Event {
@@ -387,7 +417,7 @@ impl Instant {
 
 #[cfg(test)]
 mod tests {
-    use super::{EventKind, Instant, scan};
+    use super::{EventKind, Instant, impulses, scan};
     use crate::normal_equations::Transform;
     use crate::{NoiseLevels, Observations};
 
@@ -424,6 +454,29 @@ mod tests {
         assert_eq!((window.row, window.rows), (900, 100));
         // √(100 · 9/4).
         assert!((window.size / 15.0 - 1.0).abs() < 0.03, "{}", window.size);
+    }
+
+    #[test]
+    fn impulses_are_found_one_by_one_and_no_more_than_there_are() {
+        let rows = 2000;
+        let observations = Observations::bridged(&vec![true; rows]).expect("rows");
+        let levels = NoiseLevels {
+            white: 4.0,
+            ..NoiseLevels::default()
+        };
+        let (transform, basis) = Transform::with_basis(observations, levels);
+        let mut record = vec![0.0; rows];
+        let truth = [(1500, 30.0), (300, -24.0), (301, 18.0)];
+        truth.iter().for_each(|&(row, size)| record[row] = size);
+        let spectrum = transform.spectrum(&record);
+        let found = impulses(&transform, &basis, &spectrum, levels, (5.0, 10));
+        let found: Vec<(usize, f64)> = found
+            .iter()
+            .map(|one| (one.row, (one.size * one.std).round()))
+            .collect();
+        assert_eq!(found, truth);
+        let first = impulses(&transform, &basis, &spectrum, levels, (5.0, 1));
+        assert_eq!(first.len(), 1);
     }
 
     /// White noise of variance 4 in which a step of 1 is 14 standard deviations: its row is known to some (2/1)² rows; in a gap

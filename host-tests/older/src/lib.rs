@@ -250,8 +250,7 @@ fn diagnose_in_order(
             None => old(again()?),
         };
     }
-    let is_older = streams.pickoff_rad.is_some() && !settings.dithered_too;
-    if is_older || !rlg_diagnosis::serves(&streams, model) {
+    if !rlg_diagnosis::serves(&streams, model) {
         return old(streams);
     }
     let mut qualified = streams;

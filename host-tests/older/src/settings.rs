@@ -14,8 +14,6 @@ pub struct Settings<'a> {
     pub channels: ChannelPlan,
     /// Whether channels that are reversed, exchanged or of another unit are put right and reported instead of refused.
     pub anyway: bool,
-    /// Whether dithered gyros, too, go to the one likelihood. It does not yet name many slips, decays, and effects of one regime.
-    pub dithered_too: bool,
     /// Seed of the older stages' self-test and control; no finding depends on it.
     pub seed: u64,
 }

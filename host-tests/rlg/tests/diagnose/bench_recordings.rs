@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{DMatrix, DVector};
 use rlg::diagnose::result::{EffectEntry, ParameterEntry, Verdict};
-use rlg::diagnose::{Outcome, Settings, diagnose_under};
+use rlg::diagnose::{Outcome, Settings, diagnose, diagnose_under};
 use rlg::model::Model;
 use rlg::recording::Recording;
 
@@ -26,14 +26,10 @@ fn recordings() -> Option<PathBuf> {
     folder
 }
 
-fn run(dithered_too: bool, folder: &Path, model: &Model) -> Outcome {
+fn run(folder: &Path, model: &Model) -> Outcome {
     let recording = Recording::read(folder).expect("a recording");
     let file = folder.join("model.toml");
-    let settings = Settings {
-        dithered_too,
-        ..Settings::default()
-    };
-    diagnose_under(&settings, &recording, model, &file, &|_| {}).expect("a diagnosis")
+    diagnose(&recording, model, &file, 0, &|_| {}).expect("a diagnosis")
 }
 
 /// Values, standard deviations and covariance of an effect's numbers.
@@ -51,13 +47,13 @@ fn numbers(effect: &EffectEntry) -> (Vec<String>, DVector<f64>, DMatrix<f64>) {
     (names, DVector::from_vec(values), covariance)
 }
 
-fn flexure_is_found(dithered_too: bool, name: &str) {
+fn flexure_is_found(name: &str) {
     let Some(recordings) = recordings() else {
         return;
     };
     let folder = recordings.join(name);
     let model = Model::read(folder.join("model.toml")).expect("a model");
-    let outcome = run(dithered_too, &folder, &model);
+    let outcome = run(&folder, &model);
     let diagnosis = &outcome.diagnosis;
     assert_eq!(
         diagnosis.verdict,
@@ -114,48 +110,33 @@ fn flexure_is_found(dithered_too: bool, name: &str) {
     }
     assert!(drifted > 0, "no held-out drift to remove");
 
-    let again = run(dithered_too, &folder, &outcome.model).diagnosis;
+    let again = run(&folder, &outcome.model).diagnosis;
     assert_eq!(again.verdict, Verdict::Matches, "{:#?}", again.summary);
     assert!(again.effects.is_empty());
 }
 
 #[test]
 fn flexure_concealed_under_coning_is_found_and_nothing_else() {
-    flexure_is_found(false, "bench-coning");
-}
-
-#[test]
-fn one_likelihood_finds_flexure_concealed_under_coning_and_nothing_else() {
-    flexure_is_found(true, "bench-coning");
+    flexure_is_found("bench-coning");
 }
 
 #[test]
 fn flexure_concealed_under_vibration_is_found_and_nothing_else() {
-    flexure_is_found(false, "bench-shake");
-}
-
-#[test]
-fn one_likelihood_finds_flexure_concealed_under_vibration_and_nothing_else() {
-    flexure_is_found(true, "bench-shake");
+    flexure_is_found("bench-shake");
 }
 
 #[test]
 fn a_recording_with_nothing_concealed_matches() {
-    nothing_is_found(false);
+    nothing_is_found();
 }
 
-#[test]
-fn one_likelihood_matches_a_recording_with_nothing_concealed() {
-    nothing_is_found(true);
-}
-
-fn nothing_is_found(dithered_too: bool) {
+fn nothing_is_found() {
     let Some(recordings) = recordings() else {
         return;
     };
     let folder = recordings.join("bench-null");
     let model = Model::read(folder.join("model.toml")).expect("a model");
-    let diagnosis = run(dithered_too, &folder, &model).diagnosis;
+    let diagnosis = run(&folder, &model).diagnosis;
     assert_eq!(
         diagnosis.verdict,
         Verdict::Matches,
@@ -223,11 +204,8 @@ fn no_wrong_name_without_flexure(names: &[&str]) {
         )
         .expect("a diagnosis");
         for effect in &outcome.diagnosis.effects {
-            assert_eq!(
-                effect.kind, "unlisted",
-                "{name}: {:#?}",
-                outcome.diagnosis.summary
-            );
+            let is_open = effect.kind == "unlisted" || effect.may_be_unlisted();
+            assert!(is_open, "{name}: {:#?}", outcome.diagnosis.summary);
         }
         assert!(
             !outcome.diagnosis.effects.is_empty(),

@@ -16,14 +16,6 @@ use rlg_signal::partition::Use;
 const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../../scenarios/null.toml");
 const TABLE: &str = include_str!("table_programme.toml");
 
-/// Dithered gyros, too, go to the one likelihood.
-fn dithered_too() -> Settings<'static> {
-    Settings {
-        dithered_too: true,
-        ..Settings::default()
-    }
-}
-
 /// What the gyros sensed in rows that only give the report's figures is replaced by garbage: no finding may change.
 #[test]
 fn findings_do_not_depend_on_the_rows_that_test_them() {
@@ -149,7 +141,7 @@ fn a_declared_drift_takes_drift_out_of_the_class_of_a_bias() {
         model.gyro.rate_random_walk_rad_s_sqrt_s = walk_rad_s_sqrt_s;
         let file = Path::new("model.toml");
         let of = &simulation.recording;
-        let outcome = diagnose_under(&dithered_too(), of, &model, file, &|_| {});
+        let outcome = diagnose_under(&Settings::default(), of, &model, file, &|_| {});
         let outcome = outcome.expect("a diagnosis");
         assert_eq!(
             outcome.model.gyro.rate_random_walk_rad_s_sqrt_s, walk_rad_s_sqrt_s,
@@ -188,7 +180,7 @@ fn lock_in_of_dithered_gyros_is_a_random_walk_whose_thresholds_are_said() {
     let simulation = simulate(&scenario, 5, |_| {});
     let (of, model) = (&simulation.recording, &simulation.model);
     let file = Path::new("model.toml");
-    let outcome = diagnose_under(&dithered_too(), of, model, file, &|_| {});
+    let outcome = diagnose_under(&Settings::default(), of, model, file, &|_| {});
     let diagnosis = outcome.expect("a diagnosis").diagnosis;
     assert_eq!(
         kinds(&diagnosis),

@@ -1,0 +1,59 @@
+//! The size of a finding in each stretch of like motion: the same everywhere, where its name is right.
+
+use rlg_findings::result::RegimeEntry;
+
+use super::split::Regime;
+use super::whitened::Whitener;
+use rlg_signal::streams::Triad;
+
+/// A stretch in which an effect is smaller than this \[σ\] says nothing about its size.
+const LEAST_SNR: f64 = 3.0;
+
+/// Where an effect has less than this share of the information that its strongest stretch has in as long, the noise of the
+/// reference in its columns shows rather than it.
+const LEAST_SHARE: f64 = 1e-2;
+
+/// What an effect is of its fitted size in each of `regimes` that show it, the rest of the set held fixed.
+///
+/// # Inputs
+/// `effect_rad`: of the effect alone \[rad\]; `left_sigma`: what the set leaves, whitened \[σ\].
+pub(super) fn sizes(
+    whitener: &Whitener,
+    effect_rad: &Triad,
+    left_sigma: &Triad,
+    regimes: &[Regime],
+) -> Vec<RegimeEntry> {
+    let acts = (0..3).filter(|&gyro| effect_rad[gyro].iter().any(|value| *value != 0.0));
+    let columns: Vec<(usize, Vec<f64>)> = acts
+        .map(|gyro| (gyro, whitener.rows(gyro, &effect_rad[gyro])))
+        .collect();
+    let measured: Vec<(f64, RegimeEntry)> = regimes
+        .iter()
+        .filter_map(|regime| {
+            let (mut own, mut rest) = (0.0, 0.0);
+            for (gyro, column) in &columns {
+                for row in regime.rows.clone() {
+                    own += column[row] * column[row];
+                    rest += column[row] * left_sigma[*gyro][row];
+                }
+            }
+            let seen = whitener.seen[regime.rows.clone()].iter();
+            let seen = seen.filter(|seen| **seen).count();
+            (own > LEAST_SNR * LEAST_SNR).then(|| {
+                let entry = RegimeEntry {
+                    name: regime.name.clone(),
+                    amplitude: 1.0 + rest / own,
+                    std: own.sqrt().recip(),
+                };
+                (own / seen as f64, entry)
+            })
+        })
+        .collect();
+    let densities = measured.iter().map(|(density, _)| *density);
+    let strongest = densities.fold(0.0, f64::max);
+    measured
+        .into_iter()
+        .filter(|(density, _)| *density > LEAST_SHARE * strongest)
+        .map(|(_, entry)| entry)
+        .collect()
+}

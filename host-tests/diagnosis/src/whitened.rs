@@ -1,0 +1,51 @@
+//! Rows as the likelihood weighs them: divided by the root of their noise, frequency by frequency.
+
+use rlg_inference::normal_equations::Transform;
+use rlg_inference::{NoiseBasis, NoiseLevels, Observations};
+use rlg_signal::partition::Use;
+
+use super::data::Data;
+use super::noise_levels::mean;
+
+/// Whitens rows of each gyro that were looked at.
+pub(super) struct Whitener {
+    /// Of those rows.
+    pub transform: Transform,
+    /// Its noise.
+    pub basis: NoiseBasis,
+    /// Root of the noise of each coefficient, gyro by gyro \[rad\].
+    roots: [Vec<f64>; 3],
+    /// Rows that were looked at.
+    pub seen: Vec<bool>,
+}
+
+impl Whitener {
+    /// For the rows to fit and to confirm, under noise of `levels`; `None` where too few of them are measured.
+    pub fn new(data: &Data, levels: &[NoiseLevels]) -> Option<Self> {
+        let seen = data.rows_of(&[Use::Train, Use::Confirm]);
+        let observations = Observations::bridged(&seen)?;
+        let (transform, basis) = Transform::with_basis(observations, mean(levels));
+        let roots = std::array::from_fn(|gyro| {
+            let powers = basis.by_coefficient(levels[gyro]).into_iter();
+            powers.map(f64::sqrt).collect()
+        });
+        Some(Self {
+            transform,
+            basis,
+            roots,
+            seen,
+        })
+    }
+
+    /// Rows of a gyro \[σ\]; 0 where they were not looked at.
+    pub fn rows(&self, gyro: usize, rows_rad: &[f64]) -> Vec<f64> {
+        let mut spectrum = self.transform.spectrum(rows_rad);
+        let pairs = spectrum.iter_mut().zip(&self.roots[gyro]);
+        pairs.for_each(|(value, root)| *value /= root);
+        let mut rows = self.transform.rows_of(&spectrum);
+        for (value, _) in rows.iter_mut().zip(&self.seen).filter(|(_, seen)| !**seen) {
+            *value = 0.0;
+        }
+        rows
+    }
+}
