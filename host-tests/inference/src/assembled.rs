@@ -9,9 +9,9 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use crate::hypothesis::Hypothesis;
+use crate::likelihood::Likelihood;
 use crate::linear::{LEAST_INFORMATION, dot, invert, sub_matrix};
 use crate::noise::NoiseLevels;
-use crate::normal_equations::NormalEquations;
 
 /// A set and the gaps of its records, in parameters scaled to unit power.
 pub(crate) struct Assembled {
@@ -52,20 +52,20 @@ pub(crate) struct BesideGaps {
 }
 
 impl Assembled {
-    pub(crate) fn new(equations: &NormalEquations, set: &[&Hypothesis]) -> Self {
-        let whole: Vec<&Hypothesis> = set.iter().copied().chain(equations.gaps()).collect();
+    pub(crate) fn new(data: &impl Likelihood, set: &[&Hypothesis]) -> Self {
+        let whole: Vec<&Hypothesis> = set.iter().copied().chain(data.free()).collect();
         let mut blocks = Vec::new();
         let mut count = 0;
         for one in &whole {
             blocks.push(count..count + one.parameters);
             count += one.parameters;
         }
-        let records = equations.record_count();
+        let records = data.record_count();
         let mut columns: Vec<Vec<Vec<(usize, f64)>>> = vec![vec![Vec::new(); count]; records];
         let mut power = vec![0.0; count];
         for (one, block) in whole.iter().zip(&blocks) {
             for term in &one.terms {
-                let scale = equations.scale(term.column);
+                let scale = data.scale(term.record, term.column);
                 if scale > 0.0 {
                     let size = term.coefficient / scale;
                     let parameter = block.start + term.parameter;
@@ -88,15 +88,15 @@ impl Assembled {
             .map(|(record, of_parameters)| {
                 let fixed = set.iter().flat_map(|one| &one.fixed);
                 let fixed: Vec<(usize, f64)> = fixed
-                    .filter(|one| one.record == record && equations.scale(one.column) > 0.0)
-                    .map(|one| (one.column, one.size / equations.scale(one.column)))
+                    .filter(|one| one.record == record && data.scale(record, one.column) > 0.0)
+                    .map(|one| (one.column, one.size / data.scale(record, one.column)))
                     .collect();
-                OfRecord::new(equations, record, &of_parameters, &scale, &fixed)
+                OfRecord::new(data, record, &of_parameters, &scale, &fixed)
             })
             .collect();
         let gaps = blocks.split_off(set.len());
         let first = blocks.last().map_or(0, |last| last.end);
-        let apart = match gaps.len() > equations.record_count() {
+        let apart = match gaps.len() > data.record_count() {
             true => std::iter::once(first..count).collect(),
             false => gaps.clone(),
         };
@@ -177,15 +177,19 @@ impl Assembled {
     /// Information of the members' parameters under the noise of a fit, beside the gaps.
     pub(crate) fn information(
         &self,
-        equations: &NormalEquations,
+        data: &impl Likelihood,
         levels: &[NoiseLevels],
     ) -> DMatrix<f64> {
-        let powers: Vec<Vec<f64>> = levels
-            .iter()
-            .map(|levels| equations.basis.binned(*levels))
-            .collect();
+        let powers = binned(data, levels);
         self.beside_gaps(&self.sums(&powers).0).information
     }
+}
+
+/// Noise powers by record and bin.
+pub(crate) fn binned(data: &impl Likelihood, levels: &[NoiseLevels]) -> Vec<Vec<f64>> {
+    let each = levels.iter().enumerate();
+    each.map(|(record, levels)| data.basis(record).binned(*levels))
+        .collect()
 }
 
 impl BesideGaps {
@@ -220,18 +224,18 @@ impl BesideGaps {
 
 impl OfRecord {
     fn new(
-        equations: &NormalEquations,
+        data: &impl Likelihood,
         record: usize,
         of_parameters: &[Vec<(usize, f64)>],
         scale: &[f64],
         fixed: &[(usize, f64)],
     ) -> Self {
-        let mut energy = equations.energy(record).to_vec();
+        let mut energy = data.energy(record).to_vec();
         for (bin, energy) in energy.iter_mut().enumerate() {
             for &(column, size) in fixed {
-                *energy -= 2.0 * size * equations.moment(record, bin, column);
+                *energy -= 2.0 * size * data.moment(record, bin, column);
                 for &(other, other_size) in fixed {
-                    *energy += size * other_size * equations.product(bin, column, other);
+                    *energy += size * other_size * data.product(record, bin, column, other);
                 }
             }
             *energy = energy.max(LEAST_INFORMATION);
@@ -239,16 +243,16 @@ impl OfRecord {
         let parameters: Vec<usize> = (0..of_parameters.len())
             .filter(|&parameter| !of_parameters[parameter].is_empty())
             .collect();
-        let bins = equations.basis.bins.len();
+        let bins = data.basis(record).bins.len();
         let size = parameters.len();
         let mut gram = vec![vec![0.0; size * (size + 1) / 2]; bins];
         let mut moments = vec![vec![0.0; size]; bins];
         for (i, &a) in parameters.iter().enumerate() {
             for &(column, weight) in &of_parameters[a] {
                 for (bin, moments) in moments.iter_mut().enumerate() {
-                    let mut moment = equations.moment(record, bin, column);
+                    let mut moment = data.moment(record, bin, column);
                     for &(other, size) in fixed {
-                        moment -= size * equations.product(bin, column, other);
+                        moment -= size * data.product(record, bin, column, other);
                     }
                     moments[i] += weight * scale[a] * moment;
                 }
@@ -259,7 +263,7 @@ impl OfRecord {
                     for &(second, second_weight) in &of_parameters[b] {
                         let weight = first_weight * second_weight * scale[a] * scale[b];
                         for (bin, gram) in gram.iter_mut().enumerate() {
-                            gram[at] += weight * equations.product(bin, first, second);
+                            gram[at] += weight * data.product(record, bin, first, second);
                         }
                     }
                 }

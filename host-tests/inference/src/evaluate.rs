@@ -8,11 +8,11 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use crate::assembled::Assembled;
+use crate::assembled::{Assembled, binned};
 use crate::hypothesis::Hypothesis;
+use crate::likelihood::Likelihood;
 use crate::linear::{LEAST_INFORMATION, invert, sub_matrix};
 use crate::noise::{NoiseLevels, TERMS};
-use crate::normal_equations::NormalEquations;
 
 /// The drift term of one record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -157,25 +157,24 @@ impl BlockPrior {
 /// # Returns
 /// A [`Fit`] whose `score` is still its `log_likelihood`.
 pub fn evaluate(
-    equations: &NormalEquations,
+    data: &impl Likelihood,
     set: &[&Hypothesis],
     start: &[NoiseLevels],
     drift: &[Drift],
     effort: Effort,
 ) -> Fit {
-    let assembled = Assembled::new(equations, set);
-    evaluate_assembled(equations, (set, &assembled), start, drift, effort)
+    let assembled = Assembled::new(data, set);
+    evaluate_assembled(data, (set, &assembled), start, drift, effort)
 }
 
 /// The same of a set that is assembled already.
 pub(crate) fn evaluate_assembled(
-    equations: &NormalEquations,
+    data: &impl Likelihood,
     (set, assembled): (&[&Hypothesis], &Assembled),
     start: &[NoiseLevels],
     drift: &[Drift],
     effort: Effort,
 ) -> Fit {
-    let basis = &equations.basis;
     let mut levels: Vec<NoiseLevels> = start
         .iter()
         .zip(drift)
@@ -191,11 +190,12 @@ pub(crate) fn evaluate_assembled(
     let mut last = f64::NEG_INFINITY;
     let mut alternation = 0;
     loop {
-        let powers: Vec<Vec<f64>> = levels.iter().map(|levels| basis.binned(*levels)).collect();
+        let powers = binned(data, &levels);
         let (information, score) = assembled.sums(&powers);
         let mut log_likelihood = 0.0;
-        for (of_record, powers) in assembled.records.iter().zip(&powers) {
-            let bins = powers.iter().zip(&basis.counts).zip(&of_record.energy);
+        for (record, (of_record, powers)) in assembled.records.iter().zip(&powers).enumerate() {
+            let counts = &data.basis(record).counts;
+            let bins = powers.iter().zip(counts).zip(&of_record.energy);
             log_likelihood -= 0.5
                 * bins
                     .map(|((power, count), energy)| count * power.ln() + energy / power)
@@ -247,21 +247,17 @@ pub(crate) fn evaluate_assembled(
             let power = of_block.dot(&(&prior.information * &of_block));
             *g = (power / freedom).clamp(G_RANGE[0], G_RANGE[1]);
         }
-        for ((levels, of_record), drift) in levels.iter_mut().zip(&assembled.records).zip(drift) {
-            let power = of_record.residual_power(&estimate, &covariance);
-            *levels = basis.fit(&power, *levels, drift.active());
+        for (record, (levels, drift)) in levels.iter_mut().zip(drift).enumerate() {
+            let power = assembled.records[record].residual_power(&estimate, &covariance);
+            *levels = data.basis(record).fit(&power, *levels, drift.active());
         }
     }
 }
 
 /// Energy that a fit is expected to leave, by record and bin \[the record's unit squared\]: that of its residual, and
 /// that of what is uncertain of its sizes.
-pub fn residual_power(
-    equations: &NormalEquations,
-    set: &[&Hypothesis],
-    fit: &Fit,
-) -> Vec<Vec<f64>> {
-    let assembled = Assembled::new(equations, set);
+pub fn residual_power(data: &impl Likelihood, set: &[&Hypothesis], fit: &Fit) -> Vec<Vec<f64>> {
+    let assembled = Assembled::new(data, set);
     let scale = &assembled.scale;
     let estimate = DVector::from_fn(scale.len(), |k, _| fit.estimate[k] / scale[k]);
     let covariance = DMatrix::from_fn(scale.len(), scale.len(), |i, j| {

@@ -8,7 +8,7 @@
 //! In the order of the data:
 //! [`dct`] transforms → [`observations`] says which rows are seen → [`noise`] gives the spectrum of each term →
 //! [`normal_equations`] frees what gaps leave unknown and sums columns and records by frequency → [`evaluate`] fits a set
-//! of hypotheses with its noise →
+//! of hypotheses with its noise, over any data with a [`likelihood`] →
 //! [`search`] finds the set; [`score_test`] goes through long lists of what could be added, over [`sums`] of rows where
 //! there are many; [`events`] scans all rows for steps and impulses, [`lines`] all frequencies for lines, and [`periodogram`] with
 //! [`phase_course`] for lines between the coefficients whose phase may wander, and [`line_fit`] with their exact columns;
@@ -31,6 +31,8 @@ mod gaps;
 pub mod normal_equations;
 
 pub mod hypothesis;
+
+pub mod likelihood;
 
 pub mod linear;
 
@@ -57,6 +59,7 @@ pub mod line_fit;
 pub use dct::Dct;
 pub use evaluate::{Drift, Fit};
 pub use hypothesis::{Bound, Fixed, Hypothesis, Term};
+pub use likelihood::{JointLikelihood, Likelihood, ZeroLikelihood};
 pub use noise::{NoiseBasis, NoiseLevels};
 pub use noise_estimate::NoiseEstimate;
 pub use normal_equations::{Columns, NormalEquations};

@@ -91,6 +91,15 @@ const BIN_WIDTH: f64 = 0.08;
 const CONSTANT_OF_ANGLE: f64 = 0.25;
 
 impl NoiseBasis {
+    /// No bins.
+    pub fn empty() -> Self {
+        let none = Observations {
+            spans: Vec::new(),
+            record_rows: 0,
+        };
+        Self::new(&none)
+    }
+
     /// Forms bins and terms for `observations`.
     pub fn new(observations: &Observations) -> Self {
         let mut basis = Self {
@@ -234,6 +243,9 @@ impl NoiseBasis {
     /// `power`: sum of squared coefficients expected in each bin, positive. Multiplicative steps first, which
     /// come near from anywhere; then Fisher scoring as non-negative least squares.
     pub fn fit(&self, power: &[f64], start: NoiseLevels, active: [bool; TERMS]) -> NoiseLevels {
+        if power.is_empty() {
+            return start;
+        }
         let density: Vec<f64> = power
             .iter()
             .zip(&self.counts)

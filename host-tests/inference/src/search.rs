@@ -1,6 +1,7 @@
 //! Which set of hypotheses has the best log posterior: forwards, backwards, and exchanges one for one.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -8,6 +9,7 @@ use rayon::prelude::*;
 use crate::assembled::Assembled;
 use crate::evaluate::{Drift, Effort, Fit, evaluate, evaluate_assembled};
 use crate::hypothesis::Hypothesis;
+use crate::likelihood::Likelihood;
 use crate::linear::pseudo_inverse;
 use crate::noise::NoiseLevels;
 use crate::normal_equations::NormalEquations;
@@ -23,9 +25,9 @@ pub enum DriftPrior {
 }
 
 /// A search over `hypotheses`, which may grow.
-pub struct Search<'a> {
+pub struct Search<'a, L = NormalEquations> {
     /// Sums of columns and records.
-    pub equations: &'a NormalEquations,
+    pub data: &'a L,
     /// Candidates.
     pub hypotheses: &'a [Hypothesis],
     /// Number of kinds over which the prior is spread.
@@ -53,10 +55,10 @@ pub struct Judged {
     pub rivals: Vec<(usize, f64)>,
 }
 
-impl<'a> Search<'a> {
+impl<'a, L: Likelihood> Search<'a, L> {
     /// Begins a search, the noise from `start`.
     pub fn new(
-        equations: &'a NormalEquations,
+        data: &'a L,
         hypotheses: &'a [Hypothesis],
         kinds: usize,
         plan: &'a SearchPlan,
@@ -64,7 +66,7 @@ impl<'a> Search<'a> {
         start: Vec<NoiseLevels>,
     ) -> Self {
         Self {
-            equations,
+            data,
             hypotheses,
             kinds,
             plan,
@@ -121,10 +123,14 @@ impl<'a> Search<'a> {
         if matches!(self.drift, DriftPrior::Declared(_)) {
             return 0.0;
         }
-        let on = drift.iter().filter(|drift| **drift != Drift::None).count();
-        let odd = on.min(drift.len() - on);
-        let any = if on > 0 { self.plan.drift_any } else { 0.0 };
-        self.plan.drift_term * on as f64 + any + self.plan.drift_odd * odd as f64
+        let of_sisters = |records: Range<usize>| {
+            let drift = &drift[records];
+            let on = drift.iter().filter(|drift| **drift != Drift::None).count();
+            let odd = on.min(drift.len() - on);
+            let any = if on > 0 { self.plan.drift_any } else { 0.0 };
+            self.plan.drift_term * on as f64 + any + self.plan.drift_odd * odd as f64
+        };
+        self.data.sisters().into_iter().map(of_sisters).sum()
     }
 
     /// Price of drift's terms alone: what stays where a class with drift is asked about.
@@ -168,12 +174,12 @@ impl<'a> Search<'a> {
 
     fn fit_set(&self, key: &[usize], levels: &[NoiseLevels]) -> Fit {
         let set = self.members(key);
-        let records = self.equations.record_count();
+        let records = self.data.record_count();
         let prior = self.log_prior(key);
-        let assembled = Assembled::new(self.equations, &set);
+        let assembled = Assembled::new(self.data, &set);
         let scored = |levels: &[NoiseLevels], drift: &[Drift]| {
             let of_set = (&set[..], &assembled);
-            let mut fit = evaluate_assembled(self.equations, of_set, levels, drift, Effort::FULL);
+            let mut fit = evaluate_assembled(self.data, of_set, levels, drift, Effort::FULL);
             fit.score = fit.log_likelihood + prior - self.drift_price(drift);
             if !fit.is_possible() {
                 fit.score = f64::NEG_INFINITY;
@@ -190,13 +196,15 @@ impl<'a> Search<'a> {
             .collect();
         fits.sort_by(|a, b| b.score.total_cmp(&a.score));
         let mut best = fits.swap_remove(0);
-        for record in 0..records {
+        let sisters = self.data.sisters();
+        let together = sisters.iter().filter(|_| sisters.len() > 1).cloned();
+        for records in together.chain((0..records).map(|record| record..record + 1)) {
             for drift in Drift::ALL {
-                if drift == best.drift[record] {
+                if best.drift[records.clone()].iter().all(|own| *own == drift) {
                     continue;
                 }
                 let mut other = best.drift.clone();
-                other[record] = drift;
+                other[records.clone()].fill(drift);
                 let fit = scored(&best.levels, &other);
                 if fit.score > best.score + 1e-3 {
                     best = fit;
@@ -215,10 +223,10 @@ impl<'a> Search<'a> {
         }
         let set = self.members(&key);
         let prior = self.log_prior(&key);
-        let assembled = Assembled::new(self.equations, &set);
+        let assembled = Assembled::new(self.data, &set);
         let score = |drift: &[Drift]| {
             let (of_set, levels) = ((&set[..], &assembled), &current.levels);
-            let fit = evaluate_assembled(self.equations, of_set, levels, drift, Effort::QUICK);
+            let fit = evaluate_assembled(self.data, of_set, levels, drift, Effort::QUICK);
             if !fit.is_possible() {
                 return f64::NEG_INFINITY;
             }
@@ -376,6 +384,14 @@ impl<'a> Search<'a> {
         let records = best.drift.len();
         let mut candidates: Vec<Vec<Drift>> =
             vec![vec![Drift::Flicker; records], vec![Drift::Walk; records]];
+        let sisters = self.data.sisters();
+        for records in sisters.iter().filter(|_| sisters.len() > 1) {
+            for drift in [Drift::Flicker, Drift::Walk] {
+                let mut some = best.drift.clone();
+                some[records.clone()].fill(drift);
+                candidates.push(some);
+            }
+        }
         for record in 0..records {
             for drift in [Drift::Flicker, Drift::Walk] {
                 let mut one = best.drift.clone();
@@ -386,7 +402,7 @@ impl<'a> Search<'a> {
         let reached = candidates
             .into_iter()
             .map(|drift| {
-                let mut fit = evaluate(self.equations, &set, &best.levels, &drift, Effort::FULL);
+                let mut fit = evaluate(self.data, &set, &best.levels, &drift, Effort::FULL);
                 fit.members = rest.to_vec();
                 lenient(&fit)
             })
@@ -408,8 +424,8 @@ impl<'a> Search<'a> {
         set.extend(self.members(&beside));
         let rival = self.hypotheses[rival].with_fixed_as_parameter();
         set.push(&rival);
-        let assembled = Assembled::new(self.equations, &set);
-        let information = assembled.information(self.equations, &best.levels);
+        let assembled = Assembled::new(self.data, &set);
+        let information = assembled.information(self.data, &best.levels);
         let own = assembled.blocks[0].clone();
         let estimated = best.blocks[place].clone().map(|k| best.estimate[k]);
         let sizes = estimated.chain([1.0]);
