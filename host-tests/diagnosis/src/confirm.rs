@@ -9,6 +9,7 @@ use rlg_catalogue::{Candidate, Pool};
 use rlg_inference::block_validation::BlockSums;
 use rlg_inference::events::{Instant, largest_impulse};
 use rlg_inference::normal_equations::Transform;
+use rlg_inference::search::Judged;
 use rlg_inference::{Bound, Fit, Hypothesis, NoiseBasis, NormalEquations, Observations, Search};
 use rlg_signal::partition::Use;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
@@ -35,67 +36,144 @@ pub struct Prediction {
     pub holds: bool,
 }
 
+impl Prediction {
+    /// Whether a member keeps its name: blocks that disagree say that its likelihood ratio is that much too large.
+    pub(super) fn keeps(&self, found: &Found, place: usize, plan: &AnalysisPlan) -> bool {
+        let ratio = found.fit.log_likelihood - found.without[place].log_likelihood;
+        let lost = ratio * (1.0 - 1.0 / self.design_effect);
+        self.holds && found.judged[place].cost_without - lost > plan.naming
+    }
+}
+
+/// Whitened rows of the fitted blocks, and what they were whitened with.
+pub(super) struct Whitened {
+    pub(super) sums: BlockSums,
+    whitener: Whitener,
+}
+
+/// Whitens rows and members' columns, and sums them over blocks; `None` where too few rows are fitted.
+///
+/// # Inputs
+/// `set`: parameters of each member of the found set, on the recording's own records.
+pub(super) fn whiten(
+    data: &Data,
+    found: &Found,
+    set: &[Hypothesis],
+    plan: &AnalysisPlan,
+) -> Option<Whitened> {
+    let whitener = Whitener::new(data, &found.fit.levels)?;
+    let whitened = |gyro: usize, rows: &[f64]| whitener.rows(gyro, rows);
+    let columns = columns_of(found, set, &whitened);
+    let records: Vec<Vec<f64>> = (0..3)
+        .map(|gyro| whitened(gyro, &found.residual_rad[gyro]))
+        .collect();
+    let blocks = plan.blocks.of(&whitener.seen, data.streams.rate_hz);
+    let sums = BlockSums::new(&records, &columns, &blocks);
+    Some(Whitened { sums, whitener })
+}
+
+/// Parameters of a set, what members do without one as one more of each.
+pub(super) struct Parameters {
+    /// Of each member.
+    pub(super) own: Vec<Range<usize>>,
+    /// Those that stand for what a member does without one.
+    pub(super) fixed: Vec<usize>,
+}
+
+impl Parameters {
+    pub(super) fn of<'a>(set: impl Iterator<Item = &'a Hypothesis>) -> Self {
+        let (mut own, mut fixed) = (Vec::new(), Vec::new());
+        let mut first = 0;
+        for one in set {
+            let whole = one.parameters + usize::from(!one.fixed.is_empty());
+            if whole > one.parameters {
+                fixed.push(first + one.parameters);
+            }
+            own.push(first..first + whole);
+            first += whole;
+        }
+        Self { own, fixed }
+    }
+}
+
 /// What blocks of the fitted rows say of each member of the found set. A step, a slip or a window happens in few blocks, and no
 /// other can predict it; slip and window hold where the rows have no more like them.
 ///
 /// # Returns
 /// In the order of the set; `None` where too few rows are fitted.
 fn predictions(data: &Data, found: &Found, plan: &AnalysisPlan) -> Option<Vec<Prediction>> {
-    let fit = &found.fit;
-    let whitener = Whitener::new(data, &fit.levels)?;
-    let whitened = |gyro: usize, rows: &[f64]| whitener.rows(gyro, rows);
-    let MemberColumns {
-        columns,
-        own,
-        fixed,
-    } = columns_of(found, &whitened);
-    let records: Vec<Vec<f64>> = (0..3)
-        .map(|gyro| whitened(gyro, &found.residual_rad[gyro]))
+    let members = &found.fit.members;
+    let members = members
+        .iter()
+        .map(|&place| &found.candidates[place].hypothesis);
+    let set: Vec<Hypothesis> = members
+        .clone()
+        .map(Hypothesis::with_fixed_as_parameter)
         .collect();
-    let sums = BlockSums::new(
-        &records,
-        &columns,
-        &plan.blocks.of(&whitener.seen, data.streams.rate_hz),
-    );
-    let (transform, basis) = (&whitener.transform, &whitener.basis);
-    let left_rad = left_by(found, fit);
+    let parameters = Parameters::of(members);
+    let whitened = whiten(data, found, &set, plan)?;
+    let left_rad = left_by(found, &found.fit);
     let of_member = |place: usize| {
-        let candidate = &found.candidates[fit.members[place]];
-        let Some(axis) = gyro_of_event(candidate) else {
-            // What is made behind it goes with it.
-            let member = fit.members[place];
-            let with_it = (0..own.len()).filter(|&other| {
-                let hypothesis = &found.candidates[fit.members[other]].hypothesis;
-                other == place || hypothesis.requires == Some(member)
-            });
-            let parameters: Vec<usize> = with_it.flat_map(|other| own[other].clone()).collect();
-            let said = sums.validate(&parameters, &fixed);
-            let law = ChiSquared::new(said.freedom).ok();
-            let is_chance = law.is_none_or(|law| {
-                law.sf(said.design_effect * said.freedom) > plan.reenactment_chance
-            });
-            return Prediction {
-                gain: said.gain,
-                design_effect: if is_chance { 1.0 } else { said.design_effect },
-                holds: said.gain > 0.0,
-            };
-        };
-        let without = &found.without[place];
-        let spectrum = transform.spectrum(&left_rad[axis]);
-        let largest = largest_impulse(transform, basis, &spectrum, fit.levels[axis]);
-        let rows = transform.observations().rows() as f64;
-        Prediction {
-            gain: fit.log_likelihood - without.log_likelihood,
-            design_effect: 1.0,
-            holds: candidate.kind == STEP
-                || 2.0 * rows * Normal::standard().sf(largest) > plan.unexplained,
+        let candidate = &found.candidates[found.fit.members[place]];
+        match gyro_of_event(candidate) {
+            Some(axis) => of_event(found, (place, axis), &left_rad, &whitened, plan),
+            None => of_blocks(found, place, &parameters, &whitened.sums, plan),
         }
     };
-    Some((0..fit.members.len()).map(of_member).collect())
+    Some((0..found.fit.members.len()).map(of_member).collect())
+}
+
+/// What blocks say of a member that acts all along.
+pub(super) fn of_blocks(
+    found: &Found,
+    place: usize,
+    parameters: &Parameters,
+    sums: &BlockSums,
+    plan: &AnalysisPlan,
+) -> Prediction {
+    // What is made behind it goes with it.
+    let members = &found.fit.members;
+    let with_it = (0..members.len()).filter(|&other| {
+        let hypothesis = &found.candidates[members[other]].hypothesis;
+        other == place || hypothesis.requires == Some(members[place])
+    });
+    let own: Vec<usize> = with_it
+        .flat_map(|other| parameters.own[other].clone())
+        .collect();
+    let said = sums.validate(&own, &parameters.fixed);
+    let law = ChiSquared::new(said.freedom).ok();
+    let is_chance =
+        law.is_none_or(|law| law.sf(said.design_effect * said.freedom) > plan.reenactment_chance);
+    Prediction {
+        gain: said.gain,
+        design_effect: if is_chance { 1.0 } else { said.design_effect },
+        holds: said.gain > 0.0,
+    }
+}
+
+/// What the rows say of a member that happens once to a gyro.
+pub(super) fn of_event(
+    found: &Found,
+    (place, axis): (usize, usize),
+    left_rad: &Triad,
+    Whitened { whitener, .. }: &Whitened,
+    plan: &AnalysisPlan,
+) -> Prediction {
+    let fit = &found.fit;
+    let (transform, basis) = (&whitener.transform, &whitener.basis);
+    let spectrum = transform.spectrum(&left_rad[axis]);
+    let largest = largest_impulse(transform, basis, &spectrum, fit.levels[axis]);
+    let rows = transform.observations().rows() as f64;
+    let is_step = found.candidates[fit.members[place]].kind == STEP;
+    Prediction {
+        gain: fit.log_likelihood - found.without[place].log_likelihood,
+        design_effect: 1.0,
+        holds: is_step || 2.0 * rows * Normal::standard().sf(largest) > plan.unexplained,
+    }
 }
 
 /// The gyro to which a candidate happens once; `None` where it acts all along.
-fn gyro_of_event(candidate: &Candidate) -> Option<usize> {
+pub(super) fn gyro_of_event(candidate: &Candidate) -> Option<usize> {
     match candidate.variant {
         Variant::Event { axis, .. } => Some(axis),
         Variant::Expression { axis, expression } => expression.is_window().then_some(axis),
@@ -103,26 +181,15 @@ fn gyro_of_event(candidate: &Candidate) -> Option<usize> {
     }
 }
 
-/// Whitened columns of a set's parameters.
-struct MemberColumns {
-    /// By gyro and parameter.
-    columns: Vec<Vec<Vec<f64>>>,
-    /// Parameters of each member.
-    own: Vec<Range<usize>>,
-    /// Parameters that stand for what a member does without one.
-    fixed: Vec<usize>,
-}
-
-/// Forms the whitened columns of the members' parameters.
-fn columns_of(found: &Found, whitened: &impl Fn(usize, &[f64]) -> Vec<f64>) -> MemberColumns {
+/// Forms the whitened columns of a set's parameters, by gyro and parameter; empty where a parameter does nothing.
+fn columns_of(
+    found: &Found,
+    set: &[Hypothesis],
+    whitened: &impl Fn(usize, &[f64]) -> Vec<f64>,
+) -> Vec<Vec<Vec<f64>>> {
     let signals = &found.motion.signals;
     let mut columns: Vec<Vec<Vec<f64>>> = vec![Vec::new(); 3];
-    let (mut own, mut fixed) = (Vec::new(), Vec::new());
-    for &member in &found.fit.members {
-        let candidate = &found.candidates[member];
-        let parameters = candidate.hypothesis.parameters;
-        let whole = candidate.hypothesis.with_fixed_as_parameter();
-        let first = columns[0].len();
+    for whole in set {
         for (gyro, columns) in columns.iter_mut().enumerate() {
             for parameter in 0..whole.parameters {
                 let mut sum: Vec<f64> = Vec::new();
@@ -141,20 +208,12 @@ fn columns_of(found: &Found, whitened: &impl Fn(usize, &[f64]) -> Vec<f64>) -> M
                 columns.push(sum);
             }
         }
-        if whole.parameters > parameters {
-            fixed.push(first + parameters);
-        }
-        own.push(first..first + whole.parameters);
     }
-    MemberColumns {
-        columns,
-        own,
-        fixed,
-    }
+    columns
 }
 
 /// What a fit over the found candidates leaves \[rad\].
-fn left_by(found: &Found, fit: &Fit) -> Triad {
+pub(super) fn left_by(found: &Found, fit: &Fit) -> Triad {
     let mut left_rad = found.residual_rad.clone();
     let signals = &found.motion.signals;
     subtract(&mut left_rad, fit, &found.candidates, &found.pool, signals);
@@ -203,6 +262,8 @@ pub struct Confirmed {
     pub reenactments: Vec<Reenactment>,
     /// Standard deviation of the instant of each named step \[rows\].
     pub instant_std_rows: Vec<Option<f64>>,
+    /// The one of several recordings that each named member is of; `None` where it is of all.
+    pub recordings: Vec<Option<String>>,
     /// The fit of the headlines.
     pub last: Final,
 }
@@ -212,18 +273,15 @@ pub struct Confirmed {
 pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<Confirmed> {
     let predictions = predictions(data, found, plan)?;
     let is_costly = |place: &usize| found.judged[*place].cost_without > plan.naming;
-    // Blocks that disagree say that the likelihood ratio is that much too large.
-    let holds = |place: &usize| {
-        let said = &predictions[*place];
-        let ratio = found.fit.log_likelihood - found.without[*place].log_likelihood;
-        let lost = ratio * (1.0 - 1.0 / said.design_effect);
-        said.holds && found.judged[*place].cost_without - lost > plan.naming
-    };
+    let holds = |place: &usize| predictions[*place].keeps(found, *place, plan);
     let (mut named, unconfirmed): (Vec<usize>, Vec<usize>) =
         (0..found.judged.len()).filter(is_costly).partition(holds);
     let (mut reenacted_away, mut impossible) = (Vec::new(), Vec::new());
     loop {
-        let mut headlines: Vec<usize> = named.iter().map(|&place| headline(found, place)).collect();
+        let mut headlines: Vec<usize> = named
+            .iter()
+            .map(|&place| headline(&found.judged[place], &found.candidates))
+            .collect();
         let mut last = refit(data, found, &headlines, plan)?;
         let instant_std_rows = settle_instants(data, found, &mut headlines, &last);
         if instant_std_rows.iter().any(Option::is_some) {
@@ -235,11 +293,7 @@ pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<
         }
         let ratios: Vec<Named> = named
             .iter()
-            .map(|&place| Named {
-                log_likelihood_ratio: found.fit.log_likelihood
-                    - found.without[place].log_likelihood,
-                to_spare: found.judged[place].cost_without - plan.naming,
-            })
+            .map(|&place| in_doubt(found, place, plan))
             .collect();
         let reenactments = reenact(data, found, (&last.fit, &ratios), plan);
         let Some(weakest) = (0..named.len())
@@ -251,6 +305,7 @@ pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<
             })
         else {
             return Some(Confirmed {
+                recordings: vec![None; named.len()],
                 named,
                 headlines,
                 predictions,
@@ -266,11 +321,19 @@ pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<
     }
 }
 
+/// What of a member's log-likelihood ratio may go before its name does.
+pub(super) fn in_doubt(found: &Found, place: usize, plan: &AnalysisPlan) -> Named {
+    Named {
+        log_likelihood_ratio: found.fit.log_likelihood - found.without[place].log_likelihood,
+        to_spare: found.judged[place].cost_without - plan.naming,
+    }
+}
+
 /// Puts every step among the `headlines` at its mean instant by the rows to fit and to confirm.
 ///
 /// # Returns
 /// Standard deviation of each headline's instant \[rows\], where it has one.
-fn settle_instants(
+pub(super) fn settle_instants(
     data: &Data,
     found: &mut Found,
     headlines: &mut [usize],
@@ -307,11 +370,10 @@ fn settle_instants(
 }
 
 /// The candidate with the fewest free numbers among a member and the rivals that reach it.
-fn headline(found: &Found, place: usize) -> usize {
-    let judged = &found.judged[place];
+pub(super) fn headline(judged: &Judged, all: &[Candidate]) -> usize {
     // An expression is no name where a listed effect reaches it.
     let numbers = |candidate: usize| {
-        let one = &found.candidates[candidate];
+        let one = &all[candidate];
         (one.kind == UNLISTED, one.hypothesis.parameters)
     };
     let own = judged.hypothesis;
@@ -323,7 +385,6 @@ fn headline(found: &Found, place: usize) -> usize {
         }
     });
     // Of two names for the same columns that of the gyro comes first, as in the catalogue.
-    let all = &found.candidates;
     (0..simplest)
         .find(|&other| is_same_column(&all[other].hypothesis, &all[simplest].hypothesis))
         .unwrap_or(simplest)
@@ -354,6 +415,23 @@ pub struct Final {
     pub left_rad: Triad,
     /// Where what it leaves is not the noise that was fitted.
     pub misfits: Vec<Misfit>,
+}
+
+/// Octaves in which what a fit over `candidates` leaves is not its noise.
+pub(super) fn misfits_of(
+    data: &Data,
+    equations: &NormalEquations,
+    (fit, candidates): (&Fit, &[Candidate]),
+    plan: &AnalysisPlan,
+) -> Vec<Misfit> {
+    let of_gyro = |gyro: usize| {
+        let residual = left_on(equations, fit, candidates, gyro);
+        let basis = equations.basis_beside_gaps(fit.levels[gyro]);
+        misfits(&basis, &residual, fit.levels[gyro], gyro, plan)
+    };
+    // What counting makes is no white noise of angle where pulses come rarely, and never more than a pulse.
+    let is_seen = |one: &Misfit| !data.lattice.hides_angle(one.gyro, one.angle_rms_rad);
+    (0..3).flat_map(of_gyro).filter(is_seen).collect()
 }
 
 /// Fits `members`, places in `found.candidates`; `None` where too few rows are left.
@@ -388,15 +466,7 @@ fn refit(data: &Data, found: &Found, members: &[usize], plan: &AnalysisPlan) -> 
     );
     let all: Vec<usize> = (0..hypotheses.len()).collect();
     let mut fit = search.fit(&all, None);
-    let misfits = (0..3)
-        .flat_map(|gyro| {
-            let residual = left_on(&equations, &fit, &candidates, gyro);
-            let basis = equations.basis_beside_gaps(fit.levels[gyro]);
-            misfits(&basis, &residual, fit.levels[gyro], gyro, plan)
-        })
-        // What counting makes is no white noise of angle where pulses come rarely, and never more than a pulse.
-        .filter(|one| !data.lattice.hides_angle(one.gyro, one.angle_rms_rad))
-        .collect();
+    let misfits = misfits_of(data, &equations, (&fit, &candidates), plan);
     let stops = Stops {
         data,
         signals: &found.motion.signals,

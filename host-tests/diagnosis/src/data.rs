@@ -86,7 +86,7 @@ impl<'a> Data<'a> {
         });
         let mut residual_rad =
             without_effects(streams, model, sensing_from_body, dither_rad.as_ref());
-        let path = known_path(model);
+        let path = known_path(model, streams);
         let reference_rad: Triad = each_axis(|axis| {
             let case_rad = &streams.case_rad[axis];
             path.along(axis, case_rad, streams.rate_hz).into_owned()
@@ -183,6 +183,7 @@ impl<'a> Data<'a> {
             .model
             .effects
             .iter()
+            .filter(|effect| is_in(effect, self.streams))
             .filter_map(|effect| known(effect, signals, self.streams))
             .flatten()
             .collect();
@@ -228,10 +229,16 @@ impl<'a> Data<'a> {
     }
 }
 
+/// Whether an effect is in this recording: of several, a model may name the one that has it.
+fn is_in(effect: &ModelEffect, streams: &Streams) -> bool {
+    let name = effect.text("recording");
+    name.is_none_or(|name| name == streams.pieces[0].recording)
+}
+
 /// Delays, low passes and mounts that a model holds.
-fn known_path(model: &Model) -> Path {
+fn known_path(model: &Model, streams: &Streams) -> Path {
     let mut path = Path::default();
-    for effect in &model.effects {
+    for effect in model.effects.iter().filter(|one| is_in(one, streams)) {
         for axis in 0..3 {
             path.delay_s[axis] += delay_of(effect, axis);
             path.mount[axis] = path.mount[axis].or_else(|| mount_of(effect, axis));

@@ -52,6 +52,8 @@ struct Finding<'a> {
     block: std::ops::Range<usize>,
     squared_size: f64,
     rank: usize,
+    /// The one of several recordings that it is of; `None` where it is of all.
+    recording: Option<&'a str>,
     /// Kinds that the recording cannot tell from it.
     alike: Vec<String>,
     /// Whether drift explains it as well.
@@ -77,9 +79,23 @@ pub fn outcome(
     seed: u64,
     plan: &AnalysisPlan,
 ) -> Option<Outcome> {
-    let streams = data.streams;
     let confirmed = confirmed(data, found, plan)?;
-    let found = &*found;
+    let (outcome, _) = written((data, found), &confirmed, faults, seed, plan);
+    Some(outcome)
+}
+
+/// The same of a set that is confirmed.
+///
+/// # Returns
+/// The outcome, and the effects that its model has more, those with a name first.
+pub(super) fn written(
+    (data, found): (&Data, &Found),
+    confirmed: &Confirmed,
+    faults: &[Fault],
+    seed: u64,
+    plan: &AnalysisPlan,
+) -> (Outcome, Vec<ModelEffect>) {
+    let streams = data.streams;
     let Final {
         fit,
         left_rad,
@@ -88,7 +104,7 @@ pub fn outcome(
     let after_rad = &data.aside.with_unexplained(left_rad);
     let before_rad = &data.aside.with_all(&found.residual_rad);
     let regimes = split(streams, Part::End).regimes;
-    let findings = findings((data, found), &confirmed, &regimes, plan);
+    let findings = findings((data, found), confirmed, &regimes, plan);
 
     let noise: [Noise; 3] =
         std::array::from_fn(|axis| reported(fit.levels[axis], streams.rows, streams.rate_hz));
@@ -163,7 +179,7 @@ pub fn outcome(
         version: env!("CARGO_PKG_VERSION").to_string(),
         seed,
         verdict,
-        summary: summary(verdict, &findings, &confirmed, found)
+        summary: summary(verdict, &findings, confirmed, found)
             .into_iter()
             .chain(
                 unlike
@@ -205,17 +221,17 @@ pub fn outcome(
         self_test: None,
     };
     let mut model = data.model.clone();
-    for one in &findings {
-        switch_on(
-            &mut model,
-            effect_of(one, fit, streams, &found.motion.signals),
-        );
-    }
-    for excess in &noise_found {
-        switch_on(&mut model, noise_effect(excess));
-    }
-    for fault in faults {
-        switch_on(&mut model, fault_effect(fault, streams));
+    let signals = &found.motion.signals;
+    let of_findings = findings
+        .iter()
+        .map(|one| effect_of(one, fit, streams, signals));
+    let of_faults = faults.iter().map(|fault| fault_effect(fault, streams));
+    let added: Vec<ModelEffect> = of_findings
+        .chain(noise_found.iter().map(noise_effect))
+        .chain(of_faults)
+        .collect();
+    for effect in &added {
+        switch_on(&mut model, effect.clone());
     }
     let pictures = pictures::draw(
         streams,
@@ -225,11 +241,12 @@ pub fn outcome(
         (tiles_before, tiles_after),
         &test_rows,
     );
-    Some(Outcome {
+    let outcome = Outcome {
         diagnosis,
         model,
         pictures: Some(pictures),
-    })
+    };
+    (outcome, added)
 }
 
 /// Whether a step or a slip stands in any row, confirming and tested ones included: those are too late for a name, but
@@ -276,7 +293,7 @@ fn findings<'a>(
 
 fn finding<'a>(
     (data, found): (&Data, &'a Found),
-    confirmed: &Confirmed,
+    confirmed: &'a Confirmed,
     place: usize,
     plan: &AnalysisPlan,
 ) -> Finding<'a> {
@@ -297,6 +314,7 @@ fn finding<'a>(
     let share = share(data, found, &confirmed.last, &effect_rad);
     Finding {
         candidate,
+        recording: confirmed.recordings[place].as_deref(),
         block: fit.blocks[place].clone(),
         // Without its fixed part the numbers of a resonance or a threshold are none: it counts by what it gains.
         squared_size: if candidate.hypothesis.fixed.is_empty() {
@@ -421,6 +439,7 @@ fn entry(one: &Finding, fit: &Fit, (streams, signals): (&Streams, &Signals)) -> 
         });
         covariance = vec![vec![covariance[0][0], 0.0], vec![0.0, std * std]];
     }
+    parameters.extend(one.recording.map(|name| text("recording", name)));
     let mut alike = one.alike.clone();
     if one.or_drift {
         alike.push(DRIFT.to_string());
@@ -514,6 +533,9 @@ fn effect_of(one: &Finding, fit: &Fit, streams: &Streams, signals: &Signals) -> 
             parameters.insert("time_s".to_string(), EffectValue::Number(time_s));
         }
         _ => {}
+    }
+    if let Some(name) = one.recording {
+        parameters.insert("recording".to_string(), text(name));
     }
     ModelEffect {
         kind: one.candidate.kind.to_string(),
@@ -656,8 +678,10 @@ fn summary(
         } else {
             String::new()
         };
+        let place = one.recording.map(|name| format!(" in {name}"));
         lines.push(format!(
-            "Found: {kind}{alike}: {}; gains {:.1} in log score in blocks of rows that the others predict{size}.",
+            "Found{}: {kind}{alike}: {}; gains {:.1} in log score in blocks of rows that the others predict{size}.",
+            place.unwrap_or_default(),
             numbers.join(", "),
             one.confirmed_gain
         ));

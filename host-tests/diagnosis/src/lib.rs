@@ -4,7 +4,7 @@
 //! the residual) → [`search`] (passes of columns and structure search on the rows to fit, by [`scores`] of [`families`] and [`lock_in`]) → [`confirm`] (on
 //! rows that were not fitted, and by [`reenact`]ing the recording without an effect; [`goodness`] of what is left) →
 //! [`findings`] and [`excess_noise`]. Of a unit at rest, whose motion is the Earth's, the same for what acts slowly
-//! ([`at_rest`]). Where two instruments are only aligned, the same with physics left out ([`registration`]).
+//! ([`at_rest`]); several recordings of one unit share one search ([`several`]). Where two instruments are only aligned, the same with physics left out ([`registration`]).
 //!
 //! Before it: channels in other axes or units ([`put_right`]); what is said of faults of the data ([`data_words`]).
 //!
@@ -86,6 +86,8 @@ pub mod self_test;
 pub mod registration;
 
 pub mod diagnose;
+
+pub mod several;
 
 pub mod at_rest;
 

@@ -105,6 +105,31 @@ impl Default for LinePlan {
     }
 }
 
+/// Prices of how recordings share an effect, in log posterior: six of ten are common, two of ten have another size in
+/// each recording, two of ten are in one alone.
+#[derive(Debug, Clone, Copy)]
+pub struct SeveralPlan {
+    /// One size in all recordings.
+    pub common: f64,
+    /// A size of its own in each.
+    pub apart: f64,
+    /// In one recording, ln of their number not counted.
+    pub only: f64,
+    /// How far delays of two recordings may part and still be made about one \[σ\].
+    pub same_delay: f64,
+}
+
+impl Default for SeveralPlan {
+    fn default() -> Self {
+        Self {
+            common: 0.5,
+            apart: 1.6,
+            only: 1.6,
+            same_delay: 5.0,
+        }
+    }
+}
+
 /// All thresholds of this engine.
 ///
 /// `rlg challenge --marks` shows what they give on seeds that they were not chosen on, and with `--vary` what other
@@ -121,6 +146,8 @@ pub struct AnalysisPlan {
     pub lines: LinePlan,
     /// Prices of the search.
     pub search: SearchPlan,
+    /// Prices of how recordings share effects.
+    pub several: SeveralPlan,
     /// Log posterior that a named effect must cost to do without.
     pub naming: f64,
     /// A rival that comes within this in log posterior stands in the effect's class.
@@ -164,6 +191,7 @@ impl Default for AnalysisPlan {
             coarse: CoarsePlan::default(),
             lines: LinePlan::default(),
             search: SearchPlan::default(),
+            several: SeveralPlan::default(),
             naming: 4.0,
             class_within: 3.0,
             separation: 5.0,

@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rlg_catalogue::candidates::{PoolColumns, along};
-use rlg_inference::score_test::{ScoreTest, spectra};
+use rlg_inference::score_test::{Projected, ScoreTest, spectra};
 use rlg_inference::{Dct, Fit, Hypothesis, NoiseBasis, NoiseLevels, NormalEquations, Observations};
 use rlg_signal::partition::Use;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -30,6 +30,15 @@ pub struct Reenactment {
 }
 
 impl Reenactment {
+    /// None yet of each member of a fit.
+    pub(super) fn of_each(fit: &Fit) -> Vec<Self> {
+        let each = fit.ranks.iter().map(|&rank| Self {
+            rank: rank.max(1),
+            ..Self::default()
+        });
+        each.collect()
+    }
+
     /// Mean squared size of the absent effect per number \[σ²\]: 1 where the likelihood is right.
     pub fn inflation(&self) -> f64 {
         self.squared_size / (self.draws * self.rank).max(1) as f64
@@ -95,22 +104,32 @@ pub fn reenact(
     (fit, named): (&Fit, &[Named]),
     plan: &AnalysisPlan,
 ) -> Vec<Reenactment> {
-    let mut all: Vec<Reenactment> = fit
-        .ranks
-        .iter()
-        .map(|&rank| Reenactment {
-            rank: rank.max(1),
-            ..Reenactment::default()
-        })
-        .collect();
+    let mut all = Reenactment::of_each(fit);
     if all.is_empty() {
         return all;
     }
+    let stage = Stage::new(data, found, fit);
+    repeat(&mut all, named, plan, |draw, open| {
+        let shown = stage.play(draw as u64, open, plan);
+        shown.iter().map(squared_size).collect()
+    });
+    all
+}
+
+/// Adds draws to `all` as long as a name is in doubt.
+///
+/// # Inputs
+/// `named`: of each member, in their order; `play`: squared sizes of the members in `open` in a draw \[σ²\].
+pub(super) fn repeat(
+    all: &mut [Reenactment],
+    named: &[Named],
+    plan: &AnalysisPlan,
+    play: impl Fn(usize, &[usize]) -> Vec<f64>,
+) {
     let is_open = |one: &Reenactment, named: &Named| {
         let critical = named.critical_inflation();
         critical > 1.0 && !one.excludes(critical, plan)
     };
-    let stage = Stage::new(data, found, fit);
     for draw in 0..plan.reenactments {
         let open: Vec<usize> = (0..all.len())
             .filter(|&place| all[place].draws == 0 || is_open(&all[place], &named[place]))
@@ -118,17 +137,21 @@ pub fn reenact(
         if open.is_empty() {
             break;
         }
-        let sizes = stage.play(draw as u64, &open, plan);
+        let sizes = play(draw, &open);
         for (place, size) in open.into_iter().zip(sizes) {
             all[place].draws += 1;
             all[place].squared_size += size;
         }
     }
-    all
+}
+
+/// Squared size of what a hypothesis shows \[σ²\].
+pub(super) fn squared_size(shown: &Projected) -> f64 {
+    2.0 * shown.gain().log_likelihood
 }
 
 /// What does not change from one re-enactment to the next.
-struct Stage<'a> {
+pub(super) struct Stage<'a> {
     data: &'a Data<'a>,
     found: &'a Found,
     fit: &'a Fit,
@@ -143,7 +166,7 @@ struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    fn new(data: &'a Data<'a>, found: &'a Found, fit: &'a Fit) -> Self {
+    pub(super) fn new(data: &'a Data<'a>, found: &'a Found, fit: &'a Fit) -> Self {
         let rows = data.streams.rows;
         let seen = data.rows_of(&[Use::Train, Use::Confirm]);
         let members = fit.members.iter().map(|&place| &found.candidates[place]);
@@ -168,8 +191,13 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// Squared sizes of the `absent` members in a re-enactment without each \[σ²\].
-    fn play(&self, draw: u64, absent: &[usize], plan: &AnalysisPlan) -> Vec<f64> {
+    /// The same with members whose parameters are those of `set`.
+    pub(super) fn with_set(self, set: Vec<Hypothesis>) -> Self {
+        Self { set, ..self }
+    }
+
+    /// What the `absent` members show in a re-enactment without each.
+    pub(super) fn play(&self, draw: u64, absent: &[usize], plan: &AnalysisPlan) -> Vec<Projected> {
         let signals = &self.found.motion.signals;
         let (case_rad, dither_rad, noise_rad) = self.noises(draw);
         let measured = Measured {
@@ -206,8 +234,7 @@ impl<'a> Stage<'a> {
             let others: Vec<&Hypothesis> = others.map(|other| &self.set[other]).collect();
             let tests = [ScoreTest::new(&equations, &others, &columns, levels)];
             let own = spectra(&tests, std::slice::from_ref(&self.set[place]), &columns);
-            let projected = tests[0].project(&self.set[place], &own);
-            2.0 * projected.gain().log_likelihood
+            tests[0].project(&self.set[place], &own)
         };
         absent.iter().map(size).collect()
     }

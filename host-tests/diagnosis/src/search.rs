@@ -63,6 +63,33 @@ pub fn find(
     plan: &AnalysisPlan,
     progress: &dyn Fn(&str),
 ) -> Option<Found> {
+    let settled = settle(data, left_out, plan, progress)?;
+    Some(settled.pass.judge(settled.fit, plan, settled.tried))
+}
+
+/// The last pass of a search, whose set and delays no longer change.
+pub(super) struct Settled {
+    pub(super) pass: Pass,
+    /// The best set.
+    pub(super) fit: Fit,
+    /// Sets that were looked at.
+    pub(super) tried: usize,
+    /// Rows that may be looked at.
+    pub(super) seen: Vec<bool>,
+    /// Spans of those rows.
+    pub(super) looked_at: Observations,
+    /// What is fitted of them.
+    pub(super) fitted: Observations,
+}
+
+/// Alternates linearisation and structure search until set and delays no longer change; `None` where too few rows can be
+/// fitted.
+pub(super) fn settle(
+    data: &mut Data,
+    left_out: &[&str],
+    plan: &AnalysisPlan,
+    progress: &dyn Fn(&str),
+) -> Option<Settled> {
     let mut seen = data.rows_of(&[Use::Train, Use::Confirm]);
     let mut looked_at = Observations::bridged(&seen)?;
     let mut fitted = looked_at.clone().to_fast_length();
@@ -169,7 +196,14 @@ pub fn find(
         let is_own = path_before.is_some_and(|before| is_alike(&before, &found_path));
         let ended = !settling && (nothing || (same && settled && is_own));
         if ended || pass >= plan.passes {
-            return Some(now.judge(fit, plan, tried));
+            return Some(Settled {
+                pass: now,
+                fit,
+                tried,
+                seen,
+                looked_at,
+                fitted,
+            });
         }
         let (mount, low_pass) = filters(&fit, &now.candidates);
         path_before = Some(found_path);
@@ -184,7 +218,7 @@ pub fn find(
 
 /// What was found before a pass.
 #[derive(Clone, Copy)]
-enum Before<'a> {
+pub(super) enum Before<'a> {
     /// By global means.
     Coarse(&'a Coarse),
     /// A set, over the candidates of the pass before.
@@ -258,7 +292,7 @@ struct Run {
 }
 
 impl Pass {
-    fn new(
+    pub(super) fn new(
         data: &mut Data,
         motion: Motion,
         left_out: &[&str],
@@ -564,7 +598,7 @@ impl Pass {
     }
 
     /// Columns and places of candidates that are new.
-    fn extend(&mut self, new: Vec<Candidate>) -> Vec<usize> {
+    pub(super) fn extend(&mut self, new: Vec<Candidate>) -> Vec<usize> {
         let columns = PoolColumns {
             columns: &self.pool.columns[self.equations.columns()..],
             signals: &self.motion.signals,
@@ -686,7 +720,7 @@ fn with_one_of(
 }
 
 /// What gyros sense of each axis by a set besides the model.
-fn share_of(fit: &Fit, candidates: &[Candidate], pool: &Pool) -> Matrix3<f64> {
+pub(super) fn share_of(fit: &Fit, candidates: &[Candidate], pool: &Pool) -> Matrix3<f64> {
     let mut share = Matrix3::zeros();
     for gyro in 0..3 {
         for (column, size) in sizes_on(fit, candidates, gyro) {
@@ -718,7 +752,10 @@ fn shown(fit: &Fit, candidate: &Candidate, block: &std::ops::Range<usize>) -> Ve
 }
 
 /// The mounts and the low passes of a set.
-fn filters(fit: &Fit, candidates: &[Candidate]) -> ([Option<Resonance>; 3], [Option<LowPass>; 3]) {
+pub(super) fn filters(
+    fit: &Fit,
+    candidates: &[Candidate],
+) -> ([Option<Resonance>; 3], [Option<LowPass>; 3]) {
     let (mut mounts, mut low_passes) = ([None; 3], [None; 3]);
     for (&place, block) in fit.members.iter().zip(&fit.blocks) {
         let candidate = &candidates[place];
@@ -740,7 +777,7 @@ pub fn is_same(a: &Candidate, b: &Candidate) -> bool {
 }
 
 /// Delay of each gyro by the set \[s\], with its standard deviation; infinite where there is none.
-fn delays(fit: &Fit, candidates: &[Candidate]) -> ([f64; 3], [f64; 3]) {
+pub(super) fn delays(fit: &Fit, candidates: &[Candidate]) -> ([f64; 3], [f64; 3]) {
     let mut delay_s = [0.0; 3];
     let mut std_s = [f64::INFINITY; 3];
     for (&place, block) in fit.members.iter().zip(&fit.blocks) {
@@ -775,7 +812,7 @@ fn is_nonlinear(fit: &Fit, candidates: &[Candidate]) -> bool {
 }
 
 /// Whether the numbers that the columns were made with are those that came out.
-fn is_settled(fit: &Fit, candidates: &[Candidate], made_with_s: [f64; 3]) -> bool {
+pub(super) fn is_settled(fit: &Fit, candidates: &[Candidate], made_with_s: [f64; 3]) -> bool {
     const SETTLED: f64 = 0.1;
     let (delay_s, std_s) = delays(fit, candidates);
     let mut numbers = fit.members.iter().zip(&fit.blocks);
@@ -849,7 +886,7 @@ fn without_known(data: &Data, signals: &Signals) -> Triad {
 }
 
 /// Values on all rows, bridged where they may not be looked at, 0 outside the spans.
-fn bridged(values: &Triad, observations: &Observations) -> Triad {
+pub(super) fn bridged(values: &Triad, observations: &Observations) -> Triad {
     std::array::from_fn(|axis| {
         let mut all = vec![0.0; observations.record_rows];
         for span in &observations.spans {

@@ -17,10 +17,10 @@ pub fn switch_on(model: &mut Model, effect: ModelEffect) {
                 | "reference_harmonic"
         );
     let noise = NOISE_KINDS.contains(&effect.kind.as_str());
-    let known = model
-        .effects
-        .iter_mut()
-        .find(|known| single && known.kind == effect.kind);
+    let known = model.effects.iter_mut().find(|known| {
+        let same = known.text("recording") == effect.text("recording");
+        single && same && known.kind == effect.kind
+    });
     match known {
         None => model.effects.push(effect),
         Some(known) => {

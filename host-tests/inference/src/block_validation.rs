@@ -69,6 +69,15 @@ impl BlockSums {
         }
     }
 
+    /// Blocks of several records under the same parameters.
+    pub fn join(parts: impl IntoIterator<Item = Self>) -> Self {
+        let parts: Vec<Self> = parts.into_iter().collect();
+        Self {
+            parameters: parts.first().map_or(0, |part| part.parameters),
+            blocks: parts.into_iter().flat_map(|part| part.blocks).collect(),
+        }
+    }
+
     /// What blocks say of the parameters in `own`, all others fitted beside them.
     ///
     /// # Inputs

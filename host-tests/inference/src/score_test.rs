@@ -288,6 +288,15 @@ impl Projected {
         }
     }
 
+    /// The same with what other data say of the same parameters.
+    pub fn joined(&self, other: &Self) -> Self {
+        Self {
+            free: &self.free + &other.free,
+            score: &self.score + &other.score,
+            own: &self.own + &other.own,
+        }
+    }
+
     /// Growth of ln L at given parameters.
     pub fn at(&self, parameters: &DVector<f64>) -> f64 {
         self.score.dot(parameters) - 0.5 * parameters.dot(&(&self.free * parameters))

@@ -79,7 +79,7 @@ const AXIS: Group = needed(&["axis"], "", Value::Axis);
 const CHANNEL: Group = needed(&["channel"], "", Value::Channel);
 const TIME: Group = needed(&["time_s"], "s", Value::Number);
 const SPAN: Group = needed(&["start_s", "end_s"], "s", Value::Number);
-/// The one of several recordings that contains an event; absent: any that was running then.
+/// The one of several recordings that has an effect, of any kind; absent: all, and of an event any that was running then.
 const RECORDING: Group = bounded(&["recording"], "", Value::Recording);
 const FAULT: &[Group] = &[CHANNEL, SPAN, RECORDING];
 /// Gyro i reads Σ ij times what the reference turns about j; `channel = "dither"`: what the pickoffs say.
@@ -260,6 +260,7 @@ impl Kind {
     pub fn group_of(&self, parameter: &str) -> Option<&'static Group> {
         self.groups
             .iter()
+            .chain([&RECORDING])
             .find(|group| group.names.contains(&parameter))
     }
 

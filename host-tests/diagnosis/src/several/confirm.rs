@@ -1,0 +1,337 @@
+//! What several recordings have in common must hold in blocks of all of them, and fall where they are re-enacted without it.
+
+use rlg_catalogue::candidates::PoolColumns;
+use rlg_catalogue::entries::STEP;
+use rlg_catalogue::{Candidate, Pool};
+use rlg_inference::block_validation::BlockSums;
+use rlg_inference::{Fit, Hypothesis, JointLikelihood, NormalEquations, Observations, Search};
+use rlg_signal::partition::Use;
+
+use super::search::{Together, drift_of};
+use super::shared::{Shared, Sharing, on_own_records, with_noise_of};
+use crate::confirm::{
+    Final, Parameters, Prediction, gyro_of_event, headline, in_doubt, left_by, misfits_of,
+    of_blocks, of_event, settle_instants, whiten,
+};
+use crate::data::Data;
+use crate::goodness::Misfit;
+use crate::noise_levels::mean;
+use crate::plan::AnalysisPlan;
+use crate::reenact::{Named, Reenactment, Stage, repeat, squared_size};
+use crate::search::Found;
+
+/// Members of the found set by what becomes of them, as in [`crate::confirm::Confirmed`].
+pub(super) struct Confirmed {
+    /// Places in [`Together::judged`] of those with a name.
+    pub(super) named: Vec<usize>,
+    /// What a named member is called, as places in [`Together::shared`].
+    pub(super) headlines: Vec<usize>,
+    pub(super) predictions: Vec<Prediction>,
+    pub(super) unconfirmed: Vec<usize>,
+    pub(super) reenacted_away: Vec<usize>,
+    pub(super) impossible: Vec<usize>,
+    pub(super) reenactments: Vec<Reenactment>,
+    pub(super) instant_std_rows: Vec<Option<f64>>,
+    /// The fit of the headlines.
+    pub(super) fit: Fit,
+    /// Where what it leaves of each recording is not the noise that was fitted.
+    pub(super) misfits: Vec<Vec<Misfit>>,
+}
+
+/// Each recording's share of what was found: the same members, places as in [`Together::shared`], over its own columns.
+pub(super) fn shares_of(together: &mut Together) -> Vec<Found> {
+    let passes = std::mem::take(&mut together.passes);
+    let of_pass = |(recording, pass): (usize, crate::pass::Pass)| Found {
+        candidates: in_recording(&together.shared, recording),
+        pool: pass.pool,
+        fit: with_noise_of(&together.fit, recording),
+        judged: together.judged.clone(),
+        spanned_by: together.spanned_by.clone(),
+        without: together.without.clone(),
+        empty: with_noise_of(&together.empty, recording),
+        motion: pass.motion,
+        residual_rad: pass.residual_rad,
+        tried: together.tried,
+        equations: pass.equations,
+    };
+    passes.into_iter().enumerate().map(of_pass).collect()
+}
+
+fn in_recording(shared: &[Shared], recording: usize) -> Vec<Candidate> {
+    shared
+        .iter()
+        .map(|one| one.in_recording(recording))
+        .collect()
+}
+
+/// Takes away what does not hold; `None` where too few rows are left.
+pub(super) fn confirmed(
+    all: &[Data],
+    together: &mut Together,
+    found: &mut [Found],
+    plan: &AnalysisPlan,
+) -> Option<Confirmed> {
+    let predictions = predictions(all, together, found, plan)?;
+    let first = &found[0];
+    let is_costly = |place: &usize| first.judged[*place].cost_without > plan.naming;
+    let (mut named, unconfirmed): (Vec<usize>, Vec<usize>) = (0..first.judged.len())
+        .filter(is_costly)
+        .partition(|place| predictions[*place].keeps(first, *place, plan));
+    let (mut reenacted_away, mut impossible) = (Vec::new(), Vec::new());
+    loop {
+        let candidates: Vec<Candidate> = together
+            .shared
+            .iter()
+            .map(|one| one.candidate.clone())
+            .collect();
+        let mut headlines: Vec<usize> = named
+            .iter()
+            .map(|&place| headline(&together.judged[place], &candidates))
+            .collect();
+        let mut last = refit(all, together, found, &headlines, plan)?;
+        let instant_std_rows = instants(all, together, found, &mut headlines, &last.0);
+        if instant_std_rows.iter().any(Option::is_some) {
+            last = refit(all, together, found, &headlines, plan)?;
+        }
+        let (fit, misfits) = last;
+        if let Some(&place) = fit.impossible.first() {
+            impossible.push(named.remove(place));
+            continue;
+        }
+        let ratios: Vec<Named> = named
+            .iter()
+            .map(|&place| in_doubt(&found[0], place, plan))
+            .collect();
+        let reenactments = reenact(all, (together, found), (&fit, &ratios), plan);
+        let weakest = (0..named.len())
+            .filter(|&place| ratios[place].falls(&reenactments[place], plan))
+            .max_by(|&a, &b| {
+                let inflation = |place: usize| reenactments[place].inflation();
+                inflation(a).total_cmp(&inflation(b))
+            });
+        let Some(weakest) = weakest else {
+            return Some(Confirmed {
+                named,
+                headlines,
+                predictions,
+                unconfirmed,
+                reenacted_away,
+                impossible,
+                reenactments,
+                instant_std_rows,
+                fit,
+                misfits,
+            });
+        };
+        reenacted_away.push(named.remove(weakest));
+    }
+}
+
+/// What blocks of all recordings say of each member.
+fn predictions(
+    all: &[Data],
+    together: &Together,
+    found: &[Found],
+    plan: &AnalysisPlan,
+) -> Option<Vec<Prediction>> {
+    let members = &together.fit.members;
+    let hypotheses = members
+        .iter()
+        .map(|&place| &together.shared[place].candidate.hypothesis);
+    let parameters = Parameters::of(hypotheses);
+    let mut whitened = Vec::with_capacity(all.len());
+    for (recording, (data, own)) in all.iter().zip(found).enumerate() {
+        let set = set_of(members, &together.shared, recording);
+        whitened.push(whiten(data, own, &set, plan)?);
+    }
+    let of_members = |place: usize| {
+        let shared = &together.shared[members[place]];
+        let event = match shared.sharing {
+            Sharing::Only(recording) => {
+                gyro_of_event(&shared.candidate).map(|axis| (recording, axis))
+            }
+            _ => None,
+        };
+        event.map(|(recording, axis)| {
+            let own = &found[recording];
+            let left_rad = left_by(own, &own.fit);
+            of_event(own, (place, axis), &left_rad, &whitened[recording], plan)
+        })
+    };
+    let events: Vec<Option<Prediction>> = (0..members.len()).map(of_members).collect();
+    let sums = BlockSums::join(whitened.into_iter().map(|one| one.sums));
+    let each = events.into_iter().enumerate();
+    Some(
+        each.map(|(place, event)| {
+            event.unwrap_or_else(|| of_blocks(&found[0], place, &parameters, &sums, plan))
+        })
+        .collect(),
+    )
+}
+
+/// Parameters of members on one recording's records, what each does without one as one more.
+fn set_of(members: &[usize], shared: &[Shared], recording: usize) -> Vec<Hypothesis> {
+    members
+        .iter()
+        .map(|&place| {
+            let whole = shared[place].candidate.hypothesis.with_fixed_as_parameter();
+            on_own_records(&whole, recording)
+        })
+        .collect()
+}
+
+/// Puts every step among the headlines at its mean instant; standard deviation of each one's instant \[rows\].
+fn instants(
+    all: &[Data],
+    together: &mut Together,
+    found: &mut [Found],
+    headlines: &mut [usize],
+    fit: &Fit,
+) -> Vec<Option<f64>> {
+    let mut std_rows = vec![None; headlines.len()];
+    for recording in 0..all.len() {
+        let is_here =
+            |one: &Shared| one.candidate.kind == STEP && one.sharing == Sharing::Only(recording);
+        if !headlines
+            .iter()
+            .any(|&place| is_here(&together.shared[place]))
+        {
+            continue;
+        }
+        let fit = with_noise_of(fit, recording);
+        let last = Final {
+            left_rad: left_by(&found[recording], &fit),
+            fit,
+            misfits: Vec::new(),
+        };
+        let mut own = headlines.to_vec();
+        let of_own = settle_instants(&all[recording], &mut found[recording], &mut own, &last);
+        for (place, (headline, std)) in own.into_iter().zip(of_own).enumerate() {
+            if std.is_none() || !is_here(&together.shared[headlines[place]]) {
+                continue;
+            }
+            let mut moved = together.shared[headlines[place]].clone();
+            let step = found[recording].candidates[headline].clone();
+            let mut hypothesis = step.hypothesis.clone();
+            hypothesis
+                .terms
+                .iter_mut()
+                .for_each(|term| term.record += recording * super::shared::RECORDS);
+            moved.candidate = Candidate { hypothesis, ..step };
+            headlines[place] = together.shared.len();
+            together.shared.push(moved);
+            std_rows[place] = std;
+        }
+        for (other, own) in found.iter_mut().enumerate() {
+            own.candidates = in_recording(&together.shared, other);
+        }
+    }
+    std_rows
+}
+
+/// Fits the headlines to all rows that are no test.
+fn refit(
+    all: &[Data],
+    together: &Together,
+    found: &[Found],
+    headlines: &[usize],
+    plan: &AnalysisPlan,
+) -> Option<(Fit, Vec<Vec<Misfit>>)> {
+    let mut parts: Vec<(NormalEquations, Vec<Candidate>)> = Vec::with_capacity(all.len());
+    for (data, own) in all.iter().zip(found) {
+        let fitted = data.rows_of(&[Use::Train, Use::Confirm]);
+        let observations = Observations::bridged(&fitted)?.to_fast_length();
+        let mut pool = Pool::default();
+        let candidates: Vec<Candidate> = headlines
+            .iter()
+            .map(|&place| pool.adopt(&own.candidates[place], &own.pool.columns))
+            .collect();
+        let columns = PoolColumns {
+            columns: &pool.columns,
+            signals: &own.motion.signals,
+        };
+        let levels = mean(&own.fit.levels);
+        let equations = NormalEquations::new(observations, &own.residual_rad, &columns, levels);
+        parts.push((equations, candidates));
+    }
+    let joined: Vec<Hypothesis> = (0..headlines.len())
+        .map(|place| {
+            let mut whole = together.shared[headlines[place]]
+                .candidate
+                .hypothesis
+                .clone();
+            whole.requires = None;
+            whole.terms.clear();
+            whole.fixed.clear();
+            for (recording, (_, candidates)) in parts.iter().enumerate() {
+                let first = recording * super::shared::RECORDS;
+                let own = rlg_inference::likelihood::behind(&candidates[place].hypothesis, first);
+                whole.terms.extend(own.terms);
+                whole.fixed.extend(own.fixed);
+            }
+            whole
+        })
+        .collect();
+    let likelihood = JointLikelihood::new(parts.iter().map(|(equations, _)| equations).collect());
+    let levels = found.iter().flat_map(|own| own.fit.levels.clone());
+    let drift = drift_of_models(all);
+    let mut search = Search::new(
+        &likelihood,
+        &joined,
+        joined.len().max(1),
+        &plan.search,
+        &drift,
+        levels.collect(),
+    );
+    // Drift is chosen anew: what had no name may have stood for it.
+    let places: Vec<usize> = (0..joined.len()).collect();
+    let mut fit = search.fit(&places, None);
+    let misfits = parts.iter().zip(all).enumerate();
+    let misfits = misfits.map(|(recording, ((equations, candidates), data))| {
+        let own = with_noise_of(&fit, recording);
+        misfits_of(data, equations, (&own, candidates), plan)
+    });
+    let misfits = misfits.collect();
+    fit.members = headlines.to_vec();
+    Some((fit, misfits))
+}
+
+/// Drift of all records by what the recordings' models declare.
+fn drift_of_models(all: &[Data]) -> rlg_inference::search::DriftPrior {
+    let each = all
+        .iter()
+        .map(|data| crate::noise_levels::drift_prior(&data.model.gyro));
+    drift_of(each)
+}
+
+/// Re-enacts all recordings without each headline in turn: what they show of it adds up.
+fn reenact(
+    all: &[Data],
+    (together, found): (&Together, &[Found]),
+    (fit, named): (&Fit, &[Named]),
+    plan: &AnalysisPlan,
+) -> Vec<Reenactment> {
+    let mut shown = Reenactment::of_each(fit);
+    if shown.is_empty() {
+        return shown;
+    }
+    let fits: Vec<Fit> = (0..all.len()).map(|k| with_noise_of(fit, k)).collect();
+    let stages: Vec<Stage> = (0..all.len())
+        .map(|recording| {
+            let set = set_of(&fit.members, &together.shared, recording);
+            Stage::new(&all[recording], &found[recording], &fits[recording]).with_set(set)
+        })
+        .collect();
+    repeat(&mut shown, named, plan, |draw, open| {
+        let each = stages.iter().enumerate().map(|(recording, stage)| {
+            // No two recordings have the same noise.
+            stage.play((draw * all.len() + recording) as u64, open, plan)
+        });
+        let sum = each.reduce(|sum, own| {
+            let pairs = sum.iter().zip(&own);
+            pairs.map(|(sum, own)| sum.joined(own)).collect()
+        });
+        sum.iter().flatten().map(squared_size).collect()
+    });
+    shown
+}

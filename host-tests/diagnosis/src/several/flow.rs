@@ -1,0 +1,170 @@
+//! The flow of a diagnosis of several recordings.
+
+use std::path::Path;
+
+use rlg_catalogue::signals::Path as SignalPath;
+use rlg_findings::result::RecordingEntry;
+use rlg_model::Model;
+use rlg_recording::error::InputError;
+use rlg_signal::fault::Fault;
+use rlg_signal::partition::Use;
+use rlg_signal::streams::{Streams, Triad, add_triad};
+
+use super::confirm::{Confirmed, confirmed, shares_of};
+use super::report::{HeldOut, outcome, powers};
+use super::search::{Together, find};
+use super::shared::{Shared, Sharing, with_noise_of};
+use crate::case_motion::estimate;
+use crate::data::{self, Data};
+use crate::entries_of_rows::channel;
+use crate::noise_levels::reported;
+use crate::outcome::Outcome;
+use crate::plan::AnalysisPlan;
+use crate::search::{Found, subtract};
+use crate::settings::Settings;
+use crate::validate::validate;
+
+/// Whether this engine serves some recordings together: increments with references on the same rows, and a model whose effects
+/// it can predict.
+pub fn serves(all: &[Streams], model: &Model) -> bool {
+    let is_served = |streams: &Streams| {
+        streams.pieces.len() == 1
+            && streams.pieces[0].origin.is_none()
+            && !streams.own_motion
+            && streams.at_rest.is_none()
+    };
+    let is_fitted = |streams: &Streams| !streams.pieces[0].held_out;
+    all.len() > 1
+        && all.iter().any(is_fitted)
+        && all.iter().all(is_served)
+        && data::can_predict(model)
+}
+
+/// Diagnoses aligned and qualified recordings of one unit together, using up their sensed increments; `None` where too few rows
+/// of one can be fitted.
+///
+/// # Inputs
+/// `all`: each with the faults of its data; recordings whose piece is held out only test.
+///
+/// # Errors
+/// The model's installation matrix has no inverse.
+pub fn diagnose(
+    settings: &Settings,
+    all: &mut [(Streams, Vec<Fault>)],
+    (model, model_file): (&Model, &Path),
+    progress: &dyn Fn(&str),
+) -> Result<Option<Outcome>, InputError> {
+    let Settings {
+        left_out,
+        ref plan,
+        seed,
+        ..
+    } = *settings;
+    let (mut fitted, mut faults, mut tested) = (Vec::new(), Vec::new(), Vec::new());
+    for (streams, of_data) in all {
+        let is_held_out = streams.pieces[0].held_out;
+        let mut data = Data::new(streams, model, plan, model_file)?;
+        if is_held_out {
+            data.partition.uses.fill(Use::Test);
+            tested.push(data);
+        } else {
+            fitted.push(data);
+            faults.push(std::mem::take(of_data));
+        }
+    }
+    let Some(mut together) = find(&mut fitted, left_out, plan, progress) else {
+        return Ok(None);
+    };
+    progress("confirming the findings");
+    let mut found = shares_of(&mut together);
+    for own in &mut found {
+        // The set stands: its findings need no columns by frequency, which are most of the memory.
+        own.equations.truncate(0);
+    }
+    let Some(confirmed) = confirmed(&fitted, &mut together, &mut found, plan) else {
+        return Ok(None);
+    };
+    progress("writing the findings");
+    let held_out: Vec<HeldOut> = tested
+        .iter_mut()
+        .map(|data| of_held_out(data, (&together, &found[0]), &confirmed, plan))
+        .collect();
+    Ok(Some(outcome(
+        &fitted,
+        (&together, &mut found),
+        &confirmed,
+        (&faults, held_out),
+        (model, seed, plan),
+    )))
+}
+
+/// Figures of a recording that only tests: what is common to all others, predicted from its own reference. None of its rows
+/// is looked at before.
+fn of_held_out(
+    data: &mut Data,
+    (together, first): (&Together, &Found),
+    confirmed: &Confirmed,
+    plan: &AnalysisPlan,
+) -> HeldOut {
+    let streams = data.streams;
+    let rows = streams.rows;
+    let levels: Vec<_> = confirmed.fit.levels[..3].to_vec();
+    let path = first.motion.signals.path;
+    let is_common = |place: &usize| together.shared[*place].sharing == Sharing::Common;
+    let common: Vec<&Shared> = confirmed
+        .headlines
+        .iter()
+        .filter(|place| is_common(place))
+        .map(|&place| &together.shared[place])
+        .collect();
+    let delayed = common.iter().any(|one| {
+        let kind = one.candidate.kind;
+        rlg_catalogue::candidates::is_delay(kind) || one.candidate.base.iter().any(|b| *b != 0.0)
+    });
+    let path = if delayed { path } else { SignalPath::default() };
+    let nothing: Triad = std::array::from_fn(|_| vec![0.0; rows]);
+    let usable = streams.usable.clone();
+    let motion = estimate(data, &nothing, &levels, &usable, path, plan);
+    data.set_known(&motion.signals);
+    let mut before_rad = data.residual_rad.clone();
+    add_triad(&mut before_rad, &data.known_rad(&motion.signals), -1.0);
+    let mut after_rad = before_rad.clone();
+    let mut of_common = with_noise_of(&confirmed.fit, 0);
+    let all = of_common.members.iter().zip(&of_common.blocks);
+    let kept = all.filter(|(place, _)| is_common(place));
+    let kept = kept.map(|(&place, block)| (place, block.clone()));
+    (of_common.members, of_common.blocks) = kept.unzip();
+    // Columns are of any motion.
+    let of_first = (&first.candidates, &first.pool);
+    subtract(
+        &mut after_rad,
+        &of_common,
+        of_first.0,
+        of_first.1,
+        &motion.signals,
+    );
+    let test_rows = data.ranges_of(&[Use::Test]);
+    let noise = std::array::from_fn(|axis| reported(levels[axis], rows, streams.rate_hz));
+    let validations = validate(
+        &before_rad,
+        &after_rad,
+        &noise,
+        (&test_rows, streams.band_hz()),
+        &[],
+        streams.rate_hz,
+    );
+    let channels: Vec<_> = validations.iter().map(channel).collect();
+    HeldOut {
+        entry: RecordingEntry {
+            recording: streams.pieces[0].recording.clone(),
+            held_out_whole: true,
+            fitted_on: Vec::new(),
+            held_out: test_rows
+                .iter()
+                .map(|rows| streams.own_span(rows).1)
+                .collect(),
+            normalised_power: powers(&channels),
+        },
+        channels,
+    }
+}

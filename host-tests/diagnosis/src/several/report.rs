@@ -1,0 +1,349 @@
+//! What is written of each recording, joined.
+
+use std::collections::BTreeSet;
+
+use rlg_findings::result::{
+    ChannelEntry, Diagnosis, FiguresEntry, FitEntry, LocationEntry, NoiseEntry, ParameterEntry,
+    RecordingEntry, Verdict,
+};
+use rlg_findings::sentences::opening;
+use rlg_findings::updated_model::switch_on;
+use rlg_model::{EffectValue, Model};
+use rlg_signal::fault::Fault;
+
+use super::confirm::Confirmed;
+use super::search::Together;
+use super::shared::{Sharing, with_noise_of};
+use crate::confirm::{Final, left_by};
+use crate::data::Data;
+use crate::findings::written;
+use crate::outcome::Outcome;
+use crate::plan::AnalysisPlan;
+use crate::search::Found;
+
+/// What one recording shows, before it is joined with the others.
+struct OfRecording {
+    outcome: Outcome,
+    /// Effects that the model has more.
+    added: Vec<rlg_model::ModelEffect>,
+    /// How many of the effects are common or its own, with a name; the others are its noise, its faults and what is left.
+    named: usize,
+}
+
+/// Writes the findings of all recordings.
+///
+/// # Inputs
+/// `found`: each recording's share; `faults`: of its data; `held_out`: figures of recordings that only test.
+pub(super) fn outcome(
+    all: &[Data],
+    (together, found): (&Together, &mut [Found]),
+    confirmed: &Confirmed,
+    (faults, held_out): (&[Vec<Fault>], Vec<HeldOut>),
+    (model, seed, plan): (&Model, u64, &AnalysisPlan),
+) -> Outcome {
+    let each: Vec<OfRecording> = (0..all.len())
+        .map(|recording| {
+            let of = (&all[recording], &mut found[recording]);
+            of_recording(
+                of,
+                recording,
+                together,
+                confirmed,
+                (&faults[recording], seed, plan),
+            )
+        })
+        .collect();
+    let mut model = model.clone();
+    for (recording, one) in each.iter().enumerate() {
+        let name = &all[recording].streams.pieces[0].recording;
+        for (place, effect) in one.added.iter().enumerate() {
+            let mut effect = effect.clone();
+            if place >= one.named {
+                let name = EffectValue::Text(name.clone());
+                effect.parameters.insert("recording".to_string(), name);
+            }
+            switch_on(&mut model, effect);
+        }
+    }
+    let recordings: Vec<RecordingEntry> = all
+        .iter()
+        .zip(&each)
+        .map(|(data, one)| {
+            let fit = &one.outcome.diagnosis.fit;
+            RecordingEntry {
+                recording: data.streams.pieces[0].recording.clone(),
+                held_out_whole: false,
+                fitted_on: fit.fitted_on.clone(),
+                held_out: fit.held_out.clone(),
+                normalised_power: powers(&fit.channels),
+            }
+        })
+        .collect();
+    let channels: Vec<Vec<ChannelEntry>> = each
+        .iter()
+        .map(|one| one.outcome.diagnosis.fit.channels.clone())
+        .chain(held_out.iter().map(|one| one.channels.clone()))
+        .collect();
+    let recordings: Vec<RecordingEntry> = recordings
+        .into_iter()
+        .chain(held_out.into_iter().map(|one| one.entry))
+        .collect();
+    let diagnosis = joined(all, &each, (recordings, &channels), together.tried);
+    let pictures = each.into_iter().next().and_then(|one| one.outcome.pictures);
+    Outcome {
+        diagnosis,
+        model,
+        pictures,
+    }
+}
+
+/// A recording that only tests.
+pub(super) struct HeldOut {
+    pub(super) entry: RecordingEntry,
+    pub(super) channels: Vec<ChannelEntry>,
+}
+
+/// Power that is left of each gyro over its noise.
+pub(super) fn powers(channels: &[ChannelEntry]) -> [Option<f64>; 3] {
+    [0, 1, 2].map(|axis| {
+        let channel = channels.get(axis)?;
+        Some(channel.held_out_after.normalised_power_all)
+    })
+}
+
+/// What one recording shows: effects of its own, and common ones where it is the first that has them.
+fn of_recording(
+    (data, found): (&Data, &mut Found),
+    recording: usize,
+    together: &Together,
+    confirmed: &Confirmed,
+    (faults, seed, plan): (&[Fault], u64, &AnalysisPlan),
+) -> OfRecording {
+    let shared = &together.shared;
+    let fit = with_noise_of(&confirmed.fit, recording);
+    let left_rad = left_by(found, &fit);
+    let is_told_here = |place: &usize| {
+        let one = &shared[confirmed.headlines[*place]];
+        let first = one.own.iter().position(Option::is_some);
+        one.own[recording].is_some() && (one.sharing != Sharing::Common || first == Some(recording))
+    };
+    let told: Vec<usize> = (0..confirmed.named.len()).filter(is_told_here).collect();
+    let is_here = |place: &usize| {
+        let member = &shared[together.judged[*place].hypothesis];
+        member.own[recording].is_some()
+    };
+    let mut own = fit.clone();
+    own.members = told.iter().map(|&place| fit.members[place]).collect();
+    own.ranks = told.iter().map(|&place| fit.ranks[place]).collect();
+    own.squared_sizes = told.iter().map(|&place| fit.squared_sizes[place]).collect();
+    own.blocks = Vec::with_capacity(told.len());
+    for &place in &told {
+        let headline = confirmed.headlines[place];
+        let (alone, first) = shared[headline].alone_in(recording, &together.candidates[recording]);
+        let begin = fit.blocks[place].start + first;
+        own.blocks.push(begin..begin + alone.names.len());
+        found.candidates[headline] = alone;
+    }
+    let name = &data.streams.pieces[0].recording;
+    let here = |places: &[usize]| {
+        places
+            .iter()
+            .copied()
+            .filter(is_here)
+            .collect::<Vec<usize>>()
+    };
+    let of = |place: &usize| match shared[confirmed.headlines[*place]].sharing {
+        Sharing::Common => None,
+        Sharing::Apart | Sharing::Only(_) => Some(name.clone()),
+    };
+    let confirmed = crate::confirm::Confirmed {
+        named: told.iter().map(|&place| confirmed.named[place]).collect(),
+        headlines: told
+            .iter()
+            .map(|&place| confirmed.headlines[place])
+            .collect(),
+        predictions: confirmed.predictions.clone(),
+        unconfirmed: here(&confirmed.unconfirmed),
+        reenacted_away: here(&confirmed.reenacted_away),
+        impossible: here(&confirmed.impossible),
+        reenactments: told
+            .iter()
+            .map(|&place| confirmed.reenactments[place])
+            .collect(),
+        instant_std_rows: told
+            .iter()
+            .map(|&place| confirmed.instant_std_rows[place])
+            .collect(),
+        recordings: told.iter().map(of).collect(),
+        last: Final {
+            fit: own,
+            left_rad,
+            misfits: confirmed.misfits[recording].clone(),
+        },
+    };
+    let (outcome, added) = written((data, found), &confirmed, faults, seed, plan);
+    OfRecording {
+        outcome,
+        added,
+        named: told.len(),
+    }
+}
+
+/// One diagnosis of all.
+fn joined(
+    all: &[Data],
+    each: &[OfRecording],
+    (recordings, channels): (Vec<RecordingEntry>, &[Vec<ChannelEntry>]),
+    tried: usize,
+) -> Diagnosis {
+    let names: Vec<&str> = recordings.iter().map(|one| &*one.recording).collect();
+    let diagnoses: Vec<&Diagnosis> = each.iter().map(|one| &one.outcome.diagnosis).collect();
+    let verdict = verdict_of(diagnoses.iter().map(|one| one.verdict));
+    let mut summary = vec![opening(verdict).to_string()];
+    for (data, one) in all.iter().zip(&diagnoses) {
+        let name = &data.streams.pieces[0].recording;
+        summary.extend(one.summary.iter().skip(1).map(|line| {
+            let is_said = line.starts_with("Found");
+            if is_said {
+                line.clone()
+            } else {
+                format!("{name}: {line}")
+            }
+        }));
+    }
+    let mut effects = Vec::new();
+    let mut rest = Vec::new();
+    for (data, one) in all.iter().zip(each) {
+        let mut own = one.outcome.diagnosis.effects.clone();
+        let mut of_data = own.split_off(one.named);
+        for entry in of_data
+            .iter_mut()
+            .filter(|one| one.text("recording").is_none())
+        {
+            entry.parameters.push(ParameterEntry::Text {
+                name: "recording".to_string(),
+                value: data.streams.pieces[0].recording.clone(),
+            });
+        }
+        effects.extend(own);
+        rest.extend(of_data);
+    }
+    effects.extend(rest);
+    let locations = all.iter().zip(&diagnoses).flat_map(|(data, one)| {
+        one.locations.iter().map(|location| LocationEntry {
+            recording: Some(data.streams.pieces[0].recording.clone()),
+            ..location.clone()
+        })
+    });
+    let unseen: Vec<BTreeSet<&String>> = diagnoses
+        .iter()
+        .map(|one| one.not_excluded.iter().collect())
+        .collect();
+    let nobody = |line: &&String| unseen.iter().all(|own| own.contains(line));
+    let experiments = each.iter().filter(|one| one.named > 0);
+    let experiment = experiments.chain(each).next();
+    Diagnosis {
+        recording: names.join(" + "),
+        verdict,
+        summary,
+        locations: locations.collect(),
+        effects,
+        fit: FitEntry {
+            fitted_on: in_a_row(all, &diagnoses, |fit| &fit.fitted_on),
+            held_out: in_a_row(all, &diagnoses, |fit| &fit.held_out),
+            channels: (0..3).filter_map(|axis| channel(channels, axis)).collect(),
+            recordings,
+            whole: None,
+        },
+        not_excluded: diagnoses[0]
+            .not_excluded
+            .iter()
+            .filter(nobody)
+            .cloned()
+            .collect(),
+        next_experiment: experiment.map_or_else(String::new, |one| {
+            one.outcome.diagnosis.next_experiment.clone()
+        }),
+        noise: (0..3).map(|axis| noise(&diagnoses, axis)).collect(),
+        trials: tried,
+        ..diagnoses[0].clone()
+    }
+}
+
+/// Verdict on all recordings from those on each.
+fn verdict_of(each: impl Iterator<Item = Verdict> + Clone) -> Verdict {
+    let is_told = |verdict| matches!(verdict, Verdict::Explained | Verdict::PartlyExplained);
+    let is_consistent = |verdict| matches!(verdict, Verdict::Explained | Verdict::Matches);
+    match (each.clone().any(is_told), each.clone().all(is_consistent)) {
+        (false, true) => Verdict::Matches,
+        (false, false) => Verdict::Unexplained,
+        (true, true) => Verdict::Explained,
+        (true, false) => Verdict::PartlyExplained,
+    }
+}
+
+/// Times \[s\] that count on from the first recording's clock without a gap.
+fn in_a_row<'a>(
+    all: &[Data],
+    each: &[&'a Diagnosis],
+    of: impl Fn(&'a FitEntry) -> &'a Vec<[f64; 2]>,
+) -> Vec<[f64; 2]> {
+    let mut before_s = all[0].streams.start_s;
+    let mut times = Vec::new();
+    for (data, one) in all.iter().zip(each) {
+        let streams = data.streams;
+        let later = before_s - streams.start_s;
+        times.extend(
+            of(&one.fit)
+                .iter()
+                .map(|span| span.map(|time_s| time_s + later)),
+        );
+        before_s += streams.rows as f64 / streams.rate_hz;
+    }
+    times
+}
+
+/// Figures of one gyro over all recordings: drifts by their weights, powers by mean, chances by the smallest of so many.
+fn channel(all: &[Vec<ChannelEntry>], axis: usize) -> Option<ChannelEntry> {
+    let each: Vec<&ChannelEntry> = all.iter().filter_map(|one| one.get(axis)).collect();
+    let first = *each.first()?;
+    let figures = |of: &dyn Fn(&ChannelEntry) -> FiguresEntry| {
+        let all: Vec<FiguresEntry> = each.iter().map(|one| of(one)).collect();
+        let count = all.len() as f64;
+        let weight: f64 = all.iter().map(|one| one.drift_std_rad_s.powi(-2)).sum();
+        let weighted = |one: &FiguresEntry| one.drift_rad_s * one.drift_std_rad_s.powi(-2);
+        let mean = |of: &dyn Fn(&FiguresEntry) -> f64| all.iter().map(of).sum::<f64>() / count;
+        let least = all.iter().map(|one| one.white_p_value).fold(1.0, f64::min);
+        FiguresEntry {
+            drift_rad_s: all.iter().map(weighted).sum::<f64>() / weight,
+            drift_std_rad_s: weight.sqrt().recip(),
+            normalised_power: mean(&|one| one.normalised_power),
+            normalised_power_all: mean(&|one| one.normalised_power_all),
+            white_p_value: (least * count).min(1.0),
+        }
+    };
+    Some(ChannelEntry {
+        held_out_before: figures(&|one| one.held_out_before.clone()),
+        held_out_after: figures(&|one| one.held_out_after.clone()),
+        ..first.clone()
+    })
+}
+
+/// Noise of one gyro: the root mean square of the recordings'.
+fn noise(each: &[&Diagnosis], axis: usize) -> NoiseEntry {
+    let count = each.len() as f64;
+    let rms = |of: &dyn Fn(&NoiseEntry) -> f64| {
+        let squares = each.iter().map(|one| of(&one.noise[axis]).powi(2));
+        (squares.sum::<f64>() / count).sqrt()
+    };
+    let wanders = each
+        .iter()
+        .any(|one| one.noise[axis].wandering_rad_s.is_some());
+    NoiseEntry {
+        channel: each[0].noise[axis].channel.clone(),
+        angle_random_walk_rad_sqrt_s: rms(&|one| one.angle_random_walk_rad_sqrt_s),
+        angle_noise_rad: rms(&|one| one.angle_noise_rad),
+        wandering_rad_s: wanders.then(|| rms(&|one| one.wandering_rad_s.unwrap_or(0.0))),
+        terms: None,
+    }
+}

@@ -1,0 +1,369 @@
+//! Candidates of several recordings as common hypotheses.
+
+use rlg_catalogue::Candidate;
+use rlg_inference::likelihood::behind;
+use rlg_inference::{Bound, Fit, Hypothesis};
+
+use crate::confirm::gyro_of_event;
+use crate::plan::SeveralPlan;
+
+/// Records of one recording: its gyros.
+pub(super) const RECORDS: usize = 3;
+
+/// Which recordings have an effect, and in how many sizes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sharing {
+    /// All that can show it, in one size.
+    Common,
+    /// All that can show it, each in its own.
+    Apart,
+    /// One.
+    Only(usize),
+}
+
+/// A candidate over several recordings.
+#[derive(Debug, Clone)]
+pub(super) struct Shared {
+    /// Its records count through all recordings; its columns are those of their recording.
+    pub(super) candidate: Candidate,
+    /// Who has it.
+    pub(super) sharing: Sharing,
+    /// By recording that has it: its place among that one's candidates, and which parameter here each of its own is.
+    pub(super) own: Vec<Option<(usize, Vec<usize>)>>,
+}
+
+impl Shared {
+    /// Whether it is the same effect with the same sharing, columns aside.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        let (a, b) = (&self.candidate, &other.candidate);
+        a.kind == b.kind && a.variant == b.variant && self.sharing == other.sharing
+    }
+
+    /// What it does to one recording, on that one's own records; parameters as here.
+    pub(super) fn in_recording(&self, recording: usize) -> Candidate {
+        let mut own = self.candidate.clone();
+        own.hypothesis = on_own_records(&own.hypothesis, recording);
+        own
+    }
+
+    /// The same by itself: with its own parameters where each recording has its own size.
+    ///
+    /// # Returns
+    /// The candidate and the first of its parameters here.
+    pub(super) fn alone_in(
+        &self,
+        recording: usize,
+        of_recording: &[Candidate],
+    ) -> (Candidate, usize) {
+        match (self.sharing, &self.own[recording]) {
+            (Sharing::Apart, Some((place, parameters))) => {
+                let mut own = of_recording[*place].clone();
+                own.hypothesis.price = self.candidate.hypothesis.price;
+                (own, parameters.first().copied().unwrap_or(0))
+            }
+            _ => (self.in_recording(recording), 0),
+        }
+    }
+}
+
+/// A hypothesis on one recording's records alone, counted from its first.
+pub(super) fn on_own_records(hypothesis: &Hypothesis, recording: usize) -> Hypothesis {
+    let first = recording * RECORDS;
+    let mut own = hypothesis.clone();
+    let is_own = |record: usize| (first..first + RECORDS).contains(&record);
+    own.terms.retain(|one| is_own(one.record));
+    own.fixed.retain(|one| is_own(one.record));
+    own.terms.iter_mut().for_each(|one| one.record -= first);
+    own.fixed.iter_mut().for_each(|one| one.record -= first);
+    own
+}
+
+/// Spells out which effects recordings may share.
+///
+/// # Inputs
+/// `candidates`: of each recording, over its own columns.
+pub(super) fn spelt_out(candidates: &[&[Candidate]], plan: &SeveralPlan) -> Vec<Shared> {
+    let mut groups: Vec<Vec<Option<usize>>> = Vec::new();
+    for (recording, own) in candidates.iter().enumerate() {
+        for (place, one) in own.iter().enumerate() {
+            let is_same = |group: &&mut Vec<Option<usize>>| {
+                let known = group.iter().zip(candidates);
+                let mut known = known.filter_map(|(place, own)| Some(&own[(*place)?]));
+                known.all(|other| may_be_one(one, other)) && group[recording].is_none()
+            };
+            match groups.iter_mut().find(is_same) {
+                Some(group) => group[recording] = Some(place),
+                None => {
+                    let mut group = vec![None; candidates.len()];
+                    group[recording] = Some(place);
+                    groups.push(group);
+                }
+            }
+        }
+    }
+    let mut all = Vec::new();
+    for group in &groups {
+        let having: Vec<usize> = (0..group.len()).filter(|&k| group[k].is_some()).collect();
+        if having.len() > 1 {
+            let common = shared(candidates, group, Sharing::Common, plan.common);
+            if has_one_base(candidates, group) {
+                all.push(common);
+            }
+            all.push(shared(candidates, group, Sharing::Apart, plan.apart));
+        }
+        for &one in &having {
+            let mut alone = vec![None; group.len()];
+            alone[one] = group[one];
+            let price = match having.len() {
+                1 => 0.0,
+                count => plan.only + (count as f64).ln(),
+            };
+            all.push(shared(candidates, &alone, Sharing::Only(one), price));
+        }
+    }
+    require(&mut all, candidates);
+    all
+}
+
+/// Whether candidates of two recordings may be one effect. What happens once happens in one.
+fn may_be_one(a: &Candidate, b: &Candidate) -> bool {
+    let is_linear = |one: &Candidate| one.base.iter().all(|base| *base == 0.0);
+    // What is estimated about a delay is that delay, whichever it is made about; other numbers within a column make it.
+    let is_one_column = rlg_catalogue::candidates::is_delay(a.kind)
+        || (is_linear(a) && is_linear(b))
+        || a.base == b.base;
+    a.kind == b.kind && a.variant == b.variant && is_one_column && gyro_of_event(a).is_none()
+}
+
+/// Whether all that a group's parameters are beyond is the same.
+fn has_one_base(candidates: &[&[Candidate]], group: &[Option<usize>]) -> bool {
+    let mut known: Vec<(&str, f64)> = Vec::new();
+    for (own, place) in candidates.iter().zip(group) {
+        let Some(one) = place.map(|place| &own[place]) else {
+            continue;
+        };
+        for (name, base) in one.names.iter().zip(&one.base) {
+            match known.iter().find(|(other, _)| other == name) {
+                Some((_, other)) if other != base => return false,
+                Some(_) => {}
+                None => known.push((name, *base)),
+            }
+        }
+    }
+    true
+}
+
+/// One effect of the recordings in `group`.
+fn shared(
+    candidates: &[&[Candidate]],
+    group: &[Option<usize>],
+    sharing: Sharing,
+    price: f64,
+) -> Shared {
+    let (mut names, mut base): (Vec<String>, Vec<f64>) = (Vec::new(), Vec::new());
+    let mut bounds: Vec<Bound> = Vec::new();
+    let (mut terms, mut fixed) = (Vec::new(), Vec::new());
+    let mut own = vec![None; group.len()];
+    let mut own_price = f64::NEG_INFINITY;
+    let mut like = None;
+    for (recording, place) in group.iter().enumerate() {
+        let Some(place) = *place else {
+            continue;
+        };
+        let one = &candidates[recording][place];
+        like = like.or(Some(one));
+        own_price = own_price.max(one.hypothesis.price);
+        let parameters: Vec<usize> = (0..one.names.len())
+            .map(|parameter| {
+                let is_it = |name: &String| *name == one.names[parameter];
+                let known = match sharing {
+                    Sharing::Apart => None,
+                    _ => names.iter().position(is_it),
+                };
+                known.unwrap_or_else(|| {
+                    names.push(one.names[parameter].clone());
+                    base.push(one.base[parameter]);
+                    bounds.push(one.hypothesis.bound(parameter));
+                    names.len() - 1
+                })
+            })
+            .collect();
+        let moved = behind(&one.hypothesis, recording * RECORDS);
+        terms.extend(moved.terms.into_iter().map(|mut term| {
+            term.parameter = parameters[term.parameter];
+            term
+        }));
+        fixed.extend(moved.fixed);
+        own[recording] = Some((place, parameters));
+    }
+    let like = like.expect("a group has a recording");
+    let candidate = Candidate {
+        kind: like.kind,
+        variant: like.variant,
+        hypothesis: Hypothesis {
+            parameters: names.len(),
+            terms,
+            fixed,
+            requires: None,
+            bounds,
+            price: own_price + price,
+        },
+        names,
+        base,
+    };
+    Shared {
+        candidate,
+        sharing,
+        own,
+    }
+}
+
+/// Carries over which candidate means something else without which other, that of the same sharing where there is one.
+fn require(all: &mut [Shared], candidates: &[&[Candidate]]) {
+    for place in 0..all.len() {
+        let of_first = all[place]
+            .own
+            .iter()
+            .enumerate()
+            .find_map(|(recording, own)| {
+                let required = candidates[recording][own.as_ref()?.0].hypothesis.requires?;
+                Some((recording, required))
+            });
+        let Some((recording, required)) = of_first else {
+            continue;
+        };
+        let is_it =
+            |one: &Shared| matches!(&one.own[recording], Some((own, _)) if *own == required);
+        let sharing = all[place].sharing;
+        let same = all
+            .iter()
+            .position(|one| is_it(one) && one.sharing == sharing);
+        all[place].candidate.hypothesis.requires = same.or_else(|| all.iter().position(is_it));
+    }
+}
+
+/// A fit as one recording sees it: over its own candidates, with its own noise, members that are not its own left out.
+pub(super) fn seen_by(fit: &Fit, all: &[Shared], recording: usize) -> Fit {
+    let mut own = with_noise_of(fit, recording);
+    own.members.clear();
+    own.blocks.clear();
+    let mut parameters: Vec<usize> = Vec::new();
+    let acting = fit.members.iter().zip(&fit.blocks);
+    for (&member, block) in acting {
+        let Some((place, of_member)) = &all[member].own[recording] else {
+            continue;
+        };
+        let first = parameters.len();
+        parameters.extend(of_member.iter().map(|parameter| block.start + parameter));
+        own.members.push(*place);
+        own.blocks.push(first..parameters.len());
+    }
+    for gap in &mut own.gaps {
+        let first = parameters.len();
+        parameters.extend(gap.clone());
+        *gap = first..parameters.len();
+    }
+    own.estimate = nalgebra::DVector::from_fn(parameters.len(), |k, _| fit.estimate[parameters[k]]);
+    own.covariance = nalgebra::DMatrix::from_fn(parameters.len(), parameters.len(), |i, j| {
+        fit.covariance[(parameters[i], parameters[j])]
+    });
+    own
+}
+
+/// The same fit with the noise and the gaps of one recording.
+pub(super) fn with_noise_of(fit: &Fit, recording: usize) -> Fit {
+    let records = recording * RECORDS..(recording + 1) * RECORDS;
+    Fit {
+        levels: fit.levels[records.clone()].to_vec(),
+        drift: fit.drift[records.clone()].to_vec(),
+        gaps: fit.gaps[records].to_vec(),
+        ..fit.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rlg_catalogue::Candidate;
+    use rlg_catalogue::candidates::Variant;
+    use rlg_inference::{Hypothesis, Term};
+
+    use super::{Sharing, spelt_out};
+    use crate::plan::SeveralPlan;
+
+    /// One parameter on each of some gyros, columns as the gyros.
+    fn candidate(kind: &'static str, variant: Variant, gyros: &[usize]) -> Candidate {
+        let term = |(parameter, &gyro): (usize, &usize)| Term {
+            parameter,
+            record: gyro,
+            column: gyro,
+            coefficient: 1.0,
+        };
+        Candidate {
+            kind,
+            variant,
+            names: gyros
+                .iter()
+                .map(|&gyro| ["x", "y", "z"][gyro].to_string())
+                .collect(),
+            base: vec![0.0; gyros.len()],
+            hypothesis: Hypothesis {
+                parameters: gyros.len(),
+                terms: gyros.iter().enumerate().map(term).collect(),
+                fixed: Vec::new(),
+                requires: None,
+                bounds: Vec::new(),
+                price: 1.0,
+            },
+        }
+    }
+
+    #[test]
+    fn parameters_of_one_name_are_one_where_a_size_is_common_and_several_where_it_is_not() {
+        let first = [candidate("gyro_scale", Variant::Whole, &[0, 1])];
+        let second = [candidate("gyro_scale", Variant::Whole, &[1, 2])];
+        let plan = SeveralPlan::default();
+        let all = spelt_out(&[&first, &second], &plan);
+        let sharings: Vec<Sharing> = all.iter().map(|one| one.sharing).collect();
+        let only = [Sharing::Only(0), Sharing::Only(1)];
+        assert_eq!(
+            sharings,
+            [&[Sharing::Common, Sharing::Apart], &only[..]].concat()
+        );
+        let common = &all[0].candidate;
+        assert_eq!(common.names, ["x", "y", "z"]);
+        let places: Vec<(usize, usize)> = common
+            .hypothesis
+            .terms
+            .iter()
+            .map(|term| (term.parameter, term.record))
+            .collect();
+        assert_eq!(places, [(0, 0), (1, 1), (1, 4), (2, 5)]);
+        assert_eq!(all[1].candidate.names, ["x", "y", "y", "z"]);
+        assert_eq!(
+            all[1].alone_in(1, &second),
+            (
+                Candidate {
+                    hypothesis: Hypothesis {
+                        price: 1.0 + plan.apart,
+                        ..second[0].hypothesis.clone()
+                    },
+                    ..second[0].clone()
+                },
+                2
+            )
+        );
+        assert_eq!(all[0].in_recording(1).hypothesis.terms[0].record, 1);
+    }
+
+    #[test]
+    fn what_happens_once_happens_in_one_recording() {
+        let step = [candidate(
+            "gyro_bias_step",
+            Variant::Event { axis: 0, row: 7 },
+            &[0],
+        )];
+        let all = spelt_out(&[&step, &step], &SeveralPlan::default());
+        let sharings: Vec<Sharing> = all.iter().map(|one| one.sharing).collect();
+        assert_eq!(sharings, [Sharing::Only(0), Sharing::Only(1)]);
+    }
+}
