@@ -195,24 +195,19 @@ fn join_delays(
         .zip(fits)
         .map(|(one, fit)| delays(fit, &one.pass.candidates))
         .collect();
-    let mut joint_s = [None; 3];
-    for (gyro, joint) in joint_s.iter_mut().enumerate() {
-        let weight = |std_s: f64| if std_s > 0.0 { std_s.powi(-2) } else { 0.0 };
-        let weights: f64 = each.iter().map(|(_, std)| weight(std[gyro])).sum();
-        let sum: f64 = each
+    let joint_s = [0, 1, 2].map(|gyro: usize| {
+        let own: Vec<(f64, f64)> = each
             .iter()
-            .map(|(value, std)| weight(std[gyro]) * value[gyro])
-            .sum();
-        let mean_s = sum / weights;
-        let is_near = |(value, std): &([f64; 3], [f64; 3])| {
-            std[gyro].is_finite()
-                && (value[gyro] - mean_s).abs() < plan.several.same_delay * std[gyro]
-        };
-        *joint = (weights > 0.0 && each.iter().all(is_near)).then_some(mean_s);
-    }
+            .map(|(value_s, std_s)| (value_s[gyro], std_s[gyro]))
+            .collect();
+        joint_delay(&own, plan.several.same_delay)
+    });
     let [Some(x), Some(y), Some(z)] = joint_s else {
         return;
     };
+    if [x, y, z] == [0.0; 3] {
+        return;
+    }
     *recordings = std::mem::take(recordings)
         .into_iter()
         .zip(all.iter_mut())
@@ -221,6 +216,30 @@ fn join_delays(
             one.linearised_about(data, fit.clone(), Some([x, y, z]), (plan, left_out))
         })
         .collect();
+}
+
+/// The mean of delays that may be one; 0 where there is none.
+///
+/// # Inputs
+/// `each`: value and standard deviation \[s\], infinite where a recording has none; `same`: how far one may lie from the mean \[σ\].
+fn joint_delay(each: &[(f64, f64)], same: f64) -> Option<f64> {
+    let weight = |std_s: f64| if std_s > 0.0 { std_s.powi(-2) } else { 0.0 };
+    let weights: f64 = each.iter().map(|(_, std_s)| weight(*std_s)).sum();
+    if weights == 0.0 {
+        return Some(0.0);
+    }
+    let sum: f64 = each
+        .iter()
+        .map(|(value_s, std_s)| weight(*std_s) * value_s)
+        .sum();
+    let mean_s = sum / weights;
+    let std_of_mean_s = weights.sqrt().recip();
+    // A recording that shows none may have one that is weak.
+    let may_be = |(value_s, std_s): &(f64, f64)| match std_s.is_finite() {
+        true => (value_s - mean_s).abs() < same * std_s,
+        false => mean_s.abs() < 2.0 * same * std_of_mean_s,
+    };
+    each.iter().all(may_be).then_some(mean_s)
 }
 
 /// Spells out in all recordings what was found in one of them by a scan: its candidate is in no other's catalogue.
@@ -390,5 +409,22 @@ fn judge(
         without,
         empty,
         tried,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::joint_delay;
+
+    #[test]
+    fn delays_are_one_where_each_recording_alone_allows_it() {
+        const NONE: (f64, f64) = (0.0, f64::INFINITY);
+        assert_eq!(joint_delay(&[NONE, NONE], 5.0), Some(0.0));
+        let mean_s = joint_delay(&[(4.0e-4, 1e-6), (4.02e-4, 1e-6)], 5.0);
+        assert!(mean_s.is_some_and(|mean_s| (mean_s - 4.01e-4).abs() < 1e-12));
+        assert_eq!(joint_delay(&[(4.0e-4, 1e-6), (4.2e-4, 1e-6)], 5.0), None);
+        // Weak and strong beside a recording that shows none.
+        assert!(joint_delay(&[(5e-6, 1e-6), NONE], 5.0).is_some());
+        assert_eq!(joint_delay(&[(4e-4, 1e-6), NONE], 5.0), None);
     }
 }
