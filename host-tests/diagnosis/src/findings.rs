@@ -271,7 +271,7 @@ fn has_event(data: &Data, fit: &Fit, after_rad: &Triad, plan: &AnalysisPlan) -> 
 
 fn findings<'a>(
     (data, found): (&Data, &'a Found),
-    confirmed: &Confirmed,
+    confirmed: &'a Confirmed,
     regimes: &[Regime],
     plan: &AnalysisPlan,
 ) -> Vec<Finding<'a>> {
