@@ -16,6 +16,8 @@ pub(crate) mod code_sum;
 
 pub mod stages;
 
+pub mod terms;
+
 mod discontinuity;
 
 #[cfg(feature = "proof")]
@@ -41,16 +43,18 @@ use crate::chain::stages::sculling::{self, ScullingState};
 use crate::chain::stages::size_effect::{self, SizeEffect, SizeEffectState};
 use crate::chain::stages::turning;
 use crate::chain::stages::velocity::Velocity;
+use crate::chain::terms::{PeriodSums, SlowReadings, Term};
 use crate::store::parameters::{ParameterError, Parameters};
 
 /// The configuration of every stage: checked once when built, constant afterwards.
 ///
 /// The order of fields in memory (`repr(C)`) saves 20 instructions a sample. A Cortex-M4 loads a float from at most 1020
 /// bytes above a base register, and the processor holds state and chain side by side so that both share one base:
-/// factors that every sample needs come first in the chain, what only accelerometers need comes last in the state.
+/// factors that every sample needs come first in the chain, what only accelerometers need comes last in the state, and
+/// behind it what only optional [`terms`](crate::terms) need.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
-pub struct Chain<N: NumberSystem> {
+pub struct Chain<N: NumberSystem, T: Term<N> = ()> {
     acceleration: Acceleration<N>,
     counts: Counts<N>,
     installation: Installation<N>,
@@ -60,20 +64,23 @@ pub struct Chain<N: NumberSystem> {
     samples_per_output: u32,
     /// Exponent of the increment unit.
     unit_log2: u32,
-    accelerometers: Option<Accelerometers<N>>,
+    accelerometers: Option<Accelerometers<N, T>>,
+    terms: T,
 }
 
 /// Configuration of the stages of the velocity.
 #[derive(Debug, Clone, Copy)]
-struct Accelerometers<N: NumberSystem> {
+struct Accelerometers<N: NumberSystem, T: Term<N>> {
     velocity: Velocity<N>,
     size_effect: SizeEffect,
+    /// A copy, so that without terms nothing is handed on.
+    terms: T,
 }
 
 /// What the chain keeps between samples. One state belongs to one stream of samples.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 #[repr(C)]
-pub struct ChainState<N: NumberSystem> {
+pub struct ChainState<N: NumberSystem, T: Term<N> = ()> {
     counts: CodeSum,
     dither: DitherState<N>,
     adaptation: AdaptationState<N>,
@@ -98,6 +105,7 @@ pub struct ChainState<N: NumberSystem> {
     size_effect: SizeEffectState<N>,
     /// Readings of the present output period that cover several sampling periods.
     gap: GapState,
+    terms: T::State,
 }
 
 /// Place of the next sample in the stream.
@@ -116,7 +124,33 @@ enum StreamPhase {
     Restarted(u32),
 }
 
-impl<N: NumberSystem> ChainState<N> {
+impl<N: NumberSystem, T: Term<N>> Default for ChainState<N, T> {
+    fn default() -> Self {
+        Self {
+            counts: CodeSum::default(),
+            dither: DitherState::default(),
+            adaptation: AdaptationState::default(),
+            acceleration: AccelerationState::default(),
+            flexure: SignedFlexure::<N>::default(),
+            coning: ConingState::default(),
+            frame: FrameState::default(),
+            phase: StreamPhase::default(),
+            periods_in_output: 0,
+            periods_before: 0,
+            periods_without_bias: 0,
+            status: Status::default(),
+            health: Status::default(),
+            faults: Faults::default(),
+            velocity: CodeSum::default(),
+            sculling: ScullingState::default(),
+            size_effect: SizeEffectState::default(),
+            gap: GapState::default(),
+            terms: T::State::default(),
+        }
+    }
+}
+
+impl<N: NumberSystem, T: Term<N>> ChainState<N, T> {
     /// The state before the first sample.
     pub fn new() -> Self {
         Self::default()
@@ -161,9 +195,25 @@ impl<N: NumberSystem> ChainState<N> {
 }
 
 impl<N: NumberSystem> Chain<N> {
-    /// Checks the parameters and turns them into this number system's coefficients. Runs at boot.
+    /// Checks the parameters and turns them into this number system's coefficients, of a chain without terms. Runs at
+    /// boot.
     pub fn new(parameters: &Parameters) -> Result<Self, ParameterError> {
+        Self::with_terms(parameters)
+    }
+}
+
+impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
+    /// [`Chain::new`] of a chain with the terms `T`.
+    ///
+    /// # Errors
+    /// A parameter is out of its range, or there is a record of a kind that `T` lacks.
+    pub fn with_terms(parameters: &Parameters) -> Result<Self, ParameterError> {
         parameters.check()?;
+        if let Some(kind) = parameters.terms.kinds().first_beyond(T::KINDS) {
+            return Err(ParameterError::TermAbsent(kind));
+        }
+        let terms = T::new(parameters)?;
+        parameters.check_addition(terms.largest_addition())?;
         let limits = Limits::new(parameters);
         let dither = Dither::new(parameters, &limits);
         Ok(Self {
@@ -175,18 +225,34 @@ impl<N: NumberSystem> Chain<N> {
                 Accelerometers {
                     velocity: Velocity::new(parameters, accelerometers),
                     size_effect: SizeEffect::new(parameters, accelerometers),
+                    terms,
                 }
             }),
             samples_per_output: u32::from(parameters.samples_per_output),
             unit_log2: parameters.increment_unit_log2(),
             limits,
             dither,
+            terms,
         })
     }
 
+    /// Whether this chain can use the parameters.
+    ///
+    /// # Errors
+    /// Those of [`with_terms`](Self::with_terms).
+    pub fn check(parameters: &Parameters) -> Result<(), ParameterError> {
+        Self::with_terms(parameters).map(|_| ())
+    }
+
     /// Whether the stream has its first sample and the dithers, if any is watched, have had one window without a finding.
-    pub fn has_started(&self, state: &ChainState<N>) -> bool {
+    pub fn has_started(&self, state: &ChainState<N, T>) -> bool {
         state.phase != StreamPhase::First && self.adaptation.has_started(&state.adaptation)
+    }
+
+    /// Hands readings that change slowly to the terms; they hold until the next ones. The sampling interrupt must not run
+    /// meanwhile.
+    pub fn slow(&self, state: &mut ChainState<N, T>, readings: &SlowReadings) {
+        self.terms.slow(&mut state.terms, readings);
     }
 
     /// Takes one sample through the chain; every `samples_per_output`-th sample gives a frame.
@@ -200,7 +266,7 @@ impl<N: NumberSystem> Chain<N> {
     /// in range. The output period's last sample costs more; so do samples that follow a start or a gap or are held at a
     /// limit, at most half as much again.
     #[inline]
-    pub fn process(&self, state: &mut ChainState<N>, sample: &Sample) -> Option<OutputFrame> {
+    pub fn process(&self, state: &mut ChainState<N, T>, sample: &Sample) -> Option<OutputFrame> {
         let brought_into_range;
         let ordinary = matches!(state.phase, StreamPhase::Second | StreamPhase::Ordinary)
             && self.limits.fit(state.dither.previous(), sample);
@@ -230,6 +296,12 @@ impl<N: NumberSystem> Chain<N> {
             .dither
             .process(&mut state.dither, sensed, sample.pickoff_codes);
 
+        if state.phase == StreamPhase::Second {
+            core::hint::cold_path();
+            self.terms.begin(&mut state.terms, stripped);
+        }
+        let stripped = self.terms.increments(&mut state.terms, stripped);
+
         let at_rest = compensation::at_rest::<N>(self.installation.at_rest(), stripped);
 
         if state.phase == StreamPhase::Second {
@@ -248,6 +320,7 @@ impl<N: NumberSystem> Chain<N> {
         }
 
         let tilts = installation::process::<N>(&state.flexure, acceleration);
+        let tilts = (self.terms).tilts(&mut state.terms, acceleration, tilts);
 
         let tilted = compensation::tilted::<N>(&tilts, stripped);
 
@@ -262,7 +335,7 @@ impl<N: NumberSystem> Chain<N> {
 
     /// Counts `periods` sampling periods; gives the frame if an output period ends.
     #[inline(always)]
-    fn advance_time(&self, state: &mut ChainState<N>, periods: u32) -> Option<OutputFrame> {
+    fn advance_time(&self, state: &mut ChainState<N, T>, periods: u32) -> Option<OutputFrame> {
         state.periods_in_output = state.periods_in_output.wrapping_add(periods);
         if state.periods_in_output < self.samples_per_output {
             return None;
@@ -272,7 +345,7 @@ impl<N: NumberSystem> Chain<N> {
 
     /// Ends the output period, or several of them that passed without a sample, and makes the frame of the last.
     #[inline(never)]
-    fn finish(&self, state: &mut ChainState<N>) -> OutputFrame {
+    fn finish(&self, state: &mut ChainState<N, T>) -> OutputFrame {
         // An ordinary period needs no division.
         let outputs = if state.periods_in_output == self.samples_per_output {
             1
@@ -286,7 +359,8 @@ impl<N: NumberSystem> Chain<N> {
         let without = core::mem::take(&mut state.periods_without_bias);
         let with_rotation = periods.wrapping_sub(without);
 
-        let sensed = self.counts.finish(&mut state.counts, with_rotation);
+        let bias = self.terms.bias(&state.terms);
+        let sensed = (self.counts).finish(&mut state.counts, with_rotation, bias);
         let stripped = self.dither.finish(&mut state.dither);
         let window = self.adaptation.finish(
             &mut state.adaptation,
@@ -307,6 +381,8 @@ impl<N: NumberSystem> Chain<N> {
                 .wrapping_add(sensed[axis])
                 .wrapping_sub(stripped[axis]);
         }
+        let sums = self.period_sums(state, with_rotation);
+        let sensing_axes = self.terms.angles(&mut state.terms, &sums, sensing_axes);
         let case = compensation::at_rest_exactly(self.installation.exact_at_rest(), sensing_axes);
         let beside = coning::finish(&mut state.coning, self.unit_log2);
         let mut rotation = case;
@@ -342,8 +418,22 @@ impl<N: NumberSystem> Chain<N> {
         frame
     }
 
+    /// What terms may know of the output period that ends.
+    #[inline(always)]
+    fn period_sums(&self, state: &ChainState<N, T>, periods: u32) -> PeriodSums {
+        let velocity = match &self.accelerometers {
+            Some(known) if T::NEEDS_FORCE => known.velocity.over(&state.velocity, periods),
+            _ => [0; 3],
+        };
+        PeriodSums {
+            periods,
+            unit_log2: self.unit_log2,
+            velocity,
+        }
+    }
+
     /// Switches the flexure term off while a gyro's increments hold its dither, and on again.
-    fn degrade(&self, state: &mut ChainState<N>, health: Status) {
+    fn degrade(&self, state: &mut ChainState<N, T>, health: Status) {
         let unusable = Status::PICKOFF_FAILED.union(Status::COUNTER_STUCK);
         let off = health.bits() & unusable.bits() != 0;
         state.flexure = if off {
@@ -351,21 +441,23 @@ impl<N: NumberSystem> Chain<N> {
         } else {
             *self.installation.flexure()
         };
+        self.terms.degrade(&mut state.terms, !off);
         state.health = health.union(Status::DYNAMIC_TERM_OFF.when(off));
     }
 }
 
-impl<N: NumberSystem> Accelerometers<N> {
+impl<N: NumberSystem, T: Term<N>> Accelerometers<N, T> {
     /// Takes one sample's accelerometer codes through velocity, sculling and size effect, after its rotation. It is not
     /// inlined, so that the chain without accelerometers pays for a branch alone: inlined, it would cost 26
     /// instructions more where the branch is not taken.
     #[inline(never)]
-    fn process(&self, state: &mut ChainState<N>, codes: [i32; 3]) {
+    fn process(&self, state: &mut ChainState<N, T>, codes: [i32; 3]) {
         let (increment, saturated) = self.velocity.process(&mut state.velocity, codes);
         if saturated != Status::default() {
             core::hint::cold_path();
             state.raise(saturated);
         }
+        let increment = self.terms.velocities(&mut state.terms, increment);
 
         sculling::process(&mut state.sculling, &state.coning, increment);
 
@@ -377,12 +469,13 @@ impl<N: NumberSystem> Accelerometers<N> {
     #[inline(never)]
     fn finish(
         &self,
-        state: &mut ChainState<N>,
+        state: &mut ChainState<N, T>,
         unit_log2: u32,
         rotation: [i64; 3],
         periods: u32,
     ) -> [i64; 3] {
         let felt = self.velocity.finish(&mut state.velocity, periods);
+        let felt = self.terms.felt(&mut state.terms, unit_log2, felt);
         // While the dynamic term is off, the increments contain a block's dither.
         let known = !state.health.contains(Status::DYNAMIC_TERM_OFF);
         let size_effect = self.size_effect.finish(&mut state.size_effect, known);

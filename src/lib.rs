@@ -54,8 +54,8 @@
 //! timing, tells the chain of samples that did not come, counts every fault and makes the telemetry frame.
 //!
 //! # What it does not do
-//! Temperature models, the navigation itself; effects other than bias, scale, installation, pickoff gain and
-//! delay and axis flexure, and of accelerometers bias, scale, misalignment and size effect.
+//! The navigation itself; effects other than bias, scale, installation, pickoff gain and delay and axis flexure, of
+//! accelerometers bias, scale, misalignment and size effect, and those of the optional [`terms`].
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -70,7 +70,7 @@ pub mod wire;
 
 pub mod store;
 
-pub use chain::{design_parameters, dither_monitor, faults, numbers, sample, stages, triad};
+pub use chain::{design_parameters, dither_monitor, faults, numbers, sample, stages, terms, triad};
 pub use store::{parameter_block, parameter_slots, parameters};
 pub use unit::{clock_start, counter_bank, health, processor, sample_source, trace};
 pub use wire::{bank_record, run_report, telemetry};
@@ -86,4 +86,5 @@ pub use parameters::{AccelerometerParameters, ParameterError, Parameters};
 pub use processor::{BootReport, Processor, Timing};
 pub use sample::{FrameError, OutputFrame, Sample};
 pub use telemetry::{Decoder, TELEMETRY_BYTES, TelemetryError, TelemetryFrame};
+pub use terms::{SlowReadings, Term, TermKind, TermRecords};
 pub use triad::{CrossAxis, Triad};

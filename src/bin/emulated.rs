@@ -8,6 +8,12 @@ compile_error!("the image `emulated` needs the feature `emulator`");
 /// The number system of this image.
 type Core = trueaxis::F32;
 
+/// The optional terms of this image.
+#[cfg(feature = "terms")]
+type Terms = trueaxis::terms::AllTerms<Core>;
+#[cfg(not(feature = "terms"))]
+type Terms = ();
+
 #[cfg(target_os = "none")]
 #[path = "../hardware/mod.rs"]
 mod hardware;
@@ -17,5 +23,5 @@ mod settings;
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    settings::print::<Core>("emulated");
+    settings::print::<Core, Terms>("emulated");
 }

@@ -8,6 +8,12 @@ compile_error!("the image `firmware-fixed` needs the feature `board`");
 /// The number system of this image.
 type Core = trueaxis::Fixed;
 
+/// The optional terms of this image.
+#[cfg(feature = "terms")]
+type Terms = trueaxis::terms::AllTerms<Core>;
+#[cfg(not(feature = "terms"))]
+type Terms = ();
+
 #[cfg(target_os = "none")]
 #[path = "../hardware/mod.rs"]
 mod hardware;
@@ -17,5 +23,5 @@ mod settings;
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    settings::print::<Core>("firmware-fixed");
+    settings::print::<Core, Terms>("firmware-fixed");
 }

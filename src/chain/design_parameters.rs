@@ -207,3 +207,29 @@ pub const START_UP_LIMIT_S: f64 = 2.0;
 /// \[1\]: 1/16, 15.6 µs at 4 kHz. Nothing in the image holds it that long (only the reset handlers mask it),
 /// so a late entry means that the previous one overran its deadline.
 pub const LATE_SHARE: u32 = 16;
+
+/// Temperatures that a gyro may have \[K\]; readings beyond are a sensor's fault.
+pub const TEMPERATURE_RANGE_K: (f32, f32) = (150.0, 450.0);
+
+/// Delays of gyros and accelerometers that a term may correct \[sampling periods\], either sign: 100 µs at 4 kHz. The
+/// extrapolation's noise grows with it.
+pub const DELAY_LIMIT_SAMPLES: f64 = 0.4;
+
+/// Variances of a gyro's path that a term may correct \[squares of the sampling period\], either sign: a rms width of
+/// 250 µs at 4 kHz.
+pub const VARIANCE_LIMIT_SAMPLES: f64 = 1.0;
+
+/// Most that the correction of delay and bandwidth adds to one increment \[increment units\]: 2⁻¹¹, more than the
+/// largest delay times the largest acceleration.
+pub const RESPONSE_LIMIT_RAD: f64 = 1.0 / 2048.0;
+
+/// Largest increment of a chain with terms \[increment units per sample\]: the difference of two must fit the
+/// fixed-point format's 2⁻⁶.
+pub const INCREMENT_LIMIT_RAD: f64 = 0.0078;
+
+/// Largest bias by specific force \[rad/s per m/s²\]: 100 °/h per g; real ones are below 0.1.
+pub const BIAS_BY_FORCE_LIMIT: f64 = 5e-5;
+
+/// Largest scale error per increment, or per its square \[1 per increment unit, or per its square\]: 4e-6 s²/rad² of a
+/// cubic one at 4 kHz.
+pub const SLOPE_LIMIT: f64 = 63.0;

@@ -9,9 +9,10 @@ use crate::chain::numbers::NumberSystem;
 use crate::chain::sample::{OutputFrame, Sample};
 use crate::chain::stages::gap::Motion;
 use crate::chain::stages::{compensation, coning, sculling, size_effect};
+use crate::chain::terms::Term;
 use crate::chain::{Chain, ChainState, StreamPhase};
 
-impl<N: NumberSystem> Chain<N> {
+impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
     /// Advances the chain by `periods` sampling periods whose samples did not come.
     ///
     /// # Returns
@@ -23,12 +24,13 @@ impl<N: NumberSystem> Chain<N> {
     /// no velocity is lost, however long the outage: what one frame cannot show follows in the next ones. Acceleration,
     /// coning and sculling within samples, the size effect's squares and tap adaptation start anew afterwards.
     #[inline(never)]
-    pub fn process_lost(&self, state: &mut ChainState<N>, periods: u32) -> Option<OutputFrame> {
+    pub fn process_lost(&self, state: &mut ChainState<N, T>, periods: u32) -> Option<OutputFrame> {
         if periods == 0 {
             return None;
         }
         state.raise(Status::GAP);
         size_effect::discontinue(&mut state.size_effect);
+        self.terms.discontinue(&mut state.terms);
         if state.phase == StreamPhase::First {
             return self.wait_for_first(state, periods);
         }
@@ -51,7 +53,7 @@ impl<N: NumberSystem> Chain<N> {
     }
 
     /// Advances by periods before the stream's first sample. Nothing is counted yet, so no bias is subtracted.
-    fn wait_for_first(&self, state: &mut ChainState<N>, periods: u32) -> Option<OutputFrame> {
+    fn wait_for_first(&self, state: &mut ChainState<N, T>, periods: u32) -> Option<OutputFrame> {
         let waited = state.periods_in_output.wrapping_add(periods);
         let left = waited.checked_rem(self.samples_per_output).unwrap_or(0);
         // Neither the output periods that end now nor the present one have bias to subtract for these periods.
@@ -68,7 +70,7 @@ impl<N: NumberSystem> Chain<N> {
     /// cover the time since the last one. They are ignored, whatever they are: rotation, velocity and bias of that time
     /// are left out, and the dither strip starts from that sample's pickoff readings.
     #[inline(never)]
-    pub fn restart(&self, state: &mut ChainState<N>) {
+    pub fn restart(&self, state: &mut ChainState<N, T>) {
         state.phase = match state.phase {
             StreamPhase::First => StreamPhase::First,
             StreamPhase::AfterLost(lost) | StreamPhase::Restarted(lost) => {
@@ -86,7 +88,7 @@ impl<N: NumberSystem> Chain<N> {
     #[inline(never)]
     pub(super) fn begin_or_resume(
         &self,
-        state: &mut ChainState<N>,
+        state: &mut ChainState<N, T>,
         sample: &Sample,
     ) -> Option<Sample> {
         match state.phase {
@@ -112,7 +114,7 @@ impl<N: NumberSystem> Chain<N> {
     }
 
     /// Brings a sample that covers `periods` periods within its limits.
-    fn hold(&self, state: &mut ChainState<N>, sample: &Sample, periods: u32) -> Sample {
+    fn hold(&self, state: &mut ChainState<N, T>, sample: &Sample, periods: u32) -> Sample {
         let held = self.limits.hold(state.dither.previous(), sample, periods);
         if held.status != Status::default() {
             state.raise(held.status);
@@ -124,7 +126,7 @@ impl<N: NumberSystem> Chain<N> {
 
     /// Takes a reading that covers several periods: adds its angle and velocity to the output period, with their coning
     /// and sculling. It is not the increment of one period, so the stages that form products of samples do not see it.
-    fn resume(&self, state: &mut ChainState<N>, sample: &Sample, periods: u32) {
+    fn resume(&self, state: &mut ChainState<N, T>, sample: &Sample, periods: u32) {
         let sample = self.hold(state, sample, periods);
         let (counts, pickoffs) = (sample.pulse_counts, sample.pickoff_codes);
         let stripped = self.dither.exact(&state.dither, pickoffs);
@@ -132,7 +134,10 @@ impl<N: NumberSystem> Chain<N> {
         for (sensed, stripped) in sensed.iter_mut().zip(stripped) {
             *sensed = sensed.wrapping_sub(i128::from(stripped));
         }
-        let angle = compensation::at_rest_wide(self.installation.exact_at_rest(), sensed);
+        // Of later frames' angles the terms see nothing; what is part of this output period they correct at its end.
+        let corrected = self.terms.angles_wide(&state.terms, sensed);
+        let wide = |angle| compensation::at_rest_wide(self.installation.exact_at_rest(), angle);
+        let angle = wide(sensed);
         let (codes, velocity_status) = match &self.accelerometers {
             Some(known) => known.velocity.hold(sample.accelerometer_codes, periods),
             None => ([0; 3], Status::default()),
@@ -161,7 +166,7 @@ impl<N: NumberSystem> Chain<N> {
             state.counts.add(counts);
             state.velocity.add(codes);
         } else {
-            state.frame.defer(angle, velocity);
+            state.frame.defer(wide(corrected), velocity);
             self.dither.leave_out(&mut state.dither, pickoffs);
         }
         self.dither.resume(&mut state.dither, pickoffs);
@@ -170,7 +175,7 @@ impl<N: NumberSystem> Chain<N> {
 
     /// The velocity that the accelerometers have sensed since the output period's start \[fine units\]; their bias is
     /// still in it.
-    fn velocity_since_start(&self, state: &ChainState<N>) -> [i64; 3] {
+    fn velocity_since_start(&self, state: &ChainState<N, T>) -> [i64; 3] {
         match &self.accelerometers {
             Some(known) => known.velocity.since_start(&state.velocity),
             None => [0; 3],
@@ -178,7 +183,7 @@ impl<N: NumberSystem> Chain<N> {
     }
 
     /// Resumes with a sample whose counts do not cover the last `periods` periods: only its pickoff readings are used.
-    fn resume_without(&self, state: &mut ChainState<N>, sample: &Sample, periods: u32) {
+    fn resume_without(&self, state: &mut ChainState<N, T>, sample: &Sample, periods: u32) {
         // The gyros did not count the blocks' motion in these periods either.
         self.dither.restart(&mut state.dither, sample.pickoff_codes);
         // No bias was counted: give back what was or will be subtracted for them, in output periods that have ended and in
@@ -187,11 +192,12 @@ impl<N: NumberSystem> Chain<N> {
         state.periods_without_bias = state.periods_without_bias.wrapping_add(of_this);
         self.give_back_bias(state, i64::from(periods.wrapping_sub(of_this)));
         size_effect::discontinue(&mut state.size_effect);
+        self.terms.discontinue(&mut state.terms);
         self.begin_products(state, Status::default());
     }
 
     /// Starts the products of neighbouring samples anew after a gap.
-    fn begin_products(&self, state: &mut ChainState<N>, raised: Status) {
+    fn begin_products(&self, state: &mut ChainState<N, T>, raised: Status) {
         state.raise(raised.union(Status::GAP));
         state.adaptation.disturb();
         coning::resume(&mut state.coning);
@@ -210,8 +216,9 @@ impl<N: NumberSystem> Chain<N> {
     /// Adds the bias of `periods` sampling periods to what the next frames show; subtracts it for a negative number.
     #[cold]
     #[inline(never)]
-    fn give_back_bias(&self, state: &mut ChainState<N>, periods: i64) {
-        let sensed = self.counts.bias_wide(periods);
+    fn give_back_bias(&self, state: &mut ChainState<N, T>, periods: i64) {
+        let of_terms = self.terms.bias(&state.terms);
+        let sensed = self.counts.bias_wide(periods, of_terms);
         let rotation = compensation::at_rest_wide(self.installation.exact_at_rest(), sensed);
         let velocity = match &self.accelerometers {
             Some(known) => known.velocity.bias_wide(periods),

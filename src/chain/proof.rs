@@ -3,16 +3,17 @@
 //! Built with the feature `proof` alone, for the host.
 
 use crate::chain::numbers::Interval;
+use crate::chain::terms::Term;
 use crate::chain::{Chain, ChainState};
 
-impl Chain<Interval> {
+impl<T: Term<Interval>> Chain<Interval, T> {
     /// Lowest and highest value of both taps of gyros x, y, z that adaptation can reach \[fine units per code\].
     pub fn tap_ranges(&self) -> [[(i64, i64); 2]; 3] {
         self.adaptation.tap_ranges(self.dither.nominal())
     }
 
     /// Uses the whole ranges of the taps for the next sample.
-    pub fn widen_taps(&self, state: &mut ChainState<Interval>) {
+    pub fn widen_taps(&self, state: &mut ChainState<Interval, T>) {
         self.dither
             .widen_taps(&mut state.dither, &self.tap_ranges());
     }
@@ -23,7 +24,7 @@ impl Chain<Interval> {
     }
 }
 
-impl ChainState<Interval> {
+impl<T: Term<Interval>> ChainState<Interval, T> {
     /// Everything that the state keeps in fixed-point words.
     pub fn words(&self) -> impl core::fmt::Debug + '_ {
         (
@@ -33,7 +34,7 @@ impl ChainState<Interval> {
                 self.adaptation.sums(),
             ),
             (&self.acceleration, &self.flexure, &self.coning),
-            (&self.sculling, &self.size_effect),
+            (&self.sculling, &self.size_effect, &self.terms),
         )
     }
 }

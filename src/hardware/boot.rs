@@ -5,10 +5,10 @@
 
 use trueaxis::parameter_slots::{MEND_ATTEMPTS, Mending, ParameterSlots};
 use trueaxis::processor::{BootReport, Processor};
-use trueaxis::{NumberSystem, Parameters};
+use trueaxis::{Chain, NumberSystem, Parameters};
 
 use super::flash::{SECTOR_BYTES, SlotFlash};
-use crate::Core;
+use crate::{Core, Terms};
 
 /// The result of the boot.
 pub struct Booted {
@@ -21,10 +21,10 @@ impl Booted {
     /// Builds the chain with its health. It is built only once it has a place: it is large, and would lie on the stack
     /// below everything that the boot calls.
     #[inline]
-    pub fn processor(&self) -> Processor<Core> {
+    pub fn processor(&self) -> Processor<Core, Terms> {
         // Parameters from a slot were checked, and the default ones pass (host-tests); a panic here would be
         // latched and seen.
-        let Ok(processor) = Processor::new(&self.parameters, self.report) else {
+        let Ok(processor) = Processor::with_terms(&self.parameters, self.report) else {
             panic!("the parameters in force are refused");
         };
         processor
@@ -38,7 +38,8 @@ impl Booted {
 /// is known already, of clock, reset and previous run.
 #[inline(never)]
 pub fn boot(flash: SlotFlash, supply_suffices: bool, before: BootReport) -> Booted {
-    let mut slots = ParameterSlots::new(flash, [0, SECTOR_BYTES]);
+    let mut slots =
+        ParameterSlots::new(flash, [0, SECTOR_BYTES]).accepting(Chain::<Core, Terms>::check);
     let loaded = slots.load();
     defmt::info!(
         "boot: core {=str}, parameter generation {=u32}, default values {=bool}, clock fallback {=bool}",

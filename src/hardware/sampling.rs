@@ -23,7 +23,7 @@ use trueaxis::{Status, TelemetryFrame};
 use super::Spi;
 use super::handover::Handover;
 use super::sample_timer::SampleTimer;
-use crate::Core;
+use crate::{Core, Terms};
 
 /// Slots of the queue of frames, one of which stays empty: 15 frames, 37 ms at 400 Hz, for a main loop that
 /// is held up by an event log. A power of two, because the queue divides by it at every step.
@@ -73,7 +73,7 @@ pub static WATCH: Watch = Watch {
 #[repr(C)]
 pub struct Sampling<Spi> {
     /// The chain with its health.
-    pub processor: Processor<Core>,
+    pub processor: Processor<Core, Terms>,
     /// The counter bank that samples come from.
     pub bank: CounterBank<Spi>,
     /// The queue that frames go to.
@@ -137,7 +137,7 @@ impl<Spi: SpiDevice> Sampling<Spi> {
     /// Starts with nothing measured.
     pub fn new(
         bank: CounterBank<Spi>,
-        processor: Processor<Core>,
+        processor: Processor<Core, Terms>,
         frames: Producer<'static, TelemetryFrame>,
         timer: SampleTimer,
     ) -> Self {
@@ -213,7 +213,7 @@ impl<Spi: SpiDevice> Sampling<Spi> {
 /// and a disassembly of the chain begins at its symbol.
 #[inline(never)]
 fn advance(
-    processor: &mut Processor<Core>,
+    processor: &mut Processor<Core, Terms>,
     reading: Reading,
     timing: Timing,
     probe: &mut Stopwatch<'_>,

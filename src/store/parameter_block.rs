@@ -5,32 +5,42 @@
 //! | offset | holds |
 //! |---|---|
 //! | 0 | magic `RLGP` |
-//! | 4 | `u16` version (2) |
+//! | 4 | `u16` version (3; version 2, which has no records, is read too) |
 //! | 6 | `u16` length of the whole block |
 //! | 8 | `u16` samples per output |
 //! | 10 | `u8` acceleration order |
 //! | 11 | `u8` 1 with accelerometers, 0 without |
 //! | 12 | `u32` generation: of two whole blocks the later one counts |
 //! | 16 | 60 `f64`: pulse weight ×3, bias ×3, scale ×3, installation ×6, flexure ×6, pickoff gain ×3, pickoff weight, sample rate, pickoff delay ×3, dither frequency ×3, dither amplitude ×3, adaptation time; accelerometers: weight ×3, bias ×3, scale ×3, misalignment ×6, lever arms ×9 (zeros without) |
+//! | 496 | records of optional terms, each its kind, its bytes and its values ([`records`](crate::chain::terms::records)) |
 //! | last 4 | `u32` CRC-32 (ISO-HDLC, as zip) of everything before it |
 //!
 //! Choosing between two blocks is the task of [`parameter_slots`](crate::store::parameter_slots).
 
 use core::fmt;
+use core::ops::Deref;
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
+use crate::chain::terms::TermRecords;
+use crate::chain::terms::records::RECORD_BYTES;
 use crate::chain::triad::CrossAxis;
 use crate::store::parameters::{AccelerometerParameters, ParameterError, Parameters};
 
 const MAGIC: [u8; 4] = *b"RLGP";
-const VERSION: u16 = 2;
+const VERSION: u16 = 3;
+/// The version before records.
+const VERSION_WITHOUT_RECORDS: u16 = 2;
 const HEADER_BYTES: usize = 16;
 const NUMBERS: usize = 60;
-const CRC_OFFSET: usize = HEADER_BYTES + 8 * NUMBERS;
+const RECORDS_OFFSET: usize = HEADER_BYTES + 8 * NUMBERS;
+const CRC_BYTES: usize = 4;
 
-/// Size of the block \[bytes\].
-pub const PARAMETER_BLOCK_BYTES: usize = CRC_OFFSET + 4;
+/// Size of a block without records \[bytes\]: the smallest.
+pub const PARAMETER_BLOCK_BYTES: usize = RECORDS_OFFSET + CRC_BYTES;
+
+/// Size of the largest block \[bytes\].
+pub const LARGEST_BLOCK_BYTES: usize = PARAMETER_BLOCK_BYTES + RECORD_BYTES;
 
 /// Bitwise: it runs once at boot, and a table would cost 1 KiB of flash.
 const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
@@ -39,7 +49,7 @@ const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BlockError {
-    /// Fewer bytes than a block, or its length field is another \[bytes found\].
+    /// Fewer bytes than the block says, or than the smallest; or it says more than the largest \[bytes found\].
     Length(usize),
     /// It does not begin with `RLGP`.
     Magic,
@@ -63,11 +73,14 @@ impl fmt::Display for BlockError {
         match self {
             Self::Length(found) => write!(
                 f,
-                "parameter block of {found} bytes, expected {PARAMETER_BLOCK_BYTES}"
+                "parameter block of {found} bytes, expected {PARAMETER_BLOCK_BYTES} to {LARGEST_BLOCK_BYTES}, as it says"
             ),
             Self::Magic => f.write_str("parameter block does not begin with RLGP"),
             Self::Version(found) => {
-                write!(f, "parameter block of version {found}, expected {VERSION}")
+                write!(
+                    f,
+                    "parameter block of version {found}, expected 2 or {VERSION}"
+                )
             }
             Self::Checksum { stored, computed } => write!(
                 f,
@@ -84,43 +97,74 @@ impl fmt::Display for BlockError {
 
 impl core::error::Error for BlockError {}
 
+/// The bytes of a parameter block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ParameterBlock {
+    bytes: [u8; LARGEST_BLOCK_BYTES],
+    length: usize,
+}
+
+impl Deref for ParameterBlock {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        self.bytes.get(..self.length).unwrap_or(&self.bytes)
+    }
+}
+
 impl Parameters {
     /// The block of these parameters, whether or not they pass [`Parameters::check`].
-    pub fn to_block(&self, generation: u32) -> [u8; PARAMETER_BLOCK_BYTES] {
-        let mut block = [0; PARAMETER_BLOCK_BYTES];
+    pub fn to_block(&self, generation: u32) -> ParameterBlock {
+        let records = self.terms.bytes();
+        let crc_offset = RECORDS_OFFSET + records.len();
+        let length = crc_offset + CRC_BYTES;
+        let mut block = [0; LARGEST_BLOCK_BYTES];
         block[0..4].copy_from_slice(&MAGIC);
         block[4..6].copy_from_slice(&VERSION.to_le_bytes());
-        block[6..8].copy_from_slice(&(PARAMETER_BLOCK_BYTES as u16).to_le_bytes());
+        block[6..8].copy_from_slice(&(length as u16).to_le_bytes());
         block[8..10].copy_from_slice(&self.samples_per_output.to_le_bytes());
         block[10] = self.acceleration_order;
         block[11] = u8::from(self.accelerometers.is_some());
         block[12..16].copy_from_slice(&generation.to_le_bytes());
-        let chunks = block[HEADER_BYTES..CRC_OFFSET].chunks_exact_mut(8);
+        let chunks = block[HEADER_BYTES..RECORDS_OFFSET].chunks_exact_mut(8);
         for (chunk, number) in chunks.zip(self.numbers()) {
             chunk.copy_from_slice(&number.to_le_bytes());
         }
-        let crc = CHECKSUM.checksum(&block[..CRC_OFFSET]);
-        block[CRC_OFFSET..].copy_from_slice(&crc.to_le_bytes());
-        block
+        block[RECORDS_OFFSET..crc_offset].copy_from_slice(records);
+        let crc = CHECKSUM.checksum(&block[..crc_offset]);
+        block[crc_offset..length].copy_from_slice(&crc.to_le_bytes());
+        ParameterBlock {
+            bytes: block,
+            length,
+        }
     }
 
     /// Reads and checks a block, and gives its generation too; bytes after it are ignored.
     pub fn from_block(bytes: &[u8]) -> Result<(Self, u32), BlockError> {
-        let Some((block, _)) = bytes.split_first_chunk::<PARAMETER_BLOCK_BYTES>() else {
+        let Some((block, _)) = bytes.split_first_chunk::<RECORDS_OFFSET>() else {
             return Err(BlockError::Length(bytes.len()));
         };
         if block[0..4] != MAGIC {
             return Err(BlockError::Magic);
         }
         let version = u16::from_le_bytes([block[4], block[5]]);
-        if version != VERSION {
+        if version != VERSION && version != VERSION_WITHOUT_RECORDS {
             return Err(BlockError::Version(version));
         }
         let length = usize::from(u16::from_le_bytes([block[6], block[7]]));
-        if length != PARAMETER_BLOCK_BYTES {
+        let longest = match version {
+            VERSION_WITHOUT_RECORDS => PARAMETER_BLOCK_BYTES,
+            _ => LARGEST_BLOCK_BYTES,
+        };
+        if !(PARAMETER_BLOCK_BYTES..=longest).contains(&length) {
             return Err(BlockError::Length(length));
         }
-        let (body, stored) = block.split_at(CRC_OFFSET);
+        let Some((body, stored)) = bytes
+            .get(..length)
+            .and_then(|whole| whole.split_last_chunk::<CRC_BYTES>())
+        else {
+            return Err(BlockError::Length(bytes.len()));
+        };
         let stored = stored
             .iter()
             .rev()
@@ -129,7 +173,7 @@ impl Parameters {
         if stored != computed {
             return Err(BlockError::Checksum { stored, computed });
         }
-        let mut numbers = body[HEADER_BYTES..]
+        let mut numbers = block[HEADER_BYTES..]
             .as_chunks::<8>()
             .0
             .iter()
@@ -152,6 +196,8 @@ impl Parameters {
             dither_amplitude_rad: take(numbers),
             adaptation_time_s: take::<1>(numbers)[0],
             accelerometers: None,
+            terms: TermRecords::from_bytes(body.get(RECORDS_OFFSET..).unwrap_or(&[]))
+                .map_err(|error| BlockError::Parameter(ParameterError::Records(error)))?,
         };
         match block[11] {
             0 => {}

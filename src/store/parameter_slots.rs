@@ -10,7 +10,7 @@
 //! | none good (new device, both worn out) | [`Parameters::default`]: a perfect triad, nothing corrected | `parameters_default` |
 //!
 //! *Good* is what [`Parameters::from_block`] accepts: magic, version, length, CRC-32 and every field in its
-//! range. A newer generation is one that is ahead by less than 2³¹, so the number may wrap.
+//! range; and without records of terms that the build lacks ([`ParameterSlots::accepting`]). A newer generation is one that is ahead by less than 2³¹, so the number may wrap.
 //!
 //! [`ParameterSlots::store`] writes only to the slot that is **not** in use: erase, everything but the CRC,
 //! the CRC last, read back. Power may fail at any of these steps: the slot in use is not touched, and what
@@ -45,15 +45,17 @@ use core::fmt;
 
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 
-use crate::store::parameter_block::PARAMETER_BLOCK_BYTES;
+use crate::chain::Chain;
+use crate::chain::numbers::F32;
+use crate::store::parameter_block::LARGEST_BLOCK_BYTES;
 use crate::store::parameters::{ParameterError, Parameters};
 
 /// Largest unit of reading or writing that is served \[bytes\]: the 256 bits of an STM32H7's flash word;
 /// an STM32F405 has 1 to 8 bytes.
 pub const LARGEST_UNIT_BYTES: usize = 32;
 
-/// Size of a block, filled up to whole units \[bytes\].
-const BUFFER_BYTES: usize = PARAMETER_BLOCK_BYTES.next_multiple_of(LARGEST_UNIT_BYTES);
+/// Size of the largest block, filled up to whole units \[bytes\].
+const BUFFER_BYTES: usize = LARGEST_BLOCK_BYTES.next_multiple_of(LARGEST_UNIT_BYTES);
 
 /// Attempts to mend a slot until the good slot's sector is erased.
 pub const MEND_ATTEMPTS: usize = 3;
@@ -158,14 +160,29 @@ impl<E: fmt::Debug> core::error::Error for SlotError<E> {}
 pub struct ParameterSlots<F> {
     flash: F,
     offsets: [u32; 2],
+    check: Check,
 }
+
+/// Whether a build can use these parameters.
+pub type Check = fn(&Parameters) -> Result<(), ParameterError>;
 
 impl<F: ReadNorFlash> ParameterSlots<F> {
     const READ_UNIT_FITS: () = assert!(LARGEST_UNIT_BYTES.is_multiple_of(F::READ_SIZE));
 
     /// Slots that begin at `offsets` of `flash`, each the first byte of an erasable sector.
     pub fn new(flash: F, offsets: [u32; 2]) -> Self {
-        Self { flash, offsets }
+        Self {
+            flash,
+            offsets,
+            check: Chain::<F32>::check,
+        }
+    }
+
+    /// Takes for good only what `check` accepts: [`Chain::check`] of the build's chain. Without this call it is that of
+    /// a chain without terms.
+    #[must_use]
+    pub fn accepting(self, check: Check) -> Self {
+        Self { check, ..self }
     }
 
     /// Gives the flash back.
@@ -190,7 +207,8 @@ impl<F: ReadNorFlash> ParameterSlots<F> {
     fn read(&mut self, slot: Slot) -> Result<Option<Numbered>, F::Error> {
         let mut buffer = [0; BUFFER_BYTES];
         self.read_bytes(slot, &mut buffer)?;
-        Ok(Parameters::from_block(&buffer).ok())
+        let found = Parameters::from_block(&buffer).ok();
+        Ok(found.filter(|(parameters, _)| (self.check)(parameters).is_ok()))
     }
 
     fn read_bytes(&mut self, slot: Slot, buffer: &mut [u8; BUFFER_BYTES]) -> Result<(), F::Error> {
@@ -210,19 +228,13 @@ impl<F: ReadNorFlash> ParameterSlots<F> {
 impl<F: NorFlash> ParameterSlots<F> {
     const WRITE_UNIT_FITS: () = assert!(LARGEST_UNIT_BYTES.is_multiple_of(F::WRITE_SIZE));
 
-    /// The last step of a write begins here: the unit, or the few units, that hold the CRC.
-    const LAST_WRITE: usize = (PARAMETER_BLOCK_BYTES - CRC_BYTES) / F::WRITE_SIZE * F::WRITE_SIZE;
-
-    /// Size of the block in whole write units \[bytes\].
-    const WRITTEN_BYTES: usize = PARAMETER_BLOCK_BYTES.next_multiple_of(F::WRITE_SIZE);
-
     /// Size of a slot in whole sectors \[bytes\].
     const SLOT_BYTES: u32 = (BUFFER_BYTES + MARKS_BYTES).next_multiple_of(F::ERASE_SIZE) as u32;
 
     /// Makes `parameters` those of the next boot; returns their generation. Where it fails, the block that
     /// was in use still is.
     pub fn store(&mut self, parameters: &Parameters) -> Result<u32, SlotError<F::Error>> {
-        parameters.check().map_err(SlotError::Parameter)?;
+        (self.check)(parameters).map_err(SlotError::Parameter)?;
         self.check_layout()?;
         let current = self.load_certainly().map_err(SlotError::Flash)?;
         let target = current.slot.map_or(Slot::First, Slot::other);
@@ -287,19 +299,23 @@ impl<F: NorFlash> ParameterSlots<F> {
     ) -> Result<(), SlotError<F::Error>> {
         const { Self::WRITE_UNIT_FITS };
         let mut buffer = [ERASED; BUFFER_BYTES];
-        for (byte, of_block) in buffer.iter_mut().zip(parameters.to_block(generation)) {
-            *byte = of_block;
+        let block = parameters.to_block(generation);
+        for (byte, of_block) in buffer.iter_mut().zip(block.iter()) {
+            *byte = *of_block;
         }
         let begin = self.offset(slot);
-        let (body, rest) = buffer.split_at(Self::LAST_WRITE);
-        let (last, _) = rest.split_at(Self::WRITTEN_BYTES - Self::LAST_WRITE);
+        // The last step begins with the unit, or the few units, that hold the CRC.
+        let crc_at = block.len().saturating_sub(CRC_BYTES) / F::WRITE_SIZE * F::WRITE_SIZE;
+        let written = block.len().next_multiple_of(F::WRITE_SIZE);
+        let (body, rest) = buffer.split_at(crc_at);
+        let (last, _) = rest.split_at(written - crc_at);
 
         self.flash
             .erase(begin, begin + Self::SLOT_BYTES)
             .map_err(SlotError::Flash)?;
         self.flash.write(begin, body).map_err(SlotError::Flash)?;
         self.flash
-            .write(begin + Self::LAST_WRITE as u32, last)
+            .write(begin + crc_at as u32, last)
             .map_err(SlotError::Flash)?;
 
         let mut found = [0; BUFFER_BYTES];

@@ -7,6 +7,7 @@ use core::fmt;
 
 use crate::chain::design_parameters as design;
 use crate::chain::dither_phase::DitherPhase;
+use crate::chain::terms::{RecordError, TermKind, TermRecords};
 use crate::chain::triad::CrossAxis;
 
 /// Everything that the chain knows of its gyro triad. Axes x, y, z of the body frame.
@@ -47,6 +48,8 @@ pub struct Parameters {
     pub adaptation_time_s: f64,
     /// The accelerometers, where there are any.
     pub accelerometers: Option<AccelerometerParameters>,
+    /// Numbers of optional terms, which [`Chain::with_terms`](crate::Chain::with_terms) checks.
+    pub terms: TermRecords,
 }
 
 /// Everything that the chain knows of its accelerometers. Axes x, y, z of the body frame.
@@ -88,6 +91,7 @@ impl Default for Parameters {
             dither_amplitude_rad: [0.0; 3],
             adaptation_time_s: 0.0,
             accelerometers: None,
+            terms: TermRecords::NONE,
         }
     }
 }
@@ -136,14 +140,22 @@ pub enum ParameterError {
     AccelerometerMisalignment,
     /// `accelerometers.lever_arm_m`.
     LeverArm,
+    /// A value of this term.
+    Term(TermKind),
+    /// This term needs accelerometers, and there are none.
+    TermNeedsAccelerometers(TermKind),
+    /// The build has no term of this kind.
+    TermAbsent(TermKind),
+    /// What the terms add leaves an increment no room.
+    TermsTooLarge,
+    /// The records are none.
+    Records(RecordError),
 }
 
 impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::PulseWeight => {
-                "pulse_weight_rad must be 5.9e-11 (2^-34) to 1e-4 rad"
-            }
+        let words = match self {
+            Self::PulseWeight => "pulse_weight_rad must be 5.9e-11 (2^-34) to 1e-4 rad",
             Self::Bias => "bias_rad_s must be within +-0.01 rad/s",
             Self::ScaleError => "scale_error must be within +-1/128",
             Self::Installation => "installation_rad must be within +-1/128 rad",
@@ -169,14 +181,26 @@ impl fmt::Display for ParameterError {
             Self::AdaptationTime => "adaptation_time_s must be 0 (frozen) or 0.1 to 1000 s",
             Self::AccelerometerWeight => "weight_m_s must be 1e-9 to 1e-2 m/s",
             Self::AccelerometerBias => "bias_m_s2 must be within +-1 m/s^2",
-            Self::AccelerometerScale => {
-                "scale_error of the accelerometers must be within +-1/128"
-            }
+            Self::AccelerometerScale => "scale_error of the accelerometers must be within +-1/128",
             Self::AccelerometerMisalignment => "misalignment_rad must be within +-1/128 rad",
             Self::LeverArm => {
                 "lever_arm_m must be within +-0.5 m, and swing by 20 m/s at most at the largest increment"
             }
-        })
+            Self::Term(kind) => {
+                return write!(f, "a value of {kind} is beyond what its term can hold");
+            }
+            Self::TermNeedsAccelerometers(kind) => {
+                return write!(f, "{kind} needs accelerometers, and there are none");
+            }
+            Self::TermAbsent(kind) => {
+                return write!(f, "this firmware has no term for {kind}");
+            }
+            Self::TermsTooLarge => {
+                "what the terms may add to one increment at its limit must stay within 0.0078 rad with it"
+            }
+            Self::Records(error) => return error.fmt(f),
+        };
+        f.write_str(words)
     }
 }
 
@@ -311,6 +335,22 @@ impl Parameters {
             fastest_rad_s * (arm[(axis + 1) % 3].abs() + arm[(axis + 2) % 3].abs())
         });
         all(&swings_m_s, (0.0, design::SWING_LIMIT_M_S), E::LeverArm)
+    }
+
+    /// Checks that increments have room for what terms add at most \[increment units per sample\].
+    pub(crate) fn check_addition(&self, addition: f64) -> Result<(), ParameterError> {
+        if addition == 0.0 {
+            return Ok(());
+        }
+        let largest = self.largest_increment_rad() / self.increment_unit_rad() + addition;
+        let period = largest * self.increment_unit_rad() * f64::from(self.samples_per_output);
+        if largest > design::INCREMENT_LIMIT_RAD {
+            Err(ParameterError::TermsTooLarge)
+        } else if period > design::OUTPUT_PERIOD_LIMIT_RAD {
+            Err(ParameterError::OutputPeriod)
+        } else {
+            Ok(())
+        }
     }
 
     /// Exponent of the unit in which increments are counted at this sample rate.

@@ -14,7 +14,7 @@
 //! | 35 | sample rate \[Hz\], bits of an f32 |
 //! | 36 | samples in an output period |
 //! | 37 | generation of the parameter block; 0 with the nominal values |
-//! | 38 | configuration: bit 0 accelerometers, bit 1 the dither strip adapts |
+//! | 38 | configuration: bit 0 accelerometers, bit 1 the dither strip adapts, bit n + 1 the build has a term for [`TermKind`](crate::terms::TermKind) n |
 //! | 39 | sampling periods since start, wraps |
 //! | 41 | of item 21, frames with every bit the same |
 //! | 42 | what reset the board, bits of [`reset_cause`]; 0 where nothing tells, as in the emulator |
@@ -42,6 +42,8 @@ pub struct HealthItem {
 
 /// Indices that are not a status bit's.
 pub mod item {
+    use crate::chain::terms::TermKinds;
+
     /// First fault: status bits.
     pub const FIRST_FAULT_STATUS: u8 = 32;
     /// First fault: sampling period.
@@ -71,6 +73,11 @@ pub mod item {
     pub const WITH_ACCELEROMETERS: u32 = 1 << 0;
     /// Bit of [`CONFIGURATION`]: the dither strip adapts.
     pub const ADAPTIVE: u32 = 1 << 1;
+
+    /// Bits of [`CONFIGURATION`]: the kinds of terms that the build has.
+    pub const fn terms(kinds: TermKinds) -> u32 {
+        kinds.bits() << 1
+    }
 }
 
 /// Bits of [`item::RESET_CAUSE`], in the order of RCC_CSR (RM0090 7.3.21). The firmware clears them at each

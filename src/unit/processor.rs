@@ -51,6 +51,7 @@ use crate::chain::design_parameters::START_UP_LIMIT_S;
 use crate::chain::faults::{Faults, FirstFault, Status};
 use crate::chain::numbers::NumberSystem;
 use crate::chain::sample::{OutputFrame, Sample};
+use crate::chain::terms::{SlowReadings, Term};
 use crate::chain::{Chain, ChainState};
 use crate::store::parameters::{ParameterError, Parameters};
 use crate::unit::health::{HEALTH_ITEMS, Health, HealthItem, item};
@@ -121,9 +122,9 @@ impl CostProbe for NoProbe {
 /// In memory in the order of declaration, for the reason that [`Chain`] states.
 #[derive(Debug, Clone)]
 #[repr(C)]
-pub struct Processor<N: NumberSystem> {
-    state: ChainState<N>,
-    chain: Chain<N>,
+pub struct Processor<N: NumberSystem, T: Term<N> = ()> {
+    state: ChainState<N, T>,
+    chain: Chain<N, T>,
     health: Health,
     settings: Settings,
     /// Status bits of the boot, which are in every frame.
@@ -158,9 +159,16 @@ struct Settings {
 }
 
 impl<N: NumberSystem> Processor<N> {
-    /// Checks the parameters and builds the chain. Runs at boot.
+    /// Checks the parameters and builds a chain without terms. Runs at boot.
     pub fn new(parameters: &Parameters, boot: BootReport) -> Result<Self, ParameterError> {
-        let chain = Chain::new(parameters)?;
+        Self::with_terms(parameters, boot)
+    }
+}
+
+impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
+    /// Checks the parameters and builds the chain with the terms `T`. Runs at boot.
+    pub fn with_terms(parameters: &Parameters, boot: BootReport) -> Result<Self, ParameterError> {
+        let chain = Chain::with_terms(parameters)?;
         let with = |bit: u32, set: bool| if set { bit } else { 0 };
         Ok(Self {
             chain,
@@ -173,7 +181,8 @@ impl<N: NumberSystem> Processor<N> {
                 configuration: with(
                     item::WITH_ACCELEROMETERS,
                     parameters.accelerometers.is_some(),
-                ) | with(item::ADAPTIVE, parameters.adaptation_time_s > 0.0),
+                ) | with(item::ADAPTIVE, parameters.adaptation_time_s > 0.0)
+                    | item::terms(T::KINDS),
                 start_up_periods: (START_UP_LIMIT_S * parameters.sample_rate_hz) as u32,
                 reset_cause: boot.reset_cause,
                 last_failure_kind: boot.last_failure_kind,
@@ -244,6 +253,11 @@ impl<N: NumberSystem> Processor<N> {
         frame
     }
 
+    /// Hands readings that change slowly to the terms. The sampling interrupt must not run meanwhile.
+    pub fn slow(&mut self, readings: &SlowReadings) {
+        self.chain.slow(&mut self.state, readings);
+    }
+
     /// Tells that the frame which [`Processor::period`] gave found no room.
     #[inline]
     pub fn output_overrun(&mut self) {
@@ -268,7 +282,7 @@ impl<N: NumberSystem> Processor<N> {
     }
 
     /// The chain's state.
-    pub fn state(&self) -> &ChainState<N> {
+    pub fn state(&self) -> &ChainState<N, T> {
         &self.state
     }
 

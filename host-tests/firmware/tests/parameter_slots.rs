@@ -18,7 +18,7 @@ const SLOTS: usize = 2;
 
 /// Smaller than a real sector (128 KiB), so that every byte of an erasure can be a place to lose power;
 /// larger than a block.
-const SECTOR: usize = 1024;
+const SECTOR: usize = 2048;
 
 /// The byte of a worn-out sector that stays 0: of the block's magic word.
 const WORN_BYTE: usize = 0;
@@ -486,6 +486,34 @@ fn the_newer_generation_is_loaded_also_where_the_number_wraps() {
     let found = slots.load();
     assert_eq!((found.generation, found.slot), (0, Some(Slot::Second)));
     assert_eq!(found.parameters, parameters(2));
+}
+
+/// A build that lacks a term takes the slot with its record for one that is not good.
+#[test]
+fn a_slot_that_asks_for_an_absent_term_is_not_used() {
+    use trueaxis::terms::AllTerms;
+    use trueaxis::{Chain, F32, ParameterError, TermKind, TermRecords};
+    let with_terms = |flash| slots(flash).accepting(Chain::<F32, AllTerms<F32>>::check);
+    let mut terms = TermRecords::NONE;
+    terms.push(TermKind::GyroDelay, &[2e-5; 3]).expect("room");
+    let asking = Parameters {
+        terms,
+        ..parameters(1)
+    };
+    let mut bare = slots(after_stores::<4>(1));
+    assert!(matches!(
+        bare.store(&asking),
+        Err(SlotError::Parameter(ParameterError::TermAbsent(
+            TermKind::GyroDelay
+        )))
+    ));
+    let mut full = with_terms(bare.release());
+    full.store(&asking).expect("power holds");
+    let flash = full.release().rebooted();
+    let found = with_terms(flash.clone()).load();
+    assert_eq!((found.parameters, found.slot_bad), (asking, false));
+    let found = load(&flash);
+    assert_eq!((found.parameters, found.slot_bad), (parameters(0), true));
 }
 
 #[test]

@@ -19,7 +19,7 @@ use trueaxis::sample_source::{Reading, SampleSource, SourceFault};
 use trueaxis::telemetry::TelemetryFrame;
 use trueaxis::{
     BlockError, Chain, ChainState, CrossAxis, F32, Fixed, NumberSystem, OUTPUT_RAD_PER_CODE,
-    OutputFrame, PARAMETER_BLOCK_BYTES, Parameters, Sample,
+    OutputFrame, PARAMETER_BLOCK_BYTES, Parameters, Sample, TermRecords,
 };
 
 // ---- What enters
@@ -121,6 +121,7 @@ fn parameters() -> impl Strategy<Value = Parameters> {
                     dither_amplitude_rad: amplitude,
                     adaptation_time_s: adaptation,
                     accelerometers,
+                    terms: TermRecords::NONE,
                 }
             },
         )
@@ -489,8 +490,8 @@ proptest! {
 // ---- Laws of the parameter block
 
 /// Gives bytes the check sum that belongs to them, so that what lies behind it is reached.
-fn sealed(mut block: [u8; PARAMETER_BLOCK_BYTES]) -> [u8; PARAMETER_BLOCK_BYTES] {
-    let crc_at = PARAMETER_BLOCK_BYTES - 4;
+fn sealed(mut block: Vec<u8>) -> Vec<u8> {
+    let crc_at = block.len() - 4;
     let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&block[..crc_at]);
     block[crc_at..].copy_from_slice(&crc.to_le_bytes());
     block
@@ -542,13 +543,13 @@ proptest! {
         number in number(),
         header in prop::option::of((8..12usize, any::<u8>())),
     ) {
-        let mut block = parameters.to_block(7);
+        let mut block = parameters.to_block(7).to_vec();
         let at = NUMBERS_AT + 8 * field;
         block[at..at + 8].copy_from_slice(&number.to_le_bytes());
         if let Some((at, byte)) = header {
             block[at] = byte;
         }
-        let read = read_or_refused(&sealed(block));
+        let read = read_or_refused(&sealed(block.clone()));
         let is_refused_by_name = matches!(
             read,
             Err(BlockError::Parameter(_) | BlockError::Accelerometers(_))

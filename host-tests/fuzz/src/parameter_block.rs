@@ -19,7 +19,7 @@ fuzz_target!(|data: &[u8]| {
         0 => read(data),
         // Over a good block, the header kept: the fields are reached whatever the fuzzer knows of it.
         1 => {
-            let mut block = Parameters::default().to_block(1);
+            let mut block = Parameters::default().to_block(1).to_vec();
             for (byte, given) in block[8..].iter_mut().zip(data) {
                 *byte = *given;
             }
@@ -27,7 +27,7 @@ fuzz_target!(|data: &[u8]| {
         }
         // Numbers of a good block replaced, each by its place and its bits.
         _ => {
-            let mut block = Parameters::default().to_block(1);
+            let mut block = Parameters::default().to_block(1).to_vec();
             for patch in data.chunks_exact(9) {
                 let numbers = (CRC_AT - 16) / 8;
                 let at = 16 + 8 * (usize::from(patch[0]) % numbers);
@@ -40,7 +40,7 @@ fuzz_target!(|data: &[u8]| {
     }
 });
 
-fn sealed(mut block: [u8; PARAMETER_BLOCK_BYTES]) -> [u8; PARAMETER_BLOCK_BYTES] {
+fn sealed(mut block: Vec<u8>) -> Vec<u8> {
     let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&block[..CRC_AT]);
     block[CRC_AT..].copy_from_slice(&crc.to_le_bytes());
     block

@@ -311,10 +311,21 @@ fn unfit(
         | ParameterError::AccelerometerBias
         | ParameterError::AccelerometerScale
         | ParameterError::AccelerometerMisalignment
-        | ParameterError::LeverArm => (
+        | ParameterError::LeverArm
+        | ParameterError::TermNeedsAccelerometers(_) => (
             model_file,
             "accelerometer",
             format!("{:?}", parameters.accelerometers),
+        ),
+        ParameterError::Term(kind) | ParameterError::TermAbsent(kind) => (
+            model_file,
+            kind.name(),
+            format!("{:?}", parameters.terms.kinds()),
+        ),
+        ParameterError::TermsTooLarge | ParameterError::Records(_) => (
+            model_file,
+            "effect",
+            format!("{:?}", parameters.terms.kinds()),
         ),
     };
     InputError::new(file, format!("does not fit the chain: {error}"))

@@ -3,13 +3,14 @@
 //! The lines on standard output give rates, formats and versions, each from the constant that the image itself uses.
 
 use trueaxis::design_parameters::DESIGN_SAMPLE_RATE_HZ;
+use trueaxis::parameter_block::LARGEST_BLOCK_BYTES;
 use trueaxis::{
     Chain, ChainState, NumberSystem, OUTPUT_M_S_PER_CODE, OUTPUT_RAD_PER_CODE, OutputFrame,
-    PARAMETER_BLOCK_BYTES, Parameters, Sample, counter_bank, run_report, telemetry,
+    PARAMETER_BLOCK_BYTES, Parameters, Sample, Term, TermKind, counter_bank, run_report, telemetry,
 };
 
 /// Prints the settings of the image `binary` with number system `N`.
-pub fn print<N: NumberSystem>(binary: &str) {
+pub fn print<N: NumberSystem, T: Term<N>>(binary: &str) {
     let defaults = Parameters::default();
     println!("trueaxis {} {binary}", env!("CARGO_PKG_VERSION"));
     println!("number system        {}", N::NAME);
@@ -32,7 +33,19 @@ pub fn print<N: NumberSystem>(binary: &str) {
         OutputFrame::LAYOUT_VERSION,
         OutputFrame::BYTES
     );
-    println!("parameter block      {PARAMETER_BLOCK_BYTES} bytes");
+    println!("parameter block      {PARAMETER_BLOCK_BYTES} to {LARGEST_BLOCK_BYTES} bytes");
+    let kinds = TermKind::ALL
+        .iter()
+        .filter(|kind| T::KINDS.contains(**kind));
+    let names: Vec<_> = kinds.map(|kind| kind.name()).collect();
+    println!(
+        "optional terms       {}",
+        if names.is_empty() {
+            "none".to_owned()
+        } else {
+            names.join(", ")
+        }
+    );
     println!(
         "counter bank frame   version {}, {} bytes",
         counter_bank::BANK_FRAME_VERSION,
@@ -50,7 +63,7 @@ pub fn print<N: NumberSystem>(binary: &str) {
     );
     println!(
         "chain                {} bytes of configuration, {} of state",
-        size_of::<Chain<N>>(),
-        size_of::<ChainState<N>>()
+        size_of::<Chain<N, T>>(),
+        size_of::<ChainState<N, T>>()
     );
 }

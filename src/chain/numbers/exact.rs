@@ -92,6 +92,11 @@ impl ExactCoefficient {
         Self(fine(value, COEFFICIENT_BITS as i32) as i32)
     }
 
+    /// From an f32 in service, towards zero: exact for values whose bits reach no further than the format's.
+    pub fn of_f32(value: f32) -> Self {
+        Self((value * (1u64 << COEFFICIENT_BITS) as f32) as i32)
+    }
+
     /// coefficient × value \[fine units\], down.
     #[inline(always)]
     pub fn times(self, value: i64) -> i64 {

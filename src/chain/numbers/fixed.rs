@@ -14,6 +14,7 @@
 //! | filter sum | 67 | 6.8e-21 rad | ±2⁻⁴ = 0.0625 rad per sample² | 0.0289 | exact |
 //! | acceleration × T² | 40 | 9.1e-13 rad | ±2⁻⁹, held at 2⁻¹⁰ | 2⁻¹⁰ | down |
 //! | K/T² | 26 | 1.5e-8 | ±32, held | 32 | at boot |
+//! | scale error per increment | 25 | 3.0e-8 | ±64, checked | 64 | at boot |
 //! | tilt | 34 | 5.8e-11 rad | ±1/8 rad | 1/32 | down |
 //! | tilt × increment, summed | 71 | 4.2e-22 rad | ±2⁻⁸ = 0.0039 rad | 0.0027 | exact |
 //! | angle, lever | 31 | 4.7e-10 rad | ±1 rad | 0.177 | to nearest; the angle keeps the rest |
@@ -85,6 +86,7 @@ pub(super) const COEFFICIENT: u32 = 32;
 pub(super) const FILTER: u32 = 30;
 pub(super) const ACCELERATION: u32 = 40;
 pub(super) const FLEXURE: u32 = 26;
+pub(super) const SLOPE: u32 = 25;
 pub(super) const TILT: u32 = FLEXURE + ACCELERATION - 32;
 pub(super) const TILTED: u32 = TILT + INCREMENT;
 pub(super) const ANGLE: u32 = 31;
@@ -160,6 +162,7 @@ impl NumberSystem for Fixed {
     type Angle = Summed;
     type Lever = i32;
     type Cross = i64;
+    type Slope = i32;
     type Factor = i32;
     type Correlation = i64;
 
@@ -191,6 +194,12 @@ impl NumberSystem for Fixed {
     fn flexure(value: f64) -> i32 {
         nearest(value, FLEXURE)
     }
+    fn slope(value: f64) -> i32 {
+        nearest(value, SLOPE)
+    }
+    fn increment(value: f64) -> i32 {
+        nearest(value, INCREMENT)
+    }
 
     #[inline(always)]
     fn pulses(weight: Scaled, counts: i32) -> i32 {
@@ -211,6 +220,32 @@ impl NumberSystem for Fixed {
     #[inline(always)]
     fn difference(now: i32, past: i32) -> i32 {
         now.saturating_sub(past)
+    }
+    #[inline(always)]
+    fn add(a: i32, b: i32) -> i32 {
+        a.wrapping_add(b)
+    }
+    #[inline(always)]
+    fn difference_within(now: i32, past: i32, limit: i32) -> i32 {
+        let difference = now.saturating_sub(past);
+        difference.max(limit.wrapping_neg()).min(limit)
+    }
+    #[inline(always)]
+    fn filtered(sum: i64) -> i32 {
+        (sum >> FILTER) as i32
+    }
+    #[inline(always)]
+    fn sloped(slope: i32, increment: i32) -> i32 {
+        (wide(slope, increment) >> (SLOPE + INCREMENT - TILT)) as i32
+    }
+    #[inline(always)]
+    fn sloped_twice(slope: i32, increment: i32) -> i32 {
+        let once = upper(slope, increment);
+        (wide(once, increment) >> (SLOPE + 2 * INCREMENT - 32 - TILT)) as i32
+    }
+    #[inline(always)]
+    fn add_tilt(a: i32, b: i32) -> i32 {
+        a.wrapping_add(b)
     }
 
     #[inline(always)]

@@ -52,6 +52,7 @@ impl NumberSystem for F32 {
     type Angle = Summed;
     type Lever = f32;
     type Cross = f32;
+    type Slope = f32;
     type Factor = f32;
     type Correlation = f32;
 
@@ -71,6 +72,12 @@ impl NumberSystem for F32 {
         value as f32
     }
     fn flexure(value: f64) -> f32 {
+        value as f32
+    }
+    fn slope(value: f64) -> f32 {
+        value as f32
+    }
+    fn increment(value: f64) -> f32 {
         value as f32
     }
 
@@ -93,6 +100,30 @@ impl NumberSystem for F32 {
     #[inline(always)]
     fn difference(now: f32, past: f32) -> f32 {
         now - past
+    }
+    #[inline(always)]
+    fn add(a: f32, b: f32) -> f32 {
+        a + b
+    }
+    #[inline(always)]
+    fn difference_within(now: f32, past: f32, limit: f32) -> f32 {
+        (now - past).max(-limit).min(limit)
+    }
+    #[inline(always)]
+    fn filtered(sum: f32) -> f32 {
+        sum
+    }
+    #[inline(always)]
+    fn sloped(slope: f32, increment: f32) -> f32 {
+        slope * increment
+    }
+    #[inline(always)]
+    fn sloped_twice(slope: f32, increment: f32) -> f32 {
+        slope * increment * increment
+    }
+    #[inline(always)]
+    fn add_tilt(a: f32, b: f32) -> f32 {
+        a + b
     }
 
     #[inline(always)]

@@ -29,7 +29,7 @@ use std::vec::Vec;
 use super::NumberSystem;
 use super::fixed::{
     ACCELERATION, ACCELERATION_LIMIT, ANGLE, COEFFICIENT, CROSS, FILTER, FINE, FLEXURE, Fixed,
-    INCREMENT, KAPPA, REDUCED, TILT, TILTED, TWICE_CONING, filling,
+    INCREMENT, KAPPA, REDUCED, SLOPE, TILT, TILTED, TWICE_CONING, filling,
 };
 use crate::chain::design_parameters::ACCELERATION_TERMS;
 
@@ -143,6 +143,10 @@ pub enum Operation {
     FilterCoefficient,
     /// Conversion of K/T² at boot.
     Flexure,
+    /// Conversion of a scale error per increment at boot.
+    Slope,
+    /// Conversion of an increment at boot.
+    Increment,
     /// Counts shifted up to fill their word.
     ScaledCounts,
     /// Weight × counts.
@@ -155,8 +159,14 @@ pub enum Operation {
     AddProduct,
     /// Difference of two increments.
     Difference,
+    /// Sum of two increments.
+    Add,
     /// Filter sum.
     Filter,
+    /// Filter sum as an increment.
+    Filtered,
+    /// Scale error of one increment.
+    Sloped,
     /// Held filter sum as a factor.
     Acceleration,
     /// Flexure × acceleration.
@@ -199,15 +209,19 @@ impl Operation {
             Self::Coefficient => COEFFICIENT,
             Self::FilterCoefficient => FILTER,
             Self::Flexure => FLEXURE,
+            Self::Slope => SLOPE,
             Self::Pulses
             | Self::Strip
             | Self::AddProduct
             | Self::Difference
             | Self::Turn
+            | Self::Increment
+            | Self::Add
+            | Self::Filtered
             | Self::Wanted => INCREMENT,
             Self::Filter => INCREMENT + FILTER,
             Self::Acceleration => ACCELERATION,
-            Self::Tilt => TILT,
+            Self::Tilt | Self::Sloped => TILT,
             Self::Tilted | Self::AddTilted => TILTED,
             Self::Advance | Self::Lever => ANGLE,
             Self::AddCross | Self::AddProductOf => CROSS,
@@ -368,6 +382,7 @@ impl NumberSystem for Interval {
     type Angle = Summed;
     type Lever = Span;
     type Cross = Span;
+    type Slope = Span;
     type Factor = Span;
     type Correlation = Span;
 
@@ -406,6 +421,14 @@ impl NumberSystem for Interval {
     fn flexure(value: f64) -> Span {
         nearest(Operation::Flexure, value, FLEXURE)
     }
+    #[track_caller]
+    fn slope(value: f64) -> Span {
+        nearest(Operation::Slope, value, SLOPE)
+    }
+    #[track_caller]
+    fn increment(value: f64) -> Span {
+        nearest(Operation::Increment, value, INCREMENT)
+    }
 
     #[track_caller]
     fn pulses(weight: Scaled, _: i32) -> Span {
@@ -430,6 +453,38 @@ impl NumberSystem for Interval {
     #[track_caller]
     fn difference(now: Span, past: Span) -> Span {
         word(Operation::Difference, now.minus(past))
+    }
+    #[track_caller]
+    fn add(a: Span, b: Span) -> Span {
+        word(Operation::Add, a.plus(b))
+    }
+    fn difference_within(now: Span, past: Span, limit: Span) -> Span {
+        let difference = now.minus(past);
+        Span {
+            low: difference.low.max(-limit.high).min(limit.high),
+            high: difference.high.max(-limit.high).min(limit.high),
+        }
+    }
+    #[track_caller]
+    fn filtered(sum: Span) -> Span {
+        word(Operation::Filtered, sum.down(FILTER))
+    }
+    #[track_caller]
+    fn sloped(slope: Span, increment: Span) -> Span {
+        let product = slope.times(increment);
+        word(Operation::Sloped, product.down(SLOPE + INCREMENT - TILT))
+    }
+    #[track_caller]
+    fn sloped_twice(slope: Span, increment: Span) -> Span {
+        let twice = slope.upper(increment).times(increment);
+        word(
+            Operation::Sloped,
+            twice.down(SLOPE + 2 * INCREMENT - 32 - TILT),
+        )
+    }
+    #[track_caller]
+    fn add_tilt(a: Span, b: Span) -> Span {
+        word(Operation::Sloped, a.plus(b))
     }
 
     #[track_caller]

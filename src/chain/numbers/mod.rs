@@ -72,6 +72,8 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     type Lever: Debug + Clone + Copy + Default;
     /// Lever × increment, and its sum over an output period \[rad²\].
     type Cross: Debug + Clone + Copy + Default;
+    /// Scale error per increment, or per its square \[1\], within ±64.
+    type Slope: Debug + Clone + Copy + Default;
     /// A step or increment as a factor of a correlation.
     type Factor: Debug + Clone + Copy + Default;
     /// Sum of products of factors over an adaptation window.
@@ -92,6 +94,10 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     fn filter_coefficient(value: f64) -> Self::FilterCoefficient;
     /// Converts K/T².
     fn flexure(value: f64) -> Self::Flexure;
+    /// Converts a scale error per increment.
+    fn slope(value: f64) -> Self::Slope;
+    /// Converts an increment.
+    fn increment(value: f64) -> Self::Increment;
 
     /// weight × counts; counts are within their limit.
     fn pulses(weight: Self::PulseWeight, counts: i32) -> Self::Increment;
@@ -107,6 +113,23 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     ) -> Self::Increment;
     /// now − past.
     fn difference(now: Self::Increment, past: Self::Increment) -> Self::Increment;
+
+    /// a + b.
+    fn add(a: Self::Increment, b: Self::Increment) -> Self::Increment;
+    /// now − past, held within ±limit.
+    fn difference_within(
+        now: Self::Increment,
+        past: Self::Increment,
+        limit: Self::Increment,
+    ) -> Self::Increment;
+    /// The sum of a filter as an increment.
+    fn filtered(sum: Self::FilterSum) -> Self::Increment;
+    /// slope × increment, as a scale error.
+    fn sloped(slope: Self::Slope, increment: Self::Increment) -> Self::Tilt;
+    /// slope × increment², slope a scale error per square of an increment.
+    fn sloped_twice(slope: Self::Slope, increment: Self::Increment) -> Self::Tilt;
+    /// a + b.
+    fn add_tilt(a: Self::Tilt, b: Self::Tilt) -> Self::Tilt;
 
     /// Σ coefficient × difference.
     fn filter(

@@ -64,10 +64,12 @@ impl<N: NumberSystem> Counts<N> {
         angle
     }
 
-    /// b t over any number of sample periods \[fine units\].
-    pub fn bias_wide(&self, periods: i64) -> [i128; 3] {
-        self.bias
-            .map(|bias| i128::from(bias).wrapping_mul(i128::from(periods)))
+    /// b t over any number of sample periods \[fine units\], with `more` a period that terms know.
+    pub fn bias_wide(&self, periods: i64, more: [i64; 3]) -> [i128; 3] {
+        core::array::from_fn(|axis| {
+            let bias = self.bias[axis].wrapping_add(more[axis]);
+            i128::from(bias).wrapping_mul(i128::from(periods))
+        })
     }
 
     /// W Σn since the output period's start \[fine units\].
@@ -79,14 +81,16 @@ impl<N: NumberSystem> Counts<N> {
         angle
     }
 
-    /// W Σn − b t over `periods` sample periods \[fine units\]; starts the next sum.
+    /// W Σn − b t over `periods` sample periods \[fine units\], with `more` bias a period that terms know; starts the
+    /// next sum.
     #[inline(always)]
-    pub fn finish(&self, sum: &mut CodeSum, periods: u32) -> [i64; 3] {
+    pub fn finish(&self, sum: &mut CodeSum, periods: u32, more: [i64; 3]) -> [i64; 3] {
         let counts = sum.take();
         let mut angle = [0; 3];
         // A loop and not `map`, which is a function of its own in the image.
         for axis in 0..3 {
-            let bias = self.bias[axis].wrapping_mul(i64::from(periods));
+            let bias = self.bias[axis].wrapping_add(more[axis]);
+            let bias = bias.wrapping_mul(i64::from(periods));
             angle[axis] = self.exact[axis].times(counts[axis]).wrapping_sub(bias);
         }
         angle

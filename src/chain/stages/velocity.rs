@@ -130,6 +130,12 @@ impl<N: NumberSystem> Velocity<N> {
         compensation::at_rest_wide(&self.exact_misalignment, sensed)
     }
 
+    /// M (W Σn − b t) over `periods` sample periods \[fine units\].
+    #[inline(always)]
+    pub fn over(&self, sum: &CodeSum, periods: u32) -> [i64; 3] {
+        self.exact(sum.get(), periods)
+    }
+
     /// M (W Σn − b t) over `periods` sample periods \[fine units\]; starts the next sum.
     #[inline(always)]
     pub fn finish(&self, sum: &mut CodeSum, periods: u32) -> [i64; 3] {

@@ -55,6 +55,9 @@ proptest! {
         let (pa, pb, pc, pd, pt) = (point(x), point(y), point(z), point(w), point(k));
         let p_long = Span::point(sum);
         let p_tilts = Span::point(tilted);
+        // With the largest slope, an increment whose scale error fits.
+        let (small, of_small) = (Span { low: a.low >> 4, high: a.high >> 4 }, x >> 4);
+        let p_small = point(of_small);
         // Of intervals, of points, of fixed point.
         let mut cases: Vec<(Span, Span, i64)> = Vec::new();
         let mut case = |interval: Span, point: Span, fixed: i64| cases.push((interval, point, fixed));
@@ -65,6 +68,14 @@ proptest! {
         let filter = I::filter(&[t, t, t, t], [a, b, c, d]);
         let of_points = I::filter(&[pt, pt, pt, pt], [pa, pb, pc, pd]);
         case(filter, of_points, F::filter(&[k; 4], [x, y, z, w]));
+        case(I::filtered(long), I::filtered(p_long), F::filtered(sum).into());
+        case(I::add(a, b), I::add(pa, pb), F::add(x, y).into());
+        let limit = 1 << 26;
+        case(I::difference_within(a, b, point(limit)), I::difference_within(pa, pb, point(limit)),
+            F::difference_within(x, y, limit).into());
+        case(I::sloped(t, small), I::sloped(pt, p_small), F::sloped(k, of_small).into());
+        case(I::sloped_twice(t, a), I::sloped_twice(pt, pa), F::sloped_twice(k, x).into());
+        case(I::add_tilt(a, b), I::add_tilt(pa, pb), F::add_tilt(x, y).into());
         let held = |sum: i64| if F::beyond(sum) { F::held(sum) } else { sum };
         let (i_held, p_held) = (I::held(long), I::held(p_long));
         prop_assert!(i_held.contains(held(sum)) && p_held.contains(held(sum)));

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use trueaxis::numbers::Interval;
 use trueaxis::numbers::interval::{Bound, take_bounds};
-use trueaxis::{Chain, ChainState, Parameters, Sample};
+use trueaxis::{Chain, ChainState, Parameters, Sample, Term};
 
 use crate::corners::{Corner, corners};
 
@@ -14,7 +14,15 @@ use crate::corners::{Corner, corners};
 /// # Panics
 /// If what the chain remembers does not come to a fixed point.
 pub fn prove(parameters: &Parameters, sample: impl Fn(u32) -> Sample) -> Vec<Bound> {
-    let chain = Chain::<Interval>::new(parameters).expect("parameters in range");
+    prove_with::<()>(parameters, sample)
+}
+
+/// [`prove`] of a chain with the terms `T`.
+pub fn prove_with<T: Term<Interval>>(
+    parameters: &Parameters,
+    sample: impl Fn(u32) -> Sample,
+) -> Vec<Bound> {
+    let chain = Chain::<Interval, T>::with_terms(parameters).expect("parameters in range");
     let mut state = ChainState::new();
     // Whole windows, so that blocks end alike; thrice, because windows look at one gyro a sample; and longer
     // than the chain's memory of samples.

@@ -6,7 +6,7 @@ use trueaxis::design_parameters::{
     FLEXURE_LIMIT, INSTALLATION_LIMIT_RAD, LEVER_ARM_LIMIT_M, SCALED_FLEXURE_LIMIT,
     SWING_LIMIT_M_S, increment_unit_log2,
 };
-use trueaxis::{AccelerometerParameters, CrossAxis, Parameters};
+use trueaxis::{AccelerometerParameters, CrossAxis, Parameters, TermRecords};
 
 /// A corner of the parameter ranges, or a point on the way to it.
 #[derive(Debug, Clone, Copy)]
@@ -72,6 +72,7 @@ impl Corner {
             dither_amplitude_rad: [if self.adapts { 0.01 } else { 0.0 }; 3],
             adaptation_time_s: if self.adapts { 0.1 } else { 0.0 },
             accelerometers: None,
+            terms: TermRecords::NONE,
         };
         let arm_m = farthest_arms_m(&parameters) / 2.0 * 0.999_999;
         parameters.accelerometers = Some(AccelerometerParameters {

@@ -19,6 +19,7 @@ mod against_fixed;
 mod bounds;
 mod corners;
 mod exact_sums;
+mod terms;
 
 use std::collections::BTreeMap;
 
@@ -26,7 +27,9 @@ use proptest::prelude::*;
 use trueaxis::design_parameters::increment_unit_log2;
 use trueaxis::numbers::Interval;
 use trueaxis::numbers::interval::{Bound, Operation, take_bounds};
-use trueaxis::{AccelerometerParameters, Chain, ChainState, CrossAxis, Parameters, Sample};
+use trueaxis::{
+    AccelerometerParameters, Chain, ChainState, CrossAxis, Parameters, Sample, TermRecords,
+};
 
 use crate::bounds::{proofs, prove, stage, still};
 use crate::corners::{Corner, WEIGHTS, farthest_arms_m};
@@ -228,6 +231,7 @@ fn parameters() -> impl Strategy<Value = Parameters> {
                 dither_amplitude_rad,
                 adaptation_time_s,
                 accelerometers: None,
+                terms: TermRecords::NONE,
             };
             parameters.samples_per_output =
                 samples_per_output.min(parameters.most_samples_per_output());

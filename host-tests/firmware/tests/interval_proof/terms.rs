@@ -1,0 +1,123 @@
+//! The proof for chains with optional terms: their own words, and the chain's with what they add.
+
+use std::collections::BTreeMap;
+
+use trueaxis::numbers::Interval;
+use trueaxis::numbers::interval::{Bound, Operation};
+use trueaxis::terms::{AccelerometerDelay, AllTerms, GyroResponse, ScaleByRate};
+use trueaxis::{Chain, Parameters, Term, TermKind, TermRecords};
+
+use crate::bounds::{prove_with, stage, still};
+use crate::corners::{Corner, corners};
+
+/// Every term at `share` of the end of its range, with these signs.
+fn records(corner: &Corner, share: f64, signs: [f64; 3]) -> TermRecords {
+    let period_s = 1.0 / corner.sample_rate_hz;
+    let three = |largest: f64| signs.map(|sign| sign * share * largest).to_vec();
+    // Half of 1/128 each, at twice the sensed limit of 5/2048 increment units.
+    let largest = 2.0 * 5.0 / 2048.0;
+    let unit = trueaxis::design_parameters::increment_unit_log2(corner.sample_rate_hz);
+    let slope_s = 1.0 / 256.0 / largest * period_s / f64::from(1u8 << unit);
+    let mut records = TermRecords::NONE;
+    for (kind, values) in [
+        (TermKind::GyroDelay, three(0.4 * period_s)),
+        (TermKind::GyroBandwidth, three(period_s * period_s)),
+        (TermKind::AccelDelay, three(0.4 * period_s)),
+        (TermKind::GyroScaleQuadratic, three(slope_s)),
+        (
+            TermKind::GyroScaleCubic,
+            three(63.0 * (period_s / f64::from(1u8 << unit)).powi(2)),
+        ),
+        (TermKind::GyroScaleAsymmetry, three(1.0 / 256.0)),
+        (TermKind::GyroGBias, [0, 1, 2].map(|_| three(5e-5)).concat()),
+    ] {
+        records.push(kind, &values).expect("room");
+    }
+    records
+}
+
+/// The corner with the largest share of the terms that it has room for, and no more samples an output than fit.
+fn with_terms(corner: &Corner, signs: [f64; 3]) -> Option<Parameters> {
+    let at = |share: f64| Parameters {
+        terms: records(corner, share, signs),
+        ..corner.parameters()
+    };
+    let fits = |share: f64| Chain::<Interval, AllTerms<Interval>>::check(&at(share)).is_ok();
+    let shares = (0..=20).map(|step| 0.999 * 0.7f64.powi(step));
+    shares.into_iter().find(|share| fits(*share)).map(at)
+}
+
+#[test]
+fn no_word_wraps_with_every_term() {
+    let mut worst: BTreeMap<(Operation, &str), (Bound, Corner)> = BTreeMap::new();
+    let mut proofs = 0;
+    let standing = corners().into_iter().filter_map(Corner::accepted);
+    // Every eleventh: the corners repeat in steps that eleven does not divide.
+    for (turn, corner) in standing.step_by(11).enumerate() {
+        let signs = [[1.0, 1.0, 1.0], [-1.0, 1.0, -1.0]][turn % 2];
+        let Some(parameters) = with_terms(&corner, signs) else {
+            continue;
+        };
+        proofs += 1;
+        for bound in prove_with::<AllTerms<Interval>>(&parameters, still) {
+            let entry = worst
+                .entry((bound.operation, stage(&bound)))
+                .or_insert((bound, corner));
+            if bound.headroom() < entry.0.headroom() {
+                *entry = (bound, corner);
+            }
+        }
+    }
+    println!("{proofs} configurations");
+    for ((operation, stage), (bound, corner)) in &worst {
+        println!(
+            "| {operation:?} | {stage} | i{} | {:.6e} | {:.3} | {corner} |",
+            bound.bits,
+            bound.value(),
+            bound.headroom(),
+        );
+    }
+    assert!(proofs > 100, "{proofs} configurations");
+    let wraps: Vec<_> = worst.iter().filter(|(_, (b, _))| !b.fits()).collect();
+    assert!(wraps.is_empty(), "{wraps:?}");
+}
+
+/// Every term alone, at an ordinary configuration.
+#[test]
+fn no_word_wraps_with_each_term_alone() {
+    fn alone<T: Term<Interval>>(kinds: &[TermKind], corner: &Corner) {
+        let all = records(corner, 0.25, [1.0, -1.0, 1.0]);
+        let mut own = TermRecords::NONE;
+        for kind in kinds {
+            own.push(*kind, &all.values::<3>(*kind)).expect("room");
+        }
+        let parameters = Parameters {
+            terms: own,
+            ..corner.parameters()
+        };
+        for bound in prove_with::<T>(&parameters, still) {
+            assert!(bound.fits(), "{kinds:?} {bound:?}");
+        }
+    }
+    let corner = Corner {
+        samples_per_output: 10,
+        sample_rate_hz: 4000.0,
+        acceleration_order: 4,
+        cycles: 0.1,
+        delay_s: 1e-5,
+        adapts: false,
+        gain: 1.0,
+        signed: 0.1,
+        weights: crate::corners::WEIGHTS[1],
+    };
+    alone::<(GyroResponse<Interval>,)>(&[TermKind::GyroDelay, TermKind::GyroBandwidth], &corner);
+    alone::<(AccelerometerDelay<Interval>,)>(&[TermKind::AccelDelay], &corner);
+    alone::<(ScaleByRate<Interval>,)>(
+        &[
+            TermKind::GyroScaleQuadratic,
+            TermKind::GyroScaleCubic,
+            TermKind::GyroScaleAsymmetry,
+        ],
+        &corner,
+    );
+}

@@ -1,0 +1,122 @@
+//! Each error at a realistic size, as the catalogue writes it: what a gyro shows more, from the motion itself.
+
+use trueaxis::TermKind as K;
+
+use crate::unit::{Error, motion, true_forces, true_rates};
+
+/// Temperatures over those at the start \[K\], as the records' reference of 0 has it.
+fn warmed(t: f64) -> [f64; 3] {
+    let (now, start) = (motion(t).temperature_k, motion(0.0).temperature_k);
+    [0, 1, 2].map(|axis| now[axis] - start[axis])
+}
+
+/// Adds to the true rates.
+fn more(t: f64, of: impl Fn(usize) -> f64) -> [f64; 3] {
+    let rates = true_rates(t);
+    [0, 1, 2].map(|axis| rates[axis] + of(axis))
+}
+
+/// 0.05 °/h per K, and a hundredth of it per K².
+const BIAS: [f64; 3] = [2.4e-7, -1.9e-7, 3.1e-7];
+const BIAS_SECOND: [f64; 3] = [2e-9, 3e-9, -4e-9];
+const BIAS_RATE: [f64; 3] = [4e-7, -3e-7, 5e-7];
+/// 3 ppm per K.
+const SCALE: [f64; 3] = [3e-6, -2e-6, 4e-6];
+const TILT: [f64; 6] = [1e-6, -2e-6, 1.5e-6, 0.5e-6, -1e-6, 2e-6];
+pub const DELAY: [f64; 3] = [20e-6, -10e-6, 35e-6];
+pub const VARIANCE: [f64; 3] = [1e-8, 0.4e-8, 2e-8];
+const ASYMMETRY: [f64; 3] = [1e-5, -2e-5, 3e-5];
+const QUADRATIC: [f64; 3] = [1e-5, -2e-5, 1.5e-5];
+const CUBIC: [f64; 3] = [2e-6, 1e-6, -3e-6];
+/// 0.1 °/h per g.
+const FORCE: [[f64; 3]; 3] = [
+    [5e-8, -2e-8, 3e-8],
+    [1e-8, 6e-8, -4e-8],
+    [-3e-8, 2e-8, 5e-8],
+];
+
+fn by_temperature(values: &[f64], second: &[f64]) -> Vec<f64> {
+    [&[0.0; 3], values, second].concat()
+}
+
+/// Gyros that are late: each shows the rate at another time.
+fn late(t: f64, delays: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|axis| true_rates(t - delays[axis])[axis])
+}
+
+fn tilted(t: f64) -> [f64; 3] {
+    let ([x, y, z], [tx, ty, tz]) = (true_rates(t), warmed(t));
+    let [xy, xz, yx, yz, zx, zy] = TILT;
+    [
+        x + tx * (xz * y - xy * z),
+        y + ty * (yx * z - yz * x),
+        z + tz * (zy * x - zx * y),
+    ]
+}
+
+pub fn errors() -> Vec<Error> {
+    let of_gyros = |name, records, gyros| Error {
+        name,
+        records,
+        gyros,
+        accelerometers: true_forces,
+    };
+    vec![
+        of_gyros(
+            "bias by temperature",
+            vec![(K::GyroBiasTemperature, by_temperature(&BIAS, &BIAS_SECOND))],
+            |t| {
+                let w = warmed(t);
+                more(t, |i| BIAS[i] * w[i] + BIAS_SECOND[i] * w[i].powi(2))
+            },
+        ),
+        of_gyros(
+            "bias by temperature rate",
+            vec![(K::GyroBiasTemperatureRate, BIAS_RATE.to_vec())],
+            |t| more(t, |i| BIAS_RATE[i] * motion(t).temperature_rate_k_s[i]),
+        ),
+        of_gyros(
+            "scale by temperature",
+            vec![(K::GyroScaleTemperature, by_temperature(&SCALE, &[0.0; 3]))],
+            |t| more(t, |i| SCALE[i] * warmed(t)[i] * true_rates(t)[i]),
+        ),
+        of_gyros(
+            "installation by temperature",
+            vec![(K::InstallationTemperature, by_temperature(&TILT, &[0.0; 6]))],
+            tilted,
+        ),
+        of_gyros("gyro delay", vec![(K::GyroDelay, DELAY.to_vec())], |t| {
+            late(t, DELAY)
+        }),
+        of_gyros(
+            "gyro bandwidth",
+            vec![(K::GyroBandwidth, VARIANCE.to_vec())],
+            |t| more(t, |i| 0.5 * VARIANCE[i] * motion(t).rate_second[i]),
+        ),
+        of_gyros(
+            "scale asymmetry",
+            vec![(K::GyroScaleAsymmetry, ASYMMETRY.to_vec())],
+            |t| more(t, |i| ASYMMETRY[i] * true_rates(t)[i].abs()),
+        ),
+        of_gyros(
+            "scale, quadratic",
+            vec![(K::GyroScaleQuadratic, QUADRATIC.to_vec())],
+            |t| more(t, |i| QUADRATIC[i] * true_rates(t)[i].powi(2)),
+        ),
+        of_gyros(
+            "scale, cubic",
+            vec![(K::GyroScaleCubic, CUBIC.to_vec())],
+            |t| more(t, |i| CUBIC[i] * true_rates(t)[i].powi(3)),
+        ),
+        of_gyros("bias by force", vec![(K::GyroGBias, FORCE.concat())], |t| {
+            let f = motion(t).force_m_s2;
+            more(t, |i| (0..3).map(|j| FORCE[i][j] * f[j]).sum())
+        }),
+        Error {
+            name: "accelerometer delay",
+            records: vec![(K::AccelDelay, DELAY.to_vec())],
+            gyros: true_rates,
+            accelerometers: |t| [0, 1, 2].map(|axis| true_forces(t - DELAY[axis])[axis]),
+        },
+    ]
+}

@@ -1,0 +1,197 @@
+//! Plays a unit whose gyros and accelerometers have one error, and the same unit without it.
+
+use trueaxis::terms::AllTerms;
+use trueaxis::{
+    AccelerometerParameters, Chain, ChainState, CrossAxis, NumberSystem, OUTPUT_M_S_PER_CODE,
+    OUTPUT_RAD_PER_CODE, OutputFrame, Parameters, Sample, SlowReadings, TermKind, TermRecords,
+};
+
+pub const RATE_HZ: f64 = 4000.0;
+const PULSE_RAD: f64 = 1.0 / (1u64 << 34) as f64;
+const CODE_M_S: f64 = 1.0 / (1u64 << 29) as f64;
+
+/// What the unit does at an instant: rates and their second derivatives, forces, temperatures.
+#[derive(Clone, Copy)]
+pub struct Motion {
+    pub rate_rad_s: [f64; 3],
+    pub rate_second: [f64; 3],
+    pub force_m_s2: [f64; 3],
+    pub temperature_k: [f64; 3],
+    pub temperature_rate_k_s: [f64; 3],
+}
+
+/// Rocking of 1 to 3° at 7 to 60 Hz about all axes on a slow turn, under gravity and a vibration along all axes, while
+/// the unit warms up.
+pub fn motion(t: f64) -> Motion {
+    let tones = |list: &[(f64, f64, f64)]| {
+        let (mut value, mut second) = (0.0, 0.0);
+        for (amplitude, frequency_hz, phase) in list {
+            let w = std::f64::consts::TAU * frequency_hz;
+            let sine = amplitude * (w * t + phase).sin();
+            value += sine;
+            second -= w * w * sine;
+        }
+        (value, second)
+    };
+    let (x, x2) = tones(&[(0.9, 15.0, 0.0), (0.2, 61.0, 0.4)]);
+    let (y, y2) = tones(&[(0.8, 15.0, 1.1), (0.3, 43.0, 0.2)]);
+    let (z, z2) = tones(&[(1.1, 7.0, 0.3), (0.25, 61.0, 2.0)]);
+    let force = [
+        tones(&[(3.0, 15.0, 0.7)]).0 + 1.5,
+        tones(&[(2.0, 43.0, 0.1)]).0 - 2.5,
+        tones(&[(1.0, 61.0, 0.9)]).0 + 9.3,
+    ];
+    Motion {
+        rate_rad_s: [x + 0.4, y - 0.3, z + 0.9],
+        rate_second: [x2, y2, z2],
+        force_m_s2: force,
+        temperature_k: [293.0 + 3.0 * t, 294.0 + 2.5 * t, 295.0 + 2.0 * t],
+        temperature_rate_k_s: [3.0, 2.5, 2.0],
+    }
+}
+
+/// One error: records that describe it, and what the gyros and accelerometers show.
+pub struct Error {
+    pub name: &'static str,
+    pub records: Vec<(TermKind, Vec<f64>)>,
+    /// Rates that the gyros show at an instant, given the time.
+    pub gyros: fn(f64) -> [f64; 3],
+    /// Forces that the accelerometers show.
+    pub accelerometers: fn(f64) -> [f64; 3],
+}
+
+pub fn true_rates(t: f64) -> [f64; 3] {
+    motion(t).rate_rad_s
+}
+
+pub fn true_forces(t: f64) -> [f64; 3] {
+    motion(t).force_m_s2
+}
+
+/// The unit's parameters: no dither, no other error.
+pub fn parameters(records: &[(TermKind, Vec<f64>)]) -> Parameters {
+    let mut terms = TermRecords::NONE;
+    for (kind, values) in records {
+        terms.push(*kind, values).expect("a record");
+    }
+    Parameters {
+        pulse_weight_rad: [PULSE_RAD; 3],
+        pickoff_gain: [0.0; 3],
+        sample_rate_hz: RATE_HZ,
+        samples_per_output: 10,
+        accelerometers: Some(AccelerometerParameters {
+            weight_m_s: [CODE_M_S; 3],
+            bias_m_s2: [0.0; 3],
+            scale_error: [0.0; 3],
+            misalignment_rad: CrossAxis::default(),
+            lever_arm_m: [[0.0; 3]; 3],
+        }),
+        terms,
+        ..Parameters::default()
+    }
+}
+
+/// Samples of what the sensors show, in whole codes of the running integrals.
+pub struct Stream {
+    gyros: fn(f64) -> [f64; 3],
+    accelerometers: fn(f64) -> [f64; 3],
+    k: usize,
+    angle_rad: [f64; 3],
+    velocity_m_s: [f64; 3],
+    counted: [[i64; 3]; 2],
+}
+
+impl Stream {
+    pub fn new(gyros: fn(f64) -> [f64; 3], accelerometers: fn(f64) -> [f64; 3]) -> Self {
+        Self {
+            gyros,
+            accelerometers,
+            k: 0,
+            angle_rad: [0.0; 3],
+            velocity_m_s: [0.0; 3],
+            counted: [[0; 3]; 2],
+        }
+    }
+
+    /// The time at the end of the last sample \[s\].
+    pub fn time_s(&self) -> f64 {
+        self.k as f64 / RATE_HZ
+    }
+
+    pub fn next(&mut self) -> Sample {
+        let begin = self.time_s();
+        self.k += 1;
+        let rate = integral(self.gyros, begin);
+        let force = integral(self.accelerometers, begin);
+        let mut sample = Sample::default();
+        for axis in 0..3 {
+            self.angle_rad[axis] += rate[axis];
+            self.velocity_m_s[axis] += force[axis];
+            let whole = [
+                (self.angle_rad[axis] / PULSE_RAD).floor() as i64,
+                (self.velocity_m_s[axis] / CODE_M_S).floor() as i64,
+            ];
+            let step = |at: usize| (whole[at] - self.counted[at][axis]) as i32;
+            sample.pulse_counts[axis] = step(0);
+            sample.accelerometer_codes[axis] = step(1);
+            self.counted[0][axis] = whole[0];
+            self.counted[1][axis] = whole[1];
+        }
+        sample
+    }
+}
+
+/// ∫ over one period from `begin`: Simpson's rule on eight intervals.
+fn integral(of: fn(f64) -> [f64; 3], begin: f64) -> [f64; 3] {
+    let step = 1.0 / RATE_HZ / 8.0;
+    let mut sum = [0.0; 3];
+    for at in 0..=8 {
+        let weight = match at {
+            0 | 8 => 1.0,
+            at if at % 2 == 1 => 4.0,
+            _ => 2.0,
+        };
+        let values = of(begin + at as f64 * step);
+        for (sum, value) in sum.iter_mut().zip(values) {
+            *sum += weight * value * step / 3.0;
+        }
+    }
+    sum
+}
+
+/// The slow readings at a time, told twice an output period.
+pub fn slow(t: f64) -> SlowReadings {
+    let now = motion(t);
+    SlowReadings {
+        temperature_k: now.temperature_k.map(|value| value as f32),
+        temperature_rate_k_s: now.temperature_rate_k_s.map(|value| value as f32),
+    }
+}
+
+/// Rotation vectors and velocity increments of every output period \[rad, m/s\].
+pub fn frames<N: NumberSystem>(
+    parameters: &Parameters,
+    mut stream: Stream,
+    samples: usize,
+) -> Vec<[f64; 6]> {
+    let chain = Chain::<N, AllTerms<N>>::with_terms(parameters).expect("parameters in range");
+    let mut state = ChainState::new();
+    let mut frames = Vec::new();
+    for k in 0..samples {
+        if k % 5 == 0 {
+            chain.slow(&mut state, &slow(stream.time_s()));
+        }
+        let sample = stream.next();
+        frames.extend(chain.process(&mut state, &sample).map(values));
+    }
+    frames
+}
+
+fn values(frame: OutputFrame) -> [f64; 6] {
+    let mut values = [0.0; 6];
+    for axis in 0..3 {
+        values[axis] = f64::from(frame.dtheta_codes[axis]) * OUTPUT_RAD_PER_CODE;
+        values[3 + axis] = f64::from(frame.dvel_codes[axis]) * OUTPUT_M_S_PER_CODE;
+    }
+    values
+}

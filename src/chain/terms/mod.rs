@@ -1,0 +1,274 @@
+//! Defines compensations that a build may contain beyond the stages, and their composition.
+//!
+//! A [`Term`] is a configuration that is checked once, a state, and hooks into the chain, each of which is the identity
+//! unless the term says otherwise. Terms are composed as tuples, `(Temperature, GyroResponse<N>)`, whose members act in
+//! this order; `()` has no term, and its hooks compile to nothing. A build names its terms as the second parameter of
+//! [`Chain`](crate::Chain); the parameter block brings the numbers as records ([`records`]).
+//!
+//! # What terms act on
+//! Errors of gyros act about the sensing axes, before Eq. (7). Two values pass there:
+//! - increments of one sample, rounded, factors of products ([`Term::increments`]);
+//! - exact angles of the output period \[fine units\], which are what frames show ([`Term::angles`]).
+//!
+//! A term whose angle over a period follows from the period's ends or sums costs nothing per sample.
+//!
+//! # Identity
+//! A hook that does nothing returns what it is given. It does not add zero: in `f32`, −0.0 + 0.0 is +0.0.
+
+pub mod force;
+
+pub mod records;
+
+pub mod response;
+
+pub mod scale;
+
+pub mod temperature;
+
+pub use force::BiasByForce;
+pub use records::{RecordError, TermKind, TermKinds, TermRecords};
+pub use response::{AccelerometerDelay, GyroResponse};
+pub use scale::ScaleByRate;
+pub use temperature::Temperature;
+
+use core::fmt::Debug;
+
+use crate::chain::numbers::NumberSystem;
+use crate::chain::triad::{CrossAxis, Triad};
+use crate::store::parameters::{ParameterError, Parameters};
+
+/// Every term of this library, in the order in which they act.
+pub type AllTerms<N> = (
+    Temperature,
+    GyroResponse<N>,
+    ScaleByRate<N>,
+    BiasByForce,
+    AccelerometerDelay<N>,
+);
+
+/// Readings that change slowly, as the main loop knows them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct SlowReadings {
+    /// Temperature of gyros x, y, z \[K\].
+    pub temperature_k: [f32; 3],
+    /// Its derivative \[K/s\].
+    pub temperature_rate_k_s: [f32; 3],
+}
+
+/// What an output period has summed when [`Term::angles`] is called.
+#[derive(Debug, Clone, Copy)]
+pub struct PeriodSums {
+    /// Sampling periods that the angles cover.
+    pub periods: u32,
+    /// Exponent of the increment unit.
+    pub unit_log2: u32,
+    /// ∫ f dt over the period, body frame \[fine units of velocity\]; zeros unless the terms' `NEEDS_FORCE`.
+    pub velocity: [i64; 3],
+}
+
+/// A compensation that a build may contain. `()` contains none and compiles to nothing.
+pub trait Term<N: NumberSystem>: Debug + Clone + Copy {
+    /// What the term keeps between samples.
+    type State: Debug + Clone + Copy + Default;
+
+    /// Kinds of records that configure the term.
+    const KINDS: TermKinds;
+
+    /// Whether [`PeriodSums::velocity`] is used.
+    const NEEDS_FORCE: bool = false;
+
+    /// Checks the records of [`KINDS`](Self::KINDS) among `parameters.terms` and converts them. Runs at boot. A term
+    /// without a record corrects nothing.
+    fn new(parameters: &Parameters) -> Result<Self, ParameterError>;
+
+    /// What the term adds to an increment of the case at most \[increment units per sample\]. The chain's limits of
+    /// increment and output period include it.
+    fn largest_addition(&self) -> f64 {
+        0.0
+    }
+
+    /// Starts from these increments about the sensing axes, at the stream's start or after lost samples.
+    fn begin(&self, _: &mut Self::State, _: Triad<N::Increment>) {}
+
+    /// Corrects one sample's increments about the sensing axes, free of dither.
+    #[inline(always)]
+    fn increments(
+        &self,
+        _: &mut Self::State,
+        increments: Triad<N::Increment>,
+    ) -> Triad<N::Increment> {
+        increments
+    }
+
+    /// Corrects what the acceleration adds to the small angles of Eq. (7) \[rad\].
+    #[inline(always)]
+    fn tilts(
+        &self,
+        _: &mut Self::State,
+        _: Triad<N::Acceleration>,
+        tilts: CrossAxis<N::Tilt>,
+    ) -> CrossAxis<N::Tilt> {
+        tilts
+    }
+
+    /// Corrects one sample's velocity increments, body frame.
+    #[inline(always)]
+    fn velocities(
+        &self,
+        _: &mut Self::State,
+        velocities: Triad<N::Increment>,
+    ) -> Triad<N::Increment> {
+        velocities
+    }
+
+    /// Bias over one sampling period about the sensing axes \[fine units\], beyond that of the parameters.
+    #[inline(always)]
+    fn bias(&self, _: &Self::State) -> [i64; 3] {
+        [0; 3]
+    }
+
+    /// Corrects the output period's angles about the sensing axes \[fine units\].
+    #[inline(always)]
+    fn angles(&self, _: &mut Self::State, _: &PeriodSums, angles: [i64; 3]) -> [i64; 3] {
+        angles
+    }
+
+    /// Corrects the angles of a reading that covers several periods and is not part of an output period's angles
+    /// \[fine units\].
+    #[inline(always)]
+    fn angles_wide(&self, _: &Self::State, angles: [i128; 3]) -> [i128; 3] {
+        angles
+    }
+
+    /// Corrects the output period's velocity that accelerometers felt \[fine units of velocity\], body frame;
+    /// `unit_log2` is the increment unit's exponent.
+    #[inline(always)]
+    fn felt(&self, _: &mut Self::State, _unit_log2: u32, velocity: [i64; 3]) -> [i64; 3] {
+        velocity
+    }
+
+    /// Takes slow readings; they hold until the next ones.
+    #[inline(always)]
+    fn slow(&self, _: &mut Self::State, _: &SlowReadings) {}
+
+    /// Tells that the next increments do not follow the last ones: samples were lost, or the source restarted.
+    #[inline(always)]
+    fn discontinue(&self, _: &mut Self::State) {}
+
+    /// Tells whether increments are free of dither. While they are not (a failed pickoff), rates are not known.
+    #[inline(always)]
+    fn degrade(&self, _: &mut Self::State, _rates_known: bool) {}
+}
+
+impl<N: NumberSystem> Term<N> for () {
+    type State = ();
+    const KINDS: TermKinds = TermKinds::NONE;
+
+    fn new(_: &Parameters) -> Result<Self, ParameterError> {
+        Ok(())
+    }
+}
+
+/// Implements [`Term`] for a tuple of terms.
+macro_rules! tuple_of_terms {
+    ($($term:ident $at:tt),+) => {
+        impl<N: NumberSystem, $($term: Term<N>),+> Term<N> for ($($term,)+) {
+            type State = ($($term::State,)+);
+            const KINDS: TermKinds = TermKinds::NONE$(.union($term::KINDS))+;
+            const NEEDS_FORCE: bool = false $(|| $term::NEEDS_FORCE)+;
+
+            fn new(parameters: &Parameters) -> Result<Self, ParameterError> {
+                Ok(($($term::new(parameters)?,)+))
+            }
+            fn largest_addition(&self) -> f64 {
+                0.0 $(+ self.$at.largest_addition())+
+            }
+            fn begin(&self, state: &mut Self::State, increments: Triad<N::Increment>) {
+                $(self.$at.begin(&mut state.$at, increments);)+
+            }
+            #[inline(always)]
+            fn increments(
+                &self,
+                state: &mut Self::State,
+                increments: Triad<N::Increment>,
+            ) -> Triad<N::Increment> {
+                $(let increments = self.$at.increments(&mut state.$at, increments);)+
+                increments
+            }
+            #[inline(always)]
+            fn tilts(
+                &self,
+                state: &mut Self::State,
+                acceleration: Triad<N::Acceleration>,
+                tilts: CrossAxis<N::Tilt>,
+            ) -> CrossAxis<N::Tilt> {
+                $(let tilts = self.$at.tilts(&mut state.$at, acceleration, tilts);)+
+                tilts
+            }
+            #[inline(always)]
+            fn velocities(
+                &self,
+                state: &mut Self::State,
+                velocities: Triad<N::Increment>,
+            ) -> Triad<N::Increment> {
+                $(let velocities = self.$at.velocities(&mut state.$at, velocities);)+
+                velocities
+            }
+            #[inline(always)]
+            fn bias(&self, state: &Self::State) -> [i64; 3] {
+                let mut sum = [0i64; 3];
+                $(
+                    let bias = self.$at.bias(&state.$at);
+                    for axis in 0..3 {
+                        sum[axis] = sum[axis].wrapping_add(bias[axis]);
+                    }
+                )+
+                sum
+            }
+            #[inline(always)]
+            fn angles(
+                &self,
+                state: &mut Self::State,
+                sums: &PeriodSums,
+                angles: [i64; 3],
+            ) -> [i64; 3] {
+                $(let angles = self.$at.angles(&mut state.$at, sums, angles);)+
+                angles
+            }
+            #[inline(always)]
+            fn angles_wide(&self, state: &Self::State, angles: [i128; 3]) -> [i128; 3] {
+                $(let angles = self.$at.angles_wide(&state.$at, angles);)+
+                angles
+            }
+            #[inline(always)]
+            fn felt(
+                &self,
+                state: &mut Self::State,
+                unit_log2: u32,
+                velocity: [i64; 3],
+            ) -> [i64; 3] {
+                $(let velocity = self.$at.felt(&mut state.$at, unit_log2, velocity);)+
+                velocity
+            }
+            fn slow(&self, state: &mut Self::State, readings: &SlowReadings) {
+                $(self.$at.slow(&mut state.$at, readings);)+
+            }
+            fn discontinue(&self, state: &mut Self::State) {
+                $(self.$at.discontinue(&mut state.$at);)+
+            }
+            fn degrade(&self, state: &mut Self::State, rates_known: bool) {
+                $(self.$at.degrade(&mut state.$at, rates_known);)+
+            }
+        }
+    };
+}
+
+tuple_of_terms!(A 0);
+tuple_of_terms!(A 0, B 1);
+tuple_of_terms!(A 0, B 1, C 2);
+tuple_of_terms!(A 0, B 1, C 2, D 3);
+tuple_of_terms!(A 0, B 1, C 2, D 3, E 4);
+tuple_of_terms!(A 0, B 1, C 2, D 3, E 4, F 5);
+tuple_of_terms!(A 0, B 1, C 2, D 3, E 4, F 5, G 6);
+tuple_of_terms!(A 0, B 1, C 2, D 3, E 4, F 5, G 6, H 7);
