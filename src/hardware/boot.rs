@@ -3,12 +3,19 @@
 //! It takes the parameter slots and what is known of clock, reset and previous run. It gives the parameters and, on
 //! request, the [`Processor`], whose frames say what was wrong at boot.
 
+use core::sync::atomic::{AtomicU32, Ordering};
+
 use trueaxis::parameter_slots::{MEND_ATTEMPTS, Mending, ParameterSlots};
 use trueaxis::processor::{BootReport, Processor};
-use trueaxis::{Chain, NumberSystem, Parameters};
+use trueaxis::{Chain, NumberSystem, Parameters, Term};
 
 use super::flash::{SECTOR_BYTES, SlotFlash};
 use crate::{Core, Terms};
+
+/// The kinds of optional terms that this image has, as [`TermKinds::bits`](trueaxis::terms::TermKinds::bits), for tools
+/// that read the image's file. The name stands in the image as it is.
+#[unsafe(no_mangle)]
+static TERM_KINDS: AtomicU32 = AtomicU32::new(<Terms as Term<Core>>::KINDS.bits());
 
 /// The result of the boot.
 pub struct Booted {
@@ -42,8 +49,9 @@ pub fn boot(flash: SlotFlash, supply_suffices: bool, before: BootReport) -> Boot
         ParameterSlots::new(flash, [0, SECTOR_BYTES]).accepting(Chain::<Core, Terms>::check);
     let loaded = slots.load();
     defmt::info!(
-        "boot: core {=str}, parameter generation {=u32}, default values {=bool}, clock fallback {=bool}",
+        "boot: core {=str}, terms {=u32:x}, parameter generation {=u32}, default values {=bool}, clock fallback {=bool}",
         <Core as NumberSystem>::NAME,
+        TERM_KINDS.load(Ordering::Relaxed),
         loaded.generation,
         loaded.parameters_default(),
         before.clock_fallback

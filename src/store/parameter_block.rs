@@ -22,8 +22,7 @@ use core::ops::Deref;
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
-use crate::chain::terms::TermRecords;
-use crate::chain::terms::records::RECORD_BYTES;
+use crate::chain::terms::records::{RECORD_BYTES, TermRecords};
 use crate::chain::triad::CrossAxis;
 use crate::store::parameters::{AccelerometerParameters, ParameterError, Parameters};
 

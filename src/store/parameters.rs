@@ -7,7 +7,7 @@ use core::fmt;
 
 use crate::chain::design_parameters as design;
 use crate::chain::dither_phase::DitherPhase;
-use crate::chain::terms::{RecordError, TermKind, TermRecords};
+use crate::chain::terms::records::{RecordError, TermKind, TermRecords};
 use crate::chain::triad::CrossAxis;
 
 /// Everything that the chain knows of its gyro triad. Axes x, y, z of the body frame.

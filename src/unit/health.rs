@@ -42,7 +42,7 @@ pub struct HealthItem {
 
 /// Indices that are not a status bit's.
 pub mod item {
-    use crate::chain::terms::TermKinds;
+    use crate::chain::terms::records::TermKinds;
 
     /// First fault: status bits.
     pub const FIRST_FAULT_STATUS: u8 = 32;

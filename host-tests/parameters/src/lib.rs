@@ -43,8 +43,12 @@
 //! (scale error and bias in the sense that they have for the gyros), and the chain's f = M' ((1 − s') reading
 //! − b') − size. That A turns the other axes' size effect too is left out: 1e-3 of it.
 //!
+//! Effects that optional terms of the chain correct become records (`terms`).
+//!
 //! Out of scope: effects of the recording rather than of the unit (the reference, the Earth's
 //! rotation); they leave nothing for the chain to correct and are not reported as uncompensated.
+
+mod terms;
 
 use nalgebra::{Matrix3, Vector3};
 use trueaxis::parameters::AccelerometerParameters;
@@ -52,6 +56,8 @@ use trueaxis::{CrossAxis, ParameterError, Parameters};
 
 use rlg_model::catalogue::{NINE, SIX, XYZ};
 use rlg_model::{EffectValue, Model, ModelEffect, MotionSource};
+
+use terms::TermSums;
 
 /// Samples in one output period unless asked otherwise: 2.5 ms at 4 kHz, the step of a 400 Hz
 /// navigation computer.
@@ -146,6 +152,7 @@ pub fn unchecked_parameters(
     let mut flexure = [0.0; 6];
     let mut delay_s = Vector3::zeros();
     let mut force = ForceErrors::default();
+    let mut terms = TermSums::default();
     let mut uncompensated: Vec<String> = Vec::new();
     for effect in model.effects.iter().filter(|effect| acts(effect)) {
         match effect.kind.as_str() {
@@ -160,6 +167,7 @@ pub fn unchecked_parameters(
             "accel_scale" if has_accelerometers => force.scale += xyz(effect),
             "accel_misalignment" if has_accelerometers => add(&mut force.tilt_rad, effect),
             "size_effect" if has_accelerometers => force.add_arms(effect),
+            _ if terms.take(effect, has_accelerometers) => {}
             kind if OF_THE_RECORDING.contains(&kind) || uncompensated.iter().any(|k| k == kind) => {
             }
             kind => uncompensated.push(kind.to_owned()),
@@ -206,6 +214,7 @@ pub fn unchecked_parameters(
             Some(weight_m_s) => Some(force.parameters(model, weight_m_s)?),
             None => None,
         },
+        terms: terms.records(stretch.into())?,
         ..Parameters::default()
     };
     Ok((parameters, uncompensated))

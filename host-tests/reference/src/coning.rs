@@ -83,9 +83,11 @@ impl Coning {
         (self.periods + periods) / self.periods_per_output
     }
 
-    /// Adds an angle \[rad\] that is no motion: it takes no time, and no product is formed with it.
-    pub fn shift(&mut self, rad: Vector3<f64>) {
+    /// Adds an angle \[rad\] and a velocity \[m/s\] that are no motion: they take no time, and no product is formed with
+    /// them.
+    pub fn shift(&mut self, rad: Vector3<f64>, m_s: Vector3<f64>) {
         self.sum.rad += rad;
+        self.sum.m_s += m_s;
     }
 
     /// Counts `periods` periods; gives the output if an interval ends within them.

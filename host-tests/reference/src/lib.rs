@@ -11,7 +11,8 @@
 //!    the tilt of gyro i about axis j as a right-hand rotation;
 //! 4. case increment = M(ε) v, Eq. (7);
 //! 5. the body's velocity increment, size effect off (`velocity`);
-//! 6. rotation vector and velocity increment over N periods by two-speed coning and sculling (`coning`).
+//! 6. errors that only some builds correct (`terms`), on v before 2, on the velocity increment before its size effect;
+//! 7. rotation vector and velocity increment over N periods by two-speed coning and sculling (`coning`).
 //!
 //! The strip's taps are followed in windows (`adaptation`).
 //!
@@ -30,6 +31,7 @@ pub mod acceleration;
 pub mod adaptation;
 pub mod coning;
 pub mod strip;
+pub mod terms;
 pub mod velocity;
 
 use acceleration::Acceleration;
@@ -37,6 +39,7 @@ use adaptation::{Adaptation, AdaptationCalibration};
 use coning::{Coning, Output};
 use nalgebra::{Matrix3, Vector3};
 use strip::Strip;
+use terms::{TermCalibration, Terms};
 use velocity::AccelerometerCalibration;
 
 /// Six numbers ij, gyro i and axis j.
@@ -70,6 +73,8 @@ pub struct Calibration {
     pub adaptation: AdaptationCalibration,
     /// The accelerometers, where there are any.
     pub accelerometers: Option<AccelerometerCalibration>,
+    /// Errors that only some builds of the chain correct.
+    pub terms: TermCalibration,
     /// T \[s\].
     pub period_s: f64,
     /// N \[periods\].
@@ -106,6 +111,7 @@ pub struct ReferenceChain {
     adaptation: Adaptation,
     acceleration: Acceleration,
     coning: Coning,
+    terms: Terms,
     lost_periods: usize,
 }
 
@@ -130,6 +136,7 @@ impl ReferenceChain {
             strip,
             acceleration: Acceleration::new(known.acceleration_order),
             coning: Coning::new(known.periods_per_output),
+            terms: Terms::new(&known.terms, known.period_s),
             lost_periods: 0,
         }
     }
@@ -137,6 +144,11 @@ impl ReferenceChain {
     /// The strip's present a and b.
     pub fn phasor(&self) -> strip::Phasor {
         self.strip.phasor()
+    }
+
+    /// Tells the gyros' temperatures \[K\] and their derivatives \[K/s\].
+    pub fn temperature(&mut self, now_k: [f64; 3], rate_k_s: [f64; 3]) {
+        self.terms.temperature(now_k, rate_k_s);
     }
 
     /// Advances by periods whose reading did not come; gives the output if an interval ends in them.
@@ -173,11 +185,15 @@ impl ReferenceChain {
                 });
                 if lost == 0 {
                     self.adaptation.add(v, pickoff);
-                    self.compensate(v, velocity)
+                    let corrected = self.terms.correct(v, velocity);
+                    let shifted = equation_7(&known.installation_rad) * corrected.shifted_rad;
+                    self.coning.shift(shifted, corrected.shifted_m_s);
+                    self.compensate(corrected.angle_rad, corrected.velocity_m_s)
                 } else {
                     self.adaptation.disturb();
                     self.adaptation.prime(pickoff);
                     self.acceleration = Acceleration::new(known.acceleration_order);
+                    let v = self.terms.correct_after_gap(v, velocity, (lost + 1) as f64);
                     (equation_7(&known.installation_rad) * v, velocity)
                 }
             }
@@ -228,7 +244,7 @@ impl ReferenceChain {
         let block = self.strip.turn_taps(phasor);
         let case =
             equation_7(&self.calibration.installation_rad) * self.without_scale_error(&block);
-        self.coning.shift(-case);
+        self.coning.shift(-case, Vector3::zeros());
     }
 }
 

@@ -13,6 +13,8 @@ pub mod accelerometers;
 pub mod dither;
 pub mod drift;
 pub mod samples;
+pub mod temperature;
+pub mod terms;
 
 use rlg_reference::adaptation::AdaptationCalibration;
 use rlg_reference::coning::Output;
@@ -21,9 +23,10 @@ use rlg_reference::{Calibration, Reading, ReferenceChain, Six};
 use samples::ReplayInput;
 use sha2::{Digest, Sha256};
 use std::time::Instant;
+use trueaxis::terms::AllTerms;
 use trueaxis::{
     Chain, ChainState, CrossAxis, F32, Faults, Fixed, NumberSystem, OUTPUT_M_S_PER_CODE,
-    OUTPUT_RAD_PER_CODE, OutputFrame, ParameterError, Parameters,
+    OUTPUT_RAD_PER_CODE, OutputFrame, ParameterError, Parameters, SlowReadings, Term,
 };
 
 /// Which implementation of the chain runs.
@@ -70,22 +73,42 @@ pub fn replay(
     parameters: &Parameters,
 ) -> Result<Replay, ParameterError> {
     match core {
-        Core::F32 => through_core::<F32>(input, parameters),
-        Core::Fixed => through_core::<Fixed>(input, parameters),
+        Core::F32 if needs_no_term(parameters) => through_core::<F32, ()>(input, parameters),
+        Core::F32 => through_core::<F32, AllTerms<F32>>(input, parameters),
+        Core::Fixed if needs_no_term(parameters) => through_core::<Fixed, ()>(input, parameters),
+        Core::Fixed => through_core::<Fixed, AllTerms<Fixed>>(input, parameters),
         Core::Reference => Ok(through_reference(input, parameters)),
     }
 }
 
-fn through_core<N: NumberSystem>(
+/// The slow readings of each output period; none where the recording has no temperature.
+fn slow_readings(input: &ReplayInput) -> impl Iterator<Item = SlowReadings> + '_ {
+    let rows = input.temperature_k.as_deref().unwrap_or(&[]);
+    let known = &input.parameters;
+    let period_s = f64::from(known.samples_per_output) / known.sample_rate_hz;
+    temperature::slow_readings(rows, period_s)
+}
+
+fn needs_no_term(parameters: &Parameters) -> bool {
+    parameters.terms.bytes().is_empty()
+}
+
+fn through_core<N: NumberSystem, T: Term<N>>(
     input: &ReplayInput,
     parameters: &Parameters,
 ) -> Result<Replay, ParameterError> {
-    let chain = Chain::<N>::new(parameters)?;
-    let mut state = ChainState::<N>::new();
+    let chain = Chain::<N, T>::with_terms(parameters)?;
+    let mut state = ChainState::new();
     let capacity = input.samples.len() / usize::from(parameters.samples_per_output);
     let mut frames: Vec<OutputFrame> = Vec::with_capacity(capacity);
     let begin = Instant::now();
-    for sample in &input.samples {
+    let mut slow = slow_readings(input);
+    for (k, sample) in input.samples.iter().enumerate() {
+        if k % usize::from(parameters.samples_per_output) == 0
+            && let Some(readings) = slow.next()
+        {
+            chain.slow(&mut state, &readings);
+        }
         if let Some(frame) = chain.process(&mut state, sample) {
             frames.push(frame);
         }
@@ -115,9 +138,18 @@ fn through_core<N: NumberSystem>(
 fn through_reference(input: &ReplayInput, parameters: &Parameters) -> Replay {
     let mut chain = ReferenceChain::new(&calibration(parameters));
     let begin = Instant::now();
+    let mut slow = slow_readings(input);
     let rows = 0..input.samples.len();
     let outputs: Vec<Output> = rows
         .filter_map(|row| {
+            if row % usize::from(parameters.samples_per_output) == 0
+                && let Some(readings) = slow.next()
+            {
+                chain.temperature(
+                    readings.temperature_k.map(f64::from),
+                    readings.temperature_rate_k_s.map(f64::from),
+                );
+            }
             let velocity = input.velocity_m_s.as_ref();
             let reading = Reading {
                 sensed_rad: input.sensed_rad[row],
@@ -171,6 +203,7 @@ pub fn calibration(parameters: &Parameters) -> Calibration {
                 misalignment_rad: six(&known.misalignment_rad),
                 lever_arm_m: known.lever_arm_m,
             }),
+        terms: terms::term_calibration(&parameters.terms),
         period_s: 1.0 / parameters.sample_rate_hz,
         periods_per_output: usize::from(parameters.samples_per_output),
         acceleration_order: usize::from(parameters.acceleration_order),

@@ -12,7 +12,8 @@ use trueaxis::counter_bank::{AccelerometerInput, CounterBank, FRAME_BYTES};
 use trueaxis::processor::{BootReport, Processor, Timing};
 use trueaxis::run_report::HealthTable;
 use trueaxis::sample_source::SampleSource;
-use trueaxis::{F32, Fixed, NumberSystem, ParameterError};
+use trueaxis::terms::{AllTerms, TermKinds};
+use trueaxis::{F32, Fixed, NumberSystem, ParameterError, Term};
 
 use super::TargetCore;
 use super::slots::SlotImages;
@@ -29,23 +30,27 @@ pub struct HostRun {
     pub health: HealthTable,
 }
 
-/// Runs `records` through `core` on this machine.
+/// Runs `records` through `core` on this machine, with no optional terms or with all of them.
 pub fn run(
     core: TargetCore,
     slots: &SlotImages,
     records: &[BankRecord],
+    terms: TermKinds,
 ) -> Result<HostRun, ParameterError> {
-    match core {
-        TargetCore::F32 => run_in::<F32>(slots, records),
-        TargetCore::Fixed => run_in::<Fixed>(slots, records),
+    match (core, terms == TermKinds::NONE) {
+        (TargetCore::F32, true) => run_in::<F32, ()>(slots, records, terms),
+        (TargetCore::F32, false) => run_in::<F32, AllTerms<F32>>(slots, records, terms),
+        (TargetCore::Fixed, true) => run_in::<Fixed, ()>(slots, records, terms),
+        (TargetCore::Fixed, false) => run_in::<Fixed, AllTerms<Fixed>>(slots, records, terms),
     }
 }
 
-fn run_in<N: NumberSystem>(
+fn run_in<N: NumberSystem, T: Term<N>>(
     slots: &SlotImages,
     records: &[BankRecord],
+    terms: TermKinds,
 ) -> Result<HostRun, ParameterError> {
-    let loaded = slots.load();
+    let loaded = slots.load(terms);
     let boot = BootReport {
         // The emulator does not model the clock tree, so its image always falls back.
         clock_fallback: true,
@@ -54,7 +59,7 @@ fn run_in<N: NumberSystem>(
         generation: loaded.generation,
         ..BootReport::default()
     };
-    let mut processor = Processor::<N>::new(&loaded.parameters, boot)?;
+    let mut processor = Processor::<N, T>::with_terms(&loaded.parameters, boot)?;
     let wire = Cell::new(None);
     let mut bank = CounterBank::new(Wire(&wire), AccelerometerInput::Counters);
     let mut timing = Timing::default();

@@ -7,7 +7,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use object::{Object, ObjectSection, SectionFlags};
+use object::{Object, ObjectSection, ObjectSymbol, SectionFlags};
+use trueaxis::terms::TermKinds;
 
 use super::{Platform, TargetCore};
 use rlg_recording::error::InputError;
@@ -29,6 +30,8 @@ pub struct Image {
     pub flash_bytes: u64,
     /// Static variables \[bytes\], without the stack.
     pub ram_bytes: u64,
+    /// The optional terms of its chain.
+    pub term_kinds: TermKinds,
 }
 
 impl Image {
@@ -44,6 +47,7 @@ impl Image {
         })?;
         Ok(Self {
             path: path.to_path_buf(),
+            term_kinds: term_kinds(&elf),
             elf,
             flash_bytes,
             ram_bytes,
@@ -53,6 +57,19 @@ impl Image {
     /// Builds the image of `core` for `platform` in the workspace that this tool was compiled from. Cargo does nothing
     /// where it is up to date.
     pub fn build(platform: Platform, core: TargetCore) -> Result<Self, InputError> {
+        Self::build_with(platform, core, &[])
+    }
+
+    /// [`Image::build`] of the image with every optional term.
+    pub fn build_with_terms(platform: Platform, core: TargetCore) -> Result<Self, InputError> {
+        Self::build_with(platform, core, &["--features", "terms"])
+    }
+
+    fn build_with(
+        platform: Platform,
+        core: TargetCore,
+        options: &[&str],
+    ) -> Result<Self, InputError> {
         let workspace = workspace();
         if !workspace.join("memory.x").is_file() {
             return Err(
@@ -68,6 +85,7 @@ impl Image {
             .args(["build", "--release", "--package", "trueaxis"])
             .args(["--target", TARGET, "--bin", binary])
             .args(["--features", platform.feature()])
+            .args(options)
             .arg("--message-format=json-render-diagnostics")
             .stdin(Stdio::null())
             .output()
@@ -114,6 +132,23 @@ fn executable(messages: &[u8], binary: &str) -> Option<PathBuf> {
         .filter_map(|line| serde_json::from_slice::<serde_json::Value>(line).ok())
         .filter(|message| message["target"]["name"] == binary)
         .find_map(|message| message["executable"].as_str().map(PathBuf::from))
+}
+
+/// The word `TERM_KINDS` of an image; none in one that lacks it, as images before terms.
+fn term_kinds(elf: &[u8]) -> TermKinds {
+    let word = || {
+        let file = object::File::parse(elf).ok()?;
+        let address = file.symbol_by_name("TERM_KINDS")?.address();
+        let holds = |section: &object::Section| {
+            (section.address()..section.address() + section.size()).contains(&address)
+        };
+        let section = file.sections().find(holds)?;
+        let at = usize::try_from(address - section.address()).ok()?;
+        // A word of zeros may stand where nothing is loaded.
+        let bytes = section.data().ok()?.get(at..)?.first_chunk::<4>()?;
+        Some(u32::from_le_bytes(*bytes))
+    };
+    TermKinds::from_bits(word().unwrap_or(0))
 }
 
 /// Bytes in flash and in RAM. A section that is loaded takes its size where it runs; `.data` counts twice,

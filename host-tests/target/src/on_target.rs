@@ -134,6 +134,13 @@ pub fn compare(
     samples: impl IntoIterator<Item = Sample>,
     progress: &mut dyn FnMut(u64),
 ) -> Result<OnTarget, InputError> {
+    if let Some(kind) = parameters.terms.kinds().first_beyond(image.term_kinds) {
+        return Err(
+            InputError::new(&image.path, "lacks a term that the parameters ask for")
+                .value(kind.name())
+                .expected("an image with it: cargo emulator --features terms"),
+        );
+    }
     let records = records_of(samples);
     compare_records(
         image,
@@ -152,7 +159,7 @@ pub fn compare_records(
     records: &[BankRecord],
     progress: &mut dyn FnMut(u64),
 ) -> Result<OnTarget, InputError> {
-    let host = host_run::run(core, slots, records).map_err(|error| {
+    let host = host_run::run(core, slots, records, image.term_kinds).map_err(|error| {
         InputError::new(
             &image.path,
             format!("does not accept these parameters ({error:?})"),
@@ -160,7 +167,7 @@ pub fn compare_records(
     })?;
     let stack = StackBound::of(&image.elf)
         .map_err(|error| InputError::new(&image.path, error.to_string()))?;
-    let samples_per_output = u64::from(slots.load().parameters.samples_per_output);
+    let samples_per_output = u64::from(slots.load(image.term_kinds).parameters.samples_per_output);
     let emulation = emulator::run(&image.path, slots, records, &mut |frames| {
         progress(frames * samples_per_output)
     })?;

@@ -4,10 +4,11 @@
 //! bytes, so that the host chooses between the slots by the firmware's own code.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlashErrorKind, ReadNorFlash};
-use trueaxis::Parameters;
 use trueaxis::parameter_slots::{
     LARGEST_UNIT_BYTES, Loaded, MEND_ATTEMPTS, MEND_MARKS_OFFSET, ParameterSlots,
 };
+use trueaxis::terms::{AllTerms, TermKinds};
+use trueaxis::{Chain, F32, Parameters};
 
 /// Where the slots begin in the image's address space: SLOTS in memory.x.
 pub const SLOT_ADDRESSES: [u32; 2] = [0x080C_0000, 0x080E_0000];
@@ -36,9 +37,14 @@ impl SlotImages {
         Self([vec![ERASED; SLOT_BYTES], vec![ERASED; SLOT_BYTES]])
     }
 
-    /// Loads the parameters as the firmware does.
-    pub fn load(&self) -> Loaded {
-        ParameterSlots::new(self, [0, SLOT_BYTES as u32]).load()
+    /// Loads the parameters as firmware with these terms does.
+    pub fn load(&self, terms: TermKinds) -> Loaded {
+        let mut slots = ParameterSlots::new(self, [0, SLOT_BYTES as u32]);
+        if terms == TermKinds::NONE {
+            slots.load()
+        } else {
+            slots.accepting(Chain::<F32, AllTerms<F32>>::check).load()
+        }
     }
 }
 

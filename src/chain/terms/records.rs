@@ -122,6 +122,11 @@ impl TermKinds {
         self.0 >> kind as u32 & 1 != 0
     }
 
+    /// The set of such a word; bits of no kind are kept.
+    pub const fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
     /// The set as a word; bit n is kind n.
     pub const fn bits(self) -> u32 {
         self.0

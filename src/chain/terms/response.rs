@@ -19,7 +19,8 @@
 //! What one sample's increment gains is held within ±[`RESPONSE_LIMIT_RAD`]: steps of an acceleration beyond the chain's
 //! range must not reach its products. The exact angles are not held.
 //!
-//! While rates are not known (lost samples, a failed pickoff) E stays what it was.
+//! Over lost samples E stays what it was before them. While increments contain dither (a failed pickoff) the period's
+//! angle takes no part of it.
 
 use crate::chain::design_parameters::{
     ACCELERATION_TERMS, DELAY_LIMIT_SAMPLES, RESPONSE_LIMIT_RAD, VARIANCE_LIMIT_SAMPLES,
@@ -153,7 +154,7 @@ impl<N: NumberSystem> Response<N> {
     /// The sum with what its period's ends add \[fine units\].
     #[inline(always)]
     fn sum(&self, state: &mut ResponseState<N>, unit_log2: u32, mut sum: [i64; 3]) -> [i64; 3] {
-        if !state.current || state.unknown {
+        if state.unknown {
             return sum;
         }
         for (axis, sum) in sum.iter_mut().enumerate() {

@@ -21,7 +21,8 @@ const RESULT: &str = "on_target.json";
 /// Run a recording through the firmware image in QEMU and compare every output with the host's
 ///
 /// Writes on_target.json: whether every output is equal bit for bit, whether accelerometers were played,
-/// instructions per sample, flash, RAM and stack, the image's events. Without --image the image is built in the workspace rlg was built from.
+/// instructions per sample, flash, RAM and stack, the image's events. Without --image the image is built in the workspace
+/// rlg was built from, with the optional terms where the model needs them.
 /// The emulator counts instructions, not cycles.
 #[derive(Debug, Args)]
 #[command(
@@ -101,7 +102,10 @@ impl OnTargetCommand {
         spinner.set_message("building the image");
         let image = match &self.image {
             Some(path) => Image::read(path)?,
-            None => Image::build(Platform::Emulator, self.core)?,
+            None if input.parameters.terms.bytes().is_empty() => {
+                Image::build(Platform::Emulator, self.core)?
+            }
+            None => Image::build_with_terms(Platform::Emulator, self.core)?,
         };
         spinner.finish_and_clear();
 

@@ -13,8 +13,10 @@ use crate::error::InputError;
 use crate::output::write_file;
 use crate::recording::Recording;
 use crate::replay::samples::dither_of_recording;
+use crate::target::Image;
 use crate::terminal::Terminal;
 use rlg_parameters::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT, Unit, parameters_from_model};
+use trueaxis::TermKind;
 
 /// Convert a model to the parameter block to flash, and say what the chain cannot compensate
 #[derive(Debug, Args)]
@@ -49,6 +51,9 @@ pub struct Params {
     /// Velocity of one accelerometer code, x y z [m/s]; without it the firmware has no accelerometers
     #[arg(long, num_args = 3, value_names = ["X", "Y", "Z"])]
     accelerometer_weight_m_s: Option<Vec<f64>>,
+    /// The image that the block is for: an ELF file; a model that asks for a term it lacks is refused
+    #[arg(long)]
+    image: Option<PathBuf>,
     /// Generation of the block: of two valid ones in flash the later is used
     #[arg(long, default_value_t = 0)]
     generation: u32,
@@ -76,6 +81,8 @@ struct Block {
     dither_amplitude_rad: [f64; 3],
     adaptation_time_s: f64,
     accelerometers: Option<Accelerometers>,
+    /// Kinds of optional terms that the block has records for.
+    terms: Vec<&'static str>,
     /// Kinds of the model's effects that the chain has no term for.
     uncompensated: Vec<String>,
 }
@@ -115,6 +122,26 @@ impl Params {
             parameters_from_model(&model, &unit).map_err(refused)?;
         parameters.pickoff_weight_rad = self.pickoff_weight_rad;
         parameters.check().map_err(refused)?;
+        let terms: Vec<&str> = TermKind::ALL
+            .iter()
+            .filter(|kind| parameters.terms.kinds().contains(**kind))
+            .map(|kind| kind.name())
+            .collect();
+        match &self.image {
+            Some(path) => {
+                let image = Image::read(path)?;
+                if let Some(kind) = parameters.terms.kinds().first_beyond(image.term_kinds) {
+                    return Err(InputError::new(&self.model, "asks for a term that the image lacks")
+                        .value(kind.name())
+                        .expected(format!("an image with it instead of {}", path.display())));
+                }
+            }
+            None if !terms.is_empty() => terminal.warn(format!(
+                "the block is for an image with terms for {} (cargo board --features terms; --image checks it)",
+                terms.join(", ")
+            )),
+            None => {}
+        }
         let block = parameters.to_block(self.generation);
         write_file(&self.out, &block)?;
         for kind in &uncompensated {
@@ -152,6 +179,7 @@ impl Params {
                 misalignment_rad: known.misalignment_rad.to_array(),
                 lever_arm_m: known.lever_arm_m,
             }),
+            terms,
             uncompensated,
         })
     }
@@ -163,7 +191,8 @@ fn left(kind: &str) -> String {
         "dither_delay" => "dither_delay stays in the output: to take it off, the dither must be \
              known (--dither-from RECORDING)"
             .to_owned(),
-        "accel_bias" | "accel_scale" | "accel_misalignment" | "size_effect" => format!(
+        "accel_bias" | "accel_scale" | "accel_misalignment" | "accel_delay" | "size_effect"
+        | "gyro_g_bias" => format!(
             "{kind} stays in the output: the firmware is told of no accelerometers \
              (--accelerometer-weight-m-s)"
         ),

@@ -10,6 +10,7 @@ mod arithmetic;
 mod flexure;
 mod lost;
 mod strip;
+mod terms;
 mod velocity;
 
 /// T of every stream here \[s\].

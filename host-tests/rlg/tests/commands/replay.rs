@@ -6,6 +6,7 @@ use rlg::model::{Model, ModelEffect, MotionSource};
 use rlg::recording::{Quantity, Recording};
 use rlg::reference::adaptation::AdaptationCalibration;
 use rlg::reference::coning::Coning;
+use rlg::reference::terms::TermCalibration;
 use rlg::reference::{Calibration, Reading, ReferenceChain, Six, acceleration};
 use rlg::replay::drift::{DEG_H_PER_RAD_S, drift_deg_h, periods_in, reference_rotations_rad};
 use rlg::replay::samples::{
@@ -46,6 +47,7 @@ fn perfect(flexure_s2: Six) -> Calibration {
             amplitude_rad: [0.0; 3],
         },
         accelerometers: None,
+        terms: TermCalibration::default(),
         period_s: 1.0 / 4000.0,
         periods_per_output: 10,
         acceleration_order: 4,

@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use rlg::model::{Dither, EffectValue, Gyro, Installation, Model, ModelEffect, MotionSource};
 use rlg::parameters::{Unit, parameters_from_model};
+use trueaxis::TermKind;
 
 /// Rounding of some thirty f64 operations on rates of order 1 rad/s: 30 · 2⁻⁵³ · 1 rad/s.
 const ROUNDING_RAD_S: f64 = 4e-15;
@@ -129,13 +130,55 @@ fn what_the_chain_has_no_term_for_is_named_once_and_facts_of_the_recording_are_n
     let mut model = model([0.0; 3], [0.0; 3], [0.0; 6], [1.0; 3]);
     model.effects = vec![
         effect("gyro_g_bias", &["xx"], &[1e-8]),
-        effect("gyro_delay", &XYZ, &[1e-5; 3]),
+        effect("axis_flexure_cubic", &["xy"], &[1e-15]),
         effect("gyro_g_bias", &["yy"], &[1e-8]),
         effect("reference_delay", &["all"], &[1e-3]),
         effect("elastic_rate_by_jerk", &["xx"], &[0.0]),
     ];
     let (_, left) = parameters_from_model(&model, &Unit::at(4000.0)).expect("in range");
-    assert_eq!(left, ["gyro_g_bias", "gyro_delay"]);
+    // The bias by force needs accelerometers.
+    assert_eq!(left, ["gyro_g_bias", "axis_flexure_cubic"]);
+}
+
+#[test]
+fn effects_of_optional_terms_become_records_and_twice_listed_add_up() {
+    let mut model = model([0.0; 3], [0.0; 3], [0.0; 6], [1.0; 3]);
+    model.effects = vec![
+        effect("gyro_delay", &XYZ, &[1e-5, 2e-5, 3e-5]),
+        effect("gyro_delay", &["y"], &[1e-5]),
+        effect("gyro_bias_temperature", &XYZ, &[1e-7, 2e-7, 3e-7]),
+        effect("installation_temperature", &["zx"], &[1e-6]),
+        effect("gyro_g_bias", &["xy", "zz"], &[1e-8, 2e-8]),
+    ];
+    let unit = Unit {
+        accelerometer_weight_m_s: Some([1e-6; 3]),
+        ..Unit::at(4000.0)
+    };
+    let (p, left) = parameters_from_model(&model, &unit).expect("in range");
+    assert!(left.is_empty(), "{left:?}");
+    let close = |found: &[f64], expected: &[f64]| {
+        for (found, expected) in found.iter().zip(expected) {
+            assert!(
+                (found - expected).abs() <= 1e-6 * expected.abs(),
+                "{found} {expected}"
+            );
+        }
+    };
+    close(
+        &p.terms.values::<3>(TermKind::GyroDelay),
+        &[1e-5, 3e-5, 3e-5],
+    );
+    close(
+        &p.terms.values::<9>(TermKind::GyroBiasTemperature),
+        &[0.0, 0.0, 0.0, 1e-7, 2e-7, 3e-7, 0.0, 0.0, 0.0],
+    );
+    assert_eq!(
+        p.terms.values::<15>(TermKind::InstallationTemperature)[3 + 4],
+        1e-6
+    );
+    let force = p.terms.values::<9>(TermKind::GyroGBias);
+    close(&[force[1], force[8]], &[1e-8, 2e-8]);
+    assert_eq!(p.check(), Ok(()));
 }
 
 #[test]

@@ -17,6 +17,7 @@ use rand_chacha::ChaCha8Rng;
 use rlg::target::{Image, Platform, SlotImages, TargetCore, emulator, host_run, on_target};
 use trueaxis::bank_record::{BankRecord, HOLD_PARTS};
 use trueaxis::counter_bank::FRAME_BYTES;
+use trueaxis::terms::TermKinds;
 use trueaxis::{BootReport, Decoder, F32, Fixed, NumberSystem, Status, TelemetryFrame};
 
 /// Injections of each fault, and boots with each.
@@ -77,14 +78,15 @@ fn campaign<N: NumberSystem>(core: TargetCore, seed: u64, times: usize) {
     // On the host, injection by injection. The emulator has no crystal.
     let boot = BootReport {
         clock_fallback: true,
-        generation: slots.load().generation,
+        generation: slots.load(TermKinds::NONE).generation,
         ..BootReport::default()
     };
     let boundaries = verdict::boundaries(&campaign.injections);
     let host = player::play::<N>(&unit::parameters(), boot, &campaign.interrupts, boundaries);
     let rows = verdict::judge(&campaign.injections, &host.health_at);
     verdict::first_is_latched(&campaign.injections[0], &host.health);
-    let with_bank = host_run::run(core, &slots, &records).expect("parameters in range");
+    let with_bank =
+        host_run::run(core, &slots, &records, TermKinds::NONE).expect("parameters in range");
     let telemetry: Vec<u8> = host
         .frames
         .iter()
@@ -142,7 +144,8 @@ fn boots(core: TargetCore, seed: u64, times: usize) {
         let mut said = 0;
         for _ in 0..times {
             let slots = SlotImages(fault.slots(&block, &mut random));
-            let host = host_run::run(core, &slots, &records).expect("parameters in range");
+            let host = host_run::run(core, &slots, &records, TermKinds::NONE)
+                .expect("parameters in range");
             let emulation =
                 emulator::run(&image.path, &slots, &records, &mut |_| {}).expect("the image runs");
             assert!(emulation.telemetry == host.telemetry, "{fault:?}");

@@ -6,4 +6,5 @@
 mod fault_campaign;
 mod interrupt_calls;
 mod on_target;
+mod terms;
 mod whole_recordings;

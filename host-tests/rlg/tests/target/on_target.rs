@@ -13,6 +13,7 @@ use rlg::target::{
 };
 use trueaxis::bank_record::BankRecord;
 use trueaxis::health::{HEALTH_ITEMS, item};
+use trueaxis::terms::TermKinds;
 use trueaxis::{
     AccelerometerParameters, CrossAxis, Decoder, Parameters, Sample, Status, TELEMETRY_BYTES,
 };
@@ -32,10 +33,10 @@ fn parameters() -> Parameters {
 
 /// Velocity of one pulse of the accelerometers \[m/s\]: 1 g is 400 pulses a period at 4 kHz, and their limit
 /// 40 000.
-const PULSE_M_S: [f64; 3] = [6.1e-6, 5.9e-6, 6.3e-6];
+pub const PULSE_M_S: [f64; 3] = [6.1e-6, 5.9e-6, 6.3e-6];
 
 /// [`parameters`] with accelerometers, none of whose parameters is zero either.
-fn parameters_with_accelerometers(weight_m_s: [f64; 3]) -> Parameters {
+pub fn parameters_with_accelerometers(weight_m_s: [f64; 3]) -> Parameters {
     Parameters {
         accelerometers: Some(AccelerometerParameters {
             weight_m_s,
@@ -76,7 +77,12 @@ fn noisy_samples(count: usize, counts: i32, codes: i32) -> Vec<Sample> {
 }
 
 /// As [`noisy_samples`], with accelerometer codes within ± `forces`.
-fn noisy_samples_with_forces(count: usize, counts: i32, codes: i32, forces: i32) -> Vec<Sample> {
+pub fn noisy_samples_with_forces(
+    count: usize,
+    counts: i32,
+    codes: i32,
+    forces: i32,
+) -> Vec<Sample> {
     let mut random = ChaCha8Rng::seed_from_u64(4001);
     noisy_samples(count, counts, codes)
         .into_iter()
@@ -188,7 +194,8 @@ fn one_bit_of_one_accelerometer_code_is_seen_in_the_images_frames() {
         let image = image(core);
         let host = |samples: &[Sample]| {
             let records = records_of(samples.iter().copied());
-            let run = host_run::run(core, &slots, &records).expect("parameters in range");
+            let run = host_run::run(core, &slots, &records, TermKinds::NONE)
+                .expect("parameters in range");
             run.telemetry
         };
         let whole = host(&samples);

@@ -1,0 +1,84 @@
+//! Collects a model's effects that optional terms of the chain correct, as records of the parameter block.
+//!
+//! Values are the catalogue's, and add up where a kind stands several times. A model's temperatures count from those at
+//! the start, which a reference of 0 K says. What the catalogue has no parameter for (second order in temperature) is 0.
+
+use rlg_model::ModelEffect;
+use rlg_model::catalogue::{NINE, SIX, XYZ};
+use trueaxis::{ParameterError, TermKind, TermRecords};
+
+/// Reference temperatures \[K\] that stand for those at the start.
+const FROM_THE_START: [f64; 3] = [0.0; 3];
+
+/// Sums of the effects, by kind.
+#[derive(Debug, Default)]
+pub struct TermSums(Vec<(TermKind, Vec<f64>)>);
+
+/// The kind of record for an effect's kind, and the names of its parameters.
+fn record_of(kind: &str) -> Option<(TermKind, &'static [&'static str])> {
+    let known = TermKind::ALL.iter().find(|known| known.name() == kind)?;
+    Some(match known {
+        TermKind::InstallationTemperature => (*known, SIX),
+        TermKind::GyroGBias => (*known, NINE),
+        // In no model: the catalogue has no such kind.
+        TermKind::GyroScaleTemperature => return None,
+        _ => (*known, XYZ),
+    })
+}
+
+impl TermSums {
+    /// Adds an effect, if a term corrects it.
+    pub fn take(&mut self, effect: &ModelEffect, has_accelerometers: bool) -> bool {
+        let Some((kind, names)) = record_of(&effect.kind) else {
+            return false;
+        };
+        let of_force = matches!(kind, TermKind::GyroGBias | TermKind::AccelDelay);
+        if of_force && !has_accelerometers {
+            return false;
+        }
+        let at = self.0.iter().position(|(known, _)| *known == kind);
+        let at = at.unwrap_or_else(|| {
+            self.0.push((kind, vec![0.0; names.len()]));
+            self.0.len() - 1
+        });
+        for (sum, name) in self.0[at].1.iter_mut().zip(names) {
+            *sum += effect.number(name);
+        }
+        true
+    }
+
+    /// The records. `stretch` is what a gyro's reading is divided by with the chain's scale error.
+    pub fn records(self, stretch: [f64; 3]) -> Result<TermRecords, ParameterError> {
+        let mut records = TermRecords::NONE;
+        for (kind, mut values) in self.0 {
+            match kind {
+                // Rates that are added to what a gyro senses.
+                TermKind::GyroBiasTemperature | TermKind::GyroBiasTemperatureRate => {
+                    divide(&mut values, stretch, 1);
+                }
+                TermKind::GyroGBias => divide(&mut values, stretch, 3),
+                _ => {}
+            }
+            if matches!(
+                kind,
+                TermKind::GyroBiasTemperature | TermKind::InstallationTemperature
+            ) {
+                let second = vec![0.0; values.len()];
+                values = [FROM_THE_START.to_vec(), values, second].concat();
+            }
+            records
+                .push(kind, &values)
+                .map_err(ParameterError::Records)?;
+        }
+        Ok(records)
+    }
+}
+
+/// Divides the values of each gyro, of which there are `each`.
+fn divide(values: &mut [f64], stretch: [f64; 3], each: usize) {
+    for (values, stretch) in values.chunks_exact_mut(each).zip(stretch) {
+        for value in values {
+            *value /= stretch;
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! Converts the records of the core's optional terms to the reference's calibration.
+
+use rlg_reference::Six;
+use rlg_reference::terms::{ByTemperature, TermCalibration};
+use trueaxis::{TermKind, TermRecords};
+
+/// What the records say, each kind in the order of values that [`TermKind`] documents.
+pub fn term_calibration(records: &TermRecords) -> TermCalibration {
+    let installation: [f64; 15] = records.values(TermKind::InstallationTemperature);
+    let [t0, t1, t2, xy, xz, yx, yz, zx, zy, second @ ..] = installation;
+    let six = |[xy, xz, yx, yz, zx, zy]: [f64; 6]| Six {
+        xy,
+        xz,
+        yx,
+        yz,
+        zx,
+        zy,
+    };
+    let [xx, fxy, fxz, fyx, yy, fyz, fzx, fzy, zz] = records.values(TermKind::GyroGBias);
+    TermCalibration {
+        bias_temperature: triads(records.values(TermKind::GyroBiasTemperature)),
+        bias_temperature_rate: records.values(TermKind::GyroBiasTemperatureRate),
+        scale_temperature: triads(records.values(TermKind::GyroScaleTemperature)),
+        installation_temperature: ByTemperature {
+            reference_k: [t0, t1, t2],
+            first: six([xy, xz, yx, yz, zx, zy]),
+            second: six(second),
+        },
+        gyro_delay_s: records.values(TermKind::GyroDelay),
+        gyro_variance_s2: records.values(TermKind::GyroBandwidth),
+        asymmetry: records.values(TermKind::GyroScaleAsymmetry),
+        quadratic_s: records.values(TermKind::GyroScaleQuadratic),
+        cubic_s2: records.values(TermKind::GyroScaleCubic),
+        bias_by_force: [[xx, fxy, fxz], [fyx, yy, fyz], [fzx, fzy, zz]],
+        accelerometer_delay_s: records.values(TermKind::AccelDelay),
+    }
+}
+
+fn triads([t0, t1, t2, x, y, z, xx, yy, zz]: [f64; 9]) -> ByTemperature<[f64; 3]> {
+    ByTemperature {
+        reference_k: [t0, t1, t2],
+        first: [x, y, z],
+        second: [xx, yy, zz],
+    }
+}
