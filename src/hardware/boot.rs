@@ -45,8 +45,7 @@ impl Booted {
 /// is known already, of clock, reset and previous run.
 #[inline(never)]
 pub fn boot(flash: SlotFlash, supply_suffices: bool, before: BootReport) -> Booted {
-    let mut slots =
-        ParameterSlots::new(flash, [0, SECTOR_BYTES]).accepting(Chain::<Core, Terms>::check);
+    let mut slots = ParameterSlots::new(flash, [0, SECTOR_BYTES]).accepting::<Chain<Core, Terms>>();
     let loaded = slots.load();
     defmt::info!(
         "boot: core {=str}, terms {=u32:x}, parameter generation {=u32}, default values {=bool}, clock fallback {=bool}",

@@ -129,9 +129,14 @@ impl Parameters {
         for (chunk, number) in chunks.zip(self.numbers()) {
             chunk.copy_from_slice(&number.to_le_bytes());
         }
-        block[RECORDS_OFFSET..crc_offset].copy_from_slice(records);
-        let crc = CHECKSUM.checksum(&block[..crc_offset]);
-        block[crc_offset..length].copy_from_slice(&crc.to_le_bytes());
+        for (byte, of_record) in block[RECORDS_OFFSET..].iter_mut().zip(records) {
+            *byte = *of_record;
+        }
+        // Without an index that is known at run time only: its panic would bring formatting into the image.
+        let crc = CHECKSUM.checksum(block.get(..crc_offset).unwrap_or(&[]));
+        for (byte, of_crc) in block.iter_mut().skip(crc_offset).zip(crc.to_le_bytes()) {
+            *byte = of_crc;
+        }
         ParameterBlock {
             bytes: block,
             length,

@@ -42,11 +42,13 @@
 //! change when the instrument is calibrated, and a sector stands 10 000 erasures.
 
 use core::fmt;
+use core::marker::PhantomData;
 
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 
 use crate::chain::Chain;
-use crate::chain::numbers::F32;
+use crate::chain::numbers::{F32, NumberSystem};
+use crate::chain::terms::Term;
 use crate::store::parameter_block::LARGEST_BLOCK_BYTES;
 use crate::store::parameters::{ParameterError, Parameters};
 
@@ -157,33 +159,51 @@ impl<E: fmt::Debug> core::error::Error for SlotError<E> {}
 
 /// Two slots in one flash, or in two sectors of it.
 #[derive(Debug)]
-pub struct ParameterSlots<F> {
+pub struct ParameterSlots<F, B = Chain<F32>> {
     flash: F,
     offsets: [u32; 2],
-    check: Check,
+    build: PhantomData<B>,
 }
 
-/// Whether a build can use these parameters.
-pub type Check = fn(&Parameters) -> Result<(), ParameterError>;
+/// A build of the chain, which can use some parameters and not others. A type and no function's address, so that the
+/// image calls nothing through a register and its stack has a bound.
+pub trait Build {
+    /// Whether the build can use these parameters.
+    ///
+    /// # Errors
+    /// A parameter is out of its range, or asks for a term that the build lacks.
+    fn check(parameters: &Parameters) -> Result<(), ParameterError>;
+}
+
+impl<N: NumberSystem, T: Term<N>> Build for Chain<N, T> {
+    fn check(parameters: &Parameters) -> Result<(), ParameterError> {
+        Self::with_terms(parameters).map(|_| ())
+    }
+}
 
 impl<F: ReadNorFlash> ParameterSlots<F> {
-    const READ_UNIT_FITS: () = assert!(LARGEST_UNIT_BYTES.is_multiple_of(F::READ_SIZE));
-
     /// Slots that begin at `offsets` of `flash`, each the first byte of an erasable sector.
     pub fn new(flash: F, offsets: [u32; 2]) -> Self {
         Self {
             flash,
             offsets,
-            check: Chain::<F32>::check,
+            build: PhantomData,
         }
     }
 
-    /// Takes for good only what `check` accepts: [`Chain::check`] of the build's chain. Without this call it is that of
-    /// a chain without terms.
+    /// Takes for good only what the build `D` can use. Without this call it is the chain without terms.
     #[must_use]
-    pub fn accepting(self, check: Check) -> Self {
-        Self { check, ..self }
+    pub fn accepting<D: Build>(self) -> ParameterSlots<F, D> {
+        ParameterSlots {
+            flash: self.flash,
+            offsets: self.offsets,
+            build: PhantomData,
+        }
     }
+}
+
+impl<F: ReadNorFlash, B: Build> ParameterSlots<F, B> {
+    const READ_UNIT_FITS: () = assert!(LARGEST_UNIT_BYTES.is_multiple_of(F::READ_SIZE));
 
     /// Gives the flash back.
     pub fn release(self) -> F {
@@ -208,7 +228,7 @@ impl<F: ReadNorFlash> ParameterSlots<F> {
         let mut buffer = [0; BUFFER_BYTES];
         self.read_bytes(slot, &mut buffer)?;
         let found = Parameters::from_block(&buffer).ok();
-        Ok(found.filter(|(parameters, _)| (self.check)(parameters).is_ok()))
+        Ok(found.filter(|(parameters, _)| B::check(parameters).is_ok()))
     }
 
     fn read_bytes(&mut self, slot: Slot, buffer: &mut [u8; BUFFER_BYTES]) -> Result<(), F::Error> {
@@ -225,7 +245,7 @@ impl<F: ReadNorFlash> ParameterSlots<F> {
     }
 }
 
-impl<F: NorFlash> ParameterSlots<F> {
+impl<F: NorFlash, B: Build> ParameterSlots<F, B> {
     const WRITE_UNIT_FITS: () = assert!(LARGEST_UNIT_BYTES.is_multiple_of(F::WRITE_SIZE));
 
     /// Size of a slot in whole sectors \[bytes\].
@@ -234,7 +254,7 @@ impl<F: NorFlash> ParameterSlots<F> {
     /// Makes `parameters` those of the next boot; returns their generation. Where it fails, the block that
     /// was in use still is.
     pub fn store(&mut self, parameters: &Parameters) -> Result<u32, SlotError<F::Error>> {
-        (self.check)(parameters).map_err(SlotError::Parameter)?;
+        B::check(parameters).map_err(SlotError::Parameter)?;
         self.check_layout()?;
         let current = self.load_certainly().map_err(SlotError::Flash)?;
         let target = current.slot.map_or(Slot::First, Slot::other);
@@ -307,8 +327,12 @@ impl<F: NorFlash> ParameterSlots<F> {
         // The last step begins with the unit, or the few units, that hold the CRC.
         let crc_at = block.len().saturating_sub(CRC_BYTES) / F::WRITE_SIZE * F::WRITE_SIZE;
         let written = block.len().next_multiple_of(F::WRITE_SIZE);
-        let (body, rest) = buffer.split_at(crc_at);
-        let (last, _) = rest.split_at(written - crc_at);
+        let parts = buffer.split_at_checked(crc_at);
+        let parts = parts.and_then(|(body, rest)| Some((body, rest.get(..written - crc_at)?)));
+        let Some((body, last)) = parts else {
+            // No block is longer than the buffer.
+            return Err(SlotError::Verify);
+        };
 
         self.flash
             .erase(begin, begin + Self::SLOT_BYTES)

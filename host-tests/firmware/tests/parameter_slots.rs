@@ -493,7 +493,7 @@ fn the_newer_generation_is_loaded_also_where_the_number_wraps() {
 fn a_slot_that_asks_for_an_absent_term_is_not_used() {
     use trueaxis::terms::AllTerms;
     use trueaxis::{Chain, F32, ParameterError, TermKind, TermRecords};
-    let with_terms = |flash| slots(flash).accepting(Chain::<F32, AllTerms<F32>>::check);
+    let with_terms = |flash| slots(flash).accepting::<Chain<F32, AllTerms<F32>>>();
     let mut terms = TermRecords::NONE;
     terms.push(TermKind::GyroDelay, &[2e-5; 3]).expect("room");
     let asking = Parameters {

@@ -43,7 +43,7 @@ impl SlotImages {
         if terms == TermKinds::NONE {
             slots.load()
         } else {
-            slots.accepting(Chain::<F32, AllTerms<F32>>::check).load()
+            slots.accepting::<Chain<F32, AllTerms<F32>>>().load()
         }
     }
 }
