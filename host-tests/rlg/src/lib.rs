@@ -24,6 +24,7 @@ pub mod terminal;
 
 pub mod command;
 
+pub mod close_loop;
 pub mod demo;
 
 pub mod paper;

@@ -21,6 +21,7 @@ mod align;
 mod calibrate;
 mod challenge;
 mod challenge_marks;
+mod close_loop;
 mod companions;
 mod demo;
 mod diagnose;
@@ -71,6 +72,7 @@ enum Command {
     Align(align::Align),
     Calibrate(calibrate::Calibrate),
     Challenge(Box<challenge::ChallengeCommand>),
+    CloseLoop(close_loop::CloseLoop),
     Completions(companions::Completions),
     Demo(demo::DemoCommand),
     Diagnose(diagnose::Diagnose),
@@ -93,6 +95,7 @@ impl Command {
             Self::Align(command) => command.run(terminal)?,
             Self::Calibrate(command) => command.run(terminal)?,
             Self::Challenge(command) => command.run(terminal)?,
+            Self::CloseLoop(command) => command.run(terminal)?,
             Self::Completions(command) => command.run(CommandLine::command())?,
             Self::Demo(command) => command.run(terminal)?,
             Self::Diagnose(command) => return command.run(terminal),

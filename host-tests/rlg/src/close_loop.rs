@@ -1,0 +1,264 @@
+//! Closes the loop over every kind of effect that a build of the chain can compensate: simulate, diagnose, correct.
+//!
+//! For each [`Case`] the scenario `close-loop.toml` is simulated twice with one seed: with the effect concealed and
+//! without it. The chain runs with the model's parameters, and with those of the diagnosis, which knows nothing of the
+//! effect. What the effect does is the distance of the chain's summed output from that of the recording without the
+//! effect, whose noise is the same: rms over blocks of half a second, of the axis that is farthest off \[rad\], and \[m/s\]
+//! where the accelerometers err.
+//!
+//! Sizes are those of a unit before its calibration, so that a minute's random walk is a hundredth of most.
+//!
+//! What is left has three parts: what the diagnosis could not tell, what the chain leaves, and quantisation, which an
+//! effect shifts. A last column has the chain with the true size, without the first of them.
+
+use std::path::Path;
+
+use serde::Serialize;
+use trueaxis::Parameters;
+
+use crate::diagnose::diagnose;
+use crate::error::InputError;
+use crate::model::Model;
+use crate::recording::Recording;
+use crate::replay::samples::{ReplayInput, Setup, samples_from_recording};
+use crate::replay::{Core, replay};
+use crate::simulate::scenario::Scenario;
+use crate::simulate::{Simulation, simulate};
+
+/// The scenario without an effect.
+const SCENARIO: &str = include_str!("../../scenarios/close-loop.toml");
+
+/// Output periods of a block over which differences are averaged: half a second. The two recordings quantise differently,
+/// which over one period is 0.2″.
+const BLOCK_OUTPUTS: usize = 200;
+
+/// A kind at a realistic size.
+#[derive(Debug, Clone, Copy)]
+pub struct Case {
+    /// Its name.
+    pub kind: &'static str,
+    /// The effect's parameters as a scenario has them.
+    parameters: &'static str,
+    /// Whether the error is one of velocity.
+    of_velocity: bool,
+}
+
+const fn gyros(kind: &'static str, parameters: &'static str) -> Case {
+    Case {
+        kind,
+        parameters,
+        of_velocity: false,
+    }
+}
+
+const fn accelerometers(kind: &'static str, parameters: &'static str) -> Case {
+    Case {
+        kind,
+        parameters,
+        of_velocity: true,
+    }
+}
+
+/// Every kind that the chain or one of its terms compensates, in the catalogue's order.
+pub const CASES: &[Case] = &[
+    // 2 °/h.
+    gyros("gyro_bias", "x = 1.0e-5\ny = -0.8e-5\nz = 1.2e-5"),
+    // 0.5 °/h per K.
+    gyros(
+        "gyro_bias_temperature",
+        "x = 2.4e-6\ny = -2.0e-6\nz = 3.0e-6",
+    ),
+    gyros(
+        "gyro_bias_temperature_rate",
+        "x = 1.0e-4\ny = -0.8e-4\nz = 1.2e-4",
+    ),
+    // 1 °/h per g.
+    gyros(
+        "gyro_g_bias",
+        "xx = 5.0e-7\nxy = -3.0e-7\nyy = 6.0e-7\nyz = 4.0e-7\nzz = -5.0e-7",
+    ),
+    gyros("gyro_scale", "x = 200e-6\ny = -150e-6\nz = 250e-6"),
+    gyros("gyro_scale_asymmetry", "x = 100e-6\ny = -80e-6\nz = 90e-6"),
+    gyros("gyro_scale_quadratic", "x = 100e-6\ny = -80e-6\nz = 90e-6"),
+    // The largest that the chain's format holds at 4 kHz is 3.9e-6.
+    gyros("gyro_scale_cubic", "x = 3.5e-6\ny = 3e-6\nz = -3.5e-6"),
+    gyros(
+        "installation",
+        "xy = 2e-4\nxz = -2e-4\nyx = 1.5e-4\nyz = 2.5e-4\nzx = -2e-4\nzy = 2e-4",
+    ),
+    gyros(
+        "installation_temperature",
+        "xy = 1e-5\nxz = -2e-5\nyx = 1.5e-5\nyz = 2e-5\nzx = -1e-5\nzy = 2e-5",
+    ),
+    gyros(
+        "axis_flexure",
+        "xy = 6.9e-8\nxz = 7.1e-8\nyx = 7.5e-8\nyz = 7.3e-8\nzx = 6.7e-8\nzy = 7.6e-8",
+    ),
+    gyros("gyro_delay", "x = 40e-6\ny = 30e-6\nz = 50e-6"),
+    gyros("gyro_bandwidth", "x = 1e-8\ny = 0.5e-8\nz = 2e-8"),
+    gyros("dither_gain", "x = 1e-3\ny = -2e-3\nz = 1.5e-3"),
+    gyros("dither_delay", "x = 5e-6\ny = -4e-6\nz = 6e-6"),
+    accelerometers("accel_bias", "x = 1e-2\ny = -2e-2\nz = 1.5e-2"),
+    accelerometers("accel_scale", "x = 1e-3\ny = -2e-3\nz = 1.5e-3"),
+    accelerometers(
+        "accel_misalignment",
+        "xy = 1e-3\nxz = -2e-3\nyx = 1.5e-3\nyz = 1e-3\nzx = -1e-3\nzy = 2e-3",
+    ),
+    accelerometers("accel_delay", "x = 40e-6\ny = 30e-6\nz = 50e-6"),
+    accelerometers(
+        "size_effect",
+        "xx = 0.045\nxy = 0.012\nyy = 0.050\nyz = 0.016\nzx = -0.021\nzz = 0.038",
+    ),
+];
+
+/// One line of the table.
+#[derive(Debug, Clone, Serialize)]
+pub struct Row {
+    /// What was concealed.
+    pub kind: &'static str,
+    /// Kinds that the diagnosis found.
+    pub found: Vec<String>,
+    /// Unit of the errors: rad or m/s.
+    pub unit: &'static str,
+    /// Error with the model's parameters, in f32.
+    pub before: f64,
+    /// Error with those of the diagnosis.
+    pub after_f32: f64,
+    /// The same in fixed point.
+    pub after_fixed: f64,
+    /// Error with the true size, in f32.
+    pub with_truth: f64,
+}
+
+impl Row {
+    /// The larger of both number systems' errors over that before \[1\].
+    pub fn left(&self) -> f64 {
+        self.after_f32.max(self.after_fixed) / self.before
+    }
+}
+
+/// The summed output of a run \[rad, m/s\], a row per output period.
+type Sums = Vec<[f64; 6]>;
+
+struct Runner<'a> {
+    recording: &'a Recording,
+    place: &'a Path,
+}
+
+impl Runner<'_> {
+    fn input(&self, model: &Model) -> Result<ReplayInput, InputError> {
+        samples_from_recording(self.recording, model, self.place, Setup::STANDARD)
+    }
+
+    fn sums(&self, model: &Model, core: Core) -> Result<Sums, InputError> {
+        let input = self.input(model)?;
+        sums(&input, &input.parameters, core, self.place)
+    }
+}
+
+fn sums(
+    input: &ReplayInput,
+    parameters: &Parameters,
+    core: Core,
+    place: &Path,
+) -> Result<Sums, InputError> {
+    let run = replay(input, core, parameters)
+        .map_err(|error| InputError::new(place, format!("does not fit the chain: {error}")))?;
+    let mut sum = [0.0; 6];
+    let rows = run.rotations_rad.iter().zip(&run.velocities_m_s);
+    Ok(rows
+        .map(|(rotation, velocity)| {
+            for axis in 0..3 {
+                sum[axis] += rotation[axis];
+                sum[3 + axis] += velocity[axis];
+            }
+            sum
+        })
+        .collect())
+}
+
+/// rms of the difference's means over blocks, of the axis that is farthest off.
+fn apart(one: &Sums, other: &Sums, of_velocity: bool) -> f64 {
+    let first = if of_velocity { 3 } else { 0 };
+    (first..first + 3)
+        .map(|at| {
+            let pairs = one.iter().zip(other);
+            let differences: Vec<f64> = pairs.map(|(one, other)| one[at] - other[at]).collect();
+            let blocks = differences.chunks_exact(BLOCK_OUTPUTS);
+            let count = blocks.len().max(1) as f64;
+            let mean = |block: &[f64]| block.iter().sum::<f64>() / BLOCK_OUTPUTS as f64;
+            (blocks.map(|block| mean(block).powi(2)).sum::<f64>() / count).sqrt()
+        })
+        .fold(0.0, f64::max)
+}
+
+fn simulated(effect: &str, place: &Path, seed: u64) -> Result<Simulation, InputError> {
+    let scenario = Scenario::parse(&format!("{SCENARIO}\n{effect}"), place)?;
+    Ok(simulate(&scenario, seed, |_| {}))
+}
+
+/// The scenario without an effect, through the chain: once for all cases.
+pub struct Twin {
+    seed: u64,
+    f32: Sums,
+    fixed: Sums,
+}
+
+impl Twin {
+    /// Simulates it.
+    pub fn new(seed: u64) -> Result<Self, InputError> {
+        let place = Path::new("close-loop.toml");
+        let clean = simulated("", place, seed)?;
+        let runner = Runner {
+            recording: &clean.recording,
+            place,
+        };
+        Ok(Self {
+            seed,
+            f32: runner.sums(&clean.model, Core::F32)?,
+            fixed: runner.sums(&clean.model, Core::Fixed)?,
+        })
+    }
+
+    /// Closes the loop over one case; `stage` is told what the diagnosis does.
+    pub fn close(&self, case: &Case, stage: &(dyn Fn(&str) + Sync)) -> Result<Row, InputError> {
+        let place = Path::new("close-loop.toml");
+        let effect = format!(
+            "[[effect]]\nkind = \"{}\"\nconcealed = true\n{}\n",
+            case.kind, case.parameters
+        );
+        let simulation = simulated(&effect, place, self.seed)?;
+        let runner = Runner {
+            recording: &simulation.recording,
+            place,
+        };
+        let model = &simulation.model;
+        let outcome = diagnose(&simulation.recording, model, place, self.seed, &stage)?;
+        let mut informed = model.clone();
+        informed
+            .effects
+            .extend(simulation.truth.effects.iter().cloned());
+        let off = |model: &Model, core: Core| {
+            let twin = if core == Core::F32 {
+                &self.f32
+            } else {
+                &self.fixed
+            };
+            Ok::<_, InputError>(apart(&runner.sums(model, core)?, twin, case.of_velocity))
+        };
+        Ok(Row {
+            kind: case.kind,
+            found: outcome
+                .diagnosis
+                .effects
+                .iter()
+                .map(|effect| effect.kind.clone())
+                .collect(),
+            unit: if case.of_velocity { "m/s" } else { "rad" },
+            before: off(model, Core::F32)?,
+            after_f32: off(&outcome.model, Core::F32)?,
+            after_fixed: off(&outcome.model, Core::Fixed)?,
+            with_truth: off(&informed, Core::F32)?,
+        })
+    }
+}
