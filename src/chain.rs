@@ -6,6 +6,8 @@ pub mod triad;
 
 pub(crate) mod dither_phase;
 
+pub mod parameters;
+
 pub mod sample;
 
 pub mod faults;
@@ -28,6 +30,7 @@ pub mod dither_monitor;
 use crate::chain::code_sum::CodeSum;
 use crate::chain::faults::{Faults, FirstFault, Status};
 use crate::chain::numbers::NumberSystem;
+use crate::chain::parameters::{ParameterError, Parameters};
 use crate::chain::sample::{OutputFrame, Sample};
 use crate::chain::stages::acceleration::{Acceleration, AccelerationState};
 use crate::chain::stages::adaptation::{Adaptation, AdaptationState};
@@ -44,7 +47,6 @@ use crate::chain::stages::size_effect::{self, SizeEffect, SizeEffectState};
 use crate::chain::stages::turning;
 use crate::chain::stages::velocity::Velocity;
 use crate::chain::terms::{PeriodSums, SlowReadings, Term};
-use crate::store::parameters::{ParameterError, Parameters};
 
 /// The configuration of every stage: checked once when built, constant afterwards.
 ///

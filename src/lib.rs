@@ -70,8 +70,10 @@ pub mod wire;
 
 pub mod store;
 
-pub use chain::{design_parameters, dither_monitor, faults, numbers, sample, stages, terms, triad};
-pub use store::{parameter_block, parameter_slots, parameters};
+pub use chain::{
+    design_parameters, dither_monitor, faults, numbers, parameters, sample, stages, terms, triad,
+};
+pub use store::{parameter_block, parameter_slots};
 pub use unit::{clock_start, counter_bank, health, processor, sample_source, trace};
 pub use wire::{bank_record, run_report, telemetry};
 

@@ -1,6 +1,4 @@
-//! Parameters: as values, as a block of bytes, and as two slots of flash.
-
-pub mod parameters;
+//! The chain's parameters in flash: as a block of bytes, and as two slots of it.
 
 pub mod parameter_block;
 

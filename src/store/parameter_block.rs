@@ -22,9 +22,9 @@ use core::ops::Deref;
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
+use crate::chain::parameters::{AccelerometerParameters, ParameterError, Parameters};
 use crate::chain::terms::records::{RECORD_BYTES, TermRecords};
 use crate::chain::triad::CrossAxis;
-use crate::store::parameters::{AccelerometerParameters, ParameterError, Parameters};
 
 const MAGIC: [u8; 4] = *b"RLGP";
 const VERSION: u16 = 3;

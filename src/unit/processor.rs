@@ -50,10 +50,10 @@
 use crate::chain::design_parameters::START_UP_LIMIT_S;
 use crate::chain::faults::{Faults, FirstFault, Status};
 use crate::chain::numbers::NumberSystem;
+use crate::chain::parameters::{ParameterError, Parameters};
 use crate::chain::sample::{OutputFrame, Sample};
 use crate::chain::terms::{SlowReadings, Term};
 use crate::chain::{Chain, ChainState};
-use crate::store::parameters::{ParameterError, Parameters};
 use crate::unit::health::{HEALTH_ITEMS, Health, HealthItem, item};
 use crate::unit::sample_source::{Reading, SourceFault};
 use crate::wire::telemetry::TelemetryFrame;

@@ -20,8 +20,8 @@
 use crate::chain::design_parameters::ACCELERATION_TERMS;
 use crate::chain::faults::Status;
 use crate::chain::numbers::NumberSystem;
+use crate::chain::parameters::Parameters;
 use crate::chain::triad::Triad;
-use crate::store::parameters::Parameters;
 
 /// Configuration: b_p, zero beyond the order, so that every order costs the same.
 #[derive(Debug, Clone, Copy)]

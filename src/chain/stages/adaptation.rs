@@ -50,10 +50,10 @@ use crate::chain::design_parameters::{
 };
 use crate::chain::faults::Status;
 use crate::chain::numbers::NumberSystem;
+use crate::chain::parameters::Parameters;
 use crate::chain::sample::Sample;
 use crate::chain::stages::acceleration::AccelerationState;
 use crate::chain::stages::dither::{Dither, DitherState, ExactTaps};
-use crate::store::parameters::Parameters;
 
 /// Windows in which the taps are not moved after a disturbance, the disturbed one included: a disturbance in a window's
 /// last sample also spoils the next window's first increment.

@@ -13,9 +13,9 @@
 use crate::chain::code_sum::CodeSum;
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::{ExactWeight, FINE_PER_RAD_LOG2, fine};
+use crate::chain::parameters::Parameters;
 use crate::chain::stages::limits::Limits;
 use crate::chain::triad::Triad;
-use crate::store::parameters::Parameters;
 
 /// Configuration.
 #[derive(Debug, Clone, Copy)]

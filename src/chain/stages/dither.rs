@@ -22,9 +22,9 @@
 
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::{FINE_PER_RAD_LOG2, fine};
+use crate::chain::parameters::Parameters;
 use crate::chain::stages::limits::Limits;
 use crate::chain::triad::Triad;
-use crate::store::parameters::Parameters;
 
 /// The strip's taps h₀ and h₁ of one gyro \[fine units per code\].
 pub type ExactTaps = [i64; 2];

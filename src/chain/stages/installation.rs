@@ -16,8 +16,8 @@
 
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::ExactCoefficient;
+use crate::chain::parameters::Parameters;
 use crate::chain::triad::{CrossAxis, Triad};
-use crate::store::parameters::Parameters;
 
 /// K_ij/T², each with the sign with which its tilt enters Eq. (7).
 pub type SignedFlexure<N> = CrossAxis<<N as NumberSystem>::Flexure>;

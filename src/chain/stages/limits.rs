@@ -15,8 +15,8 @@
 
 use crate::chain::design_parameters::{DITHER_LIMIT_RAD, SENSED_LIMIT_RAD};
 use crate::chain::faults::Status;
+use crate::chain::parameters::Parameters;
 use crate::chain::sample::Sample;
-use crate::store::parameters::Parameters;
 
 /// A dither's largest step between any two instants over its largest step in one sample: 2 against 2 sin ½Ω. At the
 /// lowest dither frequency allowed that is more than 4, but the limit of a step has a margin of its own.

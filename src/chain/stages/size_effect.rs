@@ -38,8 +38,8 @@
 
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::ExactLever;
+use crate::chain::parameters::{AccelerometerParameters, Parameters};
 use crate::chain::triad::Triad;
-use crate::store::parameters::{AccelerometerParameters, Parameters};
 
 /// Configuration.
 #[derive(Debug, Clone, Copy)]

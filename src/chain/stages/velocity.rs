@@ -21,9 +21,9 @@ use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::{
     ExactCoefficient, ExactWeight, FINE_PER_M_S_LOG2, VELOCITY_UNIT_M_S, fine,
 };
+use crate::chain::parameters::{AccelerometerParameters, Parameters};
 use crate::chain::stages::compensation;
 use crate::chain::triad::{CrossAxis, Triad};
-use crate::store::parameters::{AccelerometerParameters, Parameters};
 
 /// Configuration.
 #[derive(Debug, Clone, Copy)]

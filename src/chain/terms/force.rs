@@ -10,7 +10,7 @@ use crate::chain::design_parameters::BIAS_BY_FORCE_LIMIT;
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::{ExactCoefficient, VELOCITY_UNIT_M_S};
 use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds};
-use crate::store::parameters::{ParameterError, Parameters};
+use crate::chain::parameters::{ParameterError, Parameters};
 
 /// Configuration: −G, rows by gyro \[rad per unit of velocity\].
 #[derive(Debug, Clone, Copy)]

@@ -35,7 +35,7 @@ use core::fmt::Debug;
 
 use crate::chain::numbers::NumberSystem;
 use crate::chain::triad::{CrossAxis, Triad};
-use crate::store::parameters::{ParameterError, Parameters};
+use crate::chain::parameters::{ParameterError, Parameters};
 
 /// Every term of this library, in the order in which they act.
 pub type AllTerms<N> = (

@@ -19,7 +19,7 @@ use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::ExactCoefficient;
 use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds};
 use crate::chain::triad::Triad;
-use crate::store::parameters::{ParameterError, Parameters};
+use crate::chain::parameters::{ParameterError, Parameters};
 
 /// Configuration.
 #[derive(Debug, Clone, Copy)]

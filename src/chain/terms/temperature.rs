@@ -21,7 +21,7 @@ use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::{ExactCoefficient, fine_of_f32};
 use crate::chain::terms::{PeriodSums, SlowReadings, Term, TermKind, TermKinds};
 use crate::chain::triad::CrossAxis;
-use crate::store::parameters::{ParameterError, Parameters};
+use crate::chain::parameters::{ParameterError, Parameters};
 
 /// T₀, and factors of ΔT and ΔT², of as many values as there are.
 #[derive(Debug, Clone, Copy)]
