@@ -25,6 +25,7 @@ mod discontinuity;
 #[cfg(feature = "proof")]
 mod proof;
 
+#[cfg(feature = "monitor")]
 pub mod dither_monitor;
 
 use crate::chain::code_sum::CodeSum;

@@ -66,27 +66,42 @@ pub mod chain;
 
 pub mod unit;
 
+#[cfg(feature = "wire")]
 pub mod wire;
 
+#[cfg(feature = "slots")]
 pub mod store;
 
+#[cfg(feature = "monitor")]
+pub use chain::dither_monitor::{self, DitherMonitor};
 pub use chain::{
-    design_parameters, dither_monitor, faults, numbers, parameters, sample, stages, terms, triad,
+    Chain, ChainState, design_parameters, faults, numbers, parameters, sample, stages, terms, triad,
 };
+#[cfg(feature = "slots")]
 pub use store::{parameter_block, parameter_slots};
-pub use unit::{clock_start, counter_bank, health, processor, sample_source, trace};
-pub use wire::{bank_record, run_report, telemetry};
+#[cfg(feature = "bank")]
+pub use unit::{bank_bus, counter_bank};
+pub use unit::{clock_start, health, processor, sample_source, telemetry_frame, trace};
+#[cfg(all(feature = "wire", feature = "bank"))]
+pub use wire::bank_record;
+#[cfg(feature = "wire")]
+pub use wire::{run_report, telemetry};
 
-pub use chain::{Chain, ChainState};
+#[cfg(feature = "bank")]
+pub use bank_bus::CounterBank;
+#[cfg(feature = "bank")]
+pub use counter_bank::BankDecoder;
 pub use design_parameters::{OUTPUT_M_S_PER_CODE, OUTPUT_RAD_PER_CODE};
-pub use dither_monitor::DitherMonitor;
 pub use faults::{Faults, FirstFault, Status};
 pub use health::{Health, HealthItem};
 pub use numbers::{F32, Fixed, NumberSystem};
+#[cfg(feature = "slots")]
 pub use parameter_block::{BlockError, PARAMETER_BLOCK_BYTES};
 pub use parameters::{AccelerometerParameters, ParameterError, Parameters};
 pub use processor::{BootReport, Processor, Timing};
 pub use sample::{FrameError, OutputFrame, Sample};
-pub use telemetry::{Decoder, TELEMETRY_BYTES, TelemetryError, TelemetryFrame};
+#[cfg(feature = "wire")]
+pub use telemetry::{Decoder, TELEMETRY_BYTES, TelemetryError};
+pub use telemetry_frame::TelemetryFrame;
 pub use terms::{SlowReadings, Term, TermKind, TermRecords};
 pub use triad::{CrossAxis, Triad};

@@ -2,9 +2,15 @@
 
 pub mod sample_source;
 
+#[cfg(feature = "bank")]
 pub mod counter_bank;
 
+#[cfg(feature = "bank")]
+pub mod bank_bus;
+
 pub mod health;
+
+pub mod telemetry_frame;
 
 pub mod processor;
 

@@ -2,6 +2,7 @@
 
 pub mod telemetry;
 
+#[cfg(feature = "bank")]
 pub mod bank_record;
 
 pub mod run_report;

@@ -13,7 +13,7 @@ use core::sync::atomic::{AtomicI32, AtomicU32, Ordering};
 use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
 use stm32f4::stm32f405::interrupt;
-use trueaxis::counter_bank::CounterBank;
+use trueaxis::bank_bus::CounterBank;
 use trueaxis::processor::{CostProbe, Processor, SampleClass, Timing};
 use trueaxis::run_report::CostRecord;
 use trueaxis::sample_source::{Reading, SampleSource};

@@ -1,8 +1,9 @@
-//! Reads the gyro counter bank: the logic device that counts the pulses of three gyros and three accelerometers and
-//! latches three pickoffs.
+//! Decodes the frames of the gyro counter bank: the logic device that counts the pulses of three gyros and three
+//! accelerometers and latches three pickoffs.
 //!
-//! It reads one frame a period over SPI and gives a [`Reading`] with a [`Sample`]: pulses over the period, pickoff
-//! codes at its end and accelerometer codes \[1\]; block frame, axes x, y, z.
+//! [`BankDecoder`] takes the bytes of one frame a period, or the fault of the bus that should have brought them, and
+//! gives a [`Reading`] with a [`Sample`]: pulses over the period, pickoff codes at its end and accelerometer codes
+//! \[1\]; block frame, axes x, y, z. Buses are in [`bank_bus`](crate::unit::bank_bus).
 //!
 //! The frame, version 2, 40 bytes, little-endian; the bank latches it once a period and shifts it out while
 //! chip select is low:
@@ -41,11 +42,10 @@
 //! What is done about a fault is the caller's business.
 
 use crc::{CRC_16_IBM_3740, Crc};
-use embedded_hal::spi::SpiDevice;
 
-use crate::Sample;
+use crate::chain::sample::Sample;
 use crate::chain::triad::are_equal;
-use crate::unit::sample_source::{Reading, SampleSource, SourceFault};
+use crate::unit::sample_source::{Reading, SourceFault};
 
 /// Version of the frame's layout.
 pub const BANK_FRAME_VERSION: u16 = 2;
@@ -138,10 +138,18 @@ pub enum AccelerometerInput {
     Codes,
 }
 
-/// The bank behind `SPI`; the bus driver owns chip select, mode and clock, and bounds its waits.
-#[derive(Debug)]
-pub struct CounterBank<SPI> {
-    spi: SPI,
+/// The bus did not deliver a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BusFault;
+
+/// Makes readings of frames, however these came.
+///
+/// It does no input or output and holds no bus: a transfer by a blocking bus
+/// ([`CounterBank`](crate::unit::bank_bus::CounterBank)), by an asynchronous one or by DMA ends in one call of
+/// [`reading`](Self::reading).
+#[derive(Debug, Clone)]
+pub struct BankDecoder {
     accelerometers: AccelerometerInput,
     previous: Option<Latched>,
     /// Periods since the last good frame, by the caller's clock.
@@ -158,12 +166,11 @@ struct Latched {
     accelerometers: [i32; 3],
 }
 
-impl<SPI: SpiDevice> CounterBank<SPI> {
+impl BankDecoder {
     /// A bank that has not been read yet. The first good frame gives a sample of zero counts, which lets
     /// the chain begin with that frame's pickoffs.
-    pub fn new(spi: SPI, accelerometers: AccelerometerInput) -> Self {
+    pub const fn new(accelerometers: AccelerometerInput) -> Self {
         Self {
-            spi,
             accelerometers,
             previous: None,
             elapsed: 0,
@@ -171,47 +178,30 @@ impl<SPI: SpiDevice> CounterBank<SPI> {
         }
     }
 
-    /// Gives the bus back.
-    pub fn release(self) -> SPI {
-        self.spi
-    }
-
-    /// Remembers this frame as the last good one.
-    fn latch(&mut self, frame: &BankFrame) {
-        self.previous = Some(Latched::of(frame));
-        self.elapsed = 0;
-        self.repeats = 0;
-    }
-
-    /// Gives a reading with zero counts, and remembers the frame as the one from which the next counts are taken.
-    #[cold]
-    #[inline(never)]
-    fn begin(&mut self, frame: &BankFrame, fault: Option<SourceFault>) -> Reading {
-        self.latch(frame);
-        Reading {
-            sample: Some(Sample {
-                pulse_counts: [0; 3],
-                pickoff_codes: frame.pickoff_codes,
-                accelerometer_codes: match self.accelerometers {
-                    AccelerometerInput::Counters => [0; 3],
-                    AccelerometerInput::Codes => frame.accelerometers,
-                },
-            }),
-            periods: 0,
-            fault,
-        }
-    }
-}
-
-impl<SPI: SpiDevice> SampleSource for CounterBank<SPI> {
+    /// Counts sampling periods that have passed before it is known what the bus delivers of them, so that a transfer
+    /// which is given up loses none.
     #[inline]
-    fn take(&mut self, elapsed: u32) -> Reading {
-        self.elapsed = self.elapsed.saturating_add(elapsed);
-        let mut bytes = [0; FRAME_BYTES];
-        if self.spi.read(&mut bytes).is_err() {
+    pub fn elapse(&mut self, periods: u32) {
+        self.elapsed = self.elapsed.saturating_add(periods);
+    }
+
+    /// Makes the reading of the period that just ended. Cannot panic, whatever the bytes are.
+    ///
+    /// # Inputs
+    /// `transfer`: the bytes that the bus delivered, or that it delivered none. `elapsed`: sampling periods since the
+    /// previous call, by the caller's clock; 1 as a rule, more where it could not ask, without those that
+    /// [`elapse`](Self::elapse) was told.
+    #[inline]
+    pub fn reading(
+        &mut self,
+        transfer: Result<&[u8; FRAME_BYTES], BusFault>,
+        elapsed: u32,
+    ) -> Reading {
+        self.elapse(elapsed);
+        let Ok(bytes) = transfer else {
             return Reading::without_sample(SourceFault::Bus);
-        }
-        let frame = match BankFrame::from_bytes(&bytes) {
+        };
+        let frame = match BankFrame::from_bytes(bytes) {
             Ok(frame) => frame,
             Err(fault) => return Reading::without_sample(fault),
         };
@@ -246,6 +236,32 @@ impl<SPI: SpiDevice> SampleSource for CounterBank<SPI> {
             }),
             periods,
             fault: None,
+        }
+    }
+
+    /// Remembers this frame as the last good one.
+    fn latch(&mut self, frame: &BankFrame) {
+        self.previous = Some(Latched::of(frame));
+        self.elapsed = 0;
+        self.repeats = 0;
+    }
+
+    /// Gives a reading with zero counts, and remembers the frame as the one from which the next counts are taken.
+    #[cold]
+    #[inline(never)]
+    fn begin(&mut self, frame: &BankFrame, fault: Option<SourceFault>) -> Reading {
+        self.latch(frame);
+        Reading {
+            sample: Some(Sample {
+                pulse_counts: [0; 3],
+                pickoff_codes: frame.pickoff_codes,
+                accelerometer_codes: match self.accelerometers {
+                    AccelerometerInput::Counters => [0; 3],
+                    AccelerometerInput::Codes => frame.accelerometers,
+                },
+            }),
+            periods: 0,
+            fault,
         }
     }
 }

@@ -56,7 +56,7 @@ use crate::chain::terms::{SlowReadings, Term};
 use crate::chain::{Chain, ChainState};
 use crate::unit::health::{HEALTH_ITEMS, Health, HealthItem, item};
 use crate::unit::sample_source::{Reading, SourceFault};
-use crate::wire::telemetry::TelemetryFrame;
+use crate::unit::telemetry_frame::TelemetryFrame;
 
 /// Findings of the boot that frames report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -3,7 +3,7 @@
 //! The caller asks once a period and says how much time has passed; a source answers at once with a [`Reading`] of raw
 //! counts and codes in the block frame. It never waits, because the caller is an interrupt with a deadline.
 
-use crate::Sample;
+use crate::chain::sample::Sample;
 
 /// A source of one sample a period.
 pub trait SampleSource {

@@ -20,8 +20,8 @@
 //!
 //! There is one trace and no restart in service: the first fault is the cause. A reset arms the ring again.
 
-use crate::Sample;
 use crate::chain::faults::Status;
+use crate::chain::sample::Sample;
 
 /// What happened in one sampling period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

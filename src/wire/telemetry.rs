@@ -1,6 +1,6 @@
 //! Encodes the telemetry frame that leaves by the serial port, and finds frames in a byte stream.
 //!
-//! A frame holds an [`OutputFrame`] and one [`HealthItem`] in 43 bytes, little-endian:
+//! A [`TelemetryFrame`], an [`OutputFrame`] and one [`HealthItem`], has 43 bytes, little-endian:
 //!
 //! | bytes | holds |
 //! |---|---|
@@ -36,6 +36,7 @@ use crc::{CRC_16_IBM_3740, Crc};
 use crate::chain::faults::Status;
 use crate::chain::sample::OutputFrame;
 use crate::unit::health::HealthItem;
+use crate::unit::telemetry_frame::TelemetryFrame;
 
 /// Raised with every change of the layout.
 pub const TELEMETRY_VERSION: u8 = 1;
@@ -52,16 +53,6 @@ const HEADER: [u8; 4] = [0xEB, 0x90, TELEMETRY_VERSION, TELEMETRY_BYTES as u8];
 
 /// Finds every error of up to 3 bits and every burst up to 16.
 const FRAME_CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
-
-/// One frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct TelemetryFrame {
-    /// Increments and status of the output period.
-    pub output: OutputFrame,
-    /// The health item whose turn it was.
-    pub health: HealthItem,
-}
 
 /// Why 43 bytes are not a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

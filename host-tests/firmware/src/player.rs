@@ -6,7 +6,8 @@
 use std::cell::Cell;
 
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
-use trueaxis::counter_bank::{AccelerometerInput, CounterBank, FRAME_BYTES};
+use trueaxis::bank_bus::CounterBank;
+use trueaxis::counter_bank::{AccelerometerInput, FRAME_BYTES};
 use trueaxis::health::HEALTH_ITEMS;
 use trueaxis::processor::{BootReport, Processor};
 use trueaxis::sample_source::{Reading, SampleSource, SourceFault};

@@ -1,10 +1,16 @@
 //! The counter bank's driver against a mock bus, frame by frame.
 
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
+
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use embedded_hal_mock::eh1::spi::{Mock, Transaction};
 use proptest::prelude::*;
 use trueaxis::Sample;
-use trueaxis::counter_bank::{AccelerometerInput, BankFrame, CounterBank, FRAME_BYTES, checksum};
+use trueaxis::bank_bus::CounterBank;
+use trueaxis::counter_bank::{
+    AccelerometerInput, BankDecoder, BankFrame, BusFault, FRAME_BYTES, checksum,
+};
 use trueaxis::sample_source::{Reading, SampleSource, SourceFault};
 
 type Bytes = [u8; FRAME_BYTES];
@@ -310,6 +316,40 @@ impl SpiDevice for FlakyBus<'_> {
     }
 }
 
+/// The same bus for an asynchronous driver; each transfer is awaited twice before it is done.
+struct SlowBus<'a>(FlakyBus<'a>);
+
+impl ErrorType for SlowBus<'_> {
+    type Error = ErrorKind;
+}
+
+impl embedded_hal_async::spi::SpiDevice for SlowBus<'_> {
+    async fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
+        let mut waits = 2;
+        std::future::poll_fn(|_| match waits {
+            0 => Poll::Ready(()),
+            _ => {
+                waits -= 1;
+                Poll::Pending
+            }
+        })
+        .await;
+        SpiDevice::transaction(&mut self.0, operations)
+    }
+}
+
+/// Runs a future to its end, and tells how often it was polled.
+fn run<T>(future: impl Future<Output = T>) -> (T, u32) {
+    let mut future = pin!(future);
+    let mut context = Context::from_waker(Waker::noop());
+    for polls in 1.. {
+        if let Poll::Ready(output) = future.as_mut().poll(&mut context) {
+            return (output, polls);
+        }
+    }
+    unreachable!("a future of finite waits")
+}
+
 #[test]
 fn failed_reads_explain_their_own_periods_and_no_more() {
     let answers = [
@@ -326,6 +366,26 @@ fn failed_reads_explain_their_own_periods_and_no_more() {
     assert_eq!(seen[2], after_a_gap(2, good([7, 7, 7], [1, 2, 3])));
     // Three periods, and five more in number: the bank is not the one it was.
     assert_eq!(seen[5], restarted([1, 2, 3]));
+}
+
+#[test]
+fn a_transfer_that_is_given_up_loses_no_angle() {
+    let answers = [
+        Some(frame(1, [0; 3], [0; 3])),
+        Some(frame(3, [7, 7, 7], [1, 2, 3])),
+    ];
+    let mut bank = CounterBank::new(
+        SlowBus(FlakyBus(answers.iter())),
+        AccelerometerInput::default(),
+    );
+    run(bank.take_async(1));
+    {
+        let mut given_up = pin!(bank.take_async(1));
+        let mut context = Context::from_waker(Waker::noop());
+        assert!(given_up.as_mut().poll(&mut context).is_pending());
+    }
+    let (reading, _) = run(bank.take_async(1));
+    assert_eq!(reading, after_a_gap(2, good([7, 7, 7], [1, 2, 3])));
 }
 
 /// What one period does on the wire.
@@ -381,9 +441,17 @@ proptest! {
         let on_the_bus: Vec<_> = answers.iter().map(|(_, answer)| *answer).collect();
         let mut driver =
             CounterBank::new(FlakyBus(on_the_bus.iter()), AccelerometerInput::Counters);
+        // However the bytes came, by a blocking bus, an asynchronous one or a buffer that DMA filled.
+        let mut slow = CounterBank::new(
+            SlowBus(FlakyBus(on_the_bus.iter())),
+            AccelerometerInput::Counters,
+        );
+        let mut decoder = BankDecoder::new(AccelerometerInput::Counters);
         let (mut counted, mut passed) = (start, 0);
-        for (elapsed, _) in &answers {
+        for (elapsed, answer) in &answers {
             let reading = driver.take(*elapsed);
+            prop_assert_eq!((reading, 3), run(slow.take_async(*elapsed)));
+            prop_assert_eq!(reading, decoder.reading(answer.as_ref().ok_or(BusFault), *elapsed));
             prop_assert!(reading.fault != Some(SourceFault::Restarted));
             passed += reading.periods;
             if let Some(sample) = reading.sample {

@@ -1,7 +1,8 @@
 //! Outages of the stream of samples, from a millisecond to seconds: no angle and no velocity is lost that the
 //! counters kept, and what frames show late they say so.
 
-use trueaxis::counter_bank::{AccelerometerInput, BankFrame, CounterBank};
+use trueaxis::bank_bus::CounterBank;
+use trueaxis::counter_bank::{AccelerometerInput, BankFrame};
 use trueaxis::parameters::AccelerometerParameters;
 use trueaxis::sample_source::{Reading, SampleSource, SourceFault};
 use trueaxis::{

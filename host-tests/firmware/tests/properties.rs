@@ -11,12 +11,13 @@ use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 use proptest::array::uniform3 as three;
 use proptest::collection::vec;
 use proptest::prelude::*;
-use trueaxis::counter_bank::{AccelerometerInput, BankFrame, CounterBank};
+use trueaxis::bank_bus::CounterBank;
+use trueaxis::counter_bank::{AccelerometerInput, BankFrame};
 use trueaxis::design_parameters::{ADAPTATION_WINDOW_S, LEAST_WINDOW_SAMPLES};
 use trueaxis::parameters::AccelerometerParameters;
 use trueaxis::processor::{BootReport, Processor, Timing};
 use trueaxis::sample_source::{Reading, SampleSource, SourceFault};
-use trueaxis::telemetry::TelemetryFrame;
+use trueaxis::telemetry_frame::TelemetryFrame;
 use trueaxis::{
     BlockError, Chain, ChainState, CrossAxis, F32, Fixed, NumberSystem, OUTPUT_RAD_PER_CODE,
     OutputFrame, PARAMETER_BLOCK_BYTES, Parameters, Sample, TermRecords,

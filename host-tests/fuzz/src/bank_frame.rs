@@ -8,7 +8,8 @@ use std::collections::VecDeque;
 
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use libfuzzer_sys::fuzz_target;
-use trueaxis::counter_bank::{AccelerometerInput, BankFrame, CounterBank, FRAME_BYTES, checksum};
+use trueaxis::bank_bus::CounterBank;
+use trueaxis::counter_bank::{AccelerometerInput, BankFrame, FRAME_BYTES, checksum};
 use trueaxis::processor::{BootReport, Processor, Timing};
 use trueaxis::sample_source::SampleSource;
 use trueaxis::{Fixed, Parameters};

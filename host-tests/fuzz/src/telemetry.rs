@@ -5,7 +5,8 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use trueaxis::telemetry::{Decoder, TELEMETRY_BYTES, TelemetryFrame};
+use trueaxis::telemetry::{Decoder, TELEMETRY_BYTES};
+use trueaxis::telemetry_frame::TelemetryFrame;
 
 /// Bytes of a frame that the fuzzer chooses: the header and the check sum are put around them.
 const CONTENT_BYTES: usize = TELEMETRY_BYTES - 6;

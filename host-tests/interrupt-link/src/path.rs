@@ -6,10 +6,11 @@ use core::panic::PanicInfo;
 
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use heapless::spsc::Producer;
-use trueaxis::counter_bank::CounterBank;
+use trueaxis::bank_bus::CounterBank;
 use trueaxis::processor::{Processor, Timing};
 use trueaxis::sample_source::SampleSource;
-use trueaxis::telemetry::{TELEMETRY_BYTES, TelemetryFrame};
+use trueaxis::telemetry::TELEMETRY_BYTES;
+use trueaxis::telemetry_frame::TelemetryFrame;
 use trueaxis::trace::{TraceEntry, TraceRing};
 use trueaxis::{F32, Fixed, NumberSystem};
 

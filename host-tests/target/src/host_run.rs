@@ -7,8 +7,9 @@
 use std::cell::Cell;
 
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
+use trueaxis::bank_bus::CounterBank;
 use trueaxis::bank_record::{BankRecord, HOLD_PARTS};
-use trueaxis::counter_bank::{AccelerometerInput, CounterBank, FRAME_BYTES};
+use trueaxis::counter_bank::{AccelerometerInput, FRAME_BYTES};
 use trueaxis::processor::{BootReport, Processor, Timing};
 use trueaxis::run_report::HealthTable;
 use trueaxis::sample_source::SampleSource;

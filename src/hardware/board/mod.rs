@@ -13,7 +13,8 @@ use cortex_m_rt::entry;
 use defmt_rtt as _;
 use heapless::spsc::Queue;
 use stm32f4::stm32f405::Peripherals;
-use trueaxis::counter_bank::{AccelerometerInput, CounterBank};
+use trueaxis::bank_bus::CounterBank;
+use trueaxis::counter_bank::AccelerometerInput;
 use trueaxis::{BootReport, TelemetryFrame};
 
 use self::watchdog::Watchdog;

@@ -22,8 +22,9 @@ use heapless::spsc::{Consumer, Producer, Queue};
 use semihosting::fs::File;
 use semihosting::io::{self, Write};
 use stm32f4::stm32f405::Peripherals;
+use trueaxis::bank_bus::CounterBank;
 use trueaxis::bank_record::BankRecord;
-use trueaxis::counter_bank::{AccelerometerInput, CounterBank};
+use trueaxis::counter_bank::AccelerometerInput;
 use trueaxis::run_report::{RunOutcome, RunReport};
 use trueaxis::{BootReport, TelemetryFrame};
 

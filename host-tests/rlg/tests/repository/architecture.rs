@@ -149,6 +149,15 @@ const OUT_OF_REACH: [&str; 4] = ["trueaxis", "rlg-simulator", "rlg-reference", "
 /// Packages whose modules may still import each other in circles. The older stages are to be deleted.
 const MAY_HAVE_CYCLES: [&str; 1] = ["rlg-older"];
 
+/// Folders of the firmware library, and those that each may import: so the chain alone can be taken, and every feature
+/// of the crate is a folder or a file that nothing below it needs.
+const FIRMWARE_MAY_IMPORT: [(&str, &[&str]); 4] = [
+    ("chain", &[]),
+    ("store", &["chain"]),
+    ("unit", &["chain"]),
+    ("wire", &["chain", "unit"]),
+];
+
 /// What the workspace's manifests say.
 struct Workspace {
     /// Package, and the packages of this workspace that its code depends on, tests apart.
@@ -374,6 +383,39 @@ fn no_module_imports_itself_through_others() {
         let names: Vec<String> = circular.iter().map(|name| name.join("::")).collect();
         assert!(names.is_empty(), "{package}: {}", names.join(", "));
     }
+}
+
+#[test]
+fn folders_of_the_firmware_library_import_in_one_direction() {
+    let workspace = workspace();
+    let all = modules(&workspace.folders["trueaxis"]);
+    let mut imported = 0;
+    for (folder, allowed) in FIRMWARE_MAY_IMPORT {
+        let of_folder = all
+            .iter()
+            .filter(|(name, _)| name.first().is_some_and(|first| first == folder));
+        for (name, source) in of_folder {
+            // By the crate's root a module could import from any folder unseen.
+            let by_root = source
+                .lines()
+                .filter(|line| !line.trim_start().starts_with("//"))
+                .find(|line| {
+                    let path = line.split("crate::").nth(1).unwrap_or_default();
+                    path.starts_with(|letter: char| letter.is_uppercase() || letter == '{')
+                });
+            assert_eq!(by_root, None, "{} names the root", name.join("::"));
+            for target in imports(name, source, &all) {
+                imported += 1;
+                assert!(
+                    target[0] == folder || allowed.contains(&target[0].as_str()),
+                    "{} may not import {}",
+                    name.join("::"),
+                    target.join("::")
+                );
+            }
+        }
+    }
+    assert!(imported > 50, "only {imported} imports were looked at");
 }
 
 #[test]
