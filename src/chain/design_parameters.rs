@@ -110,14 +110,14 @@ pub const PICKOFF_DELAY_LIMIT_S: f64 = 1e-4;
 pub const DITHER_FREQUENCY_RANGE_HZ: (f64, f64) = (1.0, 4000.0);
 
 /// Dither frequencies a configuration may ask for \[cycles per sample\], where the frequency is used: the
-/// quadrature formed from two samples loses its footing near 0 and near ½.
+/// quadrature formed from two samples is ill-conditioned near 0 and near ½.
 pub const DITHER_CYCLES_RANGE: (f64, f64) = (0.04, 0.4);
 
 /// Largest dither amplitude \[rad\]: 0.01 (34′), ten times the largest in use.
 pub const DITHER_AMPLITUDE_LIMIT_RAD: f64 = 0.01;
 
 /// Adaptation times a configuration may ask for \[s\]: below 0.1 s a window of 30 ms would be more than a
-/// third of the estimate; 1000 s is frozen for most purposes.
+/// third of the estimate; 1000 s is longer than a pickoff's warm-up.
 pub const ADAPTATION_TIME_RANGE_S: (f64, f64) = (0.1, 1000.0);
 
 /// Accelerometer weights a configuration may ask for \[m/s per code\]: 1e-9 is 0.4 µg per code at 4 kHz;
@@ -142,7 +142,7 @@ pub const VELOCITY_GAP_IN_FRAME_M_S: f64 = 4.0;
 /// Most accelerometer codes of an output period's samples \[codes\]: their sum fits an `i32`. With codes of 2⁻²⁹ m/s (replayed recordings) and ten samples 81 g at 4 kHz.
 pub const ACCELEROMETER_SUM_CODES: i32 = 1 << 30;
 
-/// Length of an adaptation window \[s\]: a dozen dither periods, short beside what a fault may cost.
+/// Length of an adaptation window \[s\]: a dozen dither periods; a fault is found within two windows.
 pub const ADAPTATION_WINDOW_S: f64 = 0.03;
 
 /// Fewest samples of a window \[samples\]: each axis is looked at in every third, and 24 looks are six times

@@ -25,8 +25,8 @@ pub struct Booted {
 }
 
 impl Booted {
-    /// Builds the chain with its health. It is built only once it has a place: it is large, and would lie on the stack
-    /// below everything that the boot calls.
+    /// Builds the chain with its health. Called where the result has its final place: it is large, and built earlier it
+    /// would lie on the stack during all of the boot.
     #[inline]
     pub fn processor(&self) -> Processor<Core, Terms> {
         // Parameters from a slot were checked, and the default ones pass (host-tests); a panic here would be

@@ -19,8 +19,8 @@ impl<T> Handover<T> {
         Self(UnsafeCell::new(None))
     }
 
-    /// Puts in what `make` makes and unmasks the interrupt: from here it belongs to the interrupt. What
-    /// lies on the stack on its way there is gone from it when this returns.
+    /// Stores the value of `make` and unmasks the interrupt, to which the value belongs from here on. `make` runs inside,
+    /// so that its stack frame is free again when this returns.
     #[inline(never)]
     pub fn lend(&self, make: impl FnOnce() -> T) {
         NVIC::mask(interrupt::TIM2);

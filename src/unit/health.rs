@@ -23,8 +23,8 @@
 //!
 //! Counters of conditions (5 to 8, 12) grow with each output period that the condition lasts; counters of
 //! events count events. Boot faults (status bits 23 to 25) stay in every frame's status instead of a
-//! counter, and do not take the place of the first fault in service. Index 40 was a counter of unrequested frames,
-//! until the board's clock said how many there must be.
+//! counter, and do not take the place of the first fault in service. Index 40 is not used again: earlier versions had
+//! another counter there.
 //!
 //! What the unit does about a fault is tabulated in [`processor`](crate::unit::processor).
 

@@ -63,8 +63,8 @@ pub struct Scaled {
     mantissa: i32,
 }
 
-/// An angle, and the rest of its increments that is finer than its LSB: without it a steady turn would round
-/// the same way each time.
+/// An angle, and the part of its increments below its LSB: without that part every increment of a steady turn would
+/// round the same way.
 #[derive(Debug, Clone, Copy)]
 pub struct Summed {
     sum: i32,
@@ -265,7 +265,7 @@ impl NumberSystem for Fixed {
     }
     #[inline(always)]
     fn held(sum: i64) -> i64 {
-        // One LSB of the acceleration inside, so that the end itself is no overflow.
+        // One LSB of the acceleration below the limit, so that the held value itself does not overflow.
         let limit =
             (i64::from(ACCELERATION_LIMIT) << 32) - (1 << (INCREMENT + FILTER - ACCELERATION));
         sum.clamp(-limit, limit)
@@ -344,7 +344,7 @@ impl NumberSystem for Fixed {
     }
     #[inline(always)]
     fn correlation(sum: i64) -> f32 {
-        // Once a window, and no angle: where there is no floating-point unit, some hundred instructions.
+        // Runs once a window and enters no angle; without a floating-point unit it costs some hundred instructions.
         sum as f32
     }
 }

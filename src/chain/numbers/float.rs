@@ -4,7 +4,7 @@
 //! sample, always in the same direction, would be 0.02 °/h. So no increment is summed into an output: f32
 //! carries only factors and products, and those are 1e-2 of an angle or less and round either way. One factor
 //! is itself a sum: the lever of the coning, which on a steady turn would round the same way each time. It
-//! keeps what its additions take (Kahan); without that a turn of 100 °/s shows 1.5e-4 °/h.
+//! carries the rounding errors of its additions (Kahan); without that a turn of 100 °/s shows 1.5e-4 °/h.
 //!
 //! Only + − × and conversions, in this order: Rust contracts nothing to fused operations, so the bits are
 //! the same on host and target.
@@ -19,7 +19,7 @@ use crate::chain::design_parameters::{
 #[derive(Debug, Clone, Copy, Default)]
 pub struct F32;
 
-/// An angle, and what its additions took too little.
+/// An angle, and the rounding errors of its additions, which the next one makes good (Kahan).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Summed {
     sum: f32,
@@ -178,7 +178,7 @@ impl NumberSystem for F32 {
     }
     #[inline(always)]
     fn add_cross(sum: f32, u_a: f32, d_b: f32, u_b: f32, d_a: f32) -> f32 {
-        // The difference first: on a steady turn it is a small one of large products.
+        // The difference before the sum: on a steady turn it is small, and its products are large.
         sum + (u_a * d_b - u_b * d_a)
     }
     #[inline(always)]

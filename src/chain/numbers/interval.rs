@@ -333,7 +333,7 @@ pub struct Scale {
     limit: i32,
 }
 
-/// An angle, and the rest of its increments that is finer than its LSB.
+/// An angle, and the part of its increments below its LSB.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Summed {
     /// The angle.
@@ -502,7 +502,7 @@ impl NumberSystem for Interval {
         let end = i128::from(ACCELERATION_LIMIT) << 32;
         sum.low < -end || sum.high >= end
     }
-    /// What is held, together with what is not beyond and stays.
+    /// The held values, joined with those within the limit, which stay as they are.
     fn held(sum: Span) -> Span {
         let end = i128::from(ACCELERATION_LIMIT) << 32;
         let limit = end - (1 << (INCREMENT + FILTER - ACCELERATION));

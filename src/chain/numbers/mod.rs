@@ -2,11 +2,11 @@
 //!
 //! An *increment* is an angle over one sample, counted in increment units: 2ˢ rad, s = 0 from 4 kHz on
 //! ([`increment_unit_log2`](crate::chain::design_parameters::increment_unit_log2)), so that the formats' ranges follow the
-//! sample rate. Where this page says rad, it means this unit; squares of it where it says rad². Increments are factors of products (acceleration,
-//! tilt, coning) and are rounded; nothing sums them for its own sake. What is summed over an output period
-//! is exact and common to both systems ([`exact`]). A velocity over one sample is an increment too, in units
-//! of [`VELOCITY_UNIT_M_S`](exact::VELOCITY_UNIT_M_S): it has an angle's formats, and its products with angles
-//! those of angles with angles.
+//! sample rate. On this page \[rad\] stands for this unit, and \[rad²\] for its square. Increments are factors of
+//! products (acceleration, tilt, coning) and are rounded; they are summed only where the sum is a factor again. What is
+//! summed over an output period is exact and common to both systems ([`exact`]). A velocity over one sample is an
+//! increment too, in units of [`VELOCITY_UNIT_M_S`](exact::VELOCITY_UNIT_M_S): it has an angle's formats, and its
+//! products with angles those of angles with angles.
 //!
 //! This is no general arithmetic: each operation is one that a stage needs, so that each has its own format, rounding
 //! and range.

@@ -1,8 +1,8 @@
 //! Estimates the case's angular acceleration, α̂ T² \[rad per sample²\], from its successive increments.
 //!
 //! It takes the increments D \[rad\] of the case in the body frame, stripped of the dither and compensated with the
-//! *static* installation matrix. The estimate has no delay in the sense that matters: the mean of its product with D is
-//! right.
+//! *static* installation matrix. The filter is causal, so the estimate errs; but its error is in phase with D, even in
+//! frequency. What rectifies to a drift, the mean ⟨α̂_i D_j⟩ of coning, has D_j in quadrature with D_i and is unbiased.
 //!
 //! α̂_k T² = Σ_{p=1..order} c_p (D_k − D_{k−p}); coefficients and their errors in
 //! [`ACCELERATION_COEFFICIENTS`](crate::chain::design_parameters::ACCELERATION_COEFFICIENTS). It is causal and
@@ -12,10 +12,10 @@
 //!
 //! The unit is rad per sample², so that K/T² (about 1.1 for 7e-8 s² at 4 kHz) is a plain number. Beyond
 //! ±[`ACCELERATION_LIMIT_RAD`](crate::chain::design_parameters::ACCELERATION_LIMIT_RAD) α̂ T² is held and flagged.
-//! The first increment it is given makes no difference, so that a start in motion is no impulse.
+//! The stream's first increment only serves as D_{k−1} of the next one: a start in motion gives no impulse of α̂.
 //!
 //! Pulse quantisation of q rad shows as about 2 q of noise in α̂ T². It telescopes, and gyros quantise
-//! independently, so it does not rectify; no further filter is spent on it.
+//! independently, so it does not rectify and needs no further filter.
 
 use crate::chain::design_parameters::ACCELERATION_TERMS;
 use crate::chain::faults::Status;
@@ -45,7 +45,7 @@ impl<N: NumberSystem> Acceleration<N> {
         }
     }
 
-    /// Forgets what was, and takes `increment` for the previous one.
+    /// Clears the filter; the next difference is taken from `increment` \[rad\].
     pub fn start(&self, state: &mut AccelerationState<N>, increment: Triad<N::Increment>) {
         *state = AccelerationState {
             previous: increment,

@@ -23,7 +23,7 @@
 //! pickoff that warms up: 0.1 % of the dither is reached within 10 s, from 5 %. *Drift*: none. Moved taps act on
 //! the block's angle since the start and not only on what follows: the step of h₀ (p − p₀) + h₁ (p' − p₀) is
 //! taken out at once, p₀ the stream's first reading, so that the angle since the start is always what
-//! the taps of now would have given from the start. Its error is the taps' error times a pickoff angle: bounded.
+//! the present taps would have given from the start. Its error is the taps' error times a pickoff angle: bounded.
 //!
 //! # Health
 //! From the same window, of gyros with a nominal amplitude: X = Σ dp², E = Σ d².
@@ -40,8 +40,8 @@
 //!
 //! Assumes that nothing else moves at the block's own frequency and in its phase: the case's answer to the
 //! dither's torque is taken for pickoff gain. It does not track the dither's frequency. Around lost or held
-//! samples the taps rest for two windows, and the first is judged by what it has. They rest too while a pickoff is
-//! further than [`PICKOFF_REACH_RAD`] from its first reading, where no block can be.
+//! samples the taps rest for two windows; the health of the first is judged from the samples that it has. The taps
+//! rest too while a pickoff is further than [`PICKOFF_REACH_RAD`] from its first reading, where no block can be.
 
 use crate::chain::design_parameters::{
     ADAPTATION_RANGE, ADAPTATION_STEP_LIMIT, ADAPTATION_WINDOW_S, HEALTHY_AMPLITUDE,

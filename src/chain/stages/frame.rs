@@ -4,13 +4,13 @@
 //! at the period's start, and the period's status. It gives an [`OutputFrame`] in codes of
 //! [`OUTPUT_RAD_PER_CODE`](crate::OUTPUT_RAD_PER_CODE) and [`OUTPUT_M_S_PER_CODE`](crate::OUTPUT_M_S_PER_CODE).
 //!
-//! What a frame cannot show later ones do, so that nothing is lost: the part of a code, which keeps the sum of all
-//! frames within half a code of the sum of all increments; and what is beyond an `i32` of codes, after an outage or at
-//! a rate that a frame cannot hold. Frames that leave something for later say [`Status::OUTPUT_SATURATED`], frames that
+//! What does not fit a frame is carried into the next ones, so that no angle and no velocity is lost: the fraction of a
+//! code, which keeps the sum of all frames within half a code of the sum of all increments; and whole codes beyond an
+//! `i32`, after an outage or at a rate that a frame cannot hold. Frames that leave whole codes for later say [`Status::OUTPUT_SATURATED`], frames that
 //! show something of earlier periods [`Status::CARRIED_OVER`].
 //!
-//! What is carried over is added as it is, without turning it: the order in which the case turned about several axes
-//! meanwhile is lost, the angle about each is not.
+//! What is carried over is added without turning it to the later frame's axes: the angle about each axis is kept, the
+//! order in which the case turned about several of them is not.
 
 use crate::chain::design_parameters::FINE_PER_CODE_LOG2;
 use crate::chain::faults::Status;

@@ -5,7 +5,7 @@
 //!
 //! With rotation and velocity summed since the period's start, ∫ θ × f dt = ½ θ × v + S at the period's end:
 //! the first term is a steady turn's and is added there (`turning.rs`); S is what rectifies, a rocking in step
-//! with a vibration across it. Put θ + e v for θ in the coning integral ½ ∫ θ × ω dt: what stands at e is S. So
+//! with a vibration across it. With θ + e v in place of θ in the coning integral ½ ∫ θ × ω dt the factor of e is S. So
 //! a coning algorithm is a sculling algorithm (Roscoe 2001, *Equivalency Between Strapdown Inertial Coning
 //! and Sculling Integrals/Algorithms*; Savage 1998, part 2), with the very same coefficients:
 //!
@@ -14,10 +14,10 @@
 //! It runs after coning and keeps its own copy of what coning has already overwritten, so the chain without
 //! accelerometers spends nothing on it.
 //!
-//! The velocity in the lever is what the accelerometers feel, size effect included: S transforms any force with the
-//! case, and the size effect is removed where that is exact (`size_effect.rs`).
+//! The velocity in the lever is what the accelerometers sense, size effect included: the identity above holds for any
+//! force, and the size effect is removed in `size_effect.rs`, where that is exact.
 //!
-//! Of second order in θ it has the steady turn's part alone (`turning.rs`). For an oscillation of φ at Ω what
+//! Of the terms of second order in θ only the steady turn's are formed (`turning.rs`). For an oscillation of φ at Ω what
 //! is left rectifies as φ²(ΩT_o)⁴/360 of the force, T_o the output period: 0.05 µg at 1 g for 0.1° at 100 Hz and
 //! 2.5 ms.
 

@@ -17,7 +17,7 @@
 //! C L ω_end − L ω_start − ∫ C Q dt        Q_i = (ω × L ω − ω × (ω × r_i))_i
 //! ```
 //!
-//! No α, hence no delay of one. The first two terms telescope from frame to frame: an error of ω at a period's
+//! No α appears, hence no delay of its estimate. The first two terms telescope from frame to frame: an error of ω at a period's
 //! end is a velocity error of r δω there, and gone with the next frame; nothing of it rectifies, however hard
 //! the vibration. Q is of second order, needs ω ω alone, and has only differences of arms in it (common arms
 //! fall out, as they must):
@@ -119,7 +119,7 @@ impl SizeEffect {
         state.previous = increment;
         state.current = true;
         if !state.begun {
-            // Half a sample late: once, r α T/2.
+            // Half a sample late: an error of r α T/2 in this one period.
             state.begun = true;
             state.start = self.swing(state);
         }

@@ -6,8 +6,8 @@
 //!
 //! u_i = (1 − s_i) weight_i n_i − b_i T, and D_v = M u with the six angles of `misalignment_rad` in the pattern
 //! of Eq. (7). As of the counts (`counts.rs`) the sum is taken of the codes, as integers, and multiplied once;
-//! D_v is for products alone. The bias is in it, unlike in the gyros' increments: 1e-2 m/s² times a swing is
-//! no longer nothing.
+//! D_v is for products alone. The bias is subtracted from it, unlike from the gyros' increments: 1e-2 m/s² times a
+//! rocking of the case shows as sculling.
 //!
 //! Codes beyond ±[`VELOCITY_LIMIT_M_S`] are held and flagged here, on the accelerometers' own path. After
 //! lost samples one reading covers several periods: that many times the limit.
