@@ -37,12 +37,62 @@
 //! a frame cannot show follows in the next ones. So nothing drifts: at most 1e-4 °/h against the equations in f64
 //! (`host-tests/rlg/tests/core_chain`).
 //!
+//! # From twenty samples to a frame
+//! ```
+//! use trueaxis::{Chain, ChainState, F32, OUTPUT_RAD_PER_CODE, Parameters, Sample, Status};
+//!
+//! let parameters = Parameters::default().with(|p| {
+//!     p.pulse_weight_rad = [2.0e-6; 3];
+//!     p.samples_per_output = 20;
+//! });
+//! let chain = Chain::<F32>::new(&parameters)?;
+//! let mut state = ChainState::new();
+//!
+//! // 100 pulses a period of 250 µs about x: 0.8 rad/s.
+//! let sample = Sample {
+//!     pulse_counts: [100, 0, 0],
+//!     ..Sample::default()
+//! };
+//! let mut frames = (0..20).filter_map(|_| chain.process(&mut state, &sample));
+//! let frame = frames.next().expect("a frame at the output period's end");
+//! assert!(frame.status.contains(Status::PRIMED));
+//!
+//! // The stream's first sample only primes the dither strip: 19 periods of rotation.
+//! let [x, y, z] = frame.dtheta_codes.map(|code| f64::from(code) * OUTPUT_RAD_PER_CODE);
+//! assert!((x - 19.0 * 100.0 * 2.0e-6).abs() < OUTPUT_RAD_PER_CODE);
+//! assert_eq!((y, z), (0.0, 0.0));
+//! # Ok::<(), trueaxis::ParameterError>(())
+//! ```
+//! `examples/` has whole firmware for RTIC and for Embassy. There [`processor::Processor`] runs the chain: it also
+//! counts faults and tells them with each frame.
+//!
 //! # What it promises
 //! [`Chain::process`] allocates nothing, returns no `Result`, cannot panic whatever bits enter, and costs
 //! the same for every sample but the output period's last (no branch depends on data). A value beyond its
 //! stage's range is held at the range's end and counted in [`Faults`]; the first one stays latched.
 //! The same sample stream gives the same bits on every machine: only + − × and integer operations, and
 //! for rounding one library (`libm`).
+//!
+//! # Sizes
+//! In memory \[bytes\], the same on the target and on a host of 64 bits; `host-tests/firmware/tests/sizes.rs` holds this
+//! table.
+//!
+//! | type | bytes | how many |
+//! |---|---|---|
+//! | `Processor<F32>` | 1720 | one: chain, state and health |
+//! | `Processor<Fixed>` | 1872 | |
+//! | `Chain<F32>` | 736 | in the processor |
+//! | `Chain<Fixed>` | 760 | |
+//! | `ChainState<F32>` | 840 | in the processor |
+//! | `ChainState<Fixed>` | 968 | |
+//! | `Parameters` | 496 | at boot |
+//! | `BankDecoder` | 40 | one |
+//! | `DitherMonitor` | 56 | one |
+//! | `TraceRing<256>` | 13332 | one, of as many entries as are wanted |
+//! | `Sample` | 36 | a period |
+//! | `Reading` | 48 | a period |
+//! | `OutputFrame` | 32 | an output period |
+//! | `TelemetryFrame` | 40 | an output period, and each place of its queue |
 //!
 //! # libm or micromath
 //! `libm` where accuracy decides: rounding in the frame stage and the conversion of parameters at boot are

@@ -11,8 +11,15 @@ use crate::chain::terms::records::{RecordError, TermKind, TermRecords};
 use crate::chain::triad::CrossAxis;
 
 /// Everything that the chain knows of its gyro triad. Axes x, y, z of the body frame.
+///
+/// ```
+/// # use trueaxis::Parameters;
+/// let parameters = Parameters::default().with(|p| p.bias_rad_s = [1e-6, 0.0, -2e-6]);
+/// assert_eq!(parameters.check(), Ok(()));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct Parameters {
     /// Angle of one pulse \[rad\]: 2⁻³⁴ (5.8e-11, resampled recordings) to 1e-4.
     pub pulse_weight_rad: [f64; 3],
@@ -34,7 +41,7 @@ pub struct Parameters {
     /// Samples in one output period \[samples\], 1 to 40, and no more than the sums of a period can hold at the limit
     /// of its readings: some 12 ms, 6 at 500 Hz, 24 at 2 kHz.
     pub samples_per_output: u16,
-    /// Terms of the acceleration filter, 1 to 4; 4 unless noise matters more than 400 Hz.
+    /// Terms of the acceleration filter, 1 to 4: fewer have less noise, and larger errors at high frequencies.
     pub acceleration_order: u8,
     /// The pickoff shows the block this much late \[s\], within ±1e-4 (`dither_delay` of the contract).
     pub pickoff_delay_s: [f64; 3],
@@ -71,6 +78,15 @@ pub struct AccelerometerParameters {
     pub lever_arm_m: [[f64; 3]; 3],
 }
 
+impl Parameters {
+    /// These parameters after `change`: how one that differs from [`Parameters::default`] is written outside this crate.
+    #[must_use]
+    pub fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
+        change(&mut self);
+        self
+    }
+}
+
 impl Default for Parameters {
     /// A perfect 4 kHz triad: pulses of 2⁻¹⁸ rad (0.79″), pickoff codes of 2⁻³² rad, nothing to correct,
     /// 200 frames a second.
@@ -99,6 +115,7 @@ impl Default for Parameters {
 /// The field that cannot be used: not finite, or outside its documented range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum ParameterError {
     /// `pulse_weight_rad`.
     PulseWeight,

@@ -4,6 +4,8 @@
 //! header; every frame carries [`OutputFrame::LAYOUT_VERSION`] itself, because frames are stored and sent
 //! one by one.
 
+use core::fmt;
+
 use crate::chain::faults::Status;
 
 /// The readings of one period T.
@@ -75,10 +77,25 @@ pub struct OutputFrame {
 /// Why bytes are not an output frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum FrameError {
     /// The frame has this layout version, which is not [`OutputFrame::LAYOUT_VERSION`].
     Version(u16),
 }
+
+impl fmt::Display for FrameError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Version(found) => write!(
+                f,
+                "output frame of layout version {found}, expected {}",
+                OutputFrame::LAYOUT_VERSION
+            ),
+        }
+    }
+}
+
+impl core::error::Error for FrameError {}
 
 impl OutputFrame {
     /// Version of the byte layout.

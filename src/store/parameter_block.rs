@@ -47,6 +47,7 @@ const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 /// Why bytes are not a parameter block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum BlockError {
     /// Fewer bytes than the block says, or than the smallest; or it says more than the largest \[bytes found\].
     Length(usize),

@@ -133,6 +133,7 @@ pub enum Mending {
 /// Why a slot could not be written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum SlotError<E> {
     /// These parameters would be refused at the next boot.
     Parameter(ParameterError),

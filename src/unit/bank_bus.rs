@@ -3,7 +3,7 @@
 //! | bus | what calls the decoder |
 //! |---|---|
 //! | blocking, `embedded-hal` | [`CounterBank::take`](SampleSource::take), in the interrupt |
-//! | asynchronous, `embedded-hal-async` (feature `async`) | [`CounterBank::take_async`] |
+//! | asynchronous, `embedded-hal-async` (feature `async`) | `CounterBank::take_async` |
 //! | DMA | the interrupt of the finished transfer: `decoder.reading(Ok(&buffer), elapsed)`, no adapter needed; `examples/rtic` does it |
 //!
 //! The bus driver owns chip select, mode and clock, and bounds its waits.

@@ -36,10 +36,12 @@
 //! A bank that starts anew with just the number that is due, one time in 65 536, is not seen: its counts are held at
 //! their limit for the time that passed.
 //!
-//! All bits equal is told apart as [`SourceFault::StuckLine`] before the CRC is looked at: it is a wire,
-//! not noise, and no CRC is defined by what a dead line happens to spell.
+//! A frame with all bits equal is reported as [`SourceFault::StuckLine`], whatever its CRC: it shows a broken wire and
+//! not noise.
 //!
 //! What is done about a fault is the caller's business.
+
+use core::fmt;
 
 use crc::{CRC_16_IBM_3740, Crc};
 
@@ -142,6 +144,14 @@ pub enum AccelerometerInput {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BusFault;
+
+impl fmt::Display for BusFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the bus did not deliver a frame")
+    }
+}
+
+impl core::error::Error for BusFault {}
 
 /// Makes readings of frames, however these came.
 ///
@@ -303,7 +313,7 @@ fn sum(old: [i32; 3], increment: [i32; 3]) -> [i32; 3] {
     core::array::from_fn(|axis| old[axis].wrapping_add(increment[axis]))
 }
 
-/// The number at byte `AT`: a constant, so that the bounds are settled when the code is compiled.
+/// The number at byte `AT`: a constant, so that the compiler checks the bounds.
 fn u16_at<const AT: usize>(frame: &[u8; FRAME_BYTES]) -> u16 {
     u16::from_le_bytes([frame[AT], frame[AT + 1]])
 }

@@ -3,6 +3,8 @@
 //! The caller asks once a period and says how much time has passed; a source answers at once with a [`Reading`] of raw
 //! counts and codes in the block frame. It never waits, because the caller is an interrupt with a deadline.
 
+use core::fmt;
+
 use crate::chain::sample::Sample;
 
 /// A source of one sample a period.
@@ -41,6 +43,7 @@ impl Reading {
 /// Faults of a source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum SourceFault {
     /// The bus reported an error.
     Bus,
@@ -56,3 +59,18 @@ pub enum SourceFault {
     /// The stream had no sample ready.
     Starved,
 }
+
+impl fmt::Display for SourceFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Bus => "the bus reported an error",
+            Self::StuckLine => "every bit of the frame is the same: the data line is stuck",
+            Self::Checksum => "the frame's check sum does not match",
+            Self::Repeated => "the frame of the previous period came again",
+            Self::Restarted => "the source has started anew",
+            Self::Starved => "no sample was ready",
+        })
+    }
+}
+
+impl core::error::Error for SourceFault {}

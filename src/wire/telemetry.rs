@@ -31,6 +31,8 @@
 //! The line is one way, so there are no commands to the unit. There are no time stamps either: the sequence number is
 //! the time, and its period is a health item.
 
+use core::fmt;
+
 use crc::{CRC_16_IBM_3740, Crc};
 
 use crate::chain::faults::Status;
@@ -57,12 +59,27 @@ const FRAME_CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 /// Why 43 bytes are not a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum TelemetryError {
     /// They do not begin with sync, version and length.
     Header,
     /// The check sum does not match.
     Checksum,
 }
+
+impl fmt::Display for TelemetryError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Header => write!(
+                f,
+                "no telemetry frame: expected sync EB 90, version {TELEMETRY_VERSION} and length {TELEMETRY_BYTES}"
+            ),
+            Self::Checksum => f.write_str("the telemetry frame's CRC-16 does not match"),
+        }
+    }
+}
+
+impl core::error::Error for TelemetryError {}
 
 impl TelemetryFrame {
     /// The frame on the wire.

@@ -43,17 +43,16 @@ const WANDER: f64 = 0.1;
 
 /// The firmware's parameters for this unit.
 pub fn parameters() -> Parameters {
-    Parameters {
-        pulse_weight_rad: [PULSE_RAD; 3],
-        pickoff_weight_rad: PICKOFF_RAD,
-        flexure_s2: CrossAxis::from_array([6.9e-8, 7.1e-8, 7.5e-8, 7.3e-8, 6.7e-8, 7.6e-8]),
-        dither_frequency_hz: DITHER_HZ,
-        dither_amplitude_rad: [DITHER_RAD; 3],
-        adaptation_time_s: 0.5,
-        sample_rate_hz: RATE_HZ,
-        samples_per_output: SAMPLES_PER_OUTPUT,
-        ..Parameters::default()
-    }
+    Parameters::default().with(|p| {
+        p.pulse_weight_rad = [PULSE_RAD; 3];
+        p.pickoff_weight_rad = PICKOFF_RAD;
+        p.flexure_s2 = CrossAxis::from_array([6.9e-8, 7.1e-8, 7.5e-8, 7.3e-8, 6.7e-8, 7.6e-8]);
+        p.dither_frequency_hz = DITHER_HZ;
+        p.dither_amplitude_rad = [DITHER_RAD; 3];
+        p.adaptation_time_s = 0.5;
+        p.sample_rate_hz = RATE_HZ;
+        p.samples_per_output = SAMPLES_PER_OUTPUT;
+    })
 }
 
 /// The unit at the end of a period.

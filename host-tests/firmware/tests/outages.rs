@@ -107,11 +107,10 @@ fn no_angle_is_lost<N: NumberSystem>(
     samples_per_output: u16,
     kind: Outage,
 ) -> f64 {
-    let parameters = Parameters {
-        pulse_weight_rad: [PULSE_RAD; 3],
-        samples_per_output,
-        ..Parameters::default()
-    };
+    let parameters = Parameters::default().with(|p| {
+        p.pulse_weight_rad = [PULSE_RAD; 3];
+        p.samples_per_output = samples_per_output;
+    });
     let outage_periods = (outage_s * RATE_HZ) as u32;
     let onset = 401;
     let turn = Turn {
@@ -207,17 +206,16 @@ fn ten_seconds_at_400_deg_s_come_back_too() {
 
 fn no_velocity_is_lost<N: NumberSystem>(outage_periods: u32) {
     const WEIGHT_M_S: f64 = 1e-6;
-    let parameters = Parameters {
-        samples_per_output: 10,
-        accelerometers: Some(AccelerometerParameters {
+    let parameters = Parameters::default().with(|p| {
+        p.samples_per_output = 10;
+        p.accelerometers = Some(AccelerometerParameters {
             weight_m_s: [WEIGHT_M_S; 3],
             bias_m_s2: [0.0; 3],
             scale_error: [0.0; 3],
             misalignment_rad: Default::default(),
             lever_arm_m: [[0.0; 3]; 3],
-        }),
-        ..Parameters::default()
-    };
+        });
+    });
     let mut processor = Processor::<N>::new(&parameters, BootReport::default()).expect("in range");
     // 20 g.
     let per_period = 49_050;
@@ -268,10 +266,7 @@ fn no_velocity_is_lost_in_any_outage() {
 /// the fixed-point sum and came back with the other sign.
 #[test]
 fn a_gap_and_the_fastest_turn_across_it_keep_their_coning() {
-    let parameters = Parameters {
-        samples_per_output: 40,
-        ..Parameters::default()
-    };
+    let parameters = Parameters::default().with(|p| p.samples_per_output = 40);
     let gap_rad = 0.219;
     let rate = 400f64.to_radians() / RATE_HZ / PULSE_RAD;
     let coning = |frames: Vec<OutputFrame>| {
@@ -342,10 +337,7 @@ fn a_gap_and_the_fastest_turn_across_it_keep_their_coning() {
 #[test]
 fn a_gap_that_a_frame_can_show_has_its_coning_with_both_sides() {
     fn z_of<N: NumberSystem>(order: [[i32; 3]; 3]) -> f64 {
-        let parameters = Parameters {
-            samples_per_output: 30,
-            ..Parameters::default()
-        };
+        let parameters = Parameters::default().with(|p| p.samples_per_output = 30);
         let chain = trueaxis::Chain::<N>::new(&parameters).expect("in range");
         let mut state = trueaxis::ChainState::new();
         let mut frame = None;
@@ -408,11 +400,10 @@ impl SpiDevice for Line<'_> {
 
 fn restarts_at_random_moments<N: NumberSystem>(seed: u64) {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let parameters = Parameters {
-        pulse_weight_rad: [PULSE_RAD; 3],
-        samples_per_output: 10,
-        ..Parameters::default()
-    };
+    let parameters = Parameters::default().with(|p| {
+        p.pulse_weight_rad = [PULSE_RAD; 3];
+        p.samples_per_output = 10;
+    });
     let mut processor = Processor::<N>::new(&parameters, BootReport::default()).expect("in range");
     let line = Cell::new([0; trueaxis::counter_bank::FRAME_BYTES]);
     let mut bank = CounterBank::new(Line(&line), AccelerometerInput::Counters);

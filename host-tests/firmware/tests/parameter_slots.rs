@@ -205,10 +205,7 @@ fn load<const UNIT: usize>(flash: &Nor<UNIT>) -> Loaded {
 
 /// Parameters that can be told apart.
 fn parameters(number: u32) -> Parameters {
-    Parameters {
-        bias_rad_s: [1e-6 * f64::from(number + 1), -2e-6, 3e-6],
-        ..Parameters::default()
-    }
+    Parameters::default().with(|p| p.bias_rad_s = [1e-6 * f64::from(number + 1), -2e-6, 3e-6])
 }
 
 /// A flash that has been given `parameters(0)` up to `parameters(stores - 1)`.
@@ -536,10 +533,7 @@ fn no_single_changed_bit_is_believed() {
 fn parameters_out_of_range_are_not_stored() {
     let flash = after_stores::<4>(1);
     let mut slots = slots(flash.clone());
-    let wrong = Parameters {
-        bias_rad_s: [f64::NAN, 0.0, 0.0],
-        ..parameters(1)
-    };
+    let wrong = parameters(1).with(|p| p.bias_rad_s = [f64::NAN, 0.0, 0.0]);
     assert!(matches!(
         slots.store(&wrong),
         Err(SlotError::Parameter(trueaxis::ParameterError::Bias))

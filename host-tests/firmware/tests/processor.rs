@@ -36,12 +36,11 @@ fn good(period: u32) -> Reading {
 /// Pulses of 2⁻¹⁹ rad (0.39″), so that three a period are a whole number of output codes; pickoffs are
 /// watched and not stripped.
 fn parameters(samples_per_output: u16) -> Parameters {
-    Parameters {
-        pulse_weight_rad: [1.0 / f64::from(1 << 19); 3],
-        pickoff_gain: [0.0; 3],
-        samples_per_output,
-        ..Parameters::default()
-    }
+    Parameters::default().with(|p| {
+        p.pulse_weight_rad = [1.0 / f64::from(1 << 19); 3];
+        p.pickoff_gain = [0.0; 3];
+        p.samples_per_output = samples_per_output;
+    })
 }
 
 /// Output codes of one pulse.
@@ -210,10 +209,7 @@ fn a_restart_of_the_bank_costs_the_angle_that_it_did_not_count_and_no_time() {
 
 #[test]
 fn a_restart_gives_back_the_bias_of_periods_without_counts() {
-    let parameters = Parameters {
-        bias_rad_s: [0.01; 3],
-        ..parameters(10)
-    };
+    let parameters = parameters(10).with(|p| p.bias_rad_s = [0.01; 3]);
     let mut processor =
         Processor::<F32>::new(&parameters, BootReport::default()).expect("in range");
     let frames = run(&mut processor, 0..2000, |period| match period {
@@ -229,10 +225,7 @@ fn a_restart_gives_back_the_bias_of_periods_without_counts() {
 
 #[test]
 fn the_time_before_the_first_sample_has_no_bias() {
-    let parameters = Parameters {
-        bias_rad_s: [0.01; 3],
-        ..parameters(10)
-    };
+    let parameters = parameters(10).with(|p| p.bias_rad_s = [0.01; 3]);
     for waited in [3, 10, 47, 5000] {
         for at_once in [false, true] {
             let mut processor =

@@ -105,41 +105,41 @@ fn parameters() -> impl Strategy<Value = Parameters> {
             |(gyros, strip, rate, samples_per_output, order, accelerometers)| {
                 let (pulse_weight_rad, bias_rad_s, scale_error, installation_rad, flexure) = gyros;
                 let (gain, weight, delay, frequency, amplitude, adaptation) = strip;
-                Parameters {
-                    pulse_weight_rad,
-                    bias_rad_s,
-                    scale_error,
-                    installation_rad,
-                    flexure_s2: flexure
-                        .map(|k| k * if rate < 1000.0 { 0.5 } else { 1.0 } / (rate * rate)),
-                    pickoff_gain: gain,
-                    pickoff_weight_rad: weight,
-                    sample_rate_hz: rate,
-                    samples_per_output,
-                    acceleration_order: order,
-                    pickoff_delay_s: delay,
-                    dither_frequency_hz: frequency.map(|f| f * rate),
-                    dither_amplitude_rad: amplitude,
-                    adaptation_time_s: adaptation,
-                    accelerometers,
-                    terms: TermRecords::NONE,
-                }
+                Parameters::default().with(|p| {
+                    p.pulse_weight_rad = pulse_weight_rad;
+                    p.bias_rad_s = bias_rad_s;
+                    p.scale_error = scale_error;
+                    p.installation_rad = installation_rad;
+                    p.flexure_s2 =
+                        flexure.map(|k| k * if rate < 1000.0 { 0.5 } else { 1.0 } / (rate * rate));
+                    p.pickoff_gain = gain;
+                    p.pickoff_weight_rad = weight;
+                    p.sample_rate_hz = rate;
+                    p.samples_per_output = samples_per_output;
+                    p.acceleration_order = order;
+                    p.pickoff_delay_s = delay;
+                    p.dither_frequency_hz = frequency.map(|f| f * rate);
+                    p.dither_amplitude_rad = amplitude;
+                    p.adaptation_time_s = adaptation;
+                    p.accelerometers = accelerometers;
+                })
             },
         )
-        .prop_map(|parameters| Parameters {
-            samples_per_output: parameters
-                .samples_per_output
-                .min(parameters.most_samples_per_output()),
-            // Fast strips at 8 kHz allow a sixth of the farthest arms.
-            accelerometers: parameters
-                .accelerometers
-                .map(|known| AccelerometerParameters {
-                    lever_arm_m: known
-                        .lever_arm_m
-                        .map(|arm| arm.map(|coordinate| coordinate / 6.0)),
-                    ..known
-                }),
-            ..parameters
+        .prop_map(|parameters| {
+            parameters.with(|p| {
+                p.samples_per_output = parameters
+                    .samples_per_output
+                    .min(parameters.most_samples_per_output());
+                // Fast strips at 8 kHz allow a sixth of the farthest arms.
+                p.accelerometers = parameters
+                    .accelerometers
+                    .map(|known| AccelerometerParameters {
+                        lever_arm_m: known
+                            .lever_arm_m
+                            .map(|arm| arm.map(|coordinate| coordinate / 6.0)),
+                        ..known
+                    });
+            })
         })
         .prop_filter("every field in its range", |parameters| {
             parameters.check().is_ok()
@@ -231,14 +231,13 @@ proptest! {
         samples in any_samples(200),
     ) {
         // Without what turns or accelerates a body at rest.
-        let parameters = Parameters {
-            bias_rad_s: [0.0; 3],
-            accelerometers: parameters.accelerometers.map(|a| AccelerometerParameters {
+        let parameters = parameters.with(|p| {
+p.bias_rad_s = [0.0; 3];
+p.accelerometers = parameters.accelerometers.map(|a| AccelerometerParameters {
                 bias_m_s2: [0.0; 3],
                 ..a
-            }),
-            ..parameters
-        };
+            });
+});
         survives::<F32>(&parameters, &samples);
         survives::<Fixed>(&parameters, &samples);
     }
@@ -265,11 +264,10 @@ proptest! {
         parameters in parameters(),
         samples in any_samples(200),
     ) {
-        let of_order = |acceleration_order| Parameters {
-            flexure_s2: CrossAxis::default(),
-            acceleration_order,
-            ..parameters
-        };
+        let of_order = |acceleration_order| parameters.with(|p| {
+p.flexure_s2 = CrossAxis::default();
+p.acceleration_order = acceleration_order;
+});
         for order in 2..=4 {
             prop_assert_eq!(
                 increments(frames::<F32>(&of_order(1), &samples)),
@@ -291,12 +289,11 @@ proptest! {
         installation in six(1.0 / 128.0),
         counts in vec(-220..220i32, 40..400),
     ) {
-        let parameters = Parameters {
-            scale_error: [scale; 3],
-            installation_rad: installation,
-            samples_per_output: 20,
-            ..Parameters::default()
-        };
+        let parameters = Parameters::default().with(|p| {
+p.scale_error = [scale; 3];
+p.installation_rad = installation;
+p.samples_per_output = 20;
+});
         // The stream's first sample only primes the strip: it holds no counts here. Whole output periods.
         let length = counts.len() / 20 * 20;
         let samples: Vec<Sample> = (0..length)
@@ -365,11 +362,10 @@ fn the_edges_of_every_word_together_do_not_panic() {
         })
         .collect();
     for samples_per_output in [1, 10, 40] {
-        let parameters = Parameters {
-            samples_per_output,
-            flexure_s2: CrossAxis::from_array([5e-7; 6]),
-            ..Parameters::default()
-        };
+        let parameters = Parameters::default().with(|p| {
+            p.samples_per_output = samples_per_output;
+            p.flexure_s2 = CrossAxis::from_array([5e-7; 6]);
+        });
         survives::<F32>(&parameters, &samples);
         survives::<Fixed>(&parameters, &samples);
     }

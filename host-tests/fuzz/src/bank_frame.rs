@@ -22,10 +22,8 @@ fuzz_target!(|data: &[u8]| {
         0 => AccelerometerInput::Counters,
         _ => AccelerometerInput::Codes,
     };
-    let parameters = Parameters {
-        samples_per_output: 1 + u16::from(options >> 1) % 40,
-        ..Parameters::default()
-    };
+    let parameters =
+        Parameters::default().with(|p| p.samples_per_output = 1 + u16::from(options >> 1) % 40);
     let mut processor =
         Processor::<Fixed>::new(&parameters, BootReport::default()).expect("parameters in range");
     let transfers: Vec<&[u8]> = data.chunks_exact(1 + FRAME_BYTES).collect();

@@ -189,34 +189,35 @@ pub fn unchecked_parameters(
         true => [0, 1, 2].map(|axis| model.pickoff_gain(axis)),
         false => [0.0; 3],
     };
-    let parameters = Parameters {
-        pulse_weight_rad: gyro.pulse_weight_rad,
-        bias_rad_s: each(&|i| (gyro.bias_rad_s[i] / keep(i) + bias[i]) / stretch[i]),
-        scale_error: each(&|i| 1.0 - keep(i) / stretch[i]),
-        installation_rad,
-        flexure_s2: CrossAxis::from_array(flexure),
-        pickoff_gain: each(&|i| gain[i] * (1.0 + dither_gain[i]) * (1.0 + scale[i] / keep(i))),
-        sample_rate_hz: unit.sample_rate_hz,
-        samples_per_output: unit.samples_per_output,
-        acceleration_order: unit.acceleration_order,
-        pickoff_delay_s: each(&|i| {
+    let accelerometers = match unit.accelerometer_weight_m_s {
+        Some(weight_m_s) => Some(force.parameters(model, weight_m_s)?),
+        None => None,
+    };
+    let records = terms.records(stretch.into())?;
+    let parameters = Parameters::default().with(|p| {
+        p.pulse_weight_rad = gyro.pulse_weight_rad;
+        p.bias_rad_s = each(&|i| (gyro.bias_rad_s[i] / keep(i) + bias[i]) / stretch[i]);
+        p.scale_error = each(&|i| 1.0 - keep(i) / stretch[i]);
+        p.installation_rad = installation_rad;
+        p.flexure_s2 = CrossAxis::from_array(flexure);
+        p.pickoff_gain = each(&|i| gain[i] * (1.0 + dither_gain[i]) * (1.0 + scale[i] / keep(i)));
+        p.sample_rate_hz = unit.sample_rate_hz;
+        p.samples_per_output = unit.samples_per_output;
+        p.acceleration_order = unit.acceleration_order;
+        p.pickoff_delay_s = each(&|i| {
             let swings = motion.is_some_and(|motion| motion.amplitude_rad[i] > 0.0);
             if swings { delay_s[i] } else { 0.0 }
-        }),
-        dither_frequency_hz: motion.unwrap_or_default().frequency_hz,
-        dither_amplitude_rad: motion.unwrap_or_default().amplitude_rad,
-        adaptation_time_s: if dithered {
+        });
+        p.dither_frequency_hz = motion.unwrap_or_default().frequency_hz;
+        p.dither_amplitude_rad = motion.unwrap_or_default().amplitude_rad;
+        p.adaptation_time_s = if dithered {
             unit.adaptation_time_s
         } else {
             0.0
-        },
-        accelerometers: match unit.accelerometer_weight_m_s {
-            Some(weight_m_s) => Some(force.parameters(model, weight_m_s)?),
-            None => None,
-        },
-        terms: terms.records(stretch.into())?,
-        ..Parameters::default()
-    };
+        };
+        p.accelerometers = accelerometers;
+        p.terms = records;
+    });
     Ok((parameters, uncompensated))
 }
 

@@ -336,6 +336,7 @@ fn unfit(
             "effect",
             format!("{:?}", parameters.terms.kinds()),
         ),
+        _ => (model_file, "parameters", format!("{parameters:?}")),
     };
     InputError::new(file, format!("does not fit the chain: {error}"))
         .channel(key)

@@ -49,18 +49,16 @@ fn main() -> ExitCode {
 
 /// Every part of the chain switched on but the accelerometers.
 fn parameters() -> Parameters {
-    Parameters {
-        scale_error: [1.5e-5, -5.4e-6, 1.9e-5],
-        installation_rad: CrossAxis::from_array([
-            -1.7e-4, 1.8e-4, 1.1e-4, -1.7e-5, -2.8e-4, 2.4e-4,
-        ]),
-        flexure_s2: CrossAxis::from_array([6.9e-8, 7.1e-8, 7.5e-8, 7.3e-8, 6.7e-8, 7.6e-8]),
-        dither_frequency_hz: DITHER_HZ,
-        dither_amplitude_rad: [DITHER_RAD; 3],
-        adaptation_time_s: 0.5,
-        samples_per_output: SAMPLES_PER_OUTPUT,
-        ..Parameters::default()
-    }
+    Parameters::default().with(|p| {
+        p.scale_error = [1.5e-5, -5.4e-6, 1.9e-5];
+        p.installation_rad =
+            CrossAxis::from_array([-1.7e-4, 1.8e-4, 1.1e-4, -1.7e-5, -2.8e-4, 2.4e-4]);
+        p.flexure_s2 = CrossAxis::from_array([6.9e-8, 7.1e-8, 7.5e-8, 7.3e-8, 6.7e-8, 7.6e-8]);
+        p.dither_frequency_hz = DITHER_HZ;
+        p.dither_amplitude_rad = [DITHER_RAD; 3];
+        p.adaptation_time_s = 0.5;
+        p.samples_per_output = SAMPLES_PER_OUTPUT;
+    })
 }
 
 /// Pulses and pickoffs of the motion: the case's angles to first order, each block's own dither on top.

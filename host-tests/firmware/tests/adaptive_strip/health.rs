@@ -12,11 +12,10 @@ type Fault = fn(&mut Sample, &Sample);
 const LATEST: usize = 25;
 
 fn parameters() -> Parameters {
-    Parameters {
-        flexure_s2: CrossAxis::from_array([7e-8; 6]),
-        adaptation_time_s: 1.0,
-        ..Triad::default().parameters()
-    }
+    Triad::default().parameters().with(|p| {
+        p.flexure_s2 = CrossAxis::from_array([7e-8; 6]);
+        p.adaptation_time_s = 1.0;
+    })
 }
 
 fn assert_seen<N: NumberSystem>(
@@ -168,10 +167,7 @@ fn a_failed_pickoff_injects_no_drift_through_the_flexure() {
         sample.pickoff_codes[1] = first.pickoff_codes[1];
     }
     let with = parameters();
-    let without = Parameters {
-        flexure_s2: CrossAxis::default(),
-        ..with
-    };
+    let without = with.with(|p| p.flexure_s2 = CrossAxis::default());
     let codes = |parameters: &Parameters| {
         let (frames, _) = frames::<Fixed>(parameters, samples.iter().copied());
         frames[400 + LATEST..]

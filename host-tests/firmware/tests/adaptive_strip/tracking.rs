@@ -1,6 +1,6 @@
 //! Tracking of pickoff gain and delay against the strip that knows them.
 
-use trueaxis::{F32, Fixed, NumberSystem, OUTPUT_RAD_PER_CODE, OutputFrame, Parameters, Sample};
+use trueaxis::{F32, Fixed, NumberSystem, OUTPUT_RAD_PER_CODE, OutputFrame, Sample};
 
 use crate::frames;
 use crate::triad::{ARCSEC, DEG_H, Triad};
@@ -68,10 +68,9 @@ fn amplitude(angles: &[[f64; 3]]) -> [f64; 3] {
 /// `settled`: whether the drift is judged from the tenth second on alone.
 fn assert_follows<N: NumberSystem>(triad: Triad, settled: bool) {
     const SECONDS: usize = 600;
-    let adaptive = Parameters {
-        adaptation_time_s: ADAPTATION_TIME_S,
-        ..triad.parameters()
-    };
+    let adaptive = triad
+        .parameters()
+        .with(|p| p.adaptation_time_s = ADAPTATION_TIME_S);
     let samples: Vec<_> = triad.stream().take(4000 * SECONDS).collect();
     let (followed, state) = frames::<N>(&adaptive, samples.iter().copied());
     let (known, _) = frames::<N>(&triad.known(), samples.iter().copied());
@@ -138,10 +137,7 @@ fn nor_do_they_add_drift_under_coning() {
 fn assert_frozen<N: NumberSystem>() {
     let triad = off();
     let frozen = triad.parameters();
-    let unwatched = Parameters {
-        dither_amplitude_rad: [0.0; 3],
-        ..frozen
-    };
+    let unwatched = frozen.with(|p| p.dither_amplitude_rad = [0.0; 3]);
     let samples: Vec<_> = triad.stream().take(20_000).collect();
     let (watched, state) = frames::<N>(&frozen, samples.iter().copied());
     let (plain, _) = frames::<N>(&unwatched, samples.iter().copied());
@@ -191,10 +187,7 @@ fn a_known_delay_is_stripped_by_two_taps() {
 #[test]
 fn a_disturbed_second_moves_the_taps_by_no_more_than_their_steps() {
     let triad = Triad::default();
-    let adaptive = Parameters {
-        adaptation_time_s: 0.1,
-        ..triad.parameters()
-    };
+    let adaptive = triad.parameters().with(|p| p.adaptation_time_s = 0.1);
     let mut samples: Vec<_> = triad.stream().take(4000).collect();
     // The case itself at the dither's frequency and in phase, a fifth of the dither: wrongly taken for gain.
     for (k, sample) in samples.iter_mut().enumerate().skip(2000).take(1000) {
@@ -215,10 +208,9 @@ fn a_disturbed_second_moves_the_taps_by_no_more_than_their_steps() {
 const WINDOW: usize = 120;
 
 fn assert_rests<N: NumberSystem>() {
-    let parameters = Parameters {
-        adaptation_time_s: ADAPTATION_TIME_S,
-        ..off().parameters()
-    };
+    let parameters = off()
+        .parameters()
+        .with(|p| p.adaptation_time_s = ADAPTATION_TIME_S);
     let begin = 50 * WINDOW;
     let samples: Vec<_> = off().stream().take(begin + 2 * WINDOW).collect();
     let tracked = |samples: &[Sample]| {

@@ -51,23 +51,21 @@ impl Default for Triad {
 impl Triad {
     /// Nominal parameters that know the frequencies, amplitudes and pulses, and nothing of gain and delay.
     pub fn parameters(&self) -> Parameters {
-        Parameters {
-            pulse_weight_rad: [self.pulse_rad; 3],
-            pickoff_weight_rad: 1.0 / CODES_PER_RAD,
-            dither_frequency_hz: self.frequency_hz,
-            dither_amplitude_rad: self.amplitude_rad,
-            samples_per_output: 10,
-            ..Parameters::default()
-        }
+        Parameters::default().with(|p| {
+            p.pulse_weight_rad = [self.pulse_rad; 3];
+            p.pickoff_weight_rad = 1.0 / CODES_PER_RAD;
+            p.dither_frequency_hz = self.frequency_hz;
+            p.dither_amplitude_rad = self.amplitude_rad;
+            p.samples_per_output = 10;
+        })
     }
 
     /// The same with the true gain and delay.
     pub fn known(&self) -> Parameters {
-        Parameters {
-            pickoff_gain: self.gain,
-            pickoff_delay_s: self.delay_s,
-            ..self.parameters()
-        }
+        self.parameters().with(|p| {
+            p.pickoff_gain = self.gain;
+            p.pickoff_delay_s = self.delay_s;
+        })
     }
 
     /// The case's angles at t \[rad\]: coning about x and the cone's own turn.

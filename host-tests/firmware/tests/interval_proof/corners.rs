@@ -53,27 +53,25 @@ impl Corner {
         let angles_rad = signed * INSTALLATION_LIMIT_RAD;
         let unit = f64::from(1u8 << increment_unit_log2(self.sample_rate_hz));
         let flexure = signed * FLEXURE_LIMIT.min(SCALED_FLEXURE_LIMIT / unit);
-        let mut parameters = Parameters {
-            pulse_weight_rad: [self.weights.0; 3],
-            bias_rad_s: [0.01; 3],
+        let mut parameters = Parameters::default().with(|p| {
+            p.pulse_weight_rad = [self.weights.0; 3];
+            p.bias_rad_s = [0.01; 3];
             // The reading is multiplied by 1 − s.
-            scale_error: [-signed.abs() / 128.0; 3],
-            installation_rad: CrossAxis::from_array([angles_rad; 6]),
-            flexure_s2: CrossAxis::from_array(
-                [flexure / (self.sample_rate_hz * self.sample_rate_hz); 6],
-            ),
-            pickoff_gain: [self.gain; 3],
-            pickoff_weight_rad: self.weights.1,
-            sample_rate_hz: self.sample_rate_hz,
-            samples_per_output: self.samples_per_output,
-            acceleration_order: self.acceleration_order,
-            pickoff_delay_s: [self.delay_s; 3],
-            dither_frequency_hz: [self.cycles * self.sample_rate_hz; 3],
-            dither_amplitude_rad: [if self.adapts { 0.01 } else { 0.0 }; 3],
-            adaptation_time_s: if self.adapts { 0.1 } else { 0.0 },
-            accelerometers: None,
-            terms: TermRecords::NONE,
-        };
+            p.scale_error = [-signed.abs() / 128.0; 3];
+            p.installation_rad = CrossAxis::from_array([angles_rad; 6]);
+            p.flexure_s2 =
+                CrossAxis::from_array([flexure / (self.sample_rate_hz * self.sample_rate_hz); 6]);
+            p.pickoff_gain = [self.gain; 3];
+            p.pickoff_weight_rad = self.weights.1;
+            p.sample_rate_hz = self.sample_rate_hz;
+            p.samples_per_output = self.samples_per_output;
+            p.acceleration_order = self.acceleration_order;
+            p.pickoff_delay_s = [self.delay_s; 3];
+            p.dither_frequency_hz = [self.cycles * self.sample_rate_hz; 3];
+            p.dither_amplitude_rad = [if self.adapts { 0.01 } else { 0.0 }; 3];
+            p.adaptation_time_s = if self.adapts { 0.1 } else { 0.0 };
+            p.accelerometers = None;
+        });
         let arm_m = farthest_arms_m(&parameters) / 2.0 * 0.999_999;
         parameters.accelerometers = Some(AccelerometerParameters {
             weight_m_s: [self.weights.2; 3],

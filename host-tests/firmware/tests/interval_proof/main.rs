@@ -215,24 +215,23 @@ fn parameters() -> impl Strategy<Value = Parameters> {
             let (weight_m_s, bias_m_s2, scale, misalignment_rad, lever_arm_m) = accelerometers;
             let unit = f64::from(1u8 << increment_unit_log2(rate));
             let flexure_share = (4.0 / unit).min(1.0) / (rate * rate);
-            let mut parameters = Parameters {
-                pulse_weight_rad,
-                bias_rad_s: [0.01; 3],
-                scale_error,
-                installation_rad,
-                flexure_s2: flexure.map(|k| k * flexure_share),
-                pickoff_gain: gain,
-                pickoff_weight_rad: code,
-                sample_rate_hz: rate,
-                samples_per_output,
-                acceleration_order,
-                pickoff_delay_s,
-                dither_frequency_hz: cycles.map(|cycles| cycles * rate),
-                dither_amplitude_rad,
-                adaptation_time_s,
-                accelerometers: None,
-                terms: TermRecords::NONE,
-            };
+            let mut parameters = Parameters::default().with(|p| {
+                p.pulse_weight_rad = pulse_weight_rad;
+                p.bias_rad_s = [0.01; 3];
+                p.scale_error = scale_error;
+                p.installation_rad = installation_rad;
+                p.flexure_s2 = flexure.map(|k| k * flexure_share);
+                p.pickoff_gain = gain;
+                p.pickoff_weight_rad = code;
+                p.sample_rate_hz = rate;
+                p.samples_per_output = samples_per_output;
+                p.acceleration_order = acceleration_order;
+                p.pickoff_delay_s = pickoff_delay_s;
+                p.dither_frequency_hz = cycles.map(|cycles| cycles * rate);
+                p.dither_amplitude_rad = dither_amplitude_rad;
+                p.adaptation_time_s = adaptation_time_s;
+                p.accelerometers = None;
+            });
             parameters.samples_per_output =
                 samples_per_output.min(parameters.most_samples_per_output());
             let arms = farthest_arms_m(&parameters);

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use trueaxis::{F32, Fixed, NumberSystem, OUTPUT_M_S_PER_CODE, Parameters, Sample, Status};
+use trueaxis::{F32, Fixed, NumberSystem, OUTPUT_M_S_PER_CODE, Sample, Status};
 
 use crate::frames;
 use crate::motion::parameters;
@@ -24,12 +24,11 @@ const CODES_PER_RAD: f64 = (1u64 << 32) as f64;
 const FAILS_S: f64 = 0.2;
 
 fn a_failed_pickoff_moves_nothing<N: NumberSystem>() {
-    let known = Parameters {
-        pulse_weight_rad: [PULSE_RAD; 3],
-        dither_amplitude_rad: [DITHER_RAD, 0.0, 0.0],
-        dither_frequency_hz: [DITHER_HZ; 3],
-        ..parameters(ARMS_M)
-    };
+    let known = parameters(ARMS_M).with(|p| {
+        p.pulse_weight_rad = [PULSE_RAD; 3];
+        p.dither_amplitude_rad = [DITHER_RAD, 0.0, 0.0];
+        p.dither_frequency_hz = [DITHER_HZ; 3];
+    });
     let block = |t: f64| DITHER_RAD * (TAU * DITHER_HZ * t).sin();
     let pulses = |t: f64| (block(t) / PULSE_RAD).floor() as i32;
     let samples: Vec<Sample> = (1..=5600)

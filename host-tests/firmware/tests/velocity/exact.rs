@@ -11,10 +11,7 @@ use crate::motion::parameters;
 const NO_ARMS: [[f64; 3]; 3] = [[0.0; 3]; 3];
 
 fn with(accelerometers: AccelerometerParameters) -> Parameters {
-    Parameters {
-        accelerometers: Some(accelerometers),
-        ..parameters(NO_ARMS)
-    }
+    parameters(NO_ARMS).with(|p| p.accelerometers = Some(accelerometers))
 }
 
 fn perfect() -> AccelerometerParameters {
@@ -179,10 +176,7 @@ fn a_body_that_feels_no_force_gains_no_velocity_however_it_turns() {
 }
 
 fn beside<N: NumberSystem>() {
-    let without = Parameters {
-        accelerometers: None,
-        ..parameters(NO_ARMS)
-    };
+    let without = parameters(NO_ARMS).with(|p| p.accelerometers = None);
     let samples = shaken();
     let (with_them, _) = frames::<N>(&with(perfect()), &samples);
     let (without_them, _) = frames::<N>(&without, &samples);

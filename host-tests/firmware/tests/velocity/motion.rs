@@ -136,19 +136,18 @@ impl Motion {
 
 /// Of a unit that knows its arms and has no other error.
 pub fn parameters(arms_m: [[f64; 3]; 3]) -> Parameters {
-    Parameters {
-        pulse_weight_rad: [PULSE_RAD; 3],
-        sample_rate_hz: RATE_HZ,
-        samples_per_output: 10,
-        accelerometers: Some(AccelerometerParameters {
+    Parameters::default().with(|p| {
+        p.pulse_weight_rad = [PULSE_RAD; 3];
+        p.sample_rate_hz = RATE_HZ;
+        p.samples_per_output = 10;
+        p.accelerometers = Some(AccelerometerParameters {
             weight_m_s: [CODE_M_S; 3],
             bias_m_s2: [0.0; 3],
             scale_error: [0.0; 3],
             misalignment_rad: Default::default(),
             lever_arm_m: arms_m,
-        }),
-        ..Parameters::default()
-    }
+        });
+    })
 }
 
 /// A navigation computer that is given the attitude (space from body, at time t), so that velocity alone is

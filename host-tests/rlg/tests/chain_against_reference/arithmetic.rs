@@ -37,13 +37,12 @@ fn assert_agree(name: &str, parameters: &Parameters, motion: &mut dyn Motion) {
 }
 
 pub fn adapting() -> Parameters {
-    Parameters {
-        adaptation_time_s: crate::strip::ADAPTATION_TIME_S,
+    as_built().with(|p| {
+        p.adaptation_time_s = crate::strip::ADAPTATION_TIME_S;
         // what the strip starts from is wrong by per cents, so that it has something to follow
-        pickoff_gain: [0.97, 1.02, 0.99],
-        pickoff_delay_s: [0.0; 3],
-        ..as_built()
-    }
+        p.pickoff_gain = [0.97, 1.02, 0.99];
+        p.pickoff_delay_s = [0.0; 3];
+    })
 }
 
 #[test]

@@ -44,10 +44,7 @@ fn losses(seed: u64, samples: usize, most_between: usize) -> Vec<bool> {
 #[test]
 fn the_reference_keeps_the_angle_over_lost_samples() {
     // fine pulses, so that nothing but the gaps is left to see
-    let known = Parameters {
-        pulse_weight_rad: [2e-9; 3],
-        ..as_built()
-    };
+    let known = as_built().with(|p| p.pulse_weight_rad = [2e-9; 3]);
     let mut triad = Triad::new(&known, 2, SAMPLES as f64 * PERIOD_S);
     // a steady turn: nothing happens within a gap that could not be seen from its ends
     let rate = Vector3::new(0.3, -0.2, 0.4);

@@ -34,12 +34,11 @@ fn wrong() -> Parameters {
     let truth = as_built();
     let [x, y, z] = truth.pickoff_gain;
     let [dx, dy, dz] = truth.pickoff_delay_s;
-    Parameters {
-        pickoff_gain: [1.05 * x, y, 0.95 * z],
-        pickoff_delay_s: [dx, dy - 20e-6, dz - 20e-6],
-        adaptation_time_s: ADAPTATION_TIME_S,
-        ..truth
-    }
+    truth.with(|p| {
+        p.pickoff_gain = [1.05 * x, y, 0.95 * z];
+        p.pickoff_delay_s = [dx, dy - 20e-6, dz - 20e-6];
+        p.adaptation_time_s = ADAPTATION_TIME_S;
+    })
 }
 
 #[test]
@@ -115,14 +114,8 @@ fn residue(runner: &mut dyn Runner) -> Vector3<f64> {
 
 #[test]
 fn a_wrong_gain_and_an_unknown_delay_leave_a_thousandth_of_the_dither_after_ten_seconds() {
-    let wrong = Parameters {
-        samples_per_output: 1,
-        ..wrong()
-    };
-    let frozen = Parameters {
-        adaptation_time_s: 0.0,
-        ..wrong
-    };
+    let wrong = wrong().with(|p| p.samples_per_output = 1);
+    let frozen = wrong.with(|p| p.adaptation_time_s = 0.0);
     let before = residue(&mut Reference::new(&frozen));
     println!("frozen: {:.2e} {:.2e} {:.2e}", before.x, before.y, before.z);
     // 5 %, 2π 404 Hz 20 µs, and 5 % with 2π 439 Hz 20 µs: what there is to follow

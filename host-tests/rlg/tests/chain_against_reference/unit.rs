@@ -32,26 +32,25 @@ const DITHER_SPREAD: f64 = 0.1;
 
 /// Pulses of 0.8″, bias, scale, installation, gains, a pickoff that is late, the paper's flexure.
 pub fn as_built() -> Parameters {
-    Parameters {
-        pulse_weight_rad: [3.878e-6, 3.913e-6, 3.851e-6],
-        bias_rad_s: [2.1e-8, -3.3e-8, 4.7e-8],
-        scale_error: [7e-6, -4e-6, 11e-6],
-        installation_rad: CrossAxis {
+    Parameters::default().with(|p| {
+        p.pulse_weight_rad = [3.878e-6, 3.913e-6, 3.851e-6];
+        p.bias_rad_s = [2.1e-8, -3.3e-8, 4.7e-8];
+        p.scale_error = [7e-6, -4e-6, 11e-6];
+        p.installation_rad = CrossAxis {
             xy: 4.1e-4,
             xz: -2.3e-4,
             yx: 1.7e-4,
             yz: -5.9e-4,
             zx: 3.2e-4,
             zy: 8.8e-4,
-        },
-        flexure_s2: TABLE_3_S2,
-        pickoff_gain: [1.013, 0.991, 1.004],
-        pickoff_delay_s: [11e-6, -7e-6, 20e-6],
-        dither_frequency_hz: DITHER_HZ,
-        dither_amplitude_rad: DITHER_RAD,
-        samples_per_output: 10,
-        ..Parameters::default()
-    }
+        };
+        p.flexure_s2 = TABLE_3_S2;
+        p.pickoff_gain = [1.013, 0.991, 1.004];
+        p.pickoff_delay_s = [11e-6, -7e-6, 20e-6];
+        p.dither_frequency_hz = DITHER_HZ;
+        p.dither_amplitude_rad = DITHER_RAD;
+        p.samples_per_output = 10;
+    })
 }
 
 /// The readings of a triad whose errors are exactly those of its parameters.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use trueaxis::{Fixed, Parameters};
+use trueaxis::Fixed;
 
 use crate::motion::{Coning, TABLE_3_S2, fine, stream};
 use crate::{mean_rate_rad_s, run};
@@ -46,10 +46,11 @@ fn share_left(order: u8, frequency_hz: f64) -> f64 {
         angle_rad: angle_deg(frequency_hz).to_radians(),
     };
     let rate = |truth, followed| {
-        let with = |flexure_s2| Parameters {
-            flexure_s2,
-            acceleration_order: order,
-            ..fine()
+        let with = |flexure_s2| {
+            fine().with(|p| {
+                p.flexure_s2 = flexure_s2;
+                p.acceleration_order = order;
+            })
         };
         let samples = stream(&with(truth), &coning, false, 40_000);
         let (frames, state) = run::<Fixed>(&with(followed), samples);

@@ -108,10 +108,7 @@ fn coning_on_a_slew_follows_the_equations() {
 
 #[test]
 fn fine_pulses_follow_the_equations() {
-    let parameters = Parameters {
-        pulse_weight_rad: fine().pulse_weight_rad,
-        ..as_built()
-    };
+    let parameters = as_built().with(|p| p.pulse_weight_rad = fine().pulse_weight_rad);
     assert_follows(
         "fine pulses",
         &parameters,
@@ -123,10 +120,7 @@ fn fine_pulses_follow_the_equations() {
 #[test]
 fn every_output_period_follows_the_equations() {
     for samples_per_output in [1, 2, 7, 10, 33, 40] {
-        let parameters = Parameters {
-            samples_per_output,
-            ..as_built()
-        };
+        let parameters = as_built().with(|p| p.samples_per_output = samples_per_output);
         let name = format!("{samples_per_output} samples per output");
         assert_follows(&name, &parameters, &Both(EARTH, bench_coning()), true);
     }
@@ -134,16 +128,10 @@ fn every_output_period_follows_the_equations() {
 
 #[test]
 fn without_flexure_eq_7_stands_alone_whatever_the_filter() {
-    let still = Parameters {
-        flexure_s2: Default::default(),
-        ..as_built()
-    };
+    let still = as_built().with(|p| p.flexure_s2 = Default::default());
     let samples = stream(&as_built(), &bench_coning(), true, 20_000);
     let frames = |acceleration_order| {
-        let parameters = Parameters {
-            acceleration_order,
-            ..still
-        };
+        let parameters = still.with(|p| p.acceleration_order = acceleration_order);
         let (f32_frames, _) = run::<F32>(&parameters, samples.iter().copied());
         let (fixed_frames, _) = run::<Fixed>(&parameters, samples.iter().copied());
         (f32_frames, fixed_frames)

@@ -64,20 +64,19 @@ fn a_frame_of_another_version_is_refused() {
 
 #[test]
 fn parameters_round_trip_through_their_block() {
-    let with_accelerometers = Parameters {
-        pickoff_delay_s: [1e-5, -2e-5, 3e-5],
-        dither_frequency_hz: [371.0, 404.0, 439.0],
-        dither_amplitude_rad: [7e-4, 7.1e-4, 7.2e-4],
-        adaptation_time_s: 0.5,
-        accelerometers: Some(AccelerometerParameters {
+    let with_accelerometers = as_built().with(|p| {
+        p.pickoff_delay_s = [1e-5, -2e-5, 3e-5];
+        p.dither_frequency_hz = [371.0, 404.0, 439.0];
+        p.dither_amplitude_rad = [7e-4, 7.1e-4, 7.2e-4];
+        p.adaptation_time_s = 0.5;
+        p.accelerometers = Some(AccelerometerParameters {
             weight_m_s: [1e-6, 1.1e-6, 1.2e-6],
             bias_m_s2: [1e-3, -2e-3, 3e-3],
             scale_error: [1e-4, -2e-4, 3e-4],
             misalignment_rad: CrossAxis::from_array([1e-5, 2e-5, 3e-5, 4e-5, 5e-5, 6e-5]),
             lever_arm_m: [[0.01, 0.02, 0.03], [0.04, 0.05, 0.06], [0.07, 0.08, 0.09]],
-        }),
-        ..as_built()
-    };
+        });
+    });
     for (parameters, generation) in [(as_built(), 0), (with_accelerometers, u32::MAX)] {
         assert_eq!(
             Parameters::from_block(&parameters.to_block(generation)),
@@ -118,10 +117,7 @@ fn a_bad_block_says_what_is_wrong() {
     assert_eq!(changed(7, 0), Err(BlockError::Length(244)));
     assert!(matches!(changed(40, 1), Err(BlockError::Checksum { .. })));
 
-    let out_of_range = Parameters {
-        bias_rad_s: [0.0, f64::NAN, 0.0],
-        ..as_built()
-    };
+    let out_of_range = as_built().with(|p| p.bias_rad_s = [0.0, f64::NAN, 0.0]);
     let refused = Parameters::from_block(&out_of_range.to_block(0));
     assert_eq!(refused, Err(BlockError::Parameter(ParameterError::Bias)));
 }

@@ -1,6 +1,6 @@
 //! The output frame's rotation vector against the attitude's own.
 
-use trueaxis::{F32, Fixed, NumberSystem, Parameters};
+use trueaxis::{F32, Fixed, NumberSystem};
 
 use crate::motion::{Coning, fine, stream};
 use crate::{CODE_RAD, DEG_H, run};
@@ -23,10 +23,7 @@ fn rotation_between(a: [f64; 4], b: [f64; 4]) -> [f64; 3] {
 }
 
 fn residual_deg_h<N: NumberSystem>(coning: &Coning, samples_per_output: u16) -> f64 {
-    let parameters = Parameters {
-        samples_per_output,
-        ..fine()
-    };
+    let parameters = fine().with(|p| p.samples_per_output = samples_per_output);
     let (frames, _) = run::<N>(&parameters, stream(&parameters, coning, false, 80_000));
     let period_s = f64::from(samples_per_output) / parameters.sample_rate_hz;
     let mut error_rad = 0.0;

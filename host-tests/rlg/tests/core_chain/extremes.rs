@@ -17,17 +17,16 @@ const F32_FRAME_CODES: i64 = 80;
 /// Every parameter at the end of its range, where formats are fullest.
 fn worst_parameters() -> Parameters {
     let end = |value: f64| CrossAxis::from_array([value, -value, value, -value, value, -value]);
-    Parameters {
-        pulse_weight_rad: [3.9e-6, 1e-4, 1.0 / (1u64 << 34) as f64],
-        bias_rad_s: [0.01, -0.01, 0.01],
-        scale_error: [1.0 / 128.0, -1.0 / 128.0, 1.0 / 128.0],
-        installation_rad: end(1.0 / 128.0),
-        flexure_s2: end(5e-7),
-        pickoff_gain: [2.0, 0.0, 1.0],
-        pickoff_weight_rad: 1.0 / (1u64 << 35) as f64,
-        samples_per_output: 40,
-        ..Parameters::default()
-    }
+    Parameters::default().with(|p| {
+        p.pulse_weight_rad = [3.9e-6, 1e-4, 1.0 / (1u64 << 34) as f64];
+        p.bias_rad_s = [0.01, -0.01, 0.01];
+        p.scale_error = [1.0 / 128.0, -1.0 / 128.0, 1.0 / 128.0];
+        p.installation_rad = end(1.0 / 128.0);
+        p.flexure_s2 = end(5e-7);
+        p.pickoff_gain = [2.0, 0.0, 1.0];
+        p.pickoff_weight_rad = 1.0 / (1u64 << 35) as f64;
+        p.samples_per_output = 40;
+    })
 }
 
 /// A code that matters: the ends, around zero, or anything.
@@ -74,7 +73,7 @@ proptest! {
     #[test]
     fn after_any_stream_the_chain_follows_again(samples in vec(any_sample(), 40..80)) {
         // What an extreme leaves behind is bounded memory: four samples of history, one code of carry.
-        let parameters = Parameters { samples_per_output: 10, ..Parameters::default() };
+        let parameters = Parameters::default().with(|p| p.samples_per_output = 10);
         let calm = Sample { pulse_counts: [3, -2, 1], pickoff_codes: [0; 3], accelerometer_codes: [0; 3] };
         assert_recovers::<F32>(&parameters, &samples, calm);
         assert_recovers::<Fixed>(&parameters, &samples, calm);
@@ -125,10 +124,7 @@ fn alternating_ends_of_the_range_do_not_panic() {
 }
 
 fn assert_counted<N: NumberSystem>() {
-    let parameters = Parameters {
-        samples_per_output: 5,
-        ..Parameters::default()
-    };
+    let parameters = Parameters::default().with(|p| p.samples_per_output = 5);
     let mut samples = vec![Sample::default(); 30];
     // 0.79″ pulses: 640 are the 2.44e-3 rad of the sensed limit. One beyond, in the third frame.
     let limit = (SENSED_LIMIT_RAD / parameters.pulse_weight_rad[0]) as i32;
@@ -161,10 +157,7 @@ fn a_count_beyond_the_limit_is_counted_flagged_and_latched() {
 }
 
 fn assert_limits_are_exact<N: NumberSystem>() {
-    let parameters = Parameters {
-        samples_per_output: 1,
-        ..Parameters::default()
-    };
+    let parameters = Parameters::default().with(|p| p.samples_per_output = 1);
     let limit = (SENSED_LIMIT_RAD / parameters.pulse_weight_rad[0]) as i32;
     for (count, held) in [(limit, 0), (-limit, 0), (limit + 1, 1), (-limit - 1, 1)] {
         let sample = Sample {
@@ -183,10 +176,7 @@ fn the_last_count_in_range_is_no_fault() {
 }
 
 fn assert_output_held<N: NumberSystem>() {
-    let parameters = Parameters {
-        samples_per_output: 40,
-        ..Parameters::default()
-    };
+    let parameters = Parameters::default().with(|p| p.samples_per_output = 40);
     // 559 °/s for 10 ms is 0.098 rad; a frame shows 0.0625.
     let sample = Sample {
         pulse_counts: [640, -640, 0],
@@ -208,10 +198,7 @@ fn a_rotation_beyond_the_frame_is_held_and_flagged() {
 /// 390 °/s about x while the axis of y and z turns: the coning correction brings part of an x angle
 /// beyond the frame's range back.
 fn assert_output_held_under_coning<N: NumberSystem>(turn: f64) {
-    let parameters = Parameters {
-        samples_per_output: 40,
-        ..fine()
-    };
+    let parameters = fine().with(|p| p.samples_per_output = 40);
     let motion = Both(
         Slew([390f64.to_radians(), 0.0, 0.0]),
         Turning {
@@ -241,10 +228,7 @@ fn a_rotation_beyond_the_frame_is_held_whatever_the_coning_adds() {
 /// Both systems within a code of the range's end, from either side: held exactly where it is beyond.
 #[test]
 fn an_angle_that_the_coning_brings_back_into_range_is_not_held() {
-    let parameters = Parameters {
-        samples_per_output: 40,
-        ..fine()
-    };
+    let parameters = fine().with(|p| p.samples_per_output = 40);
     // 0.0625 rad over 10 ms is 358.1 °/s; the correction of 60 °/s at 100 Hz is 9e-4 rad/s.
     for rate_rad_s in [
         6.2485, 6.249, 6.2495, 6.25, 6.2505, 6.251, 6.252, 6.255, 6.26,
@@ -274,10 +258,7 @@ fn an_angle_that_the_coning_brings_back_into_range_is_not_held() {
 
 #[test]
 fn the_first_sample_contributes_nothing() {
-    let parameters = Parameters {
-        samples_per_output: 2,
-        ..Parameters::default()
-    };
+    let parameters = Parameters::default().with(|p| p.samples_per_output = 2);
     let still = Sample::default();
     let first = Sample {
         pulse_counts: [100, -100, 7],

@@ -103,30 +103,26 @@ pub const TABLE_3_S2: CrossAxis<f64> = CrossAxis {
 
 /// Pulses of 2⁻³⁴ rad, no dither: counts that hold the motion to 6e-11 rad, for tests of the algorithm.
 pub fn fine() -> Parameters {
-    Parameters {
-        pulse_weight_rad: [1.0 / (1u64 << 34) as f64; 3],
-        ..Parameters::default()
-    }
+    Parameters::default().with(|p| p.pulse_weight_rad = [1.0 / (1u64 << 34) as f64; 3])
 }
 
 /// An instrument as built: pulses of 0.8″, bias, scale, installation, gains, the paper's flexure.
 pub fn as_built() -> Parameters {
-    Parameters {
-        pulse_weight_rad: [3.878e-6, 3.913e-6, 3.851e-6],
-        bias_rad_s: [2.1e-8, -3.3e-8, 4.7e-8],
-        scale_error: [7e-6, -4e-6, 11e-6],
-        installation_rad: CrossAxis {
+    Parameters::default().with(|p| {
+        p.pulse_weight_rad = [3.878e-6, 3.913e-6, 3.851e-6];
+        p.bias_rad_s = [2.1e-8, -3.3e-8, 4.7e-8];
+        p.scale_error = [7e-6, -4e-6, 11e-6];
+        p.installation_rad = CrossAxis {
             xy: 4.1e-4,
             xz: -2.3e-4,
             yx: 1.7e-4,
             yz: -5.9e-4,
             zx: 3.2e-4,
             zy: 8.8e-4,
-        },
-        flexure_s2: TABLE_3_S2,
-        pickoff_gain: [1.013, 0.991, 1.004],
-        ..Parameters::default()
-    }
+        };
+        p.flexure_s2 = TABLE_3_S2;
+        p.pickoff_gain = [1.013, 0.991, 1.004];
+    })
 }
 
 /// The block's angle relative to the case \[rad\]: three frequencies, amplitudes of 100–200″ that wander.

@@ -69,11 +69,10 @@ fn a_million_equal_samples_do_not_drift() {
 #[test]
 fn the_frames_sum_to_the_angle_within_one_code() {
     // Weights that are exact and no small terms: every digit must come out.
-    let parameters = Parameters {
-        pulse_weight_rad: [33.0 / (1u64 << 39) as f64; 3],
-        samples_per_output: 7,
-        ..Parameters::default()
-    };
+    let parameters = Parameters::default().with(|p| {
+        p.pulse_weight_rad = [33.0 / (1u64 << 39) as f64; 3];
+        p.samples_per_output = 7;
+    });
     let sample = Sample {
         pulse_counts: [1, 5, -3],
         ..Sample::default()

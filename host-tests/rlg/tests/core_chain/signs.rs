@@ -3,7 +3,7 @@
 //! As printed, ε_ij = ε_ij0 − K_ij α_j for all six. That is the settled form with K_xz, K_yx, K_zy negated,
 //! so the same chain can be made to follow either.
 
-use trueaxis::{CrossAxis, F32, Fixed, NumberSystem, Parameters};
+use trueaxis::{CrossAxis, F32, Fixed, NumberSystem};
 
 use crate::motion::{Coning, TABLE_3_S2, fine, stream};
 use crate::{DEG_H, mean_rate_rad_s, run};
@@ -32,10 +32,7 @@ fn drift_deg_h<N: NumberSystem>(
     truth_s2: CrossAxis<f64>,
     followed_s2: CrossAxis<f64>,
 ) -> f64 {
-    let with = |flexure_s2| Parameters {
-        flexure_s2,
-        ..fine()
-    };
+    let with = |flexure_s2| fine().with(|p| p.flexure_s2 = flexure_s2);
     let rate = |truth_s2, followed_s2| {
         let samples = stream(&with(truth_s2), coning, false, SAMPLES);
         let (frames, _) = run::<N>(&with(followed_s2), samples);

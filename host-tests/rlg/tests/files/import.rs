@@ -46,11 +46,10 @@ fn frames(count: u32, parameters: &Parameters, missing: Option<u32>) -> Vec<Tele
 }
 
 fn parameters() -> Parameters {
-    Parameters {
-        pulse_weight_rad: [1e-6; 3],
-        pickoff_gain: [0.0; 3],
-        ..Parameters::default()
-    }
+    Parameters::default().with(|p| {
+        p.pulse_weight_rad = [1e-6; 3];
+        p.pickoff_gain = [0.0; 3];
+    })
 }
 
 fn bytes(frames: &[TelemetryFrame]) -> Vec<u8> {
@@ -154,10 +153,7 @@ fn velocity_is_there_only_for_a_unit_with_accelerometers() {
         misalignment_rad: CrossAxis::default(),
         lever_arm_m: [[0.0; 3]; 3],
     };
-    let parameters = Parameters {
-        accelerometers: Some(accelerometers),
-        ..parameters()
-    };
+    let parameters = parameters().with(|p| p.accelerometers = Some(accelerometers));
     let with = Bench::new(&bytes(&frames(40, &parameters, None)));
     assert!(velocity(&with.imported(&[]).1));
 }

@@ -20,15 +20,14 @@ use trueaxis::{
 
 /// Every parameter away from the value that would hide it.
 fn parameters() -> Parameters {
-    Parameters {
-        pulse_weight_rad: [2.1e-6, 1.9e-6, 2.05e-6],
-        bias_rad_s: [2.7e-6, -6.0e-6, 1.2e-5],
-        scale_error: [1.5e-5, -5.4e-6, 1.9e-5],
-        installation_rad: cross_axis([-1.7e-4, 1.8e-4, 1.1e-4, -1.7e-5, -2.8e-4, 2.4e-4]),
-        flexure_s2: cross_axis([6.9e-8, 7.1e-8, 7.5e-8, 7.3e-8, 6.7e-8, 7.6e-8]),
-        pickoff_gain: [1.001, 0.999, 1.002],
-        ..Parameters::default()
-    }
+    Parameters::default().with(|p| {
+        p.pulse_weight_rad = [2.1e-6, 1.9e-6, 2.05e-6];
+        p.bias_rad_s = [2.7e-6, -6.0e-6, 1.2e-5];
+        p.scale_error = [1.5e-5, -5.4e-6, 1.9e-5];
+        p.installation_rad = cross_axis([-1.7e-4, 1.8e-4, 1.1e-4, -1.7e-5, -2.8e-4, 2.4e-4]);
+        p.flexure_s2 = cross_axis([6.9e-8, 7.1e-8, 7.5e-8, 7.3e-8, 6.7e-8, 7.6e-8]);
+        p.pickoff_gain = [1.001, 0.999, 1.002];
+    })
 }
 
 /// Velocity of one pulse of the accelerometers \[m/s\]: 1 g is 400 pulses a period at 4 kHz, and their limit
@@ -37,8 +36,8 @@ pub const PULSE_M_S: [f64; 3] = [6.1e-6, 5.9e-6, 6.3e-6];
 
 /// [`parameters`] with accelerometers, none of whose parameters is zero either.
 pub fn parameters_with_accelerometers(weight_m_s: [f64; 3]) -> Parameters {
-    Parameters {
-        accelerometers: Some(AccelerometerParameters {
+    parameters().with(|p| {
+        p.accelerometers = Some(AccelerometerParameters {
             weight_m_s,
             bias_m_s2: [3.1e-3, -4.7e-3, 2.2e-3],
             scale_error: [2.1e-4, -3.4e-4, 1.6e-4],
@@ -48,9 +47,8 @@ pub fn parameters_with_accelerometers(weight_m_s: [f64; 3]) -> Parameters {
                 [-0.011, 0.050, 0.016],
                 [-0.021, 0.014, 0.038],
             ],
-        }),
-        ..parameters()
-    }
+        })
+    })
 }
 
 fn cross_axis([xy, xz, yx, yz, zx, zy]: [f64; 6]) -> CrossAxis<f64> {
