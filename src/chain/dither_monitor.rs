@@ -3,9 +3,9 @@
 //! It takes pickoff codes, every sample or every n-th, and on request, once per window, gives √2 × their rms about the
 //! mean \[arcsec\] for each axis.
 //!
-//! It is no part of [`Chain`](crate::Chain): it runs in the background loop. The sums are integers, so that
-//! a long window loses nothing; the square root is `micromath`'s, three times cheaper than `libm`'s and
-//! wrong by at most [`AMPLITUDE_ERROR_LIMIT`] (measured over 1″ to 1000″ in
+//! It is no part of [`Chain`](crate::Chain): it runs in the background loop. The sums are integers, so that a long
+//! window loses nothing. The square root is `micromath`'s, which needs no table and no products of 64 bits as `libm`'s
+//! does, and is wrong by at most [`AMPLITUDE_ERROR_LIMIT`] (measured over 1″ to 1000″ in
 //! `host-tests/rlg/tests/core_chain/monitor.rs`): a drive is watched to tens of per cent.
 //!
 //! It does not find the dither's frequency or phase.

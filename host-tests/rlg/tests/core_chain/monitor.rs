@@ -50,6 +50,45 @@ fn micromath_stays_within_the_limit_and_libm_is_exact() {
     assert!(libm_worst <= 1.0 / (1 << 24) as f64);
 }
 
+/// What health items of the dither's frequency and of the pickoff's phase would ask of a library, against what
+/// micromath's functions give: why it serves the amplitude alone.
+#[test]
+fn micromath_has_no_frequency_and_no_phase_that_a_health_item_could_show() {
+    // A suspension's resonance moves by parts of a per cent.
+    const FREQUENCY_NEEDED: f64 = 1e-3;
+    // A microsecond of pickoff delay at 400 Hz.
+    let phase_needed_rad = std::f64::consts::TAU * 400.0 * 1e-6;
+
+    // Ω from cos Ω, of dithers at 0.04 to 0.4 of the sample rate.
+    let (mut of_micromath, mut of_libm) = (0.0f64, 0.0f64);
+    for step in 0..=3600 {
+        let phase_rad = std::f64::consts::TAU * (0.04 + f64::from(step) * 1e-4);
+        let cosine = phase_rad.cos() as f32;
+        let error = |found: f32| (f64::from(found) / phase_rad - 1.0).abs();
+        of_micromath = of_micromath.max(error(F32Ext::acos(cosine)));
+        of_libm = of_libm.max(error(libm::acosf(cosine)));
+    }
+    println!("frequency by acos: micromath {of_micromath:.1e}, libm {of_libm:.1e} of it");
+    assert!(of_micromath > FREQUENCY_NEEDED && of_libm < FREQUENCY_NEEDED);
+
+    // The tracked quadrature over the tracked gain, both within 0.2 of nominal; and no function at all.
+    let (mut of_micromath, mut of_libm, mut of_quotient) = (0.0f64, 0.0f64, 0.0f64);
+    for step in -200..=200 {
+        for gain in [0.8f32, 1.0, 1.2] {
+            let quadrature = step as f32 * 1e-3;
+            let exact_rad = f64::from(quadrature).atan2(f64::from(gain));
+            let error = |found: f32| (f64::from(found) - exact_rad).abs();
+            of_micromath = of_micromath.max(error(F32Ext::atan2(quadrature, gain)));
+            of_libm = of_libm.max(error(libm::atan2f(quadrature, gain)));
+            of_quotient = of_quotient.max(error(quadrature / gain));
+        }
+    }
+    println!(
+        "phase by atan2: micromath {of_micromath:.1e}, libm {of_libm:.1e} rad; by the quotient {of_quotient:.1e} rad"
+    );
+    assert!(of_micromath > phase_needed_rad && of_libm < phase_needed_rad);
+}
+
 #[test]
 fn an_empty_window_has_no_amplitude() {
     let mut monitor = DitherMonitor::new();
