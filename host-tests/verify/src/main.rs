@@ -13,6 +13,8 @@ mod set_up;
 
 mod fuzz;
 
+mod library;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
@@ -99,6 +101,13 @@ fn main() -> ExitCode {
         // Aliases of .cargo/config.toml: what the documents tell people to type.
         tally.step(cargo(&[feature]));
     }
+    tally.heading("the library as others take it");
+    tally.step(library::chain_alone());
+    tally.step(library::its_dependencies());
+    for outcome in library::examples() {
+        tally.step(outcome);
+    }
+    tally.step(library::package());
     tally.heading("building the tests");
     tally.step(cargo(&[&TEST[..], &["--no-run"]].concat()));
     tally.heading("tests");
