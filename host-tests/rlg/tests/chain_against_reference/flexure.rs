@@ -40,7 +40,7 @@ fn assert_left(name: &str, known: &Parameters) {
             angle_rad: f64::to_radians(angle_deg),
             flexure_s2: TABLE_3_S2.to_array(),
         };
-        let rigid = (*known).with(|p| p.flexure_s2 = CrossAxis::default());
+        let rigid = known.with(|p| p.flexure_s2 = CrossAxis::default());
         let mut before = Reference::new(&rigid);
         let mut reference = Reference::new(known);
         let mut single = Firmware::<F32>::new(known);

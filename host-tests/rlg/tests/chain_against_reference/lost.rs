@@ -8,7 +8,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rlg::reference::coning::Output;
-use trueaxis::{F32, Fixed, Parameters, Sample};
+use trueaxis::{F32, Fixed, Sample};
 
 const SAMPLES: usize = 40_000;
 
