@@ -37,6 +37,8 @@ pub struct Function {
     pub size: u64,
     /// Addresses of its loops' heads.
     pub loops: BTreeSet<u64>,
+    /// Its instructions in the order of their addresses.
+    pub instructions: Vec<Instruction>,
     /// The most by which it lowers the stack pointer \[bytes\].
     pub frame_bytes: u32,
 }
@@ -113,6 +115,14 @@ impl Code {
         self.functions
             .iter()
             .find_map(|(begin, function)| (function.name == name).then_some(*begin))
+    }
+
+    /// Where the function that holds `address` begins.
+    pub fn holder(&self, address: u64) -> u64 {
+        self.functions
+            .range(..=address)
+            .next_back()
+            .map_or(address, |(begin, _)| *begin)
     }
 
     /// Every function that `from` can reach by direct calls and jumps, itself included.
@@ -326,11 +336,13 @@ impl Text {
                 first,
                 second,
                 jump: target.filter(|_| !is_call),
+                call: target.filter(|_| is_call),
                 table: self.branch_table(at, first, second),
             });
             at += if wide { 4 } else { 2 };
         }
         function.loops = flow::loop_heads(&instructions);
+        function.instructions = instructions;
         Ok(function)
     }
 }

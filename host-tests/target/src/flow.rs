@@ -22,6 +22,8 @@ pub struct Instruction {
     pub second: u32,
     /// Target of a branch that is no call.
     pub jump: Option<u64>,
+    /// Target of a call.
+    pub call: Option<u64>,
     /// Targets of a table of branches.
     pub table: Vec<u64>,
 }
@@ -55,8 +57,8 @@ impl Instruction {
     }
 }
 
-/// Heads of the loops among `instructions`, which begin with the function's first.
-pub fn loop_heads(instructions: &[Instruction]) -> BTreeSet<u64> {
+/// Addresses that may follow each of `instructions`, by its address; those outside the function included.
+pub fn successors(instructions: &[Instruction]) -> BTreeMap<u64, Vec<u64>> {
     let mut ways: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
     let mut conditional = 0u32;
     for instruction in instructions {
@@ -74,15 +76,19 @@ pub fn loop_heads(instructions: &[Instruction]) -> BTreeSet<u64> {
         };
         ways.insert(instruction.address, on);
     }
+    ways
+}
 
-    let mut heads = BTreeSet::new();
+/// Jumps from an address to one on the way from `begin` to it: where from, and where to.
+pub fn jumps_back(begin: u64, ways: &BTreeMap<u64, Vec<u64>>) -> BTreeSet<(u64, u64)> {
+    let mut back = BTreeSet::new();
     let mut done = BTreeSet::new();
     let mut on_the_way = BTreeSet::new();
     // Depth first; what is left to try of each instruction on the way.
     let mut path: Vec<(u64, Vec<u64>)> = Vec::new();
-    if let Some(begin) = instructions.first() {
-        on_the_way.insert(begin.address);
-        path.push((begin.address, ways[&begin.address].clone()));
+    if let Some(on) = ways.get(&begin) {
+        on_the_way.insert(begin);
+        path.push((begin, on.clone()));
     }
     while let Some((at, left)) = path.last_mut() {
         let Some(next) = left.pop() else {
@@ -92,7 +98,7 @@ pub fn loop_heads(instructions: &[Instruction]) -> BTreeSet<u64> {
             continue;
         };
         if on_the_way.contains(&next) {
-            heads.insert(next);
+            back.insert((*at, next));
         } else if !done.contains(&next)
             && let Some(on) = ways.get(&next)
         {
@@ -100,7 +106,16 @@ pub fn loop_heads(instructions: &[Instruction]) -> BTreeSet<u64> {
             path.push((next, on.clone()));
         }
     }
-    heads
+    back
+}
+
+/// Heads of the loops among `instructions`, which begin with the function's first.
+pub fn loop_heads(instructions: &[Instruction]) -> BTreeSet<u64> {
+    let Some(first) = instructions.first() else {
+        return BTreeSet::new();
+    };
+    let back = jumps_back(first.address, &successors(instructions));
+    back.into_iter().map(|(_, head)| head).collect()
 }
 
 #[cfg(test)]
@@ -117,6 +132,7 @@ mod tests {
                 first: *first,
                 second: 0,
                 jump: *jump,
+                call: None,
                 table: Vec::new(),
             })
             .collect()

@@ -26,6 +26,8 @@ pub mod lines;
 
 pub mod stack;
 
+pub mod worst_case;
+
 pub mod emulator;
 
 pub mod events;

@@ -1,0 +1,540 @@
+//! Bounds from above what a function of the image can cost, from its linked instructions: call graph times loop bounds.
+//!
+//! For a function of [`Code`], a bound of the turns of each loop, and a cost of each instruction, it gives the cost of the
+//! dearest path, callees included. No run can exceed it, whatever the data.
+//!
+//! The instructions of a function and their successors ([`flow::successors`]) are a graph. A natural loop (Aho et al.,
+//! *Compilers*, section 9.6.6) whose head is left by a jump back at most n times costs at most n + 1 times the dearest
+//! path from its head within it; inner loops first, each becomes one node of that cost. What remains has no circle, and
+//! the dearest path through it is the function's cost.
+//!
+//! # Assumptions
+//! An instruction that an IT block skips costs as if it were executed. A jump into another function costs as a call of
+//! it from its beginning. Each turn of a loop in a routine of the runtime that copies or clears n bytes stores as many
+//! of them as its instructions do, at least one, so that its loops do n in all; n must be a constant before the call.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::code::{Code, Function};
+use super::flow::{self, Instruction};
+
+/// Why there is no bound.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum WorstCaseError {
+    /// A loop without a bound of its turns: function, and address of the head.
+    Unbounded(String, u64),
+    /// A circle of instructions that can be entered elsewhere than at its head.
+    Irreducible(String, u64),
+    /// Functions that call each other in a circle.
+    Recursion(Vec<String>),
+    /// A call through a register.
+    Indirect(String, u64),
+    /// A copy or clearing of a size that is no constant before the call.
+    Size(String, u64),
+}
+
+impl std::fmt::Display for WorstCaseError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Unbounded(name, at) => write!(f, "a loop without a bound in {name} at {at:#x}"),
+            Self::Irreducible(name, at) => {
+                write!(f, "a loop with two entries in {name} at {at:#x}")
+            }
+            Self::Recursion(names) => write!(f, "{} in a circle", names.join(" > ")),
+            Self::Indirect(name, at) => write!(f, "a call through a register in {name} at {at:#x}"),
+            Self::Size(name, at) => {
+                write!(f, "bytes copied by {name} at {at:#x} are no constant")
+            }
+        }
+    }
+}
+
+impl std::error::Error for WorstCaseError {}
+
+/// Most turns of the loop of a function with its head at an address; `None` where nothing bounds it.
+pub type Turns<'a> = &'a dyn Fn(&Function, u64) -> Option<u64>;
+
+/// Cost of one instruction by itself.
+pub type Cost<'a> = &'a dyn Fn(&Instruction) -> u64;
+
+/// Cycles of one instruction of a Cortex-M4 at most (Arm, *Cortex-M4 Technical Reference Manual*, 3.3.1 and 7.2.3), from
+/// flash with `wait_states` and no cache: the line of 16 bytes that it begins, in part, for each branch a new line, and
+/// for each load or store one access to flash.
+pub fn cycles(instruction: &Instruction, wait_states: u64) -> u64 {
+    let (first, second) = (instruction.first, instruction.second);
+    let is_wide = first >> 11 >= 0b11101;
+    let several = |words: u32| 1 + u64::from(words) + wait_states;
+    let branch = 4 + wait_states;
+    let own = match first {
+        _ if instruction.jump.is_some() || instruction.call.is_some() => branch,
+        // BX, BLX; PUSH, POP; STM, LDM.
+        _ if !is_wide && first & 0xFF00 == 0x4700 => branch,
+        _ if !is_wide && first & 0xF600 == 0xB400 => branch + several((first & 0x1FF).count_ones()),
+        _ if !is_wide && first & 0xF000 == 0xC000 => several((first & 0xFF).count_ones()),
+        // LDR from the constants behind the function; loads and stores.
+        _ if !is_wide && (0x4800..0xA000).contains(&first) => several(1),
+        // TBB, TBH; LDM, STM; LDRD, STRD.
+        _ if first & 0xFFF0 == 0xE8D0 && second & 0xFFE0 == 0xF000 => branch + several(1),
+        _ if first & 0xFE40 == 0xE800 => branch + several(second.count_ones()),
+        _ if first & 0xFE40 == 0xE840 => several(2),
+        // VLDR, VSTR, VLDM, VSTM, VPUSH, VPOP.
+        _ if first & 0xFF20 == 0xED00 => several(1),
+        _ if first & 0xFE00 == 0xEC00 => several(second & 0xFF),
+        // LDR, STR and their like; of the program counter.
+        _ if first & 0xFE00 == 0xF800 => branch + several(1),
+        // SDIV, UDIV; VDIV; VSQRT.
+        _ if first & 0xFFD0 == 0xFB90 && second & 0xF0 == 0xF0 => 12,
+        _ if first & 0xFFB0 == 0xEE80 && second & 0x0E50 == 0x0A00 => 14,
+        _ if first & 0xFFBF == 0xEEB1 && second & 0x0ED0 == 0x0AC0 => 14,
+        // VMLA and its like take 3, products 1.
+        _ if first & 0xFF00 == 0xEE00 => 3,
+        _ => 1,
+    };
+    // A line of four wide or eight narrow instructions costs its wait states once; rounded up for each.
+    let of_line = wait_states.div_ceil(if is_wide { 4 } else { 8 });
+    own + of_line
+}
+
+/// The cost of the dearest path through the function that begins at `from`, callees included.
+pub fn cost(code: &Code, from: u64, turns: Turns, of: Cost) -> Result<u64, WorstCaseError> {
+    let mut search = Search {
+        code,
+        turns,
+        of,
+        known: BTreeMap::new(),
+        open: Vec::new(),
+    };
+    search.function(from, None)
+}
+
+struct Search<'a> {
+    code: &'a Code,
+    turns: Turns<'a>,
+    of: Cost<'a>,
+    /// Cost by function and, of a routine that copies or clears, bytes.
+    known: BTreeMap<(u64, Option<u64>), u64>,
+    open: Vec<u64>,
+}
+
+impl Search<'_> {
+    /// The cost of a function; of a routine that copies or clears, for `bytes` of them.
+    fn function(&mut self, begin: u64, bytes: Option<u64>) -> Result<u64, WorstCaseError> {
+        if let Some(known) = self.known.get(&(begin, bytes)) {
+            return Ok(*known);
+        }
+        let Some(function) = self.code.functions.get(&begin) else {
+            return Ok(0);
+        };
+        if let Some(at) = function.indirect.first() {
+            return Err(WorstCaseError::Indirect(function.name.clone(), *at));
+        }
+        if self.open.contains(&begin) {
+            let names = self.open.iter().map(|at| self.code.name(*at).to_owned());
+            return Err(WorstCaseError::Recursion(names.collect()));
+        }
+        self.open.push(begin);
+        let mut costs = BTreeMap::new();
+        for (place, instruction) in function.instructions.iter().enumerate() {
+            let own = (self.of)(instruction);
+            let callee = self.callee(function, place, bytes)?;
+            costs.insert(instruction.address, own + callee);
+        }
+        let graph = Graph {
+            ways: flow::successors(&function.instructions),
+            costs,
+            stored: function
+                .instructions
+                .iter()
+                .map(|instruction| (instruction.address, stored_bytes(instruction)))
+                .collect(),
+            entry: begin,
+        };
+        let turns = |head: u64| match bytes {
+            Some(_) => Some(0),
+            None => (self.turns)(function, head),
+        };
+        let dearest = graph
+            .dearest(&turns)
+            .map_err(|fault| fault.of(&function.name))?;
+        let turned = |bytes: u64| {
+            let loops = dearest.turns.iter();
+            loops
+                .map(|(cost, stored)| (cost * bytes).div_ceil(*stored))
+                .max()
+        };
+        let cost = dearest.path + bytes.and_then(turned).unwrap_or(0);
+        self.open.pop();
+        self.known.insert((begin, bytes), cost);
+        Ok(cost)
+    }
+
+    /// The cost of what the instruction calls, or jumps to outside its function.
+    fn callee(
+        &mut self,
+        function: &Function,
+        place: usize,
+        bytes: Option<u64>,
+    ) -> Result<u64, WorstCaseError> {
+        let instruction = &function.instructions[place];
+        let inside = |target: u64| {
+            let first = function.instructions[0].address;
+            (first..first + function.size).contains(&target)
+        };
+        let Some(target) = instruction
+            .call
+            .or(instruction.jump.filter(|target| !inside(*target)))
+        else {
+            return Ok(0);
+        };
+        let target = self.code.holder(target);
+        let name = self.code.name(target);
+        if !copies_or_clears(name) {
+            return self.function(target, None);
+        }
+        // Among themselves these routines hand on what is left.
+        let bytes = bytes.or_else(|| size_before(&function.instructions[..place], name));
+        let bytes = bytes
+            .ok_or_else(|| WorstCaseError::Size(function.name.clone(), instruction.address))?;
+        self.function(target, Some(bytes))
+    }
+}
+
+/// Whether a function is one of the runtime's routines that copy or clear memory.
+fn copies_or_clears(name: &str) -> bool {
+    name.starts_with("__aeabi_mem") || name.contains("::mem::") || name == "memcpy"
+}
+
+/// The constant in the size's register before a call: r2 of a copy, r1 of a clearing (Run-time ABI for the Arm
+/// Architecture, 4.3.4).
+fn size_before(before: &[Instruction], name: &str) -> Option<u64> {
+    const NEAR: usize = 16;
+    let register = if name.contains("clr") { 1 } else { 2 };
+    before.iter().rev().take(NEAR).find_map(|instruction| {
+        let (first, second) = (instruction.first, instruction.second);
+        if first & 0xF800 == 0x2000 && first >> 8 & 7 == register {
+            // MOVS Rd, #imm8.
+            Some(u64::from(first & 0xFF))
+        } else if first & 0xFBF0 == 0xF240 && second >> 8 & 0xF == register {
+            // MOVW Rd, #imm16.
+            let high = (first & 0xF) << 12 | (first >> 10 & 1) << 11;
+            Some(u64::from(high | (second >> 12 & 7) << 8 | second & 0xFF))
+        } else {
+            None
+        }
+    })
+}
+
+/// Bytes that an instruction stores (ARMv7-M reference manual, A5.2.4, A5.3.5, A5.3.6 and A5.3.10).
+fn stored_bytes(instruction: &Instruction) -> u64 {
+    let (first, second) = (instruction.first, instruction.second);
+    let words = |registers: u32| 4 * u64::from(registers.count_ones());
+    match first {
+        0x5000..0x5200 | 0x6000..0x6800 | 0x9000..0x9800 => 4,
+        0x5200..0x5400 | 0x8000..0x8800 => 2,
+        0x5400..0x5600 | 0x7000..0x7800 => 1,
+        0xC000..0xC800 => words(first & 0xFF),
+        _ if first & 0xFF70 == 0xF840 => 4,
+        _ if first & 0xFF70 == 0xF820 => 2,
+        _ if first & 0xFF70 == 0xF800 => 1,
+        _ if first & 0xFE50 == 0xE840 && first & 0x0120 != 0 => 8,
+        _ if first & 0xFE50 == 0xE800 => words(second),
+        _ => 0,
+    }
+}
+
+/// A function's instructions by address, with what follows each and what each costs.
+struct Graph {
+    ways: BTreeMap<u64, Vec<u64>>,
+    costs: BTreeMap<u64, u64>,
+    /// Bytes that each instruction stores.
+    stored: BTreeMap<u64, u64>,
+    entry: u64,
+}
+
+/// Costs of a function.
+struct Dearest {
+    /// Of the dearest path through it.
+    path: u64,
+    /// Of one turn of each of its loops, and the bytes that it stores, at least 1.
+    turns: Vec<(u64, u64)>,
+}
+
+/// A loop that cannot be bounded, by its head.
+enum Fault {
+    Unbounded(u64),
+    Irreducible(u64),
+}
+
+impl Fault {
+    fn of(self, name: &str) -> WorstCaseError {
+        match self {
+            Self::Unbounded(at) => WorstCaseError::Unbounded(name.to_owned(), at),
+            Self::Irreducible(at) => WorstCaseError::Irreducible(name.to_owned(), at),
+        }
+    }
+}
+
+impl Graph {
+    /// The cost of the dearest path from the entry, with loops turned as often as they may.
+    fn dearest(mut self, turns: &dyn Fn(u64) -> Option<u64>) -> Result<Dearest, Fault> {
+        for ways in self.ways.values_mut() {
+            ways.retain(|to| self.costs.contains_key(to));
+        }
+        let mut loops: Vec<(u64, BTreeSet<u64>)> = self.loops()?.into_iter().collect();
+        // An inner loop is smaller than the one around it.
+        loops.sort_by_key(|(_, body)| body.len());
+        let mut one_turn = Vec::new();
+        for (head, body) in loops {
+            let most = turns(head).ok_or(Fault::Unbounded(head))?;
+            let stored = self.stored_by_a_turn(&body);
+            one_turn.push((self.collapse(head, &body, most)?, stored));
+        }
+        let all: BTreeSet<u64> = self.ways.keys().copied().collect();
+        let path = self.dearest_within(self.entry, &all)?;
+        Ok(Dearest {
+            path,
+            turns: one_turn,
+        })
+    }
+
+    /// Bytes that every turn of a loop stores, where it has one way only; else, or where it stores none, 1.
+    fn stored_by_a_turn(&self, body: &BTreeSet<u64>) -> u64 {
+        let inside = |at: &u64| {
+            let ways = self.ways.get(at).into_iter().flatten();
+            ways.filter(|to| body.contains(to)).count()
+        };
+        if body.iter().any(|at| inside(at) > 1) {
+            return 1;
+        }
+        let stored = body.iter().filter_map(|at| self.stored.get(at));
+        stored.sum::<u64>().max(1)
+    }
+
+    /// Natural loops: the head, and what reaches a jump back to it without passing it.
+    fn loops(&self) -> Result<BTreeMap<u64, BTreeSet<u64>>, Fault> {
+        let mut before: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
+        for (from, ways) in &self.ways {
+            for to in ways {
+                before.entry(*to).or_default().push(*from);
+            }
+        }
+        let mut loops: BTreeMap<u64, BTreeSet<u64>> = BTreeMap::new();
+        for (from, head) in flow::jumps_back(self.entry, &self.ways) {
+            let body = loops.entry(head).or_insert_with(|| BTreeSet::from([head]));
+            let mut open = vec![from];
+            while let Some(at) = open.pop() {
+                if body.insert(at) {
+                    open.extend(before.get(&at).into_iter().flatten());
+                }
+            }
+            // The way back from the jump has found the entry: another way leads into the loop than by its head.
+            if head != self.entry && body.contains(&self.entry) {
+                return Err(Fault::Irreducible(head));
+            }
+        }
+        Ok(loops)
+    }
+
+    /// Makes one node of a loop: it costs all its turns, and is followed by what the loop is left to.
+    ///
+    /// # Returns
+    /// The cost of one turn.
+    fn collapse(&mut self, head: u64, body: &BTreeSet<u64>, most: u64) -> Result<u64, Fault> {
+        if let Some(to_itself) = self.ways.get_mut(&head) {
+            to_itself.retain(|to| *to != head);
+        }
+        let back: Vec<u64> = body.iter().copied().filter(|at| *at != head).collect();
+        for at in &back {
+            if let Some(ways) = self.ways.get_mut(at) {
+                ways.retain(|to| *to != head);
+            }
+        }
+        let once = self.dearest_within(head, body)?;
+        let mut out: BTreeSet<u64> = BTreeSet::new();
+        for at in body {
+            out.extend(self.ways.get(at).into_iter().flatten());
+        }
+        for at in &back {
+            self.ways.remove(at);
+            self.costs.remove(at);
+        }
+        out.retain(|to| !body.contains(to));
+        self.ways.insert(head, out.into_iter().collect());
+        self.costs.insert(head, once * (most + 1));
+        Ok(once)
+    }
+
+    /// The dearest path from `begin` within `nodes`, among which there is no circle any more.
+    fn dearest_within(&self, begin: u64, nodes: &BTreeSet<u64>) -> Result<u64, Fault> {
+        let mut dearest: BTreeMap<u64, u64> = BTreeMap::new();
+        let mut entered = BTreeSet::new();
+        let mut open = vec![begin];
+        while let Some(at) = open.last().copied() {
+            let ways = self.ways.get(&at).into_iter().flatten();
+            let ways: Vec<u64> = ways.copied().filter(|to| nodes.contains(to)).collect();
+            if entered.insert(at) {
+                let new = ways.iter().filter(|to| !dearest.contains_key(to));
+                for to in new {
+                    if entered.contains(to) {
+                        return Err(Fault::Irreducible(*to));
+                    }
+                    open.push(*to);
+                }
+                continue;
+            }
+            open.pop();
+            if dearest.contains_key(&at) {
+                continue;
+            }
+            let after = ways.iter().filter_map(|to| dearest.get(to)).max();
+            let cost = self.costs.get(&at).copied().unwrap_or(0);
+            dearest.insert(at, cost + after.copied().unwrap_or(0));
+        }
+        Ok(dearest.get(&begin).copied().unwrap_or(0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::{Code, WorstCaseError, cost};
+    use crate::code::Function;
+    use crate::flow::Instruction;
+
+    const NOP: u32 = 0xBF00;
+    const RETURN: u32 = 0x4770;
+    const BRANCH: u32 = 0xE000;
+    const BRANCH_IF_EQUAL: u32 = 0xD000;
+
+    /// An instruction: first halfword, where it jumps to, what it calls.
+    type Line = (u32, Option<u64>, Option<u64>);
+
+    /// Instructions of two bytes from `begin` on.
+    fn function(name: &str, begin: u64, lines: &[Line]) -> (u64, Function) {
+        let instructions = lines.iter().enumerate().map(|(at, line)| Instruction {
+            address: begin + 2 * at as u64,
+            first: line.0,
+            second: 0,
+            jump: line.1,
+            call: line.2,
+            table: Vec::new(),
+        });
+        let function = Function {
+            name: name.to_owned(),
+            size: 2 * lines.len() as u64,
+            instructions: instructions.collect(),
+            ..Function::default()
+        };
+        (begin, function)
+    }
+
+    fn bound<const N: usize>(
+        functions: [(u64, Function); N],
+        turns: impl Fn(&Function, u64) -> Option<u64>,
+    ) -> Result<u64, WorstCaseError> {
+        let code = Code {
+            functions: BTreeMap::from(functions),
+        };
+        cost(&code, 0x100, &turns, &|_| 1)
+    }
+
+    #[test]
+    fn the_longer_of_two_ways_counts() {
+        let branching = function(
+            "f",
+            0x100,
+            &[
+                (BRANCH_IF_EQUAL, Some(0x108), None),
+                (NOP, None, None),
+                (NOP, None, None),
+                (NOP, None, None),
+                (RETURN, None, None),
+            ],
+        );
+        assert_eq!(bound([branching], |_, _| None), Ok(5));
+    }
+
+    #[test]
+    fn a_loop_counts_as_often_as_it_turns_and_once_more_and_its_callee_each_time() {
+        // Inner loop 0x104..0x106, outer 0x102..0x10A, and a call in the inner.
+        let lines = [
+            (NOP, None, None),
+            (NOP, None, None),
+            (NOP, None, Some(0x200)),
+            (BRANCH_IF_EQUAL, Some(0x104), None),
+            (NOP, None, None),
+            (BRANCH_IF_EQUAL, Some(0x102), None),
+            (RETURN, None, None),
+        ];
+        let called = || function("called", 0x200, &[(NOP, None, None), (RETURN, None, None)]);
+        let turns = |_: &Function, head: u64| Some(if head == 0x104 { 9 } else { 4 });
+        // Inner: call, callee of 2, branch: 4, ten times. Outer: 1 + 40 + 2, five times.
+        let whole = bound([function("f", 0x100, &lines), called()], turns);
+        assert_eq!(whole, Ok(1 + 5 * 43 + 1));
+        let none = |_: &Function, head: u64| (head == 0x104).then_some(9);
+        assert_eq!(
+            bound([function("f", 0x100, &lines), called()], none),
+            Err(WorstCaseError::Unbounded("f".to_owned(), 0x102))
+        );
+    }
+
+    #[test]
+    fn a_loop_with_a_second_entry_and_recursion_are_refused() {
+        let two_entries = [
+            (BRANCH_IF_EQUAL, Some(0x104), None),
+            (NOP, None, None),
+            (NOP, None, None),
+            (BRANCH_IF_EQUAL, Some(0x102), None),
+            (RETURN, None, None),
+        ];
+        assert!(matches!(
+            bound([function("f", 0x100, &two_entries)], |_, _| Some(1)),
+            Err(WorstCaseError::Irreducible(..))
+        ));
+        let itself = [(NOP, None, Some(0x100)), (RETURN, None, None)];
+        assert!(matches!(
+            bound([function("f", 0x100, &itself)], |_, _| Some(1)),
+            Err(WorstCaseError::Recursion(_))
+        ));
+    }
+
+    #[test]
+    fn a_jump_out_of_the_function_costs_what_it_leads_to() {
+        let first = function(
+            "f",
+            0x100,
+            &[(NOP, None, None), (BRANCH, Some(0x200), None)],
+        );
+        let second = function("g", 0x200, &[(NOP, None, None), (RETURN, None, None)]);
+        assert_eq!(bound([first, second], |_, _| None), Ok(4));
+    }
+
+    #[test]
+    fn a_copy_turns_as_often_as_it_has_bytes_and_must_say_them() {
+        let copy = || {
+            let lines = [
+                (NOP, None, None),
+                (BRANCH_IF_EQUAL, Some(0x200), None),
+                (RETURN, None, None),
+            ];
+            function("__aeabi_memcpy", 0x200, &lines)
+        };
+        // MOVS r2, #12; the call; return.
+        let sized = [
+            (0x220C, None, None),
+            (NOP, None, Some(0x200)),
+            (RETURN, None, None),
+        ];
+        assert_eq!(
+            bound([function("f", 0x100, &sized), copy()], |_, _| None),
+            // Two before the copy and one behind; its path of 3, and 12 turns of 2.
+            Ok(3 + 3 + 12 * 2)
+        );
+        let unsized_copy = [(NOP, None, Some(0x200)), (RETURN, None, None)];
+        assert_eq!(
+            bound([function("f", 0x100, &unsized_copy), copy()], |_, _| None),
+            Err(WorstCaseError::Size("f".to_owned(), 0x100))
+        );
+    }
+}
