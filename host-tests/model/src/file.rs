@@ -18,6 +18,7 @@ use super::{
 };
 use rlg_recording::error::InputError;
 use rlg_recording::keys::names;
+use rlg_recording::nearest;
 use rlg_recording::toml_file;
 
 #[derive(Deserialize)]
@@ -175,7 +176,7 @@ impl Model {
                 .collect::<Result<_, _>>()?,
         };
         model.check(path)?;
-        Ok((model, unknown_keys(path, &table)))
+        Ok((model, unknown_keys(path, &table)?))
     }
 }
 
@@ -224,7 +225,8 @@ fn effect(path: &Path, index: usize, table: toml::Table) -> Result<ModelEffect, 
     Ok(ModelEffect { kind, parameters })
 }
 
-fn unknown_keys(path: &Path, table: &toml::Table) -> Vec<String> {
+/// Warnings about keys that others may have added; an error for one that is nearly a known key.
+fn unknown_keys(path: &Path, table: &toml::Table) -> Result<Vec<String>, InputError> {
     let mut warnings = Vec::new();
     let known = |section: &str, key: &str| {
         let mut keys = KEYS.iter();
@@ -233,22 +235,37 @@ fn unknown_keys(path: &Path, table: &toml::Table) -> Vec<String> {
             section => keys.any(|known| known.section == section && known.name == key),
         }
     };
-    let mut warn = |key: String| {
+    let mut warn = |section: &str, key: &str| {
+        let of_section = KEYS.iter().filter(|known| known.section == section);
+        let near = match section {
+            "" => nearest(key, KEYS.iter().map(|known| known.top())),
+            _ => nearest(key, of_section.map(|known| known.name)),
+        };
+        let whole = match section {
+            "" => key.to_owned(),
+            section => format!("{section}.{key}"),
+        };
+        if let Some(near) = near {
+            return Err(InputError::new(path, "is no key here")
+                .channel(whole)
+                .expected(format!("{near:?}")));
+        }
         warnings.push(format!(
-            "{}: the key `{key}` is not known and was passed over",
+            "{}: the key `{whole}` is not known and was passed over",
             path.display()
         ));
+        Ok(())
     };
     for (section, value) in table {
         if !known("", section) {
-            warn(section.clone());
+            warn("", section)?;
         }
         let Some(keys) = value.as_table().filter(|_| known("", section)) else {
             continue;
         };
         for key in keys.keys().filter(|key| !known(section, key)) {
-            warn(format!("{section}.{key}"));
+            warn(section, key)?;
         }
     }
-    warnings
+    Ok(warnings)
 }

@@ -11,6 +11,7 @@ use super::folder::read_table;
 use super::manifest::MANIFEST;
 use super::{Quantity, Recording};
 use crate::error::InputError;
+use crate::toml_file;
 
 /// Circumstances of a recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,6 +26,31 @@ pub struct About {
     pub start_s: Option<f64>,
     /// Mean temperature \[K\].
     pub temperature_k: Option<f64>,
+}
+
+/// What stands at the top of a `recording.toml` that is written, beside what the rows say.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Head {
+    /// Lines that begin with `#`.
+    pub comment: String,
+    /// Name of the instrument.
+    pub instrument: Option<String>,
+    /// Date and time of the recording's time 0 with its zone, as RFC 3339 has it.
+    pub start: Option<String>,
+}
+
+impl Head {
+    /// Its text, without keys that have no value.
+    pub(super) fn to_toml(&self) -> String {
+        let mut text = self.comment.clone();
+        if let Some(instrument) = &self.instrument {
+            text.push_str(&format!("instrument = {}\n", toml_file::string(instrument)));
+        }
+        if let Some(start) = &self.start {
+            text.push_str(&format!("start = {start}\n"));
+        }
+        text
+    }
 }
 
 impl About {

@@ -146,15 +146,18 @@ pub(super) fn read_table(
     let period_s = clock.period_s(rows);
     let mut channels = Vec::with_capacity(columns.len());
     for (channel, mut values) in entry.channels.iter().zip(columns) {
+        // Rates of a quantity that is an angle over the row's period.
+        let period = if channel.is_rate { period_s } else { 1.0 };
+        let (scale, offset) = (channel.scale * period, channel.offset * period);
         for value in &mut values {
-            *value = *value * channel.scale + channel.offset;
+            *value = *value * scale + offset;
         }
         let channel = Channel {
             column: channel.column.clone(),
             quantity: channel.quantity(),
             axis: channel.axis.clone(),
-            scale: channel.scale,
-            offset: channel.offset,
+            scale,
+            offset,
             values,
         };
         check_values(&path, &channel, period_s, whole)?;

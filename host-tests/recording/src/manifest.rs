@@ -8,13 +8,18 @@ use std::path::{Component, Path};
 
 use serde::Deserialize;
 
+use super::misspelt;
 use super::quantity::{AxisRule, same_unit};
+use super::units::{Dimension, Unit};
 use super::{Quantity, Segment, Site};
 use crate::error::InputError;
 use crate::toml_file;
 
 /// Its name in the folder.
 pub const MANIFEST: &str = "recording.toml";
+
+/// The name of rates of the case, which are read as [`Quantity::ReferenceIncrement`]: rate times period.
+const REFERENCE_RATE: &str = "reference_rate";
 
 /// Gravity of any place on Earth lies well inside these \[m/s²\]; outside, it is in other units.
 const GRAVITY_M_S2: [f64; 2] = [9.0, 10.5];
@@ -57,6 +62,9 @@ pub(super) struct ChannelEntry {
     pub scale: f64,
     #[serde(default)]
     pub offset: f64,
+    /// Whether it holds rates of a quantity that is an angle over the row's period.
+    #[serde(skip)]
+    pub is_rate: bool,
 }
 
 #[derive(Debug, Deserialize)]
@@ -80,15 +88,23 @@ pub(super) enum ClockEntry<'a> {
 impl Manifest {
     /// Reads and judges `path`.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let (_, manifest): (_, Self) = toml_file::read(path)?;
-        manifest.check(path)?;
-        Ok(manifest)
+        Self::from_text(path, &toml_file::read_text(path)?)
     }
 
-    /// Judges a text before it is written to `path`.
+    /// Judges a text that `path` holds or will hold.
     pub fn from_text(path: &Path, text: &str) -> Result<Self, InputError> {
-        let (_, manifest): (_, Self) = toml_file::parse(path, text)?;
+        let table = toml_file::table(path, text)?;
+        // Before anything is missed, for it may be there under a name that is nearly right.
+        misspelt::check_keys(path, &table)?;
+        let (_, mut manifest): (_, Self) = toml_file::parse(path, text)?;
         manifest.check(path)?;
+        for channel in manifest
+            .tables
+            .iter_mut()
+            .flat_map(|table| &mut table.channels)
+        {
+            channel.turn_into_si();
+        }
         Ok(manifest)
     }
 
@@ -216,8 +232,42 @@ impl ChannelEntry {
         Quantity::from_name(&self.quantity)
     }
 
+    /// The unit of what is stored × scale + offset, where it is stated and not the quantity's own.
+    fn own_unit(&self) -> Option<&str> {
+        let written = self.unit.as_deref()?;
+        let expected = match self.quantity.as_str() {
+            REFERENCE_RATE => "rad/s",
+            _ => self.quantity().unit()?,
+        };
+        (!same_unit(written, expected)).then_some(written)
+    }
+
+    /// The dimension of what is stored.
+    fn dimension(&self) -> Option<Dimension> {
+        match self.quantity.as_str() {
+            REFERENCE_RATE => Some(Dimension::AngularRate),
+            _ => Dimension::of(&self.quantity()),
+        }
+    }
+
+    /// Puts a stated unit into scale and offset.
+    fn turn_into_si(&mut self) {
+        if let Some(unit) = self.own_unit().and_then(Unit::parse) {
+            self.offset = self.offset * unit.scale + unit.offset;
+            self.scale *= unit.scale;
+            self.unit = None;
+        }
+        if self.quantity == REFERENCE_RATE {
+            self.is_rate = true;
+            self.quantity = Quantity::ReferenceIncrement.name().to_owned();
+        }
+    }
+
     fn check(&self, path: &Path, file: &str) -> Result<(), InputError> {
         let name = format!("table {file}, channel {}", self.column);
+        if self.quantity != REFERENCE_RATE {
+            misspelt::check_quantity(path, &name, &self.quantity)?;
+        }
         let quantity = self.quantity();
         let axis = self.axis.as_deref();
         let (allowed, expected) = match quantity.axis_rule() {
@@ -233,6 +283,10 @@ impl ChannelEntry {
                 matches!(axis, Some("w" | "x" | "y" | "z")),
                 "\"w\", \"x\", \"y\" or \"z\"",
             ),
+            AxisRule::Free if self.quantity == REFERENCE_RATE => (
+                matches!(axis, Some("x" | "y" | "z")),
+                "\"x\", \"y\" or \"z\"",
+            ),
             AxisRule::Free => (true, ""),
         };
         if !allowed {
@@ -242,14 +296,24 @@ impl ChannelEntry {
                 .value(axis.map_or("none".to_owned(), |axis| format!("{axis:?}")))
                 .expected(format!("axis = {expected}")));
         }
-        if let (Some(written), Some(unit)) = (&self.unit, quantity.unit())
-            && !same_unit(written, unit)
+        let fits = |unit: Unit| {
+            let is_count = quantity == Quantity::GyroCount;
+            !is_count && Some(unit.dimension) == self.dimension()
+        };
+        if let Some(written) = self
+            .own_unit()
+            .filter(|unit| !Unit::parse(unit).is_some_and(fits))
         {
-            let problem = format!("{} is in another unit", quantity.name());
+            let problem = format!("{} is in another unit", self.quantity);
+            let own = quantity.unit().unwrap_or("1");
+            let examples = self.dimension().map_or("1", Dimension::examples);
             return Err(InputError::new(path, problem)
                 .channel(name)
                 .value(format!("{written:?}"))
-                .expected(format!("{unit:?} after scale and offset")));
+                .expected(match quantity {
+                    Quantity::GyroCount => "\"1\" after scale and offset".to_owned(),
+                    _ => format!("{own:?} after scale and offset, or one of {examples}"),
+                }));
         }
         if !self.scale.is_finite() || self.scale == 0.0 {
             return Err(InputError::new(path, "is not a scale")

@@ -9,11 +9,12 @@ use std::path::Path;
 
 use arrow_array::cast::AsArray;
 use arrow_array::types::{
-    Float16Type, Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, UInt8Type,
-    UInt16Type, UInt32Type, UInt64Type,
+    Float16Type, Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type,
+    TimestampMicrosecondType, TimestampMillisecondType, TimestampNanosecondType,
+    TimestampSecondType, UInt8Type, UInt16Type, UInt32Type, UInt64Type,
 };
 use arrow_array::{Array, ArrayRef};
-use arrow_schema::DataType;
+use arrow_schema::{DataType, TimeUnit};
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ArrowReaderOptions, ParquetRecordBatchReaderBuilder};
 use parquet::file::metadata::RowGroupMetaData;
@@ -29,18 +30,74 @@ pub(super) fn rows(path: &Path) -> Result<usize, InputError> {
     Ok(usize::try_from(rows).unwrap_or(0))
 }
 
-/// All columns of numbers of `path`, with their names: for files that no `recording.toml` describes.
-pub fn parquet_columns(path: &Path) -> Result<Vec<(String, Vec<f64>)>, InputError> {
+/// A column of a file that no `recording.toml` describes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ForeignColumn {
+    /// Its name.
+    pub name: String,
+    /// Numbers as stored, NaN for null; of date-times the seconds since `origin_s`.
+    pub values: Vec<f64>,
+    /// Of date-times the whole second since 1970 from which `values` count \[s\].
+    pub origin_s: Option<i64>,
+    /// Whether the date-times are instants in UTC; else their zone is not stated.
+    pub has_zone: bool,
+}
+
+/// All columns of numbers and of date-times of `path`: for files that no `recording.toml` describes.
+pub fn parquet_columns(path: &Path) -> Result<Vec<ForeignColumn>, InputError> {
     let builder = open(path)?;
     let is_number = |data_type: &DataType| data_type.is_numeric() && !is_decimal(data_type);
-    let fields = builder.schema().fields().iter();
-    let names: Vec<String> = fields
-        .filter(|field| is_number(field.data_type()))
-        .map(|field| field.name().clone())
-        .collect();
+    let mut found = Vec::new();
+    let mut are_dates = Vec::new();
+    for field in builder.schema().fields() {
+        let zone = match field.data_type() {
+            DataType::Timestamp(_, zone) => Some(zone.is_some()),
+            data_type if is_number(data_type) => None,
+            _ => continue,
+        };
+        are_dates.push(zone.is_some());
+        found.push(ForeignColumn {
+            name: field.name().clone(),
+            values: Vec::new(),
+            origin_s: None,
+            has_zone: zone.unwrap_or(false),
+        });
+    }
+    let names: Vec<String> = found.iter().map(|column| column.name.clone()).collect();
     let wanted: Vec<&str> = names.iter().map(String::as_str).collect();
-    let columns = read_rows(path, &wanted, None)?;
-    Ok(names.into_iter().zip(columns).collect())
+    batches(path, &wanted, None, |place, array| {
+        let column = &mut found[place];
+        match are_dates[place] {
+            true => append_dates(array, column),
+            false => append(path, wanted[place], array, &mut column.values)?,
+        }
+        Ok(())
+    })?;
+    Ok(found)
+}
+
+/// Adds date-times as seconds since the whole second of the first that is there.
+fn append_dates(array: &ArrayRef, column: &mut ForeignColumn) {
+    macro_rules! dates {
+        ($type:ty, $per_second:expr) => {
+            for value in array.as_primitive::<$type>() {
+                column.values.push(value.map_or(f64::NAN, |since: i64| {
+                    let whole_s = since.div_euclid($per_second);
+                    let origin_s = *column.origin_s.get_or_insert(whole_s);
+                    (whole_s - origin_s) as f64
+                        + since.rem_euclid($per_second) as f64 / $per_second as f64
+                }));
+            }
+        };
+    }
+    match array.data_type() {
+        DataType::Timestamp(TimeUnit::Second, _) => dates!(TimestampSecondType, 1),
+        DataType::Timestamp(TimeUnit::Millisecond, _) => dates!(TimestampMillisecondType, 1_000),
+        DataType::Timestamp(TimeUnit::Microsecond, _) => {
+            dates!(TimestampMicrosecondType, 1_000_000);
+        }
+        _ => dates!(TimestampNanosecondType, 1_000_000_000),
+    }
 }
 
 fn is_decimal(data_type: &DataType) -> bool {
@@ -60,6 +117,29 @@ pub(super) fn read_rows(
     wanted: &[&str],
     rows: Option<Range<usize>>,
 ) -> Result<Vec<Vec<f64>>, InputError> {
+    let capacity = match &rows {
+        Some(rows) => rows.len(),
+        None => self::rows(path)?,
+    };
+    // A damaged row count must not decide an allocation; it only saves a few copies when it is sane.
+    let capacity = capacity.min(1 << 24);
+    let mut columns: Vec<Vec<f64>> = wanted
+        .iter()
+        .map(|_| Vec::with_capacity(capacity))
+        .collect();
+    batches(path, wanted, rows, |place, array| {
+        append(path, wanted[place], array, &mut columns[place])
+    })?;
+    Ok(columns)
+}
+
+/// Calls `take` with each stretch of each wanted column, by its place in `wanted`, in the order of the rows.
+fn batches(
+    path: &Path,
+    wanted: &[&str],
+    rows: Option<Range<usize>>,
+    mut take: impl FnMut(usize, &ArrayRef) -> Result<(), InputError>,
+) -> Result<(), InputError> {
     let damaged = |error: &dyn std::fmt::Display| damaged(path, error);
     let mut builder = open(path)?;
     let names: Vec<String> = builder
@@ -71,7 +151,6 @@ pub(super) fn read_rows(
     let roots = locate(path, &names, wanted)?;
 
     let mask = ProjectionMask::roots(builder.parquet_schema(), roots.iter().copied());
-    let mut capacity = usize::try_from(builder.metadata().file_metadata().num_rows()).unwrap_or(0);
     if let Some(rows) = rows {
         let mut first = 0;
         let mut before = 0;
@@ -85,7 +164,6 @@ pub(super) fn read_rows(
             }
             first = end;
         }
-        capacity = rows.len();
         builder = builder
             .with_row_groups(groups)
             .with_offset(rows.start - before.min(rows.start))
@@ -96,22 +174,16 @@ pub(super) fn read_rows(
         .with_batch_size(BATCH_ROWS)
         .build()
         .map_err(|error| damaged(&error))?;
-    // A damaged row count must not decide an allocation; it only saves a few copies when it is sane.
-    let capacity = capacity.min(1 << 24);
-    let mut columns: Vec<Vec<f64>> = wanted
-        .iter()
-        .map(|_| Vec::with_capacity(capacity))
-        .collect();
     for batch in reader {
         let batch = batch.map_err(|error| damaged(&error))?;
-        for ((column, &root), name) in columns.iter_mut().zip(&roots).zip(wanted) {
+        for (place, (&root, name)) in roots.iter().zip(wanted).enumerate() {
             let array = batch
                 .column_by_name(&names[root])
                 .ok_or_else(|| InputError::new(path, "has no such column").channel(*name))?;
-            append(path, name, array, column)?;
+            take(place, array)?;
         }
     }
-    Ok(columns)
+    Ok(())
 }
 
 fn damaged(path: &Path, error: &dyn std::fmt::Display) -> InputError {

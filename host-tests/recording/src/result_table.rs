@@ -23,7 +23,7 @@ pub enum ResultColumn {
 
 /// Columns of equal length with their names.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ResultTable(pub Vec<(&'static str, ResultColumn)>);
+pub struct ResultTable(pub Vec<(String, ResultColumn)>);
 
 impl ResultColumn {
     fn len(&self) -> usize {
@@ -64,7 +64,7 @@ impl ResultTable {
             ResultColumn::Number(values) => Arc::new(Float64Array::from(values.clone())),
         };
         let columns = self.0.iter();
-        let columns = columns.map(|(name, column)| (*name, array(column), true));
+        let columns = columns.map(|(name, column)| (name, array(column), true));
         let fault = |error: &dyn std::fmt::Display| {
             InputError::new(path, format!("cannot be written ({error})"))
         };

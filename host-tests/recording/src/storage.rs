@@ -16,7 +16,7 @@ use parquet::file::properties::{DEFAULT_MAX_ROW_GROUP_ROW_COUNT, WriterPropertie
 
 use super::manifest::{MANIFEST, Manifest};
 use super::manifest_text::manifest_text;
-use super::{Channel, Clock, Recording, Table};
+use super::{Channel, Clock, Head, Recording, Table};
 use crate::error::InputError;
 use crate::output::OutputFolder;
 
@@ -73,16 +73,11 @@ impl Recording {
 
     /// Adds its files to `out`, `recording.toml` last.
     pub fn write_into(&self, out: &mut OutputFolder) -> Result<(), InputError> {
-        self.write_commented_into(out, "")
+        self.write_headed_into(out, &Head::default())
     }
 
-    /// Adds its files to `out` as [`Recording::write_into`] does, with `comment`, lines that begin with `#`, at the head of
-    /// `recording.toml`.
-    pub fn write_commented_into(
-        &self,
-        out: &mut OutputFolder,
-        comment: &str,
-    ) -> Result<(), InputError> {
+    /// Adds its files to `out` as [`Recording::write_into`] does, with `head` at the top of `recording.toml`.
+    pub fn write_headed_into(&self, out: &mut OutputFolder, head: &Head) -> Result<(), InputError> {
         let mut stored = Vec::with_capacity(self.tables.len());
         for table in &self.tables {
             let fault = |problem: &str| InputError::new(out.target().join(&table.file), problem);
@@ -106,7 +101,7 @@ impl Recording {
             }
             Stored::Floats => (1.0, 0.0),
         });
-        let text = format!("{comment}{text}");
+        let text = format!("{}{text}", head.to_toml());
         Manifest::from_text(&out.target().join(MANIFEST), &text)?;
         for (table, stored) in self.tables.iter().zip(&stored) {
             let lower = table.file.to_ascii_lowercase();

@@ -14,6 +14,13 @@ use crate::error::InputError;
 /// The only format number this version reads and writes, of recordings and of models.
 pub const FORMAT: i64 = 1;
 
+/// The text as a table, its format checked.
+pub fn table(path: &Path, text: &str) -> Result<toml::Table, InputError> {
+    let table = toml::from_str(text).map_err(|error| locate(path, text, &error))?;
+    check_format(path, &table)?;
+    Ok(table)
+}
+
 /// Reads `path`; the table holds every key as written, the structure what `T` knows.
 pub fn read<T: DeserializeOwned>(path: &Path) -> Result<(toml::Table, T), InputError> {
     parse(path, &read_text(path)?)
@@ -21,8 +28,7 @@ pub fn read<T: DeserializeOwned>(path: &Path) -> Result<(toml::Table, T), InputE
 
 /// As [`read`], of a text that `path` holds or will hold.
 pub fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<(toml::Table, T), InputError> {
-    let table: toml::Table = toml::from_str(text).map_err(|error| locate(path, text, &error))?;
-    check_format(path, &table)?;
+    let table = table(path, text)?;
     let typed = toml::from_str(text).map_err(|error| locate(path, text, &error))?;
     Ok((table, typed))
 }
@@ -60,7 +66,7 @@ pub fn within(
         .expected(expected))
 }
 
-fn read_text(path: &Path) -> Result<String, InputError> {
+pub(crate) fn read_text(path: &Path) -> Result<String, InputError> {
     let bytes = fs::read(path).map_err(|error| InputError::unreadable(path, &error))?;
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(InputError::new(path, "is empty").expected("a TOML file with `format = 1`"));

@@ -18,6 +18,10 @@ pub use rlg_target as target;
 
 pub mod import;
 
+pub mod export;
+
+pub mod plausibility;
+
 pub mod fleet;
 
 pub mod terminal;

@@ -8,7 +8,7 @@ use rlg_findings::result::{Diagnosis, EffectEntry, FitEntry, RegistrationEntry};
 use rlg_signal::qualify;
 use serde::Serialize;
 
-use super::inputs::{given_or_ideal, results_folder};
+use super::inputs::{check_plausible, given_or_ideal, results_folder};
 use super::steps::Steps;
 use crate::diagnose::Outcome;
 use crate::diagnose::is_slow;
@@ -113,7 +113,8 @@ impl Align {
         let accelerometer = model.accelerometer.take();
         let spinner = terminal.spinner("reading");
         let steps = Steps::new(terminal, &spinner);
-        let mut outcome = self.outcome((&model, &model_file), &|stage| steps.show(stage))?;
+        let mut outcome =
+            self.outcome((&model, &model_file), terminal, &|stage| steps.show(stage))?;
         spinner.finish_and_clear();
         outcome.model.accelerometer = accelerometer;
         let registration = Registration::of(&outcome.diagnosis);
@@ -129,9 +130,11 @@ impl Align {
     fn outcome(
         &self,
         (model, model_file): (&Model, &Path),
+        terminal: &Terminal,
         progress: &dyn Fn(&str),
     ) -> Result<Outcome, InputError> {
         let recording = Recording::read(&self.recording)?;
+        check_plausible(&self.recording, &recording, model, self.anyway, terminal)?;
         let of = (model, model_file);
         let outcome = match is_slow(&recording, model) {
             true => self.beside_attitudes(&recording, of, progress)?,

@@ -5,9 +5,9 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 
-use super::inputs::{IDEAL, given_or_ideal, results_folder};
+use super::inputs::{IDEAL, check_plausible, given_or_ideal, results_folder};
 use super::page_beside::gather;
-use super::steps::Steps;
+use super::steps::{Steps, Work};
 use crate::diagnose::apart::look_at_each;
 use crate::diagnose::declare::MOST_ROWS;
 use crate::diagnose::is_slow;
@@ -17,9 +17,9 @@ use crate::diagnose::streams::Streams;
 use crate::diagnose::{Outcome, Settings, diagnose_aligned, diagnose_streams, diagnose_under};
 use crate::error::InputError;
 use crate::fleet::run::{RUN_FILE, RunFile};
-use crate::model::Model;
+use crate::model::{Model, MotionSource};
 use crate::output::OutputFolder;
-use crate::recording::{About, Recording};
+use crate::recording::{About, Quantity, Recording};
 use crate::report::beside::{Beside, Rate, rates};
 use crate::report::terminal::lines;
 use crate::report::{figure, page_beside};
@@ -33,6 +33,21 @@ const RESULTS: &[&str] = &[
     "residual.svg",
     RUN_FILE,
 ];
+
+/// Part of a long recording whose plausibility is judged \[s\].
+const CHECKED_S: f64 = 60.0;
+
+/// Refuses what cannot be; the folder is named.
+type Check<'a> = &'a (dyn Fn(&Path, &Recording) -> Result<(), InputError> + Sync);
+
+/// Takes the kind of work and its rows, once they are known.
+type Expect<'a> = &'a (dyn Fn(Work, usize) + Sync);
+
+/// Takes the name of each stage.
+type Progress<'a> = &'a (dyn Fn(&str) + Sync);
+
+/// Whom the work tells of itself.
+type Told<'a> = (Check<'a>, Expect<'a>, Progress<'a>);
 
 /// Exit code of a verdict that `--fail-on` names.
 const FAILED: u8 = 1;
@@ -73,8 +88,8 @@ pub struct Diagnose {
     /// Seed of the self-test and the control; the findings do not depend on it
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Put channels right that are reversed, exchanged or of another unit than the reference, and report it, instead of
-    /// refusing the recording
+    /// Take a recording as it is that cannot be plausible; put channels right that are reversed, exchanged or of another unit
+    /// than the reference, and report it
     #[arg(long)]
     anyway: bool,
     /// Threads to use; results are the same for any number [default: all]
@@ -228,8 +243,13 @@ impl Diagnose {
         let spinner = terminal.spinner("reading");
         let steps = Steps::new(terminal, &spinner);
         let progress = |stage: &str| steps.show(stage);
+        let expect = |work: Work, rows: usize| steps.expect(work, rows);
         let mut recorded = Vec::new();
-        let mut work = || self.outcome((&model, &model_file), &held_out, &mut recorded, &progress);
+        let check = |folder: &Path, recording: &Recording| {
+            check_plausible(folder, recording, &model, self.anyway, terminal)
+        };
+        let of = (&model, model_file.as_path());
+        let mut work = || self.outcome(of, &held_out, &mut recorded, (&check, &expect, &progress));
         let outcome = match self.threads {
             None => work(),
             Some(threads) => rayon::ThreadPoolBuilder::new()
@@ -257,14 +277,21 @@ impl Diagnose {
         of: (&Model, &Path),
         held_out: &[bool],
         recorded: &mut Vec<Rate>,
-        progress: &(dyn Fn(&str) + Sync),
+        (check, expect, progress): Told<'_>,
     ) -> Result<Outcome, InputError> {
         let (model, model_file) = of;
         let seed = self.seed;
         let [folder] = self.recordings.as_slice() else {
-            return self.together(of, held_out, progress);
+            return self.together(of, held_out, (check, expect, progress));
         };
         if let Some(long) = Long::new(folder, model, model_file, self.most_rows)? {
+            // A first part stands for the whole, which is never in memory at once.
+            let start_s = Recording::extent(folder)?.map_or(0.0, |extent| extent.start_s);
+            check(
+                folder,
+                &Recording::read_between(folder, start_s, start_s + CHECKED_S)?,
+            )?;
+            expect(Work::Dithered, self.most_rows);
             let share = |done: f64| {
                 let read_s = done * long.seconds();
                 progress(&format!("reading {read_s:.0} of {:.0} s", long.seconds()));
@@ -286,6 +313,8 @@ impl Diagnose {
             ..Settings::default()
         };
         let recording = Recording::read(folder)?;
+        check(folder, &recording)?;
+        expect(work(&recording, model), rows(&recording));
         *recorded = rates(&recording, model.gyro.pulse_weight_rad);
         if is_slow(&recording, model) {
             return diagnose_under(&settings, &recording, model, model_file, progress);
@@ -303,12 +332,15 @@ impl Diagnose {
         &self,
         (model, model_file): (&Model, &Path),
         held_out: &[bool],
-        progress: &(dyn Fn(&str) + Sync),
+        (check, expect, progress): Told<'_>,
     ) -> Result<Outcome, InputError> {
         let mut aligned = Vec::with_capacity(self.recordings.len());
+        let mut all_rows = 0;
         for (folder, held_out) in self.recordings.iter().zip(held_out) {
             // The recording's own tables go before the next is read; the rows live in the streams.
             let recording = Recording::read(folder)?;
+            check(folder, &recording)?;
+            all_rows += rows(&recording);
             if is_slow(&recording, model) {
                 return Err(InputError::new(
                     folder,
@@ -320,6 +352,7 @@ impl Diagnose {
             streams.pieces[0].held_out = *held_out;
             aligned.push(streams);
         }
+        expect(Work::Dithered, all_rows);
         let (seed, count) = (self.seed, aligned.len());
         let mut outcome = diagnose_aligned(&[], aligned, None, model, model_file, seed, progress)?;
         let read = |place: usize| Streams::align(&Recording::read(&self.recordings[place])?, model);
@@ -327,6 +360,26 @@ impl Diagnose {
         look_at_each(&mut outcome, (count, &read), of, seed, progress)?;
         Ok(outcome)
     }
+}
+
+/// Which work a recording is.
+fn work(recording: &Recording, model: &Model) -> Work {
+    let mut channels = recording.tables.iter().flat_map(|table| &table.channels);
+    if is_slow(recording, model) {
+        Work::Attitudes
+    } else if model.motion == MotionSource::Static {
+        Work::AtRest
+    } else if channels.any(|channel| channel.quantity == Quantity::DitherAngle) {
+        Work::Dithered
+    } else {
+        Work::Rates
+    }
+}
+
+/// Rows of the longest table.
+fn rows(recording: &Recording) -> usize {
+    let rows = recording.tables.iter().map(|table| table.rows);
+    rows.max().unwrap_or(0)
 }
 
 /// The folder for the results, which is none of the recordings' and does not hold the model.

@@ -8,19 +8,23 @@ use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};
 
 use super::import_format::Format;
+use super::inputs::check_plausible;
 use crate::error::InputError;
-use crate::import::files::columns::{Block, Column, blocks};
+use crate::import::files::columns::{Block, Column, Dates, blocks};
+use crate::import::files::date_times::{is_rfc3339, rfc3339};
 use crate::import::files::{hdf5_file, mat_file, text_table};
 use crate::import::forming::assemble::{Assembled, assemble};
 use crate::import::forming::attitudes::EulerOrder;
-use crate::import::forming::clocks::{Said, TimeOption};
+use crate::import::forming::clocks::{Said, TimeOption, check_times};
 use crate::import::forming::described;
 use crate::import::known;
 use crate::import::mapping::column_map::plan;
 use crate::import::mapping::column_names::time_unit;
-use crate::model::MotionSource;
+use crate::import::mapping::own_rows;
+use crate::model::{Model, MotionSource};
 use crate::output::OutputFolder;
-use crate::recording::{Clock, Site, parquet_columns};
+use crate::plausibility::{self, Bounds};
+use crate::recording::{Clock, ForeignColumn, Head, Site, parquet_columns};
 use crate::terminal::Terminal;
 
 /// What the columns of a file are, where their names do not say it.
@@ -40,6 +44,15 @@ pub(super) struct ColumnOptions {
     /// Order of the rotations of Euler angles: zyx is yaw, pitch, roll
     #[arg(long, value_name = "AXES")]
     euler: Option<String>,
+    /// Name of the instrument, for recording.toml and rlg summarize
+    #[arg(long, value_name = "NAME")]
+    instrument: Option<String>,
+    /// Date, time and zone of the recording's time 0: 2026-03-01T12:00:00Z [default: by the file's own date-times]
+    #[arg(long, value_name = "DATE-TIME")]
+    start: Option<String>,
+    /// Take what cannot be plausible as it is, with a warning
+    #[arg(long)]
+    anyway: bool,
 }
 
 /// The rest of the command line.
@@ -55,7 +68,10 @@ pub(super) struct Request<'a> {
 impl ColumnOptions {
     /// Whether any is given.
     pub(super) fn is_empty(&self) -> bool {
-        self.map.is_empty() && self.unit.is_empty() && self.time.is_empty() && self.euler.is_none()
+        let lists = [&self.map, &self.unit, &self.time];
+        let texts = [&self.euler, &self.instrument, &self.start];
+        let is_said = lists.iter().any(|list| !list.is_empty());
+        !is_said && !self.anyway && texts.iter().all(|text| text.is_none())
     }
 
     /// Reads the files, or takes columns in memory, and writes the recording.
@@ -86,12 +102,15 @@ impl ColumnOptions {
                 .expected("columns of equal length, a row a sample"));
         }
         let said = self.said(first, request.rate_hz)?;
+        let mut labels = self.labels(first)?;
         let times: Vec<String> = said
             .times
             .iter()
             .map(|option| option.column.clone())
             .collect();
+        check_times(&blocks, &said)?;
         let mut plan = plan(&blocks, &self.map, &self.unit, &times)?;
+        own_rows::separate(&mut blocks, &mut plan, request.rate_hz);
         let mut assembled = assemble(&blocks, &plan, &said)?;
         for (column, reason) in &mut plan.left_out {
             if time_unit(column).is_some() {
@@ -102,18 +121,56 @@ impl ColumnOptions {
             .retain(|(column, _)| !assembled.stamps.contains(column));
         let notes = blocks.iter().flat_map(|block| block.notes.iter().cloned());
         assembled.notes.splice(0..0, notes);
+        if let (None, Some(origin)) = (&labels.start, assembled.origin) {
+            labels.start = rfc3339(origin.since_1970_s);
+            if !origin.has_zone {
+                let note = "the date-times state no zone and are read as UTC; --start says when time 0 was";
+                assembled.notes.push(note.to_owned());
+            }
+        }
         let recording = described::recording(first, request.site, &assembled);
         recording.check_values(first)?;
+        let ideal = described::ideal(&assembled);
+        let moving = Model {
+            motion: MotionSource::Reference,
+            ..ideal.clone()
+        };
+        check_plausible(first, &recording, &moving, self.anyway, terminal)?;
+        if ideal.motion == MotionSource::Static
+            && plausibility::check(first, &recording, &moving, &Bounds::default()).is_ok()
+        {
+            // One that moves without a reference may be wanted for something else than a diagnosis.
+            check_plausible(first, &recording, &ideal, true, terminal)?;
+        }
         described::write(
             request.files,
             &recording,
             &assembled,
             &plan.left_out,
+            &labels,
             &mut out,
         )?;
         out.commit()?;
         say(request, &assembled, &plan.left_out, terminal);
-        terminal.result(&result(request, &assembled, &plan.left_out, &sums))
+        let mut result = result(request, &assembled, &plan.left_out, &sums);
+        result["instrument"] = json!(labels.instrument);
+        result["start"] = json!(labels.start);
+        terminal.result(&result)
+    }
+
+    /// Instrument and start as the caller states them.
+    fn labels(&self, file: &Path) -> Result<Head, InputError> {
+        if let Some(start) = self.start.as_ref().filter(|start| !is_rfc3339(start)) {
+            return Err(InputError::new(file, "cannot start at this time")
+                .channel("--start")
+                .value(start)
+                .expected("date, time and zone, such as 2026-03-01T12:00:00Z"));
+        }
+        Ok(Head {
+            comment: String::new(),
+            instrument: self.instrument.clone(),
+            start: self.start.clone(),
+        })
     }
 
     fn said(&self, file: &Path, rate_hz: Option<f64>) -> Result<Said, InputError> {
@@ -156,7 +213,14 @@ fn read(file: &Path, request: &Request<'_>) -> Result<(Vec<Block>, String), Inpu
         Format::Mat | Format::Hdf5 => hdf5_file::read(file, bytes)?,
         Format::Parquet => {
             let columns = parquet_columns(file)?;
-            let column = |(name, values)| Column::new(name, values);
+            let column = |foreign: ForeignColumn| Column {
+                dates: foreign.origin_s.map(|origin_s| Dates {
+                    origin_s,
+                    has_zone: foreign.has_zone,
+                    has_day: true,
+                }),
+                ..Column::new(foreign.name, foreign.values)
+            };
             blocks(file, columns.into_iter().map(column).collect(), None)
         }
         _ => vec![text_table::read(file, &bytes)?],

@@ -6,6 +6,7 @@ use crate::error::InputError;
 use crate::import::still;
 use crate::model::{Model, MotionSource};
 use crate::output::OutputFolder;
+use crate::plausibility::{self, Bounds};
 use crate::recording::{MANIFEST, Quantity, Recording};
 use crate::terminal::Terminal;
 
@@ -75,6 +76,23 @@ pub(super) fn refuse_foreign(out: &Path, results: &[&str]) -> Result<(), InputEr
                 .channel("--out")
                 .expected("a new or empty folder, or one of earlier results"))
         }
+    }
+}
+
+/// Refuses a recording that cannot be what it is said to be, or says so where the caller takes it `anyway`.
+pub(super) fn check_plausible(
+    folder: &Path,
+    recording: &Recording,
+    model: &Model,
+    anyway: bool,
+    terminal: &Terminal,
+) -> Result<(), InputError> {
+    match plausibility::check(folder, recording, model, &Bounds::default()) {
+        Err(doubt) if anyway => {
+            terminal.warn(doubt);
+            Ok(())
+        }
+        other => other,
     }
 }
 

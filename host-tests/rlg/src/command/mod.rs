@@ -25,6 +25,7 @@ mod close_loop;
 mod companions;
 mod demo;
 mod diagnose;
+mod export;
 mod golden;
 mod import;
 mod import_columns;
@@ -76,6 +77,7 @@ enum Command {
     Completions(companions::Completions),
     Demo(demo::DemoCommand),
     Diagnose(diagnose::Diagnose),
+    Export(export::Export),
     Import(Box<import::Import>),
     Inspect(inspect::Inspect),
     Man(companions::Man),
@@ -99,6 +101,7 @@ impl Command {
             Self::Completions(command) => command.run(CommandLine::command())?,
             Self::Demo(command) => command.run(terminal)?,
             Self::Diagnose(command) => return command.run(terminal),
+            Self::Export(command) => command.run(terminal)?,
             Self::Import(command) => command.run(terminal)?,
             Self::Inspect(command) => command.run(terminal)?,
             Self::Man(command) => command.run(CommandLine::command())?,

@@ -25,7 +25,7 @@ pub fn table(summary: &Summary) -> ResultTable {
         ResultColumn::Number(rows.iter().map(|(run, found)| of(run, *found)).collect())
     };
     let told = |run: &Run| Some(run.told.as_ref().ok()?.verdict.clone());
-    ResultTable(vec![
+    let columns = [
         (
             "instrument",
             text(&|run, _| Some(run.instrument().to_owned())),
@@ -78,5 +78,7 @@ pub fn table(summary: &Summary) -> ResultTable {
             "per_kelvin_std",
             number(&|_, found| Some(found?.per_kelvin?.std)),
         ),
-    ])
+    ];
+    let named = columns.map(|(name, column)| (name.to_owned(), column));
+    ResultTable(named.into())
 }

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use assert_cmd::Command;
+use rlg::recording::ForeignColumn;
 use serde_json::{Value, json};
 
 fn rlg() -> Command {
@@ -73,7 +74,7 @@ fn csv_and_parquet_hold_the_same_and_the_page_says_what_stands_out() {
 
     let columns = rlg::recording::parquet_columns(&write("fleet.parquet")).expect("a table");
     assert_eq!(columns.len(), 12, "{columns:?}");
-    for (name, values) in columns {
+    for ForeignColumn { name, values, .. } in columns {
         let of_csv = lines
             .iter()
             .map(|line| line[column(&name)].parse().unwrap_or(f64::NAN));

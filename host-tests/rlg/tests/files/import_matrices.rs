@@ -27,7 +27,7 @@ fn head(class: u8, sides: &[u32], name: &str) -> Vec<u8> {
 }
 
 /// A variable of doubles, column by column.
-fn matrix(name: &str, sides: &[u32], values: &[f64]) -> Vec<u8> {
+pub(super) fn matrix(name: &str, sides: &[u32], values: &[f64]) -> Vec<u8> {
     let data: Vec<u8> = values
         .iter()
         .flat_map(|value| value.to_le_bytes())
@@ -36,7 +36,7 @@ fn matrix(name: &str, sides: &[u32], values: &[f64]) -> Vec<u8> {
 }
 
 /// A file of these variables, each compressed as `save -v7` does or plain as `save -v6` does.
-fn mat(variables: &[Vec<u8>], compressed: bool) -> Vec<u8> {
+pub(super) fn mat(variables: &[Vec<u8>], compressed: bool) -> Vec<u8> {
     let mut file = vec![b' '; 124];
     file.extend([0, 1, b'I', b'M']);
     for variable in variables {

@@ -3,8 +3,11 @@
 
 mod bad_input;
 mod damaged_recordings;
+mod export;
+mod first_finding;
 mod import;
 mod import_columns;
+mod import_dates;
 mod import_foreign;
 mod import_matrices;
 mod model_compensation;
@@ -16,4 +19,5 @@ mod recording_elsewhere;
 mod recording_parquet;
 mod recording_range;
 mod recording_round_trip;
+mod refusals;
 mod tutorial;

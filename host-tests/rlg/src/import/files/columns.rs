@@ -11,10 +11,23 @@ pub struct Column {
     pub name: String,
     /// Unit that a line of units beneath the header gives it.
     pub unit: Option<String>,
-    /// Its values as stored; NaN where the file has none.
+    /// Its values as stored; NaN where the file has none; of date-times the seconds since their origin.
     pub values: Vec<f64>,
+    /// Where they are date-times or times of day.
+    pub dates: Option<Dates>,
     /// The first cell that is no number: row and text. Of weight only where the column is used.
     pub bad_cell: Option<(u64, String)>,
+}
+
+/// What date-times of a column count from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Dates {
+    /// Whole second since 1970, UTC, or since midnight \[s\].
+    pub origin_s: i64,
+    /// Whether they state their zone; else they are read as UTC.
+    pub has_zone: bool,
+    /// Whether they state their day.
+    pub has_day: bool,
 }
 
 /// Columns of equal length from one file.
@@ -39,6 +52,7 @@ impl Column {
             name: name.into(),
             unit: None,
             values,
+            dates: None,
             bad_cell: None,
         }
     }

@@ -1,6 +1,4 @@
-//! Reads files with columns of numbers: one file a format, and the units that people write beside them.
-
-pub mod units;
+//! Reads files with columns of numbers: one file a format.
 
 pub mod columns;
 
@@ -10,4 +8,5 @@ pub mod text_table;
 
 pub mod mat_file;
 
+pub mod date_times;
 pub mod hdf5_file;

@@ -3,13 +3,14 @@
 //! The delimiter is the one of `;`, tab, `,` and blanks that splits the rows into most numbers. Lines that begin with `#`, `%`
 //! or `//` are comments. Header lines are those of the table's width right above the first row of numbers: two are
 //! joined, the upper one carried to the right over its empty cells; a line of units gives units. Decimal commas are read
-//! where the delimiter is `;` or tab.
+//! where the delimiter is `;` or tab. Date-times become seconds.
 
 use std::path::Path;
 
 use super::columns::{Block, Column};
-use super::units::Unit;
+use super::date_times;
 use crate::error::InputError;
+use crate::recording::units::Unit;
 
 /// Rows that decide on the delimiter.
 const SAMPLE_ROWS: usize = 50;
@@ -69,7 +70,7 @@ pub fn read(file: &Path, bytes: &[u8]) -> Result<Block, InputError> {
             .channel(format!("line {blank}"))
             .expected("a row of cells, empty ones where nothing was measured"));
     }
-    let width = delimiter.split(rows[0].1).len();
+    let width = width(&delimiter, above, rows);
     let (names, units) = header(&delimiter, above, &lines.comments, width);
     let mut notes = Vec::new();
     let columns = cells(file, &delimiter, rows, names, units, &text, &mut notes)?;
@@ -136,13 +137,15 @@ impl Delimiter {
             Self::Character(sign) => line.split(*sign).map(unquoted).collect(),
         };
         // Many loggers end every line with the delimiter.
-        if cells.len() > 1 && cells.last().is_some_and(String::is_empty) && self != &Self::Blanks {
-            let ends = line.trim_end_matches([' ', '\r']).ends_with(self.sign());
-            if ends {
-                cells.pop();
-            }
+        if cells.len() > 1 && cells.last().is_some_and(String::is_empty) && self.ends(line) {
+            cells.pop();
         }
         cells
+    }
+
+    /// Whether a line ends with it, other than blanks.
+    fn ends(&self, line: &str) -> bool {
+        self != &Self::Blanks && line.trim_end_matches([' ', '\r']).ends_with(self.sign())
     }
 
     fn sign(&self) -> char {
@@ -212,6 +215,18 @@ fn delimiter(body: &[(usize, &str)]) -> Delimiter {
         }
     }
     best
+}
+
+/// Columns of the table: cells of the first row, and one more where the header has it and the row ends with a delimiter.
+fn width(delimiter: &Delimiter, above: &[(usize, &str)], rows: &[(usize, &str)]) -> usize {
+    let cells = delimiter.split(rows[0].1).len();
+    let header = above
+        .last()
+        .map_or(0, |(_, line)| delimiter.split(line).len());
+    match header == cells + 1 && delimiter.ends(rows[0].1) {
+        true => header,
+        false => cells,
+    }
 }
 
 /// Names and units of `width` columns, from the lines above the numbers or, where there are none, from a comment.
@@ -290,7 +305,11 @@ fn cells(
         })
         .collect();
     for (row, (line, content)) in rows.iter().enumerate() {
-        let cells = delimiter.split(content);
+        let mut cells = delimiter.split(content);
+        if cells.len() + 1 == width && delimiter.ends(content) {
+            // What stood behind the last delimiter was a cell.
+            cells.push(String::new());
+        }
         if cells.len() != width {
             if row + 1 == rows.len() && cells.len() < width && !text.ends_with('\n') {
                 notes.push(format!(
@@ -307,14 +326,30 @@ fn cells(
             );
         }
         for (column, cell) in columns.iter_mut().zip(&cells) {
-            let number = delimiter.number(cell);
-            if number.is_none() && column.bad_cell.is_none() {
+            let number = match column.dates {
+                None => delimiter.number(cell),
+                // An empty cell is no time; a number among dates is none either.
+                Some(_) => cell.is_empty().then_some(f64::NAN),
+            };
+            let value = number.or_else(|| seconds(column, cell));
+            if value.is_none() && column.bad_cell.is_none() {
                 column.bad_cell = Some((row as u64, cell.clone()));
             }
-            column.values.push(number.unwrap_or(f64::NAN));
+            column.values.push(value.unwrap_or(f64::NAN));
         }
     }
     Ok(columns)
+}
+
+/// A date-time as seconds since the second of the column's first; `None` where it is none, or the column held numbers.
+fn seconds(column: &mut Column, cell: &str) -> Option<f64> {
+    if column.dates.is_none() && column.values.iter().any(|value| !value.is_nan()) {
+        return None;
+    }
+    let (whole_s, fraction_s, dates) = date_times::parse(cell)?;
+    let first = *column.dates.get_or_insert(dates);
+    let is_alike = first.has_day == dates.has_day && first.has_zone == dates.has_zone;
+    is_alike.then(|| (whole_s - first.origin_s) as f64 + fraction_s)
 }
 
 /// The rate in a comment such as `Update Rate: 100.0Hz` \[Hz\].

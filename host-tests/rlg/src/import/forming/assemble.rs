@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::attitudes::{increments_of_angle, of_euler, unit};
-use super::clocks::{Group, Said, check_one_rate, stamps_of, times};
+use super::clocks::{Group, Origin, Said, check_one_rate, origin, stamps_of, times};
 use super::sense::other_sense;
 use super::stamps::Times;
 use crate::error::InputError;
@@ -37,6 +37,8 @@ pub struct Assembled {
     pub taken: Vec<Taken>,
     /// Angle of a pulse \[rad\] of gyro x, y, z, for gyros that count.
     pub pulse_weight_rad: [f64; 3],
+    /// What the stamps count from, where they are dates.
+    pub origin: Option<Origin>,
     /// Columns of stamps that became clocks.
     pub stamps: Vec<String>,
     /// What should be known, as clauses.
@@ -64,12 +66,20 @@ pub fn assemble(blocks: &[Block], plan: &Plan, said: &Said) -> Result<Assembled,
     let has_gyros = |columns: &[&Mapped]| columns.iter().any(|mapped| mapped.target.is_gyro());
     let mut groups: Vec<(Group, Vec<&Mapped>)> = groups.into_iter().collect();
     groups.sort_by_key(|(_, columns)| !has_gyros(columns));
-    let mut assembled = Assembled::default();
+    let of_all: Vec<&Group> = groups.iter().map(|(group, _)| group).collect();
+    let origin = origin(blocks, &of_all, said)?;
+    let mut assembled = Assembled {
+        origin,
+        ..Assembled::default()
+    };
     let mut parts = Vec::new();
     for (group, columns) in groups {
         let name_of = |column: usize| blocks[group.0].columns[column].name.clone();
         assembled.stamps.extend(group.1.map(name_of));
-        parts.extend(apart(times(blocks, group, &columns, said)?, columns));
+        parts.extend(apart(
+            times(blocks, group, &columns, said, origin)?,
+            columns,
+        ));
     }
     for (place, (times, columns)) in parts.into_iter().enumerate() {
         let name = match place {
@@ -89,7 +99,29 @@ pub fn assemble(blocks: &[Block], plan: &Plan, said: &Said) -> Result<Assembled,
         builder.attitudes(&columns, said)?;
         builder.finish();
     }
+    check_one_clock(&blocks[0].file, &assembled.tables)?;
     Ok(assembled)
+}
+
+/// Refuses tables that share no time with the gyros': two clocks, or two recordings.
+fn check_one_clock(file: &Path, tables: &[Table]) -> Result<(), InputError> {
+    let Some((gyros, others)) = tables.split_first() else {
+        return Ok(());
+    };
+    let apart = others
+        .iter()
+        .find(|other| other.end_s() <= gyros.start_s() || other.start_s() >= gyros.end_s());
+    match apart {
+        Some(other) => Err(InputError::new(file, "shares no time with the gyros")
+            .channel(&other.file)
+            .value(format!("{:.3} to {:.3} s", other.start_s(), other.end_s()))
+            .expected(format!(
+                "rows between {:.3} and {:.3} s, by one clock (--time COLUMN:UNIT)",
+                gyros.start_s(),
+                gyros.end_s()
+            ))),
+        None => Ok(()),
+    }
 }
 
 /// Attitudes beside resampled rows keep their stamps, in a table of their own.

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use super::attitudes::EulerOrder;
 use super::stamps::{Stamps, Times, at_rate};
 use crate::error::InputError;
-use crate::import::files::columns::Block;
-use crate::import::files::units::{Dimension, Unit};
+use crate::import::files::columns::{Block, Column};
+use crate::import::files::date_times::origin_since_1970_s;
 use crate::import::mapping::column_map::{Mapped, locate};
 use crate::import::mapping::column_names;
 use crate::import::mapping::known_forms::Form;
+use crate::recording::units::{Dimension, Unit};
 
 /// One `--time COLUMN:UNIT[:QUANTITY]`.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,6 +60,14 @@ impl TimeOption {
     }
 }
 
+/// Refuses columns of stamps that no file has.
+pub fn check_times(blocks: &[Block], said: &Said) -> Result<(), InputError> {
+    let named = said.times.iter().filter(|option| !option.is_none());
+    named
+        .map(|option| locate(blocks, &option.column, "--time").map(drop))
+        .collect()
+}
+
 /// The column of stamps that holds for a mapped column: as the caller says, else by its name.
 pub fn stamps_of(
     blocks: &[Block],
@@ -70,10 +79,10 @@ pub fn stamps_of(
     }
     let mut general = None;
     for option in &said.times {
-        let (block, column) = locate(blocks, &option.column, "--time")?;
-        if block != mapped.block {
+        let mut columns = blocks[mapped.block].columns.iter();
+        let Some(column) = columns.position(|column| column.name == option.column) else {
             continue;
-        }
+        };
         match &option.target {
             Some(target) if *target == mapped.target.name() => return Ok(Some(column)),
             Some(_) => {}
@@ -81,14 +90,7 @@ pub fn stamps_of(
         }
     }
     let block = &blocks[mapped.block];
-    let by_name = || {
-        let mut columns = block.columns.iter();
-        columns.position(|column| {
-            let is_text = matches!(column.bad_cell, Some((0, _)));
-            !is_text && column_names::time_unit(&column.name).is_some()
-        })
-    };
-    let Some(column) = general.or_else(by_name) else {
+    let Some(column) = general.or_else(|| by_name(block, mapped)) else {
         return Ok(None);
     };
     if time_unit(block, column, said)?.is_some() {
@@ -109,9 +111,30 @@ pub fn stamps_of(
     )
 }
 
+/// The column whose name or values say time: in the structure of the mapped column, or else the first.
+fn by_name(block: &Block, mapped: &Mapped) -> Option<usize> {
+    let is_time = |column: &Column| {
+        let is_text = matches!(column.bad_cell, Some((0, _)));
+        let is_named = column_names::time_unit(&column.name).is_some();
+        column.dates.is_some() || (!is_text && is_named)
+    };
+    let structure = |name: &str| {
+        name.rsplit_once('.')
+            .map_or("", |(before, _)| before)
+            .to_owned()
+    };
+    let own = structure(&block.columns[mapped.column].name);
+    let mut columns = block.columns.iter();
+    let beside = columns.position(|column| is_time(column) && structure(&column.name) == own);
+    beside.or_else(|| block.columns.iter().position(is_time))
+}
+
 /// The unit of a column of stamps.
 fn time_unit(block: &Block, column: usize, said: &Said) -> Result<Option<Unit>, InputError> {
     let column = &block.columns[column];
+    if column.dates.is_some() {
+        return Ok(Unit::parse("s"));
+    }
     let given = said
         .times
         .iter()
@@ -161,12 +184,92 @@ pub fn check_one_rate(
     }
 }
 
+/// What all stamps count from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Origin {
+    /// Whole second since 1970, UTC \[s\].
+    pub since_1970_s: i64,
+    /// Whether the file states the zone; else its date-times were read as UTC.
+    pub has_zone: bool,
+}
+
+/// The whole second before all stamps that are date-times or seconds since 1970, which becomes time 0; `None` where no stamps
+/// are.
+///
+/// # Errors
+/// Some are and some count from a moment of their own: nothing says how far apart the two are.
+pub fn origin(
+    blocks: &[Block],
+    groups: &[&Group],
+    said: &Said,
+) -> Result<Option<Origin>, InputError> {
+    let (mut origin, mut own): (Option<Origin>, _) = (None, None);
+    for (b, stamps) in groups {
+        let Some(stamps) = stamps else { continue };
+        let (block, column) = (&blocks[*b], &blocks[*b].columns[*stamps]);
+        let unit_s = time_unit(block, *stamps, said)?.map_or(1.0, |unit| unit.scale);
+        let found = match column.dates {
+            Some(dates) => dates.has_day.then_some(Origin {
+                since_1970_s: dates.origin_s,
+                has_zone: dates.has_zone,
+            }),
+            None => {
+                let (first, last) = (column.values.first(), column.values.last());
+                let ends = first.zip(last);
+                let since = ends.and_then(|(a, b)| origin_since_1970_s(a * unit_s, b * unit_s));
+                since.map(|since_1970_s| Origin {
+                    since_1970_s,
+                    has_zone: true,
+                })
+            }
+        };
+        match (found, origin) {
+            (None, _) => own = Some((block, column)),
+            (Some(found), None) => origin = Some(found),
+            (Some(found), Some(before)) => {
+                origin = Some(Origin {
+                    since_1970_s: found.since_1970_s.min(before.since_1970_s),
+                    has_zone: found.has_zone && before.has_zone,
+                });
+            }
+        }
+    }
+    match (origin, own) {
+        (Some(_), Some((block, column))) => Err(InputError::new(
+            &block.file,
+            "has stamps that count from a moment of their own, beside others that are dates",
+        )
+        .channel(&column.name)
+        .value(column.values.first().copied().unwrap_or(f64::NAN))
+        .expected("one clock for all tables: --time COLUMN:UNIT names another column")),
+        _ => Ok(origin),
+    }
+}
+
+/// Stamps in seconds since `origin`, or else since the zero that they have.
+fn seconds(column: &Column, unit_s: f64, origin: Option<Origin>) -> Vec<f64> {
+    let origin_s = origin.map_or(0, |origin| origin.since_1970_s);
+    let values = column.values.iter();
+    match column.dates {
+        Some(dates) => {
+            let from_origin_s = (dates.origin_s - origin_s) as f64;
+            values.map(|value| value + from_origin_s).collect()
+        }
+        None => {
+            // Before the unit's factor, so that whole milliseconds stay whole.
+            let origin = (origin_s as f64 / unit_s).round();
+            values.map(|value| (value - origin) * unit_s).collect()
+        }
+    }
+}
+
 /// The clock of a group.
 pub fn times(
     blocks: &[Block],
     (b, stamps): Group,
     columns: &[&Mapped],
     said: &Said,
+    origin: Option<Origin>,
 ) -> Result<Times, InputError> {
     let block = &blocks[b];
     let has_gyros = columns.iter().any(|mapped| mapped.target.is_gyro());
@@ -184,7 +287,7 @@ pub fn times(
     let stamps = Stamps {
         file: &block.file,
         name: &column.name,
-        stamps_s: column.values.iter().map(|value| value * unit_s).collect(),
+        stamps_s: seconds(column, unit_s, origin),
         unit_s,
     };
     match rate_hz {

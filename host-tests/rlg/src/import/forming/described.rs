@@ -8,7 +8,7 @@ use crate::error::InputError;
 use crate::import::still;
 use crate::model::{Model, MotionSource};
 use crate::output::OutputFolder;
-use crate::recording::{Quantity, Recording, Site};
+use crate::recording::{Head, Quantity, Recording, Site};
 
 /// The model beside the recording.
 const MODEL: &str = "model.toml";
@@ -33,15 +33,20 @@ pub fn ideal(assembled: &Assembled) -> Model {
     still::ideal(assembled.pulse_weight_rad, &quantities)
 }
 
-/// Adds the recording and its model to `out`.
+/// Adds the recording and its model to `out`; `labels` are instrument and start, its comment is made here.
 pub fn write(
     files: &[PathBuf],
     recording: &Recording,
     assembled: &Assembled,
     left_out: &[(String, String)],
+    labels: &Head,
     out: &mut OutputFolder,
 ) -> Result<(), InputError> {
-    recording.write_commented_into(out, &recording_comment(files, assembled, left_out))?;
+    let head = Head {
+        comment: recording_comment(files, assembled, left_out),
+        ..labels.clone()
+    };
+    recording.write_headed_into(out, &head)?;
     let model = ideal(assembled);
     model.check(&out.target().join(MODEL))?;
     let text = format!("{}{}", model_comment(&model), model.to_toml());

@@ -128,8 +128,10 @@ impl Stamps<'_> {
             away(&worst)
         );
         let steps_s = stamps_s.windows(2).map(|pair| pair[1] - pair[0]);
-        let is_sound = steps_s.clone().all(|step_s| step_s >= SHORT_ROW * usual_s)
-            && stamps_s.len() as f64 > FEWEST * (last_place + 1.0);
+        let is_sound = steps_s.clone().all(|step_s| step_s >= SHORT_ROW * usual_s);
+        if stamps_s.len() as f64 <= FEWEST * (last_place + 1.0) {
+            return Err(self.in_bursts(usual_s));
+        }
         if !is_sound {
             let fault = self.fault(
                 worst,
@@ -179,6 +181,25 @@ impl Stamps<'_> {
             start_s: self.stamps_s[0] - 1.0 / rate_hz,
             places,
         })
+    }
+
+    /// Rows that follow each other much faster than they come on average.
+    fn in_bursts(&self, usual_s: f64) -> InputError {
+        let stamps_s = &self.stamps_s;
+        let steps_s = stamps_s.windows(2).map(|pair| pair[1] - pair[0]);
+        let (row, longest_s) = steps_s
+            .enumerate()
+            .max_by(|one, other| one.1.total_cmp(&other.1))
+            .unwrap_or((0, 0.0));
+        let rows = (stamps_s.len() - 1) as f64;
+        let mean_hz = rows / (stamps_s[stamps_s.len() - 1] - stamps_s[0]);
+        self.fault(row + 1, "comes in bursts, or with gaps for most of the time")
+            .value(format!(
+                "steps of {usual_s:.6} s, and one of {longest_s:.6} s before this row"
+            ))
+            .expected(format!(
+                "a stamp for when each row was taken, or --rate HZ where the unit samples evenly ({mean_hz:.3} Hz on average)"
+            ))
     }
 
     fn fault(&self, row: usize, problem: &str) -> InputError {

@@ -9,8 +9,8 @@ use super::map_options::{Given, parse, units_of_quantities};
 use super::targets::Target;
 use crate::error::InputError;
 use crate::import::files::columns::{Block, Column};
-use crate::import::files::units::{Dimension, Unit};
 use crate::recording::Quantity;
+use crate::recording::units::{Dimension, Unit};
 
 /// Column names that an error lists.
 const MOST_LISTED: usize = 24;

@@ -1,8 +1,8 @@
 //! Tells from a column's name what it measures, about which axis and in which unit, where names are usual ones.
 
 use super::targets::Target;
-use crate::import::files::units::{Dimension, Unit};
 use crate::recording::Quantity;
+use crate::recording::units::{Dimension, Unit};
 
 /// What a name says.
 #[derive(Debug, Clone, PartialEq)]
@@ -192,8 +192,13 @@ fn as_reference(target: Target, is_reference: bool) -> Option<Target> {
     }
 }
 
-/// What `name` says of its column; `None` where the name is no usual one.
+/// What `name` says of its column; `None` where the name is no usual one. A field of a structure may say all by itself.
 pub fn guess(name: &str) -> Option<Guess> {
+    let field = || guess_whole(name.rsplit_once('.')?.1);
+    guess_whole(name).or_else(field)
+}
+
+fn guess_whole(name: &str) -> Option<Guess> {
     let (rest, unit) = bracketed(name);
     let words = words(&rest);
     if let Some(text) = &unit {

@@ -9,3 +9,5 @@ pub mod known_forms;
 pub mod map_options;
 
 pub mod column_map;
+
+pub mod own_rows;

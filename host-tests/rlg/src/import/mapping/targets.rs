@@ -1,7 +1,7 @@
 //! Names what a foreign column may become: a quantity of the recording, or something that one is formed from.
 
-use crate::import::files::units::Dimension;
 use crate::recording::Quantity;
+use crate::recording::units::Dimension;
 
 /// What a column becomes.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]

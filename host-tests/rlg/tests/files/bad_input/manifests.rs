@@ -129,11 +129,11 @@ fn an_axis_that_the_quantity_does_not_have() {
 
 #[test]
 fn a_unit_that_disagrees_with_the_quantity() {
-    manifest("scale = 1e-8", "scale = 1e-8\nunit = \"deg\"").recording_is_refused(&[
+    manifest("scale = 1e-8", "scale = 1e-8\nunit = \"deg/s\"").recording_is_refused(&[
         "channel dx",
         "dither_angle",
-        "found \"deg\"",
-        "\"rad\"",
+        "found \"deg/s\"",
+        "\"rad\" after scale and offset, or one of deg, rad, arcsec",
     ]);
 }
 

@@ -1,6 +1,6 @@
 //! Reads units as people write them, and turns values into SI.
 
-use crate::recording::Quantity;
+use super::Quantity;
 
 /// What a unit measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,0 +1,10 @@
+//! Writes recordings as files that other programs open: CSV, MATLAB, Parquet, MCAP.
+//!
+//! A recording becomes [`sheet::Sheet`]s, a table each: stamps and columns of f64 in SI, with names that hold the unit. The
+//! writers know nothing of recordings. `rlg import` reads the files of all formats but MCAP back, value for value.
+
+pub mod sheet;
+
+pub mod mat_file;
+
+pub mod mcap_file;

@@ -1,0 +1,73 @@
+//! Reads date-times and times of day as loggers and spreadsheets write them.
+
+use chrono::{DateTime, NaiveDateTime, NaiveTime, SecondsFormat, Timelike as _};
+
+use super::columns::Dates;
+
+/// Forms with a zone, beside those of RFC 3339.
+const WITH_ZONE: [&str; 2] = ["%Y-%m-%d %H:%M:%S%.f%:z", "%Y-%m-%dT%H:%M:%S%.f%z"];
+
+/// Forms without one. A day before a month only with points between: 05/01/2026 is two days.
+const WITHOUT_ZONE: [&str; 4] = [
+    "%Y-%m-%d %H:%M:%S%.f",
+    "%Y-%m-%dT%H:%M:%S%.f",
+    "%Y/%m/%d %H:%M:%S%.f",
+    "%d.%m.%Y %H:%M:%S%.f",
+];
+
+/// Seconds since 1970 that a stamp of a measurement can be: from 2001 to 2100 \[s\].
+const SINCE_1970_S: std::ops::Range<f64> = 1e9..4.1e9;
+
+/// The cell as whole seconds, the part of a second behind them \[s\], and what it counts from.
+pub fn parse(cell: &str) -> Option<(i64, f64, Dates)> {
+    let of = |time: DateTime<chrono::Utc>, has_zone| {
+        let fraction_s = f64::from(time.timestamp_subsec_nanos()) * 1e-9;
+        let dates = Dates {
+            origin_s: time.timestamp(),
+            has_zone,
+            has_day: true,
+        };
+        (time.timestamp(), fraction_s, dates)
+    };
+    let with_zone = || {
+        let mut forms = WITH_ZONE.iter();
+        let other = || forms.find_map(|form| DateTime::parse_from_str(cell, form).ok());
+        DateTime::parse_from_rfc3339(cell).ok().or_else(other)
+    };
+    // Only text with a colon can be one: most cells that are no number are none.
+    if !cell.contains(':') {
+        return None;
+    }
+    let mut forms = WITHOUT_ZONE.iter();
+    if let Some(time) = forms.find_map(|form| NaiveDateTime::parse_from_str(cell, form).ok()) {
+        return Some(of(time.and_utc(), false));
+    }
+    if let Some(time) = with_zone() {
+        return Some(of(time.to_utc(), true));
+    }
+    let time = NaiveTime::parse_from_str(cell, "%H:%M:%S%.f").ok()?;
+    let whole_s = i64::from(time.num_seconds_from_midnight());
+    let dates = Dates {
+        origin_s: whole_s,
+        has_zone: false,
+        has_day: false,
+    };
+    Some((whole_s, f64::from(time.nanosecond()) * 1e-9, dates))
+}
+
+/// The whole second since 1970 that stamps count from, where they are seconds since then \[s\].
+pub fn origin_since_1970_s(first_s: f64, last_s: f64) -> Option<i64> {
+    let is_absolute = SINCE_1970_S.contains(&first_s) && SINCE_1970_S.contains(&last_s);
+    is_absolute.then_some(first_s.floor() as i64)
+}
+
+/// Seconds since 1970 as RFC 3339 has them, in UTC.
+pub fn rfc3339(since_1970_s: i64) -> Option<String> {
+    let time = DateTime::from_timestamp(since_1970_s, 0)?;
+    Some(time.to_rfc3339_opts(SecondsFormat::Secs, true))
+}
+
+/// Whether `text` is a date and time with its zone, as `start` in `recording.toml` must be.
+pub fn is_rfc3339(text: &str) -> bool {
+    DateTime::parse_from_rfc3339(text).is_ok()
+}

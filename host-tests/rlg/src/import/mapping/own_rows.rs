@@ -1,0 +1,90 @@
+//! Gives columns that are filled in every second, third, ... row alone rows of their own: an encoder beside gyros of twice its rate.
+
+use super::column_map::{Mapped, Plan};
+use super::column_names;
+use crate::import::files::columns::{Block, Column};
+
+/// Share of the steps from one filled row to the next that must be alike: what is empty besides was not measured.
+const ALIKE: f64 = 0.9;
+
+/// Filled rows from which a regularity is told.
+const FEWEST: usize = 10;
+
+/// Moves such columns of `plan` into blocks of their own, with the stamps of their rows.
+///
+/// Where a block has no stamps, those of the rate that is stated take their place; without either nothing is moved.
+pub fn separate(blocks: &mut Vec<Block>, plan: &mut Plan, rate_hz: Option<f64>) {
+    let mut made: Vec<(usize, usize, Vec<usize>)> = Vec::new();
+    for mapped in plan
+        .mapped
+        .iter_mut()
+        .filter(|mapped| !mapped.target.is_gyro())
+    {
+        let column = &blocks[mapped.block].columns[mapped.column];
+        let Some(filled) = filled_rows(&column.values) else {
+            continue;
+        };
+        let from = mapped.block;
+        let known = made
+            .iter()
+            .find(|(block, _, rows)| *block == from && *rows == filled);
+        let to = match known {
+            Some((_, to, _)) => *to,
+            None => {
+                let Some(stamps) = stamps(&blocks[from], rate_hz, &filled) else {
+                    continue;
+                };
+                blocks.push(Block {
+                    file: blocks[from].file.clone(),
+                    rows: filled.len(),
+                    columns: stamps,
+                    rate_hz: None,
+                    notes: Vec::new(),
+                });
+                made.push((from, blocks.len() - 1, filled.clone()));
+                blocks.len() - 1
+            }
+        };
+        let column = thinned(&blocks[from].columns[mapped.column], &filled);
+        blocks[to].columns.push(column);
+        *mapped = Mapped {
+            block: to,
+            column: blocks[to].columns.len() - 1,
+            ..mapped.clone()
+        };
+    }
+}
+
+/// The rows with a value, where they are every second, third, ... one.
+fn filled_rows(values: &[f64]) -> Option<Vec<usize>> {
+    let rows = (0..values.len()).filter(|row| !values[*row].is_nan());
+    let filled: Vec<usize> = rows.collect();
+    let mut steps: Vec<usize> = filled.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_unstable();
+    let usual = *steps.get(steps.len() / 2)?;
+    let alike = steps.iter().filter(|step| **step == usual).count();
+    let is_regular = filled.len() >= FEWEST && alike as f64 >= ALIKE * steps.len() as f64;
+    (usual > 1 && is_regular).then_some(filled)
+}
+
+/// The columns of times of a block at these rows.
+fn stamps(block: &Block, rate_hz: Option<f64>, rows: &[usize]) -> Option<Vec<Column>> {
+    let is_time = |column: &&Column| {
+        column.dates.is_some() || column_names::time_unit(&column.name).is_some()
+    };
+    let times = block.columns.iter().filter(is_time);
+    let times: Vec<Column> = times.map(|column| thinned(column, rows)).collect();
+    if !times.is_empty() {
+        return Some(times);
+    }
+    let rate_hz = rate_hz.or(block.rate_hz)?;
+    let ends_s = rows.iter().map(|row| (row + 1) as f64 / rate_hz);
+    Some(vec![Column::new("t (s)", ends_s.collect())])
+}
+
+fn thinned(column: &Column, rows: &[usize]) -> Column {
+    Column {
+        values: rows.iter().map(|row| column.values[*row]).collect(),
+        ..column.clone()
+    }
+}

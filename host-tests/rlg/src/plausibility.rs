@@ -1,0 +1,284 @@
+//! Asks of a recording what physics asks of any, before a model is fitted: rows at a rate at which units are read, 1 g where it
+//! hardly turns, and no motion where the model says that there is none.
+//!
+//! Enters: the recording and its model. Leaves: one sentence with the likely cause, as an error that `--anyway` turns into a
+//! warning. What gyros and reference say of each other (axes, signs, factors) is judged in rlg-diagnosis, on aligned rows.
+//!
+//! A ratio that no usual mistake makes is no mistake: a rocket at 3 g passes.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::error::InputError;
+use crate::model::{Model, MotionSource};
+use crate::recording::{AXES, Quantity, Recording, Table};
+
+/// What is asked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Rows a second of gyros \[Hz\]: below, stamps are in milliseconds or microseconds; the slowest logs of units at rest are
+    /// means over a second.
+    pub slowest_hz: f64,
+    /// Above, stamps are in other units: digital gyros sample at some 100 kHz at most \[Hz\].
+    pub fastest_hz: f64,
+    /// Length of the stretches that are compared \[s\]: dither and vibration average out.
+    pub window_s: f64,
+    /// Change of the mean rate from one stretch to the next below which a unit is still \[rad/s\]: a gyro of a phone
+    /// wanders by a tenth.
+    pub still_rad_s: f64,
+    /// Mean rate, and its change, below which a mean over a stretch shows gravity within a hundredth \[rad/s\]: half a
+    /// radian of turn.
+    pub slow_rad_s: f64,
+    /// Still stretches that a judgement on gravity needs.
+    pub fewest_windows: usize,
+    /// Share of stretches with motion above which a unit is not at rest: a knock is no motion.
+    pub moving_share: f64,
+    /// How far the ratio to gravity may be from that of a cause, relative: bias and scale errors of cheap accelerometers.
+    pub near: f64,
+    /// Share of gravity below which there is none.
+    pub none_share: f64,
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self {
+            slowest_hz: 0.9,
+            fastest_hz: 1e6,
+            window_s: 1.0,
+            still_rad_s: 0.01,
+            slow_rad_s: 0.5,
+            fewest_windows: 3,
+            moving_share: 0.1,
+            near: 0.05,
+            none_share: 0.05,
+        }
+    }
+}
+
+/// Gravity where no site is stated \[m/s²\].
+const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
+
+/// Means of three channels over stretches, by the number of the stretch.
+type Windows = BTreeMap<i64, [f64; 3]>;
+
+/// Refuses a recording that cannot be what it is said to be; `file` is named in the sentence.
+pub fn check(
+    file: &Path,
+    recording: &Recording,
+    model: &Model,
+    bounds: &Bounds,
+) -> Result<(), InputError> {
+    let Some((table, quantity)) = gyros(recording) else {
+        return Ok(());
+    };
+    rows(file, table, bounds)?;
+    let period_s = table.clock.period_s(table.rows);
+    let to_rad_s = match quantity {
+        Quantity::GyroRate => [1.0; 3],
+        Quantity::GyroIncrement => [1.0 / period_s; 3],
+        _ => model.gyro.pulse_weight_rad.map(|weight| weight / period_s),
+    };
+    let turning = windows(table, quantity, to_rad_s, bounds);
+    motion(file, model, &turning, bounds)?;
+    gravity(file, recording, &turning, bounds)
+}
+
+/// The first table with gyros about all axes.
+fn gyros(recording: &Recording) -> Option<(&Table, &'static Quantity)> {
+    Quantity::GYROS.iter().find_map(|quantity| {
+        let has_all = |table: &&Table| {
+            AXES.iter()
+                .all(|axis| table.channel(quantity, axis).is_some())
+        };
+        Some((recording.tables.iter().find(has_all)?, quantity))
+    })
+}
+
+/// Refuses rows whose rate says that their stamps are in other units than seconds.
+fn rows(file: &Path, table: &Table, bounds: &Bounds) -> Result<(), InputError> {
+    let rate_hz = 1.0 / table.clock.period_s(table.rows);
+    let cause = match rate_hz {
+        rate_hz if rate_hz < bounds.slowest_hz => "milliseconds or microseconds",
+        rate_hz if rate_hz > bounds.fastest_hz => "minutes or hours",
+        _ => return Ok(()),
+    };
+    Err(InputError::new(file, "has rows of gyros at a rate at which no unit is read")
+        .channel(&table.file)
+        .value(format!("{rate_hz:.4} Hz, {:.4} s in all", table.end_s() - table.start_s()))
+        .expected(format!(
+            "{} Hz or more (are the stamps in {cause}, or is rate_hz a period?); --anyway takes them as they are",
+            bounds.slowest_hz
+        )))
+}
+
+/// Refuses a unit that turns to and fro under a model that has it at rest.
+fn motion(
+    file: &Path,
+    model: &Model,
+    turning: &Windows,
+    bounds: &Bounds,
+) -> Result<(), InputError> {
+    if model.motion != MotionSource::Static || turning.len() < bounds.fewest_windows {
+        return Ok(());
+    }
+    let changes: Vec<(i64, f64)> = changes_rad_s(turning).collect();
+    let moving = changes
+        .iter()
+        .filter(|(_, change)| *change > bounds.still_rad_s);
+    if moving.clone().count() as f64 <= bounds.moving_share * changes.len() as f64 {
+        return Ok(());
+    }
+    let worst = moving
+        .clone()
+        .max_by(|one, other| one.1.total_cmp(&other.1));
+    let (window, change) = worst.copied().unwrap_or_default();
+    let at_s = window as f64 * bounds.window_s;
+    let degrees = change.to_degrees();
+    Err(InputError::new(file, "turns, but its model has it at rest")
+        .channel("motion.source")
+        .value(format!(
+            "\"static\", while the gyros' mean over a second changes by {degrees:.2} deg/s at {at_s} s, and so in {} of {} s",
+            moving.count(),
+            changes.len()
+        ))
+        .expected(
+            "a reference of the motion (turntable, cameras, second unit), or a stretch at rest; are the gyros in degrees a \
+             second? --anyway takes it as it is",
+        ))
+}
+
+/// Refuses accelerometers that do not show gravity while the unit hardly turns, where a usual mistake explains what they show.
+fn gravity(
+    file: &Path,
+    recording: &Recording,
+    turning: &Windows,
+    bounds: &Bounds,
+) -> Result<(), InputError> {
+    let quantities = [Quantity::SpecificForce, Quantity::VelocityIncrement];
+    let found = quantities.iter().find_map(|quantity| {
+        let has_all = |table: &&Table| {
+            AXES.iter()
+                .all(|axis| table.channel(quantity, axis).is_some())
+        };
+        Some((recording.tables.iter().find(has_all)?, quantity))
+    });
+    let Some((table, quantity)) = found else {
+        return Ok(());
+    };
+    let period_s = table.clock.period_s(table.rows);
+    let to_m_s2 = match quantity {
+        Quantity::VelocityIncrement => 1.0 / period_s,
+        _ => 1.0,
+    };
+    let forces = windows(table, quantity, [to_m_s2; 3], bounds);
+    let still = changes_rad_s(turning).filter(|(window, change)| {
+        let rate = turning.get(window).map_or(f64::INFINITY, size);
+        *change < bounds.slow_rad_s && rate < bounds.slow_rad_s
+    });
+    let mut found: Vec<f64> = still
+        .filter_map(|(window, _)| forces.get(&window).map(size))
+        .collect();
+    if found.len() < bounds.fewest_windows {
+        return Ok(());
+    }
+    found.sort_by(f64::total_cmp);
+    let found = found[found.len() / 2];
+    let gravity_m_s2 = recording
+        .site
+        .map_or(STANDARD_GRAVITY_M_S2, |site| site.gravity_m_s2);
+    let Some(cause) = cause(found / gravity_m_s2, 1.0 / period_s, bounds) else {
+        return Ok(());
+    };
+    Err(InputError::new(
+        file,
+        "shows another gravity than the Earth's while it hardly turns",
+    )
+    .channel(quantity.name())
+    .value(format!("{found:.4} m/s^2"))
+    .expected(format!(
+        "about {gravity_m_s2:.3} m/s^2 ({cause}); --anyway takes them as they are"
+    )))
+}
+
+/// The usual mistake that makes accelerometers read `ratio` of gravity.
+fn cause(ratio: f64, rate_hz: f64, bounds: &Bounds) -> Option<&'static str> {
+    const G: f64 = STANDARD_GRAVITY_M_S2;
+    if ratio < bounds.none_share.min((1.0 / G) * 0.5) && ratio * rate_hz < 0.5 {
+        // Below what any unit of the list makes, unless it is one of the small ones.
+        let small = [
+            (1e-3, "is it in km/s^2, or in thousandths?"),
+            (1e-3 / G, "is it in thousands of g?"),
+        ];
+        let near = small
+            .iter()
+            .find(|(one, _)| (ratio / one - 1.0).abs() < bounds.near);
+        return Some(near.map_or(
+            "has gravity been taken out of it, as phones do for linear acceleration?",
+            |(_, words)| words,
+        ));
+    }
+    let listed = [
+        (1.0 / G, "is it in g?"),
+        (G, "was it converted from g twice?"),
+        (1e3 / G, "is it in mg?"),
+        (1e6 / G, "is it in micro-g?"),
+        (1e3, "is it in mm/s^2, or are the stamps in milliseconds?"),
+        (100.0, "is it in cm/s^2 (Gal)?"),
+        (1.0 / rate_hz, "are these velocity increments, not forces?"),
+        (rate_hz, "are these forces, not velocity increments?"),
+    ];
+    let near = |(one, _): &&(f64, &'static str)| (ratio / one - 1.0).abs() < bounds.near;
+    // At 1 Hz an increment is a force.
+    let is_right = (ratio - 1.0).abs() < bounds.near;
+    listed
+        .iter()
+        .find(near)
+        .filter(|_| !is_right)
+        .map(|(_, words)| *words)
+}
+
+fn size(of: &[f64; 3]) -> f64 {
+    of.iter().map(|part| part * part).sum::<f64>().sqrt()
+}
+
+/// By how much the mean rate of each stretch differs from that of the one before.
+fn changes_rad_s(turning: &Windows) -> impl Iterator<Item = (i64, f64)> {
+    turning.iter().filter_map(|(window, rate)| {
+        let before = turning.get(&(window - 1))?;
+        Some((
+            *window,
+            size(&[0, 1, 2].map(|axis| rate[axis] - before[axis])),
+        ))
+    })
+}
+
+/// Means of a triad over stretches; those with less than half of their rows are left out.
+fn windows(table: &Table, quantity: &Quantity, factor: [f64; 3], bounds: &Bounds) -> Windows {
+    let channels = AXES.map(|axis| table.channel(quantity, axis));
+    let period_s = table.clock.period_s(table.rows);
+    let full = (bounds.window_s / period_s).max(1.0);
+    let mut sums: BTreeMap<i64, ([f64; 3], usize)> = BTreeMap::new();
+    for row in 0..table.rows {
+        let value = |axis: usize| {
+            channels[axis].map_or(f64::NAN, |channel| channel.values[row] * factor[axis])
+        };
+        let values = [value(0), value(1), value(2)];
+        if values.iter().all(|value| value.is_finite()) {
+            let begin_s = table.start_s() + (row as f64 + 0.5) * period_s;
+            let (sum, count) = sums
+                .entry((begin_s / bounds.window_s).floor() as i64)
+                .or_default();
+            for (sum, value) in sum.iter_mut().zip(values) {
+                *sum += value;
+            }
+            *count += 1;
+        }
+    }
+    let whole = sums
+        .into_iter()
+        .filter(|(_, (_, count))| *count as f64 >= 0.5 * full);
+    let mean = |(window, (sum, count)): (i64, ([f64; 3], usize))| {
+        (window, sum.map(|sum| sum / count as f64))
+    };
+    whole.map(mean).collect()
+}
