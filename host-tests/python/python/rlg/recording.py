@@ -77,6 +77,9 @@ class Recording:
         euler: str | None = None,
         latitude_deg: float | None = None,
         gravity: float | None = None,
+        instrument: str | None = None,
+        start: str | None = None,
+        anyway: bool = False,
     ) -> Recording:
         """Makes a recording of columns by name, known and converted as `rlg import` does those of a file.
 
@@ -89,13 +92,17 @@ class Recording:
             rate: rows a second, where no column of stamps says it [Hz].
             euler: order of the rotations of Euler angles, such as "zyx".
             latitude_deg, gravity: the site, for a unit at rest without a reference [deg, m/s^2].
+            instrument, start: name of the instrument, and date, time and zone of time 0, for `summarize`.
+            anyway: warn of what cannot be plausible instead of refusing it.
 
         Raises:
             InputError: what a column is, its unit or its clock is not known, or contradicts its values.
         """
         folder = Folder(out, name)
         arguments = [name, *option("format", "csv"), *option("out", folder.path)]
-        arguments += _import_options(map, unit, time, rate, euler, latitude_deg, gravity)
+        arguments += _import_options(
+            map, unit, time, rate, euler, latitude_deg, gravity, instrument, start, anyway
+        )
         said = _native.import_columns(_vectors(columns), arguments)
         return cls(folder, answered(said))
 
@@ -103,7 +110,8 @@ class Recording:
     def from_dataframe(cls, frame: Any, *, time: Options | None = None, **how: Any) -> Recording:
         """Makes a recording of a pandas data frame: its columns of numbers, and its index where that has a name or times.
 
-        Date-times become seconds from the first one. Further arguments are those of `from_arrays`.
+        Date-times become seconds from the first one; an index of date-times with a zone says when the recording started.
+        Further arguments are those of `from_arrays`.
         """
         columns: dict[str, ArrayLike] = {}
         stamps: list[str] = []
@@ -121,6 +129,8 @@ class Recording:
                 columns[name] = values.to_numpy(dtype=float, na_value=np.nan)
         if time is None and len(stamps) == 1:
             time = stamps
+        if index.dtype.kind == "M" and getattr(index, "tz", None) is not None:
+            how.setdefault("start", index[0].isoformat())
         return cls.from_arrays(columns, time=time, **how)
 
     @property
@@ -142,6 +152,11 @@ class Recording:
             stamps_s = None if stamps is None else np.frombuffer(stamps)
             channels.append(Channel(**entry, stamps_s=stamps_s, values=np.frombuffer(values)))
         return channels
+
+    def export(self, file: PathLike, format: str | None = None) -> list[Path]:
+        """Writes it as CSV, MATLAB, Parquet or MCAP, by the extension or `format`; returns the files."""
+        said = _native.run(["export", os.fspath(self.folder), *option("out", file), *option("format", format)])
+        return [Path(one["file"]) for one in answered(said)["files"]]
 
     def write(self, out: PathLike) -> Recording:
         """Copies the recording to a new folder and returns it there."""
@@ -167,6 +182,9 @@ def import_file(
     format: str | None = None,
     latitude_deg: float | None = None,
     gravity: float | None = None,
+    instrument: str | None = None,
+    start: str | None = None,
+    anyway: bool = False,
 ) -> Recording:
     """Makes a recording of a CSV, MATLAB, HDF5 or Parquet file, or of another that `rlg import` knows.
 
@@ -175,7 +193,9 @@ def import_file(
     files = [file] if isinstance(file, str | os.PathLike) else list(file)
     folder = Folder(out, Path(files[0]).stem or "recording")
     arguments = ["import", *(os.fspath(one) for one in files), *option("out", folder.path), *option("format", format)]
-    arguments += _import_options(map, unit, time, rate, euler, latitude_deg, gravity)
+    arguments += _import_options(
+        map, unit, time, rate, euler, latitude_deg, gravity, instrument, start, anyway
+    )
     return Recording(folder, answered(_native.run(arguments)))
 
 
@@ -187,10 +207,15 @@ def _import_options(
     euler: str | None,
     latitude_deg: float | None,
     gravity: float | None,
+    instrument: str | None,
+    start: str | None,
+    anyway: bool,
 ) -> list[str]:
     said = options("map", map, "=") + options("unit", unit, ":") + options("time", time, ":")
     said += option("rate", rate) + option("euler", euler)
-    return said + option("latitude-deg", latitude_deg) + option("gravity", gravity)
+    said += option("latitude-deg", latitude_deg) + option("gravity", gravity)
+    said += option("instrument", instrument) + option("start", start)
+    return said + (["--anyway"] if anyway else [])
 
 
 def _vectors(columns: Mapping[str, ArrayLike]) -> list[tuple[str, np.ndarray]]:
