@@ -8,8 +8,9 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::manifest::{ChannelEntry, ClockEntry, MANIFEST, Manifest, TableEntry};
-use super::{Channel, Clock, Quantity, Recording, Table, csv_table, parquet_table};
+use super::{Channel, Clock, Quantity, Recording, Table, csv_table, misspelt, parquet_table};
 use crate::error::InputError;
+use crate::toml_file;
 
 /// A count times a scale of 1 is exact; a scale that undoes another (stored in 1/1000 pulses, say) leaves
 /// rounding of the order 1e-10 pulse. A millionth of a pulse is neither, so the column holds no counts.
@@ -87,7 +88,11 @@ impl Recording {
             return Err(InputError::new(folder, "is not a folder")
                 .expected(format!("a recording: a folder with {MANIFEST}")));
         }
-        Manifest::read(&folder.join(MANIFEST))
+        let path = folder.join(MANIFEST);
+        let text = toml_file::read_text(&path)?;
+        // Before anything is missed, for it may be there under a name that is nearly right.
+        misspelt::check_keys(&path, &toml_file::table(&path, &text)?)?;
+        Manifest::from_text(&path, &text)
     }
 
     /// The name in the manifest, or else the folder's.

@@ -22,6 +22,7 @@ pub mod keys;
 mod manifest;
 mod manifest_text;
 mod misspelt;
+mod nearest;
 mod parquet_table;
 pub mod quantity;
 mod range;
@@ -33,7 +34,7 @@ pub mod units;
 
 pub use about::{About, Head};
 pub use manifest::MANIFEST;
-pub use misspelt::nearest;
+pub use nearest::nearest;
 pub use parquet_table::{ForeignColumn, parquet_columns};
 pub use range::Extent;
 pub use result_table::{ResultColumn, ResultTable};

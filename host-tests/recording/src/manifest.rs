@@ -8,7 +8,7 @@ use std::path::{Component, Path};
 
 use serde::Deserialize;
 
-use super::misspelt;
+use super::nearest::nearest;
 use super::quantity::{AxisRule, same_unit};
 use super::units::{Dimension, Unit};
 use super::{Quantity, Segment, Site};
@@ -93,9 +93,6 @@ impl Manifest {
 
     /// Judges a text that `path` holds or will hold.
     pub fn from_text(path: &Path, text: &str) -> Result<Self, InputError> {
-        let table = toml_file::table(path, text)?;
-        // Before anything is missed, for it may be there under a name that is nearly right.
-        misspelt::check_keys(path, &table)?;
         let (_, mut manifest): (_, Self) = toml_file::parse(path, text)?;
         manifest.check(path)?;
         for channel in manifest
@@ -266,7 +263,7 @@ impl ChannelEntry {
     fn check(&self, path: &Path, file: &str) -> Result<(), InputError> {
         let name = format!("table {file}, channel {}", self.column);
         if self.quantity != REFERENCE_RATE {
-            misspelt::check_quantity(path, &name, &self.quantity)?;
+            check_quantity(path, &name, &self.quantity)?;
         }
         let quantity = self.quantity();
         let axis = self.axis.as_deref();
@@ -380,5 +377,19 @@ impl SegmentEntry {
                 .expected("end_s after start_s"));
         }
         Ok(())
+    }
+}
+
+/// Refuses a quantity whose name is nearly that of a listed one.
+fn check_quantity(path: &Path, channel: &str, name: &str) -> Result<(), InputError> {
+    let listed = || Quantity::LISTED.iter().map(Quantity::name);
+    match nearest(name, listed()).filter(|near| *near != name) {
+        Some(near) => Err(InputError::new(path, "is no quantity")
+            .channel(channel)
+            .value(format!("{name:?}"))
+            .expected(format!(
+                "{near:?}; a quantity of your own has a name that is like no listed one: \"custom_{name}\""
+            ))),
+        None => Ok(()),
     }
 }

@@ -1,44 +1,10 @@
-//! Tells a misspelt key or quantity of `recording.toml` from one that others added.
+//! Tells a misspelt key of `recording.toml` from one that others added.
 
 use std::path::Path;
 
-use super::Quantity;
 use super::keys::KEYS;
+use super::nearest::nearest;
 use crate::error::InputError;
-
-/// Letters that a misspelt word has wrong, left out, more or exchanged.
-const MISSPELT: usize = 2;
-
-/// Shortest word of which a longer one is taken for the same: `rate` for `rate_hz`.
-const SHORTEST: usize = 4;
-
-/// The name among `known` that `word` was meant to be; `None` where it is like none of them.
-pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let distance = |name: &&str| strsim::damerau_levenshtein(name, word);
-    let is_near = |name: &&str| {
-        let (short, long) = match name.len() < word.len() {
-            true => (*name, word),
-            false => (word, *name),
-        };
-        let is_part = short.len() >= SHORTEST && long.starts_with(short);
-        is_part || (short.len() > MISSPELT && distance(name) <= MISSPELT)
-    };
-    known.into_iter().filter(is_near).min_by_key(distance)
-}
-
-/// Refuses a quantity whose name is nearly that of a listed one.
-pub(super) fn check_quantity(path: &Path, channel: &str, name: &str) -> Result<(), InputError> {
-    let listed = || Quantity::LISTED.iter().map(Quantity::name);
-    match nearest(name, listed()).filter(|near| *near != name) {
-        Some(near) => Err(InputError::new(path, "is no quantity")
-            .channel(channel)
-            .value(format!("{name:?}"))
-            .expected(format!(
-                "{near:?}; a quantity of your own has a name that is like no listed one: \"custom_{name}\""
-            ))),
-        None => Ok(()),
-    }
-}
 
 /// Refuses keys whose names are nearly those of listed ones; others may have been added.
 pub(super) fn check_keys(path: &Path, file: &toml::Table) -> Result<(), InputError> {
