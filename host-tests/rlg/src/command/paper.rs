@@ -58,11 +58,18 @@ impl PaperCommand {
     fn say(&self, results: &Results, terminal: &Terminal) {
         for entry in results.entries.iter().filter(|entry| !entry.drawing) {
             let mark = if entry.reproduced { "yes" } else { "no" };
-            terminal.say(format!("{:<8} {mark:<4} {}", entry.item, entry.short));
+            let by = entry
+                .criterion
+                .as_ref()
+                .map_or("", |criterion| criterion.by.word());
+            terminal.say(format!(
+                "{:<8} {mark:<4} {by:<8} {}",
+                entry.item, entry.short
+            ));
         }
         let [done, could] = results.score();
         terminal.say(format!(
-            "{done} of {could} reproduced; Fig. 1 to 3 are drawings"
+            "{done} of {could} reproduced, by marks of the paper's, ours or both (criterion in paper.json); Fig. 1 to 3 are drawings"
         ));
         terminal.say(format!(
             "To read: {}",

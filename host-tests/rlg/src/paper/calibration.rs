@@ -19,7 +19,7 @@ use std::f64::consts::TAU;
 use trueaxis::CrossAxis;
 
 use super::printed::TABLE_3_S2;
-use super::run::{Correction, Progress, run};
+use super::run::{Asked, Correction, Progress, run};
 use super::unit::{
     ANGLE_RANDOM_WALK_RAD_SQRT_S, Grade, RAMP_S, RATE_HZ, coning, residual_bias, sections,
 };
@@ -86,11 +86,16 @@ pub fn calibrate(seed: u64, progress: &Progress) -> Result<Calibration, InputErr
             );
             let text =
                 sections("calibration", Grade::Navigation, &TABLE_3_S2) + &residual_bias() + &cone;
-            let run = run(&text, seed, SAMPLES_PER_OUTPUT, progress)?;
+            let asked = Asked {
+                samples_per_output: SAMPLES_PER_OUTPUT,
+                summed: 1,
+                corrections: &[Correction::Static],
+            };
+            let run = run(&text, seed, asked, progress)?;
             let periods = run.periods(0, RAMP_S);
-            let laser = run.chain(Correction::Static)?.rotations_rad;
+            let laser = run.chain(Correction::Static)?;
             let drift =
-                run.mean_deg_h(&laser, periods.clone()) - run.mean_deg_h(&run.truth_rad, periods);
+                run.mean_deg_h(laser, periods.clone()) - run.mean_deg_h(&run.truth_rad, periods);
             Ok(-drift[axis] / DEG_H_PER_RAD_S / drift_per_sum)
         })
         .collect::<Result<_, InputError>>()?;

@@ -12,7 +12,7 @@ use trueaxis::CrossAxis;
 use super::gyros::CONES;
 use super::lengths::Lengths;
 use super::printed::TABLE_3_S2;
-use super::run::{Correction, Progress, run};
+use super::run::{Asked, Correction, Progress, run};
 use super::sins::{Bench, Sins};
 use super::unit::{Grade, RATE_HZ, REST_S, coning, residual_bias, sections, still};
 use crate::error::InputError;
@@ -49,13 +49,22 @@ pub fn systems(
         + &still(REST_S)
         + &coning("x", frequency_hz, angle_deg, lengths.coning_s)
         + &still(REST_S);
-    let run = run(&text, seed, SAMPLES_PER_OUTPUT, progress)?;
+    let asked = Asked {
+        samples_per_output: SAMPLES_PER_OUTPUT,
+        summed: 1,
+        corrections: &[
+            Correction::Static,
+            Correction::Dynamic(known_s2),
+            Correction::Literal(known_s2),
+        ],
+    };
+    let run = run(&text, seed, asked, progress)?;
     let bench = Bench::new(&run)?;
-    let laser = |correction| bench.sins(&run.chain(correction)?.rotations_rad);
+    let laser = |correction| bench.sins(run.chain(correction)?);
     Ok(Coning {
         before: laser(Correction::Static)?,
         after: laser(Correction::Dynamic(known_s2))?,
         literal: laser(Correction::Literal(known_s2))?,
-        fibre_optic: bench.sins(&run.fibre_optic_rad()?)?,
+        fibre_optic: bench.sins(run.fibre_optic_rad()?)?,
     })
 }

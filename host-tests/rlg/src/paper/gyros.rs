@@ -10,7 +10,7 @@
 //! As in the paper, the gyros' rates are set side by side and not their attitudes: the cone's own −2Ω sin²(φ/2) stays.
 
 use super::printed::TABLE_3_S2;
-use super::run::{Correction, Curve, Progress, Run, run};
+use super::run::{Asked, Correction, Curve, Progress, Run, run};
 use super::unit::{ANGLE_RANDOM_WALK_RAD_SQRT_S, Grade, RAMP_S, coning, sections, still};
 use crate::error::InputError;
 use crate::replay::drift::DEG_H_PER_RAD_S;
@@ -80,15 +80,19 @@ fn figure(
         + &still(REST_S)
         + &cone(angle_deg, CONING_S)
         + &still(REST_S);
-    // one output a sample: the chain corrects no coning of its own, and rates stay rates
-    let bench = run(&text, seed, 1, progress)?;
-    let laser = bench.chain(Correction::Static)?.rotations_rad;
+    let corrections = [
+        Correction::Static,
+        Correction::Dynamic(TABLE_3_S2),
+        Correction::Literal(TABLE_3_S2),
+    ];
+    let bench = run(&text, seed, rates(&corrections), progress)?;
+    let laser = bench.chain(Correction::Static)?;
     let fibre_optic = bench.fibre_optic_rad()?;
     let mean = |rotations: &[[f64; 3]]| bench.mean_deg_h(rotations, bench.periods(1, RAMP_S)).x;
     let left = |correction| -> Result<f64, InputError> {
-        Ok(mean(&bench.chain(correction)?.rotations_rad) - mean(&fibre_optic))
+        Ok(mean(bench.chain(correction)?) - mean(fibre_optic))
     };
-    let difference_deg_h = mean(&laser) - mean(&fibre_optic);
+    let difference_deg_h = mean(laser) - mean(fibre_optic);
     let compensated_deg_h = left(Correction::Dynamic(TABLE_3_S2))?;
     let mean_s = CONING_S - 2.0 * RAMP_S;
     let mut sensitivity = [[0.0; 2]; 2];
@@ -101,8 +105,8 @@ fn figure(
     Ok(Figure {
         frequency_hz,
         angle_deg,
-        laser: shown(&bench, &laser),
-        fibre_optic: shown(&bench, &fibre_optic),
+        laser: shown(&bench, laser),
+        fibre_optic: shown(&bench, fibre_optic),
         difference_deg_h,
         std_deg_h: (2.0 / mean_s).sqrt() * ANGLE_RANDOM_WALK_RAD_SQRT_S * DEG_H_PER_RAD_S,
         flexure_deg_h: difference_deg_h - compensated_deg_h,
@@ -112,13 +116,24 @@ fn figure(
     })
 }
 
+/// One output a sample, so that the chain corrects no coning of its own and rates stay rates; kept as sums over a tenth
+/// of a second, of which all means here consist.
+fn rates(corrections: &[Correction]) -> Asked<'_> {
+    Asked {
+        samples_per_output: 1,
+        summed: (super::unit::RATE_HZ / 10.0) as usize,
+        corrections,
+    }
+}
+
 /// What Table 3 takes out of one motion \[°/h\]: two chains on the same pulses, so that no noise is in it.
 fn flexure_deg_h(motion: &str, progress: &Progress) -> Result<f64, InputError> {
     let text = sections("sensitivity", Grade::Noiseless, &TABLE_3_S2) + motion;
-    let bench = run(&text, 0, 1, progress)?;
+    let corrections = [Correction::Static, Correction::Dynamic(TABLE_3_S2)];
+    let bench = run(&text, 0, rates(&corrections), progress)?;
     let mean = |correction| -> Result<f64, InputError> {
-        let rotations_rad = bench.chain(correction)?.rotations_rad;
-        Ok(bench.mean_deg_h(&rotations_rad, bench.periods(0, RAMP_S)).x)
+        let rotations_rad = bench.chain(correction)?;
+        Ok(bench.mean_deg_h(rotations_rad, bench.periods(0, RAMP_S)).x)
     };
     Ok(mean(Correction::Static)? - mean(Correction::Dynamic(TABLE_3_S2))?)
 }

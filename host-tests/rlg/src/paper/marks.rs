@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::calibration::{self, Calibration, printed_sums_s2};
 use super::coning::Coning;
 use super::deflection::Deflection;
-use super::entry::Entry;
+use super::entry::{By, Criterion, Entry};
 use super::gyros::Figure;
 use super::lengths::Lengths;
 use super::printed::{
@@ -47,6 +47,7 @@ pub fn drawings() -> Vec<Entry> {
         paper: json!("a drawing"),
         ours: Value::Null,
         reproduced: false,
+        criterion: None,
         short: "a drawing, no measurement".to_owned(),
         why: why.to_owned(),
         drawing: true,
@@ -75,6 +76,13 @@ pub fn deflections(deflection: &Deflection) -> [Entry; 2] {
                 "mode_hz": deflection.mode_hz,
             }),
             reproduced: deflection.nonlinearity <= PROPORTION && share.abs() <= ROUGHLY,
+            criterion: Criterion::new(
+                By::Ours,
+                format!(
+                    "the paper says \"roughly\"; ours: within {:.0} % of point A, in proportion to α within {PROPORTION}",
+                    100.0 * ROUGHLY
+                ),
+            ),
             short: format!(
                 "tilt in proportion to α; {:.2e} s² from J/k, {:+.0} % of point A",
                 deflection.coefficient_s2,
@@ -112,6 +120,13 @@ pub fn calibrated(calibration: &Calibration) -> Entry {
             "seconds_an_axis": calibration::CONING_S,
         }),
         reproduced: worst <= TABLE_3_SHARE,
+        criterion: Criterion::new(
+            By::Both,
+            format!(
+                "the printed coefficients' sums, within our {:.0} %",
+                100.0 * TABLE_3_SHARE
+            ),
+        ),
         short: format!(
             "the three sums by coning, within {:.2} % of what was simulated",
             100.0 * worst
@@ -150,6 +165,7 @@ pub fn side_by_side(index: usize, figure: &Figure) -> Entry {
             format!("\"consistent\": at most {FIGURE_5_DEG_H} °/h, a tenth of Fig. 4"),
         )
     };
+    let by = if index == 0 { By::Both } else { By::Ours };
     let [half, twice] = figure.sensitivity;
     Entry {
         item: item.to_owned(),
@@ -165,6 +181,7 @@ pub fn side_by_side(index: usize, figure: &Figure) -> Entry {
             "flexure_deg_h_at_half_and_twice_the_angle": [half[1], twice[1]],
         }),
         reproduced,
+        criterion: Criterion::new(by, bound.clone()),
         short: format!(
             "laser less fibre-optic {difference:.3} ± {:.3} °/h; {bound}",
             figure.std_deg_h
@@ -181,6 +198,11 @@ pub fn side_by_side(index: usize, figure: &Figure) -> Entry {
     }
 }
 
+/// What counts where the paper shows curves without numbers.
+fn curves_mark() -> String {
+    format!("the paper shows curves; ours: {ALONE_PERCENT} % of the error gone")
+}
+
 /// Fig. 6 to 9.
 pub fn systems(coning: &Coning, lengths: &Lengths) -> [Entry; 4] {
     let pitch = |system: &Sins| system.after_deg[0].abs();
@@ -192,6 +214,7 @@ pub fn systems(coning: &Coning, lengths: &Lengths) -> [Entry; 4] {
         paper: json!(paper),
         ours,
         reproduced: 100.0 - percent_left >= ALONE_PERCENT,
+        criterion: Criterion::new(By::Ours, curves_mark()),
         why: format!(
             "{short}. The mark is ours, a reduction by {ALONE_PERCENT} %, for the text prints no number of these curves. {seconds} s of \
              motion are our choice: half or twice as long gives half or twice the angle, a quarter or four times the velocity."
@@ -298,6 +321,12 @@ pub fn shaken(vibrations: &[Vibration; 2], lengths: &Lengths) -> Vec<Entry> {
             paper,
             ours: json!({"rows": rows, "literal_signs": "left_by_literal_signs_percent of each row"}),
             reproduced: rows.iter().all(|row| row.reproduced()),
+            criterion: Criterion::new(
+                By::Both,
+                format!(
+                    "the printed reductions, or less where noise alone is left; with flexure alone also our {ALONE_PERCENT} %"
+                ),
+            ),
             short: format!(
                 "{what} reduced by {least:.1} % or more, by {alone:.1} % with flexure alone"
             ),

@@ -85,12 +85,13 @@ pub fn page(paper: &Paper, json: &str) -> String {
 fn overview(entries: &[Entry]) -> Markup {
     html! {
         div.scroll { table {
-            thead { tr { th { "item" } th { "reproduced" } th { "ours" } } }
+            thead { tr { th { "item" } th { "reproduced" } th { "by whose mark" } th { "ours" } } }
             tbody {
                 @for entry in entries.iter().filter(|entry| !entry.drawing) {
                     tr {
                         td.number { (entry.item) }
                         td { @if entry.reproduced { "yes" } @else { b { "no" } } }
+                        td { @if let Some(criterion) = &entry.criterion { (criterion.by.word()) ": " (criterion.mark) } }
                         td { (entry.short) }
                     }
                 }

@@ -3,7 +3,8 @@
 //! From a scenario as TOML and a seed it gives a [`Run`]: rotation vectors \[rad\] per output period, body frame, by
 //! the f32 chain under several [`Correction`]s, and by the other gyro beside it; mean rates \[°/h\].
 //!
-//! The same samples go through the chain each time, so that differences between corrections hold no noise.
+//! The same samples go through the chain each time, so that differences between corrections hold no noise. Rows are made,
+//! corrected and forgotten block by block: ten minutes at 4 kHz are kept as their outputs alone.
 //!
 //! The chain knows bias, scale error and installation of the unit: Eq. (7). What it corrects of the flexure is the
 //! experiment.
@@ -12,15 +13,21 @@ use std::ops::Range;
 use std::path::Path;
 
 use nalgebra::Vector3;
-use trueaxis::{CrossAxis, ParameterError};
+use rlg_reference::coning::Coning;
+use trueaxis::{
+    Chain, ChainState, CrossAxis, F32, OUTPUT_M_S_PER_CODE, OUTPUT_RAD_PER_CODE, ParameterError,
+    Parameters,
+};
 
 use crate::error::InputError;
-use crate::recording::Segment;
-use crate::replay::drift::{DEG_H_PER_RAD_S, periods_in, reference_rotations_rad};
-use crate::replay::samples::{ReplayInput, Setup, samples_from_recording};
-use crate::replay::{Core, Replay, replay};
+use crate::recording::{Recording, Segment};
+use crate::replay::drift::DEG_H_PER_RAD_S;
+use crate::replay::samples::{Setup, samples_from_recording};
 use crate::simulate::scenario::Scenario;
-use crate::simulate::simulate;
+use crate::simulate::{Block, Simulator, model_of};
+
+/// Share of an output period by which a segment's bounds may miss a sample's bounds: stamps are decimal numbers.
+const BOUND_TOLERANCE_PERIODS: f64 = 1e-3;
 
 /// The flexure that the chain corrects.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,75 +56,255 @@ impl Correction {
     }
 }
 
+/// How an experiment goes through the chain.
+#[derive(Debug, Clone, Copy)]
+pub struct Asked<'a> {
+    /// Samples in one output period.
+    pub samples_per_output: u16,
+    /// Output periods whose rotation vectors are kept as one sum: 1 where each is wanted.
+    pub summed: usize,
+    /// What is corrected, each in a chain of its own; the first one's velocity increments are kept.
+    pub corrections: &'a [Correction],
+}
+
 /// One simulated experiment.
 pub struct Run {
-    /// Input of the chain.
-    pub input: ReplayInput,
     /// Segments of the recording.
     pub segments: Vec<Segment>,
-    /// Output period \[s\].
+    /// Time that a rotation vector covers \[s\].
     pub period_s: f64,
     /// What perfect gyros would give: rotation vectors of the case itself \[rad\].
     pub truth_rad: Vec<[f64; 3]>,
+    /// The other gyro's rotation vectors \[rad\]; none without one.
+    fibre_optic_rad: Vec<[f64; 3]>,
+    /// By the chains.
+    rotations_rad: Vec<(Correction, Vec<[f64; 3]>)>,
+    /// By the first chain, of each output period \[m/s\].
+    pub velocities_m_s: Vec<[f64; 3]>,
+    /// Beginning of the first row \[s\].
+    start_s: f64,
 }
 
 /// Called with the progress: rows simulated since the last call.
 pub type Progress<'a> = dyn Fn(usize) + Sync + 'a;
 
-/// Simulates `text`; every output period is `samples_per_output` samples.
+/// Simulates `text` and takes it through the chains.
 pub fn run(
     text: &str,
     seed: u64,
-    samples_per_output: u16,
+    asked: Asked<'_>,
     progress: &Progress,
 ) -> Result<Run, InputError> {
     let place = Path::new("paper");
     let scenario = Scenario::parse(text, place)?;
-    let mut told = 0;
-    let simulation = simulate(&scenario, seed, |done| {
-        progress(done - told);
-        told = done;
-    });
+    let model = model_of(&scenario);
     let setup = Setup {
-        samples_per_output,
+        samples_per_output: asked.samples_per_output,
         ..Setup::STANDARD
     };
-    let mut input = samples_from_recording(&simulation.recording, &simulation.model, place, setup)?;
-    let measured = input.reference_rad.replace(simulation.case_increments_rad);
-    let truth_rad = reference_rotations_rad(&input).unwrap_or_default();
-    input.reference_rad = measured;
+    let mut simulator = Simulator::new(&scenario, seed);
+    let empty = simulator.recording();
+    let mut passing: Option<Passing> = None;
+    let mut told = 0;
+    while let Some(block) = simulator.next_block() {
+        let recording = filled(&empty, &block);
+        let input = samples_from_recording(&recording, &model, place, setup)?;
+        let passing = match &mut passing {
+            Some(passing) => passing,
+            None => passing.insert(Passing::new(&input.parameters, asked)?),
+        };
+        input
+            .samples
+            .iter()
+            .for_each(|sample| passing.sample(sample));
+        for increment in input.reference_rad.iter().flatten() {
+            passing.fibre_optic.turn(*increment);
+        }
+        for increment in &block.case_increments_rad {
+            passing.truth.turn(*increment);
+        }
+        progress(block.end_row - told);
+        told = block.end_row;
+    }
+    let passing = passing.ok_or_else(|| InputError::new(place, "has no rows"))?;
+    let chains = passing.chains.into_iter();
+    let summed = asked.summed as f64;
     Ok(Run {
-        period_s: f64::from(samples_per_output) / scenario.rate_hz,
-        segments: simulation.recording.segments,
-        truth_rad,
-        input,
+        period_s: f64::from(asked.samples_per_output) * summed / scenario.rate_hz,
+        segments: empty.segments,
+        truth_rad: passing.truth.sums.kept,
+        fibre_optic_rad: passing.fibre_optic.sums.kept,
+        rotations_rad: chains
+            .map(|chain| (chain.correction, chain.sums.kept))
+            .collect(),
+        velocities_m_s: passing.velocities_m_s,
+        start_s: scenario.start_s,
     })
 }
 
-impl Run {
-    /// Takes the samples through the f32 chain.
-    pub fn chain(&self, correction: Correction) -> Result<Replay, InputError> {
-        let mut parameters = self.input.parameters;
-        parameters.flexure_s2 = correction.flexure_s2();
-        let refused = |error: ParameterError| {
-            InputError::new("paper", format!("does not fit the chain: {error}"))
+/// The rows of a block as a recording.
+fn filled(empty: &Recording, block: &Block) -> Recording {
+    let mut recording = empty.clone();
+    for (table, columns) in recording.tables.iter_mut().zip(&block.tables) {
+        table.rows = columns.first().map_or(0, Vec::len);
+        for (channel, column) in table.channels.iter_mut().zip(columns) {
+            channel.values.clone_from(column);
+        }
+    }
+    recording
+}
+
+/// Sums over a few output periods each.
+struct Sums {
+    each: usize,
+    count: usize,
+    sum: Vector3<f64>,
+    kept: Vec<[f64; 3]>,
+}
+
+impl Sums {
+    fn new(each: usize) -> Self {
+        Self {
+            each,
+            count: 0,
+            sum: Vector3::zeros(),
+            kept: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, rotation_rad: Vector3<f64>) {
+        self.sum += rotation_rad;
+        self.count += 1;
+        if self.count == self.each {
+            self.kept.push(self.sum.into());
+            (self.count, self.sum) = (0, Vector3::zeros());
+        }
+    }
+}
+
+/// Increments on their way to rotation vectors of output periods, as f64 has them.
+struct Turning {
+    coning: Coning,
+    sums: Sums,
+    is_primed: bool,
+}
+
+impl Turning {
+    fn new(asked: Asked<'_>) -> Self {
+        Self {
+            coning: Coning::new(usize::from(asked.samples_per_output)),
+            sums: Sums::new(asked.summed),
+            is_primed: false,
+        }
+    }
+
+    /// Takes the next increment; the first primes, as in the chain.
+    fn turn(&mut self, increment_rad: [f64; 3]) {
+        let counts = std::mem::replace(&mut self.is_primed, true);
+        let increment = match counts {
+            true => Vector3::from(increment_rad),
+            false => Vector3::zeros(),
         };
-        replay(&self.input, Core::F32, &parameters).map_err(refused)
+        if let Some(rotation) = self.coning.turn(increment) {
+            self.sums.add(rotation);
+        }
+    }
+}
+
+/// One chain on its way.
+struct Corrected {
+    correction: Correction,
+    chain: Chain<F32>,
+    state: ChainState<F32>,
+    sums: Sums,
+}
+
+/// Everything that samples pass through.
+struct Passing {
+    chains: Vec<Corrected>,
+    velocities_m_s: Vec<[f64; 3]>,
+    truth: Turning,
+    fibre_optic: Turning,
+}
+
+impl Passing {
+    fn new(parameters: &Parameters, asked: Asked<'_>) -> Result<Self, InputError> {
+        let chain = |correction: &Correction| {
+            let mut parameters = *parameters;
+            parameters.flexure_s2 = correction.flexure_s2();
+            let refused = |error: ParameterError| {
+                InputError::new("paper", format!("does not fit the chain: {error}"))
+            };
+            Ok(Corrected {
+                correction: *correction,
+                chain: Chain::new(&parameters).map_err(refused)?,
+                state: ChainState::new(),
+                sums: Sums::new(asked.summed),
+            })
+        };
+        Ok(Self {
+            chains: asked
+                .corrections
+                .iter()
+                .map(chain)
+                .collect::<Result<_, InputError>>()?,
+            velocities_m_s: Vec::new(),
+            truth: Turning::new(asked),
+            fibre_optic: Turning::new(asked),
+        })
+    }
+
+    fn sample(&mut self, sample: &trueaxis::Sample) {
+        for (place, one) in self.chains.iter_mut().enumerate() {
+            let Some(frame) = one.chain.process(&mut one.state, sample) else {
+                continue;
+            };
+            let rotation = frame
+                .dtheta_codes
+                .map(|code| f64::from(code) * OUTPUT_RAD_PER_CODE);
+            one.sums.add(Vector3::from(rotation));
+            if place == 0 && one.sums.each == 1 {
+                let velocity = frame
+                    .dvel_codes
+                    .map(|code| f64::from(code) * OUTPUT_M_S_PER_CODE);
+                self.velocities_m_s.push(velocity);
+            }
+        }
+    }
+}
+
+impl Run {
+    /// Rotation vectors of the chain under a correction that was asked for \[rad\].
+    ///
+    /// # Errors
+    /// It was not.
+    pub fn chain(&self, correction: Correction) -> Result<&[[f64; 3]], InputError> {
+        let mut chains = self.rotations_rad.iter();
+        let found = chains.find(|(known, _)| *known == correction);
+        let missing = || InputError::new("paper", "has no run under this correction");
+        found.map(|(_, rotations)| &**rotations).ok_or_else(missing)
     }
 
     /// The other gyro's rotation vectors \[rad\].
-    pub fn fibre_optic_rad(&self) -> Result<Vec<[f64; 3]>, InputError> {
-        reference_rotations_rad(&self.input)
-            .ok_or_else(|| InputError::new("paper", "has no second gyro to compare with"))
+    pub fn fibre_optic_rad(&self) -> Result<&[[f64; 3]], InputError> {
+        match self.fibre_optic_rad.is_empty() {
+            true => Err(InputError::new(
+                "paper",
+                "has no second gyro to compare with",
+            )),
+            false => Ok(&self.fibre_optic_rad),
+        }
     }
 
-    /// Output periods of segment `index`, `margin_s` left out at either end.
+    /// Rotation vectors of segment `index`, `margin_s` left out at either end.
     pub fn periods(&self, index: usize, margin_s: f64) -> Range<usize> {
-        let mut segment = self.segments[index].clone();
-        segment.start_s += margin_s;
-        segment.end_s -= margin_s;
-        let all = self.input.samples.len() / usize::from(self.input.parameters.samples_per_output);
-        periods_in(&segment, &self.input, all)
+        let segment = &self.segments[index];
+        let place = |time_s: f64| (time_s - self.start_s) / self.period_s;
+        let first = (place(segment.start_s + margin_s) - BOUND_TOLERANCE_PERIODS).ceil();
+        let end = (place(segment.end_s - margin_s) + BOUND_TOLERANCE_PERIODS).floor();
+        // a float to integer cast saturates: times before the first sample become 0
+        let end = (end as usize).min(self.truth_rad.len());
+        (first as usize).min(end)..end
     }
 
     /// Mean of `rotations` over `periods` \[°/h\].

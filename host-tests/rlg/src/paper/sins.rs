@@ -14,7 +14,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use strapdown::{Increment, Solution};
 
-use super::run::{Correction, Curve, Run};
+use super::run::{Curve, Run};
 use super::unit::{GRAVITY_M_S2, LATITUDE_RAD};
 use crate::error::InputError;
 use crate::navigate::{Place, Start, Trajectory, navigate};
@@ -38,7 +38,6 @@ pub struct Sins {
 /// The navigator of one experiment, with the trajectory of perfect gyros.
 pub struct Bench<'a> {
     run: &'a Run,
-    velocities_m_s: Vec<[f64; 3]>,
     perfect: Trajectory,
 }
 
@@ -46,17 +45,15 @@ impl<'a> Bench<'a> {
     /// Navigates on the true rotation.
     pub fn new(run: &'a Run) -> Result<Self, InputError> {
         // a tilt of the gyros' axes changes no velocity increment that matters: 1e-5 of sculling
-        let velocities_m_s = run.chain(Correction::Static)?.velocities_m_s;
         Ok(Self {
-            perfect: trajectory(run, &run.truth_rad, &velocities_m_s)?,
+            perfect: trajectory(run, &run.truth_rad, &run.velocities_m_s)?,
             run,
-            velocities_m_s,
         })
     }
 
     /// Navigates on a triad's rotation vectors.
     pub fn sins(&self, rotations_rad: &[[f64; 3]]) -> Result<Sins, InputError> {
-        let trajectory = trajectory(self.run, rotations_rad, &self.velocities_m_s)?;
+        let trajectory = trajectory(self.run, rotations_rad, &self.run.velocities_m_s)?;
         let pairs = || trajectory.solutions.iter().zip(&self.perfect.solutions);
         let error_deg = |(own, perfect): (&Solution, &Solution)| -> Vector3<f64> {
             let turn: UnitQuaternion<f64> = perfect.ned_from_body.inverse() * own.ned_from_body;

@@ -20,7 +20,7 @@ use trueaxis::CrossAxis;
 
 use super::lengths::Lengths;
 use super::printed::TABLE_3_S2;
-use super::run::{Correction, Progress, Run, run};
+use super::run::{Asked, Correction, Progress, Run, run};
 use super::sins::{Bench, Sins};
 use super::unit::{Grade, RAMP_S, RATE_HZ, REST_S, residual_bias, sections, still};
 use crate::error::InputError;
@@ -100,23 +100,28 @@ fn vibration(
         Correction::Dynamic(known_s2),
         Correction::Literal(known_s2),
     ];
+    let asked = Asked {
+        samples_per_output: SAMPLES_PER_OUTPUT,
+        summed: 1,
+        corrections: &corrections,
+    };
     let bare = |duration_s, level_g2_hz| {
         let text = sections("shaker", Grade::Noiseless, &TABLE_3_S2)
             + MOUNTS
             + &shake(along, duration_s, QUIET_REST_S, level_g2_hz);
-        run(&text, seed, SAMPLES_PER_OUTPUT, progress)
+        run(&text, seed, asked, progress)
     };
     let systems = |run: &Run| -> Result<[Sins; 3], InputError> {
         let bench = Bench::new(run)?;
         let [before, after, literal] =
-            corrections.map(|correction| bench.sins(&run.chain(correction)?.rotations_rad));
+            corrections.map(|correction| bench.sins(run.chain(correction)?));
         Ok([before?, after?, literal?])
     };
     let whole = sections("shaker", Grade::Navigation, &TABLE_3_S2)
         + &residual_bias()
         + MOUNTS
         + &shake(along, lengths.vibration_s, REST_S, LEVEL_G2_HZ);
-    let [before, after, literal] = systems(&run(&whole, seed, SAMPLES_PER_OUTPUT, progress)?)?;
+    let [before, after, literal] = systems(&run(&whole, seed, asked, progress)?)?;
 
     let quiet = bare(lengths.alone_s, LEVEL_G2_HZ)?;
     let (drift_deg_h, _) = drifts(&quiet, known_s2)?;
@@ -147,8 +152,8 @@ fn drifts(run: &Run, known_s2: CrossAxis<f64>) -> Result<([f64; 3], [f64; 3]), I
     let periods = run.periods(1, RAMP_S);
     let truth = run.mean_deg_h(&run.truth_rad, periods.clone());
     let drift = |correction| -> Result<[f64; 3], InputError> {
-        let rotations_rad = run.chain(correction)?.rotations_rad;
-        Ok((run.mean_deg_h(&rotations_rad, periods.clone()) - truth).into())
+        let rotations_rad = run.chain(correction)?;
+        Ok((run.mean_deg_h(rotations_rad, periods.clone()) - truth).into())
     };
     Ok((
         drift(Correction::Static)?,

@@ -66,6 +66,12 @@ fn every_table_and_figure_has_an_entry_with_what_the_contract_names() {
             assert!(entry.get(key).is_some(), "{item} lacks {key}");
         }
         assert!(entry["reproduced"].is_boolean(), "{item}");
+        let by = entry["criterion"]["by"].as_str();
+        let is_drawing = entry["paper"] == "a drawing";
+        assert!(
+            matches!(by, Some("paper" | "ours" | "both")) != is_drawing,
+            "{item}"
+        );
         let why = entry["why"].as_str().expect("words");
         assert!(why.ends_with('.') && why.len() > 20, "{item}: {why}");
     }
