@@ -48,9 +48,9 @@ use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 
 use crate::chain::Chain;
 use crate::chain::numbers::{F32, NumberSystem};
+use crate::chain::parameters::{ParameterError, Parameters};
 use crate::chain::terms::Term;
 use crate::store::parameter_block::LARGEST_BLOCK_BYTES;
-use crate::chain::parameters::{ParameterError, Parameters};
 
 /// Largest unit of reading or writing that is served \[bytes\]: the 256 bits of an STM32H7's flash word;
 /// an STM32F405 has 1 to 8 bytes.

@@ -493,10 +493,7 @@ fn a_slot_that_asks_for_an_absent_term_is_not_used() {
     let with_terms = |flash| slots(flash).accepting::<Chain<F32, AllTerms<F32>>>();
     let mut terms = TermRecords::NONE;
     terms.push(TermKind::GyroDelay, &[2e-5; 3]).expect("room");
-    let asking = Parameters {
-        terms,
-        ..parameters(1)
-    };
+    let asking = parameters(1).with(|p| p.terms = terms);
     let mut bare = slots(after_stores::<4>(1));
     assert!(matches!(
         bare.store(&asking),

@@ -20,7 +20,7 @@ use trueaxis::sample_source::{Reading, SampleSource, SourceFault};
 use trueaxis::telemetry_frame::TelemetryFrame;
 use trueaxis::{
     BlockError, Chain, ChainState, CrossAxis, F32, Fixed, NumberSystem, OUTPUT_RAD_PER_CODE,
-    OutputFrame, PARAMETER_BLOCK_BYTES, Parameters, Sample, TermRecords,
+    OutputFrame, PARAMETER_BLOCK_BYTES, Parameters, Sample,
 };
 
 // ---- What enters

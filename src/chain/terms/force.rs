@@ -9,8 +9,8 @@
 use crate::chain::design_parameters::BIAS_BY_FORCE_LIMIT;
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::{ExactCoefficient, VELOCITY_UNIT_M_S};
-use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds};
 use crate::chain::parameters::{ParameterError, Parameters};
+use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds};
 
 /// Configuration: −G, rows by gyro \[rad per unit of velocity\].
 #[derive(Debug, Clone, Copy)]

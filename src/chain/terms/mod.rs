@@ -34,8 +34,8 @@ pub use temperature::Temperature;
 use core::fmt::Debug;
 
 use crate::chain::numbers::NumberSystem;
-use crate::chain::triad::{CrossAxis, Triad};
 use crate::chain::parameters::{ParameterError, Parameters};
+use crate::chain::triad::{CrossAxis, Triad};
 
 /// Every term of this library, in the order in which they act.
 pub type AllTerms<N> = (

@@ -28,9 +28,9 @@ use crate::chain::design_parameters::{
 };
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::VELOCITY_UNIT_M_S;
+use crate::chain::parameters::{ParameterError, Parameters};
 use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds};
 use crate::chain::triad::Triad;
-use crate::chain::parameters::{ParameterError, Parameters};
 
 /// Largest E \[increment units\]: the format of an increment holds 1/64.
 const LARGEST_AHEAD: f64 = 0.0155;

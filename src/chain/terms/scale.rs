@@ -17,9 +17,9 @@
 use crate::chain::design_parameters::{SCALE_ERROR_LIMIT, SENSED_LIMIT_RAD, SLOPE_LIMIT};
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::ExactCoefficient;
+use crate::chain::parameters::{ParameterError, Parameters};
 use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds};
 use crate::chain::triad::Triad;
-use crate::chain::parameters::{ParameterError, Parameters};
 
 /// Configuration.
 #[derive(Debug, Clone, Copy)]

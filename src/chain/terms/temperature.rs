@@ -19,9 +19,9 @@ use crate::chain::design_parameters::{
 };
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::{ExactCoefficient, fine_of_f32};
+use crate::chain::parameters::{ParameterError, Parameters};
 use crate::chain::terms::{PeriodSums, SlowReadings, Term, TermKind, TermKinds};
 use crate::chain::triad::CrossAxis;
-use crate::chain::parameters::{ParameterError, Parameters};
 
 /// T₀, and factors of ΔT and ΔT², of as many values as there are.
 #[derive(Debug, Clone, Copy)]

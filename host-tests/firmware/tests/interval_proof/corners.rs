@@ -6,7 +6,7 @@ use trueaxis::design_parameters::{
     FLEXURE_LIMIT, INSTALLATION_LIMIT_RAD, LEVER_ARM_LIMIT_M, SCALED_FLEXURE_LIMIT,
     SWING_LIMIT_M_S, increment_unit_log2,
 };
-use trueaxis::{AccelerometerParameters, CrossAxis, Parameters, TermRecords};
+use trueaxis::{AccelerometerParameters, CrossAxis, Parameters};
 
 /// A corner of the parameter ranges, or a point on the way to it.
 #[derive(Debug, Clone, Copy)]

@@ -27,9 +27,7 @@ use proptest::prelude::*;
 use trueaxis::design_parameters::increment_unit_log2;
 use trueaxis::numbers::Interval;
 use trueaxis::numbers::interval::{Bound, Operation, take_bounds};
-use trueaxis::{
-    AccelerometerParameters, Chain, ChainState, CrossAxis, Parameters, Sample, TermRecords,
-};
+use trueaxis::{AccelerometerParameters, Chain, ChainState, CrossAxis, Parameters, Sample};
 
 use crate::bounds::{proofs, prove, stage, still};
 use crate::corners::{Corner, WEIGHTS, farthest_arms_m};

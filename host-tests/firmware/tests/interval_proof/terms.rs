@@ -38,9 +38,9 @@ fn records(corner: &Corner, share: f64, signs: [f64; 3]) -> TermRecords {
 
 /// The corner with the largest share of the terms that it has room for, and no more samples an output than fit.
 fn with_terms(corner: &Corner, signs: [f64; 3]) -> Option<Parameters> {
-    let at = |share: f64| Parameters {
-        terms: records(corner, share, signs),
-        ..corner.parameters()
+    let at = |share: f64| {
+        let terms = records(corner, share, signs);
+        corner.parameters().with(|p| p.terms = terms)
     };
     let fits = |share: f64| Chain::<Interval, AllTerms<Interval>>::check(&at(share)).is_ok();
     let shares = (0..=20).map(|step| 0.999 * 0.7f64.powi(step));
@@ -91,10 +91,7 @@ fn no_word_wraps_with_each_term_alone() {
         for kind in kinds {
             own.push(*kind, &all.values::<3>(*kind)).expect("room");
         }
-        let parameters = Parameters {
-            terms: own,
-            ..corner.parameters()
-        };
+        let parameters = corner.parameters().with(|p| p.terms = own);
         for bound in prove_with::<T>(&parameters, still) {
             assert!(bound.fits(), "{kinds:?} {bound:?}");
         }

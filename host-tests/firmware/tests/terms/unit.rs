@@ -74,21 +74,20 @@ pub fn parameters(records: &[(TermKind, Vec<f64>)]) -> Parameters {
     for (kind, values) in records {
         terms.push(*kind, values).expect("a record");
     }
-    Parameters {
-        pulse_weight_rad: [PULSE_RAD; 3],
-        pickoff_gain: [0.0; 3],
-        sample_rate_hz: RATE_HZ,
-        samples_per_output: 10,
-        accelerometers: Some(AccelerometerParameters {
+    Parameters::default().with(|p| {
+        p.pulse_weight_rad = [PULSE_RAD; 3];
+        p.pickoff_gain = [0.0; 3];
+        p.sample_rate_hz = RATE_HZ;
+        p.samples_per_output = 10;
+        p.accelerometers = Some(AccelerometerParameters {
             weight_m_s: [CODE_M_S; 3],
             bias_m_s2: [0.0; 3],
             scale_error: [0.0; 3],
             misalignment_rad: CrossAxis::default(),
             lever_arm_m: [[0.0; 3]; 3],
-        }),
-        terms,
-        ..Parameters::default()
-    }
+        });
+        p.terms = terms;
+    })
 }
 
 /// Samples of what the sensors show, in whole codes of the running integrals.

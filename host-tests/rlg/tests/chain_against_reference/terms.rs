@@ -58,17 +58,16 @@ fn parameters(records: &[(TermKind, &[f64])]) -> Parameters {
     for (kind, values) in records {
         terms.push(*kind, values).expect("a record");
     }
-    Parameters {
-        accelerometers: Some(AccelerometerParameters {
+    as_built().with(|p| {
+        p.accelerometers = Some(AccelerometerParameters {
             weight_m_s: [1e-7; 3],
             bias_m_s2: [2e-3, -3e-3, 1e-3],
             scale_error: [1e-4, -2e-4, 3e-4],
             misalignment_rad: CrossAxis::default(),
             lever_arm_m: [[0.0; 3]; 3],
-        }),
-        terms,
-        ..as_built()
-    }
+        });
+        p.terms = terms;
+    })
 }
 
 /// Rates of the case \[rad/s\] and its forces \[m/s^2\]: a turn that keeps its sign, and a rocking about all axes.

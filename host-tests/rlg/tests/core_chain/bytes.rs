@@ -23,7 +23,7 @@ proptest! {
 
     #[test]
     fn a_changed_byte_is_always_found(at in 0..PARAMETER_BLOCK_BYTES, flip in 1..=255u8) {
-        let mut block = as_built().to_block(0);
+        let mut block = as_built().to_block(0).to_vec();
         block[at] ^= flip;
         prop_assert!(Parameters::from_block(&block).is_err());
     }
@@ -104,7 +104,7 @@ fn the_checksum_is_the_one_of_zip() {
 fn a_bad_block_says_what_is_wrong() {
     let good = as_built().to_block(0);
     let changed = |at: usize, value: u8| {
-        let mut block = good;
+        let mut block = good.to_vec();
         block[at] = value;
         Parameters::from_block(&block)
     };
