@@ -5,8 +5,8 @@
 //! hypotheses → workbench → select (weigh), hunt (events, products, invariance, drift), shapes, local → self_test →
 //! contradiction → identify → validate → explain
 //!
-//! From the split on it is one file (look), gone again with other rows held out where something is left to explain. Of
-//! several recordings each is then looked at alone (apart).
+//! From the split on it is one file (look), gone again with other rows held out where something is left to explain. Several
+//! recordings go to the new engine (together).
 //!
 //! Gyros that count coarse pulses without a dither are read first of all (lattice): what their pulses hide is no finding.
 //!
@@ -22,7 +22,7 @@
 
 pub mod declare;
 
-pub mod apart;
+pub mod together;
 
 mod look;
 
@@ -130,6 +130,7 @@ mod attitudes;
 
 pub use declared::{declared_noise, own_noise, reference_noise};
 pub use settings::Settings;
+pub use together::diagnose_together;
 
 pub use rlg_attitude::serves as is_slow;
 pub use rlg_diagnosis::{Outcome, lattice, locate, pictures, portion, regressor, split, validate};

@@ -42,6 +42,28 @@ pub fn join(all: Vec<(Streams, Vec<Fault>)>) -> Result<(Streams, Vec<Fault>), In
     Ok((joined, faults))
 }
 
+/// Asks for names that tell recordings apart.
+///
+/// # Errors
+/// Two have the same.
+pub fn distinct(all: &[Streams]) -> Result<(), InputError> {
+    for (place, streams) in all.iter().enumerate() {
+        let name = &streams.pieces[0].recording;
+        if all[..place]
+            .iter()
+            .any(|one| one.pieces[0].recording == *name)
+        {
+            return Err(one_name(name));
+        }
+    }
+    Ok(())
+}
+
+fn one_name(name: &str) -> InputError {
+    InputError::new(name, "has the name of another recording of this list")
+        .expected("names that tell the recordings apart (name in recording.toml)")
+}
+
 /// Whether a further recording is of the same kind and has a name of its own.
 fn fits(joined: &Streams, further: &Streams) -> Result<(), InputError> {
     let name = &further.pieces[0].recording;
@@ -49,10 +71,7 @@ fn fits(joined: &Streams, further: &Streams) -> Result<(), InputError> {
     let fault = |problem: String| InputError::new(name, problem);
     let stretch = further.pieces[0].origin.is_some();
     if !stretch && joined.pieces.iter().any(|piece| piece.recording == *name) {
-        return Err(
-            fault("has the name of another recording of this list".to_string())
-                .expected("names that tell the recordings apart (name in recording.toml)"),
-        );
+        return Err(one_name(name));
     }
     if joined.at_rest.is_some() {
         return Err(

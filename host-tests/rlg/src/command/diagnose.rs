@@ -8,13 +8,14 @@ use clap::{Args, ValueEnum};
 use super::inputs::{IDEAL, check_plausible, given_or_ideal, results_folder};
 use super::page_beside::gather;
 use super::steps::{Steps, Work};
-use crate::diagnose::apart::look_at_each;
 use crate::diagnose::declare::MOST_ROWS;
 use crate::diagnose::is_slow;
 use crate::diagnose::long::Long;
 use crate::diagnose::result::Verdict;
 use crate::diagnose::streams::Streams;
-use crate::diagnose::{Outcome, Settings, diagnose_aligned, diagnose_streams, diagnose_under};
+use crate::diagnose::{
+    Outcome, Settings, diagnose_aligned, diagnose_streams, diagnose_together, diagnose_under,
+};
 use crate::error::InputError;
 use crate::fleet::run::{RUN_FILE, RunFile};
 use crate::model::{Model, MotionSource};
@@ -353,12 +354,12 @@ impl Diagnose {
             aligned.push(streams);
         }
         expect(Work::Dithered, all_rows);
-        let (seed, count) = (self.seed, aligned.len());
-        let mut outcome = diagnose_aligned(&[], aligned, None, model, model_file, seed, progress)?;
-        let read = |place: usize| Streams::align(&Recording::read(&self.recordings[place])?, model);
-        let of = (model, model_file);
-        look_at_each(&mut outcome, (count, &read), of, seed, progress)?;
-        Ok(outcome)
+        let settings = Settings {
+            seed: self.seed,
+            anyway: self.anyway,
+            ..Settings::default()
+        };
+        diagnose_together(&settings, aligned, (model, model_file), progress)
     }
 }
 

@@ -53,6 +53,9 @@ const RECORDS: [(TermKind, &[f64]); 11] = [
     ),
 ];
 
+/// A name with the records of its terms.
+type Case<'a> = (&'a str, &'a [(TermKind, &'a [f64])]);
+
 fn parameters(records: &[(TermKind, &[f64])]) -> Parameters {
     let mut terms = TermRecords::NONE;
     for (kind, values) in records {
@@ -157,7 +160,7 @@ fn apart<N: NumberSystem>(known: &Parameters, of_reference: &Parameters, lossy: 
 
 /// `()`, each kind alone, all kinds. What the core is apart from the reference beyond what both are without terms, over
 /// what the reference's terms correct.
-fn agree<N: NumberSystem>(lossy: bool, cases: &[(&str, &[(TermKind, &[f64])])]) {
+fn agree<N: NumberSystem>(lossy: bool, cases: &[Case]) {
     let none = parameters(&[]);
     let bare = apart::<N>(&none, &none, lossy);
     println!("{}: none: {bare:?} rad, m/s", N::NAME);
@@ -178,7 +181,7 @@ fn agree<N: NumberSystem>(lossy: bool, cases: &[(&str, &[(TermKind, &[f64])])]) 
 
 #[test]
 fn chain_and_reference_agree_with_each_term_and_with_all() {
-    let mut cases: Vec<(&str, &[(TermKind, &[f64])])> = RECORDS
+    let mut cases: Vec<Case> = RECORDS
         .chunks(1)
         .map(|record| (record[0].0.name(), record))
         .collect();

@@ -124,7 +124,7 @@ fn an_encoder_error_that_turns_less_than_half_a_period_is_no_scale_error() {
 }
 
 #[test]
-#[ignore = "an encoder's order of small turns fits worse than the scale by more than a class allows"]
+#[ignore = "a harmonic that adds nothing beside the scale is no candidate, and so in no class"]
 fn a_scale_error_of_small_turns_may_be_an_encoders() {
     let effect = concealed("reference_scale", &[("z", 4e-4)]);
     let diagnosis = diagnosis_of(vibration(), &effect);

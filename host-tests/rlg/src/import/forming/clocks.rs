@@ -62,10 +62,8 @@ impl TimeOption {
 
 /// Refuses columns of stamps that no file has.
 pub fn check_times(blocks: &[Block], said: &Said) -> Result<(), InputError> {
-    let named = said.times.iter().filter(|option| !option.is_none());
-    named
-        .map(|option| locate(blocks, &option.column, "--time").map(drop))
-        .collect()
+    let mut named = said.times.iter().filter(|option| !option.is_none());
+    named.try_for_each(|option| locate(blocks, &option.column, "--time").map(drop))
 }
 
 /// The column of stamps that holds for a mapped column: as the caller says, else by its name.

@@ -1,0 +1,75 @@
+//! Several recordings of one unit: to the new engine where it serves them all.
+
+use std::path::Path;
+
+use rlg_diagnosis::put_right::put_right;
+use rlg_diagnosis::{data_words, several};
+use rlg_findings::result::ParameterEntry;
+use rlg_model::Model;
+use rlg_recording::error::InputError;
+
+use super::explain::unusable;
+use super::pieces::distinct;
+use super::streams::Streams;
+use super::{Outcome, Settings, diagnose_aligned, qualify};
+
+/// Diagnoses aligned recordings of one unit together; those whose piece is held out only test.
+///
+/// # Errors
+/// Two recordings have one name, or axes of one of them are reversed or exchanged.
+pub fn diagnose_together(
+    settings: &Settings,
+    mut aligned: Vec<Streams>,
+    (model, model_file): (&Model, &Path),
+    progress: &dyn Fn(&str),
+) -> Result<Outcome, InputError> {
+    distinct(&aligned)?;
+    if !several::serves(&aligned, model) {
+        let Settings { left_out, seed, .. } = *settings;
+        return diagnose_aligned(left_out, aligned, None, model, model_file, seed, progress);
+    }
+    let asked = settings.of_new_engine();
+    let names: Vec<String> = aligned
+        .iter()
+        .map(|one| one.pieces[0].recording.clone())
+        .collect();
+    let mut turned = Vec::with_capacity(aligned.len());
+    for streams in &mut aligned {
+        turned.push(put_right(&asked, streams, model, model_file)?);
+    }
+    progress("qualifying the data");
+    let mut all = Vec::with_capacity(aligned.len());
+    let mut lines = Vec::with_capacity(aligned.len());
+    for mut streams in aligned {
+        let faults = qualify::unknown_faults(&mut streams, &model.effects);
+        lines.push(data_words::lines(&streams, &faults));
+        all.push((streams, faults));
+    }
+    let of = (model, model_file);
+    let Some(mut outcome) = several::diagnose(&asked, &mut all, of, progress)? else {
+        let why = "one of the recordings has too few rows with all channels measured";
+        return Ok(Outcome {
+            diagnosis: unusable(&names.join(" + "), settings.seed, why, Vec::new()),
+            model: model.clone(),
+            pictures: None,
+        });
+    };
+    for (name, lines) in names.iter().zip(lines) {
+        let of_this = lines.into_iter().map(|line| format!("{name}: {line}"));
+        outcome.diagnosis.summary.extend(of_this);
+    }
+    for (name, turned) in names.iter().zip(turned) {
+        let Some(turned) = turned else {
+            continue;
+        };
+        let before = outcome.diagnosis.effects.len();
+        turned.report(&mut outcome);
+        for effect in &mut outcome.diagnosis.effects[before..] {
+            effect.parameters.push(ParameterEntry::Text {
+                name: "recording".to_string(),
+                value: name.clone(),
+            });
+        }
+    }
+    Ok(outcome)
+}
