@@ -54,7 +54,7 @@ use crate::chain::terms::{PeriodSums, SlowReadings, Term};
 /// The order of fields in memory (`repr(C)`) saves 20 instructions a sample. A Cortex-M4 loads a float from at most 1020
 /// bytes above a base register, and the processor holds state and chain side by side so that both share one base:
 /// factors that every sample needs come first in the chain, what only accelerometers need comes last in the state, and
-/// behind it what only optional [`terms`](crate::terms) need.
+/// behind it what only optional [`terms`] need.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct Chain<N: NumberSystem, T: Term<N> = ()> {

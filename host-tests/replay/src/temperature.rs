@@ -1,6 +1,6 @@
 //! Brings a recording's temperatures to the chain's output periods, as the main loop of a unit would read them.
 //!
-//! From `temperature` channels \[K\] of axes x, y, z it gives a row per output period and its derivative \[K/s\] over [`RATE_SPAN_S`].
+//! From `temperature` channels \[K\] of axes x, y, z it gives a row per output period and its derivative \[K/s\] over `RATE_SPAN_S`.
 
 use rlg_recording::{Axis, Clock, Quantity, Recording};
 use trueaxis::SlowReadings;
