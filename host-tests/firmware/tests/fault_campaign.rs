@@ -16,10 +16,10 @@ use firmware_tests::verdict;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use trueaxis::design_parameters::{ADAPTATION_STEP_LIMIT, DITHER_LIMIT_RAD, SENSED_LIMIT_RAD};
+use trueaxis::parameter_block::LARGEST_BLOCK_BYTES;
 use trueaxis::parameter_slots::ParameterSlots;
 use trueaxis::{
-    BootReport, F32, Fixed, NumberSystem, OUTPUT_RAD_PER_CODE, PARAMETER_BLOCK_BYTES, Parameters,
-    Status, TelemetryFrame,
+    BootReport, F32, Fixed, NumberSystem, OUTPUT_RAD_PER_CODE, Parameters, Status, TelemetryFrame,
 };
 
 /// Injections of each fault.
@@ -212,7 +212,7 @@ impl ReadNorFlash for &Flash {
 }
 
 /// Room for a slot: the loader reads to the end of the block's last unit of flash.
-const SLOT: usize = 2 * PARAMETER_BLOCK_BYTES;
+const SLOT: usize = 2 * LARGEST_BLOCK_BYTES;
 
 fn boots<N: NumberSystem>(seed: u64) {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
