@@ -25,6 +25,8 @@ struct Shown {
     rows: Range<usize>,
     /// Gain in log likelihood.
     gain: f64,
+    /// What the channel gains in all rows.
+    whole: f64,
     /// Where either edge may lie as well: a channel that rests does not show when it is no longer followed.
     reach: [Range<usize>; 2],
 }
@@ -87,7 +89,9 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], coarse: &Coarse) -> Vec<Foun
             let places = picked_from(*expression) * places;
             let expression = expression.within(rows, signals)?;
             let candidate = pool.expression(gyro, expression, places, signals);
-            Some(Found {
+            // What acts in all rows nearly fits in most of them.
+            let is_of_some = shown.gain - shown.whole > candidate.hypothesis.price;
+            is_of_some.then(|| Found {
                 surplus: integrated(shown.gain, 1) - candidate.hypothesis.price,
                 candidate,
                 columns: pool.columns,
@@ -170,9 +174,9 @@ fn strongest_window(column: &[f64], record: &[f64]) -> Option<Shown> {
         scores[row + 1] = scores[row] + column[row] * record[row];
         informations[row + 1] = informations[row] + column[row] * column[row];
     }
-    let whole = informations[rows];
+    let all = informations[rows];
     // Less of the column than this is no window of it but a few of its rows.
-    let least = 1e-3 * whole;
+    let least = 1e-3 * all;
     let of = |start: usize, end: usize| -> (usize, usize, f64) {
         let information = informations[end] - informations[start];
         let score = scores[end] - scores[start];
@@ -216,9 +220,11 @@ fn strongest_window(column: &[f64], record: &[f64]) -> Option<Shown> {
         .rev()
         .take_while(|&at| is_as_good(of(start, at)))
         .last();
+    let whole = scores[rows] * scores[rows] / informations[rows].max(f64::MIN_POSITIVE);
     (gain > 0.0).then(|| Shown {
         rows: start..end,
         gain,
+        whole: 0.5 * whole,
         reach: [
             starts.unwrap_or(start)..later.unwrap_or(start) + 1,
             earlier.unwrap_or(end)..ends.unwrap_or(end) + 1,
