@@ -18,10 +18,10 @@ use super::data::Data;
 use super::goodness::{Misfit, misfits};
 use super::lock_in::Stops;
 use super::noise_levels::{drift_prior, mean};
-use super::pass::left_on;
+use super::pass::{left_on, subtract};
 use super::plan::AnalysisPlan;
 use super::reenact::{Named, Reenactment, reenact};
-use super::search::{Found, effect_rad, subtract};
+use super::search::{Found, effect_rad};
 use super::whitened::Whitener;
 use rlg_signal::streams::{Triad, add};
 

@@ -1,9 +1,11 @@
 //! What a search is about: one motion, its columns and their candidates; and what a fit leaves of it.
 
-use rlg_catalogue::{Candidate, Pool};
+use std::collections::BTreeSet;
+
+use rlg_catalogue::{Candidate, Pool, Signals};
 use rlg_inference::search::DriftPrior;
 use rlg_inference::{Fit, NoiseLevels, NormalEquations};
-use rlg_signal::streams::Triad;
+use rlg_signal::streams::{Triad, add};
 
 use super::case_motion::Motion;
 use super::lattice::Lattice;
@@ -83,4 +85,29 @@ pub fn left_on(
         }));
     }
     equations.residual_spectrum(gyro, &sizes)
+}
+
+/// Takes a fit's effects out of `residual_rad`.
+pub fn subtract(
+    residual_rad: &mut Triad,
+    fit: &Fit,
+    candidates: &[Candidate],
+    pool: &Pool,
+    signals: &Signals,
+) {
+    let sizes: [Vec<(usize, f64)>; 3] = std::array::from_fn(|gyro| sizes_on(fit, candidates, gyro));
+    let used: BTreeSet<usize> = sizes.iter().flatten().map(|(column, _)| *column).collect();
+    for column in used {
+        let values = pool.columns[column].values(signals);
+        for (gyro, sizes) in sizes.iter().enumerate() {
+            let size: f64 = sizes
+                .iter()
+                .filter(|(other, _)| *other == column)
+                .map(|(_, size)| size)
+                .sum();
+            if size != 0.0 {
+                add(&mut residual_rad[gyro], &values, -size);
+            }
+        }
+    }
 }

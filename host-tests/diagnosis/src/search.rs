@@ -21,7 +21,7 @@ use super::coarse::{Coarse, coarse};
 use super::data::Data;
 use super::families::{Alone, strongest, strongest_filters};
 use super::noise_levels::{drift_prior, first_levels, mean};
-use super::pass::{Begin, Pass, left_on, sizes_on};
+use super::pass::{Begin, Pass, left_on, sizes_on, subtract};
 use super::plan::AnalysisPlan;
 use super::scores::size_price;
 use super::windows::Edges;
@@ -830,31 +830,6 @@ pub(super) fn is_settled(fit: &Fit, candidates: &[Candidate], made_with_s: [f64;
                 change == 0.0
             }
         })
-}
-
-/// Takes a fit's effects out of `residual_rad`.
-pub fn subtract(
-    residual_rad: &mut Triad,
-    fit: &Fit,
-    candidates: &[Candidate],
-    pool: &Pool,
-    signals: &Signals,
-) {
-    let sizes: [Vec<(usize, f64)>; 3] = std::array::from_fn(|gyro| sizes_on(fit, candidates, gyro));
-    let used: BTreeSet<usize> = sizes.iter().flatten().map(|(column, _)| *column).collect();
-    for column in used {
-        let values = pool.columns[column].values(signals);
-        for (gyro, sizes) in sizes.iter().enumerate() {
-            let size: f64 = sizes
-                .iter()
-                .filter(|(other, _)| *other == column)
-                .map(|(_, size)| size)
-                .sum();
-            if size != 0.0 {
-                add(&mut residual_rad[gyro], &values, -size);
-            }
-        }
-    }
 }
 
 /// What a member of a fit over the found candidates adds to each gyro \[rad\].

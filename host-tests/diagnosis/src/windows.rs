@@ -9,9 +9,8 @@ use rlg_inference::score_test::noises;
 use rlg_inference::sums::sums;
 use rlg_inference::{Fit, NoiseLevels};
 
-use super::pass::Pass;
+use super::pass::{Pass, subtract};
 use super::scores::{Coarse, Found, integrated};
-use super::search::subtract;
 
 /// Edges that are tried first; between them they are refined.
 const EDGES: usize = 128;

@@ -19,8 +19,9 @@ use crate::data::{self, Data};
 use crate::entries_of_rows::channel;
 use crate::noise_levels::reported;
 use crate::outcome::Outcome;
+use crate::pass::subtract;
 use crate::plan::AnalysisPlan;
-use crate::search::{Found, subtract};
+use crate::search::Found;
 use crate::settings::Settings;
 use crate::validate::validate;
 

@@ -16,11 +16,9 @@ use rlg_signal::streams::add_triad;
 use super::shared::{Shared, Sharing, seen_by, spelt_out};
 use crate::case_motion::estimate;
 use crate::data::Data;
-use crate::pass::Pass;
+use crate::pass::{Pass, subtract};
 use crate::plan::AnalysisPlan;
-use crate::search::{
-    Before, Settled, bridged, delays, filters, is_settled, settle, share_of, subtract,
-};
+use crate::search::{Before, Settled, bridged, delays, filters, is_settled, settle, share_of};
 
 /// What the fitted rows of all recordings say.
 pub(super) struct Together {
