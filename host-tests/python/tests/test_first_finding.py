@@ -10,6 +10,7 @@ import rlg
 
 SCALE_Z, BIAS_Z_RAD_S, LATE_S = 800e-6, 2e-4, 0.004
 G_M_S2 = 9.80665
+EARTH_RAD_S = 7.3e-5
 
 
 def angle_rad(time_s):
@@ -45,8 +46,10 @@ def test_six_lines_find_what_was_planted(logger_csv):
     bias = numbers["gyro_bias"]["z"]
     late = numbers["reference_delay"]["all"]
 
-    for parameter, truth in [(scale, SCALE_Z), (bias, BIAS_Z_RAD_S), (late, LATE_S)]:
+    for parameter, truth in [(scale, SCALE_Z), (late, LATE_S)]:
         assert abs(parameter.value - truth) < 3.0 * parameter.std < 0.06 * truth, (parameter, truth)
+    # Nothing says where north is: the Earth's rate about z is open.
+    assert abs(bias.value - BIAS_Z_RAD_S) < 3.0 * bias.std < 3.0 * EARTH_RAD_S, bias
 
 
 def test_an_export_comes_back(logger_csv, tmp_path):
