@@ -49,7 +49,7 @@ def test_six_lines_find_what_was_planted(logger_csv):
     for parameter, truth in [(scale, SCALE_Z), (late, LATE_S)]:
         assert abs(parameter.value - truth) < 3.0 * parameter.std < 0.06 * truth, (parameter, truth)
     # Nothing says where north is: the Earth's rate about z is open.
-    assert abs(bias.value - BIAS_Z_RAD_S) < 3.0 * bias.std < 3.0 * EARTH_RAD_S, bias
+    assert abs(bias.value - BIAS_Z_RAD_S) < 3.0 * bias.std < 3.3 * EARTH_RAD_S, bias
 
 
 def test_an_export_comes_back(logger_csv, tmp_path):
