@@ -296,14 +296,7 @@ pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<
             .map(|&place| in_doubt(found, place, plan))
             .collect();
         let reenactments = reenact(data, found, (&last.fit, &ratios), plan);
-        let Some(weakest) = (0..named.len())
-            .filter(|&place| ratios[place].falls(&reenactments[place], plan))
-            .max_by(|&a, &b| {
-                reenactments[a]
-                    .inflation()
-                    .total_cmp(&reenactments[b].inflation())
-            })
-        else {
+        let Some(weakest) = weakest(&ratios, &reenactments, plan) else {
             return Some(Confirmed {
                 recordings: vec![None; named.len()],
                 named,
@@ -319,6 +312,18 @@ pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<
         };
         reenacted_away.push(named.remove(weakest));
     }
+}
+
+/// The place of the name that falls and that re-enactments show most of; `None` where all stand.
+pub(super) fn weakest(
+    ratios: &[Named],
+    reenactments: &[Reenactment],
+    plan: &AnalysisPlan,
+) -> Option<usize> {
+    let inflation = |place: usize| reenactments[place].inflation();
+    (0..ratios.len())
+        .filter(|&place| ratios[place].falls(&reenactments[place], plan))
+        .max_by(|&a, &b| inflation(a).total_cmp(&inflation(b)))
 }
 
 /// What of a member's log-likelihood ratio may go before its name does.

@@ -281,9 +281,9 @@ fn findings<'a>(
         .as_ref()
         .map(|whitener| each_axis(|gyro| whitener.rows(gyro, &left_rad[gyro])));
     let of_place = |place: usize| {
-        let mut one = finding((data, found), confirmed, place, plan);
+        let effect_rad = effect_rad(found, fit, place);
+        let mut one = finding((data, found), confirmed, (place, &effect_rad), plan);
         if let (Some(whitener), Some(left_sigma)) = (&whitener, &left_sigma) {
-            let effect_rad = effect_rad(found, fit, place);
             one.regimes = by_regime::sizes(whitener, &effect_rad, left_sigma, regimes);
         }
         one
@@ -294,7 +294,7 @@ fn findings<'a>(
 fn finding<'a>(
     (data, found): (&Data, &'a Found),
     confirmed: &'a Confirmed,
-    place: usize,
+    (place, effect_rad): (usize, &Triad),
     plan: &AnalysisPlan,
 ) -> Finding<'a> {
     let member = confirmed.named[place];
@@ -310,8 +310,7 @@ fn finding<'a>(
         .map(|rival| found.candidates[rival].kind)
         .filter(|kind| *kind != candidate.kind)
         .collect();
-    let effect_rad = effect_rad(found, fit, place);
-    let share = share(data, found, &confirmed.last, &effect_rad);
+    let share = share(data, found, &confirmed.last, effect_rad);
     Finding {
         candidate,
         recording: confirmed.recordings[place].as_deref(),
@@ -331,7 +330,7 @@ fn finding<'a>(
         reenactment: confirmed.reenactments[place],
         instant_std_rows: confirmed.instant_std_rows[place],
         share,
-        is_slight: share < plan.practical_share && !turns(&effect_rad, &fit.levels),
+        is_slight: share < plan.practical_share && !turns(effect_rad, &fit.levels),
         regimes: Vec::new(),
     }
 }

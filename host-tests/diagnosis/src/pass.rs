@@ -111,3 +111,13 @@ pub fn subtract(
         }
     }
 }
+
+impl Pass {
+    /// What a fit leaves \[rad\].
+    pub(super) fn left_by(&self, fit: &Fit) -> Triad {
+        let mut left_rad = self.residual_rad.clone();
+        let signals = &self.motion.signals;
+        subtract(&mut left_rad, fit, &self.candidates, &self.pool, signals);
+        left_rad
+    }
+}

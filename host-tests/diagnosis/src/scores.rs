@@ -51,17 +51,16 @@ impl Coarse {
         tests_over(&self.equations, self.each, pass, fits, &|_| true)
     }
 
-    /// Sums of rows, whitened under noise of single rows \[σ\].
-    pub(super) fn whitened(&self, sums: &[f64], levels: NoiseLevels) -> Vec<f64> {
-        let transform = &self.equations.transform;
-        let powers = self
-            .equations
-            .basis
-            .by_coefficient(levels.summed(self.each));
-        let spectrum = transform.spectrum(sums);
-        let pairs = spectrum.iter().zip(powers);
-        let white: Vec<f64> = pairs.map(|(value, power)| value / power.sqrt()).collect();
-        transform.rows_of(&white)
+    /// Root of the noise of sums by that of single rows, coefficient by coefficient \[rad\].
+    pub(super) fn roots(&self, levels: NoiseLevels) -> Vec<f64> {
+        self.equations.basis.roots(levels.summed(self.each))
+    }
+
+    /// Sums of rows, whitened \[σ\].
+    pub(super) fn whitened(&self, rows: &[f64], roots: &[f64]) -> Vec<f64> {
+        self.equations
+            .transform
+            .whitened(&sums(rows, self.each), roots)
     }
 
     /// What each hypothesis would add at most, over columns of `pool`.

@@ -3,12 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Matrix3;
-use rayon::prelude::*;
 use rlg_catalogue::candidates::{PoolColumns, SHARED, Variant, delay_sign, is_delay};
 use rlg_catalogue::entries::{MOUNT, SLIP, STEP, UNLISTED};
 use rlg_catalogue::expression::Expression;
-use rlg_catalogue::low_pass::{self, LowPass};
-use rlg_catalogue::resonance::Resonance;
+use rlg_catalogue::low_pass;
 use rlg_catalogue::signals::Path;
 use rlg_catalogue::{Candidate, Column, Pool, Sensed, Signals};
 use rlg_inference::events::{Event, EventKind, impulses, scan};
@@ -175,21 +173,11 @@ pub(super) fn settle(
         settling = run.only_nonlinear;
         tried += run.tried;
         let fit = run.fit;
-        let (now_s, _) = delays(&fit, &now.candidates);
         let settled = is_settled(&fit, &now.candidates, found_path.delay_s);
         let same = before.is_some() && is_as_before(&fit);
         let nothing = fit.members.is_empty() && pass == 0 && !far.is_far();
         levels.clone_from(&fit.levels);
-        let mut left = now.residual_rad.clone();
-        subtract(
-            &mut left,
-            &fit,
-            &now.candidates,
-            &now.pool,
-            &now.motion.signals,
-        );
-        add_triad(&mut left, &now.passed_noise_rad, -1.0);
-        clean = bridged(&left, &looked_at);
+        clean = now.clean_by(&fit, &looked_at);
         data.found_share = share_of(&fit, &now.candidates, &now.pool);
         pass += 1;
         // The motion is that of a set only where what the set leaves was seen along the same path.
@@ -205,13 +193,8 @@ pub(super) fn settle(
                 fitted,
             });
         }
-        let (mount, low_pass) = filters(&fit, &now.candidates);
         path_before = Some(found_path);
-        found_path = Path {
-            delay_s: now_s,
-            mount,
-            low_pass,
-        };
+        found_path = path_of(&fit, &now.candidates);
         best = Some((fit, now.candidates));
     }
 }
@@ -347,14 +330,7 @@ impl Pass {
             &data.free_constants,
         );
         // A column that the signals leave empty is no hypothesis.
-        candidates.retain(|candidate| {
-            let terms = candidate.hypothesis.terms.iter();
-            (0..candidate.hypothesis.parameters).all(|parameter| {
-                terms
-                    .clone()
-                    .any(|term| term.parameter == parameter && equations.scale(term.column) > 0.0)
-            })
-        });
+        candidates.retain(|candidate| is_seen(&candidate.hypothesis, &equations));
         // What is estimated of a delay is about the one on the path: its size has its price here.
         for one in candidates.iter_mut().filter(|one| is_delay(one.kind)) {
             let hypothesis = &mut one.hypothesis;
@@ -642,6 +618,13 @@ impl Pass {
         self.extend(adopted)
     }
 
+    /// What a fit leaves without what it makes of the reference's noise \[rad\], bridged where rows may not be looked at.
+    pub(super) fn clean_by(&self, fit: &Fit, looked_at: &Observations) -> Triad {
+        let mut left_rad = self.left_by(fit);
+        add_triad(&mut left_rad, &self.passed_noise_rad, -1.0);
+        bridged(&left_rad, looked_at)
+    }
+
     fn judge(self, fit: Fit, plan: &AnalysisPlan, tried: usize) -> Found {
         let hypotheses = self.hypotheses();
         let mut search = Search::new(
@@ -652,27 +635,7 @@ impl Pass {
             &self.drift,
             fit.levels.clone(),
         );
-        let judged = search.judge(&fit, plan.class_within);
-        let spanned_by = fit
-            .members
-            .iter()
-            .map(|&member| {
-                (0..hypotheses.len())
-                    .into_par_iter()
-                    .filter(|other| !fit.members.contains(other))
-                    .filter(|&other| search.separation(&fit, member, other) < plan.separation)
-                    .collect()
-            })
-            .collect();
-        let without = fit
-            .members
-            .iter()
-            .map(|&member| {
-                let rest = search.without(&fit.members, member);
-                search.fit(&rest, None)
-            })
-            .collect();
-        let empty = search.fit(&[], None);
+        let judged = search.judge_set(&fit, plan.class_within, plan.separation);
         let tried = tried + search.tried_sets();
         Found {
             candidates: self.candidates,
@@ -681,13 +644,21 @@ impl Pass {
             residual_rad: self.residual_rad,
             equations: self.equations,
             fit,
-            judged,
-            spanned_by,
-            without,
-            empty,
+            judged: judged.members,
+            spanned_by: judged.spanned_by,
+            without: judged.without,
+            empty: judged.empty,
             tried,
         }
     }
+}
+
+/// Whether every parameter has a column that is not empty.
+pub(super) fn is_seen(hypothesis: &Hypothesis, equations: &NormalEquations) -> bool {
+    (0..hypothesis.parameters).all(|parameter| {
+        let mut terms = hypothesis.terms.iter();
+        terms.any(|term| term.parameter == parameter && equations.scale(term.column) > 0.0)
+    })
 }
 
 /// The contract's kind of an event.
@@ -751,22 +722,22 @@ fn shown(fit: &Fit, candidate: &Candidate, block: &std::ops::Range<usize>) -> Ve
         .collect()
 }
 
-/// The mounts and the low passes of a set.
-pub(super) fn filters(
-    fit: &Fit,
-    candidates: &[Candidate],
-) -> ([Option<Resonance>; 3], [Option<LowPass>; 3]) {
-    let (mut mounts, mut low_passes) = ([None; 3], [None; 3]);
+/// The path that a set describes: its delays, mounts and low passes.
+pub(super) fn path_of(fit: &Fit, candidates: &[Candidate]) -> Path {
+    let mut path = Path {
+        delay_s: delays(fit, candidates).0,
+        ..Path::default()
+    };
     for (&place, block) in fit.members.iter().zip(&fit.blocks) {
         let candidate = &candidates[place];
         let estimate = shown(fit, candidate, block);
         if candidate.kind == MOUNT {
-            mounts = candidate.mounts(&estimate);
+            path.mount = candidate.mounts(&estimate);
         } else if candidate.variant == Variant::LowPass {
-            low_passes = candidate.low_passes(&estimate);
+            path.low_pass = candidate.low_passes(&estimate);
         }
     }
-    (mounts, low_passes)
+    path
 }
 
 /// Whether two candidates are the same, columns aside.
@@ -852,7 +823,8 @@ pub fn effect_rad(found: &Found, fit: &Fit, place: usize) -> Triad {
     effect_rad
 }
 
-fn without_known(data: &Data, signals: &Signals) -> Triad {
+/// The residual without what the model's effects add \[rad\].
+pub(super) fn without_known(data: &Data, signals: &Signals) -> Triad {
     let mut residual_rad = data.residual_rad.clone();
     if !data.known.is_empty() {
         add_triad(&mut residual_rad, &data.known_rad(signals), -1.0);
@@ -861,7 +833,7 @@ fn without_known(data: &Data, signals: &Signals) -> Triad {
 }
 
 /// Values on all rows, bridged where they may not be looked at, 0 outside the spans.
-pub(super) fn bridged(values: &Triad, observations: &Observations) -> Triad {
+fn bridged(values: &Triad, observations: &Observations) -> Triad {
     std::array::from_fn(|axis| {
         let mut all = vec![0.0; observations.record_rows];
         for span in &observations.spans {

@@ -25,10 +25,7 @@ impl Whitener {
         let seen = data.rows_of(&[Use::Train, Use::Confirm]);
         let observations = Observations::bridged(&seen)?;
         let (transform, basis) = Transform::with_basis(observations, mean(levels));
-        let roots = std::array::from_fn(|gyro| {
-            let powers = basis.by_coefficient(levels[gyro]).into_iter();
-            powers.map(f64::sqrt).collect()
-        });
+        let roots = std::array::from_fn(|gyro| basis.roots(levels[gyro]));
         Some(Self {
             transform,
             basis,
@@ -39,10 +36,7 @@ impl Whitener {
 
     /// Rows of a gyro \[σ\]; 0 where they were not looked at.
     pub fn rows(&self, gyro: usize, rows_rad: &[f64]) -> Vec<f64> {
-        let mut spectrum = self.transform.spectrum(rows_rad);
-        let pairs = spectrum.iter_mut().zip(&self.roots[gyro]);
-        pairs.for_each(|(value, root)| *value /= root);
-        let mut rows = self.transform.rows_of(&spectrum);
+        let mut rows = self.transform.whitened(rows_rad, &self.roots[gyro]);
         for (value, _) in rows.iter_mut().zip(&self.seen).filter(|(_, seen)| !**seen) {
             *value = 0.0;
         }

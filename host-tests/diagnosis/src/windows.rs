@@ -5,11 +5,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 use rlg_catalogue::expression::channels;
 use rlg_catalogue::{Column, Expression, Pool, Sensed};
+use rlg_inference::Fit;
 use rlg_inference::score_test::noises;
-use rlg_inference::sums::sums;
-use rlg_inference::{Fit, NoiseLevels};
+use rlg_signal::streams::each_axis;
 
-use super::pass::{Pass, subtract};
+use super::pass::Pass;
 use super::scores::{Coarse, Found, integrated};
 
 /// Edges that are tried first; between them they are refined.
@@ -18,8 +18,15 @@ const EDGES: usize = 128;
 /// An edge may lie where the log likelihood falls by less: three standard deviations.
 const WITHIN: f64 = 4.5;
 
+/// What a fit leaves on a gyro, as sums of rows.
+struct Whitened {
+    /// Root of their noise \[rad\].
+    roots: Vec<f64>,
+    /// Sums \[σ\].
+    rows: Vec<f64>,
+}
+
 /// Rows of a gyro between which a channel explains what is left, and how well.
-#[derive(Clone)]
 struct Shown {
     rows: Range<usize>,
     /// Gain in log likelihood.
@@ -43,36 +50,28 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], coarse: &Coarse) -> Vec<Foun
     let asked: Vec<(usize, Expression)> = (0..3)
         .flat_map(|gyro| all.iter().map(move |one| (gyro, *one)))
         .collect();
-    let left: Vec<(Vec<Vec<f64>>, Vec<NoiseLevels>)> = fits
+    let left: Vec<[Whitened; 3]> = fits
         .iter()
         .flat_map(|fit| {
-            let mut left_rad = pass.residual_rad.clone();
-            subtract(&mut left_rad, fit, &pass.candidates, &pass.pool, signals);
-            let sums: Vec<Vec<f64>> = left_rad.iter().map(|one| sums(one, coarse.each)).collect();
-            noises(fit)
-                .into_iter()
-                .map(move |levels| (sums.clone(), levels))
-        })
-        .collect();
-    let whitened: Vec<Vec<Vec<f64>>> = left
-        .iter()
-        .map(|(sums, levels)| {
-            let of_gyro = |gyro: usize| coarse.whitened(&sums[gyro], levels[gyro]);
-            (0..3).map(of_gyro).collect()
+            let left_rad = pass.left_by(fit);
+            noises(fit).into_iter().map(move |levels| {
+                each_axis(|gyro| {
+                    let roots = coarse.roots(levels[gyro]);
+                    let rows = coarse.whitened(&left_rad[gyro], &roots);
+                    Whitened { roots, rows }
+                })
+            })
         })
         .collect();
     let best: Vec<(usize, Expression, Shown)> = asked
         .par_iter()
         .filter_map(|&(gyro, expression)| {
             let column = Sensed::tried(Column::Expression(expression), gyro, signals);
-            let column = sums(&column.values(signals), coarse.each);
-            let of_fit = left
-                .iter()
-                .zip(&whitened)
-                .filter_map(|((_, levels), whitened)| {
-                    let column = coarse.whitened(&column, levels[gyro]);
-                    strongest_window(&column, &whitened[gyro])
-                });
+            let column = column.values(signals);
+            let of_fit = left.iter().filter_map(|left| {
+                let Whitened { roots, rows } = &left[gyro];
+                strongest_window(&coarse.whitened(&column, roots), rows)
+            });
             let best = of_fit.max_by(|a, b| a.gain.total_cmp(&b.gain))?;
             Some((gyro, expression, best))
         })

@@ -92,10 +92,11 @@ pub fn impulses(
     levels: NoiseLevels,
     (least, most): (f64, usize),
 ) -> Vec<Event> {
+    let powers = basis.by_coefficient(levels);
     let mut left = residual.to_vec();
     let mut found = Vec::new();
     while found.len() < most {
-        let (score, powers) = impulse_scores(transform, basis, &left, levels);
+        let score = scores_under(transform, &left, &powers);
         let next = impulse(transform, &score, &powers).filter(|one| one.size.abs() > least);
         let Some(next) = next else { break };
         let mut column = vec![0.0; transform.observations().record_rows];
@@ -133,8 +134,13 @@ pub fn impulse_scores(
     levels: NoiseLevels,
 ) -> (Vec<f64>, Vec<f64>) {
     let powers = basis.by_coefficient(levels);
-    let weighted: Vec<f64> = residual.iter().zip(&powers).map(|(r, s)| r / s).collect();
-    (transform.rows_of(&weighted), powers)
+    (scores_under(transform, residual, &powers), powers)
+}
+
+/// Score of an impulse at every row under known noise of every coefficient.
+fn scores_under(transform: &Transform, residual: &[f64], powers: &[f64]) -> Vec<f64> {
+    let weighted: Vec<f64> = residual.iter().zip(powers).map(|(r, s)| r / s).collect();
+    transform.rows_of(&weighted)
 }
 
 /// Size of the largest impulse in any span of a transform \[σ\].
@@ -419,17 +425,25 @@ impl Instant {
 mod tests {
     use super::{EventKind, Instant, impulses, scan};
     use crate::normal_equations::Transform;
-    use crate::{NoiseLevels, Observations};
+    use crate::{NoiseBasis, NoiseLevels, Observations};
 
-    #[test]
-    fn a_step_and_an_impulse_are_found_at_their_rows_with_their_size_in_standard_deviations() {
-        let rows = 2000;
-        let observations = Observations::bridged(&vec![true; rows]).expect("rows");
+    const ROWS: usize = 2000;
+
+    /// White noise of variance 4.
+    fn white() -> (Transform, NoiseBasis, NoiseLevels) {
+        let observations = Observations::bridged(&[true; ROWS]).expect("rows");
         let levels = NoiseLevels {
             white: 4.0,
             ..NoiseLevels::default()
         };
         let (transform, basis) = Transform::with_basis(observations, levels);
+        (transform, basis, levels)
+    }
+
+    #[test]
+    fn a_step_and_an_impulse_are_found_at_their_rows_with_their_size_in_standard_deviations() {
+        let rows = ROWS;
+        let (transform, basis, levels) = white();
         let found = |record: &[f64], kind| {
             let events = scan(&transform, &basis, &transform.spectrum(record), levels);
             *events
@@ -458,13 +472,8 @@ mod tests {
 
     #[test]
     fn impulses_are_found_one_by_one_and_no_more_than_there_are() {
-        let rows = 2000;
-        let observations = Observations::bridged(&vec![true; rows]).expect("rows");
-        let levels = NoiseLevels {
-            white: 4.0,
-            ..NoiseLevels::default()
-        };
-        let (transform, basis) = Transform::with_basis(observations, levels);
+        let rows = ROWS;
+        let (transform, basis, levels) = white();
         let mut record = vec![0.0; rows];
         let truth = [(1500, 30.0), (300, -24.0), (301, 18.0)];
         truth.iter().for_each(|&(row, size)| record[row] = size);

@@ -218,6 +218,12 @@ impl NoiseBasis {
             .collect()
     }
 
+    /// Root of the noise power of every coefficient.
+    pub fn roots(&self, levels: NoiseLevels) -> Vec<f64> {
+        let powers = self.by_coefficient(levels).into_iter();
+        powers.map(f64::sqrt).collect()
+    }
+
     /// Noise power of every coefficient.
     pub fn by_coefficient(&self, levels: NoiseLevels) -> Vec<f64> {
         let levels = levels.as_array();

@@ -136,6 +136,17 @@ impl Transform {
         }
     }
 
+    /// Rows of a record or column divided by the root of their noise, coefficient by coefficient \[σ\].
+    ///
+    /// # Inputs
+    /// `roots`: of the noise of every coefficient.
+    pub fn whitened(&self, rows: &[f64], roots: &[f64]) -> Vec<f64> {
+        let mut spectrum = self.spectrum(rows);
+        let pairs = spectrum.iter_mut().zip(roots);
+        pairs.for_each(|(value, root)| *value /= root);
+        self.rows_of(&spectrum)
+    }
+
     /// Puts coefficients back on rows; rows outside all spans are 0.
     pub fn rows_of(&self, spectrum: &[f64]) -> Vec<f64> {
         let mut rows = vec![0.0; self.observations.record_rows];

@@ -55,6 +55,19 @@ pub struct Judged {
     pub rivals: Vec<(usize, f64)>,
 }
 
+/// What is known of the best set beside others.
+#[derive(Debug, Clone)]
+pub struct JudgedSet {
+    /// Its members with cost and rivals.
+    pub members: Vec<Judged>,
+    /// Rivals of each member whose columns span it.
+    pub spanned_by: Vec<Vec<usize>>,
+    /// The set without each member, fitted anew.
+    pub without: Vec<Fit>,
+    /// Nothing but noise.
+    pub empty: Fit,
+}
+
 impl<'a, L: Likelihood> Search<'a, L> {
     /// Begins a search, the noise from `start`.
     pub fn new(
@@ -324,6 +337,38 @@ impl<'a, L: Likelihood> Search<'a, L> {
             }
         }
         None
+    }
+
+    /// The set beside others.
+    ///
+    /// # Inputs
+    /// `within`: how far behind in log posterior a rival may be; `separation`: what a rival's columns may leave of a member that
+    /// they span \[σ\].
+    pub fn judge_set(&mut self, best: &Fit, within: f64, separation: f64) -> JudgedSet {
+        let members = self.judge(best, within);
+        let searched = &*self;
+        let spans = |&member: &usize| {
+            let others = (0..searched.hypotheses.len()).into_par_iter();
+            others
+                .filter(|other| !best.members.contains(other))
+                .filter(|&other| searched.separation(best, member, other) < separation)
+                .collect()
+        };
+        let spanned_by = best.members.iter().map(spans).collect();
+        let without = best
+            .members
+            .iter()
+            .map(|&member| {
+                let rest = self.without(&best.members, member);
+                self.fit(&rest, None)
+            })
+            .collect();
+        JudgedSet {
+            members,
+            spanned_by,
+            without,
+            empty: self.fit(&[], None),
+        }
     }
 
     /// Each member of `best` with its cost and its rivals.

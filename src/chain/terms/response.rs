@@ -167,7 +167,7 @@ impl<N: NumberSystem> Response<N> {
     }
 }
 
-/// Each value times the rate to the power of `power`, within ±`limit`; the error names the kind.
+/// Each value times `per_sample`, which must lie within `limit`; the error names the kind.
 fn in_samples(
     values: [f64; 3],
     per_sample: f64,

@@ -11,7 +11,7 @@ use super::search::{Together, drift_of};
 use super::shared::{Shared, Sharing, on_own_records, with_noise_of};
 use crate::confirm::{
     Final, Parameters, Prediction, gyro_of_event, headline, in_doubt, left_by, misfits_of,
-    of_blocks, of_event, settle_instants, whiten,
+    of_blocks, of_event, settle_instants, weakest, whiten,
 };
 use crate::data::Data;
 use crate::goodness::Misfit;
@@ -103,13 +103,7 @@ pub(super) fn confirmed(
             .map(|&place| in_doubt(&found[0], place, plan))
             .collect();
         let reenactments = reenact(all, (together, found), (&fit, &ratios), plan);
-        let weakest = (0..named.len())
-            .filter(|&place| ratios[place].falls(&reenactments[place], plan))
-            .max_by(|&a, &b| {
-                let inflation = |place: usize| reenactments[place].inflation();
-                inflation(a).total_cmp(&inflation(b))
-            });
-        let Some(weakest) = weakest else {
+        let Some(weakest) = weakest(&ratios, &reenactments, plan) else {
             return Some(Confirmed {
                 named,
                 headlines,

@@ -8,7 +8,7 @@ use rlg_model::Model;
 use rlg_recording::error::InputError;
 use rlg_signal::fault::Fault;
 use rlg_signal::partition::Use;
-use rlg_signal::streams::{Streams, Triad, add_triad};
+use rlg_signal::streams::{Streams, Triad};
 
 use super::confirm::{Confirmed, confirmed, shares_of};
 use super::report::{HeldOut, outcome, powers};
@@ -21,7 +21,7 @@ use crate::noise_levels::reported;
 use crate::outcome::Outcome;
 use crate::pass::subtract;
 use crate::plan::AnalysisPlan;
-use crate::search::Found;
+use crate::search::{Found, without_known};
 use crate::settings::Settings;
 use crate::validate::validate;
 
@@ -127,8 +127,7 @@ fn of_held_out(
     let usable = streams.usable.clone();
     let motion = estimate(data, &nothing, &levels, &usable, path, plan);
     data.set_known(&motion.signals);
-    let mut before_rad = data.residual_rad.clone();
-    add_triad(&mut before_rad, &data.known_rad(&motion.signals), -1.0);
+    let before_rad = without_known(data, &motion.signals);
     let mut after_rad = before_rad.clone();
     let mut of_common = with_noise_of(&confirmed.fit, 0);
     let all = of_common.members.iter().zip(&of_common.blocks);

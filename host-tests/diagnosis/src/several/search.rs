@@ -3,22 +3,18 @@
 
 use std::collections::BTreeSet;
 
-use rayon::prelude::*;
 use rlg_catalogue::Candidate;
 use rlg_catalogue::candidates::is_delay;
 use rlg_catalogue::signals::Path;
 use rlg_inference::search::{DriftPrior, Judged, best_of};
-use rlg_inference::{
-    Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Observations, Search,
-};
-use rlg_signal::streams::add_triad;
+use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, Observations, Search};
 
 use super::shared::{Shared, Sharing, seen_by, spelt_out};
 use crate::case_motion::estimate;
 use crate::data::Data;
-use crate::pass::{Pass, subtract};
+use crate::pass::Pass;
 use crate::plan::AnalysisPlan;
-use crate::search::{Before, Settled, bridged, delays, filters, is_settled, settle, share_of};
+use crate::search::{Before, Settled, delays, is_seen, is_settled, path_of, settle, share_of};
 
 /// What the fitted rows of all recordings say.
 pub(super) struct Together {
@@ -146,18 +142,10 @@ impl Recording {
             fitted,
             ..
         } = self;
-        let mut left_rad = pass.residual_rad.clone();
-        let signals = &pass.motion.signals;
-        subtract(&mut left_rad, &fit, &pass.candidates, &pass.pool, signals);
-        add_triad(&mut left_rad, &pass.passed_noise_rad, -1.0);
-        let clean_rad = bridged(&left_rad, &looked_at);
+        let clean_rad = pass.clean_by(&fit, &looked_at);
         data.found_share = share_of(&fit, &pass.candidates, &pass.pool);
-        let (mount, low_pass) = filters(&fit, &pass.candidates);
-        let path = Path {
-            delay_s: delay_s.unwrap_or(delays(&fit, &pass.candidates).0),
-            mount,
-            low_pass,
-        };
+        let mut path = path_of(&fit, &pass.candidates);
+        path.delay_s = delay_s.unwrap_or(path.delay_s);
         let levels = fit.levels.clone();
         let before = (fit, pass.candidates);
         drop((pass.equations, pass.motion));
@@ -275,14 +263,6 @@ fn spell_in_all(recordings: &mut [Recording], fits: &[Fit]) {
     }
 }
 
-/// Whether every parameter has a column that is not empty.
-fn is_seen(hypothesis: &Hypothesis, equations: &NormalEquations) -> bool {
-    (0..hypothesis.parameters).all(|parameter| {
-        let mut terms = hypothesis.terms.iter();
-        terms.any(|term| term.parameter == parameter && equations.scale(term.column) > 0.0)
-    })
-}
-
 /// Drift of all records from that of each recording's.
 pub(super) fn drift_of(each: impl Iterator<Item = DriftPrior>) -> DriftPrior {
     let mut declared = Vec::new();
@@ -376,24 +356,7 @@ fn judge(
         &drift,
         fit.levels.clone(),
     );
-    let judged = search.judge(&fit, plan.class_within);
-    let spans = |&member: &usize| {
-        let others = (0..hypotheses.len()).into_par_iter();
-        others
-            .filter(|other| !fit.members.contains(other))
-            .filter(|&other| search.separation(&fit, member, other) < plan.separation)
-            .collect()
-    };
-    let spanned_by = fit.members.iter().map(spans).collect();
-    let without = fit
-        .members
-        .iter()
-        .map(|&member| {
-            let rest = search.without(&fit.members, member);
-            search.fit(&rest, None)
-        })
-        .collect();
-    let empty = search.fit(&[], None);
+    let judged = search.judge_set(&fit, plan.class_within, plan.separation);
     let tried = tried + search.tried_sets();
     drop(search);
     drop(likelihood);
@@ -402,10 +365,10 @@ fn judge(
         passes,
         shared,
         fit,
-        judged,
-        spanned_by,
-        without,
-        empty,
+        judged: judged.members,
+        spanned_by: judged.spanned_by,
+        without: judged.without,
+        empty: judged.empty,
         tried,
     }
 }
