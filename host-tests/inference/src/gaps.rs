@@ -8,6 +8,7 @@
 use std::ops::Range;
 
 use crate::dct::{cosines, sines};
+use crate::free_rows::FreeNumber;
 use crate::observations::Span;
 
 /// A gap shorter than this share of its span needs no box: impulses at its ends say the same.
@@ -20,47 +21,58 @@ pub fn missing(gap: usize, rows: usize, k: usize) -> f64 {
     share * ((k as f64 * share - 0.5) / 1.5).clamp(0.0, 1.0)
 }
 
-/// Coefficients of what is free at the ends of gaps: impulses less the box that holds as much, so that slow noise sees nothing of
-/// them. In single precision, for they are many.
-pub fn ends(span: &Span) -> Vec<Vec<f32>> {
+/// What is free at the ends of gaps: impulses less the box that holds as much, so that slow noise sees nothing of them.
+pub fn ends(span: &Span) -> Vec<FreeNumber> {
     let rows = span.rows.len();
     let mut all = Vec::new();
     for gap in &span.gaps {
-        let whole = is_long(gap.len(), rows).then(|| across(span, gap));
-        let mut rows_of_gap = vec![gap.start, gap.end - 1];
+        let own = gap.start - span.rows.start..gap.end - span.rows.start;
+        let mut rows_of_gap = vec![own.start, own.end - 1];
         rows_of_gap.dedup();
-        for row in rows_of_gap {
-            let mut end = impulse(rows, row - span.rows.start);
-            for (value, part) in end.iter_mut().zip(whole.iter().flatten()) {
-                *value -= part / gap.len() as f64;
-            }
-            all.push(end.iter().map(|value| *value as f32).collect());
-        }
+        all.extend(rows_of_gap.into_iter().map(|row| FreeNumber {
+            impulse: Some(row),
+            across: is_long(gap.len(), rows).then(|| (own.clone(), -1.0 / gap.len() as f64)),
+        }));
     }
     all
 }
 
-/// Coefficients of what else is free in a span: its first and its last row, whose angles have no neighbour, and all rows of each
-/// gap that is long enough, by as much.
-pub fn slow(span: &Span) -> Vec<Vec<f64>> {
+/// What else is free in a span: its first and its last row, whose angles have no neighbour, and all rows of each gap that is
+/// long enough, by as much.
+pub fn slow(span: &Span) -> Vec<FreeNumber> {
     let rows = span.rows.len();
-    let of_span = [0, rows - 1].map(|row| impulse(rows, row));
+    let of_span = [0, rows - 1].map(|row| FreeNumber {
+        impulse: Some(row),
+        across: None,
+    });
     let long = span.gaps.iter().filter(|gap| is_long(gap.len(), rows));
-    of_span
-        .into_iter()
-        .chain(long.map(|gap| across(span, gap)))
-        .collect()
+    let long = long.map(|gap| FreeNumber {
+        impulse: None,
+        across: Some((gap.start - span.rows.start..gap.end - span.rows.start, 1.0)),
+    });
+    of_span.into_iter().chain(long).collect()
+}
+
+/// Coefficients of a free number in a span of `rows`.
+pub fn spectrum(one: &FreeNumber, rows: usize) -> Vec<f64> {
+    let mut sum = one
+        .impulse
+        .map_or_else(|| vec![0.0; rows], |row| impulse(rows, row));
+    if let Some((over, height)) = &one.across {
+        for (value, part) in sum.iter_mut().zip(across(rows, over)) {
+            *value += height * part;
+        }
+    }
+    sum
 }
 
 fn is_long(gap: usize, rows: usize) -> bool {
     gap > 2 && gap as f64 >= SHORTEST * rows as f64
 }
 
-/// Coefficients of 1 in all rows of a gap.
-fn across(span: &Span, gap: &Range<usize>) -> Vec<f64> {
-    let rows = span.rows.len();
-    let [first, end] = [gap.start, gap.end].map(|row| row - span.rows.start);
-    let [first_sines, end_sines] = [first, end].map(|row| step_sines(rows, row));
+/// Coefficients of 1 in some rows of a span of `rows`.
+fn across(rows: usize, gap: &Range<usize>) -> Vec<f64> {
+    let [first_sines, end_sines] = [gap.start, gap.end].map(|row| step_sines(rows, row));
     let scale = (2.0 / rows as f64).sqrt();
     let halves = sines(rows);
     let mut spectrum: Vec<f64> = (0..rows)
@@ -94,7 +106,7 @@ mod tests {
         seen[150..250].fill(false);
         let observations = Observations::bridged(&seen).expect("rows");
         let span = &observations.spans[0];
-        let mut whole = super::across(span, &span.gaps[0]);
+        let mut whole = super::across(span.rows.len(), &span.gaps[0]);
         Dct::new(span.rows.len()).inverse(&mut whole);
         for (row, value) in whole.iter().enumerate() {
             let expected = f64::from((150..250).contains(&row));

@@ -26,6 +26,8 @@ pub mod noise;
 
 mod noise_estimate;
 
+mod free_rows;
+
 mod gaps;
 
 pub mod normal_equations;

@@ -3,10 +3,11 @@
 //! Per bin: `G = Σ X Xᵀ`, `h = Σ X y`, `e = Σ y²`. A change of noise or of the set of columns is then small dense
 //! algebra; rows are passed over again only for new columns.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use crate::dct::Dct;
+use crate::free_rows::{FreeNumber, FreeRows};
 use crate::gaps;
 use crate::hypothesis::{Hypothesis, Term};
 use crate::linear::{dot, pseudo_inverse};
@@ -25,12 +26,10 @@ pub trait Columns: Sync {
 pub struct Transform {
     observations: Observations,
     dct: Vec<Dct>,
-    /// Spectra E of what is free in each span.
-    free: Vec<Vec<Vec<f32>>>,
-    /// 1/S of each coefficient, for taking them out.
+    /// What is free in each span.
+    free: Vec<FreeRows>,
+    /// 1/S of each coefficient, for taking it out.
     weights: Vec<f64>,
-    /// Inverse of EᵀS⁻¹E of each span.
-    solve: Vec<DMatrix<f64>>,
 }
 
 impl Transform {
@@ -44,7 +43,6 @@ impl Transform {
     pub fn with_basis(observations: Observations, levels: NoiseLevels) -> (Self, NoiseBasis) {
         Self::taking_out(observations, levels, |span| {
             let slow = gaps::slow(span).into_iter();
-            let slow = slow.map(|one| one.iter().map(|c| *c as f32).collect());
             gaps::ends(span).into_iter().chain(slow).collect()
         })
     }
@@ -53,11 +51,11 @@ impl Transform {
     fn taking_out(
         observations: Observations,
         levels: NoiseLevels,
-        free_in: impl Fn(&Span) -> Vec<Vec<f32>>,
+        free_in: impl Fn(&Span) -> Vec<FreeNumber>,
     ) -> (Self, NoiseBasis) {
         let mut basis = NoiseBasis::new(&observations);
         let weights = basis.weights(levels);
-        let (mut dct, mut free, mut solve) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut dct, mut free) = (Vec::new(), Vec::new());
         let mut first = 0;
         for span in &observations.spans {
             let rows = span.rows.len();
@@ -67,14 +65,12 @@ impl Transform {
                 .find(|(_, other)| other.rows.len() == rows)
                 .map_or_else(|| Dct::new(rows), |(plan, _): (&Dct, _)| plan.clone());
             let of_span = &weights[first..first + rows];
-            let spectra = free_in(span);
-            let inverse = pseudo_inverse(&gram(&spectra, of_span));
-            basis.take_out(first..first + rows, |k| {
-                leverage(&spectra, &inverse, of_span, k - first)
-            });
+            let spectrum_of = |one: &FreeNumber| gaps::spectrum(one, rows);
+            let of_gaps = FreeRows::new(free_in(span), spectrum_of, of_span, &plan);
+            let taken = of_gaps.leverage(of_span, &plan);
+            basis.take_out(first..first + rows, |k| taken[k - first]);
             first += rows;
-            free.push(spectra);
-            solve.push(inverse);
+            free.push(of_gaps);
             dct.push(plan);
         }
         let transform = Self {
@@ -82,7 +78,6 @@ impl Transform {
             dct,
             free,
             weights,
-            solve,
         };
         (transform, basis)
     }
@@ -105,8 +100,11 @@ impl Transform {
 
     /// Coefficients of what is free in a single span at all frequencies, gaps' ends taken out.
     fn slow(&self) -> Vec<Vec<f64>> {
-        let mut slow = match self.observations.spans.as_slice() {
-            [span] => gaps::slow(span),
+        let mut slow: Vec<Vec<f64>> = match self.observations.spans.as_slice() {
+            [span] => gaps::slow(span)
+                .iter()
+                .map(|one| gaps::spectrum(one, span.rows.len()))
+                .collect(),
             _ => Vec::new(),
         };
         for one in &mut slow {
@@ -118,22 +116,7 @@ impl Transform {
     /// Takes what is free in the span at `place`, whose coefficients begin at `first`, out of its `values`.
     fn take_out(&self, place: usize, first: usize, values: &mut [f64]) {
         let weights = &self.weights[first..first + values.len()];
-        let free = &self.free[place];
-        let score = DVector::from_iterator(
-            free.len(),
-            free.iter().map(|shape| {
-                let products = shape.iter().zip(&*values).zip(weights);
-                products
-                    .map(|((a, b), weight)| f64::from(*a) * b * weight)
-                    .sum::<f64>()
-            }),
-        );
-        let sizes = &self.solve[place] * score;
-        for (shape, size) in free.iter().zip(sizes.iter()) {
-            for (value, part) in values.iter_mut().zip(shape) {
-                *value -= size * f64::from(*part);
-            }
-        }
+        self.free[place].take_out(values, weights, &self.dct[place]);
     }
 
     /// Rows of a record or column divided by the root of their noise, coefficient by coefficient \[σ\].
@@ -169,32 +152,6 @@ impl Transform {
     pub fn observations(&self) -> &Observations {
         &self.observations
     }
-}
-
-/// EᵀS⁻¹E of the spectra of what is free.
-fn gram(spectra: &[Vec<f32>], weights: &[f64]) -> DMatrix<f64> {
-    let count = spectra.len();
-    let mut gram = DMatrix::zeros(count, count);
-    for a in 0..count {
-        for b in 0..=a {
-            let products = spectra[a].iter().zip(&spectra[b]).zip(weights);
-            let sum: f64 = products
-                .map(|((a, b), weight)| f64::from(*a) * f64::from(*b) * weight)
-                .sum();
-            gram[(a, b)] = sum;
-            gram[(b, a)] = sum;
-        }
-    }
-    gram
-}
-
-/// Share of coefficient `k`'s power that free spectra take: the diagonal of E (EᵀS⁻¹E)⁻¹ Eᵀ S⁻¹.
-fn leverage(spectra: &[Vec<f32>], inverse: &DMatrix<f64>, weights: &[f64], k: usize) -> f64 {
-    let at = DVector::from_iterator(
-        spectra.len(),
-        spectra.iter().map(|shape| f64::from(shape[k])),
-    );
-    weights[k] * at.dot(&(inverse * &at))
 }
 
 /// The sums, with what is needed to add columns.
