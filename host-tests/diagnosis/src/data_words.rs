@@ -23,10 +23,12 @@ pub fn lines(streams: &Streams, faults: &[Fault]) -> Vec<String> {
 /// One sentence on faults of one kind and channel.
 pub fn sentence(streams: &Streams, alike: &[&Fault]) -> String {
     let first = alike[0];
-    let rows: usize = alike.iter().map(|fault| fault.rows.len()).sum();
-    let places = match first.detail {
-        Detail::Places(count) => count,
-        _ => alike.len(),
+    let (places, rows) = match first.detail {
+        Detail::Places { places, rows } => (places, rows),
+        _ => (
+            alike.len(),
+            alike.iter().map(|fault| fault.rows.len()).sum(),
+        ),
     };
     let (from_s, to_s) = (
         streams.begin_s(first.rows.start),
@@ -36,9 +38,6 @@ pub fn sentence(streams: &Streams, alike: &[&Fault]) -> String {
     let between = format!("between {from_s:.3} and {to_s:.3} s");
     match (first.kind, first.detail) {
         (_, Detail::Hold { rows_per_reading }) => held(streams, alike, rows_per_reading),
-        ("lost_samples", Detail::Places(_)) => {
-            format!("Data: {places} rows or stretches of {channel} are lost {between}.")
-        }
         ("lost_samples", _) if places > 1 => {
             format!(
                 "Data: {rows} rows of {channel} are lost ({}) {between}.",

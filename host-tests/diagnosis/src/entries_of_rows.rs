@@ -24,21 +24,24 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
     };
     // How many there are, or how many rows each stands for, is counted.
     let counted = match fault.detail {
-        Detail::Places(count) => Some(("count", count as f64)),
-        Detail::Hold { rows_per_reading } => Some(("rows", rows_per_reading)),
-        Detail::None | Detail::Wrapped | Detail::Spike { .. } => None,
+        Detail::Places { places, rows } => {
+            vec![("count", places as f64), ("row_count", rows as f64)]
+        }
+        Detail::Hold { rows_per_reading } => vec![("rows", rows_per_reading)],
+        Detail::None | Detail::Wrapped | Detail::Spike { .. } => Vec::new(),
     };
-    let counted = counted.map(|(name, value)| ParameterEntry::Number {
-        name: name.to_string(),
-        value,
-        std: 0.0,
-        unit: "1".to_string(),
-    });
-    let mut covariance = vec![vec![std * std, 0.0], vec![0.0, std * std]];
-    if counted.is_some() {
-        covariance.iter_mut().for_each(|row| row.push(0.0));
-        covariance.push(vec![0.0; 3]);
-    }
+    let count = 2 + counted.len();
+    let mut covariance = vec![vec![0.0; count]; count];
+    covariance[0][0] = std * std;
+    covariance[1][1] = std * std;
+    let counted = counted
+        .into_iter()
+        .map(|(name, value)| ParameterEntry::Number {
+            name: name.to_string(),
+            value,
+            std: 0.0,
+            unit: "1".to_string(),
+        });
     let said = match fault.detail {
         Detail::None => format!(
             "The data of {} cannot be used between {start_s:.4} and {end_s:.4} s; those rows were left out of everything else.",

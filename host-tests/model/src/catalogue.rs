@@ -88,7 +88,7 @@ const MAP: &[Group] = &[
     bounded(&["channel"], "", Value::Channel),
 ];
 /// Rows that faults hold and how many of them, or that a reading stands for.
-const ROWS: Group = bounded(&["count", "rows"], "1", Value::Positive);
+const ROWS: Group = bounded(&["count", "rows", "row_count"], "1", Value::Positive);
 /// A span of rows, and what is known of them.
 const LISTED: &[Group] = &[CHANNEL, SPAN, RECORDING, ROWS];
 /// One event of the reference.

@@ -27,8 +27,13 @@ pub enum Detail {
     /// Nothing.
     #[default]
     None,
-    /// So many places between the first and the last row.
-    Places(usize),
+    /// Many places between the first and the last row.
+    Places {
+        /// How many.
+        places: usize,
+        /// Rows of all of them.
+        rows: usize,
+    },
     /// Each reading stands for so many rows, on the mean.
     Hold {
         /// Rows a reading.

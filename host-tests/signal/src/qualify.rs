@@ -195,20 +195,22 @@ fn is_dead_band(fault: &Fault, values: &[f64], case_rad: &[f64]) -> bool {
 /// Very many places of one channel are one finding with their number, from the first to the last.
 fn gathered(faults: Vec<Fault>) -> Vec<Fault> {
     const MANY: usize = 100;
-    let mut counts: HashMap<(&str, String), usize> = HashMap::new();
+    let mut counts: HashMap<(&str, String), (usize, usize)> = HashMap::new();
     for fault in &faults {
         let count = counts.entry((fault.kind, fault.channel.clone()));
-        *count.or_default() += 1;
+        let (places, rows) = count.or_default();
+        *places += 1;
+        *rows += fault.rows.len();
     }
     let mut kept: Vec<Fault> = Vec::new();
     for fault in faults {
-        let count = counts[&(fault.kind, fault.channel.clone())];
+        let (places, rows) = counts[&(fault.kind, fault.channel.clone())];
         let is_same =
             |known: &&mut Fault| known.kind == fault.kind && known.channel == fault.channel;
         match kept.iter_mut().find(is_same) {
-            Some(known) if count > MANY => {
+            Some(known) if places > MANY => {
                 known.rows.end = fault.rows.end;
-                known.detail = Detail::Places(count);
+                known.detail = Detail::Places { places, rows };
             }
             _ => kept.push(fault),
         }
@@ -491,7 +493,7 @@ mod tests {
             let mut streams = Streams::of_motion(1000.0, still.clone());
             streams.own_motion = false;
             let usable = streams.usable.clone();
-            let rest = AtRest::new(&still, None, &usable, 0..rows, 1000.0, site);
+            let rest = AtRest::new(&still, None, &usable, 0..rows, 1000.0, Some(site));
             streams.at_rest = Some(rest);
             // 400 rad/s², in pulses of 2e-6 rad.
             let angle = |row: usize| (7e-4 * (row as f64 * 2.4).sin() / 2e-6).round() * 2e-6;

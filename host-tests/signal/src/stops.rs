@@ -104,6 +104,8 @@ fn wrapped(values: &[f64], measured: &[bool], plan: &StopPlan) -> Vec<bool> {
 /// The values, as bits, that a channel is limited to.
 fn limits(values: &[f64], measured: &[bool], wrapped: &[bool], plan: &StopPlan) -> Vec<u64> {
     let largest = largest(values, measured);
+    let whole = || (0..values.len()).filter(|&row| measured[row] && !wrapped[row]);
+    let ends = [f64::min, f64::max].map(|further| whole().map(|row| values[row]).reduce(further));
     let is_repeat = |row: usize| values[row] == values[row - 1] && measured[row];
     let mut shown: Vec<(u64, usize)> = Vec::new();
     let (mut begin, mut repeats) = (0, 0);
@@ -113,8 +115,10 @@ fn limits(values: &[f64], measured: &[bool], wrapped: &[bool], plan: &StopPlan) 
         }
         let run = row - begin;
         let value = values[begin];
+        // Nothing is beyond a limit: what turns at a steady rate in few pulses shows several values again and again.
+        let is_end = ends.contains(&Some(value));
         let is_far = value.abs() >= plan.limit * largest && measured[begin];
-        if is_far && run >= plan.least_run {
+        if is_end && is_far && run >= plan.least_run {
             match shown.iter_mut().find(|(bits, _)| *bits == value.to_bits()) {
                 Some((_, count)) => *count += run,
                 None => shown.push((value.to_bits(), run)),

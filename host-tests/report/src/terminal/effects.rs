@@ -253,7 +253,8 @@ fn on_one_channel(places: &[&EffectEntry]) -> String {
         .map(|one| {
             let long_s = value(&one.parameters, "end_s").unwrap_or(0.0)
                 - value(&one.parameters, "start_s").unwrap_or(0.0);
-            (long_s / row_s(one)).round()
+            let counted = value(&one.parameters, "row_count");
+            counted.unwrap_or_else(|| (long_s / row_s(one)).round())
         })
         .sum();
     let count = of("count").sum::<f64>();
