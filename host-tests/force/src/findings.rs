@@ -27,7 +27,7 @@ use crate::kinds::{self, DELAY, KINDS, Kind};
 use crate::prediction::channel_name;
 
 /// m/s² to millionths of standard gravity.
-const MICRO_G: f64 = 1e6 / 9.80665;
+const MICRO_G: f64 = 1e6 / rlg_recording::units::STANDARD_GRAVITY_M_S2;
 
 /// What stands in a class for an accelerometer that drifts (IEEE 1293).
 const DRIFT: &str = "acceleration_random_walk";

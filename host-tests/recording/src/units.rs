@@ -35,7 +35,7 @@ pub struct Unit {
 }
 
 /// Standard gravity \[m/s²\], which defines the unit g.
-const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
+pub const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 
 /// 0 °C \[K\].
 const ICE_K: f64 = 273.15;

@@ -52,7 +52,7 @@ pub fn display_unit(unit: &str) -> (f64, String) {
 }
 
 /// m/s² to millionths of standard gravity.
-pub const MICRO_G_PER_M_S2: f64 = 1e6 / 9.80665;
+pub const MICRO_G_PER_M_S2: f64 = 1e6 / rlg_recording::units::STANDARD_GRAVITY_M_S2;
 
 /// An equation of the contract with its letters: "delta_ij = -K_ij alpha_j" as δ with index ij and so on.
 /// Names that are no symbols (channels of a recording) stay as they are.

@@ -1,9 +1,9 @@
 //! What a unit at rest on the Earth should sense, where nothing else says how it moved.
 //!
 //! Enters: sensed increments \[rad\] and specific force \[m/s²\] of the rows to fit on, the site. Leaves: the Earth's
-//! rotation along the body axes \[rad/s\]. Its length is known, and by the accelerometers its part along the
+//! rotation along the body axes \[rad/s\]. Its length is known, and by accelerometers and latitude its part along the
 //! vertical, Ω sin φ; the azimuth is not, so the level part, Ω cos φ, is laid where the gyros show theirs. That
-//! is one number taken from the gyros (two without accelerometers): a bias along it shows only as a wrong
+//! is one number taken from the gyros (two without accelerometers or latitude): a bias along it shows only as a wrong
 //! length.
 //!
 //! Source: Groves 2013, sec. 5.6. Rotation and gravity: WGS-84. Not here: polar motion, tides, a site that turns.
@@ -24,12 +24,12 @@ pub struct AtRest {
     pub earth_rad_s: Vector3<f64>,
     /// What the gyros show on average over the fitted rows \[rad/s\].
     pub mean_rad_s: Vector3<f64>,
-    /// Upwards in the body, from the accelerometers.
+    /// Upwards in the body, from the accelerometers, where the latitude says how much of the rotation is about it.
     pub up: Option<Vector3<f64>>,
     /// Mean specific force over the site's gravity \[1\].
     pub force_over_gravity: Option<f64>,
-    /// The site's latitude \[rad\].
-    pub latitude_rad: f64,
+    /// The site's latitude \[rad\]; `None` where the recording names no site.
+    pub latitude_rad: Option<f64>,
 }
 
 impl AtRest {
@@ -40,7 +40,7 @@ impl AtRest {
         usable: &[bool],
         fitted: Range<usize>,
         rate_hz: f64,
-        site: Site,
+        site: Option<Site>,
     ) -> Self {
         let rows: Vec<usize> = fitted.filter(|&row| usable[row]).collect();
         let mean = |triad: &Triad| {
@@ -53,9 +53,13 @@ impl AtRest {
         let rest = Self {
             earth_rad_s: Vector3::zeros(),
             mean_rad_s: mean(shown_rad) * rate_hz,
-            up: force.and_then(|force| force.try_normalize(f64::MIN_POSITIVE)),
-            force_over_gravity: force.map(|force| force.norm() / site.gravity_m_s2),
-            latitude_rad: site.latitude_rad,
+            up: force
+                .filter(|_| site.is_some())
+                .and_then(|force| force.try_normalize(f64::MIN_POSITIVE)),
+            force_over_gravity: force
+                .zip(site)
+                .map(|(force, site)| force.norm() / site.gravity_m_s2),
+            latitude_rad: site.map(|site| site.latitude_rad),
         };
         Self {
             earth_rad_s: rest.nearest_earth_rad_s(rest.mean_rad_s),
@@ -70,7 +74,7 @@ impl AtRest {
                 .try_normalize(f64::MIN_POSITIVE)
                 .unwrap_or_default()
         };
-        let (sin, cos) = self.latitude_rad.sin_cos();
+        let (sin, cos) = self.latitude_rad.unwrap_or_default().sin_cos();
         ROTATION_RAD_S
             * match self.up {
                 Some(up) => sin * up + cos * along(mean_rad_s - up * up.dot(&mean_rad_s)),
@@ -145,11 +149,16 @@ mod tests {
             &vec![true; rows],
             0..rows,
             50.0,
-            site,
+            Some(site),
         );
         let expected = ROTATION_RAD_S * Vector3::new(sin, 0.6 * cos, -0.8 * cos);
         assert!((rest.earth_rad_s - expected).norm() < 1e-12 * ROTATION_RAD_S);
-        let without = AtRest::new(&sensed, None, &vec![true; rows], 0..rows, 50.0, site);
+        let usable = vec![true; rows];
+        let without = AtRest::new(&sensed, None, &usable, 0..rows, 50.0, Some(site));
+        // A vertical without a latitude says no more.
+        let nowhere = AtRest::new(&sensed, Some(&force), &usable, 0..rows, 50.0, None);
+        assert_eq!(nowhere.earth_rad_s, without.earth_rad_s);
+        assert_eq!(nowhere.up, None);
         assert!((without.earth_rad_s.norm() / ROTATION_RAD_S - 1.0).abs() < 1e-12);
         // East lies level and across what the gyros show; without a vertical two directions are lost.
         let east = rest.taken_for_the_earths();

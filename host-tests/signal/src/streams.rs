@@ -89,11 +89,7 @@ impl Streams {
         own_motion: bool,
     ) -> Result<Self, InputError> {
         let file = recording.folder.join("recording.toml");
-        let site = if own_motion {
-            None
-        } else {
-            site_at_rest(recording, model, &file)?
-        };
+        let at_rest = !own_motion && model.motion == MotionSource::Static;
         let finder = Finder::new(recording);
         let gyro = finder.gyro(&file)?;
         gyro.expect_pulse_weights(&file, model)?;
@@ -109,10 +105,9 @@ impl Streams {
             .channel("dither_angle")
             .expected("dither_angle channels on x, y and z"));
         }
-        let reference = match site {
-            Some(_) => None,
-            None if own_motion => None,
-            None => Some(finder.triad(&Quantity::ReferenceIncrement).ok_or_else(|| {
+        let reference = match at_rest || own_motion {
+            true => None,
+            false => Some(finder.triad(&Quantity::ReferenceIncrement).ok_or_else(|| {
                 InputError::new(&file, "no reference to predict the gyros from")
                     .channel("reference_increment")
                     .expected(
@@ -234,8 +229,8 @@ impl Streams {
             }],
             unmeasured,
         };
-        if let Some(site) = site {
-            streams.stand_still(model, site);
+        if at_rest {
+            streams.stand_still(model);
         } else {
             known_channels::apply(
                 &mut streams.case_rad,
@@ -247,7 +242,7 @@ impl Streams {
     }
 
     /// The case turns with the Earth, as the gyros show it in the rows that are in use.
-    fn stand_still(&mut self, model: &Model, site: Site) {
+    fn stand_still(&mut self, model: &Model) {
         let rest = AtRest::new(
             &still::shown_rad(
                 &self.sensed_rad,
@@ -260,7 +255,7 @@ impl Streams {
             // Nothing is taken from rows that will be held out.
             0..self.rows / 2,
             self.rate_hz,
-            site,
+            self.site,
         );
         let turns = |axis: usize| vec![rest.earth_rad_s[axis] / self.rate_hz; self.rows];
         self.case_rad = [0, 1, 2].map(turns);
@@ -269,8 +264,8 @@ impl Streams {
 
     /// The same again where rows were taken out of use since.
     pub fn stand_still_again(&mut self, model: &Model) {
-        if let Some(site) = self.site.filter(|_| self.at_rest.is_some()) {
-            self.stand_still(model, site);
+        if self.at_rest.is_some() {
+            self.stand_still(model);
         }
     }
 
@@ -378,24 +373,6 @@ impl Streams {
     /// The first row that begins at or after `time_s`, at most `rows`.
     pub fn row_at(&self, time_s: f64) -> usize {
         (((time_s - self.start_s) * self.rate_hz).round().max(0.0) as usize).min(self.rows)
-    }
-}
-
-/// Where a unit stood whose motion is the Earth's; `None` where the model's motion is a reference's.
-fn site_at_rest(
-    recording: &Recording,
-    model: &Model,
-    file: &std::path::Path,
-) -> Result<Option<Site>, InputError> {
-    match (model.motion, recording.site) {
-        (MotionSource::Reference, _) => Ok(None),
-        (MotionSource::Static, Some(site)) => Ok(Some(site)),
-        (MotionSource::Static, None) => Err(InputError::new(
-            file,
-            "does not say where the unit stood still",
-        )
-        .channel("site")
-        .expected("latitude_rad and gravity_m_s2, for the model's motion is static")),
     }
 }
 

@@ -152,14 +152,15 @@ fn of_the_earth(looked: &Looked) -> String {
         mean_rad_s.norm() * DEG_H,
         mean_rad_s.norm() / ROTATION_RAD_S
     );
-    match &rest.up {
-        Some(up) => format!(
+    match (&rest.up, rest.latitude_rad) {
+        (Some(up), Some(latitude_rad)) => format!(
             "{length} its vertical part {:.4} of what latitude {:.4}° gives. The mean force is {:.5} of the site's gravity. The azimuth was fitted.",
-            mean_rad_s.dot(up) / (ROTATION_RAD_S * rest.latitude_rad.sin()),
-            rest.latitude_rad.to_degrees(),
+            mean_rad_s.dot(up) / (ROTATION_RAD_S * latitude_rad.sin()),
+            latitude_rad.to_degrees(),
             rest.force_over_gravity.unwrap_or(f64::NAN),
         ),
-        None => format!("{length} without accelerometers its direction was fitted."),
+        (_, None) => format!("{length} without a [site] its direction was fitted."),
+        (None, _) => format!("{length} without accelerometers its direction was fitted."),
     }
 }
 

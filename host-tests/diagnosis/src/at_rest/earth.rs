@@ -18,7 +18,7 @@ pub(super) fn spread(rest: &AtRest, mean_rad_s: Vector3<f64>, variance: f64) -> 
     let (around, radius) = match rest.up {
         Some(up) => (
             mean_rad_s - up * up.dot(&mean_rad_s),
-            ROTATION_RAD_S * rest.latitude_rad.cos().abs(),
+            ROTATION_RAD_S * rest.latitude_rad.unwrap_or_default().cos().abs(),
         ),
         None => (mean_rad_s, ROTATION_RAD_S),
     };
@@ -85,7 +85,7 @@ mod tests {
             mean_rad_s: Vector3::zeros(),
             up,
             force_over_gravity: None,
-            latitude_rad: 0.8,
+            latitude_rad: Some(0.8),
         }
     }
 

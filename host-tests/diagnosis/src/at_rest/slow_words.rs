@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_model::kinds::NOISE_KINDS;
 use rlg_model::{EffectValue, Model, ModelEffect};
+use rlg_recording::units::STANDARD_GRAVITY_M_S2;
 use rlg_signal::still::AtRest;
 use rlg_signal::streams::AXES;
 
@@ -126,7 +127,10 @@ fn open_to_the_earth(effect: &mut EffectEntry, data: &Data, rest: &AtRest) {
             one.std = std_of(name).unwrap_or(one.std);
         }
     }
-    let gravity_m_s2 = data.streams.site.map_or(0.0, |site| site.gravity_m_s2);
+    let gravity_m_s2 = data
+        .streams
+        .site
+        .map_or(STANDARD_GRAVITY_M_S2, |site| site.gravity_m_s2);
     for kind in alike::alike(bias_rad_s, gravity_m_s2) {
         if !effect.indistinguishable_from.contains(&kind) {
             effect.indistinguishable_from.push(kind);
@@ -137,11 +141,12 @@ fn open_to_the_earth(effect: &mut EffectEntry, data: &Data, rest: &AtRest) {
     {
         evidence.label = "class";
     }
-    let open_is = match rest.up {
-        Some(_) => "its azimuth",
-        None => "its direction: no accelerometer says what is up",
+    let open_is = match (rest.up, rest.latitude_rad) {
+        (Some(_), _) => "its azimuth",
+        (None, None) => "its direction: no [site] names the latitude",
+        (None, Some(_)) => "its direction: no accelerometer says what is up",
     };
     effect.what_was_left_out = format!(
-        "The mean rates are not the Earth's at this site: of its rotation all is known but {open_is}, and the intervals hold that."
+        "The mean rates are not the Earth's here: of its rotation all is known but {open_is}, and the intervals hold that."
     );
 }

@@ -114,7 +114,7 @@ pub(super) fn sentence(axis: &str, terms: &NoiseTermsEntry) -> String {
 
 /// The terms of an accelerometer in a sentence.
 pub(super) fn sentence_of_force(axis: &str, terms: &ForceTermsEntry) -> String {
-    let micro_g = 1e6 / 9.80665;
+    let micro_g = 1e6 / rlg_recording::units::STANDARD_GRAVITY_M_S2;
     let each = [
         ("N", terms.velocity_random_walk_m_s_sqrt_s, 60.0, "m/s/√h"),
         ("Q", terms.quantisation_m_s, 1.0, "m/s"),

@@ -15,7 +15,7 @@ use crate::import::files::columns::Column;
 use crate::import::frames::{self, Imported};
 use crate::import::hashed::Hashed;
 use crate::import::known::{self, Known};
-use crate::import::still::{self, Foreign};
+use crate::import::still::{self, Foreign, WITHOUT_SITE};
 use crate::import::{f64x7, psins_imu};
 use crate::recording::{MANIFEST, Recording, Site};
 use crate::terminal::Terminal;
@@ -203,11 +203,9 @@ impl Import {
             foreign.recording.site = source.and_then(Known::site);
         }
         foreign.recording.write_manifest_into(&mut out)?;
-        if foreign.recording.site.is_some() {
-            let model = still::model(foreign.resolution_rad);
-            model.check(&self.out.join(MODEL))?;
-            out.write(MODEL, model.to_toml().as_bytes())?;
-        }
+        let model = still::model(foreign.resolution_rad);
+        model.check(&self.out.join(MODEL))?;
+        out.write(MODEL, model.to_toml().as_bytes())?;
         out.commit()?;
         self.say_foreign(terminal, &foreign, source, expected.is_some());
         terminal.result(&json!({
@@ -269,13 +267,13 @@ impl Import {
                 terminal.warn("no sha256 was given, and the file is none that is known")
             }
         }
-        match foreign.recording.site {
-            Some(_) => terminal.say(format!(
-                "To diagnose: rlg diagnose {0} --model {0}/{MODEL} --out DIR",
-                self.out.display()
-            )),
-            None => terminal.warn("without --latitude-deg and --gravity no model.toml is written"),
+        if foreign.recording.site.is_none() {
+            terminal.warn(WITHOUT_SITE);
         }
+        terminal.say(format!(
+            "To diagnose: rlg diagnose {0} --model {0}/{MODEL} --out DIR",
+            self.out.display()
+        ));
     }
 
     fn say(&self, terminal: &Terminal, imported: &Imported) {

@@ -21,6 +21,7 @@ use crate::import::known;
 use crate::import::mapping::column_map::plan;
 use crate::import::mapping::column_names::time_unit;
 use crate::import::mapping::own_rows;
+use crate::import::still::WITHOUT_SITE;
 use crate::model::{Model, MotionSource};
 use crate::output::OutputFolder;
 use crate::plausibility::{self, Bounds};
@@ -275,9 +276,7 @@ fn say(
         terminal.warn(note);
     }
     if described::ideal(assembled).motion == MotionSource::Static && request.site.is_none() {
-        terminal.warn(
-            "no reference and no site: rlg diagnose needs --latitude-deg and --gravity here, or a [site] in recording.toml",
-        );
+        terminal.warn(WITHOUT_SITE);
     }
     terminal.say(format!(
         "To diagnose: rlg diagnose {out} --model {out}/model.toml --out DIR"

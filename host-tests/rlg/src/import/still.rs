@@ -58,6 +58,10 @@ pub fn ideal(pulse_weight_rad: [f64; 3], quantities: &[Quantity]) -> Model {
     }
 }
 
+/// What is said of a unit at rest whose site nobody named.
+pub const WITHOUT_SITE: &str = "no reference and no [site]: of the Earth's rate the length alone is known; --latitude-deg and \
+                                --gravity here, or a [site] in recording.toml, say how much of it is vertical";
+
 /// A column without its values, which are on disk already.
 pub fn column(name: &str, quantity: Quantity, axis: Option<Axis>, scale: f64) -> Channel {
     Channel {

@@ -163,7 +163,7 @@ fn drifts(run: &Run, known_s2: CrossAxis<f64>) -> Result<([f64; 3], [f64; 3]), I
 
 /// Rest, vibration along `along`, rest.
 fn shake(along: usize, duration_s: f64, rest_s: f64, level_g2_hz: f64) -> String {
-    const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
+    use crate::recording::units::STANDARD_GRAVITY_M_S2;
     let table = |share: f64| {
         let points = SPECTRUM.map(|(hz, of_level)| {
             let density = share * of_level * level_g2_hz * STANDARD_GRAVITY_M_S2.powi(2);

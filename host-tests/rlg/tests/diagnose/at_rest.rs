@@ -100,6 +100,12 @@ impl Bench {
         let site = ["--latitude-deg", "45", "--gravity", "9.806"];
         Self::imported(&file, &[&["--format", "f64x7"], &site[..]].concat())
     }
+    fn without_site(made: &Made, seed: u64) -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("made.ins");
+        std::fs::write(&file, records(made, seed)).expect("a file");
+        Self::imported(&file, &["--format", "f64x7"])
+    }
     fn recording(&self) -> PathBuf {
         self.0.path().join("recording")
     }
@@ -215,26 +221,48 @@ fn at_rest_noise_alone_gives_nothing_in_full() {
     noise_alone_gives_nothing(2..22);
 }
 
+#[test]
+fn without_a_site_noise_gives_nothing_and_a_bias_stands_beyond_the_earths_rate() {
+    nothing_is_found(&Bench::without_site(&Made::default(), 5).diagnosed(), 5);
+    let bias_rad_s = 30.0 * EARTH_RAD_S;
+    let made = Made {
+        bias_rad_s,
+        ..Made::default()
+    };
+    let diagnosis = Bench::without_site(&made, 6).diagnosed();
+    let effects = diagnosis["effects"].as_array().expect("effects");
+    let bias = effects.iter().find(|effect| effect["kind"] == "gyro_bias");
+    let bias = bias.expect("a bias");
+    let number = |key: &str| bias["parameters"][0][key].as_f64().expect("a number");
+    let (value, std) = (number("value"), number("std"));
+    // Where the Earth turns it nobody says: that is what is not known of the bias.
+    assert!((value - bias_rad_s).abs() < 3.0 * std, "{value} ± {std}");
+    assert!(std > 0.3 * EARTH_RAD_S && std < 2.0 * EARTH_RAD_S, "{std}");
+}
+
 fn noise_alone_gives_nothing(seeds: Range<u64>) {
     for seed in seeds {
-        let diagnosis = Bench::made(&Made::default(), seed).diagnosed();
-        for stem in ["sine(", "row_rate(", "noise_cycle("] {
-            assert_eq!(
-                expressions(&diagnosis, stem).len(),
-                0,
-                "seed {seed}, {stem}"
-            );
-        }
-        let effects = diagnosis["effects"].as_array().expect("effects");
-        // The model of an import knows the resolution of the numbers only: the noise itself is news.
-        let news: Vec<_> = effects
-            .iter()
-            .map(|effect| effect["kind"].as_str().expect("a kind"))
-            .filter(|kind| *kind != "pulse_quantisation")
-            .collect();
-        assert!(news.is_empty(), "seed {seed}: {news:?}");
-        assert_eq!(diagnosis["locations"].as_array().expect("places").len(), 0);
+        nothing_is_found(&Bench::made(&Made::default(), seed).diagnosed(), seed);
     }
+}
+
+fn nothing_is_found(diagnosis: &Value, seed: u64) {
+    for stem in ["sine(", "row_rate(", "noise_cycle("] {
+        assert_eq!(
+            expressions(&diagnosis, stem).len(),
+            0,
+            "seed {seed}, {stem}"
+        );
+    }
+    let effects = diagnosis["effects"].as_array().expect("effects");
+    // The model of an import knows the resolution of the numbers only: the noise itself is news.
+    let news: Vec<_> = effects
+        .iter()
+        .map(|effect| effect["kind"].as_str().expect("a kind"))
+        .filter(|kind| *kind != "pulse_quantisation")
+        .collect();
+    assert!(news.is_empty(), "seed {seed}: {news:?}");
+    assert_eq!(diagnosis["locations"].as_array().expect("places").len(), 0);
 }
 
 #[test]
@@ -336,49 +364,6 @@ fn at_rest_biases_of_any_size_are_named_with_their_values() {
 }
 
 #[test]
-fn a_static_model_without_a_site_is_refused() {
-    let bench = Bench::made(&Made::default(), 1);
-    let manifest = bench.recording().join("recording.toml");
-    let text = std::fs::read_to_string(&manifest).expect("a manifest");
-    let without: String = text
-        .split_inclusive('\n')
-        .filter(|line| {
-            !["[site]", "latitude_rad", "gravity_m_s2"]
-                .iter()
-                .any(|key| line.starts_with(key))
-        })
-        .collect();
-    std::fs::write(&manifest, without).expect("a file");
-    let recording = bench.recording();
-    let model = recording.join("model.toml");
-    let out = bench.0.path().join("out");
-    let (code, words) = rlg(
-        &["diagnose", "--model"],
-        &[&model, Path::new("--out"), &out, &recording],
-    );
-    assert_eq!(code, Some(2), "{words}");
-    assert!(
-        words.contains("site") && words.contains("latitude_rad"),
-        "{words}"
-    );
-    assert!(!out.exists());
-}
-
-fn recordings() -> Option<PathBuf> {
-    let folder = std::env::var_os("RLG_RECORDINGS").map(PathBuf::from);
-    if folder.is_none() {
-        eprintln!("RLG_RECORDINGS names no folder: the real files were not diagnosed");
-    }
-    folder
-}
-
-/// Of the same rows in random order nothing is said.
-fn shuffled_ones_show_nothing(diagnosis: &Value) {
-    assert_eq!(diagnosis["control"]["lines"], 0);
-    assert_eq!(diagnosis["control"]["cycles"], 0);
-}
-
-#[test]
 fn a_real_recording_shows_what_its_model_leaves_out_and_a_shuffled_one_nothing() {
     let Some(folder) = recordings() else {
         return;
@@ -412,4 +397,18 @@ fn a_real_recording_of_half_an_hour_shows_the_cycle_of_its_noise_in_full() {
         Bench::imported(&folder.join("lasergyro.imu"), &["--format", "psins-imu"]).diagnosed();
     assert_eq!(expressions(&laser, "noise_cycle(1/4)").len(), 1);
     shuffled_ones_show_nothing(&laser);
+}
+
+fn recordings() -> Option<PathBuf> {
+    let folder = std::env::var_os("RLG_RECORDINGS").map(PathBuf::from);
+    if folder.is_none() {
+        eprintln!("RLG_RECORDINGS names no folder: the real files were not diagnosed");
+    }
+    folder
+}
+
+/// Of the same rows in random order nothing is said.
+fn shuffled_ones_show_nothing(diagnosis: &Value) {
+    assert_eq!(diagnosis["control"]["lines"], 0);
+    assert_eq!(diagnosis["control"]["cycles"], 0);
 }

@@ -657,7 +657,7 @@ fn damage_is_named_with_its_row() {
 fn a_unit_at_rest_takes_its_site() {
     let bench = Bench::csv(log("", ""));
     let words = String::from_utf8_lossy(&bench.import(&[]).stderr).into_owned();
-    assert!(words.contains("no reference and no site"), "{words}");
+    assert!(words.contains("no reference and no [site]"), "{words}");
     let (_, recording) = bench.imported(&["--latitude-deg", "48", "--gravity", "9.81"]);
     assert!(recording.site.is_some());
     let model = Model::read(bench.out().join("model.toml")).expect("a model");

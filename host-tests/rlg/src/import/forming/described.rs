@@ -110,7 +110,8 @@ fn model_comment(model: &Model) -> String {
              # itself a gyro, write earth_rate = true.\n"
         }
         MotionSource::Static => {
-            "# No reference: the unit is taken to lie still on the turning Earth, at the [site] of recording.toml.\n"
+            "# No reference: the unit is taken to lie still on the turning Earth. A [site] in recording.toml tells how much of\n\
+             # the Earth's rate is vertical; without one its direction is open, and a bias of its size cannot be told from it.\n"
         }
     };
     format!(
