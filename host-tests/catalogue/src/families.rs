@@ -383,7 +383,16 @@ impl Columns for ExactLowPass<'_> {
 impl ExactLowPass<'_> {
     /// A parameter for each column, on the gyro.
     pub fn hypothesis(&self) -> Hypothesis {
-        let mut whole = on_every_gyro(self.count(), self.gyro, self.signals);
+        self.of_first(self.count())
+    }
+
+    /// The response alone.
+    pub fn of_response(&self) -> Hypothesis {
+        self.of_first(1)
+    }
+
+    fn of_first(&self, count: usize) -> Hypothesis {
+        let mut whole = on_every_gyro(count, self.gyro, self.signals);
         whole.terms.retain(|term| term.record == self.gyro);
         whole
     }

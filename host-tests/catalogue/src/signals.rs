@@ -257,6 +257,9 @@ impl Path {
 
 /// Response of a delay \[s\] at a frequency \[Hz\].
 pub fn late(delay_s: f64, hz: f64) -> Complex64 {
+    if delay_s == 0.0 {
+        return Complex64::ONE;
+    }
     Complex64::from_polar(1.0, -std::f64::consts::TAU * hz * delay_s)
 }
 

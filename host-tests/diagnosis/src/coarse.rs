@@ -15,6 +15,7 @@ use rlg_inference::sums::sums;
 
 use super::data::{Data, reached};
 use super::plan::CoarsePlan;
+use rlg_signal::derivatives::Spectrum;
 use rlg_signal::streams::{Triad, each_axis};
 use rlg_signal::transforms;
 
@@ -221,16 +222,20 @@ fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePla
         by(*late).is_better_than(&by(Path::default()), plan)
     });
     let late = late.unwrap_or_default();
+    let spectra = |triad: &Triad| each_axis(|axis| Spectrum::new(&triad[axis], rate_hz));
+    let (of_sensed, of_case) = (spectra(&sensed), spectra(&case));
     let gain = |low_pass: LowPass| -> Option<f64> {
         const SETTLED: f64 = 5.0;
         let inner = away_from_ends(late.delay_s[0].abs() + SETTLED * low_pass.time_s);
-        let path = of_low_pass(low_pass);
         // A low pass takes noise of the reference away, whatever it does to the motion. Behind four more of them on gyros and
         // reference alike it is an eighth of white noise, and three eighths of white angle noise: less than half.
-        let smooth = |triad: &Triad| (0..4).fold(triad.clone(), |one, _| behind(path, &one));
-        let (sensed, case) = (smooth(&sensed), smooth(&case));
-        let by = |path: Path| Explained::by_rows(&sensed, &behind(path, &case), &inner);
-        let (filtered, late) = (by(path), by(late));
+        let smooth = |hz: f64| low_pass.whole(hz).powi(4);
+        let through = |of: &[Spectrum; 3], path: Path| {
+            each_axis(|axis| of[axis].through(|hz| smooth(hz) * path.response(axis, hz)))
+        };
+        let sensed = through(&of_sensed, Path::default());
+        let by = |path: Path| Explained::by_rows(&sensed, &through(&of_case, path), &inner);
+        let (filtered, late) = (by(of_low_pass(low_pass)), by(late));
         let is_better = filtered.log_likelihood > late.log_likelihood + plan.tie
             && filtered.halves(&by(Path::default()), plan);
         is_better.then_some(filtered.log_likelihood - late.log_likelihood)

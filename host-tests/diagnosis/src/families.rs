@@ -237,20 +237,35 @@ fn low_pass(
             return None;
         }
         let full = DVector::from_vec(vec![1.0, 0.0]);
+        let both = DMatrix::identity(2, 2);
         let of = |low_pass: LowPass| {
             let columns = ExactLowPass {
                 low_pass,
                 signals,
                 gyro,
             };
-            let same = DMatrix::identity(2, 2);
-            most_at(tests, &columns.hypothesis(), &columns, &same, &full)
+            most_at(tests, &columns.hypothesis(), &columns, &both, &full)
         };
-        let gain = |low_pass: &LowPass| of(*low_pass).map_or(f64::NEG_INFINITY, |one| one.0);
+        let (one, response) = (DVector::from_element(1, 1.0), DMatrix::identity(1, 1));
+        let gain = |low_pass: &LowPass| {
+            let columns = ExactLowPass {
+                low_pass: *low_pass,
+                signals,
+                gyro,
+            };
+            let hypothesis = columns.of_response();
+            let found = most_at(tests, &hypothesis, &columns, &response, &one);
+            found.map_or(f64::NEG_INFINITY, |(gain, _)| gain)
+        };
         let begin = grid
             .iter()
             .map(|low_pass| (*low_pass, gain(low_pass)))
             .max_by(|a, b| a.1.total_cmp(&b.1))?;
+        // Not even the best of every size and time constant about it is worth its place.
+        let (_, about) = of(begin.0)?;
+        if about.gain().log_likelihood < places {
+            return None;
+        }
         Some(follow(begin.0, of, |low_pass, step| LowPass {
             time_s: (low_pass.time_s + step[0]).clamp(0.6 * low_pass.time_s, 1.7 * low_pass.time_s),
         }))

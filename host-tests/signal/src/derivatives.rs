@@ -9,7 +9,7 @@ use std::sync::Arc;
 use realfft::num_complex::Complex64;
 use realfft::{ComplexToReal, RealToComplex};
 
-use crate::transforms::{self, smooth_length};
+use crate::transforms::{self, even_smooth_length};
 
 /// A record whose values are means over rows (or increments), ready to be read otherwise.
 pub struct Spectrum {
@@ -34,7 +34,7 @@ impl Spectrum {
     pub fn new(values: &[f64], rate_hz: f64) -> Self {
         let rows = values.len();
         let pad = PAD_ROWS.min(rows.saturating_sub(2));
-        let padded = smooth_length(rows + 2 * pad);
+        let padded = even_smooth_length(rows + 2 * pad);
         let mut record = vec![0.0; padded];
         for row in 0..pad {
             let taper = 0.5 - 0.5 * (PI * row as f64 / pad as f64).cos();
@@ -71,10 +71,8 @@ impl Spectrum {
             .map(|(k, value)| value * response(self.frequency_hz(k)))
             .collect();
         spectrum[0].im = 0.0;
-        if self.padded.is_multiple_of(2) {
-            let last = spectrum.len() - 1;
-            spectrum[last].im = 0.0;
-        }
+        let last = spectrum.len() - 1;
+        spectrum[last].im = 0.0;
         let mut record = self.inverse.make_output_vec();
         self.inverse
             .process(&mut spectrum, &mut record)

@@ -95,6 +95,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn smooth_lengths_have_small_factors() {
+        assert_eq!(
+            [7, 97, 4097, 180_001].map(smooth_length),
+            [8, 100, 4320, 182_250]
+        );
+    }
+
+    #[test]
     fn a_plan_is_shared_while_it_is_held() {
         const ROWS: usize = 2 * 3 * 5 * 7 * 11;
         let first = forward(ROWS);
