@@ -17,8 +17,8 @@ use super::commit::sha256;
 use super::examine::{Finding, outcome_of};
 use rlg_findings::result::Diagnosis;
 use rlg_findings::sentences::combination;
+use rlg_flow::{Settings, diagnose_under};
 use rlg_model::Model;
-use rlg_older::{Settings, diagnose_under};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 

@@ -280,12 +280,26 @@ fn passed(
     })
 }
 
-/// Whether every effect of a model can be predicted here.
-pub fn can_predict(model: &Model) -> bool {
-    model.effects.iter().all(|effect| {
+/// Checks that every effect of a model can be predicted from a reference on the gyros' rows, or from the Earth's rate.
+///
+/// # Errors
+/// The first effect that cannot.
+pub fn is_predictable(model: &Model, file: &std::path::Path) -> Result<(), InputError> {
+    let is_known = |effect: &ModelEffect| {
         let kind = effect.kind.as_str();
         is_silent(kind) || is_of_recorder(effect) || entries::card(kind).is_some()
-    })
+    };
+    match model.effects.iter().find(|effect| !is_known(effect)) {
+        None => Ok(()),
+        Some(effect) => Err(InputError::new(
+            file,
+            format!(
+                "effect {} cannot be predicted for this recording",
+                effect.kind
+            ),
+        )
+        .expected("effects of gyros, of a reference on their rows, of noise or of accelerometers")),
+    }
 }
 
 /// Row rate and interpolation change no increment.

@@ -11,16 +11,6 @@ use super::{data, findings, registration, search, self_test};
 use rlg_signal::fault::Fault;
 use rlg_signal::streams::Streams;
 
-/// Whether this engine serves a recording: one record of increments with a reference on the same rows, and a model whose
-/// effects it can predict.
-pub fn serves(streams: &Streams, model: &Model) -> bool {
-    streams.pieces.len() == 1
-        && !streams.pieces[0].held_out
-        && !streams.own_motion
-        && streams.at_rest.is_none()
-        && data::can_predict(model)
-}
-
 /// Diagnoses an aligned and qualified recording, using up its sensed increments; `None` where too few rows can be fitted.
 ///
 /// # Errors

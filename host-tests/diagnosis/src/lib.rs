@@ -91,7 +91,7 @@ pub mod several;
 
 pub mod at_rest;
 
-pub use diagnose::{align, diagnose, serves};
+pub use diagnose::{align, diagnose};
 pub use outcome::Outcome;
 pub use plan::AnalysisPlan;
 pub use settings::Settings;

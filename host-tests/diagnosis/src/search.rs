@@ -80,6 +80,26 @@ pub(super) struct Settled {
     pub(super) fitted: Observations,
 }
 
+/// The residual of the model with its effects \[rad\]; `None` where too few rows can be fitted.
+pub fn residual_of_model(data: &mut Data, plan: &AnalysisPlan) -> Option<Triad> {
+    let seen = data.rows_of(&[Use::Train, Use::Confirm]);
+    let looked_at = Observations::bridged(&seen)?;
+    let fitted = looked_at.clone().to_fast_length();
+    let mut left = data.residual_rad.clone();
+    if data.model.effects.is_empty() {
+        return Some(left);
+    }
+    // What the model holds is taken out before the noise of what is left means anything.
+    for _ in 0..2 {
+        let levels = first_levels(&left, &fitted);
+        let clean = bridged(&left, &looked_at);
+        let motion = estimate(data, &clean, &levels, &seen, Path::default(), plan);
+        data.set_known(&motion.signals);
+        left = without_known(data, &motion.signals);
+    }
+    Some(left)
+}
+
 /// Alternates linearisation and structure search until set and delays no longer change; `None` where too few rows can be
 /// fitted.
 pub(super) fn settle(
@@ -91,19 +111,7 @@ pub(super) fn settle(
     let mut seen = data.rows_of(&[Use::Train, Use::Confirm]);
     let mut looked_at = Observations::bridged(&seen)?;
     let mut fitted = looked_at.clone().to_fast_length();
-    let mut left = data.residual_rad.clone();
-    if !data.model.effects.is_empty() {
-        let mut clean = bridged(&left, &looked_at);
-        let mut levels = first_levels(&left, &fitted);
-        // What the model holds is taken out before the noise of what is left means anything.
-        for _ in 0..2 {
-            let motion = estimate(data, &clean, &levels, &seen, Path::default(), plan);
-            data.set_known(&motion.signals);
-            left = without_known(data, &motion.signals);
-            levels = first_levels(&left, &fitted);
-            clean = bridged(&left, &looked_at);
-        }
-    }
+    let left = residual_of_model(data, plan)?;
     let far = coarse(data, &left, &seen, &plan.coarse);
     if far.path != Path::default() {
         data.late_rows += far.path.longest_delay_s() * data.streams.rate_hz;
@@ -267,6 +275,30 @@ impl Before<'_> {
     }
 }
 
+/// What the delays on the path, about which a candidate's are estimated, cost in log posterior.
+///
+/// Numbers of one effect share the width of their prior: gyros that are in time would join the delay of a late one at no cost
+/// otherwise.
+fn price_of_base(one: &Candidate, levels: &[NoiseLevels], equations: &NormalEquations) -> f64 {
+    let squared_on = |parameter: usize, base: f64| -> f64 {
+        let terms = one.hypothesis.terms.iter();
+        let information = terms
+            .filter(|term| term.parameter == parameter)
+            .map(|term| {
+                let noise = levels[term.record].white + levels[term.record].angle;
+                (term.coefficient / equations.scale(term.column)).powi(2) / noise
+            });
+        base * base * information.sum::<f64>()
+    };
+    let bases = one.base.iter().enumerate();
+    let squared: f64 = bases.map(|(place, base)| squared_on(place, *base)).sum();
+    if squared == 0.0 {
+        return 0.0;
+    }
+    let count = one.hypothesis.parameters as f64;
+    count * size_price(squared / count)
+}
+
 struct Run {
     fit: Fit,
     /// Whether one nonlinear member is still to be settled.
@@ -331,25 +363,8 @@ impl Pass {
         );
         // A column that the signals leave empty is no hypothesis.
         candidates.retain(|candidate| is_seen(&candidate.hypothesis, &equations));
-        // What is estimated of a delay is about the one on the path: its size has its price here.
         for one in candidates.iter_mut().filter(|one| is_delay(one.kind)) {
-            let hypothesis = &mut one.hypothesis;
-            for (parameter, base) in one
-                .base
-                .iter()
-                .enumerate()
-                .filter(|(_, base)| **base != 0.0)
-            {
-                let terms = hypothesis.terms.iter();
-                let of_parameter = terms.filter(|term| term.parameter == parameter);
-                let information: f64 = of_parameter
-                    .map(|term| {
-                        let noise = levels[term.record].white + levels[term.record].angle;
-                        (term.coefficient / equations.scale(term.column)).powi(2) / noise
-                    })
-                    .sum();
-                hypothesis.price += size_price(base * base * information);
-            }
+            one.hypothesis.price += price_of_base(one, levels, &equations);
         }
         // A lag of what has passed a low pass is that low pass: −iωτ H = H − 1.
         let low_pass = candidates

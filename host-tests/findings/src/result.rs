@@ -78,6 +78,41 @@ pub struct Diagnosis {
     pub self_test: Option<SelfTestEntry>,
 }
 
+impl Diagnosis {
+    /// What is written of a recording of which nothing can be said, with the reason `why`.
+    pub fn unusable(recording: &str, seed: u64, why: &str) -> Self {
+        Self {
+            format: 1,
+            recording: recording.to_string(),
+            version: env!("CARGO_PKG_VERSION").to_string(),
+            seed,
+            verdict: Verdict::Unusable,
+            summary: vec![format!("Nothing can be said of this recording: {why}.")],
+            locations: Vec::new(),
+            effects: Vec::new(),
+            registration: Vec::new(),
+            fit: FitEntry {
+                fitted_on: Vec::new(),
+                held_out: Vec::new(),
+                recordings: Vec::new(),
+                whole: None,
+                channels: Vec::new(),
+            },
+            not_excluded: vec![format!("every kind: {why}")],
+            next_experiment: "A longer recording with gyros, pickoffs and reference all measured."
+                .to_string(),
+            promises: Vec::new(),
+            noise: Vec::new(),
+            accelerometer_noise: Vec::new(),
+            trials: 0,
+            runners_up: Vec::new(),
+            sensitivity: Vec::new(),
+            control: None,
+            self_test: None,
+        }
+    }
+}
+
 /// Numbers that align two instruments.
 #[derive(Debug, Clone, Serialize)]
 pub struct RegistrationEntry {

@@ -22,8 +22,6 @@
 
 pub mod declare;
 
-pub mod together;
-
 mod look;
 
 pub mod long;
@@ -120,28 +118,16 @@ mod explained_model;
 
 mod sentences;
 
-pub mod settings;
-
 mod beside;
 
-mod at_rest;
-
-mod attitudes;
-
 pub use declared::{declared_noise, own_noise, reference_noise};
-pub use settings::Settings;
-pub use together::diagnose_together;
-
-pub use rlg_attitude::serves as is_slow;
 pub use rlg_diagnosis::{Outcome, lattice, locate, pictures, portion, regressor, split, validate};
 pub use rlg_findings::result;
 pub use rlg_signal::{pieces, qualify, streams};
 
 use std::path::Path;
 
-use rlg_diagnosis::{data_words, put_right};
 use rlg_model::Model;
-use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 
 use blocks::Blocks;
@@ -157,130 +143,6 @@ const MOST_TRIALS: usize = 4000;
 
 /// Least seconds of usable rows to fit on: below this not even the noise is known.
 const LEAST_FITTED_S: f64 = 2.0;
-
-/// Diagnoses `recording` against `model`, read from `model_file`.
-pub fn diagnose(
-    recording: &Recording,
-    model: &Model,
-    model_file: &Path,
-    seed: u64,
-    progress: &dyn Fn(&str),
-) -> Result<Outcome, InputError> {
-    diagnose_without(&[], recording, model, model_file, seed, progress)
-}
-
-/// The same with some kinds taken out of the catalogue: what the tool says of physics it does not know.
-pub fn diagnose_without(
-    left_out: &[&str],
-    recording: &Recording,
-    model: &Model,
-    model_file: &Path,
-    seed: u64,
-    progress: &dyn Fn(&str),
-) -> Result<Outcome, InputError> {
-    let settings = Settings {
-        left_out,
-        seed,
-        ..Settings::default()
-    };
-    diagnose_under(&settings, recording, model, model_file, progress)
-}
-
-/// The same under chosen settings.
-pub fn diagnose_under(
-    settings: &Settings,
-    recording: &Recording,
-    model: &Model,
-    model_file: &Path,
-    progress: &dyn Fn(&str),
-) -> Result<Outcome, InputError> {
-    if is_slow(recording, model) {
-        return attitudes::diagnose(settings, recording, (model, model_file), progress);
-    }
-    progress("aligning the channels");
-    let streams = Streams::align(recording, model)?;
-    let again = || Streams::align(recording, model);
-    let of = (model, model_file);
-    diagnose_streams(settings, (streams, &again), of, progress)
-}
-
-/// The same on aligned channels, so that the recording's own tables need not stay in memory.
-///
-/// # Inputs
-/// `again`: aligns the channels once more, for the older stages behind the new engine.
-pub fn diagnose_streams(
-    settings: &Settings,
-    (streams, again): (Streams, &dyn Fn() -> Result<Streams, InputError>),
-    (model, model_file): (&Model, &Path),
-    progress: &dyn Fn(&str),
-) -> Result<Outcome, InputError> {
-    let mut streams = streams;
-    let asked = settings.of_new_engine();
-    let put_right = put_right::put_right(&asked, &mut streams, model, model_file)?;
-    let Some(put_right) = put_right else {
-        return diagnose_in_order(settings, (streams, again), (model, model_file), progress);
-    };
-    let again = || {
-        let mut streams = again()?;
-        put_right.apply(&mut streams);
-        Ok(streams)
-    };
-    let of = (model, model_file);
-    let mut outcome = diagnose_in_order(settings, (streams, &again), of, progress)?;
-    put_right.report(&mut outcome);
-    Ok(outcome)
-}
-
-/// The same where gyros and reference mean the same axes.
-fn diagnose_in_order(
-    settings: &Settings,
-    (streams, again): (Streams, &dyn Fn() -> Result<Streams, InputError>),
-    (model, model_file): (&Model, &Path),
-    progress: &dyn Fn(&str),
-) -> Result<Outcome, InputError> {
-    let Settings { left_out, seed, .. } = *settings;
-    let old = |streams: Streams| {
-        let streams = vec![streams];
-        diagnose_aligned(left_out, streams, None, model, model_file, seed, progress)
-    };
-    if rlg_diagnosis::at_rest::serves(&streams, model) {
-        let mut still = streams;
-        let found = at_rest::diagnose(settings, &mut still, (model, model_file), progress)?;
-        return match found {
-            Some(found) => Ok(found),
-            None => old(again()?),
-        };
-    }
-    if !rlg_diagnosis::serves(&streams, model) {
-        return old(streams);
-    }
-    let mut qualified = streams;
-    let faults = qualify::unknown_faults(&mut qualified, &model.effects);
-    let of = (model, model_file);
-    let found = rlg_diagnosis::diagnose::diagnose_also(
-        &settings.of_new_engine(),
-        &mut qualified,
-        &faults,
-        of,
-        progress,
-        |_, found| rlg_force::reference::measured_noise(&found.motion),
-    )?;
-    let Some((mut found, reference_noise)) = found else {
-        return old(again()?);
-    };
-    let lines = data_words::lines(&qualified, &faults);
-    found.diagnosis.summary.extend(lines);
-    let asked = rlg_force::Asked {
-        model,
-        effects: &found.model.effects.clone(),
-        reference_noise,
-        left_out,
-        open: &[],
-        plan: settings.of_force(),
-    };
-    beside::add_force(&qualified, &asked, &mut found, progress);
-    Ok(found)
-}
 
 /// The motion of aligned channels under a model.
 fn derive(streams: Streams, model: &Model) -> Scene {

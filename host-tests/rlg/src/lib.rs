@@ -4,8 +4,8 @@
 
 pub use rlg_calibration as calibrate;
 pub use rlg_challenge as challenge;
+pub use rlg_flow as diagnose;
 pub use rlg_model as model;
-pub use rlg_older as diagnose;
 pub use rlg_parameters as parameters;
 pub use rlg_recording as recording;
 pub use rlg_recording::{error, output, toml_file};

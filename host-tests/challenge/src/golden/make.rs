@@ -8,8 +8,8 @@ use crate::given::MODEL;
 use crate::trial::MIX;
 use crate::{Plan, prepare};
 use rlg_findings::result::Diagnosis;
+use rlg_flow::{Settings, diagnose_under};
 use rlg_model::Model;
-use rlg_older::{Settings, diagnose_under};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 

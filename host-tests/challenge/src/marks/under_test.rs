@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use rlg_diagnosis::AnalysisPlan;
+use rlg_flow::{Settings, diagnose_under};
 use rlg_model::Model;
-use rlg_older::{Settings, diagnose_under};
 use rlg_recording::Recording;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use rlg_findings::result::{Diagnosis, ParameterEntry};
+use rlg_flow::{Settings, diagnose_under};
 use rlg_model::catalogue::SIX;
 use rlg_model::{EffectValue, Model, ModelEffect};
-use rlg_older::{Settings, diagnose_under};
 use rlg_recording::error::InputError;
 use rlg_recording::{Clock, Quantity, Recording, Table};
 use serde_json::{Map, Value};

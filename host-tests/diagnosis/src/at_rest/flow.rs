@@ -11,18 +11,8 @@ use rlg_signal::streams::{AXES, Streams, add_triad};
 use super::answer::{Answer, Recorder};
 use super::look::look;
 use super::{control, rows, terms};
-use crate::data;
 use crate::outcome::Outcome;
 use crate::settings::Settings;
-
-/// Whether a recording is served: one record of a unit at rest, and a model whose effects can be predicted.
-pub fn serves(streams: &Streams, model: &Model) -> bool {
-    streams.at_rest.is_some()
-        && streams.pieces.len() == 1
-        && !streams.pieces[0].held_out
-        && streams.pieces[0].origin.is_none()
-        && data::can_predict(model)
-}
 
 /// Diagnoses a qualified recording, using up its sensed increments; `None` where too few rows can be fitted.
 ///

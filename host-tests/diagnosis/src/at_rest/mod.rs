@@ -48,4 +48,4 @@ mod flow;
 
 pub use kinds::KINDS;
 
-pub use flow::{diagnose, serves};
+pub use flow::diagnose;

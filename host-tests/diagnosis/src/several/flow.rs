@@ -15,7 +15,7 @@ use super::report::{HeldOut, outcome, powers};
 use super::search::{Together, find};
 use super::shared::{Shared, Sharing, with_noise_of};
 use crate::case_motion::estimate;
-use crate::data::{self, Data};
+use crate::data::Data;
 use crate::entries_of_rows::channel;
 use crate::noise_levels::reported;
 use crate::outcome::Outcome;
@@ -24,22 +24,6 @@ use crate::plan::AnalysisPlan;
 use crate::search::{Found, without_known};
 use crate::settings::Settings;
 use crate::validate::validate;
-
-/// Whether this engine serves some recordings together: increments with references on the same rows, and a model whose effects
-/// it can predict.
-pub fn serves(all: &[Streams], model: &Model) -> bool {
-    let is_served = |streams: &Streams| {
-        streams.pieces.len() == 1
-            && streams.pieces[0].origin.is_none()
-            && !streams.own_motion
-            && streams.at_rest.is_none()
-    };
-    let is_fitted = |streams: &Streams| !streams.pieces[0].held_out;
-    all.len() > 1
-        && all.iter().any(is_fitted)
-        && all.iter().all(is_served)
-        && data::can_predict(model)
-}
 
 /// Diagnoses aligned and qualified recordings of one unit together, using up their sensed increments; `None` where too few rows
 /// of one can be fitted.

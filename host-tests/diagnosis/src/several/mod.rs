@@ -15,4 +15,4 @@ mod report;
 
 mod flow;
 
-pub use flow::{diagnose, serves};
+pub use flow::diagnose;

@@ -173,14 +173,7 @@ impl Align {
         progress("aligning the channels");
         let mut streams = Streams::align(recording, model)?;
         let put_right = put_right::put_right(&settings, &mut streams, model, model_file)?;
-        if !rlg_diagnosis::serves(&streams, model) {
-            return Err(InputError::new(
-                model_file,
-                "has effects that cannot be predicted beside rates",
-            )
-            .channel("effect")
-            .expected("effects of the catalogue"));
-        }
+        rlg_diagnosis::data::is_predictable(model, model_file)?;
         let faults = qualify::unknown_faults(&mut streams, &model.effects);
         let outcome = rlg_diagnosis::align(&settings, &mut streams, &faults, of, progress)?;
         Ok(outcome.map(|mut outcome| {

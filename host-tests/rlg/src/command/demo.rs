@@ -8,13 +8,13 @@ use indicatif::ProgressBar;
 
 use super::page_beside::declared;
 use crate::demo::{Demo, SegmentDrift, tell};
-use crate::diagnose::explain::combination;
 use crate::error::InputError;
 use crate::output::OutputFolder;
 use crate::recording::Recording;
 use crate::report::beside::{Beside, rates};
 use crate::report::{page_beside, word, words};
 use crate::terminal::Terminal;
+use rlg_findings::sentences::combination;
 
 /// Simulate, diagnose and correct a gyro triad: the whole sequence, without any input
 ///

@@ -8,14 +8,10 @@ use clap::{Args, ValueEnum};
 use super::inputs::{IDEAL, check_plausible, given_or_ideal, results_folder};
 use super::page_beside::gather;
 use super::steps::{Steps, Work};
-use crate::diagnose::declare::MOST_ROWS;
 use crate::diagnose::is_slow;
-use crate::diagnose::long::Long;
 use crate::diagnose::result::Verdict;
 use crate::diagnose::streams::Streams;
-use crate::diagnose::{
-    Outcome, Settings, diagnose_aligned, diagnose_streams, diagnose_together, diagnose_under,
-};
+use crate::diagnose::{Outcome, Settings, diagnose_streams, diagnose_together, diagnose_under};
 use crate::error::InputError;
 use crate::fleet::run::{RUN_FILE, RunFile};
 use crate::model::{Model, MotionSource};
@@ -25,6 +21,9 @@ use crate::report::beside::{Beside, Rate, rates};
 use crate::report::terminal::lines;
 use crate::report::{figure, page_beside};
 use crate::terminal::Terminal;
+use rlg_older::declare::MOST_ROWS;
+use rlg_older::diagnose_aligned;
+use rlg_older::long::Long;
 
 /// Files that the command writes.
 const RESULTS: &[&str] = &[
@@ -324,8 +323,7 @@ impl Diagnose {
         let streams = Streams::align(&recording, model)?;
         // The recording's own tables go; the rows live in the streams.
         drop(recording);
-        let again = || Streams::align(&Recording::read(folder)?, model);
-        diagnose_streams(&settings, (streams, &again), of, progress)
+        diagnose_streams(&settings, streams, of, progress)
     }
 
     /// Reads and diagnoses several recordings by one model.

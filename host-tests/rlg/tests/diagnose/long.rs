@@ -1,13 +1,13 @@
 //! A recording of which only a part may be held at once: what stretches and blocks say of it together.
 
 use super::support::names_nothing;
-use rlg::diagnose::blocks::Blocks;
-use rlg::diagnose::diagnose_aligned;
-use rlg::diagnose::long::Long;
 use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
 use rlg::diagnose::streams::Streams;
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::{Simulation, simulate};
+use rlg_older::blocks::Blocks;
+use rlg_older::diagnose_aligned;
+use rlg_older::long::Long;
 use std::path::Path;
 
 /// The hour in two minutes: 1 kHz, a stronger vibration, a quicker warming.
@@ -131,10 +131,10 @@ fn blocks_are_the_sums_of_the_rows_held_whole() {
     let simulation = simulated(&warmth(), 5);
     let (_, blocks) = read(&simulation);
     let streams = Streams::align(&simulation.recording, &simulation.model).expect("it aligns");
-    let noise = rlg::diagnose::reference_noise(&simulation.model);
-    let scene = rlg::diagnose::scene::Scene::new(streams, noise, simulation.model.gyro.scale_error);
+    let noise = rlg_older::reference_noise(&simulation.model);
+    let scene = rlg_older::scene::Scene::new(streams, noise, simulation.model.gyro.scale_error);
     let file = Path::new("model.toml");
-    let whole = rlg::diagnose::residual::residual_rad(&scene, &simulation.model, file);
+    let whole = rlg_older::residual::residual_rad(&scene, &simulation.model, file);
     let whole = whole.expect("a residual");
     let fitted = &blocks.sums.held_out[0];
     for (axis, sums) in blocks.sums.residual_rad.iter().enumerate() {

@@ -45,9 +45,8 @@ fn diagnosed(streams: Vec<Streams>, model: &Model) -> Result<Outcome, InputError
 /// One recording on the same engine.
 fn alone((streams, model): (Streams, Model)) -> Diagnosis {
     let settings = Settings::default();
-    let again = || unreachable!("it has rows enough");
     let of = (&model, Path::new("model.toml"));
-    let outcome = diagnose_streams(&settings, (streams, &again), of, &|_| {});
+    let outcome = diagnose_streams(&settings, streams, of, &|_| {});
     outcome.expect("a diagnosis").diagnosis
 }
 

@@ -8,7 +8,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Package, and the packages of this workspace that it may depend on.
-const MAY_DEPEND_ON: [(&str, &[&str]); 26] = [
+const MAY_DEPEND_ON: [(&str, &[&str]); 27] = [
     ("trueaxis", &[]),
     ("strapdown", &[]),
     ("rlg-recording", &[]),
@@ -52,6 +52,18 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 26] = [
             "rlg-catalogue",
             "rlg-findings",
             "rlg-diagnosis",
+        ],
+    ),
+    (
+        "rlg-flow",
+        &[
+            "rlg-recording",
+            "rlg-model",
+            "rlg-signal",
+            "rlg-findings",
+            "rlg-diagnosis",
+            "rlg-attitude",
+            "rlg-force",
         ],
     ),
     (

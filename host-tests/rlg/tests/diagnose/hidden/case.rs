@@ -4,21 +4,21 @@
 //! A [`Case`] comes from text for the workspace's simulator. The instrument is that of `null.toml` (0.4″ pulses, 0.002
 //! °/√h, dithers of 150″), its rows at 1000 Hz.
 
-use rlg::diagnose::information::fit_away;
-use rlg::diagnose::noise::Noise;
-use rlg::diagnose::portion::Portion;
+use rlg::diagnose::diagnose;
 use rlg::diagnose::qualify::qualify;
-use rlg::diagnose::regressor::regressors;
-use rlg::diagnose::residual::residual_rad;
 use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
-use rlg::diagnose::scene::Scene;
-use rlg::diagnose::split::{Part, split};
 use rlg::diagnose::streams::{Streams, Triad};
-use rlg::diagnose::{declared_noise, diagnose};
 use rlg::model::Model;
 use rlg::recording::{Clock, Quantity, Recording};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
+use rlg_diagnosis::AnalysisPlan;
+use rlg_diagnosis::data::Data;
+use rlg_diagnosis::noise_spectrum::Noise;
+use rlg_diagnosis::search::residual_of_model;
+use rlg_diagnosis::validate::validate;
+use rlg_signal::partition::Use;
+use std::ops::Range;
 use std::path::Path;
 
 pub(super) const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../../../scenarios/null.toml");
@@ -197,36 +197,59 @@ impl Case {
         assert!(gain > 0.0, "2 Δ ln L on held-out rows {gain}");
     }
 
-    /// 2 Δ ln L of the found model over the given one on the rows that selection never saw, under declared noise.
+    /// How far the residual's power over declared noise falls from the given model to the found one, summed over the gyros, on
+    /// the rows that only test.
     pub(super) fn held_out_gain(&self) -> f64 {
-        let mut streams = Streams::align(&self.recording, &self.model).expect("it aligns");
-        qualify(&mut streams);
-        let rate_hz = streams.rate_hz;
-        let held_out = Portion::new(split(&streams, Part::End).held_out, rate_hz).expect("rows");
-        let declared = declared_noise(&self.model, rate_hz);
-        let scene = Scene::new(streams, None, self.model.gyro.scale_error);
-        let joints = regressors(&held_out.joints());
-        let [before, after] = [&self.model, &self.explained].map(|model| {
-            let left = residual_rad(&scene, model, Path::new("model.toml")).expect("a residual");
-            let power = |axis: usize| -> f64 {
-                let noise = Noise {
-                    theta: [
-                        declared[axis].random_walk.expect("declared"),
-                        declared[axis].white_angle.expect("declared"),
-                        0.0,
-                        0.0,
-                    ],
-                    rate_hz,
-                };
-                let weights = noise.weights(&held_out);
-                let mut bins = held_out.transform(&left[axis]);
-                fit_away(&mut bins, &joints, &weights);
-                let power = bins.iter().zip(&weights);
-                power.map(|(bin, weight)| bin.norm_sqr() * weight).sum()
-            };
-            (0..3).map(power).sum::<f64>()
+        let [before, after] =
+            [&self.model, &self.explained].map(|model| residual(&self.recording, model));
+        let walk = self.model.gyro.angle_random_walk_rad_sqrt_s;
+        let walk = walk.expect("declared");
+        let noise = [0, 1, 2].map(|axis: usize| {
+            let pulses = self.model.gyro.pulse_weight_rad[axis].powi(2) / 12.0;
+            let white = pulses + self.model.pickoff_white_rad2(axis);
+            Noise {
+                theta: [walk[axis].powi(2) / before.rate_hz, white, 0.0, 0.0],
+                rate_hz: before.rate_hz,
+            }
         });
-        before - after
+        let channels = validate(
+            &before.left_rad,
+            &after.left_rad,
+            &noise,
+            (&before.tested, [0.0, before.rate_hz / 2.0]),
+            &[],
+            before.rate_hz,
+        );
+        assert_eq!(channels.len(), 3);
+        let falls = channels
+            .iter()
+            .map(|one| one.before.normalised_power_all - one.after.normalised_power_all);
+        falls.sum()
+    }
+}
+
+/// What a model leaves of a recording.
+struct Residual {
+    left_rad: Triad,
+    /// Rows that only test.
+    tested: Vec<Range<usize>>,
+    start_s: f64,
+    rate_hz: f64,
+}
+
+fn residual(recording: &Recording, model: &Model) -> Residual {
+    let plan = AnalysisPlan::default();
+    let mut streams = Streams::align(recording, model).expect("it aligns");
+    qualify(&mut streams);
+    let (start_s, rate_hz) = (streams.start_s, streams.rate_hz);
+    let mut data = Data::new(&mut streams, model, &plan, Path::new("model.toml")).expect("data");
+    let left_rad = residual_of_model(&mut data, &plan).expect("rows");
+    let tested = data.ranges_of(&[Use::Test]);
+    Residual {
+        left_rad,
+        tested,
+        start_s,
+        rate_hz,
     }
 }
 
@@ -236,12 +259,16 @@ pub(super) fn mean_rad_s(
     model: &Model,
     [from_s, to_s]: [f64; 2],
 ) -> [f64; 3] {
-    let streams = Streams::align(recording, model).expect("it aligns");
-    let rate_hz = streams.rate_hz;
-    let rows = streams.row_at(from_s)..streams.row_at(to_s);
-    let scene = Scene::new(streams, None, model.gyro.scale_error);
-    let left: Triad = residual_rad(&scene, model, Path::new("model.toml")).expect("a residual");
-    left.map(|values| values[rows.clone()].iter().sum::<f64>() / rows.len() as f64 * rate_hz)
+    let Residual {
+        left_rad,
+        start_s,
+        rate_hz,
+        ..
+    } = residual(recording, model);
+    let last = left_rad[0].len();
+    let row_at = |time_s: f64| (((time_s - start_s) * rate_hz).round() as usize).min(last);
+    let rows = row_at(from_s)..row_at(to_s);
+    left_rad.map(|values| values[rows.clone()].iter().sum::<f64>() / rows.len() as f64 * rate_hz)
 }
 
 pub(super) fn number(effect: &EffectEntry, wanted: &str) -> (f64, f64) {

@@ -9,10 +9,9 @@ use rlg_attitude::Diagnosed;
 use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
+use rlg_signal::streams::Streams;
 
-use crate::explain;
-use crate::streams::Streams;
-use crate::{Outcome, Settings};
+use crate::{Outcome, Settings, unusable};
 
 /// Diagnoses gyros beside attitudes, and the accelerometers that the model describes.
 ///
@@ -38,11 +37,7 @@ pub(super) fn diagnose(
     }) = diagnosed
     else {
         let why = "fewer than two attitudes lie within the gyros' record";
-        return Ok(Outcome {
-            diagnosis: explain::unusable(&recording.name, settings.seed, why, Vec::new()),
-            model: model.clone(),
-            pictures: None,
-        });
+        return Ok(unusable(&recording.name, settings, why, model));
     };
     if model.accelerometer.is_some() {
         let found = corrected

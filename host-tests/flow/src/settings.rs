@@ -8,19 +8,19 @@ use rlg_signal::channel_check::ChannelPlan;
 pub struct Settings<'a> {
     /// Kinds that are taken out of the catalogue: what the tool says of physics it does not know.
     pub left_out: &'a [&'a str],
-    /// The numbers of the new engine.
+    /// The numbers of the analysis.
     pub plan: AnalysisPlan,
     /// The numbers of the check of axes, signs and units.
     pub channels: ChannelPlan,
     /// Whether channels that are reversed, exchanged or of another unit are put right and reported instead of refused.
     pub anyway: bool,
-    /// Seed of the older stages' self-test and control; no finding depends on it.
+    /// Seed of the self-test and of the control; no finding depends on it.
     pub seed: u64,
 }
 
 impl Settings<'_> {
-    /// What the new engine takes of them.
-    pub fn of_new_engine(&self) -> rlg_diagnosis::Settings<'_> {
+    /// What the likelihoods of gyros take of them.
+    pub fn of_diagnosis(&self) -> rlg_diagnosis::Settings<'_> {
         rlg_diagnosis::Settings {
             left_out: self.left_out,
             plan: self.plan,

@@ -1,14 +1,14 @@
-//! A unit at rest, whose findings the new engine has, with the accelerometers' part of what was not tested.
+//! A unit at rest on the Earth, and why its accelerometers are not tested.
 
 use std::path::Path;
 
-use rlg_diagnosis::at_rest;
+use rlg_diagnosis::{at_rest, data_words};
 use rlg_model::Model;
 use rlg_recording::error::InputError;
 use rlg_signal::qualify;
+use rlg_signal::streams::Streams;
 
-use crate::streams::Streams;
-use crate::{Outcome, Settings, data_words};
+use crate::{Outcome, Settings};
 
 /// Diagnoses aligned channels, using up the sensed increments; `None` where too few rows can be fitted.
 pub(super) fn diagnose(
@@ -26,7 +26,7 @@ pub(super) fn diagnose(
     let faults: Vec<_> = faults.iter().filter(is_news).cloned().collect();
     let said = data_words::lines(streams, &faults);
     let reason = rlg_force::why_not_at_rest(streams);
-    let asked = settings.of_new_engine();
+    let asked = settings.of_diagnosis();
     let of = (model, model_file);
     let Some(mut found) = at_rest::diagnose(&asked, streams, &faults, of, progress)? else {
         return Ok(None);

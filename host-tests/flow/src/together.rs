@@ -1,22 +1,24 @@
-//! Several recordings of one unit: to the new engine where it serves them all.
+//! Several recordings of one unit.
 
 use std::path::Path;
 
+use rlg_diagnosis::data::is_predictable;
 use rlg_diagnosis::put_right::put_right;
 use rlg_diagnosis::{data_words, several};
 use rlg_findings::result::ParameterEntry;
 use rlg_model::Model;
 use rlg_recording::error::InputError;
+use rlg_signal::pieces::distinct;
+use rlg_signal::qualify;
+use rlg_signal::streams::Streams;
 
-use super::explain::unusable;
-use super::pieces::distinct;
-use super::streams::Streams;
-use super::{Outcome, Settings, diagnose_aligned, qualify};
+use crate::{Outcome, Settings, unusable};
 
 /// Diagnoses aligned recordings of one unit together; those whose piece is held out only test.
 ///
 /// # Errors
-/// Two recordings have one name, or axes of one of them are reversed or exchanged.
+/// Two recordings have one name, one is of a unit at rest, axes of one of them are reversed or exchanged, or the model holds
+/// an effect that cannot be predicted here.
 pub fn diagnose_together(
     settings: &Settings,
     mut aligned: Vec<Streams>,
@@ -24,11 +26,15 @@ pub fn diagnose_together(
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
     distinct(&aligned)?;
-    if !several::serves(&aligned, model) {
-        let Settings { left_out, seed, .. } = *settings;
-        return diagnose_aligned(left_out, aligned, None, model, model_file, seed, progress);
+    is_predictable(model, model_file)?;
+    for streams in &aligned {
+        if streams.at_rest.is_some() {
+            let name = &streams.pieces[0].recording;
+            return Err(InputError::new(name, "is of a unit at rest")
+                .expected("one such recording at a time, or recordings with a reference"));
+        }
     }
-    let asked = settings.of_new_engine();
+    let asked = settings.of_diagnosis();
     let names: Vec<String> = aligned
         .iter()
         .map(|one| one.pieces[0].recording.clone())
@@ -48,11 +54,7 @@ pub fn diagnose_together(
     let of = (model, model_file);
     let Some(mut outcome) = several::diagnose(&asked, &mut all, of, progress)? else {
         let why = "one of the recordings has too few rows with all channels measured";
-        return Ok(Outcome {
-            diagnosis: unusable(&names.join(" + "), settings.seed, why, Vec::new()),
-            model: model.clone(),
-            pictures: None,
-        });
+        return Ok(unusable(&names.join(" + "), settings, why, model));
     };
     for (name, lines) in names.iter().zip(lines) {
         let of_this = lines.into_iter().map(|line| format!("{name}: {line}"));

@@ -1,0 +1,169 @@
+//! The flow of a diagnosis: every recording goes to one likelihood, and its accelerometers beside it.
+//!
+//! | recording | likelihood |
+//! |---|---|
+//! | gyros beside a reference on their rows | `rlg-diagnosis` ([`diagnose_streams`]) |
+//! | a unit at rest on the turning Earth | `rlg-diagnosis::at_rest` ([`at_rest`]) |
+//! | several recordings of one unit | `rlg-diagnosis::several` ([`together`]) |
+//! | gyros beside attitudes, or beside increments on other rows | `rlg-attitude` ([`attitudes`]) |
+//! | accelerometers, beside each of these | `rlg-force` |
+//!
+//! Enters: a recording and the model that predicts it. Leaves: [`Outcome`]. Nothing here reads truth files or
+//! imports the simulator.
+
+mod settings;
+
+mod at_rest;
+
+mod attitudes;
+
+mod together;
+
+pub use rlg_attitude::serves as is_slow;
+pub use rlg_diagnosis::{Outcome, locate, pictures, split};
+pub use rlg_findings::result;
+pub use rlg_signal::{qualify, streams};
+pub use settings::Settings;
+pub use together::diagnose_together;
+
+use std::path::Path;
+
+use rlg_diagnosis::{data_words, put_right};
+use rlg_model::Model;
+use rlg_recording::Recording;
+use rlg_recording::error::InputError;
+
+use result::Diagnosis;
+use streams::Streams;
+
+/// Why nothing can be said of a recording of increments.
+const TOO_FEW_ROWS: &str = "fewer than two seconds of rows with all channels measured";
+
+/// Diagnoses `recording` against `model`, read from `model_file`.
+///
+/// # Errors
+/// As of [`diagnose_under`].
+pub fn diagnose(
+    recording: &Recording,
+    model: &Model,
+    model_file: &Path,
+    seed: u64,
+    progress: &dyn Fn(&str),
+) -> Result<Outcome, InputError> {
+    diagnose_without(&[], recording, model, model_file, seed, progress)
+}
+
+/// The same with some kinds taken out of the catalogue: what the tool says of physics it does not know.
+///
+/// # Errors
+/// As of [`diagnose_under`].
+pub fn diagnose_without(
+    left_out: &[&str],
+    recording: &Recording,
+    model: &Model,
+    model_file: &Path,
+    seed: u64,
+    progress: &dyn Fn(&str),
+) -> Result<Outcome, InputError> {
+    let settings = Settings {
+        left_out,
+        seed,
+        ..Settings::default()
+    };
+    diagnose_under(&settings, recording, model, model_file, progress)
+}
+
+/// The same under chosen settings.
+///
+/// # Errors
+/// A channel is missing or of another unit, or axes are exchanged or reversed; or the model holds an effect that cannot
+/// be predicted here.
+pub fn diagnose_under(
+    settings: &Settings,
+    recording: &Recording,
+    model: &Model,
+    model_file: &Path,
+    progress: &dyn Fn(&str),
+) -> Result<Outcome, InputError> {
+    let of = (model, model_file);
+    if is_slow(recording, model) {
+        return attitudes::diagnose(settings, recording, of, progress);
+    }
+    progress("aligning the channels");
+    let streams = Streams::align(recording, model)?;
+    diagnose_streams(settings, streams, of, progress)
+}
+
+/// The same on aligned channels, so that the recording's own tables need not stay in memory.
+///
+/// # Errors
+/// As of [`diagnose_under`].
+pub fn diagnose_streams(
+    settings: &Settings,
+    mut streams: Streams,
+    of: (&Model, &Path),
+    progress: &dyn Fn(&str),
+) -> Result<Outcome, InputError> {
+    let (model, model_file) = of;
+    let asked = settings.of_diagnosis();
+    let put_right = put_right::put_right(&asked, &mut streams, model, model_file)?;
+    rlg_diagnosis::data::is_predictable(model, model_file)?;
+    let name = streams.pieces[0].recording.clone();
+    let found = if streams.at_rest.is_some() {
+        at_rest::diagnose(settings, &mut streams, of, progress)?
+    } else {
+        beside_reference(settings, &mut streams, of, progress)?
+    };
+    let Some(mut outcome) = found else {
+        return Ok(unusable(&name, settings, TOO_FEW_ROWS, model));
+    };
+    if let Some(put_right) = put_right {
+        put_right.report(&mut outcome);
+    }
+    Ok(outcome)
+}
+
+/// Diagnoses gyros beside a reference on their rows, and their accelerometers; `None` where too few rows can be fitted.
+fn beside_reference(
+    settings: &Settings,
+    streams: &mut Streams,
+    of: (&Model, &Path),
+    progress: &dyn Fn(&str),
+) -> Result<Option<Outcome>, InputError> {
+    let (model, _) = of;
+    let faults = qualify::unknown_faults(streams, &model.effects);
+    let found = rlg_diagnosis::diagnose::diagnose_also(
+        &settings.of_diagnosis(),
+        streams,
+        &faults,
+        of,
+        progress,
+        |_, found| rlg_force::reference::measured_noise(&found.motion),
+    )?;
+    let Some((mut found, reference_noise)) = found else {
+        return Ok(None);
+    };
+    let lines = data_words::lines(streams, &faults);
+    found.diagnosis.summary.extend(lines);
+    let asked = rlg_force::Asked {
+        model,
+        effects: &found.model.effects.clone(),
+        reference_noise,
+        left_out: settings.left_out,
+        open: &[],
+        plan: settings.of_force(),
+    };
+    if let Err(reason) = rlg_force::beside(streams, &asked, &mut found, progress) {
+        rlg_force::say_why_not(&reason, &mut found);
+    }
+    Ok(Some(found))
+}
+
+/// The outcome of a recording of which nothing can be said, with the reason.
+fn unusable(recording: &str, settings: &Settings, why: &str, model: &Model) -> Outcome {
+    Outcome {
+        diagnosis: Diagnosis::unusable(recording, settings.seed, why),
+        model: model.clone(),
+        pictures: None,
+    }
+}
