@@ -193,6 +193,22 @@ pub(crate) fn binned(data: &impl Likelihood, levels: &[NoiseLevels]) -> Vec<Vec<
 }
 
 impl BesideGaps {
+    /// C G⁻¹ with C between members and gaps, (members' parameters × gaps').
+    pub(crate) fn through(&self) -> &DMatrix<f64> {
+        &self.through
+    }
+
+    /// What gaps of a given score explain of a record's power, sᵀ G⁻¹ s.
+    pub(crate) fn power_of_gaps(&self, score: &DVector<f64>) -> f64 {
+        let mut at = 0;
+        let each = self.inverses.iter().map(|inverse| {
+            let own = score.rows(at, inverse.nrows());
+            at += inverse.nrows();
+            own.dot(&(inverse * own))
+        });
+        each.sum()
+    }
+
     /// Covariance of all parameters from that of the members'.
     pub(crate) fn covariance(&self, of_members: &DMatrix<f64>) -> DMatrix<f64> {
         let own = of_members.nrows();

@@ -8,7 +8,7 @@
 //! In the order of the data:
 //! [`dct`] transforms → [`observations`] says which rows are seen → [`noise`] gives the spectrum of each term →
 //! [`normal_equations`] frees what gaps leave unknown and sums columns and records by frequency → [`evaluate`] fits a set
-//! of hypotheses with its noise, over any data with a [`likelihood`] →
+//! of hypotheses with its noise, over any data with a [`likelihood`]; [`information`] says what is known of its parameters →
 //! [`search`] finds the set; [`score_test`] goes through long lists of what could be added, over [`sums`] of rows where
 //! there are many; [`events`] scans all rows for steps and impulses, [`lines`] all frequencies for lines, and [`periodogram`] with
 //! [`phase_course`] for lines between the coefficients whose phase may wander, and [`line_fit`] with their exact columns;
@@ -42,6 +42,8 @@ mod assembled;
 
 pub mod evaluate;
 
+pub mod information;
+
 pub mod sums;
 
 pub mod score_test;
@@ -61,6 +63,7 @@ pub mod line_fit;
 pub use dct::Dct;
 pub use evaluate::{Drift, Fit};
 pub use hypothesis::{Bound, Fixed, Hypothesis, Term};
+pub use information::Information;
 pub use likelihood::{JointLikelihood, Likelihood, ZeroLikelihood};
 pub use noise::{NoiseBasis, NoiseLevels};
 pub use noise_estimate::NoiseEstimate;

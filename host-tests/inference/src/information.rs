@@ -1,0 +1,172 @@
+//! What data say of a set's parameters under a known noise: the normal equations of generalised least squares.
+//!
+//! Of y = Xθ + n, n with covariance S: XᵀS⁻¹X θ = XᵀS⁻¹y (Kay, *Estimation Theory*, 1993, Eq. 4.25). Independent data add.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::assembled::{Assembled, binned};
+use crate::hypothesis::Hypothesis;
+use crate::likelihood::Likelihood;
+use crate::noise::NoiseLevels;
+
+/// Normal equations of one set of parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Information {
+    /// XᵀS⁻¹X, the Fisher information \[1 over the units of both parameters\].
+    pub fisher: DMatrix<f64>,
+    /// XᵀS⁻¹y \[1 over the parameter's unit\].
+    pub score: DVector<f64>,
+    /// yᵀS⁻¹y.
+    pub power: f64,
+}
+
+impl Information {
+    /// No data on `parameters` parameters.
+    pub fn none(parameters: usize) -> Self {
+        Self {
+            fisher: DMatrix::zeros(parameters, parameters),
+            score: DVector::zeros(parameters),
+            power: 0.0,
+        }
+    }
+
+    /// Sums up data under a known noise, with what gaps and ends leave unknown fitted away.
+    ///
+    /// # Inputs
+    /// `set`: hypotheses, whose parameters follow one another; `levels`: noise of each record.
+    pub fn of(data: &impl Likelihood, set: &[&Hypothesis], levels: &[NoiseLevels]) -> Self {
+        let assembled = Assembled::new(data, set);
+        let powers = binned(data, levels);
+        let (information, score) = assembled.sums(&powers);
+        let left = assembled.beside_gaps(&information);
+        let own = assembled.of_members();
+        let of_gaps = score.rows_range(own..).into_owned();
+        let of_members = score.rows_range(..own) - left.through() * &of_gaps;
+        let by_record = assembled.records.iter().zip(&powers);
+        let energy: f64 = by_record
+            .flat_map(|(record, powers)| record.energy.iter().zip(powers))
+            .map(|(energy, power)| energy / power)
+            .sum();
+        let scale = &assembled.scale;
+        Self {
+            fisher: DMatrix::from_fn(own, own, |a, b| {
+                left.information[(a, b)] / (scale[a] * scale[b])
+            }),
+            score: DVector::from_fn(own, |a, _| of_members[a] / scale[a]),
+            power: energy - left.power_of_gaps(&of_gaps),
+        }
+    }
+
+    /// Adds independent data on some of the parameters.
+    ///
+    /// # Inputs
+    /// `places`: where each parameter of `part` stands here.
+    pub fn add(&mut self, part: &Self, places: &[usize]) {
+        self.power += part.power;
+        for (a, &to_a) in places.iter().enumerate() {
+            self.score[to_a] += part.score[a];
+            for (b, &to_b) in places.iter().enumerate() {
+                self.fisher[(to_a, to_b)] += part.fisher[(a, b)];
+            }
+        }
+    }
+
+    /// Weighed square of what parameters of given values leave, (y − Xθ)ᵀS⁻¹(y − Xθ).
+    pub fn power_left(&self, values: &DVector<f64>) -> f64 {
+        self.power - 2.0 * values.dot(&self.score) + values.dot(&(&self.fisher * values))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::Information;
+    use crate::{Columns, Hypothesis, NoiseLevels, NormalEquations, Observations, Term};
+
+    const ROWS: usize = 120;
+
+    struct Waves;
+
+    impl Columns for Waves {
+        fn count(&self) -> usize {
+            2
+        }
+
+        fn column(&self, place: usize) -> Vec<f64> {
+            let wave = |row: usize| (0.3 * (place + 1) as f64 * row as f64).sin();
+            (0..ROWS).map(wave).collect()
+        }
+    }
+
+    /// Two parameters on one record, the second on its column and on half of the first's.
+    fn set() -> Hypothesis {
+        let term = |(parameter, column, coefficient)| Term {
+            parameter,
+            record: 0,
+            column,
+            coefficient,
+        };
+        Hypothesis {
+            parameters: 2,
+            terms: [(0, 0, 3.0), (1, 1, 1.0), (1, 0, 0.5)].map(term).to_vec(),
+            fixed: Vec::new(),
+            bounds: Vec::new(),
+            requires: None,
+            price: 0.0,
+        }
+    }
+
+    #[test]
+    fn it_is_weighted_least_squares_beside_rows_that_nobody_saw() {
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        let mut record: Vec<f64> = (0..ROWS)
+            .map(|_| StandardNormal.sample(&mut random))
+            .collect();
+        let white = 0.25;
+        let levels = NoiseLevels {
+            white,
+            ..NoiseLevels::default()
+        };
+        let mut seen = vec![true; ROWS];
+        seen[50] = false;
+        record[50] = 1e6;
+        let observations = Observations::bridged(&seen).expect("rows");
+        let records = [record.clone()];
+        let equations = NormalEquations::new(observations, &records, &Waves, levels);
+        let found = Information::of(&equations, &[&set()], &[levels]);
+        // The unseen row is free, and so are the two ends.
+        let rows: Vec<usize> = (1..ROWS - 1).filter(|row| *row != 50).collect();
+        let [one, two] = [0, 1].map(|place| Waves.column(place));
+        let x = DMatrix::from_fn(rows.len(), 2, |row, column| match column {
+            0 => 3.0 * one[rows[row]],
+            _ => two[rows[row]] + 0.5 * one[rows[row]],
+        });
+        let y = DVector::from_fn(rows.len(), |row, _| record[rows[row]]);
+        let expected = Information {
+            fisher: x.tr_mul(&x) / white,
+            score: x.tr_mul(&y) / white,
+            power: y.norm_squared() / white,
+        };
+        assert!((&found.fisher - &expected.fisher).norm() < 1e-5 * expected.fisher.norm());
+        assert!((&found.score - &expected.score).norm() < 1e-5 * expected.score.norm());
+        assert!((found.power - expected.power).abs() < 1e-5 * expected.power);
+    }
+
+    #[test]
+    fn what_is_left_by_parts_is_the_sum_of_what_each_leaves() {
+        let part = Information {
+            fisher: DMatrix::from_row_slice(1, 1, &[4.0]),
+            score: DVector::from_row_slice(&[2.0]),
+            power: 3.0,
+        };
+        let mut sum = Information::none(2);
+        sum.add(&part, &[0]);
+        sum.add(&part, &[1]);
+        let values = DVector::from_row_slice(&[0.5, -1.0]);
+        // 3 − 2 · ½ · 2 + ¼ · 4 = 2 and 3 + 2 · 2 + 4 = 11.
+        assert!((sum.power_left(&values) - 13.0).abs() < 1e-12);
+    }
+}
