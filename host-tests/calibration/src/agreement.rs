@@ -9,7 +9,6 @@ use std::path::Path;
 use super::combinations::TYPICAL_S2;
 use super::estimate::{Estimate, directions, quadratic};
 use super::unknowns::{COEFFICIENTS, Unknowns};
-use rlg_older::hypotheses::CATALOGUE;
 use rlg_recording::error::InputError;
 use rlg_recording::{Clock, MANIFEST, Quantity, Recording};
 
@@ -63,18 +62,18 @@ pub fn is_credible(
     for index in unknowns.fitted().skip(COEFFICIENTS) {
         let unknown = unknowns.get(index);
         let largest = unknown.largest();
-        if ["gyro_scale", "installation"].contains(&unknown.kind())
+        if ["gyro_scale", "installation"].contains(&unknown.kind)
             && own.values[index].abs() - SIGNIFICANT_SIGMAS * own.stds[index] > largest
         {
             return Err(InputError::new(
                 recording.folder.join(MANIFEST),
                 "has gyros and reference that do not show the same motion",
             )
-            .channel(format!("{} {}", unknown.kind(), unknown.name()))
+            .channel(format!("{} {}", unknown.kind, unknown.name))
             .value(format!("{:.3e}", own.values[index]))
             .expected(format!(
                 "at most {largest} {}: are both in rad, on the same axes, with the model's pulse weight?",
-                CATALOGUE[unknown.effect].card().unit
+                unknown.unit()
             )));
         }
     }
@@ -101,7 +100,7 @@ pub fn agree(
             let unknown = unknowns.get(index);
             let Some((_, stable)) = SAME_INSTRUMENT
                 .iter()
-                .find(|(kind, _)| *kind == unknown.kind())
+                .find(|(kind, _)| *kind == unknown.kind)
             else {
                 continue;
             };
@@ -109,7 +108,7 @@ pub fn agree(
             let std = estimate.stds[index].hypot(first.stds[index]);
             if apart - SIGNIFICANT_SIGMAS * std > *stable {
                 return fault(
-                    format!("{} {}", unknown.kind(), unknown.name()),
+                    format!("{} {}", unknown.kind, unknown.name),
                     format!("{apart:.3e} apart"),
                     format!("recordings of one instrument, the same to {stable}"),
                 );

@@ -6,8 +6,9 @@
 use std::collections::BTreeMap;
 
 use super::estimate::Estimate;
+use super::unknowns::PAIRS;
 use rlg_findings::result::Identifiable;
-use rlg_older::hypotheses::{SIX, Shape};
+use rlg_model::catalogue::SIX;
 use rlg_signal::streams::AXES;
 
 /// A combination is fixed when its spread is below this share of a typical K (or of its own value): seven
@@ -141,7 +142,7 @@ pub fn for_model(estimate: &Estimate, pairs: &[Pair; 3]) -> [Option<f64>; 6] {
 pub fn names(weights: &[(usize, f64)]) -> BTreeMap<String, f64> {
     weights
         .iter()
-        .map(|(k, weight)| (Shape::Six.name(*k), *weight))
+        .map(|(k, weight)| (SIX[*k].to_owned(), *weight))
         .collect()
 }
 
@@ -156,14 +157,14 @@ pub fn symbol(weights: &[(usize, f64)]) -> String {
                 (_, true) => " - ",
                 (_, false) => " + ",
             };
-            format!("{sign}K_{}", Shape::Six.name(*k))
+            format!("{sign}K_{}", SIX[*k])
         })
         .collect()
 }
 
 /// The spin-synchronous oscillation that shows one K: about j, while spinning about the third axis.
 fn spin(k: usize) -> String {
-    let (gyro, axis) = SIX[k];
+    let (gyro, axis) = PAIRS[k];
     let third = 3 - gyro - axis;
     format!(
         "spin about {} while oscillating about {}, both senses",

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::unknowns::{COEFFICIENTS, Unknowns};
-use rlg_older::information::Information;
+use rlg_inference::Information;
 
 /// The joint estimate of all unknowns, and how sure the six K are.
 #[derive(Clone)]
@@ -63,7 +63,7 @@ pub fn estimate(unknowns: &Unknowns, information: &Information, set: &[usize]) -
     let inverse = &root.eigenvectors
         * DMatrix::from_diagonal(&root.eigenvalues.map(|value| value.max(ROUNDING).recip()))
         * root.eigenvectors.transpose();
-    let right = DVector::from_fn(count, |a, _| information.right[set[a]] * scale[a]);
+    let right = DVector::from_fn(count, |a, _| information.score[set[a]] * scale[a]);
     let solution = &inverse * right;
     let mut values = vec![0.0; unknowns.count()];
     let mut stds = vec![0.0; unknowns.count()];

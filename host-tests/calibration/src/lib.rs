@@ -1,26 +1,34 @@
 //! Calibration of the flexure coefficients K_ij. The road, in order, a file each:
 //!
-//! recording → rates | attitude (whiten) → unknowns → estimate → agreement → combinations → words
+//! recording → unknowns, columns → rates | attitude (integration, whiten) → record → estimate → agreement → combinations → words
 //!
 //! From recordings of one instrument and its model it gives an [`Outcome`]: K with covariance, the combinations that
 //! are fixed and those that are not, the model with what is fixed. `plan/` proposes the motion that fixes all six.
 //! Equations: physics §1–3 (tilt δ_ij = −K_ij α_j), §6 (noise); Cheng 2023, Eqs. 10–17 for attitude.
 //!
-//! A sister of the diagnosis, whose alignment, scene, columns and noise it uses; imports nothing of the
-//! simulator, the core or its reference, and reads no truth file. Out of scope: looking for other
+//! A sister of the diagnosis, whose motion, columns and noise it uses; imports nothing of the simulator, the core or its
+//! reference, and reads no truth file. Out of scope: looking for other
 //! physics; a recording that holds some must be diagnosed first.
 
 pub mod agreement;
 
 pub mod attitude;
 
+pub mod columns;
+
 pub mod combinations;
 
 pub mod estimate;
 
+pub mod integration;
+
+mod noise;
+
 pub mod plan;
 
 pub mod rates;
+
+pub mod record;
 
 pub mod result;
 
@@ -32,10 +40,8 @@ mod words;
 
 use std::path::Path;
 
+use rlg_inference::Information;
 use rlg_model::{EffectValue, Model, ModelEffect};
-use rlg_older::hypotheses::CATALOGUE;
-use rlg_older::information::Information;
-use rlg_older::workbench::Parameters;
 use rlg_recording::error::InputError;
 use rlg_recording::{MANIFEST, Quantity, Recording};
 use rlg_signal::attitude_samples;
@@ -44,7 +50,7 @@ use rlg_signal::streams::AXES;
 use attitude::AttitudeRecord;
 use combinations::Pair;
 use estimate::{Estimate, estimate};
-use rates::RecordingInformation;
+use record::RecordInformation;
 use unknowns::{FLEXURE, Unknowns};
 
 /// The result of a calibration.
@@ -61,7 +67,7 @@ const STEPS: usize = 3;
 
 /// How a recording is compared with its reference.
 enum Record {
-    Rates(Box<RecordingInformation>),
+    Rates(Box<RecordInformation>),
     Attitude(Box<AttitudeRecord>),
 }
 
@@ -76,55 +82,46 @@ pub fn calibrate(
     // Flexure that the model already has would be predicted away and only the rest be found.
     let mut bare = model.clone();
     bare.effects.retain(|effect| effect.kind != FLEXURE);
-    let catalogue = Parameters::of_catalogue();
     let mut records = Vec::new();
     for recording in recordings {
         progress(&format!("reading {}", recording.name));
-        records.push(evaluate(recording, &bare, model_file, &catalogue)?);
+        records.push(evaluate(recording, &bare, model_file)?);
     }
     progress("estimating");
     let unknowns = Unknowns::of(recordings.len());
-    let (joint, joined) = solve(&records, &unknowns, &catalogue);
+    let (joint, informations) = solve(&records, &unknowns);
     let mut own = Vec::new();
     for (record, recording) in records.iter().zip(recordings) {
         let unknowns = Unknowns::of(1);
         let estimate = if records.len() == 1 {
             joint.clone()
         } else {
-            solve(std::slice::from_ref(record), &unknowns, &catalogue).0
+            solve(std::slice::from_ref(record), &unknowns).0
         };
         agreement::is_credible(recording, &estimate, &unknowns)?;
         own.push((unknowns, estimate));
     }
-    let most_rad_s2 = joined
+    let most_rad_s2 = informations
         .iter()
-        .flat_map(|joined| joined.own.acceleration_rad_s2)
+        .flat_map(|part| part.acceleration_rad_s2)
         .fold(0.0, f64::max);
     agreement::moved(model_file, recordings, &joint, most_rad_s2)?;
     agreement::agree(recordings, &own, &joint)?;
     let pairs = combinations::pairs(&joint);
     let findings = words::Findings {
         recordings,
-        records: &joined,
+        records: &informations,
         methods: records.iter().map(Record::method).collect(),
         own: &own,
         unknowns: &unknowns,
         joint: &joint,
         pairs: &pairs,
-        confused: confused(&joined, &unknowns, &joint),
+        confused: confused(&informations, &unknowns, &joint),
     };
     Ok(Outcome {
         calibration: findings.calibration(),
         model: calibrated(&bare, &joint, &pairs),
     })
-}
-
-/// The information of one recording, in its own order of parameters and in the joint one.
-pub struct Joined {
-    /// On the parameters of the catalogue, as the recording gives it.
-    pub own: RecordingInformation,
-    /// The same information over all unknowns of the joint estimate.
-    pub information: Information,
 }
 
 impl Record {
@@ -136,19 +133,14 @@ impl Record {
     }
 }
 
-fn evaluate(
-    recording: &Recording,
-    model: &Model,
-    model_file: &Path,
-    catalogue: &Parameters,
-) -> Result<Record, InputError> {
+fn evaluate(recording: &Recording, model: &Model, model_file: &Path) -> Result<Record, InputError> {
     let rates = AXES.iter().any(|axis| {
         recording
             .channel(&Quantity::ReferenceIncrement, axis)
             .is_some()
     });
     if rates {
-        rates::recording_information(recording, model, model_file, catalogue)
+        rates::record_information(recording, model, model_file)
             .map(|own| Record::Rates(Box::new(own)))
     } else if attitude_samples::has_attitude(recording) {
         AttitudeRecord::new(recording, model, model_file)
@@ -166,69 +158,47 @@ fn evaluate(
 }
 
 /// Solves for all unknowns; recordings with attitudes are linearised again at each estimate.
-fn solve(
-    records: &[Record],
-    unknowns: &Unknowns,
-    catalogue: &Parameters,
-) -> (Estimate, Vec<Joined>) {
+fn solve(records: &[Record], unknowns: &Unknowns) -> (Estimate, Vec<RecordInformation>) {
     let set: Vec<usize> = unknowns.fitted().collect();
     let nonlinear = records
         .iter()
         .any(|record| matches!(record, Record::Attitude(_)));
     let mut values = vec![0.0; unknowns.count()];
     for _ in 0..if nonlinear { STEPS - 1 } else { 0 } {
-        let joined = join(records, unknowns, catalogue, &values);
-        values = estimate(unknowns, &total(&joined, unknowns), &set).values;
+        let parts = informations(records, unknowns, &values);
+        values = estimate(unknowns, &total(&parts, unknowns), &set).values;
     }
-    let joined = join(records, unknowns, catalogue, &values);
-    (estimate(unknowns, &total(&joined, unknowns), &set), joined)
+    let parts = informations(records, unknowns, &values);
+    (estimate(unknowns, &total(&parts, unknowns), &set), parts)
 }
 
-fn join(
-    records: &[Record],
-    unknowns: &Unknowns,
-    catalogue: &Parameters,
-    values: &[f64],
-) -> Vec<Joined> {
-    records
-        .iter()
-        .enumerate()
-        .map(|(place, record)| {
-            let own = match record {
-                Record::Rates(own) => (**own).clone(),
-                Record::Attitude(record) => {
-                    let mut at = vec![0.0; catalogue.count()];
-                    for index in unknowns.of_recording(place) {
-                        let unknown = unknowns.get(index);
-                        at[catalogue.of(unknown.effect).start + unknown.parameter] = values[index];
-                    }
-                    record.information(catalogue, &at)
-                }
-            };
-            Joined {
-                information: unknowns.adopt(catalogue, &own.information, place),
-                own,
-            }
-        })
-        .collect()
+/// What each recording says, linearised where the joint unknowns have `values`.
+fn informations(records: &[Record], unknowns: &Unknowns, values: &[f64]) -> Vec<RecordInformation> {
+    let of = |(place, record): (usize, &Record)| match record {
+        Record::Rates(own) => (**own).clone(),
+        Record::Attitude(record) => {
+            let own = unknowns.of_recording(place).into_iter();
+            record.information(&own.map(|index| values[index]).collect::<Vec<f64>>())
+        }
+    };
+    records.iter().enumerate().map(of).collect()
 }
 
-fn total(joined: &[Joined], unknowns: &Unknowns) -> Information {
-    let mut total = Information::empty(unknowns.count());
-    for part in joined {
-        total.fisher += &part.information.fisher;
-        total.right += &part.information.right;
-        total.power += part.information.power;
+/// The sum of what all recordings say of the joint unknowns.
+fn total(parts: &[RecordInformation], unknowns: &Unknowns) -> Information {
+    let mut total = Information::none(unknowns.count());
+    for (place, part) in parts.iter().enumerate() {
+        total.add(&part.information, &unknowns.of_recording(place));
     }
     total
 }
 
 /// Whether an elastic rate would explain the recordings as well: flexure then stands less than
 /// [`SEPARATE`] standard deviations outside what W can do (diagnosis road, step 8).
-fn confused(joined: &[Joined], unknowns: &Unknowns, joint: &Estimate) -> bool {
+fn confused(parts: &[RecordInformation], unknowns: &Unknowns, joint: &Estimate) -> bool {
     const SEPARATE: f64 = 5.0;
     let set: Vec<usize> = unknowns.fitted().chain(unknowns.rivals()).collect();
-    let with_rival = estimate(unknowns, &total(joined, unknowns), &set);
+    let with_rival = estimate(unknowns, &total(parts, unknowns), &set);
     let k = nalgebra::DVector::from_column_slice(&joint.values[..unknowns::COEFFICIENTS]);
     let alone = estimate::quadratic(&joint.covariance, &k).sqrt();
     let outside = estimate::quadratic(&with_rival.covariance, &k).sqrt();
@@ -237,12 +207,13 @@ fn confused(joined: &[Joined], unknowns: &Unknowns, joint: &Estimate) -> bool {
 
 /// The model with what is fixed switched on.
 fn calibrated(bare: &Model, joint: &Estimate, pairs: &[Pair; 3]) -> Model {
-    let shape = CATALOGUE[unknowns::effect(FLEXURE)].card().shape;
     let parameters: std::collections::BTreeMap<String, EffectValue> =
         combinations::for_model(joint, pairs)
             .iter()
             .enumerate()
-            .filter_map(|(k, value)| Some((shape.name(k), EffectValue::Number((*value)?))))
+            .filter_map(|(k, value)| {
+                Some((result::NAMES[k].to_owned(), EffectValue::Number((*value)?)))
+            })
             .collect();
     let mut model = bare.clone();
     if !parameters.is_empty() {

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use rlg_findings::result::{EffectEntry, NoiseEntry};
 /// Names of the six coefficients.
-pub use rlg_older::hypotheses::Shape;
+pub use rlg_model::catalogue::SIX as NAMES;
 
 /// The whole file.
 #[derive(Debug, Clone, Serialize)]
@@ -87,7 +87,7 @@ pub struct NuisanceEntry {
     /// Contract's kind.
     pub kind: &'static str,
     /// Contract's name.
-    pub name: String,
+    pub name: &'static str,
     /// Fitted value, in addition to the model's.
     pub value: f64,
     /// Standard deviation.

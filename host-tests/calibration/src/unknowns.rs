@@ -7,9 +7,9 @@
 //!
 //! Priors are zero-mean and wide: they decide only what no recording shows.
 
-use rlg_older::hypotheses::{self, CATALOGUE};
-use rlg_older::information::Information;
-use rlg_older::workbench::Parameters;
+use rlg_catalogue::Entry;
+use rlg_catalogue::entries;
+use rlg_model::catalogue::Kind;
 
 /// The coefficients to calibrate.
 pub const FLEXURE: &str = "axis_flexure";
@@ -40,39 +40,50 @@ const OWN: [(&str, f64); 6] = [
 /// Number of K.
 pub const COEFFICIENTS: usize = 6;
 
+/// Gyro and axis of each K, in the order of the contract's names.
+pub const PAIRS: [(usize, usize); COEFFICIENTS] = [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)];
+
 /// One unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Unknown {
-    /// Index into the catalogue.
-    pub effect: usize,
-    /// Which of the effect's parameters.
-    pub parameter: usize,
+    /// The contract's kind.
+    pub kind: &'static str,
+    /// The contract's name of the parameter.
+    pub name: &'static str,
     /// The recording it belongs to; `None`: all.
     pub recording: Option<usize>,
 }
 
 impl Unknown {
-    /// The contract's kind.
-    pub fn kind(&self) -> &'static str {
-        CATALOGUE[self.effect].card().kind
-    }
-
-    /// The contract's name of the parameter.
-    pub fn name(&self) -> String {
-        CATALOGUE[self.effect].card().name(self.parameter)
-    }
-
     /// Width of its prior around zero (one standard deviation), in the parameter's unit.
     pub fn prior_width(&self) -> f64 {
         OWN.iter()
-            .find(|(kind, _)| *kind == self.kind())
-            .map_or(CATALOGUE[self.effect].card().largest, |(_, width)| *width)
+            .find(|(kind, _)| *kind == self.kind)
+            .map_or_else(|| self.largest(), |(_, width)| *width)
     }
 
     /// The largest value that such an instrument can have.
     pub fn largest(&self) -> f64 {
-        CATALOGUE[self.effect].card().largest
+        entry(self.kind).size.largest
     }
+
+    /// Its unit.
+    pub fn unit(&self) -> &'static str {
+        entry(self.kind).unit
+    }
+}
+
+/// What the catalogue says of a kind that this package names.
+pub fn entry(kind: &str) -> &'static Entry {
+    entries::find(kind).expect("the kinds of this package stand in the catalogue")
+}
+
+/// The contract's names of a kind's numbers.
+pub fn names(kind: &str) -> &'static [&'static str] {
+    Kind::named(kind)
+        .and_then(|kind| kind.groups.first())
+        .expect("the kinds of this package have numbers")
+        .names
 }
 
 /// All unknowns in one order; the six K are first.
@@ -81,21 +92,13 @@ pub struct Unknowns {
     rivals_from: usize,
 }
 
-/// The catalogue's index of a kind that this folder names.
-pub fn effect(kind: &str) -> usize {
-    hypotheses::find(kind)
-        .expect("the kinds of this folder stand in the catalogue")
-        .0
-}
-
 impl Unknowns {
     /// Numbers the unknowns of `recordings` recordings.
     pub fn of(recordings: usize) -> Self {
-        let all = |kind: &str, recording: Option<usize>| {
-            let effect = effect(kind);
-            (0..CATALOGUE[effect].card().count()).map(move |parameter| Unknown {
-                effect,
-                parameter,
+        let all = |kind: &'static str, recording: Option<usize>| {
+            names(kind).iter().map(move |name| Unknown {
+                kind,
+                name,
                 recording,
             })
         };
@@ -118,6 +121,12 @@ impl Unknowns {
         self.list[index]
     }
 
+    /// The place of a parameter, of the first recording where each has its own.
+    pub fn place(&self, kind: &str, name: &str) -> Option<usize> {
+        let is = |unknown: &Unknown| unknown.kind == kind && unknown.name == name;
+        self.list.iter().position(is)
+    }
+
     /// The indices that are fitted.
     pub fn fitted(&self) -> std::ops::Range<usize> {
         0..self.rivals_from
@@ -128,45 +137,49 @@ impl Unknowns {
         self.rivals_from..self.list.len()
     }
 
-    /// The indices that concern `recording`.
+    /// The indices that concern `recording`, in the order of a single one's unknowns.
     pub fn of_recording(&self, recording: usize) -> Vec<usize> {
         (0..self.list.len())
             .filter(|&index| self.list[index].recording.is_none_or(|of| of == recording))
             .collect()
     }
 
-    /// The catalogue's effects that are fitted, the Earth's rotation only where it is unknown.
-    pub fn nuisances_and_flexure(earth: bool) -> Vec<usize> {
+    /// The kinds that are fitted, the Earth's rotation only where it is unknown.
+    pub fn fitted_kinds(earth: bool) -> Vec<&'static str> {
         std::iter::once(FLEXURE)
             .chain(OWN.iter().map(|(kind, _)| *kind))
             .filter(|kind| earth || *kind != EARTH)
-            .map(effect)
             .collect()
     }
+}
 
-    /// Puts what one recording says of the catalogue's parameters into the joint order.
-    pub fn adopt(
-        &self,
-        catalogue: &Parameters,
-        part: &Information,
-        recording: usize,
-    ) -> Information {
-        let indices = self.of_recording(recording);
-        let place: Vec<usize> = indices
-            .iter()
-            .map(|&index| {
-                let unknown = self.list[index];
-                catalogue.of(unknown.effect).start + unknown.parameter
-            })
-            .collect();
-        let mut joint = Information::empty(self.count());
-        joint.power = part.power;
-        for (a, &to_a) in indices.iter().enumerate() {
-            joint.right[to_a] = part.right[place[a]];
-            for (b, &to_b) in indices.iter().enumerate() {
-                joint.fisher[(to_a, to_b)] = part.fisher[(place[a], place[b])];
+#[cfg(test)]
+mod tests {
+    use super::{COEFFICIENTS, FLEXURE, PAIRS, Unknowns, names};
+
+    #[test]
+    fn pairs_are_those_that_names_say() {
+        let axes = ["x", "y", "z"];
+        for (k, (gyro, axis)) in PAIRS.into_iter().enumerate() {
+            assert_eq!(names(FLEXURE)[k], format!("{}{}", axes[gyro], axes[axis]));
+        }
+    }
+
+    #[test]
+    fn of_several_recordings_each_has_the_order_of_a_single_one() {
+        let single = Unknowns::of(1);
+        let several = Unknowns::of(3);
+        assert_eq!(
+            several.count(),
+            single.count() + 2 * (single.fitted().len() - COEFFICIENTS)
+        );
+        for recording in 0..3 {
+            let places = several.of_recording(recording);
+            assert_eq!(places.len(), single.count());
+            for (own, joint) in places.into_iter().enumerate() {
+                let (own, joint) = (single.get(own), several.get(joint));
+                assert_eq!((own.kind, own.name), (joint.kind, joint.name));
             }
         }
-        joint
     }
 }

@@ -5,15 +5,17 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
+use rlg_catalogue::entries::{Card, card};
 
-use super::Joined;
 use super::combinations::{self, Known, Pair, symbol};
 use super::estimate::{Estimate, INFORMATIVE_SHARE, condition_number, directions};
-use super::result::{Calibration, DirectionEntry, NuisanceEntry, RecordingEntry, UnfixedEntry};
-use super::unknowns::{COEFFICIENTS, FLEXURE, RIVAL, Unknowns, effect};
+use super::record::RecordInformation;
+use super::result::{
+    Calibration, DirectionEntry, NAMES, NuisanceEntry, RecordingEntry, UnfixedEntry,
+};
+use super::unknowns::{COEFFICIENTS, FLEXURE, RIVAL, Unknowns};
 use rlg_findings::result::{EffectEntry, NoiseEntry, ParameterEntry, RegimeEntry};
-use rlg_older::hypotheses::{CATALOGUE, Card};
 use rlg_recording::Recording;
 use rlg_signal::streams::AXES;
 
@@ -32,7 +34,7 @@ pub struct Findings<'a> {
     /// The recordings.
     pub recordings: &'a [Recording],
     /// The information of each recording.
-    pub records: &'a [Joined],
+    pub records: &'a [RecordInformation],
     /// The method of each recording: rates or attitude.
     pub methods: Vec<&'static str>,
     /// The estimate of each recording alone.
@@ -50,7 +52,6 @@ pub struct Findings<'a> {
 impl Findings<'_> {
     /// `calibration.json`.
     pub fn calibration(&self) -> Calibration {
-        let shape = self.card().shape;
         let recordings = self.recordings();
         let unfixed = combinations::unfixed(self.joint, self.pairs);
         let next_experiment = self.next_experiment(&unfixed);
@@ -66,7 +67,7 @@ impl Findings<'_> {
                         .weights
                         .iter()
                         .enumerate()
-                        .map(|(k, weight)| (shape.name(k), *weight))
+                        .map(|(k, weight)| (NAMES[k].to_owned(), *weight))
                         .collect(),
                     std: direction.std,
                 })
@@ -82,7 +83,7 @@ impl Findings<'_> {
             in_model: combinations::for_model(self.joint, self.pairs)
                 .iter()
                 .enumerate()
-                .map(|(k, value)| (shape.name(k), *value))
+                .map(|(k, value)| (NAMES[k].to_owned(), *value))
                 .collect::<BTreeMap<_, _>>(),
             nuisances: self.nuisances(),
             summary: self.summary(&recordings, &unfixed, &next_experiment),
@@ -91,12 +92,8 @@ impl Findings<'_> {
         }
     }
 
-    fn card(&self) -> &'static Card {
-        CATALOGUE[effect(FLEXURE)].card()
-    }
-
     fn effect(&self) -> EffectEntry {
-        let card = self.card();
+        let card: Card = card(FLEXURE).expect("flexure stands in the catalogue");
         let joint = self.joint;
         EffectEntry {
             evidence: None,
@@ -110,7 +107,7 @@ impl Findings<'_> {
             equation: card.equation.to_owned(),
             parameters: (0..COEFFICIENTS)
                 .map(|k| ParameterEntry::Number {
-                    name: card.shape.name(k),
+                    name: NAMES[k].to_owned(),
                     value: joint.values[k],
                     std: joint.covariance[(k, k)].sqrt(),
                     unit: card.unit.to_owned(),
@@ -120,7 +117,7 @@ impl Findings<'_> {
             identifiable: combinations::identifiable(joint, self.pairs),
             log_evidence_gain: joint.log_evidence_gain,
             p_value: joint.p_value,
-            what_was_left_out: card.left_out.to_owned(),
+            what_was_left_out: card.meaning.to_owned(),
             expression: None,
             regimes: self
                 .recordings
@@ -145,7 +142,7 @@ impl Findings<'_> {
 
     /// C⁻¹K with the covariance of one recording and the joint K.
     fn weighted(&self, own: &Estimate) -> Vec<f64> {
-        let k = nalgebra::DVector::from_column_slice(&self.joint.values[..COEFFICIENTS]);
+        let k = DVector::from_column_slice(&self.joint.values[..COEFFICIENTS]);
         let scale = own.covariance.diagonal().map(|v| v.sqrt().recip());
         let unit = DMatrix::from_fn(COEFFICIENTS, COEFFICIENTS, |a, b| {
             own.covariance[(a, b)] * scale[a] * scale[b]
@@ -171,12 +168,11 @@ impl Findings<'_> {
     }
 
     fn recordings(&self) -> Vec<RecordingEntry> {
-        let left = |part: &Joined, values: &[f64]| {
-            let theta = nalgebra::DVector::from_column_slice(values);
-            let information = &part.information;
-            let power = information.power - 2.0 * theta.dot(&information.right)
-                + theta.dot(&(&information.fisher * &theta));
-            power / part.own.degrees
+        let left = |place: usize, values: &[f64]| {
+            let own = self.unknowns.of_recording(place).into_iter();
+            let own = DVector::from_vec(own.map(|index| values[index]).collect());
+            let part = &self.records[place];
+            part.information.power_left(&own) / part.degrees
         };
         let mut without = self.joint.values.clone();
         without[..COEFFICIENTS].fill(0.0);
@@ -187,18 +183,18 @@ impl Findings<'_> {
             .map(|(place, (recording, part))| RecordingEntry {
                 recording: recording.name.clone(),
                 method: self.methods[place],
-                seconds: part.own.seconds,
-                greatest_acceleration_rad_s2: part.own.acceleration_rad_s2,
-                normalised_power_before: left(part, &without),
-                normalised_power_after: left(part, &self.joint.values),
+                seconds: part.seconds,
+                greatest_acceleration_rad_s2: part.acceleration_rad_s2,
+                normalised_power_before: left(place, &without),
+                normalised_power_after: left(place, &self.joint.values),
                 snr: self.dot(&self.weighted(&self.own[place].1)).max(0.0).sqrt(),
                 covariance: rows(&self.own[place].1.covariance),
                 noise: (0..3)
                     .map(|axis| NoiseEntry {
                         channel: format!("gyro_{}", AXES[axis]),
-                        angle_random_walk_rad_sqrt_s: part.own.noise[axis]
-                            .angle_random_walk_rad_sqrt_s(),
-                        angle_noise_rad: part.own.noise[axis].angle_noise_rad(),
+                        angle_random_walk_rad_sqrt_s: (part.levels[axis].white * part.rate_hz)
+                            .sqrt(),
+                        angle_noise_rad: part.levels[axis].angle.sqrt(),
                         wandering_rad_s: None,
                         terms: None,
                     })
@@ -218,11 +214,11 @@ impl Findings<'_> {
                 let learnt = self.joint.stds[index] < INFORMATIVE_SHARE * unknown.prior_width();
                 learnt.then(|| NuisanceEntry {
                     recording: self.recordings[place].name.clone(),
-                    kind: unknown.kind(),
-                    name: unknown.name(),
+                    kind: unknown.kind,
+                    name: unknown.name,
                     value: self.joint.values[index],
                     std: self.joint.stds[index],
-                    unit: CATALOGUE[unknown.effect].card().unit,
+                    unit: unknown.unit(),
                 })
             })
             .collect()
@@ -288,7 +284,7 @@ impl Findings<'_> {
             None => lines.push("condition number of the six: infinite".to_owned()),
         }
         for entry in recordings.iter().filter(|entry| {
-            let degrees = self.records[self.place(entry)].own.degrees;
+            let degrees = self.records[self.place(entry)].degrees;
             entry.normalised_power_after > LARGEST_NORMALISED_POWER + 5.0 * (2.0 / degrees).sqrt()
         }) {
             lines.push(format!(

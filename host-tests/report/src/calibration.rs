@@ -10,7 +10,7 @@ use plotters::prelude::*;
 
 use super::plot::{AFTER, Axes, BEFORE, FINE, builder, frame, plot};
 use super::words::number;
-use rlg_calibration::result::{Calibration, Shape};
+use rlg_calibration::result::{Calibration, NAMES};
 use rlg_findings::result::ParameterEntry;
 use rlg_recording::AXES;
 
@@ -66,8 +66,8 @@ fn ellipses(calibration: &Calibration, gyro: usize) -> Markup {
         let y = centre.1 - SHOWN_E8..centre.1 + SHOWN_E8;
         let mut chart = builder(area).build_cartesian_2d(x.clone(), y.clone())?;
         let (x_title, y_title) = (
-            format!("K_{} [1e-8 s²]", Shape::Six.name(a)),
-            format!("K_{} [1e-8 s²]", Shape::Six.name(b)),
+            format!("K_{} [1e-8 s²]", NAMES[a]),
+            format!("K_{} [1e-8 s²]", NAMES[b]),
         );
         let axes = Axes {
             x_title: &x_title,

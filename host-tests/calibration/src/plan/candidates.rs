@@ -7,15 +7,14 @@
 //! A²/S(0) for a mean; S the power of the rate's noise. Spin Ω about k, α about j: A = α Ω on K_ij, at f. Cone
 //! about i with Ω and φ: Ω³φ²/2 on each of K_ij and K_ik, in step in the mean and opposed at 2f.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use nalgebra::DMatrix;
 
 use super::limits::Limits;
 use super::moves::{Kind, Move, STEEPEST};
-use crate::unknowns::COEFFICIENTS;
-use rlg_diagnosis::noise_spectrum::Noise;
-use rlg_older::hypotheses::SIX;
+use crate::noise::DeclaredNoise;
+use crate::unknowns::{COEFFICIENTS, PAIRS};
 
 /// Shares of the greatest rate that are tried for the spin.
 const SPINS: [f64; 6] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.2];
@@ -50,9 +49,9 @@ impl Candidate {
 }
 
 /// All candidates for one gyro noise per axis.
-pub fn candidates(limits: &Limits, noise: &[Noise; 3]) -> Vec<Candidate> {
+pub fn candidates(limits: &Limits, noise: &[DeclaredNoise; 3]) -> Vec<Candidate> {
     let mut all = Vec::new();
-    for (k, (gyro, across)) in SIX.iter().enumerate() {
+    for (k, (gyro, across)) in PAIRS.iter().enumerate() {
         let axis = 3 - gyro - across;
         for share in SPINS {
             all.extend(spin(limits, &noise[*gyro], k, axis, *across, share));
@@ -66,12 +65,6 @@ pub fn candidates(limits: &Limits, noise: &[Noise; 3]) -> Vec<Candidate> {
     all
 }
 
-/// Power of the noise of a gyro's rate \[(rad/s)²/Hz, two-sided\].
-fn rate_power(noise: &Noise, frequency_hz: f64) -> f64 {
-    let differenced = 4.0 * (PI * frequency_hz / noise.rate_hz).sin().powi(2);
-    (noise.theta[0] + differenced * noise.theta[1]) * noise.rate_hz
-}
-
 /// The greatest rate amplitude of an oscillation of `omega_rad_s` that starts within `ramp_s`.
 fn amplitude(limits: &Limits, omega_rad_s: f64, ramp_s: f64) -> f64 {
     let steepest = omega_rad_s.hypot(STEEPEST / ramp_s) * MARGIN;
@@ -82,7 +75,7 @@ fn amplitude(limits: &Limits, omega_rad_s: f64, ramp_s: f64) -> f64 {
 
 fn spin(
     limits: &Limits,
-    noise: &Noise,
+    noise: &DeclaredNoise,
     k: usize,
     axis: usize,
     across: usize,
@@ -97,7 +90,8 @@ fn spin(
     let rate_amplitude = amplitude(limits, rate_rad_s, ramp_s);
     let column = rate_amplitude * rate_rad_s * rate_rad_s;
     let mut information_per_s = DMatrix::zeros(COEFFICIENTS, COEFFICIENTS);
-    information_per_s[(k, k)] = 0.5 * column * column / rate_power(noise, frequency_hz);
+    information_per_s[(k, k)] =
+        0.5 * column * column / noise.rate_power(frequency_hz, limits.rate_hz);
     let variant = |sense: f64, phase_rad: f64| Kind::Spin {
         axis,
         rate_rad_s: sense * rate_rad_s,
@@ -114,7 +108,7 @@ fn spin(
     })
 }
 
-fn cone(limits: &Limits, noise: &Noise, axis: usize, factor: f64) -> Option<Candidate> {
+fn cone(limits: &Limits, noise: &DeclaredNoise, axis: usize, factor: f64) -> Option<Candidate> {
     // Slower than this the rate (or the angle) is the limit, and the column falls with the frequency.
     let corner_hz = (limits.greatest_acceleration_rad_s2 / limits.greatest_rate_rad_s / TAU)
         .max((limits.greatest_acceleration_rad_s2 / limits.greatest_angle_rad).sqrt() / TAU)
@@ -128,8 +122,8 @@ fn cone(limits: &Limits, noise: &Noise, axis: usize, factor: f64) -> Option<Cand
     let ramp_s = rounded_up(3.0 / frequency_hz);
     let angle_rad = amplitude(limits, omega, ramp_s) / omega;
     let column = 0.5 * omega.powi(3) * angle_rad * angle_rad;
-    let mean = column * column / rate_power(noise, 0.0);
-    let line = 0.5 * column * column / rate_power(noise, 2.0 * frequency_hz);
+    let mean = column * column / noise.rate_power(0.0, limits.rate_hz);
+    let line = 0.5 * column * column / noise.rate_power(2.0 * frequency_hz, limits.rate_hz);
     let mut information_per_s = DMatrix::zeros(COEFFICIENTS, COEFFICIENTS);
     let (a, b) = (2 * axis, 2 * axis + 1);
     for (row, other, value) in [

@@ -25,11 +25,10 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::estimate::{condition_number, directions};
+use super::noise::{DeclaredNoise, declared};
+use super::result::NAMES;
 use super::unknowns::{COEFFICIENTS, Unknowns};
-use rlg_diagnosis::noise_spectrum::Noise;
 use rlg_model::Model;
-use rlg_older::declared_noise;
-use rlg_older::hypotheses::Shape;
 use rlg_recording::error::InputError;
 use rlg_signal::streams::AXES;
 
@@ -85,7 +84,7 @@ pub fn plan(
     model: &Model,
     model_file: &Path,
 ) -> Result<Plan, InputError> {
-    let noise = noise_of(model, model_file, limits.rate_hz)?;
+    let noise = noise_of(model, model_file)?;
     let candidates = candidates(limits, &noise);
     let moves = programme(limits, limits_file, &candidates)?;
     let covariance = predict::covariance(&moves, limits, &noise).ok_or_else(|| {
@@ -102,24 +101,12 @@ pub fn plan(
 }
 
 /// The declared noise of each gyro against its reference.
-fn noise_of(model: &Model, file: &Path, rate_hz: f64) -> Result<[Noise; 3], InputError> {
-    let declared = declared_noise(model, rate_hz);
-    let mut noise = [Noise {
-        theta: [0.0; 4],
-        rate_hz,
-    }; 3];
-    for (noise, declared) in noise.iter_mut().zip(declared) {
-        let walk = declared
-            .random_walk
-            .filter(|walk| *walk > 0.0)
-            .ok_or_else(|| {
-                InputError::new(file, "does not state the noise to plan with")
-                    .channel("gyro.angle_random_walk_rad_sqrt_s")
-                    .expected("three positive numbers in rad/sqrt(s)")
-            })?;
-        noise.theta[0] = walk;
-        noise.theta[1] = declared.white_angle.unwrap_or(0.0);
-    }
+fn noise_of(model: &Model, file: &Path) -> Result<[DeclaredNoise; 3], InputError> {
+    let noise = declared(model).ok_or_else(|| {
+        InputError::new(file, "does not state the noise to plan with")
+            .channel("gyro.angle_random_walk_rad_sqrt_s")
+            .expected("three positive numbers in rad/sqrt(s)")
+    })?;
     if model.reference.is_none() {
         return Err(
             InputError::new(file, "does not state the reference's noise")
@@ -187,7 +174,7 @@ fn programme(
 }
 
 fn entry(moves: &[Move], covariance: &nalgebra::DMatrix<f64>) -> PlanEntry {
-    let name = |k: usize| Shape::Six.name(k);
+    let name = |k: usize| NAMES[k].to_owned();
     let std: BTreeMap<String, f64> = (0..COEFFICIENTS)
         .map(|k| (name(k), covariance[(k, k)].sqrt()))
         .collect();

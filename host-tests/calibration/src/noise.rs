@@ -1,0 +1,83 @@
+//! Reads the noise that a model declares of its gyros and their reference.
+
+use rlg_findings::excess::excess_square;
+use rlg_inference::NoiseLevels;
+use rlg_model::Model;
+
+/// Declared noise of one gyro against its reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DeclaredNoise {
+    /// Angle random walk squared, of gyro and reference \[rad²/s\].
+    pub walk_rad2_s: f64,
+    /// White noise of angle squared: pulses, pickoff and reference \[rad²\].
+    pub white_rad2: f64,
+}
+
+impl DeclaredNoise {
+    /// Levels per row at `rate_hz` rows a second.
+    pub fn levels(&self, rate_hz: f64) -> NoiseLevels {
+        NoiseLevels {
+            white: self.walk_rad2_s / rate_hz,
+            angle: self.white_rad2,
+            ..NoiseLevels::default()
+        }
+    }
+
+    /// Power of the rate's noise at a frequency, of rows at `rate_hz` \[(rad/s)²/Hz, two-sided\].
+    pub fn rate_power(&self, frequency_hz: f64, rate_hz: f64) -> f64 {
+        self.levels(rate_hz).of_share(frequency_hz / rate_hz) * rate_hz
+    }
+
+    /// The noise of slower rows, with white noise of angle raised so that its power a hertz stays.
+    pub fn read_at(&self, slower_hz: f64, rate_hz: f64) -> NoiseLevels {
+        let white_rad2 = self.white_rad2 * slower_hz / rate_hz;
+        let slower = Self {
+            white_rad2,
+            ..*self
+        };
+        slower.levels(slower_hz)
+    }
+}
+
+/// Reads the declared noise; `None` where a gyro's angle random walk is not stated, or no noise at all.
+pub fn declared(model: &Model) -> Option<[DeclaredNoise; 3]> {
+    let walks = model.gyro.angle_random_walk_rad_sqrt_s?;
+    let reference = model.reference.clone().unwrap_or_default();
+    let of_reference = |noise: Option<f64>| noise.unwrap_or_default().powi(2);
+    let noise = [0, 1, 2].map(|axis: usize| DeclaredNoise {
+        walk_rad2_s: walks[axis].powi(2)
+            + of_reference(reference.angle_random_walk_rad_sqrt_s)
+            + excess_square(model, "angle_random_walk", axis),
+        white_rad2: model.gyro.pulse_weight_rad[axis].powi(2) / 12.0
+            + model.pickoff_white_rad2(axis)
+            + of_reference(reference.angle_noise_rad)
+            + excess_square(model, "pulse_quantisation", axis) / 12.0,
+    });
+    noise
+        .iter()
+        .all(|noise| noise.walk_rad2_s > 0.0)
+        .then_some(noise)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::DeclaredNoise;
+
+    #[test]
+    fn slower_rows_have_the_same_power_a_hertz() {
+        let noise = DeclaredNoise {
+            walk_rad2_s: 2e-13,
+            white_rad2: 1e-12,
+        };
+        let slower = noise.read_at(400.0, 4000.0);
+        for hz in [0.0, 1.0, 10.0] {
+            let power = noise.rate_power(hz, 4000.0);
+            let of_slower = slower.of_share(hz / 400.0) * 400.0;
+            // 4 sin²(πf/fs) is (2πf/fs)² to a third of the square of half that angle.
+            assert!(
+                (of_slower / power - 1.0).abs() < 3e-3,
+                "{hz}: {of_slower} {power}"
+            );
+        }
+    }
+}
