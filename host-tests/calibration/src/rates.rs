@@ -12,7 +12,7 @@ use rlg_catalogue::Signals;
 use rlg_catalogue::signals::Path as SignalPath;
 use rlg_diagnosis::AnalysisPlan;
 use rlg_diagnosis::case_motion::estimate;
-use rlg_diagnosis::data::{Data, can_predict};
+use rlg_diagnosis::data::{Data, is_predictable};
 use rlg_diagnosis::noise_levels::{drift_prior, first_levels, mean};
 use rlg_inference::{Information, NoiseLevels, NormalEquations, Observations, Search};
 use rlg_model::Model;
@@ -37,7 +37,7 @@ pub fn record_information(
     model: &Model,
     model_file: &Path,
 ) -> Result<RecordInformation, InputError> {
-    expect_predictable(model, model_file)?;
+    is_predictable(model, model_file)?;
     let mut streams = Streams::align(recording, model)?;
     qualify::qualify(&mut streams);
     let rate_hz = streams.rate_hz;
@@ -110,19 +110,6 @@ fn residual_rad(data: &Data, signals: &Signals) -> Triad {
         add_triad(&mut residual_rad, &noise, 1.0);
     }
     residual_rad
-}
-
-/// Checks that every effect of the model can be predicted.
-fn expect_predictable(model: &Model, file: &Path) -> Result<(), InputError> {
-    let mut alone = model.clone();
-    for effect in &model.effects {
-        alone.effects = vec![effect.clone()];
-        if !can_predict(&alone) {
-            let error = InputError::new(file, "this version cannot predict the effect");
-            return Err(error.channel(effect.kind.clone()));
-        }
-    }
-    Ok(())
 }
 
 fn seconds_of(rows: &[bool], rate_hz: f64) -> f64 {

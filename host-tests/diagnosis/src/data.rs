@@ -293,11 +293,9 @@ pub fn is_predictable(model: &Model, file: &std::path::Path) -> Result<(), Input
         None => Ok(()),
         Some(effect) => Err(InputError::new(
             file,
-            format!(
-                "effect {} cannot be predicted for this recording",
-                effect.kind
-            ),
+            "this version cannot predict the effect for such a recording",
         )
+        .channel(effect.kind.clone())
         .expected("effects of gyros, of a reference on their rows, of noise or of accelerometers")),
     }
 }

@@ -255,33 +255,3 @@ pub fn prediction(scene: &Scene, effect: &ModelEffect) -> Option<Result<Triad, S
     )
     .then(build)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_halves_of_a_wave_stand_and_fall_together() {
-        let product = |axis, expression: &str| Term {
-            axis,
-            form: Form::Product {
-                expression: expression.to_string(),
-            },
-        };
-        let half = |cosine| Term {
-            axis: 1,
-            form: Form::Harmonic { order: 3, cosine },
-        };
-        let terms = [
-            product(0, "omega_x*omega_y"),
-            product(0, "sine(50.00353)"),
-            product(0, "cosine(50.00353)"),
-            product(1, "sine(50.00353)"),
-            half(true),
-            half(false),
-        ];
-        let of = |place| together(&terms, place);
-        assert_eq!([of(0), of(1), of(2)], [0..1, 1..3, 1..3]);
-        assert_eq!([of(3), of(4), of(5)], [3..4, 4..6, 4..6]);
-    }
-}

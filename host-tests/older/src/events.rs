@@ -313,18 +313,3 @@ pub(super) fn event(term: Term, ratio: f64, trials: f64) -> Event {
         p_value: -(trials * (-chance).ln_1p()).exp_m1(),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_line_stands_out_of_a_residue_and_its_own_peaks_do_not() {
-        // What is left of a randomised dither: as strong everywhere, up to seven times here and there.
-        let mut power: Vec<f64> = (0..400).map(|bin| 50.0 * f64::from(1 + bin % 7)).collect();
-        assert!((0..400).all(|bin| !stands_out(&power, bin, 100)));
-        power[200] = 5000.0;
-        power[201] = 2000.0;
-        assert!(stands_out(&power, 200, 100) && !stands_out(&power, 150, 100));
-    }
-}

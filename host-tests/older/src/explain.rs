@@ -337,25 +337,3 @@ fn confined(effect: &EffectEntry) -> Option<(&str, &str)> {
     let (product, _) = effect.expression.as_deref()?.split_once("*window(")?;
     Some((effect.text("axis")?, product))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_product_confined_in_time_is_known_by_its_gyro_and_factors() {
-        let text = |name: &str, value: &str| ParameterEntry::Text {
-            name: name.to_string(),
-            value: value.to_string(),
-        };
-        let of = |expression: &str| EffectEntry {
-            parameters: vec![text("axis", "y")],
-            expression: Some(expression.to_string()),
-            ..unlisted(String::new(), String::new())
-        };
-        let acting = of("omega_x*force_y*window(20.0000,32.0000)");
-        assert_eq!(confined(&acting), Some(("y", "omega_x*force_y")));
-        assert_eq!(confined(&of("omega_x*force_y")), None);
-        assert_eq!(confined(&of("window(20.0000,32.0000)")), None);
-    }
-}

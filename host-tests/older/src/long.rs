@@ -396,34 +396,3 @@ fn regimes(extent: &Extent, least: f64) -> Vec<(Range<usize>, usize)> {
         })
         .collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_hundred_short_segments_leave_twelve_stretches_within_the_limit() {
-        let segment = |k: usize| Segment {
-            name: format!("{k}"),
-            kind: String::new(),
-            start_s: 10.0 * k as f64,
-            end_s: 10.0 * (k + 1) as f64,
-        };
-        let extent = Extent {
-            segments: (0..100).map(segment).collect(),
-            rate_hz: 1000.0,
-            start_s: 0.0,
-            rows: 1_000_000,
-        };
-        let regimes = regimes(&extent, 40_000.0);
-        assert_eq!(regimes.len(), 100);
-        let stretches = stretches(&regimes, 60_000);
-        assert_eq!(stretches.len(), LONG_STRETCHES);
-        let rows: usize = stretches.iter().map(|(rows, _)| rows.len()).sum();
-        assert!((59_000..=60_000).contains(&rows), "{rows}");
-        for (rows, regime) in &stretches {
-            let (of, cut) = &regimes[*regime];
-            assert!(of.start <= rows.start && rows.end <= of.end && rows.contains(cut));
-        }
-    }
-}

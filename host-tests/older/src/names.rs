@@ -92,33 +92,3 @@ impl Names {
 pub(super) fn differs(chance: f64) -> String {
     format!("its size differs between the regimes (chance {chance:.1e})")
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_effect_comes_back_once() {
-        let mut names = Names::new(&[2, 4, 6]);
-        names.lose_to_drift(4);
-        assert_eq!(names.allowed, [2, 6]);
-        assert!(names.may_come_back(4) && !names.is_weighed(4));
-        names.give_back(4);
-        assert_eq!(names.allowed, [2, 4, 6]);
-        assert!(names.vetoed.is_empty() && names.doubted.is_empty());
-        names.lose_to_drift(4);
-        assert!(!names.may_come_back(4) && names.is_weighed(4));
-    }
-
-    #[test]
-    fn what_differs_between_regimes_after_it_came_back_stays_an_expression() {
-        let mut names = Names::new(&[2, 4]);
-        names.lose_uneven(4, 1e-6, 100.0);
-        names.give_back(4);
-        assert!(names.unreplaced(0.0).is_empty());
-        names.lose_uneven(4, 1e-9, 100.0);
-        assert_eq!(names.unreplaced(50.0), [4]);
-        assert!(names.unreplaced(110.0).is_empty());
-        assert!(!names.may_come_back(4) && !names.is_weighed(4));
-    }
-}

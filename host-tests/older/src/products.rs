@@ -424,16 +424,3 @@ impl Beside {
             .map(|size| (size * size * free, size))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rates_have_a_largest_credible_product_whatever_their_sign() {
-        let of_rates = largest("omega_y*omega_z");
-        assert!(of_rates.is_finite() && of_rates == largest("abs_omega_y*omega_z"));
-        assert!(largest("abs_omega_x") < f64::INFINITY);
-        assert!(largest("omega_x*force_z").is_infinite());
-    }
-}

@@ -171,32 +171,3 @@ fn excited(fisher: &DMatrix<f64>, rights: &[DVector<f64>]) -> Vec<Vec<f64>> {
         })
         .collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn white_draws_excite_nothing_and_one_direction_is_found_with_its_width() {
-        let fisher = DMatrix::from_row_slice(2, 2, &[4.0, 3.0, 3.0, 9.0]);
-        // Draws of a size g = ±2 of the first column alone, and its rights F b.
-        let draws: Vec<DVector<f64>> = (0..24)
-            .map(|k| &fisher * DVector::from_vec(vec![if k % 2 == 0 { 2.0 } else { -2.0 }, 0.0]))
-            .collect();
-        let found = excited(&fisher, &draws);
-        assert_eq!(found.len(), 1);
-        // Power of the draws 4 · 4 = 16 in units of the noise, 15 beyond it, so a size of sqrt(15)/2.
-        let size = 15.0_f64.sqrt() / 2.0;
-        assert!((found[0][0].abs() - size).abs() < 1e-12, "{:?}", found[0]);
-        assert!(found[0][1].abs() < 1e-12, "{:?}", found[0]);
-
-        let root = fisher.clone().cholesky().expect("positive").l();
-        let white: Vec<DVector<f64>> = (0..24)
-            .map(|k| {
-                let angle = k as f64;
-                &root * DVector::from_vec(vec![angle.sin(), angle.cos()]) * 2.0_f64.sqrt()
-            })
-            .collect();
-        assert!(excited(&fisher, &white).is_empty());
-    }
-}

@@ -316,19 +316,3 @@ pub fn tilt_senses(axis: usize, about: usize) -> (usize, f64) {
     let sign = if (about + 1) % 3 == axis { 1.0 } else { -1.0 };
     (other, sign)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::tilt_senses;
-
-    #[test]
-    fn tilts_change_the_sensed_rate_with_the_signs_of_the_physics_page() {
-        let (x, y, z) = (0, 1, 2);
-        assert_eq!(tilt_senses(x, z), (y, 1.0));
-        assert_eq!(tilt_senses(x, y), (z, -1.0));
-        assert_eq!(tilt_senses(y, x), (z, 1.0));
-        assert_eq!(tilt_senses(y, z), (x, -1.0));
-        assert_eq!(tilt_senses(z, y), (x, 1.0));
-        assert_eq!(tilt_senses(z, x), (y, -1.0));
-    }
-}

@@ -472,27 +472,3 @@ pub fn vocabulary(scene: &Scene) -> (Vec<Signal<'_>>, Vec<String>) {
     }
     (factors, alone)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn brackets_hold_a_factor_together() {
-        let text = "lag(omega_x*omega_y,0.25)*force_z";
-        let each: Vec<&str> = factors(text).collect();
-        assert_eq!(each, ["lag(omega_x*omega_y,0.25)", "force_z"]);
-        assert_eq!(as_lag(each[0]), Some(("omega_x*omega_y", 0.25)));
-        assert_eq!(as_lag("lag(omega_x,-1)"), None);
-    }
-
-    #[test]
-    fn a_rate_that_is_the_earths_alone_is_no_factor() {
-        let earth: Vec<f64> = (0..1000)
-            .map(|row| 7e-5 + 1e-6 * f64::from(row % 2))
-            .collect();
-        let turning: Vec<f64> = earth.iter().map(|rate| 100.0 * rate).collect();
-        assert!(!moves("omega_x", &earth) && !moves("abs_omega_x", &earth));
-        assert!(moves("omega_x", &turning) && moves("pressure", &earth));
-    }
-}

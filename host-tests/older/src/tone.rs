@@ -69,31 +69,3 @@ impl Tone {
         sums.iter().map(|sum| scale * sum.norm_sqr()).collect()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn runs_give_what_single_rows_give() {
-        const RATE_HZ: f64 = 4000.0;
-        let time_s = |row: usize| (row as f64 + 0.5) / RATE_HZ;
-        let line_hz = 31.007;
-        let whitened: Vec<(usize, f64)> = (0..70_000)
-            .chain(110_000..240_000)
-            .map(|row| (row, 0.2 * (TAU * line_hz * time_s(row) + 0.4).cos()))
-            .collect();
-        let around_hz = 31.0;
-        let tone = Tone::new(&whitened, around_hz, 0.03, time_s);
-        for frequency_hz in [around_hz - 0.03, around_hz, line_hz, around_hz + 0.03] {
-            let (re, im) = whitened.iter().fold((0.0, 0.0), |(re, im), (row, value)| {
-                let (sin, cos) = (TAU * frequency_hz * time_s(*row)).sin_cos();
-                (re + value * cos, im + value * sin)
-            });
-            let plain = 2.0 * (re * re + im * im) / whitened.len() as f64;
-            let strongest = 0.5 * 0.2 * 0.2 * whitened.len() as f64;
-            let error = (tone.ratio(frequency_hz) - plain).abs();
-            assert!(error < 1e-5 * strongest, "{frequency_hz} Hz: {error}");
-        }
-    }
-}

@@ -5,8 +5,8 @@
 //! first; the recording is made and forgotten before it is counted.
 
 use divan::Bencher;
-use rlg::diagnose::diagnose_aligned;
 use rlg::diagnose::streams::Streams;
+use rlg::diagnose::{Settings, diagnose_streams};
 use rlg::model::Model;
 use rlg::recording::Recording;
 use rlg::simulate::scenario::Scenario;
@@ -61,7 +61,7 @@ fn diagnose_once() {
     let streams = Streams::align(&recording, model).expect("it aligns");
     drop(recording);
     let file = Path::new("model.toml");
-    let outcome = diagnose_aligned(&[], vec![streams], None, model, file, 0, &|_| {});
+    let outcome = diagnose_streams(&Settings::default(), streams, (model, file), &|_| {});
     assert!(!outcome.expect("a diagnosis").diagnosis.summary.is_empty());
 }
 

@@ -85,6 +85,8 @@ impl Image {
             .args(["build", "--release", "--package", "trueaxis"])
             .args(["--target", TARGET, "--bin", binary])
             .args(["--features", platform.feature()])
+            // As the aliases of .cargo/config.toml build them.
+            .args(["--config", "profile.release.debug='line-tables-only'"])
             .args(options)
             .arg("--message-format=json-render-diagnostics")
             .stdin(Stdio::null())

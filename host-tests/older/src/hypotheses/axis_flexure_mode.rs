@@ -326,37 +326,3 @@ impl Look {
         looks.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio))
     }
 }
-
-#[cfg(test)]
-pub(super) mod tests {
-    use super::{Complex64, response};
-
-    #[test]
-    fn far_below_its_resonance_the_mode_bends_as_a_spring() {
-        let [value, by_frequency, _] = response(1.0, 1000.0, 0.1);
-        // The next terms are the frequencies' ratio squared, and 2 zeta times that ratio.
-        assert!((value.re - 1.0).abs() < 2e-6 && value.im.abs() < 2.1e-4);
-        assert!(by_frequency.norm() < 1e-6);
-    }
-
-    #[test]
-    fn the_slopes_are_those_of_the_response() {
-        slopes_hold(response);
-    }
-
-    /// The second and third entries are the first's slopes by the mode's frequency and by its damping.
-    pub(in super::super) fn slopes_hold(response: impl Fn(f64, f64, f64) -> [Complex64; 3]) {
-        let step = 1e-6;
-        for frequency_hz in [5.0, 38.0, 41.0, 200.0] {
-            let [_, by_frequency, by_damping] = response(frequency_hz, 40.0, 0.1);
-            let across = |up: [f64; 2], down: [f64; 2]| {
-                (response(frequency_hz, up[0], up[1])[0]
-                    - response(frequency_hz, down[0], down[1])[0])
-                    / (2.0 * step)
-            };
-            // Differences of doubles over 1e-6.
-            assert!((by_frequency - across([40.0 + step, 0.1], [40.0 - step, 0.1])).norm() < 1e-7);
-            assert!((by_damping - across([40.0, 0.1 + step], [40.0, 0.1 - step])).norm() < 1e-6);
-        }
-    }
-}

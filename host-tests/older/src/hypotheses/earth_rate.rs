@@ -52,34 +52,3 @@ impl Hypothesis for EarthRate {
         Some(scene.sensed_from_rate(axis, carried.into_iter()))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::streams::Streams;
-
-    #[test]
-    fn the_whole_rotation_of_the_earth_is_left_or_none_of_it() {
-        let rows = 20_000;
-        // A turn about z in ten seconds, and back.
-        let turn = |row: usize| if row < rows / 2 { 6.3e-4 } else { -6.3e-4 };
-        let case: Triad = [
-            vec![0.0; rows],
-            vec![0.0; rows],
-            (0..rows).map(turn).collect(),
-        ];
-        let scene = Scene::new(Streams::of_motion(1000.0, case), None, [1e-5; 3]);
-        let part = |share: f64, bias_rad_s: f64| -> Triad {
-            let size = [0.6, 0.0, 0.8].map(|along| share * along * ROTATION_RAD_S);
-            let mut left = EarthRate.prediction(&scene, &size);
-            for values in &mut left {
-                values
-                    .iter_mut()
-                    .for_each(|value| *value += bias_rad_s / 1000.0);
-            }
-            left
-        };
-        assert!(is_left(&scene, &part(1.0, 0.0)) && is_left(&scene, &part(1.0, 5e-6)));
-        assert!(!is_left(&scene, &part(0.5, 0.0)) && !is_left(&scene, &part(0.0, 5e-6)));
-    }
-}

@@ -231,24 +231,3 @@ impl Band {
             .sum()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::axis_flexure_mode::tests::slopes_hold;
-    use super::response;
-
-    #[test]
-    fn far_below_its_resonance_a_mount_is_an_elastic_rate_by_jerk() {
-        let (frequency_hz, mode_hz) = (1.0, 1000.0);
-        let static_limit: f64 = frequency_hz / mode_hz;
-        let beside = response(frequency_hz, mode_hz, 0.1)[0];
-        // The next term is 2 zeta times the frequencies' ratio of it.
-        assert!((beside.re / static_limit.powi(2) - 1.0).abs() < 1e-5);
-        assert!((beside.im / beside.re).abs() < 2.1e-4);
-    }
-
-    #[test]
-    fn the_slopes_are_those_of_the_response() {
-        slopes_hold(response);
-    }
-}

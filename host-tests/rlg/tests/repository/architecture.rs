@@ -113,7 +113,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 27] = [
             "rlg-simulator",
             "rlg-findings",
             "rlg-diagnosis",
-            "rlg-older",
+            "rlg-flow",
         ],
     ),
     (
@@ -139,6 +139,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 27] = [
             "rlg-findings",
             "rlg-diagnosis",
             "rlg-attitude",
+            "rlg-flow",
             "rlg-older",
             "rlg-calibration",
             "rlg-reference",
@@ -256,7 +257,7 @@ fn closure(workspace: &Workspace, package: &str) -> BTreeSet<String> {
 #[test]
 fn diagnosis_and_calibration_reach_neither_simulator_nor_chain_nor_truth() {
     let workspace = workspace();
-    for package in ["rlg-diagnosis", "rlg-older", "rlg-calibration"] {
+    for package in ["rlg-diagnosis", "rlg-flow", "rlg-older", "rlg-calibration"] {
         let reached = closure(&workspace, package);
         for forbidden in OUT_OF_REACH {
             assert!(
