@@ -12,11 +12,12 @@
 
 use std::path::Path;
 
+use rlg_diagnosis::Outcome;
+use rlg_findings::result::{Identifiable, NoiseEntry, ParameterEntry};
 use serde::Serialize;
 use trueaxis::{ParameterError, Parameters};
 
-use crate::diagnose::result::{Identifiable, NoiseEntry, ParameterEntry};
-use crate::diagnose::{Outcome, diagnose};
+use crate::diagnose::diagnose;
 use crate::error::InputError;
 use crate::recording::{Axis, Recording, Segment};
 use crate::replay::drift::{

@@ -3,16 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use rlg_diagnosis::put_right;
+use rlg_attitude::serves as is_slow;
+use rlg_diagnosis::{Outcome, put_right};
 use rlg_findings::result::{Diagnosis, EffectEntry, FitEntry, RegistrationEntry};
 use rlg_signal::qualify;
+use rlg_signal::streams::Streams;
 use serde::Serialize;
 
 use super::inputs::{check_plausible, given_or_ideal, results_folder};
 use super::steps::Steps;
-use crate::diagnose::Outcome;
-use crate::diagnose::is_slow;
-use crate::diagnose::streams::Streams;
 use crate::error::InputError;
 use crate::model::{Model, MotionSource};
 use crate::output::OutputFolder;

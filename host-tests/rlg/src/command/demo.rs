@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use console::style;
 use indicatif::ProgressBar;
+use rlg_findings::sentences::combination;
 
 use super::page_beside::declared;
 use crate::demo::{Demo, SegmentDrift, tell};
@@ -14,7 +15,6 @@ use crate::recording::Recording;
 use crate::report::beside::{Beside, rates};
 use crate::report::{page_beside, word, words};
 use crate::terminal::Terminal;
-use rlg_findings::sentences::combination;
 
 /// Simulate, diagnose and correct a gyro triad: the whole sequence, without any input
 ///

@@ -4,14 +4,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
+use rlg_attitude::serves as is_slow;
+use rlg_diagnosis::Outcome;
+use rlg_findings::result::Verdict;
+use rlg_signal::streams::Streams;
 
 use super::inputs::{IDEAL, check_plausible, given_or_ideal, results_folder};
 use super::page_beside::gather;
 use super::steps::{Steps, Work};
-use crate::diagnose::is_slow;
-use crate::diagnose::result::Verdict;
-use crate::diagnose::streams::Streams;
-use crate::diagnose::{Outcome, Settings, diagnose_streams, diagnose_together, diagnose_under};
+use crate::diagnose::{Settings, diagnose_streams, diagnose_together, diagnose_under};
 use crate::error::InputError;
 use crate::fleet::run::{RUN_FILE, RunFile};
 use crate::model::{Model, MotionSource};
