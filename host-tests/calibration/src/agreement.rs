@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::combinations::TYPICAL_S2;
 use super::estimate::{Estimate, directions, quadratic};
-use super::unknowns::{COEFFICIENTS, Unknowns};
+use super::unknowns::{COEFFICIENTS, FLEXURE, Unknowns};
 use rlg_recording::error::InputError;
 use rlg_recording::{Clock, MANIFEST, Quantity, Recording};
 
@@ -53,18 +53,24 @@ pub fn gyros_report_alike(recordings: &[Recording]) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Checks that fitted scale and installation are those of a gyro whose data are in the units they claim.
+/// Kinds whose size says whether gyros and reference show one motion, the plainest first.
+const OF_THE_MOTION: [&str; 3] = ["gyro_scale", "installation", FLEXURE];
+
+/// Checks that fitted scale, installation and flexure are those of a gyro that moves as its reference, in the units that
+/// both claim.
 pub fn is_credible(
     recording: &Recording,
     own: &Estimate,
     unknowns: &Unknowns,
 ) -> Result<(), InputError> {
-    for index in unknowns.fitted().skip(COEFFICIENTS) {
+    let of = |kind: &'static str| {
+        let fitted = unknowns.fitted();
+        fitted.filter(move |&index| unknowns.get(index).kind == kind)
+    };
+    for index in OF_THE_MOTION.into_iter().flat_map(of) {
         let unknown = unknowns.get(index);
         let largest = unknown.largest();
-        if ["gyro_scale", "installation"].contains(&unknown.kind)
-            && own.values[index].abs() - SIGNIFICANT_SIGMAS * own.stds[index] > largest
-        {
+        if own.values[index].abs() - SIGNIFICANT_SIGMAS * own.stds[index] > largest {
             return Err(InputError::new(
                 recording.folder.join(MANIFEST),
                 "has gyros and reference that do not show the same motion",

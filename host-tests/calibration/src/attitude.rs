@@ -20,25 +20,25 @@
 //! (steps across one are left out), lever arms, a frame that travels.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use nalgebra::{DVector, Matrix3, Vector3};
 use rayon::prelude::*;
-use rlg_catalogue::Signals;
-use rlg_catalogue::signals::{CaseMotion, Inputs, Motions, Path as SignalPath};
+use rlg_catalogue::entries::LOCK_IN;
+use rlg_catalogue::signals::Inputs;
+use rlg_catalogue::{Signals, entries};
 use rlg_inference::{Information, NoiseBasis, NoiseLevels, Observations};
 use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use rlg_signal::attitude_samples::attitude_samples;
-use rlg_signal::axes::{Triad, each_axis};
+use rlg_signal::axes::{Triad, add_triad, each_axis};
 use rlg_signal::own_motion::take_own_motion;
 use rlg_signal::qualify;
 use rlg_signal::residual::body_from_sensing;
 use rlg_signal::shrinkage::{Gate, Powers, shrink};
 use rlg_signal::streams::Streams;
 
-use super::columns::DesignColumns;
+use super::columns::{DesignColumns, known_rad, signals_of};
 use super::integration::{Chain, Sample, StepNoise, chains};
 use super::record::{RecordInformation, greatest, too_short};
 use super::unknowns::{EARTH, RIVAL, Unknowns, names};
@@ -53,6 +53,8 @@ pub struct AttitudeRecord {
     /// Case axes from what gyros sense along their own, less their scale errors.
     case_from_sensed: Matrix3<f64>,
     noise: StepNoise,
+    /// What the model's effects add to what each gyro senses \[rad by row\].
+    known_rad: Triad,
     /// Whether the navigation frame turns with the Earth by a rate that is not known.
     earth: bool,
 }
@@ -64,6 +66,7 @@ impl AttitudeRecord {
         model: &Model,
         model_file: &Path,
     ) -> Result<Self, InputError> {
+        expect_linear(model, model_file)?;
         let read = attitude_samples(recording)?;
         let noise = declared_noise(model, model_file)?;
         let body_from_sensing = body_from_sensing(&model.gyro.installation_rad);
@@ -92,6 +95,7 @@ impl AttitudeRecord {
         kinds.push(RIVAL);
         Ok(Self {
             columns: DesignColumns::new(&signals, &kinds),
+            known_rad: known_rad(model, &signals),
             case_from_sensed: body_from_sensing
                 * Matrix3::from_diagonal(&Vector3::from(scale_error.map(|scale| 1.0 - scale))),
             streams,
@@ -150,9 +154,10 @@ impl AttitudeRecord {
         }
     }
 
-    /// Integrates the gyros, less the effects of the present estimate, and compares with every attitude sample.
+    /// Integrates the gyros, less the effects of the model and of the present estimate, and compares with every attitude sample.
     fn integrate(&self, at: &[f64]) -> Vec<Chain> {
-        let sensed = self.columns.sensed_rad(&self.signals, at);
+        let mut sensed = self.columns.sensed_rad(&self.signals, at);
+        add_triad(&mut sensed, &self.known_rad, 1.0);
         let mut increments = self.streams.case_rad.clone();
         for row in 0..self.streams.rows {
             let part = self.case_from_sensed * Vector3::from_fn(|gyro, _| sensed[gyro][row]);
@@ -267,18 +272,37 @@ fn signals(
         let case_rad = &streams.case_rad[axis];
         shrink(case_rad, &powers, &all, rate_hz, &Gate::default()).values
     });
-    let motions = Motions {
-        independent: CaseMotion::new(case_rad.clone(), rate_hz),
-        likeliest: CaseMotion::new(case_rad.clone(), rate_hz),
-        measured_rad: Arc::new(case_rad),
-        dither_rad: streams.pickoff_rad.as_ref().map(|pickoff| {
-            pickoff.each_ref().map(|angles| {
-                let ends = angles.windows(2);
-                ends.map(|pair| pair[1] - pair[0]).collect()
-            })
-        }),
+    let dither_rad = streams.pickoff_rad.as_ref().map(|pickoff| {
+        pickoff.each_ref().map(|angles| {
+            let ends = angles.windows(2);
+            ends.map(|pair| pair[1] - pair[0]).collect()
+        })
+    });
+    let inputs = Inputs {
+        force_m_s2: streams.force_m_s2.as_ref(),
+        temperature_k: streams.temperature_k.as_ref(),
+        magnetic_t: streams.magnetic_t.as_ref(),
+        pickoff_rad: streams.pickoff_rad.as_ref(),
+        others: &[],
+        start_s: streams.start_s,
     };
-    let sensing = (sensing_from_body, sensing_from_body);
-    let (inputs, direct) = (Inputs::default(), SignalPath::default());
-    Signals::new(rate_hz, motions, inputs, direct, scale_error, sensing)
+    let motion = (case_rad, dither_rad);
+    signals_of(motion, inputs, rate_hz, scale_error, sensing_from_body)
+}
+
+/// Checks that attitudes can be rid of every effect of the model: those that are linear, or add nothing to what gyros sense.
+fn expect_linear(model: &Model, model_file: &Path) -> Result<(), InputError> {
+    // A dither turns lock-in into noise.
+    let is_noise = |kind: &str| kind == LOCK_IN && model.dither.is_some();
+    let is_linear = |kind: &str| entries::card(kind).is_none() || entries::find(kind).is_some();
+    let mut kinds = model.effects.iter().map(|effect| &effect.kind);
+    match kinds.find(|kind| !is_linear(kind) && !is_noise(kind)) {
+        None => Ok(()),
+        Some(kind) => Err(InputError::new(
+            model_file,
+            "this version cannot predict the effect against attitudes",
+        )
+        .channel(kind.clone())
+        .expected("a reference on the gyros' rows, or a model without it")),
+    }
 }

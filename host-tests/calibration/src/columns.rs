@@ -3,9 +3,14 @@
 //! The unknowns of [`Unknowns::of`] one recording are the parameters of one [`Hypothesis`], in that order, over the
 //! columns of one [`Pool`]: what a unit of each adds to what each gyro senses \[rad by row\].
 
+use std::sync::Arc;
+
+use nalgebra::Matrix3;
 use rlg_catalogue::candidates::PoolColumns;
-use rlg_catalogue::{Pool, Signals};
+use rlg_catalogue::signals::{CaseMotion, Inputs, Motions, Path};
+use rlg_catalogue::{Pool, Signals, entries};
 use rlg_inference::{Hypothesis, Term};
+use rlg_model::Model;
 use rlg_signal::axes::{Triad, add};
 
 use super::unknowns::{Unknowns, entry};
@@ -92,6 +97,54 @@ impl DesignColumns {
     }
 }
 
+/// What the linear effects of a model add to what each gyro senses \[rad by row\].
+pub fn known_rad(model: &Model, signals: &Signals) -> Triad {
+    let mut sensed: Triad = std::array::from_fn(|_| vec![0.0; signals.rows]);
+    for effect in &model.effects {
+        let Some(entry) = entries::find(&effect.kind) else {
+            continue;
+        };
+        let mut pool = Pool::default();
+        for (name, terms) in pool.whole(entry, signals) {
+            let value = entries::coefficient_of(entry.kind, effect.number(&name));
+            for term in terms.iter().filter(|_| value != 0.0) {
+                let column = pool.columns[term.column].values(signals);
+                add(&mut sensed[term.record], &column, value * term.coefficient);
+            }
+        }
+    }
+    sensed
+}
+
+/// What columns are made of where the motion shares no noise with the residual.
+///
+/// # Inputs
+/// `case_rad`: increments of the case; `dither_rad`: of the blocks against it; `inputs`: other channels; `scale_error`,
+/// `sensing_from_body`: of the model.
+pub fn signals_of(
+    (case_rad, dither_rad): (Triad, Option<Triad>),
+    inputs: Inputs,
+    rate_hz: f64,
+    scale_error: [f64; 3],
+    sensing_from_body: Matrix3<f64>,
+) -> Signals {
+    let motions = Motions {
+        independent: CaseMotion::new(case_rad.clone(), rate_hz),
+        likeliest: CaseMotion::new(case_rad.clone(), rate_hz),
+        measured_rad: Arc::new(case_rad),
+        dither_rad,
+    };
+    let sensing = (sensing_from_body, sensing_from_body);
+    Signals::new(
+        rate_hz,
+        motions,
+        inputs,
+        Path::default(),
+        scale_error,
+        sensing,
+    )
+}
+
 fn of_terms(parameters: usize, terms: Vec<Term>) -> Hypothesis {
     Hypothesis {
         parameters,
@@ -106,13 +159,12 @@ fn of_terms(parameters: usize, terms: Vec<Term>) -> Hypothesis {
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
-    use std::sync::Arc;
 
     use nalgebra::Matrix3;
     use rlg_catalogue::Signals;
-    use rlg_catalogue::signals::{CaseMotion, Inputs, Motions, Path};
+    use rlg_catalogue::signals::Inputs;
 
-    use super::DesignColumns;
+    use super::{DesignColumns, signals_of};
     use crate::unknowns::{EARTH, FLEXURE, Unknowns};
 
     const RATE_HZ: f64 = 200.0;
@@ -131,15 +183,8 @@ mod tests {
                 .map(|row| at(row + 1) - at(row))
                 .collect::<Vec<f64>>()
         });
-        let motions = Motions {
-            independent: CaseMotion::new(case_rad.clone(), RATE_HZ),
-            likeliest: CaseMotion::new(case_rad.clone(), RATE_HZ),
-            measured_rad: Arc::new(case_rad),
-            dither_rad: None,
-        };
-        let along = (Matrix3::identity(), Matrix3::identity());
-        let (inputs, direct) = (Inputs::default(), Path::default());
-        Signals::new(RATE_HZ, motions, inputs, direct, [0.0; 3], along)
+        let (motion, inputs) = ((case_rad, None), Inputs::default());
+        signals_of(motion, inputs, RATE_HZ, [0.0; 3], Matrix3::identity())
     }
 
     #[test]

@@ -6,11 +6,8 @@
 //! The motion is sampled more slowly than the gyros; white noise of angle is raised so that its power stays.
 //! Out of scope: noise that drifts (flicker, rate random walk).
 
-use std::sync::Arc;
-
 use nalgebra::{DMatrix, Matrix3};
-use rlg_catalogue::Signals;
-use rlg_catalogue::signals::{CaseMotion, Inputs, Motions, Path};
+use rlg_catalogue::signals::Inputs;
 use rlg_diagnosis::noise_levels::mean;
 use rlg_inference::{Information, NormalEquations, Observations};
 use rlg_signal::axes::Triad;
@@ -18,7 +15,7 @@ use rlg_signal::derivatives::row_means;
 
 use super::limits::Limits;
 use super::moves::Move;
-use crate::columns::DesignColumns;
+use crate::columns::{DesignColumns, signals_of};
 use crate::estimate::estimate;
 use crate::noise::DeclaredNoise;
 use crate::unknowns::{COEFFICIENTS, Unknowns};
@@ -37,7 +34,8 @@ pub fn covariance(
     let case_rad = case_rad(moves, rate_hz);
     let rows = case_rad[0].len();
     let observations = Observations::bridged(&vec![true; rows])?.to_fast_length();
-    let signals = signals(case_rad, rate_hz);
+    let (motion, inputs) = ((case_rad, None), Inputs::default());
+    let signals = signals_of(motion, inputs, rate_hz, [0.0; 3], Matrix3::identity());
     let unknowns = Unknowns::of(1);
     let columns = DesignColumns::new(&signals, &Unknowns::fitted_kinds(false));
     let levels = noise.map(|noise| noise.read_at(rate_hz, limits.rate_hz));
@@ -67,17 +65,4 @@ fn case_rad(moves: &[Move], rate_hz: f64) -> Triad {
         let means = row_means(&at_middles).into_iter();
         means.map(|mean| mean / rate_hz).collect()
     })
-}
-
-/// What columns are made of: gyros without a dither that move so.
-fn signals(case_rad: Triad, rate_hz: f64) -> Signals {
-    let motions = Motions {
-        independent: CaseMotion::new(case_rad.clone(), rate_hz),
-        likeliest: CaseMotion::new(case_rad.clone(), rate_hz),
-        measured_rad: Arc::new(case_rad),
-        dither_rad: None,
-    };
-    let along = (Matrix3::identity(), Matrix3::identity());
-    let (inputs, direct) = (Inputs::default(), Path::default());
-    Signals::new(rate_hz, motions, inputs, direct, [0.0; 3], along)
 }

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use assert_cmd::Command;
+use rlg::model::{EffectValue, ModelEffect};
 use rlg::recording::{Clock, Quantity};
 
 use crate::closed_form::{Against, Made, Motion, Programme, TABLE_3, coning, make, spins};
@@ -80,6 +81,15 @@ fn a_reference_in_degrees() {
 }
 
 #[test]
+fn a_gyro_that_is_dead() {
+    for against in [Against::Rates, Against::Attitude(2.0, 1e-6)] {
+        let mut made = make(&coning(), &TABLE_3, &against, 1);
+        made.recording.tables[0].channels[2].values.fill(0.0);
+        is_refused(&[&made], &["recording.toml", "do not show the same motion"]);
+    }
+}
+
+#[test]
 fn a_quaternion_that_is_no_rotation() {
     let mut made = make(&coning(), &TABLE_3, &Against::Attitude(1.0, 1e-6), 1);
     made.recording.tables[1].channels[2].values[3] += 0.1;
@@ -124,6 +134,18 @@ fn another_instrument() {
         *x += 1e-3 * z;
     }
     is_refused(&[&first, &turned], &["recording-1", "installation xy"]);
+}
+
+#[test]
+fn an_effect_that_attitudes_cannot_be_rid_of() {
+    let mut made = make(&coning(), &TABLE_3, &Against::Attitude(1.0, 1e-6), 1);
+    let number = |name: &str, value| (name.to_owned(), EffectValue::Number(value));
+    let axis = ("axis".to_owned(), EffectValue::Text("x".to_owned()));
+    made.model.effects.push(ModelEffect {
+        kind: "gyro_bias_step".to_owned(),
+        parameters: [axis, number("time_s", 20.0), number("size", 1e-6)].into(),
+    });
+    is_refused(&[&made], &["model.toml", "gyro_bias_step", "attitudes"]);
 }
 
 #[test]

@@ -142,3 +142,27 @@ fn flexure_that_the_model_already_has_is_replaced_and_not_added_to() {
     assert_eq!(flexure(&fresh), flexure(&again));
     assert_eq!(again.model.effects.len(), 1);
 }
+
+/// An effect of the model is predicted: what is fitted beside it is the rest.
+#[test]
+fn an_effect_that_the_model_has_is_no_part_of_what_is_fitted() {
+    for against in [Against::Rates, Against::Attitude(2.0, 2e-7)] {
+        let made = make(&spins(), &TABLE_3, &against, 7);
+        let mut known = made.model.clone();
+        known.effects.push(ModelEffect {
+            kind: "gyro_scale".to_owned(),
+            parameters: [("x".to_owned(), rlg::model::EffectValue::Number(2e-4))].into(),
+        });
+        let fitted = |model| {
+            let recordings = [made.recording.clone()];
+            let outcome = calibrate(&recordings, model, Path::new("m"), &|_| {});
+            let calibration = outcome.expect("a calibration").calibration;
+            let mut nuisances = calibration.nuisances.into_iter();
+            let scale = nuisances.find(|one| one.kind == "gyro_scale" && one.name == "x");
+            scale.expect("a scale error").value
+        };
+        let (without, with) = (fitted(&made.model), fitted(&known));
+        // The prior about the model moves by as much: a ten-thousandth of it here.
+        assert!((without - with - 2e-4).abs() < 2e-7, "{without:e} {with:e}");
+    }
+}
