@@ -106,6 +106,7 @@ fn limits(values: &[f64], measured: &[bool], wrapped: &[bool], plan: &StopPlan) 
     let largest = largest(values, measured);
     let whole = || (0..values.len()).filter(|&row| measured[row] && !wrapped[row]);
     let ends = [f64::min, f64::max].map(|further| whole().map(|row| values[row]).reduce(further));
+    let has_wrapped = wrapped.contains(&true);
     let is_repeat = |row: usize| values[row] == values[row - 1] && measured[row];
     let mut shown: Vec<(u64, usize)> = Vec::new();
     let (mut begin, mut repeats) = (0, 0);
@@ -115,8 +116,9 @@ fn limits(values: &[f64], measured: &[bool], wrapped: &[bool], plan: &StopPlan) 
         }
         let run = row - begin;
         let value = values[begin];
-        // Nothing is beyond a limit: what turns at a steady rate in few pulses shows several values again and again.
-        let is_end = ends.contains(&Some(value));
+        // Nothing is beyond a limit: what turns at a steady rate in few pulses shows several values again and again. What is
+        // wrapped hides which end is which.
+        let is_end = has_wrapped || ends.contains(&Some(value));
         let is_far = value.abs() >= plan.limit * largest && measured[begin];
         if is_end && is_far && run >= plan.least_run {
             match shown.iter_mut().find(|(bits, _)| *bits == value.to_bits()) {
@@ -137,8 +139,7 @@ fn limits(values: &[f64], measured: &[bool], wrapped: &[bool], plan: &StopPlan) 
             .filter(|&row| values[row].to_bits() == bits && !is_repeat(row) && !wrapped[row]);
         starts.count()
     };
-    let is_limited = wrapped.contains(&true);
-    shown.retain(|(bits, count)| *count >= plan.least_rows && (is_limited || comes(*bits) > 1));
+    shown.retain(|(bits, count)| *count >= plan.least_rows && (has_wrapped || comes(*bits) > 1));
     shown.into_iter().map(|(bits, _)| bits).collect()
 }
 
