@@ -39,7 +39,7 @@ pub const KEYS: &[Key] = &[
     key("", "name", "", "the folder's name", "name of the recording"),
     key("", "instrument", "", "unknown", "the instrument, as its findings shall be put beside those of others"),
     key("", "start", "", "unknown", "when time 0 of the recording was: date, time and zone, such as `2026-03-01T12:00:00Z`"),
-    key("site", "latitude_rad", "rad", "must be there", "geographic latitude, north positive"),
+    key("site", "latitude_rad", "rad", "must be there", "geographic latitude, north positive; the section may be left out"),
     key("site", "gravity_m_s2", "m/s²", "must be there", "magnitude of gravity"),
     key("[table]", "file", "", "must be there", "a Parquet file, or CSV with a header row, in the same folder"),
     key("[table]", "rate_hz", "Hz", "`time` is there", "rows a second: row k covers start + k/rate to start + (k+1)/rate"),

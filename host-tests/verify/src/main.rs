@@ -1,4 +1,8 @@
-//! `cargo verify`: everything that must hold before a change is merged, on a machine that has only rustup.
+//! `cargo verify [quick|full|nightly]`: what must hold before a change is merged, on a machine that has only rustup.
+//!
+//! `quick` is for while one works: formatting, lints and the tests of the packages that take seconds. `full`, which continuous
+//! integration runs, is everything that a change could break. `nightly` adds what only looks for longer: the fuzzer, the
+//! tests with `in_full` in their name, and marks of the diagnosis on a seed that nobody has seen.
 //!
 //! It takes the workspace, and recordings of others from `RLG_RECORDINGS` if that is set. It prints the output of each
 //! step, then the seconds of each, and as the last line `N passed, N failed`: the tests by their own count, every other
@@ -6,6 +10,8 @@
 //!
 //! Host code is compiled once: every step that runs some of it names the whole workspace with its tests, because cargo
 //! compiles packages again for another selection of features.
+
+mod level;
 
 mod step;
 
@@ -18,6 +24,7 @@ mod library;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
+use level::Level;
 use step::{Tally, Tests, cargo, cargo_command, root, run};
 
 /// The image's target.
@@ -32,9 +39,60 @@ const IMAGES: [(&str, [&str; 2]); 2] = [
 /// What each test command begins with.
 const TEST: [&str; 3] = ["test", "--release", "--workspace"];
 
-fn main() -> ExitCode {
-    let mut tally = Tally::default();
+/// Packages whose tests take seconds.
+const QUICK: [&str; 6] = [
+    "firmware-tests",
+    "strapdown",
+    "rlg-signal",
+    "rlg-inference",
+    "rlg-catalogue",
+    "rlg-findings",
+];
 
+fn main() -> ExitCode {
+    let level = match Level::of(std::env::args().skip(1)) {
+        Ok(level) => level,
+        Err(problem) => {
+            eprintln!("{problem}");
+            return ExitCode::from(2);
+        }
+    };
+    let mut tally = Tally::default();
+    if level == Level::Quick {
+        quick(&mut tally);
+    } else {
+        set_up(&mut tally);
+        checks(&mut tally);
+        firmware(&mut tally);
+        tests(&mut tally);
+    }
+    if level == Level::Nightly {
+        nightly(&mut tally);
+    }
+    if tally.end() == 0 {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
+}
+
+/// Formatting, lints and tests of seconds.
+fn quick(tally: &mut Tally) {
+    tally.heading("compiler");
+    tally.step(set_up::compiler());
+    tally.heading("formatting");
+    tally.step(cargo(&["fmt", "--all", "--check"]));
+    let packages = QUICK.iter().flat_map(|package| ["--package", package]);
+    let packages: Vec<&str> = packages.collect();
+    tally.heading("clippy");
+    let clippy = [&["clippy", "--release", "--all-targets"], &packages[..]].concat();
+    tally.step(cargo(&[&clippy[..], &["--", "-D", "warnings"]].concat()));
+    tally.heading("tests");
+    tally.tests(&[&["test", "--release", "--no-fail-fast"], &packages[..]].concat());
+}
+
+/// What the machine needs.
+fn set_up(tally: &mut Tally) {
     tally.heading("target and components");
     tally.step(set_up::compiler());
     tally.heading("emulator");
@@ -43,10 +101,12 @@ fn main() -> ExitCode {
     tally.step(set_up::browser());
     tally.heading("C++ compiler");
     tally.step(set_up::cxx());
-
     tally.heading("Python");
     tally.step(set_up::python());
+}
 
+/// What needs no program to run.
+fn checks(tally: &mut Tally) {
     tally.heading("formatting");
     tally.step(cargo(&["fmt", "--all", "--check"]));
     tally.heading("clippy, host");
@@ -84,7 +144,6 @@ fn main() -> ExitCode {
     let mut documentation = cargo_command(&["doc", "--release", "--workspace", "--no-deps"]);
     documentation.env("RUSTDOCFLAGS", "-D warnings");
     tally.step(run(documentation));
-
     tally.heading("licences, sources and unused dependencies");
     match set_up::dependency_tools() {
         Ok([deny, shear]) => {
@@ -95,7 +154,10 @@ fn main() -> ExitCode {
         }
         Err(reason) => tally.step(Err(reason)),
     }
+}
 
+/// Images, and the library as another firmware takes it.
+fn firmware(tally: &mut Tally) {
     tally.heading("firmware images");
     for (feature, _) in IMAGES {
         // Aliases of .cargo/config.toml: what the documents tell people to type.
@@ -108,6 +170,9 @@ fn main() -> ExitCode {
         tally.step(outcome);
     }
     tally.step(library::package());
+}
+
+fn tests(tally: &mut Tally) {
     tally.heading("building the tests");
     tally.step(cargo(&[&TEST[..], &["--no-run"]].concat()));
     tally.heading("tests");
@@ -137,7 +202,6 @@ fn main() -> ExitCode {
     tally.tests_beside(&[&TEST[..], &["--no-fail-fast"]].concat(), &others);
     tally.heading("instructions by stage");
     tally.step(run(built("examples/stages")));
-
     tally.heading("laws of the firmware, with overflow checks");
     tally.tests(&[
         "test",
@@ -148,6 +212,10 @@ fn main() -> ExitCode {
         "--test",
         "properties",
     ]);
+}
+
+/// What looks for longer.
+fn nightly(tally: &mut Tally) {
     tally.heading("fuzzing");
     match fuzz::build() {
         Ok(built) => {
@@ -157,13 +225,22 @@ fn main() -> ExitCode {
         }
         Err(reason) => tally.step(Err(reason)),
     }
-
-    let failed = tally.end();
-    if failed == 0 {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::FAILURE
-    }
+    tally.heading("tests in full");
+    tally.tests(&[&TEST[..], &["--no-fail-fast", "--", "--ignored", "in_full"]].concat());
+    tally.heading("marks on a fresh seed");
+    let mut marks = built("rlg");
+    let seed = level::days_since_1970().to_string();
+    marks.args([
+        "challenge",
+        "--marks",
+        "--declares",
+        "nothing",
+        "--trials",
+        "200",
+    ]);
+    marks.args(["--most-rows", "60000", "--seed", &seed, "--out"]);
+    marks.arg(root().join("target").join("marks").join(&seed));
+    tally.step(run(marks));
 }
 
 /// A program that `cargo test` built beside the tests.

@@ -104,10 +104,8 @@ fn records_of_seven_become_rates_and_forces_on_the_nominal_clock_with_their_stam
         .find(|channel| channel.quantity == Quantity::Other("time_stamp".to_owned()))
         .expect("the stamps");
     assert_eq!(stamps.values[639], 100.0 + 640.0 / 64.05);
-    assert!(
-        !bench.out().join("model.toml").exists(),
-        "no site, no model"
-    );
+    let model = Model::read(bench.out().join("model.toml")).expect("a model, site or not");
+    assert_eq!(model.motion, MotionSource::Static);
 }
 
 #[test]

@@ -1,0 +1,54 @@
+//! How much is verified.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// How much is verified.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Level {
+    /// Formatting, lints and tests of seconds.
+    Quick,
+    /// Everything that a change could break.
+    Full,
+    /// The same, and what looks for longer.
+    Nightly,
+}
+
+impl Level {
+    /// From the command's arguments; `full` where there are none.
+    ///
+    /// # Errors
+    /// What was given instead.
+    pub fn of(mut arguments: impl Iterator<Item = String>) -> Result<Self, String> {
+        let level = match arguments.next().as_deref() {
+            None | Some("full") => Self::Full,
+            Some("quick") => Self::Quick,
+            Some("nightly") => Self::Nightly,
+            Some(other) => return Err(format!("{other}: expected quick, full or nightly")),
+        };
+        match arguments.next() {
+            None => Ok(level),
+            Some(more) => Err(format!("{more}: expected one argument")),
+        }
+    }
+}
+
+/// A seed that changes every day.
+pub fn days_since_1970() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    since.map_or(0, |since| since.as_secs() / 86_400)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Level;
+
+    #[test]
+    fn a_level_is_read_and_another_word_is_refused() {
+        let of = |words: &[&str]| Level::of(words.iter().map(|word| (*word).to_owned()));
+        assert_eq!(of(&[]), Ok(Level::Full));
+        assert_eq!(of(&["nightly"]), Ok(Level::Nightly));
+        assert_eq!(of(&["quick"]), Ok(Level::Quick));
+        assert!(of(&["fast"]).is_err_and(|problem| problem.contains("quick, full or nightly")));
+        assert!(of(&["full", "full"]).is_err());
+    }
+}
