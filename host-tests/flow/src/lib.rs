@@ -3,9 +3,9 @@
 //! | recording | likelihood |
 //! |---|---|
 //! | gyros beside a reference on their rows | `rlg-diagnosis` ([`diagnose_streams`]) |
-//! | a unit at rest on the turning Earth | `rlg-diagnosis::at_rest` ([`at_rest`]) |
-//! | several recordings of one unit | `rlg-diagnosis::several` ([`together`]) |
-//! | gyros beside attitudes, or beside increments on other rows | `rlg-attitude` ([`attitudes`]) |
+//! | a unit at rest on the turning Earth | `rlg-diagnosis::at_rest` (`at_rest.rs`) |
+//! | several recordings of one unit | `rlg-diagnosis::several` (`together.rs`) |
+//! | gyros beside attitudes, or beside increments on other rows | `rlg-attitude` (`attitudes.rs`) |
 //! | accelerometers, beside each of these | `rlg-force` |
 //!
 //! Enters: a recording and the model that predicts it. Leaves: [`Outcome`]. Nothing here reads truth files or

@@ -1,23 +1,13 @@
-//! The older stages of the diagnosis, and the choice between them and the new engine ([`diagnose_under`]). In order; each
-//! stage is a file that can be read and tested alone:
+//! The older stages of the diagnosis, for recordings longer than memory ([`long`]). In order:
 //!
 //! declare → streams → qualify → scene (motion, signals) → residual → split → portion → noise, pulses → locate →
 //! hypotheses → workbench → select (weigh), hunt (events, products, invariance, drift), shapes, local → self_test →
 //! contradiction → identify → validate → explain
 //!
-//! From the split on it is one file (look), gone again with other rows held out where something is left to explain. Several
-//! recordings go to the new engine (together).
+//! From the split on it is one file (look), gone again with other rows held out where something is left to explain. Sums over
+//! blocks of all rows stand beside the workbench (blocks).
 //!
-//! Gyros that count coarse pulses without a dither are read first of all (lattice): what their pulses hide is no finding.
-//!
-//! Of a recording longer than memory stretches take this road, and sums over blocks of all its rows stand beside the
-//! workbench (long, blocks). Gyros beside attitudes, or beside increments on other rows, have a likelihood of their own
-//! (attitudes, rlg-attitude).
-//!
-//! A unit at rest on the Earth goes to the new engine (at_rest). Accelerometers have a likelihood of their own
-//! (beside, rlg-force).
-//!
-//! Enters: a recording and the model that predicts it. Leaves: [`Outcome`]. Nothing here reads truth files or
+//! Enters: stretches of a recording, and sums over its rows. Leaves: [`Outcome`]. Nothing here reads truth files or
 //! imports the simulator.
 
 pub mod declare;
