@@ -248,11 +248,7 @@ fn noise_alone_gives_nothing(seeds: Range<u64>) {
 
 fn nothing_is_found(diagnosis: &Value, seed: u64) {
     for stem in ["sine(", "row_rate(", "noise_cycle("] {
-        assert_eq!(
-            expressions(diagnosis, stem).len(),
-            0,
-            "seed {seed}, {stem}"
-        );
+        assert_eq!(expressions(diagnosis, stem).len(), 0, "seed {seed}, {stem}");
     }
     let effects = diagnosis["effects"].as_array().expect("effects");
     // The model of an import knows the resolution of the numbers only: the noise itself is news.
