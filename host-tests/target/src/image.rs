@@ -62,7 +62,11 @@ impl Image {
 
     /// [`Image::build`] of the image with every optional term.
     pub fn build_with_terms(platform: Platform, core: TargetCore) -> Result<Self, InputError> {
-        Self::build_with(platform, core, &["--features", "terms"])
+        // In a folder of its own: the image without terms has the same name, and somebody else may be building it.
+        let folder = workspace().join("target").join("terms");
+        let folder = folder.to_string_lossy();
+        let options = ["--features", "terms", "--target-dir", &folder];
+        Self::build_with(platform, core, &options)
     }
 
     fn build_with(

@@ -130,7 +130,8 @@ fn the_same_with_other_test_rows(text: &str, expected: &[&str]) {
 /// A constant of some eight standard deviations is also what a weak random walk makes. A model that declares the drift
 /// says which of the two it is.
 #[test]
-fn a_declared_drift_takes_drift_out_of_the_class_of_a_bias() {
+#[ignore = "half a minute: --test diagnose -- --ignored in_full"]
+fn a_declared_drift_takes_drift_out_of_the_class_of_a_bias_in_full() {
     const BIAS_RAD_S: f64 = 8e-7;
     let effect = concealed("gyro_bias", &[("x", BIAS_RAD_S)]);
     let text = format!("{}{effect}", at_a_quarter(STILL_SLEWS_AND_VIBRATION));
@@ -171,7 +172,8 @@ fn a_declared_drift_takes_drift_out_of_the_class_of_a_bias() {
 /// A dither turns lock-in into a random walk of angle, N = Ω_L/√(S Ω_D): the finding keeps both names, and says which thresholds
 /// would leave as much.
 #[test]
-fn lock_in_of_dithered_gyros_is_a_random_walk_whose_thresholds_are_said() {
+#[ignore = "half a minute: --test diagnose -- --ignored in_full"]
+fn lock_in_of_dithered_gyros_is_a_random_walk_whose_thresholds_are_said_in_full() {
     const THRESHOLD_RAD_S: f64 = 4e-3;
     let thresholds = ["x", "y", "z"].map(|axis| (axis, THRESHOLD_RAD_S));
     let effect = concealed("lock_in", &thresholds);

@@ -128,7 +128,8 @@ fn an_effect_that_is_not_the_same_in_each_recording_keeps_no_name_in_common() {
 }
 
 #[test]
-fn an_effect_of_one_recording_is_found_in_that_one_alone() {
+#[ignore = "half a minute: --test diagnose -- --ignored in_full"]
+fn an_effect_of_one_recording_is_found_in_that_one_alone_in_full() {
     let bias = concealed("gyro_bias", &[("y", 3e-6)]);
     let found = together(vec![
         made("before", 71, &scale(4e-6)),

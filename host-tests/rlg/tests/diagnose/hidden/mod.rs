@@ -78,7 +78,8 @@ fn a_quadratic_scale_and_the_wrong_bias_that_hides_its_mean_are_both_named() {
 
 /// The dither is 7.3e-4 rad, each share of it 7.3e-9 rad, beside 6.7e-7 rad of noise in every row: −39 dB a row.
 #[test]
-fn crosstalk_of_one_in_a_hundred_thousand_of_the_dither_is_named() {
+#[ignore = "half a minute: --test diagnose -- --ignored in_full"]
+fn crosstalk_of_one_in_a_hundred_thousand_of_the_dither_is_named_in_full() {
     let values = [
         ("xy", 1e-5),
         ("xz", -1e-5),
@@ -387,7 +388,8 @@ fn an_asymmetry_behind_a_scale_error_is_named_beside_it() {
 /// A tilt that goes with the rate of warming is a constant tilt less one that goes with the temperature, nearly: neither
 /// gives way alone to the one product that is both.
 #[test]
-fn a_product_stands_in_the_place_of_two_effects_that_each_need_the_other() {
+#[ignore = "half a minute: --test diagnose -- --ignored in_full"]
+fn a_product_stands_in_the_place_of_two_effects_that_each_need_the_other_in_full() {
     let thermal = "[thermal]\nstart_k = 293.0\nself_heating_k = [12.0, 10.0, 14.0]\n\
                    time_constant_s = [60.0, 50.0, 70.0]\nsensor_noise_k = 0.002\nsensor_weight_k = 0.001\nrate_hz = 10.0\n";
     let turns = [1.2, -1.2, -1.2, 1.2];
