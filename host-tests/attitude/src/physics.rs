@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::{CATALOGUE, Entry, SLIP, STEP, coefficient_of};
-use rlg_catalogue::signals::{AXES, CaseMotion, Inputs, Motions, Path};
+use rlg_catalogue::signals::{AXES, Inputs, Motions, Path};
 use rlg_catalogue::{Candidate, Pool, Signals};
 use rlg_diagnosis::data::event_row;
 use rlg_inference::Term;
@@ -40,24 +40,14 @@ impl Gyro {
         let from_sensing = body_from_sensing(&model.gyro.installation_rad);
         let sensing_from_body = from_sensing.try_inverse()?;
         let scale = model.gyro.scale_error;
-        let motions = Motions {
-            measured_rad: Arc::new(case_rad.clone()),
-            independent: CaseMotion::new(case_rad.clone(), streams.rate_hz),
-            likeliest: CaseMotion::new(case_rad.clone(), streams.rate_hz),
-            dither_rad: streams.pickoff_rad.as_ref().map(|pickoff| {
-                pickoff.each_ref().map(|angles| {
-                    let ends = angles.windows(2);
-                    ends.map(|pair| pair[1] - pair[0]).collect()
-                })
-            }),
-        };
+        let motions = Motions::of_one(
+            Arc::new(case_rad.clone()),
+            streams.dither_rad(),
+            streams.rate_hz,
+        );
         let inputs = Inputs {
-            force_m_s2: streams.force_m_s2.as_ref(),
-            temperature_k: streams.temperature_k.as_ref(),
-            magnetic_t: streams.magnetic_t.as_ref(),
-            pickoff_rad: streams.pickoff_rad.as_ref(),
             others: &[],
-            start_s: streams.start_s,
+            ..Inputs::of(streams)
         };
         let sensing = (sensing_from_body, sensing_from_body);
         Some(Self {

@@ -272,21 +272,11 @@ fn signals(
         let case_rad = &streams.case_rad[axis];
         shrink(case_rad, &powers, &all, rate_hz, &Gate::default()).values
     });
-    let dither_rad = streams.pickoff_rad.as_ref().map(|pickoff| {
-        pickoff.each_ref().map(|angles| {
-            let ends = angles.windows(2);
-            ends.map(|pair| pair[1] - pair[0]).collect()
-        })
-    });
     let inputs = Inputs {
-        force_m_s2: streams.force_m_s2.as_ref(),
-        temperature_k: streams.temperature_k.as_ref(),
-        magnetic_t: streams.magnetic_t.as_ref(),
-        pickoff_rad: streams.pickoff_rad.as_ref(),
         others: &[],
-        start_s: streams.start_s,
+        ..Inputs::of(streams)
     };
-    let motion = (case_rad, dither_rad);
+    let motion = (case_rad, streams.dither_rad());
     signals_of(motion, inputs, rate_hz, scale_error, sensing_from_body)
 }
 

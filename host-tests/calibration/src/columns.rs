@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 use rlg_catalogue::candidates::PoolColumns;
-use rlg_catalogue::signals::{CaseMotion, Inputs, Motions, Path};
+use rlg_catalogue::signals::{Inputs, Motions, Path};
 use rlg_catalogue::{Pool, Signals, entries};
 use rlg_inference::{Hypothesis, Term};
 use rlg_model::Model;
@@ -37,7 +37,7 @@ impl DesignColumns {
         }
         Self {
             pool,
-            hypothesis: of_terms(unknowns.count(), terms),
+            hypothesis: Hypothesis::of_terms(unknowns.count(), terms),
         }
     }
 
@@ -50,7 +50,7 @@ impl DesignColumns {
     pub fn fitted(&self) -> Hypothesis {
         let count = Unknowns::of(1).fitted().len();
         let terms = self.hypothesis.terms.iter().copied();
-        of_terms(count, terms.filter(|term| term.parameter < count).collect())
+        Hypothesis::of_terms(count, terms.filter(|term| term.parameter < count).collect())
     }
 
     /// The columns, made of signals.
@@ -128,12 +128,7 @@ pub fn signals_of(
     scale_error: [f64; 3],
     sensing_from_body: Matrix3<f64>,
 ) -> Signals {
-    let motions = Motions {
-        independent: CaseMotion::new(case_rad.clone(), rate_hz),
-        likeliest: CaseMotion::new(case_rad.clone(), rate_hz),
-        measured_rad: Arc::new(case_rad),
-        dither_rad,
-    };
+    let motions = Motions::of_one(Arc::new(case_rad), dither_rad, rate_hz);
     let sensing = (sensing_from_body, sensing_from_body);
     Signals::new(
         rate_hz,
@@ -143,17 +138,6 @@ pub fn signals_of(
         scale_error,
         sensing,
     )
-}
-
-fn of_terms(parameters: usize, terms: Vec<Term>) -> Hypothesis {
-    Hypothesis {
-        parameters,
-        terms,
-        fixed: Vec::new(),
-        bounds: Vec::new(),
-        requires: None,
-        price: 0.0,
-    }
 }
 
 #[cfg(test)]

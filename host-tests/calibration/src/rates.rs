@@ -12,13 +12,13 @@ use rlg_catalogue::Signals;
 use rlg_catalogue::signals::Path as SignalPath;
 use rlg_diagnosis::AnalysisPlan;
 use rlg_diagnosis::case_motion::estimate;
-use rlg_diagnosis::data::{Data, is_predictable};
+use rlg_diagnosis::data::{Data, bridged, is_predictable};
 use rlg_diagnosis::noise_levels::{drift_prior, first_levels, mean};
 use rlg_inference::{Information, NoiseLevels, NormalEquations, Observations, Search};
 use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
-use rlg_signal::axes::{Triad, add_triad, each_axis};
+use rlg_signal::axes::{Triad, add_triad};
 use rlg_signal::partition::Use;
 use rlg_signal::qualify;
 use rlg_signal::streams::Streams;
@@ -124,15 +124,4 @@ fn observed_rows(observations: &Observations) -> usize {
 
 fn levels_of(levels: &[NoiseLevels]) -> [NoiseLevels; 3] {
     std::array::from_fn(|gyro| levels[gyro])
-}
-
-/// Values on all rows, bridged where they were not measured, 0 outside the spans.
-fn bridged(values: &Triad, observations: &Observations) -> Triad {
-    each_axis(|axis| {
-        let mut all = vec![0.0; observations.record_rows];
-        for span in &observations.spans {
-            all[span.rows.clone()].copy_from_slice(&span.bridge(&values[axis]));
-        }
-        all
-    })
 }

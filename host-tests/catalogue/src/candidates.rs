@@ -378,12 +378,8 @@ fn of_one_term(
         names: vec![name.to_string()],
         base: vec![0.0],
         hypothesis: Hypothesis {
-            parameters: 1,
-            terms: vec![term],
-            fixed: Vec::new(),
-            bounds: Vec::new(),
-            requires: None,
             price: places.ln(),
+            ..Hypothesis::of_terms(1, vec![term])
         },
     }
 }

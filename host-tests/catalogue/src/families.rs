@@ -408,14 +408,10 @@ fn on_every_gyro(count: usize, axis: usize, signals: &Signals) -> Hypothesis {
             coefficient: along(signals, gyro, axis),
         })
     });
-    Hypothesis {
-        parameters: count,
-        terms: terms.filter(|term| term.coefficient != 0.0).collect(),
-        fixed: Vec::new(),
-        bounds: Vec::new(),
-        requires: None,
-        price: 0.0,
-    }
+    Hypothesis::of_terms(
+        count,
+        terms.filter(|term| term.coefficient != 0.0).collect(),
+    )
 }
 
 /// Resonant suspensions of one gyro: for each of its two tilts a column for each direction of a basis.
@@ -450,14 +446,7 @@ impl SuspensionColumns<'_> {
                 coefficient: -sign / (1.0 - self.signals.scale_error[self.gyro]),
             }
         });
-        Hypothesis {
-            parameters: self.count(),
-            terms: terms.collect(),
-            fixed: Vec::new(),
-            bounds: Vec::new(),
-            requires: None,
-            price: 0.0,
-        }
+        Hypothesis::of_terms(self.count(), terms.collect())
     }
 }
 

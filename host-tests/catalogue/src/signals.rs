@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use realfft::num_complex::Complex64;
 use rlg_signal::axes::add;
 use rlg_signal::derivatives::Spectrum;
+use rlg_signal::streams::Streams;
 
 use crate::low_pass::LowPass;
 use crate::resonance::Resonance;
@@ -100,6 +101,36 @@ pub struct Motions {
     pub likeliest: CaseMotion,
     /// Increments of the blocks against the case \[rad\].
     pub dither_rad: Option<Triad>,
+}
+
+impl Motions {
+    /// One motion for all three, where no other is known.
+    ///
+    /// # Inputs
+    /// `case_rad`: increments of the case \[rad\]; `dither_rad`: of the blocks against it.
+    pub fn of_one(case_rad: Arc<Triad>, dither_rad: Option<Triad>, rate_hz: f64) -> Self {
+        let case = || CaseMotion::new((*case_rad).clone(), rate_hz);
+        Self {
+            independent: case(),
+            likeliest: case(),
+            dither_rad,
+            measured_rad: case_rad,
+        }
+    }
+}
+
+impl<'a> Inputs<'a> {
+    /// The channels of aligned rows.
+    pub fn of(streams: &'a Streams) -> Self {
+        Self {
+            force_m_s2: streams.force_m_s2.as_ref(),
+            temperature_k: streams.temperature_k.as_ref(),
+            magnetic_t: streams.magnetic_t.as_ref(),
+            pickoff_rad: streams.pickoff_rad.as_ref(),
+            others: &streams.others,
+            start_s: streams.start_s,
+        }
+    }
 }
 
 /// What columns are made of.

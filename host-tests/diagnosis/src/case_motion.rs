@@ -240,13 +240,8 @@ fn signals(data: &Data, motions: Motions, path: Path) -> Signals {
 /// The motion of a unit at rest: the Earth's, without noise, and nothing that would stand out of any.
 fn of_the_earth(data: &Data, measured: Measured, path: Path) -> Motion {
     let rate_hz = data.streams.rate_hz;
-    let case = || CaseMotion::new((*measured.reference_rad).clone(), rate_hz);
-    let motions = Motions {
-        independent: case(),
-        likeliest: case(),
-        dither_rad: measured.dither_rad.cloned(),
-        measured_rad: measured.reference_rad,
-    };
+    let dither_rad = measured.dither_rad.cloned();
+    let motions = Motions::of_one(measured.reference_rad, dither_rad, rate_hz);
     Motion {
         is_moving: [false; 3],
         rate_noise_rad_s: [0.0; 3],

@@ -13,6 +13,7 @@ use rlg_catalogue::low_pass::LowPass;
 use rlg_catalogue::resonance::Resonance;
 use rlg_catalogue::signals::{Inputs, Path, Signals};
 use rlg_catalogue::{Column, Expression, Pool, Sensed};
+use rlg_inference::Observations;
 use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_recording::error::InputError;
 use rlg_signal::partition::{Partition, Use};
@@ -78,12 +79,7 @@ impl<'a> Data<'a> {
                 InputError::new(file, "the installation matrix has no inverse")
                     .channel("gyro.installation_rad")
             })?;
-        let dither_rad = streams.pickoff_rad.as_ref().map(|pickoff| {
-            std::array::from_fn(|axis| {
-                let angles: &Vec<f64> = &pickoff[axis];
-                angles.windows(2).map(|pair| pair[1] - pair[0]).collect()
-            })
-        });
+        let dither_rad = streams.dither_rad();
         let mut residual_rad =
             without_effects(streams, model, sensing_from_body, dither_rad.as_ref());
         let path = known_path(model, streams);
@@ -156,14 +152,7 @@ impl<'a> Data<'a> {
 
     /// Channels besides the motion that columns are made of.
     pub fn inputs(&self) -> Inputs<'_> {
-        Inputs {
-            force_m_s2: self.streams.force_m_s2.as_ref(),
-            temperature_k: self.streams.temperature_k.as_ref(),
-            magnetic_t: self.streams.magnetic_t.as_ref(),
-            pickoff_rad: self.streams.pickoff_rad.as_ref(),
-            others: &self.streams.others,
-            start_s: self.streams.start_s,
-        }
+        Inputs::of(self.streams)
     }
 
     /// Rows that are measured, whose reference was recorded, and that serve one of `uses`.
@@ -331,6 +320,17 @@ fn delay_of(effect: &ModelEffect, axis: usize) -> f64 {
         "reference_delay" => -number(effect, "all"),
         _ => 0.0,
     }
+}
+
+/// Values on all rows, bridged where they may not be looked at, 0 outside the spans.
+pub fn bridged(values: &Triad, observations: &Observations) -> Triad {
+    std::array::from_fn(|axis| {
+        let mut all = vec![0.0; observations.record_rows];
+        for span in &observations.spans {
+            all[span.rows.clone()].copy_from_slice(&span.bridge(&values[axis]));
+        }
+        all
+    })
 }
 
 /// Rows that may be looked at and whose reference was recorded, `late_rows` before each.

@@ -238,23 +238,19 @@ fn low_pass(
         }
         let full = DVector::from_vec(vec![1.0, 0.0]);
         let both = DMatrix::identity(2, 2);
+        let exact = |low_pass: LowPass| ExactLowPass {
+            low_pass,
+            signals,
+            gyro,
+        };
         let of = |low_pass: LowPass| {
-            let columns = ExactLowPass {
-                low_pass,
-                signals,
-                gyro,
-            };
+            let columns = exact(low_pass);
             most_at(tests, &columns.hypothesis(), &columns, &both, &full)
         };
         let (one, response) = (DVector::from_element(1, 1.0), DMatrix::identity(1, 1));
         let gain = |low_pass: &LowPass| {
-            let columns = ExactLowPass {
-                low_pass: *low_pass,
-                signals,
-                gyro,
-            };
-            let hypothesis = columns.of_response();
-            let found = most_at(tests, &hypothesis, &columns, &response, &one);
+            let columns = exact(*low_pass);
+            let found = most_at(tests, &columns.of_response(), &columns, &response, &one);
             found.map_or(f64::NEG_INFINITY, |(gain, _)| gain)
         };
         let begin = grid
@@ -327,12 +323,8 @@ fn line(
             terms.map(move |term| Term { parameter, ..*term })
         });
         Hypothesis {
-            parameters: pair.len(),
-            terms: parts.collect(),
-            fixed: Vec::new(),
-            bounds: Vec::new(),
-            requires: None,
             price: pair[0].hypothesis.price,
+            ..Hypothesis::of_terms(pair.len(), parts.collect())
         }
     };
     let waves: Vec<Vec<Hypothesis>> = about.groups.iter().map(|pair| vec![both(pair)]).collect();

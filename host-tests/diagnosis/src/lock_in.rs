@@ -195,14 +195,7 @@ fn strongest(
                 ),
                 coefficient: 1.0,
             };
-            vec![Hypothesis {
-                parameters: 1,
-                terms: vec![term],
-                fixed: Vec::new(),
-                bounds: Vec::new(),
-                requires: None,
-                price: 0.0,
-            }]
+            vec![Hypothesis::of_terms(1, vec![term])]
         })
         .collect();
     let worths = coarse.worths(tests, &groups, &pool, signals);

@@ -16,7 +16,7 @@ use rlg_signal::partition::Use;
 
 use super::case_motion::{Motion, estimate};
 use super::coarse::{Coarse, coarse};
-use super::data::Data;
+use super::data::{Data, bridged};
 use super::families::{Alone, strongest, strongest_filters};
 use super::noise_levels::{drift_prior, first_levels, mean};
 use super::pass::{Begin, Pass, left_on, sizes_on, subtract};
@@ -82,13 +82,13 @@ pub(super) struct Settled {
 
 /// The residual of the model with its effects \[rad\]; `None` where too few rows can be fitted.
 pub fn residual_of_model(data: &mut Data, plan: &AnalysisPlan) -> Option<Triad> {
-    let seen = data.rows_of(&[Use::Train, Use::Confirm]);
-    let looked_at = Observations::bridged(&seen)?;
-    let fitted = looked_at.clone().to_fast_length();
     let mut left = data.residual_rad.clone();
     if data.model.effects.is_empty() {
         return Some(left);
     }
+    let seen = data.rows_of(&[Use::Train, Use::Confirm]);
+    let looked_at = Observations::bridged(&seen)?;
+    let fitted = looked_at.clone().to_fast_length();
     // What the model holds is taken out before the noise of what is left means anything.
     for _ in 0..2 {
         let levels = first_levels(&left, &fitted);
@@ -845,15 +845,4 @@ pub(super) fn without_known(data: &Data, signals: &Signals) -> Triad {
         add_triad(&mut residual_rad, &data.known_rad(signals), -1.0);
     }
     residual_rad
-}
-
-/// Values on all rows, bridged where they may not be looked at, 0 outside the spans.
-fn bridged(values: &Triad, observations: &Observations) -> Triad {
-    std::array::from_fn(|axis| {
-        let mut all = vec![0.0; observations.record_rows];
-        for span in &observations.spans {
-            all[span.rows.clone()].copy_from_slice(&span.bridge(&values[axis]));
-        }
-        all
-    })
 }

@@ -1,4 +1,4 @@
-//! What the engine is asked to do.
+//! What a diagnosis is asked to do.
 
 use rlg_signal::channel_check::ChannelPlan;
 
@@ -15,6 +15,6 @@ pub struct Settings<'a> {
     pub channels: ChannelPlan,
     /// Whether channels that are reversed, exchanged or of another unit are put right and reported instead of refused.
     pub anyway: bool,
-    /// Seed that `diagnosis.json` names; no finding depends on it.
+    /// Seed of the self-test and of the control, which `diagnosis.json` names; no finding depends on it.
     pub seed: u64,
 }

@@ -26,9 +26,8 @@ pub(super) fn diagnose(
     let faults: Vec<_> = faults.iter().filter(is_news).cloned().collect();
     let said = data_words::lines(streams, &faults);
     let reason = rlg_force::why_not_at_rest(streams);
-    let asked = settings.of_diagnosis();
     let of = (model, model_file);
-    let Some(mut found) = at_rest::diagnose(&asked, streams, &faults, of, progress)? else {
+    let Some(mut found) = at_rest::diagnose(settings, streams, &faults, of, progress)? else {
         return Ok(None);
     };
     found.diagnosis.summary.extend(said);

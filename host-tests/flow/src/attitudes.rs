@@ -11,7 +11,7 @@ use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use rlg_signal::streams::Streams;
 
-use crate::{Outcome, Settings, unusable};
+use crate::{Outcome, Settings, force_plan, unusable};
 
 /// Diagnoses gyros beside attitudes, and the accelerometers that the model describes.
 ///
@@ -70,7 +70,7 @@ fn accelerometers(
         reference_noise: rlg_force::reference::gyro_noise(model, walk_rad_sqrt_s, streams.rate_hz),
         left_out: settings.left_out,
         open: &[],
-        plan: settings.of_force(),
+        plan: force_plan(settings),
     };
     rlg_force::diagnose(streams, &asked, progress)
 }

@@ -11,8 +11,6 @@
 //! Enters: a recording and the model that predicts it. Leaves: [`Outcome`]. Nothing here reads truth files or
 //! imports the simulator.
 
-mod settings;
-
 mod at_rest;
 
 mod attitudes;
@@ -20,15 +18,15 @@ mod attitudes;
 mod together;
 
 pub use rlg_attitude::serves as is_slow;
-pub use rlg_diagnosis::{Outcome, locate, pictures, split};
+pub use rlg_diagnosis::{Outcome, Settings, locate, pictures, split};
 pub use rlg_findings::result;
 pub use rlg_signal::{qualify, streams};
-pub use settings::Settings;
 pub use together::diagnose_together;
 
 use std::path::Path;
 
 use rlg_diagnosis::{data_words, put_right};
+use rlg_force::ForcePlan;
 use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
@@ -105,8 +103,7 @@ pub fn diagnose_streams(
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
     let (model, model_file) = of;
-    let asked = settings.of_diagnosis();
-    let put_right = put_right::put_right(&asked, &mut streams, model, model_file)?;
+    let put_right = put_right::put_right(settings, &mut streams, model, model_file)?;
     rlg_diagnosis::data::is_predictable(model, model_file)?;
     let name = streams.pieces[0].recording.clone();
     let found = if streams.at_rest.is_some() {
@@ -133,7 +130,7 @@ fn beside_reference(
     let (model, _) = of;
     let faults = qualify::unknown_faults(streams, &model.effects);
     let found = rlg_diagnosis::diagnose::diagnose_also(
-        &settings.of_diagnosis(),
+        settings,
         streams,
         &faults,
         of,
@@ -151,12 +148,20 @@ fn beside_reference(
         reference_noise,
         left_out: settings.left_out,
         open: &[],
-        plan: settings.of_force(),
+        plan: force_plan(settings),
     };
     if let Err(reason) = rlg_force::beside(streams, &asked, &mut found, progress) {
         rlg_force::say_why_not(&reason, &mut found);
     }
     Ok(Some(found))
+}
+
+/// The numbers of the accelerometers' part.
+fn force_plan(settings: &Settings) -> ForcePlan {
+    ForcePlan {
+        shared: settings.plan,
+        ..Default::default()
+    }
 }
 
 /// The outcome of a recording of which nothing can be said, with the reason.

@@ -34,14 +34,13 @@ pub fn diagnose_together(
                 .expected("one such recording at a time, or recordings with a reference"));
         }
     }
-    let asked = settings.of_diagnosis();
     let names: Vec<String> = aligned
         .iter()
         .map(|one| one.pieces[0].recording.clone())
         .collect();
     let mut turned = Vec::with_capacity(aligned.len());
     for streams in &mut aligned {
-        turned.push(put_right(&asked, streams, model, model_file)?);
+        turned.push(put_right(settings, streams, model, model_file)?);
     }
     progress("qualifying the data");
     let mut all = Vec::with_capacity(aligned.len());
@@ -52,7 +51,7 @@ pub fn diagnose_together(
         all.push((streams, faults));
     }
     let of = (model, model_file);
-    let Some(mut outcome) = several::diagnose(&asked, &mut all, of, progress)? else {
+    let Some(mut outcome) = several::diagnose(settings, &mut all, of, progress)? else {
         let why = "one of the recordings has too few rows with all channels measured";
         return Ok(unusable(&names.join(" + "), settings, why, model));
     };

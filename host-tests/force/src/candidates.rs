@@ -207,17 +207,16 @@ impl Pool {
                     variant: Variant::Expression(axis, column),
                     names: vec![vec!["size".to_string()]],
                     hypothesis: Hypothesis {
-                        parameters: 1,
-                        terms: vec![Term {
-                            parameter: 0,
-                            record: axis,
-                            column: place,
-                            coefficient,
-                        }],
-                        fixed: Vec::new(),
-                        requires: None,
-                        bounds: Vec::new(),
                         price,
+                        ..Hypothesis::of_terms(
+                            1,
+                            vec![Term {
+                                parameter: 0,
+                                record: axis,
+                                column: place,
+                                coefficient,
+                            }],
+                        )
                     },
                 });
             }

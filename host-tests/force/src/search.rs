@@ -60,14 +60,7 @@ pub fn vertical_parameters() -> Hypothesis {
             coefficient: 1.0,
         })
     });
-    Hypothesis {
-        parameters: UNKNOWNS,
-        terms: terms.collect(),
-        fixed: Vec::new(),
-        requires: None,
-        bounds: Vec::new(),
-        price: 0.0,
-    }
+    Hypothesis::of_terms(UNKNOWNS, terms.collect())
 }
 
 /// Sums over the rows of `observations`, with the columns of `pool` and the vertical's.

@@ -73,6 +73,18 @@ pub struct Hypothesis {
 }
 
 impl Hypothesis {
+    /// Parameters of which nothing is known, at no price.
+    pub fn of_terms(parameters: usize, terms: Vec<Term>) -> Self {
+        Self {
+            parameters,
+            terms,
+            fixed: Vec::new(),
+            bounds: Vec::new(),
+            requires: None,
+            price: 0.0,
+        }
+    }
+
     /// What is known of a parameter.
     pub fn bound(&self, parameter: usize) -> Bound {
         self.bounds.get(parameter).copied().unwrap_or(Bound::NONE)

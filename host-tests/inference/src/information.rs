@@ -109,14 +109,10 @@ mod tests {
             column,
             coefficient,
         };
-        Hypothesis {
-            parameters: 2,
-            terms: [(0, 0, 3.0), (1, 1, 1.0), (1, 0, 0.5)].map(term).to_vec(),
-            fixed: Vec::new(),
-            bounds: Vec::new(),
-            requires: None,
-            price: 0.0,
-        }
+        Hypothesis::of_terms(
+            2,
+            [(0, 0, 3.0), (1, 1, 1.0), (1, 0, 0.5)].map(term).to_vec(),
+        )
     }
 
     #[test]

@@ -420,14 +420,7 @@ fn free_on(record: usize, count: usize) -> Hypothesis {
         column: SLOW + place,
         coefficient: 1.0,
     });
-    Hypothesis {
-        parameters: count,
-        terms: each.collect(),
-        fixed: Vec::new(),
-        bounds: Vec::new(),
-        requires: None,
-        price: 0.0,
-    }
+    Hypothesis::of_terms(count, each.collect())
 }
 
 /// The column 1 on a number of rows.
@@ -459,14 +452,7 @@ fn constant_on(constants: &[Vec<f64>]) -> Hypothesis {
                     coefficient,
                 })
         });
-    Hypothesis {
-        parameters: constants.len(),
-        terms: each.collect(),
-        fixed: Vec::new(),
-        bounds: Vec::new(),
-        requires: None,
-        price: 0.0,
-    }
+    Hypothesis::of_terms(constants.len(), each.collect())
 }
 
 /// Columns at unit power, each with its scale.

@@ -399,19 +399,15 @@ mod tests {
     }
 
     fn on_first(column: usize) -> Hypothesis {
-        Hypothesis {
-            parameters: 1,
-            terms: vec![Term {
+        Hypothesis::of_terms(
+            1,
+            vec![Term {
                 parameter: 0,
                 record: 0,
                 column,
                 coefficient: 1.0,
             }],
-            fixed: Vec::new(),
-            bounds: Vec::new(),
-            requires: None,
-            price: 0.0,
-        }
+        )
     }
 
     /// Beside a member that is much like it: the growth is that of least squares on both less that on one.

@@ -52,14 +52,7 @@ fn fit(added: f64, constants: &[Vec<f64>]) -> Fit {
         column: 0,
         coefficient: COEFFICIENTS[record],
     };
-    let warming = Hypothesis {
-        parameters: 1,
-        terms: vec![term(0), term(1)],
-        fixed: Vec::new(),
-        bounds: Vec::new(),
-        requires: None,
-        price: 0.0,
-    };
+    let warming = Hypothesis::of_terms(1, vec![term(0), term(1)]);
     let (starts, drift) = ([start; 2], [Drift::None; 2]);
     evaluate(&equations, &[&warming], &starts, &drift, Effort::FULL)
 }

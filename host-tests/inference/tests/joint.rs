@@ -50,12 +50,8 @@ fn on(records: &[usize], column: usize, price: f64) -> Hypothesis {
         coefficient: 1.0,
     };
     Hypothesis {
-        parameters: 1,
-        terms: records.iter().map(term).collect(),
-        fixed: Vec::new(),
-        bounds: Vec::new(),
-        requires: None,
         price,
+        ..Hypothesis::of_terms(1, records.iter().map(term).collect())
     }
 }
 

@@ -49,18 +49,16 @@ fn the_noise_does_not_come_out_low_under_sixty_columns() {
     let observations = Observations::bridged(&[true; ROWS]).expect("rows");
     let equations = NormalEquations::new(observations, &[record], &Waves, start);
     let waves: Vec<Hypothesis> = (0..Waves.count())
-        .map(|column| Hypothesis {
-            parameters: 1,
-            terms: vec![Term {
-                parameter: 0,
-                record: 0,
-                column,
-                coefficient: 1.0,
-            }],
-            fixed: Vec::new(),
-            bounds: Vec::new(),
-            requires: None,
-            price: 0.0,
+        .map(|column| {
+            Hypothesis::of_terms(
+                1,
+                vec![Term {
+                    parameter: 0,
+                    record: 0,
+                    column,
+                    coefficient: 1.0,
+                }],
+            )
         })
         .collect();
     let set: Vec<&Hypothesis> = waves.iter().collect();

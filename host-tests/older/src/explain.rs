@@ -82,39 +82,6 @@ pub fn name_regimes(locations: &mut [Location], catch: &Catch, products: &Produc
     }
 }
 
-/// The result of a recording from which nothing can be said.
-pub fn unusable(recording: &str, seed: u64, why: &str, faults: Vec<EffectEntry>) -> Diagnosis {
-    Diagnosis {
-        format: 1,
-        recording: recording.to_string(),
-        version: env!("CARGO_PKG_VERSION").to_string(),
-        seed,
-        verdict: Verdict::Unusable,
-        summary: vec![format!("Nothing can be said of this recording: {why}.")],
-        locations: Vec::new(),
-        effects: faults,
-        fit: FitEntry {
-            fitted_on: Vec::new(),
-            held_out: Vec::new(),
-            recordings: Vec::new(),
-            whole: None,
-            channels: Vec::new(),
-        },
-        not_excluded: vec![format!("every kind: {why}")],
-        next_experiment: "A longer recording with gyros, pickoffs and reference all measured."
-            .to_string(),
-        registration: Vec::new(),
-        promises: Vec::new(),
-        noise: Vec::new(),
-        accelerometer_noise: Vec::new(),
-        trials: 0,
-        runners_up: Vec::new(),
-        sensitivity: Vec::new(),
-        control: None,
-        self_test: None,
-    }
-}
-
 impl Findings<'_> {
     /// `diagnosis.json`.
     pub fn diagnosis(&self) -> Diagnosis {

@@ -123,7 +123,7 @@ use rlg_recording::error::InputError;
 use blocks::Blocks;
 use lattice::Lattice;
 use look::{Cut, Given, look};
-use result::Verdict;
+use result::{Diagnosis, Verdict};
 use scene::Scene;
 use split::Part;
 use streams::Streams;
@@ -177,15 +177,17 @@ pub fn diagnose_aligned(
     let declared = lattice.beside(declared_noise(model, rate_hz));
     let Some(cut) = Cut::of(&streams, Part::End) else {
         return Ok(Outcome {
-            diagnosis: explain::unusable(
-                &recording,
-                seed,
-                "fewer than two seconds of rows with all channels measured",
-                faults
+            diagnosis: Diagnosis {
+                effects: faults
                     .iter()
                     .map(|fault| entries::fault_entry(&streams, fault))
                     .collect(),
-            ),
+                ..Diagnosis::unusable(
+                    &recording,
+                    seed,
+                    "fewer than two seconds of rows with all channels measured",
+                )
+            },
             model: model.clone(),
             pictures: None,
         });

@@ -74,10 +74,12 @@ impl AtRest {
                 .try_normalize(f64::MIN_POSITIVE)
                 .unwrap_or_default()
         };
-        let (sin, cos) = self.latitude_rad.unwrap_or_default().sin_cos();
         ROTATION_RAD_S
-            * match self.up {
-                Some(up) => sin * up + cos * along(mean_rad_s - up * up.dot(&mean_rad_s)),
+            * match self.up.zip(self.latitude_rad) {
+                Some((up, latitude_rad)) => {
+                    let (sin, cos) = latitude_rad.sin_cos();
+                    sin * up + cos * along(mean_rad_s - up * up.dot(&mean_rad_s))
+                }
                 None => along(mean_rad_s),
             }
     }

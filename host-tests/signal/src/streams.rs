@@ -262,6 +262,16 @@ impl Streams {
         self.at_rest = Some(rest);
     }
 
+    /// What each block turns against the case over the row, as its pickoff says \[rad\]; `None` without dither channels.
+    pub fn dither_rad(&self) -> Option<Triad> {
+        let of_angles = |angles: &Vec<f64>| {
+            let ends = angles.windows(2);
+            ends.map(|pair| pair[1] - pair[0]).collect()
+        };
+        let pickoff = self.pickoff_rad.as_ref()?;
+        Some(pickoff.each_ref().map(of_angles))
+    }
+
     /// The same again where rows were taken out of use since.
     pub fn stand_still_again(&mut self, model: &Model) {
         if self.at_rest.is_some() {

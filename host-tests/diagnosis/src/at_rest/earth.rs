@@ -15,10 +15,10 @@ use rlg_signal::still::{AtRest, ROTATION_RAD_S};
 pub(super) fn spread(rest: &AtRest, mean_rad_s: Vector3<f64>, variance: f64) -> Matrix3<f64> {
     let nearest = rest.nearest_earth_rad_s(mean_rad_s);
     let least = (mean_rad_s - nearest).norm_squared() + variance;
-    let (around, radius) = match rest.up {
-        Some(up) => (
+    let (around, radius) = match rest.up.zip(rest.latitude_rad) {
+        Some((up, latitude_rad)) => (
             mean_rad_s - up * up.dot(&mean_rad_s),
-            ROTATION_RAD_S * rest.latitude_rad.unwrap_or_default().cos().abs(),
+            ROTATION_RAD_S * latitude_rad.cos().abs(),
         ),
         None => (mean_rad_s, ROTATION_RAD_S),
     };

@@ -307,12 +307,8 @@ mod tests {
                 .collect(),
             base: vec![0.0; gyros.len()],
             hypothesis: Hypothesis {
-                parameters: gyros.len(),
-                terms: gyros.iter().enumerate().map(term).collect(),
-                fixed: Vec::new(),
-                requires: None,
-                bounds: Vec::new(),
                 price: 1.0,
+                ..Hypothesis::of_terms(gyros.len(), gyros.iter().enumerate().map(term).collect())
             },
         }
     }
