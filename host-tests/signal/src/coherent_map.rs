@@ -59,12 +59,14 @@ pub fn measure(
     }
     let std = spectra.std(&weights);
     let kept = spectra.kept(&fit, &weights);
+    let unseen = spectra.unseen(&fit, &weights, plan.kept);
     let moves = [0, 1, 2].map(|axis| {
         let size = fit.map.column(axis).norm();
         let strongest = fit.map.column(axis).iamax();
         size > 0.0
             && (0..3).all(|gyro| std[(gyro, axis)] < plan.known * size)
             && kept[(strongest, axis)] > plan.kept
+            && unseen[axis] < plan.known
     });
     let map = Matrix3::from_fn(|gyro, axis| {
         // The truth lies between the coefficient and what it would be if all noise were the reference's.

@@ -300,6 +300,31 @@ impl Spectra {
         })
     }
 
+    /// How much of each axis lies in directions about which the reference shows no more than its noise might, if all that the
+    /// fit leaves were that: there a coefficient is the noise's, whichever it is.
+    ///
+    /// # Inputs
+    /// `kept`: least share of a coefficient that noise may leave \[1\].
+    pub(crate) fn unseen(&self, fit: &Fit, weights: &Weights, kept: f64) -> [f64; 3] {
+        let mut squares = [0.0_f64; 3];
+        for (gyro, gram) in self.grams(weights).into_iter().enumerate() {
+            let bands = self.bands.iter().zip(&weights[gyro]).zip(&fit.left[gyro]);
+            let left: f64 = bands
+                .map(|((band, weight), left)| weight * left * band.len() as f64)
+                .sum();
+            let noise = left / fit.map.row(gyro).norm_squared();
+            let eigen = SymmetricEigen::new(gram);
+            for axis in 0..3 {
+                let of_direction = |k: usize| {
+                    let is_noise = eigen.eigenvalues[k] * (1.0 - kept) < noise;
+                    f64::from(u8::from(is_noise)) * eigen.eigenvectors[(axis, k)].powi(2)
+                };
+                squares[axis] = squares[axis].max((0..3).map(of_direction).sum());
+            }
+        }
+        squares.map(f64::sqrt)
+    }
+
     /// Share of a coefficient that is left if all that the fit leaves were noise of the reference.
     pub(crate) fn kept(&self, fit: &Fit, weights: &Weights) -> Matrix3<f64> {
         Matrix3::from_fn(|gyro, axis| {
