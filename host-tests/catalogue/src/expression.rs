@@ -246,7 +246,7 @@ impl Factor {
     fn values(self, signals: &Signals, motion: &CaseMotion) -> Option<Vec<f64>> {
         let at = |law: &dyn Fn(f64) -> f64| -> Vec<f64> {
             (0..signals.rows)
-                .map(|row| law((row as f64 + 0.5) * signals.period_s()))
+                .map(|row| law(signals.elapsed_s + (row as f64 + 0.5) * signals.period_s()))
                 .collect()
         };
         let product = |of: Product| -> Option<Vec<f64>> {
@@ -277,7 +277,7 @@ impl Factor {
             Self::Sine(hz) => Some(at(&|time_s| (std::f64::consts::TAU * hz * time_s).sin())),
             Self::Cosine(hz) => Some(at(&|time_s| (std::f64::consts::TAU * hz * time_s).cos())),
             Self::Window(from_s, to_s) => Some(at(&|time_s| {
-                let clock_s = signals.start_s + time_s;
+                let clock_s = signals.start_s - signals.elapsed_s + time_s;
                 f64::from(u8::from(from_s <= clock_s && clock_s < to_s))
             })),
         }

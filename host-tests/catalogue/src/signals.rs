@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use realfft::num_complex::Complex64;
 use rlg_signal::axes::add;
 use rlg_signal::derivatives::Spectrum;
+use rlg_signal::piece::Origin;
 use rlg_signal::streams::Streams;
 
 use crate::low_pass::LowPass;
@@ -36,6 +37,8 @@ pub struct Inputs<'a> {
     pub others: &'a [(String, Vec<f64>)],
     /// When the first row begins on the recording's clock \[s\].
     pub start_s: f64,
+    /// Where the rows stand in a longer recording that they are a part of.
+    pub origin: Option<&'a Origin>,
 }
 
 /// What stands between the reference and what a gyro turns with.
@@ -129,6 +132,7 @@ impl<'a> Inputs<'a> {
             pickoff_rad: streams.pickoff_rad.as_ref(),
             others: &streams.others,
             start_s: streams.start_s,
+            origin: streams.piece.origin.as_ref(),
         }
     }
 }
@@ -141,6 +145,8 @@ pub struct Signals {
     pub rows: usize,
     /// When the first row begins on the recording's clock \[s\].
     pub start_s: f64,
+    /// Time from the recording's beginning to the first row \[s\]: 0 but in a part of a longer one.
+    pub elapsed_s: f64,
     /// Increments of the reference \[rad\] behind what the model knows of the path, noise and all.
     pub measured_rad: Arc<Triad>,
     /// What lies between that and the gyros besides.
@@ -151,7 +157,7 @@ pub struct Signals {
     pub likeliest: CaseMotion,
     /// Specific force \[m/s²\].
     pub force_m_s2: Option<Triad>,
-    /// Temperature since the first row \[K\].
+    /// Temperature since the recording's beginning \[K\].
     pub warming_k: Option<Triad>,
     /// Magnetic flux density \[T\].
     pub magnetic_t: Option<Triad>,
@@ -188,15 +194,24 @@ impl Signals {
             dither_rad,
         } = motions;
         Self {
-            warming_k: inputs
-                .temperature_k
-                .map(|triad| std::array::from_fn(|axis| warming(&triad[axis], rate_hz))),
+            warming_k: inputs.temperature_k.map(|triad| {
+                let start_k = inputs.origin.and_then(|origin| origin.temperature_k);
+                std::array::from_fn(|axis| {
+                    let start_k = start_k.map(|start_k| start_k[axis]);
+                    warming(&triad[axis], start_k, rate_hz)
+                })
+            }),
             pickoff_rad: inputs
                 .pickoff_rad
                 .map(|triad| std::array::from_fn(|axis| triad[axis][1..].to_vec())),
             force_m_s2: inputs.force_m_s2.cloned(),
             magnetic_t: inputs.magnetic_t.cloned(),
-            attitude: attitude(&independent.case_rad),
+            attitude: attitude(
+                &independent.case_rad,
+                inputs
+                    .origin
+                    .map_or_else(UnitQuaternion::identity, |origin| origin.start_from_body),
+            ),
             rate_hz,
             rows: measured_rad[0].len(),
             measured_rad,
@@ -205,6 +220,9 @@ impl Signals {
             path,
             others: inputs.others.to_vec(),
             start_s: inputs.start_s,
+            elapsed_s: inputs
+                .origin
+                .map_or(0.0, |origin| inputs.start_s - origin.start_s),
             dither_rad,
             scale_error,
             sensing_from_body,
@@ -294,24 +312,35 @@ pub fn late(delay_s: f64, hz: f64) -> Complex64 {
     Complex64::from_polar(1.0, -std::f64::consts::TAU * hz * delay_s)
 }
 
-/// Temperature since the start in the band in which a block changes \[K\].
-fn warming(temperature_k: &[f64], rate_hz: f64) -> Vec<f64> {
-    let start = temperature_k[0];
-    let values: Vec<f64> = temperature_k.iter().map(|value| value - start).collect();
-    if values.iter().all(|value| *value == 0.0) {
-        return values;
-    }
-    let slow = Spectrum::new(&values, rate_hz).through(|hz| {
-        let fourth = (hz / THERMAL_EDGE_HZ).powi(4);
-        Complex64::new(1.0 / (1.0 + fourth), 0.0)
-    });
-    let first = slow[0];
-    slow.iter().map(|value| value - first).collect()
+/// Temperature of each block in the first row, in the band in which a block changes \[K\].
+///
+/// # Inputs
+/// `temperature_k`: from the recording's beginning on, two seconds at least.
+pub fn start_temperature_k(temperature_k: &Triad, rate_hz: f64) -> [f64; 3] {
+    std::array::from_fn(|axis| {
+        let first_k = temperature_k[axis][0];
+        first_k + warming(&temperature_k[axis], Some(first_k), rate_hz)[0]
+    })
 }
 
-/// Attitude in the middle of each row against the first row's begin, from the increments alone.
-fn attitude(case_rad: &Triad) -> Vec<UnitQuaternion<f32>> {
-    let mut start_from_body = UnitQuaternion::identity();
+/// Temperature in the band in which a block changes, above `start_k` or the first row \[K\].
+fn warming(temperature_k: &[f64], start_k: Option<f64>, rate_hz: f64) -> Vec<f64> {
+    let first_k = temperature_k[0];
+    let values: Vec<f64> = temperature_k.iter().map(|value| value - first_k).collect();
+    let slow = match values.iter().all(|value| *value == 0.0) {
+        true => values,
+        false => Spectrum::new(&values, rate_hz).through(|hz| {
+            let fourth = (hz / THERMAL_EDGE_HZ).powi(4);
+            Complex64::new(1.0 / (1.0 + fourth), 0.0)
+        }),
+    };
+    let start = start_k.map_or(slow[0], |start_k| start_k - first_k);
+    slow.iter().map(|value| value - start).collect()
+}
+
+/// Attitude in the middle of each row against the recording's beginning, from the increments alone.
+fn attitude(case_rad: &Triad, at_first: UnitQuaternion<f64>) -> Vec<UnitQuaternion<f32>> {
+    let mut start_from_body = at_first;
     (0..case_rad[0].len())
         .map(|row| {
             let turn = Vector3::new(case_rad[0][row], case_rad[1][row], case_rad[2][row]);

@@ -15,7 +15,6 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::kinds::Needs;
-use rlg_diagnosis::split::{HELD_OUT_SHARE, SHORTEST_SPLIT_S};
 use rlg_recording::error::InputError;
 use rlg_simulator::scenario::Scenario;
 use std::path::Path;
@@ -39,6 +38,12 @@ pub enum Setting {
     /// At rest, warming steadily: what is confounded by design.
     Resting,
 }
+
+/// Share at the end of each stretch of like motion that does not count in a trial's strength.
+const HELD_OUT_SHARE: f64 = 0.3;
+
+/// Shorter stretches count whole \[s\].
+const SHORTEST_SPLIT_S: f64 = 2.0;
 
 /// Scenes of the pool come in this order, twice; 4 kHz takes ten times the work of the others, so it comes once.
 const ORDER: [Setting; 12] = {

@@ -2,7 +2,7 @@
 
 use rlg_findings::result::RegimeEntry;
 
-use super::split::Regime;
+use super::regimes::Regime;
 use super::whitened::Whitener;
 use rlg_signal::streams::Triad;
 

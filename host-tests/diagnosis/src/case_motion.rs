@@ -226,7 +226,7 @@ pub fn estimate_from(
 }
 
 /// What columns are made of, from estimates of the motion.
-fn signals(data: &Data, motions: Motions, path: Path) -> Signals {
+pub(crate) fn signals(data: &Data, motions: Motions, path: Path) -> Signals {
     Signals::new(
         data.streams.rate_hz,
         motions,

@@ -10,7 +10,7 @@ use rlg_inference::block_validation::BlockSums;
 use rlg_inference::events::{Instant, largest_impulse};
 use rlg_inference::normal_equations::Transform;
 use rlg_inference::search::Judged;
-use rlg_inference::{Bound, Fit, Hypothesis, NoiseBasis, NormalEquations, Observations, Search};
+use rlg_inference::{Bound, Fit, Hypothesis, NoiseBasis, NormalEquations, Search};
 use rlg_signal::partition::Use;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
@@ -63,7 +63,9 @@ pub(super) fn whiten(
 ) -> Option<Whitened> {
     let whitener = Whitener::new(data, &found.fit.levels)?;
     let whitened = |gyro: usize, rows: &[f64]| whitener.rows(gyro, rows);
-    let columns = columns_of(found, set, &whitened);
+    let signals = &found.motion.signals;
+    let values = |column: usize| found.pool.columns[column].values(signals);
+    let columns = columns_of(set, signals.rows, &values, &whitened);
     let records: Vec<Vec<f64>> = (0..3)
         .map(|gyro| whitened(gyro, &found.residual_rad[gyro]))
         .collect();
@@ -182,12 +184,15 @@ pub(super) fn gyro_of_event(candidate: &Candidate) -> Option<usize> {
 }
 
 /// Forms the whitened columns of a set's parameters, by gyro and parameter; empty where a parameter does nothing.
-fn columns_of(
-    found: &Found,
+///
+/// # Inputs
+/// `values`: of a column by row.
+pub(super) fn columns_of(
     set: &[Hypothesis],
+    rows: usize,
+    values: &impl Fn(usize) -> Vec<f64>,
     whitened: &impl Fn(usize, &[f64]) -> Vec<f64>,
 ) -> Vec<Vec<Vec<f64>>> {
-    let signals = &found.motion.signals;
     let mut columns: Vec<Vec<Vec<f64>>> = vec![Vec::new(); 3];
     for whole in set {
         for (gyro, columns) in columns.iter_mut().enumerate() {
@@ -196,12 +201,11 @@ fn columns_of(
                 let mut terms = whole.terms.iter();
                 let acts = terms.any(|term| term.record == gyro && term.parameter == parameter);
                 if acts {
-                    sum = vec![0.0; signals.rows];
+                    sum = vec![0.0; rows];
                     let terms = whole.terms.iter();
                     for term in terms.filter(|one| one.record == gyro && one.parameter == parameter)
                     {
-                        let values = found.pool.columns[term.column].values(signals);
-                        add(&mut sum, &values, term.coefficient);
+                        add(&mut sum, &values(term.column), term.coefficient);
                     }
                     sum = whitened(gyro, &sum);
                 }
@@ -348,8 +352,7 @@ pub(super) fn settle_instants(
     if !headlines.iter().any(is_step) {
         return vec![None; headlines.len()];
     }
-    let Some(observations) = Observations::bridged(&data.rows_of(&[Use::Train, Use::Confirm]))
-    else {
+    let Some(observations) = data.observed(&data.rows_of(&[Use::Train, Use::Confirm])) else {
         return vec![None; headlines.len()];
     };
     let (transform, basis) = Transform::with_basis(observations, mean(&last.fit.levels));
@@ -442,7 +445,7 @@ pub(super) fn misfits_of(
 /// Fits `members`, places in `found.candidates`; `None` where too few rows are left.
 fn refit(data: &Data, found: &Found, members: &[usize], plan: &AnalysisPlan) -> Option<Final> {
     let fitted = data.rows_of(&[Use::Train, Use::Confirm]);
-    let observations = Observations::bridged(&fitted)?.to_fast_length();
+    let observations = data.observed(&fitted)?.to_fast_length();
     let mut pool = Pool::default();
     let candidates: Vec<Candidate> = members
         .iter()

@@ -97,7 +97,8 @@ impl<'a> Data<'a> {
             );
             add_triad(&mut residual_rad, &sensed, -1.0);
         }
-        let segments: Vec<Range<usize>> = streams.pieces[0]
+        let segments: Vec<Range<usize>> = streams
+            .piece
             .segments
             .iter()
             .map(|segment| {
@@ -161,6 +162,16 @@ impl<'a> Data<'a> {
         reached(&rows, self.late_rows)
     }
 
+    /// Rows that are `seen`, as one span; `None` where they are too few. The level of a stretch of a longer recording is known
+    /// from all of that.
+    pub fn observed(&self, seen: &[bool]) -> Option<Observations> {
+        let observed = Observations::bridged(seen)?;
+        Some(match self.streams.is_stretch() {
+            true => observed.with_free_levels(),
+            false => observed,
+        })
+    }
+
     /// Contiguous rows of [`Data::rows_of`].
     pub fn ranges_of(&self, uses: &[Use]) -> Vec<Range<usize>> {
         rlg_inference::observations::runs(&self.rows_of(uses), true)
@@ -221,7 +232,7 @@ impl<'a> Data<'a> {
 /// Whether an effect is in this recording: of several, a model may name the one that has it.
 fn is_in(effect: &ModelEffect, streams: &Streams) -> bool {
     let name = effect.text("recording");
-    name.is_none_or(|name| name == streams.pieces[0].recording)
+    name.is_none_or(|name| name == streams.piece.recording)
 }
 
 /// Delays, low passes and mounts that a model holds.

@@ -9,11 +9,7 @@ use super::validate::{Figures, Validation};
 
 /// A fault of the data.
 pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
-    let (recording, [start_s, end_s]) = streams.own_span(&fault.rows);
-    let named = streams.is_joined().then(|| ParameterEntry::Text {
-        name: "recording".to_string(),
-        value: recording.to_string(),
-    });
+    let [start_s, end_s] = streams.span_of(&fault.rows);
     // A fault is located to the row.
     let std = 1.0 / streams.rate_hz;
     let number = |name: &str, value: f64| ParameterEntry::Number {
@@ -69,7 +65,6 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
         ]
         .into_iter()
         .chain(counted)
-        .chain(named)
         .collect(),
         covariance,
         identifiable: Vec::new(),

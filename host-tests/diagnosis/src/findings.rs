@@ -10,7 +10,7 @@ use rlg_catalogue::signals::AXES;
 use rlg_catalogue::{Candidate, Column, Signals};
 use rlg_inference::events::scan;
 use rlg_inference::normal_equations::Transform;
-use rlg_inference::{Drift, Fit, NoiseLevels, Observations};
+use rlg_inference::{Drift, Fit, NoiseLevels};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::partition::Use;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
@@ -30,8 +30,8 @@ use super::outcome::Outcome;
 use super::pictures;
 use super::plan::AnalysisPlan;
 use super::reenact::Reenactment;
+use super::regimes::{Regime, regimes_of};
 use super::search::{Found, effect_rad};
-use super::split::{Part, Regime, split};
 use super::validate::validate;
 use super::whitened::Whitener;
 use rlg_findings::combinations::identifiable;
@@ -103,7 +103,7 @@ pub(super) fn written(
     } = &confirmed.last;
     let after_rad = &data.aside.with_unexplained(left_rad);
     let before_rad = &data.aside.with_all(&found.residual_rad);
-    let regimes = split(streams, Part::End).regimes;
+    let regimes = regimes_of(streams);
     let findings = findings((data, found), confirmed, &regimes, plan);
 
     let noise: [Noise; 3] =
@@ -175,7 +175,7 @@ pub(super) fn written(
         |rows: &std::ops::Range<usize>| [streams.begin_s(rows.start), streams.begin_s(rows.end)];
     let diagnosis = Diagnosis {
         format: 1,
-        recording: streams.pieces[0].recording.clone(),
+        recording: streams.piece.recording.clone(),
         version: env!("CARGO_PKG_VERSION").to_string(),
         seed,
         verdict,
@@ -184,7 +184,7 @@ pub(super) fn written(
             .chain(
                 unlike
                     .iter()
-                    .filter_map(|&gyro| unlike_noise(gyro, misfits, streams)),
+                    .filter_map(|&gyro| unlike_noise(gyro, misfits, streams.rate_hz)),
             )
             .collect(),
         locations: locations
@@ -252,8 +252,7 @@ pub(super) fn written(
 /// Whether a step or a slip stands in any row, confirming and tested ones included: those are too late for a name, but
 /// the residual is then not the noise that was fitted.
 fn has_event(data: &Data, fit: &Fit, after_rad: &Triad, plan: &AnalysisPlan) -> bool {
-    let Some(observations) =
-        Observations::bridged(&data.rows_of(&[Use::Train, Use::Confirm, Use::Test]))
+    let Some(observations) = data.observed(&data.rows_of(&[Use::Train, Use::Confirm, Use::Test]))
     else {
         return false;
     };
@@ -553,7 +552,7 @@ fn noise_effect(excess: &Excess) -> ModelEffect {
 }
 
 fn fault_effect(fault: &Fault, streams: &Streams) -> ModelEffect {
-    let (_, [start_s, end_s]) = streams.own_span(&fault.rows);
+    let [start_s, end_s] = streams.span_of(&fault.rows);
     ModelEffect {
         kind: fault.kind.to_string(),
         parameters: BTreeMap::from([
@@ -585,7 +584,7 @@ fn name_regimes(locations: &mut [Location], findings: &[Finding]) {
 }
 
 fn location_entry(location: &Location, streams: &Streams) -> LocationEntry {
-    let (_, [start_s, end_s]) = streams.own_span(&location.rows);
+    let [start_s, end_s] = streams.span_of(&location.rows);
     LocationEntry {
         channel: format!("gyro_{}", AXES[location.axis]),
         recording: None,
@@ -717,10 +716,10 @@ fn summary(
 }
 
 /// Where what is left of a gyro is most beyond its noise, or below it.
-pub(crate) fn unlike_noise(gyro: usize, misfits: &[Misfit], streams: &Streams) -> Option<String> {
+pub(crate) fn unlike_noise(gyro: usize, misfits: &[Misfit], rate_hz: f64) -> Option<String> {
     let of_gyro = misfits.iter().filter(|one| one.gyro == gyro);
     let most = of_gyro.max_by(|a, b| a.ratio.total_cmp(&b.ratio))?;
-    let [from, to] = most.band.map(|share| share * streams.rate_hz);
+    let [from, to] = most.band.map(|share| share * rate_hz);
     Some(format!(
         "Not explained: what is left of gyro {} is not like its noise; between {from:.2} and {to:.2} Hz it has {:.2} times the power that fits the rest.",
         AXES[gyro], most.ratio

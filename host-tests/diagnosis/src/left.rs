@@ -17,7 +17,7 @@ pub fn unexplained(left: &[Location], streams: &Streams) -> Vec<EffectEntry> {
 }
 
 fn stretch(location: &Location, streams: &Streams) -> EffectEntry {
-    let (_, [start_s, end_s]) = streams.own_span(&location.rows);
+    let [start_s, end_s] = streams.span_of(&location.rows);
     let axis = AXES[location.axis];
     unlisted(
         String::new(),

@@ -4,11 +4,12 @@
 //! the residual) → [`search`] (passes of columns and structure search on the rows to fit, by [`scores`] of [`families`], windows and [`lock_in`]) → [`confirm`] (on
 //! rows that were not fitted, and by [`reenact`]ing the recording without an effect; [`goodness`] of what is left) →
 //! [`findings`] and [`excess_noise`]. Of a unit at rest, whose motion is the Earth's, the same for what acts slowly
-//! ([`at_rest`]); several recordings of one unit share one search ([`several`]). Where two instruments are only aligned, the same with physics left out ([`registration`]).
+//! ([`at_rest`]); several recordings of one unit share one search ([`several`]), and so do
+//! stretches of a recording longer than memory and sums over all of it ([`long`]). Where two instruments are only aligned, the same with physics left out ([`registration`]).
 //!
 //! Before it: channels in other axes or units ([`put_right`]); what is said of faults of the data ([`data_words`]).
 //!
-//! What the older stages use too: tiles of the residual ([`locate`]) on a [`noise_spectrum`], figures on held-out time
+//! What others use too: tiles of the residual ([`locate`]) on a [`noise_spectrum`], figures on held-out time
 //! ([`validate`]), what coarse pulses hide ([`lattice`]), what the report draws ([`pictures`]).
 
 pub mod portion;
@@ -19,7 +20,7 @@ pub mod least_squares;
 
 pub mod noise_spectrum;
 
-pub mod split;
+pub mod regimes;
 
 pub mod locate;
 
@@ -88,6 +89,8 @@ pub mod registration;
 pub mod diagnose;
 
 pub mod several;
+
+pub mod long;
 
 pub mod at_rest;
 

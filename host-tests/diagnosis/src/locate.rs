@@ -15,7 +15,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::noise_spectrum::{LOWEST_SHARE, Noise};
-use super::split::{Regime, intersect, usable_runs};
+use super::regimes::{Regime, intersect};
+use rlg_inference::observations::runs;
 use rlg_signal::streams::{Streams, Triad};
 use rlg_signal::transforms;
 
@@ -92,6 +93,16 @@ pub struct Location {
     pub regime: String,
     /// Channels that it goes with, the surest first.
     pub companions: Vec<Companion>,
+}
+
+/// Runs of usable rows inside `rows`, those too short to carry information left out.
+fn usable_runs(usable: &[bool], rows: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+    /// A joint costs about this many rows of information at its free jump.
+    const SHORTEST_RUN: usize = 64;
+    runs(&usable[rows.clone()], true)
+        .into_iter()
+        .filter(|run| run.len() >= SHORTEST_RUN)
+        .map(move |run| rows.start + run.start..rows.start + run.end)
 }
 
 /// Tests all tiles of the rows in `looked_at`.

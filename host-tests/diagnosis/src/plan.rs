@@ -130,6 +130,42 @@ impl Default for SeveralPlan {
     }
 }
 
+/// How a recording longer than memory is cut.
+#[derive(Debug, Clone, Copy)]
+pub struct LongPlan {
+    /// Stretches that are looked at row by row, at most.
+    pub stretches: usize,
+    /// Share of the rows that may be held at once that they have together \[1\]: the rest is for what is made of them.
+    pub of_rows: f64,
+    /// Ends of a stretch that only feed its spectra \[s\]: a motion that is cut off leaves its filtered rate wrong there.
+    pub ends_s: f64,
+    /// A stretch has this many times the length of its two ends at least.
+    pub least_of_ends: f64,
+    /// Blocks per second into which all rows are summed \[Hz\].
+    pub blocks_hz: f64,
+    /// Blocks at most: of a longer recording they are longer.
+    pub most_blocks: usize,
+    /// Length of what is read at once \[s\].
+    pub chunk_s: f64,
+    /// What is read besides on either side \[s\]: temperature, the slowest, is smoothed over two seconds.
+    pub around_s: f64,
+}
+
+impl Default for LongPlan {
+    fn default() -> Self {
+        Self {
+            stretches: 12,
+            of_rows: 0.5,
+            ends_s: 0.5,
+            least_of_ends: 4.0,
+            blocks_hz: 20.0,
+            most_blocks: 72_000,
+            chunk_s: 30.0,
+            around_s: 4.0,
+        }
+    }
+}
+
 /// All thresholds of this engine.
 ///
 /// `rlg challenge --marks` shows what they give on seeds that they were not chosen on, and with `--vary` what other
@@ -148,6 +184,8 @@ pub struct AnalysisPlan {
     pub search: SearchPlan,
     /// Prices of how recordings share effects.
     pub several: SeveralPlan,
+    /// How a recording longer than memory is cut.
+    pub long: LongPlan,
     /// Log posterior that a named effect must cost to do without.
     pub naming: f64,
     /// A rival that comes within this in log posterior stands in the effect's class.
@@ -192,6 +230,7 @@ impl Default for AnalysisPlan {
             lines: LinePlan::default(),
             search: SearchPlan::default(),
             several: SeveralPlan::default(),
+            long: LongPlan::default(),
             naming: 4.0,
             class_within: 3.0,
             separation: 5.0,

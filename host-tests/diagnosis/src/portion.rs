@@ -179,29 +179,6 @@ impl Portion {
         }
     }
 
-    /// Only the bins around `bin`, back in time, as (row of the recording, value).
-    pub fn back_in_time(&self, bins: &Bins, bin: usize) -> Vec<(usize, f64)> {
-        /// Bins on either side: a line between two bins has nine tenths of its power in them, and one that jumps in
-        /// phase from stretch to stretch is as many times as wide.
-        const AROUND: usize = 24;
-        let around = AROUND.max(8 * self.ranges.len());
-        let mut kept = vec![Complex64::new(0.0, 0.0); bins.len()];
-        let last = bins.len() - 1;
-        for near in bin.saturating_sub(around).max(1)..(bin + around).min(last) {
-            kept[near] = bins[near] / std::f64::consts::SQRT_2;
-        }
-        let mut values = self.inverse.make_output_vec();
-        self.inverse
-            .process(&mut kept, &mut values)
-            .expect("lengths come from the plan");
-        let scale = 1.0 / (self.length as f64).sqrt();
-        self.ranges
-            .iter()
-            .flat_map(Clone::clone)
-            .zip(values.into_iter().map(|v| v * scale))
-            .collect()
-    }
-
     /// Bins back in time: the values of the rows of this portion, end to end.
     pub fn rows_of(&self, bins: &Bins) -> Vec<f64> {
         let last = bins.len() - 1;

@@ -49,7 +49,7 @@ pub fn put_right(
         .iter()
         .all(|(lead, crossing)| *lead == Lead::Reference && crossing.is_registration());
     if !is_registration && !settings.anyway {
-        let problem = refusal(&crossings, &streams.pieces[0].recording, streams.rate_hz);
+        let problem = refusal(&crossings, &streams.piece.recording, streams.rate_hz);
         return Err(InputError::new(model_file, problem).expected(
             "each gyro to read once what the reference says of its own axis; --anyway puts it right and reports it",
         ));

@@ -181,7 +181,8 @@ impl<'a> Stage<'a> {
                 .collect(),
             basis: NoiseBasis::new(&Observations::separate(&vec![true; rows], 1)),
             dct: Dct::new(rows),
-            fitted: Observations::bridged(&seen)
+            fitted: data
+                .observed(&seen)
                 .expect("what was fitted has rows")
                 .to_fast_length(),
             seen,

@@ -42,11 +42,6 @@ impl Regressor {
         }
     }
 
-    /// All bins.
-    pub fn to_bins(&self) -> Bins {
-        (0..self.bins.len()).map(|bin| self.at(bin)).collect()
-    }
-
     /// One bin.
     pub fn at(&self, bin: usize) -> Complex64 {
         let Complex32 { re, im } = self.bins[bin];

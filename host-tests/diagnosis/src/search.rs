@@ -87,7 +87,7 @@ pub fn residual_of_model(data: &mut Data, plan: &AnalysisPlan) -> Option<Triad> 
         return Some(left);
     }
     let seen = data.rows_of(&[Use::Train, Use::Confirm]);
-    let looked_at = Observations::bridged(&seen)?;
+    let looked_at = data.observed(&seen)?;
     let fitted = looked_at.clone().to_fast_length();
     // What the model holds is taken out before the noise of what is left means anything.
     for _ in 0..2 {
@@ -109,14 +109,14 @@ pub(super) fn settle(
     progress: &dyn Fn(&str),
 ) -> Option<Settled> {
     let mut seen = data.rows_of(&[Use::Train, Use::Confirm]);
-    let mut looked_at = Observations::bridged(&seen)?;
+    let mut looked_at = data.observed(&seen)?;
     let mut fitted = looked_at.clone().to_fast_length();
     let left = residual_of_model(data, plan)?;
     let far = coarse(data, &left, &seen, &plan.coarse);
     if far.path != Path::default() {
         data.late_rows += far.path.longest_delay_s() * data.streams.rate_hz;
         seen = data.rows_of(&[Use::Train, Use::Confirm]);
-        looked_at = Observations::bridged(&seen)?;
+        looked_at = data.observed(&seen)?;
         fitted = looked_at.clone().to_fast_length();
     }
     let mut levels = first_levels(&far.clean_rad, &fitted);
@@ -275,6 +275,45 @@ impl Before<'_> {
     }
 }
 
+/// What is left to explain along one motion.
+pub(super) struct Left {
+    pub(super) residual_rad: Triad,
+    /// What linear effects make of the reference's noise \[rad\]: still in the residual.
+    pub(super) passed_noise_rad: Triad,
+}
+
+impl Left {
+    /// Behind what the model knows.
+    pub(super) fn behind_known(data: &mut Data, signals: &Signals) -> Self {
+        if !data.model.effects.is_empty() {
+            data.set_known(signals);
+        }
+        let mut residual_rad = without_known(data, signals);
+        // Filters that the model knows have passed the noise already; before them it is white as ever.
+        let passed_noise_rad = match data.passed_noise_rad(signals) {
+            Some(noise) => {
+                add_triad(&mut residual_rad, &noise, 1.0);
+                noise
+            }
+            None => std::array::from_fn(|_| vec![0.0; signals.rows]),
+        };
+        Self {
+            residual_rad,
+            passed_noise_rad,
+        }
+    }
+
+    /// Takes out what columns made of gated motion do not show of what was found: gyro, column, size.
+    pub(super) fn take_out_hidden(&mut self, parts: &[(usize, Sensed, f64)], signals: &Signals) {
+        for (gyro, column, size) in parts {
+            if let Some([hidden, noise]) = column.hidden(signals) {
+                add(&mut self.residual_rad[*gyro], &hidden, -size);
+                add(&mut self.passed_noise_rad[*gyro], &noise, *size);
+            }
+        }
+    }
+}
+
 /// What the delays on the path, about which a candidate's are estimated, cost in log posterior.
 ///
 /// Numbers of one effect share the width of their prior: gyros that are in time would join the delay of a late one at no cost
@@ -315,17 +354,7 @@ impl Pass {
         levels: &[NoiseLevels],
         before: Before,
     ) -> Self {
-        if !data.model.effects.is_empty() {
-            data.set_known(&motion.signals);
-        }
-        let mut residual_rad = without_known(data, &motion.signals);
-        let rows = motion.signals.rows;
-        let mut passed_noise_rad: Triad = std::array::from_fn(|_| vec![0.0; rows]);
-        // Filters that the model knows have passed the noise already; before them it is white as ever.
-        if let Some(noise) = data.passed_noise_rad(&motion.signals) {
-            add_triad(&mut residual_rad, &noise, 1.0);
-            passed_noise_rad = noise;
-        }
+        let mut left = Left::behind_known(data, &motion.signals);
         let mut pool = Pool::default();
         let mut candidates = pool.candidates(&motion.signals, motion.is_moving, left_out);
         match before {
@@ -344,12 +373,12 @@ impl Pass {
                 }
             }
         }
-        for (gyro, column, size) in before.linear(&candidates, &pool, &motion.signals) {
-            if let Some([hidden, noise]) = column.hidden(&motion.signals) {
-                add(&mut residual_rad[gyro], &hidden, -size);
-                add(&mut passed_noise_rad[gyro], &noise, size);
-            }
-        }
+        let parts = before.linear(&candidates, &pool, &motion.signals);
+        left.take_out_hidden(&parts, &motion.signals);
+        let Left {
+            residual_rad,
+            passed_noise_rad,
+        } = left;
         let columns = PoolColumns {
             columns: &pool.columns,
             signals: &motion.signals,

@@ -15,11 +15,9 @@ use super::least_squares::fit_away;
 use super::locate::Location;
 use super::noise_spectrum::Noise;
 use super::portion::{Portion, inner};
+use super::regimes::intersect;
 use super::regressor::regressors;
-use super::split::{Split, intersect};
-use rlg_findings::result::RecordingEntry;
-use rlg_signal::pieces::Piece;
-use rlg_signal::streams::{Streams, Triad};
+use rlg_signal::streams::Triad;
 
 /// Bins needed to tell a tenth of power by four standard deviations.
 const ENOUGH_BINS: usize = 1600;
@@ -121,53 +119,6 @@ pub fn validate(
             }
         })
         .collect()
-}
-
-/// Takes over the drifts that the blocks of a whole recording show: stretches have no band in which a drift counts.
-pub fn drifts_of(validations: &mut [Validation], blocks: &[Validation]) {
-    for validation in validations {
-        let Some(slowly) = blocks.iter().find(|one| one.axis == validation.axis) else {
-            continue;
-        };
-        for (figures, slowly) in [
-            (&mut validation.before, &slowly.before),
-            (&mut validation.after, &slowly.after),
-        ] {
-            figures.drift_rad_s = slowly.drift_rad_s;
-            figures.drift_std_rad_s = slowly.drift_std_rad_s;
-        }
-    }
-}
-
-/// What was fitted and held out of each of several recordings, and how much of its held-out power is left; empty for
-/// one alone. The noise is that of all together: a recording whose own differs shows here.
-pub fn by_recording(
-    streams: &Streams,
-    split: &Split,
-    after_rad: &Triad,
-    noise: &[Noise; 3],
-) -> Vec<RecordingEntry> {
-    if !streams.is_joined() {
-        return Vec::new();
-    }
-    let of_piece = |piece: &Piece| {
-        let own = std::slice::from_ref(&piece.rows);
-        let held_out = intersect(&split.held_out, own);
-        let times = |rows: &[Range<usize>]| rows.iter().map(|r| streams.own_span(r).1).collect();
-        let portion = Portion::new(held_out.clone(), streams.rate_hz);
-        RecordingEntry {
-            recording: piece.recording.clone(),
-            held_out_whole: piece.held_out,
-            fitted_on: times(&intersect(&split.fitted, own)),
-            held_out: times(&held_out),
-            normalised_power: [0, 1, 2].map(|axis: usize| {
-                let portion = portion.as_ref()?;
-                let everything = 0..portion.bins();
-                Some(power(portion, &after_rad[axis], &noise[axis], everything).0)
-            }),
-        }
-    };
-    streams.pieces.iter().map(of_piece).collect()
 }
 
 fn union(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {

@@ -23,15 +23,19 @@ impl Whitener {
     /// For the rows to fit and to confirm, under noise of `levels`; `None` where too few of them are measured.
     pub fn new(data: &Data, levels: &[NoiseLevels]) -> Option<Self> {
         let seen = data.rows_of(&[Use::Train, Use::Confirm]);
-        let observations = Observations::bridged(&seen)?;
+        Some(Self::of(data.observed(&seen)?, seen, levels))
+    }
+
+    /// For rows that are `seen`, as a span.
+    pub fn of(observations: Observations, seen: Vec<bool>, levels: &[NoiseLevels]) -> Self {
         let (transform, basis) = Transform::with_basis(observations, mean(levels));
         let roots = std::array::from_fn(|gyro| basis.roots(levels[gyro]));
-        Some(Self {
+        Self {
             transform,
             basis,
             roots,
             seen,
-        })
+        }
     }
 
     /// Rows of a gyro \[σ\]; 0 where they were not looked at.

@@ -376,8 +376,8 @@ pub struct FitEntry {
     /// then count on from the first recording's clock without a gap.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub recordings: Vec<RecordingEntry>,
-    /// Addition, where the recording was longer than memory: what was looked at how. Locations, powers and the
-    /// self-test are then of the stretches alone; parameters and drifts are of all of it.
+    /// Addition, where the recording was longer than memory: what was looked at how. Locations and powers are then of the
+    /// stretches alone; parameters and drifts are of all of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub whole: Option<WholeEntry>,
     /// Gyros.
@@ -389,10 +389,8 @@ pub struct FitEntry {
 pub struct WholeEntry {
     /// Blocks per second \[Hz\] into which its rows were summed.
     pub blocks_per_s: f64,
-    /// Stretches that were looked at row by row \[s\], above `split_hz`.
+    /// Stretches that were looked at row by row \[s\]; blocks that hold rows of them are left out.
     pub stretches_s: Vec<[f64; 2]>,
-    /// The blocks count below this frequency, the rows above \[Hz\].
-    pub split_hz: f64,
     /// Fitted in blocks \[s\].
     pub fitted_blocks_s: f64,
     /// Held out in blocks \[s\].

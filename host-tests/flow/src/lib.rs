@@ -5,6 +5,7 @@
 //! | gyros beside a reference on their rows | `rlg-diagnosis` ([`diagnose_streams`]) |
 //! | a unit at rest on the turning Earth | `rlg-diagnosis::at_rest` (`at_rest.rs`) |
 //! | several recordings of one unit | `rlg-diagnosis::several` (`together.rs`) |
+//! | a recording longer than memory | `rlg-diagnosis::long` (`long.rs`) |
 //! | gyros beside attitudes, or beside increments on other rows | `rlg-attitude` (`attitudes.rs`) |
 //! | accelerometers, beside each of these | `rlg-force` |
 //!
@@ -15,10 +16,13 @@ mod at_rest;
 
 mod attitudes;
 
+mod long;
+
 mod together;
 
+pub use long::{LongRecording, MOST_ROWS};
 pub use rlg_attitude::serves as is_slow;
-pub use rlg_diagnosis::{Outcome, Settings, locate, pictures, split};
+pub use rlg_diagnosis::{Outcome, Settings, locate, pictures};
 pub use rlg_findings::result;
 pub use rlg_signal::{qualify, streams};
 pub use together::diagnose_together;
@@ -105,7 +109,7 @@ pub fn diagnose_streams(
     let (model, model_file) = of;
     let put_right = put_right::put_right(settings, &mut streams, model, model_file)?;
     rlg_diagnosis::data::is_predictable(model, model_file)?;
-    let name = streams.pieces[0].recording.clone();
+    let name = streams.piece.recording.clone();
     let found = if streams.at_rest.is_some() {
         at_rest::diagnose(settings, &mut streams, of, progress)?
     } else {

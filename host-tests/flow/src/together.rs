@@ -8,7 +8,7 @@ use rlg_diagnosis::{data_words, several};
 use rlg_findings::result::ParameterEntry;
 use rlg_model::Model;
 use rlg_recording::error::InputError;
-use rlg_signal::pieces::distinct;
+use rlg_signal::piece::distinct;
 use rlg_signal::qualify;
 use rlg_signal::streams::Streams;
 
@@ -29,14 +29,14 @@ pub fn diagnose_together(
     is_predictable(model, model_file)?;
     for streams in &aligned {
         if streams.at_rest.is_some() {
-            let name = &streams.pieces[0].recording;
+            let name = &streams.piece.recording;
             return Err(InputError::new(name, "is of a unit at rest")
                 .expected("one such recording at a time, or recordings with a reference"));
         }
     }
     let names: Vec<String> = aligned
         .iter()
-        .map(|one| one.pieces[0].recording.clone())
+        .map(|one| one.piece.recording.clone())
         .collect();
     let mut turned = Vec::with_capacity(aligned.len());
     for streams in &mut aligned {

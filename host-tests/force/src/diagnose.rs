@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use rlg_diagnosis::noise_levels::{first_levels, mean};
-use rlg_diagnosis::split::{Part, Regime, intersect, split};
+use rlg_diagnosis::regimes::{Regime, intersect, regimes_of};
 use rlg_inference::search::DriftPrior;
 use rlg_inference::{NoiseLevels, Observations, Search};
 use rlg_model::{Model, ModelEffect};
@@ -84,7 +84,7 @@ pub fn diagnose(
         mut made_of,
     } = prepare(streams, asked)?;
     let model = asked.model;
-    let regimes = split(&bare, Part::End).regimes;
+    let regimes = regimes_of(&bare);
     settle_vertical(&mut made_of, model, &seen, plan)?;
     let fitted = runs(&seen);
     let residual = residual_m_s(&made_of, model);
@@ -171,12 +171,6 @@ struct Rows {
 }
 
 fn prepare(streams: &Streams, asked: &Asked) -> Result<Rows, String> {
-    if streams.is_joined() {
-        return Err("accelerometers are diagnosed one recording at a time".to_string());
-    }
-    if streams.pieces[0].origin.is_some() {
-        return Err("of a recording longer than memory the gyros alone are diagnosed".to_string());
-    }
     let mut rows = streams.accelerometers.clone()?;
     rows.mask(streams);
     let site: Site = streams
@@ -187,7 +181,7 @@ fn prepare(streams: &Streams, asked: &Asked) -> Result<Rows, String> {
         return Err(why_not_at_rest(streams));
     }
     let plan = &asked.plan;
-    let piece = &streams.pieces[0];
+    let piece = &streams.piece;
     let bare = Streams::bare(rows.rate_hz, rows.start_s, rows.usable.clone(), piece);
     let segments: Vec<Range<usize>> = piece
         .segments

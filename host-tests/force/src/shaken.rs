@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use rlg_diagnosis::locate::BAND_EDGES_HZ;
 use rlg_diagnosis::noise_levels::{first_levels, mean};
-use rlg_diagnosis::split::{Regime, intersect};
+use rlg_diagnosis::regimes::{Regime, intersect};
 use rlg_findings::result::UNLISTED;
 use rlg_inference::evaluate::{Effort, evaluate, residual_power};
 use rlg_inference::{Drift, Fit, Hypothesis, Observations};

@@ -37,8 +37,8 @@ pub fn ends(span: &Span) -> Vec<FreeNumber> {
     all
 }
 
-/// What else is free in a span: its first and its last row, whose angles have no neighbour, and all rows of each gap that is
-/// long enough, by as much.
+/// What else is free in a span: its first and its last row, whose angles have no neighbour, all rows of each gap that is
+/// long enough, by as much, and its level where that is free.
 pub fn slow(span: &Span) -> Vec<FreeNumber> {
     let rows = span.rows.len();
     let of_span = [0, rows - 1].map(|row| FreeNumber {
@@ -50,7 +50,11 @@ pub fn slow(span: &Span) -> Vec<FreeNumber> {
         impulse: None,
         across: Some((gap.start - span.rows.start..gap.end - span.rows.start, 1.0)),
     });
-    of_span.into_iter().chain(long).collect()
+    let level = span.has_free_level.then_some(FreeNumber {
+        impulse: None,
+        across: Some((0..rows, 1.0)),
+    });
+    of_span.into_iter().chain(long).chain(level).collect()
 }
 
 /// Coefficients of a free number in a span of `rows`.

@@ -108,12 +108,6 @@ impl<'a, L: Likelihood> JointLikelihood<'a, L> {
         }
     }
 
-    /// Place of a part's first record.
-    pub fn first_record(&self, part: usize) -> usize {
-        let before = self.place.iter().take_while(|(other, _)| *other < part);
-        before.count()
-    }
-
     fn part(&self, record: usize) -> (&L, usize) {
         let (part, own) = self.place[record];
         (self.parts[part], own)

@@ -14,6 +14,8 @@ pub struct Span {
     pub rows: Range<usize>,
     /// Rows within that are not seen, ascending, inside `rows` and touching neither end.
     pub gaps: Vec<Range<usize>>,
+    /// Whether a constant over it may have any size: that of a stretch of a longer record is known from all of that.
+    pub has_free_level: bool,
 }
 
 /// All spans that a likelihood looks at.
@@ -37,7 +39,11 @@ impl Observations {
             .collect();
         let missing: usize = gaps.iter().map(ExactSizeIterator::len).sum();
         (rows.len() - missing >= LEAST_ROWS).then(|| Self {
-            spans: vec![Span { rows, gaps }],
+            spans: vec![Span {
+                rows,
+                gaps,
+                has_free_level: false,
+            }],
             record_rows: seen.len(),
         })
     }
@@ -51,6 +57,7 @@ impl Observations {
                 .map(|rows| Span {
                     rows,
                     gaps: Vec::new(),
+                    has_free_level: false,
                 })
                 .collect(),
             record_rows: seen.len(),
@@ -73,6 +80,14 @@ impl Observations {
                 span.gaps.retain(|gap| gap.end < first + rows);
             }
         }
+        self
+    }
+
+    /// The same with the level of every span free.
+    pub fn with_free_levels(mut self) -> Self {
+        self.spans
+            .iter_mut()
+            .for_each(|span| span.has_free_level = true);
         self
     }
 
@@ -208,6 +223,7 @@ mod tests {
         let span = Span {
             rows: 4..28,
             gaps: vec![12..14, 20..21],
+            has_free_level: false,
         };
         assert_eq!(span.edges(), [0, 8, 9, 16, 23]);
         assert_eq!(observations.spans, [span]);
@@ -226,6 +242,7 @@ mod tests {
         let span = |rows, gaps: &[std::ops::Range<usize>]| Span {
             rows,
             gaps: gaps.to_vec(),
+            has_free_level: false,
         };
         assert_eq!(
             of(1001..1003),

@@ -47,7 +47,11 @@ impl Observations {
                 }
             }
             gaps.retain(|gap| gap.start > rows.start && gap.end < rows.end);
-            Span { rows, gaps }
+            Span {
+                rows,
+                gaps,
+                has_free_level: span.has_free_level,
+            }
         });
         Self {
             spans: spans.collect(),

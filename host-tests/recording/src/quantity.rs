@@ -258,11 +258,6 @@ impl Axis {
         }
     }
 
-    /// By its label.
-    pub fn from_label(label: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|axis| axis.label() == label)
-    }
-
     /// Its index in a vector: 0, 1, 2.
     pub fn index(self) -> usize {
         self as usize

@@ -32,10 +32,7 @@ pub fn crossings(
     partition: &PartitionPlan,
     plan: &ChannelPlan,
 ) -> Vec<(Lead, Crossing)> {
-    let has_reference = streams.pieces.len() == 1
-        && !streams.own_motion
-        && streams.at_rest.is_none()
-        && !streams.pieces[0].held_out;
+    let has_reference = !streams.own_motion && streams.at_rest.is_none() && !streams.piece.held_out;
     if !has_reference {
         return Vec::new();
     }
@@ -48,7 +45,8 @@ fn seen(streams: &mut Streams, partition: &PartitionPlan) -> Vec<bool> {
     let usable = streams.usable.clone();
     qualify::qualify(streams);
     let sound = std::mem::replace(&mut streams.usable, usable);
-    let segments: Vec<_> = streams.pieces[0]
+    let segments: Vec<_> = streams
+        .piece
         .segments
         .iter()
         .map(|segment| streams.row_at(segment.start_s)..streams.row_at(segment.end_s))

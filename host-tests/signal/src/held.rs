@@ -40,12 +40,7 @@ pub struct Hold {
     pub fresh: Vec<usize>,
 }
 
-impl Hold {
-    /// Mean age of a reading \[rows\].
-    pub fn mean_age_rows(&self) -> f64 {
-        0.5 * (self.rows_per_reading - 1.0)
-    }
-}
+impl Hold {}
 
 /// Finds whether `values` are held, rows that were not `measured` left out.
 pub fn find(values: &[f64], measured: &[bool], plan: &HoldPlan) -> Option<Hold> {

@@ -9,15 +9,13 @@
 //! Before it stand the channels themselves: [`streams`] puts a recording on the gyros' rows; [`channel_map`] says whether
 //! gyros and reference mean the same axes, by the [`channel_check`] of the [`coherent_map`] between them; [`read_once`]
 //! takes one row a reading; [`qualify`] finds faults of the data ([`held`], [`stops`], [`repeated`]) and takes their rows
-//! out of use; [`pieces`] joins several recordings; [`residual`] takes away what a model predicts.
+//! out of use; [`piece`] says what rows are of; [`residual`] takes away what a model predicts.
 
 pub mod axes;
 
 pub mod channels;
 
 mod unmeasured;
-
-mod piece;
 
 mod installation;
 
@@ -49,7 +47,7 @@ pub mod read_once;
 
 pub mod channel_map;
 
-pub mod pieces;
+pub mod piece;
 
 pub mod residual;
 

@@ -424,7 +424,7 @@ pub fn is_known(fault: &Fault, streams: &Streams, effects: &[ModelEffect]) -> bo
         );
         let here = effect
             .text("recording")
-            .is_none_or(|name| name == streams.pieces[0].recording);
+            .is_none_or(|name| name == streams.piece.recording);
         effect.kind == fault.kind
             && channel
             && here

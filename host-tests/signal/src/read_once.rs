@@ -203,7 +203,4 @@ fn take(streams: &mut Streams, held: &Held, hold: &Hold, reading: Reading) {
     streams.start_s += (middle - 0.5 * length) / streams.rate_hz;
     streams.rate_hz /= length;
     streams.rows = fresh.len();
-    let piece = &mut streams.pieces[0];
-    piece.rows = 0..fresh.len();
-    piece.start_s = streams.start_s;
 }

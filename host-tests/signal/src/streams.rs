@@ -58,8 +58,8 @@ pub struct Streams {
     pub usable: Vec<bool>,
     /// The same before faults of the data took rows out of use.
     pub measured: Vec<bool>,
-    /// Which rows come from which recording; one piece, all rows, unless they were joined (pieces.rs).
-    pub pieces: Vec<Piece>,
+    /// What the rows are of.
+    pub piece: Piece,
     /// The accelerometers on rows of their own, or why there are none to diagnose.
     pub accelerometers: Result<Rows, String>,
     /// Where the recording was made.
@@ -219,14 +219,12 @@ impl Streams {
             others,
             usable,
             measured,
-            pieces: vec![Piece {
+            piece: Piece {
                 origin: None,
                 recording: recording.name.clone(),
-                rows: 0..rows,
-                start_s,
                 segments: recording.segments.clone(),
                 held_out: false,
-            }],
+            },
             unmeasured,
         };
         if at_rest {
@@ -279,12 +277,6 @@ impl Streams {
         }
     }
 
-    /// Takes over which rows of `further` were not measured, behind its own.
-    pub(super) fn append_unmeasured(&mut self, further: &Self) {
-        self.unmeasured
-            .append(self.rows, &further.unmeasured, further.rows);
-    }
-
     /// Keeps these rows alone of which channels were not measured.
     pub(super) fn select_unmeasured(&mut self, rows: &[usize]) {
         self.unmeasured.select(rows);
@@ -296,8 +288,6 @@ impl Streams {
         let nowhere = Piece {
             origin: None,
             recording: String::new(),
-            rows: 0..rows,
-            start_s: 0.0,
             segments: Vec::new(),
             held_out: false,
         };
@@ -328,11 +318,7 @@ impl Streams {
             magnetic_t: None,
             others: Vec::new(),
             measured: usable.clone(),
-            pieces: vec![Piece {
-                rows: 0..usable.len(),
-                start_s,
-                ..of.clone()
-            }],
+            piece: of.clone(),
             usable,
             accelerometers: Err(String::new()),
             site: None,

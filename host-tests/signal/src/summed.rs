@@ -42,9 +42,6 @@ impl Streams {
         self.accelerometers = Err("rows were summed".to_string());
         self.rows = rows;
         self.rate_hz /= block as f64;
-        if let [piece] = self.pieces.as_mut_slice() {
-            piece.rows = 0..rows;
-        }
     }
 }
 
@@ -62,7 +59,7 @@ mod tests {
         assert_eq!((streams.rows, streams.rate_hz), (2, 2.0));
         assert_eq!(streams.sensed_rad[1], [6.0, 22.0]);
         assert_eq!(streams.usable, [true, false]);
-        assert_eq!(streams.pieces[0].rows, 0..2);
+        assert_eq!(streams.piece.rows, 0..2);
         let temperature_k = streams.temperature_k.expect("measured");
         assert_eq!(temperature_k[2], [1.5, 5.5]);
     }

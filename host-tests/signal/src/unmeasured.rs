@@ -34,19 +34,4 @@ impl Unmeasured {
             *missing = rows.iter().map(|&row| missing[row]).collect();
         }
     }
-
-    /// Takes over the `rows` of `further` behind its own `before`.
-    pub(super) fn append(&mut self, before: usize, further: &Self, rows: usize) {
-        for (_, missing) in &mut self.0 {
-            missing.resize(before + rows, false);
-        }
-        for (channel, missing) in &further.0 {
-            let place = self.0.iter().position(|(name, _)| name == channel);
-            let place = place.unwrap_or_else(|| {
-                self.0.push((channel.clone(), vec![false; before + rows]));
-                self.0.len() - 1
-            });
-            self.0[place].1[before..].copy_from_slice(missing);
-        }
-    }
 }

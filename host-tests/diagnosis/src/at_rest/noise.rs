@@ -28,7 +28,7 @@ pub(super) fn noise_lines(
         true => terms
             .as_ref()
             .map(|terms| terms::sentence(AXES[gyro], terms)),
-        false => findings::unlike_noise(gyro, unlike, streams),
+        false => findings::unlike_noise(gyro, unlike, streams.rate_hz),
     };
     noise.iter().enumerate().filter_map(of_gyro).collect()
 }

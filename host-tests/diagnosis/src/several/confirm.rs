@@ -4,42 +4,44 @@ use rlg_catalogue::candidates::PoolColumns;
 use rlg_catalogue::entries::STEP;
 use rlg_catalogue::{Candidate, Pool};
 use rlg_inference::block_validation::BlockSums;
-use rlg_inference::{Fit, Hypothesis, JointLikelihood, NormalEquations, Observations, Search};
+use rlg_inference::search::DriftPrior;
+use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Search};
 use rlg_signal::partition::Use;
 
 use super::search::{Together, drift_of};
 use super::shared::{Shared, Sharing, on_own_records, with_noise_of};
+use super::sums::Sums;
 use crate::confirm::{
     Final, Parameters, Prediction, gyro_of_event, headline, in_doubt, left_by, misfits_of,
     of_blocks, of_event, settle_instants, weakest, whiten,
 };
 use crate::data::Data;
 use crate::goodness::Misfit;
-use crate::noise_levels::mean;
+use crate::noise_levels::{drift_prior, mean};
 use crate::plan::AnalysisPlan;
 use crate::reenact::{Named, Reenactment, Stage, repeat, squared_size};
 use crate::search::Found;
 
 /// Members of the found set by what becomes of them, as in [`crate::confirm::Confirmed`].
-pub(super) struct Confirmed {
+pub(crate) struct Confirmed {
     /// Places in [`Together::judged`] of those with a name.
-    pub(super) named: Vec<usize>,
+    pub(crate) named: Vec<usize>,
     /// What a named member is called, as places in [`Together::shared`].
-    pub(super) headlines: Vec<usize>,
-    pub(super) predictions: Vec<Prediction>,
-    pub(super) unconfirmed: Vec<usize>,
-    pub(super) reenacted_away: Vec<usize>,
-    pub(super) impossible: Vec<usize>,
-    pub(super) reenactments: Vec<Reenactment>,
-    pub(super) instant_std_rows: Vec<Option<f64>>,
+    pub(crate) headlines: Vec<usize>,
+    pub(crate) predictions: Vec<Prediction>,
+    pub(crate) unconfirmed: Vec<usize>,
+    pub(crate) reenacted_away: Vec<usize>,
+    pub(crate) impossible: Vec<usize>,
+    pub(crate) reenactments: Vec<Reenactment>,
+    pub(crate) instant_std_rows: Vec<Option<f64>>,
     /// The fit of the headlines.
-    pub(super) fit: Fit,
-    /// Where what it leaves of each recording is not the noise that was fitted.
-    pub(super) misfits: Vec<Vec<Misfit>>,
+    pub(crate) fit: Fit,
+    /// Where what it leaves of each recording, and of sums behind them, is not the noise that was fitted.
+    pub(crate) misfits: Vec<Vec<Misfit>>,
 }
 
 /// Each recording's share of what was found: the same members, places as in [`Together::shared`], over its own columns.
-pub(super) fn shares_of(together: &mut Together) -> Vec<Found> {
+pub(crate) fn shares_of(together: &mut Together) -> Vec<Found> {
     let passes = std::mem::take(&mut together.passes);
     let of_pass = |(recording, pass): (usize, crate::pass::Pass)| Found {
         candidates: in_recording(&together.shared, recording),
@@ -57,7 +59,7 @@ pub(super) fn shares_of(together: &mut Together) -> Vec<Found> {
     passes.into_iter().enumerate().map(of_pass).collect()
 }
 
-fn in_recording(shared: &[Shared], recording: usize) -> Vec<Candidate> {
+pub(crate) fn in_recording(shared: &[Shared], recording: usize) -> Vec<Candidate> {
     shared
         .iter()
         .map(|one| one.in_recording(recording))
@@ -65,13 +67,17 @@ fn in_recording(shared: &[Shared], recording: usize) -> Vec<Candidate> {
 }
 
 /// Takes away what does not hold; `None` where too few rows are left.
-pub(super) fn confirmed(
+///
+/// # Inputs
+/// `sums`: over all rows of the recording that `all` are stretches of.
+pub(crate) fn confirmed(
     all: &[Data],
+    sums: Option<&Sums>,
     together: &mut Together,
     found: &mut [Found],
     plan: &AnalysisPlan,
 ) -> Option<Confirmed> {
-    let predictions = predictions(all, together, found, plan)?;
+    let predictions = predictions((all, sums), together, found, plan)?;
     let first = &found[0];
     let is_costly = |place: &usize| first.judged[*place].cost_without > plan.naming;
     let (mut named, unconfirmed): (Vec<usize>, Vec<usize>) = (0..first.judged.len())
@@ -88,10 +94,10 @@ pub(super) fn confirmed(
             .iter()
             .map(|&place| headline(&together.judged[place], &candidates))
             .collect();
-        let mut last = refit(all, together, found, &headlines, plan)?;
+        let mut last = refit((all, sums), together, found, &headlines, plan)?;
         let instant_std_rows = instants(all, together, found, &mut headlines, &last.0);
         if instant_std_rows.iter().any(Option::is_some) {
-            last = refit(all, together, found, &headlines, plan)?;
+            last = refit((all, sums), together, found, &headlines, plan)?;
         }
         let (fit, misfits) = last;
         if let Some(&place) = fit.impossible.first() {
@@ -123,7 +129,7 @@ pub(super) fn confirmed(
 
 /// What blocks of all recordings say of each member.
 fn predictions(
-    all: &[Data],
+    (all, sums): (&[Data], Option<&Sums>),
     together: &Together,
     found: &[Found],
     plan: &AnalysisPlan,
@@ -153,7 +159,15 @@ fn predictions(
         })
     };
     let events: Vec<Option<Prediction>> = (0..members.len()).map(of_members).collect();
-    let sums = BlockSums::join(whitened.into_iter().map(|one| one.sums));
+    let of_sums = match sums {
+        Some(sums) => {
+            let set = set_of(members, &together.shared, all.len());
+            let levels = with_noise_of(&together.fit, all.len()).levels;
+            Some(sums.whitened(&set, &levels, plan)?)
+        }
+        None => None,
+    };
+    let sums = BlockSums::join(whitened.into_iter().map(|one| one.sums).chain(of_sums));
     let each = events.into_iter().enumerate();
     Some(
         each.map(|(place, event)| {
@@ -225,7 +239,7 @@ fn instants(
 
 /// Fits the headlines to all rows that are no test.
 fn refit(
-    all: &[Data],
+    (all, sums): (&[Data], Option<&Sums>),
     together: &Together,
     found: &[Found],
     headlines: &[usize],
@@ -234,7 +248,7 @@ fn refit(
     let mut parts: Vec<(NormalEquations, Vec<Candidate>)> = Vec::with_capacity(all.len());
     for (data, own) in all.iter().zip(found) {
         let fitted = data.rows_of(&[Use::Train, Use::Confirm]);
-        let observations = Observations::bridged(&fitted)?.to_fast_length();
+        let observations = data.observed(&fitted)?.to_fast_length();
         let mut pool = Pool::default();
         let candidates: Vec<Candidate> = headlines
             .iter()
@@ -247,6 +261,21 @@ fn refit(
         let levels = mean(&own.fit.levels);
         let equations = NormalEquations::new(observations, &own.residual_rad, &columns, levels);
         parts.push((equations, candidates));
+    }
+    let mut levels: Vec<NoiseLevels> = found
+        .iter()
+        .flat_map(|own| own.fit.levels.clone())
+        .collect();
+    let mut drift: Vec<DriftPrior> = all
+        .iter()
+        .map(|data| drift_prior(&data.model.gyro))
+        .collect();
+    if let Some(sums) = sums {
+        let of_sums = |place: &usize| together.shared[*place].in_recording(all.len());
+        let own = with_noise_of(&together.fit, all.len()).levels;
+        parts.push(sums.of(headlines.iter().map(of_sums).collect(), &own)?);
+        levels.extend(own);
+        drift.push(sums.drift().clone());
     }
     let joined: Vec<Hypothesis> = (0..headlines.len())
         .map(|place| {
@@ -267,35 +296,29 @@ fn refit(
         })
         .collect();
     let likelihood = JointLikelihood::new(parts.iter().map(|(equations, _)| equations).collect());
-    let levels = found.iter().flat_map(|own| own.fit.levels.clone());
-    let drift = drift_of_models(all);
+    let drift = drift_of(drift.into_iter());
     let mut search = Search::new(
         &likelihood,
         &joined,
         joined.len().max(1),
         &plan.search,
         &drift,
-        levels.collect(),
+        levels,
     );
     // Drift is chosen anew: what had no name may have stood for it.
     let places: Vec<usize> = (0..joined.len()).collect();
     let mut fit = search.fit(&places, None);
-    let misfits = parts.iter().zip(all).enumerate();
-    let misfits = misfits.map(|(recording, ((equations, candidates), data))| {
+    let misfits = parts.iter().enumerate();
+    let misfits = misfits.map(|(recording, (equations, candidates))| {
         let own = with_noise_of(&fit, recording);
-        misfits_of(data, equations, (&own, candidates), plan)
+        match all.get(recording) {
+            Some(data) => misfits_of(data, equations, (&own, candidates), plan),
+            None => Sums::misfits(equations, (&own, candidates), plan),
+        }
     });
     let misfits = misfits.collect();
     fit.members = headlines.to_vec();
     Some((fit, misfits))
-}
-
-/// Drift of all records by what the recordings' models declare.
-fn drift_of_models(all: &[Data]) -> rlg_inference::search::DriftPrior {
-    let each = all
-        .iter()
-        .map(|data| crate::noise_levels::drift_prior(&data.model.gyro));
-    drift_of(each)
 }
 
 /// Re-enacts all recordings without each headline in turn: what they show of it adds up.

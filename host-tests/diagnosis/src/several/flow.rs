@@ -11,7 +11,7 @@ use rlg_signal::partition::Use;
 use rlg_signal::streams::{Streams, Triad};
 
 use super::confirm::{Confirmed, confirmed, shares_of};
-use super::report::{HeldOut, outcome, powers};
+use super::report::{Beside, HeldOut, outcome, powers};
 use super::search::{Together, find};
 use super::shared::{Shared, Sharing, with_noise_of};
 use crate::case_motion::estimate;
@@ -47,7 +47,7 @@ pub fn diagnose(
     } = *settings;
     let (mut fitted, mut faults, mut tested) = (Vec::new(), Vec::new(), Vec::new());
     for (streams, of_data) in all {
-        let is_held_out = streams.pieces[0].held_out;
+        let is_held_out = streams.piece.held_out;
         let mut data = Data::new(streams, model, plan, model_file)?;
         if is_held_out {
             data.partition.uses.fill(Use::Test);
@@ -66,7 +66,7 @@ pub fn diagnose(
         // The set stands: its findings need no columns by frequency, which are most of the memory.
         own.equations.truncate(0);
     }
-    let Some(confirmed) = confirmed(&fitted, &mut together, &mut found, plan) else {
+    let Some(confirmed) = confirmed(&fitted, None, &mut together, &mut found, plan) else {
         return Ok(None);
     };
     progress("writing the findings");
@@ -78,7 +78,7 @@ pub fn diagnose(
         &fitted,
         (&together, &mut found),
         &confirmed,
-        (&faults, held_out),
+        (&faults, Beside::HeldOut(held_out)),
         (model, seed, plan),
     )))
 }
@@ -140,13 +140,10 @@ fn of_held_out(
     let channels: Vec<_> = validations.iter().map(channel).collect();
     HeldOut {
         entry: RecordingEntry {
-            recording: streams.pieces[0].recording.clone(),
+            recording: streams.piece.recording.clone(),
             held_out_whole: true,
             fitted_on: Vec::new(),
-            held_out: test_rows
-                .iter()
-                .map(|rows| streams.own_span(rows).1)
-                .collect(),
+            held_out: test_rows.iter().map(|rows| streams.span_of(rows)).collect(),
             normalised_power: powers(&channels),
         },
         channels,

@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 
 use rlg_findings::result::{
-    ChannelEntry, Diagnosis, FiguresEntry, FitEntry, LocationEntry, NoiseEntry, ParameterEntry,
-    RecordingEntry, Verdict,
+    ChannelEntry, Diagnosis, EffectEntry, FiguresEntry, FitEntry, LocationEntry, NoiseEntry,
+    ParameterEntry, RecordingEntry, Verdict, WholeEntry,
 };
 use rlg_findings::sentences::opening;
 use rlg_findings::updated_model::switch_on;
+use rlg_model::kinds::NOISE_KINDS;
 use rlg_model::{EffectValue, Model};
 use rlg_signal::fault::Fault;
 
@@ -30,15 +31,35 @@ struct OfRecording {
     named: usize,
 }
 
+/// What recordings are joined beside.
+pub(crate) enum Beside {
+    /// Figures of recordings that only test.
+    HeldOut(Vec<HeldOut>),
+    /// The one recording that all are stretches of.
+    Whole(Whole),
+}
+
+/// A recording longer than memory.
+pub(crate) struct Whole {
+    /// Its name.
+    pub(crate) recording: String,
+    /// How it was looked at, with figures of its blocks.
+    pub(crate) entry: WholeEntry,
+    /// What each gyro wanders over its length \[rad/s\], where it does.
+    pub(crate) wandering_rad_s: [Option<f64>; 3],
+    /// Where its blocks are not like their noise, a sentence each.
+    pub(crate) unlike: Vec<String>,
+}
+
 /// Writes the findings of all recordings.
 ///
 /// # Inputs
-/// `found`: each recording's share; `faults`: of its data; `held_out`: figures of recordings that only test.
-pub(super) fn outcome(
+/// `found`: each recording's share; `faults`: of its data.
+pub(crate) fn outcome(
     all: &[Data],
     (together, found): (&Together, &mut [Found]),
     confirmed: &Confirmed,
-    (faults, held_out): (&[Vec<Fault>], Vec<HeldOut>),
+    (faults, beside): (&[Vec<Fault>], Beside),
     (model, seed, plan): (&Model, u64, &AnalysisPlan),
 ) -> Outcome {
     let each: Vec<OfRecording> = (0..all.len())
@@ -46,7 +67,7 @@ pub(super) fn outcome(
             let of = (&all[recording], &mut found[recording]);
             of_recording(
                 of,
-                recording,
+                (recording, all.len()),
                 together,
                 confirmed,
                 (&faults[recording], seed, plan),
@@ -55,23 +76,42 @@ pub(super) fn outcome(
         .collect();
     let mut model = model.clone();
     for (recording, one) in each.iter().enumerate() {
-        let name = &all[recording].streams.pieces[0].recording;
+        let name = &all[recording].streams.piece.recording;
         for (place, effect) in one.added.iter().enumerate() {
             let mut effect = effect.clone();
-            if place >= one.named {
+            if place >= one.named && matches!(beside, Beside::HeldOut(_)) {
                 let name = EffectValue::Text(name.clone());
                 effect.parameters.insert("recording".to_string(), name);
             }
             switch_on(&mut model, effect);
         }
     }
+    let diagnosis = match beside {
+        Beside::HeldOut(held_out) => of_recordings(all, &each, held_out, together.tried),
+        Beside::Whole(whole) => of_stretches(&each, whole, together.tried),
+    };
+    let pictures = each.into_iter().next().and_then(|one| one.outcome.pictures);
+    Outcome {
+        diagnosis,
+        model,
+        pictures,
+    }
+}
+
+/// One diagnosis of recordings from those on each.
+fn of_recordings(
+    all: &[Data],
+    each: &[OfRecording],
+    held_out: Vec<HeldOut>,
+    tried: usize,
+) -> Diagnosis {
     let recordings: Vec<RecordingEntry> = all
         .iter()
-        .zip(&each)
+        .zip(each)
         .map(|(data, one)| {
             let fit = &one.outcome.diagnosis.fit;
             RecordingEntry {
-                recording: data.streams.pieces[0].recording.clone(),
+                recording: data.streams.piece.recording.clone(),
                 held_out_whole: false,
                 fitted_on: fit.fitted_on.clone(),
                 held_out: fit.held_out.clone(),
@@ -88,23 +128,17 @@ pub(super) fn outcome(
         .into_iter()
         .chain(held_out.into_iter().map(|one| one.entry))
         .collect();
-    let diagnosis = joined(all, &each, (recordings, &channels), together.tried);
-    let pictures = each.into_iter().next().and_then(|one| one.outcome.pictures);
-    Outcome {
-        diagnosis,
-        model,
-        pictures,
-    }
+    joined(all, each, (recordings, &channels), tried)
 }
 
 /// A recording that only tests.
-pub(super) struct HeldOut {
-    pub(super) entry: RecordingEntry,
-    pub(super) channels: Vec<ChannelEntry>,
+pub(crate) struct HeldOut {
+    pub(crate) entry: RecordingEntry,
+    pub(crate) channels: Vec<ChannelEntry>,
 }
 
 /// Power that is left of each gyro over its noise.
-pub(super) fn powers(channels: &[ChannelEntry]) -> [Option<f64>; 3] {
+pub(crate) fn powers(channels: &[ChannelEntry]) -> [Option<f64>; 3] {
     [0, 1, 2].map(|axis| {
         let channel = channels.get(axis)?;
         Some(channel.held_out_after.normalised_power_all)
@@ -114,7 +148,7 @@ pub(super) fn powers(channels: &[ChannelEntry]) -> [Option<f64>; 3] {
 /// What one recording shows: effects of its own, and common ones where it is the first that has them.
 fn of_recording(
     (data, found): (&Data, &mut Found),
-    recording: usize,
+    (recording, count): (usize, usize),
     together: &Together,
     confirmed: &Confirmed,
     (faults, seed, plan): (&[Fault], u64, &AnalysisPlan),
@@ -125,7 +159,12 @@ fn of_recording(
     let is_told_here = |place: &usize| {
         let one = &shared[confirmed.headlines[*place]];
         let first = one.own.iter().position(Option::is_some);
-        one.own[recording].is_some() && (one.sharing != Sharing::Common || first == Some(recording))
+        // What sums alone show is told with the first of the stretches.
+        let first = first.filter(|&first| first < count).or(Some(0));
+        match one.sharing {
+            Sharing::Apart if one.own[recording].is_some() => true,
+            _ => first == Some(recording),
+        }
     };
     let told: Vec<usize> = (0..confirmed.named.len()).filter(is_told_here).collect();
     let is_here = |place: &usize| {
@@ -144,7 +183,7 @@ fn of_recording(
         own.blocks.push(begin..begin + alone.names.len());
         found.candidates[headline] = alone;
     }
-    let name = &data.streams.pieces[0].recording;
+    let name = &data.streams.piece.recording;
     let here = |places: &[usize]| {
         places
             .iter()
@@ -189,6 +228,113 @@ fn of_recording(
     }
 }
 
+/// One diagnosis of a recording from those on its stretches.
+fn of_stretches(each: &[OfRecording], whole: Whole, tried: usize) -> Diagnosis {
+    let diagnoses: Vec<&Diagnosis> = each.iter().map(|one| &one.outcome.diagnosis).collect();
+    let verdict = match (
+        verdict_of(diagnoses.iter().map(|one| one.verdict)),
+        whole.unlike.is_empty(),
+    ) {
+        (Verdict::Explained, false) => Verdict::PartlyExplained,
+        (Verdict::Matches, false) => Verdict::Unexplained,
+        (verdict, _) => verdict,
+    };
+    let mut summary = vec![opening(verdict).to_string()];
+    for line in diagnoses.iter().flat_map(|one| one.summary.iter().skip(1)) {
+        if !summary.contains(line) {
+            summary.push(line.clone());
+        }
+    }
+    summary.extend(whole.unlike);
+    let mut effects: Vec<EffectEntry> = Vec::new();
+    for own in each {
+        effects.extend_from_slice(&own.outcome.diagnosis.effects[..own.named]);
+    }
+    for own in each {
+        for effect in &own.outcome.diagnosis.effects[own.named..] {
+            // The noise is one of all stretches; the first says of it what there is to say.
+            let is_noise = NOISE_KINDS.contains(&effect.kind.as_str());
+            if !is_noise || effects.iter().all(|other| other.kind != effect.kind) {
+                effects.push(effect.clone());
+            }
+        }
+    }
+    let channels: Vec<Vec<ChannelEntry>> = diagnoses
+        .iter()
+        .map(|one| one.fit.channels.clone())
+        .collect();
+    let on_clock = |of: fn(&FitEntry) -> &Vec<[f64; 2]>| {
+        let each = diagnoses.iter().flat_map(|one| of(&one.fit).clone());
+        each.collect::<Vec<_>>()
+    };
+    // A drift is what the blocks of all rows show; the level of a stretch is free.
+    let with_drift_of = |one: ChannelEntry| {
+        let mut blocks = whole.entry.channels.iter();
+        let Some(blocks) = blocks.find(|other| other.channel == one.channel) else {
+            return one;
+        };
+        let of = |own: &FiguresEntry, blocks: &FiguresEntry| FiguresEntry {
+            drift_rad_s: blocks.drift_rad_s,
+            drift_std_rad_s: blocks.drift_std_rad_s,
+            ..own.clone()
+        };
+        ChannelEntry {
+            held_out_before: of(&one.held_out_before, &blocks.held_out_before),
+            held_out_after: of(&one.held_out_after, &blocks.held_out_after),
+            ..one
+        }
+    };
+    let channels = (0..3).filter_map(|axis| channel(&channels, axis));
+    let channels: Vec<ChannelEntry> = channels.map(with_drift_of).collect();
+    let fit = FitEntry {
+        fitted_on: on_clock(|fit| &fit.fitted_on),
+        held_out: on_clock(|fit| &fit.held_out),
+        channels,
+        recordings: Vec::new(),
+        whole: Some(whole.entry),
+    };
+    let noise = |axis: usize| NoiseEntry {
+        wandering_rad_s: whole.wandering_rad_s[axis],
+        ..noise(&diagnoses, axis)
+    };
+    Diagnosis {
+        recording: whole.recording,
+        verdict,
+        summary,
+        locations: diagnoses
+            .iter()
+            .flat_map(|one| one.locations.clone())
+            .collect(),
+        effects,
+        fit,
+        not_excluded: unseen_by_all(&diagnoses),
+        next_experiment: next_experiment(each),
+        noise: (0..3).map(noise).collect(),
+        trials: tried,
+        ..diagnoses[0].clone()
+    }
+}
+
+/// What none of them could show.
+fn unseen_by_all(diagnoses: &[&Diagnosis]) -> Vec<String> {
+    let unseen: Vec<BTreeSet<&String>> = diagnoses
+        .iter()
+        .map(|one| one.not_excluded.iter().collect())
+        .collect();
+    let nobody = |line: &&String| unseen.iter().all(|own| own.contains(line));
+    let lines = diagnoses[0].not_excluded.iter();
+    lines.filter(nobody).cloned().collect()
+}
+
+/// That of the first that names something.
+fn next_experiment(each: &[OfRecording]) -> String {
+    let experiments = each.iter().filter(|one| one.named > 0);
+    let experiment = experiments.chain(each).next();
+    experiment.map_or_else(String::new, |one| {
+        one.outcome.diagnosis.next_experiment.clone()
+    })
+}
+
 /// One diagnosis of all.
 fn joined(
     all: &[Data],
@@ -201,7 +347,7 @@ fn joined(
     let verdict = verdict_of(diagnoses.iter().map(|one| one.verdict));
     let mut summary = vec![opening(verdict).to_string()];
     for (data, one) in all.iter().zip(&diagnoses) {
-        let name = &data.streams.pieces[0].recording;
+        let name = &data.streams.piece.recording;
         summary.extend(one.summary.iter().skip(1).map(|line| {
             let is_said = line.starts_with("Found");
             if is_said {
@@ -222,7 +368,7 @@ fn joined(
         {
             entry.parameters.push(ParameterEntry::Text {
                 name: "recording".to_string(),
-                value: data.streams.pieces[0].recording.clone(),
+                value: data.streams.piece.recording.clone(),
             });
         }
         effects.extend(own);
@@ -231,17 +377,10 @@ fn joined(
     effects.extend(rest);
     let locations = all.iter().zip(&diagnoses).flat_map(|(data, one)| {
         one.locations.iter().map(|location| LocationEntry {
-            recording: Some(data.streams.pieces[0].recording.clone()),
+            recording: Some(data.streams.piece.recording.clone()),
             ..location.clone()
         })
     });
-    let unseen: Vec<BTreeSet<&String>> = diagnoses
-        .iter()
-        .map(|one| one.not_excluded.iter().collect())
-        .collect();
-    let nobody = |line: &&String| unseen.iter().all(|own| own.contains(line));
-    let experiments = each.iter().filter(|one| one.named > 0);
-    let experiment = experiments.chain(each).next();
     Diagnosis {
         recording: names.join(" + "),
         verdict,
@@ -255,15 +394,8 @@ fn joined(
             recordings,
             whole: None,
         },
-        not_excluded: diagnoses[0]
-            .not_excluded
-            .iter()
-            .filter(nobody)
-            .cloned()
-            .collect(),
-        next_experiment: experiment.map_or_else(String::new, |one| {
-            one.outcome.diagnosis.next_experiment.clone()
-        }),
+        not_excluded: unseen_by_all(&diagnoses),
+        next_experiment: next_experiment(each),
         noise: (0..3).map(|axis| noise(&diagnoses, axis)).collect(),
         trials: tried,
         ..diagnoses[0].clone()

@@ -3,39 +3,42 @@
 
 use std::collections::BTreeSet;
 
-use rlg_catalogue::Candidate;
 use rlg_catalogue::candidates::is_delay;
 use rlg_catalogue::signals::Path;
+use rlg_catalogue::{Candidate, Pool, Sensed};
 use rlg_inference::search::{DriftPrior, Judged, best_of};
-use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, Observations, Search};
+use rlg_inference::{
+    Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Observations, Search,
+};
 
-use super::shared::{Shared, Sharing, seen_by, spelt_out};
+use super::shared::{Kin, RECORDS, Shared, Sharing, seen_by, spelt_out};
 use crate::case_motion::estimate;
+use crate::confirm::gyro_of_event;
 use crate::data::Data;
 use crate::pass::Pass;
 use crate::plan::AnalysisPlan;
 use crate::search::{Before, Settled, delays, is_seen, is_settled, path_of, settle, share_of};
 
 /// What the fitted rows of all recordings say.
-pub(super) struct Together {
+pub(crate) struct Together {
     /// Each recording's last pass.
-    pub(super) passes: Vec<Pass>,
+    pub(crate) passes: Vec<Pass>,
     /// Each recording's candidates, over its own columns.
-    pub(super) candidates: Vec<Vec<Candidate>>,
+    pub(crate) candidates: Vec<Vec<Candidate>>,
     /// Every candidate, places as in `fit`.
-    pub(super) shared: Vec<Shared>,
+    pub(crate) shared: Vec<Shared>,
     /// The best set.
-    pub(super) fit: Fit,
+    pub(crate) fit: Fit,
     /// Its members with cost and rivals.
-    pub(super) judged: Vec<Judged>,
+    pub(crate) judged: Vec<Judged>,
     /// Rivals of each member whose columns span it.
-    pub(super) spanned_by: Vec<Vec<usize>>,
+    pub(crate) spanned_by: Vec<Vec<usize>>,
     /// The set without each member, fitted anew.
-    pub(super) without: Vec<Fit>,
+    pub(crate) without: Vec<Fit>,
     /// Nothing but noise.
-    pub(super) empty: Fit,
+    pub(crate) empty: Fit,
     /// Sets that were looked at.
-    pub(super) tried: usize,
+    pub(crate) tried: usize,
 }
 
 /// One recording between two passes.
@@ -48,36 +51,79 @@ struct Recording {
     path: Path,
 }
 
+/// What a search sees of one recording, or of sums over all of one.
+pub(crate) struct Side<'a> {
+    /// Over its own columns.
+    pub(crate) candidates: &'a [Candidate],
+    pub(crate) equations: &'a NormalEquations,
+    pub(crate) drift: &'a DriftPrior,
+    /// Noise before anything is found.
+    pub(crate) levels: &'a [NoiseLevels],
+}
+
+impl<'a> Side<'a> {
+    fn of(pass: &'a Pass) -> Self {
+        Self {
+            candidates: &pass.candidates,
+            equations: &pass.equations,
+            drift: &pass.drift,
+            levels: &[],
+        }
+    }
+}
+
+/// Recordings whose set and delays no longer change.
+pub(crate) struct Standing {
+    recordings: Vec<Recording>,
+    kin: Kin,
+    shared: Vec<Shared>,
+    fit: Fit,
+    tried: usize,
+}
+
 /// Finds the best set of all recordings; `None` where too few rows of one can be fitted.
-pub(super) fn find(
+pub(crate) fn find(
     all: &mut [Data],
     left_out: &[&str],
     plan: &AnalysisPlan,
     progress: &dyn Fn(&str),
 ) -> Option<Together> {
+    let standing = stand(all, Kin::Recordings, (left_out, plan), progress)?;
+    Some(standing.judged(None, plan))
+}
+
+/// Alternates linearisation of each recording and the search over all until neither changes; `None` where too few rows of one
+/// can be fitted.
+pub(crate) fn stand(
+    all: &mut [Data],
+    kin: Kin,
+    (left_out, plan): (&[&str], &AnalysisPlan),
+    progress: &dyn Fn(&str),
+) -> Option<Standing> {
     let mut recordings = Vec::with_capacity(all.len());
     let mut fits = Vec::with_capacity(all.len());
     let mut tried = 0;
     for data in all.iter_mut() {
-        let name = data.streams.pieces[0].recording.clone();
+        let name = data.streams.piece.recording.clone();
         let stage = |stage: &str| progress(&format!("{name} alone: {stage}"));
         let settled = settle(data, left_out, plan, &stage)?;
         tried += settled.tried;
         fits.push(settled.fit.clone());
         recordings.push(Recording::new(settled));
     }
-    join_delays(all, &mut recordings, &fits, (plan, left_out));
+    join_delays(all, (&mut recordings, kin), &fits, (plan, left_out));
     spell_in_all(&mut recordings, &fits);
     let mut levels: Vec<NoiseLevels> = fits.iter().flat_map(|fit| fit.levels.clone()).collect();
     let mut before: Option<Vec<Shared>> = None;
     for pass in 1..=plan.passes {
-        progress(&format!("all recordings, pass {pass}"));
-        let candidates: Vec<&[Candidate]> = recordings
-            .iter()
-            .map(|one| &one.pass.candidates[..])
-            .collect();
-        let shared = spelt_out(&candidates, &plan.several);
-        let (fit, looked_at) = search(&recordings, &shared, (&before, &fits), (&levels, plan));
+        progress(&format!("all together, pass {pass}"));
+        let sides: Vec<Side> = recordings.iter().map(|one| Side::of(&one.pass)).collect();
+        let shared = spell(&sides, kin, plan);
+        let start = match &before {
+            Some(before) => Start::Only(places_of(before, &shared)),
+            None => Start::Also(found_alone(&shared, &fits)),
+        };
+        let (fit, looked_at) = search(&sides, &shared, start, (&levels, plan));
         tried += looked_at;
         let members: Vec<Shared> = fit
             .members
@@ -101,8 +147,13 @@ pub(super) fn find(
             && fits.iter().all(|fit| fit.members.is_empty())
             && recordings.iter().all(|one| one.path == Path::default());
         if nothing || (is_same && stands) || pass == plan.passes {
-            let passes = recordings.into_iter().map(|one| one.pass).collect();
-            return Some(judge(passes, shared, fit, plan, tried));
+            return Some(Standing {
+                recordings,
+                kin,
+                shared,
+                fit,
+                tried,
+            });
         }
         levels.clone_from(&fit.levels);
         recordings = recordings
@@ -116,6 +167,153 @@ pub(super) fn find(
     None
 }
 
+/// What stretches show of the whole recording.
+pub(crate) struct Shown {
+    /// What was found on each gyro: column and size; without what happens once.
+    pub(crate) parts: Vec<(usize, Sensed, f64)>,
+    /// What lies between the reference and the gyros.
+    pub(crate) path: Path,
+    /// Axes that move in any of them.
+    pub(crate) is_moving: [bool; 3],
+    /// Candidates over the columns of `pool`, without what happens once.
+    pub(crate) candidates: Vec<Candidate>,
+    /// Their columns.
+    pub(crate) pool: Pool,
+    /// Noise of the gyros' rows, drift left out.
+    pub(crate) levels: Vec<NoiseLevels>,
+}
+
+impl Standing {
+    /// What the recordings show of the whole that they are stretches of.
+    pub(crate) fn shown(&self) -> Shown {
+        let moves = |axis: usize| {
+            let mut each = self.recordings.iter();
+            each.any(|one| one.pass.motion.is_moving[axis])
+        };
+        let (candidates, pool) = self.candidates();
+        let levels = self.fit.levels.iter().take(RECORDS);
+        Shown {
+            parts: self.parts(),
+            path: self.recordings[0].path,
+            is_moving: [0, 1, 2].map(moves),
+            candidates,
+            pool,
+            levels: levels.map(|levels| levels.stationary()).collect(),
+        }
+    }
+
+    /// What was found on each gyro: column and size.
+    fn parts(&self) -> Vec<(usize, Sensed, f64)> {
+        let mut parts = Vec::new();
+        for (&member, block) in self.fit.members.iter().zip(&self.fit.blocks) {
+            let mut own = self.shared[member].own.iter().enumerate();
+            let first = own.find_map(|(recording, own)| Some((recording, own.as_ref()?)));
+            let Some((recording, (place, parameters))) = first else {
+                continue;
+            };
+            let pass = &self.recordings[recording].pass;
+            let candidate = &pass.candidates[*place];
+            if gyro_of_event(candidate).is_some() {
+                continue;
+            }
+            let columns = &pass.pool.columns;
+            let fixed = candidate.hypothesis.fixed.iter();
+            parts.extend(fixed.map(|one| (one.record, columns[one.column], one.size)));
+            let terms = candidate.hypothesis.terms.iter();
+            parts.extend(terms.map(|term| {
+                let value = self.fit.estimate[block.start + parameters[term.parameter]];
+                (term.record, columns[term.column], term.coefficient * value)
+            }));
+        }
+        parts
+    }
+
+    /// Candidates with the columns that they are over, as the first recording has them; what happens once left out.
+    fn candidates(&self) -> (Vec<Candidate>, Pool) {
+        let mut pool = Pool::default();
+        let mut all: Vec<Candidate> = Vec::new();
+        for pass in self.recordings.iter().map(|one| &one.pass) {
+            for one in &pass.candidates {
+                let is_it = |other: &Candidate| {
+                    let same = other.kind == one.kind && other.variant == one.variant;
+                    same && other.base == one.base
+                };
+                if gyro_of_event(one).is_none() && !all.iter().any(is_it) {
+                    all.push(pool.adopt(one, &pass.pool.columns));
+                }
+            }
+        }
+        (all, pool)
+    }
+
+    /// Searches anew beside sums over the whole recording, where there are any, and judges the set.
+    pub(crate) fn judged(mut self, sums: Option<Side>, plan: &AnalysisPlan) -> Together {
+        let of_sums = sums.as_ref().map(|sums| sums.candidates.to_vec());
+        let mut sides: Vec<Side> = self
+            .recordings
+            .iter()
+            .map(|one| Side::of(&one.pass))
+            .collect();
+        if let Some(sums) = sums {
+            let members: Vec<Shared> = self
+                .fit
+                .members
+                .iter()
+                .map(|&place| self.shared[place].clone())
+                .collect();
+            let mut levels = self.fit.levels.clone();
+            levels.extend(sums.levels);
+            sides.push(sums);
+            self.shared = spell(&sides, self.kin, plan);
+            let start = Start::Also(places_of(&members, &self.shared));
+            let (fit, looked_at) = search(&sides, &self.shared, start, (&levels, plan));
+            self.fit = fit;
+            self.tried += looked_at;
+        }
+        let (hypotheses, kinds) = hypotheses_of(&self.shared);
+        let drift = drift_of(sides.iter().map(|one| one.drift.clone()));
+        let likelihood = JointLikelihood::new(sides.iter().map(|one| one.equations).collect());
+        let mut search = Search::new(
+            &likelihood,
+            &hypotheses,
+            kinds,
+            &plan.search,
+            &drift,
+            self.fit.levels.clone(),
+        );
+        let judged = search.judge_set(&self.fit, plan.class_within, plan.separation);
+        let tried = self.tried + search.tried_sets();
+        drop(search);
+        drop(likelihood);
+        drop(sides);
+        let passes: Vec<Pass> = self.recordings.into_iter().map(|one| one.pass).collect();
+        let candidates = passes.iter().map(|pass| pass.candidates.clone());
+        Together {
+            candidates: candidates.chain(of_sums).collect(),
+            passes,
+            shared: self.shared,
+            fit: self.fit,
+            judged: judged.members,
+            spanned_by: judged.spanned_by,
+            without: judged.without,
+            empty: judged.empty,
+            tried,
+        }
+    }
+}
+
+/// Spells out the candidates of all sides.
+fn spell(sides: &[Side], kin: Kin, plan: &AnalysisPlan) -> Vec<Shared> {
+    let candidates: Vec<&[Candidate]> = sides.iter().map(|one| one.candidates).collect();
+    spelt_out(&candidates, kin, &plan.several)
+}
+
+/// Places of members found before.
+fn places_of(before: &[Shared], shared: &[Shared]) -> Vec<usize> {
+    let is_member = |place: &usize| before.iter().any(|one| one.is_same(&shared[*place]));
+    (0..shared.len()).filter(is_member).collect()
+}
+
 impl Recording {
     fn new(settled: Settled) -> Self {
         Self {
@@ -125,6 +323,13 @@ impl Recording {
             looked_at: settled.looked_at,
             fitted: settled.fitted,
         }
+    }
+
+    /// Whether a delay of a gyro is among its candidates.
+    fn may_show_delay(&self, gyro: usize) -> bool {
+        let delays = self.pass.candidates.iter().filter(|one| is_delay(one.kind));
+        let mut terms = delays.flat_map(|one| &one.hypothesis.terms);
+        terms.any(|term| term.record == gyro)
     }
 
     /// The next pass, behind what a fit leaves; its delays are `delay_s` where they are given.
@@ -172,7 +377,7 @@ impl Recording {
 /// parameter.
 fn join_delays(
     all: &mut [Data],
-    recordings: &mut Vec<Recording>,
+    (recordings, kin): (&mut Vec<Recording>, Kin),
     fits: &[Fit],
     (plan, left_out): (&AnalysisPlan, &[&str]),
 ) {
@@ -182,9 +387,14 @@ fn join_delays(
         .map(|(one, fit)| delays(fit, &one.pass.candidates))
         .collect();
     let joint_s = [0, 1, 2].map(|gyro: usize| {
-        let own: Vec<(f64, f64)> = each
-            .iter()
-            .map(|(value_s, std_s)| (value_s[gyro], std_s[gyro]))
+        // A recording that cannot show a delay speaks for none; of one recording none of its stretches does.
+        let speaks = |place: usize| {
+            let shows = each[place].1[gyro].is_finite();
+            shows || (kin == Kin::Recordings && recordings[place].may_show_delay(gyro))
+        };
+        let own: Vec<(f64, f64)> = (0..each.len())
+            .filter(|&place| speaks(place))
+            .map(|place| (each[place].0[gyro], each[place].1[gyro]))
             .collect();
         joint_delay(&own, plan.several.same_delay)
     });
@@ -264,7 +474,7 @@ fn spell_in_all(recordings: &mut [Recording], fits: &[Fit]) {
 }
 
 /// Drift of all records from that of each recording's.
-pub(super) fn drift_of(each: impl Iterator<Item = DriftPrior>) -> DriftPrior {
+pub(crate) fn drift_of(each: impl Iterator<Item = DriftPrior>) -> DriftPrior {
     let mut declared = Vec::new();
     for drift in each {
         match drift {
@@ -282,17 +492,24 @@ fn hypotheses_of(shared: &[Shared]) -> (Vec<Hypothesis>, usize) {
     (each.collect(), kinds.len().max(1))
 }
 
-/// The best set, and how many were looked at: from nothing or from the set before, and first from what each recording found.
+/// Where a search begins.
+enum Start {
+    /// At a set.
+    Only(Vec<usize>),
+    /// From nothing, and at a set.
+    Also(Vec<usize>),
+}
+
+/// The best set, and how many were looked at.
 fn search(
-    recordings: &[Recording],
+    sides: &[Side],
     shared: &[Shared],
-    (before, alone): (&Option<Vec<Shared>>, &[Fit]),
+    start: Start,
     (levels, plan): (&[NoiseLevels], &AnalysisPlan),
 ) -> (Fit, usize) {
-    let equations = recordings.iter().map(|one| &one.pass.equations);
-    let likelihood = JointLikelihood::new(equations.collect());
+    let likelihood = JointLikelihood::new(sides.iter().map(|one| one.equations).collect());
     let (hypotheses, kinds) = hypotheses_of(shared);
-    let drift = drift_of(recordings.iter().map(|one| one.pass.drift.clone()));
+    let drift = drift_of(sides.iter().map(|one| one.drift.clone()));
     let mut search = Search::new(
         &likelihood,
         &hypotheses,
@@ -302,16 +519,10 @@ fn search(
         levels.to_vec(),
     );
     let most = plan.search.most_members;
-    let fit = match before {
-        Some(before) => {
-            let start: Vec<usize> = (0..shared.len())
-                .filter(|&place| before.iter().any(|one| one.is_same(&shared[place])))
-                .collect();
-            search.run(&start, most)
-        }
-        None => {
+    let fit = match start {
+        Start::Only(start) => search.run(&start, most),
+        Start::Also(start) => {
             let from_nothing = search.run(&[], most);
-            let start = found_alone(shared, alone);
             match start.is_empty() || start.len() > most {
                 true => from_nothing,
                 false => best_of(vec![search.run(&start, most)], from_nothing),
@@ -336,41 +547,6 @@ fn found_alone(shared: &[Shared], alone: &[Fit]) -> Vec<usize> {
     start.sort_unstable();
     start.dedup();
     start
-}
-
-fn judge(
-    passes: Vec<Pass>,
-    shared: Vec<Shared>,
-    fit: Fit,
-    plan: &AnalysisPlan,
-    tried: usize,
-) -> Together {
-    let likelihood = JointLikelihood::new(passes.iter().map(|pass| &pass.equations).collect());
-    let (hypotheses, kinds) = hypotheses_of(&shared);
-    let drift = drift_of(passes.iter().map(|pass| pass.drift.clone()));
-    let mut search = Search::new(
-        &likelihood,
-        &hypotheses,
-        kinds,
-        &plan.search,
-        &drift,
-        fit.levels.clone(),
-    );
-    let judged = search.judge_set(&fit, plan.class_within, plan.separation);
-    let tried = tried + search.tried_sets();
-    drop(search);
-    drop(likelihood);
-    Together {
-        candidates: passes.iter().map(|pass| pass.candidates.clone()).collect(),
-        passes,
-        shared,
-        fit,
-        judged: judged.members,
-        spanned_by: judged.spanned_by,
-        without: judged.without,
-        empty: judged.empty,
-        tried,
-    }
 }
 
 #[cfg(test)]

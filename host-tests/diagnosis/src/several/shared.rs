@@ -8,11 +8,20 @@ use crate::confirm::gyro_of_event;
 use crate::plan::SeveralPlan;
 
 /// Records of one recording: its gyros.
-pub(super) const RECORDS: usize = 3;
+pub(crate) const RECORDS: usize = 3;
+
+/// What records of one search are of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kin {
+    /// Recordings of one unit.
+    Recordings,
+    /// Stretches of one recording and sums over all of it: what acts in one acts in all, but what happens once.
+    Stretches,
+}
 
 /// Which recordings have an effect, and in how many sizes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Sharing {
+pub(crate) enum Sharing {
     /// All that can show it, in one size.
     Common,
     /// All that can show it, each in its own.
@@ -23,24 +32,24 @@ pub(super) enum Sharing {
 
 /// A candidate over several recordings.
 #[derive(Debug, Clone)]
-pub(super) struct Shared {
+pub(crate) struct Shared {
     /// Its records count through all recordings; its columns are those of their recording.
-    pub(super) candidate: Candidate,
+    pub(crate) candidate: Candidate,
     /// Who has it.
-    pub(super) sharing: Sharing,
+    pub(crate) sharing: Sharing,
     /// By recording that has it: its place among that one's candidates, and which parameter here each of its own is.
-    pub(super) own: Vec<Option<(usize, Vec<usize>)>>,
+    pub(crate) own: Vec<Option<(usize, Vec<usize>)>>,
 }
 
 impl Shared {
     /// Whether it is the same effect with the same sharing, columns aside.
-    pub(super) fn is_same(&self, other: &Self) -> bool {
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
         let (a, b) = (&self.candidate, &other.candidate);
         a.kind == b.kind && a.variant == b.variant && self.sharing == other.sharing
     }
 
     /// What it does to one recording, on that one's own records; parameters as here.
-    pub(super) fn in_recording(&self, recording: usize) -> Candidate {
+    pub(crate) fn in_recording(&self, recording: usize) -> Candidate {
         let mut own = self.candidate.clone();
         own.hypothesis = on_own_records(&own.hypothesis, recording);
         own
@@ -50,7 +59,7 @@ impl Shared {
     ///
     /// # Returns
     /// The candidate and the first of its parameters here.
-    pub(super) fn alone_in(
+    pub(crate) fn alone_in(
         &self,
         recording: usize,
         of_recording: &[Candidate],
@@ -67,7 +76,7 @@ impl Shared {
 }
 
 /// A hypothesis on one recording's records alone, counted from its first.
-pub(super) fn on_own_records(hypothesis: &Hypothesis, recording: usize) -> Hypothesis {
+pub(crate) fn on_own_records(hypothesis: &Hypothesis, recording: usize) -> Hypothesis {
     let first = recording * RECORDS;
     let mut own = hypothesis.clone();
     let is_own = |record: usize| (first..first + RECORDS).contains(&record);
@@ -82,7 +91,7 @@ pub(super) fn on_own_records(hypothesis: &Hypothesis, recording: usize) -> Hypot
 ///
 /// # Inputs
 /// `candidates`: of each recording, over its own columns.
-pub(super) fn spelt_out(candidates: &[&[Candidate]], plan: &SeveralPlan) -> Vec<Shared> {
+pub(crate) fn spelt_out(candidates: &[&[Candidate]], kin: Kin, plan: &SeveralPlan) -> Vec<Shared> {
     let mut groups: Vec<Vec<Option<usize>>> = Vec::new();
     for (recording, own) in candidates.iter().enumerate() {
         for (place, one) in own.iter().enumerate() {
@@ -104,6 +113,14 @@ pub(super) fn spelt_out(candidates: &[&[Candidate]], plan: &SeveralPlan) -> Vec<
     let mut all = Vec::new();
     for group in &groups {
         let having: Vec<usize> = (0..group.len()).filter(|&k| group[k].is_some()).collect();
+        if kin == Kin::Stretches && having.len() > 1 {
+            let sharing = match has_one_base(candidates, group) {
+                true => Sharing::Common,
+                false => Sharing::Apart,
+            };
+            all.push(shared(candidates, group, sharing, 0.0));
+            continue;
+        }
         if having.len() > 1 {
             let common = shared(candidates, group, Sharing::Common, plan.common);
             if has_one_base(candidates, group) {
@@ -243,7 +260,7 @@ fn require(all: &mut [Shared], candidates: &[&[Candidate]]) {
 }
 
 /// A fit as one recording sees it: over its own candidates, with its own noise, members that are not its own left out.
-pub(super) fn seen_by(fit: &Fit, all: &[Shared], recording: usize) -> Fit {
+pub(crate) fn seen_by(fit: &Fit, all: &[Shared], recording: usize) -> Fit {
     let mut own = with_noise_of(fit, recording);
     own.members.clear();
     own.blocks.clear();
@@ -271,7 +288,7 @@ pub(super) fn seen_by(fit: &Fit, all: &[Shared], recording: usize) -> Fit {
 }
 
 /// The same fit with the noise and the gaps of one recording.
-pub(super) fn with_noise_of(fit: &Fit, recording: usize) -> Fit {
+pub(crate) fn with_noise_of(fit: &Fit, recording: usize) -> Fit {
     let records = recording * RECORDS..(recording + 1) * RECORDS;
     Fit {
         levels: fit.levels[records.clone()].to_vec(),
@@ -287,7 +304,7 @@ mod tests {
     use rlg_catalogue::candidates::Variant;
     use rlg_inference::{Hypothesis, Term};
 
-    use super::{Sharing, spelt_out};
+    use super::{Kin, Sharing, spelt_out};
     use crate::plan::SeveralPlan;
 
     /// One parameter on each of some gyros, columns as the gyros.
@@ -318,7 +335,7 @@ mod tests {
         let first = [candidate("gyro_scale", Variant::Whole, &[0, 1])];
         let second = [candidate("gyro_scale", Variant::Whole, &[1, 2])];
         let plan = SeveralPlan::default();
-        let all = spelt_out(&[&first, &second], &plan);
+        let all = spelt_out(&[&first, &second], Kin::Recordings, &plan);
         let sharings: Vec<Sharing> = all.iter().map(|one| one.sharing).collect();
         let only = [Sharing::Only(0), Sharing::Only(1)];
         assert_eq!(
@@ -358,8 +375,20 @@ mod tests {
             Variant::Event { axis: 0, row: 7 },
             &[0],
         )];
-        let all = spelt_out(&[&step, &step], &SeveralPlan::default());
+        for kin in [Kin::Recordings, Kin::Stretches] {
+            let all = spelt_out(&[&step, &step], kin, &SeveralPlan::default());
+            let sharings: Vec<Sharing> = all.iter().map(|one| one.sharing).collect();
+            assert_eq!(sharings, [Sharing::Only(0), Sharing::Only(1)]);
+        }
+    }
+
+    #[test]
+    fn what_acts_in_a_stretch_of_a_recording_acts_in_all_of_it() {
+        let scale = [candidate("gyro_scale", Variant::Whole, &[0, 1, 2])];
+        let all = spelt_out(&[&scale, &scale], Kin::Stretches, &SeveralPlan::default());
         let sharings: Vec<Sharing> = all.iter().map(|one| one.sharing).collect();
-        assert_eq!(sharings, [Sharing::Only(0), Sharing::Only(1)]);
+        assert_eq!(sharings, [Sharing::Common]);
+        let own_price = scale[0].hypothesis.price;
+        assert!((all[0].candidate.hypothesis.price - own_price).abs() < f64::EPSILON);
     }
 }

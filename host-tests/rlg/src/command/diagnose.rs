@@ -12,7 +12,9 @@ use rlg_signal::streams::Streams;
 use super::inputs::{IDEAL, check_plausible, given_or_ideal, results_folder};
 use super::page_beside::gather;
 use super::steps::{Steps, Work};
-use crate::diagnose::{Settings, diagnose_streams, diagnose_together, diagnose_under};
+use crate::diagnose::{
+    LongRecording, MOST_ROWS, Settings, diagnose_streams, diagnose_together, diagnose_under,
+};
 use crate::error::InputError;
 use crate::fleet::run::{RUN_FILE, RunFile};
 use crate::model::{Model, MotionSource};
@@ -22,9 +24,6 @@ use crate::report::beside::{Beside, Rate, rates};
 use crate::report::terminal::lines;
 use crate::report::{figure, page_beside};
 use crate::terminal::Terminal;
-use rlg_older::declare::MOST_ROWS;
-use rlg_older::diagnose_aligned;
-use rlg_older::long::Long;
 
 /// Files that the command writes.
 const RESULTS: &[&str] = &[
@@ -281,38 +280,20 @@ impl Diagnose {
         (check, expect, progress): Told<'_>,
     ) -> Result<Outcome, InputError> {
         let (model, model_file) = of;
-        let seed = self.seed;
         let [folder] = self.recordings.as_slice() else {
             return self.together(of, held_out, (check, expect, progress));
         };
-        if let Some(long) = Long::new(folder, model, model_file, self.most_rows)? {
-            // A first part stands for the whole, which is never in memory at once.
-            let start_s = Recording::extent(folder)?.map_or(0.0, |extent| extent.start_s);
-            check(
-                folder,
-                &Recording::read_between(folder, start_s, start_s + CHECKED_S)?,
-            )?;
-            expect(Work::Dithered, self.most_rows);
-            let share = |done: f64| {
-                let read_s = done * long.seconds();
-                progress(&format!("reading {read_s:.0} of {:.0} s", long.seconds()));
-            };
-            let (pieces, blocks) = long.read(&share)?;
-            return diagnose_aligned(
-                &[],
-                pieces,
-                Some(&blocks),
-                model,
-                model_file,
-                seed,
-                progress,
-            );
-        }
         let settings = Settings {
-            seed,
+            seed: self.seed,
             anyway: self.anyway,
             ..Settings::default()
         };
+        if let Some(long) = LongRecording::of(folder, model, self.most_rows)? {
+            // A first part stands for the whole, which is never in memory at once.
+            check(folder, &long.first(CHECKED_S)?)?;
+            expect(Work::Dithered, self.most_rows);
+            return long.diagnose(&settings, of, progress);
+        }
         let recording = Recording::read(folder)?;
         check(folder, &recording)?;
         expect(work(&recording, model), rows(&recording));
@@ -349,7 +330,7 @@ impl Diagnose {
                 .expected("one such recording at a time"));
             }
             let mut streams = Streams::align(&recording, model)?;
-            streams.pieces[0].held_out = *held_out;
+            streams.piece.held_out = *held_out;
             aligned.push(streams);
         }
         expect(Work::Dithered, all_rows);

@@ -2,12 +2,9 @@
 
 use super::support::names_nothing;
 use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
-use rlg::diagnose::streams::Streams;
+use rlg::diagnose::{LongRecording, Settings};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::{Simulation, simulate};
-use rlg_older::blocks::Blocks;
-use rlg_older::diagnose_aligned;
-use rlg_older::long::Long;
 use std::path::Path;
 
 /// The hour in two minutes: 1 kHz, a stronger vibration, a quicker warming.
@@ -51,28 +48,27 @@ fn simulated(effects: &str, seed: u64) -> Simulation {
     simulate(&scenario, seed, |_| {})
 }
 
-fn read(simulation: &Simulation) -> (Vec<Streams>, Blocks) {
+fn diagnosed(simulation: &Simulation) -> Diagnosis {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let file = Path::new("model.toml");
     simulation
         .recording
         .write_to(folder.path())
         .expect("a recording");
-    let long = Long::new(folder.path(), &simulation.model, file, MOST_ROWS);
+    let model = &simulation.model;
+    let long = LongRecording::of(folder.path(), model, MOST_ROWS);
     let long = long
         .expect("it can be read")
         .expect("it is longer than that");
-    long.read(&|_| {}).expect("it can be read")
-}
-
-fn diagnosed(simulation: &Simulation) -> Diagnosis {
-    let (pieces, blocks) = read(simulation);
-    let rows: usize = pieces.iter().map(|streams| streams.rows).sum();
-    assert!(rows <= MOST_ROWS, "{rows} rows at the full rate");
-    let file = Path::new("model.toml");
-    let model = &simulation.model;
-    let outcome = diagnose_aligned(&[], pieces, Some(&blocks), model, file, 0, &|_| {});
-    outcome.expect("a diagnosis").diagnosis
+    let of = (model, Path::new("model.toml"));
+    let outcome = long.diagnose(&Settings::default(), of, &|_| {});
+    let diagnosis = outcome.expect("a diagnosis").diagnosis;
+    let whole = diagnosis.fit.whole.as_ref().expect("how it was looked at");
+    let held_s: f64 = whole.stretches_s.iter().map(|[from, to]| to - from).sum();
+    assert!(
+        held_s * 1000.0 <= MOST_ROWS as f64,
+        "{held_s} s at the full rate"
+    );
+    diagnosis
 }
 
 fn effect<'a>(diagnosis: &'a Diagnosis, kind: &str) -> &'a EffectEntry {
@@ -124,26 +120,4 @@ fn slow_and_fast_effects_are_named_together_with_their_sizes() {
 #[test]
 fn a_recording_without_effects_that_warms_up_matches() {
     names_nothing(&diagnosed(&simulated("", 4)), "a recording that warms up");
-}
-
-#[test]
-fn blocks_are_the_sums_of_the_rows_held_whole() {
-    let simulation = simulated(&warmth(), 5);
-    let (_, blocks) = read(&simulation);
-    let streams = Streams::align(&simulation.recording, &simulation.model).expect("it aligns");
-    let noise = rlg_older::reference_noise(&simulation.model);
-    let scene = rlg_older::scene::Scene::new(streams, noise, simulation.model.gyro.scale_error);
-    let file = Path::new("model.toml");
-    let whole = rlg_older::residual::residual_rad(&scene, &simulation.model, file);
-    let whole = whole.expect("a residual");
-    let fitted = &blocks.sums.held_out[0];
-    for (axis, sums) in blocks.sums.residual_rad.iter().enumerate() {
-        for block in fitted.clone() {
-            // The first row only starts the dither.
-            let rows = block * blocks.sums.block_rows - 1..(block + 1) * blocks.sums.block_rows - 1;
-            let sum: f64 = whole[axis][rows].iter().sum();
-            // Sums of fifty rows of a few µrad in double precision.
-            assert!((sum - sums[block]).abs() < 1e-15, "{axis} {block}");
-        }
-    }
 }

@@ -76,7 +76,7 @@ fn three_recordings_find_together_what_none_finds_alone() {
         .map(|(name, seed)| made(name, seed, &scale(size)))
         .collect();
     let mut friday = made("friday", 64, &scale(size));
-    friday.0.pieces[0].held_out = true;
+    friday.0.piece.held_out = true;
     all.push(friday);
     let found = together(all);
     assert_eq!(found.verdict, Verdict::Explained, "{:#?}", found.summary);

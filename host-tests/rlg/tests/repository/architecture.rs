@@ -67,19 +67,6 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 27] = [
         ],
     ),
     (
-        "rlg-older",
-        &[
-            "rlg-recording",
-            "rlg-model",
-            "rlg-signal",
-            "rlg-findings",
-            "rlg-diagnosis",
-            "rlg-attitude",
-            "rlg-force",
-            "strapdown",
-        ],
-    ),
-    (
         "rlg-calibration",
         &[
             "rlg-recording",
@@ -140,7 +127,6 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 27] = [
             "rlg-diagnosis",
             "rlg-attitude",
             "rlg-flow",
-            "rlg-older",
             "rlg-calibration",
             "rlg-reference",
             "rlg-simulator",
@@ -159,9 +145,6 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 27] = [
 
 /// Packages that hold the answer, or something made from it: the diagnosis may not reach them, through anybody.
 const OUT_OF_REACH: [&str; 4] = ["trueaxis", "rlg-simulator", "rlg-reference", "rlg-replay"];
-
-/// Packages whose modules may still import each other in circles. The older stages are to be deleted.
-const MAY_HAVE_CYCLES: [&str; 1] = ["rlg-older"];
 
 /// Folders of the firmware library, and those that each may import: so the chain alone can be taken, and every feature
 /// of the crate is a folder or a file that nothing below it needs.
@@ -257,7 +240,7 @@ fn closure(workspace: &Workspace, package: &str) -> BTreeSet<String> {
 #[test]
 fn diagnosis_and_calibration_reach_neither_simulator_nor_chain_nor_truth() {
     let workspace = workspace();
-    for package in ["rlg-diagnosis", "rlg-flow", "rlg-older", "rlg-calibration"] {
+    for package in ["rlg-diagnosis", "rlg-flow", "rlg-calibration"] {
         let reached = closure(&workspace, package);
         for forbidden in OUT_OF_REACH {
             assert!(
@@ -391,9 +374,6 @@ fn no_module_imports_itself_through_others() {
             "{package}: {} of {modules} modules in cycles",
             circular.len()
         );
-        if MAY_HAVE_CYCLES.contains(&package.as_str()) {
-            continue;
-        }
         let names: Vec<String> = circular.iter().map(|name| name.join("::")).collect();
         assert!(names.is_empty(), "{package}: {}", names.join(", "));
     }

@@ -1,0 +1,227 @@
+//! The flow of a diagnosis of a recording longer than memory.
+
+use std::ops::Range;
+use std::path::Path;
+
+use nalgebra::UnitQuaternion;
+use rlg_catalogue::signals::start_temperature_k;
+use rlg_findings::result::WholeEntry;
+use rlg_inference::Drift;
+use rlg_model::Model;
+use rlg_recording::Segment;
+use rlg_recording::error::InputError;
+use rlg_signal::fault::Fault;
+use rlg_signal::piece::Origin;
+use rlg_signal::qualify;
+use rlg_signal::streams::Streams;
+
+use super::cut::{Cut, Long};
+use super::forming::{About, form};
+use crate::data::Data;
+use crate::data_words;
+use crate::entries_of_rows::channel;
+use crate::findings::unlike_noise;
+use crate::noise_levels::{drift_prior, reported};
+use crate::outcome::Outcome;
+use crate::plan::LongPlan;
+use crate::put_right::{PutRight, put_right};
+use crate::settings::Settings;
+use crate::several::confirm::{Confirmed, confirmed, in_recording, shares_of};
+use crate::several::report::{Beside, Whole, outcome};
+use crate::several::search::{Together, stand};
+use crate::several::shared::{Kin, with_noise_of};
+use crate::several::sums::Sums;
+use crate::validate::validate;
+
+/// What a stretch cannot have: an attitude since the recording's beginning.
+const OF_ATTITUDE: &str = "earth_rate";
+
+/// Diagnoses a recording of which `most_rows` may be in memory at once; `None` where too few rows can be fitted.
+///
+/// # Errors
+/// Rows cannot be read; axes are reversed or exchanged; or the model's installation matrix has no inverse.
+pub fn diagnose(
+    settings: &Settings,
+    (long, most_rows): (&Long, usize),
+    (model, model_file): (&Model, &Path),
+    progress: &dyn Fn(&str),
+) -> Result<Option<Outcome>, InputError> {
+    let Settings {
+        left_out,
+        ref plan,
+        seed,
+        ..
+    } = *settings;
+    let cut = long.blocks(plan);
+    let rows = long.stretches(most_rows, &plan.long);
+    let origin = Origin {
+        start_s: long.start_s,
+        temperature_k: start_of(long, &plan.long)?,
+        start_from_body: UnitQuaternion::identity(),
+        seconds: long.seconds(),
+    };
+    progress("reading the stretches");
+    let (mut all, turned) = stretches(settings, (long, &rows), &origin, (model, model_file))?;
+    let (mut fitted, mut faults) = (Vec::new(), Vec::new());
+    for (streams, of_data) in &mut all {
+        fitted.push(Data::new(streams, model, plan, model_file)?);
+        faults.push(std::mem::take(of_data));
+    }
+    let without: Vec<&str> = left_out.iter().copied().chain([OF_ATTITUDE]).collect();
+    let Some(standing) = stand(&mut fitted, Kin::Stretches, (&without, plan), progress) else {
+        return Ok(None);
+    };
+    let about = About {
+        long,
+        cut: &cut,
+        model: (model, model_file),
+        left_out,
+        plan,
+        origin,
+        turned: turned.as_ref(),
+        stretches: &rows,
+    };
+    let seconds = long.seconds();
+    let summed = form(about, standing.shown(), &|done| {
+        progress(&format!("reading {:.0} of {seconds:.0} s", done * seconds));
+    })?;
+    let unusable = cut.uses.len() - summed.measured;
+    let Some(mut sums) = Sums::new(summed, drift_prior(&model.gyro)) else {
+        return Ok(None);
+    };
+    progress("searching beside the sums");
+    let mut together = standing.judged(Some(sums.side()), plan);
+    progress("confirming the findings");
+    let mut found = shares_of(&mut together);
+    // The set stands: its findings need no columns by frequency, which are most of the memory.
+    found.iter_mut().for_each(|own| own.equations.truncate(0));
+    sums.release();
+    let Some(confirmed) = confirmed(&fitted, Some(&sums), &mut together, &mut found, plan) else {
+        return Ok(None);
+    };
+    progress("writing the findings");
+    let stretches_s: Vec<[f64; 2]> = rows
+        .iter()
+        .map(|rows| [rows.start, rows.end].map(|row| long.at_s(row)))
+        .collect();
+    let mut whole = whole((&sums, &cut), (&together, &confirmed), fitted.len(), long);
+    whole.entry.stretches_s = stretches_s;
+    whole.entry.unusable_s = unusable as f64 / cut.rate_hz;
+    let lines: Vec<String> = fitted
+        .iter()
+        .zip(&faults)
+        .flat_map(|(data, faults)| data_words::lines(data.streams, faults))
+        .collect();
+    let mut outcome = outcome(
+        &fitted,
+        (&together, &mut found),
+        &confirmed,
+        (&faults, Beside::Whole(whole)),
+        (model, seed, plan),
+    );
+    outcome.diagnosis.summary.extend(lines);
+    if let Some(turned) = turned {
+        turned.report(&mut outcome);
+    }
+    Ok(Some(outcome))
+}
+
+/// Temperature of each block at the recording's beginning \[K\]; `None` without thermometers.
+fn start_of(long: &Long, plan: &LongPlan) -> Result<Option<[f64; 3]>, InputError> {
+    let rows = (2.0 * plan.around_s * long.rate_hz) as usize;
+    let first = (long.read)(0..rows.min(long.rows))?;
+    let temperature_k = first.temperature_k.as_ref();
+    Ok(temperature_k.map(|triad| start_temperature_k(triad, long.rate_hz)))
+}
+
+/// Stretches with the faults of their data.
+type Stretches = Vec<(Streams, Vec<Fault>)>;
+
+/// Reads the stretches, and puts all of them right where one shows that they need it.
+fn stretches(
+    settings: &Settings,
+    (long, rows): (&Long, &[Range<usize>]),
+    origin: &Origin,
+    (model, model_file): (&Model, &Path),
+) -> Result<(Stretches, Option<PutRight>), InputError> {
+    let mut all = rows
+        .iter()
+        .map(|rows| (long.read)(rows.clone()))
+        .collect::<Result<Vec<Streams>, InputError>>()?;
+    let mut turned = None;
+    let mut first = 0;
+    while turned.is_none() && first < all.len() {
+        turned = put_right(settings, &mut all[first], model, model_file)?;
+        first += 1;
+    }
+    if let Some(turned) = &turned {
+        let others = all.iter_mut().enumerate();
+        let others = others.filter(|(place, _)| place + 1 != first);
+        others.for_each(|(_, streams)| turned.apply(streams));
+    }
+    let ends = (settings.plan.long.ends_s * long.rate_hz) as usize;
+    let each = all.into_iter().zip(rows).map(|(mut streams, rows)| {
+        let last = streams.rows.saturating_sub(ends);
+        streams.usable[..ends.min(last)].fill(false);
+        streams.usable[last..].fill(false);
+        let faults = qualify::unknown_faults(&mut streams, &model.effects);
+        let piece = &mut streams.piece;
+        piece.origin = Some(origin.clone());
+        // One stretch, one motion.
+        piece.segments = vec![Segment {
+            name: long.name_of(rows),
+            kind: String::new(),
+            start_s: long.at_s(rows.start),
+            end_s: long.at_s(rows.end),
+        }];
+        (streams, faults)
+    });
+    Ok((each.collect(), turned))
+}
+
+/// What the blocks show of the fit.
+///
+/// # Inputs
+/// `count`: of stretches, behind whose records those of the sums stand.
+fn whole(
+    (sums, cut): (&Sums, &Cut),
+    (together, confirmed): (&Together, &Confirmed),
+    count: usize,
+    long: &Long,
+) -> Whole {
+    let summed = &sums.summed;
+    let fit = with_noise_of(&confirmed.fit, count);
+    let after_rad = sums.left_by(&fit, &in_recording(&together.shared, count));
+    let blocks = summed.seen.len();
+    let noise = [0, 1, 2].map(|axis| reported(fit.levels[axis], blocks, cut.rate_hz));
+    let figures = validate(
+        &summed.residual_rad,
+        &after_rad,
+        &noise,
+        (&summed.tested, [0.0, f64::INFINITY]),
+        &[],
+        cut.rate_hz,
+    );
+    let seconds = |blocks: usize| blocks as f64 / cut.rate_hz;
+    let wandering = |axis: usize| {
+        let wanders = fit.drift[axis] != Drift::None;
+        wanders.then(|| noise[axis].wander_rad_s(long.seconds()))
+    };
+    let misfits = confirmed.misfits.get(count).into_iter().flatten();
+    let misfits: Vec<_> = misfits.copied().collect();
+    Whole {
+        recording: long.name.clone(),
+        entry: WholeEntry {
+            blocks_per_s: cut.rate_hz,
+            stretches_s: Vec::new(),
+            fitted_blocks_s: seconds(summed.seen.iter().filter(|&&seen| seen).count()),
+            held_out_blocks_s: seconds(summed.tested.iter().map(ExactSizeIterator::len).sum()),
+            unusable_s: 0.0,
+            channels: figures.iter().map(channel).collect(),
+        },
+        wandering_rad_s: [0, 1, 2].map(wandering),
+        unlike: (0..3)
+            .filter_map(|gyro| unlike_noise(gyro, &misfits, cut.rate_hz))
+            .collect(),
+    }
+}

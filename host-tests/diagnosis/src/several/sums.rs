@@ -1,0 +1,195 @@
+//! Sums over blocks of all rows of a recording longer than memory, as one more record of the search over its stretches.
+//!
+//! A sum keeps all that changes slowly: bias, temperature, the drift that vibration rectifies. Columns are formed at the full
+//! rate and summed, so that what two fast motions make together is in them. White noise of a row adds up, white noise of angle
+//! telescopes: sums have noise of the same kinds. Blocks that hold rows of a stretch are left out: no row counts twice.
+
+use std::ops::Range;
+
+use rlg_catalogue::Candidate;
+use rlg_inference::block_validation::BlockSums;
+use rlg_inference::search::DriftPrior;
+use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, NormalEquations, Observations};
+use rlg_signal::streams::{Triad, add};
+
+use super::search::Side;
+use crate::confirm::columns_of;
+use crate::goodness::{Misfit, misfits};
+use crate::noise_levels::{first_levels, mean};
+use crate::pass::{left_on, sizes_on};
+use crate::plan::AnalysisPlan;
+use crate::search::is_seen;
+use crate::whitened::Whitener;
+
+/// Sums over blocks of rows.
+pub(crate) struct Summed {
+    /// Blocks per second \[Hz\].
+    pub(crate) rate_hz: f64,
+    /// Blocks all of whose rows are measured.
+    pub(crate) measured: usize,
+    /// Blocks to fit and to confirm.
+    pub(crate) seen: Vec<bool>,
+    /// Blocks that are only tested.
+    pub(crate) tested: Vec<Range<usize>>,
+    /// Residual \[rad per block\].
+    pub(crate) residual_rad: Triad,
+    /// Columns; single precision, as everywhere in the sums over bins.
+    pub(crate) columns: Vec<Vec<f32>>,
+    /// Over these columns.
+    pub(crate) candidates: Vec<Candidate>,
+}
+
+/// The same with what their rows say of every column.
+pub(crate) struct Sums {
+    pub(crate) summed: Summed,
+    equations: NormalEquations,
+    drift: DriftPrior,
+    /// Noise before anything is found.
+    levels: Vec<NoiseLevels>,
+}
+
+/// Some of the columns.
+struct Chosen<'a> {
+    columns: &'a [Vec<f32>],
+    places: Vec<usize>,
+}
+
+impl Columns for Chosen<'_> {
+    fn count(&self) -> usize {
+        self.places.len()
+    }
+
+    fn column(&self, place: usize) -> Vec<f64> {
+        wide(&self.columns[self.places[place]])
+    }
+}
+
+fn wide(column: &[f32]) -> Vec<f64> {
+    column.iter().map(|sum| f64::from(*sum)).collect()
+}
+
+impl Sums {
+    /// Passes over all columns; `None` where too few blocks are seen.
+    pub(crate) fn new(mut summed: Summed, drift: DriftPrior) -> Option<Self> {
+        let observations = Observations::bridged(&summed.seen)?;
+        let levels = first_levels(&summed.residual_rad, &observations);
+        let all = Chosen {
+            columns: &summed.columns,
+            places: (0..summed.columns.len()).collect(),
+        };
+        let equations =
+            NormalEquations::new(observations, &summed.residual_rad, &all, mean(&levels));
+        summed
+            .candidates
+            .retain(|one| is_seen(&one.hypothesis, &equations));
+        Some(Self {
+            summed,
+            equations,
+            drift,
+            levels,
+        })
+    }
+
+    /// What a search sees of it.
+    pub(crate) fn side(&self) -> Side<'_> {
+        Side {
+            candidates: &self.summed.candidates,
+            equations: &self.equations,
+            drift: &self.drift,
+            levels: &self.levels,
+        }
+    }
+
+    /// What the model declares of drift.
+    pub(crate) fn drift(&self) -> &DriftPrior {
+        &self.drift
+    }
+
+    /// Frees the columns by frequency: a set stands.
+    pub(crate) fn release(&mut self) {
+        self.equations.truncate(0);
+    }
+
+    /// Sums over validation blocks of whitened residual and columns of a set.
+    pub(crate) fn whitened(
+        &self,
+        set: &[Hypothesis],
+        levels: &[NoiseLevels],
+        plan: &AnalysisPlan,
+    ) -> Option<BlockSums> {
+        let summed = &self.summed;
+        let observations = Observations::bridged(&summed.seen)?;
+        let whitener = Whitener::of(observations, summed.seen.clone(), levels);
+        let whitened = |gyro: usize, rows: &[f64]| whitener.rows(gyro, rows);
+        let values = |column: usize| wide(&summed.columns[column]);
+        let columns = columns_of(set, summed.seen.len(), &values, &whitened);
+        let records: Vec<Vec<f64>> = (0..3)
+            .map(|gyro| whitened(gyro, &summed.residual_rad[gyro]))
+            .collect();
+        let blocks = plan.blocks.of(&summed.seen, summed.rate_hz);
+        Some(BlockSums::new(&records, &columns, &blocks))
+    }
+
+    /// Normal equations of some candidates alone, which then count their columns; `None` where too few blocks are seen.
+    pub(crate) fn of(
+        &self,
+        mut candidates: Vec<Candidate>,
+        levels: &[NoiseLevels],
+    ) -> Option<(NormalEquations, Vec<Candidate>)> {
+        let mut places: Vec<usize> = Vec::new();
+        let mut place = |column: &mut usize| {
+            let known = places.iter().position(|other| other == column);
+            *column = known.unwrap_or_else(|| {
+                places.push(*column);
+                places.len() - 1
+            });
+        };
+        for one in &mut candidates {
+            let hypothesis = &mut one.hypothesis;
+            hypothesis
+                .terms
+                .iter_mut()
+                .for_each(|term| place(&mut term.column));
+            hypothesis
+                .fixed
+                .iter_mut()
+                .for_each(|one| place(&mut one.column));
+        }
+        let columns = Chosen {
+            columns: &self.summed.columns,
+            places,
+        };
+        let observations = Observations::bridged(&self.summed.seen)?;
+        let residual_rad = &self.summed.residual_rad;
+        let equations = NormalEquations::new(observations, residual_rad, &columns, mean(levels));
+        Some((equations, candidates))
+    }
+
+    /// What a fit leaves of the blocks \[rad\].
+    ///
+    /// # Inputs
+    /// `candidates`: places as in the fit, over the columns here.
+    pub(crate) fn left_by(&self, fit: &Fit, candidates: &[Candidate]) -> Triad {
+        let mut left_rad = self.summed.residual_rad.clone();
+        for (gyro, left) in left_rad.iter_mut().enumerate() {
+            for (column, size) in sizes_on(fit, candidates, gyro) {
+                add(left, &wide(&self.summed.columns[column]), -size);
+            }
+        }
+        left_rad
+    }
+
+    /// Octaves in which what a fit over some candidates leaves is not its noise.
+    pub(crate) fn misfits(
+        equations: &NormalEquations,
+        (fit, candidates): (&Fit, &[Candidate]),
+        plan: &AnalysisPlan,
+    ) -> Vec<Misfit> {
+        let of_gyro = |gyro: usize| {
+            let residual = left_on(equations, fit, candidates, gyro);
+            let basis = equations.basis_beside_gaps(fit.levels[gyro]);
+            misfits(&basis, &residual, fit.levels[gyro], gyro, plan)
+        };
+        (0..3).flat_map(of_gyro).collect()
+    }
+}

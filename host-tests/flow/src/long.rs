@@ -1,0 +1,91 @@
+//! A recording longer than memory, from its folder.
+
+use std::ops::Range;
+use std::path::Path;
+
+use rlg_diagnosis::data::is_predictable;
+use rlg_diagnosis::long::{self, Long};
+use rlg_model::{Model, MotionSource};
+use rlg_recording::error::InputError;
+use rlg_recording::{Extent, Recording};
+use rlg_signal::streams::Streams;
+
+use crate::{Outcome, Settings, TOO_FEW_ROWS, unusable};
+
+/// Rows that are held at once by default, 0.9 kB each: two and a half minutes at 4 kHz.
+pub const MOST_ROWS: usize = 600_000;
+
+/// A recording of which only a part is in memory at once.
+pub struct LongRecording<'a> {
+    folder: &'a Path,
+    extent: Extent,
+    most_rows: usize,
+}
+
+impl<'a> LongRecording<'a> {
+    /// Looks at a folder, of which `most_rows` rows may be held; `None` where all of it may, or must: units at rest, slower
+    /// references and tables that are no Parquet are read whole.
+    ///
+    /// # Errors
+    /// Its recording.toml cannot be read.
+    pub fn of(
+        folder: &'a Path,
+        model: &Model,
+        most_rows: usize,
+    ) -> Result<Option<Self>, InputError> {
+        if model.motion != MotionSource::Reference {
+            return Ok(None);
+        }
+        let extent = Recording::extent(folder)?.filter(|extent| extent.rows > most_rows);
+        Ok(extent.map(|extent| Self {
+            folder,
+            extent,
+            most_rows,
+        }))
+    }
+
+    /// Its first seconds.
+    ///
+    /// # Errors
+    /// They cannot be read.
+    pub fn first(&self, seconds: f64) -> Result<Recording, InputError> {
+        let start_s = self.extent.start_s;
+        Recording::read_between(self.folder, start_s, start_s + seconds)
+    }
+
+    /// Diagnoses it.
+    ///
+    /// # Errors
+    /// As of [`crate::diagnose_under`].
+    pub fn diagnose(
+        &self,
+        settings: &Settings,
+        (model, model_file): (&Model, &Path),
+        progress: &dyn Fn(&str),
+    ) -> Result<Outcome, InputError> {
+        is_predictable(model, model_file)?;
+        let Extent {
+            ref segments,
+            rate_hz,
+            start_s,
+            rows,
+        } = self.extent;
+        let name = self.first(1.0)?.name;
+        let at_s = |row: usize| start_s + row as f64 / rate_hz;
+        let read = |rows: Range<usize>| {
+            let recording = Recording::read_between(self.folder, at_s(rows.start), at_s(rows.end))?;
+            Streams::align(&recording, model)
+        };
+        let long = Long {
+            name: name.clone(),
+            rows,
+            rate_hz,
+            start_s,
+            segments: segments.clone(),
+            read: &read,
+        };
+        let of = (model, model_file);
+        let found = long::diagnose(settings, (&long, self.most_rows), of, progress)?;
+        Ok(found.unwrap_or_else(|| unusable(&name, settings, TOO_FEW_ROWS, model)))
+    }
+}
