@@ -8,7 +8,6 @@ use rlg_diagnosis::{data_words, several};
 use rlg_findings::result::ParameterEntry;
 use rlg_model::Model;
 use rlg_recording::error::InputError;
-use rlg_signal::piece::distinct;
 use rlg_signal::qualify;
 use rlg_signal::streams::Streams;
 
@@ -73,4 +72,18 @@ pub fn diagnose_together(
         }
     }
     Ok(outcome)
+}
+
+/// Asks for names that tell recordings apart.
+fn distinct(all: &[Streams]) -> Result<(), InputError> {
+    for (place, streams) in all.iter().enumerate() {
+        let name = &streams.piece.recording;
+        if all[..place].iter().any(|one| one.piece.recording == *name) {
+            return Err(
+                InputError::new(name, "has the name of another recording of this list")
+                    .expected("names that tell the recordings apart (name in recording.toml)"),
+            );
+        }
+    }
+    Ok(())
 }

@@ -49,6 +49,8 @@ pub mod channel_map;
 
 pub mod piece;
 
+mod stretch;
+
 pub mod residual;
 
 pub mod partition;

@@ -8,7 +8,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Package, and the packages of this workspace that it may depend on.
-const MAY_DEPEND_ON: [(&str, &[&str]); 27] = [
+const MAY_DEPEND_ON: [(&str, &[&str]); 26] = [
     ("trueaxis", &[]),
     ("strapdown", &[]),
     ("rlg-recording", &[]),
