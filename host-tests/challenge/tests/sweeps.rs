@@ -14,6 +14,7 @@ use rlg_challenge::marks::case::Case;
 use rlg_challenge::marks::effects::Effect;
 use rlg_challenge::marks::family::Family;
 use rlg_challenge::marks::motion::{Motion, Term};
+use rlg_challenge::marks::read_as::ReadAs;
 use rlg_challenge::marks::run::{Plan, prepare};
 use rlg_challenge::marks::setting::Limits;
 use rlg_challenge::marks::table::{Scores, score};
@@ -316,7 +317,7 @@ fn scores(family: Family, planted: &str, trials: u64) -> Scores {
     plan.planted = vec![planted.to_owned()];
     plan.most_rows = 6000.0;
     let prepared = prepare(&plan, &|| {}).expect("drawn");
-    let under_test = UnderTest::new(AnalysisPlan::default(), true);
+    let under_test = UnderTest::new(AnalysisPlan::default(), true, ReadAs::Whole);
     let told = (plan.seed, plan.declares);
     let done = prepared.diagnose(told, Some(&under_test), None, &|| {});
     let outcomes: Vec<_> = done

@@ -583,7 +583,7 @@ fn name_regimes(locations: &mut [Location], findings: &[Finding]) {
     }
 }
 
-fn location_entry(location: &Location, streams: &Streams) -> LocationEntry {
+pub(crate) fn location_entry(location: &Location, streams: &Streams) -> LocationEntry {
     let [start_s, end_s] = streams.span_of(&location.rows);
     LocationEntry {
         channel: format!("gyro_{}", AXES[location.axis]),

@@ -5,6 +5,7 @@ use rlg_recording::error::InputError;
 use serde::Serialize;
 
 use super::groups::Counts;
+use super::read_as::ReadAs;
 use super::run::{Outcome, Plan, Prepared};
 use super::table::{Scores, score};
 use super::under_test::UnderTest;
@@ -39,7 +40,7 @@ pub fn curve(
         let (varied, value) = AnalysisPlan::default()
             .scaled(name, factor)
             .ok_or_else(|| InputError::new("--vary", "is no number of the plan").value(name))?;
-        let under_test = UnderTest::new(varied, false);
+        let under_test = UnderTest::new(varied, false, ReadAs::Whole);
         let done = prepared.diagnose(
             (plan.seed, plan.declares),
             Some(&under_test),

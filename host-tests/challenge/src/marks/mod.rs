@@ -2,7 +2,7 @@
 //!
 //! settings (`setting`, `grade`) → motions (`motion`, `courses`) → surroundings (`case`) → effects (`effects`, `kinds`) →
 //! noise (`noise`) → trials (`family`, `trial`, `dithered`; beside attitudes and at rest in folders of their own) →
-//! recordings and truths (`instruments`, `record`) → commitments and diagnoses (`run`, `under_test`) → judgements (`judge`) →
+//! recordings and truths (`instruments`, `record`) → commitments and diagnoses (`run`, `under_test`, `read_as`) → judgements (`judge`) →
 //! the tables (`groups`, `by_effect`, `table`), or what other numbers of the analysis plan would give (`curve`)
 //!
 //! Everything is drawn from one seed; a trial's number fixes its family and its stream, so `seed:number` repeats it
@@ -22,6 +22,7 @@ pub mod judge;
 pub mod kinds;
 pub mod motion;
 pub mod noise;
+pub mod read_as;
 pub mod record;
 pub mod run;
 pub mod setting;

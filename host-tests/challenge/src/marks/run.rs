@@ -132,6 +132,15 @@ pub struct Cost {
     pub seconds: f64,
 }
 
+/// Where recordings are kept.
+#[derive(Debug, Clone, Copy)]
+pub struct Keep<'a> {
+    /// Folder of the trials.
+    pub folder: &'a Path,
+    /// Whether each one's truth is written beside it.
+    pub with_truth: bool,
+}
+
 /// Trials with their answers, before anything is diagnosed.
 pub struct Prepared {
     /// Trials in order.
@@ -175,12 +184,13 @@ pub fn prepare(plan: &Plan, progress: &(dyn Fn() + Sync)) -> Result<Prepared, In
 }
 
 impl Prepared {
-    /// Diagnoses every trial by what is under test, or makes the recordings alone. They are kept under `keep`, where it is given; `progress` is told of each trial.
+    /// Diagnoses every trial by what is under test, or makes the recordings alone. They are kept where `keep` says; `progress` is
+    /// told of each trial.
     pub fn diagnose(
         &self,
         (seed, declares): (u64, Declares),
         under_test: Option<&UnderTest>,
-        keep: Option<&Path>,
+        keep: Option<Keep>,
         progress: &(dyn Fn() + Sync),
     ) -> Result<Vec<(Outcome, Cost)>, InputError> {
         self.trials
@@ -188,11 +198,13 @@ impl Prepared {
             .zip(&self.lines)
             .map(|(trial, (_, line))| {
                 let (recording, model) = record(trial, declares)?;
-                if let Some(folder) = keep {
-                    let name = format!("trial-{seed}-{:06}", trial.number);
-                    keep_trial(&folder.join(name), &recording, &model, line)?;
+                let name = format!("trial-{seed}-{:06}", trial.number);
+                if let Some(Keep { folder, with_truth }) = keep {
+                    let truth = with_truth.then_some(line.as_str());
+                    keep_trial(&folder.join(&name), &recording, &model, truth)?;
                 }
-                let done = diagnose(trial.number, under_test, &recording, &model);
+                let named = (trial.number, name.as_str());
+                let done = diagnose(named, under_test, &recording, &model);
                 progress();
                 Ok(done)
             })
@@ -201,7 +213,7 @@ impl Prepared {
 }
 
 fn diagnose(
-    trial: u64,
+    (trial, name): (u64, &str),
     under_test: Option<&UnderTest>,
     recording: &Recording,
     model: &Model,
@@ -209,8 +221,10 @@ fn diagnose(
     let begun = Instant::now();
     // A recording that the tool cannot stand is a result, and the others go on.
     let said = under_test.map(|under_test| {
-        catch_unwind(AssertUnwindSafe(|| under_test.diagnose(recording, model)))
-            .unwrap_or_else(|_| Err("panicked".to_owned()))
+        catch_unwind(AssertUnwindSafe(|| {
+            under_test.answer(name, recording, model)
+        }))
+        .unwrap_or_else(|_| Err("panicked".to_owned()))
     });
     let cost = Cost {
         trial,
@@ -230,18 +244,21 @@ fn diagnose(
     (outcome, cost)
 }
 
-/// Writes `recording/` with its model, and beside it `truth.json`.
+/// Writes `recording/` with its model, and beside it `truth.json` where the truth is given.
 fn keep_trial(
     folder: &Path,
     recording: &Recording,
     model: &Model,
-    truth: &str,
+    truth: Option<&str>,
 ) -> Result<(), InputError> {
     let mut out = Recording::create_folder(folder.join("recording"))?;
     recording.write_into(&mut out)?;
     out.write(MODEL, model.to_toml().as_bytes())?;
     out.commit()?;
-    write_file(folder.join("truth.json"), format!("{truth}\n").as_bytes())
+    match truth {
+        Some(truth) => write_file(folder.join("truth.json"), format!("{truth}\n").as_bytes()),
+        None => Ok(()),
+    }
 }
 
 fn no_json(error: serde_json::Error) -> InputError {

@@ -1,14 +1,16 @@
-//! The diagnosis under test: how it is called, and what is read of its answer.
+//! What is under test: our diagnosis and how it is called, or answers that somebody else gave; and what is read of them.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use rlg_diagnosis::AnalysisPlan;
-use rlg_flow::{Settings, diagnose_under};
+use rlg_flow::Settings;
 use rlg_model::Model;
 use rlg_recording::Recording;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+
+use super::read_as::ReadAs;
 
 /// A number with its spread.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -108,40 +110,73 @@ fn found(effect: &Value) -> FoundEffect {
     }
 }
 
+/// What is under test.
+pub enum UnderTest {
+    /// Our diagnosis.
+    Ours(Box<Ours>),
+    /// A folder of answers: TRIAL/diagnosis.json, trials called as where they were exported.
+    Answers(PathBuf),
+}
+
 /// The diagnosis under settings.
-pub struct UnderTest {
+pub struct Ours {
     settings: Settings<'static>,
     is_twice: bool,
+    read_as: ReadAs,
 }
 
 impl UnderTest {
     /// Diagnoses with the numbers of a plan, once more under the model that it wrote where `is_twice`.
-    pub fn new(plan: AnalysisPlan, is_twice: bool) -> Self {
+    pub fn new(plan: AnalysisPlan, is_twice: bool, read_as: ReadAs) -> Self {
         let settings = Settings {
             plan,
             ..Settings::default()
         };
-        Self { settings, is_twice }
+        Self::Ours(Box::new(Ours {
+            settings,
+            is_twice,
+            read_as,
+        }))
     }
 
+    /// What is said of a trial, or why nothing is.
+    pub fn answer(
+        &self,
+        name: &str,
+        recording: &Recording,
+        model: &Model,
+    ) -> Result<DiagnosisSummary, String> {
+        match self {
+            Self::Ours(ours) => ours.diagnose(recording, model),
+            Self::Answers(folder) => {
+                let file = folder.join(name).join("diagnosis.json");
+                let text = std::fs::read_to_string(&file)
+                    .map_err(|error| format!("{}: {error}", file.display()))?;
+                let json: Value = serde_json::from_str(&text)
+                    .map_err(|error| format!("{}: {error}", file.display()))?;
+                DiagnosisSummary::from_json(&json)
+            }
+        }
+    }
+}
+
+impl Ours {
     fn once(
         &self,
         recording: &Recording,
         model: &Model,
     ) -> Result<(DiagnosisSummary, Model), String> {
         let file = Path::new("model.toml");
-        let outcome = diagnose_under(&self.settings, recording, model, file, &|_| {})
+        let outcome = self
+            .read_as
+            .diagnose(&self.settings, recording, (model, file))
             .map_err(|error| error.to_string())?;
         let json = serde_json::to_value(&outcome.diagnosis).map_err(|error| error.to_string())?;
         Ok((DiagnosisSummary::from_json(&json)?, outcome.model))
     }
 
     /// Diagnoses a recording under a model, or says why it cannot.
-    pub fn diagnose(
-        &self,
-        recording: &Recording,
-        model: &Model,
-    ) -> Result<DiagnosisSummary, String> {
+    fn diagnose(&self, recording: &Recording, model: &Model) -> Result<DiagnosisSummary, String> {
         let (mut said, written) = self.once(recording, model)?;
         if self.is_twice {
             // The same model gives the same answer.

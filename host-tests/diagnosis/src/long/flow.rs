@@ -5,32 +5,37 @@ use std::path::Path;
 
 use nalgebra::UnitQuaternion;
 use rlg_catalogue::signals::start_temperature_k;
-use rlg_findings::result::WholeEntry;
+use rlg_findings::result::{LocationEntry, WholeEntry};
 use rlg_inference::Drift;
+use rlg_inference::observations::runs;
 use rlg_model::Model;
 use rlg_recording::Segment;
 use rlg_recording::error::InputError;
 use rlg_signal::fault::Fault;
-use rlg_signal::piece::Origin;
+use rlg_signal::piece::{Origin, Piece};
 use rlg_signal::qualify;
-use rlg_signal::streams::Streams;
+use rlg_signal::streams::{Streams, Triad};
 
-use super::cut::{Cut, Long};
+use super::cut::Long;
 use super::forming::{About, form};
 use crate::data::Data;
 use crate::data_words;
 use crate::entries_of_rows::channel;
-use crate::findings::unlike_noise;
+use crate::findings::{location_entry, unlike_noise};
+use crate::locate;
 use crate::noise_levels::{drift_prior, reported};
+use crate::noise_spectrum::Noise;
 use crate::outcome::Outcome;
+use crate::pictures::{self, Pictures};
 use crate::plan::LongPlan;
 use crate::put_right::{PutRight, put_right};
+use crate::regimes::regimes_of;
 use crate::settings::Settings;
 use crate::several::confirm::{Confirmed, confirmed, in_recording, shares_of};
 use crate::several::report::{Beside, Whole, outcome};
 use crate::several::search::{Together, stand};
 use crate::several::shared::{Kin, with_noise_of};
-use crate::several::sums::Sums;
+use crate::several::sums::{Summed, Sums};
 use crate::validate::validate;
 
 /// What a stretch cannot have: an attitude since the recording's beginning.
@@ -85,7 +90,6 @@ pub fn diagnose(
     let summed = form(about, standing.shown(), &|done| {
         progress(&format!("reading {:.0} of {seconds:.0} s", done * seconds));
     })?;
-    let unusable = cut.uses.len() - summed.measured;
     let Some(mut sums) = Sums::new(summed, drift_prior(&model.gyro)) else {
         return Ok(None);
     };
@@ -100,13 +104,7 @@ pub fn diagnose(
         return Ok(None);
     };
     progress("writing the findings");
-    let stretches_s: Vec<[f64; 2]> = rows
-        .iter()
-        .map(|rows| [rows.start, rows.end].map(|row| long.at_s(row)))
-        .collect();
-    let mut whole = whole((&sums, &cut), (&together, &confirmed), fitted.len(), long);
-    whole.entry.stretches_s = stretches_s;
-    whole.entry.unusable_s = unusable as f64 / cut.rate_hz;
+    let whole = whole(&sums, (&together, &confirmed), (long, &rows));
     let lines: Vec<String> = fitted
         .iter()
         .zip(&faults)
@@ -179,30 +177,30 @@ fn stretches(
     Ok((each.collect(), turned))
 }
 
-/// What the blocks show of the fit.
-///
-/// # Inputs
-/// `count`: of stretches, behind whose records those of the sums stand.
+/// What the blocks show of the fit, beside the `stretches`.
 fn whole(
-    (sums, cut): (&Sums, &Cut),
+    sums: &Sums,
     (together, confirmed): (&Together, &Confirmed),
-    count: usize,
-    long: &Long,
+    (long, stretches): (&Long, &[Range<usize>]),
 ) -> Whole {
     let summed = &sums.summed;
+    // Behind the records of the stretches stand those of the sums.
+    let count = stretches.len();
     let fit = with_noise_of(&confirmed.fit, count);
     let after_rad = sums.left_by(&fit, &in_recording(&together.shared, count));
     let blocks = summed.seen.len();
-    let noise = [0, 1, 2].map(|axis| reported(fit.levels[axis], blocks, cut.rate_hz));
+    let noise = [0, 1, 2].map(|axis| reported(fit.levels[axis], blocks, summed.rate_hz));
     let figures = validate(
         &summed.residual_rad,
         &after_rad,
         &noise,
         (&summed.tested, [0.0, f64::INFINITY]),
         &[],
-        cut.rate_hz,
+        summed.rate_hz,
     );
-    let seconds = |blocks: usize| blocks as f64 / cut.rate_hz;
+    let (locations, pictures) = drawn(summed, &after_rad, &noise, long);
+    let seconds = |blocks: usize| blocks as f64 / summed.rate_hz;
+    let count_of = |flags: &[bool], of: bool| flags.iter().filter(|&&flag| flag == of).count();
     let wandering = |axis: usize| {
         let wanders = fit.drift[axis] != Drift::None;
         wanders.then(|| noise[axis].wander_rad_s(long.seconds()))
@@ -212,16 +210,55 @@ fn whole(
     Whole {
         recording: long.name.clone(),
         entry: WholeEntry {
-            blocks_per_s: cut.rate_hz,
-            stretches_s: Vec::new(),
-            fitted_blocks_s: seconds(summed.seen.iter().filter(|&&seen| seen).count()),
+            blocks_per_s: summed.rate_hz,
+            stretches_s: stretches
+                .iter()
+                .map(|rows| [rows.start, rows.end].map(|row| long.at_s(row)))
+                .collect(),
+            fitted_blocks_s: seconds(count_of(&summed.seen, true)),
             held_out_blocks_s: seconds(summed.tested.iter().map(ExactSizeIterator::len).sum()),
-            unusable_s: 0.0,
+            unusable_s: seconds(count_of(&summed.measured, false)),
             channels: figures.iter().map(channel).collect(),
         },
         wandering_rad_s: [0, 1, 2].map(wandering),
+        locations,
+        pictures,
         unlike: (0..3)
-            .filter_map(|gyro| unlike_noise(gyro, &misfits, cut.rate_hz))
+            .filter_map(|gyro| unlike_noise(gyro, &misfits, summed.rate_hz))
             .collect(),
     }
+}
+
+/// Where the blocks differ from the model, and pictures of what is left of them before and after.
+fn drawn(
+    summed: &Summed,
+    after_rad: &Triad,
+    noise: &[Noise; 3],
+    long: &Long,
+) -> (Vec<LocationEntry>, Pictures) {
+    let of = Piece {
+        origin: None,
+        recording: long.name.clone(),
+        segments: long.segments.clone(),
+        held_out: false,
+    };
+    let bare = Streams::bare(summed.rate_hz, long.start_s, summed.measured.clone(), &of);
+    let regimes = regimes_of(&bare);
+    let rows = runs(&summed.measured, true);
+    let before_rad = &summed.residual_rad;
+    let tiles = [before_rad, after_rad]
+        .map(|left_rad| locate::tiles(&bare, left_rad, noise, &regimes, &rows));
+    let locations = locate::join(&tiles[0], &regimes, &rows);
+    let locations = locations.iter().map(|one| location_entry(one, &bare));
+    let locations = locations.collect();
+    let [before, after] = tiles;
+    let pictures = pictures::draw(
+        &bare,
+        before_rad,
+        after_rad,
+        noise,
+        (before, after),
+        &summed.tested,
+    );
+    (locations, pictures)
 }

@@ -256,9 +256,9 @@ impl Forming<'_> {
         };
         Summed {
             rate_hz: cut.rate_hz,
-            measured: self.measured.iter().filter(|&&measured| measured).count(),
             seen: of(false),
             tested: runs(&of(true), true),
+            measured: self.measured,
             residual_rad: self.residual_rad,
             columns: self.columns,
             candidates: self.candidates,

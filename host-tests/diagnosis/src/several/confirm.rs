@@ -4,12 +4,13 @@ use rlg_catalogue::candidates::PoolColumns;
 use rlg_catalogue::entries::STEP;
 use rlg_catalogue::{Candidate, Pool};
 use rlg_inference::block_validation::BlockSums;
+use rlg_inference::likelihood::behind;
 use rlg_inference::search::DriftPrior;
 use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Search};
 use rlg_signal::partition::Use;
 
 use super::search::{Together, drift_of};
-use super::shared::{Shared, Sharing, on_own_records, with_noise_of};
+use super::shared::{RECORDS, Shared, Sharing, on_own_records, with_noise_of};
 use super::sums::Sums;
 use crate::confirm::{
     Final, Parameters, Prediction, gyro_of_event, headline, in_doubt, left_by, misfits_of,
@@ -224,7 +225,7 @@ fn instants(
             hypothesis
                 .terms
                 .iter_mut()
-                .for_each(|term| term.record += recording * super::shared::RECORDS);
+                .for_each(|term| term.record += recording * RECORDS);
             moved.candidate = Candidate { hypothesis, ..step };
             headlines[place] = together.shared.len();
             together.shared.push(moved);
@@ -277,22 +278,12 @@ fn refit(
         levels.extend(own);
         drift.push(sums.drift().clone());
     }
-    let joined: Vec<Hypothesis> = (0..headlines.len())
-        .map(|place| {
-            let mut whole = together.shared[headlines[place]]
-                .candidate
-                .hypothesis
-                .clone();
-            whole.requires = None;
-            whole.terms.clear();
-            whole.fixed.clear();
-            for (recording, (_, candidates)) in parts.iter().enumerate() {
-                let first = recording * super::shared::RECORDS;
-                let own = rlg_inference::likelihood::behind(&candidates[place].hypothesis, first);
-                whole.terms.extend(own.terms);
-                whole.fixed.extend(own.fixed);
-            }
-            whole
+    let joined: Vec<Hypothesis> = headlines
+        .iter()
+        .enumerate()
+        .map(|(place, &headline)| {
+            let each = parts.iter().map(|(_, candidates)| &candidates[place]);
+            over_all(&together.shared[headline], each)
         })
         .collect();
     let likelihood = JointLikelihood::new(parts.iter().map(|(equations, _)| equations).collect());
@@ -319,6 +310,20 @@ fn refit(
     let misfits = misfits.collect();
     fit.members = headlines.to_vec();
     Some((fit, misfits))
+}
+
+/// The hypothesis of a headline over the columns of each part.
+fn over_all<'a>(shared: &Shared, each: impl Iterator<Item = &'a Candidate>) -> Hypothesis {
+    let mut whole = shared.candidate.hypothesis.clone();
+    whole.requires = None;
+    whole.terms.clear();
+    whole.fixed.clear();
+    for (recording, candidate) in each.enumerate() {
+        let own = behind(&candidate.hypothesis, recording * RECORDS);
+        whole.terms.extend(own.terms);
+        whole.fixed.extend(own.fixed);
+    }
+    whole
 }
 
 /// Re-enacts all recordings without each headline in turn: what they show of it adds up.

@@ -19,6 +19,7 @@ use crate::confirm::{Final, left_by};
 use crate::data::Data;
 use crate::findings::written;
 use crate::outcome::Outcome;
+use crate::pictures::Pictures;
 use crate::plan::AnalysisPlan;
 use crate::search::Found;
 
@@ -49,6 +50,10 @@ pub(crate) struct Whole {
     pub(crate) wandering_rad_s: [Option<f64>; 3],
     /// Where its blocks are not like their noise, a sentence each.
     pub(crate) unlike: Vec<String>,
+    /// Where its blocks differ from the model.
+    pub(crate) locations: Vec<LocationEntry>,
+    /// Pictures of its blocks.
+    pub(crate) pictures: Pictures,
 }
 
 /// Writes the findings of all recordings.
@@ -86,11 +91,14 @@ pub(crate) fn outcome(
             switch_on(&mut model, effect);
         }
     }
-    let diagnosis = match beside {
-        Beside::HeldOut(held_out) => of_recordings(all, &each, held_out, together.tried),
+    let (diagnosis, pictures) = match beside {
+        Beside::HeldOut(held_out) => {
+            let diagnosis = of_recordings(all, &each, held_out, together.tried);
+            let first = each.into_iter().next();
+            (diagnosis, first.and_then(|one| one.outcome.pictures))
+        }
         Beside::Whole(whole) => of_stretches(&each, whole, together.tried),
     };
-    let pictures = each.into_iter().next().and_then(|one| one.outcome.pictures);
     Outcome {
         diagnosis,
         model,
@@ -229,7 +237,7 @@ fn of_recording(
 }
 
 /// One diagnosis of a recording from those on its stretches.
-fn of_stretches(each: &[OfRecording], whole: Whole, tried: usize) -> Diagnosis {
+fn of_stretches(each: &[OfRecording], whole: Whole, tried: usize) -> (Diagnosis, Option<Pictures>) {
     let diagnoses: Vec<&Diagnosis> = each.iter().map(|one| &one.outcome.diagnosis).collect();
     let verdict = match (
         verdict_of(diagnoses.iter().map(|one| one.verdict)),
@@ -246,19 +254,6 @@ fn of_stretches(each: &[OfRecording], whole: Whole, tried: usize) -> Diagnosis {
         }
     }
     summary.extend(whole.unlike);
-    let mut effects: Vec<EffectEntry> = Vec::new();
-    for own in each {
-        effects.extend_from_slice(&own.outcome.diagnosis.effects[..own.named]);
-    }
-    for own in each {
-        for effect in &own.outcome.diagnosis.effects[own.named..] {
-            // The noise is one of all stretches; the first says of it what there is to say.
-            let is_noise = NOISE_KINDS.contains(&effect.kind.as_str());
-            if !is_noise || effects.iter().all(|other| other.kind != effect.kind) {
-                effects.push(effect.clone());
-            }
-        }
-    }
     let channels: Vec<Vec<ChannelEntry>> = diagnoses
         .iter()
         .map(|one| one.fit.channels.clone())
@@ -297,22 +292,39 @@ fn of_stretches(each: &[OfRecording], whole: Whole, tried: usize) -> Diagnosis {
         wandering_rad_s: whole.wandering_rad_s[axis],
         ..noise(&diagnoses, axis)
     };
-    Diagnosis {
+    let of_rows = diagnoses.iter().flat_map(|one| one.locations.clone());
+    let diagnosis = Diagnosis {
         recording: whole.recording,
         verdict,
         summary,
-        locations: diagnoses
-            .iter()
-            .flat_map(|one| one.locations.clone())
-            .collect(),
-        effects,
+        locations: whole.locations.into_iter().chain(of_rows).collect(),
+        effects: effects_of_stretches(each),
         fit,
         not_excluded: unseen_by_all(&diagnoses),
         next_experiment: next_experiment(each),
         noise: (0..3).map(noise).collect(),
         trials: tried,
         ..diagnoses[0].clone()
+    };
+    (diagnosis, Some(whole.pictures))
+}
+
+/// Effects of stretches as those of their recording: first those with a name.
+fn effects_of_stretches(each: &[OfRecording]) -> Vec<EffectEntry> {
+    let mut effects: Vec<EffectEntry> = Vec::new();
+    for own in each {
+        effects.extend_from_slice(&own.outcome.diagnosis.effects[..own.named]);
     }
+    for own in each {
+        for effect in &own.outcome.diagnosis.effects[own.named..] {
+            // The noise is one of all stretches; the first says of it what there is to say.
+            let is_noise = NOISE_KINDS.contains(&effect.kind.as_str());
+            if !is_noise || effects.iter().all(|other| other.kind != effect.kind) {
+                effects.push(effect.clone());
+            }
+        }
+    }
+    effects
 }
 
 /// What none of them could show.

@@ -25,8 +25,8 @@ use crate::whitened::Whitener;
 pub(crate) struct Summed {
     /// Blocks per second \[Hz\].
     pub(crate) rate_hz: f64,
-    /// Blocks all of whose rows are measured.
-    pub(crate) measured: usize,
+    /// Which blocks have all of their rows measured.
+    pub(crate) measured: Vec<bool>,
     /// Blocks to fit and to confirm.
     pub(crate) seen: Vec<bool>,
     /// Blocks that are only tested.

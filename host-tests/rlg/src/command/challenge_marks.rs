@@ -9,8 +9,9 @@ use crate::challenge::commit::{ANSWERS, COMMITMENTS, OUTCOMES, commitments};
 use crate::challenge::marks::curve::{FACTORS, curve};
 use crate::challenge::marks::family::Family;
 use crate::challenge::marks::groups::Counts;
+use crate::challenge::marks::read_as::ReadAs;
 use crate::challenge::marks::record::Declares;
-use crate::challenge::marks::run::{Cost, Outcome, Plan, Prepared, prepare};
+use crate::challenge::marks::run::{Cost, Keep, Outcome, Plan, Prepared, prepare};
 use crate::challenge::marks::table::{Scores, score};
 use crate::challenge::marks::under_test::UnderTest;
 use crate::challenge::{attitude, recorded, rest};
@@ -53,6 +54,16 @@ pub struct MarksOptions {
     /// Diagnose nothing: the recordings alone, to be kept
     #[arg(long, requires_all = ["marks", "keep"])]
     undiagnosed: bool,
+    /// Write the recordings alone, one folder a trial, for others to diagnose; the answers stay in OUT
+    #[arg(long, value_name = "DIR", requires = "marks", conflicts_with_all = ["keep", "vary"])]
+    export: Option<PathBuf>,
+    /// Score answers that somebody gave to exported trials instead: DIR/TRIAL/diagnosis.json; the other options as at the
+    /// export
+    #[arg(long, value_name = "DIR", requires = "marks", conflicts_with_all = ["keep", "vary", "export"])]
+    judge: Option<PathBuf>,
+    /// Read each recording as one longer than memory, or cut in two recordings of one unit
+    #[arg(long, value_enum, default_value_t = ReadAs::Whole, value_name = "HOW", requires = "marks")]
+    read_as: ReadAs,
     /// The declared noise of the reference is wrong by at most this factor, either way
     #[arg(long, default_value_t = 1.5, value_name = "FACTOR", requires = "marks")]
     declared_within: f64,
@@ -117,8 +128,18 @@ impl MarksOptions {
         }
         // The model of a recording of others explains what was there before, too.
         let is_twice = self.family.iter().any(is_alone) && !is_recorded;
-        let under_test = UnderTest::new(AnalysisPlan::default(), is_twice);
-        let under_test = (!self.undiagnosed).then_some(&under_test);
+        let is_undiagnosed = self.undiagnosed || self.export.is_some();
+        let under_test = match &self.judge {
+            Some(answers) => UnderTest::Answers(answers.clone()),
+            None => UnderTest::new(AnalysisPlan::default(), is_twice, self.read_as),
+        };
+        let under_test = (!is_undiagnosed).then_some(&under_test);
+        let keep = match (&self.keep, &self.export) {
+            (Some(folder), _) => Some((folder, true)),
+            (None, Some(folder)) => Some((folder, false)),
+            (None, None) => None,
+        };
+        let keep = keep.map(|(folder, with_truth)| Keep { folder, with_truth });
         if !(1.0..=10.0).contains(&self.declared_within) {
             return Err(
                 InputError::new("--declared-within", "is no factor of a noise level")
@@ -149,7 +170,7 @@ impl MarksOptions {
         let bar = terminal.bar(count, "diagnosing");
         let before_s = processor_s();
         let told = (plan.seed, plan.declares);
-        let done = prepared.diagnose(told, under_test, self.keep.as_deref(), &|| bar.inc(1))?;
+        let done = prepared.diagnose(told, under_test, keep, &|| bar.inc(1))?;
         bar.finish_and_clear();
         let spent_s = before_s
             .zip(processor_s())

@@ -270,3 +270,59 @@ fn a_number_of_the_plan_is_varied_on_the_same_trials() {
     assert!(String::from_utf8_lossy(&unknown.stderr).contains("naming"));
     assert!(!at.join("none").exists());
 }
+
+#[test]
+fn exported_trials_hold_no_answer_and_answers_to_them_are_judged_as_ours_are() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let marks = |more: &[&str]| {
+        let asked = [
+            "--marks",
+            "--trials",
+            "2",
+            "--seed",
+            "3",
+            "--most-rows",
+            "4000",
+        ];
+        let families = ["--family", "null,basic"];
+        let output = rlg(at, &[&asked[..], &families, more].concat());
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+    };
+    marks(&["--out", "ours"]);
+    marks(&["--out", "sealed", "--export", "trials"]);
+    let trials: Vec<_> = fs::read_dir(at.join("trials"))
+        .expect("trials")
+        .map(|entry| entry.expect("a trial").file_name())
+        .collect();
+    assert_eq!(trials.len(), 2);
+    for trial in &trials {
+        let given = at.join("trials").join(trial);
+        assert_eq!(fs::read_dir(&given).expect("a folder").count(), 1);
+        let answer = at.join("answers").join(trial);
+        fs::create_dir_all(answer.parent().expect("a folder")).expect("made");
+        let output = Command::cargo_bin("rlg")
+            .expect("the binary")
+            .arg("diagnose")
+            .arg(given.join("recording"))
+            .arg("--model")
+            .arg(given.join("recording/model.toml"))
+            .arg("--out")
+            .arg(&answer)
+            .output()
+            .expect("it starts");
+        assert!(output.status.success());
+    }
+    marks(&["--out", "judged", "--judge", "answers"]);
+    let outcomes = |of: &str| fs::read(at.join(of).join("outcomes.jsonl")).expect("outcomes");
+    assert!(outcomes("ours") == outcomes("judged"));
+    // Without an answer nothing is said of a trial; the others count.
+    fs::remove_dir_all(at.join("answers").join(&trials[0])).expect("removed");
+    marks(&["--out", "half", "--judge", "answers"]);
+    let half = String::from_utf8(outcomes("half")).expect("text");
+    assert_eq!(half.matches("diagnosis.json").count(), 1);
+}
