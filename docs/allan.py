@@ -42,7 +42,7 @@ def rates(folder):
         for channel in table["channel"]:
             if channel["quantity"] in ("gyro_rate", "gyro_increment"):
                 rate_hz = table["rate_hz"]
-                values = np.asarray(columns[channel["column"]], float) * channel["scale"] + channel["offset"]
+                values = np.asarray(columns[channel["column"]], float) * channel.get("scale", 1.0) + channel.get("offset", 0.0)
                 per_row = rate_hz if channel["quantity"] == "gyro_increment" else 1.0
                 found[channel["axis"]] = values * per_row, rate_hz
     return found

@@ -174,7 +174,9 @@ pub fn with_spread(value: f64, std: f64) -> String {
         return number(value);
     }
     let power = exponent(value.abs().max(std));
-    let scale = if PLAIN_EXPONENTS.contains(&power) && exponent(std) >= -4 {
+    // A power of ten shortens only what begins with zeros.
+    let is_short = power >= 0 || exponent(std) >= -4;
+    let scale = if PLAIN_EXPONENTS.contains(&power) && is_short {
         0
     } else {
         power
@@ -370,6 +372,7 @@ mod tests {
             "32.0 ± 1.0 in 10⁻⁶ 1/rad²"
         );
         assert_eq!(with_spread(1234.0, 339.0), "1230 ± 340");
+        assert_eq!(with_spread(31.409_981_6, 5.9e-6), "31.4099816 ± 0.0000059");
         assert_eq!(with_spread(1.0, 0.0996), "1.00 ± 0.10");
     }
 }

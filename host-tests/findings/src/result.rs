@@ -5,6 +5,8 @@
 use serde::Serialize;
 use std::collections::BTreeMap;
 
+use crate::numbers::SIGNIFICANT_SIGMAS;
+
 /// What the tool says in one word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -484,6 +486,26 @@ pub struct LevelEntry {
     pub value: f64,
     /// Standard deviation; where the value is less, that of its square, as a root.
     pub std: f64,
+}
+
+impl LevelEntry {
+    /// Whether the level stands out from zero by [`SIGNIFICANT_SIGMAS`] of its standard deviations.
+    pub fn is_measured(&self) -> bool {
+        self.value > SIGNIFICANT_SIGMAS * self.std
+    }
+
+    /// The size that the level does not exceed, its square taken [`SIGNIFICANT_SIGMAS`] standard deviations up.
+    pub fn bound(&self) -> f64 {
+        (self.value.powi(2) + SIGNIFICANT_SIGMAS * self.std_of_square()).sqrt()
+    }
+
+    /// Levels are fitted as squares, whose distribution is near normal even where that of the level is not.
+    fn std_of_square(&self) -> f64 {
+        match self.value > self.std {
+            true => 2.0 * self.value * self.std,
+            false => self.std.powi(2),
+        }
+    }
 }
 
 /// Noise of one accelerometer.

@@ -78,7 +78,7 @@ pub fn section(diagnosis: &Diagnosis, beside: &Beside, allan: &[Chart]) -> Marku
                 (gyros(diagnosis, &beside.declared))
                 (accelerometers(diagnosis))
             }
-            p.note { "Terms of IEEE 952. Without ±: what the residual was judged with." }
+            p.note { "Terms of IEEE 952. <: the bound, 3σ up, of a term that does not stand out. Without ±: what the residual was judged with." }
             (chart::row(allan))
         }
     }
@@ -115,7 +115,8 @@ fn gyros(diagnosis: &Diagnosis, declared: &Declared) -> Markup {
                         @for term in &terms {
                             td.number {
                                 @match (term.measured)(noise) {
-                                    Some(level) if level.std > 0.0 => (with_spread(level.value * term.factor, level.std * term.factor)),
+                                    Some(level) if level.is_measured() && level.std > 0.0 => (with_spread(level.value * term.factor, level.std * term.factor)),
+                                    Some(level) if level.std > 0.0 => { "< " (number(rounded(level.bound() * term.factor))) },
                                     Some(level) => (number(level.value * term.factor)),
                                     None => "–",
                                 }

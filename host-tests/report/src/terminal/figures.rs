@@ -2,8 +2,7 @@
 
 use rlg_findings::names::spaced;
 use rlg_findings::numbers::{SIGNIFICANT_SIGMAS, Scale, band, chance, happened, seconds};
-use rlg_findings::result::{ChannelEntry, Diagnosis, LevelEntry, NoiseEntry, NoiseTermsEntry};
-use rlg_recording::AXES;
+use rlg_findings::result::{ChannelEntry, Diagnosis};
 
 use super::sizes::to_two_digits;
 
@@ -192,62 +191,4 @@ pub(super) fn unlike_noise(diagnosis: &Diagnosis) -> Option<String> {
     });
     let left: Vec<String> = left.collect();
     (!left.is_empty()).then(|| format!("Not noise yet on held-out time: {}.", left.join(", ")))
-}
-
-/// One term of IEEE 952: its letter, its unit, and where it stands.
-type Term = (
-    &'static str,
-    &'static str,
-    fn(&NoiseTermsEntry) -> LevelEntry,
-);
-
-/// The terms in the order of their slopes.
-const TERMS: [Term; 4] = [
-    ("Q", "rad", |terms| terms.quantisation_rad),
-    ("N", "rad/√s", |terms| terms.angle_random_walk_rad_sqrt_s),
-    ("B", "rad/s", |terms| terms.bias_instability_rad_s),
-    ("K", "rad/s/√s", |terms| {
-        terms.rate_random_walk_rad_s_sqrt_s
-    }),
-];
-
-/// The noise of a unit at rest by the terms of IEEE 952 that stand out.
-pub(super) fn noise(diagnosis: &Diagnosis) -> Option<String> {
-    let level = |noise: &NoiseEntry, term: &Term| {
-        let level = noise.terms.as_ref().map(term.2)?;
-        let axis = noise
-            .channel
-            .rsplit('_')
-            .next()
-            .unwrap_or_default()
-            .to_owned();
-        (level.value > SIGNIFICANT_SIGMAS * level.std).then_some((axis, level))
-    };
-    let said = TERMS.iter().filter_map(|term| {
-        let levels = diagnosis
-            .noise
-            .iter()
-            .filter_map(|noise| level(noise, term));
-        let levels: Vec<(String, LevelEntry)> = levels.collect();
-        let largest = levels.iter().map(|(_, one)| one.value).fold(0.0, f64::max);
-        let scale = Scale::of("noise", term.1, largest);
-        let pairs: Vec<String> = levels
-            .iter()
-            .map(|(axis, one)| format!("{axis} {}", scale.pair(one.value, one.std)))
-            .collect();
-        (!pairs.is_empty()).then(|| format!("{} {}", term.0, scale.with_unit(&pairs.join(", "))))
-    });
-    let mut said: Vec<String> = said.collect();
-    // What the gyros were judged with is what a recording without findings shows.
-    if said.is_empty() && diagnosis.effects.is_empty() && !diagnosis.noise.is_empty() {
-        let walks = diagnosis.noise.iter();
-        let walks: Vec<f64> = walks.map(|one| one.angle_random_walk_rad_sqrt_s).collect();
-        let scale = Scale::of("noise", "rad/√s", walks.iter().copied().fold(0.0, f64::max));
-        let each = AXES.iter().zip(walks);
-        let each =
-            each.map(|(axis, walk)| format!("{axis} {}", to_two_digits(walk * scale.factor)));
-        let each: Vec<String> = each.collect();
-        said.push(format!("N {}", scale.with_unit(&each.join(", "))));
-    }
-    (!said.is_empty()).then(|| format!("Noise: {}.", said.join("; ")))
 }

@@ -5,6 +5,7 @@
 
 mod effects;
 mod figures;
+mod noise;
 mod registration;
 mod sizes;
 
@@ -47,7 +48,7 @@ pub fn lines(diagnosis: &Diagnosis, note: Option<&str>) -> Vec<String> {
         tail.extend(figures::drift(diagnosis));
         tail.extend(figures::power(diagnosis));
         tail.extend(figures::unlike_noise(diagnosis));
-        tail.extend(figures::noise(diagnosis));
+        tail.extend(noise::noise(diagnosis));
         tail.extend(sensitive(diagnosis));
         tail.extend(effects::not_told_apart(diagnosis));
     }
