@@ -37,6 +37,8 @@ pub struct Head {
     pub instrument: Option<String>,
     /// Date and time of the recording's time 0 with its zone, as RFC 3339 has it.
     pub start: Option<String>,
+    /// Quantities whose rows hold the value at the row's end instead of the mean.
+    pub instants: Vec<Quantity>,
 }
 
 impl Head {

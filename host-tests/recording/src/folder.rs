@@ -8,6 +8,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::manifest::{ChannelEntry, ClockEntry, MANIFEST, Manifest, TableEntry};
+use super::sampling::on_one_footing;
 use super::{Channel, Clock, Quantity, Recording, Table, csv_table, misspelt, parquet_table};
 use crate::error::InputError;
 use crate::toml_file;
@@ -54,11 +55,10 @@ impl Recording {
         let folder = folder.as_ref();
         let manifest = Self::manifest_of(folder)?;
         let name = Self::name_of(folder, &manifest);
-        let tables = manifest
-            .tables
-            .iter()
-            .map(|entry| read_table(folder, entry, None))
-            .collect::<Result<_, _>>()?;
+        let tables = manifest.tables.iter();
+        let tables = tables.map(|entry| read_table(folder, entry, None));
+        let mut tables: Vec<Table> = tables.collect::<Result<_, _>>()?;
+        on_one_footing(&folder.join(MANIFEST), &manifest.tables, &mut tables)?;
         Ok(Self {
             name,
             folder: folder.to_path_buf(),

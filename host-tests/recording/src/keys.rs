@@ -49,6 +49,7 @@ pub const KEYS: &[Key] = &[
     key("[table.channel]", "quantity", "", "must be there", "what it measures, of the list below; others are kept for the search"),
     key("[table.channel]", "axis", "", "the quantity has none", "body axis `x`, `y` or `z`; of an attitude `w`, `x`, `y`, `z`"),
     key("[table.channel]", "unit", "", "the quantity's", "unit of what is stored × scale + offset: `deg/s`, `g`, `degC`, ...; turned into the quantity's own"),
+    key("[table.channel]", "sampling", "", "`mean`", "`mean` over the row, or `instant`: the value at the row's end, of a logger that asks for a rate or force (of `reference_increment`: that rate times the period)"),
     key("[table.channel]", "scale", "unit / stored", "1", "value = stored × scale + offset"),
     key("[table.channel]", "offset", "unit", "0", "see `scale`"),
     key("[segment]", "name", "", "must be there", "name of a stretch of time"),

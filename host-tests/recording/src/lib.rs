@@ -27,6 +27,7 @@ mod parquet_table;
 pub mod quantity;
 mod range;
 mod result_table;
+mod sampling;
 mod storage;
 mod streamed;
 mod table_stream;

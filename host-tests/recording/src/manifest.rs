@@ -21,6 +21,9 @@ pub const MANIFEST: &str = "recording.toml";
 /// The name of rates of the case, which are read as [`Quantity::ReferenceIncrement`]: rate times period.
 const REFERENCE_RATE: &str = "reference_rate";
 
+/// Sampled at the row's end.
+pub(super) const INSTANT: &str = "instant";
+
 /// Gravity of any place on Earth lies well inside these \[m/s²\]; outside, it is in other units.
 const GRAVITY_M_S2: [f64; 2] = [9.0, 10.5];
 
@@ -58,6 +61,7 @@ pub(super) struct ChannelEntry {
     quantity: String,
     pub axis: Option<String>,
     unit: Option<String>,
+    sampling: Option<String>,
     #[serde(default = "unscaled")]
     pub scale: f64,
     #[serde(default)]
@@ -229,6 +233,34 @@ impl ChannelEntry {
         Quantity::from_name(&self.quantity)
     }
 
+    /// Whether it holds the value at the row's end of what is otherwise a mean over the row.
+    pub fn is_instant(&self) -> bool {
+        self.sampling.as_deref() == Some(INSTANT)
+    }
+
+    /// Refuses a sampling that is none, or an instant of what is counted over a row.
+    fn check_sampling(&self, path: &Path, name: &str) -> Result<(), InputError> {
+        let fault = |problem: &str, expected: &str| {
+            let found = self.sampling.as_deref().unwrap_or_default();
+            Err(InputError::new(path, problem)
+                .channel(format!("{name}, sampling"))
+                .value(format!("{found:?}"))
+                .expected(expected))
+        };
+        match (self.sampling.as_deref(), self.quantity()) {
+            (None | Some("mean"), _) => Ok(()),
+            (Some(INSTANT), Quantity::GyroCount | Quantity::GyroIncrement) => fault(
+                "is counted over a row and cannot be sampled at an instant",
+                "gyro_rate for a rate that is sampled, or sampling = \"mean\"",
+            ),
+            (Some(INSTANT), _) => Ok(()),
+            _ => fault(
+                "is no way to sample",
+                "\"mean\" over the row or \"instant\", at its end",
+            ),
+        }
+    }
+
     /// The unit of what is stored × scale + offset, where it is stated and not the quantity's own.
     fn own_unit(&self) -> Option<&str> {
         let written = self.unit.as_deref()?;
@@ -312,6 +344,7 @@ impl ChannelEntry {
                     _ => format!("{own:?} after scale and offset, or one of {examples}"),
                 }));
         }
+        self.check_sampling(path, &name)?;
         if !self.scale.is_finite() || self.scale == 0.0 {
             return Err(InputError::new(path, "is not a scale")
                 .channel(format!("{name}, scale"))

@@ -2,14 +2,16 @@
 
 use std::fmt::Write as _;
 
-use super::{Clock, Recording};
+use super::manifest::INSTANT;
+use super::{Clock, Quantity, Recording};
 use crate::toml_file;
 
 /// The text of `recording.toml` for `recording`. `scaling` gives, for a table and a channel, the scale
-/// and offset with which the channel is stored.
+/// and offset with which the channel is stored; `instants` are quantities that were sampled at the rows' ends.
 pub(super) fn manifest_text(
     recording: &Recording,
     scaling: impl Fn(usize, usize) -> (f64, f64),
+    instants: &[Quantity],
 ) -> String {
     let mut out = format!(
         "format = {}\nname = {}\n",
@@ -50,6 +52,9 @@ pub(super) fn manifest_text(
             );
             if let Some(axis) = &channel.axis {
                 let _ = writeln!(out, "  axis = {}", toml_file::string(axis));
+            }
+            if instants.contains(&channel.quantity) {
+                let _ = writeln!(out, "  sampling = {}", toml_file::string(INSTANT));
             }
             let _ = write!(
                 out,

@@ -8,7 +8,8 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::folder::read_table;
-use super::manifest::{ClockEntry, TableEntry};
+use super::manifest::{ClockEntry, MANIFEST, TableEntry};
+use super::sampling::on_one_footing;
 use super::{Clock, Quantity, Recording, Segment, Table, parquet_table};
 use crate::error::InputError;
 
@@ -103,6 +104,7 @@ impl Recording {
                 ..table
             });
         }
+        on_one_footing(&folder.join(MANIFEST), &manifest.tables, &mut tables)?;
         Ok(Self {
             name: Self::name_of(folder, &manifest),
             folder: folder.to_path_buf(),

@@ -63,10 +63,14 @@ impl Recording {
 
     /// Adds `recording.toml` alone, for tables that were written row by row as their channels' scales say.
     pub fn write_manifest_into(&self, out: &mut OutputFolder) -> Result<(), InputError> {
-        let text = manifest_text(self, |table, channel| {
-            let channel = &self.tables[table].channels[channel];
-            (channel.scale, channel.offset)
-        });
+        let text = manifest_text(
+            self,
+            |table, channel| {
+                let channel = &self.tables[table].channels[channel];
+                (channel.scale, channel.offset)
+            },
+            &[],
+        );
         Manifest::from_text(&out.target().join(MANIFEST), &text)?;
         out.write(MANIFEST, text.as_bytes())
     }
@@ -94,13 +98,17 @@ impl Recording {
             }
             stored.push(table.channels.iter().map(unscale).collect::<Vec<_>>());
         }
-        let text = manifest_text(self, |table, channel| match stored[table][channel] {
-            Stored::Integers(_) => {
-                let channel = &self.tables[table].channels[channel];
-                (channel.scale, channel.offset)
-            }
-            Stored::Floats => (1.0, 0.0),
-        });
+        let text = manifest_text(
+            self,
+            |table, channel| match stored[table][channel] {
+                Stored::Integers(_) => {
+                    let channel = &self.tables[table].channels[channel];
+                    (channel.scale, channel.offset)
+                }
+                Stored::Floats => (1.0, 0.0),
+            },
+            &head.instants,
+        );
         let text = format!("{}{text}", head.to_toml());
         Manifest::from_text(&out.target().join(MANIFEST), &text)?;
         for (table, stored) in self.tables.iter().zip(&stored) {

@@ -43,14 +43,18 @@ impl RecordingStream {
         out: &mut OutputFolder,
         is_whole: impl Fn(usize, usize) -> bool,
     ) -> Result<Self, InputError> {
-        let manifest = manifest_text(recording, |table, channel| {
-            if is_whole(table, channel) {
-                let channel = &recording.tables[table].channels[channel];
-                (channel.scale, channel.offset)
-            } else {
-                (1.0, 0.0)
-            }
-        });
+        let manifest = manifest_text(
+            recording,
+            |table, channel| {
+                if is_whole(table, channel) {
+                    let channel = &recording.tables[table].channels[channel];
+                    (channel.scale, channel.offset)
+                } else {
+                    (1.0, 0.0)
+                }
+            },
+            &[],
+        );
         Manifest::from_text(&out.target().join(MANIFEST), &manifest)?;
         let mut tables = Vec::with_capacity(recording.tables.len());
         for (index, table) in recording.tables.iter().enumerate() {

@@ -75,6 +75,7 @@ class Recording:
         time: Options | None = None,
         rate: float | None = None,
         euler: str | None = None,
+        sampling: str | Sequence[str] | None = None,
         latitude_deg: float | None = None,
         gravity: float | None = None,
         instrument: str | None = None,
@@ -91,6 +92,8 @@ class Recording:
             time: the column of stamps and its unit, `{"t": "ms"}`.
             rate: rows a second, where no column of stamps says it [Hz].
             euler: order of the rotations of Euler angles, such as "zyx".
+            sampling: "instant" where rates and forces are the values at the rows' ends and not means, or
+                "gyro_rate:instant" for one quantity.
             latitude_deg, gravity: the site, for a unit at rest without a reference [deg, m/s^2].
             instrument, start: name of the instrument, and date, time and zone of time 0, for `summarize`.
             anyway: warn of what cannot be plausible instead of refusing it.
@@ -101,7 +104,7 @@ class Recording:
         folder = Folder(out, name)
         arguments = [name, *option("format", "csv"), *option("out", folder.path)]
         arguments += _import_options(
-            map, unit, time, rate, euler, latitude_deg, gravity, instrument, start, anyway
+            map, unit, time, rate, euler, sampling, latitude_deg, gravity, instrument, start, anyway
         )
         said = _native.import_columns(_vectors(columns), arguments)
         return cls(folder, answered(said))
@@ -179,6 +182,7 @@ def import_file(
     time: Options | None = None,
     rate: float | None = None,
     euler: str | None = None,
+    sampling: str | Sequence[str] | None = None,
     format: str | None = None,
     latitude_deg: float | None = None,
     gravity: float | None = None,
@@ -194,7 +198,7 @@ def import_file(
     folder = Folder(out, Path(files[0]).stem or "recording")
     arguments = ["import", *(os.fspath(one) for one in files), *option("out", folder.path), *option("format", format)]
     arguments += _import_options(
-        map, unit, time, rate, euler, latitude_deg, gravity, instrument, start, anyway
+        map, unit, time, rate, euler, sampling, latitude_deg, gravity, instrument, start, anyway
     )
     return Recording(folder, answered(_native.run(arguments)))
 
@@ -205,6 +209,7 @@ def _import_options(
     time: Options | None,
     rate: float | None,
     euler: str | None,
+    sampling: str | Sequence[str] | None,
     latitude_deg: float | None,
     gravity: float | None,
     instrument: str | None,
@@ -213,6 +218,8 @@ def _import_options(
 ) -> list[str]:
     said = options("map", map, "=") + options("unit", unit, ":") + options("time", time, ":")
     said += option("rate", rate) + option("euler", euler)
+    for one in [sampling] if isinstance(sampling, str) else sampling or []:
+        said += option("sampling", one)
     said += option("latitude-deg", latitude_deg) + option("gravity", gravity)
     said += option("instrument", instrument) + option("start", start)
     return said + (["--anyway"] if anyway else [])

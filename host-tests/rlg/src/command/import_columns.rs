@@ -25,7 +25,7 @@ use crate::import::still::WITHOUT_SITE;
 use crate::model::{Model, MotionSource};
 use crate::output::OutputFolder;
 use crate::plausibility::{self, Bounds};
-use crate::recording::{Clock, ForeignColumn, Head, Site, parquet_columns};
+use crate::recording::{Clock, ForeignColumn, Head, Quantity, Site, parquet_columns};
 use crate::terminal::Terminal;
 
 /// What the columns of a file are, where their names do not say it.
@@ -45,6 +45,10 @@ pub(super) struct ColumnOptions {
     /// Order of the rotations of Euler angles: zyx is yaw, pitch, roll
     #[arg(long, value_name = "AXES")]
     euler: Option<String>,
+    /// How rates and forces were sampled: mean over the row, or instant, the value at its end, as a logger has it that asks a
+    /// sensor; with a quantity (gyro_rate:instant) for that quantity alone [default: mean]
+    #[arg(long, value_name = "mean|instant", num_args = 1..)]
+    sampling: Vec<String>,
     /// Name of the instrument, for recording.toml and rlg summarize
     #[arg(long, value_name = "NAME")]
     instrument: Option<String>,
@@ -69,7 +73,7 @@ pub(super) struct Request<'a> {
 impl ColumnOptions {
     /// Whether any is given.
     pub(super) fn is_empty(&self) -> bool {
-        let lists = [&self.map, &self.unit, &self.time];
+        let lists = [&self.map, &self.unit, &self.time, &self.sampling];
         let texts = [&self.euler, &self.instrument, &self.start];
         let is_said = lists.iter().any(|list| !list.is_empty());
         !is_said && !self.anyway && texts.iter().all(|text| text.is_none())
@@ -104,6 +108,7 @@ impl ColumnOptions {
         }
         let said = self.said(first, request.rate_hz)?;
         let mut labels = self.labels(first)?;
+        labels.instants.clone_from(&said.instants);
         let times: Vec<String> = said
             .times
             .iter()
@@ -171,6 +176,7 @@ impl ColumnOptions {
             comment: String::new(),
             instrument: self.instrument.clone(),
             start: self.start.clone(),
+            instants: Vec::new(),
         })
     }
 
@@ -191,8 +197,46 @@ impl ColumnOptions {
                 .collect(),
             rate_hz,
             euler: euler.transpose()?,
+            instants: sampled_at_an_instant(file, &self.sampling)?,
+            anyway: self.anyway,
         })
     }
+}
+
+/// The quantities that are sampled at an instant, as `--sampling` says.
+fn sampled_at_an_instant(file: &Path, said: &[String]) -> Result<Vec<Quantity>, InputError> {
+    // By the names that `--map` takes; a reference's rate is kept as its angle over the row.
+    let known = [
+        ("gyro_rate", Quantity::GyroRate),
+        ("reference_rate", Quantity::ReferenceIncrement),
+        ("specific_force", Quantity::SpecificForce),
+    ];
+    let mut instants = Vec::new();
+    for text in said {
+        let (of, how) = text.rsplit_once(':').unwrap_or(("", text));
+        let named = known
+            .iter()
+            .filter(|(name, _)| of.is_empty() || *name == of);
+        let named: Vec<Quantity> = named.map(|(_, quantity)| quantity.clone()).collect();
+        match how {
+            "instant" | "mean" if !named.is_empty() => {
+                instants.retain(|one| !named.contains(one));
+                if how == "instant" {
+                    instants.extend(named);
+                }
+            }
+            _ => {
+                return Err(InputError::new(file, "cannot be sampled so")
+                    .channel("--sampling")
+                    .value(text)
+                    .expected(
+                        "mean or instant, or one of gyro_rate, reference_rate, specific_force before it: \
+                         gyro_rate:instant",
+                    ));
+            }
+        }
+    }
+    Ok(instants)
 }
 
 /// The columns of a file and its SHA-256.

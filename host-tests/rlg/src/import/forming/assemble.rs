@@ -76,10 +76,9 @@ pub fn assemble(blocks: &[Block], plan: &Plan, said: &Said) -> Result<Assembled,
     for (group, columns) in groups {
         let name_of = |column: usize| blocks[group.0].columns[column].name.clone();
         assembled.stamps.extend(group.1.map(name_of));
-        parts.extend(apart(
-            times(blocks, group, &columns, said, origin)?,
-            columns,
-        ));
+        let times = times(blocks, group, &columns, said, origin)?;
+        check_instants(&blocks[group.0], &times, &columns, said)?;
+        parts.extend(apart(times, columns));
     }
     for (place, (times, columns)) in parts.into_iter().enumerate() {
         let name = match place {
@@ -120,6 +119,33 @@ fn check_one_clock(file: &Path, tables: &[Table]) -> Result<(), InputError> {
                 gyros.start_s(),
                 gyros.end_s()
             ))),
+        None => Ok(()),
+    }
+}
+
+/// Refuses instants whose stamps jitter: means over uneven rows are read off an even clock, instants are not.
+fn check_instants(
+    block: &Block,
+    times: &Times,
+    columns: &[&Mapped],
+    said: &Said,
+) -> Result<(), InputError> {
+    let Times::Resampled { note, .. } = times else {
+        return Ok(());
+    };
+    let is_instant = |mapped: &&&Mapped| match &mapped.target {
+        Target::Stored(quantity) => said.instants.contains(quantity),
+        Target::ReferenceRate => said.instants.contains(&Quantity::ReferenceIncrement),
+        _ => false,
+    };
+    match columns.iter().find(is_instant) {
+        Some(mapped) => Err(InputError::new(
+            &block.file,
+            "is sampled at an instant by uneven stamps",
+        )
+        .channel(&block.columns[mapped.column].name)
+        .value(note)
+        .expected("--rate HZ if the unit samples evenly, or --sampling mean")),
         None => Ok(()),
     }
 }

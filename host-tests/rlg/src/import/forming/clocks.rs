@@ -10,6 +10,7 @@ use crate::import::files::date_times::origin_since_1970_s;
 use crate::import::mapping::column_map::{Mapped, locate};
 use crate::import::mapping::column_names;
 use crate::import::mapping::known_forms::Form;
+use crate::recording::Quantity;
 use crate::recording::units::{Dimension, Unit};
 
 /// One `--time COLUMN:UNIT[:QUANTITY]`.
@@ -32,6 +33,10 @@ pub struct Said {
     pub rate_hz: Option<f64>,
     /// Sequence of Euler angles.
     pub euler: Option<EulerOrder>,
+    /// Quantities that were sampled at the rows' ends.
+    pub instants: Vec<Quantity>,
+    /// Whether stamps that come closer than rows are taken stand for the rows' ends all the same.
+    pub anyway: bool,
 }
 
 /// Columns on one clock: block, and the column of stamps.
@@ -261,6 +266,27 @@ fn seconds(column: &Column, unit_s: f64, origin: Option<Origin>) -> Vec<f64> {
     }
 }
 
+/// The error of rows without a time, which names a column whose text may be meant for one.
+fn no_time(block: &Block) -> InputError {
+    let is_named = |column: &&Column| column_names::time_unit(&column.name).is_some();
+    let text = block.columns.iter().filter(is_named).find_map(|column| {
+        let (row, text) = column.bad_cell.as_ref()?;
+        Some((column, *row, text))
+    });
+    match text {
+        Some((column, row, text)) => InputError::new(&block.file, "has times in a form that is not known")
+            .channel(&column.name)
+            .row(row)
+            .value(format!("{text:?}"))
+            .expected(
+                "seconds, 2026-03-01T12:00:00.5, 2026/03/01 12:00:00.5 or 01.03.2026 12:00:00.5 (03/01/2026 is two days), or \
+                 --rate HZ for even rows",
+            ),
+        None => InputError::new(&block.file, "does not say when its rows were taken")
+            .expected("--time COLUMN:UNIT, or --rate HZ for even rows"),
+    }
+}
+
 /// The clock of a group.
 pub fn times(
     blocks: &[Block],
@@ -273,10 +299,7 @@ pub fn times(
     let has_gyros = columns.iter().any(|mapped| mapped.target.is_gyro());
     let rate_hz = said.rate_hz.filter(|_| has_gyros || stamps.is_none());
     let Some(column) = stamps else {
-        let rate_hz = rate_hz.or(block.rate_hz).ok_or_else(|| {
-            InputError::new(&block.file, "does not say when its rows were taken")
-                .expected("--time COLUMN:UNIT, or --rate HZ for even rows")
-        })?;
+        let rate_hz = rate_hz.or(block.rate_hz).ok_or_else(|| no_time(block))?;
         return Ok(at_rate(rate_hz, block.rows));
     };
     let unit_s = time_unit(block, column, said)?.map_or(1.0, |unit| unit.scale);
@@ -290,6 +313,9 @@ pub fn times(
     };
     match rate_hz {
         Some(rate_hz) => stamps.at_rate(rate_hz),
-        None => stamps.clock(columns.iter().any(|mapped| mapped.target.is_of_a_period())),
+        None => stamps.clock(
+            columns.iter().any(|mapped| mapped.target.is_of_a_period()),
+            said.anyway,
+        ),
     }
 }

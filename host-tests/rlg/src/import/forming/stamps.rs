@@ -77,8 +77,9 @@ pub fn at_rate(rate_hz: f64, rows: usize) -> Times {
 }
 
 impl Stamps<'_> {
-    /// The clock of these stamps; with `needs_even` uneven ones are refused.
-    pub fn clock(&self, needs_even: bool) -> Result<Times, InputError> {
+    /// The clock of these stamps. With `needs_even` uneven ones are refused or resampled; `anyway` resamples also those that
+    /// come closer than rows are taken.
+    pub fn clock(&self, needs_even: bool, anyway: bool) -> Result<Times, InputError> {
         self.check()?;
         let stamps_s = &self.stamps_s;
         let (first_s, last_s) = (stamps_s[0], stamps_s[stamps_s.len() - 1]);
@@ -132,14 +133,15 @@ impl Stamps<'_> {
         if stamps_s.len() as f64 <= FEWEST * (last_place + 1.0) {
             return Err(self.in_bursts(usual_s));
         }
-        if !is_sound {
+        if !is_sound && !anyway {
             let fault = self.fault(
                 worst,
                 "is a stamp off an even clock, and increments need even rows",
             );
             return Err(fault.value(found).expected(format!(
-                "stamps even to {tolerance:.2} rows, or steps of {SHORT_ROW} rows at least, or --rate HZ where the unit \
-                 samples evenly and only its stamps jitter"
+                "stamps even to {tolerance:.2} rows, or steps of {SHORT_ROW} rows at least: shorter ones say when rows arrived \
+                 and not when they were taken; --rate HZ where the unit samples evenly; --anyway takes each row to end at its \
+                 stamp"
             )));
         }
         Ok(Times::Resampled {
@@ -163,6 +165,13 @@ impl Stamps<'_> {
     pub fn at_rate(&self, rate_hz: f64) -> Result<Times, InputError> {
         self.check()?;
         let places = places(&self.stamps_s, 1.0 / rate_hz);
+        if let Some(start_s) = self.start_of_bursts_s(rate_hz) {
+            return Ok(Times::Even {
+                rate_hz,
+                start_s,
+                places: (0..self.stamps_s.len()).collect(),
+            });
+        }
         for (row, (place, stamp)) in places.iter().zip(&self.stamps_s).enumerate() {
             let off = (stamp - self.stamps_s[0]) * rate_hz - *place as f64;
             if off.abs() > RUNAWAY_ROWS + RUNAWAY_SHARE * *place as f64 {
@@ -176,11 +185,42 @@ impl Stamps<'_> {
                     )));
             }
         }
+        let all = places.last().map_or(0, |last| last + 1);
+        if self.stamps_s.len() as f64 <= FEWEST * all as f64 {
+            let problem = "has stamps that leave most rows out at --rate";
+            return Err(InputError::new(self.file, problem)
+                .channel(self.name)
+                .value(format!("{} of {all} rows", self.stamps_s.len()))
+                .expected(format!(
+                    "another --rate: the stamps' usual step is {:.6} s",
+                    self.usual_step_s()
+                )));
+        }
         Ok(Times::Even {
             rate_hz,
             start_s: self.stamps_s[0] - 1.0 / rate_hz,
             places,
         })
+    }
+
+    /// Beginning of row 0 of rows that arrive in bursts and are all there \[s\]; `None` where they come one by one, or not at
+    /// this rate. A stamp is never earlier than its row: the one that came soonest after its row tells when rows were taken.
+    fn start_of_bursts_s(&self, rate_hz: f64) -> Option<f64> {
+        let rows = self.stamps_s.len();
+        let mut steps_s: Vec<f64> = self
+            .stamps_s
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .collect();
+        steps_s.sort_by(f64::total_cmp);
+        let is_burst = steps_s[steps_s.len() / 2] * rate_hz < SHORT_ROW;
+        let late_s = |row: usize| self.stamps_s[row] - (row + 1) as f64 / rate_hz;
+        let soonest_s =
+            |rows: std::ops::Range<usize>| rows.map(late_s).fold(f64::INFINITY, f64::min);
+        let [early_s, later_s] = [soonest_s(0..rows.div_ceil(2)), soonest_s(rows / 2..rows)];
+        let away_rows = (later_s - early_s).abs() * rate_hz;
+        let is_rate = away_rows <= RUNAWAY_ROWS + RUNAWAY_SHARE * rows as f64;
+        (is_burst && is_rate).then_some(early_s.min(later_s))
     }
 
     /// Rows that follow each other much faster than they come on average.
