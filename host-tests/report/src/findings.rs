@@ -118,8 +118,8 @@ fn words(effect: &EffectEntry) -> Markup {
         }
         @if effect.log_evidence_gain > 0.0 {
             p.note {
-                "Evidence: ln " (number(rounded(effect.log_evidence_gain)))
-                " in favour; chance " (chance(effect.p_value)) ", all trials counted."
+                "Evidence: ln Bayes factor " (number(rounded(effect.log_evidence_gain)))
+                "; chance of noise alone " (chance(effect.p_value)) ", all trials counted."
             }
         }
         @if let Some(evidence) = &effect.evidence { (held_against(evidence)) }
@@ -130,17 +130,17 @@ fn words(effect: &EffectEntry) -> Markup {
 fn held_against(evidence: &EvidenceEntry) -> Markup {
     html! {
         p.note {
-            "It explains " (number(rounded(100.0 * evidence.share))) " % of the power of what differs"
+            "Explains " (number(rounded(100.0 * evidence.share))) " % of the power of the residual"
             @if evidence.confirmed_gain > 0.0 {
-                ", and gains in blocks of rows that the others predict "
-                (number(rounded(evidence.confirmed_gain))) " in log score"
+                "; cross-validated over blocks of rows, the log score rises by "
+                (number(rounded(evidence.confirmed_gain)))
             }
             "."
             @if evidence.reenactments > 0 {
-                " The recording was re-enacted without it " (evidence.reenactments)
+                " Simulated " (evidence.reenactments)
                 @if evidence.reenactments == 1 { " time" } @else { " times" }
-                ": a squared size of " (number(rounded(evidence.inflation)))
-                " variances a number showed all the same; chance alone gives 1."
+                " without it, the recording shows it with a squared size of " (number(rounded(evidence.inflation)))
+                " σ² a number; its σ promise 1."
             }
         }
     }

@@ -41,15 +41,19 @@ fn table(channels: &[ChannelEntry], both: bool) -> Markup {
     let drift = |channel: &ChannelEntry, figures: &FiguresEntry| {
         scale(channel).pair(figures.drift_rad_s, figures.drift_std_rad_s)
     };
-    let pair = |before: String, after: String| {
+    let pair = |of: &str, before: String, after: String| {
         html! {
-            @if both { td.number.was { (before) } }
-            td.number { (after) }
+            @if both {
+                td.number.was data-of={ (of) " before" } { (before) }
+                td.number data-of={ (of) " after" } { (after) }
+            } @else {
+                td.number data-of=(of) { (after) }
+            }
         }
     };
     let power = |value: f64| format!("{value:.3}");
     html! {
-        div.scroll { table {
+        div.scroll { table.held {
             thead {
                 @let span = if both { "2" } else { "1" };
                 tr {
@@ -62,11 +66,11 @@ fn table(channels: &[ChannelEntry], both: bool) -> Markup {
                 @for channel in channels {
                     @let (before, after) = (&channel.held_out_before, &channel.held_out_after);
                     tr {
-                        td.number { (spaced(&channel.channel)) " [" (scale(channel).unit) "]" }
-                        (pair(drift(channel, before), drift(channel, after)))
-                        (pair(power(before.normalised_power), power(after.normalised_power)))
-                        (pair(power(before.normalised_power_all), power(after.normalised_power_all)))
-                        (pair(chance(before.white_p_value), chance(after.white_p_value)))
+                        td.number.name { (spaced(&channel.channel)) " [" (scale(channel).unit) "]" }
+                        (pair("drift", drift(channel, before), drift(channel, after)))
+                        (pair("power", power(before.normalised_power), power(after.normalised_power)))
+                        (pair("everywhere", power(before.normalised_power_all), power(after.normalised_power_all)))
+                        (pair("white", chance(before.white_p_value), chance(after.white_p_value)))
                     }
                 }
             }

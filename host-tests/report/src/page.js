@@ -100,7 +100,7 @@
         })),
       ],
       bands: chart.envelope ? [{ series: [2, 1], fill: colour(chart.lines[0].ink) }] : undefined,
-      axes: [axis(chart.x, log, 28), axis(chart.y, log, 52)],
+      axes: [axis(chart.x, log, 28), axis(chart.y, log, (plot, values) => Math.max(52, 14 + 7 * Math.max(0, ...(values || []).map((one) => String(one ?? "").length))))],
       legend: { show: false },
       cursor: {
         sync: { key: chart.group, setSeries: false },
