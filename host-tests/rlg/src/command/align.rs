@@ -10,6 +10,7 @@ use rlg_signal::qualify;
 use rlg_signal::streams::Streams;
 use serde::Serialize;
 
+use super::diagnose::{rows, work};
 use super::inputs::{check_plausible, given_or_ideal, results_folder};
 use super::steps::Steps;
 use crate::error::InputError;
@@ -112,8 +113,7 @@ impl Align {
         let accelerometer = model.accelerometer.take();
         let spinner = terminal.spinner("reading");
         let steps = Steps::new(terminal, &spinner);
-        let mut outcome =
-            self.outcome((&model, &model_file), terminal, &|stage| steps.show(stage))?;
+        let mut outcome = self.outcome((&model, &model_file), terminal, &steps)?;
         spinner.finish_and_clear();
         outcome.model.accelerometer = accelerometer;
         let registration = Registration::of(&outcome.diagnosis);
@@ -130,10 +130,12 @@ impl Align {
         &self,
         (model, model_file): (&Model, &Path),
         terminal: &Terminal,
-        progress: &dyn Fn(&str),
+        steps: &Steps<'_>,
     ) -> Result<Outcome, InputError> {
         let recording = Recording::read(&self.recording)?;
         check_plausible(&self.recording, &recording, model, self.anyway, terminal)?;
+        steps.expect(work(&recording, model), rows(&recording));
+        let progress: &dyn Fn(&str) = &|stage| steps.show(stage);
         let of = (model, model_file);
         let outcome = match is_slow(&recording, model) {
             true => self.beside_attitudes(&recording, of, progress)?,

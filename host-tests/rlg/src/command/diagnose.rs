@@ -344,21 +344,21 @@ impl Diagnose {
 }
 
 /// Which work a recording is.
-fn work(recording: &Recording, model: &Model) -> Work {
+pub(super) fn work(recording: &Recording, model: &Model) -> Work {
     let mut channels = recording.tables.iter().flat_map(|table| &table.channels);
     if is_slow(recording, model) {
         Work::Attitudes
     } else if model.motion == MotionSource::Static {
         Work::AtRest
     } else if channels.any(|channel| channel.quantity == Quantity::DitherAngle) {
-        Work::Dithered
+        Work::DitheredInMemory
     } else {
         Work::Rates
     }
 }
 
 /// Rows of the longest table.
-fn rows(recording: &Recording) -> usize {
+pub(super) fn rows(recording: &Recording) -> usize {
     let rows = recording.tables.iter().map(|table| table.rows);
     rows.max().unwrap_or(0)
 }
