@@ -9,6 +9,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use strapdown::earth::ROTATION_RAD_S;
+
 use crate::error::InputError;
 use crate::model::{Model, MotionSource};
 use crate::recording::{AXES, Quantity, Recording, Table};
@@ -37,6 +39,9 @@ pub struct Bounds {
     pub near: f64,
     /// Share of gravity below which there is none.
     pub none_share: f64,
+    /// How far the ratio of a mean rate to the Earth's may be from that of a wrong unit, and how well it must be known,
+    /// relative: a bias comes as near by chance in two of a hundred units.
+    pub near_earth: f64,
 }
 
 impl Default for Bounds {
@@ -51,6 +56,7 @@ impl Default for Bounds {
             moving_share: 0.1,
             near: 0.05,
             none_share: 0.05,
+            near_earth: 0.01,
         }
     }
 }
@@ -72,15 +78,68 @@ pub fn check(
         return Ok(());
     };
     rows(file, table, bounds)?;
+    let turning = windows(table, quantity, to_rad_s(table, quantity, model), bounds);
+    motion(file, model, &turning, bounds)?;
+    gravity(file, recording, &turning, bounds)
+}
+
+/// Says of a unit at rest that its mean rate is the Earth's in another unit: a doubt and no refusal, for a bias may be as large.
+pub fn doubt(recording: &Recording, model: &Model, bounds: &Bounds) -> Option<String> {
+    let is_rest = model.motion == MotionSource::Static && model.gyro.bias_rad_s == [0.0; 3];
+    let (table, quantity) = gyros(recording).filter(|_| is_rest)?;
+    let turning = windows(table, quantity, to_rad_s(table, quantity, model), bounds);
+    let count = turning.len() as f64;
+    let mean = |axis: usize| turning.values().map(|rate| rate[axis]).sum::<f64>() / count;
+    let mean = [0, 1, 2].map(mean);
+    let away = turning.values().map(|rate| {
+        let away = [0, 1, 2].map(|axis| rate[axis] - mean[axis]);
+        size(&away).powi(2)
+    });
+    let std_rad_s = away.sum::<f64>().sqrt() / count;
+    let ratio = size(&mean) / ROTATION_RAD_S;
+    let (factor, words) = IN_OTHER_UNITS
+        .iter()
+        .find(|(factor, _)| (ratio / factor - 1.0).abs() < bounds.near_earth)?;
+    let is_known =
+        count >= bounds.fewest_windows as f64 && std_rad_s < bounds.near_earth * size(&mean);
+    is_known.then(|| {
+        format!(
+            "the mean rate at rest is {ratio:.4} times the Earth's, near {factor:.4}: {words}? A bias of {:.4} deg/s looks the same",
+            size(&mean).to_degrees()
+        )
+    })
+}
+
+/// By how much gyros are wrong whose unit is another than is said, and what happened.
+const IN_OTHER_UNITS: [(f64, &str); 6] = [
+    (
+        57.295_780,
+        "are the gyros in degrees where radians are said",
+    ),
+    (
+        0.017_453_293,
+        "are the gyros in radians where degrees are said",
+    ),
+    (1000.0, "are the gyros in thousandths of the unit"),
+    (0.001, "are the gyros in thousands of the unit"),
+    (
+        3600.0,
+        "are the gyros' rates per hour, or their angles in arcseconds",
+    ),
+    (
+        206_264.8,
+        "are the gyros in arcseconds where radians are said",
+    ),
+];
+
+/// What turns readings of the gyros into rates.
+fn to_rad_s(table: &Table, quantity: &Quantity, model: &Model) -> [f64; 3] {
     let period_s = table.clock.period_s(table.rows);
-    let to_rad_s = match quantity {
+    match quantity {
         Quantity::GyroRate => [1.0; 3],
         Quantity::GyroIncrement => [1.0 / period_s; 3],
         _ => model.gyro.pulse_weight_rad.map(|weight| weight / period_s),
-    };
-    let turning = windows(table, quantity, to_rad_s, bounds);
-    motion(file, model, &turning, bounds)?;
-    gravity(file, recording, &turning, bounds)
+    }
 }
 
 /// The first table with gyros about all axes.

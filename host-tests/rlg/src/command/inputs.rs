@@ -87,6 +87,9 @@ pub(super) fn check_plausible(
     anyway: bool,
     terminal: &Terminal,
 ) -> Result<(), InputError> {
+    if let Some(doubt) = plausibility::doubt(recording, model, &Bounds::default()) {
+        terminal.warn(doubt);
+    }
     match plausibility::check(folder, recording, model, &Bounds::default()) {
         Err(doubt) if anyway => {
             terminal.warn(doubt);

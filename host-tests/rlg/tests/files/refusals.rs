@@ -18,6 +18,9 @@ const ROWS: usize = 6000;
 const RATE_HZ: f64 = 100.0;
 const G_M_S2: f64 = 9.806_65;
 
+/// The Earth's rotation \[rad/s\].
+const EARTH_RAD_S: f64 = 7.292_115e-5;
+
 /// A logger's file: names of columns, and cells row by row.
 #[derive(Clone)]
 struct Log {
@@ -205,6 +208,11 @@ fn of_units() -> Vec<Mistake> {
             "gyros in °/s under a header that says rad/s (57.3)",
             log.clone().times(&GYROS, degrees),
         ),
+        mistake(
+            "a unit at rest, its gyros in °/s under a header that says rad/s",
+            &at_rest(log.clone()).times(&GYROS, degrees),
+            Said::Note("times the earth's"),
+        ),
         at_import("gyros in mrad/s (1000)", log.clone().times(&GYROS, 1e3)),
         at_diagnosis(
             "a table in degrees under a header that says arcseconds (3600)",
@@ -277,6 +285,22 @@ fn of_rows() -> Vec<Mistake> {
         mistake("a stamp that goes back", &back, Said::Import),
         mistake("stamps that jitter", &jitter, Said::Note("uneven")),
         mistake("rows that are missing", &gap, Said::Note("missing")),
+        mistake(
+            "stamps less than half a row apart",
+            &log.clone().with("t", |row, time_s| match row % 10 {
+                5 => time_s - 0.006,
+                _ => time_s,
+            }),
+            Said::Import,
+        ),
+        Mistake {
+            files: vec![("log.csv", dated(&log.csv()))],
+            ..mistake("date-times whose day could be a month", &log, Said::Import)
+        },
+        Mistake {
+            import: &["--rate", "1000"],
+            ..mistake("a rate ten times that of the stamps", &log, Said::Import)
+        },
         Mistake {
             import: &["--rate", "80"],
             ..mistake("a rate that the stamps do not have", &log, Said::Import)
@@ -300,6 +324,33 @@ fn of_rows() -> Vec<Mistake> {
             ..mistake("two clocks: one counts from 1970", &log, Said::Import)
         },
     ]
+}
+
+/// The log of a table that stands still: the Earth's rate at 53° about x and z, a tenth of the noise, and no encoder.
+fn at_rest(log: Log) -> Log {
+    let noise = log.columns[1].clone();
+    log.with("gx", |_, rate| 0.6 * EARTH_RAD_S + 0.1 * rate)
+        .with("gy", |_, rate| 0.1 * rate)
+        .with("gz", |row, _| {
+            0.8 * EARTH_RAD_S + 0.1 * noise[noise.len() - 1 - row]
+        })
+        .without(&["encoder_z"])
+}
+
+/// The log with date-times of the form month/day/year for its seconds.
+fn dated(csv: &str) -> String {
+    let of = |line: &str| {
+        let (time, rest) = line.split_once(',').expect("two columns");
+        match time.parse::<f64>() {
+            Ok(time_s) => format!(
+                "03/01/2026 12:{:02}:{:09.6},{rest}\n",
+                time_s as u32 / 60,
+                time_s % 60.0
+            ),
+            Err(_) => format!("time,{rest}\n"),
+        }
+    };
+    csv.lines().map(of).collect()
 }
 
 /// Slips of the pen in `recording.toml`.
