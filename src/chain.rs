@@ -48,6 +48,7 @@ use crate::chain::stages::size_effect::{self, SizeEffect, SizeEffectState};
 use crate::chain::stages::turning;
 use crate::chain::stages::velocity::Velocity;
 use crate::chain::terms::{PeriodSums, SlowReadings, Term};
+use crate::chain::triad::Triad;
 
 /// The configuration of every stage: checked once when built, constant afterwards.
 ///
@@ -286,6 +287,15 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
             }
         };
 
+        let felt = match &self.accelerometers {
+            Some(accelerometers) if T::FOLLOWS_FORCE => {
+                let felt = accelerometers.feel(state, sample.accelerometer_codes);
+                self.terms.force(&mut state.terms, felt);
+                felt
+            }
+            _ => Triad::default(),
+        };
+
         self.adaptation.observe(
             &mut state.adaptation,
             (&self.dither, &state.dither),
@@ -330,7 +340,11 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         coning::process(&mut state.coning, at_rest, tilted);
 
         if let Some(accelerometers) = &self.accelerometers {
-            accelerometers.process(state, sample.accelerometer_codes);
+            if T::FOLLOWS_FORCE {
+                accelerometers.sum(state, felt);
+            } else {
+                accelerometers.process(state, sample.accelerometer_codes);
+            }
         }
 
         self.advance_time(state, 1)
@@ -455,13 +469,24 @@ impl<N: NumberSystem, T: Term<N>> Accelerometers<N, T> {
     /// instructions more where the branch is not taken.
     #[inline(never)]
     fn process(&self, state: &mut ChainState<N, T>, codes: [i32; 3]) {
+        let increment = self.feel(state, codes);
+        self.sum(state, increment);
+    }
+
+    /// One sample's velocity increments.
+    #[inline(always)]
+    fn feel(&self, state: &mut ChainState<N, T>, codes: [i32; 3]) -> Triad<N::Increment> {
         let (increment, saturated) = self.velocity.process(&mut state.velocity, codes);
         if saturated != Status::default() {
             core::hint::cold_path();
             state.raise(saturated);
         }
-        let increment = self.terms.velocities(&mut state.terms, increment);
+        self.terms.velocities(&mut state.terms, increment)
+    }
 
+    /// Takes velocity increments through sculling and size effect.
+    #[inline(always)]
+    fn sum(&self, state: &mut ChainState<N, T>, increment: Triad<N::Increment>) {
         sculling::process(&mut state.sculling, &state.coning, increment);
 
         size_effect::process(&mut state.size_effect, state.coning.latest());

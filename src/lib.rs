@@ -85,7 +85,7 @@
 //! | `Chain<Fixed>` | 760 | |
 //! | `ChainState<F32>` | 840 | in the processor |
 //! | `ChainState<Fixed>` | 968 | |
-//! | `Parameters` | 1272 | at boot; 496 in a build without terms |
+//! | `Parameters` | 1592 | at boot; 496 in a build without terms |
 //! | `BankDecoder` | 40 | one |
 //! | `DitherMonitor` | 56 | one |
 //! | `TraceRing<256>` | 13332 | one, of as many entries as are wanted |

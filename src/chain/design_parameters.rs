@@ -219,7 +219,7 @@ pub const DELAY_LIMIT_SAMPLES: f64 = 0.4;
 /// 250 µs at 4 kHz.
 pub const VARIANCE_LIMIT_SAMPLES: f64 = 1.0;
 
-/// Most that the correction of delay and bandwidth adds to one increment \[increment units\]: 2⁻¹¹, more than the
+/// Most that the corrections of delay and bandwidth and of elastic rates each add to one increment \[increment units\]: 2⁻¹¹, more than the
 /// largest delay times the largest acceleration.
 pub const RESPONSE_LIMIT_RAD: f64 = 1.0 / 2048.0;
 
@@ -233,3 +233,11 @@ pub const BIAS_BY_FORCE_LIMIT: f64 = 5e-5;
 /// Largest scale error per increment, or per its square \[1 per increment unit, or per its square\]: 4e-6 s²/rad² of a
 /// cubic one at 4 kHz.
 pub const SLOPE_LIMIT: f64 = 63.0;
+
+/// Largest angle by the square of the force that a term takes off one sample \[increment units\]: 2⁻¹⁴, 2 °/h per g² at
+/// 4 kHz; forty of them, at the largest velocity of one sample, keep to the fixed-point format of a sum.
+pub const FORCE_SQUARED_LIMIT_RAD: f64 = 1.0 / 16384.0;
+
+/// Largest tilt by force that a term corrects \[rad\], at the largest velocity of one sample: 1e-3, 0.6 µrad per m/s² at
+/// 4 kHz. With it and the largest flexure the sums of tilts keep to their fixed-point format.
+pub const TILT_BY_FORCE_LIMIT_RAD: f64 = 1.0 / 1024.0;

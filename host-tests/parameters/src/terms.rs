@@ -18,8 +18,10 @@ pub struct TermSums(Vec<(TermKind, Vec<f64>)>);
 fn record_of(kind: &str) -> Option<(TermKind, &'static [&'static str])> {
     let known = TermKind::ALL.iter().find(|known| known.name() == kind)?;
     Some(match known {
-        TermKind::InstallationTemperature => (*known, SIX),
-        TermKind::GyroGBias => (*known, NINE),
+        TermKind::InstallationTemperature | TermKind::AxisTiltByForce => (*known, SIX),
+        TermKind::GyroGBias | TermKind::ElasticRateByForce | TermKind::ElasticRateByJerk => {
+            (*known, NINE)
+        }
         // In no model: the catalogue has no such kind.
         TermKind::GyroScaleTemperature => return None,
         _ => (*known, XYZ),
@@ -32,7 +34,15 @@ impl TermSums {
         let Some((kind, names)) = record_of(&effect.kind) else {
             return false;
         };
-        let of_force = matches!(kind, TermKind::GyroGBias | TermKind::AccelDelay);
+        let of_force = matches!(
+            kind,
+            TermKind::GyroGBias
+                | TermKind::AccelDelay
+                | TermKind::AxisTiltByForce
+                | TermKind::GyroG2Bias
+                | TermKind::ElasticRateByForce
+                | TermKind::AccelQuadratic
+        );
         if of_force && !has_accelerometers {
             return false;
         }
@@ -53,10 +63,14 @@ impl TermSums {
         for (kind, mut values) in self.0 {
             match kind {
                 // Rates that are added to what a gyro senses.
-                TermKind::GyroBiasTemperature | TermKind::GyroBiasTemperatureRate => {
+                TermKind::GyroBiasTemperature
+                | TermKind::GyroBiasTemperatureRate
+                | TermKind::GyroG2Bias => {
                     divide(&mut values, stretch, 1);
                 }
-                TermKind::GyroGBias => divide(&mut values, stretch, 3),
+                TermKind::GyroGBias
+                | TermKind::ElasticRateByForce
+                | TermKind::ElasticRateByJerk => divide(&mut values, stretch, 3),
                 _ => {}
             }
             if matches!(

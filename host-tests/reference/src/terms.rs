@@ -5,16 +5,16 @@
 //!
 //! ```text
 //! gyro i reads        ω_i(t − d_i) + (v_i/2) ω″_i + a_i |ω_i| + q_i ω_i² + c_i ω_i³ + Σ_j G_ij f_j
-//!                     + b_i(ΔT) + r_i dT_i/dt + s_i(ΔT) ω_i + tilts δ_ij(ΔT)
-//! accelerometer i     f_i(t − d_i)
+//!                     + Σ_j (U_ij df_j/dt + W_ij d²ω_j/dt²) + g_i f_i² + b_i(ΔT) + r_i dT_i/dt + s_i(ΔT) ω_i + tilts δ_ij(ΔT) + τ_ij f_k
+//! accelerometer i     f_i(t − d_i) + q_i f_i²
 //! ```
 //!
 //! to first order, with polynomials of second order in ΔT_i = T_i − T₀_i. Tilts turn the sensing axes as in Eq. (7), with
 //! the signs of the rotation convention.
 //!
 //! What lies ahead of the readings follows from the polynomial of fourth degree through the last five angles
-//! A_k, …, A_{k−4} at a period's end (Lagrange): A(k + d/T), and A″(k) by its second derivative. Before five angles are
-//! known the rate is taken to be steady.
+//! A_k, …, A_{k−4} at a period's end (Lagrange): A(k + d/T), and A″(k) by its second derivative; f_k likewise by the first
+//! derivative of the velocity's polynomial. Before five angles are known the rate is taken to be steady.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -54,6 +54,16 @@ pub struct TermCalibration {
     pub cubic_s2: [f64; 3],
     /// G, rows by gyro \[rad/s per m/s²\].
     pub bias_by_force: [[f64; 3]; 3],
+    /// τ \[rad per m/s²\].
+    pub tilt_by_force: Six,
+    /// g \[rad/s per (m/s²)²\].
+    pub bias_by_force_squared: [f64; 3],
+    /// U, rows by gyro \[rad per m/s²\].
+    pub elastic_by_force: [[f64; 3]; 3],
+    /// W, rows by gyro \[s²\].
+    pub elastic_by_jerk: [[f64; 3]; 3],
+    /// q of the accelerometers \[s²/m\].
+    pub accelerometer_quadratic: [f64; 3],
     /// d of the accelerometers \[s\].
     pub accelerometer_delay_s: [f64; 3],
 }
@@ -128,6 +138,68 @@ impl Ahead {
     }
 }
 
+/// What the blocks' elastic turns under force and acceleration show too much at a period's end.
+#[derive(Debug, Clone)]
+struct Elastic {
+    by_force: Matrix3<f64>,
+    by_jerk: Matrix3<f64>,
+    period_s: f64,
+    /// The last four increments of angle and velocity, latest first; none before the first and after a gap.
+    increments: Option<[[Vector3<f64>; 4]; 2]>,
+    last: Option<Vector3<f64>>,
+}
+
+impl Elastic {
+    fn new(known: &TermCalibration, period_s: f64) -> Self {
+        let matrix = |rows: [[f64; 3]; 3]| Matrix3::from_fn(|row, column| rows[row][column]);
+        Self {
+            by_force: matrix(known.elastic_by_force),
+            by_jerk: matrix(known.elastic_by_jerk),
+            period_s,
+            increments: None,
+            last: None,
+        }
+    }
+
+    /// Takes a period's increments of angle and velocity.
+    ///
+    /// # Returns
+    /// What the increment shows too much, and what the angle does beyond that since the last known period.
+    fn take(
+        &mut self,
+        angle: Vector3<f64>,
+        velocity: Vector3<f64>,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let resumes = self.increments.is_none();
+        let [angles, velocities] = self.increments.unwrap_or([[angle; 4], [velocity; 4]]);
+        let with = |now, [a, b, c, _]: [Vector3<f64>; 4]| [now, a, b, c];
+        let latest = [with(angle, angles), with(velocity, velocities)];
+        self.increments = Some(latest);
+        let acceleration =
+            derivative(&latest[0], [35.0, -104.0, 114.0, -56.0, 11.0]) / self.period_s.powi(2);
+        let force = derivative(&latest[1], [25.0, -48.0, 36.0, -16.0, 3.0]) / self.period_s;
+        let now = self.by_force * force + self.by_jerk * acceleration;
+        let gained = now - self.last.unwrap_or(now);
+        self.last = Some(now);
+        if resumes {
+            (Vector3::zeros(), gained)
+        } else {
+            (gained, Vector3::zeros())
+        }
+    }
+}
+
+/// A derivative at the last of five points, by weights in twelfths, from the increments between them, latest first.
+fn derivative(increments: &[Vector3<f64>; 4], weights: [f64; 5]) -> Vector3<f64> {
+    let mut before = Vector3::zeros();
+    let mut sum = Vector3::zeros();
+    for (increment, weight) in increments.iter().zip(&weights[1..]) {
+        before -= increment;
+        sum += before * (weight / 12.0);
+    }
+    sum
+}
+
 /// The errors, and what must be remembered to take them off.
 #[derive(Debug, Clone)]
 pub struct Terms {
@@ -136,6 +208,7 @@ pub struct Terms {
     temperature: Option<Temperature>,
     gyros: Ahead,
     accelerometers: Ahead,
+    elastic: Elastic,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -179,6 +252,7 @@ impl Terms {
             temperature: None,
             gyros: Ahead::new(known.gyro_delay_s, known.gyro_variance_s2, period_s),
             accelerometers: Ahead::new(known.accelerometer_delay_s, [0.0; 3], period_s),
+            elastic: Elastic::new(known, period_s),
         }
     }
 
@@ -206,10 +280,17 @@ impl Terms {
                 + known.cubic_s2[axis] * rate.powi(3);
             read * self.period_s
         });
+        let prompt_m_s = velocity + velocity_ahead;
+        let quadratic = Vector3::from(known.accelerometer_quadratic);
+        let felt = prompt_m_s
+            - quadratic.component_mul(&prompt_m_s.component_mul(&prompt_m_s)) / self.period_s;
+        let body = prompt - nonlinear;
+        let rigid = body - self.by_force(velocity) - self.by_products(&body, &felt);
+        let (bent, bent_meanwhile) = self.elastic.take(rigid, felt);
         Corrected {
-            angle_rad: prompt - nonlinear - self.by_force(velocity),
-            velocity_m_s: velocity + velocity_ahead,
-            shifted_rad,
+            angle_rad: rigid - bent,
+            velocity_m_s: felt,
+            shifted_rad: shifted_rad - bent_meanwhile,
             shifted_m_s,
         }
     }
@@ -223,6 +304,7 @@ impl Terms {
     ) -> Vector3<f64> {
         self.gyros.forget();
         self.accelerometers.forget();
+        self.elastic.increments = None;
         let warm = self.slow(angle, periods);
         let asymmetry = Vector3::from(self.known.asymmetry).component_mul(&warm.abs());
         warm - asymmetry - self.by_force(velocity)
@@ -260,22 +342,43 @@ impl Terms {
             )
         };
         let (one, two) = (&tilts.first, &tilts.second);
-        // A tilt δ_xz lets gyro x sense δ_xz ω_y more, a tilt δ_xy −δ_xy ω_z; and round the axes.
-        let turned = Matrix3::new(
-            0.0,
-            delta(0, one.xz, two.xz),
-            -delta(0, one.xy, two.xy), //
-            -delta(1, one.yz, two.yz),
-            0.0,
-            delta(1, one.yx, two.yx), //
-            delta(2, one.zy, two.zy),
-            -delta(2, one.zx, two.zx),
-            0.0,
-        );
+        let turned = turned_by(&Six {
+            xy: delta(0, one.xy, two.xy),
+            xz: delta(0, one.xz, two.xz),
+            yx: delta(1, one.yx, two.yx),
+            yz: delta(1, one.yz, two.yz),
+            zx: delta(2, one.zx, two.zx),
+            zy: delta(2, one.zy, two.zy),
+        });
         angle - own - turned * angle
+    }
+
+    /// What one period's products of the force with the rate and with itself add.
+    fn by_products(&self, angle: &Vector3<f64>, velocity: &Vector3<f64>) -> Vector3<f64> {
+        let force = velocity / self.period_s;
+        let tau = &self.known.tilt_by_force;
+        let tilts = turned_by(&Six {
+            xy: tau.xy * force.z,
+            xz: tau.xz * force.y,
+            yx: tau.yx * force.z,
+            yz: tau.yz * force.x,
+            zx: tau.zx * force.y,
+            zy: tau.zy * force.x,
+        });
+        let squares = Vector3::from(self.known.bias_by_force_squared);
+        tilts * angle + squares.component_mul(&force.component_mul(&force)) * self.period_s
     }
 
     fn by_force(&self, velocity: Vector3<f64>) -> Vector3<f64> {
         Vector3::from_fn(|i, _| Vector3::from(self.known.bias_by_force[i]).dot(&velocity))
     }
+}
+
+/// What tilts δ_ij let gyros sense of a rate: δ_xz lets gyro x sense δ_xz ω_y more, δ_xy −δ_xy ω_z; and round the axes.
+fn turned_by(delta: &Six) -> Matrix3<f64> {
+    Matrix3::new(
+        0.0, delta.xz, -delta.xy, //
+        -delta.yz, 0.0, delta.yx, //
+        delta.zy, -delta.zx, 0.0,
+    )
 }

@@ -16,7 +16,10 @@ pub fn term_calibration(records: &TermRecords) -> TermCalibration {
         zx,
         zy,
     };
-    let [xx, fxy, fxz, fyx, yy, fyz, fzx, fzy, zz] = records.values(TermKind::GyroGBias);
+    let nine = |kind: TermKind| {
+        let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = records.values(kind);
+        [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]]
+    };
     TermCalibration {
         bias_temperature: triads(records.values(TermKind::GyroBiasTemperature)),
         bias_temperature_rate: records.values(TermKind::GyroBiasTemperatureRate),
@@ -31,7 +34,12 @@ pub fn term_calibration(records: &TermRecords) -> TermCalibration {
         asymmetry: records.values(TermKind::GyroScaleAsymmetry),
         quadratic_s: records.values(TermKind::GyroScaleQuadratic),
         cubic_s2: records.values(TermKind::GyroScaleCubic),
-        bias_by_force: [[xx, fxy, fxz], [fyx, yy, fyz], [fzx, fzy, zz]],
+        bias_by_force: nine(TermKind::GyroGBias),
+        elastic_by_force: nine(TermKind::ElasticRateByForce),
+        elastic_by_jerk: nine(TermKind::ElasticRateByJerk),
+        tilt_by_force: six(records.values(TermKind::AxisTiltByForce)),
+        bias_by_force_squared: records.values(TermKind::GyroG2Bias),
+        accelerometer_quadratic: records.values(TermKind::AccelQuadratic),
         accelerometer_delay_s: records.values(TermKind::AccelDelay),
     }
 }

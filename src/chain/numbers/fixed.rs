@@ -231,6 +231,10 @@ impl NumberSystem for Fixed {
         difference.max(limit.wrapping_neg()).min(limit)
     }
     #[inline(always)]
+    fn add_scaled(to: i32, factor: i32, increment: i32) -> i32 {
+        to.wrapping_add((wide(factor, increment) >> SLOPE) as i32)
+    }
+    #[inline(always)]
     fn filtered(sum: i64) -> i32 {
         (sum >> FILTER) as i32
     }

@@ -110,6 +110,10 @@ impl NumberSystem for F32 {
         (now - past).max(-limit).min(limit)
     }
     #[inline(always)]
+    fn add_scaled(to: f32, factor: f32, increment: f32) -> f32 {
+        to + factor * increment
+    }
+    #[inline(always)]
     fn filtered(sum: f32) -> f32 {
         sum
     }

@@ -161,6 +161,8 @@ pub enum Operation {
     Difference,
     /// Sum of two increments.
     Add,
+    /// Increment + factor × increment.
+    AddScaled,
     /// Filter sum.
     Filter,
     /// Filter sum as an increment.
@@ -217,6 +219,7 @@ impl Operation {
             | Self::Turn
             | Self::Increment
             | Self::Add
+            | Self::AddScaled
             | Self::Filtered
             | Self::Wanted => INCREMENT,
             Self::Filter => INCREMENT + FILTER,
@@ -464,6 +467,11 @@ impl NumberSystem for Interval {
             low: difference.low.max(-limit.high).min(limit.high),
             high: difference.high.max(-limit.high).min(limit.high),
         }
+    }
+    #[track_caller]
+    fn add_scaled(to: Span, factor: Span, increment: Span) -> Span {
+        let product = factor.times(increment).down(SLOPE);
+        word(Operation::AddScaled, to.plus(product))
     }
     #[track_caller]
     fn filtered(sum: Span) -> Span {

@@ -72,7 +72,7 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     type Lever: Debug + Clone + Copy + Default;
     /// Lever × increment, and its sum over an output period \[rad²\].
     type Cross: Debug + Clone + Copy + Default;
-    /// Scale error per increment, or per its square \[1\], within ±64.
+    /// Scale error per increment, or per its square \[1\], or a factor of an increment, within ±64.
     type Slope: Debug + Clone + Copy + Default;
     /// A step or increment as a factor of a correlation.
     type Factor: Debug + Clone + Copy + Default;
@@ -121,6 +121,12 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
         now: Self::Increment,
         past: Self::Increment,
         limit: Self::Increment,
+    ) -> Self::Increment;
+    /// to + factor × increment, for factors beyond a coefficient's range.
+    fn add_scaled(
+        to: Self::Increment,
+        factor: Self::Slope,
+        increment: Self::Increment,
     ) -> Self::Increment;
     /// The sum of a filter as an increment.
     fn filtered(sum: Self::FilterSum) -> Self::Increment;

@@ -15,7 +15,15 @@
 //! # Identity
 //! A hook that does nothing returns what it is given. It does not add zero: in `f32`, −0.0 + 0.0 is +0.0.
 
+pub mod accelerometer;
+
+pub mod elastic;
+
+pub mod ends;
+
 pub mod force;
+
+pub mod force_products;
 
 pub mod records;
 
@@ -25,7 +33,10 @@ pub mod scale;
 
 pub mod temperature;
 
+pub use accelerometer::AccelerometerQuadratic;
+pub use elastic::ElasticRate;
 pub use force::BiasByForce;
+pub use force_products::ForceProducts;
 pub use records::{RecordError, TermKind, TermKinds, TermRecords};
 pub use response::{AccelerometerDelay, GyroResponse};
 pub use scale::ScaleByRate;
@@ -43,7 +54,10 @@ pub type AllTerms<N> = (
     GyroResponse<N>,
     ScaleByRate<N>,
     BiasByForce,
+    ForceProducts<N>,
+    ElasticRate<N>,
     AccelerometerDelay<N>,
+    AccelerometerQuadratic<N>,
 );
 
 /// Readings that change slowly, as the main loop knows them.
@@ -78,6 +92,9 @@ pub trait Term<N: NumberSystem>: Debug + Clone + Copy {
     /// Whether [`PeriodSums::velocity`] is used.
     const NEEDS_FORCE: bool = false;
 
+    /// Whether [`force`](Self::force) is used.
+    const FOLLOWS_FORCE: bool = false;
+
     /// Checks the records of [`KINDS`](Self::KINDS) among `parameters.terms` and converts them. Runs at boot. A term
     /// without a record corrects nothing.
     fn new(parameters: &Parameters) -> Result<Self, ParameterError>;
@@ -87,6 +104,11 @@ pub trait Term<N: NumberSystem>: Debug + Clone + Copy {
     fn largest_addition(&self) -> f64 {
         0.0
     }
+
+    /// Takes one sample's velocity increments, body frame, as [`velocities`](Self::velocities) has corrected them. Called
+    /// before the sample's other hooks, where there are accelerometers, if `FOLLOWS_FORCE`.
+    #[inline(always)]
+    fn force(&self, _: &mut Self::State, _: Triad<N::Increment>) {}
 
     /// Starts from these increments about the sensing axes, at the stream's start or after lost samples.
     fn begin(&self, _: &mut Self::State, _: Triad<N::Increment>) {}
@@ -177,12 +199,17 @@ macro_rules! tuple_of_terms {
             type State = ($($term::State,)+);
             const KINDS: TermKinds = TermKinds::NONE$(.union($term::KINDS))+;
             const NEEDS_FORCE: bool = false $(|| $term::NEEDS_FORCE)+;
+            const FOLLOWS_FORCE: bool = false $(|| $term::FOLLOWS_FORCE)+;
 
             fn new(parameters: &Parameters) -> Result<Self, ParameterError> {
                 Ok(($($term::new(parameters)?,)+))
             }
             fn largest_addition(&self) -> f64 {
                 0.0 $(+ self.$at.largest_addition())+
+            }
+            #[inline(always)]
+            fn force(&self, state: &mut Self::State, velocities: Triad<N::Increment>) {
+                $(self.$at.force(&mut state.$at, velocities);)+
             }
             fn begin(&self, state: &mut Self::State, increments: Triad<N::Increment>) {
                 $(self.$at.begin(&mut state.$at, increments);)+
@@ -272,3 +299,7 @@ tuple_of_terms!(A 0, B 1, C 2, D 3, E 4);
 tuple_of_terms!(A 0, B 1, C 2, D 3, E 4, F 5);
 tuple_of_terms!(A 0, B 1, C 2, D 3, E 4, F 5, G 6);
 tuple_of_terms!(A 0, B 1, C 2, D 3, E 4, F 5, G 6, H 7);
+tuple_of_terms!(A 0, B 1, C 2, D 3, E 4, F 5, G 6, H 7, I 8);
+tuple_of_terms!(A 0, B 1, C 2, D 3, E 4, F 5, G 6, H 7, I 8, J 9);
+tuple_of_terms!(A 0, B 1, C 2, D 3, E 4, F 5, G 6, H 7, I 8, J 9, K 10);
+tuple_of_terms!(A 0, B 1, C 2, D 3, E 4, F 5, G 6, H 7, I 8, J 9, K 10, L 11);

@@ -15,7 +15,7 @@ use core::fmt;
 
 /// Room for records in a parameter block \[bytes\]: every kind once; none without the feature `terms`, so that firmware
 /// without terms does not carry it through its boot. A record is then refused by its kind.
-pub const RECORD_BYTES: usize = if cfg!(feature = "terms") { 768 } else { 0 };
+pub const RECORD_BYTES: usize = if cfg!(feature = "terms") { 1088 } else { 0 };
 
 /// Bytes of a record before its values.
 const HEADER_BYTES: usize = 4;
@@ -84,6 +84,16 @@ term_kinds! {
     GyroScaleCubic = 10, "gyro_scale_cubic", 3;
     /// G ×9, rows \[rad/s per m/s²\]: gyro i reads Σ G_ij f_j more.
     GyroGBias = 11, "gyro_g_bias", 9;
+    /// τ ×6 \[rad per m/s²\]: δ_ij = τ_ij f_k, k the third axis.
+    AxisTiltByForce = 12, "axis_tilt_by_force", 6;
+    /// g ×3 \[rad/s per (m/s²)²\]: gyro i reads g_i f_i² more.
+    GyroG2Bias = 13, "gyro_g2_bias", 3;
+    /// q ×3 \[s²/m\]: accelerometer i reads q_i f_i² more.
+    AccelQuadratic = 14, "accel_quadratic", 3;
+    /// U ×9, rows \[rad per m/s²\]: gyro i reads Σ U_ij df_j/dt more.
+    ElasticRateByForce = 15, "elastic_rate_by_force", 9;
+    /// W ×9, rows \[s²\]: gyro i reads Σ W_ij d²ω_j/dt² more.
+    ElasticRateByJerk = 16, "elastic_rate_by_jerk", 9;
 }
 
 impl fmt::Display for TermKind {

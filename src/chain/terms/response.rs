@@ -13,14 +13,10 @@
 //! A path of variance v senses ω + (v/2) ω″; what it senses too much is the angle (v/2) ω′ at a sample's end,
 //! T² ω′_k = (∇D + ∇²D + 11/12 ∇³D)_k by backward differentiation of A.
 //!
-//! Both have the form E_k = Σ e_p D_{k−p}. The increments become D_k + E_k − E_{k−1}, and the period's angle grows by
-//! E_end − E_start: it telescopes, like the size effect, so no error of E drifts, however hard the vibration.
+//! Both have the form E_k = Σ e_p D_{k−p}, and [`ends`](crate::chain::terms::ends) says what becomes of it.
 //!
 //! What one sample's increment gains is held within ±[`RESPONSE_LIMIT_RAD`]: steps of an acceleration beyond the chain's
-//! range must not reach its products. The exact angles are not held.
-//!
-//! Over lost samples E stays what it was before them. While increments contain dither (a failed pickoff) the period's
-//! angle takes no part of it.
+//! range must not reach its products.
 
 use crate::chain::design_parameters::{
     ACCELERATION_TERMS, DELAY_LIMIT_SAMPLES, RESPONSE_LIMIT_RAD, VARIANCE_LIMIT_SAMPLES,
@@ -29,11 +25,9 @@ use crate::chain::design_parameters::{
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::VELOCITY_UNIT_M_S;
 use crate::chain::parameters::{ParameterError, Parameters};
+use crate::chain::terms::ends::{Ends, LARGEST_AHEAD};
 use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds};
 use crate::chain::triad::Triad;
-
-/// Largest E \[increment units\]: the format of an increment holds 1/64.
-const LARGEST_AHEAD: f64 = 0.0155;
 
 /// What scale errors and misalignments of 1/128 make of a velocity within its limit, at most \[1\].
 const LARGEST_OF_MISALIGNMENT: f64 = 1.03;
@@ -80,20 +74,12 @@ struct Response<N: NumberSystem> {
     limit: N::Increment,
 }
 
-/// The last increments, and E of the latest one and of the output period's start.
+/// The last increments, and E.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ResponseState<N: NumberSystem> {
     /// D_{k−1}, D_{k−2}, D_{k−3}.
     past: [[N::Increment; ACCELERATION_TERMS - 1]; 3],
-    /// E_k.
-    ahead: [N::Increment; 3],
-    /// E at the output period's start \[fine units\].
-    start: [i64; 3],
-    begun: bool,
-    /// Whether the last increments are those of the last periods.
-    current: bool,
-    /// Whether increments are free of dither.
-    unknown: bool,
+    ends: Ends<N>,
 }
 
 impl<N: NumberSystem> Response<N> {
@@ -120,16 +106,12 @@ impl<N: NumberSystem> Response<N> {
     #[cold]
     #[inline(never)]
     fn begin(&self, state: &mut ResponseState<N>, increments: Triad<N::Increment>) {
+        let mut ahead = [N::Increment::default(); 3];
         for (axis, now) in increments.to_array().into_iter().enumerate() {
             state.past[axis] = [now; ACCELERATION_TERMS - 1];
-            state.ahead[axis] = N::filtered(N::filter(&self.coefficients[axis], [now; 4]));
+            ahead[axis] = N::filtered(N::filter(&self.coefficients[axis], [now; 4]));
         }
-        state.current = true;
-        if !state.begun {
-            state.begun = true;
-            // The unit's exponent is applied where differences are shown.
-            state.start = state.ahead.map(|ahead| N::at_end(ahead, ahead));
-        }
+        state.ends.begin(ahead);
     }
 
     #[inline(always)]
@@ -143,27 +125,10 @@ impl<N: NumberSystem> Response<N> {
             let now = *corrected;
             let [one, two, three] = state.past[axis];
             let ahead = N::filtered(N::filter(&self.coefficients[axis], [now, one, two, three]));
-            let gained = N::difference_within(ahead, state.ahead[axis], self.limit);
-            *corrected = N::add(now, gained);
+            *corrected = N::add(now, state.ends.gain(axis, ahead, self.limit));
             state.past[axis] = [now, one, two];
-            state.ahead[axis] = ahead;
         }
         Triad::from_array(corrected)
-    }
-
-    /// The sum with what its period's ends add \[fine units\].
-    #[inline(always)]
-    fn sum(&self, state: &mut ResponseState<N>, unit_log2: u32, mut sum: [i64; 3]) -> [i64; 3] {
-        if state.unknown {
-            return sum;
-        }
-        for (axis, sum) in sum.iter_mut().enumerate() {
-            let ahead = N::at_end(state.ahead[axis], state.ahead[axis]);
-            let gained = ahead.wrapping_sub(state.start[axis]) << unit_log2;
-            *sum = sum.wrapping_add(gained);
-            state.start[axis] = ahead;
-        }
-        sum
     }
 }
 
@@ -233,13 +198,13 @@ impl<N: NumberSystem> Term<N> for GyroResponse<N> {
         sums: &PeriodSums,
         angles: [i64; 3],
     ) -> [i64; 3] {
-        self.0.sum(state, sums.unit_log2, angles)
+        state.ends.sum(sums.unit_log2, angles)
     }
     fn discontinue(&self, state: &mut ResponseState<N>) {
-        state.current = false;
+        state.ends.current = false;
     }
     fn degrade(&self, state: &mut ResponseState<N>, rates_known: bool) {
-        state.unknown = !rates_known;
+        state.ends.unknown = !rates_known;
     }
 }
 
@@ -267,7 +232,7 @@ impl<N: NumberSystem> Term<N> for AccelerometerDelay<N> {
         state: &mut ResponseState<N>,
         velocities: Triad<N::Increment>,
     ) -> Triad<N::Increment> {
-        if !state.current {
+        if !state.ends.current {
             core::hint::cold_path();
             self.0.begin(state, velocities);
         }
@@ -275,9 +240,9 @@ impl<N: NumberSystem> Term<N> for AccelerometerDelay<N> {
     }
     #[inline(always)]
     fn felt(&self, state: &mut ResponseState<N>, unit_log2: u32, velocity: [i64; 3]) -> [i64; 3] {
-        self.0.sum(state, unit_log2, velocity)
+        state.ends.sum(unit_log2, velocity)
     }
     fn discontinue(&self, state: &mut ResponseState<N>) {
-        state.current = false;
+        state.ends.current = false;
     }
 }

@@ -58,6 +58,8 @@ proptest! {
         // With the largest slope, an increment whose scale error fits.
         let (small, of_small) = (Span { low: a.low >> 4, high: a.high >> 4 }, x >> 4);
         let p_small = point(of_small);
+        let (less, of_less) = (Span { low: b.low >> 6, high: b.high >> 6 }, y >> 6);
+        let p_less = point(of_less);
         // Of intervals, of points, of fixed point.
         let mut cases: Vec<(Span, Span, i64)> = Vec::new();
         let mut case = |interval: Span, point: Span, fixed: i64| cases.push((interval, point, fixed));
@@ -73,6 +75,8 @@ proptest! {
         let limit = 1 << 26;
         case(I::difference_within(a, b, point(limit)), I::difference_within(pa, pb, point(limit)),
             F::difference_within(x, y, limit).into());
+        case(I::add_scaled(small, t, less), I::add_scaled(p_small, pt, p_less),
+            F::add_scaled(of_small, k, of_less).into());
         case(I::sloped(t, small), I::sloped(pt, p_small), F::sloped(k, of_small).into());
         case(I::sloped_twice(t, a), I::sloped_twice(pt, pa), F::sloped_twice(k, x).into());
         case(I::add_tilt(a, b), I::add_tilt(pa, pb), F::add_tilt(x, y).into());

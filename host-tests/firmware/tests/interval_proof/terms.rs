@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 
 use trueaxis::numbers::Interval;
 use trueaxis::numbers::interval::{Bound, Operation};
-use trueaxis::terms::{AccelerometerDelay, AllTerms, GyroResponse, ScaleByRate};
+use trueaxis::terms::{
+    AccelerometerDelay, AccelerometerQuadratic, AllTerms, ElasticRate, ForceProducts, GyroResponse,
+    ScaleByRate,
+};
 use trueaxis::{Chain, Parameters, Term, TermKind, TermRecords};
 
 use crate::bounds::{prove_with, stage, still};
@@ -18,6 +21,13 @@ fn records(corner: &Corner, share: f64, signs: [f64; 3]) -> TermRecords {
     let largest = 2.0 * 5.0 / 2048.0;
     let unit = trueaxis::design_parameters::increment_unit_log2(corner.sample_rate_hz);
     let slope_s = 1.0 / 256.0 / largest * period_s / f64::from(1u8 << unit);
+    // 1/1024 rad and 2^-14 at the largest velocity increment, 1.04 of 2^-10 with 2^-11 for a delay; as forces.
+    let velocity = 1.04 / 1024.0 + 1.0 / 2048.0;
+    let per_force = 256.0 * f64::from(1u8 << unit) / period_s;
+    let tilt = 1.0 / 1024.0 / velocity / per_force;
+    let square = 1.0 / 16384.0 / velocity / velocity / per_force / 256.0;
+    // Three of them make half of 0.0155 of the largest force at a sample's end, 16/3 of the largest increment.
+    let elastic = 0.0155 / 6.0 / (16.0 / 3.0 * velocity) * period_s / 256.0;
     let mut records = TermRecords::NONE;
     for (kind, values) in [
         (TermKind::GyroDelay, three(0.4 * period_s)),
@@ -30,6 +40,22 @@ fn records(corner: &Corner, share: f64, signs: [f64; 3]) -> TermRecords {
         ),
         (TermKind::GyroScaleAsymmetry, three(1.0 / 256.0)),
         (TermKind::GyroGBias, [0, 1, 2].map(|_| three(5e-5)).concat()),
+        (
+            TermKind::AxisTiltByForce,
+            [three(tilt), three(tilt)].concat(),
+        ),
+        (TermKind::GyroG2Bias, three(square)),
+        (
+            TermKind::ElasticRateByForce,
+            [0, 1, 2].map(|_| three(elastic)).concat(),
+        ),
+        (
+            TermKind::ElasticRateByJerk,
+            [0, 1, 2]
+                .map(|_| three(7.0 / 3.0 * period_s.powi(2)))
+                .concat(),
+        ),
+        (TermKind::AccelQuadratic, three(1024.0 / 128.0 / per_force)),
     ] {
         records.push(kind, &values).expect("room");
     }
@@ -89,7 +115,8 @@ fn no_word_wraps_with_each_term_alone() {
         let all = records(corner, 0.25, [1.0, -1.0, 1.0]);
         let mut own = TermRecords::NONE;
         for kind in kinds {
-            own.push(*kind, &all.values::<3>(*kind)).expect("room");
+            let values = all.values::<9>(*kind);
+            own.push(*kind, &values[..kind.values()]).expect("room");
         }
         let parameters = corner.parameters().with(|p| p.terms = own);
         for bound in prove_with::<T>(&parameters, still) {
@@ -109,6 +136,15 @@ fn no_word_wraps_with_each_term_alone() {
     };
     alone::<(GyroResponse<Interval>,)>(&[TermKind::GyroDelay, TermKind::GyroBandwidth], &corner);
     alone::<(AccelerometerDelay<Interval>,)>(&[TermKind::AccelDelay], &corner);
+    alone::<(ForceProducts<Interval>,)>(
+        &[TermKind::AxisTiltByForce, TermKind::GyroG2Bias],
+        &corner,
+    );
+    alone::<(ElasticRate<Interval>,)>(
+        &[TermKind::ElasticRateByForce, TermKind::ElasticRateByJerk],
+        &corner,
+    );
+    alone::<(AccelerometerQuadratic<Interval>,)>(&[TermKind::AccelQuadratic], &corner);
     alone::<(ScaleByRate<Interval>,)>(
         &[
             TermKind::GyroScaleQuadratic,

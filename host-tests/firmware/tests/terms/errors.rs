@@ -35,6 +35,28 @@ const FORCE: [[f64; 3]; 3] = [
     [-3e-8, 2e-8, 5e-8],
 ];
 
+/// 1 µrad per m/s², 2″ per g, at most.
+const TILT_BY_FORCE: [f64; 6] = [2e-7, -3e-7, 1.5e-7, 4e-7, -2e-7, 3e-7];
+/// 0.02 °/h per g².
+const FORCE_SQUARED: [f64; 3] = [1e-9, -2e-9, 1.5e-9];
+/// Up to 0.2″ per g.
+const ELASTIC_BY_FORCE: [[f64; 3]; 3] = [
+    [1e-7, -4e-8, 3e-8],
+    [2e-8, 8e-8, -5e-8],
+    [-3e-8, 6e-8, 1e-7],
+];
+const ELASTIC_BY_JERK: [[f64; 3]; 3] = [
+    [5e-9, -1e-8, 2e-8],
+    [1e-8, 4e-9, -2e-8],
+    [2e-8, 1e-8, -3e-9],
+];
+/// 20 µg per g².
+const ACCEL_QUADRATIC: [f64; 3] = [2e-6, -1.5e-6, 2.5e-6];
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
 fn by_temperature(values: &[f64], second: &[f64]) -> Vec<f64> {
     [&[0.0; 3], values, second].concat()
 }
@@ -44,13 +66,13 @@ fn late(t: f64, delays: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|axis| true_rates(t - delays[axis])[axis])
 }
 
-fn tilted(t: f64) -> [f64; 3] {
-    let ([x, y, z], [tx, ty, tz]) = (true_rates(t), warmed(t));
-    let [xy, xz, yx, yz, zx, zy] = TILT;
+/// What tilts \[xy, xz, yx, yz, zx, zy\] add to the true rates.
+fn tilted(t: f64, [xy, xz, yx, yz, zx, zy]: [f64; 6]) -> [f64; 3] {
+    let [x, y, z] = true_rates(t);
     [
-        x + tx * (xz * y - xy * z),
-        y + ty * (yx * z - yz * x),
-        z + tz * (zy * x - zx * y),
+        x + xz * y - xy * z,
+        y + yx * z - yz * x,
+        z + zy * x - zx * y,
     ]
 }
 
@@ -83,7 +105,11 @@ pub fn errors() -> Vec<Error> {
         of_gyros(
             "installation by temperature",
             vec![(K::InstallationTemperature, by_temperature(&TILT, &[0.0; 6]))],
-            tilted,
+            |t| {
+                let [x, y, z] = warmed(t);
+                let by = [x, x, y, y, z, z];
+                tilted(t, [0, 1, 2, 3, 4, 5].map(|at| TILT[at] * by[at]))
+            },
         ),
         of_gyros("gyro delay", vec![(K::GyroDelay, DELAY.to_vec())], |t| {
             late(t, DELAY)
@@ -109,9 +135,44 @@ pub fn errors() -> Vec<Error> {
             |t| more(t, |i| CUBIC[i] * true_rates(t)[i].powi(3)),
         ),
         of_gyros("bias by force", vec![(K::GyroGBias, FORCE.concat())], |t| {
-            let f = motion(t).force_m_s2;
-            more(t, |i| (0..3).map(|j| FORCE[i][j] * f[j]).sum())
+            more(t, |i| dot(FORCE[i], true_forces(t)))
         }),
+        of_gyros(
+            "tilt by force",
+            vec![(K::AxisTiltByForce, TILT_BY_FORCE.to_vec())],
+            |t| {
+                let [x, y, z] = true_forces(t);
+                let third = [z, y, z, x, y, x];
+                tilted(
+                    t,
+                    [0, 1, 2, 3, 4, 5].map(|at| TILT_BY_FORCE[at] * third[at]),
+                )
+            },
+        ),
+        of_gyros(
+            "bias by force squared",
+            vec![(K::GyroG2Bias, FORCE_SQUARED.to_vec())],
+            |t| more(t, |i| FORCE_SQUARED[i] * true_forces(t)[i].powi(2)),
+        ),
+        of_gyros(
+            "elastic rate by force",
+            vec![(K::ElasticRateByForce, ELASTIC_BY_FORCE.concat())],
+            |t| more(t, |i| dot(ELASTIC_BY_FORCE[i], motion(t).force_rate_m_s3)),
+        ),
+        of_gyros(
+            "elastic rate by jerk",
+            vec![(K::ElasticRateByJerk, ELASTIC_BY_JERK.concat())],
+            |t| more(t, |i| dot(ELASTIC_BY_JERK[i], motion(t).rate_second)),
+        ),
+        Error {
+            name: "accelerometer, quadratic",
+            records: vec![(K::AccelQuadratic, ACCEL_QUADRATIC.to_vec())],
+            gyros: true_rates,
+            accelerometers: |t| {
+                let f = true_forces(t);
+                [0, 1, 2].map(|i| f[i] + ACCEL_QUADRATIC[i] * f[i].powi(2))
+            },
+        },
         Error {
             name: "accelerometer delay",
             records: vec![(K::AccelDelay, DELAY.to_vec())],

@@ -16,6 +16,7 @@ pub struct Motion {
     pub rate_rad_s: [f64; 3],
     pub rate_second: [f64; 3],
     pub force_m_s2: [f64; 3],
+    pub force_rate_m_s3: [f64; 3],
     pub temperature_k: [f64; 3],
     pub temperature_rate_k_s: [f64; 3],
 }
@@ -33,18 +34,22 @@ pub fn motion(t: f64) -> Motion {
         }
         (value, second)
     };
+    let shaken = |amplitude: f64, frequency_hz: f64, phase: f64| {
+        let w = std::f64::consts::TAU * frequency_hz;
+        let (sine, cosine) = (w * t + phase).sin_cos();
+        (amplitude * sine, amplitude * w * cosine)
+    };
     let (x, x2) = tones(&[(0.9, 15.0, 0.0), (0.2, 61.0, 0.4)]);
     let (y, y2) = tones(&[(0.8, 15.0, 1.1), (0.3, 43.0, 0.2)]);
     let (z, z2) = tones(&[(1.1, 7.0, 0.3), (0.25, 61.0, 2.0)]);
-    let force = [
-        tones(&[(3.0, 15.0, 0.7)]).0 + 1.5,
-        tones(&[(2.0, 43.0, 0.1)]).0 - 2.5,
-        tones(&[(1.0, 61.0, 0.9)]).0 + 9.3,
-    ];
+    let (fx, fx1) = shaken(3.0, 15.0, 0.7);
+    let (fy, fy1) = shaken(2.0, 43.0, 0.1);
+    let (fz, fz1) = shaken(1.0, 61.0, 0.9);
     Motion {
         rate_rad_s: [x + 0.4, y - 0.3, z + 0.9],
         rate_second: [x2, y2, z2],
-        force_m_s2: force,
+        force_m_s2: [fx + 1.5, fy - 2.5, fz + 9.3],
+        force_rate_m_s3: [fx1, fy1, fz1],
         temperature_k: [293.0 + 3.0 * t, 294.0 + 2.5 * t, 295.0 + 2.0 * t],
         temperature_rate_k_s: [3.0, 2.5, 2.0],
     }

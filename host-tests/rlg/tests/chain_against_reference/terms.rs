@@ -22,7 +22,7 @@ use crate::unit::{Triad, as_built, reading};
 const SAMPLES: usize = 80_000;
 
 /// Every kind at a realistic size.
-const RECORDS: [(TermKind, &[f64]); 11] = [
+const RECORDS: [(TermKind, &[f64]); 16] = [
     (
         TermKind::GyroBiasTemperature,
         &[
@@ -50,6 +50,20 @@ const RECORDS: [(TermKind, &[f64]); 11] = [
     (
         TermKind::GyroGBias,
         &[5e-8, -2e-8, 3e-8, 1e-8, 6e-8, -4e-8, -3e-8, 2e-8, 5e-8],
+    ),
+    (
+        TermKind::AxisTiltByForce,
+        &[2e-7, -1e-7, 3e-7, 1e-7, -2e-7, 2e-7],
+    ),
+    (TermKind::GyroG2Bias, &[1e-9, -2e-9, 1.5e-9]),
+    (TermKind::AccelQuadratic, &[2e-6, -1e-6, 3e-6]),
+    (
+        TermKind::ElasticRateByForce,
+        &[1e-7, -5e-8, 2e-8, 4e-8, 1e-7, 3e-8, -6e-8, 2e-8, -1e-7],
+    ),
+    (
+        TermKind::ElasticRateByJerk,
+        &[5e-9, -1e-8, 2e-8, 1e-8, 4e-9, -2e-8, 2e-8, 1e-8, -3e-9],
     ),
 ];
 

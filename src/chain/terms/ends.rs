@@ -1,0 +1,70 @@
+//! Follows an angle (or velocity) that three sensors lack at the end of every sample, E \[increment units\].
+//!
+//! Increments become D_k + E_k − E_{k−1}, and an output period's sum grows by E_end − E_start \[fine units\]: it
+//! telescopes, so no error of E drifts. What one increment gains is held; the exact sums are not.
+//!
+//! Over lost samples E stays what it was before them. While increments contain dither (a failed pickoff) E is not known,
+//! and the period's sum takes no part of it.
+
+use crate::chain::numbers::NumberSystem;
+
+/// Largest E \[increment units\]: the format of an increment holds 1/64.
+pub(super) const LARGEST_AHEAD: f64 = 0.0155;
+
+/// E of the latest sample and of the output period's start.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Ends<N: NumberSystem> {
+    /// E_k.
+    ahead: [N::Increment; 3],
+    /// E at the output period's start \[fine units\].
+    start: [i64; 3],
+    begun: bool,
+    /// Whether the last increments are those of the last periods.
+    pub(super) current: bool,
+    /// Whether increments contain dither.
+    pub(super) unknown: bool,
+}
+
+impl<N: NumberSystem> Ends<N> {
+    /// Starts from E of the first sample, or of the first after a gap.
+    pub(super) fn begin(&mut self, ahead: [N::Increment; 3]) {
+        self.ahead = ahead;
+        self.current = true;
+        if !self.begun {
+            self.begun = true;
+            // The unit's exponent is applied where differences are shown.
+            self.start = ahead.map(|ahead| N::at_end(ahead, ahead));
+        }
+    }
+
+    /// Takes E of the next sample.
+    ///
+    /// # Returns
+    /// What the sample's increment gains, within ±`limit`.
+    #[inline(always)]
+    pub(super) fn gain(
+        &mut self,
+        axis: usize,
+        ahead: N::Increment,
+        limit: N::Increment,
+    ) -> N::Increment {
+        let gained = N::difference_within(ahead, self.ahead[axis], limit);
+        self.ahead[axis] = ahead;
+        gained
+    }
+
+    /// The sum with what its period's ends add \[fine units\].
+    #[inline(always)]
+    pub(super) fn sum(&mut self, unit_log2: u32, mut sum: [i64; 3]) -> [i64; 3] {
+        if self.unknown {
+            return sum;
+        }
+        for (axis, sum) in sum.iter_mut().enumerate() {
+            let ahead = N::at_end(self.ahead[axis], self.ahead[axis]);
+            let gained = ahead.wrapping_sub(self.start[axis]) << unit_log2;
+            *sum = sum.wrapping_add(gained);
+            self.start[axis] = ahead;
+        }
+        sum
+    }
+}
