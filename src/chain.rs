@@ -303,6 +303,10 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
             sample,
         );
 
+        let previous = state.dither.previous();
+        self.terms
+            .pickoffs(&mut state.terms, previous, &sample.pickoff_codes);
+
         let sensed = self.counts.process(&mut state.counts, sample.pulse_counts);
 
         let stripped = self

@@ -241,3 +241,7 @@ pub const FORCE_SQUARED_LIMIT_RAD: f64 = 1.0 / 16384.0;
 /// Largest tilt by force that a term corrects \[rad\], at the largest velocity of one sample: 1e-3, 0.6 µrad per m/s² at
 /// 4 kHz. With it and the largest flexure the sums of tilts keep to their fixed-point format.
 pub const TILT_BY_FORCE_LIMIT_RAD: f64 = 1.0 / 1024.0;
+
+/// Most that the correction of a pickoff's cubic error and of crosstalk adds to one increment \[rad\]: 2⁻¹³, an eighth of
+/// the largest dither increment.
+pub const DITHER_ERROR_LIMIT_RAD: f64 = 1.0 / 8192.0;

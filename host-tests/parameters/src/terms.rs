@@ -18,7 +18,9 @@ pub struct TermSums(Vec<(TermKind, Vec<f64>)>);
 fn record_of(kind: &str) -> Option<(TermKind, &'static [&'static str])> {
     let known = TermKind::ALL.iter().find(|known| known.name() == kind)?;
     Some(match known {
-        TermKind::InstallationTemperature | TermKind::AxisTiltByForce => (*known, SIX),
+        TermKind::InstallationTemperature
+        | TermKind::AxisTiltByForce
+        | TermKind::DitherCrosstalk => (*known, SIX),
         TermKind::GyroGBias | TermKind::ElasticRateByForce | TermKind::ElasticRateByJerk => {
             (*known, NINE)
         }
@@ -68,6 +70,7 @@ impl TermSums {
                 | TermKind::GyroG2Bias => {
                     divide(&mut values, stretch, 1);
                 }
+                TermKind::DitherCrosstalk => divide(&mut values, stretch, 2),
                 TermKind::GyroGBias
                 | TermKind::ElasticRateByForce
                 | TermKind::ElasticRateByJerk => divide(&mut values, stretch, 3),

@@ -11,7 +11,8 @@
 //!    the tilt of gyro i about axis j as a right-hand rotation;
 //! 4. case increment = M(ε) v, Eq. (7);
 //! 5. the body's velocity increment, size effect off (`velocity`);
-//! 6. errors that only some builds correct (`terms`), on v before 2, on the velocity increment before its size effect;
+//! 6. errors that only some builds correct (`terms`), on v before 2 (of blocks, on D), on the velocity increment before its
+//!    size effect;
 //! 7. rotation vector and velocity increment over N periods by two-speed coning and sculling (`coning`).
 //!
 //! The strip's taps are followed in windows (`adaptation`).
@@ -166,6 +167,12 @@ impl ReferenceChain {
         let lost = std::mem::take(&mut self.lost_periods);
         let elapsed_s = (lost + 1) as f64 * known.period_s;
 
+        let beyond = |strip: &Strip| {
+            let known = &self.calibration;
+            let angle = strip.angle();
+            (known.terms).of_blocks(&angle, known.pickoff_gain, known.scale_error)
+        };
+        let before = beyond(&self.strip);
         let block = if lost == 0 {
             self.strip.add(pickoff)
         } else {
@@ -177,7 +184,8 @@ impl ReferenceChain {
                 (Vector3::zeros(), Vector3::zeros())
             }
             Some(block) => {
-                let stripped = Vector3::from(reading.sensed_rad) - block;
+                let beyond = beyond(&self.strip) - before;
+                let stripped = Vector3::from(reading.sensed_rad) - block - beyond;
                 let v = self.without_scale_error(&stripped)
                     - Vector3::from(known.bias_rad_s) * elapsed_s;
                 let velocity = known.accelerometers.map_or(Vector3::zeros(), |known| {

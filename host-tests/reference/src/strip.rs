@@ -83,6 +83,12 @@ impl Strip {
         Some(self.block_rad(pickoff_rad, pickoff_rad) - self.block_rad(last, before))
     }
 
+    /// The block's angle by the latest two readings \[rad\]; 0 before the first.
+    pub fn angle(&self) -> Vector3<f64> {
+        let [last, before, _] = self.readings_rad.unwrap_or_default();
+        self.block_rad(last, before)
+    }
+
     /// The present a and b.
     pub fn phasor(&self) -> Phasor {
         self.phasor

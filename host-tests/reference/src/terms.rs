@@ -7,6 +7,7 @@
 //! gyro i reads        ω_i(t − d_i) + (v_i/2) ω″_i + a_i |ω_i| + q_i ω_i² + c_i ω_i³ + Σ_j G_ij f_j
 //!                     + Σ_j (U_ij df_j/dt + W_ij d²ω_j/dt²) + g_i f_i² + b_i(ΔT) + r_i dT_i/dt + s_i(ΔT) ω_i + tilts δ_ij(ΔT) + τ_ij f_k
 //! accelerometer i     f_i(t − d_i) + q_i f_i²
+//! gyro i, of blocks   c_i p_i³ + Σ_j c_ij h_j p_j/(1 − s_i), an angle; p free of the pickoff's delay
 //! ```
 //!
 //! to first order, with polynomials of second order in ΔT_i = T_i − T₀_i. Tilts turn the sensing axes as in Eq. (7), with
@@ -62,6 +63,10 @@ pub struct TermCalibration {
     pub elastic_by_force: [[f64; 3]; 3],
     /// W, rows by gyro \[s²\].
     pub elastic_by_jerk: [[f64; 3]; 3],
+    /// c of the pickoffs \[1/rad²\].
+    pub dither_cubic: [f64; 3],
+    /// c_ij, share of a block's angle that a neighbour senses \[1\].
+    pub dither_crosstalk: Six,
     /// q of the accelerometers \[s²/m\].
     pub accelerometer_quadratic: [f64; 3],
     /// d of the accelerometers \[s\].
@@ -241,6 +246,31 @@ pub struct Corrected {
     pub shifted_rad: Vector3<f64>,
     /// \[m/s\].
     pub shifted_m_s: Vector3<f64>,
+}
+
+impl TermCalibration {
+    /// What the gyros read of blocks at these angles beyond their own \[rad\], of pickoff gains h and scale errors s.
+    pub fn of_blocks(
+        &self,
+        block: &Vector3<f64>,
+        gain: [f64; 3],
+        scale_error: [f64; 3],
+    ) -> Vector3<f64> {
+        let c = &self.dither_crosstalk;
+        let across = Matrix3::new(
+            0.0, c.xy, c.xz, //
+            c.yx, 0.0, c.yz, //
+            c.zx, c.zy, 0.0,
+        ) * block;
+        Vector3::from_fn(|i, _| {
+            let pickoff = if gain[i] == 0.0 {
+                0.0
+            } else {
+                block[i] / gain[i]
+            };
+            self.dither_cubic[i] * pickoff.powi(3) + across[i] / (1.0 - scale_error[i])
+        })
+    }
 }
 
 impl Terms {

@@ -39,6 +39,8 @@ pub fn term_calibration(records: &TermRecords) -> TermCalibration {
         elastic_by_jerk: nine(TermKind::ElasticRateByJerk),
         tilt_by_force: six(records.values(TermKind::AxisTiltByForce)),
         bias_by_force_squared: records.values(TermKind::GyroG2Bias),
+        dither_cubic: records.values(TermKind::DitherCubic),
+        dither_crosstalk: six(records.values(TermKind::DitherCrosstalk)),
         accelerometer_quadratic: records.values(TermKind::AccelQuadratic),
         accelerometer_delay_s: records.values(TermKind::AccelDelay),
     }

@@ -17,6 +17,8 @@
 
 pub mod accelerometer;
 
+pub mod dither;
+
 pub mod elastic;
 
 pub mod ends;
@@ -34,6 +36,7 @@ pub mod scale;
 pub mod temperature;
 
 pub use accelerometer::AccelerometerQuadratic;
+pub use dither::DitherErrors;
 pub use elastic::ElasticRate;
 pub use force::BiasByForce;
 pub use force_products::ForceProducts;
@@ -51,6 +54,7 @@ use crate::chain::triad::{CrossAxis, Triad};
 /// Every term of this library, in the order in which they act.
 pub type AllTerms<N> = (
     Temperature,
+    DitherErrors<N>,
     GyroResponse<N>,
     ScaleByRate<N>,
     BiasByForce,
@@ -109,6 +113,10 @@ pub trait Term<N: NumberSystem>: Debug + Clone + Copy {
     /// before the sample's other hooks, where there are accelerometers, if `FOLLOWS_FORCE`.
     #[inline(always)]
     fn force(&self, _: &mut Self::State, _: Triad<N::Increment>) {}
+
+    /// Takes the previous and this sample's pickoff readings \[codes\], before the sample's increments.
+    #[inline(always)]
+    fn pickoffs(&self, _: &mut Self::State, _previous: &[i32; 3], _codes: &[i32; 3]) {}
 
     /// Starts from these increments about the sensing axes, at the stream's start or after lost samples.
     fn begin(&self, _: &mut Self::State, _: Triad<N::Increment>) {}
@@ -210,6 +218,10 @@ macro_rules! tuple_of_terms {
             #[inline(always)]
             fn force(&self, state: &mut Self::State, velocities: Triad<N::Increment>) {
                 $(self.$at.force(&mut state.$at, velocities);)+
+            }
+            #[inline(always)]
+            fn pickoffs(&self, state: &mut Self::State, previous: &[i32; 3], codes: &[i32; 3]) {
+                $(self.$at.pickoffs(&mut state.$at, previous, codes);)+
             }
             fn begin(&self, state: &mut Self::State, increments: Triad<N::Increment>) {
                 $(self.$at.begin(&mut state.$at, increments);)+

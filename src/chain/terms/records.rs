@@ -94,6 +94,10 @@ term_kinds! {
     ElasticRateByForce = 15, "elastic_rate_by_force", 9;
     /// W ×9, rows \[s²\]: gyro i reads Σ W_ij d²ω_j/dt² more.
     ElasticRateByJerk = 16, "elastic_rate_by_jerk", 9;
+    /// c ×3 \[1/rad²\]: block i turns by c_i p_i³ more than the pickoff's angle p_i says.
+    DitherCubic = 17, "dither_cubic", 3;
+    /// c ×6 \[1\]: gyro i reads c_ij times the rate of block j relative to the case more.
+    DitherCrosstalk = 18, "dither_crosstalk", 6;
 }
 
 impl fmt::Display for TermKind {

@@ -19,8 +19,8 @@
 //! range must not reach its products.
 
 use crate::chain::design_parameters::{
-    ACCELERATION_TERMS, DELAY_LIMIT_SAMPLES, RESPONSE_LIMIT_RAD, VARIANCE_LIMIT_SAMPLES,
-    VELOCITY_LIMIT_M_S,
+    ACCELERATION_TERMS, DELAY_LIMIT_SAMPLES, DITHER_ERROR_LIMIT_RAD, RESPONSE_LIMIT_RAD,
+    VARIANCE_LIMIT_SAMPLES, VELOCITY_LIMIT_M_S,
 };
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::VELOCITY_UNIT_M_S;
@@ -174,7 +174,9 @@ impl<N: NumberSystem> Term<N> for GyroResponse<N> {
             let (delay, variance) = (of_delay(delay[axis]), of_variance(variance[axis]));
             [0, 1, 2, 3].map(|p| delay[p] + variance[p])
         });
-        let largest = parameters.largest_increment_rad() / parameters.increment_unit_rad();
+        // Terms before this one may have corrected what is left of the dither.
+        let largest = parameters.largest_increment_rad() / parameters.increment_unit_rad()
+            + DITHER_ERROR_LIMIT_RAD;
         Response::new(&coefficients, largest, TermKind::GyroDelay).map(Self)
     }
     fn largest_addition(&self) -> f64 {

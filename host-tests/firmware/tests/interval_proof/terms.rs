@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use trueaxis::numbers::Interval;
 use trueaxis::numbers::interval::{Bound, Operation};
 use trueaxis::terms::{
-    AccelerometerDelay, AccelerometerQuadratic, AllTerms, ElasticRate, ForceProducts, GyroResponse,
-    ScaleByRate,
+    AccelerometerDelay, AccelerometerQuadratic, AllTerms, DitherErrors, ElasticRate, ForceProducts,
+    GyroResponse, ScaleByRate,
 };
 use trueaxis::{Chain, Parameters, Term, TermKind, TermRecords};
 
@@ -54,6 +54,11 @@ fn records(corner: &Corner, share: f64, signs: [f64; 3]) -> TermRecords {
             [0, 1, 2]
                 .map(|_| three(7.0 / 3.0 * period_s.powi(2)))
                 .concat(),
+        ),
+        (TermKind::DitherCubic, three(4e6)),
+        (
+            TermKind::DitherCrosstalk,
+            [three(1.0 / 64.0), three(1.0 / 64.0)].concat(),
         ),
         (TermKind::AccelQuadratic, three(1024.0 / 128.0 / per_force)),
     ] {
@@ -142,6 +147,10 @@ fn no_word_wraps_with_each_term_alone() {
     );
     alone::<(ElasticRate<Interval>,)>(
         &[TermKind::ElasticRateByForce, TermKind::ElasticRateByJerk],
+        &corner,
+    );
+    alone::<(DitherErrors<Interval>,)>(
+        &[TermKind::DitherCubic, TermKind::DitherCrosstalk],
         &corner,
     );
     alone::<(AccelerometerQuadratic<Interval>,)>(&[TermKind::AccelQuadratic], &corner);

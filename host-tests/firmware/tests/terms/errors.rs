@@ -50,6 +50,9 @@ const ELASTIC_BY_JERK: [[f64; 3]; 3] = [
     [1e-8, 4e-9, -2e-8],
     [2e-8, 1e-8, -3e-9],
 ];
+/// 0.1 % at the dither's amplitude.
+const DITHER_CUBIC: [f64; 3] = [2000.0, -3000.0, 1500.0];
+const CROSSTALK: [f64; 6] = [1e-3, -2e-3, 1e-3, 3e-3, -1e-3, 2e-3];
 /// 20 µg per g².
 const ACCEL_QUADRATIC: [f64; 3] = [2e-6, -1.5e-6, 2.5e-6];
 
@@ -82,6 +85,21 @@ pub fn errors() -> Vec<Error> {
         records,
         gyros,
         accelerometers: true_forces,
+        blocks: |pickoff| pickoff,
+    };
+    let of_blocks = |name, records, blocks| Error {
+        name,
+        records,
+        gyros: true_rates,
+        accelerometers: true_forces,
+        blocks,
+    };
+    let of_accelerometers = |name, records, accelerometers| Error {
+        name,
+        records,
+        gyros: true_rates,
+        accelerometers,
+        blocks: |pickoff| pickoff,
     };
     vec![
         of_gyros(
@@ -164,20 +182,35 @@ pub fn errors() -> Vec<Error> {
             vec![(K::ElasticRateByJerk, ELASTIC_BY_JERK.concat())],
             |t| more(t, |i| dot(ELASTIC_BY_JERK[i], motion(t).rate_second)),
         ),
-        Error {
-            name: "accelerometer, quadratic",
-            records: vec![(K::AccelQuadratic, ACCEL_QUADRATIC.to_vec())],
-            gyros: true_rates,
-            accelerometers: |t| {
+        of_blocks(
+            "pickoff, cubic",
+            vec![(K::DitherCubic, DITHER_CUBIC.to_vec())],
+            |p| [0, 1, 2].map(|i| p[i] + DITHER_CUBIC[i] * p[i].powi(3)),
+        ),
+        of_blocks(
+            "dither crosstalk",
+            vec![(K::DitherCrosstalk, CROSSTALK.to_vec())],
+            |[x, y, z]| {
+                let [xy, xz, yx, yz, zx, zy] = CROSSTALK;
+                [
+                    x + xy * y + xz * z,
+                    y + yx * x + yz * z,
+                    z + zx * x + zy * y,
+                ]
+            },
+        ),
+        of_accelerometers(
+            "accelerometer, quadratic",
+            vec![(K::AccelQuadratic, ACCEL_QUADRATIC.to_vec())],
+            |t| {
                 let f = true_forces(t);
                 [0, 1, 2].map(|i| f[i] + ACCEL_QUADRATIC[i] * f[i].powi(2))
             },
-        },
-        Error {
-            name: "accelerometer delay",
-            records: vec![(K::AccelDelay, DELAY.to_vec())],
-            gyros: true_rates,
-            accelerometers: |t| [0, 1, 2].map(|axis| true_forces(t - DELAY[axis])[axis]),
-        },
+        ),
+        of_accelerometers(
+            "accelerometer delay",
+            vec![(K::AccelDelay, DELAY.to_vec())],
+            |t| [0, 1, 2].map(|axis| true_forces(t - DELAY[axis])[axis]),
+        ),
     ]
 }

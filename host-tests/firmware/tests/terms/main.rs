@@ -9,7 +9,7 @@ use trueaxis::terms::AllTerms;
 use trueaxis::{Chain, ChainState, F32, Fixed, NumberSystem, Parameters, Sample, SlowReadings};
 
 use crate::errors::errors;
-use crate::unit::{Stream, frames, parameters, true_forces, true_rates};
+use crate::unit::{Stream, frames, parameters};
 
 /// Four seconds.
 const SAMPLES: usize = 16_000;
@@ -28,15 +28,13 @@ fn apart(one: &[[f64; 6]], other: &[[f64; 6]]) -> [f64; 2] {
 }
 
 fn what_is_left<N: NumberSystem>() {
-    let clean = frames::<N>(
-        &parameters(&[]),
-        Stream::new(true_rates, true_forces),
-        SAMPLES,
-    );
+    let clean = frames::<N>(&parameters(&[]), Stream::true_one(), SAMPLES);
     for error in errors() {
         let run = |parameters: &Parameters| {
-            let stream = Stream::new(error.gyros, error.accelerometers);
-            apart(&frames::<N>(parameters, stream, SAMPLES), &clean)
+            apart(
+                &frames::<N>(parameters, Stream::of(&error), SAMPLES),
+                &clean,
+            )
         };
         let before = run(&parameters(&[]));
         let after = run(&parameters(&error.records));
@@ -70,7 +68,7 @@ fn terms_without_records_change_no_bit() {
         let none = Chain::<N>::new(&known).expect("in range");
         let all = Chain::<N, AllTerms<N>>::with_terms(&known).expect("in range");
         let (mut of_none, mut of_all) = (ChainState::new(), ChainState::new());
-        let mut stream = Stream::new(true_rates, true_forces);
+        let mut stream = Stream::true_one();
         for k in 0..SAMPLES {
             let sample = stream.next();
             if k % 701 == 350 {

@@ -8,6 +8,7 @@ use trueaxis::{
 
 pub const RATE_HZ: f64 = 4000.0;
 const PULSE_RAD: f64 = 1.0 / (1u64 << 34) as f64;
+const PICKOFF_RAD: f64 = 1.0 / (1u64 << 35) as f64;
 const CODE_M_S: f64 = 1.0 / (1u64 << 29) as f64;
 
 /// What the unit does at an instant: rates and their second derivatives, forces, temperatures.
@@ -63,6 +64,13 @@ pub struct Error {
     pub gyros: fn(f64) -> [f64; 3],
     /// Forces that the accelerometers show.
     pub accelerometers: fn(f64) -> [f64; 3],
+    /// Angles that the gyros show of their blocks, given what the pickoffs say.
+    pub blocks: fn([f64; 3]) -> [f64; 3],
+}
+
+/// Angles of the blocks relative to the case \[rad\]: 150″ at three frequencies.
+pub fn pickoffs(t: f64) -> [f64; 3] {
+    [392.6, 430.1, 474.8].map(|hz: f64| 7.3e-4 * (std::f64::consts::TAU * hz * t).sin())
 }
 
 pub fn true_rates(t: f64) -> [f64; 3] {
@@ -73,7 +81,7 @@ pub fn true_forces(t: f64) -> [f64; 3] {
     motion(t).force_m_s2
 }
 
-/// The unit's parameters: no dither, no other error.
+/// The unit's parameters: no error.
 pub fn parameters(records: &[(TermKind, Vec<f64>)]) -> Parameters {
     let mut terms = TermRecords::NONE;
     for (kind, values) in records {
@@ -81,7 +89,7 @@ pub fn parameters(records: &[(TermKind, Vec<f64>)]) -> Parameters {
     }
     Parameters::default().with(|p| {
         p.pulse_weight_rad = [PULSE_RAD; 3];
-        p.pickoff_gain = [0.0; 3];
+        p.pickoff_weight_rad = PICKOFF_RAD;
         p.sample_rate_hz = RATE_HZ;
         p.samples_per_output = 10;
         p.accelerometers = Some(AccelerometerParameters {
@@ -99,6 +107,7 @@ pub fn parameters(records: &[(TermKind, Vec<f64>)]) -> Parameters {
 pub struct Stream {
     gyros: fn(f64) -> [f64; 3],
     accelerometers: fn(f64) -> [f64; 3],
+    blocks: fn([f64; 3]) -> [f64; 3],
     k: usize,
     angle_rad: [f64; 3],
     velocity_m_s: [f64; 3],
@@ -106,10 +115,24 @@ pub struct Stream {
 }
 
 impl Stream {
-    pub fn new(gyros: fn(f64) -> [f64; 3], accelerometers: fn(f64) -> [f64; 3]) -> Self {
+    /// Without an error.
+    pub fn true_one() -> Self {
+        Self::new(true_rates, true_forces, |pickoff| pickoff)
+    }
+
+    pub fn of(error: &Error) -> Self {
+        Self::new(error.gyros, error.accelerometers, error.blocks)
+    }
+
+    fn new(
+        gyros: fn(f64) -> [f64; 3],
+        accelerometers: fn(f64) -> [f64; 3],
+        blocks: fn([f64; 3]) -> [f64; 3],
+    ) -> Self {
         Self {
             gyros,
             accelerometers,
+            blocks,
             k: 0,
             angle_rad: [0.0; 3],
             velocity_m_s: [0.0; 3],
@@ -127,12 +150,17 @@ impl Stream {
         self.k += 1;
         let rate = integral(self.gyros, begin);
         let force = integral(self.accelerometers, begin);
-        let mut sample = Sample::default();
+        let pickoff = pickoffs(self.time_s()).map(|angle| (angle / PICKOFF_RAD).round());
+        let block = (self.blocks)(pickoff.map(|codes| codes * PICKOFF_RAD));
+        let mut sample = Sample {
+            pickoff_codes: pickoff.map(|codes| codes as i32),
+            ..Sample::default()
+        };
         for axis in 0..3 {
             self.angle_rad[axis] += rate[axis];
             self.velocity_m_s[axis] += force[axis];
             let whole = [
-                (self.angle_rad[axis] / PULSE_RAD).floor() as i64,
+                ((self.angle_rad[axis] + block[axis]) / PULSE_RAD).floor() as i64,
                 (self.velocity_m_s[axis] / CODE_M_S).floor() as i64,
             ];
             let step = |at: usize| (whole[at] - self.counted[at][axis]) as i32;

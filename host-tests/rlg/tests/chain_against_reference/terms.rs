@@ -22,7 +22,7 @@ use crate::unit::{Triad, as_built, reading};
 const SAMPLES: usize = 80_000;
 
 /// Every kind at a realistic size.
-const RECORDS: [(TermKind, &[f64]); 16] = [
+const RECORDS: [(TermKind, &[f64]); 18] = [
     (
         TermKind::GyroBiasTemperature,
         &[
@@ -57,6 +57,11 @@ const RECORDS: [(TermKind, &[f64]); 16] = [
     ),
     (TermKind::GyroG2Bias, &[1e-9, -2e-9, 1.5e-9]),
     (TermKind::AccelQuadratic, &[2e-6, -1e-6, 3e-6]),
+    (TermKind::DitherCubic, &[2000.0, -3000.0, 1500.0]),
+    (
+        TermKind::DitherCrosstalk,
+        &[1e-3, -2e-3, 1e-3, 3e-3, -1e-3, 2e-3],
+    ),
     (
         TermKind::ElasticRateByForce,
         &[1e-7, -5e-8, 2e-8, 4e-8, 1e-7, 3e-8, -6e-8, 2e-8, -1e-7],
