@@ -245,3 +245,13 @@ pub const TILT_BY_FORCE_LIMIT_RAD: f64 = 1.0 / 1024.0;
 /// Most that the correction of a pickoff's cubic error and of crosstalk adds to one increment \[rad\]: 2⁻¹³, an eighth of
 /// the largest dither increment.
 pub const DITHER_ERROR_LIMIT_RAD: f64 = 1.0 / 8192.0;
+
+/// Largest tilt by a cubic or a resonant flexure, each \[rad\]: with it and the largest linear flexure the sums of tilts
+/// keep to their fixed-point format.
+pub const FLEXURE_TERM_LIMIT_RAD: f64 = 1.0 / 1024.0;
+
+/// Frequencies of a suspension's mode that a term corrects \[cycles per sample\]: 40 Hz to 1.2 kHz at 4 kHz.
+pub const MODE_CYCLES_RANGE: (f64, f64) = (0.01, 0.3);
+
+/// Dampings of a suspension's mode that a term corrects \[1\].
+pub const MODE_DAMPING_RANGE: (f64, f64) = (0.002, 0.99);

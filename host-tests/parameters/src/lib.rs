@@ -167,7 +167,7 @@ pub fn unchecked_parameters(
             "accel_scale" if has_accelerometers => force.scale += xyz(effect),
             "accel_misalignment" if has_accelerometers => add(&mut force.tilt_rad, effect),
             "size_effect" if has_accelerometers => force.add_arms(effect),
-            _ if terms.take(effect, has_accelerometers) => {}
+            _ if terms.take(effect, has_accelerometers, dithered) => {}
             kind if OF_THE_RECORDING.contains(&kind) || uncompensated.iter().any(|k| k == kind) => {
             }
             kind => uncompensated.push(kind.to_owned()),

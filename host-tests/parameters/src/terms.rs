@@ -14,11 +14,25 @@ const FROM_THE_START: [f64; 3] = [0.0; 3];
 #[derive(Debug, Default)]
 pub struct TermSums(Vec<(TermKind, Vec<f64>)>);
 
+/// Parameters of a suspension's mode.
+const MODE: &[&str] = &[
+    "xy",
+    "xz",
+    "yx",
+    "yz",
+    "zx",
+    "zy",
+    "frequency_hz",
+    "damping",
+];
+
 /// The kind of record for an effect's kind, and the names of its parameters.
 fn record_of(kind: &str) -> Option<(TermKind, &'static [&'static str])> {
     let known = TermKind::ALL.iter().find(|known| known.name() == kind)?;
     Some(match known {
+        TermKind::AxisFlexureMode => (*known, MODE),
         TermKind::InstallationTemperature
+        | TermKind::AxisFlexureCubic
         | TermKind::AxisTiltByForce
         | TermKind::DitherCrosstalk => (*known, SIX),
         TermKind::GyroGBias | TermKind::ElasticRateByForce | TermKind::ElasticRateByJerk => {
@@ -32,7 +46,7 @@ fn record_of(kind: &str) -> Option<(TermKind, &'static [&'static str])> {
 
 impl TermSums {
     /// Adds an effect, if a term corrects it.
-    pub fn take(&mut self, effect: &ModelEffect, has_accelerometers: bool) -> bool {
+    pub fn take(&mut self, effect: &ModelEffect, has_accelerometers: bool, dithered: bool) -> bool {
         let Some((kind, names)) = record_of(&effect.kind) else {
             return false;
         };
@@ -48,6 +62,14 @@ impl TermSums {
         if of_force && !has_accelerometers {
             return false;
         }
+        let of_dither = matches!(kind, TermKind::DitherCubic | TermKind::DitherCrosstalk);
+        if of_dither && !dithered {
+            // Blocks at rest show nothing of it.
+            return true;
+        }
+        if kind == TermKind::AxisFlexureMode {
+            return self.take_mode(names.iter().map(|name| effect.number(name)).collect());
+        }
         let at = self.0.iter().position(|(known, _)| *known == kind);
         let at = at.unwrap_or_else(|| {
             self.0.push((kind, vec![0.0; names.len()]));
@@ -55,6 +77,23 @@ impl TermSums {
         });
         for (sum, name) in self.0[at].1.iter_mut().zip(names) {
             *sum += effect.number(name);
+        }
+        true
+    }
+
+    /// Adds a mode. The chain has one: a second is taken only if it is the same mode of other pairs.
+    fn take_mode(&mut self, mode: Vec<f64>) -> bool {
+        let kind = TermKind::AxisFlexureMode;
+        let Some((_, sum)) = self.0.iter_mut().find(|(known, _)| *known == kind) else {
+            self.0.push((kind, mode));
+            return true;
+        };
+        let (flexure, shape) = sum.split_at_mut(SIX.len());
+        if *shape != mode[SIX.len()..] {
+            return false;
+        }
+        for (sum, value) in flexure.iter_mut().zip(mode) {
+            *sum += value;
         }
         true
     }

@@ -7,7 +7,7 @@
 //! Equations, D the sensed increment less the block's (`strip`), all per period:
 //! 1. v = (1 − s) D − b T, the bracket of Eq. (7);
 //! 2. α̂T² from M₀v, M₀ the matrix of Eq. (7) with ε_ij0 (`acceleration`);
-//! 3. δ_ij = −K_ij α̂_j; ε_xy = ε_xy0 + δ_xy, ε_xz = ε_xz0 − δ_xz, and so on round the axes: Eq. (6) with
+//! 3. δ_ij = −K_ij α̂_j, and what `flexure` adds; ε_xy = ε_xy0 + δ_xy, ε_xz = ε_xz0 − δ_xz, and so on round the axes: Eq. (6) with
 //!    the tilt of gyro i about axis j as a right-hand rotation;
 //! 4. case increment = M(ε) v, Eq. (7);
 //! 5. the body's velocity increment, size effect off (`velocity`);
@@ -31,6 +31,7 @@
 pub mod acceleration;
 pub mod adaptation;
 pub mod coning;
+pub mod flexure;
 pub mod strip;
 pub mod terms;
 pub mod velocity;
@@ -38,6 +39,7 @@ pub mod velocity;
 use acceleration::Acceleration;
 use adaptation::{Adaptation, AdaptationCalibration};
 use coning::{Coning, Output};
+use flexure::{Flexure, FlexureCalibration};
 use nalgebra::{Matrix3, Vector3};
 use strip::Strip;
 use terms::{TermCalibration, Terms};
@@ -76,6 +78,8 @@ pub struct Calibration {
     pub accelerometers: Option<AccelerometerCalibration>,
     /// Errors that only some builds of the chain correct.
     pub terms: TermCalibration,
+    /// Flexures that only some builds correct.
+    pub flexure: FlexureCalibration,
     /// T \[s\].
     pub period_s: f64,
     /// N \[periods\].
@@ -113,6 +117,7 @@ pub struct ReferenceChain {
     acceleration: Acceleration,
     coning: Coning,
     terms: Terms,
+    flexure: Flexure,
     lost_periods: usize,
 }
 
@@ -138,6 +143,7 @@ impl ReferenceChain {
             acceleration: Acceleration::new(known.acceleration_order),
             coning: Coning::new(known.periods_per_output),
             terms: Terms::new(&known.terms, known.period_s),
+            flexure: Flexure::new(&known.flexure, known.period_s, known.acceleration_order),
             lost_periods: 0,
         }
     }
@@ -201,6 +207,7 @@ impl ReferenceChain {
                     self.adaptation.disturb();
                     self.adaptation.prime(pickoff);
                     self.acceleration = Acceleration::new(known.acceleration_order);
+                    self.flexure.forget();
                     let v = self.terms.correct_after_gap(v, velocity, (lost + 1) as f64);
                     (equation_7(&known.installation_rad) * v, velocity)
                 }
@@ -228,7 +235,9 @@ impl ReferenceChain {
         let at_rest = known.installation_rad;
         let turn_per_period2 = self.acceleration.add(equation_7(&at_rest) * v);
         let alpha_rad_s2 = turn_per_period2 / known.period_s.powi(2);
-        let case = equation_7(&equation_6(&at_rest, &known.flexure_s2, &alpha_rad_s2)) * v;
+        let linear = tilts(&known.flexure_s2, &alpha_rad_s2);
+        let more = self.flexure.add(turn_per_period2);
+        let case = equation_7(&equation_6(&at_rest, &[linear, more])) * v;
         let size = known
             .accelerometers
             .map_or(Vector3::zeros(), |accelerometers| {
@@ -256,17 +265,29 @@ impl ReferenceChain {
     }
 }
 
-/// ε_ij of Eq. (6) with δ_ij = −K_ij α_j in the tilt convention.
-fn equation_6(at_rest: &Six, flexure_s2: &Six, alpha_rad_s2: &Vector3<f64>) -> Six {
-    let (ax, ay, az) = (alpha_rad_s2.x, alpha_rad_s2.y, alpha_rad_s2.z);
+/// δ_ij = −K_ij α_j \[rad\].
+fn tilts(flexure_s2: &Six, alpha_rad_s2: &Vector3<f64>) -> Six {
+    let (k, alpha) = (flexure_s2, alpha_rad_s2);
     Six {
-        xy: at_rest.xy - flexure_s2.xy * ay,
-        xz: at_rest.xz + flexure_s2.xz * az,
-        yz: at_rest.yz - flexure_s2.yz * az,
-        yx: at_rest.yx + flexure_s2.yx * ax,
-        zx: at_rest.zx - flexure_s2.zx * ax,
-        zy: at_rest.zy + flexure_s2.zy * ay,
+        xy: -k.xy * alpha.y,
+        xz: -k.xz * alpha.z,
+        yx: -k.yx * alpha.x,
+        yz: -k.yz * alpha.z,
+        zx: -k.zx * alpha.x,
+        zy: -k.zy * alpha.y,
     }
+}
+
+/// ε_ij of Eq. (6) with tilts δ_ij in the convention of right-hand rotations.
+fn equation_6(at_rest: &Six, tilts: &[Six]) -> Six {
+    tilts.iter().fold(*at_rest, |e, delta| Six {
+        xy: e.xy + delta.xy,
+        xz: e.xz - delta.xz,
+        yx: e.yx - delta.yx,
+        yz: e.yz + delta.yz,
+        zx: e.zx + delta.zx,
+        zy: e.zy - delta.zy,
+    })
 }
 
 /// The matrix of Eq. (7): case from sensed.

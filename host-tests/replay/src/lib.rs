@@ -204,6 +204,7 @@ pub fn calibration(parameters: &Parameters) -> Calibration {
                 lever_arm_m: known.lever_arm_m,
             }),
         terms: terms::term_calibration(&parameters.terms),
+        flexure: terms::flexure_calibration(parameters),
         period_s: 1.0 / parameters.sample_rate_hz,
         periods_per_output: usize::from(parameters.samples_per_output),
         acceleration_order: usize::from(parameters.acceleration_order),

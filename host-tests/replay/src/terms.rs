@@ -1,21 +1,14 @@
 //! Converts the records of the core's optional terms to the reference's calibration.
 
 use rlg_reference::Six;
+use rlg_reference::flexure::{FlexureCalibration, ModeCalibration};
 use rlg_reference::terms::{ByTemperature, TermCalibration};
-use trueaxis::{TermKind, TermRecords};
+use trueaxis::{Parameters, TermKind, TermRecords};
 
 /// What the records say, each kind in the order of values that [`TermKind`] documents.
 pub fn term_calibration(records: &TermRecords) -> TermCalibration {
     let installation: [f64; 15] = records.values(TermKind::InstallationTemperature);
     let [t0, t1, t2, xy, xz, yx, yz, zx, zy, second @ ..] = installation;
-    let six = |[xy, xz, yx, yz, zx, zy]: [f64; 6]| Six {
-        xy,
-        xz,
-        yx,
-        yz,
-        zx,
-        zy,
-    };
     let nine = |kind: TermKind| {
         let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = records.values(kind);
         [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]]
@@ -43,6 +36,32 @@ pub fn term_calibration(records: &TermRecords) -> TermCalibration {
         dither_crosstalk: six(records.values(TermKind::DitherCrosstalk)),
         accelerometer_quadratic: records.values(TermKind::AccelQuadratic),
         accelerometer_delay_s: records.values(TermKind::AccelDelay),
+    }
+}
+
+/// The flexures beyond the linear one.
+pub fn flexure_calibration(parameters: &Parameters) -> FlexureCalibration {
+    let records = &parameters.terms;
+    let [k @ .., frequency_hz, damping] = records.values::<8>(TermKind::AxisFlexureMode);
+    FlexureCalibration {
+        cubic: six(records.values(TermKind::AxisFlexureCubic)),
+        mode: ModeCalibration {
+            flexure_s2: six(k),
+            frequency_hz,
+            damping,
+        },
+        pulse_rad: parameters.pulse_weight_rad,
+    }
+}
+
+fn six([xy, xz, yx, yz, zx, zy]: [f64; 6]) -> Six {
+    Six {
+        xy,
+        xz,
+        yx,
+        yz,
+        zx,
+        zy,
     }
 }
 

@@ -45,8 +45,8 @@
 //!
 //! The additions are wrapping ones, so that a wrong limit could give a wrong number but never a panic.
 
-use super::NumberSystem;
 use super::exact::FINE_PER_RAD_LOG2;
+use super::{CUBE_REACH, NumberSystem};
 use crate::chain::design_parameters::{
     ACCELERATION_LIMIT_RAD, ACCELERATION_TERMS, CONING_COEFFICIENTS, WITHIN_SAMPLE,
 };
@@ -112,6 +112,11 @@ pub(super) const KAPPA: i32 = (WITHIN_SAMPLE * (1u64 << 32) as f64) as i32;
 /// Half the limit's span in the filter sum's upper word.
 pub(super) const ACCELERATION_LIMIT: i32 =
     (ACCELERATION_LIMIT_RAD * (1u64 << (INCREMENT + FILTER - 32)) as f64) as i32;
+
+/// [`CUBE_REACH`] in an acceleration's word, as an exponent.
+pub(super) const CUBE_BITS: u32 = 27;
+const CUBE_END: i32 = 1 << CUBE_BITS;
+const _: () = assert!(CUBE_REACH * (1u64 << ACCELERATION) as f64 == CUBE_END as f64);
 
 /// a × b, exact.
 #[inline(always)]
@@ -281,6 +286,35 @@ impl NumberSystem for Fixed {
     #[inline(always)]
     fn tilt(flexure: i32, acceleration: i32) -> i32 {
         upper(flexure, acceleration)
+    }
+    fn tilt_limit(value: f64) -> i32 {
+        nearest(value, TILT)
+    }
+    #[inline(always)]
+    fn hold_tilt(tilt: i32, limit: i32) -> i32 {
+        tilt.max(limit.wrapping_neg()).min(limit)
+    }
+    #[inline(always)]
+    fn cubed(acceleration: i32) -> i32 {
+        let a = acceleration.max(CUBE_END.wrapping_neg()).min(CUBE_END);
+        // Of the end's square, in 30 bits.
+        let square = (wide(a, a) >> (2 * CUBE_BITS - 30)) as i32;
+        (wide(a, square) >> 30) as i32
+    }
+    #[inline(always)]
+    fn section(
+        [b0, b1, b2, c1, c2]: &[i32; 5],
+        [now, one, two]: [i32; 3],
+        [last, before]: [i32; 2],
+    ) -> i32 {
+        // The sum of all fits, so that parts of it may wrap.
+        let sum = (1i64 << (FILTER - 1))
+            .wrapping_add(wide(*b0, now))
+            .wrapping_add(wide(*b1, one))
+            .wrapping_add(wide(*b2, two))
+            .wrapping_add(wide(*c1, last))
+            .wrapping_add(wide(*c2, before));
+        (sum >> FILTER) as i32
     }
     #[inline(always)]
     fn tilted(t_a: i32, r_a: i32, t_b: i32, r_b: i32) -> i64 {

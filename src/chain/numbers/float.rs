@@ -9,8 +9,8 @@
 //! Only + − × and conversions, in this order: Rust contracts nothing to fused operations, so the bits are
 //! the same on host and target.
 
-use super::NumberSystem;
 use super::exact::{FINE_PER_RAD_LOG2, fine_of_f32};
+use super::{CUBE_REACH, NumberSystem};
 use crate::chain::design_parameters::{
     ACCELERATION_LIMIT_RAD, ACCELERATION_TERMS, CONING_COEFFICIENTS, WITHIN_SAMPLE,
 };
@@ -26,6 +26,7 @@ pub struct Summed {
     lost: f32,
 }
 
+const CUBE_END: f32 = CUBE_REACH as f32;
 const ACCELERATION_LIMIT: f32 = ACCELERATION_LIMIT_RAD as f32;
 const TWICE_CONING: [f32; 2] = [
     2.0 * CONING_COEFFICIENTS[0] as f32,
@@ -153,6 +154,27 @@ impl NumberSystem for F32 {
     #[inline(always)]
     fn tilt(flexure: f32, acceleration: f32) -> f32 {
         flexure * acceleration
+    }
+    fn tilt_limit(value: f64) -> f32 {
+        value as f32
+    }
+    #[inline(always)]
+    fn hold_tilt(tilt: f32, limit: f32) -> f32 {
+        tilt.max(-limit).min(limit)
+    }
+    #[inline(always)]
+    fn cubed(acceleration: f32) -> f32 {
+        let a = acceleration.max(-CUBE_END).min(CUBE_END);
+        let ratio = a * (1.0 / CUBE_END);
+        a * (ratio * ratio)
+    }
+    #[inline(always)]
+    fn section(
+        [b0, b1, b2, c1, c2]: &[f32; 5],
+        [now, one, two]: [f32; 3],
+        [last, before]: [f32; 2],
+    ) -> f32 {
+        b0 * now + b1 * one + b2 * two + c1 * last + c2 * before
     }
     #[inline(always)]
     fn tilted(t_a: f32, r_a: f32, t_b: f32, r_b: f32) -> f32 {

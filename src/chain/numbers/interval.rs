@@ -28,107 +28,16 @@ use std::vec::Vec;
 
 use super::NumberSystem;
 use super::fixed::{
-    ACCELERATION, ACCELERATION_LIMIT, ANGLE, COEFFICIENT, CROSS, FILTER, FINE, FLEXURE, Fixed,
-    INCREMENT, KAPPA, REDUCED, SLOPE, TILT, TILTED, TWICE_CONING, filling,
+    ACCELERATION, ACCELERATION_LIMIT, ANGLE, COEFFICIENT, CROSS, CUBE_BITS, FILTER, FINE, FLEXURE,
+    Fixed, INCREMENT, KAPPA, REDUCED, SLOPE, TILT, TILTED, TWICE_CONING, filling,
 };
+pub use super::span::Span;
+use super::span::norms;
 use crate::chain::design_parameters::ACCELERATION_TERMS;
 
 /// Fixed point in intervals, for proofs that nothing wraps.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Interval;
-
-/// Every integer from `low` to `high`.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Span {
-    /// Lowest value.
-    pub low: i128,
-    /// Highest value.
-    pub high: i128,
-}
-
-impl Span {
-    /// One value.
-    pub fn point(value: impl Into<i128>) -> Self {
-        let value = value.into();
-        Self {
-            low: value,
-            high: value,
-        }
-    }
-
-    /// Every value from −`limit` to `limit`.
-    pub fn within(limit: impl Into<i128>) -> Self {
-        let limit = limit.into();
-        Self {
-            low: -limit,
-            high: limit,
-        }
-    }
-
-    /// Whether the value lies inside.
-    pub fn contains(self, value: impl Into<i128>) -> bool {
-        (self.low..=self.high).contains(&value.into())
-    }
-
-    fn plus(self, other: Self) -> Self {
-        Self {
-            low: self.low + other.low,
-            high: self.high + other.high,
-        }
-    }
-
-    fn negative(self) -> Self {
-        Self {
-            low: -self.high,
-            high: -self.low,
-        }
-    }
-
-    fn minus(self, other: Self) -> Self {
-        self.plus(other.negative())
-    }
-
-    fn times(self, other: Self) -> Self {
-        // The product is monotonic in either factor, so that its extremes stand at the ends.
-        let corners = [
-            self.low * other.low,
-            self.low * other.high,
-            self.high * other.low,
-            self.high * other.high,
-        ];
-        corners
-            .iter()
-            .fold(Self::point(corners[0]), |span, &c| Self {
-                low: span.low.min(c),
-                high: span.high.max(c),
-            })
-    }
-
-    fn up(self, bits: u32) -> Self {
-        Self {
-            low: self.low << bits,
-            high: self.high << bits,
-        }
-    }
-
-    /// Rounds down, as a shift of a word does.
-    fn down(self, bits: u32) -> Self {
-        Self {
-            low: self.low >> bits,
-            high: self.high >> bits,
-        }
-    }
-
-    /// The upper word of a product of two words, which always fits.
-    fn upper(self, other: Self) -> Self {
-        self.times(other).down(32)
-    }
-
-    /// The same to nearest.
-    fn upper_nearest(self, other: Self) -> Self {
-        self.times(other).plus(Self::point(1u32 << 31)).down(32)
-    }
-}
 
 /// An operation whose result is compared with its word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -173,6 +82,8 @@ pub enum Operation {
     Acceleration,
     /// Flexure × acceleration.
     Tilt,
+    /// Output of a section of second order.
+    Section,
     /// Tilts × increments of one sample.
     Tilted,
     /// The same, summed over an output period.
@@ -224,7 +135,7 @@ impl Operation {
             | Self::Wanted => INCREMENT,
             Self::Filter => INCREMENT + FILTER,
             Self::Acceleration => ACCELERATION,
-            Self::Tilt | Self::Sloped => TILT,
+            Self::Tilt | Self::Section | Self::Sloped => TILT,
             Self::Tilted | Self::AddTilted => TILTED,
             Self::Advance | Self::Lever => ANGLE,
             Self::AddCross | Self::AddProductOf => CROSS,
@@ -529,6 +440,50 @@ impl NumberSystem for Interval {
     #[track_caller]
     fn tilt(flexure: Span, acceleration: Span) -> Span {
         word(Operation::Tilt, flexure.upper(acceleration))
+    }
+    #[track_caller]
+    fn tilt_limit(value: f64) -> Span {
+        nearest(Operation::Tilt, value, TILT)
+    }
+    fn hold_tilt(tilt: Span, limit: Span) -> Span {
+        Span {
+            low: tilt.low.max(-limit.high).min(limit.high),
+            high: tilt.high.max(-limit.high).min(limit.high),
+        }
+    }
+    #[track_caller]
+    fn cubed(acceleration: Span) -> Span {
+        // It grows with a, so that its extremes stand at the ends.
+        let of = |a: i128| {
+            let a = a.clamp(-(1 << CUBE_BITS), 1 << CUBE_BITS);
+            (a * ((a * a) >> (2 * CUBE_BITS - 30))) >> 30
+        };
+        let span = Span {
+            low: of(acceleration.low),
+            high: of(acceleration.high),
+        };
+        word(Operation::Acceleration, span)
+    }
+    /// The inputs' span times the ℓ¹ norm of the impulse response, with what rounding adds: intervals of a lightly damped
+    /// section (|c₁| + |c₂| > 1) would grow without end. Joined with the outputs so far.
+    #[track_caller]
+    fn section(factors: &[Span; 5], inputs: [Span; 3], outputs: [Span; 2]) -> Span {
+        let largest = inputs
+            .iter()
+            .fold(0, |most, input| most.max(-input.low).max(input.high));
+        let [response, poles] = norms(factors.map(|factor| factor.low as i32));
+        // Every result is rounded by half an LSB; one for the norms' own rounding.
+        let most = (largest as f64 * response + 0.5 * poles).ceil() as i128 + 1;
+        let most = if largest == 0 && outputs == [Span::default(); 2] {
+            Span::default()
+        } else {
+            Span::within(most)
+        };
+        let span = Span {
+            low: most.low.min(outputs[0].low).min(outputs[1].low),
+            high: most.high.max(outputs[0].high).max(outputs[1].high),
+        };
+        word(Operation::Section, span)
     }
     #[track_caller]
     fn tilted(t_a: Span, r_a: Span, t_b: Span, r_b: Span) -> Span {

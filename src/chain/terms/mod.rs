@@ -23,6 +23,8 @@ pub mod elastic;
 
 pub mod ends;
 
+pub mod flexure;
+
 pub mod force;
 
 pub mod force_products;
@@ -38,6 +40,7 @@ pub mod temperature;
 pub use accelerometer::AccelerometerQuadratic;
 pub use dither::DitherErrors;
 pub use elastic::ElasticRate;
+pub use flexure::{CubicFlexure, ResonantFlexure};
 pub use force::BiasByForce;
 pub use force_products::ForceProducts;
 pub use records::{RecordError, TermKind, TermKinds, TermRecords};
@@ -60,6 +63,8 @@ pub type AllTerms<N> = (
     BiasByForce,
     ForceProducts<N>,
     ElasticRate<N>,
+    CubicFlexure<N>,
+    ResonantFlexure<N>,
     AccelerometerDelay<N>,
     AccelerometerQuadratic<N>,
 );

@@ -98,6 +98,10 @@ term_kinds! {
     DitherCubic = 17, "dither_cubic", 3;
     /// c ×6 \[1\]: gyro i reads c_ij times the rate of block j relative to the case more.
     DitherCrosstalk = 18, "dither_crosstalk", 6;
+    /// Q ×6 \[s⁶/rad²\]: δ_ij = −Q_ij α_j³.
+    AxisFlexureCubic = 19, "axis_flexure_cubic", 6;
+    /// K ×6 \[s²\], frequency \[Hz\], damping \[1\]: δ_ij″ + 2ζΩ₀ δ_ij′ + Ω₀² δ_ij = −Ω₀² K_ij α_j.
+    AxisFlexureMode = 20, "axis_flexure_mode", 8;
 }
 
 impl fmt::Display for TermKind {

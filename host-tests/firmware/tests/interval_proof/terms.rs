@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use proptest::prelude::*;
 use trueaxis::numbers::Interval;
-use trueaxis::numbers::interval::{Bound, Operation};
+use trueaxis::numbers::interval::{Bound, Operation, Span};
 use trueaxis::terms::{
-    AccelerometerDelay, AccelerometerQuadratic, AllTerms, DitherErrors, ElasticRate, ForceProducts,
-    GyroResponse, ScaleByRate,
+    AccelerometerDelay, AccelerometerQuadratic, AllTerms, CubicFlexure, DitherErrors, ElasticRate,
+    ForceProducts, GyroResponse, ResonantFlexure, ScaleByRate,
 };
-use trueaxis::{Chain, Parameters, Term, TermKind, TermRecords};
+use trueaxis::{Chain, Fixed, NumberSystem, Parameters, Term, TermKind, TermRecords};
 
 use crate::bounds::{prove_with, stage, still};
 use crate::corners::{Corner, corners};
@@ -28,6 +29,8 @@ fn records(corner: &Corner, share: f64, signs: [f64; 3]) -> TermRecords {
     let square = 1.0 / 16384.0 / velocity / velocity / per_force / 256.0;
     // Three of them make half of 0.0155 of the largest force at a sample's end, 16/3 of the largest increment.
     let elastic = 0.0155 / 6.0 / (16.0 / 3.0 * velocity) * period_s / 256.0;
+    let per_square = period_s.powi(2) / f64::from(1u8 << unit);
+    let cubic = 32.0 * per_square.powi(3) * 8192.0 * 8192.0;
     let mut records = TermRecords::NONE;
     for (kind, values) in [
         (TermKind::GyroDelay, three(0.4 * period_s)),
@@ -54,6 +57,20 @@ fn records(corner: &Corner, share: f64, signs: [f64; 3]) -> TermRecords {
             [0, 1, 2]
                 .map(|_| three(7.0 / 3.0 * period_s.powi(2)))
                 .concat(),
+        ),
+        (
+            TermKind::AxisFlexureCubic,
+            [three(cubic), three(cubic)].concat(),
+        ),
+        (
+            TermKind::AxisFlexureMode,
+            // A tilt of 1/16 by the largest acceleration: the bound of this mode's norm is 34.
+            [
+                three(1.8 * per_square),
+                three(1.8 * per_square),
+                vec![0.1 / period_s, 0.04],
+            ]
+            .concat(),
         ),
         (TermKind::DitherCubic, three(4e6)),
         (
@@ -153,6 +170,8 @@ fn no_word_wraps_with_each_term_alone() {
         &[TermKind::DitherCubic, TermKind::DitherCrosstalk],
         &corner,
     );
+    alone::<(CubicFlexure<Interval>,)>(&[TermKind::AxisFlexureCubic], &corner);
+    alone::<(ResonantFlexure<Interval>,)>(&[TermKind::AxisFlexureMode], &corner);
     alone::<(AccelerometerQuadratic<Interval>,)>(&[TermKind::AccelQuadratic], &corner);
     alone::<(ScaleByRate<Interval>,)>(
         &[
@@ -162,4 +181,68 @@ fn no_word_wraps_with_each_term_alone() {
         ],
         &corner,
     );
+}
+
+/// Sections of second order, from lightly damped ones to none.
+fn section() -> impl Strategy<Value = [i32; 5]> {
+    (0.06..1.9f64, 0.002..0.99f64, 0.1..0.9f64).prop_map(|(turn, damping, share)| {
+        let radius = (-damping * turn).exp();
+        let (a1, a2) = (
+            -2.0 * radius * (turn * (1.0 - damping * damping).sqrt()).cos(),
+            radius * radius,
+        );
+        let gain = 1.0 + a1 + a2;
+        let [b0, b1] = [share * gain, (0.95 - share) * gain];
+        [b0, b1, 0.05 * gain, -a1, -a2].map(Fixed::filter_coefficient)
+    })
+}
+
+/// The impulse response in 64 bits, as long as it lasts.
+fn response(factors: [i32; 5]) -> Vec<f64> {
+    let [b0, b1, b2, c1, c2] = factors.map(|factor| f64::from(factor) / (1u32 << 30) as f64);
+    let (mut inputs, mut outputs) = ([1.0, 0.0, 0.0], [0.0, 0.0]);
+    (0..20_000)
+        .map(|_| {
+            let [now, one, two] = inputs;
+            let [last, before] = outputs;
+            let out = b0 * now + b1 * one + b2 * two + c1 * last + c2 * before;
+            inputs = [0.0, now, one];
+            outputs = [out, last];
+            out
+        })
+        .collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    /// No stream leaves the interval, and the worst one comes near its end: the inputs' signs are those of the impulse
+    /// response, run backwards.
+    #[test]
+    fn no_stream_leaves_the_interval_of_a_section(
+        factors in section(),
+        noise in prop::collection::vec(-1.0..1.0f64, 500),
+    ) {
+        let response = response(factors);
+        let norm: f64 = response.iter().map(|h| h.abs()).sum();
+        // The output's word holds 1/8; an input of at least 2^16 LSB, so that rounding is small beside it.
+        let largest = ((1u64 << 30) as f64 / norm) as i32;
+        prop_assume!(largest > 1 << 16);
+        let input = Span::within(largest);
+        let at_rest = [Span::default(); 2];
+        let bound = Interval::section(&factors.map(Span::point), [input; 3], at_rest);
+        let worst = response.iter().rev().map(|h| if *h < 0.0 { -largest } else { largest });
+        let drawn = noise.iter().map(|share| (share * f64::from(largest)) as i32);
+        let loud = noise.iter().map(|share| if *share < 0.0 { -largest } else { largest });
+        let (mut inputs, mut outputs) = ([0; 2], [0; 2]);
+        let mut most = 0;
+        for now in drawn.chain(loud).chain(worst) {
+            let out = Fixed::section(&factors, [now, inputs[0], inputs[1]], outputs);
+            prop_assert!(bound.contains(out), "{out} {bound:?}");
+            inputs = [now, inputs[0]];
+            outputs = [out, outputs[0]];
+            most = most.max(out.abs());
+        }
+        prop_assert!(i128::from(most) * 100 > bound.high * 98, "{most} {bound:?}");
+    }
 }

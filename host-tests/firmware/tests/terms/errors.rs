@@ -2,7 +2,7 @@
 
 use trueaxis::TermKind as K;
 
-use crate::unit::{Error, motion, true_forces, true_rates};
+use crate::unit::{Error, acceleration, motion, true_forces, true_rates};
 
 /// Temperatures over those at the start \[K\], as the records' reference of 0 has it.
 fn warmed(t: f64) -> [f64; 3] {
@@ -50,6 +50,10 @@ const ELASTIC_BY_JERK: [[f64; 3]; 3] = [
     [1e-8, 4e-9, -2e-8],
     [2e-8, 1e-8, -3e-9],
 ];
+/// A hundredth of a suspension's flexure at 100 rad/s².
+const CUBIC_FLEXURE: [f64; 6] = [1e-13, -5e-14, 8e-14, 1e-13, -9e-14, 7e-14];
+/// A suspension whose mode is in the motion's reach.
+const MODE: [f64; 8] = [6e-8, 7e-8, 7.5e-8, 6.5e-8, 8e-8, 7e-8, 150.0, 0.03];
 /// 0.1 % at the dither's amplitude.
 const DITHER_CUBIC: [f64; 3] = [2000.0, -3000.0, 1500.0];
 const CROSSTALK: [f64; 6] = [1e-3, -2e-3, 1e-3, 3e-3, -1e-3, 2e-3];
@@ -181,6 +185,27 @@ pub fn errors() -> Vec<Error> {
             "elastic rate by jerk",
             vec![(K::ElasticRateByJerk, ELASTIC_BY_JERK.concat())],
             |t| more(t, |i| dot(ELASTIC_BY_JERK[i], motion(t).rate_second)),
+        ),
+        of_gyros(
+            "flexure, cubic",
+            vec![(K::AxisFlexureCubic, CUBIC_FLEXURE.to_vec())],
+            |t| {
+                let [x, y, z] = acceleration(t, None);
+                let about = [y, z, x, z, x, y];
+                tilted(
+                    t,
+                    [0, 1, 2, 3, 4, 5].map(|at| -CUBIC_FLEXURE[at] * about[at].powi(3)),
+                )
+            },
+        ),
+        of_gyros(
+            "flexure, resonant",
+            vec![(K::AxisFlexureMode, MODE.to_vec())],
+            |t| {
+                let [x, y, z] = acceleration(t, Some((MODE[6], MODE[7])));
+                let about = [y, z, x, z, x, y];
+                tilted(t, [0, 1, 2, 3, 4, 5].map(|at| -MODE[at] * about[at]))
+            },
         ),
         of_blocks(
             "pickoff, cubic",

@@ -22,6 +22,32 @@ pub struct Motion {
     pub temperature_rate_k_s: [f64; 3],
 }
 
+/// Amplitude \[rad/s\], frequency \[Hz\] and phase \[rad\] of the rocking about each axis.
+const ROCKING: [[(f64, f64, f64); 2]; 3] = [
+    [(0.9, 15.0, 0.0), (0.2, 61.0, 0.4)],
+    [(0.8, 15.0, 1.1), (0.3, 43.0, 0.2)],
+    [(1.1, 7.0, 0.3), (0.25, 61.0, 2.0)],
+];
+
+/// The angular acceleration \[rad/s²\] through a mode, or as it is.
+pub fn acceleration(t: f64, mode: Option<(f64, f64)>) -> [f64; 3] {
+    ROCKING.map(|tones| {
+        let of_tone = |(amplitude, frequency_hz, phase): (f64, f64, f64)| {
+            let w = std::f64::consts::TAU * frequency_hz;
+            let (gain, turned) = match mode {
+                None => (1.0, 0.0),
+                Some((mode_hz, damping)) => {
+                    let u = frequency_hz / mode_hz;
+                    let (re, im) = (1.0 - u * u, 2.0 * damping * u);
+                    (1.0 / re.hypot(im), -im.atan2(re))
+                }
+            };
+            amplitude * w * gain * (w * t + phase + turned).cos()
+        };
+        tones.map(of_tone).iter().sum()
+    })
+}
+
 /// Rocking of 1 to 3° at 7 to 60 Hz about all axes on a slow turn, under gravity and a vibration along all axes, while
 /// the unit warms up.
 pub fn motion(t: f64) -> Motion {
@@ -40,9 +66,7 @@ pub fn motion(t: f64) -> Motion {
         let (sine, cosine) = (w * t + phase).sin_cos();
         (amplitude * sine, amplitude * w * cosine)
     };
-    let (x, x2) = tones(&[(0.9, 15.0, 0.0), (0.2, 61.0, 0.4)]);
-    let (y, y2) = tones(&[(0.8, 15.0, 1.1), (0.3, 43.0, 0.2)]);
-    let (z, z2) = tones(&[(1.1, 7.0, 0.3), (0.25, 61.0, 2.0)]);
+    let [(x, x2), (y, y2), (z, z2)] = ROCKING.map(|list| tones(&list));
     let (fx, fx1) = shaken(3.0, 15.0, 0.7);
     let (fy, fy1) = shaken(2.0, 43.0, 0.1);
     let (fz, fz1) = shaken(1.0, 61.0, 0.9);

@@ -22,7 +22,7 @@ use crate::unit::{Triad, as_built, reading};
 const SAMPLES: usize = 80_000;
 
 /// Every kind at a realistic size.
-const RECORDS: [(TermKind, &[f64]); 18] = [
+const RECORDS: [(TermKind, &[f64]); 20] = [
     (
         TermKind::GyroBiasTemperature,
         &[
@@ -57,6 +57,14 @@ const RECORDS: [(TermKind, &[f64]); 18] = [
     ),
     (TermKind::GyroG2Bias, &[1e-9, -2e-9, 1.5e-9]),
     (TermKind::AccelQuadratic, &[2e-6, -1e-6, 3e-6]),
+    (
+        TermKind::AxisFlexureCubic,
+        &[3e-13, -2e-13, 1e-13, 3e-13, -1e-13, 2e-13],
+    ),
+    (
+        TermKind::AxisFlexureMode,
+        &[6e-8, 7e-8, 7.5e-8, 6.5e-8, 8e-8, 7e-8, 150.0, 0.03],
+    ),
     (TermKind::DitherCubic, &[2000.0, -3000.0, 1500.0]),
     (
         TermKind::DitherCrosstalk,

@@ -47,6 +47,7 @@ fn perfect(flexure_s2: Six) -> Calibration {
             amplitude_rad: [0.0; 3],
         },
         accelerometers: None,
+        flexure: Default::default(),
         terms: TermCalibration::default(),
         period_s: 1.0 / 4000.0,
         periods_per_output: 10,

@@ -130,14 +130,38 @@ fn what_the_chain_has_no_term_for_is_named_once_and_facts_of_the_recording_are_n
     let mut model = model([0.0; 3], [0.0; 3], [0.0; 6], [1.0; 3]);
     model.effects = vec![
         effect("gyro_g_bias", &["xx"], &[1e-8]),
-        effect("axis_flexure_cubic", &["xy"], &[1e-15]),
+        effect("lock_in", &["x"], &[1e-4]),
         effect("gyro_g_bias", &["yy"], &[1e-8]),
         effect("reference_delay", &["all"], &[1e-3]),
         effect("elastic_rate_by_jerk", &["xx"], &[0.0]),
     ];
     let (_, left) = parameters_from_model(&model, &Unit::at(4000.0)).expect("in range");
     // The bias by force needs accelerometers.
-    assert_eq!(left, ["gyro_g_bias", "axis_flexure_cubic"]);
+    assert_eq!(left, ["gyro_g_bias", "lock_in"]);
+}
+
+#[test]
+fn a_suspension_s_mode_becomes_a_record_and_a_second_one_is_left() {
+    let mode = |k: f64, frequency_hz: f64| {
+        effect(
+            "axis_flexure_mode",
+            &["zy", "frequency_hz", "damping"],
+            &[k, frequency_hz, 0.02],
+        )
+    };
+    let mut model = model([0.0; 3], [0.0; 3], [0.0; 6], [1.0; 3]);
+    model.effects = vec![mode(6e-8, 300.0), mode(1e-8, 300.0)];
+    let made = |model: &Model| parameters_from_model(model, &Unit::at(4000.0)).expect("in range");
+    let (p, left) = made(&model);
+    assert!(left.is_empty(), "{left:?}");
+    assert_eq!(
+        p.terms.values::<8>(TermKind::AxisFlexureMode),
+        [0.0, 0.0, 0.0, 0.0, 0.0, 6e-8 + 1e-8, 300.0, 0.02]
+    );
+    model.effects.push(mode(1e-8, 500.0));
+    let (p, left) = made(&model);
+    assert_eq!(left, ["axis_flexure_mode"]);
+    assert_eq!(p.terms.values::<8>(TermKind::AxisFlexureMode)[5], 7e-8);
 }
 
 #[test]
