@@ -212,15 +212,17 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
     /// # Errors
     /// A parameter is out of its range, or there is a record of a kind that `T` lacks.
     pub fn with_terms(parameters: &Parameters) -> Result<Self, ParameterError> {
-        parameters.check()?;
-        if let Some(kind) = parameters.terms.kinds().first_beyond(T::KINDS) {
-            return Err(ParameterError::TermAbsent(kind));
-        }
-        let terms = T::new(parameters)?;
-        parameters.check_addition(terms.largest_addition())?;
+        Ok(Self::build(parameters, &Self::checked_terms(parameters)?))
+    }
+
+    /// The chain of parameters that [`checked_terms`](Self::checked_terms) has found in range. Inlined, so that it is built
+    /// where it stays: it is large.
+    #[inline(always)]
+    pub(crate) fn build(parameters: &Parameters, terms: &T) -> Self {
+        let terms = *terms;
         let limits = Limits::new(parameters);
         let dither = Dither::new(parameters, &limits);
-        Ok(Self {
+        Self {
             counts: Counts::new(parameters, &limits),
             adaptation: Adaptation::new(parameters, &dither),
             acceleration: Acceleration::new(parameters),
@@ -237,7 +239,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
             limits,
             dither,
             terms,
-        })
+        }
     }
 
     /// Whether this chain can use the parameters.
@@ -245,7 +247,19 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
     /// # Errors
     /// Those of [`with_terms`](Self::with_terms).
     pub fn check(parameters: &Parameters) -> Result<(), ParameterError> {
-        Self::with_terms(parameters).map(|_| ())
+        Self::checked_terms(parameters).map(|_| ())
+    }
+
+    /// The terms, if the parameters are in range: nothing else of the chain can fail.
+    #[inline(never)]
+    pub(crate) fn checked_terms(parameters: &Parameters) -> Result<T, ParameterError> {
+        parameters.check()?;
+        if let Some(kind) = parameters.terms.kinds().first_beyond(T::KINDS) {
+            return Err(ParameterError::TermAbsent(kind));
+        }
+        let terms = T::new(parameters)?;
+        parameters.check_addition(terms.largest_addition())?;
+        Ok(terms)
     }
 
     /// Whether the stream has its first sample and the dithers, if any is watched, have had one window without a finding.

@@ -255,3 +255,6 @@ pub const MODE_CYCLES_RANGE: (f64, f64) = (0.01, 0.3);
 
 /// Dampings of a suspension's mode that a term corrects \[1\].
 pub const MODE_DAMPING_RANGE: (f64, f64) = (0.002, 0.99);
+
+/// Largest magnetic flux density that a reading may have \[T\]: 0.1 is a strong magnet; beyond it is a sensor's fault.
+pub const MAGNETIC_FIELD_LIMIT_T: f32 = 0.1;

@@ -1,13 +1,13 @@
 //! Makes a processor that is ready from the parameters in flash: what both images do before the first sample.
 //!
-//! It takes the parameter slots and what is known of clock, reset and previous run. It gives the parameters and, on
-//! request, the [`Processor`], whose frames say what was wrong at boot.
+//! It takes the parameter slots and what is known of clock, reset and previous run. It loads the parameters and makes of
+//! them, on request, the [`Processor`], whose frames say what was wrong at boot.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use trueaxis::parameter_slots::{MEND_ATTEMPTS, Mending, ParameterSlots};
+use trueaxis::parameter_slots::{Loaded, MEND_ATTEMPTS, Mending, ParameterSlots};
 use trueaxis::processor::{BootReport, Processor};
-use trueaxis::{Chain, NumberSystem, Parameters, Term};
+use trueaxis::{Chain, NumberSystem, Term};
 
 use super::flash::{SECTOR_BYTES, SlotFlash};
 use crate::{Core, Terms};
@@ -17,36 +17,36 @@ use crate::{Core, Terms};
 #[unsafe(no_mangle)]
 static TERM_KINDS: AtomicU32 = AtomicU32::new(<Terms as Term<Core>>::KINDS.bits());
 
-/// The result of the boot.
-pub struct Booted {
-    /// The parameters in use.
-    pub parameters: Parameters,
-    report: BootReport,
-}
-
-impl Booted {
-    /// Builds the chain with its health. Called where the result has its final place: it is large, and built earlier it
-    /// would lie on the stack during all of the boot.
-    #[inline]
-    pub fn processor(&self) -> Processor<Core, Terms> {
-        // Parameters from a slot were checked, and the default ones pass (host-tests); a panic here would be
-        // latched and seen.
-        let Ok(processor) = Processor::with_terms(&self.parameters, self.report) else {
-            panic!("the parameters in force are refused");
-        };
-        processor
-    }
+/// Builds the chain with its health from parameters that were loaded. Called where the result has its final place: it is
+/// large, and built earlier it would lie on the stack during all of the boot.
+#[inline]
+pub fn processor(loaded: &Loaded, report: BootReport) -> Processor<Core, Terms> {
+    // Parameters from a slot were checked, and the default ones pass (host-tests); a panic here would be
+    // latched and seen.
+    let Ok(processor) = Processor::with_terms(&loaded.parameters, report) else {
+        panic!("the parameters in force are refused");
+    };
+    processor
 }
 
 /// Loads the parameters and mends a slot that is bad.
 ///
 /// # Inputs
 /// `supply_suffices`: the supply is known to be high enough for erasing and programming flash. `before`: what
-/// is known already, of clock, reset and previous run.
+/// is known already, of clock, reset and previous run. `loaded`: where the parameters are put; they are large, and copies
+/// of them would lie on the stack.
+///
+/// # Returns
+/// What is known now.
 #[inline(never)]
-pub fn boot(flash: SlotFlash, supply_suffices: bool, before: BootReport) -> Booted {
+pub fn boot(
+    loaded: &mut Loaded,
+    flash: SlotFlash,
+    supply_suffices: bool,
+    before: BootReport,
+) -> BootReport {
     let mut slots = ParameterSlots::new(flash, [0, SECTOR_BYTES]).accepting::<Chain<Core, Terms>>();
-    let loaded = slots.load();
+    slots.load_into(loaded);
     defmt::info!(
         "boot: core {=str}, terms {=u32:x}, parameter generation {=u32}, default values {=bool}, clock fallback {=bool}",
         <Core as NumberSystem>::NAME,
@@ -72,14 +72,10 @@ pub fn boot(flash: SlotFlash, supply_suffices: bool, before: BootReport) -> Boot
             Err(fault) => defmt::error!("a parameter slot is bad and cannot be mended: {}", fault),
         }
     }
-    let report = BootReport {
+    BootReport {
         parameters_default: loaded.parameters_default(),
         slot_bad: loaded.slot_bad,
         generation: loaded.generation,
         ..before
-    };
-    Booted {
-        parameters: loaded.parameters,
-        report,
     }
 }

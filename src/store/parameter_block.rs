@@ -23,7 +23,7 @@ use core::ops::Deref;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
 use crate::chain::parameters::{AccelerometerParameters, ParameterError, Parameters};
-use crate::chain::terms::records::{RECORD_BYTES, TermRecords};
+use crate::chain::terms::records::RECORD_BYTES;
 use crate::chain::triad::CrossAxis;
 
 const MAGIC: [u8; 4] = *b"RLGP";
@@ -146,6 +146,16 @@ impl Parameters {
 
     /// Reads and checks a block, and gives its generation too; bytes after it are ignored.
     pub fn from_block(bytes: &[u8]) -> Result<(Self, u32), BlockError> {
+        let mut parameters = Self::default();
+        let generation = parameters.read_block(bytes)?;
+        Ok((parameters, generation))
+    }
+
+    /// Replaces these parameters by those of a block, and gives its generation; bytes after it are ignored.
+    ///
+    /// # Errors
+    /// The bytes are no block, or a parameter is out of range. The parameters are then of no use.
+    pub fn read_block(&mut self, bytes: &[u8]) -> Result<u32, BlockError> {
         let Some((block, _)) = bytes.split_first_chunk::<RECORDS_OFFSET>() else {
             return Err(BlockError::Length(bytes.len()));
         };
@@ -185,41 +195,38 @@ impl Parameters {
             .map(|chunk| f64::from_le_bytes(*chunk));
         let numbers = &mut numbers;
         // Fields in the order in which they are written below.
-        let mut parameters = Self {
-            pulse_weight_rad: take(numbers),
-            bias_rad_s: take(numbers),
-            scale_error: take(numbers),
-            installation_rad: CrossAxis::from_array(take(numbers)),
-            flexure_s2: CrossAxis::from_array(take(numbers)),
-            pickoff_gain: take(numbers),
-            pickoff_weight_rad: take::<1>(numbers)[0],
-            sample_rate_hz: take::<1>(numbers)[0],
-            samples_per_output: u16::from_le_bytes([block[8], block[9]]),
-            acceleration_order: block[10],
-            pickoff_delay_s: take(numbers),
-            dither_frequency_hz: take(numbers),
-            dither_amplitude_rad: take(numbers),
-            adaptation_time_s: take::<1>(numbers)[0],
-            accelerometers: None,
-            terms: TermRecords::from_bytes(body.get(RECORDS_OFFSET..).unwrap_or(&[]))
-                .map_err(|error| BlockError::Parameter(ParameterError::Records(error)))?,
-        };
-        match block[11] {
-            0 => {}
-            1 => {
-                parameters.accelerometers = Some(AccelerometerParameters {
-                    weight_m_s: take(numbers),
-                    bias_m_s2: take(numbers),
-                    scale_error: take(numbers),
-                    misalignment_rad: CrossAxis::from_array(take(numbers)),
-                    lever_arm_m: [take(numbers), take(numbers), take(numbers)],
-                });
-            }
+        self.pulse_weight_rad = take(numbers);
+        self.bias_rad_s = take(numbers);
+        self.scale_error = take(numbers);
+        self.installation_rad = CrossAxis::from_array(take(numbers));
+        self.flexure_s2 = CrossAxis::from_array(take(numbers));
+        self.pickoff_gain = take(numbers);
+        self.pickoff_weight_rad = take::<1>(numbers)[0];
+        self.sample_rate_hz = take::<1>(numbers)[0];
+        self.samples_per_output = u16::from_le_bytes([block[8], block[9]]);
+        self.acceleration_order = block[10];
+        self.pickoff_delay_s = take(numbers);
+        self.dither_frequency_hz = take(numbers);
+        self.dither_amplitude_rad = take(numbers);
+        self.adaptation_time_s = take::<1>(numbers)[0];
+        self.accelerometers = match block[11] {
+            0 => None,
+            1 => Some(AccelerometerParameters {
+                weight_m_s: take(numbers),
+                bias_m_s2: take(numbers),
+                scale_error: take(numbers),
+                misalignment_rad: CrossAxis::from_array(take(numbers)),
+                lever_arm_m: [take(numbers), take(numbers), take(numbers)],
+            }),
             other => return Err(BlockError::Accelerometers(other)),
-        }
-        parameters.check().map_err(BlockError::Parameter)?;
-        let generation = u32::from_le_bytes([block[12], block[13], block[14], block[15]]);
-        Ok((parameters, generation))
+        };
+        self.terms
+            .read(body.get(RECORDS_OFFSET..).unwrap_or(&[]))
+            .map_err(|error| BlockError::Parameter(ParameterError::Records(error)))?;
+        self.check().map_err(BlockError::Parameter)?;
+        Ok(u32::from_le_bytes([
+            block[12], block[13], block[14], block[15],
+        ]))
     }
 
     fn numbers(&self) -> impl Iterator<Item = f64> {
@@ -248,6 +255,11 @@ impl Parameters {
             .chain(accelerometers.misalignment_rad.to_array())
             .chain(accelerometers.lever_arm_m.into_iter().flatten())
     }
+}
+
+/// The length that a block says it has \[bytes\].
+pub(super) fn block_length(block: &[u8; LARGEST_BLOCK_BYTES]) -> usize {
+    usize::from(u16::from_le_bytes([block[6], block[7]]))
 }
 
 /// The next numbers; 0 beyond the last, which the block's length excludes.

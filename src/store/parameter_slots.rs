@@ -50,7 +50,7 @@ use crate::chain::Chain;
 use crate::chain::numbers::{F32, NumberSystem};
 use crate::chain::parameters::{ParameterError, Parameters};
 use crate::chain::terms::Term;
-use crate::store::parameter_block::LARGEST_BLOCK_BYTES;
+use crate::store::parameter_block::{LARGEST_BLOCK_BYTES, block_length};
 
 /// Largest unit of reading or writing that is served \[bytes\]: the 256 bits of an STM32H7's flash word;
 /// an STM32F405 has 1 to 8 bytes.
@@ -110,6 +110,16 @@ pub struct Loaded {
 }
 
 impl Loaded {
+    /// The default parameters, from no slot.
+    pub fn none() -> Self {
+        Self {
+            parameters: Parameters::default(),
+            generation: 0,
+            slot: None,
+            slot_bad: false,
+        }
+    }
+
     /// Whether no slot is good, so that the default parameters are used.
     pub fn parameters_default(&self) -> bool {
         self.slot.is_none()
@@ -178,7 +188,7 @@ pub trait Build {
 
 impl<N: NumberSystem, T: Term<N>> Build for Chain<N, T> {
     fn check(parameters: &Parameters) -> Result<(), ParameterError> {
-        Self::with_terms(parameters).map(|_| ())
+        Self::check(parameters)
     }
 }
 
@@ -213,23 +223,52 @@ impl<F: ReadNorFlash, B: Build> ParameterSlots<F, B> {
 
     /// The newest good parameters. A slot that cannot be read counts as not good.
     pub fn load(&mut self) -> Loaded {
-        let [first, second] = Slot::BOTH.map(|slot| self.read(slot).unwrap_or(None));
-        choose(first, second)
+        let mut loaded = Loaded::none();
+        self.load_into(&mut loaded);
+        loaded
     }
 
-    /// As [`Self::load`], but a slot that cannot be read is an error: before a slot is overwritten, what
-    /// the other one holds must be known and not guessed.
-    fn load_certainly(&mut self) -> Result<Loaded, F::Error> {
-        let first = self.read(Slot::First)?;
-        Ok(choose(first, self.read(Slot::Second)?))
+    /// As [`load`](Self::load), in place: parameters are large, and copies of them would lie on the stack.
+    pub fn load_into(&mut self, loaded: &mut Loaded) {
+        let found = Slot::BOTH.map(|slot| self.read(slot, &mut loaded.parameters).unwrap_or(None));
+        let survey = Survey(found);
+        let read = survey.chosen().and_then(|(slot, generation)| {
+            // What was read last is there still.
+            let there = slot == Slot::Second;
+            let mut again = || self.read(slot, &mut loaded.parameters).unwrap_or(None);
+            (there || again() == Some(generation)).then_some((slot, generation))
+        });
+        let Some((slot, generation)) = read else {
+            loaded.parameters = Parameters::default();
+            (loaded.generation, loaded.slot) = (0, None);
+            loaded.slot_bad = false;
+            return;
+        };
+        (loaded.generation, loaded.slot) = (generation, Some(slot));
+        loaded.slot_bad = survey.one_is_bad();
     }
 
-    /// A slot's parameters and generation, if it is good.
-    fn read(&mut self, slot: Slot) -> Result<Option<Numbered>, F::Error> {
+    /// Generations of the good slots. A slot that cannot be read is an error: before a slot is overwritten, what the
+    /// other one holds must be known and not guessed.
+    #[inline(never)]
+    fn survey(&mut self) -> Result<Survey, F::Error> {
+        let mut parameters = Parameters::default();
+        let first = self.read(Slot::First, &mut parameters)?;
+        Ok(Survey([first, self.read(Slot::Second, &mut parameters)?]))
+    }
+
+    /// Reads a slot's parameters; gives their generation if they are good. If not, they are of no use.
+    fn read(&mut self, slot: Slot, parameters: &mut Parameters) -> Result<Option<u32>, F::Error> {
+        let found = self.parse(slot, parameters)?;
+        Ok(found.filter(|_| B::check(parameters).is_ok()))
+    }
+
+    /// Reads a slot's parameters, if it holds a block. The buffer is off the stack when this returns.
+    #[inline(never)]
+    fn parse(&mut self, slot: Slot, parameters: &mut Parameters) -> Result<Option<u32>, F::Error> {
         let mut buffer = [0; BUFFER_BYTES];
         self.read_bytes(slot, &mut buffer)?;
-        let found = Parameters::from_block(&buffer).ok();
-        Ok(found.filter(|(parameters, _)| B::check(parameters).is_ok()))
+        Ok(parameters.read_block(&buffer).ok())
     }
 
     fn read_bytes(&mut self, slot: Slot, buffer: &mut [u8; BUFFER_BYTES]) -> Result<(), F::Error> {
@@ -257,10 +296,17 @@ impl<F: NorFlash, B: Build> ParameterSlots<F, B> {
     pub fn store(&mut self, parameters: &Parameters) -> Result<u32, SlotError<F::Error>> {
         B::check(parameters).map_err(SlotError::Parameter)?;
         self.check_layout()?;
-        let current = self.load_certainly().map_err(SlotError::Flash)?;
-        let target = current.slot.map_or(Slot::First, Slot::other);
-        let generation = current.generation.wrapping_add(1);
-        self.write(target, parameters, generation)?;
+        let current = self.survey().map_err(SlotError::Flash)?.chosen();
+        let target = current.map_or(Slot::First, |(slot, _)| slot.other());
+        let generation = current
+            .map_or(0, |(_, generation)| generation)
+            .wrapping_add(1);
+        let block = parameters.to_block(generation);
+        let mut buffer = [ERASED; BUFFER_BYTES];
+        for (byte, of_block) in buffer.iter_mut().zip(block.iter()) {
+            *byte = *of_block;
+        }
+        self.write(target, &buffer, block.len())?;
         Ok(generation)
     }
 
@@ -274,8 +320,8 @@ impl<F: NorFlash, B: Build> ParameterSlots<F, B> {
     /// block is untouched in any case.
     pub fn mend(&mut self, supply_suffices: bool) -> Result<Mending, SlotError<F::Error>> {
         self.check_layout()?;
-        let current = self.load_certainly().map_err(SlotError::Flash)?;
-        let (Some(good), true) = (current.slot, current.slot_bad) else {
+        let survey = self.survey().map_err(SlotError::Flash)?;
+        let (Some((good, _)), true) = (survey.chosen(), survey.one_is_bad()) else {
             return Ok(Mending::NotNeeded);
         };
         if !supply_suffices {
@@ -284,8 +330,22 @@ impl<F: NorFlash, B: Build> ParameterSlots<F, B> {
         if !self.count_attempt(good)? {
             return Ok(Mending::Exhausted);
         }
-        self.write(good.other(), &current.parameters, current.generation)?;
+        self.copy(good)?;
         Ok(Mending::Done)
+    }
+
+    /// Copies a good slot's block, byte for byte, to the other one.
+    #[inline(never)]
+    fn copy(&mut self, good: Slot) -> Result<(), SlotError<F::Error>> {
+        let mut buffer = [ERASED; BUFFER_BYTES];
+        self.read_bytes(good, &mut buffer)
+            .map_err(SlotError::Flash)?;
+        // What was surveyed is a block; anything else would be refused by what reads it.
+        let length = buffer.first_chunk().map_or(BUFFER_BYTES, block_length);
+        for byte in buffer.iter_mut().skip(length) {
+            *byte = ERASED;
+        }
+        self.write(good.other(), &buffer, length)
     }
 
     /// Writes the next mark behind `good`'s block; `false` if none was free.
@@ -312,22 +372,18 @@ impl<F: NorFlash, B: Build> ParameterSlots<F, B> {
         Ok(false)
     }
 
+    /// Writes the first `length` bytes of the buffer, which is erased bytes beyond.
     fn write(
         &mut self,
         slot: Slot,
-        parameters: &Parameters,
-        generation: u32,
+        buffer: &[u8; BUFFER_BYTES],
+        length: usize,
     ) -> Result<(), SlotError<F::Error>> {
         const { Self::WRITE_UNIT_FITS };
-        let mut buffer = [ERASED; BUFFER_BYTES];
-        let block = parameters.to_block(generation);
-        for (byte, of_block) in buffer.iter_mut().zip(block.iter()) {
-            *byte = *of_block;
-        }
         let begin = self.offset(slot);
         // The last step begins with the unit, or the few units, that hold the CRC.
-        let crc_at = block.len().saturating_sub(CRC_BYTES) / F::WRITE_SIZE * F::WRITE_SIZE;
-        let written = block.len().next_multiple_of(F::WRITE_SIZE);
+        let crc_at = length.saturating_sub(CRC_BYTES) / F::WRITE_SIZE * F::WRITE_SIZE;
+        let written = length.next_multiple_of(F::WRITE_SIZE);
         let parts = buffer.split_at_checked(crc_at);
         let parts = parts.and_then(|(body, rest)| Some((body, rest.get(..written - crc_at)?)));
         let Some((body, last)) = parts else {
@@ -343,14 +399,22 @@ impl<F: NorFlash, B: Build> ParameterSlots<F, B> {
             .write(begin + crc_at as u32, last)
             .map_err(SlotError::Flash)?;
 
-        let mut found = [0; BUFFER_BYTES];
-        self.read_bytes(slot, &mut found)
-            .map_err(SlotError::Flash)?;
-        if found == buffer {
-            Ok(())
-        } else {
-            Err(SlotError::Verify)
+        for (at, expected) in buffer
+            .as_chunks::<LARGEST_UNIT_BYTES>()
+            .0
+            .iter()
+            .enumerate()
+        {
+            let mut found = [0; LARGEST_UNIT_BYTES];
+            let offset = begin + (at * LARGEST_UNIT_BYTES) as u32;
+            self.flash
+                .read(offset, &mut found)
+                .map_err(SlotError::Flash)?;
+            if found != *expected {
+                return Err(SlotError::Verify);
+            }
         }
+        Ok(())
     }
 
     fn check_layout(&self) -> Result<(), SlotError<F::Error>> {
@@ -370,29 +434,24 @@ impl<F: NorFlash, B: Build> ParameterSlots<F, B> {
     }
 }
 
-/// Parameters and their generation.
-type Numbered = (Parameters, u32);
+/// Generations of the good slots, first and second.
+#[derive(Debug, Clone, Copy)]
+struct Survey([Option<u32>; 2]);
 
-fn choose(first: Option<Numbered>, second: Option<Numbered>) -> Loaded {
-    let slot_bad = first.is_none() || second.is_none();
-    let (slot, (parameters, generation)) = match (first, second) {
-        (Some(first), Some(second)) if is_newer(second.1, first.1) => (Slot::Second, second),
-        (Some(first), _) => (Slot::First, first),
-        (None, Some(second)) => (Slot::Second, second),
-        (None, None) => {
-            return Loaded {
-                parameters: Parameters::default(),
-                generation: 0,
-                slot: None,
-                slot_bad: false,
-            };
+impl Survey {
+    /// The slot that counts, with its generation.
+    fn chosen(&self) -> Option<(Slot, u32)> {
+        match self.0 {
+            [Some(first), Some(second)] if is_newer(second, first) => Some((Slot::Second, second)),
+            [Some(first), _] => Some((Slot::First, first)),
+            [None, Some(second)] => Some((Slot::Second, second)),
+            [None, None] => None,
         }
-    };
-    Loaded {
-        parameters,
-        generation,
-        slot: Some(slot),
-        slot_bad,
+    }
+
+    /// Whether one slot is good and the other is not.
+    fn one_is_bad(&self) -> bool {
+        self.0[0].is_some() != self.0[1].is_some()
     }
 }
 

@@ -166,12 +166,14 @@ impl<N: NumberSystem> Processor<N> {
 }
 
 impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
-    /// Checks the parameters and builds the chain with the terms `T`. Runs at boot.
+    /// Checks the parameters and builds the chain with the terms `T`. Runs at boot. Inlined, so that it is built where it
+    /// stays: it is large.
+    #[inline(always)]
     pub fn with_terms(parameters: &Parameters, boot: BootReport) -> Result<Self, ParameterError> {
-        let chain = Chain::with_terms(parameters)?;
+        let terms = Chain::<N, T>::checked_terms(parameters)?;
         let with = |bit: u32, set: bool| if set { bit } else { 0 };
         Ok(Self {
-            chain,
+            chain: Chain::build(parameters, &terms),
             state: ChainState::new(),
             health: Health::NONE,
             settings: Settings {

@@ -35,9 +35,10 @@ fn record_of(kind: &str) -> Option<(TermKind, &'static [&'static str])> {
         | TermKind::AxisFlexureCubic
         | TermKind::AxisTiltByForce
         | TermKind::DitherCrosstalk => (*known, SIX),
-        TermKind::GyroGBias | TermKind::ElasticRateByForce | TermKind::ElasticRateByJerk => {
-            (*known, NINE)
-        }
+        TermKind::GyroGBias
+        | TermKind::GyroBiasMagnetic
+        | TermKind::ElasticRateByForce
+        | TermKind::ElasticRateByJerk => (*known, NINE),
         // In no model: the catalogue has no such kind.
         TermKind::GyroScaleTemperature => return None,
         _ => (*known, XYZ),
@@ -111,6 +112,7 @@ impl TermSums {
                 }
                 TermKind::DitherCrosstalk => divide(&mut values, stretch, 2),
                 TermKind::GyroGBias
+                | TermKind::GyroBiasMagnetic
                 | TermKind::ElasticRateByForce
                 | TermKind::ElasticRateByJerk => divide(&mut values, stretch, 3),
                 _ => {}

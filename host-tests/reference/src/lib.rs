@@ -158,6 +158,11 @@ impl ReferenceChain {
         self.terms.temperature(now_k, rate_k_s);
     }
 
+    /// Tells the magnetic flux density, body frame \[T\].
+    pub fn magnetic_field(&mut self, now_t: [f64; 3]) {
+        self.terms.magnetic_field(now_t);
+    }
+
     /// Advances by periods whose reading did not come; gives the output if an interval ends in them.
     pub fn process_lost(&mut self, periods: usize) -> Option<Output> {
         self.lost_periods += periods;

@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! gyro i reads        ω_i(t − d_i) + (v_i/2) ω″_i + a_i |ω_i| + q_i ω_i² + c_i ω_i³ + Σ_j G_ij f_j
-//!                     + Σ_j (U_ij df_j/dt + W_ij d²ω_j/dt²) + g_i f_i² + b_i(ΔT) + r_i dT_i/dt + s_i(ΔT) ω_i + tilts δ_ij(ΔT) + τ_ij f_k
+//!                     + Σ_j (U_ij df_j/dt + W_ij d²ω_j/dt²) + g_i f_i² + Σ_j c_ij B_j + b_i(ΔT) + r_i dT_i/dt + s_i(ΔT) ω_i + tilts δ_ij(ΔT) + τ_ij f_k
 //! accelerometer i     f_i(t − d_i) + q_i f_i²
 //! gyro i, of blocks   c_i p_i³ + Σ_j c_ij h_j p_j/(1 − s_i), an angle; p free of the pickoff's delay
 //! ```
@@ -63,6 +63,8 @@ pub struct TermCalibration {
     pub elastic_by_force: [[f64; 3]; 3],
     /// W, rows by gyro \[s²\].
     pub elastic_by_jerk: [[f64; 3]; 3],
+    /// c of the field, rows by gyro \[rad/s/T\].
+    pub bias_magnetic: [[f64; 3]; 3],
     /// c of the pickoffs \[1/rad²\].
     pub dither_cubic: [f64; 3],
     /// c_ij, share of a block's angle that a neighbour senses \[1\].
@@ -211,6 +213,7 @@ pub struct Terms {
     known: TermCalibration,
     period_s: f64,
     temperature: Option<Temperature>,
+    magnetic_field_t: Vector3<f64>,
     gyros: Ahead,
     accelerometers: Ahead,
     elastic: Elastic,
@@ -280,6 +283,7 @@ impl Terms {
             known: *known,
             period_s,
             temperature: None,
+            magnetic_field_t: Vector3::zeros(),
             gyros: Ahead::new(known.gyro_delay_s, known.gyro_variance_s2, period_s),
             accelerometers: Ahead::new(known.accelerometer_delay_s, [0.0; 3], period_s),
             elastic: Elastic::new(known, period_s),
@@ -294,6 +298,11 @@ impl Terms {
             now_k,
             rate_k_s,
         });
+    }
+
+    /// Tells the magnetic flux density, body frame \[T\], which holds until told anew.
+    pub fn magnetic_field(&mut self, now_t: [f64; 3]) {
+        self.magnetic_field_t = now_t.into();
     }
 
     /// Takes the errors off one period's increments.
@@ -340,8 +349,12 @@ impl Terms {
         warm - asymmetry - self.by_force(velocity)
     }
 
-    /// Less what temperature does over `periods`.
+    /// Less what field and temperature do over `periods`.
     fn slow(&self, angle: Vector3<f64>, periods: f64) -> Vector3<f64> {
+        let magnetic = Vector3::from_fn(|i, _| {
+            Vector3::from(self.known.bias_magnetic[i]).dot(&self.magnetic_field_t)
+        });
+        let angle = angle - magnetic * (self.period_s * periods);
         let Some(temperature) = self.temperature else {
             return angle;
         };

@@ -13,7 +13,7 @@ pub mod accelerometers;
 pub mod dither;
 pub mod drift;
 pub mod samples;
-pub mod temperature;
+pub mod slow;
 pub mod terms;
 
 use rlg_reference::adaptation::AdaptationCalibration;
@@ -81,12 +81,11 @@ pub fn replay(
     }
 }
 
-/// The slow readings of each output period; none where the recording has no temperature.
+/// The slow readings of each output period; none where the recording has none.
 fn slow_readings(input: &ReplayInput) -> impl Iterator<Item = SlowReadings> + '_ {
-    let rows = input.temperature_k.as_deref().unwrap_or(&[]);
     let known = &input.parameters;
     let period_s = f64::from(known.samples_per_output) / known.sample_rate_hz;
-    temperature::slow_readings(rows, period_s)
+    input.slow.readings(period_s)
 }
 
 fn needs_no_term(parameters: &Parameters) -> bool {
@@ -145,10 +144,13 @@ fn through_reference(input: &ReplayInput, parameters: &Parameters) -> Replay {
             if row % usize::from(parameters.samples_per_output) == 0
                 && let Some(readings) = slow.next()
             {
-                chain.temperature(
-                    readings.temperature_k.map(f64::from),
-                    readings.temperature_rate_k_s.map(f64::from),
-                );
+                if readings.temperature_k != [0.0; 3] {
+                    chain.temperature(
+                        readings.temperature_k.map(f64::from),
+                        readings.temperature_rate_k_s.map(f64::from),
+                    );
+                }
+                chain.magnetic_field(readings.magnetic_field_t.map(f64::from));
             }
             let velocity = input.velocity_m_s.as_ref();
             let reading = Reading {

@@ -20,7 +20,7 @@
 
 use crate::accelerometers::{self, VELOCITY_WEIGHT_M_S, velocity_rows};
 use crate::dither;
-use crate::temperature;
+use crate::slow::{Outputs, Slow};
 use rlg_model::Model;
 use rlg_parameters::{
     ACCELERATION_ORDER, DitherMotion, SAMPLES_PER_OUTPUT, Unit, reference_is_no_truth,
@@ -80,8 +80,8 @@ pub struct ReplayInput {
     pub pickoff_rad: Vec<[f64; 3]>,
     /// Velocity increments as recorded \[m/s\], where there are accelerometers that can be used.
     pub velocity_m_s: Option<Vec<[f64; 3]>>,
-    /// Temperatures of the gyros \[K\], a row per output period, where the recording has them and a term uses them.
-    pub temperature_k: Option<Vec<[f64; 3]>>,
+    /// What is measured slowly, a row per output period.
+    pub slow: Slow,
     /// Why accelerometers that are there cannot be used.
     pub velocity_refused: Option<String>,
     /// The case's increments by the recording's reference \[rad\], NaN where it was not measured.
@@ -166,11 +166,13 @@ pub fn samples_from_recording(
         samples: vec![Sample::default(); kept.len()],
         sensed_rad: vec![[0.0; 3]; kept.len()],
         pickoff_rad,
-        temperature_k: temperature::at_outputs(
+        slow: Slow::at(
             recording,
-            start_s,
-            f64::from(setup.samples_per_output) / rate_hz,
-            kept.len() / fewest,
+            Outputs {
+                start_s,
+                period_s: f64::from(setup.samples_per_output) / rate_hz,
+                count: kept.len() / fewest,
+            },
         ),
         velocity_m_s,
         velocity_refused,

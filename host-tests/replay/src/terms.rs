@@ -32,6 +32,7 @@ pub fn term_calibration(records: &TermRecords) -> TermCalibration {
         elastic_by_jerk: nine(TermKind::ElasticRateByJerk),
         tilt_by_force: six(records.values(TermKind::AxisTiltByForce)),
         bias_by_force_squared: records.values(TermKind::GyroG2Bias),
+        bias_magnetic: nine(TermKind::GyroBiasMagnetic),
         dither_cubic: records.values(TermKind::DitherCubic),
         dither_crosstalk: six(records.values(TermKind::DitherCrosstalk)),
         accelerometer_quadratic: records.values(TermKind::AccelQuadratic),

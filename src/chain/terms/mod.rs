@@ -29,6 +29,8 @@ pub mod force;
 
 pub mod force_products;
 
+pub mod magnetic;
+
 pub mod records;
 
 pub mod response;
@@ -43,6 +45,7 @@ pub use elastic::ElasticRate;
 pub use flexure::{CubicFlexure, ResonantFlexure};
 pub use force::BiasByForce;
 pub use force_products::ForceProducts;
+pub use magnetic::MagneticBias;
 pub use records::{RecordError, TermKind, TermKinds, TermRecords};
 pub use response::{AccelerometerDelay, GyroResponse};
 pub use scale::ScaleByRate;
@@ -57,6 +60,7 @@ use crate::chain::triad::{CrossAxis, Triad};
 /// Every term of this library, in the order in which they act.
 pub type AllTerms<N> = (
     Temperature,
+    MagneticBias,
     DitherErrors<N>,
     GyroResponse<N>,
     ScaleByRate<N>,
@@ -77,6 +81,8 @@ pub struct SlowReadings {
     pub temperature_k: [f32; 3],
     /// Its derivative \[K/s\].
     pub temperature_rate_k_s: [f32; 3],
+    /// Magnetic flux density, body frame \[T\].
+    pub magnetic_field_t: [f32; 3],
 }
 
 /// What an output period has summed when [`Term::angles`] is called.

@@ -102,6 +102,8 @@ term_kinds! {
     AxisFlexureCubic = 19, "axis_flexure_cubic", 6;
     /// K ×6 \[s²\], frequency \[Hz\], damping \[1\]: δ_ij″ + 2ζΩ₀ δ_ij′ + Ω₀² δ_ij = −Ω₀² K_ij α_j.
     AxisFlexureMode = 20, "axis_flexure_mode", 8;
+    /// c ×9, rows \[rad/s/T\]: gyro i reads Σ c_ij B_j more.
+    GyroBiasMagnetic = 21, "gyro_bias_magnetic", 9;
 }
 
 impl fmt::Display for TermKind {
@@ -269,8 +271,20 @@ impl TermRecords {
     ///
     /// # Errors
     /// The first record that is not one, by its kind.
-    pub fn from_bytes(mut bytes: &[u8]) -> Result<Self, RecordError> {
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, RecordError> {
         let mut records = Self::NONE;
+        records.read(bytes)?;
+        Ok(records)
+    }
+
+    /// Replaces these records by those in the bytes.
+    ///
+    /// # Errors
+    /// The first record that is not one, by its kind; those before it are here.
+    pub fn read(&mut self, mut bytes: &[u8]) -> Result<(), RecordError> {
+        self.bytes.fill(0);
+        self.length = 0;
+        self.kinds = TermKinds::NONE;
         while let Some((&[k0, k1, b0, b1], rest)) = bytes.split_first_chunk::<HEADER_BYTES>() {
             let number = u16::from_le_bytes([k0, k1]);
             let length = u16::from_le_bytes([b0, b1]);
@@ -281,11 +295,11 @@ impl TermRecords {
             let Some((values, rest)) = rest.split_at_checked(usize::from(length)) else {
                 return Err(RecordError::Truncated);
             };
-            records.push_bytes(kind, values)?;
+            self.push_bytes(kind, values)?;
             bytes = rest;
         }
         if bytes.is_empty() {
-            Ok(records)
+            Ok(())
         } else {
             Err(RecordError::Truncated)
         }

@@ -15,11 +15,12 @@ use heapless::spsc::Queue;
 use stm32f4::stm32f405::Peripherals;
 use trueaxis::bank_bus::CounterBank;
 use trueaxis::counter_bank::AccelerometerInput;
+use trueaxis::parameter_slots::Loaded;
 use trueaxis::{BootReport, TelemetryFrame};
 
 use self::watchdog::Watchdog;
 use super::background::Background;
-use super::boot::boot;
+use super::boot::{self, boot};
 use super::clock;
 use super::failure;
 use super::flash::SlotFlash;
@@ -69,7 +70,9 @@ fn main() -> ! {
         report.last_failure_place = place;
     }
 
-    let booted = boot(
+    let mut loaded = Loaded::none();
+    let report_of_boot = boot(
+        &mut loaded,
         SlotFlash::new(peripherals.FLASH),
         supply::suffices(&peripherals.PWR),
         report,
@@ -81,18 +84,18 @@ fn main() -> ! {
     let bus = Spi::new(peripherals.SPI1, peripherals.GPIOA, &rcc, clocks.apb2_hz);
     let bank = CounterBank::new(bus, ACCELEROMETERS);
     let mut link = Link::new(queued, serial);
-    let mut background = Background::new(&booted.parameters);
+    let mut background = Background::new(&loaded.parameters);
     let mut watchdog = Watchdog::start(peripherals.IWDG, &debug);
 
     SAMPLING.lend(|| {
         // First: it takes more than a period to make.
-        let processor = booted.processor();
+        let processor = boot::processor(&loaded, report_of_boot);
         let timer = SampleTimer::new(
             peripherals.TIM2,
             peripherals.TIM5,
             &rcc,
             clocks.timer_hz,
-            booted.parameters.sample_rate_hz,
+            loaded.parameters.sample_rate_hz,
         );
         Sampling::new(bank, processor, frames, timer.started())
     });

@@ -25,12 +25,13 @@ use stm32f4::stm32f405::Peripherals;
 use trueaxis::bank_bus::CounterBank;
 use trueaxis::bank_record::BankRecord;
 use trueaxis::counter_bank::AccelerometerInput;
+use trueaxis::parameter_slots::Loaded;
 use trueaxis::run_report::{RunOutcome, RunReport};
 use trueaxis::{BootReport, TelemetryFrame};
 
 use self::bank_file::{BankFile, LINK_HELD, Records, read_ahead, ticks};
 use super::background::Background;
-use super::boot::boot;
+use super::boot::{self, boot};
 use super::clock;
 use super::flash::SlotFlash;
 use super::link::Link;
@@ -83,7 +84,9 @@ fn run(
     let clocks = clock::start(&rcc, &peripherals.FLASH, &peripherals.PWR);
     // The emulator has no voltage detector; so mending runs until the flash does not take the write.
     let supply_suffices = true;
-    let booted = boot(
+    let mut loaded = Loaded::none();
+    let report_of_boot = boot(
+        &mut loaded,
         SlotFlash::new(peripherals.FLASH),
         supply_suffices,
         // It resets for no reason and keeps no failure.
@@ -99,17 +102,17 @@ fn run(
 
     let serial = Serial::new(peripherals.USART1, &peripherals.GPIOA, &rcc, clocks.apb2_hz);
     let mut link = Link::new(queued, serial);
-    let mut background = Background::new(&booted.parameters);
+    let mut background = Background::new(&loaded.parameters);
     if total > 0 {
         SAMPLING.lend(|| {
             // First: it takes more than a period of the board's slowest clock to make.
-            let processor = booted.processor();
+            let processor = boot::processor(&loaded, report_of_boot);
             let timer = SampleTimer::new(
                 peripherals.TIM2,
                 peripherals.TIM5,
                 &rcc,
                 TIMER_HZ,
-                booted.parameters.sample_rate_hz,
+                loaded.parameters.sample_rate_hz,
             );
             let bus = BankFile::new(record_queue, timer.period_ticks());
             let bank = CounterBank::new(bus, AccelerometerInput::Counters);
@@ -132,19 +135,9 @@ fn run(
         }
     }
     // The last record must not hold the interrupt beyond its period, or one more would slip in here.
-    let sampling = SAMPLING.take_back();
+    let mut report = stop_sampling();
     while link.poll() {}
 
-    let mut report = RunReport::empty(RunOutcome::Complete);
-    if let Some(sampling) = &sampling {
-        report.between_outputs = sampling.costs.chain_between_outputs;
-        report.with_output = sampling.costs.chain_with_output;
-        report.beginning = sampling.costs.chain_beginning;
-        report.processor = sampling.costs.processor;
-        report.interrupt = sampling.costs.interrupt;
-        report.reading_overhead = sampling.timer.reading_overhead();
-        report.health = sampling.processor.health_items();
-    }
     report.periods = WATCH.served.load(Ordering::Relaxed);
     report.frames = link.frames_sent();
     report.stack_used_bytes = stack::used_bytes();
@@ -155,4 +148,21 @@ fn run(
         report.frames
     );
     Ok(report)
+}
+
+/// Masks the interrupt for good and reports what it measured. Not inlined: what it takes back is large, and would lie on
+/// the stack during all of the run.
+#[inline(never)]
+fn stop_sampling() -> RunReport {
+    let mut report = RunReport::empty(RunOutcome::Complete);
+    if let Some(sampling) = SAMPLING.take_back() {
+        report.between_outputs = sampling.costs.chain_between_outputs;
+        report.with_output = sampling.costs.chain_with_output;
+        report.beginning = sampling.costs.chain_beginning;
+        report.processor = sampling.costs.processor;
+        report.interrupt = sampling.costs.interrupt;
+        report.reading_overhead = sampling.timer.reading_overhead();
+        report.health = sampling.processor.health_items();
+    }
+    report
 }

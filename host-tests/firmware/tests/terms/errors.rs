@@ -2,7 +2,7 @@
 
 use trueaxis::TermKind as K;
 
-use crate::unit::{Error, acceleration, motion, true_forces, true_rates};
+use crate::unit::{Error, acceleration, field_t, motion, true_forces, true_rates};
 
 /// Temperatures over those at the start \[K\], as the records' reference of 0 has it.
 fn warmed(t: f64) -> [f64; 3] {
@@ -50,6 +50,8 @@ const ELASTIC_BY_JERK: [[f64; 3]; 3] = [
     [1e-8, 4e-9, -2e-8],
     [2e-8, 1e-8, -3e-9],
 ];
+/// 0.1 °/h per Gauss.
+const MAGNETIC: [[f64; 3]; 3] = [[5e-3, -2e-3, 1e-3], [1e-3, 4e-3, 3e-3], [-3e-3, 2e-3, 5e-3]];
 /// A hundredth of a suspension's flexure at 100 rad/s².
 const CUBIC_FLEXURE: [f64; 6] = [1e-13, -5e-14, 8e-14, 1e-13, -9e-14, 7e-14];
 /// A suspension whose mode is in the motion's reach.
@@ -185,6 +187,11 @@ pub fn errors() -> Vec<Error> {
             "elastic rate by jerk",
             vec![(K::ElasticRateByJerk, ELASTIC_BY_JERK.concat())],
             |t| more(t, |i| dot(ELASTIC_BY_JERK[i], motion(t).rate_second)),
+        ),
+        of_gyros(
+            "bias by magnetic field",
+            vec![(K::GyroBiasMagnetic, MAGNETIC.concat())],
+            |t| more(t, |i| dot(MAGNETIC[i], field_t(t))),
         ),
         of_gyros(
             "flexure, cubic",

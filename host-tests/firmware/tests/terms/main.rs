@@ -102,9 +102,12 @@ fn any_sample() -> impl Strategy<Value = Sample> {
 fn any_slow() -> impl Strategy<Value = SlowReadings> {
     let word = || prop_oneof![200.0..400.0f32, any::<u32>().prop_map(f32::from_bits)];
     let three = move || [word(), word(), word()];
-    (three(), three()).prop_map(|(temperature_k, temperature_rate_k_s)| SlowReadings {
-        temperature_k,
-        temperature_rate_k_s,
+    (three(), three(), three()).prop_map(|(temperature_k, temperature_rate_k_s, field)| {
+        SlowReadings {
+            temperature_k,
+            temperature_rate_k_s,
+            magnetic_field_t: field.map(|value| value * 1e-4),
+        }
     })
 }
 

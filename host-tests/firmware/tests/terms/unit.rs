@@ -215,12 +215,18 @@ fn integral(of: fn(f64) -> [f64; 3], begin: f64) -> [f64; 3] {
     sum
 }
 
+/// The field of a magnet that comes near \[T\].
+pub fn field_t(t: f64) -> [f64; 3] {
+    [2e-5 + 1e-4 * t, -1e-5, 4e-5 - 5e-5 * t]
+}
+
 /// The slow readings at a time, told twice an output period.
 pub fn slow(t: f64) -> SlowReadings {
     let now = motion(t);
     SlowReadings {
         temperature_k: now.temperature_k.map(|value| value as f32),
         temperature_rate_k_s: now.temperature_rate_k_s.map(|value| value as f32),
+        magnetic_field_t: field_t(t).map(|value| value as f32),
     }
 }
 

@@ -22,7 +22,7 @@ use crate::unit::{Triad, as_built, reading};
 const SAMPLES: usize = 80_000;
 
 /// Every kind at a realistic size.
-const RECORDS: [(TermKind, &[f64]); 20] = [
+const RECORDS: [(TermKind, &[f64]); 21] = [
     (
         TermKind::GyroBiasTemperature,
         &[
@@ -58,6 +58,10 @@ const RECORDS: [(TermKind, &[f64]); 20] = [
     (TermKind::GyroG2Bias, &[1e-9, -2e-9, 1.5e-9]),
     (TermKind::AccelQuadratic, &[2e-6, -1e-6, 3e-6]),
     (
+        TermKind::GyroBiasMagnetic,
+        &[2e-3, -1e-3, 3e-3, 1e-3, 2e-3, 0.0, -2e-3, 1e-3, 1e-3],
+    ),
+    (
         TermKind::AxisFlexureCubic,
         &[3e-13, -2e-13, 1e-13, 3e-13, -1e-13, 2e-13],
     ),
@@ -76,7 +80,7 @@ const RECORDS: [(TermKind, &[f64]); 20] = [
     ),
     (
         TermKind::ElasticRateByJerk,
-        &[5e-9, -1e-8, 2e-8, 1e-8, 4e-9, -2e-8, 2e-8, 1e-8, -3e-9],
+        &[1e-9, -2e-9, 3e-9, 2e-9, 1e-9, -3e-9, 3e-9, 2e-9, -1e-9],
     ),
 ];
 
@@ -121,6 +125,7 @@ fn slow(t: f64) -> SlowReadings {
     SlowReadings {
         temperature_k: [293.0 + 0.5 * t, 294.0 + 0.4 * t, 295.0 + 0.3 * t].map(|k| k as f32),
         temperature_rate_k_s: [0.5, 0.4, 0.3],
+        magnetic_field_t: [2e-5, -1e-5, 4e-5].map(|b: f64| (b * (1.0 + 0.1 * t)) as f32),
     }
 }
 
@@ -145,6 +150,7 @@ fn apart<N: NumberSystem>(known: &Parameters, of_reference: &Parameters, lossy: 
                 readings.temperature_k.map(f64::from),
                 readings.temperature_rate_k_s.map(f64::from),
             );
+            reference.magnetic_field(readings.magnetic_field_t.map(f64::from));
         }
         let (rates, forces) = motion(t);
         let mut sample = triad.read(k, Vector3::from(rates) * PERIOD_S);

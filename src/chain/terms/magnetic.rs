@@ -1,0 +1,56 @@
+//! Corrects the gyros' bias by the magnetic field: Σ_j c_ij B_j.
+//!
+//! It takes slow readings \[T\] and gives bias \[fine units per sample\], so that a sample costs nothing. The field of a
+//! reading holds until the next one: where the unit turns in it, the readings' rate must follow.
+
+use crate::chain::design_parameters::{BIAS_LIMIT_RAD_S, MAGNETIC_FIELD_LIMIT_T};
+use crate::chain::numbers::NumberSystem;
+use crate::chain::numbers::exact::fine_of_f32;
+use crate::chain::parameters::{ParameterError, Parameters};
+use crate::chain::terms::{SlowReadings, Term, TermKind, TermKinds};
+
+/// Configuration: c T, rows by gyro \[rad/T\].
+#[derive(Debug, Clone, Copy)]
+pub struct MagneticBias([[f32; 3]; 3]);
+
+/// The bias in force \[fine units per sample\].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct MagneticBiasState([i64; 3]);
+
+impl<N: NumberSystem> Term<N> for MagneticBias {
+    type State = MagneticBiasState;
+    const KINDS: TermKinds = TermKinds::of(&[TermKind::GyroBiasMagnetic]);
+
+    fn new(parameters: &Parameters) -> Result<Self, ParameterError> {
+        let kind = TermKind::GyroBiasMagnetic;
+        let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = parameters.terms.values::<9>(kind);
+        let rows = [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]];
+        // Written so that NaN fails.
+        let fits = |row: &[f64; 3]| {
+            let sum: f64 = row.iter().map(|c| c.abs()).sum();
+            sum * f64::from(MAGNETIC_FIELD_LIMIT_T) <= BIAS_LIMIT_RAD_S
+        };
+        if !rows.iter().all(fits) {
+            return Err(ParameterError::Term(kind));
+        }
+        let period_s = 1.0 / parameters.sample_rate_hz;
+        Ok(Self(rows.map(|row| row.map(|c| (c * period_s) as f32))))
+    }
+
+    #[inline(always)]
+    fn bias(&self, state: &MagneticBiasState) -> [i64; 3] {
+        state.0
+    }
+
+    /// A reading beyond [`MAGNETIC_FIELD_LIMIT_T`] leaves the correction as it is.
+    fn slow(&self, state: &mut MagneticBiasState, readings: &SlowReadings) {
+        let field = readings.magnetic_field_t;
+        // Written so that NaN fails.
+        if !field.iter().all(|b| b.abs() <= MAGNETIC_FIELD_LIMIT_T) {
+            return;
+        }
+        for (bias, [x, y, z]) in state.0.iter_mut().zip(self.0) {
+            *bias = fine_of_f32(x * field[0] + y * field[1] + z * field[2]);
+        }
+    }
+}
