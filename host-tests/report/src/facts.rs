@@ -19,6 +19,14 @@ pub fn facts(diagnosis: &Diagnosis) -> Markup {
             @if !diagnosis.fit.held_out.is_empty() {
                 p { b { "Held out " } (intervals(&diagnosis.fit.held_out)) "." }
             }
+            @if let Some(whole) = &diagnosis.fit.whole {
+                p {
+                    b { "All other rows " }
+                    "in sums, " (whole.blocks_per_s) " a second: " (seconds(whole.fitted_blocks_s)) " s fitted, "
+                    (seconds(whole.held_out_blocks_s)) " s held out. The intervals above were looked at row by row; places "
+                    "below " (0.5 * whole.blocks_per_s) " Hz, plots, drifts and their noise are of the sums."
+                }
+            }
             p {
                 "rlg " (diagnosis.version) ", seed " (diagnosis.seed) ", "
                 (diagnosis.trials) " hypotheses tried and counted. Body axes x, y, z; 1 °/h = 4.848 × 10⁻⁶ rad/s."

@@ -301,12 +301,12 @@ impl Spectra {
     }
 
     /// How much of each axis lies in directions about which the reference shows no more than its noise might, if all that the
-    /// fit leaves were that: there a coefficient is the noise's, whichever it is.
+    /// fit leaves of the gyro that follows best were that: there a coefficient is the noise's, whichever it is.
     ///
     /// # Inputs
     /// `kept`: least share of a coefficient that noise may leave \[1\].
     pub(crate) fn unseen(&self, fit: &Fit, weights: &Weights, kept: f64) -> [f64; 3] {
-        let mut squares = [0.0_f64; 3];
+        let mut squares = [f64::INFINITY; 3];
         for (gyro, gram) in self.grams(weights).into_iter().enumerate() {
             let bands = self.bands.iter().zip(&weights[gyro]).zip(&fit.left[gyro]);
             let left: f64 = bands
@@ -319,7 +319,7 @@ impl Spectra {
                     let is_noise = eigen.eigenvalues[k] * (1.0 - kept) < noise;
                     f64::from(u8::from(is_noise)) * eigen.eigenvectors[(axis, k)].powi(2)
                 };
-                squares[axis] = squares[axis].max((0..3).map(of_direction).sum());
+                squares[axis] = squares[axis].min((0..3).map(of_direction).sum());
             }
         }
         squares.map(f64::sqrt)

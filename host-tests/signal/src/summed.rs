@@ -59,7 +59,7 @@ mod tests {
         assert_eq!((streams.rows, streams.rate_hz), (2, 2.0));
         assert_eq!(streams.sensed_rad[1], [6.0, 22.0]);
         assert_eq!(streams.usable, [true, false]);
-        assert_eq!(streams.piece.rows, 0..2);
+        assert_eq!(streams.rows, 2);
         let temperature_k = streams.temperature_k.expect("measured");
         assert_eq!(temperature_k[2], [1.5, 5.5]);
     }
