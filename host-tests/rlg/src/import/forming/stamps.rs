@@ -83,7 +83,7 @@ impl Stamps<'_> {
         self.check()?;
         let stamps_s = &self.stamps_s;
         let (first_s, last_s) = (stamps_s[0], stamps_s[stamps_s.len() - 1]);
-        let places = places(stamps_s, self.usual_step_s());
+        let places = self.places();
         let last_place = places[places.len() - 1] as f64;
         let measured_hz = last_place / (last_s - first_s);
         let usual_s = 1.0 / measured_hz;
@@ -273,6 +273,19 @@ impl Stamps<'_> {
                 .value(self.stamps_s.len())
                 .expected("at least 2 rows")),
             _ => Ok(()),
+        }
+    }
+
+    /// The row of each stamp: one after another where as many usual steps fill the time, however each stamp jitters.
+    fn places(&self) -> Vec<usize> {
+        let stamps_s = &self.stamps_s;
+        let rows = stamps_s.len();
+        let mut steps_s: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let (_, middle_s, _) = steps_s.select_nth_unstable_by((rows - 1) / 2, f64::total_cmp);
+        let fill = (stamps_s[rows - 1] - stamps_s[0]) / *middle_s;
+        match (fill - (rows - 1) as f64).abs() < 0.5 {
+            true => (0..rows).collect(),
+            false => places(stamps_s, self.usual_step_s()),
         }
     }
 
