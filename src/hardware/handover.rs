@@ -3,12 +3,20 @@
 //! Nothing is shared, so nothing is locked: what the two exchange while both run goes through queues and atomics.
 
 use core::cell::UnsafeCell;
+use core::mem::MaybeUninit;
 use core::sync::atomic::{Ordering, compiler_fence};
 
 use stm32f4::stm32f405::{NVIC, interrupt};
 
 /// A place whose content belongs to the sampling interrupt while that is unmasked, and to the main loop otherwise.
-pub struct Handover<T>(UnsafeCell<Option<T>>);
+///
+/// The value stands first (`repr(C)`), at the place's own address. Whether there is one is told beside it: empty is all
+/// zeros, which a static takes from no flash, where `Option` would say it by some number inside the value.
+#[repr(C)]
+pub struct Handover<T> {
+    value: UnsafeCell<MaybeUninit<T>>,
+    full: UnsafeCell<bool>,
+}
 
 // SAFETY: one core; `lend` and `take_back` change the owner only while the interrupt is masked.
 unsafe impl<T: Send> Sync for Handover<T> {}
@@ -16,7 +24,10 @@ unsafe impl<T: Send> Sync for Handover<T> {}
 impl<T> Handover<T> {
     /// An empty place.
     pub const fn empty() -> Self {
-        Self(UnsafeCell::new(None))
+        Self {
+            value: UnsafeCell::new(MaybeUninit::uninit()),
+            full: UnsafeCell::new(false),
+        }
     }
 
     /// Stores the value of `make` and unmasks the interrupt, to which the value belongs from here on. `make` runs inside,
@@ -26,7 +37,10 @@ impl<T> Handover<T> {
         NVIC::mask(interrupt::TIM2);
         wait_for_mask();
         // SAFETY: the interrupt, the only other user, is masked.
-        unsafe { *self.0.get() = Some(make()) };
+        unsafe {
+            (*self.value.get()).write(make());
+            *self.full.get() = true;
+        }
         // The value must be in its place before the interrupt may come: for the compiler, which may move
         // the plain store past a register's volatile one, and for the processor.
         compiler_fence(Ordering::SeqCst);
@@ -43,15 +57,33 @@ impl<T> Handover<T> {
     pub fn take_back(&self) -> Option<T> {
         NVIC::mask(interrupt::TIM2);
         wait_for_mask();
-        // SAFETY: the interrupt, the only other user, is masked.
-        unsafe { (*self.0.get()).take() }
+        // SAFETY: the interrupt, the only other user, is masked; where `full` says so there is a value, which is taken
+        // once.
+        unsafe {
+            let full = core::mem::take(&mut *self.full.get());
+            full.then(|| (*self.value.get()).assume_init_read())
+        }
     }
 
-    /// The place itself, for the interrupt: while that runs it is unmasked, so the value belongs to it, and
-    /// it does not nest. Anybody else has no right to read or write through the pointer.
+    /// The value, for the interrupt.
+    ///
+    /// # Safety
+    /// The caller is the interrupt, which is unmasked while it runs, so that the value belongs to it; it does not nest, and
+    /// the reference ends with it.
     #[inline(always)]
-    pub fn place(&self) -> *mut Option<T> {
-        self.0.get()
+    #[expect(
+        clippy::mut_from_ref,
+        reason = "by the caller's promise there is one at a time"
+    )]
+    pub unsafe fn lent(&self) -> Option<&mut T> {
+        // SAFETY: the caller's promise.
+        unsafe {
+            if *self.full.get() {
+                Some((*self.value.get()).assume_init_mut())
+            } else {
+                None
+            }
+        }
     }
 }
 

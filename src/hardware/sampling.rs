@@ -35,13 +35,13 @@ const TRACE_ENTRIES: usize = 256;
 /// The last samples before and after the first fault; see [`trueaxis::trace`] for how a debugger reads it.
 /// The name stands in the image as it is.
 #[unsafe(no_mangle)]
-static TRACE: Trace = Trace(UnsafeCell::new(TraceRing::new()));
+static TRACE: Trace = Trace(UnsafeCell::new(TraceRing::blank()));
 
 /// The trace ring in a static; the interrupt alone writes it.
 #[repr(transparent)]
 struct Trace(UnsafeCell<TraceRing<TRACE_ENTRIES>>);
 
-// SAFETY: only the interrupt touches it, and that does not nest.
+// SAFETY: only the interrupt touches it, and that does not nest; before it, `Sampling::new` with interrupts held.
 unsafe impl Sync for Trace {}
 
 /// What the main loop sees of the interrupt. Each field is a single word and thus always whole, but fields may be a
@@ -134,13 +134,17 @@ impl CostProbe for Stopwatch<'_> {
 }
 
 impl<Spi: SpiDevice> Sampling<Spi> {
-    /// Starts with nothing measured.
+    /// Starts with nothing measured and an empty trace.
     pub fn new(
         bank: CounterBank<Spi>,
         processor: Processor<Core, Terms>,
         frames: Producer<'static, TelemetryFrame>,
         timer: SampleTimer,
     ) -> Self {
+        cortex_m::interrupt::free(|_| {
+            // SAFETY: the interrupt, the only other user, does not come meanwhile.
+            unsafe { &mut *TRACE.0.get() }.start();
+        });
         Self {
             bank,
             processor,
@@ -233,7 +237,7 @@ pub static SAMPLING: Handover<Sampling<Spi>> = Handover::empty();
 #[interrupt]
 fn TIM2() {
     // SAFETY: this is the interrupt, it does not nest in itself, and both references end with it.
-    let (sampling, trace) = unsafe { (&mut *SAMPLING.place(), &mut *TRACE.0.get()) };
+    let (sampling, trace) = unsafe { (SAMPLING.lent(), &mut *TRACE.0.get()) };
     if let Some(sampling) = sampling {
         sampling.serve_period(trace);
     }

@@ -89,14 +89,50 @@ pub struct TraceRing<const L: usize> {
 const ENDLESS: u32 = u32::MAX;
 
 impl<const L: usize> TraceRing<L> {
+    /// All zeros, which a static takes from no flash: no ring yet, until [`start`](Self::start).
+    pub const fn blank() -> Self {
+        Self {
+            magic: [0; 4],
+            version: 0,
+            entry_bytes: 0,
+            length: 0,
+            recorded: 0,
+            to_record: 0,
+            entries: [TraceEntry::EMPTY; L],
+        }
+    }
+
+    /// Makes a blank ring an empty one.
+    pub fn start(&mut self) {
+        let Self {
+            magic,
+            version,
+            entry_bytes,
+            length,
+            recorded,
+            to_record,
+            entries: _,
+        } = self;
+        *magic = Self::MAGIC;
+        *version = Self::VERSION;
+        *entry_bytes = Self::ENTRY_BYTES;
+        *length = L as u32;
+        *recorded = 0;
+        *to_record = ENDLESS;
+    }
+
+    const MAGIC: [u8; 4] = *b"RLGT";
+    const VERSION: u16 = 1;
+    const ENTRY_BYTES: u16 = size_of::<TraceEntry>() as u16;
+
     /// An empty ring.
     pub const fn new() -> Self {
         // A power of two keeps the place continuous when the count of entries wraps, and is no division.
         const { assert!(L.is_power_of_two() && L >= 2 && L <= 1 << 16) };
         Self {
-            magic: *b"RLGT",
-            version: 1,
-            entry_bytes: size_of::<TraceEntry>() as u16,
+            magic: Self::MAGIC,
+            version: Self::VERSION,
+            entry_bytes: Self::ENTRY_BYTES,
             length: L as u32,
             recorded: 0,
             to_record: ENDLESS,

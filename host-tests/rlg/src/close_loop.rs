@@ -1,10 +1,11 @@
 //! Closes the loop over every kind of effect that a build of the chain can compensate: simulate, diagnose, correct.
 //!
-//! For each [`Case`] the scenario `close-loop.toml` is simulated twice with one seed: with the effect concealed and
+//! For each [`Case`] the scenario of its [`Setting`] is simulated twice with one seed: with the effect concealed and
 //! without it. The chain runs with the model's parameters, and with those of the diagnosis, which knows nothing of the
 //! effect. What the effect does is the distance of the chain's summed output from that of the recording without the
 //! effect, whose noise is the same: rms over blocks of half a second, of the axis that is farthest off \[rad\], and \[m/s\]
-//! where the accelerometers err.
+//! where the accelerometers err. Errors of the dither swing: theirs is the rms over output periods, about
+//! the mean. (Before the first pickoff reading there is none, which is one constant angle where a pickoff is late.)
 //!
 //! Sizes are those of a unit before its calibration, so that a minute's random walk is a hundredth of most.
 //!
@@ -25,12 +26,50 @@ use crate::replay::{Core, replay};
 use crate::simulate::scenario::Scenario;
 use crate::simulate::{Simulation, simulate};
 
-/// The scenario without an effect.
-const SCENARIO: &str = include_str!("../../scenarios/close-loop.toml");
+/// The scenarios without an effect.
+const BENCH: &str = include_str!("../../scenarios/close-loop.toml");
+const DITHERED: &str = include_str!("../../scenarios/close-loop-dither.toml");
 
-/// Output periods of a block over which differences are averaged: half a second. The two recordings quantise differently,
-/// which over one period is 0.2″.
-const BLOCK_OUTPUTS: usize = 200;
+/// A magnetometer, and a coil about the bench.
+const COIL: &str = "
+[magnetic]
+navigation_field_t = [2.0e-5, 0.0, -4.4e-5]
+coil_field_t = [2.0e-4, 1.5e-4, 1.0e-4]
+coil_frequency_hz = 0.05
+sensor_noise_t = 1e-8
+sensor_weight_t = 1e-9
+rate_hz = 200.0
+";
+
+/// Where a unit is, and what is around it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Setting {
+    /// On the bench: at rest, turned, shaken, vibrated, coned, warming up.
+    Bench,
+    /// The same in a coil's magnetic field.
+    InCoil,
+    /// Vibrated and at rest, its pulses resampled.
+    Dithered,
+}
+
+impl Setting {
+    fn scenario(self) -> String {
+        match self {
+            Self::Bench => BENCH.to_owned(),
+            Self::InCoil => format!("{BENCH}{COIL}"),
+            Self::Dithered => DITHERED.to_owned(),
+        }
+    }
+
+    /// Output periods of a block over which differences are averaged: half a second. The two recordings quantise
+    /// differently, which over one period is 0.2″; with resampled pulses it is nothing.
+    fn block_outputs(self) -> usize {
+        match self {
+            Self::Bench | Self::InCoil => 200,
+            Self::Dithered => 1,
+        }
+    }
+}
 
 /// A kind at a realistic size.
 #[derive(Debug, Clone, Copy)]
@@ -41,6 +80,8 @@ pub struct Case {
     parameters: &'static str,
     /// Whether the error is one of velocity.
     of_velocity: bool,
+    /// Where it shows.
+    pub setting: Setting,
 }
 
 const fn gyros(kind: &'static str, parameters: &'static str) -> Case {
@@ -48,6 +89,14 @@ const fn gyros(kind: &'static str, parameters: &'static str) -> Case {
         kind,
         parameters,
         of_velocity: false,
+        setting: Setting::Bench,
+    }
+}
+
+const fn dither(kind: &'static str, parameters: &'static str) -> Case {
+    Case {
+        setting: Setting::Dithered,
+        ..gyros(kind, parameters)
     }
 }
 
@@ -56,6 +105,7 @@ const fn accelerometers(kind: &'static str, parameters: &'static str) -> Case {
         kind,
         parameters,
         of_velocity: true,
+        setting: Setting::Bench,
     }
 }
 
@@ -77,6 +127,15 @@ pub const CASES: &[Case] = &[
         "gyro_g_bias",
         "xx = 5.0e-7\nxy = -3.0e-7\nyy = 6.0e-7\nyz = 4.0e-7\nzz = -5.0e-7",
     ),
+    // 1 °/h per g².
+    gyros("gyro_g2_bias", "x = 4e-8\ny = -5e-8\nz = 3e-8"),
+    Case {
+        setting: Setting::InCoil,
+        ..gyros(
+            "gyro_bias_magnetic",
+            "xx = 0.05\nxy = -0.02\nyy = 0.06\nyz = 0.03\nzx = -0.02\nzz = 0.05",
+        )
+    },
     gyros("gyro_scale", "x = 200e-6\ny = -150e-6\nz = 250e-6"),
     gyros("gyro_scale_asymmetry", "x = 100e-6\ny = -80e-6\nz = 90e-6"),
     gyros("gyro_scale_quadratic", "x = 100e-6\ny = -80e-6\nz = 90e-6"),
@@ -94,16 +153,45 @@ pub const CASES: &[Case] = &[
         "axis_flexure",
         "xy = 6.9e-8\nxz = 7.1e-8\nyx = 7.5e-8\nyz = 7.3e-8\nzx = 6.7e-8\nzy = 7.6e-8",
     ),
+    gyros(
+        "axis_flexure_cubic",
+        "xy = 4e-13\nxz = 5e-13\nyx = 4.5e-13\nyz = 5e-13\nzx = 4e-13\nzy = 4e-13",
+    ),
+    gyros(
+        "axis_flexure_mode",
+        "xy = 6.9e-8\nxz = 7.1e-8\nyx = 7.5e-8\nyz = 7.3e-8\nzx = 6.7e-8\nzy = 7.6e-8\nfrequency_hz = 160.0\ndamping = 0.05",
+    ),
+    // 3 to 4 µrad per g.
+    gyros(
+        "axis_tilt_by_force",
+        "xy = 4e-7\nxz = -4e-7\nyx = 4e-7\nyz = 3e-7\nzx = -4e-7\nzy = 3e-7",
+    ),
+    // Up to 0.6″ per g.
+    gyros(
+        "elastic_rate_by_force",
+        "xx = 3e-7\nxy = -2e-7\nyy = 3e-7\nyz = 2e-7\nzx = 2e-7\nzz = -3e-7",
+    ),
+    gyros(
+        "elastic_rate_by_jerk",
+        "xx = 2e-8\nxy = -6e-8\nyx = 5e-8\nyy = 2e-8\nyz = 6e-8\nzx = 5e-8\nzz = 2e-8",
+    ),
     gyros("gyro_delay", "x = 40e-6\ny = 30e-6\nz = 50e-6"),
     gyros("gyro_bandwidth", "x = 1e-8\ny = 0.5e-8\nz = 2e-8"),
-    gyros("dither_gain", "x = 1e-3\ny = -2e-3\nz = 1.5e-3"),
-    gyros("dither_delay", "x = 5e-6\ny = -4e-6\nz = 6e-6"),
+    dither("dither_gain", "x = 1e-3\ny = -2e-3\nz = 1.5e-3"),
+    dither("dither_delay", "x = 5e-6\ny = -4e-6\nz = 6e-6"),
+    dither("dither_cubic", "x = 1e4\ny = -1.2e4\nz = 0.8e4"),
+    dither(
+        "dither_crosstalk",
+        "xy = 5e-3\nxz = -4e-3\nyx = 5e-3\nyz = 6e-3\nzx = -4e-3\nzy = 5e-3",
+    ),
     accelerometers("accel_bias", "x = 1e-2\ny = -2e-2\nz = 1.5e-2"),
     accelerometers("accel_scale", "x = 1e-3\ny = -2e-3\nz = 1.5e-3"),
     accelerometers(
         "accel_misalignment",
         "xy = 1e-3\nxz = -2e-3\nyx = 1.5e-3\nyz = 1e-3\nzx = -1e-3\nzy = 2e-3",
     ),
+    // 50 µg per g².
+    accelerometers("accel_quadratic", "x = 5e-6\ny = -4e-6\nz = 6e-6"),
     accelerometers("accel_delay", "x = 40e-6\ny = 30e-6\nz = 50e-6"),
     accelerometers(
         "size_effect",
@@ -178,27 +266,42 @@ fn sums(
 }
 
 /// rms of the difference's means over blocks, of the axis that is farthest off.
-fn apart(one: &Sums, other: &Sums, of_velocity: bool) -> f64 {
-    let first = if of_velocity { 3 } else { 0 };
+fn apart(one: &Sums, other: &Sums, case: &Case) -> f64 {
+    let first = if case.of_velocity { 3 } else { 0 };
+    let outputs = case.setting.block_outputs();
     (first..first + 3)
         .map(|at| {
             let pairs = one.iter().zip(other);
             let differences: Vec<f64> = pairs.map(|(one, other)| one[at] - other[at]).collect();
-            let blocks = differences.chunks_exact(BLOCK_OUTPUTS);
+            let blocks = differences.chunks_exact(outputs);
             let count = blocks.len().max(1) as f64;
-            let mean = |block: &[f64]| block.iter().sum::<f64>() / BLOCK_OUTPUTS as f64;
-            (blocks.map(|block| mean(block).powi(2)).sum::<f64>() / count).sqrt()
+            let mean = |block: &[f64]| block.iter().sum::<f64>() / block.len() as f64;
+            let offset = match case.setting {
+                Setting::Dithered => mean(&differences),
+                Setting::Bench | Setting::InCoil => 0.0,
+            };
+            (blocks
+                .map(|block| (mean(block) - offset).powi(2))
+                .sum::<f64>()
+                / count)
+                .sqrt()
         })
         .fold(0.0, f64::max)
 }
 
-fn simulated(effect: &str, place: &Path, seed: u64) -> Result<Simulation, InputError> {
-    let scenario = Scenario::parse(&format!("{SCENARIO}\n{effect}"), place)?;
+fn simulated(
+    setting: Setting,
+    effect: &str,
+    place: &Path,
+    seed: u64,
+) -> Result<Simulation, InputError> {
+    let scenario = Scenario::parse(&format!("{}\n{effect}", setting.scenario()), place)?;
     Ok(simulate(&scenario, seed, |_| {}))
 }
 
-/// The scenario without an effect, through the chain: once for all cases.
+/// A setting's scenario without an effect, through the chain: once for all its cases.
 pub struct Twin {
+    setting: Setting,
     seed: u64,
     f32: Sums,
     fixed: Sums,
@@ -206,28 +309,34 @@ pub struct Twin {
 
 impl Twin {
     /// Simulates it.
-    pub fn new(seed: u64) -> Result<Self, InputError> {
+    pub fn new(setting: Setting, seed: u64) -> Result<Self, InputError> {
         let place = Path::new("close-loop.toml");
-        let clean = simulated("", place, seed)?;
+        let clean = simulated(setting, "", place, seed)?;
         let runner = Runner {
             recording: &clean.recording,
             place,
         };
         Ok(Self {
+            setting,
             seed,
             f32: runner.sums(&clean.model, Core::F32)?,
             fixed: runner.sums(&clean.model, Core::Fixed)?,
         })
     }
 
-    /// Closes the loop over one case; `stage` is told what the diagnosis does.
+    /// The setting that it is the twin of.
+    pub fn setting(&self) -> Setting {
+        self.setting
+    }
+
+    /// Closes the loop over one case of the setting; `stage` is told what the diagnosis does.
     pub fn close(&self, case: &Case, stage: &(dyn Fn(&str) + Sync)) -> Result<Row, InputError> {
         let place = Path::new("close-loop.toml");
         let effect = format!(
             "[[effect]]\nkind = \"{}\"\nconcealed = true\n{}\n",
             case.kind, case.parameters
         );
-        let simulation = simulated(&effect, place, self.seed)?;
+        let simulation = simulated(self.setting, &effect, place, self.seed)?;
         let runner = Runner {
             recording: &simulation.recording,
             place,
@@ -244,7 +353,7 @@ impl Twin {
             } else {
                 &self.fixed
             };
-            Ok::<_, InputError>(apart(&runner.sums(model, core)?, twin, case.of_velocity))
+            Ok::<_, InputError>(apart(&runner.sums(model, core)?, twin, case))
         };
         Ok(Row {
             kind: case.kind,

@@ -295,11 +295,11 @@ impl NumberSystem for Fixed {
         tilt.max(limit.wrapping_neg()).min(limit)
     }
     #[inline(always)]
-    fn cubed(acceleration: i32) -> i32 {
+    fn cubed(acceleration: i32, less: i32) -> i32 {
         let a = acceleration.max(CUBE_END.wrapping_neg()).min(CUBE_END);
-        // Of the end's square, in 30 bits.
-        let square = (wide(a, a) >> (2 * CUBE_BITS - 30)) as i32;
-        (wide(a, square) >> 30) as i32
+        // Of the end's square, as a filter coefficient.
+        let square = (wide(a, a) >> (2 * CUBE_BITS - FILTER)) as i32;
+        (wide(a, square.wrapping_sub(less)) >> FILTER) as i32
     }
     #[inline(always)]
     fn section(

@@ -163,10 +163,10 @@ impl NumberSystem for F32 {
         tilt.max(-limit).min(limit)
     }
     #[inline(always)]
-    fn cubed(acceleration: f32) -> f32 {
-        let a = acceleration.max(-CUBE_END).min(CUBE_END);
+    fn cubed(acceleration: f32, less: f32) -> f32 {
+        let a = acceleration.clamp(-CUBE_END, CUBE_END);
         let ratio = a * (1.0 / CUBE_END);
-        a * (ratio * ratio)
+        a * (ratio * ratio - less)
     }
     #[inline(always)]
     fn section(

@@ -452,17 +452,20 @@ impl NumberSystem for Interval {
         }
     }
     #[track_caller]
-    fn cubed(acceleration: Span) -> Span {
-        // It grows with a, so that its extremes stand at the ends.
-        let of = |a: i128| {
-            let a = a.clamp(-(1 << CUBE_BITS), 1 << CUBE_BITS);
-            (a * ((a * a) >> (2 * CUBE_BITS - 30))) >> 30
+    fn cubed(acceleration: Span, less: Span) -> Span {
+        // The square is of 0 to 1: both factors are taken to be independent.
+        let held = |a: i128| a.clamp(-(1 << CUBE_BITS), 1 << CUBE_BITS);
+        let a = Span {
+            low: held(acceleration.low),
+            high: held(acceleration.high),
         };
-        let span = Span {
-            low: of(acceleration.low),
-            high: of(acceleration.high),
+        let most = a.low.abs().max(a.high.abs());
+        let square = Span {
+            low: 0,
+            high: (most * most) >> (2 * CUBE_BITS - FILTER),
         };
-        word(Operation::Acceleration, span)
+        let factor = word(Operation::FilterCoefficient, square.minus(less));
+        word(Operation::Acceleration, a.times(factor).down(FILTER))
     }
     /// The inputs' span times the ℓ¹ norm of the impulse response, with what rounding adds: intervals of a lightly damped
     /// section (|c₁| + |c₂| > 1) would grow without end. Joined with the outputs so far.

@@ -160,8 +160,9 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     fn tilt_limit(value: f64) -> Self::Tilt;
     /// The tilt, held within ±limit.
     fn hold_tilt(tilt: Self::Tilt, limit: Self::Tilt) -> Self::Tilt;
-    /// a³ over [`CUBE_REACH`]², a held within ±[`CUBE_REACH`].
-    fn cubed(acceleration: Self::Acceleration) -> Self::Acceleration;
+    /// a ((a/r)² − less), r = [`CUBE_REACH`], a held within ±r, less within 0 to 1.
+    fn cubed(acceleration: Self::Acceleration, less: Self::FilterCoefficient)
+    -> Self::Acceleration;
     /// A section of second order: Σ factor × value over the input, its last two values and the last two outputs, to
     /// nearest. The result must be within ±1/8.
     fn section(

@@ -11,6 +11,7 @@ use crate::chain::design_parameters::{SCALE_ERROR_LIMIT, SLOPE_LIMIT, VELOCITY_L
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::VELOCITY_UNIT_M_S;
 use crate::chain::parameters::{ParameterError, Parameters};
+use crate::chain::terms::records::{largest, scale};
 use crate::chain::terms::{Term, TermKind, TermKinds};
 use crate::chain::triad::Triad;
 
@@ -32,11 +33,12 @@ impl<N: NumberSystem> Term<N> for AccelerometerQuadratic<N> {
         let kind = TermKind::AccelQuadratic;
         let per_force =
             VELOCITY_UNIT_M_S * parameters.increment_unit_rad() * parameters.sample_rate_hz;
-        let slopes = parameters.terms.values::<3>(kind).map(|q| -q * per_force);
-        // Written so that NaN fails.
+        let mut slopes = parameters.terms.values::<3>(kind);
+        scale(&mut slopes, -per_force);
+        let most = largest(&slopes);
         let reach = VELOCITY_LIMIT_M_S / VELOCITY_UNIT_M_S;
-        let fits = |s: &f64| (s * reach).abs() <= SCALE_ERROR_LIMIT && s.abs() <= SLOPE_LIMIT;
-        if slopes.iter().all(fits) {
+        // Written so that NaN fails.
+        if most * reach <= SCALE_ERROR_LIMIT && most <= SLOPE_LIMIT {
             Ok(Self(slopes.map(N::slope)))
         } else {
             Err(ParameterError::Term(kind))

@@ -155,8 +155,8 @@ impl<N: NumberSystem> DitherErrors<N> {
     #[cold]
     #[inline(never)]
     fn begin(&self, state: &mut DitherErrorsState<N>, previous: &[i32; 3]) {
-        for axis in 0..3 {
-            state.past[axis] = self.pickoffs[axis].angle(previous[axis]);
+        for (axis, code) in previous.iter().enumerate() {
+            state.past[axis] = self.pickoffs[axis].angle(*code);
         }
         state.ahead = self.ahead(state.past, state.past);
         state.current = true;
@@ -213,8 +213,8 @@ impl<N: NumberSystem> Term<N> for DitherErrors<N> {
             now[axis] = self.pickoffs[axis].angle(codes[axis]);
         }
         let ahead = self.ahead(now, state.past);
-        for axis in 0..3 {
-            let step = ahead[axis].wrapping_sub(state.ahead[axis]);
+        for (axis, ahead) in ahead.iter().enumerate() {
+            let step = ahead.wrapping_sub(state.ahead[axis]);
             let held = step.max(LIMIT.wrapping_neg()).min(LIMIT);
             state.gained[axis] = N::pulses(self.weight, held);
         }

@@ -23,6 +23,7 @@ use crate::chain::numbers::exact::VELOCITY_UNIT_M_S;
 use crate::chain::parameters::{ParameterError, Parameters};
 use crate::chain::terms::ends::{Ends, LARGEST_AHEAD};
 use crate::chain::terms::force_products::LARGEST_VELOCITY;
+use crate::chain::terms::records::scale;
 use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds};
 use crate::chain::triad::Triad;
 
@@ -60,28 +61,29 @@ pub struct ElasticRateState<N: NumberSystem> {
     ends: Ends<N>,
 }
 
-/// Rows of nine values times −`factor`, if what each row makes of `largest` fits half of E; the error names the kind.
+/// Rows of nine values times −`factor`, if what each row makes of `reach` fits half of E; the error names the kind.
+#[inline(never)]
 fn rows(
     parameters: &Parameters,
     kind: TermKind,
     factor: f64,
-    largest: f64,
+    reach: f64,
 ) -> Result<[[f64; 3]; 3], ParameterError> {
-    let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = parameters.terms.values::<9>(kind);
-    let rows = [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]].map(|row| row.map(|v| -v * factor));
-    // Written so that NaN fails.
-    let fits =
-        |row: &[f64; 3]| row.iter().map(|v| v.abs()).sum::<f64>() * largest <= 0.5 * LARGEST_AHEAD;
-    if rows.iter().all(fits)
-        && rows
-            .as_flattened()
-            .iter()
-            .all(|v| v.abs() <= SLOPE_LIMIT / 8.0)
-    {
-        Ok(rows)
-    } else {
-        Err(ParameterError::Term(kind))
+    let mut values = parameters.terms.values::<9>(kind);
+    scale(&mut values, -factor);
+    let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = values;
+    let rows = [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]];
+    for row in &rows {
+        let mut sum = 0.0;
+        for value in row {
+            sum += value.abs();
+        }
+        // Written so that NaN fails; no value is beyond what its row is within.
+        if !(sum * reach <= 0.5 * LARGEST_AHEAD && sum <= SLOPE_LIMIT / 8.0) {
+            return Err(ParameterError::Term(kind));
+        }
     }
+    Ok(rows)
 }
 
 impl<N: NumberSystem> ElasticRate<N> {

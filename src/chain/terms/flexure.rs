@@ -27,12 +27,15 @@ use crate::chain::design_parameters::{
 };
 use crate::chain::numbers::{CUBE_REACH, NumberSystem};
 use crate::chain::parameters::{ParameterError, Parameters};
+use crate::chain::terms::records::{largest, scale};
 use crate::chain::terms::{Term, TermKind, TermKinds};
 use crate::chain::triad::{CrossAxis, Triad};
 
 /// Six factors by pair, with the sign with which a tilt −K α enters Eq. (7).
 fn signed([xy, xz, yx, yz, zx, zy]: [f64; 6], factor: f64) -> [f64; 6] {
-    [-xy, xz, yx, -yz, -zx, zy].map(|value| value * factor)
+    let mut signed = [-xy, xz, yx, -yz, -zx, zy];
+    scale(&mut signed, factor);
+    signed
 }
 
 /// Axis whose acceleration bends each of the six pairs.
@@ -65,7 +68,8 @@ fn add<N: NumberSystem>(
 #[derive(Debug, Clone, Copy)]
 pub struct CubicFlexure<N: NumberSystem> {
     cubic: [N::Flexure; 6],
-    linear: [N::Flexure; 6],
+    /// 3σ² in units of the largest acceleration's square, by axis.
+    less: [N::FilterCoefficient; 3],
     limit: N::Tilt,
     acts: bool,
 }
@@ -101,23 +105,22 @@ impl<N: NumberSystem> Term<N> for CubicFlexure<N> {
         // Of a cube in units of the largest that is formed.
         let cubic = signed(q, per_unit * per_unit * per_unit * CUBE_REACH * CUBE_REACH);
         let per_pulse = variance_per_pulse(parameters);
-        let variance = parameters
-            .pulse_weight_rad
-            .map(|pulse| per_pulse * (pulse * rate * rate) * (pulse * rate * rate));
-        let mut linear = signed(q, per_unit);
-        for (value, axis) in linear.iter_mut().zip(AXIS_OF_PAIR) {
-            *value *= -3.0 * variance[axis];
-        }
-        // Written so that NaN fails.
-        let fits = |v: &f64| v.abs() < SCALED_FLEXURE_LIMIT;
-        if !(cubic.iter().all(fits) && linear.iter().all(fits)) {
+        let per_reach = 1.0 / (CUBE_REACH * parameters.increment_unit_rad());
+        let less = parameters.pulse_weight_rad.map(|pulse| {
+            let of_reach = pulse * per_reach;
+            3.0 * per_pulse * of_reach * of_reach
+        });
+        let acts = q != [0.0; 6];
+        // Pulses so coarse that their noise is beyond what is cubed leave nothing to correct. Written so that NaN fails.
+        let fits = largest(&cubic) < SCALED_FLEXURE_LIMIT && (!acts || largest(&less) <= 1.0);
+        if !fits {
             return Err(ParameterError::Term(TermKind::AxisFlexureCubic));
         }
         Ok(Self {
             cubic: cubic.map(N::flexure),
-            linear: linear.map(N::flexure),
+            less: less.map(|less| N::filter_coefficient(if acts { less } else { 0.0 })),
             limit: N::tilt_limit(FLEXURE_TERM_LIMIT_RAD),
-            acts: q != [0.0; 6],
+            acts,
         })
     }
 
@@ -136,11 +139,13 @@ impl<N: NumberSystem> Term<N> for CubicFlexure<N> {
             return tilts;
         }
         let acceleration = acceleration.to_array();
-        let cubes = acceleration.map(N::cubed);
+        let mut cubes = [N::Acceleration::default(); 3];
+        for axis in 0..3 {
+            cubes[axis] = N::cubed(acceleration[axis], self.less[axis]);
+        }
         let mut more = [N::Tilt::default(); 6];
         for (at, axis) in AXIS_OF_PAIR.into_iter().enumerate() {
-            let cubic = N::tilt(self.cubic[at], cubes[axis]);
-            more[at] = N::add_tilt(cubic, N::tilt(self.linear[at], acceleration[axis]));
+            more[at] = N::tilt(self.cubic[at], cubes[axis]);
         }
         add::<N>(tilts, more, self.limit)
     }
@@ -247,9 +252,9 @@ impl<N: NumberSystem> Term<N> for ResonantFlexure<N> {
         let filter = parameters.acceleration_coefficients();
         let (section, norm) = section(TAU * cycles, damping, filter);
         let reach = ACCELERATION_LIMIT_RAD * norm.max(1.0);
-        let fits =
-            |k: &f64| k.abs() < SCALED_FLEXURE_LIMIT && k.abs() * reach <= LARGEST_IN_SECTION_RAD;
-        if !(k.iter().all(fits) && section.iter().all(|value| value.abs() < 2.0)) {
+        let most = largest(&k);
+        let fits = most < SCALED_FLEXURE_LIMIT && most * reach <= LARGEST_IN_SECTION_RAD;
+        if !(fits && largest(&section) < 2.0) {
             return error;
         }
         Ok(Self {

@@ -10,6 +10,7 @@ use crate::chain::design_parameters::BIAS_BY_FORCE_LIMIT;
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::{ExactCoefficient, VELOCITY_UNIT_M_S};
 use crate::chain::parameters::{ParameterError, Parameters};
+use crate::chain::terms::records::{largest, scale};
 use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds};
 
 /// Configuration: −G, rows by gyro \[rad per unit of velocity\].
@@ -22,17 +23,18 @@ impl<N: NumberSystem> Term<N> for BiasByForce {
     const NEEDS_FORCE: bool = true;
 
     fn new(parameters: &Parameters) -> Result<Self, ParameterError> {
-        let values = parameters.terms.values::<9>(TermKind::GyroGBias);
-        let limit = BIAS_BY_FORCE_LIMIT;
+        let kind = TermKind::GyroGBias;
+        let mut values = parameters.terms.values::<9>(kind);
+        let most = largest(&values);
         // Written so that NaN fails.
-        if !values.iter().all(|g| (-limit..=limit).contains(g)) {
-            return Err(ParameterError::Term(TermKind::GyroGBias));
+        if !(0.0..=BIAS_BY_FORCE_LIMIT).contains(&most) {
+            return Err(ParameterError::Term(kind));
         }
-        if values != [0.0; 9] && parameters.accelerometers.is_none() {
-            return Err(ParameterError::TermNeedsAccelerometers(TermKind::GyroGBias));
+        if most != 0.0 && parameters.accelerometers.is_none() {
+            return Err(ParameterError::TermNeedsAccelerometers(kind));
         }
-        let [xx, xy, xz, yx, yy, yz, zx, zy, zz] =
-            values.map(|g| ExactCoefficient::of(-g * VELOCITY_UNIT_M_S));
+        scale(&mut values, -VELOCITY_UNIT_M_S);
+        let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = values.map(ExactCoefficient::of);
         Ok(Self([[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]]))
     }
 

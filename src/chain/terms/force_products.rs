@@ -24,6 +24,7 @@ use crate::chain::design_parameters::{
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::VELOCITY_UNIT_M_S;
 use crate::chain::parameters::{ParameterError, Parameters};
+use crate::chain::terms::records::{largest, scale};
 use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds};
 use crate::chain::triad::{CrossAxis, Triad};
 
@@ -52,23 +53,24 @@ pub struct ForceProductsState<N: NumberSystem> {
 pub(super) const LARGEST_VELOCITY: f64 =
     1.04 * VELOCITY_LIMIT_M_S / VELOCITY_UNIT_M_S + RESPONSE_LIMIT_RAD;
 
-/// Values times `factor`, if each times `reach` is within `limit`; the error names the kind.
-fn slopes<const COUNT: usize>(
+/// Scales a record's values; the largest magnitude times `reach` must be within `limit`, or the error names the kind.
+fn slopes(
     parameters: &Parameters,
     kind: TermKind,
+    values: &mut [f64],
     factor: f64,
     (reach, limit): (f64, f64),
-) -> Result<[f64; COUNT], ParameterError> {
-    let values = parameters.terms.values::<COUNT>(kind).map(|v| v * factor);
+) -> Result<f64, ParameterError> {
+    scale(values, factor);
+    let most = largest(values);
     // Written so that NaN fails.
-    let fits = |v: &f64| (v * reach).abs() <= limit && v.abs() <= SLOPE_LIMIT;
-    if !values.iter().all(fits) {
+    if !(most * reach <= limit && most <= SLOPE_LIMIT) {
         return Err(ParameterError::Term(kind));
     }
-    if values != [0.0; COUNT] && parameters.accelerometers.is_none() {
+    if most != 0.0 && parameters.accelerometers.is_none() {
         return Err(ParameterError::TermNeedsAccelerometers(kind));
     }
-    Ok(values)
+    Ok(most * reach)
 }
 
 impl<N: NumberSystem> Term<N> for ForceProducts<N> {
@@ -80,25 +82,20 @@ impl<N: NumberSystem> Term<N> for ForceProducts<N> {
         let unit = parameters.increment_unit_rad();
         // A velocity increment of 1 as a force, in increment units.
         let per_force = VELOCITY_UNIT_M_S * unit * parameters.sample_rate_hz;
+        let kind = TermKind::AxisTiltByForce;
+        let mut tilts = parameters.terms.values::<6>(kind);
         let reach = (LARGEST_VELOCITY, TILT_BY_FORCE_LIMIT_RAD);
-        let [xy, xz, yx, yz, zx, zy] =
-            slopes(parameters, TermKind::AxisTiltByForce, per_force, reach)?;
-        let per_square = VELOCITY_UNIT_M_S * per_force;
-        let squares = slopes::<3>(
-            parameters,
-            TermKind::GyroG2Bias,
-            -per_square,
-            (LARGEST_VELOCITY * LARGEST_VELOCITY, FORCE_SQUARED_LIMIT_RAD),
-        )?;
-        let most = squares.iter().fold(0.0, |most: f64, s| most.max(s.abs()));
-        let tilt = [xy, xz, yx, yz, zx, zy]
-            .iter()
-            .fold(0.0, |most: f64, s| most.max(s.abs()));
-        let of_tilts = 2.0 * tilt * LARGEST_VELOCITY * INCREMENT_LIMIT_RAD;
+        let tilt = slopes(parameters, kind, &mut tilts, per_force, reach)?;
+        let [xy, xz, yx, yz, zx, zy] = tilts;
+        let kind = TermKind::GyroG2Bias;
+        let mut squares = parameters.terms.values::<3>(kind);
+        let reach = (LARGEST_VELOCITY * LARGEST_VELOCITY, FORCE_SQUARED_LIMIT_RAD);
+        let per_square = -VELOCITY_UNIT_M_S * per_force;
+        let square = slopes(parameters, kind, &mut squares, per_square, reach)?;
         Ok(Self {
             tilts: CrossAxis::from_array([xy, -xz, -yx, yz, zx, -zy]).map(N::slope),
             squares: squares.map(N::slope),
-            largest: of_tilts + most * LARGEST_VELOCITY * LARGEST_VELOCITY,
+            largest: 2.0 * tilt * INCREMENT_LIMIT_RAD + square,
         })
     }
 

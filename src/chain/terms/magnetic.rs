@@ -7,6 +7,7 @@ use crate::chain::design_parameters::{BIAS_LIMIT_RAD_S, MAGNETIC_FIELD_LIMIT_T};
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::fine_of_f32;
 use crate::chain::parameters::{ParameterError, Parameters};
+use crate::chain::terms::records::{largest, scale};
 use crate::chain::terms::{SlowReadings, Term, TermKind, TermKinds};
 
 /// Configuration: c T, rows by gyro \[rad/T\].
@@ -23,18 +24,15 @@ impl<N: NumberSystem> Term<N> for MagneticBias {
 
     fn new(parameters: &Parameters) -> Result<Self, ParameterError> {
         let kind = TermKind::GyroBiasMagnetic;
-        let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = parameters.terms.values::<9>(kind);
-        let rows = [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]];
-        // Written so that NaN fails.
-        let fits = |row: &[f64; 3]| {
-            let sum: f64 = row.iter().map(|c| c.abs()).sum();
-            sum * f64::from(MAGNETIC_FIELD_LIMIT_T) <= BIAS_LIMIT_RAD_S
-        };
-        if !rows.iter().all(fits) {
+        let mut values = parameters.terms.values::<9>(kind);
+        // Three of them act on a gyro. Written so that NaN fails.
+        let most = 3.0 * largest(&values) * f64::from(MAGNETIC_FIELD_LIMIT_T);
+        if !(0.0..=BIAS_LIMIT_RAD_S).contains(&most) {
             return Err(ParameterError::Term(kind));
         }
-        let period_s = 1.0 / parameters.sample_rate_hz;
-        Ok(Self(rows.map(|row| row.map(|c| (c * period_s) as f32))))
+        scale(&mut values, 1.0 / parameters.sample_rate_hz);
+        let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = values.map(|c| c as f32);
+        Ok(Self([[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]]))
     }
 
     #[inline(always)]

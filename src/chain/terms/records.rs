@@ -318,8 +318,16 @@ impl TermRecords {
     }
 
     /// The values of a kind's record, zeros without one. `COUNT` is [`TermKind::values`].
+    #[inline]
     pub fn values<const COUNT: usize>(&self, kind: TermKind) -> [f64; COUNT] {
         let mut values = [0.0; COUNT];
+        self.read_values(kind, &mut values);
+        values
+    }
+
+    /// One function for all lengths: it runs at boot, and each costs flash.
+    #[inline(never)]
+    fn read_values(&self, kind: TermKind, values: &mut [f64]) {
         let mut bytes = self.bytes();
         while let Some((&[k0, k1, b0, b1], rest)) = bytes.split_first_chunk::<HEADER_BYTES>() {
             let length = usize::from(u16::from_le_bytes([b0, b1]));
@@ -333,8 +341,31 @@ impl TermRecords {
             }
             bytes = rest;
         }
-        values
     }
+}
+
+/// Multiplies each value. Not inlined, as [`largest`]: what boot does with numbers in f64 costs flash at every place.
+#[inline(never)]
+pub(crate) fn scale(values: &mut [f64], factor: f64) {
+    for value in values {
+        *value *= factor;
+    }
+}
+
+/// The largest magnitude; NaN if any value is NaN, so that no comparison with a limit holds.
+#[inline(never)]
+pub(crate) fn largest(values: &[f64]) -> f64 {
+    let mut most = 0.0;
+    for value in values {
+        let magnitude = value.abs();
+        if magnitude.is_nan() {
+            return magnitude;
+        }
+        if magnitude > most {
+            most = magnitude;
+        }
+    }
+    most
 }
 
 /// Every kind once fits a block.

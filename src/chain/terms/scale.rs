@@ -18,6 +18,7 @@ use crate::chain::design_parameters::{SCALE_ERROR_LIMIT, SENSED_LIMIT_RAD, SLOPE
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::ExactCoefficient;
 use crate::chain::parameters::{ParameterError, Parameters};
+use crate::chain::terms::records::{largest, scale};
 use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds};
 use crate::chain::triad::Triad;
 
@@ -56,30 +57,26 @@ impl<N: NumberSystem> Term<N> for ScaleByRate<N> {
         use TermKind as K;
         let per_sample = parameters.sample_rate_hz * parameters.increment_unit_rad();
         let read = |kind: K, factor: f64, reach: f64| {
-            let values = parameters.terms.values::<3>(kind).map(|v| -v * factor);
+            let mut values = parameters.terms.values::<3>(kind);
+            scale(&mut values, -factor);
+            let most = largest(&values);
             // Half the limit each; written so that NaN fails.
-            let small = |v: &f64| (v * reach).abs() <= 0.5 * SCALE_ERROR_LIMIT;
-            let fits = values.iter().all(|v| small(v) && v.abs() <= SLOPE_LIMIT);
-            if fits {
-                Ok(values)
+            if most * reach <= 0.5 * SCALE_ERROR_LIMIT && most <= SLOPE_LIMIT {
+                Ok((values, most))
             } else {
                 Err(ParameterError::Term(kind))
             }
         };
-        let quadratic = read(K::GyroScaleQuadratic, per_sample, LARGEST_INCREMENT)?;
+        let (quadratic, most_quadratic) =
+            read(K::GyroScaleQuadratic, per_sample, LARGEST_INCREMENT)?;
         let square = LARGEST_INCREMENT * LARGEST_INCREMENT;
-        let cubic = read(K::GyroScaleCubic, per_sample * per_sample, square)?;
-        let asymmetry = read(K::GyroScaleAsymmetry, 1.0, 1.0)?;
-        let most = |values: [f64; 3]| {
-            values
-                .into_iter()
-                .fold(0.0, |most: f64, v| most.max(v.abs()))
-        };
+        let (cubic, most_cubic) = read(K::GyroScaleCubic, per_sample * per_sample, square)?;
+        let (asymmetry, _) = read(K::GyroScaleAsymmetry, 1.0, 1.0)?;
         Ok(Self {
             quadratic: quadratic.map(N::slope),
             cubic: cubic.map(N::slope),
             asymmetry: asymmetry.map(ExactCoefficient::of),
-            largest: (most(quadratic) + most(cubic) * LARGEST_INCREMENT) * square,
+            largest: (most_quadratic + most_cubic * LARGEST_INCREMENT) * square,
         })
     }
 

@@ -34,7 +34,7 @@ impl CloseLoop {
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let cases = self.cases()?;
         let spinner = terminal.spinner("simulating");
-        let twin = Twin::new(self.seed)?;
+        let mut twins: Vec<Twin> = Vec::new();
         terminal.say(
             "| kind | found | before | after, f32 | after, fixed | left | with the true size |",
         );
@@ -42,6 +42,13 @@ impl CloseLoop {
         let mut rows = Vec::new();
         for case in cases {
             spinner.set_message(case.kind);
+            if !twins.iter().any(|twin| twin.setting() == case.setting) {
+                twins.push(Twin::new(case.setting, self.seed)?);
+            }
+            let of_setting = |twin: &&Twin| twin.setting() == case.setting;
+            let Some(twin) = twins.iter().find(of_setting) else {
+                continue;
+            };
             let row = twin.close(case, &|_| {})?;
             terminal.say(words(&row));
             rows.push(row);

@@ -197,13 +197,20 @@ fn agree<N: NumberSystem>(lossy: bool, cases: &[Case]) {
     let none = parameters(&[]);
     let bare = apart::<N>(&none, &none, lossy);
     println!("{}: none: {bare:?} rad, m/s", N::NAME);
+    // Fixed point rounds a tilt down, by 3e-11 rad in the mean; a gyro has two, at up to 1.1 rad/s.
+    let duration_s = SAMPLES as f64 * PERIOD_S;
+    let rounded = if N::NAME == "fixed" {
+        2.0 * 3e-11 * 1.1 * duration_s
+    } else {
+        0.0
+    };
     for (name, records) in cases {
         let known = parameters(records);
         let left = apart::<N>(&known, &known, lossy);
         let corrected = apart::<N>(&none, &known, lossy);
         println!("{}: {name}: {left:?} of {corrected:?} rad, m/s", N::NAME);
         for at in 0..2 {
-            let more = left[at] - 1.5 * bare[at];
+            let more = left[at] - 1.5 * bare[at] - [rounded, 0.0][at];
             assert!(
                 more < 1e-3 * corrected[at],
                 "{name}: {left:?} {corrected:?} {bare:?}"
@@ -225,6 +232,11 @@ fn chain_and_reference_agree_with_each_term_and_with_all() {
 
 #[test]
 fn chain_and_reference_agree_over_lost_samples() {
-    agree::<F32>(true, &[("all", &RECORDS)]);
+    let mut cases: Vec<Case> = RECORDS
+        .chunks(1)
+        .map(|record| (record[0].0.name(), record))
+        .collect();
+    cases.push(("all", &RECORDS));
+    agree::<F32>(true, &cases);
     agree::<Fixed>(true, &[("all", &RECORDS)]);
 }

@@ -4,6 +4,7 @@ mod align;
 mod answer;
 mod browser;
 mod challenge;
+mod close_loop;
 mod demo;
 mod golden;
 mod interrupted;
