@@ -170,6 +170,8 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
             self.dither.leave_out(&mut state.dither, pickoffs);
         }
         self.dither.resume(&mut state.dither, pickoffs);
+        // An output period may end here, and then shows where the blocks are.
+        self.terms.pickoffs(&mut state.terms, &pickoffs, &pickoffs);
         self.begin_products(state, velocity_status);
     }
 

@@ -10,12 +10,13 @@ use stm32f4::stm32f405::{NVIC, interrupt};
 
 /// A place whose content belongs to the sampling interrupt while that is unmasked, and to the main loop otherwise.
 ///
-/// The value stands first (`repr(C)`), at the place's own address. Whether there is one is told beside it: empty is all
-/// zeros, which a static takes from no flash, where `Option` would say it by some number inside the value.
+/// It is not written before it is lent for the first time: an empty `Option` is some number inside the value, and a
+/// static would take all of the value from flash.
 #[repr(C)]
 pub struct Handover<T> {
-    value: UnsafeCell<MaybeUninit<T>>,
-    full: UnsafeCell<bool>,
+    value: UnsafeCell<MaybeUninit<Option<T>>>,
+    /// Whether it was lent.
+    written: UnsafeCell<bool>,
 }
 
 // SAFETY: one core; `lend` and `take_back` change the owner only while the interrupt is masked.
@@ -26,7 +27,7 @@ impl<T> Handover<T> {
     pub const fn empty() -> Self {
         Self {
             value: UnsafeCell::new(MaybeUninit::uninit()),
-            full: UnsafeCell::new(false),
+            written: UnsafeCell::new(false),
         }
     }
 
@@ -38,8 +39,8 @@ impl<T> Handover<T> {
         wait_for_mask();
         // SAFETY: the interrupt, the only other user, is masked.
         unsafe {
-            (*self.value.get()).write(make());
-            *self.full.get() = true;
+            (*self.value.get()).write(Some(make()));
+            *self.written.get() = true;
         }
         // The value must be in its place before the interrupt may come: for the compiler, which may move
         // the plain store past a register's volatile one, and for the processor.
@@ -57,33 +58,21 @@ impl<T> Handover<T> {
     pub fn take_back(&self) -> Option<T> {
         NVIC::mask(interrupt::TIM2);
         wait_for_mask();
-        // SAFETY: the interrupt, the only other user, is masked; where `full` says so there is a value, which is taken
-        // once.
+        // SAFETY: the interrupt, the only other user, is masked, and what was lent is written.
         unsafe {
-            let full = core::mem::take(&mut *self.full.get());
-            full.then(|| (*self.value.get()).assume_init_read())
-        }
-    }
-
-    /// The value, for the interrupt.
-    ///
-    /// # Safety
-    /// The caller is the interrupt, which is unmasked while it runs, so that the value belongs to it; it does not nest, and
-    /// the reference ends with it.
-    #[inline(always)]
-    #[expect(
-        clippy::mut_from_ref,
-        reason = "by the caller's promise there is one at a time"
-    )]
-    pub unsafe fn lent(&self) -> Option<&mut T> {
-        // SAFETY: the caller's promise.
-        unsafe {
-            if *self.full.get() {
-                Some((*self.value.get()).assume_init_mut())
+            if *self.written.get() {
+                (*self.place()).take()
             } else {
                 None
             }
         }
+    }
+
+    /// The place itself, for the interrupt: while that runs it is unmasked, so the value is written and belongs to it, and
+    /// it does not nest. Anybody else has no right to read or write through the pointer.
+    #[inline(always)]
+    pub fn place(&self) -> *mut Option<T> {
+        self.value.get().cast()
     }
 }
 

@@ -237,7 +237,7 @@ pub static SAMPLING: Handover<Sampling<Spi>> = Handover::empty();
 #[interrupt]
 fn TIM2() {
     // SAFETY: this is the interrupt, it does not nest in itself, and both references end with it.
-    let (sampling, trace) = unsafe { (SAMPLING.lent(), &mut *TRACE.0.get()) };
+    let (sampling, trace) = unsafe { (&mut *SAMPLING.place(), &mut *TRACE.0.get()) };
     if let Some(sampling) = sampling {
         sampling.serve_period(trace);
     }

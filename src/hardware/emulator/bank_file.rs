@@ -103,6 +103,8 @@ pub fn ticks() -> u32 {
 
 /// Fills the queue from the file, whole blocks at a time, while there is room for one; a part of a record
 /// at the file's end is left out.
+// Its buffer would lie on the stack of the whole run.
+#[inline(never)]
 pub fn read_ahead(input: &mut File, queue: &mut Producer<'static, BankRecord>) -> io::Result<()> {
     while queue.capacity() - queue.len() >= BLOCK_RECORDS {
         let mut block = [0; BLOCK_RECORDS * BankRecord::BYTES];
