@@ -314,12 +314,12 @@ impl Spectra {
                 .sum();
             let noise = left / fit.map.row(gyro).norm_squared();
             let eigen = SymmetricEigen::new(gram);
-            for axis in 0..3 {
+            for (axis, square) in squares.iter_mut().enumerate() {
                 let of_direction = |k: usize| {
                     let is_noise = eigen.eigenvalues[k] * (1.0 - kept) < noise;
                     f64::from(u8::from(is_noise)) * eigen.eigenvectors[(axis, k)].powi(2)
                 };
-                squares[axis] = squares[axis].min((0..3).map(of_direction).sum());
+                *square = square.min((0..3).map(of_direction).sum());
             }
         }
         squares.map(f64::sqrt)

@@ -12,7 +12,7 @@
 //!
 //! A suspension's mode is a section of second order on −K α̂, one for each pair. Its poles are the mode's own. Its zeros
 //! are such that section and acceleration filter together rectify as S(iΩ) α × ω does, S the mode's response, exactly at
-//! rest and at [`MATCHED_AT_RAD`] per sample (64 Hz at 4 kHz), in phase and in quadrature: the filter alone errs in the
+//! rest and at `MATCHED_AT_RAD` per sample (64 Hz at 4 kHz), in phase and in quadrature: the filter alone errs in the
 //! quadrature, which a mode turns into phase. What is left is below 0.05 % up to 120 Hz and 1 % at 390 Hz, for modes of up
 //! to 0.3 cycles a sample.
 //!

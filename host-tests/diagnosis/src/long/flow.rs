@@ -114,7 +114,7 @@ pub fn diagnose(
         &fitted,
         (&together, &mut found),
         &confirmed,
-        (&faults, Beside::Whole(whole)),
+        (&faults, Beside::Whole(Box::new(whole))),
         (model, seed, plan),
     );
     outcome.diagnosis.summary.extend(lines);

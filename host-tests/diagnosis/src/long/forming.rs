@@ -343,7 +343,7 @@ mod tests {
                 seconds: long.seconds(),
             },
             turned: None,
-            stretches: &[4000..6000],
+            stretches: std::slice::from_ref(&(4000..6000)),
         };
         let quiet = NoiseLevels {
             white: 1e-16,

@@ -37,7 +37,7 @@ pub(crate) enum Beside {
     /// Figures of recordings that only test.
     HeldOut(Vec<HeldOut>),
     /// The one recording that all are stretches of.
-    Whole(Whole),
+    Whole(Box<Whole>),
 }
 
 /// A recording longer than memory.
@@ -97,7 +97,7 @@ pub(crate) fn outcome(
             let first = each.into_iter().next();
             (diagnosis, first.and_then(|one| one.outcome.pictures))
         }
-        Beside::Whole(whole) => of_stretches(&each, whole, together.tried),
+        Beside::Whole(whole) => of_stretches(&each, *whole, together.tried),
     };
     Outcome {
         diagnosis,

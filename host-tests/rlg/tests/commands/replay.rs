@@ -385,11 +385,19 @@ fn recordings_and_models_that_disagree_about_the_dither_are_refused() {
 fn effects_the_chain_lacks_are_named() {
     let (recording, mut model) = short();
     model.effects.push(ModelEffect {
-        kind: "elastic_rate_by_jerk".to_owned(),
-        parameters: [("xx".to_owned(), rlg::model::EffectValue::Number(1e-8))].into(),
+        kind: "gyro_bias_step".to_owned(),
+        parameters: [
+            (
+                "axis".to_owned(),
+                rlg::model::EffectValue::Text("x".to_owned()),
+            ),
+            ("time_s".to_owned(), rlg::model::EffectValue::Number(0.5)),
+            ("size".to_owned(), rlg::model::EffectValue::Number(1e-6)),
+        ]
+        .into(),
     });
     let input = samples_from_recording(&recording, &model, Path::new("model.toml"), SETUP).unwrap();
-    assert_eq!(input.uncompensated, ["elastic_rate_by_jerk"]);
+    assert_eq!(input.uncompensated, ["gyro_bias_step"]);
 }
 
 fn rlg(arguments: &[&str]) -> assert_cmd::assert::Assert {
