@@ -63,6 +63,13 @@ pub struct Candidate {
     pub hypothesis: Hypothesis,
 }
 
+impl Candidate {
+    /// Whether another is the same effect with columns made about the same values, whatever pool they are in.
+    pub fn is_made_as(&self, other: &Self) -> bool {
+        self.kind == other.kind && self.variant == other.variant && self.base == other.base
+    }
+}
+
 /// Columns by place, each once.
 #[derive(Debug, Clone, Default)]
 pub struct Pool {

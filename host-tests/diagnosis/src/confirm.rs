@@ -425,9 +425,21 @@ pub struct Final {
     pub misfits: Vec<Misfit>,
 }
 
-/// Octaves in which what a fit over `candidates` leaves is not its noise.
+/// Octaves in which what a fit over `candidates` leaves of a recording is not its noise.
 pub(super) fn misfits_of(
     data: &Data,
+    equations: &NormalEquations,
+    fitted: (&Fit, &[Candidate]),
+    plan: &AnalysisPlan,
+) -> Vec<Misfit> {
+    let mut misfits = misfits_left(equations, fitted, plan);
+    // What counting makes is no white noise of angle where pulses come rarely, and never more than a pulse.
+    misfits.retain(|one| !data.lattice.hides_angle(one.gyro, one.angle_rms_rad));
+    misfits
+}
+
+/// The same of any rows.
+pub(super) fn misfits_left(
     equations: &NormalEquations,
     (fit, candidates): (&Fit, &[Candidate]),
     plan: &AnalysisPlan,
@@ -437,9 +449,7 @@ pub(super) fn misfits_of(
         let basis = equations.basis_beside_gaps(fit.levels[gyro]);
         misfits(&basis, &residual, fit.levels[gyro], gyro, plan)
     };
-    // What counting makes is no white noise of angle where pulses come rarely, and never more than a pulse.
-    let is_seen = |one: &Misfit| !data.lattice.hides_angle(one.gyro, one.angle_rms_rad);
-    (0..3).flat_map(of_gyro).filter(is_seen).collect()
+    (0..3).flat_map(of_gyro).collect()
 }
 
 /// Fits `members`, places in `found.candidates`; `None` where too few rows are left.

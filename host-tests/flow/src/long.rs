@@ -65,12 +65,12 @@ impl<'a> LongRecording<'a> {
     ) -> Result<Outcome, InputError> {
         is_predictable(model, model_file)?;
         let Extent {
+            ref name,
             ref segments,
             rate_hz,
             start_s,
             rows,
         } = self.extent;
-        let name = self.first(1.0)?.name;
         let at_s = |row: usize| start_s + row as f64 / rate_hz;
         let read = |rows: Range<usize>| {
             let recording = Recording::read_between(self.folder, at_s(rows.start), at_s(rows.end))?;
@@ -86,6 +86,6 @@ impl<'a> LongRecording<'a> {
         };
         let of = (model, model_file);
         let found = long::diagnose(settings, (&long, self.most_rows), of, progress)?;
-        Ok(found.unwrap_or_else(|| unusable(&name, settings, TOO_FEW_ROWS, model)))
+        Ok(found.unwrap_or_else(|| unusable(name, settings, TOO_FEW_ROWS, model)))
     }
 }

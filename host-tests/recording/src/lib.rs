@@ -202,6 +202,20 @@ impl Table {
         }
     }
 
+    /// Keeps some rows alone, on the same clock; those beyond the last are none.
+    pub fn keep(&mut self, rows: std::ops::Range<usize>) {
+        let end = rows.end.min(self.rows);
+        let rows = rows.start.min(end)..end;
+        for channel in &mut self.channels {
+            channel.values = channel.values[rows.clone()].to_vec();
+        }
+        self.rows = rows.len();
+        match &mut self.clock {
+            Clock::Uniform { rate_hz, start_s } => *start_s += rows.start as f64 / *rate_hz,
+            Clock::Stamped { stamps_s, .. } => *stamps_s = stamps_s[rows].to_vec(),
+        }
+    }
+
     /// The channel that measures `quantity` about `axis` ("x", "y", "z", "w").
     pub fn channel(&self, quantity: &Quantity, axis: &str) -> Option<&Channel> {
         self.channels

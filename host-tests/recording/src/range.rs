@@ -19,6 +19,8 @@ const MARGIN_ROWS: usize = 3;
 /// What a recording's manifest says, read without its rows.
 #[derive(Debug, Clone)]
 pub struct Extent {
+    /// The recording's name.
+    pub name: String,
     /// Its named stretches.
     pub segments: Vec<Segment>,
     /// Rows per second of the gyros \[Hz\].
@@ -59,6 +61,7 @@ impl Recording {
             return Ok(None);
         }
         Ok(Some(Extent {
+            name: Self::name_of(folder, &manifest),
             segments: manifest.segments(),
             rate_hz,
             start_s,
@@ -120,11 +123,6 @@ fn is_parquet(file: &str) -> bool {
 }
 
 fn cut(mut table: Table, wanted: &Range<usize>) -> Table {
-    let end = wanted.end.min(table.rows);
-    let wanted = wanted.start.min(end)..end;
-    for channel in &mut table.channels {
-        channel.values = channel.values[wanted.clone()].to_vec();
-    }
-    table.rows = wanted.len();
+    table.keep(wanted.clone());
     table
 }

@@ -178,13 +178,7 @@ impl Filter {
             // Too short a table: it keeps its rows, none of them measured.
             return;
         }
-        if let Clock::Uniform { rate_hz, start_s } = &mut table.clock {
-            *start_s += lead as f64 / *rate_hz;
-        }
-        for channel in &mut table.channels {
-            channel.values = channel.values[kept.clone()].to_vec();
-        }
-        table.rows = kept.len();
+        table.keep(kept);
     }
 
     /// Weights of the pairs of rows, the nearest first, over `rows` rows on either side.

@@ -3,7 +3,7 @@
 use rlg_reference::Six;
 use rlg_reference::flexure::{FlexureCalibration, ModeCalibration};
 use rlg_reference::terms::{ByTemperature, TermCalibration};
-use trueaxis::{Parameters, TermKind, TermRecords};
+use trueaxis::{CrossAxis, Parameters, TermKind, TermRecords};
 
 /// What the records say, each kind in the order of values that [`TermKind`] documents.
 pub fn term_calibration(records: &TermRecords) -> TermCalibration {
@@ -55,15 +55,8 @@ pub fn flexure_calibration(parameters: &Parameters) -> FlexureCalibration {
     }
 }
 
-fn six([xy, xz, yx, yz, zx, zy]: [f64; 6]) -> Six {
-    Six {
-        xy,
-        xz,
-        yx,
-        yz,
-        zx,
-        zy,
-    }
+fn six(pairs: [f64; 6]) -> Six {
+    crate::six(&CrossAxis::from_array(pairs))
 }
 
 fn triads([t0, t1, t2, x, y, z, xx, yy, zz]: [f64; 9]) -> ByTemperature<[f64; 3]> {

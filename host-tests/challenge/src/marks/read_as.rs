@@ -97,15 +97,7 @@ fn half_of(table: &Table, middle_s: f64, is_first: bool) -> Table {
         }
         Clock::Stamped { stamps_s, .. } => stamps_s.partition_point(|stamp| *stamp < middle_s),
     };
-    let rows = if is_first { 0..row } else { row..table.rows };
     let mut half = table.clone();
-    half.rows = rows.len();
-    for channel in &mut half.channels {
-        channel.values = channel.values[rows.clone()].to_vec();
-    }
-    match &mut half.clock {
-        Clock::Uniform { rate_hz, start_s } => *start_s += rows.start as f64 / *rate_hz,
-        Clock::Stamped { stamps_s, .. } => *stamps_s = stamps_s[rows].to_vec(),
-    }
+    half.keep(if is_first { 0..row } else { row..table.rows });
     half
 }

@@ -137,7 +137,6 @@ impl Forming<'_> {
     /// The chunk's motion: by the rows that may be looked at, or as the reference has it where there are none.
     fn motion(&self, data: &mut Data, offset: usize) -> Motion {
         let About {
-            long,
             cut,
             plan,
             stretches,
@@ -162,7 +161,6 @@ impl Forming<'_> {
             }
         }
         let plain = self.plain(data);
-        data.late_rows = self.shown.path.longest_delay_s() * long.rate_hz;
         if !data.model.effects.is_empty() {
             data.set_known(&plain);
         }
@@ -214,10 +212,7 @@ impl Forming<'_> {
             .pool
             .candidates(signals, self.shown.is_moving, left_out);
         for one in &self.shown.candidates {
-            let is_it = |known: &Candidate| {
-                known.kind == one.kind && known.variant == one.variant && known.base == one.base
-            };
-            if !self.candidates.iter().any(is_it) {
+            if !self.candidates.iter().any(|known| known.is_made_as(one)) {
                 let adopted = self.pool.adopt(one, &self.shown.pool.columns);
                 self.candidates.push(adopted);
             }
@@ -260,6 +255,7 @@ impl Forming<'_> {
             tested: runs(&of(true), true),
             measured: self.measured,
             residual_rad: self.residual_rad,
+            pool: self.pool,
             columns: self.columns,
             candidates: self.candidates,
         }

@@ -13,8 +13,8 @@ use super::search::{Together, drift_of};
 use super::shared::{RECORDS, Shared, Sharing, on_own_records, with_noise_of};
 use super::sums::Sums;
 use crate::confirm::{
-    Final, Parameters, Prediction, gyro_of_event, headline, in_doubt, left_by, misfits_of,
-    of_blocks, of_event, settle_instants, weakest, whiten,
+    Final, Parameters, Prediction, gyro_of_event, headline, in_doubt, left_by, misfits_left,
+    misfits_of, of_blocks, of_event, settle_instants, weakest, whiten,
 };
 use crate::data::Data;
 use crate::goodness::Misfit;
@@ -274,7 +274,8 @@ fn refit(
     if let Some(sums) = sums {
         let of_sums = |place: &usize| together.shared[*place].in_recording(all.len());
         let own = with_noise_of(&together.fit, all.len()).levels;
-        parts.push(sums.of(headlines.iter().map(of_sums).collect(), &own)?);
+        let candidates: Vec<Candidate> = headlines.iter().map(of_sums).collect();
+        parts.push(sums.of(&candidates, &own)?);
         levels.extend(own);
         drift.push(sums.drift().clone());
     }
@@ -304,7 +305,7 @@ fn refit(
         let own = with_noise_of(&fit, recording);
         match all.get(recording) {
             Some(data) => misfits_of(data, equations, (&own, candidates), plan),
-            None => Sums::misfits(equations, (&own, candidates), plan),
+            None => misfits_left(equations, (&own, candidates), plan),
         }
     });
     let misfits = misfits.collect();

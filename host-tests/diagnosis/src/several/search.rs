@@ -125,11 +125,7 @@ pub(crate) fn stand(
         };
         let (fit, looked_at) = search(&sides, &shared, start, (&levels, plan));
         tried += looked_at;
-        let members: Vec<Shared> = fit
-            .members
-            .iter()
-            .map(|&place| shared[place].clone())
-            .collect();
+        let members = members_of(&fit, &shared);
         let is_same = before.as_ref().is_some_and(|before| {
             before.len() == members.len()
                 && members
@@ -234,11 +230,8 @@ impl Standing {
         let mut all: Vec<Candidate> = Vec::new();
         for pass in self.recordings.iter().map(|one| &one.pass) {
             for one in &pass.candidates {
-                let is_it = |other: &Candidate| {
-                    let same = other.kind == one.kind && other.variant == one.variant;
-                    same && other.base == one.base
-                };
-                if gyro_of_event(one).is_none() && !all.iter().any(is_it) {
+                let is_known = all.iter().any(|other| other.is_made_as(one));
+                if gyro_of_event(one).is_none() && !is_known {
                     all.push(pool.adopt(one, &pass.pool.columns));
                 }
             }
@@ -255,12 +248,7 @@ impl Standing {
             .map(|one| Side::of(&one.pass))
             .collect();
         if let Some(sums) = sums {
-            let members: Vec<Shared> = self
-                .fit
-                .members
-                .iter()
-                .map(|&place| self.shared[place].clone())
-                .collect();
+            let members = members_of(&self.fit, &self.shared);
             let mut levels = self.fit.levels.clone();
             levels.extend(sums.levels);
             sides.push(sums);
@@ -270,21 +258,11 @@ impl Standing {
             self.fit = fit;
             self.tried += looked_at;
         }
-        let (hypotheses, kinds) = hypotheses_of(&self.shared);
-        let drift = drift_of(sides.iter().map(|one| one.drift.clone()));
-        let likelihood = JointLikelihood::new(sides.iter().map(|one| one.equations).collect());
-        let mut search = Search::new(
-            &likelihood,
-            &hypotheses,
-            kinds,
-            &plan.search,
-            &drift,
-            self.fit.levels.clone(),
-        );
-        let judged = search.judge_set(&self.fit, plan.class_within, plan.separation);
-        let tried = self.tried + search.tried_sets();
-        drop(search);
-        drop(likelihood);
+        let known = (&self.fit.levels[..], plan);
+        let (judged, looked_at) = searching(&sides, &self.shared, known, |search| {
+            search.judge_set(&self.fit, plan.class_within, plan.separation)
+        });
+        let tried = self.tried + looked_at;
         drop(sides);
         let passes: Vec<Pass> = self.recordings.into_iter().map(|one| one.pass).collect();
         let candidates = passes.iter().map(|pass| pass.candidates.clone());
@@ -306,6 +284,12 @@ impl Standing {
 fn spell(sides: &[Side], kin: Kin, plan: &AnalysisPlan) -> Vec<Shared> {
     let candidates: Vec<&[Candidate]> = sides.iter().map(|one| one.candidates).collect();
     spelt_out(&candidates, kin, &plan.several)
+}
+
+/// Members of a set.
+fn members_of(fit: &Fit, shared: &[Shared]) -> Vec<Shared> {
+    let members = fit.members.iter();
+    members.map(|&place| shared[place].clone()).collect()
 }
 
 /// Places of members found before.
@@ -454,10 +438,8 @@ fn spell_in_all(recordings: &mut [Recording], fits: &[Fit]) {
         let pass = &mut recording.pass;
         let mut new: Vec<Candidate> = Vec::new();
         for (_, one) in found.iter().filter(|(owner, _)| *owner != place) {
-            let is_known = |other: &Candidate| {
-                other.kind == one.kind && other.variant == one.variant && other.base == one.base
-            };
-            if pass.candidates.iter().chain(&new).any(is_known) {
+            let mut known = pass.candidates.iter().chain(&new);
+            if known.any(|other| other.is_made_as(one)) {
                 continue;
             }
             let about = vec![0.0; one.base.len()];
@@ -500,13 +482,16 @@ enum Start {
     Also(Vec<usize>),
 }
 
-/// The best set, and how many were looked at.
-fn search(
+/// Runs `of` with a search over all sides.
+///
+/// # Returns
+/// What comes of it, and how many sets were looked at.
+fn searching<R>(
     sides: &[Side],
     shared: &[Shared],
-    start: Start,
     (levels, plan): (&[NoiseLevels], &AnalysisPlan),
-) -> (Fit, usize) {
+    of: impl FnOnce(&mut Search<JointLikelihood<NormalEquations>>) -> R,
+) -> (R, usize) {
     let likelihood = JointLikelihood::new(sides.iter().map(|one| one.equations).collect());
     let (hypotheses, kinds) = hypotheses_of(shared);
     let drift = drift_of(sides.iter().map(|one| one.drift.clone()));
@@ -518,8 +503,19 @@ fn search(
         &drift,
         levels.to_vec(),
     );
-    let most = plan.search.most_members;
-    let fit = match start {
+    let result = of(&mut search);
+    (result, search.tried_sets())
+}
+
+/// The best set, and how many were looked at.
+fn search(
+    sides: &[Side],
+    shared: &[Shared],
+    start: Start,
+    known: (&[NoiseLevels], &AnalysisPlan),
+) -> (Fit, usize) {
+    let most = known.1.search.most_members;
+    searching(sides, shared, known, |search| match start {
         Start::Only(start) => search.run(&start, most),
         Start::Also(start) => {
             let from_nothing = search.run(&[], most);
@@ -528,8 +524,7 @@ fn search(
                 false => best_of(vec![search.run(&start, most)], from_nothing),
             }
         }
-    };
-    (fit, search.tried_sets())
+    })
 }
 
 /// What recordings found alone, as common to all where it can be.

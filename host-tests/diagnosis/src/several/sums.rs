@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use rlg_catalogue::Candidate;
+use rlg_catalogue::{Candidate, Pool};
 use rlg_inference::block_validation::BlockSums;
 use rlg_inference::search::DriftPrior;
 use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, NormalEquations, Observations};
@@ -14,9 +14,8 @@ use rlg_signal::streams::{Triad, add};
 
 use super::search::Side;
 use crate::confirm::columns_of;
-use crate::goodness::{Misfit, misfits};
 use crate::noise_levels::{first_levels, mean};
-use crate::pass::{left_on, sizes_on};
+use crate::pass::sizes_on;
 use crate::plan::AnalysisPlan;
 use crate::search::is_seen;
 use crate::whitened::Whitener;
@@ -33,7 +32,9 @@ pub(crate) struct Summed {
     pub(crate) tested: Vec<Range<usize>>,
     /// Residual \[rad per block\].
     pub(crate) residual_rad: Triad,
-    /// Columns; single precision, as everywhere in the sums over bins.
+    /// What the columns are made of.
+    pub(crate) pool: Pool,
+    /// Columns, places as in the pool; single precision, as everywhere in the sums over bins.
     pub(crate) columns: Vec<Vec<f32>>,
     /// Over these columns.
     pub(crate) candidates: Vec<Candidate>,
@@ -133,28 +134,15 @@ impl Sums {
     /// Normal equations of some candidates alone, which then count their columns; `None` where too few blocks are seen.
     pub(crate) fn of(
         &self,
-        mut candidates: Vec<Candidate>,
+        candidates: &[Candidate],
         levels: &[NoiseLevels],
     ) -> Option<(NormalEquations, Vec<Candidate>)> {
-        let mut places: Vec<usize> = Vec::new();
-        let mut place = |column: &mut usize| {
-            let known = places.iter().position(|other| other == column);
-            *column = known.unwrap_or_else(|| {
-                places.push(*column);
-                places.len() - 1
-            });
-        };
-        for one in &mut candidates {
-            let hypothesis = &mut one.hypothesis;
-            hypothesis
-                .terms
-                .iter_mut()
-                .for_each(|term| place(&mut term.column));
-            hypothesis
-                .fixed
-                .iter_mut()
-                .for_each(|one| place(&mut one.column));
-        }
+        let all = &self.summed.pool.columns;
+        let mut pool = Pool::default();
+        let adopted = candidates.iter().map(|one| pool.adopt(one, all));
+        let adopted: Vec<Candidate> = adopted.collect();
+        let place = |column| all.iter().position(|other| other == column);
+        let places = pool.columns.iter().filter_map(place).collect();
         let columns = Chosen {
             columns: &self.summed.columns,
             places,
@@ -162,7 +150,7 @@ impl Sums {
         let observations = Observations::bridged(&self.summed.seen)?;
         let residual_rad = &self.summed.residual_rad;
         let equations = NormalEquations::new(observations, residual_rad, &columns, mean(levels));
-        Some((equations, candidates))
+        Some((equations, adopted))
     }
 
     /// What a fit leaves of the blocks \[rad\].
@@ -177,19 +165,5 @@ impl Sums {
             }
         }
         left_rad
-    }
-
-    /// Octaves in which what a fit over some candidates leaves is not its noise.
-    pub(crate) fn misfits(
-        equations: &NormalEquations,
-        (fit, candidates): (&Fit, &[Candidate]),
-        plan: &AnalysisPlan,
-    ) -> Vec<Misfit> {
-        let of_gyro = |gyro: usize| {
-            let residual = left_on(equations, fit, candidates, gyro);
-            let basis = equations.basis_beside_gaps(fit.levels[gyro]);
-            misfits(&basis, &residual, fit.levels[gyro], gyro, plan)
-        };
-        (0..3).flat_map(of_gyro).collect()
     }
 }

@@ -207,12 +207,7 @@ impl Stamps<'_> {
     /// this rate. A stamp is never earlier than its row: the one that came soonest after its row tells when rows were taken.
     fn start_of_bursts_s(&self, rate_hz: f64) -> Option<f64> {
         let rows = self.stamps_s.len();
-        let mut steps_s: Vec<f64> = self
-            .stamps_s
-            .windows(2)
-            .map(|pair| pair[1] - pair[0])
-            .collect();
-        steps_s.sort_by(f64::total_cmp);
+        let steps_s = self.sorted_steps_s();
         let is_burst = steps_s[steps_s.len() / 2] * rate_hz < SHORT_ROW;
         let late_s = |row: usize| self.stamps_s[row] - (row + 1) as f64 / rate_hz;
         let soonest_s =
@@ -280,23 +275,25 @@ impl Stamps<'_> {
     fn places(&self) -> Vec<usize> {
         let stamps_s = &self.stamps_s;
         let rows = stamps_s.len();
-        let mut steps_s: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let (_, middle_s, _) = steps_s.select_nth_unstable_by((rows - 1) / 2, f64::total_cmp);
-        let fill = (stamps_s[rows - 1] - stamps_s[0]) / *middle_s;
+        let middle_s = self.sorted_steps_s()[(rows - 1) / 2];
+        let fill = (stamps_s[rows - 1] - stamps_s[0]) / middle_s;
         match (fill - (rows - 1) as f64).abs() < 0.5 {
             true => (0..rows).collect(),
             false => places(stamps_s, self.usual_step_s()),
         }
     }
 
+    /// Steps from stamp to stamp, the shortest first \[s\].
+    fn sorted_steps_s(&self) -> Vec<f64> {
+        let steps_s = self.stamps_s.windows(2).map(|pair| pair[1] - pair[0]);
+        let mut steps_s: Vec<f64> = steps_s.collect();
+        steps_s.sort_by(f64::total_cmp);
+        steps_s
+    }
+
     /// Mean of the steps that span one row \[s\]: stamps of few digits have steps of several lengths.
     fn usual_step_s(&self) -> f64 {
-        let mut steps_s: Vec<f64> = self
-            .stamps_s
-            .windows(2)
-            .map(|pair| pair[1] - pair[0])
-            .collect();
-        steps_s.sort_by(f64::total_cmp);
+        let steps_s = self.sorted_steps_s();
         let middle_s = steps_s[steps_s.len() / 2];
         let single = steps_s
             .partition_point(|step_s| *step_s < ONE_ROW * middle_s)
