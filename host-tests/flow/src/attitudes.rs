@@ -67,10 +67,13 @@ fn accelerometers(
     let asked = rlg_force::Asked {
         model,
         effects: &[],
-        reference_noise: rlg_force::reference::gyro_noise(model, walk_rad_sqrt_s, streams.rate_hz),
         left_out: settings.left_out,
         open: &[],
         plan: force_plan(settings),
     };
-    rlg_force::diagnose(streams, &asked, progress)
+    let part = rlg_force::Part {
+        streams,
+        reference_noise: rlg_force::reference::gyro_noise(model, walk_rad_sqrt_s, streams.rate_hz),
+    };
+    rlg_force::diagnose(&[part], &asked, progress)
 }

@@ -30,7 +30,7 @@ pub use together::diagnose_together;
 use std::path::Path;
 
 use rlg_diagnosis::{data_words, put_right};
-use rlg_force::ForcePlan;
+use rlg_force::{ForcePlan, Part};
 use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
@@ -146,18 +146,35 @@ fn beside_reference(
     };
     let lines = data_words::lines(streams, &faults);
     found.diagnosis.summary.extend(lines);
+    let part = Part {
+        streams,
+        reference_noise,
+    };
+    accelerometers(settings, vec![part], (model, &mut found), progress);
+    Ok(Some(found))
+}
+
+/// Diagnoses the accelerometers of recordings beside the outcome of their gyros; those without accelerometers say nothing.
+fn accelerometers(
+    settings: &Settings,
+    mut parts: Vec<Part>,
+    (model, outcome): (&Model, &mut Outcome),
+    progress: &dyn Fn(&str),
+) {
+    let has_any = |part: &Part| part.streams.accelerometers.is_ok();
+    if parts.iter().any(has_any) {
+        parts.retain(has_any);
+    }
     let asked = rlg_force::Asked {
         model,
-        effects: &found.model.effects.clone(),
-        reference_noise,
+        effects: &outcome.model.effects.clone(),
         left_out: settings.left_out,
         open: &[],
         plan: force_plan(settings),
     };
-    if let Err(reason) = rlg_force::beside(streams, &asked, &mut found, progress) {
-        rlg_force::say_why_not(&reason, &mut found);
+    if let Err(reason) = rlg_force::beside(&parts, &asked, outcome, progress) {
+        rlg_force::say_why_not(&reason, outcome);
     }
-    Ok(Some(found))
 }
 
 /// The numbers of the accelerometers' part.

@@ -5,12 +5,15 @@ use std::path::Path;
 
 use rlg_diagnosis::data::is_predictable;
 use rlg_diagnosis::long::{self, Long};
+use rlg_diagnosis::search::Found;
+use rlg_force::Part;
+use rlg_force::reference::measured_noise;
 use rlg_model::{Model, MotionSource};
 use rlg_recording::error::InputError;
 use rlg_recording::{Extent, Recording};
 use rlg_signal::streams::Streams;
 
-use crate::{Outcome, Settings, TOO_FEW_ROWS, unusable};
+use crate::{Outcome, Settings, TOO_FEW_ROWS, accelerometers, unusable};
 
 /// Rows that are held at once by default, 0.9 kB each: two and a half minutes at 4 kHz.
 pub const MOST_ROWS: usize = 600_000;
@@ -85,7 +88,17 @@ impl<'a> LongRecording<'a> {
             read: &read,
         };
         let of = (model, model_file);
-        let found = long::diagnose(settings, (&long, self.most_rows), of, progress)?;
-        Ok(found.unwrap_or_else(|| unusable(name, settings, TOO_FEW_ROWS, model)))
+        let rows = (&long, self.most_rows);
+        let noise = |found: &Found| measured_noise(&found.motion);
+        let found = long::diagnose_also(settings, rows, of, progress, noise)?;
+        let Some((mut outcome, stretches)) = found else {
+            return Ok(unusable(name, settings, TOO_FEW_ROWS, model));
+        };
+        let parts = stretches.iter().map(|(streams, reference_noise)| Part {
+            streams,
+            reference_noise: *reference_noise,
+        });
+        accelerometers(settings, parts.collect(), (model, &mut outcome), progress);
+        Ok(outcome)
     }
 }

@@ -4,14 +4,17 @@ use std::path::Path;
 
 use rlg_diagnosis::data::is_predictable;
 use rlg_diagnosis::put_right::put_right;
+use rlg_diagnosis::search::Found;
 use rlg_diagnosis::{data_words, several};
 use rlg_findings::result::ParameterEntry;
+use rlg_force::Part;
+use rlg_force::reference::measured_noise;
 use rlg_model::Model;
 use rlg_recording::error::InputError;
 use rlg_signal::qualify;
 use rlg_signal::streams::Streams;
 
-use crate::{Outcome, Settings, unusable};
+use crate::{Outcome, Settings, accelerometers, unusable};
 
 /// Diagnoses aligned recordings of one unit together; those whose piece is held out only test.
 ///
@@ -50,10 +53,19 @@ pub fn diagnose_together(
         all.push((streams, faults));
     }
     let of = (model, model_file);
-    let Some(mut outcome) = several::diagnose(settings, &mut all, of, progress)? else {
+    let noise = |found: &Found| measured_noise(&found.motion);
+    let found = several::diagnose_also(settings, &mut all, of, progress, noise)?;
+    let Some((mut outcome, noises)) = found else {
         let why = "one of the recordings has too few rows with all channels measured";
         return Ok(unusable(&names.join(" + "), settings, why, model));
     };
+    let searched = all.iter().filter(|(streams, _)| !streams.piece.held_out);
+    let parts = searched.zip(noises);
+    let parts = parts.map(|((streams, _), reference_noise)| Part {
+        streams,
+        reference_noise,
+    });
+    accelerometers(settings, parts.collect(), (model, &mut outcome), progress);
     for (name, lines) in names.iter().zip(lines) {
         let of_this = lines.into_iter().map(|line| format!("{name}: {line}"));
         outcome.diagnosis.summary.extend(of_this);

@@ -15,6 +15,7 @@ use rlg_signal::accelerometer_rows::Rows;
 use rlg_signal::axes::{Triad, each_axis};
 use rlg_signal::derivatives::Spectrum;
 
+use crate::readings::{Piece, Readings};
 use crate::reference::Reference;
 
 /// The case's motion by row of the accelerometers.
@@ -79,21 +80,37 @@ impl Carried {
             .collect()
     }
 
-    /// A vector that is `at_start` in the start's axes and turns there with `turning_rad_s`, in the body's.
+    /// The motion of recordings whose rows stand one behind the other.
+    pub fn joined(each: Vec<Self>) -> Self {
+        let one_of = |of: &dyn Fn(&Self) -> &Vec<f64>| each.iter().flat_map(of).copied().collect();
+        let by_pairs = |of: fn(&Self) -> &[Triad; 3]| -> [Triad; 3] {
+            [0, 1, 2].map(|i: usize| each_axis(|j| one_of(&|one| &of(one)[i][j])))
+        };
+        Self {
+            body_from_start: by_pairs(|one| &one.body_from_start),
+            angle_rad: each_axis(|axis| one_of(&|one| &one.angle_rad[axis])),
+            turned_rad_s: each_axis(|axis| one_of(&|one| &one.turned_rad_s[axis])),
+            squared_rad2_s: by_pairs(|one| &one.squared_rad2_s),
+        }
+    }
+
+    /// A vector that is `at_start` in the axes of a recording's start and turns there with `turning_rad_s`, in the body's axes
+    /// on that recording's rows.
     pub fn in_body(
         &self,
-        rows: &Rows,
+        (readings, piece): (&Readings, &Piece),
         at_start: Vector3<f64>,
         turning_rad_s: Vector3<f64>,
     ) -> Triad {
         let at = |row: usize| {
-            let since_s = rows.middle_s(row) - rows.start_s;
+            let since_s = readings.since_start_s(piece, row);
             UnitQuaternion::from_scaled_axis(turning_rad_s * since_s) * at_start
         };
-        let turned: Vec<Vector3<f64>> = (0..rows.count).into_par_iter().map(at).collect();
+        let rows = piece.rows.clone().into_par_iter();
+        let turned: Vec<Vector3<f64>> = rows.map(at).collect();
         each_axis(|axis| {
             let means = &self.body_from_start[axis];
-            let rows = turned.iter().enumerate();
+            let rows = piece.rows.clone().zip(&turned);
             rows.map(|(row, now)| {
                 means[0][row] * now.x + means[1][row] * now.y + means[2][row] * now.z
             })
@@ -101,16 +118,22 @@ impl Carried {
         })
     }
 
-    /// How far the body is turned at the middle of each row \[rad, body axes\] where it turns by `more` over a row beyond
-    /// what it reads: ∫ start-from-body δω dt, to the first order of δω. `more` is given a row's ∫ω dt and ∫α dt.
+    /// How far the body is turned at the middle of each row since its recording's start \[rad, body axes\] where it turns by
+    /// `more` over a row beyond what it reads: ∫ start-from-body δω dt, to the first order of δω. `more` is given a row's
+    /// ∫ω dt and ∫α dt.
     pub fn turned_beyond_rad(
         &self,
+        pieces: &[Piece],
         more: impl Fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>,
     ) -> Vec<Vector3<f64>> {
         let of = |triad: &Triad, row: usize| Vector3::from_fn(|axis, _| triad[axis][row]);
         let mut at_start = Vector3::zeros();
+        let mut starts = pieces.iter().map(|piece| piece.rows.start).peekable();
         (0..self.angle_rad[0].len())
             .map(|row| {
+                if starts.next_if_eq(&row).is_some() {
+                    at_start = Vector3::zeros();
+                }
                 let means = &self.body_from_start;
                 let body_from_start = Matrix3::from_fn(|body, start| means[body][start][row]);
                 let own = more(&of(&self.angle_rad, row), &of(&self.turned_rad_s, row));

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use rlg_signal::axes::AXES;
 
 use crate::prediction::Prediction;
+use crate::readings::Piece;
 
 /// An error of the reference, by what the case turns beyond what the reference reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,7 +50,7 @@ pub enum Column {
     Warming(usize),
     /// The same times f_j.
     WarmingForce(usize),
-    /// Seconds since the start.
+    /// Seconds since the start of the row's recording.
     Time,
     /// (−φ × f)_i, φ what an error of the reference has turned the body by beyond what it read.
     Turned(Turn, usize),
@@ -89,9 +90,15 @@ impl Column {
                 warming.iter().zip(force(j)).map(|(k, f)| k * f).collect()
             }
             Self::Turned(turn, axis) => turned(made_of, turn, axis),
-            Self::Time => (0..made_of.rows.count)
-                .map(|row| made_of.rows.middle_s(row) - made_of.rows.start_s)
-                .collect(),
+            Self::Time => {
+                let rows = &made_of.rows;
+                let since_s = |piece: &Piece| {
+                    let own = piece.rows.clone();
+                    own.map(|row| rows.since_start_s(piece, row))
+                        .collect::<Vec<f64>>()
+                };
+                rows.pieces.iter().flat_map(since_s).collect()
+            }
         };
         let period_s = made_of.rows.period_s();
         means.into_iter().map(|value| value * period_s).collect()
@@ -124,13 +131,14 @@ impl Column {
 
 /// Force along `axis` beyond its prediction where the body is turned by an error of the reference.
 fn turned(made_of: &Prediction, turn: Turn, axis: usize) -> Vec<f64> {
-    let beyond = made_of
-        .carried
-        .turned_beyond_rad(|angle, turned| match turn {
-            Turn::Misaligned(about) => Vector3::ith(about, 1.0).cross(angle),
-            Turn::Scaled(about) => Vector3::ith(about, -angle[about]),
-            Turn::Late => *turned,
-        });
+    let beyond =
+        made_of
+            .carried
+            .turned_beyond_rad(&made_of.rows.pieces, |angle, turned| match turn {
+                Turn::Misaligned(about) => Vector3::ith(about, 1.0).cross(angle),
+                Turn::Scaled(about) => Vector3::ith(about, -angle[about]),
+                Turn::Late => *turned,
+            });
     let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
     let (along_j, along_k) = (&made_of.force_m_s2[j], &made_of.force_m_s2[k]);
     let rows = beyond.iter().zip(along_j.iter().zip(along_k));

@@ -7,14 +7,13 @@ use rlg_findings::result::UNLISTED;
 use rlg_inference::block_validation::BlockSums;
 use rlg_inference::normal_equations::Transform;
 use rlg_inference::search::DriftPrior;
-use rlg_inference::{Fit, Hypothesis, Observations, Search};
+use rlg_inference::{Columns, Fit, Hypothesis, Search};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::candidates::Candidate;
 use crate::plan::ForcePlan;
 use crate::prediction::Prediction;
 use crate::search::Found;
-use crate::vertical::UNKNOWNS;
 
 /// What blocks of the rows say of a member, each predicted by the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -143,7 +142,7 @@ fn confirmations(
     seen: &[bool],
     plan: &ForcePlan,
 ) -> Option<Vec<Confirmation>> {
-    let observations = Observations::bridged(seen)?;
+    let observations = made_of.rows.bridged(seen)?;
     let fit = &found.fit;
     let (transform, basis) = Transform::with_basis(observations, mean(&fit.levels));
     let roots: Vec<Vec<f64>> = fit
@@ -189,7 +188,7 @@ fn confirmations(
     Some((0..members.len()).map(of_member).collect())
 }
 
-/// Whitened columns of a set's parameters, the vertical's behind them.
+/// Whitened columns of a set's parameters, the verticals' behind them.
 struct MemberColumns {
     /// By record and parameter.
     columns: Vec<Vec<Vec<f64>>>,
@@ -211,7 +210,9 @@ impl MemberColumns {
             .map(|one| one.hypothesis.with_fixed_as_parameter())
             .collect();
         let count: usize = whole.iter().map(|one| one.parameters).sum();
-        let mut columns = vec![vec![Vec::new(); count + UNKNOWNS]; 3];
+        let verticals = made_of.vertical_columns(&found.recordings);
+        let unknowns = verticals.count() / 3;
+        let mut columns = vec![vec![Vec::new(); count + unknowns]; 3];
         let (mut own, mut fixed) = (Vec::new(), Vec::new());
         let mut first = 0;
         for (one, member) in whole.iter().zip(members) {
@@ -225,8 +226,8 @@ impl MemberColumns {
             own.push(first..first + one.parameters);
             first += one.parameters;
         }
-        for (place, column) in made_of.vertical_columns().into_iter().enumerate() {
-            columns[place % 3][count + place / 3] = column;
+        for place in 0..3 * unknowns {
+            columns[place % 3][count + place / 3] = verticals.column(place);
         }
         for (record, columns) in columns.iter_mut().enumerate() {
             for column in columns.iter_mut().filter(|column| !column.is_empty()) {

@@ -7,7 +7,9 @@ use rlg_diagnosis::regimes::{Regime, intersect, regimes_of};
 use rlg_inference::search::DriftPrior;
 use rlg_inference::{NoiseLevels, Observations, Search};
 use rlg_model::{Model, ModelEffect};
-use rlg_recording::Site;
+use rlg_recording::{Segment, Site};
+use rlg_signal::accelerometer_rows;
+use rlg_signal::axes::{Triad, each_axis};
 use rlg_signal::partition::{Partition, Use};
 use rlg_signal::streams::Streams;
 
@@ -16,11 +18,20 @@ use crate::carried::Carried;
 use crate::confirm::{Confirmed, confirm};
 use crate::plan::ForcePlan;
 use crate::prediction::{Prediction, warming_k};
+use crate::readings::Readings;
 use crate::reference::{Reference, ReferenceNoise};
 use crate::residual::residual_m_s;
-use crate::search::{Found, equations, find, vertical_of};
+use crate::search::{Found, equations, find, verticals_of};
 use crate::shaken::shaken;
 use crate::vertical::Vertical;
+
+/// A recording, or a stretch of a long one.
+pub struct Part<'a> {
+    /// Its rows.
+    pub streams: &'a Streams,
+    /// Noise of its reference's increments.
+    pub reference_noise: ReferenceNoise,
+}
 
 /// What is asked.
 pub struct Asked<'a> {
@@ -28,8 +39,6 @@ pub struct Asked<'a> {
     pub model: &'a Model,
     /// What is known of the reference's errors: the model's, and what was found beside it.
     pub effects: &'a [ModelEffect],
-    /// Noise of the reference's increments.
-    pub reference_noise: ReferenceNoise,
     /// Kinds taken out of the catalogue.
     pub left_out: &'a [&'a str],
     /// Errors of the reference beside `effects` that may be there.
@@ -40,11 +49,11 @@ pub struct Asked<'a> {
 
 /// What the accelerometers showed.
 pub struct Diagnosed {
-    /// The accelerometers' rows with their segments, nothing on them.
+    /// The accelerometers' rows, nothing on them, their time counted on from the first recording.
     pub streams: Streams,
     /// Stretches of like motion.
     pub regimes: Vec<Regime>,
-    /// The prediction beside the vertical that the set left.
+    /// The prediction beside the verticals that the set left.
     pub made_of: Prediction,
     /// What was searched.
     pub found: Found,
@@ -56,8 +65,8 @@ pub struct Diagnosed {
     pub tested: Vec<Range<usize>>,
     /// Names of regimes left out because the case was shaken in them.
     pub shaken: Vec<String>,
-    /// What of the recording has a known attitude \[s\], where that is not all of it.
-    pub carried_s: Option<[f64; 2]>,
+    /// What of one recording has a known attitude \[s\], where that is not all of it, with its name where there are several.
+    pub carried_s: Vec<(Option<String>, [f64; 2])>,
     /// The numbers of the analysis.
     pub plan: ForcePlan,
     /// Kinds taken out of the catalogue.
@@ -66,12 +75,12 @@ pub struct Diagnosed {
     pub declared_white: [Option<f64>; 3],
 }
 
-/// Diagnoses the accelerometers of an aligned and qualified recording.
+/// Diagnoses the accelerometers of aligned and qualified recordings of one unit: what they do is common to all.
 ///
 /// # Errors
 /// Why the force cannot be predicted, or too little of it was measured.
 pub fn diagnose(
-    streams: &Streams,
+    parts: &[Part],
     asked: &Asked,
     progress: &dyn Fn(&str),
 ) -> Result<Diagnosed, String> {
@@ -79,13 +88,13 @@ pub fn diagnose(
     let plan = &asked.plan;
     let Rows {
         bare,
+        regimes,
         mut seen,
         tested,
         mut made_of,
-    } = prepare(streams, asked)?;
+    } = prepare(parts, asked)?;
     let model = asked.model;
-    let regimes = regimes_of(&bare);
-    settle_vertical(&mut made_of, model, &seen, plan)?;
+    settle_verticals(&mut made_of, model, &seen, plan)?;
     let fitted = runs(&seen);
     let residual = residual_m_s(&made_of, model);
     let of = (&regimes[..], &fitted[..]);
@@ -105,14 +114,11 @@ pub fn diagnose(
             "less than two seconds in which the case was turned and not shaken".to_string(),
         );
     }
-    let levels = settle_vertical(&mut made_of, model, &seen, plan)?;
+    let levels = settle_verticals(&mut made_of, model, &seen, plan)?;
     progress("searching the accelerometers' effects");
-    let observations = observed(&seen)?.to_fast_length();
+    let observations = observed(&made_of, &seen)?.to_fast_length();
     let found = find(&mut made_of, model, &observations, levels, beside);
     let confirmed = confirm(&made_of, &found, &seen, plan).ok_or_else(too_few)?;
-    let carried = streams.longest_carried();
-    let carried_s = (carried.len() < streams.rows)
-        .then(|| [carried.start, carried.end].map(|row| streams.begin_s(row)));
     let rate_hz = bare.rate_hz;
     let declared = model
         .accelerometer
@@ -135,13 +141,25 @@ pub fn diagnose(
         made_of,
         found,
         confirmed,
-        carried_s,
+        carried_s: parts
+            .iter()
+            .filter_map(|part| carried_s(part, parts.len()))
+            .collect(),
         plan: asked.plan,
         left_out: asked.left_out.iter().map(ToString::to_string).collect(),
         // n m/s²/√Hz, one-sided, is a random walk of velocity of n²T/2 a row.
         declared_white: declared
             .map(|density| (density > 0.0).then(|| density * density / (2.0 * rate_hz))),
     })
+}
+
+/// What of a recording has a known attitude \[s\], where that is not all of it.
+fn carried_s(part: &Part, of: usize) -> Option<(Option<String>, [f64; 2])> {
+    let streams = part.streams;
+    let carried = streams.longest_carried();
+    let name = (of > 1).then(|| streams.piece.recording.clone());
+    let span_s = [carried.start, carried.end].map(|row| streams.begin_s(row));
+    (carried.len() < streams.rows).then_some((name, span_s))
 }
 
 /// Why the force of a unit at rest names nothing.
@@ -164,64 +182,160 @@ pub fn why_not_at_rest(streams: &Streams) -> String {
 /// The accelerometers' rows with a first prediction.
 struct Rows {
     bare: Streams,
+    regimes: Vec<Regime>,
     /// Rows to fit and confirm on.
     seen: Vec<bool>,
     tested: Vec<Range<usize>>,
     made_of: Prediction,
 }
 
-fn prepare(streams: &Streams, asked: &Asked) -> Result<Rows, String> {
-    let mut rows = streams.accelerometers.clone()?;
-    rows.mask(streams);
-    let site: Site = streams
-        .site
-        .filter(|site| site.gravity_m_s2 > 0.0)
-        .ok_or("the recording names no site with its gravity")?;
-    if streams.at_rest.is_some() {
-        return Err(why_not_at_rest(streams));
+/// Rows of one recording, and how the case carried them.
+struct Own<'a> {
+    part: &'a Part<'a>,
+    site: Site,
+    rows: accelerometer_rows::Rows,
+    regimes: Vec<Regime>,
+    /// Its named stretches.
+    segments: Vec<Range<usize>>,
+}
+
+impl<'a> Own<'a> {
+    fn new(part: &'a Part<'a>) -> Result<Self, String> {
+        let streams = part.streams;
+        let mut rows = streams.accelerometers.clone()?;
+        rows.mask(streams);
+        let site: Site = streams
+            .site
+            .filter(|site| site.gravity_m_s2 > 0.0)
+            .ok_or("the recording names no site with its gravity")?;
+        if streams.at_rest.is_some() {
+            return Err(why_not_at_rest(streams));
+        }
+        let piece = &streams.piece;
+        let bare = Streams::bare(rows.rate_hz, rows.start_s, rows.usable.clone(), piece);
+        let segments = piece.segments.iter();
+        let rows_of = |one: &Segment| bare.row_at(one.start_s)..bare.row_at(one.end_s);
+        Ok(Self {
+            part,
+            site,
+            regimes: regimes_of(&bare),
+            segments: segments.map(rows_of).collect(),
+            rows,
+        })
     }
+
+    fn carried(&self, asked: &Asked) -> Carried {
+        let streams = self.part.streams;
+        let name = &*streams.piece.recording;
+        let effects = asked.effects.iter();
+        // What one recording's reference does concerns no other.
+        let acts = |one: &&ModelEffect| one.text("recording").is_none_or(|other| other == name);
+        let own: Vec<ModelEffect> = effects.filter(acts).cloned().collect();
+        let reference = Reference::new(
+            &streams.case_rad,
+            streams.rate_hz,
+            &own,
+            &self.part.reference_noise,
+            &asked.plan.shared.gate,
+        );
+        Carried::new(&reference, &self.rows)
+    }
+
+    fn warming_k(&self) -> Option<Triad> {
+        let streams = self.part.streams;
+        let temperature_k = streams.temperature_k.as_ref()?;
+        let of_begin = [0, 1, 2].map(|axis: usize| {
+            let values: &Vec<f64> = &temperature_k[axis];
+            values.first().copied().unwrap_or(0.0)
+        });
+        let origin = streams.piece.origin.as_ref();
+        let start_k = origin.and_then(|origin| origin.temperature_k);
+        let start_k = start_k.unwrap_or(of_begin);
+        Some(warming_k(
+            temperature_k,
+            start_k,
+            streams.rate_hz,
+            &self.rows,
+        ))
+    }
+}
+
+fn prepare(parts: &[Part], asked: &Asked) -> Result<Rows, String> {
     let plan = &asked.plan;
-    let piece = &streams.piece;
-    let bare = Streams::bare(rows.rate_hz, rows.start_s, rows.usable.clone(), piece);
-    let segments: Vec<Range<usize>> = piece
-        .segments
+    let mut each = Vec::with_capacity(parts.len());
+    for part in parts {
+        let name = &part.streams.piece.recording;
+        let own = Own::new(part).map_err(|reason| match parts.len() {
+            1 => reason,
+            _ => format!("{name}: {reason}"),
+        });
+        each.push(own?);
+    }
+    let rows: Vec<_> = each
         .iter()
-        .map(|segment| bare.row_at(segment.start_s)..bare.row_at(segment.end_s))
+        .map(|one| (&*one.part.streams.piece.recording, one.rows.clone()))
         .collect();
-    let partition = Partition::new(rows.count, rows.rate_hz, &segments, &plan.shared.partition);
-    let seen = partition.rows_of(&[Use::Train, Use::Confirm], &rows.usable);
-    let tested = runs(&partition.rows_of(&[Use::Test], &rows.usable));
-    if seconds(&seen, rows.rate_hz) < plan.least_fitted_s {
+    let readings = Readings::joined(&rows)?;
+    let first = &each[0];
+    let bare = Streams::bare(
+        readings.rate_hz,
+        first.rows.start_s,
+        readings.usable.clone(),
+        &first.part.streams.piece,
+    );
+    let behind = |rows: &Range<usize>, first: usize| rows.start + first..rows.end + first;
+    let (mut segments, mut regimes) = (Vec::new(), Vec::new());
+    for (one, piece) in each.iter().zip(&readings.pieces) {
+        let begin = piece.rows.start;
+        segments.extend(one.segments.iter().map(|rows| behind(rows, begin)));
+        if one.segments.is_empty() && each.len() > 1 {
+            segments.push(piece.rows.clone());
+        }
+        regimes.extend(one.regimes.iter().map(|regime| Regime {
+            name: regime.name.clone(),
+            rows: behind(&regime.rows, begin),
+        }));
+    }
+    let rate_hz = readings.rate_hz;
+    let partition = Partition::new(readings.count, rate_hz, &segments, &plan.shared.partition);
+    let seen = partition.rows_of(&[Use::Train, Use::Confirm], &readings.usable);
+    let tested = runs(&partition.rows_of(&[Use::Test], &readings.usable));
+    if seconds(&seen, rate_hz) < plan.least_fitted_s {
         return Err("fewer than two seconds with accelerometers and motion measured".to_string());
     }
-    let reference = Reference::new(
-        &streams.case_rad,
-        streams.rate_hz,
-        asked.effects,
-        &asked.reference_noise,
-        &plan.shared.gate,
-    );
-    let carried = Carried::new(&reference, &rows);
-    let site = (site, asked.model.earth_rate_in_reference);
-    let vertical = Vertical::new(&rows, &carried, site, &runs(&seen), plan.far_from_gravity)
-        .ok_or("the specific force is not the site's gravity carried about by the reference")?;
+    let carried = Carried::joined(each.iter().map(|one| one.carried(asked)).collect());
+    let mut verticals = Vec::with_capacity(each.len());
+    for (one, piece) in each.iter().zip(&readings.pieces) {
+        let used = intersect(&runs(&seen), std::slice::from_ref(&piece.rows));
+        let site = (one.site, asked.model.earth_rate_in_reference);
+        let far = plan.far_from_gravity;
+        let vertical = Vertical::new(&readings, &carried, site, &used, far)
+            .ok_or("the specific force is not the site's gravity carried about by the reference")?;
+        verticals.push(vertical);
+    }
     let scale_error = asked
         .model
         .accelerometer
         .as_ref()
         .map_or([0.0; 3], |accelerometer| accelerometer.scale_error);
-    let temperature = streams.temperature_k.as_ref();
-    let warming = temperature.map(|triad| warming_k(triad, streams.rate_hz, &rows));
+    let warming = each.iter().map(Own::warming_k).collect::<Option<Vec<_>>>();
+    let warming = warming.map(|each| {
+        each_axis(|axis| {
+            let values = each.iter().flat_map(|one| &one[axis]);
+            values.copied().collect()
+        })
+    });
     Ok(Rows {
-        made_of: Prediction::new(rows, carried, vertical, scale_error, warming),
+        made_of: Prediction::new(readings, carried, verticals, scale_error, warming),
         bare,
+        regimes,
         seen,
         tested,
     })
 }
 
-/// Fits the vertical alone, until it stays, and the noise beside it.
-fn settle_vertical(
+/// Fits the verticals alone, until they stay, and the noise beside them.
+fn settle_verticals(
     made_of: &mut Prediction,
     model: &Model,
     seen: &[bool],
@@ -229,7 +343,8 @@ fn settle_vertical(
 ) -> Result<Vec<NoiseLevels>, String> {
     /// From a per cent of tilt to below a microradian.
     const STEPS: usize = 4;
-    let observations = observed(seen)?.to_fast_length();
+    let observations = observed(made_of, seen)?.to_fast_length();
+    let recordings = made_of.rows.looked_at(&observations);
     let mut levels = Vec::new();
     for _ in 0..STEPS {
         let residual = residual_m_s(made_of, model);
@@ -245,8 +360,8 @@ fn settle_vertical(
         let prices = &plan.shared.search;
         let mut search = Search::new(&sums, &[], 1, prices, &none, levels.clone());
         let fit = search.fit(&[], None);
-        let (moves, stays) = vertical_of(&fit, plan.settled);
-        made_of.move_vertical(&moves);
+        let (moves, stays) = verticals_of(&fit, &recordings, plan.settled);
+        made_of.move_verticals(&moves);
         levels = fit.levels;
         if stays {
             break;
@@ -255,8 +370,8 @@ fn settle_vertical(
     Ok(levels)
 }
 
-fn observed(seen: &[bool]) -> Result<Observations, String> {
-    Observations::bridged(seen).ok_or_else(too_few)
+fn observed(made_of: &Prediction, seen: &[bool]) -> Result<Observations, String> {
+    made_of.rows.bridged(seen).ok_or_else(too_few)
 }
 
 fn too_few() -> String {

@@ -1,6 +1,7 @@
 //! The accelerometers' findings in the terms of `diagnosis.json`, beside those of the gyros. µg where people read.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 use rlg_diagnosis::locate::{self, Location};
@@ -16,7 +17,7 @@ use rlg_findings::result::{
 };
 use rlg_findings::sentences::{effect_lines, opening};
 use rlg_findings::updated_model::switch_on;
-use rlg_inference::Drift;
+use rlg_inference::{Columns, Drift};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::axes::{AXES, Triad, add};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -189,13 +190,14 @@ impl Diagnosed {
     fn vertical_variance(&self, axis: usize) -> f64 {
         let fit = &self.confirmed.fit;
         let block = fit.gaps.last().cloned().unwrap_or(0..0);
-        let columns = self.made_of.vertical_columns();
+        let columns = self.made_of.vertical_columns(&self.found.recordings);
         let rows: usize = self.tested.iter().map(std::ops::Range::len).sum();
-        let mean = |column: &Vec<f64>| {
+        let mean = |place: usize| {
+            let column = columns.column(place);
             let tested = self.tested.iter().flat_map(|rows| &column[rows.clone()]);
             tested.sum::<f64>() / rows.max(1) as f64 * self.streams.rate_hz
         };
-        let own = columns.iter().skip(axis).step_by(3);
+        let own = (axis..columns.count()).step_by(3);
         let means: Vec<(usize, f64)> = block.zip(own.map(mean)).collect();
         let products = means.iter().flat_map(|(a, x)| {
             let with = means.iter();
@@ -404,26 +406,35 @@ impl Diagnosed {
     /// Physics without a name: only its location.
     fn unexplained(&self, location: &Location) -> EffectEntry {
         let axis = AXES[location.axis];
-        let from_s = self.streams.begin_s(location.rows.start);
-        let to_s = self.streams.begin_s(location.rows.end);
+        let [from_s, to_s] = self.made_of.rows.span_s(&location.rows);
+        let of = self.of(&location.rows);
         let (low_hz, high_hz) = location.band_hz;
         EffectEntry {
             p_value: location.p_value,
             ..unlisted(
                 String::new(),
                 format!(
-                    "Accelerometer {axis} shows more than its noise between {from_s:.1} and {to_s:.1} s, {low_hz:.1} to {high_hz:.0} Hz, and no entry of the catalogue explains it."
+                    "Accelerometer {axis}{of} shows more than its noise between {from_s:.1} and {to_s:.1} s, {low_hz:.1} to {high_hz:.0} Hz, and no entry of the catalogue explains it."
                 ),
             )
         }
     }
 
+    /// Which recording some rows are of, where there are several, for a sentence.
+    fn of(&self, rows: &Range<usize>) -> String {
+        let name = self.made_of.rows.recording_of(rows.start);
+        name.map_or_else(String::new, |name| format!(" of {name}"))
+    }
+
     fn location(&self, location: &Location) -> LocationEntry {
+        let readings = &self.made_of.rows;
+        let [start_s, end_s] = readings.span_s(&location.rows);
+        let recording = readings.recording_of(location.rows.start);
         LocationEntry {
-            recording: None,
+            recording: recording.map(ToString::to_string),
             channel: channel_name(location.axis),
-            start_s: self.streams.begin_s(location.rows.start),
-            end_s: self.streams.begin_s(location.rows.end),
+            start_s,
+            end_s,
             low_hz: location.band_hz.0,
             high_hz: location.band_hz.1,
             regime: location.regime.clone(),
@@ -453,11 +464,11 @@ impl Diagnosed {
     fn sentences(&self, shown: &Shown, effects: &[EffectEntry]) -> Vec<String> {
         let mut lines = Vec::new();
         for location in &shown.locations {
+            let [from_s, to_s] = self.made_of.rows.span_s(&location.rows);
             lines.push(format!(
-                "Where: accelerometer {} between {:.1} and {:.1} s, {:.0} to {:.0} Hz, {:.1} µg.",
+                "Where: accelerometer {}{} between {from_s:.1} and {to_s:.1} s, {:.0} to {:.0} Hz, {:.1} µg.",
                 AXES[location.axis],
-                self.streams.begin_s(location.rows.start),
-                self.streams.begin_s(location.rows.end),
+                self.of(&location.rows),
                 location.band_hz.0,
                 location.band_hz.1,
                 location.size_rad_s * MICRO_G,
@@ -513,8 +524,9 @@ impl Diagnosed {
                 ));
             }
         }
-        lines.extend(self.carried_s.map(|[from_s, to_s]| {
-            format!("The accelerometers are compared between {from_s:.1} and {to_s:.1} s: beyond, the reference was lost and the attitude with it.")
+        lines.extend(self.carried_s.iter().map(|(name, [from_s, to_s])| {
+            let of = name.as_ref().map_or_else(String::new, |name| format!(" of {name}"));
+            format!("The accelerometers{of} are compared between {from_s:.1} and {to_s:.1} s: beyond, the reference was lost and the attitude with it.")
         }));
         lines
     }

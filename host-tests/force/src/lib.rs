@@ -1,6 +1,7 @@
 //! What a model leaves out of accelerometers that are carried through gravity: one likelihood, one search.
 //!
-//! In the order of the data: [`mod@reference`] (its known errors undone) → [`carried`] (attitude, lever arms) → [`vertical`] →
+//! In the order of the data: [`readings`] (of one recording or several) and [`mod@reference`] (its known errors undone) →
+//! [`carried`] (attitude, lever arms) → [`vertical`] →
 //! [`prediction`] (what accelerometers should read) → [`residual`] → [`shaken`] (what no gravity explains is left out) →
 //! [`search`] (columns, candidates, structure search, beside the vertical) → [`confirm`] (in blocks of rows) → [`findings`].
 //! [`diagnose`](mod@diagnose) is the flow; [`whose`] asks gyros and accelerometers together whether an error is the gyros' or
@@ -12,6 +13,8 @@
 pub mod plan;
 
 pub mod reference;
+
+pub mod readings;
 
 pub mod carried;
 
@@ -39,7 +42,7 @@ pub mod findings;
 
 pub mod whose;
 
-pub use diagnose::{Asked, Diagnosed, diagnose, why_not_at_rest};
+pub use diagnose::{Asked, Diagnosed, Part, diagnose, why_not_at_rest};
 pub use findings::say_why_not;
 pub use plan::ForcePlan;
 pub use reference::ReferenceNoise;

@@ -1,10 +1,14 @@
 //! What accelerometers should read: gravity in the body, and what columns are made of.
 
+use std::ops::Range;
+
+use rlg_inference::Columns;
 use rlg_signal::accelerometer_rows::Rows;
 use rlg_signal::axes::{AXES, Triad, each_axis};
 use rlg_signal::derivatives::Spectrum;
 
 use crate::carried::Carried;
+use crate::readings::Readings;
 use crate::vertical::{UNKNOWNS, Vertical};
 
 /// The force that is predicted, and what columns are made of.
@@ -12,61 +16,104 @@ use crate::vertical::{UNKNOWNS, Vertical};
 /// Columns use this force, not the measured one: noise in a regressor would draw its coefficient to zero.
 pub struct Prediction {
     /// The accelerometers' rows.
-    pub rows: Rows,
+    pub rows: Readings,
     /// Attitude and lever-arm forces.
     pub carried: Carried,
-    /// The vertical as known so far.
-    pub vertical: Vertical,
+    /// The vertical of each recording as known so far.
+    pub verticals: Vec<Vertical>,
     /// Mean specific force over each row \[m/s²\].
     pub force_m_s2: Triad,
     /// Scale error of the model, for the 1/(1 − s_i) of a reading.
     pub scale_error: [f64; 3],
     /// Warming of each block since the start, mean over each row \[K\].
     pub warming_k: Option<Triad>,
-    spectra: [Spectrum; 3],
+    /// Spectra of the force, recording by recording.
+    spectra: Vec<[Spectrum; 3]>,
+}
+
+/// What is fitted of the verticals, a column for each unknown of some recordings and each axis.
+pub struct VerticalColumns {
+    /// Rows of all recordings.
+    count: usize,
+    /// Rows of one and values on them \[m/s per row\]; by recording, unknown and axis.
+    pub columns: Vec<(Range<usize>, Vec<f64>)>,
+}
+
+impl Columns for VerticalColumns {
+    fn count(&self) -> usize {
+        self.columns.len()
+    }
+
+    fn column(&self, place: usize) -> Vec<f64> {
+        let (rows, own) = &self.columns[place];
+        let mut values = vec![0.0; self.count];
+        values[rows.clone()].copy_from_slice(own);
+        values
+    }
 }
 
 impl Prediction {
     /// Predicts the force.
     pub fn new(
-        rows: Rows,
+        rows: Readings,
         carried: Carried,
-        vertical: Vertical,
+        verticals: Vec<Vertical>,
         scale_error: [f64; 3],
         warming_k: Option<Triad>,
     ) -> Self {
-        let force_m_s2 = vertical.force_m_s2(&rows, &carried);
-        let spectra = spectra_of(&force_m_s2, rows.rate_hz);
-        Self {
+        let mut made_of = Self {
             rows,
             carried,
-            vertical,
-            force_m_s2,
+            verticals,
+            force_m_s2: Triad::default(),
             scale_error,
             warming_k,
-            spectra,
+            spectra: Vec::new(),
+        };
+        made_of.predict();
+        made_of
+    }
+
+    fn predict(&mut self) {
+        self.force_m_s2 = Triad::default();
+        self.spectra.clear();
+        for (piece, vertical) in self.rows.pieces.iter().zip(&self.verticals) {
+            let own = vertical.force_m_s2((&self.rows, piece), &self.carried);
+            self.spectra.push(spectra_of(&own, self.rows.rate_hz));
+            for (all, own) in self.force_m_s2.iter_mut().zip(own) {
+                all.extend(own);
+            }
         }
     }
 
-    /// Takes over what was learned of the vertical.
-    pub fn move_vertical(&mut self, unknowns: &[f64; UNKNOWNS]) {
-        self.vertical = self.vertical.moved(unknowns);
-        self.force_m_s2 = self.vertical.force_m_s2(&self.rows, &self.carried);
-        self.spectra = spectra_of(&self.force_m_s2, self.rows.rate_hz);
+    /// Takes over what was learned of the verticals of some recordings.
+    ///
+    /// # Inputs
+    /// `moves`: by place of the recording.
+    pub fn move_verticals(&mut self, moves: &[(usize, [f64; UNKNOWNS])]) {
+        for (place, unknowns) in moves {
+            self.verticals[*place] = self.verticals[*place].moved(*unknowns);
+        }
+        self.predict();
     }
 
     /// The force along an axis as it was `delay_s` before \[m/s²\].
     pub fn force_before(&self, axis: usize, delay_s: f64) -> Vec<f64> {
-        self.spectra[axis].delayed(delay_s)
+        let each = self.spectra.iter();
+        each.flat_map(|spectra| spectra[axis].delayed(delay_s))
+            .collect()
     }
 
     /// Its rate of change then \[m/s³\].
     pub fn slope_before(&self, axis: usize, delay_s: f64) -> Vec<f64> {
         use realfft::num_complex::Complex64;
         use std::f64::consts::TAU;
-        self.spectra[axis].through(|hz| {
+        let slope = |hz: f64| {
             Complex64::new(0.0, TAU * hz) * Complex64::from_polar(1.0, -TAU * hz * delay_s)
-        })
+        };
+        let each = self.spectra.iter();
+        each.flat_map(|spectra| spectra[axis].through(slope))
+            .collect()
     }
 
     /// Mean rate of the case over each row \[rad/s\].
@@ -75,29 +122,40 @@ impl Prediction {
         angles.map(|angle| angle * self.rows.rate_hz).collect()
     }
 
-    /// Columns of the vertical's unknowns \[m/s per row\], for each of them its three axes.
-    pub fn vertical_columns(&self) -> Vec<Vec<f64>> {
-        let tilts = self.vertical.columns(&self.rows, &self.carried);
+    /// Columns of the verticals' unknowns of the recordings at `places`.
+    pub fn vertical_columns(&self, places: &[usize]) -> VerticalColumns {
         let period_s = self.rows.period_s();
-        let each = tilts.into_iter().flat_map(|triad| {
-            let scaled = triad.into_iter().zip(self.scale_error);
-            scaled.map(|(values, scale_error)| {
-                let factor = period_s / (1.0 - scale_error);
-                values.into_iter().map(|value| value * factor).collect()
-            })
-        });
-        each.collect()
+        let mut columns = Vec::with_capacity(places.len() * UNKNOWNS * 3);
+        for &place in places {
+            let piece = &self.rows.pieces[place];
+            let tilts = self.verticals[place].columns((&self.rows, piece), &self.carried);
+            for triad in tilts {
+                for (values, scale_error) in triad.into_iter().zip(self.scale_error) {
+                    let factor = period_s / (1.0 - scale_error);
+                    let scaled = values.into_iter().map(|value| value * factor);
+                    columns.push((piece.rows.clone(), scaled.collect()));
+                }
+            }
+        }
+        VerticalColumns {
+            count: self.rows.count,
+            columns,
+        }
     }
 }
 
-/// Warming of the blocks since the start, mean over the accelerometers' rows \[K\].
-pub fn warming_k(temperature_k: &Triad, gyro_rate_hz: f64, rows: &Rows) -> Triad {
+/// Warming of the blocks since `start_k`, mean over the rows of one recording's accelerometers \[K\].
+pub fn warming_k(
+    temperature_k: &Triad,
+    start_k: [f64; 3],
+    gyro_rate_hz: f64,
+    rows: &Rows,
+) -> Triad {
     let share = rows.rate_hz / gyro_rate_hz;
     each_axis(|axis| {
-        let start = temperature_k[axis].first().copied().unwrap_or(0.0);
-        let warming: Vec<f64> = temperature_k[axis]
-            .iter()
-            .map(|value| (value - start) * share)
+        let values = temperature_k[axis].iter();
+        let warming: Vec<f64> = values
+            .map(|value| (value - start_k[axis]) * share)
             .collect();
         rows.gather(&warming)
     })

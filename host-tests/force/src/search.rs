@@ -33,26 +33,16 @@ pub struct Found {
     pub residual_m_s: Triad,
     /// Their sums.
     pub equations: NormalEquations,
+    /// Places of the recordings whose verticals are fitted.
+    pub recordings: Vec<usize>,
     /// Sets that were looked at.
     pub tried: usize,
 }
 
-/// Columns that are kept by row.
-pub struct Kept(pub Vec<Vec<f64>>);
-
-impl rlg_inference::Columns for Kept {
-    fn count(&self) -> usize {
-        self.0.len()
-    }
-
-    fn column(&self, place: usize) -> Vec<f64> {
-        self.0[place].clone()
-    }
-}
-
-/// Parameters of the vertical without a prior, over [`Prediction::vertical_columns`].
-pub fn vertical_parameters() -> Hypothesis {
-    let terms = (0..UNKNOWNS).flat_map(|parameter| {
+/// Parameters of `recordings` verticals without a prior, over [`Prediction::vertical_columns`].
+fn vertical_parameters(recordings: usize) -> Hypothesis {
+    let parameters = recordings * UNKNOWNS;
+    let terms = (0..parameters).flat_map(|parameter| {
         (0..3).map(move |record| Term {
             parameter,
             record,
@@ -60,10 +50,10 @@ pub fn vertical_parameters() -> Hypothesis {
             coefficient: 1.0,
         })
     });
-    Hypothesis::of_terms(UNKNOWNS, terms.collect())
+    Hypothesis::of_terms(parameters, terms.collect())
 }
 
-/// Sums over the rows of `observations`, with the columns of `pool` and the vertical's.
+/// Sums over the rows of `observations`, with the columns of `pool` and those of the verticals that are looked at.
 pub fn equations(
     made_of: &Prediction,
     residual_m_s: &Triad,
@@ -75,26 +65,44 @@ pub fn equations(
         columns: &pool.columns,
         made_of,
     };
-    let vertical = Kept(made_of.vertical_columns());
+    let recordings = made_of.rows.looked_at(observations);
+    let verticals = made_of.vertical_columns(&recordings);
     NormalEquations::with_free(
         observations.clone(),
         residual_m_s,
         &columns,
         levels,
-        (&vertical, vertical_parameters()),
+        (&verticals, vertical_parameters(recordings.len())),
     )
 }
 
-/// What a fit says of the vertical's unknowns, and whether they are settled.
-pub fn vertical_of(fit: &Fit, settled: f64) -> ([f64; UNKNOWNS], bool) {
+/// What a fit says of the unknowns of each vertical.
+///
+/// # Inputs
+/// `recordings`: places of those that were looked at.
+fn moves_of(fit: &Fit, recordings: &[usize]) -> Vec<(usize, [f64; UNKNOWNS])> {
     let block = fit.gaps.last().cloned().unwrap_or(0..0);
-    let mut moves = [0.0; UNKNOWNS];
-    let mut stays = true;
-    for (value, at) in moves.iter_mut().zip(block) {
-        *value = fit.estimate[at];
-        stays &= value.abs() <= settled * fit.covariance[(at, at)].max(0.0).sqrt();
-    }
-    (moves, stays)
+    let estimates: Vec<f64> = block.map(|at| fit.estimate[at]).collect();
+    let (each, _) = estimates.as_chunks();
+    recordings
+        .iter()
+        .copied()
+        .zip(each.iter().copied())
+        .collect()
+}
+
+/// The same, and whether all are settled.
+pub fn verticals_of(
+    fit: &Fit,
+    recordings: &[usize],
+    settled: f64,
+) -> (Vec<(usize, [f64; UNKNOWNS])>, bool) {
+    let mut block = fit.gaps.last().cloned().unwrap_or(0..0);
+    let stays = block.all(|at| {
+        let std = fit.covariance[(at, at)].max(0.0).sqrt();
+        fit.estimate[at].abs() <= settled * std
+    });
+    (moves_of(fit, recordings), stays)
 }
 
 /// Searches; `made_of` is left with the vertical that the set puts.
@@ -108,6 +116,7 @@ pub fn find(
     mut levels: Vec<NoiseLevels>,
     (plan, left_out, open): (&ForcePlan, &[&str], &[&str]),
 ) -> Found {
+    let recordings = made_of.rows.looked_at(observations);
     let mut delay_s = [0.0; 3];
     let mut before: Vec<Candidate> = Vec::new();
     let mut pass = 0;
@@ -146,14 +155,14 @@ pub fn find(
             .map(|&place| candidates[place].clone())
             .collect();
         let (now_s, delays_stay) = delays(&fit, &candidates, delay_s, plan.settled);
-        let (moves, vertical_stays) = vertical_of(&fit, plan.settled);
+        let (moves, vertical_stays) = verticals_of(&fit, &recordings, plan.settled);
         let is_same_set = members.len() == before.len()
             && members
                 .iter()
                 .all(|one| before.iter().any(|other| other.is_same(one)));
         let stands = is_same_set && delays_stay && vertical_stays;
         if !(stands || pass >= plan.shared.passes) {
-            made_of.move_vertical(&moves);
+            made_of.move_verticals(&moves);
             delay_s = now_s;
             before = members;
             continue;
@@ -193,6 +202,7 @@ pub fn find(
             pool,
             residual_m_s,
             equations: sums,
+            recordings,
             tried,
         };
     }
@@ -266,9 +276,12 @@ impl Found {
                 add(left, effect, -1.0);
             }
         }
-        let (moves, _) = vertical_of(fit, 0.0);
-        for (place, column) in made_of.vertical_columns().iter().enumerate() {
-            add(&mut left[place % 3], column, -moves[place / 3]);
+        let moves = moves_of(fit, &self.recordings);
+        let moves: Vec<f64> = moves.into_iter().flat_map(|(_, moves)| moves).collect();
+        let columns = made_of.vertical_columns(&self.recordings).columns;
+        for (place, (rows, column)) in columns.into_iter().enumerate() {
+            let own = left[place % 3][rows].iter_mut().zip(column);
+            own.for_each(|(left, value)| *left -= moves[place / 3] * value);
         }
         left
     }

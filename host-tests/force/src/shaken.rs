@@ -11,7 +11,7 @@ use rlg_diagnosis::noise_levels::{first_levels, mean};
 use rlg_diagnosis::regimes::{Regime, intersect};
 use rlg_findings::result::UNLISTED;
 use rlg_inference::evaluate::{Effort, evaluate, residual_power};
-use rlg_inference::{Drift, Fit, Hypothesis, Observations};
+use rlg_inference::{Drift, Fit, Hypothesis};
 use rlg_signal::axes::Triad;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
@@ -81,7 +81,7 @@ fn of_regime(
     for rows in rows {
         seen[rows.clone()].fill(true);
     }
-    let observations = Observations::bridged(&seen)?;
+    let observations = made_of.rows.bridged(&seen)?;
     let levels = first_levels(residual_m_s, &observations);
     let mut delay_s = [0.0; 3];
     let mut step = 0;

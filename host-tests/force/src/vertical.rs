@@ -8,11 +8,11 @@ use std::ops::Range;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rlg_recording::Site;
-use rlg_signal::accelerometer_rows::Rows;
 use rlg_signal::axes::Triad;
 use strapdown::earth::ROTATION_RAD_S;
 
 use crate::carried::Carried;
+use crate::readings::{Piece, Readings};
 
 /// How many numbers of the vertical are fitted.
 pub const UNKNOWNS: usize = 4;
@@ -28,13 +28,13 @@ pub struct Vertical {
 }
 
 impl Vertical {
-    /// Takes the mean of the felt force over `used`, turned back to the start, for the vertical.
+    /// Takes the mean of the felt force over rows `used` of one recording, turned back to its start, for the vertical.
     ///
     /// # Returns
     /// `None` where that mean differs from the site's gravity by more than a share `far`: the force is then not that of a
     /// unit carried about at this site.
     pub fn new(
-        rows: &Rows,
+        rows: &Readings,
         carried: &Carried,
         (site, earth_in_reference): (Site, bool),
         used: &[Range<usize>],
@@ -73,21 +73,26 @@ impl Vertical {
         [first, self.up.cross(&first)]
     }
 
-    /// Specific force at the body's origin \[m/s²\].
-    pub fn force_m_s2(&self, rows: &Rows, carried: &Carried) -> Triad {
-        carried.in_body(rows, self.gravity_m_s2 * self.up, self.turning_rad_s)
+    /// Specific force at the body's origin on the rows of its recording \[m/s²\].
+    pub fn force_m_s2(&self, of: (&Readings, &Piece), carried: &Carried) -> Triad {
+        carried.in_body(of, self.gravity_m_s2 * self.up, self.turning_rad_s)
     }
 
     /// How that force changes with each unknown \[m/s² per rad, per rad/s\].
-    pub fn columns(&self, rows: &Rows, carried: &Carried) -> [Triad; UNKNOWNS] {
-        let [first, second] = self
-            .level()
-            .map(|axis| carried.in_body(rows, self.gravity_m_s2 * axis, self.turning_rad_s));
+    pub fn columns(
+        &self,
+        (readings, piece): (&Readings, &Piece),
+        carried: &Carried,
+    ) -> [Triad; UNKNOWNS] {
+        let [first, second] = self.level().map(|axis| {
+            let along = self.gravity_m_s2 * axis;
+            carried.in_body((readings, piece), along, self.turning_rad_s)
+        });
         let drifting = |tilt: &Triad| {
             let mut tilt = tilt.clone();
             for values in &mut tilt {
-                for (row, value) in values.iter_mut().enumerate() {
-                    *value *= rows.middle_s(row) - rows.start_s;
+                for (row, value) in piece.rows.clone().zip(values) {
+                    *value *= readings.since_start_s(piece, row);
                 }
             }
             tilt
@@ -98,9 +103,9 @@ impl Vertical {
     }
 
     /// The vertical with the fitted unknowns taken over.
-    pub fn moved(&self, unknowns: &[f64; UNKNOWNS]) -> Self {
+    pub fn moved(&self, unknowns: [f64; UNKNOWNS]) -> Self {
         let [first, second] = self.level();
-        let [tilt_first, tilt_second, drift_first, drift_second] = *unknowns;
+        let [tilt_first, tilt_second, drift_first, drift_second] = unknowns;
         let towards = |a: f64, b: f64| self.up.cross(&(a * first + b * second));
         // up × (towards) turns up towards it.
         let rotation = UnitQuaternion::from_scaled_axis(towards(tilt_first, tilt_second));

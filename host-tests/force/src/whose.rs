@@ -12,9 +12,8 @@ use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_findings::updated_model::switch_on;
 use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_signal::axes::AXES;
-use rlg_signal::streams::Streams;
 
-use crate::diagnose::{Asked, Diagnosed, diagnose};
+use crate::diagnose::{Asked, Diagnosed, Part, diagnose};
 use crate::kinds;
 use crate::plan::ForcePlan;
 
@@ -84,7 +83,7 @@ struct Difference {
 /// # Errors
 /// As of [`diagnose`](fn@diagnose).
 pub fn beside(
-    streams: &Streams,
+    parts: &[Part],
     asked: &Asked,
     outcome: &mut Outcome,
     progress: &dyn Fn(&str),
@@ -106,7 +105,7 @@ pub fn beside(
             open: &open,
             ..*asked
         };
-        let force = diagnose(streams, &asked, progress)?;
+        let force = diagnose(parts, &asked, progress)?;
         let behind: f64 = differences
             .iter()
             .zip(&sides)

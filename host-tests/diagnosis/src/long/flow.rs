@@ -30,6 +30,7 @@ use crate::pictures::{self, Pictures};
 use crate::plan::LongPlan;
 use crate::put_right::{PutRight, put_right};
 use crate::regimes::regimes_of;
+use crate::search::Found;
 use crate::settings::Settings;
 use crate::several::confirm::{Confirmed, confirmed, in_recording, shares_of};
 use crate::several::report::{Beside, Whole, outcome};
@@ -43,14 +44,18 @@ const OF_ATTITUDE: &str = "earth_rate";
 
 /// Diagnoses a recording of which `most_rows` may be in memory at once; `None` where too few rows can be fitted.
 ///
+/// # Returns
+/// The findings, and the stretches with what `also` makes of each.
+///
 /// # Errors
 /// Rows cannot be read; axes are reversed or exchanged; or the model's installation matrix has no inverse.
-pub fn diagnose(
+pub fn diagnose_also<T>(
     settings: &Settings,
     (long, most_rows): (&Long, usize),
     (model, model_file): (&Model, &Path),
     progress: &dyn Fn(&str),
-) -> Result<Option<Outcome>, InputError> {
+    also: impl Fn(&Found) -> T,
+) -> Result<Option<(Outcome, Vec<(Streams, T)>)>, InputError> {
     let Settings {
         left_out,
         ref plan,
@@ -95,6 +100,8 @@ pub fn diagnose(
     };
     progress("searching beside the sums");
     let mut together = standing.judged(Some(sums.side()), plan);
+    progress("trying the search on this recording");
+    let tested_on = together.self_test(Some(sums.side().equations), (plan, seed));
     progress("confirming the findings");
     let mut found = shares_of(&mut together);
     // The set stands: its findings need no columns by frequency, which are most of the memory.
@@ -118,10 +125,14 @@ pub fn diagnose(
         (model, seed, plan),
     );
     outcome.diagnosis.summary.extend(lines);
+    outcome.diagnosis.self_test = tested_on;
     if let Some(turned) = turned {
         turned.report(&mut outcome);
     }
-    Ok(Some(outcome))
+    let beside: Vec<T> = found.iter().map(also).collect();
+    drop((fitted, found));
+    let streams = all.into_iter().map(|(streams, _)| streams);
+    Ok(Some((outcome, streams.zip(beside).collect())))
 }
 
 /// Temperature of each block at the recording's beginning \[K\]; `None` without thermometers.

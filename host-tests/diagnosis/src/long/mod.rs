@@ -4,7 +4,7 @@
 //! what was found, chunk by chunk, summed) → the same search beside the sums → confirmed, reported.
 //!
 //! Held at once: the stretches, one chunk, and the blocks; none of them grows with the recording. Deliberately not here:
-//! events and expressions between the stretches, resonances beyond those that the stretches show, accelerometers.
+//! events and expressions between the stretches, resonances beyond those that the stretches show.
 
 mod cut;
 
@@ -13,4 +13,4 @@ mod forming;
 mod flow;
 
 pub use cut::Long;
-pub use flow::diagnose;
+pub use flow::diagnose_also;

@@ -31,14 +31,18 @@ use crate::validate::validate;
 /// # Inputs
 /// `all`: each with the faults of its data; recordings whose piece is held out only test.
 ///
+/// # Returns
+/// The findings, and what `also` makes of each recording that does not only test.
+///
 /// # Errors
 /// The model's installation matrix has no inverse.
-pub fn diagnose(
+pub fn diagnose_also<T>(
     settings: &Settings,
     all: &mut [(Streams, Vec<Fault>)],
     (model, model_file): (&Model, &Path),
     progress: &dyn Fn(&str),
-) -> Result<Option<Outcome>, InputError> {
+    also: impl Fn(&Found) -> T,
+) -> Result<Option<(Outcome, Vec<T>)>, InputError> {
     let Settings {
         left_out,
         ref plan,
@@ -60,6 +64,8 @@ pub fn diagnose(
     let Some(mut together) = find(&mut fitted, left_out, plan, progress) else {
         return Ok(None);
     };
+    progress("trying the search on these recordings");
+    let tested_on = together.self_test(None, (plan, seed));
     progress("confirming the findings");
     let mut found = shares_of(&mut together);
     for own in &mut found {
@@ -74,13 +80,15 @@ pub fn diagnose(
         .iter_mut()
         .map(|data| of_held_out(data, (&together, &found[0]), &confirmed, plan))
         .collect();
-    Ok(Some(outcome(
+    let mut outcome = outcome(
         &fitted,
         (&together, &mut found),
         &confirmed,
         (&faults, Beside::HeldOut(held_out)),
         (model, seed, plan),
-    )))
+    );
+    outcome.diagnosis.self_test = tested_on;
+    Ok(Some((outcome, found.iter().map(also).collect())))
 }
 
 /// Figures of a recording that only tests: what is common to all others, predicted from its own reference. None of its rows

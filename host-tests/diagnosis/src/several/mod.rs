@@ -18,4 +18,4 @@ pub(crate) mod sums;
 
 mod flow;
 
-pub use flow::diagnose;
+pub use flow::diagnose_also;

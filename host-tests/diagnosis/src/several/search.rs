@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use rlg_catalogue::candidates::is_delay;
 use rlg_catalogue::signals::Path;
 use rlg_catalogue::{Candidate, Pool, Sensed};
+use rlg_findings::result::SelfTestEntry;
 use rlg_inference::search::{DriftPrior, Judged, best_of};
 use rlg_inference::{
     Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Observations, Search,
@@ -18,6 +19,7 @@ use crate::data::Data;
 use crate::pass::Pass;
 use crate::plan::AnalysisPlan;
 use crate::search::{Before, Settled, delays, is_seen, is_settled, path_of, settle, share_of};
+use crate::self_test::{Row, self_test_on};
 
 /// What the fitted rows of all recordings say.
 pub(crate) struct Together {
@@ -39,6 +41,33 @@ pub(crate) struct Together {
     pub(crate) empty: Fit,
     /// Sets that were looked at.
     pub(crate) tried: usize,
+}
+
+impl Together {
+    /// What the search would name in noise alone on all of them.
+    pub(crate) fn self_test(
+        &self,
+        sums: Option<&NormalEquations>,
+        (plan, seed): (&AnalysisPlan, u64),
+    ) -> Option<SelfTestEntry> {
+        let parts = self.passes.iter().map(|pass| &pass.equations);
+        let data = JointLikelihood::new(parts.chain(sums).collect());
+        let members = self.fit.members.iter();
+        let members = members.map(|&place| &self.shared[place].candidate.hypothesis);
+        let members: Vec<&Hypothesis> = members.collect();
+        let of = |one| {
+            let Shared {
+                candidate, sharing, ..
+            }: &Shared = one;
+            let row = Row::of(candidate)?;
+            Some(match sharing {
+                Sharing::Common => row,
+                Sharing::Apart | Sharing::Only(_) => row.only_tried(),
+            })
+        };
+        let rows: Vec<Row> = self.shared.iter().filter_map(of).collect();
+        self_test_on(&data, (&self.fit.levels, &members), &rows, (plan, seed))
+    }
 }
 
 /// One recording between two passes.
@@ -358,7 +387,7 @@ impl Recording {
 }
 
 /// Makes delays of all recordings about one value where what each recording says alone allows one: only then can they be one
-/// parameter.
+/// parameter. Stretches are of one recording, which has one.
 fn join_delays(
     all: &mut [Data],
     (recordings, kin): (&mut Vec<Recording>, Kin),
@@ -371,21 +400,26 @@ fn join_delays(
         .map(|(one, fit)| delays(fit, &one.pass.candidates))
         .collect();
     let joint_s = [0, 1, 2].map(|gyro: usize| {
-        // A recording that cannot show a delay speaks for none; of one recording none of its stretches does.
+        // A recording that cannot show a delay speaks for none.
         let speaks = |place: usize| {
-            let shows = each[place].1[gyro].is_finite();
-            shows || (kin == Kin::Recordings && recordings[place].may_show_delay(gyro))
+            each[place].1[gyro].is_finite() || recordings[place].may_show_delay(gyro)
         };
-        let own: Vec<(f64, f64)> = (0..each.len())
-            .filter(|&place| speaks(place))
-            .map(|place| (each[place].0[gyro], each[place].1[gyro]))
-            .collect();
-        joint_delay(&own, plan.several.same_delay)
+        let own = (0..each.len()).map(|place| (each[place].0[gyro], each[place].1[gyro]));
+        match kin {
+            Kin::Stretches => Some(mean_delay(own).map_or(0.0, |(mean_s, _)| mean_s)),
+            Kin::Recordings => {
+                let spoken = own.enumerate().filter(|(place, _)| speaks(*place));
+                let spoken: Vec<(f64, f64)> = spoken.map(|(_, own)| own).collect();
+                joint_delay(&spoken, plan.several.same_delay)
+            }
+        }
     });
     let [Some(x), Some(y), Some(z)] = joint_s else {
         return;
     };
-    if [x, y, z] == [0.0; 3] {
+    let delay_s = [x, y, z];
+    // What was sought about a delay that it then had not is about that delay still.
+    if recordings.iter().all(|one| one.path.delay_s == delay_s) {
         return;
     }
     *recordings = std::mem::take(recordings)
@@ -393,27 +427,32 @@ fn join_delays(
         .zip(all.iter_mut())
         .zip(fits)
         .map(|((one, data), fit)| {
-            one.linearised_about(data, fit.clone(), Some([x, y, z]), (plan, left_out))
+            one.linearised_about(data, fit.clone(), Some(delay_s), (plan, left_out))
         })
         .collect();
+}
+
+/// The mean of delays with its standard deviation \[s\]; `None` where there is none.
+///
+/// # Inputs
+/// `each`: value and standard deviation \[s\], infinite where a recording has none.
+fn mean_delay(each: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for (value_s, std_s) in each.filter(|(_, std_s)| *std_s > 0.0) {
+        sum += value_s * std_s.powi(-2);
+        weights += std_s.powi(-2);
+    }
+    (weights > 0.0).then(|| (sum / weights, weights.sqrt().recip()))
 }
 
 /// The mean of delays that may be one; 0 where there is none.
 ///
 /// # Inputs
-/// `each`: value and standard deviation \[s\], infinite where a recording has none; `same`: how far one may lie from the mean \[σ\].
+/// `each`: as in [`mean_delay`]; `same`: how far one may lie from the mean \[σ\].
 fn joint_delay(each: &[(f64, f64)], same: f64) -> Option<f64> {
-    let weight = |std_s: f64| if std_s > 0.0 { std_s.powi(-2) } else { 0.0 };
-    let weights: f64 = each.iter().map(|(_, std_s)| weight(*std_s)).sum();
-    if weights == 0.0 {
+    let Some((mean_s, std_of_mean_s)) = mean_delay(each.iter().copied()) else {
         return Some(0.0);
-    }
-    let sum: f64 = each
-        .iter()
-        .map(|(value_s, std_s)| weight(*std_s) * value_s)
-        .sum();
-    let mean_s = sum / weights;
-    let std_of_mean_s = weights.sqrt().recip();
+    };
     // A recording that shows none may have one that is weak.
     let may_be = |(value_s, std_s): &(f64, f64)| match std_s.is_finite() {
         true => (value_s - mean_s).abs() < same * std_s,

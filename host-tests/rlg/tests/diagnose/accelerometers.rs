@@ -4,9 +4,12 @@
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use super::support::{concealed, kinds, sizes_are};
+use super::support::{concealed, kinds, number, sizes_are};
 use rlg::diagnose::result::{Diagnosis, Verdict};
-use rlg::diagnose::{Outcome, diagnose, diagnose_without};
+use rlg::diagnose::streams::Streams;
+use rlg::diagnose::{
+    LongRecording, Outcome, Settings, diagnose, diagnose_together, diagnose_without,
+};
 use rlg::recording::{Channel, Clock, Quantity, Table};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::{Simulation, simulate};
@@ -298,6 +301,74 @@ fn an_effect_that_is_not_in_the_catalogue_gets_no_name_of_another() {
             .collect();
         assert!(named.is_empty(), "{kind}: {:#?}", diagnosis.summary);
     }
+}
+
+/// Recordings of one unit, the last of which only tests.
+fn together(effects: &str, seeds: RangeInclusive<u64>) -> Diagnosis {
+    let mut model = None;
+    let mut all: Vec<Streams> = seeds
+        .map(|seed| {
+            let mut simulation = recorded(effects, seed);
+            simulation.recording.name = format!("table {seed}");
+            let of = model.get_or_insert(simulation.model);
+            Streams::align(&simulation.recording, of).expect("it aligns")
+        })
+        .collect();
+    all.last_mut().expect("a recording").piece.held_out = true;
+    let model = model.expect("a recording");
+    let of = (&model, Path::new("model.toml"));
+    let outcome = diagnose_together(&Settings::default(), all, of, &|_| {});
+    outcome.expect("a diagnosis").diagnosis
+}
+
+#[test]
+fn what_accelerometers_do_in_all_recordings_is_one_effect() {
+    let bias = [("x", 2e-4), ("y", -1.6e-4), ("z", 1.2e-4)];
+    let concealed = concealed("accel_bias", &bias);
+    let simulation = recorded(&concealed, 1);
+    let alone = diagnosed(&simulation, &simulation.model).diagnosis;
+    let three = together(&concealed, 1..=4);
+    assert_eq!(kinds(&three), ["accel_bias"], "{:#?}", three.summary);
+    sizes_are(&three.effects[0], &bias);
+    for axis in ["x", "y", "z"] {
+        let [of_one, of_three] = [&alone, &three].map(|one| number(&one.effects[0], axis).1);
+        // Three records of the same length; the level of each is its own.
+        let gain = of_one / of_three;
+        assert!((1.5..2.0).contains(&gain), "{axis}: {gain}");
+    }
+    let none = together("", 1..=3);
+    assert_eq!(none.verdict, Verdict::Matches, "{:#?}", none.summary);
+    assert_eq!(none.accelerometer_noise.len(), 3, "they were looked at");
+    let tested = none.self_test.expect("a self-test");
+    assert_eq!(tested.false_names, 0);
+    let strongest = tested.curve.last().expect("strengths");
+    assert!(10 * strongest.detected > 9 * strongest.injections);
+}
+
+/// Read as if a third of its rows were all that memory holds.
+fn long(effects: &str) -> Diagnosis {
+    let simulation = recorded(effects, 9);
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let recording = &simulation.recording;
+    recording.write_to(folder.path()).expect("a recording");
+    let model = &simulation.model;
+    let long = LongRecording::of(folder.path(), model, recording.tables[0].rows / 3);
+    let long = long.expect("it can be read").expect("it is longer");
+    let of = (model, Path::new("model.toml"));
+    let outcome = long.diagnose(&Settings::default(), of, &|_| {});
+    outcome.expect("a diagnosis").diagnosis
+}
+
+#[test]
+fn accelerometers_of_a_long_recording_are_looked_at_in_its_stretches() {
+    let none = long("");
+    assert_eq!(none.verdict, Verdict::Matches, "{:#?}", none.summary);
+    assert_eq!(none.accelerometer_noise.len(), 3, "they were looked at");
+    assert_eq!(none.self_test.expect("a self-test").false_names, 0);
+    let scale = [("x", 2e-3), ("y", -2e-3), ("z", 1.5e-3)];
+    let found = long(&concealed("accel_scale", &scale));
+    assert_eq!(kinds(&found), ["accel_scale"], "{:#?}", found.summary);
+    sizes_are(&found.effects[0], &scale);
 }
 
 #[test]

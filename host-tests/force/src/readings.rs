@@ -1,0 +1,132 @@
+//! The accelerometers' readings: those of one recording, or of several one behind the other.
+//!
+//! Of each recording, or stretch of a long one, the attitude and the level at its begin are its own; what the accelerometers do
+//! is common to all. So nothing that knows neighbouring rows (attitude, filters, transforms) goes from one to the next.
+
+use std::ops::Range;
+
+use rlg_inference::Observations;
+use rlg_signal::accelerometer_rows::Rows;
+use rlg_signal::axes::{Triad, each_axis};
+
+/// Rows of one recording among all.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Piece {
+    /// Its rows.
+    pub rows: Range<usize>,
+    /// Beginning of the first on its own clock \[s\].
+    pub start_s: f64,
+    /// Name of its recording.
+    pub recording: String,
+}
+
+/// All rows.
+pub struct Readings {
+    /// Rows per second \[Hz\].
+    pub rate_hz: f64,
+    /// Number of rows.
+    pub count: usize,
+    /// Velocity increment of each accelerometer over each row \[m/s\].
+    pub sensed_m_s: Triad,
+    /// Rows in which all accelerometers and the case's motion were measured.
+    pub usable: Vec<bool>,
+    /// Recordings, in the order of their rows.
+    pub pieces: Vec<Piece>,
+}
+
+impl Readings {
+    /// Puts rows of recordings one behind the other.
+    ///
+    /// # Errors
+    /// Two have rows of other lengths.
+    pub fn joined(each: &[(&str, Rows)]) -> Result<Self, String> {
+        let mut pieces: Vec<Piece> = Vec::with_capacity(each.len());
+        for (name, rows) in each {
+            if rows.rate_hz != each[0].1.rate_hz {
+                return Err(format!(
+                    "the accelerometers of {} have {} rows a second, those of {name} {}",
+                    each[0].0, each[0].1.rate_hz, rows.rate_hz
+                ));
+            }
+            let first = pieces.last().map_or(0, |before| before.rows.end);
+            pieces.push(Piece {
+                rows: first..first + rows.count,
+                start_s: rows.start_s,
+                recording: (*name).to_string(),
+            });
+        }
+        let all = || each.iter().map(|(_, rows)| rows);
+        Ok(Self {
+            rate_hz: each[0].1.rate_hz,
+            count: pieces.last().map_or(0, |last| last.rows.end),
+            sensed_m_s: each_axis(|axis| {
+                let values = all().flat_map(|rows| &rows.sensed_m_s[axis]);
+                values.copied().collect()
+            }),
+            usable: all().flat_map(|rows| &rows.usable).copied().collect(),
+            pieces,
+        })
+    }
+
+    /// The piece of a row.
+    fn piece_of(&self, row: usize) -> &Piece {
+        let mut pieces = self.pieces.iter();
+        let own = pieces.find(|piece| row < piece.rows.end);
+        own.unwrap_or(&self.pieces[self.pieces.len() - 1])
+    }
+
+    /// The recording of a row, where there are several.
+    pub fn recording_of(&self, row: usize) -> Option<&str> {
+        let first = &self.pieces[0].recording;
+        let are_several = self.pieces.iter().any(|one| one.recording != *first);
+        are_several.then(|| &*self.piece_of(row).recording)
+    }
+
+    /// Beginning and end of some rows of one recording, on its clock \[s\].
+    pub fn span_s(&self, rows: &Range<usize>) -> [f64; 2] {
+        let piece = self.piece_of(rows.start);
+        [rows.start, rows.end]
+            .map(|row| piece.start_s + (row - piece.rows.start) as f64 / self.rate_hz)
+    }
+
+    /// One row's period \[s\].
+    pub fn period_s(&self) -> f64 {
+        1.0 / self.rate_hz
+    }
+
+    /// Time from its recording's first row to a row's middle \[s\].
+    pub fn since_start_s(&self, piece: &Piece, row: usize) -> f64 {
+        let middle_s = piece.start_s + ((row - piece.rows.start) as f64 + 0.5) / self.rate_hz;
+        middle_s - piece.start_s
+    }
+
+    /// What is seen of rows, a span for each recording with its gaps bridged; `None` where fewer than eight rows are seen.
+    pub fn bridged(&self, seen: &[bool]) -> Option<Observations> {
+        let each = self.pieces.iter().filter_map(|piece| {
+            let mut own = Observations::bridged(&seen[piece.rows.clone()])?;
+            for span in &mut own.spans {
+                let moved = |rows: &Range<usize>| {
+                    rows.start + piece.rows.start..rows.end + piece.rows.start
+                };
+                span.rows = moved(&span.rows);
+                span.gaps.iter_mut().for_each(|gap| *gap = moved(gap));
+            }
+            Some(own.spans)
+        });
+        let spans: Vec<_> = each.flatten().collect();
+        (!spans.is_empty()).then_some(Observations {
+            spans,
+            record_rows: self.count,
+        })
+    }
+
+    /// Places of the recordings that are looked at.
+    pub fn looked_at(&self, observations: &Observations) -> Vec<usize> {
+        let is_seen = |place: &usize| {
+            let rows = &self.pieces[*place].rows;
+            let mut spans = observations.spans.iter();
+            spans.any(|span| span.rows.start < rows.end && rows.start < span.rows.end)
+        };
+        (0..self.pieces.len()).filter(is_seen).collect()
+    }
+}
