@@ -281,6 +281,11 @@ impl Column {
         self.of_motion(signals, &signals.independent)
     }
 
+    /// Whether it is what lies between the reference and a gyro.
+    pub fn is_of_path(self) -> bool {
+        matches!(self, Self::Late(..) | Self::LowPass(..) | Self::Mount(..))
+    }
+
     /// What a linear effect makes of the reference as it was measured \[rad\]: each part of the path behind those that come before
     /// it (mount, low pass, delay), so that all of them together are the path; what is not on the path behind all of it.
     /// `None` of all others.

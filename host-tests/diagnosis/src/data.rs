@@ -219,6 +219,12 @@ impl<'a> Data<'a> {
         Some(passed(&noise, path, sensing, rate_hz))
     }
 
+    /// What a path that the model does not know adds to the sensed increments, by the reference as it was measured \[rad\].
+    pub(super) fn passed_by(&self, path: Path) -> Triad {
+        let sensing = (self.sensing_from_body, self.model.gyro.scale_error);
+        passed(&self.reference_rad, path, sensing, self.streams.rate_hz)
+    }
+
     /// What the model's effects besides delays, low passes and mounts add to the sensed increments \[rad\].
     pub fn known_rad(&self, signals: &Signals) -> Triad {
         let mut sum: Triad = std::array::from_fn(|_| vec![0.0; signals.rows]);

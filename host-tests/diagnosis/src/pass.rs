@@ -10,6 +10,7 @@ use rlg_signal::streams::{Triad, add};
 use super::case_motion::Motion;
 use super::lattice::Lattice;
 use super::plan::AnalysisPlan;
+use super::search::Left;
 
 /// Where a search begins.
 pub(super) struct Begin<'a> {
@@ -39,6 +40,8 @@ pub(super) struct Pass {
     pub(super) residual_rad: Triad,
     /// What linear effects that were found before make of the reference's noise \[rad\]: still in the residual.
     pub(super) passed_noise_rad: Triad,
+    /// The residual before what was found of the path was taken out of it, where anything was.
+    pub(super) before_path: Option<Left>,
     /// Noise under which gaps and ends were taken out.
     pub(super) levels: NoiseLevels,
     pub(super) pool: Pool,

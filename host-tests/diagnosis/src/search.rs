@@ -1,5 +1,6 @@
 //! Passes between motion, columns and structure search, until the set and its delays stand still.
 
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Matrix3;
@@ -119,91 +120,194 @@ pub(super) fn settle(
         looked_at = data.observed(&seen)?;
         fitted = looked_at.clone().to_fast_length();
     }
-    let mut levels = first_levels(&far.clean_rad, &fitted);
-    let mut clean = bridged(&far.clean_rad, &looked_at);
-    data.found_share = Matrix3::from_fn(|gyro, axis| far.sensed[gyro][axis]);
-    let mut found_path = far.path;
-    let mut path_before = None;
-    let mut best: Option<(Fit, Vec<Candidate>)> = None;
-    let mut settling = false;
+    let rows = Rows {
+        seen,
+        looked_at,
+        fitted,
+    };
+    let mut begun = Begun {
+        levels: first_levels(&far.clean_rad, &rows.fitted),
+        clean_rad: bridged(&far.clean_rad, &rows.looked_at),
+        share: Matrix3::from_fn(|gyro, axis| far.sensed[gyro][axis]),
+        path: far.path,
+        path_before: None,
+        best: None,
+        is_settling: false,
+    };
+    // What the last pass began with whose set stood before the families were asked.
+    let mut stood = None;
+    let mut asks = Asks::WhereItStands;
     let mut tried = 0;
     let mut pass = 0;
     loop {
-        progress(&format!("pass {}: motion and columns", pass + 1));
-        let motion = estimate(data, &clean, &levels, &seen, found_path, plan);
-        let before_this = best.as_ref().map_or(Before::Coarse(&far), Before::Pass);
-        let mut now = Pass::new(data, motion, left_out, &fitted, &levels, before_this);
-        progress(&format!(
-            "pass {}: {} candidates",
-            pass + 1,
-            now.candidates.len()
-        ));
-        let before: Option<Vec<Candidate>> = best.as_ref().map(|(fit, candidates)| {
-            fit.members
-                .iter()
-                .map(|&place| candidates[place].clone())
-                .collect()
-        });
-        let start: Vec<usize> = before
-            .iter()
-            .flatten()
-            .filter_map(|member| {
-                now.candidates
-                    .iter()
-                    .position(|other| is_same(other, member))
-            })
-            .collect();
-        let count_before = before.as_ref().map_or(0, Vec::len);
-        let is_as_before = |fit: &Fit| {
-            count_before == start.len()
-                && fit.members.len() == start.len()
-                && start.iter().all(|place| fit.members.contains(place))
-        };
-        let was_settling = settling;
-        let run = now.search(
-            &start,
-            &levels,
-            pass == 0 || was_settling,
-            (plan, left_out),
-            |fit, candidates| {
-                // A strong delay or mount is linearised to the end before anything is added to it.
-                is_nonlinear(fit, candidates)
-                    && !(pass > 0 && is_settled(fit, candidates, found_path.delay_s))
-            },
-            |fit, candidates| {
-                let is_last = pass + 1 == plan.passes;
-                // The families are of motion.
-                data.streams.at_rest.is_none()
-                    && (is_last
-                        || is_as_before(fit) && is_settled(fit, candidates, found_path.delay_s))
-            },
-        );
-        settling = run.only_nonlinear;
-        tried += run.tried;
-        let fit = run.fit;
-        let settled = is_settled(&fit, &now.candidates, found_path.delay_s);
-        let same = before.is_some() && is_as_before(&fit);
-        let nothing = fit.members.is_empty() && pass == 0 && !far.is_far();
-        levels.clone_from(&fit.levels);
-        clean = now.clean_by(&fit, &looked_at);
-        data.found_share = share_of(&fit, &now.candidates, &now.pool);
-        pass += 1;
-        // The motion is that of a set only where what the set leaves was seen along the same path.
-        let is_own = path_before.is_some_and(|before| is_alike(&before, &found_path));
-        let ended = !settling && (nothing || (same && settled && is_own));
-        if ended || pass >= plan.passes {
+        let is_last = pass + 1 == plan.passes;
+        progress(&format!("pass {}", pass + 1));
+        let about = (&rows, &far, pass);
+        let done = begun.pass(data, about, asks, (plan, left_out));
+        tried += done.tried;
+        if done.has_ended || asks == Asks::Nothing || is_last && stood.is_none() {
+            data.found_share = share_of(&done.fit, &done.pass.candidates, &done.pass.pool);
+            let Rows {
+                seen,
+                looked_at,
+                fitted,
+            } = rows;
             return Some(Settled {
-                pass: now,
-                fit,
+                pass: done.pass,
+                fit: done.fit,
                 tried,
                 seen,
                 looked_at,
                 fitted,
             });
         }
-        path_before = Some(found_path);
-        found_path = path_of(&fit, &now.candidates);
-        best = Some((fit, now.candidates));
+        if is_last {
+            // What the families added never stood: the set that did stands without them.
+            begun = stood.take().expect("a set stood");
+            asks = Asks::Nothing;
+            continue;
+        }
+        pass += 1;
+        let has_stood = done.stood;
+        let next = done.next(data, &rows, &begun);
+        if has_stood {
+            stood = Some(std::mem::replace(&mut begun, next));
+        } else {
+            begun = next;
+        }
+        if pass + 1 == plan.passes && stood.is_none() {
+            asks = Asks::Anyway;
+        }
+    }
+}
+
+/// Rows that a search looks at, as in [`Settled`].
+struct Rows {
+    seen: Vec<bool>,
+    looked_at: Observations,
+    fitted: Observations,
+}
+
+/// When a pass asks the families.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Asks {
+    /// Beside a set that stands.
+    WhereItStands,
+    /// Beside any.
+    Anyway,
+    /// Never.
+    Nothing,
+}
+
+/// What a pass begins with.
+struct Begun {
+    levels: Vec<NoiseLevels>,
+    /// What is left by what was found \[rad\].
+    clean_rad: Triad,
+    /// What gyros sense of each axis by it.
+    share: Matrix3<f64>,
+    path: Path,
+    path_before: Option<Path>,
+    /// What was found, over the candidates of the pass before.
+    best: Option<(Fit, Vec<Candidate>)>,
+    /// Whether one nonlinear member is still to be settled.
+    is_settling: bool,
+}
+
+/// A pass that is done.
+struct Done {
+    pass: Pass,
+    fit: Fit,
+    tried: usize,
+    is_settling: bool,
+    /// Whether the set stood before the families were asked.
+    stood: bool,
+    /// Whether neither set nor its numbers change any more.
+    has_ended: bool,
+}
+
+impl Begun {
+    /// Motion, columns and search.
+    fn pass(
+        &self,
+        data: &mut Data,
+        (rows, far, pass): (&Rows, &Coarse, usize),
+        asks: Asks,
+        (plan, left_out): (&AnalysisPlan, &[&str]),
+    ) -> Done {
+        data.found_share = self.share;
+        let levels = &self.levels;
+        let motion = estimate(data, &self.clean_rad, levels, &rows.seen, self.path, plan);
+        let before = self.best.as_ref().map_or(Before::Coarse(far), Before::Pass);
+        let mut now = Pass::new(data, motion, left_out, &rows.fitted, levels, before);
+        let members: Option<Vec<&Candidate>> = self.best.as_ref().map(|(fit, candidates)| {
+            let members = fit.members.iter();
+            members.map(|&place| &candidates[place]).collect()
+        });
+        let start: Vec<usize> = members
+            .iter()
+            .flatten()
+            .filter_map(|member| {
+                let mut all = now.candidates.iter();
+                all.position(|other| is_same(other, member))
+            })
+            .collect();
+        let count_before = members.as_ref().map_or(0, Vec::len);
+        let is_as_before = |fit: &Fit| {
+            count_before == start.len()
+                && fit.members.len() == start.len()
+                && start.iter().all(|place| fit.members.contains(place))
+        };
+        let is_settled =
+            |fit: &Fit, candidates: &[Candidate]| is_settled(fit, candidates, self.path.delay_s);
+        let stood = Cell::new(false);
+        // The families are of motion.
+        let are_sought = asks != Asks::Nothing && data.streams.at_rest.is_none();
+        let run = now.search(
+            &start,
+            levels,
+            pass == 0 || self.is_settling,
+            (plan, left_out),
+            |fit, candidates| {
+                // A strong delay or mount is linearised to the end before anything is added to it.
+                is_nonlinear(fit, candidates) && !(pass > 0 && is_settled(fit, candidates))
+            },
+            |fit, candidates| {
+                stood.set(is_as_before(fit) && is_settled(fit, candidates));
+                are_sought && (asks == Asks::Anyway || stood.get())
+            },
+        );
+        let fit = run.fit;
+        let is_same = members.is_some() && is_as_before(&fit) && is_settled(&fit, &now.candidates);
+        let is_nothing = fit.members.is_empty() && pass == 0 && !far.is_far();
+        // The motion is that of a set only where what the set leaves was seen along the same path.
+        let mut path_before = self.path_before.iter();
+        let is_own = path_before.any(|before| is_alike(before, &self.path));
+        Done {
+            has_ended: !run.only_nonlinear && (is_nothing || (is_same && is_own)),
+            pass: now,
+            fit,
+            tried: run.tried,
+            is_settling: run.only_nonlinear,
+            stood: stood.get(),
+        }
+    }
+}
+
+impl Done {
+    /// What the next pass begins with.
+    fn next(self, data: &Data, rows: &Rows, begun: &Begun) -> Begun {
+        let Self { pass, fit, .. } = self;
+        let path = path_of(&fit, &pass.candidates);
+        Begun {
+            levels: fit.levels.clone(),
+            clean_rad: pass.clean_by((data, &fit), path, &rows.looked_at),
+            share: share_of(&fit, &pass.candidates, &pass.pool),
+            path,
+            path_before: Some(begun.path),
+            best: Some((fit, pass.candidates)),
+            is_settling: self.is_settling,
+        }
     }
 }
 
@@ -276,6 +380,7 @@ impl Before<'_> {
 }
 
 /// What is left to explain along one motion.
+#[derive(Clone)]
 pub(super) struct Left {
     pub(super) residual_rad: Triad,
     /// What linear effects make of the reference's noise \[rad\]: still in the residual.
@@ -374,7 +479,12 @@ impl Pass {
             }
         }
         let parts = before.linear(&candidates, &pool, &motion.signals);
-        left.take_out_hidden(&parts, &motion.signals);
+        let (of_path, others): (Vec<_>, Vec<_>) = parts
+            .into_iter()
+            .partition(|(_, sensed, _)| sensed.column.is_of_path());
+        left.take_out_hidden(&others, &motion.signals);
+        let before_path = (!of_path.is_empty()).then(|| left.clone());
+        left.take_out_hidden(&of_path, &motion.signals);
         let Left {
             residual_rad,
             passed_noise_rad,
@@ -408,6 +518,7 @@ impl Pass {
             motion,
             residual_rad,
             passed_noise_rad,
+            before_path,
             levels: mean(levels),
             pool,
             candidates,
@@ -662,10 +773,38 @@ impl Pass {
         self.extend(adopted)
     }
 
-    /// What a fit leaves without what it makes of the reference's noise \[rad\], bridged where rows may not be looked at.
-    pub(super) fn clean_by(&self, fit: &Fit, looked_at: &Observations) -> Triad {
-        let mut left_rad = self.left_by(fit);
-        add_triad(&mut left_rad, &self.passed_noise_rad, -1.0);
+    /// What a fit leaves along the path that it describes, bridged where rows may not be looked at \[rad\].
+    ///
+    /// The reference's noise is in it as that path passes it, as it is in the reference along that path: noise that one has by
+    /// a row later than the other would not be known for the same.
+    pub(super) fn clean_by(
+        &self,
+        (data, fit): (&Data, &Fit),
+        path: Path,
+        looked_at: &Observations,
+    ) -> Triad {
+        let (residual_rad, passed_noise_rad) = match &self.before_path {
+            Some(left) => (&left.residual_rad, &left.passed_noise_rad),
+            None => (&self.residual_rad, &self.passed_noise_rad),
+        };
+        let mut left_rad = residual_rad.clone();
+        let signals = &self.motion.signals;
+        let mut others = fit.clone();
+        let members = fit.members.iter().zip(&fit.blocks);
+        let kept = members.filter(|(place, _)| !is_of_path(&self.candidates[**place]));
+        (others.members, others.blocks) =
+            kept.map(|(place, block)| (*place, block.clone())).unzip();
+        subtract(
+            &mut left_rad,
+            &others,
+            &self.candidates,
+            &self.pool,
+            signals,
+        );
+        if path != Path::default() {
+            add_triad(&mut left_rad, &data.passed_by(path), -1.0);
+        }
+        add_triad(&mut left_rad, passed_noise_rad, -1.0);
         bridged(&left_rad, looked_at)
     }
 
@@ -764,6 +903,11 @@ fn shown(fit: &Fit, candidate: &Candidate, block: &std::ops::Range<usize>) -> Ve
             }
         })
         .collect()
+}
+
+/// Whether a candidate lies between the reference and the gyros.
+fn is_of_path(one: &Candidate) -> bool {
+    is_delay(one.kind) || one.kind == MOUNT || one.variant == Variant::LowPass
 }
 
 /// The path that a set describes: its delays, mounts and low passes.

@@ -360,10 +360,10 @@ impl Recording {
             fitted,
             ..
         } = self;
-        let clean_rad = pass.clean_by(&fit, &looked_at);
         data.found_share = share_of(&fit, &pass.candidates, &pass.pool);
         let mut path = path_of(&fit, &pass.candidates);
         path.delay_s = delay_s.unwrap_or(path.delay_s);
+        let clean_rad = pass.clean_by((data, &fit), path, &looked_at);
         let levels = fit.levels.clone();
         let before = (fit, pass.candidates);
         drop((pass.equations, pass.motion));
