@@ -6,8 +6,8 @@ use std::path::Path;
 use nalgebra::UnitQuaternion;
 use rlg_catalogue::signals::start_temperature_k;
 use rlg_findings::result::{LocationEntry, WholeEntry};
-use rlg_inference::Drift;
 use rlg_inference::observations::runs;
+use rlg_inference::{Drift, Fit};
 use rlg_model::Model;
 use rlg_recording::Segment;
 use rlg_recording::error::InputError;
@@ -111,6 +111,9 @@ pub fn diagnose_also<T>(
         return Ok(None);
     };
     progress("writing the findings");
+    for (place, own) in found.iter_mut().enumerate() {
+        without_level(own, &with_noise_of(&confirmed.fit, place));
+    }
     let whole = whole(&sums, (&together, &confirmed), (long, &rows));
     let lines: Vec<String> = fitted
         .iter()
@@ -186,6 +189,15 @@ fn stretches(
         (streams, faults)
     });
     Ok((each.collect(), turned))
+}
+
+/// Takes out of a stretch's residual its level by the fit: that is free, and known from all of the recording only.
+fn without_level(own: &mut Found, fit: &Fit) {
+    for (residual, free) in own.residual_rad.iter_mut().zip(&fit.gaps) {
+        // Of what is free in a span its level is the last.
+        let level_rad = free.clone().last().map_or(0.0, |at| fit.estimate[at]);
+        residual.iter_mut().for_each(|value| *value -= level_rad);
+    }
 }
 
 /// What the blocks show of the fit, beside the `stretches`.
