@@ -3,22 +3,40 @@
 //! Increments are per period, along body axes, on the gyros' rows; codes are in units of [`VELOCITY_WEIGHT_M_S`].
 //!
 //! `velocity_increment` passes as it is, `specific_force` (a mean over the row) times the period. Codes are
-//! those of the *running* velocity: what one cannot hold goes into the next.
+//! those of the *running* velocity: what one cannot hold goes into the next. Increments that were recorded in codes, as whole
+//! numbers of their scale, keep them.
 //!
 //! Channels with gaps or on another clock are not used: a velocity that was not measured throughout is not given.
 
 use std::ops::Range;
 
 use rlg_recording::{Axis, Quantity, Recording, Table};
+use trueaxis::design_parameters::ACCELEROMETER_WEIGHT_RANGE_M_S;
 
-/// Velocity of one code \[m/s\], 1.9e-9: an `i32` of them holds ±4 m/s a period, 1600 g at 4 kHz, and the
+use crate::whole_codes::own_scale;
+
+/// Velocity of one code of what was not recorded in codes \[m/s\], 1.9e-9: an `i32` of them holds ±4 m/s a period, 1600 g at 4 kHz, and the
 /// chain takes no weight below 1e-9.
 pub const VELOCITY_WEIGHT_M_S: f64 = 1.0 / (1u64 << 29) as f64;
 
-/// The velocity increments of the rows `kept`; `None` without accelerometers; or why they cannot be used.
+/// Velocity of one code of the accelerometers x, y, z \[m/s\]: their own where they were recorded in codes.
+pub fn velocity_weight_m_s(recording: &Recording, kept: Range<usize>) -> [f64; 3] {
+    Axis::ALL.map(|axis| {
+        recording
+            .channel(&Quantity::VelocityIncrement, axis.label())
+            .and_then(|(_, channel)| {
+                own_scale(channel, kept.clone(), ACCELEROMETER_WEIGHT_RANGE_M_S)
+            })
+            .unwrap_or(VELOCITY_WEIGHT_M_S)
+    })
+}
+
+/// The velocity increments of the rows `kept`; `None` without accelerometers; or why they cannot be used. Where the first row
+/// only `primes` the chain, which takes no velocity from it, it need not have been measured.
 pub fn velocity_rows(
     recording: &Recording,
     kept: Range<usize>,
+    primes: bool,
     rate_hz: f64,
     same_clock: &dyn Fn(&Table) -> bool,
 ) -> Result<Option<Vec<[f64; 3]>>, String> {
@@ -40,10 +58,13 @@ pub fn velocity_rows(
             ));
         }
         let limit_m_s = f64::from(i32::MAX) * VELOCITY_WEIGHT_M_S;
+        let first = kept.start;
         return kept
             .map(|row| {
                 let read = [x, y, z].map(|channel| channel.values[row] * unit_s);
-                if read.iter().all(|value| value.abs() < limit_m_s) {
+                if primes && row == first && read.iter().any(|value| value.is_nan()) {
+                    Ok([0.0; 3])
+                } else if read.iter().all(|value| value.abs() < limit_m_s) {
                     Ok(read)
                 } else {
                     Err(format!(
@@ -58,15 +79,15 @@ pub fn velocity_rows(
     Ok(None)
 }
 
-/// Codes of the running velocity.
-pub fn codes(velocity_m_s: &[[f64; 3]]) -> impl Iterator<Item = [i32; 3]> {
+/// Codes of the running velocity, of x, y, z in units of `weight_m_s`.
+pub fn codes(velocity_m_s: &[[f64; 3]], weight_m_s: [f64; 3]) -> impl Iterator<Item = [i32; 3]> {
     let mut remainder = [0.0; 3];
     velocity_m_s.iter().map(move |read| {
         [0, 1, 2].map(|axis| {
-            let velocity = read[axis] / VELOCITY_WEIGHT_M_S + remainder[axis];
+            let velocity = read[axis] / weight_m_s[axis] + remainder[axis];
             let code = velocity.round();
             remainder[axis] = velocity - code;
-            // within ±2³¹ − 1 by `velocity_rows`; the cast would hold the rest at its end
+            // within ±2³¹ − 1 by `velocity_rows` or `own_scale`; the cast would hold the rest at its end
             code as i32
         })
     })

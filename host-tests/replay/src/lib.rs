@@ -15,6 +15,7 @@ pub mod drift;
 pub mod samples;
 pub mod slow;
 pub mod terms;
+pub mod whole_codes;
 
 use rlg_reference::adaptation::AdaptationCalibration;
 use rlg_reference::coning::Output;

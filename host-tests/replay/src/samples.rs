@@ -6,21 +6,25 @@
 //!
 //! What is requantised, and what that costs:
 //! - `gyro_count` passes as it is.
-//! - `dither_angle` becomes codes of 2⁻³² rad: an error of 2⁻³²/√12 = 6.7e-11 rad, white in *angle*, so that
-//!   it is bounded and drifts nothing (a pickoff's own noise is a thousand times larger).
+//! - `dither_angle` passes as it is where its values are whole numbers of its own scale, as codes of a pickoff are. Else it
+//!   becomes codes of 2⁻³² rad: an error of 2⁻³²/√12 = 6.7e-11 rad, white in *angle*, so that it is bounded and drifts
+//!   nothing (a pickoff's own noise is a thousand times larger).
 //! - `gyro_increment` and `gyro_rate` become counts of 2⁻³⁴ rad of the *running* angle: what one count
 //!   cannot hold goes into the next one, so that the sum stays within 6e-11 rad for ever.
-//! - `specific_force` and `velocity_increment` likewise, in codes of 2⁻²⁹ m/s (`accelerometers`).
+//! - `velocity_increment` passes as it is where it is in whole numbers of its own scale; else, as `specific_force`, it becomes
+//!   codes of 2⁻²⁹ m/s of the running velocity (`accelerometers`).
 //!
-//! Missing values: rows at the beginning and at the end that lack a gyro or a pickoff are left out. Within
+//! Missing values: rows at the beginning and at the end that lack a gyro or a pickoff are left out; but of the row before the
+//! first whole one the pickoffs are used, for the chain's first sample only primes the strip, whatever its counts. Within
 //! the recording such a row is an error, because an angle that was not measured cannot be made up for. A
 //! row that lacks the reference is kept; the comparison leaves out what it touches.
 //!
 //! Out of scope: resampling. Gyros and pickoffs must share one clock.
 
-use crate::accelerometers::{self, VELOCITY_WEIGHT_M_S, velocity_rows};
+use crate::accelerometers::{self, velocity_rows, velocity_weight_m_s};
 use crate::dither;
 use crate::slow::{Outputs, Slow};
+use crate::whole_codes::own_scale;
 use rlg_model::Model;
 use rlg_parameters::{
     ACCELERATION_ORDER, DitherMotion, SAMPLES_PER_OUTPUT, Unit, reference_is_no_truth,
@@ -29,9 +33,10 @@ use rlg_parameters::{
 use rlg_recording::error::InputError;
 use rlg_recording::{Axis, Channel, Clock, Quantity, Recording, Table};
 use std::path::Path;
+use trueaxis::design_parameters::PICKOFF_WEIGHT_RANGE_RAD;
 use trueaxis::{CrossAxis, ParameterError, Parameters, Sample};
 
-/// Angle of one pickoff code \[rad\]: ±0.5 rad fit an `i32`, hundreds of times the amplitude of any dither.
+/// Angle of one pickoff code of angles that were not recorded in codes \[rad\]: ±0.5 rad fit an `i32`, hundreds of times the amplitude of any dither.
 pub const PICKOFF_WEIGHT_RAD: f64 = 1.0 / (1u64 << 32) as f64;
 
 /// Angle of one count of a gyro that was not recorded in pulses \[rad\]: the finest that the chain takes,
@@ -105,7 +110,7 @@ pub fn samples_from_recording(
     let rate_hz = uniform_rate_hz(recording, gyros.table)?;
     let pickoffs = gyros.pickoffs(recording, model)?;
 
-    let kept = kept_rows(recording, &gyros, &pickoffs)?;
+    let Kept { rows: kept, primes } = kept_rows(recording, &gyros, &pickoffs)?;
     let rows_left_out = [kept.start, gyros.table.rows - kept.end];
     let start_s = gyros.table.start_s() + kept.start as f64 / rate_hz;
 
@@ -115,7 +120,7 @@ pub fn samples_from_recording(
         .collect();
     let same_clock = |other: &Table| gyros.shares_clock(other, rate_hz);
     let (velocity_m_s, velocity_refused) = if setup.accelerometers {
-        match velocity_rows(recording, kept.clone(), rate_hz, &same_clock) {
+        match velocity_rows(recording, kept.clone(), primes, rate_hz, &same_clock) {
             Ok(velocity) => (velocity, None),
             Err(why) => (None, Some(why)),
         }
@@ -129,14 +134,16 @@ pub fn samples_from_recording(
         acceleration_order: setup.acceleration_order,
         adaptation_time_s: setup.adaptation_time_s,
         dither: pickoffs.map(|_| dither::measure(&pickoff_rad, noise_rad, rate_hz)),
-        accelerometer_weight_m_s: velocity_m_s.as_ref().map(|_| [VELOCITY_WEIGHT_M_S; 3]),
+        accelerometer_weight_m_s: velocity_m_s
+            .as_ref()
+            .map(|_| velocity_weight_m_s(recording, kept.clone())),
     };
     let (mut parameters, uncompensated) = unchecked_parameters(model, &unit).map_err(|error| {
         InputError::new(model_file, format!("does not fit the chain: {error}"))
             .channel("installation_rad")
             .value(format!("{:?}", model.gyro.installation_rad.to_array()))
     })?;
-    parameters.pickoff_weight_rad = PICKOFF_WEIGHT_RAD;
+    parameters.pickoff_weight_rad = pickoff_weight_rad(&pickoffs, kept.clone());
     if pickoffs.is_none() {
         parameters.pickoff_gain = [0.0; 3];
     }
@@ -185,14 +192,18 @@ pub fn samples_from_recording(
     };
     for axis in Axis::ALL.map(Axis::index) {
         let channel = gyros.channels[axis];
-        let values = &channel.values[kept.clone()];
-        for (sensed, value) in input.sensed_rad.iter_mut().zip(values) {
+        let mut values = channel.values[kept.clone()].to_vec();
+        if primes {
+            // Not measured; the chain takes no angle from the sample that primes.
+            values[0] = 0.0;
+        }
+        for (sensed, value) in input.sensed_rad.iter_mut().zip(&values) {
             sensed[axis] = value * unit_rad[axis];
         }
         let codes = if gyros.quantity == Quantity::GyroCount {
             codes(values.iter().copied())
         } else {
-            codes(counts_of_running_angle(values, unit_rad[axis]))
+            codes(counts_of_running_angle(&values, unit_rad[axis]))
         };
         let codes = codes.map_err(|row| beyond(recording, &gyros, channel, kept.start + row))?;
         for (sample, code) in input.samples.iter_mut().zip(codes) {
@@ -201,15 +212,15 @@ pub fn samples_from_recording(
         if let Some(pickoffs) = &pickoffs {
             let channel = pickoffs[axis];
             let values = &channel.values[kept.clone()];
-            let codes = codes_of_angle(values)
+            let codes = codes_of_angle(values, input.parameters.pickoff_weight_rad)
                 .map_err(|row| beyond(recording, &gyros, channel, kept.start + row))?;
             for (row, code) in codes.into_iter().enumerate() {
                 input.samples[row].pickoff_codes[axis] = code;
             }
         }
     }
-    if let Some(velocity) = &input.velocity_m_s {
-        let codes = accelerometers::codes(velocity);
+    if let (Some(velocity), Some(known)) = (&input.velocity_m_s, &input.parameters.accelerometers) {
+        let codes = accelerometers::codes(velocity, known.weight_m_s);
         for (sample, codes) in input.samples.iter_mut().zip(codes) {
             sample.accelerometer_codes = codes;
         }
@@ -239,8 +250,9 @@ pub fn dither_of_recording(
                 .expected("gyro_count and dither_angle for x, y and z"),
         );
     };
-    let rows = kept_rows(recording, &gyros, &Some(pickoffs))?;
-    let angles: Vec<[f64; 3]> = rows
+    let kept = kept_rows(recording, &gyros, &Some(pickoffs))?;
+    let angles: Vec<[f64; 3]> = kept
+        .rows
         .map(|row| pickoffs.map(|channel| channel.values[row]))
         .collect();
     Ok(dither::measure(&angles, model.pickoff_noise_rad(), rate_hz))
@@ -448,12 +460,29 @@ fn uniform_rate_hz(recording: &Recording, table: &Table) -> Result<f64, InputErr
     Ok(1.0 / period_s)
 }
 
-/// The rows from the first to the last in which everything was measured; a gap between is an error.
+/// Rows that are replayed.
+struct Kept {
+    rows: std::ops::Range<usize>,
+    /// Of the first the pickoffs alone were measured: it primes the strip.
+    primes: bool,
+}
+
+/// Angle of one code of the pickoffs \[rad\]: their own where they were recorded in codes, all in the same.
+fn pickoff_weight_rad(pickoffs: &Option<[&Channel; 3]>, rows: std::ops::Range<usize>) -> f64 {
+    let own = |channel: &Channel| own_scale(channel, rows.clone(), PICKOFF_WEIGHT_RANGE_RAD);
+    match pickoffs.map(|found| found.map(own)) {
+        Some([Some(x), Some(y), Some(z)]) if x == y && y == z => x,
+        _ => PICKOFF_WEIGHT_RAD,
+    }
+}
+
+/// The rows from the first to the last in which everything was measured, and the one before them where its pickoffs were; a
+/// gap between is an error.
 fn kept_rows(
     recording: &Recording,
     gyros: &Gyros,
     pickoffs: &Option<[&Channel; 3]>,
-) -> Result<std::ops::Range<usize>, InputError> {
+) -> Result<Kept, InputError> {
     let channels: Vec<&Channel> = gyros
         .channels
         .iter()
@@ -481,7 +510,12 @@ fn kept_rows(
             .expected("a number: a replay cannot make up for an angle that is missing"));
         }
     }
-    Ok(first..last + 1)
+    let primes = first > 0
+        && pickoffs.is_some_and(|found| found.iter().all(|c| c.values[first - 1].is_finite()));
+    Ok(Kept {
+        rows: first - usize::from(primes)..last + 1,
+        primes,
+    })
 }
 
 /// Whole numbers as `i32`; the index of the first that does not fit.
@@ -495,12 +529,8 @@ fn codes(values: impl Iterator<Item = f64>) -> Result<Vec<i32>, usize> {
         .collect()
 }
 
-fn codes_of_angle(values: &[f64]) -> Result<Vec<i32>, usize> {
-    codes(
-        values
-            .iter()
-            .map(|angle| (angle / PICKOFF_WEIGHT_RAD).round()),
-    )
+fn codes_of_angle(values: &[f64], weight_rad: f64) -> Result<Vec<i32>, usize> {
+    codes(values.iter().map(|angle| (angle / weight_rad).round()))
 }
 
 /// Counts of [`INCREMENT_WEIGHT_RAD`] of the running angle; the remainder goes on.

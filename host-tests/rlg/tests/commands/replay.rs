@@ -264,7 +264,11 @@ fn set(recording: &mut Recording, column: &str, row: usize, value: f64) {
 
 #[test]
 fn pickoff_codes_keep_the_angle_to_half_a_code_and_counts_pass_unchanged() {
-    let (recording, model) = short();
+    let (mut recording, model) = short();
+    // As of a recorder that writes rad.
+    for channel in &mut recording.tables[0].channels {
+        channel.scale = 1.0;
+    }
     let input = samples_from_recording(&recording, &model, Path::new("model.toml"), SETUP).unwrap();
     let (counts, angles) = (values(&recording, "gy"), values(&recording, "dy"));
     for (row, sample) in input.samples.iter().enumerate() {

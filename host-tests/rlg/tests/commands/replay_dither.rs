@@ -2,8 +2,11 @@
 
 use assert_cmd::Command;
 use rlg::model::Model;
-use rlg::recording::Recording;
-use rlg::replay::samples::dither_of_recording;
+use rlg::recording::{Quantity, Recording};
+use rlg::replay::samples::{
+    PICKOFF_WEIGHT_RAD, Setup, dither_of_recording, samples_from_recording,
+};
+use rlg::replay::{Core, replay};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
 use std::path::Path;
@@ -125,4 +128,63 @@ fn params_puts_dither_accelerometers_and_generation_into_the_block() {
         parameters.dither_amplitude_rad,
         &scenario,
     );
+}
+
+/// The samples of a recording whose pickoffs were written in codes are those codes, whatever their weight.
+#[test]
+fn pickoffs_that_were_recorded_in_codes_reach_the_chain_as_those_codes() {
+    let (_, recording, model) = recorded();
+    let input =
+        samples_from_recording(&recording, &model, Path::new("model.toml"), Setup::STANDARD)
+            .unwrap();
+    let (_, channel) = recording.channel(&Quantity::DitherAngle, "y").unwrap();
+    assert_eq!(input.parameters.pickoff_weight_rad, channel.scale);
+    assert!(channel.scale != PICKOFF_WEIGHT_RAD);
+    for (sample, angle) in input.samples.iter().zip(&channel.values) {
+        let code = angle / channel.scale;
+        assert!((f64::from(sample.pickoff_codes[1]) - code).abs() < 1e-6);
+    }
+    // One value between two codes: then all are angles.
+    let mut between = recording.clone();
+    let found = between.tables[0]
+        .channels
+        .iter_mut()
+        .find(|channel| channel.quantity == Quantity::DitherAngle);
+    let found = found.unwrap();
+    found.values[77] += 0.3 * found.scale;
+    let input =
+        samples_from_recording(&between, &model, Path::new("model.toml"), Setup::STANDARD).unwrap();
+    assert_eq!(input.parameters.pickoff_weight_rad, PICKOFF_WEIGHT_RAD);
+}
+
+/// The chain's first sample adds no rotation whatever its counts are, so the counts of the row before the first whole one need not be
+/// known; its pickoffs are where the strip begins.
+#[test]
+fn counts_that_the_first_row_lacks_change_no_output() {
+    let (_, recording, model) = recorded();
+    let replayed = |recording: &Recording| {
+        let input =
+            samples_from_recording(recording, &model, Path::new("model.toml"), Setup::STANDARD)
+                .unwrap();
+        let outputs = [Core::F32, Core::Fixed, Core::Reference].map(|core| {
+            replay(&input, core, &input.parameters)
+                .unwrap()
+                .output_sha256
+        });
+        (input.samples.len(), input.rows_left_out, outputs)
+    };
+    let mut without = recording.clone();
+    for channel in &mut without.tables[0].channels {
+        if channel.quantity == Quantity::GyroCount {
+            channel.values[0] = f64::NAN;
+        }
+    }
+    assert_eq!(replayed(&recording), replayed(&without));
+    // Without its pickoffs the row is left out.
+    for channel in &mut without.tables[0].channels {
+        if channel.quantity == Quantity::DitherAngle {
+            channel.values[0] = f64::NAN;
+        }
+    }
+    assert_eq!(replayed(&without).1, [1, 0]);
 }
