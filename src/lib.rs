@@ -138,11 +138,11 @@ pub use chain::{
 pub use store::{parameter_block, parameter_slots};
 #[cfg(feature = "bank")]
 pub use unit::{bank_bus, counter_bank};
-pub use unit::{clock_start, health, processor, sample_source, telemetry_frame, trace};
+pub use unit::{clock_start, health, processor, raw_period, sample_source, telemetry_frame, trace};
 #[cfg(all(feature = "wire", feature = "bank"))]
 pub use wire::bank_record;
 #[cfg(feature = "wire")]
-pub use wire::{run_report, telemetry};
+pub use wire::{frame_finder, raw_frame, run_report, telemetry};
 
 #[cfg(feature = "bank")]
 pub use bank_bus::CounterBank;

@@ -14,6 +14,8 @@ pub mod telemetry_frame;
 
 pub mod processor;
 
+pub mod raw_period;
+
 pub mod clock_start;
 
 pub mod trace;

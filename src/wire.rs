@@ -1,6 +1,10 @@
-//! Formats that leave or enter the unit as bytes: telemetry, and what the emulator's image plays and reports.
+//! Formats that leave or enter the unit as bytes: telemetry, the raw stream, and what the emulator's image plays and reports.
+
+pub mod frame_finder;
 
 pub mod telemetry;
+
+pub mod raw_frame;
 
 #[cfg(feature = "bank")]
 pub mod bank_record;

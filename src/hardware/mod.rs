@@ -3,7 +3,8 @@
 //! ```text
 //!          TIM2, each period                                    main loop
 //! bank ──▶ CounterBank ─▶ Processor ─▶ queue ──────────────▶ Link ─▶ USART1
-//!  ▲ SPI                     └─▶ TRACE, WATCH ─────────────▶ Background ─▶ defmt
+//!  ▲ SPI                     ├─▶ TRACE, WATCH ─────────────▶ Background ─▶ defmt
+//!                            └─▶ RawTap (feature `raw`) ───▶ RawLink ─▶ DMA, USART6
 //! ```
 //! Both images are this; what differs is at the two ends:
 //!
@@ -11,10 +12,11 @@
 //! |---|---|---|
 //! | `SpiDevice` | SPI1 | records of `frames.bin` |
 //! | events | RTT | semihosting |
+//! | raw stream | DMA | the processor writes the bytes |
 //! | beside it | watchdog | run report, painted stack |
 //!
 //! Read in this order: [`board`] or [`emulator`] (the main loop), [`sampling`] (the interrupt and its
-//! deadline), [`sample_timer`], [`handover`], [`boot`], [`link`], [`background`], then the peripherals
+//! deadline), [`sample_timer`], [`handover`], [`boot`], [`link`], `raw_tap`, `raw_link`, [`background`], then the peripherals
 //! [`clock`], [`flash`], `supply`, [`serial`], and [`failure`]. A port to another board changes only this folder and
 //! memory.x (docs/porting.md).
 
@@ -37,6 +39,12 @@ mod boot;
 
 mod link;
 
+#[cfg(feature = "raw")]
+mod raw_tap;
+
+#[cfg(feature = "raw")]
+mod raw_link;
+
 mod background;
 
 mod clock;
@@ -55,3 +63,9 @@ use board::Spi;
 
 #[cfg(feature = "emulator")]
 use emulator::Spi;
+
+#[cfg(all(feature = "raw", feature = "board"))]
+use board::RawPort;
+
+#[cfg(all(feature = "raw", feature = "emulator"))]
+use emulator::RawPort;

@@ -22,6 +22,8 @@ use trueaxis::{Status, TelemetryFrame};
 
 use super::Spi;
 use super::handover::Handover;
+#[cfg(feature = "raw")]
+use super::raw_tap::RawTap;
 use super::sample_timer::SampleTimer;
 use crate::{Core, Terms};
 
@@ -82,6 +84,9 @@ pub struct Sampling<Spi> {
     pub timer: SampleTimer,
     /// What each part has cost so far.
     pub costs: Costs,
+    /// What the raw stream is told.
+    #[cfg(feature = "raw")]
+    pub raw: RawTap,
 }
 
 /// Costs so far \[ticks of TIM5\]: 84 MHz on the board, instructions in the emulator.
@@ -140,6 +145,7 @@ impl<Spi: SpiDevice> Sampling<Spi> {
         processor: Processor<Core, Terms>,
         frames: Producer<'static, TelemetryFrame>,
         timer: SampleTimer,
+        #[cfg(feature = "raw")] raw: RawTap,
     ) -> Self {
         cortex_m::interrupt::free(|_| {
             // SAFETY: the interrupt, the only other user, does not come meanwhile.
@@ -151,6 +157,8 @@ impl<Spi: SpiDevice> Sampling<Spi> {
             frames,
             timer,
             costs: Costs::NONE,
+            #[cfg(feature = "raw")]
+            raw,
         }
     }
 
@@ -181,6 +189,8 @@ impl<Spi: SpiDevice> Sampling<Spi> {
             }
         }
         self.publish(trace, reading, cost);
+        #[cfg(feature = "raw")]
+        self.raw.record(self.processor.periods(), &reading, timing);
 
         let exit = self.timer.now();
         let interrupt = &mut self.costs.interrupt;

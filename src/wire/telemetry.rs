@@ -24,9 +24,7 @@
 //! | 1000 | 43 000 | 430 000 | 43 % |
 //!
 //! A frame goes whole or not at all: where the queue to the port is full it is dropped and counted, and the
-//! sequence number shows the gap. [`Decoder`] finds the frames in any byte stream: it assumes nothing of
-//! where the stream begins, drops one byte at a time until header and check sum fit, and counts what it
-//! dropped. A random 43 bytes pass sync, version, length and check sum together with probability 2⁻⁴⁸.
+//! sequence number shows the gap. [`Decoder`] finds the frames in any byte stream. A random 43 bytes pass sync, version, length and check sum together with probability 2⁻⁴⁸.
 //!
 //! The line is one way, so there are no commands to the unit. There are no time stamps either: the sequence number is
 //! the time, and its period is a health item.
@@ -39,6 +37,9 @@ use crate::chain::faults::Status;
 use crate::chain::sample::OutputFrame;
 use crate::unit::health::HealthItem;
 use crate::unit::telemetry_frame::TelemetryFrame;
+use crate::wire::frame_finder::{FrameFinder, WireFrame};
+
+pub use crate::wire::frame_finder::StreamStatistics;
 
 /// Raised with every change of the layout.
 pub const TELEMETRY_VERSION: u8 = 1;
@@ -145,118 +146,17 @@ fn checksum(bytes: &[u8; TELEMETRY_BYTES]) -> u16 {
     FRAME_CRC.checksum(covered.unwrap_or(&[0; CHECKED_BYTES]))
 }
 
-/// What a [`Decoder`] met so far.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct StreamStatistics {
-    /// Whole frames.
-    pub frames: u64,
-    /// Bytes that belong to no frame, those of damaged frames included.
-    pub bytes_skipped: u64,
-    /// Candidates with the right header and a wrong check sum.
-    pub bad_checksums: u64,
-    /// Sync words followed by another version or length, bytes that happen to look like one included.
-    pub other_versions: u64,
-    /// Frames that the sequence numbers say were there and are not.
-    pub frames_lost: u64,
-    /// Frames whose number is not after the previous one's: the unit started again.
-    pub restarts: u64,
-}
+impl WireFrame<TELEMETRY_BYTES> for TelemetryFrame {
+    const HEADER: [u8; 4] = HEADER;
 
-/// Finds frames in a stream of bytes.
-#[derive(Debug, Clone)]
-pub struct Decoder {
-    buffer: [u8; TELEMETRY_BYTES],
-    filled: usize,
-    previous: Option<u32>,
-    statistics: StreamStatistics,
-}
+    fn decode(bytes: &[u8; TELEMETRY_BYTES]) -> Option<Self> {
+        Self::from_bytes(bytes).ok()
+    }
 
-impl Default for Decoder {
-    fn default() -> Self {
-        Self {
-            buffer: [0; TELEMETRY_BYTES],
-            filled: 0,
-            previous: None,
-            statistics: StreamStatistics::default(),
-        }
+    fn number(&self) -> u32 {
+        self.output.sequence
     }
 }
 
-impl Decoder {
-    /// Before the first byte.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// Takes one byte; gives a frame when it was the frame's last. A damaged frame may have held the
-    /// beginning of the next one, so its bytes are looked through again, all but the first.
-    pub fn push(&mut self, byte: u8) -> Option<TelemetryFrame> {
-        if let Some(place) = self.buffer.get_mut(self.filled) {
-            *place = byte;
-            self.filled += 1;
-        }
-        self.drop_until_header();
-        if self.filled < TELEMETRY_BYTES {
-            return None;
-        }
-        match TelemetryFrame::from_bytes(&self.buffer) {
-            Ok(frame) => {
-                self.filled = 0;
-                self.account(frame.output.sequence);
-                Some(frame)
-            }
-            Err(_) => {
-                self.statistics.bad_checksums += 1;
-                self.drop_front(1);
-                self.drop_until_header();
-                None
-            }
-        }
-    }
-
-    /// What was met so far.
-    pub fn statistics(&self) -> &StreamStatistics {
-        &self.statistics
-    }
-
-    /// Bytes at the end that may be the beginning of a frame.
-    pub fn pending_bytes(&self) -> usize {
-        self.filled
-    }
-
-    /// Drops bytes until the rest could be the beginning of a frame.
-    fn drop_until_header(&mut self) {
-        let rest = |from: usize| self.buffer.get(from..self.filled).unwrap_or_default();
-        let fits = |from: &usize| {
-            rest(*from)
-                .iter()
-                .zip(HEADER)
-                .all(|(byte, due)| *byte == due)
-        };
-        let first = (0..self.filled).find(fits).unwrap_or(self.filled);
-        let foreign = (0..first)
-            .filter(|from| matches!(rest(*from), [0xEB, 0x90, ..]))
-            .count();
-        self.statistics.other_versions += foreign as u64;
-        self.drop_front(first);
-    }
-
-    fn drop_front(&mut self, bytes: usize) {
-        if bytes > 0 && bytes <= self.filled {
-            self.buffer.copy_within(bytes..self.filled, 0);
-            self.filled -= bytes;
-            self.statistics.bytes_skipped += bytes as u64;
-        }
-    }
-
-    fn account(&mut self, sequence: u32) {
-        self.statistics.frames += 1;
-        if let Some(previous) = self.previous.replace(sequence) {
-            // Half the range ahead is a gap, half behind a restart.
-            match sequence.wrapping_sub(previous) {
-                step @ 1..=0x7FFF_FFFF => self.statistics.frames_lost += u64::from(step - 1),
-                _ => self.statistics.restarts += 1,
-            }
-        }
-    }
-}
+/// Finds telemetry frames in a stream of bytes.
+pub type Decoder = FrameFinder<TelemetryFrame, TELEMETRY_BYTES>;

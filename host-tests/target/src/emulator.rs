@@ -53,6 +53,8 @@ const POLL_INTERVAL: Duration = Duration::from_millis(50);
 pub struct Emulation {
     /// What left the serial port.
     pub telemetry: Vec<u8>,
+    /// What left the second one: the raw stream of an image that has it.
+    pub raw: Vec<u8>,
     /// The image's account of the run.
     pub report: RunReport,
     /// The event log as the image sent it.
@@ -71,6 +73,7 @@ pub fn version() -> Result<String, InputError> {
 
 /// The files of a run, in its folder.
 const TELEMETRY: &str = "telemetry.bin";
+const RAW: &str = "raw.bin";
 const EVENTS: &str = "events.bin";
 const REPORT: &str = "report.bin";
 const TRACE: &str = "trace.log";
@@ -155,6 +158,7 @@ fn run_in(
         RunOutcome::FileFault => Err(InputError::new(image, "could not use the files of its run")),
         RunOutcome::Complete => Ok(Emulation {
             telemetry: folder.read(TELEMETRY),
+            raw: folder.read(RAW),
             report,
             events: folder.read(EVENTS),
         }),
@@ -219,7 +223,10 @@ impl Folder {
         command
             .current_dir(self.0.path())
             .args(MACHINE)
+            // The machine's USARTs in their order, of which the image uses 1 and 6.
             .args(["-serial", &format!("file:{TELEMETRY}")])
+            .args(["-serial", "null"].repeat(4))
+            .args(["-serial", &format!("file:{RAW}")])
             .arg("-kernel")
             .arg(&image);
         for ((name, content), address) in SLOTS.iter().zip(&slots.0).zip(SLOT_ADDRESSES) {

@@ -69,6 +69,14 @@ impl Image {
         Self::build_with(platform, core, &options)
     }
 
+    /// [`Image::build`] of the image with the raw stream.
+    pub fn build_with_raw(platform: Platform, core: TargetCore) -> Result<Self, InputError> {
+        let folder = workspace().join("target").join("raw");
+        let folder = folder.to_string_lossy();
+        let options = ["--features", "raw", "--target-dir", &folder];
+        Self::build_with(platform, core, &options)
+    }
+
     fn build_with(
         platform: Platform,
         core: TargetCore,

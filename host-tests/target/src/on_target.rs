@@ -124,6 +124,9 @@ pub struct OnTarget {
     pub emulator: String,
     /// What the image logged.
     pub events: Vec<String>,
+    /// The raw stream of an image that has it.
+    #[serde(skip)]
+    pub raw: Vec<u8>,
 }
 
 /// Runs `image` over `samples` and holds it against the host. `progress` gets the samples done so far.
@@ -213,6 +216,7 @@ pub fn compare_records(
             emulator::version()?
         ),
         events,
+        raw: emulation.raw,
     })
 }
 

@@ -1,9 +1,12 @@
 //! Starts and runs the reference board: STM32F405, counter bank on SPI1, telemetry on USART1, events by RTT.
 //!
-//! The pins are tabulated in docs/board.md. The main loop sends telemetry frames, logs events for a probe and feeds the
+//! The pins are tabulated in docs/board.md. The main loop sends telemetry frames and, with the feature `raw`, the raw stream on USART6, logs events for a probe and feeds the
 //! watchdog; it sleeps while there is nothing to send.
 
 mod spi_bus;
+
+#[cfg(feature = "raw")]
+mod raw_port;
 
 mod watchdog;
 
@@ -29,7 +32,14 @@ use super::sample_timer::SampleTimer;
 use super::sampling::{FRAME_QUEUE, SAMPLING, Sampling, WATCH};
 use super::serial::Serial;
 use super::supply;
+#[cfg(feature = "raw")]
+use super::{
+    raw_link::{BATCH_BYTES, RawLink},
+    raw_tap::{RawQueue, RawTap},
+};
 
+#[cfg(feature = "raw")]
+pub use self::raw_port::RawPort;
 pub use self::spi_bus::SpiBus as Spi;
 
 /// The kind of accelerometer words that this board's bank sends.
@@ -41,6 +51,10 @@ defmt::timestamp!("period {=u32}", WATCH.served.load(Ordering::Relaxed));
 fn main() -> ! {
     // `entry` makes this a reference that lives for ever, and runs once.
     static mut FRAMES: Queue<TelemetryFrame, FRAME_QUEUE> = Queue::new();
+    #[cfg(feature = "raw")]
+    static mut RAW_PERIODS: RawQueue = Queue::new();
+    #[cfg(feature = "raw")]
+    static mut RAW_BATCH: [u8; BATCH_BYTES] = [0; BATCH_BYTES];
 
     let Some(peripherals) = Peripherals::take() else {
         panic!("the peripherals were taken before main");
@@ -81,6 +95,15 @@ fn main() -> ! {
     let (frames, queued) = FRAMES.split();
     let serial = Serial::new(peripherals.USART1, &peripherals.GPIOA, &rcc, clocks.apb2_hz);
     SampleTimer::show_latch(&peripherals.GPIOA);
+    #[cfg(feature = "raw")]
+    let (raw_periods, mut raw_link) = {
+        let (usart, gpioc) = (&peripherals.USART6, &peripherals.GPIOC);
+        let (dma, apb2_hz) = (peripherals.DMA2, clocks.apb2_hz);
+        let port = RawPort::new(usart, dma, gpioc, &rcc, apb2_hz, RAW_BATCH);
+        let (periods, taken) = RAW_PERIODS.split();
+        let link = RawLink::new(taken, &loaded.parameters, loaded.generation, port);
+        (periods, link)
+    };
     let bus = Spi::new(peripherals.SPI1, peripherals.GPIOA, &rcc, clocks.apb2_hz);
     let bank = CounterBank::new(bus, ACCELEROMETERS);
     let mut link = Link::new(queued, serial);
@@ -97,11 +120,20 @@ fn main() -> ! {
             clocks.timer_hz,
             loaded.parameters.sample_rate_hz,
         );
-        Sampling::new(bank, processor, frames, timer.started())
+        Sampling::new(
+            bank,
+            processor,
+            frames,
+            timer.started(),
+            #[cfg(feature = "raw")]
+            RawTap::new(raw_periods),
+        )
     });
     loop {
         let served = background.poll();
         watchdog.feed(served);
+        #[cfg(feature = "raw")]
+        raw_link.poll();
         if !link.poll() {
             // A frame that is queued between the look and the sleep waits for the next interrupt, 250 µs.
             cortex_m::asm::wfi();

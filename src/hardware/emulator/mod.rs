@@ -1,7 +1,8 @@
 //! Runs the image for QEMU (`-M netduinoplus2`, an STM32F405): the board's interrupt, with a bank from a file.
 //!
 //! It reads `frames.bin` ([`trueaxis::bank_record`]) by semihosting from the emulator's working folder, and the
-//! parameter slots, which the emulator loads into flash. It writes telemetry frames to USART1, and events and
+//! parameter slots, which the emulator loads into flash. It writes telemetry frames to USART1, the raw stream (feature
+//! `raw`) to USART6, and events and
 //! `report.bin` ([`trueaxis::run_report`]) by semihosting.
 //!
 //! Virtual time stands still during a semihosting call, so reading ahead delays nothing. Under
@@ -11,6 +12,9 @@
 //! between interrupts; a busy one would cost the emulator all of them.
 
 mod bank_file;
+
+#[cfg(feature = "raw")]
+mod raw_port;
 
 mod stack;
 
@@ -38,8 +42,15 @@ use super::link::Link;
 use super::sample_timer::SampleTimer;
 use super::sampling::{FRAME_QUEUE, SAMPLING, Sampling, WATCH};
 use super::serial::Serial;
+#[cfg(feature = "raw")]
+use super::{
+    raw_link::RawLink,
+    raw_tap::{RawQueue, RawTap},
+};
 
 pub use self::bank_file::BankFile as Spi;
+#[cfg(feature = "raw")]
+pub use self::raw_port::RawPort;
 
 /// The emulator's timer clock \[Hz\].
 const TIMER_HZ: u32 = 1_000_000_000;
@@ -52,7 +63,15 @@ fn main() -> ! {
     static mut RECORDS: Records = Queue::new();
     static mut FRAMES: Queue<TelemetryFrame, FRAME_QUEUE> = Queue::new();
 
-    let report = match run(RECORDS.split(), FRAMES.split()) {
+    #[cfg(feature = "raw")]
+    static mut RAW_PERIODS: RawQueue = Queue::new();
+
+    let report = match run(
+        RECORDS.split(),
+        FRAMES.split(),
+        #[cfg(feature = "raw")]
+        RAW_PERIODS,
+    ) {
         Ok(report) => report,
         Err(error) => {
             defmt::error!(
@@ -76,6 +95,7 @@ type Ends<T> = (Producer<'static, T>, Consumer<'static, T>);
 fn run(
     (mut records, record_queue): Ends<BankRecord>,
     (frames, queued): Ends<TelemetryFrame>,
+    #[cfg(feature = "raw")] raw: &'static mut RawQueue,
 ) -> io::Result<RunReport> {
     let Some(peripherals) = Peripherals::take() else {
         panic!("the peripherals were taken before main");
@@ -102,6 +122,13 @@ fn run(
 
     let serial = Serial::new(peripherals.USART1, &peripherals.GPIOA, &rcc, clocks.apb2_hz);
     let mut link = Link::new(queued, serial);
+    #[cfg(feature = "raw")]
+    let (raw_periods, mut raw_link) = {
+        let (periods, taken) = raw.split();
+        let port = Some(RawPort::new(peripherals.USART6));
+        let link = RawLink::new(taken, &loaded.parameters, loaded.generation, port);
+        (periods, link)
+    };
     let mut background = Background::new(&loaded.parameters);
     if total > 0 {
         SAMPLING.lend(|| {
@@ -116,7 +143,14 @@ fn run(
             );
             let bus = BankFile::new(record_queue, timer.period_ticks());
             let bank = CounterBank::new(bus, AccelerometerInput::Counters);
-            Sampling::new(bank, processor, frames, timer.started())
+            Sampling::new(
+                bank,
+                processor,
+                frames,
+                timer.started(),
+                #[cfg(feature = "raw")]
+                RawTap::new(raw_periods),
+            )
         });
     }
     while background.poll() < total {
@@ -132,11 +166,15 @@ fn run(
         read_ahead(&mut input, &mut records)?;
         if !LINK_HELD.load(Ordering::Relaxed) {
             link.poll();
+            #[cfg(feature = "raw")]
+            raw_link.poll();
         }
     }
     // The last record must not hold the interrupt beyond its period, or one more would slip in here.
     let mut report = stop_sampling();
     while link.poll() {}
+    #[cfg(feature = "raw")]
+    while raw_link.poll() {}
 
     report.periods = WATCH.served.load(Ordering::Relaxed);
     report.frames = link.frames_sent();

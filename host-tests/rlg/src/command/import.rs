@@ -10,6 +10,7 @@ use trueaxis::health::item;
 
 use super::import_columns::{ColumnOptions, Request};
 use super::import_format::Format;
+use super::import_raw;
 use crate::error::InputError;
 use crate::import::files::columns::Column;
 use crate::import::frames::{self, Imported};
@@ -34,13 +35,13 @@ const RATE_MISMATCH: f64 = 0.02;
 /// knows) it also writes OUT/model.toml: at rest on the turning Earth, white noise, nominal clock.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  rlg import log.csv --out flight\n  rlg import log.csv --unit gyro_rate:deg/s --time stamp:ms --out flight\n  rlg import run.mat --map quat=reference_attitude:wxyz --rate 200 --out run\n  rlg import capture.bin --format frames --out flight\n  rlg import x_LN100_up.ins --format f64x7 --latitude-deg 51.0447 --gravity 9.80841 --out out/ln100\n  rlg import lasergyro.imu --format psins-imu --sha256 SHA256SUMS --out out/lasergyro\n\nCapture the unit's serial port as it is, e.g.\n  stty -F /dev/ttyUSB0 1000000 raw && cat /dev/ttyUSB0 > capture.bin"
+    after_help = "Example:\n  rlg import log.csv --out flight\n  rlg import log.csv --unit gyro_rate:deg/s --time stamp:ms --out flight\n  rlg import run.mat --map quat=reference_attitude:wxyz --rate 200 --out run\n  rlg import capture.bin --format frames --out flight\n  rlg import raw.bin --out run    # the unit's raw stream, known by its bytes\n  rlg import x_LN100_up.ins --format f64x7 --latitude-deg 51.0447 --gravity 9.80841 --out out/ln100\n  rlg import lasergyro.imu --format psins-imu --sha256 SHA256SUMS --out out/lasergyro\n\nCapture the unit's serial port as it is, e.g.\n  stty -F /dev/ttyUSB0 1000000 raw && cat /dev/ttyUSB0 > capture.bin"
 )]
 pub struct Import {
     /// Files to import; more than one only of columns
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Format of the files [default: by the extension]
+    /// Format of the files [default: by the extension, or by the unit's frames in the file]
     #[arg(long, value_enum)]
     format: Option<Format>,
     #[command(flatten)]
@@ -110,7 +111,7 @@ impl Import {
         self.check_rate()?;
         let format = match self.format {
             Some(format) => format,
-            None => Format::of_extension(file)?,
+            None => Format::of_file(file)?,
         };
         if format.has_columns() {
             return self.columns(None, terminal);
@@ -119,6 +120,9 @@ impl Import {
             return Err(InputError::new(file, "holds no columns with names")
                 .channel("--map, --unit, --time, --euler or a second file")
                 .expected("a file in --format csv|mat|hdf5|parquet"));
+        }
+        if format == Format::Raw {
+            return self.raw(terminal);
         }
         if format != Format::Frames {
             return self.foreign(format, terminal);
@@ -156,6 +160,21 @@ impl Import {
             target: &self.out,
         };
         self.columns.run(&request, in_memory, out, terminal)
+    }
+
+    /// Reads the unit's raw stream.
+    fn raw(&self, terminal: &Terminal) -> Result<(), InputError> {
+        let site = self.site()?;
+        let [samples, slow] = crate::import::raw::TABLES;
+        self.keep_input(&[samples, slow, MANIFEST, MODEL])?;
+        let request = import_raw::Request {
+            file: self.file_itself(),
+            rate_hz: self.rate_hz,
+            site,
+            target: &self.out,
+            model: MODEL,
+        };
+        import_raw::run(&request, Recording::create_folder(&self.out)?, terminal)
     }
 
     /// Refuses to write over the input.

@@ -243,7 +243,7 @@ fn sampled_at_an_instant(file: &Path, said: &[String]) -> Result<Vec<Quantity>, 
 fn read(file: &Path, request: &Request<'_>) -> Result<(Vec<Block>, String), InputError> {
     let format = match request.format {
         Some(format) => format,
-        None => Format::of_extension(file)?,
+        None => Format::of_file(file)?,
     };
     let bytes = fs::read(file).map_err(|error| InputError::unreadable(file, &error))?;
     let sum: String = Sha256::digest(&bytes)

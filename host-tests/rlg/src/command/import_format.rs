@@ -1,16 +1,25 @@
 //! Formats of the files that `rlg import` reads.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use clap::ValueEnum;
+use trueaxis::Decoder;
 
 use crate::error::InputError;
+use crate::import::raw;
+
+/// Bytes at a file's beginning in which frames are looked for: a third of a second of the raw stream.
+const LOOKED_AT_BYTES: u64 = 65_536;
 
 /// What a file can hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum Format {
     /// Telemetry frames from the unit's serial port
     Frames,
+    /// The unit's raw stream from its second serial port
+    Raw,
     /// Records of seven little-endian f64: time s, gyro x y z deg/s, accelerometer x y z m/s^2
     F64x7,
     /// PSINS text: six counts a line
@@ -26,8 +35,8 @@ pub(super) enum Format {
 }
 
 impl Format {
-    /// The format that files with this extension usually have.
-    pub(super) fn of_extension(file: &Path) -> Result<Self, InputError> {
+    /// The format that files with this extension usually have; without one that says it, that of the unit's frames in it.
+    pub(super) fn of_file(file: &Path) -> Result<Self, InputError> {
         let extension = file.extension().unwrap_or_default().to_string_lossy();
         Ok(match extension.to_ascii_lowercase().as_str() {
             "csv" | "tsv" | "txt" | "dat" | "log" | "asc" => Self::Csv,
@@ -36,13 +45,31 @@ impl Format {
             "parquet" | "pq" => Self::Parquet,
             "imu" => Self::PsinsImu,
             _ => {
+                if let Some(found) = Self::of_frames(file) {
+                    return Ok(found);
+                }
                 return Err(
                     InputError::new(file, "has an extension that tells no format")
                         .value(format!("{extension:?}"))
-                        .expected("--format csv|mat|hdf5|parquet|frames|f64x7|psins-imu"),
+                        .expected("--format csv|mat|hdf5|parquet|frames|raw|f64x7|psins-imu"),
                 );
             }
         })
+    }
+
+    /// The format of the unit's frames at the beginning of the file, if there are any; a file that cannot be read has none.
+    fn of_frames(file: &Path) -> Option<Self> {
+        let mut begin = Vec::new();
+        let opened = File::open(file).ok()?;
+        opened.take(LOOKED_AT_BYTES).read_to_end(&mut begin).ok()?;
+        let mut telemetry = Decoder::new();
+        if raw::is_raw(&begin) {
+            Some(Self::Raw)
+        } else if begin.iter().any(|byte| telemetry.push(*byte).is_some()) {
+            Some(Self::Frames)
+        } else {
+            None
+        }
     }
 
     /// Whether it holds columns with names.

@@ -30,6 +30,7 @@ mod golden;
 mod import;
 mod import_columns;
 mod import_format;
+mod import_raw;
 mod inputs;
 mod inspect;
 mod interrupt;

@@ -18,6 +18,9 @@ use rlg_parameters::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
 /// File that the command writes.
 const RESULT: &str = "on_target.json";
 
+/// File that the raw stream goes to.
+const RAW: &str = "raw.bin";
+
 /// Run a recording through the firmware image in QEMU and compare every output with the host's
 ///
 /// Writes on_target.json: whether every output is equal bit for bit, whether accelerometers were played,
@@ -59,6 +62,9 @@ pub struct OnTargetCommand {
     /// Take the recording's accelerometers through the chain, too; an error if it has none that can be used
     #[arg(long)]
     accelerometers: bool,
+    /// Build the image with the raw stream, and write that to raw.bin beside the result, for rlg import
+    #[arg(long, conflicts_with = "image")]
+    raw: bool,
 }
 
 /// `on_target.json`.
@@ -81,7 +87,7 @@ impl OnTargetCommand {
         let spinner = terminal.spinner("reading");
         let recording = Recording::read(&self.recording)?;
         let model = read_model(&self.model, terminal)?;
-        let mut out = results_folder(&self.out, &self.recording, &self.model, &[RESULT])?;
+        let mut out = results_folder(&self.out, &self.recording, &self.model, &[RESULT, RAW])?;
         let setup = Setup {
             samples_per_output: self.output_every,
             acceleration_order: self.order,
@@ -102,6 +108,7 @@ impl OnTargetCommand {
         spinner.set_message("building the image");
         let image = match &self.image {
             Some(path) => Image::read(path)?,
+            None if self.raw => Image::build_with_raw(Platform::Emulator, self.core)?,
             None if input.parameters.terms.bytes().is_empty() => {
                 Image::build(Platform::Emulator, self.core)?
             }
@@ -134,6 +141,9 @@ impl OnTargetCommand {
         })?;
         json.push(b'\n');
         out.write(RESULT, &json)?;
+        if self.raw {
+            out.write(RAW, &result.raw)?;
+        }
         out.commit()?;
         for line in words(&result) {
             terminal.say(line);

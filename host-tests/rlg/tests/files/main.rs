@@ -10,6 +10,7 @@ mod import_columns;
 mod import_dates;
 mod import_foreign;
 mod import_matrices;
+mod import_raw;
 mod model_compensation;
 mod model_new;
 mod model_round_trip;

@@ -6,5 +6,6 @@
 mod fault_campaign;
 mod interrupt_calls;
 mod on_target;
+mod raw_stream;
 mod terms;
 mod whole_recordings;
