@@ -129,20 +129,23 @@ pub mod wire;
 #[cfg(feature = "slots")]
 pub mod store;
 
+#[cfg(all(feature = "slots", feature = "wire"))]
+pub mod service;
+
 #[cfg(feature = "monitor")]
 pub use chain::dither_monitor::{self, DitherMonitor};
 pub use chain::{
     Chain, ChainState, design_parameters, faults, numbers, parameters, sample, stages, terms, triad,
 };
 #[cfg(feature = "slots")]
-pub use store::{parameter_block, parameter_slots};
+pub use store::{parameter_block, parameter_slots, upload};
 #[cfg(feature = "bank")]
 pub use unit::{bank_bus, counter_bank};
 pub use unit::{clock_start, health, processor, raw_period, sample_source, telemetry_frame, trace};
 #[cfg(all(feature = "wire", feature = "bank"))]
 pub use wire::bank_record;
 #[cfg(feature = "wire")]
-pub use wire::{frame_finder, raw_frame, run_report, telemetry};
+pub use wire::{frame_finder, raw_frame, run_report, service_frame, telemetry};
 
 #[cfg(feature = "bank")]
 pub use bank_bus::CounterBank;

@@ -3,3 +3,5 @@
 pub mod parameter_block;
 
 pub mod parameter_slots;
+
+pub mod upload;

@@ -6,6 +6,8 @@ pub mod telemetry;
 
 pub mod raw_frame;
 
+pub mod service_frame;
+
 #[cfg(feature = "bank")]
 pub mod bank_record;
 

@@ -1,18 +1,24 @@
-//! Sends frames from the queue to the serial port, a byte at a time.
+//! Sends frames from the queue to the serial port, a byte at a time, and takes requests from it.
 //!
-//! It takes telemetry frames from the interrupt's queue and writes their bytes to USART1. It never waits, so the main
-//! loop stays free for the watchdog and the event log; a frame is encoded here and not in the interrupt. At 1 Mbaud a
-//! frame of 43 bytes takes 430 µs, so the line is full at 2 300 frames a second.
+//! It takes telemetry frames from the interrupt's queue and writes their bytes to USART1; an answer to a request goes
+//! between two of them. It never waits, so the main loop stays free for the watchdog and the event log; a frame is encoded
+//! here and not in the interrupt. At 1 Mbaud a frame of 43 bytes takes 430 µs, so the line is full at 2 300 frames a second.
 
 use heapless::spsc::Consumer;
+use trueaxis::service::while_sampling;
+use trueaxis::service_frame::{ANSWER_BYTES, RequestReceiver};
 use trueaxis::{TELEMETRY_BYTES, TelemetryFrame};
 
 use super::serial::Serial;
+use super::service_mode::{self, TERM_KINDS};
 
-/// Sends telemetry frames to the serial port.
+/// Sends telemetry frames and answers to the serial port.
 pub struct Link {
     frames: Consumer<'static, TelemetryFrame>,
     serial: Serial,
+    requests: RequestReceiver,
+    /// The answer to send next.
+    answer: Option<[u8; ANSWER_BYTES]>,
     bytes: [u8; TELEMETRY_BYTES],
     /// Bytes of the present frame that have been sent; [`TELEMETRY_BYTES`] while there is no frame.
     sent: usize,
@@ -25,22 +31,33 @@ impl Link {
         Self {
             frames,
             serial,
+            requests: RequestReceiver::new(),
+            answer: None,
             bytes: [0; TELEMETRY_BYTES],
             sent: TELEMETRY_BYTES,
             frames_sent: 0,
         }
     }
 
+    /// Takes the byte that was received, if any, and answers the request of which it was the last, after the present frame;
+    /// returns whether the unit is to stop. A second byte waits for the next call: they come no faster than periods pass.
+    pub fn serve(&mut self) -> bool {
+        let byte = self.serial.receive();
+        let Some(request) = byte.and_then(|byte| self.requests.push(byte)) else {
+            return false;
+        };
+        let (answer, stop) = while_sampling(&request, TERM_KINDS);
+        self.answer = Some(answer.to_bytes());
+        stop
+    }
+
     /// Sends the bytes that the transmitter takes now; returns whether there is more to send.
     pub fn poll(&mut self) -> bool {
         loop {
             let Some(byte) = self.bytes.get(self.sent) else {
-                let Some(frame) = self.frames.dequeue() else {
+                if !self.next() {
                     return false;
-                };
-                self.bytes = frame.to_bytes();
-                self.sent = 0;
-                self.frames_sent = self.frames_sent.wrapping_add(1);
+                }
                 continue;
             };
             if !self.serial.send(*byte) {
@@ -50,9 +67,41 @@ impl Link {
         }
     }
 
+    /// Begins the answer, or else the next frame; `false` if there is none.
+    fn next(&mut self) -> bool {
+        if let Some(answer) = self.answer.take() {
+            // At the buffer's end, so that its end is the frame's.
+            self.sent = TELEMETRY_BYTES - ANSWER_BYTES;
+            let place = self.bytes.iter_mut().skip(self.sent);
+            for (place, byte) in place.zip(answer) {
+                *place = byte;
+            }
+            return true;
+        }
+        let Some(frame) = self.frames.dequeue() else {
+            return false;
+        };
+        self.bytes = frame.to_bytes();
+        self.sent = 0;
+        self.frames_sent = self.frames_sent.wrapping_add(1);
+        true
+    }
+
     /// Number of frames begun so far.
     #[cfg(feature = "emulator")]
     pub fn frames_sent(&self) -> u32 {
         self.frames_sent
+    }
+
+    /// What is left of the present frame, then the answer, and the port back: the unit stops.
+    pub fn stop(mut self) -> Serial {
+        service_mode::send(
+            &mut self.serial,
+            self.bytes.get(self.sent..).unwrap_or_default(),
+        );
+        if let Some(answer) = self.answer {
+            service_mode::send(&mut self.serial, &answer);
+        }
+        self.serial
     }
 }

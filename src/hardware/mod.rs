@@ -12,11 +12,12 @@
 //! |---|---|---|
 //! | `SpiDevice` | SPI1 | records of `frames.bin` |
 //! | events | RTT | semihosting |
+//! | slots while stopped | flash | memory, written to `slots.bin` |
 //! | raw stream | DMA | the processor writes the bytes |
 //! | beside it | watchdog | run report, painted stack |
 //!
 //! Read in this order: [`board`] or [`emulator`] (the main loop), [`sampling`] (the interrupt and its
-//! deadline), [`sample_timer`], [`handover`], [`boot`], [`link`], `raw_tap`, `raw_link`, [`background`], then the peripherals
+//! deadline), [`sample_timer`], [`handover`], [`boot`], [`link`], [`service_mode`], `raw_tap`, `raw_link`, [`background`], then the peripherals
 //! [`clock`], [`flash`], `supply`, [`serial`], and [`failure`]. A port to another board changes only this folder and
 //! memory.x (docs/porting.md).
 
@@ -38,6 +39,8 @@ mod handover;
 mod boot;
 
 mod link;
+
+mod service_mode;
 
 #[cfg(feature = "raw")]
 mod raw_tap;

@@ -5,11 +5,11 @@
 
 use core::sync::atomic::Ordering;
 
-use trueaxis::Parameters;
+use trueaxis::parameter_slots::Loaded;
 use trueaxis::raw_frame::{RAW_BYTES, RawFrame, RawItems};
 
 use super::RawPort;
-use super::raw_tap::{DROPPED, RawPeriods};
+use super::raw_tap::{DROPPED, RawPeriods, RawQueue, RawTap};
 
 /// Frames of a batch: 1.4 ms on the line, far more than the main loop needs to come round.
 pub const BATCH_FRAMES: usize = 8;
@@ -28,20 +28,21 @@ pub struct RawLink {
 }
 
 impl RawLink {
-    /// Starts with nothing to send.
+    /// Starts with nothing to send; with the interrupt's end of the queue.
     pub fn new(
-        periods: RawPeriods,
-        parameters: &Parameters,
-        generation: u32,
+        queue: &'static mut RawQueue,
+        loaded: &Loaded,
         port: Option<RawPort>,
-    ) -> Self {
-        Self {
+    ) -> (RawTap, Self) {
+        let (tap, periods) = queue.split();
+        let link = Self {
             periods,
-            items: RawItems::new(parameters, generation),
+            items: RawItems::new(&loaded.parameters, loaded.generation),
             port,
             batch: [0; BATCH_BYTES],
             filled: 0,
-        }
+        };
+        (RawTap::new(tap), link)
     }
 
     /// Fills the batch with what has come, and hands it to the port if that is idle; returns whether there is more to send.

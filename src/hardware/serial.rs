@@ -1,4 +1,4 @@
-//! Drives USART1, sending only: telemetry frames leave the board here, on PA9.
+//! Drives USART1: telemetry frames leave the board here, on PA9, and requests come in on PA10.
 //!
 //! Bytes leave with 8 data bits, no parity and 1 stop bit at [`BAUD`]. Nothing waits: [`Serial::send`] takes a byte if
 //! there is room and says whether it did; the main loop tries again.
@@ -9,24 +9,30 @@ use stm32f4::stm32f405::{GPIOA, RCC, USART1};
 /// the line stays readable after a dead crystal, and the usual USB adapters know it.
 pub const BAUD: u32 = 1_000_000;
 
-/// The transmitter of USART1.
+/// Transmitter and receiver of USART1.
 pub struct Serial {
     usart: USART1,
 }
 
 impl Serial {
-    /// Configures pin and rate.
+    /// Configures pins and rate.
     pub fn new(usart: USART1, gpioa: &GPIOA, rcc: &RCC, apb2_hz: u32) -> Self {
         rcc.ahb1enr().modify(|_, w| w.gpioaen().enabled());
         rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
-        gpioa.afrh().modify(|_, w| w.afrh9().af7());
-        gpioa.moder().modify(|_, w| w.moder9().alternate());
+        gpioa.afrh().modify(|_, w| w.afrh9().af7().afrh10().af7());
+        // An open line reads as idle.
+        gpioa.pupdr().modify(|_, w| w.pupdr10().pull_up());
+        gpioa
+            .moder()
+            .modify(|_, w| w.moder9().alternate().moder10().alternate());
         // SAFETY: with 16-fold oversampling the register holds the clock over the baud rate in sixteenths
         // (RM0090 30.3.4): 84 or 16, within its 16 bits.
         usart
             .brr()
             .write(|w| unsafe { w.bits((apb2_hz / BAUD) as u16) });
-        usart.cr1().write(|w| w.ue().enabled().te().enabled());
+        usart
+            .cr1()
+            .write(|w| w.ue().enabled().te().enabled().re().enabled());
         Self { usart }
     }
 
@@ -37,5 +43,17 @@ impl Serial {
             self.usart.dr().write(|w| w.dr().set(u16::from(byte)));
         }
         has_room
+    }
+
+    /// Whether the last byte has left the transmitter.
+    pub fn is_finished(&self) -> bool {
+        self.usart.sr().read().tc().bit()
+    }
+
+    /// The byte that was received, if there is one. Reading it also clears an overrun (RM0090 30.6.1), which a sender that
+    /// keeps to the pace does not cause; the request that it damages fails its check sum.
+    pub fn receive(&mut self) -> Option<u8> {
+        let has_come = self.usart.sr().read().rxne().bit();
+        has_come.then(|| self.usart.dr().read().dr().bits() as u8)
     }
 }

@@ -262,6 +262,16 @@ pub(super) fn block_length(block: &[u8; LARGEST_BLOCK_BYTES]) -> usize {
     usize::from(u16::from_le_bytes([block[6], block[7]]))
 }
 
+/// Gives a whole block another generation, and the check sum that belongs to it.
+pub(super) fn set_generation(block: &mut [u8], generation: u32) {
+    for (byte, of_generation) in block.iter_mut().skip(12).zip(generation.to_le_bytes()) {
+        *byte = of_generation;
+    }
+    if let Some((body, sum)) = block.split_last_chunk_mut::<CRC_BYTES>() {
+        *sum = CHECKSUM.checksum(body).to_le_bytes();
+    }
+}
+
 /// The next numbers; 0 beyond the last, which the block's length excludes.
 fn take<const N: usize>(numbers: &mut impl Iterator<Item = f64>) -> [f64; N] {
     core::array::from_fn(|_| numbers.next().unwrap_or_default())

@@ -6,7 +6,7 @@
 //! | slots found | parameters | flags |
 //! |---|---|---|
 //! | both good | of the newer generation | none |
-//! | one good | the good one's | `slot_bad` |
+//! | one good, or the newer does not read the same twice | the good one's | `slot_bad` |
 //! | none good (new device, both worn out) | [`Parameters::default`]: a perfect triad, nothing corrected | `parameters_default` |
 //!
 //! *Good* is what [`Parameters::from_block`] accepts: magic, version, length, CRC-32 and every field in its
@@ -50,7 +50,7 @@ use crate::chain::Chain;
 use crate::chain::numbers::{F32, NumberSystem};
 use crate::chain::parameters::{ParameterError, Parameters};
 use crate::chain::terms::Term;
-use crate::store::parameter_block::{LARGEST_BLOCK_BYTES, block_length};
+use crate::store::parameter_block::{LARGEST_BLOCK_BYTES, block_length, set_generation};
 
 /// Largest unit of reading or writing that is served \[bytes\]: the 256 bits of an STM32H7's flash word;
 /// an STM32F405 has 1 to 8 bytes.
@@ -232,29 +232,33 @@ impl<F: ReadNorFlash, B: Build> ParameterSlots<F, B> {
     pub fn load_into(&mut self, loaded: &mut Loaded) {
         let found = Slot::BOTH.map(|slot| self.read(slot, &mut loaded.parameters).unwrap_or(None));
         let survey = Survey(found);
-        let read = survey.chosen().and_then(|(slot, generation)| {
-            // What was read last is there still.
-            let there = slot == Slot::Second;
-            let mut again = || self.read(slot, &mut loaded.parameters).unwrap_or(None);
-            (there || again() == Some(generation)).then_some((slot, generation))
-        });
-        let Some((slot, generation)) = read else {
-            loaded.parameters = Parameters::default();
-            (loaded.generation, loaded.slot) = (0, None);
-            loaded.slot_bad = false;
-            return;
-        };
-        (loaded.generation, loaded.slot) = (generation, Some(slot));
-        loaded.slot_bad = survey.one_is_bad();
+        let chosen = survey.chosen();
+        // The newer slot, and the other one where that does not read a second time as it did.
+        let other = chosen.and_then(|(slot, _)| survey.good(slot.other()));
+        for (slot, generation) in [chosen, other].into_iter().flatten() {
+            let read = self.read(slot, &mut loaded.parameters).unwrap_or(None);
+            if read == Some(generation) {
+                (loaded.generation, loaded.slot) = (generation, Some(slot));
+                loaded.slot_bad = survey.one_is_bad() || chosen != Some((slot, generation));
+                return;
+            }
+        }
+        loaded.parameters = Parameters::default();
+        (loaded.generation, loaded.slot) = (0, None);
+        loaded.slot_bad = false;
     }
 
     /// Generations of the good slots. A slot that cannot be read is an error: before a slot is overwritten, what the
     /// other one holds must be known and not guessed.
     #[inline(never)]
     fn survey(&mut self) -> Result<Survey, F::Error> {
-        let mut parameters = Parameters::default();
-        let first = self.read(Slot::First, &mut parameters)?;
-        Ok(Survey([first, self.read(Slot::Second, &mut parameters)?]))
+        self.survey_with(&mut Parameters::default())
+    }
+
+    /// As [`survey`](Self::survey), with room for what the slots hold.
+    fn survey_with(&mut self, scratch: &mut Parameters) -> Result<Survey, F::Error> {
+        let first = self.read(Slot::First, scratch)?;
+        Ok(Survey([first, self.read(Slot::Second, scratch)?]))
     }
 
     /// Reads a slot's parameters; gives their generation if they are good. If not, they are of no use.
@@ -295,19 +299,42 @@ impl<F: NorFlash, B: Build> ParameterSlots<F, B> {
     /// was in use still is.
     pub fn store(&mut self, parameters: &Parameters) -> Result<u32, SlotError<F::Error>> {
         B::check(parameters).map_err(SlotError::Parameter)?;
+        self.store_block(&parameters.to_block(0), &mut Parameters::default())
+    }
+
+    /// As [`store`](Self::store), of parameters that stand in a block already and that the build can use; the block's own
+    /// generation does not count. `scratch` takes what the slots hold: parameters are large, and the caller has some to spare.
+    pub(super) fn store_block(
+        &mut self,
+        block: &[u8],
+        scratch: &mut Parameters,
+    ) -> Result<u32, SlotError<F::Error>> {
         self.check_layout()?;
-        let current = self.survey().map_err(SlotError::Flash)?.chosen();
-        let target = current.map_or(Slot::First, |(slot, _)| slot.other());
-        let generation = current
-            .map_or(0, |(_, generation)| generation)
-            .wrapping_add(1);
-        let block = parameters.to_block(generation);
+        let survey = self.survey_with(scratch).map_err(SlotError::Flash)?;
+        let (target, generation) = match survey.chosen() {
+            Some((slot, generation)) => (slot.other(), generation.wrapping_add(1)),
+            None => (Slot::First, 1),
+        };
+        self.write_as(target, block, generation)?;
+        Ok(generation)
+    }
+
+    /// Writes a block to a slot under this generation. The buffer is off the stack when this returns.
+    #[inline(never)]
+    fn write_as(
+        &mut self,
+        slot: Slot,
+        block: &[u8],
+        generation: u32,
+    ) -> Result<(), SlotError<F::Error>> {
         let mut buffer = [ERASED; BUFFER_BYTES];
-        for (byte, of_block) in buffer.iter_mut().zip(block.iter()) {
+        for (byte, of_block) in buffer.iter_mut().zip(block) {
             *byte = *of_block;
         }
-        self.write(target, &buffer, block.len())?;
-        Ok(generation)
+        if let Some(block) = buffer.get_mut(..block.len()) {
+            set_generation(block, generation);
+        }
+        self.write(slot, &buffer, block.len())
     }
 
     /// Copies the good slot's block to the one that is not good, if there is such a pair.
@@ -447,6 +474,16 @@ impl Survey {
             [None, Some(second)] => Some((Slot::Second, second)),
             [None, None] => None,
         }
+    }
+
+    /// The slot with its generation, if it is good.
+    fn good(&self, slot: Slot) -> Option<(Slot, u32)> {
+        let [first, second] = self.0;
+        let generation = match slot {
+            Slot::First => first,
+            Slot::Second => second,
+        };
+        generation.map(|generation| (slot, generation))
     }
 
     /// Whether one slot is good and the other is not.

@@ -26,8 +26,8 @@
 //! A frame goes whole or not at all: where the queue to the port is full it is dropped and counted, and the
 //! sequence number shows the gap. [`Decoder`] finds the frames in any byte stream. A random 43 bytes pass sync, version, length and check sum together with probability 2⁻⁴⁸.
 //!
-//! The line is one way, so there are no commands to the unit. There are no time stamps either: the sequence number is
-//! the time, and its period is a health item.
+//! Answers to requests stand between frames ([`service_frame`](crate::wire::service_frame)). There are no time stamps: the
+//! sequence number is the time, and its period is a health item.
 
 use core::fmt;
 

@@ -4,7 +4,7 @@
 //! The library is the fault campaign, which runs on the host here and in the emulator from `rlg`'s tests:
 //! [`mod@unit`] is a dithered unit that is well, [`campaign`] makes it ill at random moments, [`player`] plays
 //! the result into the firmware's processor, [`verdict`] holds the counters against what was done; [`boots`]
-//! is what a boot may find.
+//! is what a boot may find. [`nor`] is flash that loses power, for the tests of what is stored.
 
 pub mod unit;
 
@@ -15,3 +15,5 @@ pub mod player;
 pub mod verdict;
 
 pub mod boots;
+
+pub mod nor;

@@ -26,6 +26,8 @@ pub mod fleet;
 
 pub mod terminal;
 
+pub mod unit_port;
+
 pub mod command;
 
 pub mod close_loop;

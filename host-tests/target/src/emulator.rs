@@ -77,6 +77,8 @@ const RAW: &str = "raw.bin";
 const EVENTS: &str = "events.bin";
 const REPORT: &str = "report.bin";
 const TRACE: &str = "trace.log";
+const PORT: &str = "port.sock";
+const STORED: &str = "slots.bin";
 const SLOTS: [&str; 2] = ["slot-0.bin", "slot-1.bin"];
 
 /// Runs the emulator's `image` over `records`. `progress` is called with the number of frames so far.
@@ -137,7 +139,9 @@ fn run_in(
     let stream: Vec<u8> = records.iter().flat_map(BankRecord::to_bytes).collect();
     folder.write("frames.bin", &stream)?;
     let semihosting = ["-semihosting-config", "enable=on,target=native"];
-    let mut running = folder.start(image, slots, &[&semihosting, options].concat())?;
+    let serial = format!("file:{TELEMETRY}");
+    let options = [&semihosting, options].concat();
+    let mut running = folder.start(image, slots, &serial, &options)?;
     let status = wait(
         &mut running,
         &folder.at(TELEMETRY),
@@ -172,7 +176,7 @@ pub fn first_telemetry(
     frames: u64,
 ) -> Result<Vec<u8>, InputError> {
     let folder = Folder::new()?;
-    let mut running = folder.start(image, slots, &[])?;
+    let mut running = folder.start(image, slots, &format!("file:{TELEMETRY}"), &[])?;
     wait(
         &mut running,
         &folder.at(TELEMETRY),
@@ -182,6 +186,45 @@ pub fn first_telemetry(
     )?;
     drop(running);
     Ok(folder.read(TELEMETRY))
+}
+
+/// Runs the emulator's `image` over `records` with its telemetry port at a local socket, to which `talk` is given the path.
+/// The image waits until somebody connects, and the run ends when the unit is told to start anew.
+///
+/// # Returns
+/// What `talk` gave, and the slots as the unit left them.
+pub fn run_with_port<T>(
+    image: &Path,
+    slots: &SlotImages,
+    records: &[BankRecord],
+    talk: impl FnOnce(&Path) -> T,
+) -> Result<(T, SlotImages), InputError> {
+    let folder = Folder::new()?;
+    let stream: Vec<u8> = records.iter().flat_map(BankRecord::to_bytes).collect();
+    folder.write("frames.bin", &stream)?;
+    let chardev = format!("socket,id=port,path={PORT},server=on,wait=on");
+    let options = [
+        "-semihosting-config",
+        "enable=on,target=native",
+        "-chardev",
+        &chardev,
+    ];
+    let mut running = folder.start(image, slots, "chardev:port", &options)?;
+    let begun = Instant::now();
+    while !folder.at(PORT).exists() && begun.elapsed() < TIMEOUT {
+        thread::sleep(POLL_INTERVAL);
+    }
+    let said = talk(&folder.at(PORT));
+    wait(
+        &mut running,
+        &folder.at(TELEMETRY),
+        image,
+        u64::MAX,
+        &mut |_| {},
+    )?;
+    let stored = SlotImages::stored(&folder.read(STORED))
+        .ok_or_else(|| InputError::new(image, "ended without having been stopped by a request"))?;
+    Ok((said, stored))
 }
 
 /// The temporary folder of a run.
@@ -211,6 +254,7 @@ impl Folder {
         &self,
         image: &Path,
         slots: &SlotImages,
+        serial: &str,
         options: &[&str],
     ) -> Result<Running, InputError> {
         // The emulator works in another folder.
@@ -224,7 +268,7 @@ impl Folder {
             .current_dir(self.0.path())
             .args(MACHINE)
             // The machine's USARTs in their order, of which the image uses 1 and 6.
-            .args(["-serial", &format!("file:{TELEMETRY}")])
+            .args(["-serial", serial])
             .args(["-serial", "null"].repeat(4))
             .args(["-serial", &format!("file:{RAW}")])
             .arg("-kernel")

@@ -16,6 +16,9 @@ pub const SLOT_ADDRESSES: [u32; 2] = [0x080C_0000, 0x080E_0000];
 /// Bytes of a slot that the firmware reads: the block and the marks of attempts to mend behind it.
 const SLOT_BYTES: usize = MEND_MARKS_OFFSET as usize + MEND_ATTEMPTS * LARGEST_UNIT_BYTES;
 
+/// Bytes of a slot that a stopped image keeps.
+const STORED_BYTES: usize = 2048;
+
 /// Flash that was erased and not written.
 const ERASED: u8 = 0xFF;
 
@@ -35,6 +38,13 @@ impl SlotImages {
     /// Erases both slots: a new unit.
     pub fn erased() -> Self {
         Self([vec![ERASED; SLOT_BYTES], vec![ERASED; SLOT_BYTES]])
+    }
+
+    /// Takes the slots as a stopped image left them (`src/hardware/emulator/slot_memory.rs`); `None` where it left none.
+    pub(crate) fn stored(bytes: &[u8]) -> Option<Self> {
+        let (first, second) = bytes.split_at_checked(STORED_BYTES)?;
+        let slot = |bytes: &[u8]| bytes.get(..SLOT_BYTES).map(<[u8]>::to_vec);
+        Some(Self([slot(first)?, slot(second)?]))
     }
 
     /// Loads the parameters as firmware with these terms does.

@@ -12,11 +12,13 @@ mod watchdog;
 
 use core::sync::atomic::Ordering;
 
+use cortex_m::peripheral::SCB;
 use cortex_m_rt::entry;
 use defmt_rtt as _;
 use heapless::spsc::Queue;
-use stm32f4::stm32f405::Peripherals;
+use stm32f4::stm32f405::{PWR, Peripherals, RCC};
 use trueaxis::bank_bus::CounterBank;
+use trueaxis::clock_start::Clocks;
 use trueaxis::counter_bank::AccelerometerInput;
 use trueaxis::parameter_slots::Loaded;
 use trueaxis::{BootReport, TelemetryFrame};
@@ -26,16 +28,17 @@ use super::background::Background;
 use super::boot::{self, boot};
 use super::clock;
 use super::failure;
-use super::flash::SlotFlash;
+use super::flash::{SECTOR_BYTES, SlotFlash};
 use super::link::Link;
 use super::sample_timer::SampleTimer;
 use super::sampling::{FRAME_QUEUE, SAMPLING, Sampling, WATCH};
 use super::serial::Serial;
+use super::service_mode::{self, IdleTimer};
 use super::supply;
 #[cfg(feature = "raw")]
 use super::{
     raw_link::{BATCH_BYTES, RawLink},
-    raw_tap::{RawQueue, RawTap},
+    raw_tap::RawQueue,
 };
 
 #[cfg(feature = "raw")]
@@ -64,45 +67,27 @@ fn main() -> ! {
     let debug = peripherals.DBGMCU;
     debug.cr().modify(|_, w| w.dbg_sleep().set_bit());
     let clocks = clock::start(&rcc, &peripherals.FLASH, &peripherals.PWR);
-    let reset = rcc.csr().read();
-    defmt::info!(
-        "clock {}, reset by watchdog {=bool}, by software {=bool}",
-        clocks,
-        reset.wdgrstf().bit(),
-        reset.sftrstf().bit()
-    );
-    rcc.csr().modify(|_, w| w.rmvf().clear());
-    let mut report = BootReport {
-        clock_fallback: clocks.is_fallback(),
-        // BORRSTF to LPWRRSTF, bits 25 to 31, in the order of `health::reset_cause`.
-        reset_cause: reset.bits() >> 25,
-        ..BootReport::default()
-    };
-    if let Some((kind, place)) = failure::take_report() {
-        defmt::error!("the previous run ended in {} at {=u32:#x}", kind, place);
-        report.last_failure_kind = kind as u32;
-        report.last_failure_place = place;
-    }
+    let report = report_so_far(&rcc, &clocks);
+    let mut serial = Serial::new(peripherals.USART1, &peripherals.GPIOA, &rcc, clocks.apb2_hz);
+    let flash = SlotFlash::new(peripherals.FLASH);
+    let flash = unless_stopped(flash, &peripherals.PWR, &mut serial, &clocks);
 
     let mut loaded = Loaded::none();
     let report_of_boot = boot(
         &mut loaded,
-        SlotFlash::new(peripherals.FLASH),
+        flash,
         supply::suffices(&peripherals.PWR),
         report,
     );
 
     let (frames, queued) = FRAMES.split();
-    let serial = Serial::new(peripherals.USART1, &peripherals.GPIOA, &rcc, clocks.apb2_hz);
     SampleTimer::show_latch(&peripherals.GPIOA);
     #[cfg(feature = "raw")]
-    let (raw_periods, mut raw_link) = {
+    let (raw_tap, mut raw_link) = {
         let (usart, gpioc) = (&peripherals.USART6, &peripherals.GPIOC);
         let (dma, apb2_hz) = (peripherals.DMA2, clocks.apb2_hz);
         let port = RawPort::new(usart, dma, gpioc, &rcc, apb2_hz, RAW_BATCH);
-        let (periods, taken) = RAW_PERIODS.split();
-        let link = RawLink::new(taken, &loaded.parameters, loaded.generation, port);
-        (periods, link)
+        RawLink::new(RAW_PERIODS, &loaded, port)
     };
     let bus = Spi::new(peripherals.SPI1, peripherals.GPIOA, &rcc, clocks.apb2_hz);
     let bank = CounterBank::new(bus, ACCELEROMETERS);
@@ -126,7 +111,7 @@ fn main() -> ! {
             frames,
             timer.started(),
             #[cfg(feature = "raw")]
-            RawTap::new(raw_periods),
+            raw_tap,
         )
     });
     loop {
@@ -134,9 +119,55 @@ fn main() -> ! {
         watchdog.feed(served);
         #[cfg(feature = "raw")]
         raw_link.poll();
+        if link.serve() {
+            link.stop();
+            service_mode::request();
+            // The watchdog, once started, runs until a reset.
+            SCB::sys_reset();
+        }
         if !link.poll() {
             // A frame that is queued between the look and the sleep waits for the next interrupt, 250 µs.
             cortex_m::asm::wfi();
         }
     }
+}
+
+/// Logs how this boot came about and what ended the run before; clears the reset's cause.
+fn report_so_far(rcc: &RCC, clocks: &Clocks) -> BootReport {
+    let reset = rcc.csr().read();
+    defmt::info!(
+        "clock {}, reset by watchdog {=bool}, by software {=bool}",
+        *clocks,
+        reset.wdgrstf().bit(),
+        reset.sftrstf().bit()
+    );
+    rcc.csr().modify(|_, w| w.rmvf().clear());
+    let mut report = BootReport {
+        clock_fallback: clocks.is_fallback(),
+        // BORRSTF to LPWRRSTF, bits 25 to 31, in the order of `health::reset_cause`.
+        reset_cause: reset.bits() >> 25,
+        ..BootReport::default()
+    };
+    if let Some((kind, place)) = failure::take_report() {
+        defmt::error!("the previous run ended in {} at {=u32:#x}", kind, place);
+        report.last_failure_kind = kind as u32;
+        report.last_failure_place = place;
+    }
+    report
+}
+
+/// Serves requests and starts anew, if the run before this one was asked to stop; else gives the flash back.
+#[inline(never)]
+fn unless_stopped(flash: SlotFlash, pwr: &PWR, serial: &mut Serial, clocks: &Clocks) -> SlotFlash {
+    if !service_mode::take_request() {
+        return flash;
+    }
+    let Some(core) = cortex_m::Peripherals::take() else {
+        return flash;
+    };
+    defmt::info!("stopped: waiting for requests");
+    let slots = [0, SECTOR_BYTES];
+    let idle = IdleTimer::new(core.SYST, clocks.core_hz);
+    service_mode::serve(flash, slots, || supply::suffices(pwr), serial, idle);
+    SCB::sys_reset()
 }

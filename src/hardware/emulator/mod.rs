@@ -16,6 +16,8 @@ mod bank_file;
 #[cfg(feature = "raw")]
 mod raw_port;
 
+mod slot_memory;
+
 mod stack;
 
 use core::sync::atomic::Ordering;
@@ -25,7 +27,7 @@ use defmt_semihosting as _;
 use heapless::spsc::{Consumer, Producer, Queue};
 use semihosting::fs::File;
 use semihosting::io::{self, Write};
-use stm32f4::stm32f405::Peripherals;
+use stm32f4::stm32f405::{FLASH, Peripherals};
 use trueaxis::bank_bus::CounterBank;
 use trueaxis::bank_record::BankRecord;
 use trueaxis::counter_bank::AccelerometerInput;
@@ -34,6 +36,7 @@ use trueaxis::run_report::{RunOutcome, RunReport};
 use trueaxis::{BootReport, TelemetryFrame};
 
 use self::bank_file::{BankFile, LINK_HELD, Records, read_ahead, ticks};
+use self::slot_memory::{SLOT_BYTES, SlotBytes, SlotMemory};
 use super::background::Background;
 use super::boot::{self, boot};
 use super::clock;
@@ -42,11 +45,9 @@ use super::link::Link;
 use super::sample_timer::SampleTimer;
 use super::sampling::{FRAME_QUEUE, SAMPLING, Sampling, WATCH};
 use super::serial::Serial;
+use super::service_mode::{self, IdleTimer};
 #[cfg(feature = "raw")]
-use super::{
-    raw_link::RawLink,
-    raw_tap::{RawQueue, RawTap},
-};
+use super::{raw_link::RawLink, raw_tap::RawQueue};
 
 pub use self::bank_file::BankFile as Spi;
 #[cfg(feature = "raw")]
@@ -72,7 +73,14 @@ fn main() -> ! {
         #[cfg(feature = "raw")]
         RAW_PERIODS,
     ) {
-        Ok(report) => report,
+        Ok(report) => {
+            defmt::info!(
+                "end of stream: {=u32} periods, {=u32} frames",
+                report.periods,
+                report.frames
+            );
+            report
+        }
         Err(error) => {
             defmt::error!(
                 "file of the run: error {=i32}",
@@ -123,13 +131,10 @@ fn run(
     let serial = Serial::new(peripherals.USART1, &peripherals.GPIOA, &rcc, clocks.apb2_hz);
     let mut link = Link::new(queued, serial);
     #[cfg(feature = "raw")]
-    let (raw_periods, mut raw_link) = {
-        let (periods, taken) = raw.split();
-        let port = Some(RawPort::new(peripherals.USART6));
-        let link = RawLink::new(taken, &loaded.parameters, loaded.generation, port);
-        (periods, link)
-    };
+    let (raw_tap, mut raw_link) =
+        RawLink::new(raw, &loaded, Some(RawPort::new(peripherals.USART6)));
     let mut background = Background::new(&loaded.parameters);
+    let mut stop = false;
     if total > 0 {
         SAMPLING.lend(|| {
             // First: it takes more than a period of the board's slowest clock to make.
@@ -149,26 +154,19 @@ fn run(
                 frames,
                 timer.started(),
                 #[cfg(feature = "raw")]
-                RawTap::new(raw_periods),
+                raw_tap,
             )
         });
     }
-    while background.poll() < total {
-        // Test and sleep with interrupts held: one must not slip in between. A held one ends the sleep.
-        cortex_m::interrupt::free(|_| {
-            if WATCH.served.load(Ordering::Acquire) == background.seen() {
-                // The emulator books executed instructions when a timer is read. Those it has not booked when
-                // the processor falls asleep can be added to the sleep, and the interrupt would seem late.
-                core::hint::black_box(ticks());
-                cortex_m::asm::wfi();
-            }
-        });
+    while background.poll() < total && !stop {
+        sleep_unless_served(background.seen());
         read_ahead(&mut input, &mut records)?;
         if !LINK_HELD.load(Ordering::Relaxed) {
             link.poll();
             #[cfg(feature = "raw")]
             raw_link.poll();
         }
+        stop = link.serve();
     }
     // The last record must not hold the interrupt beyond its period, or one more would slip in here.
     let mut report = stop_sampling();
@@ -176,16 +174,41 @@ fn run(
     #[cfg(feature = "raw")]
     while raw_link.poll() {}
 
-    report.periods = WATCH.served.load(Ordering::Relaxed);
     report.frames = link.frames_sent();
-    report.stack_used_bytes = stack::used_bytes();
-    report.stack_size_bytes = stack::size_bytes();
-    defmt::info!(
-        "end of stream: {=u32} periods, {=u32} frames",
-        report.periods,
-        report.frames
-    );
+    if stop {
+        serve(link, clocks.core_hz)?;
+    }
     Ok(report)
+}
+
+/// Sleeps until the interrupt has come, unless it has since the main loop saw `seen` of them.
+#[inline]
+fn sleep_unless_served(seen: u32) {
+    // Test and sleep with interrupts held: one must not slip in between. A held one ends the sleep.
+    cortex_m::interrupt::free(|_| {
+        if WATCH.served.load(Ordering::Acquire) == seen {
+            // The emulator books executed instructions when a timer is read. Those it has not booked when
+            // the processor falls asleep can be added to the sleep, and the interrupt would seem late.
+            core::hint::black_box(ticks());
+            cortex_m::asm::wfi();
+        }
+    });
+}
+
+/// Serves requests as the board does after its reset, and writes what the slots then hold to `slots.bin`.
+#[inline(never)]
+fn serve(link: Link, core_hz: u32) -> io::Result<()> {
+    let mut serial = link.stop();
+    let memory = cortex_m::singleton!(: SlotBytes = [0; 2 * SLOT_BYTES]);
+    let (Some(core), Some(bytes)) = (cortex_m::Peripherals::take(), memory) else {
+        panic!("the unit is stopped twice");
+    };
+    // SAFETY: the boot, which had the controller, is over, and reading needs no register of it.
+    let mut flash = SlotFlash::new(unsafe { FLASH::steal() });
+    let memory = SlotMemory::new(bytes, &mut flash);
+    let idle = IdleTimer::new(core.SYST, core_hz);
+    let memory = service_mode::serve(memory, [0, SLOT_BYTES as u32], || true, &mut serial, idle);
+    File::create(c"slots.bin")?.write_all(memory.bytes())
 }
 
 /// Masks the interrupt for good and reports what it measured. Not inlined: what it takes back is large, and would lie on
@@ -193,6 +216,9 @@ fn run(
 #[inline(never)]
 fn stop_sampling() -> RunReport {
     let mut report = RunReport::empty(RunOutcome::Complete);
+    report.periods = WATCH.served.load(Ordering::Relaxed);
+    report.stack_used_bytes = stack::used_bytes();
+    report.stack_size_bytes = stack::size_bytes();
     if let Some(sampling) = SAMPLING.take_back() {
         report.between_outputs = sampling.costs.chain_between_outputs;
         report.with_output = sampling.costs.chain_with_output;

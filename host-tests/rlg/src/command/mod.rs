@@ -44,6 +44,7 @@ mod replay;
 mod simulate;
 mod steps;
 mod summarize;
+mod upload;
 
 pub use diagnose::Diagnosed;
 pub use inputs::ideal;
@@ -90,6 +91,7 @@ enum Command {
     Simulate(simulate::Simulate),
     Summarize(summarize::Summarize),
     Params(params::Params),
+    Upload(upload::Upload),
 }
 
 impl Command {
@@ -114,6 +116,7 @@ impl Command {
             Self::Simulate(command) => command.run(terminal)?,
             Self::Summarize(command) => command.run(terminal)?,
             Self::Params(command) => command.run(terminal)?,
+            Self::Upload(command) => command.run(terminal)?,
         }
         Ok(ExitCode::SUCCESS)
     }

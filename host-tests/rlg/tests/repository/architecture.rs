@@ -148,11 +148,12 @@ const OUT_OF_REACH: [&str; 4] = ["trueaxis", "rlg-simulator", "rlg-reference", "
 
 /// Folders of the firmware library, and those that each may import: so the chain alone can be taken, and every feature
 /// of the crate is a folder or a file that nothing below it needs.
-const FIRMWARE_MAY_IMPORT: [(&str, &[&str]); 4] = [
+const FIRMWARE_MAY_IMPORT: [(&str, &[&str]); 5] = [
     ("chain", &[]),
     ("store", &["chain"]),
     ("unit", &["chain"]),
     ("wire", &["chain", "unit"]),
+    ("service", &["chain", "store", "wire"]),
 ];
 
 /// What the workspace's manifests say.

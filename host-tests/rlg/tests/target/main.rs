@@ -8,4 +8,5 @@ mod interrupt_calls;
 mod on_target;
 mod raw_stream;
 mod terms;
+mod upload;
 mod whole_recordings;

@@ -1,0 +1,149 @@
+//! `rlg upload`: a parameter block into a unit, over its telemetry port.
+
+use std::fs;
+use std::path::PathBuf;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use serde_json::json;
+use trueaxis::service::{DONE, TERM_ABSENT, meaning};
+use trueaxis::service_frame::{Answer, DATA_BYTES, Request, RequestKind};
+use trueaxis::terms::TermKinds;
+use trueaxis::{Parameters, TermKind};
+
+use crate::error::InputError;
+use crate::terminal::Terminal;
+use crate::unit_port::UnitPort;
+
+/// Time that erasing and writing a slot may take: 4 s for the sector at the least supply, and reading it back.
+const STORE_PATIENCE: Duration = Duration::from_secs(6);
+
+/// Time in which a unit that was asked to stop must have started anew without sampling.
+const STOP_PATIENCE: Duration = Duration::from_secs(10);
+
+/// Write a parameter block into a unit over its telemetry port
+///
+/// The block (rlg params writes it) is checked here and, whole, in the unit, before it replaces the slot that is not in use: power that
+/// is lost at any time leaves the old parameters or the new ones. The generation that the block itself says does not count, the
+/// unit gives it the next one. A unit that samples refuses it; --stop stops the unit first. Afterwards the unit starts anew.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  stty -F /dev/ttyUSB0 1000000 raw -echo\n  rlg upload params.bin --port /dev/ttyUSB0 --stop"
+)]
+pub struct Upload {
+    /// The parameter block
+    block: PathBuf,
+    /// Serial device of the unit's telemetry port, set up by stty; or a local socket that leads to it
+    #[arg(short, long)]
+    port: PathBuf,
+    /// Stop a unit that is sampling; it sends nothing until it starts anew
+    #[arg(long)]
+    stop: bool,
+}
+
+impl Upload {
+    /// Checks the block, brings it to the unit and has it stored.
+    pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
+        let block =
+            fs::read(&self.block).map_err(|error| InputError::unreadable(&self.block, &error))?;
+        let (parameters, _) = Parameters::from_block(&block).map_err(|error| {
+            InputError::new(
+                &self.block,
+                format!("is no block for the firmware: {error}"),
+            )
+        })?;
+        let mut port = UnitPort::open(&self.port)?;
+        let state = port.ask(Request::new(0, RequestKind::State, 0), true, None)?;
+        let lacking = parameters.terms.kinds();
+        if let Some(kind) = lacking.first_beyond(TermKinds::from_bits(state.term_kinds)) {
+            return Err(InputError::new(
+                &self.block,
+                "asks for a term that the unit's build lacks",
+            )
+            .value(kind.name())
+            .expected("firmware that has it, or a model without that effect"));
+        }
+        if !state.stopped {
+            self.stop(&mut port)?;
+            terminal.say("the unit is stopped");
+        }
+        let generation = self.bring(&mut port, &block, terminal)?;
+        self.done(port.ask(Request::new(0, RequestKind::Restart, 0), false, None)?)?;
+        terminal.say(format!(
+            "{}: {} bytes stored as generation {generation}; the unit starts anew with it",
+            self.block.display(),
+            block.len()
+        ));
+        terminal.result(&json!({
+            "bytes": block.len(),
+            "generation": generation,
+            "stopped_by_us": !state.stopped,
+        }))
+    }
+
+    /// Stops the unit, if the caller wants that, and waits until it says that it is.
+    fn stop(&self, port: &mut UnitPort) -> Result<(), InputError> {
+        if !self.stop {
+            return Err(
+                InputError::new(&self.port, "leads to a unit that is running")
+                    .expected("a unit that is stopped, or --stop"),
+            );
+        }
+        self.done(port.ask(Request::new(0, RequestKind::Stop, 0), true, None)?)?;
+        let until = Instant::now() + STOP_PATIENCE;
+        while Instant::now() < until {
+            if port
+                .ask(Request::new(0, RequestKind::State, 0), true, None)?
+                .stopped
+            {
+                return Ok(());
+            }
+            thread::sleep(Duration::from_millis(20));
+        }
+        Err(InputError::new(
+            &self.port,
+            "leads to a unit that goes on sampling",
+        ))
+    }
+
+    /// Sends the block piece by piece; its generation once it is stored.
+    fn bring(
+        &self,
+        port: &mut UnitPort,
+        block: &[u8],
+        terminal: &Terminal,
+    ) -> Result<u32, InputError> {
+        let length = u16::try_from(block.len()).unwrap_or(u16::MAX);
+        self.done(port.ask(Request::new(0, RequestKind::Begin, length), false, None)?)?;
+        let bar = terminal.bar(block.len() as u64, "sending");
+        for (at, piece) in block.chunks(DATA_BYTES).enumerate() {
+            let offset = (at * DATA_BYTES) as u16;
+            self.done(port.ask(Request::data(0, offset, piece), false, None)?)?;
+            bar.inc(piece.len() as u64);
+        }
+        bar.finish_and_clear();
+        let store = Request::new(0, RequestKind::Store, 0);
+        let answer = self.done(port.ask(store, false, Some(STORE_PATIENCE))?)?;
+        Ok(answer.detail)
+    }
+
+    /// The answer, or the unit's refusal in words.
+    fn done(&self, answer: Answer) -> Result<Answer, InputError> {
+        if answer.outcome == DONE {
+            return Ok(answer);
+        }
+        let refusal = InputError::new(
+            &self.block,
+            format!("is refused: {}", meaning(answer.outcome)),
+        );
+        let kind = u16::try_from(answer.detail)
+            .ok()
+            .and_then(TermKind::from_number);
+        Err(match kind {
+            Some(kind) if answer.outcome == TERM_ABSENT => refusal.value(kind.name()),
+            _ if answer.detail != 0 => refusal.value(answer.detail),
+            _ => refusal,
+        })
+    }
+}

@@ -1,0 +1,200 @@
+//! Answers what is asked of the unit over the telemetry port: to stop, to take a parameter block, to start anew.
+//!
+//! From [`Request`]s it makes [`Answer`]s. A unit that samples answers `state` and `stop` and refuses everything else by name
+//! ([`while_sampling`]); one that is stopped takes a block in pieces, each answered, and stores it ([`Service`]). Its
+//! outcomes:
+//!
+//! | outcome | is | detail |
+//! |---|---|---|
+//! | 0 | done | of `store` the generation in force from the next start on, of `begin` and `data` the bytes received |
+//! | 1 | the unit is running | 0 |
+//! | 2 | no upload has begun | 0 |
+//! | 3 | bytes out of order | bytes received |
+//! | 4 | no block of this build has this length | the length |
+//! | 5 | the block is not whole | bytes received |
+//! | 6 | it does not begin with the block's magic | 0 |
+//! | 7 | its version is not known | the version |
+//! | 8 | its check sum does not match | the sum computed |
+//! | 9 | it does not say whether there are accelerometers | the byte found |
+//! | 10 | a parameter is out of range | 0: the sender has the same check |
+//! | 11 | it asks for a term that the build lacks | the term's kind |
+//! | 12 | its records of terms are damaged | 0 |
+//! | 13 | the supply is too low to write flash | 0 |
+//! | 14 | flash reported an error | 0 |
+//! | 15 | flash does not hold what was written | 0 |
+//! | 16 | there is no such request | its kind |
+//!
+//! Whoever runs it brings the bytes, the flash and the knowledge of the supply, and starts the unit anew when
+//! [`Reply::restart`] says so.
+
+use embedded_storage::nor_flash::NorFlash;
+
+use crate::chain::parameters::ParameterError;
+use crate::chain::terms::{RecordError, TermKinds};
+use crate::store::parameter_block::BlockError;
+use crate::store::parameter_slots::{Build, ParameterSlots, SlotError};
+use crate::store::upload::{Upload, UploadError};
+use crate::wire::service_frame::{Answer, Request, RequestKind};
+
+/// The outcome of a request that was carried out.
+pub const DONE: u8 = 0;
+
+/// The outcome of what a unit that samples does not do.
+pub const RUNNING: u8 = 1;
+
+/// The outcome of a block that asks for a term which the build lacks; its kind is the detail.
+pub const TERM_ABSENT: u8 = 11;
+
+/// The outcome of a kind of request that there is not.
+pub const UNKNOWN: u8 = 16;
+
+/// What an outcome is, in words that begin with "the unit".
+pub const fn meaning(outcome: u8) -> &'static str {
+    match outcome {
+        DONE => "the unit has done it",
+        RUNNING => "the unit is running: a parameter block is taken only while it is stopped",
+        2 => "the unit has not been told that an upload begins",
+        3 => "the unit received bytes out of order",
+        4 => "the unit's build takes no parameter block of this length",
+        5 => "the unit has not received the whole parameter block",
+        6 => "the unit received no parameter block: it does not begin with RLGP",
+        7 => "the unit does not know the parameter block's version",
+        8 => "the unit computes another check sum than the parameter block has",
+        9 => "the unit cannot tell whether the parameter block has accelerometers",
+        10 => "the unit refuses a parameter that is out of range",
+        TERM_ABSENT => "the unit's build lacks a term that the parameter block asks for",
+        12 => "the unit finds the parameter block's records damaged",
+        13 => "the unit's supply is too low to write flash",
+        14 => "the unit's flash reported an error; the block before it stays in force",
+        15 => "the unit's flash does not hold what was written; the block before it stays in force",
+        UNKNOWN => "the unit does not know this request",
+        _ => "the unit answered with an outcome that this version does not know",
+    }
+}
+
+/// Outcome and detail of an error.
+fn outcome<E>(error: &UploadError<E>) -> (u8, u32) {
+    match error {
+        UploadError::NotBegun => (2, 0),
+        UploadError::Order(received) => (3, u32::from(*received)),
+        UploadError::Length(length) => (4, u32::from(*length)),
+        UploadError::Unfinished(received) => (5, u32::from(*received)),
+        UploadError::Block(error) => match error {
+            BlockError::Length(bytes) => (4, *bytes as u32),
+            BlockError::Magic => (6, 0),
+            BlockError::Version(version) => (7, u32::from(*version)),
+            BlockError::Checksum { computed, .. } => (8, *computed),
+            BlockError::Accelerometers(byte) => (9, u32::from(*byte)),
+            BlockError::Parameter(error) => of_parameter(error),
+        },
+        UploadError::SupplyLow => (13, 0),
+        UploadError::Slot(error) => match error {
+            SlotError::Parameter(error) => of_parameter(error),
+            SlotError::Layout | SlotError::Flash(_) => (14, 0),
+            SlotError::Verify => (15, 0),
+        },
+    }
+}
+
+fn of_parameter(error: &ParameterError) -> (u8, u32) {
+    match error {
+        ParameterError::TermAbsent(kind) | ParameterError::Records(RecordError::Full(kind)) => {
+            (TERM_ABSENT, *kind as u32)
+        }
+        ParameterError::Records(_) => (12, 0),
+        _ => (10, 0),
+    }
+}
+
+/// What a unit that samples answers, and whether it is to stop.
+pub fn while_sampling(request: &Request, terms: TermKinds) -> (Answer, bool) {
+    let (outcome, stop) = match RequestKind::from_number(request.kind) {
+        Some(RequestKind::State) => (DONE, false),
+        Some(RequestKind::Stop) => (DONE, true),
+        Some(_) => (RUNNING, false),
+        None => (UNKNOWN, false),
+    };
+    let answer = Answer {
+        number: request.number,
+        kind: request.kind,
+        outcome,
+        stopped: false,
+        detail: 0,
+        term_kinds: terms.bits(),
+    };
+    (answer, stop)
+}
+
+/// What a stopped unit answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reply {
+    /// The answer to send.
+    pub answer: Answer,
+    /// Whether to start anew once it is sent.
+    pub restart: bool,
+}
+
+/// A stopped unit: its slots, and the block that is on its way.
+#[derive(Debug)]
+pub struct Service<F, B> {
+    slots: ParameterSlots<F, B>,
+    upload: Upload,
+    terms: TermKinds,
+}
+
+impl<F: NorFlash, B: Build> Service<F, B> {
+    /// Begins with nothing received. `terms`: the kinds that the build has.
+    pub fn new(slots: ParameterSlots<F, B>, terms: TermKinds) -> Self {
+        Self {
+            slots,
+            upload: Upload::default(),
+            terms,
+        }
+    }
+
+    /// Gives the slots back.
+    pub fn release(self) -> ParameterSlots<F, B> {
+        self.slots
+    }
+
+    /// Carries out a request. `supply_suffices` is asked before flash is written.
+    pub fn answer(&mut self, request: &Request, supply_suffices: impl FnOnce() -> bool) -> Reply {
+        let mut restart = false;
+        let done = match RequestKind::from_number(request.kind) {
+            Some(RequestKind::State | RequestKind::Stop) => Ok(0),
+            Some(RequestKind::Begin) => self.upload.begin(request.word).map(|()| 0),
+            Some(RequestKind::Data) => {
+                let put = self.upload.put(request.word, request.bytes());
+                put.map(|()| u32::from(request.word) + u32::from(request.count))
+            }
+            Some(RequestKind::Store) => self.upload.store(&mut self.slots, supply_suffices()),
+            Some(RequestKind::Restart) => {
+                restart = true;
+                Ok(0)
+            }
+            None => {
+                let answer = self.reply(request, UNKNOWN, u32::from(request.kind));
+                return Reply { answer, restart };
+            }
+        };
+        let answer = match done {
+            Ok(detail) => self.reply(request, DONE, detail),
+            Err(error) => {
+                let (outcome, detail) = outcome(&error);
+                self.reply(request, outcome, detail)
+            }
+        };
+        Reply { answer, restart }
+    }
+
+    fn reply(&self, request: &Request, outcome: u8, detail: u32) -> Answer {
+        Answer {
+            number: request.number,
+            kind: request.kind,
+            outcome,
+            stopped: true,
+            detail,
+            term_kinds: self.terms.bits(),
+        }
+    }
+}
