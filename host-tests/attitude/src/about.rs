@@ -11,6 +11,7 @@ use crate::conditioned::conditioned;
 use crate::dither::Dither;
 use crate::gyro_motion::{GyroMotion, Reads};
 use crate::increments::{Increments, ReferenceClock, Stamps};
+use crate::noise::Alike;
 
 /// What the gyros sensed.
 pub struct Gyros {
@@ -20,8 +21,8 @@ pub struct Gyros {
     pub rate_hz: f64,
     /// Increments that the gyros sensed, in the case's axes by the model, less what the model's other effects add \[rad\].
     pub sensed_rad: Vec<Vector3<f64>>,
-    /// Variance of a row that is the gyros' white noise, the mean of the three \[rad²\].
-    pub white_noise_rad2: f64,
+    /// Variance of a row that is each gyro's white noise \[rad²\].
+    pub white_noise_rad2: [f64; 3],
     /// Unmeasured rows before each row boundary.
     pub lost_before: Vec<usize>,
     /// Random walk that the model declares of them and their reference \[rad/√s\].
@@ -36,6 +37,17 @@ impl Gyros {
     /// Their own motion, by increments of the body \[rad\].
     pub fn motion(&self, increments_rad: Vec<Vector3<f64>>) -> GyroMotion {
         GyroMotion::new((self.start_s, self.rate_hz), increments_rad, self.reads)
+    }
+
+    /// Variance that white noise adds to a row of `period_s` on each axis \[rad²\]: the mean of axes that have one noise.
+    fn white_noise_of_rows(&self, alike: Alike, period_s: f64) -> [f64; 3] {
+        let mut rows_rad2 = [0.0; 3];
+        for axes in alike {
+            let sum: f64 = axes.iter().map(|&axis| self.white_noise_rad2[axis]).sum();
+            let mean_rad2 = sum / axes.len() as f64 * self.rate_hz * period_s;
+            axes.iter().for_each(|&axis| rows_rad2[axis] = mean_rad2);
+        }
+        rows_rad2
     }
 }
 
@@ -102,7 +114,8 @@ impl About {
             middle_s: 0.5 * (samples.first().map(times)? + samples.last().map(times)?),
         };
         let mut increments = Increments::new(&motion, samples, known, &clock, &gyros.lost_before)?;
-        increments.least_walk_rad2 = gyros.white_noise_rad2 * gyros.rate_hz * increments.period_s;
+        increments.least_walk_rad2 =
+            gyros.white_noise_of_rows(increments.alike, increments.period_s);
         increments.declared_walk_rad_sqrt_s = gyros.declared_walk_rad_sqrt_s;
         Some(Self {
             conditioned_rad: conditioned(&unbiased),
@@ -236,7 +249,7 @@ mod tests {
             start_s: 0.0,
             rate_hz,
             sensed_rad,
-            white_noise_rad2: 0.0,
+            white_noise_rad2: [0.0; 3],
             lost_before: vec![0; rows + 1],
             dither: None,
             reads: Reads::Attitudes,

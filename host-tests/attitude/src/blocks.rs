@@ -11,7 +11,7 @@ use rlg_signal::axes::Triad;
 
 use crate::equations::Band;
 use crate::increments::Increments;
-use crate::noise::NoiseTerms;
+use crate::noise::{Alike, Levels, NoiseTerms};
 
 /// Sums of one block.
 #[derive(Clone)]
@@ -102,7 +102,7 @@ impl<'a> Blocks<'a> {
     /// `rows_rad`: without outliers; `precisions`: of a prior about 0 on each parameter, once `moved` by what rows are linear
     /// about.
     pub fn new(
-        (band, terms, levels): (&'a Band, &NoiseTerms, &[f64]),
+        (band, terms, levels): (&'a Band, &NoiseTerms, &Levels),
         increments: &Increments,
         rows_rad: &Triad,
         columns: &mut dyn Iterator<Item = Triad>,
@@ -338,6 +338,14 @@ fn matrix(columns: &[Triad], range: &std::ops::Range<usize>) -> DMatrix<f64> {
 struct Whitener<'a> {
     band: &'a Band,
     inverse: Dct,
+    alike: Alike,
+    /// By group of records that have one noise.
+    groups: Vec<OfGroup>,
+}
+
+/// What divides records of one noise.
+#[derive(Clone)]
+struct OfGroup {
     weights: Vec<f64>,
     /// Whitened free rows, one axis.
     free: Vec<Vec<f64>>,
@@ -345,50 +353,56 @@ struct Whitener<'a> {
 }
 
 impl<'a> Whitener<'a> {
-    fn new(band: &'a Band, terms: &NoiseTerms, levels: &[f64], free: &[usize]) -> Self {
-        let powers = terms.of_coefficients(levels);
-        let mut whitener = Self {
-            inverse: Dct::new(band.cut),
-            weights: powers[..band.cut]
+    fn new(band: &'a Band, terms: &NoiseTerms, levels: &Levels, free: &[usize]) -> Self {
+        let inverse = Dct::new(band.cut);
+        let of_group = |axes: &&[usize]| {
+            let powers = terms.of_coefficients(levels.of(axes[0]));
+            let powers = powers[..band.cut].iter();
+            let weights: Vec<f64> = powers.map(|power| 1.0 / power.sqrt()).collect();
+            let rows: Vec<Vec<f64>> = free
                 .iter()
-                .map(|power| 1.0 / power.sqrt())
-                .collect(),
-            band,
-            free: Vec::new(),
-            of_free: DMatrix::zeros(0, 0),
+                .map(|&row| weighted(&inverse, &weights, band.of_row(row)))
+                .collect();
+            let gram = DMatrix::from_fn(rows.len(), rows.len(), |a, b| dot(&rows[a], &rows[b]));
+            OfGroup {
+                weights,
+                of_free: invert(&gram).0,
+                free: rows,
+            }
         };
-        let rows: Vec<Vec<f64>> = free
-            .iter()
-            .map(|&row| whitener.weighted(band.of_row(row)))
-            .collect();
-        let gram = DMatrix::from_fn(rows.len(), rows.len(), |a, b| dot(&rows[a], &rows[b]));
-        whitener.of_free = invert(&gram).0;
-        whitener.free = rows;
-        whitener
-    }
-
-    fn weighted(&self, mut spectrum: Vec<f64>) -> Vec<f64> {
-        for (value, weight) in spectrum.iter_mut().zip(&self.weights) {
-            *value *= weight;
+        Self {
+            groups: terms.alike.iter().map(of_group).collect(),
+            alike: terms.alike,
+            inverse,
+            band,
         }
-        self.inverse.inverse(&mut spectrum);
-        spectrum
     }
 
     fn whiten(&self, values: &Triad) -> Triad {
-        values.each_ref().map(|values| {
-            let mut white = self.weighted(self.band.spectrum(values));
-            let along = DVector::from_iterator(
-                self.free.len(),
-                self.free.iter().map(|free| dot(free, &white)),
-            );
-            let sizes = &self.of_free * along;
-            for (free, size) in self.free.iter().zip(sizes.iter()) {
-                rlg_signal::axes::add(&mut white, free, -size);
+        let mut all = Triad::default();
+        for (axes, group) in self.alike.iter().zip(&self.groups) {
+            for &axis in *axes {
+                let spectrum = self.band.spectrum(&values[axis]);
+                let mut white = weighted(&self.inverse, &group.weights, spectrum);
+                let along = group.free.iter().map(|free| dot(free, &white));
+                let along = DVector::from_iterator(group.free.len(), along);
+                let sizes = &group.of_free * along;
+                for (free, size) in group.free.iter().zip(sizes.iter()) {
+                    rlg_signal::axes::add(&mut white, free, -size);
+                }
+                all[axis] = white;
             }
-            white
-        })
+        }
+        all
     }
+}
+
+fn weighted(inverse: &Dct, weights: &[f64], mut spectrum: Vec<f64>) -> Vec<f64> {
+    for (value, weight) in spectrum.iter_mut().zip(weights) {
+        *value *= weight;
+    }
+    inverse.inverse(&mut spectrum);
+    spectrum
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rlg_inference::Dct;
 use rlg_signal::axes::Triad;
 
-use crate::noise::NoiseTerms;
+use crate::noise::{Levels, NoiseTerms};
 
 /// A column of one parameter.
 pub struct ParameterColumn {
@@ -80,15 +80,16 @@ pub struct Equations {
     scale: Vec<f64>,
     precision: Vec<f64>,
     centre: Vec<f64>,
-    gram: Vec<DMatrix<f64>>,
-    moments: Vec<DVector<f64>>,
-    energy: Vec<f64>,
+    /// By group of records that have one noise, and bin.
+    gram: Vec<Vec<DMatrix<f64>>>,
+    moments: Vec<Vec<DVector<f64>>>,
+    energy: Vec<Vec<f64>>,
 }
 
 /// All columns fitted.
 pub struct Fit {
     /// Levels of the noise terms.
-    pub levels: Vec<f64>,
+    pub levels: Levels,
     /// Estimate of each parameter.
     pub estimate: Vec<f64>,
     /// Standard deviations.
@@ -151,9 +152,13 @@ impl Equations {
             moments: Vec::new(),
             energy: Vec::new(),
         };
-        for bin in terms.edges.windows(2) {
-            equations.gram.push(equations.products(bin[0]..bin[1]));
-        }
+        let of_group = |axes: &&[usize]| {
+            let bins = terms.edges.windows(2);
+            bins.map(|bin| equations.products(bin[0]..bin[1], axes))
+                .collect()
+        };
+        let gram = terms.alike.iter().map(of_group).collect();
+        equations.gram = gram;
         equations.set_records(band, terms, rows_rad);
         equations
     }
@@ -162,28 +167,31 @@ impl Equations {
     pub fn set_records(&mut self, band: &Band, terms: &NoiseTerms, rows_rad: &Triad) {
         self.spectra = rows_rad.each_ref().map(|values| band.spectrum(values));
         let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-        (self.moments, self.energy) = terms
-            .edges
-            .windows(2)
-            .map(|bin| {
-                let bin = bin[0]..bin[1];
-                let of = |column: &[Vec<f64>; 3]| -> f64 {
-                    let axes = column.iter().zip(&self.spectra);
-                    axes.filter(|(column, _)| !column.is_empty())
-                        .map(|(column, record)| dot(&column[bin.clone()], &record[bin.clone()]))
-                        .sum()
-                };
-                let moments = self.columns.iter().map(of);
-                let moments = DVector::from_iterator(self.columns.len(), moments);
-                (moments, of(&self.spectra))
-            })
-            .unzip();
+        let of_bin = |axes: &[usize], bin: std::ops::Range<usize>| {
+            let of = |column: &[Vec<f64>; 3]| -> f64 {
+                let pairs = axes
+                    .iter()
+                    .map(|&axis| (&column[axis], &self.spectra[axis]));
+                pairs
+                    .filter(|(column, _)| !column.is_empty())
+                    .map(|(column, record)| dot(&column[bin.clone()], &record[bin.clone()]))
+                    .sum()
+            };
+            let moments = self.columns.iter().map(of);
+            let moments = DVector::from_iterator(self.columns.len(), moments);
+            (moments, of(&self.spectra))
+        };
+        let of_group = |axes: &&[usize]| -> (Vec<DVector<f64>>, Vec<f64>) {
+            let bins = terms.edges.windows(2);
+            bins.map(|bin| of_bin(axes, bin[0]..bin[1])).unzip()
+        };
+        (self.moments, self.energy) = terms.alike.iter().map(of_group).unzip();
     }
 
-    fn products(&self, bin: std::ops::Range<usize>) -> DMatrix<f64> {
+    fn products(&self, bin: std::ops::Range<usize>, axes: &[usize]) -> DMatrix<f64> {
         let count = self.columns.len();
         let mut gram = DMatrix::zeros(count, count);
-        for axis in 0..3 {
+        for &axis in axes {
             let present: Vec<usize> = (0..count)
                 .filter(|k| !self.columns[*k][axis].is_empty())
                 .collect();
@@ -200,19 +208,19 @@ impl Equations {
         gram
     }
 
-    /// Sums of squares of the records by bin.
-    pub fn energy(&self) -> &[f64] {
+    /// Sums of squares of the records by group and bin.
+    pub fn energy(&self) -> &[Vec<f64>] {
         &self.energy
     }
 
     /// Fits all columns, the noise in turn.
-    pub fn fit(&self, terms: &NoiseTerms, start: &[f64]) -> Fit {
+    pub fn fit(&self, terms: &NoiseTerms, start: &Levels) -> Fit {
         /// Most turns, and the change of the log likelihood at which they end.
         const MOST: usize = 12;
         const SETTLED: f64 = 0.01;
         /// Share of what the noise was that a turn leaves at least.
         const LEAST_LEFT: f64 = 0.05;
-        let mut levels = start.to_vec();
+        let mut levels = start.clone();
         let mut last = f64::NEG_INFINITY;
         let mut turn = 0;
         loop {
@@ -238,12 +246,17 @@ impl Equations {
             last = log_likelihood;
             let second = &covariance + &estimate * estimate.transpose();
             let least = terms.expected(&powers);
-            let left: Vec<f64> = (0..self.gram.len())
-                .map(|bin| {
-                    let explained = 2.0 * self.moments[bin].dot(&estimate);
-                    let left = self.energy[bin] - explained + self.gram[bin].dot(&second);
-                    // Where columns explain nearly all, what is left is a difference of large numbers.
-                    left.max(LEAST_LEFT * least[bin])
+            let left_of = |group: usize, bin: usize| {
+                let explained = 2.0 * self.moments[group][bin].dot(&estimate);
+                let energy = self.energy[group][bin];
+                let left = energy - explained + self.gram[group][bin].dot(&second);
+                // Where columns explain nearly all, what is left is a difference of large numbers.
+                left.max(LEAST_LEFT * least[group][bin])
+            };
+            let left: Vec<Vec<f64>> = (0..self.gram.len())
+                .map(|group| {
+                    let bins = 0..self.gram[group].len();
+                    bins.map(|bin| left_of(group, bin)).collect()
                 })
                 .collect();
             levels = terms.fit(&left, &levels);
@@ -251,13 +264,17 @@ impl Equations {
     }
 
     /// Log likelihood where some parameters are what the records are linear about, less what is believed of those.
-    pub fn log_likelihood_here(&self, terms: &NoiseTerms, start: &[f64], here: &[usize]) -> f64 {
+    pub fn log_likelihood_here(&self, terms: &NoiseTerms, start: &Levels, here: &[usize]) -> f64 {
         let kept: Vec<usize> = (0..self.precision.len())
             .filter(|k| !here.contains(k))
             .collect();
         let of = |values: &[f64]| kept.iter().map(|k| values[*k]).collect();
-        let grams = self.gram.iter();
-        let moments = self.moments.iter();
+        let kept_of = |gram: &DMatrix<f64>| gram.select_rows(&kept).select_columns(&kept);
+        let of_grams = |grams: &Vec<DMatrix<f64>>| grams.iter().map(kept_of).collect();
+        let of_moments = |moments: &Vec<DVector<f64>>| {
+            let each = moments.iter();
+            each.map(|moments| moments.select_rows(&kept)).collect()
+        };
         let others = Self {
             parameters: self.parameters - here.len(),
             spectra: Default::default(),
@@ -265,10 +282,8 @@ impl Equations {
             scale: of(&self.scale),
             precision: of(&self.precision),
             centre: of(&self.centre),
-            gram: grams
-                .map(|gram| gram.select_rows(&kept).select_columns(&kept))
-                .collect(),
-            moments: moments.map(|moments| moments.select_rows(&kept)).collect(),
+            gram: self.gram.iter().map(of_grams).collect(),
+            moments: self.moments.iter().map(of_moments).collect(),
             energy: self.energy.clone(),
         };
         let believed = here
@@ -278,7 +293,7 @@ impl Equations {
     }
 
     /// Covariance, estimate and log likelihood under given powers.
-    fn solve(&self, terms: &NoiseTerms, powers: &[f64]) -> (DMatrix<f64>, DVector<f64>, f64) {
+    fn solve(&self, terms: &NoiseTerms, powers: &[Vec<f64>]) -> (DMatrix<f64>, DVector<f64>, f64) {
         let count = self.precision.len();
         let mut precision = DMatrix::from_diagonal(&DVector::from_column_slice(&self.precision));
         let mut score = DVector::from_fn(count, |k, _| self.precision[k] * self.centre[k]);
@@ -287,10 +302,12 @@ impl Equations {
             .map(|(precision, centre)| precision * centre * centre)
             .sum();
         let mut log_likelihood = terms.log_determinant(powers) - 0.5 * believed;
-        for (bin, power) in powers.iter().enumerate() {
-            precision += &self.gram[bin] / *power;
-            score += &self.moments[bin] / *power;
-            log_likelihood -= 0.5 * self.energy[bin] / power;
+        for (group, powers) in powers.iter().enumerate() {
+            for (bin, power) in powers.iter().enumerate() {
+                precision += &self.gram[group][bin] / *power;
+                score += &self.moments[group][bin] / *power;
+                log_likelihood -= 0.5 * self.energy[group][bin] / power;
+            }
         }
         let (covariance, log_determinant) = rlg_inference::linear::invert(&precision);
         let estimate = &covariance * &score;

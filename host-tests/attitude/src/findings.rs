@@ -212,7 +212,7 @@ fn reference_line(said: &Said) -> String {
         Reads::Attitudes => "attitudes",
         Reads::Sums => "sums of increments",
     };
-    let noise_rad = said.registered.levels[1].sqrt();
+    let noise_rad = said.registered.levels.mean(1).sqrt();
     let Some(few) = said.few else {
         return format!(
             "Reference: {count} {what}, one every {:.4} s, {noise_rad:.2e} rad of white noise; the last fifth is held out.",
@@ -349,16 +349,15 @@ fn next_experiment(named: &[(&Named, Numbers)], promises: &[PromiseEntry]) -> St
     }
 }
 
-/// Noise of the gyros by the terms that all three share.
+/// Noise of the gyros: terms that all three share, or of sums of increments each its own.
 fn noise(registered: &Registration) -> Vec<NoiseEntry> {
     let period_s = registered.about.increments.period_s;
-    let walk = (registered.levels[0] / period_s).sqrt();
-    let angle = registered.levels[1].sqrt();
     AXES.iter()
-        .map(|axis| NoiseEntry {
+        .zip([0, 1, 2].map(|axis| registered.levels.of(axis)))
+        .map(|(axis, levels)| NoiseEntry {
             channel: format!("gyro_{axis}"),
-            angle_random_walk_rad_sqrt_s: walk,
-            angle_noise_rad: angle,
+            angle_random_walk_rad_sqrt_s: (levels[0] / period_s).sqrt(),
+            angle_noise_rad: levels[1].sqrt(),
             wandering_rad_s: None,
             terms: None,
         })

@@ -5,7 +5,7 @@ use rlg_signal::axes::Triad;
 use crate::alignment::{Alignment, GROUPS, LOW_PASS_STD_S};
 use crate::equations::{Band, Equations, Fit, ParameterColumn};
 use crate::increments::Increments;
-use crate::noise::NoiseTerms;
+use crate::noise::{Levels, NoiseTerms};
 use crate::outliers::Weighted;
 
 /// Columns about an alignment with the priors of their groups, about what the model says.
@@ -50,7 +50,7 @@ impl Fitting {
         increments: &Increments,
         columns: Vec<ParameterColumn>,
         is_plain: bool,
-        levels: Option<Vec<f64>>,
+        levels: Option<Levels>,
     ) -> Self {
         let band = Band::new(increments.rows(), increments.period_s);
         let (rows, period_s) = (increments.rows(), increments.period_s);
@@ -58,11 +58,13 @@ impl Fitting {
             increments.declared_walk_rad_sqrt_s,
             increments.least_walk_rad2,
         );
-        let terms = NoiseTerms::new(rows, period_s, band.cut, is_plain).with_walk(walk, period_s);
+        let terms = NoiseTerms::new(rows, period_s, band.cut, is_plain)
+            .with_walk(walk, period_s)
+            .with_alike(increments.alike);
         let rows_rad = &increments.rows_rad;
         let equations = Equations::new(&band, &terms, rows_rad, &columns, &increments.free);
         let start = levels
-            .filter(|levels| levels.len() == terms.count())
+            .filter(|levels| levels.terms() == terms.count())
             .unwrap_or_else(|| terms.start(equations.energy()));
         let fit = equations.fit(&terms, &start);
         Self {
@@ -97,8 +99,7 @@ impl Fitting {
 
     /// Rows divided by the power of the noise.
     pub fn weighted(&self, left_rad: &Triad) -> Weighted {
-        let powers = self.terms.of_coefficients(&self.fit.levels);
-        Weighted::new(&self.band, &self.terms, left_rad, &powers)
+        Weighted::new(&self.band, &self.terms, left_rad, &self.fit.levels)
     }
 
     /// Shrinks the errors of single stamps beyond what noise makes, adds them to `corrected_rad`, and fits again.

@@ -12,7 +12,7 @@ use crate::about::About;
 use crate::alignment::Alignment;
 use crate::equations::Band;
 use crate::increments::Stamps;
-use crate::noise::NoiseTerms;
+use crate::noise::{Levels, NoiseTerms};
 use crate::said::{Said, in_body};
 
 /// Figures before and after.
@@ -151,26 +151,26 @@ fn body_rows(one: &Residual) -> Triad {
 
 /// # Inputs
 /// `levels`, `period_s`: of the noise of the rows that were fitted.
-fn figures(one: &Residual, levels: &[f64], period_s: f64) -> ([FiguresEntry; 3], f64) {
+fn figures(one: &Residual, levels: &Levels, period_s: f64) -> ([FiguresEntry; 3], f64) {
     let increments = &one.about.increments;
     let rows = increments.rows();
     let band = Band::new(rows, period_s);
     let terms = NoiseTerms::new(rows, period_s, band.cut, false);
-    let powers = terms.of_coefficients(levels);
+    let powers = [0, 1, 2].map(|axis| terms.of_coefficients(levels.of(axis)));
     let body = body_rows(one);
     let lasts_s = rows as f64 * increments.period_s;
     // The mean over the record has the power of its lowest frequencies.
-    let drift_std = (powers[1.min(rows - 1)] * rows as f64).sqrt() / lasts_s;
+    let drift_std = |axis: usize| (powers[axis][1.min(rows - 1)] * rows as f64).sqrt() / lasts_s;
     let ratios: [f64; 3] = std::array::from_fn(|axis| {
         let spectrum = band.spectrum(&one.left_rad[axis]);
-        let pairs = spectrum.iter().zip(&powers).skip(1);
+        let pairs = spectrum.iter().zip(&powers[axis]).skip(1);
         let sum: f64 = pairs.map(|(value, power)| value * value / power).sum();
         sum / (spectrum.len().max(2) - 1) as f64
     });
     let count = (band.cut.max(2) - 1) as f64;
     let entry = |axis: usize| FiguresEntry {
         drift_rad_s: body[axis].iter().sum::<f64>() / lasts_s,
-        drift_std_rad_s: drift_std,
+        drift_std_rad_s: drift_std(axis),
         normalised_power: ratios[axis],
         normalised_power_all: ratios[axis],
         white_p_value: ChiSquared::new(count).map_or(1.0, |law| law.sf(ratios[axis] * count)),
@@ -220,10 +220,12 @@ fn pictures(said: &Said, before: &Residual, after: &Residual, held_out_s: [f64; 
         .collect();
     let fitted_period_s = said.registered.about.increments.period_s;
     let terms = NoiseTerms::new(piece, fitted_period_s, piece, false);
-    let powers = terms.of_coefficients(&said.registered.levels);
-    let noise: Vec<f64> = (0..frequency_hz.len())
-        .map(|bin| density * powers[(2 * (bin + 1)).min(piece - 1)])
-        .collect();
+    let noise = [0, 1, 2].map(|axis| {
+        let powers = terms.of_coefficients(said.registered.levels.of(axis));
+        let bins = 0..frequency_hz.len();
+        bins.map(|bin| density * powers[(2 * (bin + 1)).min(piece - 1)])
+            .collect()
+    });
     let streams = &said.observed.streams;
     Pictures {
         time_s: times[1..=rows].iter().step_by(each).copied().collect(),
@@ -231,7 +233,7 @@ fn pictures(said: &Said, before: &Residual, after: &Residual, held_out_s: [f64; 
         angle_after_rad: angles(&body_after),
         power_before: spectrum(&body_before),
         power_after: spectrum(&body_after),
-        power_noise: [noise.clone(), noise.clone(), noise],
+        power_noise: noise,
         frequency_hz,
         tiles_before: Vec::new(),
         tiles_after: Vec::new(),

@@ -12,6 +12,7 @@ use rlg_signal::axes::Triad;
 use rlg_signal::transforms::smooth_length;
 
 use crate::gyro_motion::{GyroMotion, Place};
+use crate::noise::{ALL_ALIKE, Alike, EACH_ITS_OWN};
 
 /// When the gyros saw what the reference stamped.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,8 +78,10 @@ pub struct Increments {
     pub free: Vec<usize>,
     /// Typical time between stamps \[s\].
     pub period_s: f64,
-    /// Variance that the gyros' white noise adds to a row at least \[rad²\].
-    pub least_walk_rad2: f64,
+    /// Which axes have one noise: of attitudes all, as each turns into the others.
+    pub alike: Alike,
+    /// Variance that the gyros' white noise adds to a row of each axis at least \[rad²\].
+    pub least_walk_rad2: [f64; 3],
     /// Random walk of gyros and reference that the model declares \[rad/√s\].
     pub declared_walk_rad_sqrt_s: Option<f64>,
     places: Vec<Place>,
@@ -168,7 +171,11 @@ impl Increments {
             times_s,
             free,
             period_s,
-            least_walk_rad2: 0.0,
+            alike: match errors[0] {
+                Shown::Attitude(_) => ALL_ALIKE,
+                Shown::Sum(_) => EACH_ITS_OWN,
+            },
+            least_walk_rad2: [0.0; 3],
             declared_walk_rad_sqrt_s: None,
             places,
         })

@@ -1,4 +1,7 @@
-//! Stationary noise that three records share, as a sum of terms that are diagonal in a DCT-II.
+//! Stationary noise of three records, as a sum of terms that are diagonal in a DCT-II.
+//!
+//! Attitudes turn the noise of one axis into another, so that their records share it. Sums of increments stay on their axes:
+//! an encoder's noise is about the axis that it turns about, and each record has levels of its own.
 //!
 //! With λ = 4 sin²(π k / 2n) the increments of an attitude error hold: angle random walk of the gyros (constant), white
 //! noise of the attitude (λ), and attitude that wanders and comes back, as an Ornstein-Uhlenbeck process of several times
@@ -28,6 +31,42 @@ const MOST_STEPS: usize = 400;
 /// Coefficients of three records that a declared random walk counts for: it may be half or twice what is declared.
 const DECLARED_COUNT: f64 = 1.5;
 
+/// Axes of records that have one noise, by group.
+pub type Alike = &'static [&'static [usize]];
+
+/// One noise for all.
+pub const ALL_ALIKE: Alike = &[&[0, 1, 2]];
+
+/// A noise for each.
+pub const EACH_ITS_OWN: Alike = &[&[0], &[1], &[2]];
+
+/// Levels of the noise terms, by group of records.
+#[derive(Debug, Clone)]
+pub struct Levels(Vec<Vec<f64>>);
+
+impl Levels {
+    /// The same for all records.
+    pub fn of_all(levels: Vec<f64>) -> Self {
+        Self(vec![levels])
+    }
+
+    /// Levels of one axis.
+    pub fn of(&self, axis: usize) -> &[f64] {
+        &self.0[axis.min(self.0.len() - 1)]
+    }
+
+    /// Mean level of a term over the groups.
+    pub fn mean(&self, term: usize) -> f64 {
+        let each = self.0.iter().map(|levels| levels[term]);
+        each.sum::<f64>() / self.0.len() as f64
+    }
+
+    /// Number of terms.
+    pub fn terms(&self) -> usize {
+        self.0[0].len()
+    }
+}
+
 /// Random walk of gyros and reference that a model declares \[rad/√s\].
 pub fn declared_walk_rad_sqrt_s(model: &Model) -> Option<f64> {
     let of_gyros = model.gyro.angle_random_walk_rad_sqrt_s?;
@@ -50,9 +89,11 @@ pub struct NoiseTerms {
     /// λ of every row's coefficient.
     pub lambda: Vec<f64>,
     return_rows: Vec<f64>,
-    /// The least level of the random walk: the gyros' own white noise, which their rows show better than the few lowest
+    /// Which records have one noise.
+    pub alike: Alike,
+    /// The least level of the random walk of each axis: the gyros' own white noise, which their rows show better than the few lowest
     /// frequencies of the reference do \[rad²\].
-    least_walk_rad2: f64,
+    least_walk_rad2: [f64; 3],
     /// Power of the random walk that is declared.
     declared: Option<f64>,
 }
@@ -90,7 +131,8 @@ impl NoiseTerms {
             binned: Vec::new(),
             lambda,
             return_rows,
-            least_walk_rad2: 0.0,
+            alike: ALL_ALIKE,
+            least_walk_rad2: [0.0; 3],
             declared: None,
         };
         let mean = |term: usize, bin: &[usize]| {
@@ -106,13 +148,19 @@ impl NoiseTerms {
         terms
     }
 
+    /// The same where records have a noise of their own, or one.
+    pub fn with_alike(mut self, alike: Alike) -> Self {
+        self.alike = alike;
+        self
+    }
+
     /// The same where something is known of the random walk, on rows of `period_s`.
     ///
     /// # Inputs
-    /// `declared_rad_sqrt_s`: what the model says; `least_rad2`: what a row has at least.
+    /// `declared_rad_sqrt_s`: what the model says; `least_rad2`: what a row of each axis has at least.
     pub fn with_walk(
         mut self,
-        (declared_rad_sqrt_s, least_rad2): (Option<f64>, f64),
+        (declared_rad_sqrt_s, least_rad2): (Option<f64>, [f64; 3]),
         period_s: f64,
     ) -> Self {
         self.declared = declared_rad_sqrt_s.map(|walk| walk * walk * period_s);
@@ -137,8 +185,12 @@ impl NoiseTerms {
         }
     }
 
-    /// Power in every bin.
-    pub fn of_bins(&self, levels: &[f64]) -> Vec<f64> {
+    /// Power in every bin, by group.
+    pub fn of_bins(&self, levels: &Levels) -> Vec<Vec<f64>> {
+        levels.0.iter().map(|own| self.of_group(own)).collect()
+    }
+
+    fn of_group(&self, levels: &[f64]) -> Vec<f64> {
         (0..self.counts.len())
             .map(|bin| {
                 let terms = self.binned.iter().zip(levels);
@@ -147,10 +199,14 @@ impl NoiseTerms {
             .collect()
     }
 
-    /// Sums of squares of three records that powers let expect in every bin.
-    pub fn expected(&self, powers: &[f64]) -> Vec<f64> {
-        let bins = powers.iter().zip(&self.counts);
-        bins.map(|(power, count)| 3.0 * count * power).collect()
+    /// Sums of squares that powers let expect in every bin, by group.
+    pub fn expected(&self, powers: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let of_group = |(axes, powers): (&&[usize], &Vec<f64>)| {
+            let records = axes.len() as f64;
+            let bins = powers.iter().zip(&self.counts);
+            bins.map(|(power, count)| records * count * power).collect()
+        };
+        self.alike.iter().zip(powers).map(of_group).collect()
     }
 
     /// Power of every coefficient.
@@ -167,9 +223,18 @@ impl NoiseTerms {
     /// Levels to begin with.
     ///
     /// # Inputs
-    /// `powers`: sums of squares in each bin, over three records.
-    pub fn start(&self, powers: &[f64]) -> Vec<f64> {
-        let density = self.densities(powers);
+    /// `powers`: sums of squares in each bin, by group.
+    pub fn start(&self, powers: &[Vec<f64>]) -> Levels {
+        let groups = self.alike.iter().zip(powers);
+        Levels(
+            groups
+                .map(|(axes, powers)| self.start_of(powers, axes))
+                .collect(),
+        )
+    }
+
+    fn start_of(&self, powers: &[f64], axes: &[usize]) -> Vec<f64> {
+        let density = self.densities(powers, axes);
         let mut sorted = density.clone();
         sorted.sort_by(f64::total_cmp);
         let median = sorted[sorted.len() / 2];
@@ -187,15 +252,26 @@ impl NoiseTerms {
         levels
     }
 
-    fn densities(&self, powers: &[f64]) -> Vec<f64> {
+    fn densities(&self, powers: &[f64], axes: &[usize]) -> Vec<f64> {
+        let records = axes.len() as f64;
         let bins = powers.iter().zip(&self.counts);
-        bins.map(|(power, count)| (power / (3.0 * count)).max(f64::MIN_POSITIVE))
+        bins.map(|(power, count)| (power / (records * count)).max(f64::MIN_POSITIVE))
             .collect()
     }
 
     /// Levels ≥ 0 that maximise −½ Σ count (ln S + P/S), by steps that multiply: each gains, from anywhere.
-    pub fn fit(&self, powers: &[f64], start: &[f64]) -> Vec<f64> {
-        let density = self.densities(powers);
+    pub fn fit(&self, powers: &[Vec<f64>], start: &Levels) -> Levels {
+        let groups = self.alike.iter().zip(powers).zip(&start.0);
+        Levels(
+            groups
+                .map(|((axes, powers), start)| self.fit_of(powers, axes, start))
+                .collect(),
+        )
+    }
+
+    fn fit_of(&self, powers: &[f64], axes: &[usize], start: &[f64]) -> Vec<f64> {
+        let density = self.densities(powers, axes);
+        let records = axes.len() as f64;
         let mut floor: Vec<f64> = self
             .binned
             .iter()
@@ -204,13 +280,14 @@ impl NoiseTerms {
                 1e-4 * ratios.fold(f64::INFINITY, f64::min)
             })
             .collect();
-        floor[0] = floor[0].max(self.least_walk_rad2);
+        let least = axes.iter().map(|axis| self.least_walk_rad2[*axis]);
+        floor[0] = floor[0].max(least.sum::<f64>() / records);
         let mut levels: Vec<f64> = start
             .iter()
             .zip(&floor)
             .map(|(level, floor)| level.max(*floor))
             .collect();
-        let mut current = self.cost(&density, &levels);
+        let mut current = self.cost(&density, &levels, records);
         for _ in 0..MOST_STEPS {
             let factors = self.factors(&density, &levels);
             let stepped = |power: f64| -> Vec<f64> {
@@ -221,7 +298,7 @@ impl NoiseTerms {
             // A plain step always gains; a long one mostly gains more.
             let tried = [LONG_STEP, 1.0].map(|power| {
                 let tried = stepped(power);
-                (self.cost(&density, &tried), tried)
+                (self.cost(&density, &tried, records), tried)
             });
             let [long, plain] = tried;
             let (cost, next) = if long.0 < plain.0 { long } else { plain };
@@ -235,8 +312,8 @@ impl NoiseTerms {
         levels
     }
 
-    fn cost(&self, density: &[f64], levels: &[f64]) -> f64 {
-        let powers = self.of_bins(levels);
+    fn cost(&self, density: &[f64], levels: &[f64], records: f64) -> f64 {
+        let powers = self.of_group(levels);
         let bins = density.iter().zip(&powers).zip(&self.counts);
         let of_bins = bins.map(|((density, power), count)| (density, power, count));
         let walk = self
@@ -245,12 +322,12 @@ impl NoiseTerms {
             .map(|walk| (walk, &levels[0], &DECLARED_COUNT));
         of_bins
             .chain(walk)
-            .map(|(density, power, count)| 1.5 * count * (power.ln() + density / power))
+            .map(|(density, power, count)| 0.5 * records * count * (power.ln() + density / power))
             .sum()
     }
 
     fn factors(&self, density: &[f64], levels: &[f64]) -> Vec<f64> {
-        let powers = self.of_bins(levels);
+        let powers = self.of_group(levels);
         self.binned
             .iter()
             .enumerate()
@@ -272,29 +349,45 @@ impl NoiseTerms {
     }
 
     /// −½ Σ ln S over three records.
-    pub fn log_determinant(&self, powers: &[f64]) -> f64 {
-        let bins = powers.iter().zip(&self.counts);
-        -1.5 * bins.map(|(power, count)| count * power.ln()).sum::<f64>()
+    pub fn log_determinant(&self, powers: &[Vec<f64>]) -> f64 {
+        let of_group = |(axes, powers): (&&[usize], &Vec<f64>)| {
+            let bins = powers.iter().zip(&self.counts);
+            -0.5 * axes.len() as f64 * bins.map(|(power, count)| count * power.ln()).sum::<f64>()
+        };
+        self.alike.iter().zip(powers).map(of_group).sum()
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::NoiseTerms;
+    use super::{EACH_ITS_OWN, Levels, NoiseTerms};
 
     #[test]
     fn levels_are_found_from_their_own_spectrum() {
         let terms = NoiseTerms::new(4000, 0.01, 4000, true);
         let truth = [2e-9, 5e-8, 3e-6];
-        let powers: Vec<f64> = terms
-            .of_bins(&truth)
-            .iter()
-            .zip(&terms.counts)
-            .map(|(power, count)| 3.0 * count * power)
-            .collect();
+        let truth = Levels::of_all(truth.to_vec());
+        let powers = terms.expected(&terms.of_bins(&truth));
         let found = terms.fit(&powers, &terms.start(&powers));
-        for (found, truth) in found.iter().zip(truth) {
+        for (found, truth) in found.of(2).iter().zip(truth.of(2)) {
             assert!((found / truth - 1.0).abs() < 0.1, "{found:e} {truth:e}");
+        }
+    }
+
+    #[test]
+    fn records_that_are_not_alike_have_levels_of_their_own() {
+        let terms = NoiseTerms::new(4000, 0.01, 4000, true).with_alike(EACH_ITS_OWN);
+        // An encoder about z, and axes about which a table does not turn.
+        let truth = Levels(vec![
+            vec![2e-9, 1e-13, 1e-13],
+            vec![3e-9, 1e-13, 1e-13],
+            vec![2e-9, 5e-8, 1e-13],
+        ]);
+        let wanted = terms.of_bins(&truth);
+        let powers = terms.expected(&wanted);
+        let found = terms.of_bins(&terms.fit(&powers, &terms.start(&powers)));
+        for (found, wanted) in found.iter().flatten().zip(wanted.iter().flatten()) {
+            assert!((found / wanted - 1.0).abs() < 0.1, "{found:e} {wanted:e}");
         }
     }
 
@@ -302,9 +395,9 @@ mod tests {
     fn walk_beside(truth: [f64; 3], declared: f64) -> f64 {
         let period_s: f64 = 0.01;
         let terms = NoiseTerms::new(4000, period_s, 4000, true)
-            .with_walk((Some((declared / period_s).sqrt()), 0.0), period_s);
-        let powers = terms.expected(&terms.of_bins(&truth));
-        terms.fit(&powers, &terms.start(&powers))[0]
+            .with_walk((Some((declared / period_s).sqrt()), [0.0; 3]), period_s);
+        let powers = terms.expected(&terms.of_bins(&Levels::of_all(truth.to_vec())));
+        terms.fit(&powers, &terms.start(&powers)).of(0)[0]
     }
 
     #[test]

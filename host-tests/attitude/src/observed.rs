@@ -111,7 +111,7 @@ pub(crate) fn observe<'a>(
     let mut gyros = Gyros {
         start_s: streams.start_s,
         rate_hz: streams.rate_hz,
-        white_noise_rad2: (0..3).map(white_noise_rad2).sum::<f64>() / 3.0,
+        white_noise_rad2: [0, 1, 2].map(white_noise_rad2),
         sensed_rad,
         lost_before,
         reads: Reads::of(&samples),

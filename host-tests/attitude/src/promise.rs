@@ -95,8 +95,8 @@ pub(crate) fn promises(said: &Said) -> Vec<PromiseEntry> {
     let registered = said.registered;
     let period_s = registered.about.increments.period_s;
     let noise = RowNoise {
-        walk_rad_sqrt_s: (registered.levels[0] / period_s).sqrt(),
-        angle_rad: registered.levels[1].sqrt(),
+        walk_rad_sqrt_s: (registered.levels.mean(0) / period_s).sqrt(),
+        angle_rad: registered.levels.mean(1).sqrt(),
     };
     let spacing_s = period_s.clamp(1.0 / RATE_HZ, READ_EVERY_S);
     let Some(experiment) = Experiment::new(said, spacing_s) else {
@@ -193,7 +193,7 @@ impl Experiment {
             sensed_rad: (0..rows)
                 .map(|row| Vector3::from_fn(|axis, _| case_rad[axis][row]))
                 .collect(),
-            white_noise_rad2: 0.0,
+            white_noise_rad2: [0.0; 3],
             lost_before: vec![0; rows + 1],
             reads: Reads::Attitudes,
             declared_walk_rad_sqrt_s: None,

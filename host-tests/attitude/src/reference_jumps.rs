@@ -19,7 +19,7 @@ pub struct Jump {
     /// Navigation frame \[rad\].
     pub size_rad: [f64; 3],
     /// Standard deviation of each number \[rad\].
-    pub std_rad: f64,
+    pub std_rad: [f64; 3],
 }
 
 /// Most jumps: a reference with more is no reference.

@@ -94,7 +94,8 @@ pub(crate) struct JumpSeen {
     /// Stamp of the first attitude after it \[s\].
     time_s: f64,
     size_rad: Vector3<f64>,
-    std_rad: f64,
+    /// By body axis.
+    std_rad: [f64; 3],
 }
 
 /// Jumps that the model does not know.
@@ -148,13 +149,13 @@ impl JumpSeen {
         EffectEntry {
             parameters: vec![
                 number("time_s", self.time_s, 0.0, "s"),
-                number("size", self.size_rad[axis], self.std_rad, "rad"),
+                number("size", self.size_rad[axis], self.std_rad[axis], "rad"),
                 ParameterEntry::Text {
                     name: "axis".to_string(),
                     value: AXES[axis].to_string(),
                 },
             ],
-            covariance: vec![vec![0.0, 0.0], vec![0.0, self.std_rad.powi(2)]],
+            covariance: vec![vec![0.0, 0.0], vec![0.0, self.std_rad[axis].powi(2)]],
             ..fault(
                 "reference_jump",
                 format!(

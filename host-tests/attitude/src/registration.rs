@@ -10,6 +10,7 @@ use crate::about::{About, Gyros};
 use crate::alignment::{Alignment, COUNT, Free, places};
 use crate::fitting::{Fitting, priced};
 use crate::increments::Stamps;
+use crate::noise::Levels;
 use crate::reference_faults;
 use crate::reference_jumps::{self, Jump};
 
@@ -18,7 +19,7 @@ pub struct Registration {
     /// About what.
     pub alignment: Alignment,
     /// Levels of the noise terms.
-    pub levels: Vec<f64>,
+    pub levels: Levels,
     /// Rows about it.
     pub about: About,
     /// What is known of the stamps.
@@ -53,7 +54,7 @@ pub(crate) type Records<'a> = (&'a Gyros, &'a [SlowSample], &'a Stamps);
 pub(crate) fn fitted(
     (gyros, samples, stamps): Records,
     (model, alignment): (&Alignment, &Alignment),
-    (kept, is_plain, levels): (&[usize], bool, Option<Vec<f64>>),
+    (kept, is_plain, levels): (&[usize], bool, Option<Levels>),
 ) -> Option<(About, Fitting)> {
     let about = About::new(gyros, samples, stamps, alignment)?;
     let all = priced(about.columns(gyros.rate_hz), alignment, model);
@@ -74,10 +75,10 @@ impl Registration {
     ) -> Self {
         let rows = about.increments.rows();
         Self {
-            levels: vec![
+            levels: Levels::of_all(vec![
                 walk_rad_sqrt_s.powi(2) * about.increments.period_s,
                 angle_rad.powi(2),
-            ],
+            ]),
             alignment,
             known,
             jumps: Vec::new(),
@@ -129,7 +130,7 @@ pub(crate) fn settle(
 ) -> Option<Registration> {
     let kept = places_of(free);
     let mut walk = Walk::new(start);
-    let mut levels: Option<Vec<f64>> = None;
+    let mut levels: Option<Levels> = None;
     let mut pass = 0;
     loop {
         progress("aligning the reference");
@@ -138,7 +139,7 @@ pub(crate) fn settle(
             levels = None;
         }
         let alignment = walk.alignment.clone();
-        let fitted = |known: &Stamps, levels: Option<Vec<f64>>| {
+        let fitted = |known: &Stamps, levels: Option<Levels>| {
             let how = (&kept[..], is_plain, levels);
             fitted((gyros, samples, known), (model, &alignment), how)
         };

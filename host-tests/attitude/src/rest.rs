@@ -138,7 +138,7 @@ mod tests {
         Gyros {
             start_s: 0.0,
             rate_hz: 100.0,
-            white_noise_rad2: 0.0,
+            white_noise_rad2: [0.0; 3],
             lost_before: vec![0; sensed_rad.len() + 1],
             dither: None,
             reads: Reads::Attitudes,

@@ -147,7 +147,8 @@ pub(crate) fn called_for(
 fn basis(registered: &Registration) -> (Band, NoiseTerms) {
     let increments = &registered.about.increments;
     let band = Band::new(increments.rows(), increments.period_s);
-    let terms = NoiseTerms::new(increments.rows(), increments.period_s, band.cut, false);
+    let terms = NoiseTerms::new(increments.rows(), increments.period_s, band.cut, false)
+        .with_alike(increments.alike);
     (band, terms)
 }
 
