@@ -131,11 +131,19 @@ pub(crate) fn spelt_out(candidates: &[&[Candidate]], kin: Kin, plan: &SeveralPla
         for &one in &having {
             let mut alone = vec![None; group.len()];
             alone[one] = group[one];
+            // One recording does not tell what it has of its own from what the unit has in all, those that are held out
+            // among them; what happens once is its own.
+            let happens_once =
+                group[one].is_some_and(|place| gyro_of_event(&candidates[one][place]).is_some());
+            let sharing = match candidates.len() == 1 && !happens_once {
+                true => Sharing::Common,
+                false => Sharing::Only(one),
+            };
             let price = match having.len() {
                 1 => 0.0,
                 count => plan.only + (count as f64).ln(),
             };
-            all.push(shared(candidates, &alone, Sharing::Only(one), price));
+            all.push(shared(candidates, &alone, sharing, price));
         }
     }
     require(&mut all, candidates);
@@ -380,6 +388,17 @@ mod tests {
             let sharings: Vec<Sharing> = all.iter().map(|one| one.sharing).collect();
             assert_eq!(sharings, [Sharing::Only(0), Sharing::Only(1)]);
         }
+    }
+
+    #[test]
+    fn what_one_recording_shows_is_the_units_and_what_happens_once_its_own() {
+        let both = [
+            candidate("gyro_scale", Variant::Whole, &[0, 1, 2]),
+            candidate("gyro_bias_step", Variant::Event { axis: 0, row: 7 }, &[0]),
+        ];
+        let all = spelt_out(&[&both], Kin::Recordings, &SeveralPlan::default());
+        let sharings: Vec<Sharing> = all.iter().map(|one| one.sharing).collect();
+        assert_eq!(sharings, [Sharing::Common, Sharing::Only(0)]);
     }
 
     #[test]

@@ -55,6 +55,21 @@ fn scale(size: f64) -> String {
 }
 
 #[test]
+fn what_one_recording_shows_predicts_the_one_that_is_held_out() {
+    let mut friday = made("friday", 72, &scale(1e-3));
+    friday.0.piece.held_out = true;
+    let found = together(vec![made("monday", 71, &scale(1e-3)), friday]);
+    let [effect] = found.effects.as_slice() else {
+        panic!("{:#?}", found.summary);
+    };
+    assert_eq!(effect.kind, "gyro_scale");
+    assert_eq!(effect.text("recording"), None);
+    let friday = &found.fit.recordings[1];
+    let is_noise = |power: &Option<f64>| power.is_some_and(|power| (power - 1.0).abs() < 0.1);
+    assert!(friday.normalised_power.iter().all(is_noise), "{friday:?}");
+}
+
+#[test]
 fn three_recordings_find_together_what_none_finds_alone() {
     let made = |name, seed, effect: &str| made_at(2000, name, seed, effect);
     let large = alone(made("large", 1, &scale(1e-3)));
