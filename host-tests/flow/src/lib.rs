@@ -38,8 +38,9 @@ use rlg_recording::error::InputError;
 use result::Diagnosis;
 use streams::Streams;
 
-/// Why nothing can be said of a recording of increments.
-const TOO_FEW_ROWS: &str = "fewer than two seconds of rows with all channels measured";
+/// Why nothing can be said of a recording of increments: a likelihood needs eight rows (`Observations::bridged`).
+const TOO_FEW_ROWS: &str =
+    "fewer than eight rows with all channels measured are left to fit, besides those held out";
 
 /// Diagnoses `recording` against `model`, read from `model_file`.
 ///

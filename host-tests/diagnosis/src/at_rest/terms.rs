@@ -129,14 +129,14 @@ pub(super) fn sentence_of_force(axis: &str, terms: &ForceTermsEntry) -> String {
     format!("Noise: accelerometer {axis}: {}.", in_words(&each))
 }
 
-/// Each term with its interval, or the bound that three standard deviations of its square make.
+/// Each term with its interval, or the bound of one that does not stand out, as on the page.
 fn in_words(each: &[(&str, LevelEntry, f64, &str)]) -> String {
     let each = each.iter().map(|(name, level, factor, unit)| {
-        let (value, std) = (level.value * factor, level.std * factor);
-        if value > std {
+        if level.is_measured() {
+            let (value, std) = (level.value * factor, level.std * factor);
             format!("{name} = {value:.3e} ± {std:.1e} {unit}")
         } else {
-            format!("{name} < {:.1e} {unit}", 3.0_f64.sqrt() * std)
+            format!("{name} < {:.1e} {unit}", level.bound() * factor)
         }
     });
     each.collect::<Vec<String>>().join(", ")
