@@ -187,10 +187,13 @@ pub fn with_spread(value: f64, std: f64) -> String {
         two_digits(std / of_scale),
     );
     let decimals = usize::try_from(1 - exponent(std)).unwrap_or(0);
-    let pair = format!(
-        "{} ± {std:.decimals$}",
-        signed(&format!("{value:.decimals$}"))
-    );
+    let written = format!("{value:.decimals$}");
+    // What rounds to zero has no sign.
+    let written = match written.contains(|digit: char| matches!(digit, '1'..='9')) {
+        true => written.as_str(),
+        false => written.trim_start_matches('-'),
+    };
+    let pair = format!("{} ± {std:.decimals$}", signed(written));
     if scale == 0 {
         pair
     } else {
@@ -374,5 +377,6 @@ mod tests {
         assert_eq!(with_spread(1234.0, 339.0), "1230 ± 340");
         assert_eq!(with_spread(31.409_981_6, 5.9e-6), "31.4099816 ± 0.0000059");
         assert_eq!(with_spread(1.0, 0.0996), "1.00 ± 0.10");
+        assert_eq!(with_spread(-0.001, 0.25), "0.00 ± 0.25");
     }
 }

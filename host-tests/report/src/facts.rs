@@ -2,8 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::words::seconds;
-use rlg_findings::result::Diagnosis;
+use super::words::{number, rounded, seconds};
+use rlg_findings::result::{Diagnosis, RecordingEntry};
 
 /// Most intervals of time that are written out; a longer list is in the data.
 const MOST_INTERVALS: usize = 20;
@@ -13,10 +13,12 @@ pub fn facts(diagnosis: &Diagnosis) -> Markup {
     html! {
         section {
             h2 { "What this rests on" }
-            @if !diagnosis.fit.fitted_on.is_empty() {
+            @let several = &diagnosis.fit.recordings;
+            (recordings(several))
+            @if several.is_empty() && !diagnosis.fit.fitted_on.is_empty() {
                 p { b { "Fitted on " } (intervals(&diagnosis.fit.fitted_on)) "." }
             }
-            @if !diagnosis.fit.held_out.is_empty() {
+            @if several.is_empty() && !diagnosis.fit.held_out.is_empty() {
                 p { b { "Held out " } (intervals(&diagnosis.fit.held_out)) "." }
             }
             @if let Some(whole) = &diagnosis.fit.whole {
@@ -31,6 +33,28 @@ pub fn facts(diagnosis: &Diagnosis) -> Markup {
                 "rlg " (diagnosis.version) ", seed " (diagnosis.seed) ", "
                 (diagnosis.trials) " hypotheses tried and counted. Body axes x, y, z; 1 °/h = 4.848 × 10⁻⁶ rad/s."
             }
+        }
+    }
+}
+
+/// Of several recordings: how much of each was fitted and held out, and what is left there of each gyro.
+fn recordings(several: &[RecordingEntry]) -> Markup {
+    let seconds_of =
+        |intervals: &[[f64; 2]]| seconds(intervals.iter().map(|[begin, end]| end - begin).sum());
+    html! {
+        @if !several.is_empty() {
+            div.scroll { table {
+                thead { tr { th { "recording" } th { "fitted [s]" } th { "held out [s]" } th { "power left, gyro x" } th { "y" } th { "z" } } }
+                tbody { @for one in several { tr {
+                    td { (one.recording) }
+                    td.number { @if one.held_out_whole { "none" } @else { (seconds_of(&one.fitted_on)) } }
+                    td.number { @if one.held_out_whole { "all, " } (seconds_of(&one.held_out)) }
+                    @for power in &one.normalised_power {
+                        td.number { @match power { Some(power) => (number(rounded(*power))), None => "–" } }
+                    }
+                } } }
+            } }
+            p.note { "Power on held-out time over the noise, after what was found; 1 = noise alone. Plots over time are of " (several[0].recording) "." }
         }
     }
 }

@@ -9,7 +9,7 @@ use super::words::{
     SIGNIFICANT_SIGMAS, Scale, chance, number, plain, rounded, symbols, with_spread,
 };
 use rlg_findings::result::{
-    Diagnosis, EffectEntry, EvidenceEntry, Identifiable, ONLY_DESCRIBED, ParameterEntry,
+    Diagnosis, EffectEntry, EvidenceEntry, FitEntry, Identifiable, ONLY_DESCRIBED, ParameterEntry,
     RegimeEntry,
 };
 use rlg_findings::sentences::combination;
@@ -39,8 +39,8 @@ pub fn effects(diagnosis: &Diagnosis) -> Markup {
                 @let (lines, others): (Vec<_>, Vec<_>) = diagnosis.effects.iter().partition(|effect| lines::is_line(effect));
                 @for effect in others.iter().take(MOST_ROWS) {
                     @if others.len() > OPEN {
-                        details { summary { b { (plain(&effect.kind)) } " " (gist(effect)) } (one(effect)) }
-                    } @else { (one(effect)) }
+                        details { summary { b { (plain(&effect.kind)) } " " (gist(effect)) } (one(effect, &diagnosis.fit)) }
+                    } @else { (one(effect, &diagnosis.fit)) }
                 }
                 (and_more(others.len()))
                 @if !lines.is_empty() { (lines::table(diagnosis)) }
@@ -71,12 +71,12 @@ fn not_told_apart(effect: &EffectEntry) -> Vec<&str> {
         .collect()
 }
 
-fn one(effect: &EffectEntry) -> Markup {
+fn one(effect: &EffectEntry, fit: &FitEntry) -> Markup {
     html! {
         article {
             h3 { (plain(&effect.kind)) " " code { (effect.kind) } }
             div.split {
-                div { (words(effect)) (caution(effect)) (regimes(&effect.regimes)) }
+                div { (words(effect, fit)) (caution(effect)) (regimes(&effect.regimes)) }
                 div { (known(effect)) }
             }
         }
@@ -84,7 +84,7 @@ fn one(effect: &EffectEntry) -> Markup {
 }
 
 /// What it is, what it cannot be told from, and how sure it is.
-fn words(effect: &EffectEntry) -> Markup {
+fn words(effect: &EffectEntry, fit: &FitEntry) -> Markup {
     let alike = not_told_apart(effect);
     html! {
         p { (effect.what_was_left_out) }
@@ -122,15 +122,26 @@ fn words(effect: &EffectEntry) -> Markup {
                 "; chance of noise alone " (chance(effect.p_value)) ", all trials counted."
             }
         }
-        @if let Some(evidence) = &effect.evidence { (held_against(evidence)) }
+        @if let Some(evidence) = &effect.evidence { (held_against(evidence, share_is_of(fit))) }
+    }
+}
+
+/// Which rows a share of power is of: an effect is told with the first rows that hold it.
+fn share_is_of(fit: &FitEntry) -> &'static str {
+    if fit.whole.is_some() {
+        " in the first stretch that shows it"
+    } else if fit.recordings.is_empty() {
+        ""
+    } else {
+        " of the first recording that shows it"
     }
 }
 
 /// What other rows and re-enactments say of an effect.
-fn held_against(evidence: &EvidenceEntry) -> Markup {
+fn held_against(evidence: &EvidenceEntry, of: &str) -> Markup {
     html! {
         p.note {
-            "Explains " (number(rounded(100.0 * evidence.share))) " % of the power of the residual"
+            "Explains " (number(rounded(100.0 * evidence.share))) " % of the power of the residual" (of)
             @if evidence.confirmed_gain > 0.0 {
                 "; cross-validated over blocks of rows, the log score rises by "
                 (number(rounded(evidence.confirmed_gain)))

@@ -7,8 +7,11 @@ use maud::{Markup, html};
 
 use super::chart::{self, Chart};
 use super::corrected;
-use super::words::{Scale, chance, number, spaced};
+use super::words::{Scale, chance, number, rounded, spaced};
 use rlg_findings::result::{ChannelEntry, Diagnosis, FiguresEntry};
+
+/// Power over noise from which on three digits say enough.
+const MOST_WRITTEN_OUT: f64 = 100.0;
 
 /// Writes the section: table, with the section on places beside it, and spectra.
 pub fn held_out(diagnosis: &Diagnosis, spectra: &[Chart], places: &Markup) -> Markup {
@@ -51,7 +54,10 @@ fn table(channels: &[ChannelEntry], both: bool) -> Markup {
             }
         }
     };
-    let power = |value: f64| format!("{value:.3}");
+    let power = |value: f64| match value < MOST_WRITTEN_OUT {
+        true => format!("{value:.3}"),
+        false => number(rounded(value)),
+    };
     html! {
         div.scroll { table.held {
             thead {

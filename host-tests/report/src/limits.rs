@@ -48,13 +48,13 @@ pub fn considered(diagnosis: &Diagnosis) -> Markup {
                 ul { @for line in &refused { li { (line) } } }
             }
             @if !open.is_empty() {
-                p { b { "Not ruled out" } " instead of the first finding: " (rivals(&open)) "." }
+                p { b { "Not ruled out" } " instead of a finding above: " (rivals(&open)) "." }
             }
             @if !disfavoured.is_empty() {
                 p { b { "Disfavoured" } " by this recording, which would show them: " (rivals(&disfavoured)) "." }
             }
             @if !open.is_empty() || !disfavoured.is_empty() {
-                p.note { "In brackets: ln evidence behind the first finding; 5 is odds of 150 to 1." }
+                p.note { "In brackets: by how much the ln evidence falls where it takes the place of the finding nearest to it; 5 is odds of 150 to 1." }
             }
         }
     }

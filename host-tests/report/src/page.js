@@ -17,11 +17,14 @@
     return ((mantissa === 1 ? "" : mantissa + " × ") + "10" + raised(power)).replace("-", "−");
   }
 
-  // On a logarithmic axis only powers of ten have room; within one, every tick.
+  // On a logarithmic axis only powers of ten have room; within one, 1, 2 and 5 of it; within these, every tick.
   function powers(_plot, ticks) {
-    const isPower = (value) => Math.abs(Math.log10(value) - Math.round(Math.log10(value))) < 1e-9;
-    const some = ticks.filter(isPower).length >= 2;
-    return ticks.map((value) => (!some || isPower(value) ? value : null));
+    const leads = (firsts) => (value) => firsts.some((first) => {
+      const power = Math.log10(value / first);
+      return Math.abs(power - Math.round(power)) < 1e-9;
+    });
+    const shown = [leads([1]), leads([1, 2, 5])].find((has) => ticks.filter(has).length >= 2) || (() => true);
+    return ticks.map((value) => (shown(value) ? value : null));
   }
 
   function axis(label, log, size) {

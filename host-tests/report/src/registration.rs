@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::words::{Scale, plain};
+use super::words::{SIGNIFICANT_SIGMAS, Scale, plain};
 use rlg_findings::result::{Diagnosis, ParameterEntry, RegistrationEntry};
 
 /// Every number of the registration, and whether the recording supports it.
@@ -25,20 +25,13 @@ pub fn section(diagnosis: &Diagnosis) -> Markup {
                     }
                 }
             } }
-            p.note { "Each beside all others, and beyond what the model says. Supported: blocks of rows that were not fitted say so; the findings hold those, fitted without the others." }
+            p.note { "Beyond what the model says, all of them fitted together; bold: beyond 3 σ. A wide ± is of what this motion does not show. Supported: blocks of rows that were not fitted confirm it; the findings are fitted without the others, so that their ± are less." }
         }
     }
 }
 
-fn values(entry: &RegistrationEntry) -> String {
-    let numbers = entry
-        .parameters
-        .iter()
-        .filter_map(|parameter| match parameter {
-            ParameterEntry::Number { value, .. } => Some(value.abs()),
-            ParameterEntry::Text { .. } => None,
-        });
-    let largest = numbers.fold(0.0, f64::max);
+/// Each number in the unit that suits it: what the motion shows and what it does not differ by orders of magnitude.
+fn values(entry: &RegistrationEntry) -> Markup {
     let each = entry.parameters.iter().filter_map(|parameter| {
         let ParameterEntry::Number {
             name,
@@ -49,8 +42,14 @@ fn values(entry: &RegistrationEntry) -> String {
         else {
             return None;
         };
-        let scale = Scale::of(name, unit, largest);
-        Some(scale.with_unit(&format!("{name} {}", scale.pair(*value, *std))))
+        let scale = Scale::of(name, unit, value.abs().max(*std));
+        let said = scale.with_unit(&format!("{name} {}", scale.pair(*value, *std)));
+        Some((said, value.abs() > SIGNIFICANT_SIGMAS * std))
     });
-    each.collect::<Vec<_>>().join(", ")
+    html! {
+        @for (place, (said, stands_out)) in each.enumerate() {
+            @if place > 0 { ", " }
+            @if stands_out { b { (said) } } @else { (said) }
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Writes the sizes of one effect: those that are significant, in one unit, with the digits that their σ allow.
 
-use rlg_findings::names::{plain_at, spaced};
+use rlg_findings::names::{plain, plain_at, spaced};
 use rlg_findings::numbers::{SIGNIFICANT_SIGMAS, Scale, number};
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_findings::sentences::combination;
@@ -33,19 +33,21 @@ pub(super) struct Words {
     pub(super) sizes: String,
 }
 
-/// Names an effect and its significant sizes; where none is, the one that comes nearest.
+/// Names an effect and its significant sizes; of one number that number, and of several of which none is, that none is.
 pub(super) fn words(kind: &str, effect: &[ParameterEntry], entry: Option<&EffectEntry>) -> Words {
     let mut sizes = entry.map_or_else(Vec::new, fixed);
     if sizes.is_empty() {
         sizes = single(effect);
     }
-    let nearest = sizes
-        .iter()
-        .max_by(|a, b| a.sigmas().total_cmp(&b.sigmas()));
-    let nearest: Vec<Size<'_>> = nearest.cloned().into_iter().collect();
-    sizes.retain(|size| size.sigmas() > SIGNIFICANT_SIGMAS);
-    if sizes.is_empty() {
-        sizes = nearest;
+    if sizes.len() > 1 {
+        let all = sizes.clone();
+        sizes.retain(|size| size.sigmas() > SIGNIFICANT_SIGMAS);
+        if sizes.is_empty() {
+            return Words {
+                name: plain(kind),
+                sizes: none_alone(&all),
+            };
+        }
     }
     let values: Vec<f64> = sizes.iter().map(|size| size.value).collect();
     let (mut name, sign) = plain_at(kind, &values);
@@ -65,6 +67,22 @@ pub(super) fn words(kind: &str, effect: &[ParameterEntry], entry: Option<&Effect
         said = format!("{said} at {} s", number(time_s));
     }
     Words { name, sizes: said }
+}
+
+/// Says that the data fix none of several sizes by itself, and how well they do.
+fn none_alone(sizes: &[Size<'_>]) -> String {
+    let widest = |a: &&Size<'_>, b: &&Size<'_>| a.std.total_cmp(&b.std);
+    let names: Vec<&str> = sizes.iter().map(|size| size.name.as_str()).collect();
+    let alike = sizes.iter().filter(|size| size.unit == sizes[0].unit);
+    let Some(widest) = alike.max_by(widest) else {
+        return String::new();
+    };
+    let scale = Scale::of(widest.parameter, widest.unit, widest.std);
+    let std = scale.with_unit(&to_two_digits(widest.std * scale.factor));
+    format!(
+        "{}: none by itself beyond 3 σ (σ up to {std})",
+        names.join(", ")
+    )
 }
 
 /// The sizes, those of one unit together.

@@ -325,9 +325,11 @@ impl Diagnose {
             if is_slow(&recording, model) {
                 return Err(InputError::new(
                     folder,
-                    "has attitudes as its reference, not a rate at every row",
+                    "has attitudes as its reference, or one at other rows than its gyros",
                 )
-                .expected("one such recording at a time"));
+                .expected(
+                    "one such recording at a time, or a reference at every row of the gyros",
+                ));
             }
             let mut streams = Streams::align(&recording, model)?;
             streams.piece.held_out = *held_out;

@@ -32,8 +32,14 @@ pub(super) fn gather(
     }
     provenance.push(("model", name(model_file)));
     for folder in recordings.iter().take(MOST_SUMMED) {
+        // Files of several recordings have the same names.
+        let of = match recordings.len() {
+            1 => String::new(),
+            _ => format!("{}/", name(folder)),
+        };
         for file in Recording::files(folder)? {
-            provenance.push(("SHA-256", format!("{} {file}", sum(&folder.join(&file))?)));
+            let sum = sum(&folder.join(&file))?;
+            provenance.push(("SHA-256", format!("{sum} {of}{file}")));
         }
     }
     if model_file.is_file() {

@@ -244,7 +244,7 @@ fn a_matching_recording_says_how_sensitive_it_was_and_claims_no_before_and_after
         "the model as it was",
         "What was left out",
         "Before and after",
-        "instead of the first finding",
+        "instead of a finding above",
     ] {
         assert!(
             !told.contains(claim),

@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
-use rlg::diagnose::result::{LevelEntry, NoiseTermsEntry};
+use rlg::diagnose::result::{
+    LevelEntry, NoiseTermsEntry, ParameterEntry, RecordingEntry, RegistrationEntry,
+};
 use rlg::recording::{Channel, Clock, Quantity, Recording, Table};
 use rlg::report::beside::{Beside, Declared, rates};
-use rlg::report::page_beside;
+use rlg::report::{page, page_beside};
 
 use super::report::explained;
 
@@ -116,4 +118,86 @@ fn no_column_of_a_rate_hides_its_least_and_largest() {
             "{least} to {most}"
         );
     }
+}
+
+/// A number of an effect or of a registration.
+fn rate(name: &str, value: f64, std: f64) -> ParameterEntry {
+    ParameterEntry::Number {
+        name: name.to_owned(),
+        value,
+        std,
+        unit: "rad/s".to_owned(),
+    }
+}
+
+#[test]
+fn of_several_recordings_the_page_says_what_each_was_for_and_whose_the_plots_are() {
+    let mut diagnosis = explained();
+    let entry = |recording: &str, held_out_whole: bool, z: f64| RecordingEntry {
+        recording: recording.to_owned(),
+        held_out_whole,
+        fitted_on: match held_out_whole {
+            true => Vec::new(),
+            false => vec![[0.0, 9.0], [11.0, 20.0]],
+        },
+        held_out: vec![[20.0, 24.5]],
+        normalised_power: [Some(1.016), None, Some(z)],
+    };
+    diagnosis.fit.recordings = vec![
+        entry("monday", false, 0.995),
+        entry("friday", true, 772_668.0),
+    ];
+    let page = page(&diagnosis, None);
+    let (told, _) = page.split_once("<pre>").expect("the data end the page");
+    let row = |cells: [&str; 6]| {
+        let [name, numbers @ ..] = cells;
+        let numbers = numbers.map(|one| format!("<td class=\"number\">{one}</td>"));
+        format!("<td>{name}</td>{}", numbers.concat())
+    };
+    for expected in [
+        row(["monday", "18.0", "4.5", "1.02", "–", "0.995"]),
+        row(["friday", "none", "all, 4.5", "1.02", "–", "7.73 × 10⁵"]),
+        "Plots over time are of monday.".to_owned(),
+        "of the power of the residual of the first recording that shows it".to_owned(),
+    ] {
+        assert!(told.contains(&expected), "the page lacks {expected}");
+    }
+    assert!(!told.contains("Fitted on "));
+}
+
+#[test]
+fn a_registration_reads_each_number_in_its_own_unit_and_marks_those_beyond_three_sigma() {
+    let mut diagnosis = explained();
+    let scale = |name: &str, value: f64, std: f64| ParameterEntry::Number {
+        name: name.to_owned(),
+        value,
+        std,
+        unit: "1".to_owned(),
+    };
+    diagnosis.registration = vec![RegistrationEntry {
+        kind: "gyro_scale".to_owned(),
+        parameters: vec![scale("x", 0.155, 0.093), scale("z", 4.9923e-4, 5.3e-7)],
+        supported: true,
+    }];
+    let page = page(&diagnosis, None);
+    let expected = "x 15.5 ± 9.3 %, <b>z 499.23 ± 0.53 ppm</b>";
+    assert!(page.contains(expected), "the page lacks {expected}");
+}
+
+#[test]
+fn numbers_of_which_none_stands_out_are_not_told_as_a_size() {
+    let mut diagnosis = explained();
+    let effect = &mut diagnosis.effects[0];
+    effect.kind = "gyro_bias".to_owned();
+    effect.identifiable.clear();
+    effect.parameters = vec![rate("x", -2e-6, 2e-5), rate("z", -6.6e-6, 2.1e-5)];
+    let said = rlg::report::terminal::findings(&diagnosis);
+    let expected = "x, z: none by itself beyond 3 σ (σ up to 4.3 °/h)";
+    assert_eq!(said, [("gyro bias".to_owned(), expected.to_owned())]);
+    diagnosis.effects[0].parameters[1] = rate("z", 4.848e-5, 4.848e-6);
+    let said = rlg::report::terminal::findings(&diagnosis);
+    assert_eq!(
+        said,
+        [("gyro bias z".to_owned(), "10.0 ± 1.0 °/h".to_owned())]
+    );
 }
