@@ -40,6 +40,7 @@ impl CloseLoop {
         );
         terminal.say("|---|---|---|---|---|---|---|");
         let mut rows = Vec::new();
+        let mut failed = None;
         for case in cases {
             spinner.set_message(case.kind);
             if !twins.iter().any(|twin| twin.setting() == case.setting) {
@@ -49,9 +50,17 @@ impl CloseLoop {
             let Some(twin) = twins.iter().find(of_setting) else {
                 continue;
             };
-            let row = twin.close(case, &|_| {})?;
-            terminal.say(words(&row));
-            rows.push(row);
+            match twin.close(case, &|_| {}) {
+                Ok(row) => {
+                    terminal.say(words(&row));
+                    rows.push(row);
+                }
+                // Minutes a kind: the others are not given up for one.
+                Err(error) => {
+                    terminal.say(format!("| {} | {error} | | | | | |", case.kind));
+                    failed.get_or_insert(error);
+                }
+            }
         }
         spinner.finish_and_clear();
         terminal.result(&Report {
@@ -59,7 +68,8 @@ impl CloseLoop {
             version: env!("CARGO_PKG_VERSION"),
             seed: self.seed,
             rows,
-        })
+        })?;
+        failed.map_or(Ok(()), Err)
     }
 
     fn cases(&self) -> Result<Vec<&'static Case>, InputError> {
