@@ -7,7 +7,7 @@ use rlg_recording::error::InputError;
 
 use super::outcome::Outcome;
 use super::settings::Settings;
-use super::{data, findings, registration, search, self_test};
+use super::{data, findings, registration, search, self_test, settle};
 use rlg_signal::fault::Fault;
 use rlg_signal::streams::Streams;
 
@@ -77,7 +77,7 @@ pub fn diagnose_also<T>(
         ..
     } = *settings;
     let mut data = data::Data::new(streams, model, plan, model_file)?;
-    let Some(mut found) = search::find(&mut data, left_out, plan, progress) else {
+    let Some(mut found) = settle::find(&mut data, left_out, plan, progress) else {
         return Ok(None);
     };
     let also = also(&data, &found);

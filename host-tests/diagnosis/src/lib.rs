@@ -1,7 +1,8 @@
 //! Diagnosis against a reference on the gyros' rows: one likelihood, one search, one honest test.
 //!
 //! In the order of the data: [`data`] (residual, rows) → [`coarse`] (what is far off) → [`case_motion`] (independent of
-//! the residual) → [`search`] (passes of columns and structure search on the rows to fit, by [`scores`] of [`families`], windows and [`lock_in`]) → [`confirm`] (on
+//! the residual) ⇄ [`search`] (columns and structure search on the rows to fit, by [`scores`] of [`families`], windows and [`lock_in`]),
+//! pass by pass until neither changes ([`settle`]) → [`confirm`] (on
 //! rows that were not fitted, and by [`reenact`]ing the recording without an effect; [`goodness`] of what is left) →
 //! [`findings`] and [`excess_noise`]. Of a unit at rest, whose motion is the Earth's, the same for what acts slowly
 //! ([`at_rest`]); several recordings of one unit share one search ([`several`]), and so do
@@ -54,6 +55,10 @@ pub mod coarse;
 
 pub mod case_motion;
 
+mod before;
+
+mod path;
+
 mod pass;
 
 mod whitened;
@@ -69,6 +74,8 @@ pub mod families;
 mod windows;
 
 pub mod search;
+
+pub mod settle;
 
 pub mod goodness;
 

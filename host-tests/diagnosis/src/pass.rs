@@ -7,10 +7,10 @@ use rlg_inference::search::DriftPrior;
 use rlg_inference::{Fit, NoiseLevels, NormalEquations};
 use rlg_signal::streams::{Triad, add};
 
+use super::before::Left;
 use super::case_motion::Motion;
 use super::lattice::Lattice;
 use super::plan::AnalysisPlan;
-use super::search::Left;
 
 /// Where a search begins.
 pub(super) struct Begin<'a> {

@@ -1,30 +1,28 @@
-//! Passes between motion, columns and structure search, until the set and its delays stand still.
+//! The structure search of one pass: columns, their candidates, and the best set of them.
 
-use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Matrix3;
-use rlg_catalogue::candidates::{PoolColumns, SHARED, Variant, delay_sign, is_delay};
-use rlg_catalogue::entries::{MOUNT, SLIP, STEP, UNLISTED};
+use rlg_catalogue::candidates::{PoolColumns, SHARED, Variant, is_delay};
+use rlg_catalogue::entries::{SLIP, STEP, UNLISTED};
 use rlg_catalogue::expression::Expression;
-use rlg_catalogue::low_pass;
 use rlg_catalogue::signals::Path;
-use rlg_catalogue::{Candidate, Column, Pool, Sensed, Signals};
+use rlg_catalogue::{Candidate, Column, Pool};
 use rlg_inference::events::{Event, EventKind, impulses, scan};
 use rlg_inference::search::{Judged, best_of};
 use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels, NormalEquations, Observations, Search};
-use rlg_signal::partition::Use;
 
-use super::case_motion::{Motion, estimate};
-use super::coarse::{Coarse, coarse};
+use super::before::{Before, Left};
+use super::case_motion::Motion;
 use super::data::{Data, bridged};
 use super::families::{Alone, strongest, strongest_filters};
-use super::noise_levels::{drift_prior, first_levels, mean};
+use super::noise_levels::{drift_prior, mean};
 use super::pass::{Begin, Pass, left_on, sizes_on, subtract};
+use super::path::{is_of_path, shown};
 use super::plan::AnalysisPlan;
 use super::scores::size_price;
 use super::windows::Edges;
-use rlg_signal::streams::{Triad, add, add_triad};
+use rlg_signal::streams::{Triad, add_triad};
 
 /// What the fitted rows say.
 pub struct Found {
@@ -55,370 +53,6 @@ pub struct Found {
 /// Fits so far by members, and the number of sets that were looked at.
 type Seen = (BTreeMap<Vec<usize>, Fit>, usize);
 
-/// Finds the best set; `None` where too few rows can be fitted.
-pub fn find(
-    data: &mut Data,
-    left_out: &[&str],
-    plan: &AnalysisPlan,
-    progress: &dyn Fn(&str),
-) -> Option<Found> {
-    let settled = settle(data, left_out, plan, progress)?;
-    Some(settled.pass.judge(settled.fit, plan, settled.tried))
-}
-
-/// The last pass of a search, whose set and delays no longer change.
-pub(super) struct Settled {
-    pub(super) pass: Pass,
-    /// The best set.
-    pub(super) fit: Fit,
-    /// Sets that were looked at.
-    pub(super) tried: usize,
-    /// Rows that may be looked at.
-    pub(super) seen: Vec<bool>,
-    /// Spans of those rows.
-    pub(super) looked_at: Observations,
-    /// What is fitted of them.
-    pub(super) fitted: Observations,
-}
-
-/// The residual of the model with its effects \[rad\]; `None` where too few rows can be fitted.
-pub fn residual_of_model(data: &mut Data, plan: &AnalysisPlan) -> Option<Triad> {
-    let mut left = data.residual_rad.clone();
-    if data.model.effects.is_empty() {
-        return Some(left);
-    }
-    let seen = data.rows_of(&[Use::Train, Use::Confirm]);
-    let looked_at = data.observed(&seen)?;
-    let fitted = looked_at.clone().to_fast_length();
-    // What the model holds is taken out before the noise of what is left means anything.
-    for _ in 0..2 {
-        let levels = first_levels(&left, &fitted);
-        let clean = bridged(&left, &looked_at);
-        let motion = estimate(data, &clean, &levels, &seen, Path::default(), plan);
-        data.set_known(&motion.signals);
-        left = without_known(data, &motion.signals);
-    }
-    Some(left)
-}
-
-/// Alternates linearisation and structure search until set and delays no longer change; `None` where too few rows can be
-/// fitted.
-pub(super) fn settle(
-    data: &mut Data,
-    left_out: &[&str],
-    plan: &AnalysisPlan,
-    progress: &dyn Fn(&str),
-) -> Option<Settled> {
-    let mut seen = data.rows_of(&[Use::Train, Use::Confirm]);
-    let mut looked_at = data.observed(&seen)?;
-    let mut fitted = looked_at.clone().to_fast_length();
-    let left = residual_of_model(data, plan)?;
-    let far = coarse(data, &left, &seen, &plan.coarse);
-    if far.path != Path::default() {
-        data.late_rows += far.path.longest_delay_s() * data.streams.rate_hz;
-        seen = data.rows_of(&[Use::Train, Use::Confirm]);
-        looked_at = data.observed(&seen)?;
-        fitted = looked_at.clone().to_fast_length();
-    }
-    let rows = Rows {
-        seen,
-        looked_at,
-        fitted,
-    };
-    let mut begun = Begun {
-        levels: first_levels(&far.clean_rad, &rows.fitted),
-        clean_rad: bridged(&far.clean_rad, &rows.looked_at),
-        share: Matrix3::from_fn(|gyro, axis| far.sensed[gyro][axis]),
-        path: far.path,
-        path_before: None,
-        best: None,
-        is_settling: false,
-    };
-    // What the last pass began with whose set stood before the families were asked.
-    let mut stood = None;
-    let mut asks = Asks::WhereItStands;
-    let mut tried = 0;
-    let mut pass = 0;
-    loop {
-        let is_last = pass + 1 == plan.passes;
-        progress(&format!("pass {}", pass + 1));
-        let about = (&rows, &far, pass);
-        let done = begun.pass(data, about, asks, (plan, left_out));
-        tried += done.tried;
-        if done.has_ended || asks == Asks::Nothing || is_last && stood.is_none() {
-            data.found_share = share_of(&done.fit, &done.pass.candidates, &done.pass.pool);
-            let Rows {
-                seen,
-                looked_at,
-                fitted,
-            } = rows;
-            return Some(Settled {
-                pass: done.pass,
-                fit: done.fit,
-                tried,
-                seen,
-                looked_at,
-                fitted,
-            });
-        }
-        if is_last {
-            // What the families added never stood: the set that did stands without them.
-            begun = stood.take().expect("a set stood");
-            asks = Asks::Nothing;
-            continue;
-        }
-        pass += 1;
-        let has_stood = done.stood;
-        let next = done.next(data, &rows, &begun);
-        if has_stood {
-            stood = Some(std::mem::replace(&mut begun, next));
-        } else {
-            begun = next;
-        }
-        if pass + 1 == plan.passes && stood.is_none() {
-            asks = Asks::Anyway;
-        }
-    }
-}
-
-/// Rows that a search looks at, as in [`Settled`].
-struct Rows {
-    seen: Vec<bool>,
-    looked_at: Observations,
-    fitted: Observations,
-}
-
-/// When a pass asks the families.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Asks {
-    /// Beside a set that stands.
-    WhereItStands,
-    /// Beside any.
-    Anyway,
-    /// Never.
-    Nothing,
-}
-
-/// What a pass begins with.
-struct Begun {
-    levels: Vec<NoiseLevels>,
-    /// What is left by what was found \[rad\].
-    clean_rad: Triad,
-    /// What gyros sense of each axis by it.
-    share: Matrix3<f64>,
-    path: Path,
-    path_before: Option<Path>,
-    /// What was found, over the candidates of the pass before.
-    best: Option<(Fit, Vec<Candidate>)>,
-    /// Whether one nonlinear member is still to be settled.
-    is_settling: bool,
-}
-
-/// A pass that is done.
-struct Done {
-    pass: Pass,
-    fit: Fit,
-    tried: usize,
-    is_settling: bool,
-    /// Whether the set stood before the families were asked.
-    stood: bool,
-    /// Whether neither set nor its numbers change any more.
-    has_ended: bool,
-}
-
-impl Begun {
-    /// Motion, columns and search.
-    fn pass(
-        &self,
-        data: &mut Data,
-        (rows, far, pass): (&Rows, &Coarse, usize),
-        asks: Asks,
-        (plan, left_out): (&AnalysisPlan, &[&str]),
-    ) -> Done {
-        data.found_share = self.share;
-        let levels = &self.levels;
-        let motion = estimate(data, &self.clean_rad, levels, &rows.seen, self.path, plan);
-        let before = self.best.as_ref().map_or(Before::Coarse(far), Before::Pass);
-        let mut now = Pass::new(data, motion, left_out, &rows.fitted, levels, before);
-        let members: Option<Vec<&Candidate>> = self.best.as_ref().map(|(fit, candidates)| {
-            let members = fit.members.iter();
-            members.map(|&place| &candidates[place]).collect()
-        });
-        let start: Vec<usize> = members
-            .iter()
-            .flatten()
-            .filter_map(|member| {
-                let mut all = now.candidates.iter();
-                all.position(|other| is_same(other, member))
-            })
-            .collect();
-        let count_before = members.as_ref().map_or(0, Vec::len);
-        let is_as_before = |fit: &Fit| {
-            count_before == start.len()
-                && fit.members.len() == start.len()
-                && start.iter().all(|place| fit.members.contains(place))
-        };
-        let is_settled =
-            |fit: &Fit, candidates: &[Candidate]| is_settled(fit, candidates, self.path.delay_s);
-        let stood = Cell::new(false);
-        // The families are of motion.
-        let are_sought = asks != Asks::Nothing && data.streams.at_rest.is_none();
-        let run = now.search(
-            &start,
-            levels,
-            pass == 0 || self.is_settling,
-            (plan, left_out),
-            |fit, candidates| {
-                // A strong delay or mount is linearised to the end before anything is added to it.
-                is_nonlinear(fit, candidates) && !(pass > 0 && is_settled(fit, candidates))
-            },
-            |fit, candidates| {
-                stood.set(is_as_before(fit) && is_settled(fit, candidates));
-                are_sought && (asks == Asks::Anyway || stood.get())
-            },
-        );
-        let fit = run.fit;
-        let is_same = members.is_some() && is_as_before(&fit) && is_settled(&fit, &now.candidates);
-        let is_nothing = fit.members.is_empty() && pass == 0 && !far.is_far();
-        // The motion is that of a set only where what the set leaves was seen along the same path.
-        let mut path_before = self.path_before.iter();
-        let is_own = path_before.any(|before| is_alike(before, &self.path));
-        Done {
-            has_ended: !run.only_nonlinear && (is_nothing || (is_same && is_own)),
-            pass: now,
-            fit,
-            tried: run.tried,
-            is_settling: run.only_nonlinear,
-            stood: stood.get(),
-        }
-    }
-}
-
-impl Done {
-    /// What the next pass begins with.
-    fn next(self, data: &Data, rows: &Rows, begun: &Begun) -> Begun {
-        let Self { pass, fit, .. } = self;
-        let path = path_of(&fit, &pass.candidates);
-        Begun {
-            levels: fit.levels.clone(),
-            clean_rad: pass.clean_by((data, &fit), path, &rows.looked_at),
-            share: share_of(&fit, &pass.candidates, &pass.pool),
-            path,
-            path_before: Some(begun.path),
-            best: Some((fit, pass.candidates)),
-            is_settling: self.is_settling,
-        }
-    }
-}
-
-/// What was found before a pass.
-#[derive(Clone, Copy)]
-pub(super) enum Before<'a> {
-    /// By global means.
-    Coarse(&'a Coarse),
-    /// A set, over the candidates of the pass before.
-    Pass(&'a (Fit, Vec<Candidate>)),
-}
-
-impl Before<'_> {
-    /// Linear effects of it: gyro, column, size. Columns are made of motion that the gate lets through; what it hides of these
-    /// effects would look like another one.
-    ///
-    /// # Inputs
-    /// `candidates`: of this pass over `pool`, the set's members about their estimates among them.
-    fn linear(
-        self,
-        candidates: &[Candidate],
-        pool: &Pool,
-        signals: &Signals,
-    ) -> Vec<(usize, Sensed, f64)> {
-        let mut parts = Vec::new();
-        match self {
-            Self::Coarse(far) => {
-                for gyro in 0..3 {
-                    let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
-                    if far.path.delay_s[gyro] != 0.0 {
-                        let late = Column::Late(gyro, far.path.delay_s[gyro]);
-                        parts.push((gyro, Sensed::independent(late), sensed));
-                    }
-                    if let Some(low_pass) = far.path.low_pass[gyro] {
-                        let passed = Column::LowPass(gyro, low_pass, low_pass::Part::Response);
-                        parts.push((gyro, Sensed::independent(passed), sensed));
-                    }
-                    for (axis, size) in far.sensed[gyro].iter().enumerate() {
-                        let sensed = Sensed::tried(Column::Increment(axis), gyro, signals);
-                        parts.push((gyro, sensed, *size));
-                    }
-                }
-            }
-            Self::Pass((fit, members)) => {
-                for (&place, block) in fit.members.iter().zip(&fit.blocks) {
-                    let is_member = |one: &&Candidate| is_same(one, &members[place]);
-                    let Some(now) = candidates.iter().find(is_member) else {
-                        continue;
-                    };
-                    let hypothesis = &now.hypothesis;
-                    parts.extend(
-                        hypothesis
-                            .fixed
-                            .iter()
-                            .map(|one| (one.record, pool.columns[one.column], one.size)),
-                    );
-                    let before = &members[place];
-                    parts.extend(hypothesis.terms.iter().filter_map(|term| {
-                        let name = &now.names[term.parameter];
-                        let at = before.names.iter().position(|other| other == name)?;
-                        let size = term.coefficient * fit.estimate[block.start + at];
-                        Some((term.record, pool.columns[term.column], size))
-                    }));
-                }
-            }
-        }
-        parts.retain(|(.., size)| *size != 0.0);
-        parts
-    }
-}
-
-/// What is left to explain along one motion.
-#[derive(Clone)]
-pub(super) struct Left {
-    pub(super) residual_rad: Triad,
-    /// What linear effects make of the reference's noise \[rad\]: still in the residual.
-    pub(super) passed_noise_rad: Triad,
-}
-
-impl Left {
-    /// Behind what the model knows.
-    pub(super) fn behind_known(data: &mut Data, signals: &Signals) -> Self {
-        if !data.model.effects.is_empty() {
-            data.set_known(signals);
-        }
-        let mut residual_rad = without_known(data, signals);
-        // Filters that the model knows have passed the noise already; before them it is white as ever.
-        let passed_noise_rad = match data.passed_noise_rad(signals) {
-            Some(noise) => {
-                add_triad(&mut residual_rad, &noise, 1.0);
-                noise
-            }
-            None => std::array::from_fn(|_| vec![0.0; signals.rows]),
-        };
-        Self {
-            residual_rad,
-            passed_noise_rad,
-        }
-    }
-
-    /// Takes out what columns made of gated motion do not show of what was found: gyro, column, size.
-    pub(super) fn take_out_hidden(&mut self, parts: &[(usize, Sensed, f64)], signals: &Signals) {
-        for (gyro, column, size) in parts {
-            if let Some([hidden, noise]) = column.hidden(signals) {
-                add(&mut self.residual_rad[*gyro], &hidden, -size);
-                add(&mut self.passed_noise_rad[*gyro], &noise, *size);
-            }
-        }
-    }
-}
-
 /// What the delays on the path, about which a candidate's are estimated, cost in log posterior.
 ///
 /// Numbers of one effect share the width of their prior: gyros that are in time would join the delay of a late one at no cost
@@ -443,11 +77,11 @@ fn price_of_base(one: &Candidate, levels: &[NoiseLevels], equations: &NormalEqua
     count * size_price(squared / count)
 }
 
-struct Run {
-    fit: Fit,
+pub(super) struct Run {
+    pub(super) fit: Fit,
     /// Whether one nonlinear member is still to be settled.
-    only_nonlinear: bool,
-    tried: usize,
+    pub(super) only_nonlinear: bool,
+    pub(super) tried: usize,
 }
 
 impl Pass {
@@ -561,7 +195,7 @@ impl Pass {
 
     /// Searches, adds events until none improves the set, and goes through the families once beside a set that is standing:
     /// motion made under another set is not yet independent of what they would explain.
-    fn search(
+    pub(super) fn search(
         &mut self,
         start: &[usize],
         levels: &[NoiseLevels],
@@ -808,7 +442,7 @@ impl Pass {
         bridged(&left_rad, looked_at)
     }
 
-    fn judge(self, fit: Fit, plan: &AnalysisPlan, tried: usize) -> Found {
+    pub(super) fn judge(self, fit: Fit, plan: &AnalysisPlan, tried: usize) -> Found {
         let hypotheses = self.hypotheses();
         let mut search = Search::new(
             &self.equations,
@@ -886,111 +520,6 @@ pub(super) fn share_of(fit: &Fit, candidates: &[Candidate], pool: &Pool) -> Matr
     share
 }
 
-/// What is estimated of a member beyond its base; of low passes that nothing shows, that they are not there: a gyro at rest
-/// has one of any length.
-fn shown(fit: &Fit, candidate: &Candidate, block: &std::ops::Range<usize>) -> Vec<f64> {
-    const SHOWN: f64 = 3.0;
-    block
-        .clone()
-        .zip(&candidate.base)
-        .map(|(k, base)| {
-            let std = fit.covariance[(k, k)].max(0.0).sqrt();
-            let is_shown = base + fit.estimate[k] > SHOWN * std;
-            if candidate.variant == Variant::LowPass && !is_shown {
-                -base
-            } else {
-                fit.estimate[k]
-            }
-        })
-        .collect()
-}
-
-/// Whether a candidate lies between the reference and the gyros.
-fn is_of_path(one: &Candidate) -> bool {
-    is_delay(one.kind) || one.kind == MOUNT || one.variant == Variant::LowPass
-}
-
-/// The path that a set describes: its delays, mounts and low passes.
-pub(super) fn path_of(fit: &Fit, candidates: &[Candidate]) -> Path {
-    let mut path = Path {
-        delay_s: delays(fit, candidates).0,
-        ..Path::default()
-    };
-    for (&place, block) in fit.members.iter().zip(&fit.blocks) {
-        let candidate = &candidates[place];
-        let estimate = shown(fit, candidate, block);
-        if candidate.kind == MOUNT {
-            path.mount = candidate.mounts(&estimate);
-        } else if candidate.variant == Variant::LowPass {
-            path.low_pass = candidate.low_passes(&estimate);
-        }
-    }
-    path
-}
-
-/// Whether two candidates are the same, columns aside.
-pub fn is_same(a: &Candidate, b: &Candidate) -> bool {
-    // A low pass that nothing shows leaves the others as they are.
-    let same_parts = a.names == b.names || a.variant == Variant::LowPass;
-    a.kind == b.kind && a.variant == b.variant && same_parts
-}
-
-/// Delay of each gyro by the set \[s\], with its standard deviation; infinite where there is none.
-pub(super) fn delays(fit: &Fit, candidates: &[Candidate]) -> ([f64; 3], [f64; 3]) {
-    let mut delay_s = [0.0; 3];
-    let mut std_s = [f64::INFINITY; 3];
-    for (&place, block) in fit.members.iter().zip(&fit.blocks) {
-        let candidate = &candidates[place];
-        if is_delay(candidate.kind) {
-            for term in &candidate.hypothesis.terms {
-                let at = block.start + term.parameter;
-                let value = candidate.base[term.parameter] + fit.estimate[at];
-                delay_s[term.record] += delay_sign(candidate.kind) * value;
-                std_s[term.record] = fit.covariance[(at, at)].sqrt();
-            }
-        }
-    }
-    (delay_s, std_s)
-}
-
-/// Whether two paths have delays, mounts and low passes on the same gyros.
-fn is_alike(a: &Path, b: &Path) -> bool {
-    (0..3).all(|gyro| {
-        (a.delay_s[gyro] == 0.0) == (b.delay_s[gyro] == 0.0)
-            && a.mount[gyro].is_some() == b.mount[gyro].is_some()
-            && a.low_pass[gyro].is_some() == b.low_pass[gyro].is_some()
-    })
-}
-
-/// Whether a set has numbers that columns are made about.
-fn is_nonlinear(fit: &Fit, candidates: &[Candidate]) -> bool {
-    let (delay_s, _) = delays(fit, candidates);
-    let mut members = fit.members.iter();
-    delay_s != [0.0; 3]
-        || members.any(|&place| candidates[place].base.iter().any(|base| *base != 0.0))
-}
-
-/// Whether the numbers that the columns were made with are those that came out.
-pub(super) fn is_settled(fit: &Fit, candidates: &[Candidate], made_with_s: [f64; 3]) -> bool {
-    const SETTLED: f64 = 0.1;
-    let (delay_s, std_s) = delays(fit, candidates);
-    let mut numbers = fit.members.iter().zip(&fit.blocks);
-    let stands = numbers.all(|(&place, block)| {
-        let base = candidates[place].base.iter().zip(block.clone());
-        base.filter(|(base, _)| **base != 0.0)
-            .all(|(_, at)| fit.estimate[at].abs() < SETTLED * fit.covariance[(at, at)].sqrt())
-    });
-    stands
-        && (0..3).all(|axis| {
-            let change = (delay_s[axis] - made_with_s[axis]).abs();
-            if std_s[axis].is_finite() {
-                change < SETTLED * std_s[axis]
-            } else {
-                change == 0.0
-            }
-        })
-}
-
 /// What a member of a fit over the found candidates adds to each gyro \[rad\].
 pub fn effect_rad(found: &Found, fit: &Fit, place: usize) -> Triad {
     let signals = &found.motion.signals;
@@ -1009,13 +538,4 @@ pub fn effect_rad(found: &Found, fit: &Fit, place: usize) -> Triad {
         *value = -*value;
     }
     effect_rad
-}
-
-/// The residual without what the model's effects add \[rad\].
-pub(super) fn without_known(data: &Data, signals: &Signals) -> Triad {
-    let mut residual_rad = data.residual_rad.clone();
-    if !data.known.is_empty() {
-        add_triad(&mut residual_rad, &data.known_rad(signals), -1.0);
-    }
-    residual_rad
 }

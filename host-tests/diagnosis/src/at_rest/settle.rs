@@ -16,8 +16,9 @@ use rlg_signal::streams::{Triad, add_triad};
 use super::kinds::{BIAS, KINDS};
 use crate::case_motion::estimate;
 use crate::data::Data;
-use crate::search::{self, Found, effect_rad};
+use crate::search::{Found, effect_rad};
 use crate::settings::Settings;
+use crate::settle;
 
 /// Searches, and lays the Earth's rotation to what is constant in the result, until it stays there: what follows the
 /// temperature must not turn it.
@@ -49,7 +50,7 @@ pub(super) fn settle(
     lay(data, rest, constant);
     let mut turn = 1;
     loop {
-        let found = search::find(data, &left_out, plan, progress)?;
+        let found = settle::find(data, &left_out, plan, progress)?;
         let left_rad = without_effects(&found, |kind| kind != BIAS);
         let constant = constant_rad_s(data, rest, &left_rad);
         let change = rest.nearest_earth_rad_s(constant) - rest.earth_rad_s;

@@ -17,12 +17,12 @@ use rlg_signal::qualify;
 use rlg_signal::streams::{Triad, add};
 
 use super::cut::{Cut, Long};
+use crate::before::{Left, without_known};
 use crate::case_motion::{Motion, estimate, signals};
 use crate::data::{Data, bridged};
 use crate::noise_levels::first_levels;
 use crate::plan::AnalysisPlan;
 use crate::put_right::PutRight;
-use crate::search::{Left, without_known};
 use crate::several::search::Shown;
 use crate::several::sums::Summed;
 

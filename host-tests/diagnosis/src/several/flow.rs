@@ -14,6 +14,7 @@ use super::confirm::{Confirmed, confirmed, shares_of};
 use super::report::{Beside, HeldOut, outcome, powers};
 use super::search::{Together, find};
 use super::shared::{Shared, Sharing, with_noise_of};
+use crate::before::without_known;
 use crate::case_motion::estimate;
 use crate::data::Data;
 use crate::entries_of_rows::channel;
@@ -21,7 +22,7 @@ use crate::noise_levels::reported;
 use crate::outcome::Outcome;
 use crate::pass::subtract;
 use crate::plan::AnalysisPlan;
-use crate::search::{Found, without_known};
+use crate::search::Found;
 use crate::settings::Settings;
 use crate::validate::validate;
 

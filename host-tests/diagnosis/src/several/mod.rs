@@ -8,6 +8,8 @@
 
 pub(crate) mod shared;
 
+mod delays;
+
 pub(crate) mod search;
 
 pub(crate) mod confirm;

@@ -12,14 +12,18 @@ use rlg_inference::{
     Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Observations, Search,
 };
 
+use super::delays::{joint_delay, mean_delay};
 use super::shared::{Kin, RECORDS, Shared, Sharing, seen_by, spelt_out};
+use crate::before::Before;
 use crate::case_motion::estimate;
 use crate::confirm::gyro_of_event;
 use crate::data::Data;
 use crate::pass::Pass;
+use crate::path::{delays, is_settled, path_of};
 use crate::plan::AnalysisPlan;
-use crate::search::{Before, Settled, delays, is_seen, is_settled, path_of, settle, share_of};
+use crate::search::{is_seen, share_of};
 use crate::self_test::{Row, self_test_on};
+use crate::settle::{Settled, settle};
 
 /// What the fitted rows of all recordings say.
 pub(crate) struct Together {
@@ -432,35 +436,6 @@ fn join_delays(
         .collect();
 }
 
-/// The mean of delays with its standard deviation \[s\]; `None` where there is none.
-///
-/// # Inputs
-/// `each`: value and standard deviation \[s\], infinite where a recording has none.
-fn mean_delay(each: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
-    let (mut sum, mut weights) = (0.0, 0.0);
-    for (value_s, std_s) in each.filter(|(_, std_s)| *std_s > 0.0) {
-        sum += value_s * std_s.powi(-2);
-        weights += std_s.powi(-2);
-    }
-    (weights > 0.0).then(|| (sum / weights, weights.sqrt().recip()))
-}
-
-/// The mean of delays that may be one; 0 where there is none.
-///
-/// # Inputs
-/// `each`: as in [`mean_delay`]; `same`: how far one may lie from the mean \[σ\].
-fn joint_delay(each: &[(f64, f64)], same: f64) -> Option<f64> {
-    let Some((mean_s, std_of_mean_s)) = mean_delay(each.iter().copied()) else {
-        return Some(0.0);
-    };
-    // A recording that shows none may have one that is weak.
-    let may_be = |(value_s, std_s): &(f64, f64)| match std_s.is_finite() {
-        true => (value_s - mean_s).abs() < same * std_s,
-        false => mean_s.abs() < 2.0 * same * std_of_mean_s,
-    };
-    each.iter().all(may_be).then_some(mean_s)
-}
-
 /// Spells out in all recordings what was found in one of them by a scan: its candidate is in no other's catalogue.
 fn spell_in_all(recordings: &mut [Recording], fits: &[Fit]) {
     let mut found: Vec<(usize, Candidate)> = Vec::new();
@@ -581,21 +556,4 @@ fn found_alone(shared: &[Shared], alone: &[Fit]) -> Vec<usize> {
     start.sort_unstable();
     start.dedup();
     start
-}
-
-#[cfg(test)]
-mod tests {
-    use super::joint_delay;
-
-    #[test]
-    fn delays_are_one_where_each_recording_alone_allows_it() {
-        const NONE: (f64, f64) = (0.0, f64::INFINITY);
-        assert_eq!(joint_delay(&[NONE, NONE], 5.0), Some(0.0));
-        let mean_s = joint_delay(&[(4.0e-4, 1e-6), (4.02e-4, 1e-6)], 5.0);
-        assert!(mean_s.is_some_and(|mean_s| (mean_s - 4.01e-4).abs() < 1e-12));
-        assert_eq!(joint_delay(&[(4.0e-4, 1e-6), (4.2e-4, 1e-6)], 5.0), None);
-        // Weak and strong beside a recording that shows none.
-        assert!(joint_delay(&[(5e-6, 1e-6), NONE], 5.0).is_some());
-        assert_eq!(joint_delay(&[(4e-4, 1e-6), NONE], 5.0), None);
-    }
 }

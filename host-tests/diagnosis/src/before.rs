@@ -1,0 +1,127 @@
+//! What was found before a pass, and what is left to explain behind it.
+
+use rlg_catalogue::low_pass;
+use rlg_catalogue::{Candidate, Column, Pool, Sensed, Signals};
+use rlg_inference::Fit;
+
+use super::coarse::Coarse;
+use super::data::Data;
+use super::path::is_same;
+use rlg_signal::streams::{Triad, add, add_triad};
+
+/// What was found before a pass.
+#[derive(Clone, Copy)]
+pub(super) enum Before<'a> {
+    /// By global means.
+    Coarse(&'a Coarse),
+    /// A set, over the candidates of the pass before.
+    Pass(&'a (Fit, Vec<Candidate>)),
+}
+
+impl Before<'_> {
+    /// Linear effects of it: gyro, column, size. Columns are made of motion that the gate lets through; what it hides of these
+    /// effects would look like another one.
+    ///
+    /// # Inputs
+    /// `candidates`: of this pass over `pool`, the set's members about their estimates among them.
+    pub(super) fn linear(
+        self,
+        candidates: &[Candidate],
+        pool: &Pool,
+        signals: &Signals,
+    ) -> Vec<(usize, Sensed, f64)> {
+        let mut parts = Vec::new();
+        match self {
+            Self::Coarse(far) => {
+                for gyro in 0..3 {
+                    let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
+                    if far.path.delay_s[gyro] != 0.0 {
+                        let late = Column::Late(gyro, far.path.delay_s[gyro]);
+                        parts.push((gyro, Sensed::independent(late), sensed));
+                    }
+                    if let Some(low_pass) = far.path.low_pass[gyro] {
+                        let passed = Column::LowPass(gyro, low_pass, low_pass::Part::Response);
+                        parts.push((gyro, Sensed::independent(passed), sensed));
+                    }
+                    for (axis, size) in far.sensed[gyro].iter().enumerate() {
+                        let sensed = Sensed::tried(Column::Increment(axis), gyro, signals);
+                        parts.push((gyro, sensed, *size));
+                    }
+                }
+            }
+            Self::Pass((fit, members)) => {
+                for (&place, block) in fit.members.iter().zip(&fit.blocks) {
+                    let is_member = |one: &&Candidate| is_same(one, &members[place]);
+                    let Some(now) = candidates.iter().find(is_member) else {
+                        continue;
+                    };
+                    let hypothesis = &now.hypothesis;
+                    parts.extend(
+                        hypothesis
+                            .fixed
+                            .iter()
+                            .map(|one| (one.record, pool.columns[one.column], one.size)),
+                    );
+                    let before = &members[place];
+                    parts.extend(hypothesis.terms.iter().filter_map(|term| {
+                        let name = &now.names[term.parameter];
+                        let at = before.names.iter().position(|other| other == name)?;
+                        let size = term.coefficient * fit.estimate[block.start + at];
+                        Some((term.record, pool.columns[term.column], size))
+                    }));
+                }
+            }
+        }
+        parts.retain(|(.., size)| *size != 0.0);
+        parts
+    }
+}
+
+/// What is left to explain along one motion.
+#[derive(Clone)]
+pub(super) struct Left {
+    pub(super) residual_rad: Triad,
+    /// What linear effects make of the reference's noise \[rad\]: still in the residual.
+    pub(super) passed_noise_rad: Triad,
+}
+
+impl Left {
+    /// Behind what the model knows.
+    pub(super) fn behind_known(data: &mut Data, signals: &Signals) -> Self {
+        if !data.model.effects.is_empty() {
+            data.set_known(signals);
+        }
+        let mut residual_rad = without_known(data, signals);
+        // Filters that the model knows have passed the noise already; before them it is white as ever.
+        let passed_noise_rad = match data.passed_noise_rad(signals) {
+            Some(noise) => {
+                add_triad(&mut residual_rad, &noise, 1.0);
+                noise
+            }
+            None => std::array::from_fn(|_| vec![0.0; signals.rows]),
+        };
+        Self {
+            residual_rad,
+            passed_noise_rad,
+        }
+    }
+
+    /// Takes out what columns made of gated motion do not show of what was found: gyro, column, size.
+    pub(super) fn take_out_hidden(&mut self, parts: &[(usize, Sensed, f64)], signals: &Signals) {
+        for (gyro, column, size) in parts {
+            if let Some([hidden, noise]) = column.hidden(signals) {
+                add(&mut self.residual_rad[*gyro], &hidden, -size);
+                add(&mut self.passed_noise_rad[*gyro], &noise, *size);
+            }
+        }
+    }
+}
+
+/// The residual without what the model's effects add \[rad\].
+pub(super) fn without_known(data: &Data, signals: &Signals) -> Triad {
+    let mut residual_rad = data.residual_rad.clone();
+    if !data.known.is_empty() {
+        add_triad(&mut residual_rad, &data.known_rad(signals), -1.0);
+    }
+    residual_rad
+}

@@ -1,0 +1,112 @@
+//! What a set says of the path between the reference and the gyros, and whether columns were made about that.
+
+use rlg_catalogue::Candidate;
+use rlg_catalogue::candidates::{Variant, delay_sign, is_delay};
+use rlg_catalogue::entries::MOUNT;
+use rlg_catalogue::signals::Path;
+use rlg_inference::Fit;
+
+/// What is estimated of a member beyond its base; of low passes that nothing shows, that they are not there: a gyro at rest
+/// has one of any length.
+pub(super) fn shown(fit: &Fit, candidate: &Candidate, block: &std::ops::Range<usize>) -> Vec<f64> {
+    const SHOWN: f64 = 3.0;
+    block
+        .clone()
+        .zip(&candidate.base)
+        .map(|(k, base)| {
+            let std = fit.covariance[(k, k)].max(0.0).sqrt();
+            let is_shown = base + fit.estimate[k] > SHOWN * std;
+            if candidate.variant == Variant::LowPass && !is_shown {
+                -base
+            } else {
+                fit.estimate[k]
+            }
+        })
+        .collect()
+}
+
+/// Whether a candidate lies between the reference and the gyros.
+pub(super) fn is_of_path(one: &Candidate) -> bool {
+    is_delay(one.kind) || one.kind == MOUNT || one.variant == Variant::LowPass
+}
+
+/// The path that a set describes: its delays, mounts and low passes.
+pub(super) fn path_of(fit: &Fit, candidates: &[Candidate]) -> Path {
+    let mut path = Path {
+        delay_s: delays(fit, candidates).0,
+        ..Path::default()
+    };
+    for (&place, block) in fit.members.iter().zip(&fit.blocks) {
+        let candidate = &candidates[place];
+        let estimate = shown(fit, candidate, block);
+        if candidate.kind == MOUNT {
+            path.mount = candidate.mounts(&estimate);
+        } else if candidate.variant == Variant::LowPass {
+            path.low_pass = candidate.low_passes(&estimate);
+        }
+    }
+    path
+}
+
+/// Whether two candidates are the same, columns aside.
+pub fn is_same(a: &Candidate, b: &Candidate) -> bool {
+    // A low pass that nothing shows leaves the others as they are.
+    let same_parts = a.names == b.names || a.variant == Variant::LowPass;
+    a.kind == b.kind && a.variant == b.variant && same_parts
+}
+
+/// Delay of each gyro by the set \[s\], with its standard deviation; infinite where there is none.
+pub(super) fn delays(fit: &Fit, candidates: &[Candidate]) -> ([f64; 3], [f64; 3]) {
+    let mut delay_s = [0.0; 3];
+    let mut std_s = [f64::INFINITY; 3];
+    for (&place, block) in fit.members.iter().zip(&fit.blocks) {
+        let candidate = &candidates[place];
+        if is_delay(candidate.kind) {
+            for term in &candidate.hypothesis.terms {
+                let at = block.start + term.parameter;
+                let value = candidate.base[term.parameter] + fit.estimate[at];
+                delay_s[term.record] += delay_sign(candidate.kind) * value;
+                std_s[term.record] = fit.covariance[(at, at)].sqrt();
+            }
+        }
+    }
+    (delay_s, std_s)
+}
+
+/// Whether two paths have delays, mounts and low passes on the same gyros.
+pub(super) fn is_alike(a: &Path, b: &Path) -> bool {
+    (0..3).all(|gyro| {
+        (a.delay_s[gyro] == 0.0) == (b.delay_s[gyro] == 0.0)
+            && a.mount[gyro].is_some() == b.mount[gyro].is_some()
+            && a.low_pass[gyro].is_some() == b.low_pass[gyro].is_some()
+    })
+}
+
+/// Whether a set has numbers that columns are made about.
+pub(super) fn is_nonlinear(fit: &Fit, candidates: &[Candidate]) -> bool {
+    let (delay_s, _) = delays(fit, candidates);
+    let mut members = fit.members.iter();
+    delay_s != [0.0; 3]
+        || members.any(|&place| candidates[place].base.iter().any(|base| *base != 0.0))
+}
+
+/// Whether the numbers that the columns were made with are those that came out.
+pub(super) fn is_settled(fit: &Fit, candidates: &[Candidate], made_with_s: [f64; 3]) -> bool {
+    const SETTLED: f64 = 0.1;
+    let (delay_s, std_s) = delays(fit, candidates);
+    let mut numbers = fit.members.iter().zip(&fit.blocks);
+    let stands = numbers.all(|(&place, block)| {
+        let base = candidates[place].base.iter().zip(block.clone());
+        base.filter(|(base, _)| **base != 0.0)
+            .all(|(_, at)| fit.estimate[at].abs() < SETTLED * fit.covariance[(at, at)].sqrt())
+    });
+    stands
+        && (0..3).all(|axis| {
+            let change = (delay_s[axis] - made_with_s[axis]).abs();
+            if std_s[axis].is_finite() {
+                change < SETTLED * std_s[axis]
+            } else {
+                change == 0.0
+            }
+        })
+}

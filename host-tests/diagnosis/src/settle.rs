@@ -1,0 +1,276 @@
+//! Passes between motion, columns and structure search, until the set and its delays stand still.
+
+use std::cell::Cell;
+
+use nalgebra::Matrix3;
+use rlg_catalogue::Candidate;
+use rlg_catalogue::signals::Path;
+use rlg_inference::{Fit, NoiseLevels, Observations};
+use rlg_signal::partition::Use;
+use rlg_signal::streams::Triad;
+
+use super::before::{Before, without_known};
+use super::case_motion::estimate;
+use super::coarse::{Coarse, coarse};
+use super::data::{Data, bridged};
+use super::noise_levels::first_levels;
+use super::pass::Pass;
+use super::path::{is_alike, is_nonlinear, is_same, is_settled, path_of};
+use super::plan::AnalysisPlan;
+use super::search::{Found, share_of};
+
+/// Finds the best set; `None` where too few rows can be fitted.
+pub fn find(
+    data: &mut Data,
+    left_out: &[&str],
+    plan: &AnalysisPlan,
+    progress: &dyn Fn(&str),
+) -> Option<Found> {
+    let settled = settle(data, left_out, plan, progress)?;
+    Some(settled.pass.judge(settled.fit, plan, settled.tried))
+}
+
+/// The last pass of a search, whose set and delays no longer change.
+pub(super) struct Settled {
+    pub(super) pass: Pass,
+    /// The best set.
+    pub(super) fit: Fit,
+    /// Sets that were looked at.
+    pub(super) tried: usize,
+    /// Rows that may be looked at.
+    pub(super) seen: Vec<bool>,
+    /// Spans of those rows.
+    pub(super) looked_at: Observations,
+    /// What is fitted of them.
+    pub(super) fitted: Observations,
+}
+
+/// The residual of the model with its effects \[rad\]; `None` where too few rows can be fitted.
+pub fn residual_of_model(data: &mut Data, plan: &AnalysisPlan) -> Option<Triad> {
+    let mut left = data.residual_rad.clone();
+    if data.model.effects.is_empty() {
+        return Some(left);
+    }
+    let seen = data.rows_of(&[Use::Train, Use::Confirm]);
+    let looked_at = data.observed(&seen)?;
+    let fitted = looked_at.clone().to_fast_length();
+    // What the model holds is taken out before the noise of what is left means anything.
+    for _ in 0..2 {
+        let levels = first_levels(&left, &fitted);
+        let clean = bridged(&left, &looked_at);
+        let motion = estimate(data, &clean, &levels, &seen, Path::default(), plan);
+        data.set_known(&motion.signals);
+        left = without_known(data, &motion.signals);
+    }
+    Some(left)
+}
+
+/// Alternates linearisation and structure search until set and delays no longer change; `None` where too few rows can be
+/// fitted.
+pub(super) fn settle(
+    data: &mut Data,
+    left_out: &[&str],
+    plan: &AnalysisPlan,
+    progress: &dyn Fn(&str),
+) -> Option<Settled> {
+    let mut seen = data.rows_of(&[Use::Train, Use::Confirm]);
+    let mut looked_at = data.observed(&seen)?;
+    let mut fitted = looked_at.clone().to_fast_length();
+    let left = residual_of_model(data, plan)?;
+    let far = coarse(data, &left, &seen, &plan.coarse);
+    if far.path != Path::default() {
+        data.late_rows += far.path.longest_delay_s() * data.streams.rate_hz;
+        seen = data.rows_of(&[Use::Train, Use::Confirm]);
+        looked_at = data.observed(&seen)?;
+        fitted = looked_at.clone().to_fast_length();
+    }
+    let rows = Rows {
+        seen,
+        looked_at,
+        fitted,
+    };
+    let mut begun = Begun {
+        levels: first_levels(&far.clean_rad, &rows.fitted),
+        clean_rad: bridged(&far.clean_rad, &rows.looked_at),
+        share: Matrix3::from_fn(|gyro, axis| far.sensed[gyro][axis]),
+        path: far.path,
+        path_before: None,
+        best: None,
+        is_settling: false,
+    };
+    // What the last pass began with whose set stood before the families were asked.
+    let mut stood = None;
+    let mut asks = Asks::WhereItStands;
+    let mut tried = 0;
+    let mut pass = 0;
+    loop {
+        let is_last = pass + 1 == plan.passes;
+        progress(&format!("pass {}", pass + 1));
+        let about = (&rows, &far, pass);
+        let done = begun.pass(data, about, asks, (plan, left_out));
+        tried += done.tried;
+        if done.has_ended || asks == Asks::Nothing || is_last && stood.is_none() {
+            data.found_share = share_of(&done.fit, &done.pass.candidates, &done.pass.pool);
+            let Rows {
+                seen,
+                looked_at,
+                fitted,
+            } = rows;
+            return Some(Settled {
+                pass: done.pass,
+                fit: done.fit,
+                tried,
+                seen,
+                looked_at,
+                fitted,
+            });
+        }
+        if is_last {
+            // What the families added never stood: the set that did stands without them.
+            begun = stood.take().expect("a set stood");
+            asks = Asks::Nothing;
+            continue;
+        }
+        pass += 1;
+        let has_stood = done.stood;
+        let next = done.next(data, &rows, &begun);
+        if has_stood {
+            stood = Some(std::mem::replace(&mut begun, next));
+        } else {
+            begun = next;
+        }
+        if pass + 1 == plan.passes && stood.is_none() {
+            asks = Asks::Anyway;
+        }
+    }
+}
+
+/// Rows that a search looks at, as in [`Settled`].
+struct Rows {
+    seen: Vec<bool>,
+    looked_at: Observations,
+    fitted: Observations,
+}
+
+/// When a pass asks the families.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Asks {
+    /// Beside a set that stands.
+    WhereItStands,
+    /// Beside any.
+    Anyway,
+    /// Never.
+    Nothing,
+}
+
+/// What a pass begins with.
+struct Begun {
+    levels: Vec<NoiseLevels>,
+    /// What is left by what was found \[rad\].
+    clean_rad: Triad,
+    /// What gyros sense of each axis by it.
+    share: Matrix3<f64>,
+    path: Path,
+    path_before: Option<Path>,
+    /// What was found, over the candidates of the pass before.
+    best: Option<(Fit, Vec<Candidate>)>,
+    /// Whether one nonlinear member is still to be settled.
+    is_settling: bool,
+}
+
+/// A pass that is done.
+struct Done {
+    pass: Pass,
+    fit: Fit,
+    tried: usize,
+    is_settling: bool,
+    /// Whether the set stood before the families were asked.
+    stood: bool,
+    /// Whether neither set nor its numbers change any more.
+    has_ended: bool,
+}
+
+impl Begun {
+    /// Motion, columns and search.
+    fn pass(
+        &self,
+        data: &mut Data,
+        (rows, far, pass): (&Rows, &Coarse, usize),
+        asks: Asks,
+        (plan, left_out): (&AnalysisPlan, &[&str]),
+    ) -> Done {
+        data.found_share = self.share;
+        let levels = &self.levels;
+        let motion = estimate(data, &self.clean_rad, levels, &rows.seen, self.path, plan);
+        let before = self.best.as_ref().map_or(Before::Coarse(far), Before::Pass);
+        let mut now = Pass::new(data, motion, left_out, &rows.fitted, levels, before);
+        let members: Option<Vec<&Candidate>> = self.best.as_ref().map(|(fit, candidates)| {
+            let members = fit.members.iter();
+            members.map(|&place| &candidates[place]).collect()
+        });
+        let start: Vec<usize> = members
+            .iter()
+            .flatten()
+            .filter_map(|member| {
+                let mut all = now.candidates.iter();
+                all.position(|other| is_same(other, member))
+            })
+            .collect();
+        let count_before = members.as_ref().map_or(0, Vec::len);
+        let is_as_before = |fit: &Fit| {
+            count_before == start.len()
+                && fit.members.len() == start.len()
+                && start.iter().all(|place| fit.members.contains(place))
+        };
+        let is_settled =
+            |fit: &Fit, candidates: &[Candidate]| is_settled(fit, candidates, self.path.delay_s);
+        let stood = Cell::new(false);
+        // The families are of motion.
+        let are_sought = asks != Asks::Nothing && data.streams.at_rest.is_none();
+        let run = now.search(
+            &start,
+            levels,
+            pass == 0 || self.is_settling,
+            (plan, left_out),
+            |fit, candidates| {
+                // A strong delay or mount is linearised to the end before anything is added to it.
+                is_nonlinear(fit, candidates) && !(pass > 0 && is_settled(fit, candidates))
+            },
+            |fit, candidates| {
+                stood.set(is_as_before(fit) && is_settled(fit, candidates));
+                are_sought && (asks == Asks::Anyway || stood.get())
+            },
+        );
+        let fit = run.fit;
+        let is_same = members.is_some() && is_as_before(&fit) && is_settled(&fit, &now.candidates);
+        let is_nothing = fit.members.is_empty() && pass == 0 && !far.is_far();
+        // The motion is that of a set only where what the set leaves was seen along the same path.
+        let mut path_before = self.path_before.iter();
+        let is_own = path_before.any(|before| is_alike(before, &self.path));
+        Done {
+            has_ended: !run.only_nonlinear && (is_nothing || (is_same && is_own)),
+            pass: now,
+            fit,
+            tried: run.tried,
+            is_settling: run.only_nonlinear,
+            stood: stood.get(),
+        }
+    }
+}
+
+impl Done {
+    /// What the next pass begins with.
+    fn next(self, data: &Data, rows: &Rows, begun: &Begun) -> Begun {
+        let Self { pass, fit, .. } = self;
+        let path = path_of(&fit, &pass.candidates);
+        Begun {
+            levels: fit.levels.clone(),
+            clean_rad: pass.clean_by((data, &fit), path, &rows.looked_at),
+            share: share_of(&fit, &pass.candidates, &pass.pool),
+            path,
+            path_before: Some(begun.path),
+            best: Some((fit, pass.candidates)),
+            is_settling: self.is_settling,
+        }
+    }
+}
