@@ -42,6 +42,9 @@ use crate::validate::validate;
 /// What a stretch cannot have: an attitude since the recording's beginning.
 const OF_ATTITUDE: &str = "earth_rate";
 
+/// The findings, and each stretch with something made of it.
+pub type WithStretches<T> = (Outcome, Vec<(Streams, T)>);
+
 /// Diagnoses a recording of which `most_rows` may be in memory at once; `None` where too few rows can be fitted.
 ///
 /// # Returns
@@ -55,7 +58,7 @@ pub fn diagnose_also<T>(
     (model, model_file): (&Model, &Path),
     progress: &dyn Fn(&str),
     also: impl Fn(&Found) -> T,
-) -> Result<Option<(Outcome, Vec<(Streams, T)>)>, InputError> {
+) -> Result<Option<WithStretches<T>>, InputError> {
     let Settings {
         left_out,
         ref plan,

@@ -13,4 +13,4 @@ mod forming;
 mod flow;
 
 pub use cut::Long;
-pub use flow::diagnose_also;
+pub use flow::{WithStretches, diagnose_also};

@@ -15,7 +15,7 @@ use rlg::simulate::simulate;
 use rlg_diagnosis::AnalysisPlan;
 use rlg_diagnosis::data::Data;
 use rlg_diagnosis::noise_spectrum::Noise;
-use rlg_diagnosis::search::residual_of_model;
+use rlg_diagnosis::settle::residual_of_model;
 use rlg_diagnosis::validate::validate;
 use rlg_signal::partition::Use;
 use std::ops::Range;
