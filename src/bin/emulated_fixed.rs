@@ -8,9 +8,11 @@ compile_error!("the image `emulated-fixed` needs the feature `emulator`");
 /// The number system of this image.
 type Core = trueaxis::Fixed;
 
-/// The optional terms of this image.
+/// The optional terms of this image: all, or the one at the place that the variable gives, to show what it costs.
 #[cfg(feature = "terms")]
-type Terms = trueaxis::terms::AllTerms<Core>;
+type Terms = <trueaxis::terms::AllTerms<Core> as trueaxis::terms::Select<
+    { trueaxis::terms::place(option_env!("TRUEAXIS_ONLY_TERM")) },
+>>::Term;
 #[cfg(not(feature = "terms"))]
 type Terms = ();
 

@@ -3,7 +3,11 @@
 //! It builds both emulated images and plays a simulated motion: three dithered gyros on a coning case. It prints
 //! instructions a sample by stage and number system, as QEMU executed them, and a static estimate of cycles.
 //!
+//! `cargo stages terms` prints instead what each optional term adds to a sample, alone in an image.
+//!
 //! An example and not a command of `rlg`: it looks at the build, not at a recording.
+
+mod terms;
 
 use std::f64::consts::TAU;
 use std::process::ExitCode;
@@ -35,7 +39,15 @@ const CONING_RAD: f64 = 0.0064;
 const MOST_APART: f64 = 0.03;
 
 fn main() -> ExitCode {
-    match table() {
+    let asked = std::env::args().nth(1);
+    let made = match asked.as_deref() {
+        None => table(),
+        Some("terms") => terms::table(),
+        Some(other) => Err(InputError::new("stages", "prints no such table")
+            .value(other)
+            .expected("terms, or nothing")),
+    };
+    match made {
         Ok(table) => {
             print!("{table}");
             ExitCode::SUCCESS

@@ -57,7 +57,7 @@ impl Image {
     /// Builds the image of `core` for `platform` in the workspace that this tool was compiled from. Cargo does nothing
     /// where it is up to date.
     pub fn build(platform: Platform, core: TargetCore) -> Result<Self, InputError> {
-        Self::build_with(platform, core, &[])
+        Self::build_with(platform, core, &[], None)
     }
 
     /// [`Image::build`] of the image with every optional term.
@@ -66,7 +66,16 @@ impl Image {
         let folder = workspace().join("target").join("terms");
         let folder = folder.to_string_lossy();
         let options = ["--features", "terms", "--target-dir", &folder];
-        Self::build_with(platform, core, &options)
+        Self::build_with(platform, core, &options, None)
+    }
+
+    /// [`Image::build`] of the emulator's image with the one term at `place` of
+    /// [`AllTerms`](trueaxis::terms::AllTerms). The next build of another term replaces its file.
+    pub fn build_with_term(core: TargetCore, place: usize) -> Result<Self, InputError> {
+        let folder = workspace().join("target").join("one-term");
+        let folder = folder.to_string_lossy();
+        let options = ["--features", "terms", "--target-dir", &folder];
+        Self::build_with(Platform::Emulator, core, &options, Some(place))
     }
 
     /// [`Image::build`] of the image with the raw stream.
@@ -74,13 +83,14 @@ impl Image {
         let folder = workspace().join("target").join("raw");
         let folder = folder.to_string_lossy();
         let options = ["--features", "raw", "--target-dir", &folder];
-        Self::build_with(platform, core, &options)
+        Self::build_with(platform, core, &options, None)
     }
 
     fn build_with(
         platform: Platform,
         core: TargetCore,
         options: &[&str],
+        only_term: Option<usize>,
     ) -> Result<Self, InputError> {
         let workspace = workspace();
         if !workspace.join("memory.x").is_file() {
@@ -92,7 +102,11 @@ impl Image {
         }
         let binary = platform.binary(core);
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-        let output = Command::new(cargo)
+        let mut command = Command::new(cargo);
+        if let Some(place) = only_term {
+            command.env("TRUEAXIS_ONLY_TERM", place.to_string());
+        }
+        let output = command
             .current_dir(&workspace)
             .args(["build", "--release", "--package", "trueaxis"])
             .args(["--target", TARGET, "--bin", binary])

@@ -37,6 +37,8 @@ pub mod response;
 
 pub mod scale;
 
+pub mod selection;
+
 pub mod temperature;
 
 pub use accelerometer::AccelerometerQuadratic;
@@ -49,6 +51,7 @@ pub use magnetic::MagneticBias;
 pub use records::{RecordError, TermKind, TermKinds, TermRecords};
 pub use response::{AccelerometerDelay, GyroResponse};
 pub use scale::ScaleByRate;
+pub use selection::{Select, place};
 pub use temperature::Temperature;
 
 use core::fmt::Debug;
