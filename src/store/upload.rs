@@ -1,9 +1,9 @@
 //! Gathers a parameter block piece by piece, checks it whole and stores it.
 //!
 //! Nothing of flash is touched before the block is whole and good: CRC, version, every parameter in its range, and no term
-//! that the build lacks. [`ParameterSlots::store_block`] then writes it to the slot that is not in use, under the generation after the one in
-//! force, whatever generation the block itself says. A power cut at any byte, received or written, leaves the old block in
-//! force, or the new one.
+//! that the build lacks. Then it is written to the slot that is not in use, as [`ParameterSlots::store`] does, under the
+//! generation after the one in force, whatever generation the block itself says. A power cut at any byte, received or
+//! written, leaves the old block in force, or the new one.
 
 use core::fmt;
 
