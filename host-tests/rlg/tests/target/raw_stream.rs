@@ -120,8 +120,8 @@ fn the_raw_stream_of_the_f32_image_gives_its_input_back() {
 }
 
 #[test]
-#[ignore = "needs qemu-system-arm; cargo verify runs it"]
-fn the_raw_stream_of_the_fixed_image_gives_its_input_back() {
+#[ignore = "a minute of qemu-system-arm: --test target -- --ignored in_full"]
+fn the_raw_stream_of_the_fixed_image_gives_its_input_back_in_full() {
     comes_back(TargetCore::Fixed);
 }
 
