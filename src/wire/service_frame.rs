@@ -137,16 +137,10 @@ impl Request {
 
     /// The request on the wire.
     pub fn to_bytes(&self) -> [u8; REQUEST_BYTES] {
-        let mut bytes = [0; REQUEST_BYTES];
         let [low, high] = self.word.to_le_bytes();
         let head = [self.number, self.kind, low, high, self.count, 0];
         let content = REQUEST_HEADER.into_iter().chain(head).chain(self.data);
-        for (place, byte) in bytes.iter_mut().zip(content) {
-            *place = byte;
-        }
-        let [low, high] = checksum::<{ REQUEST_BYTES - 2 }>(&bytes);
-        [bytes[REQUEST_BYTES - 2], bytes[REQUEST_BYTES - 1]] = [low, high];
-        bytes
+        sealed::<REQUEST_BYTES, { REQUEST_BYTES - 2 }>(content)
     }
 }
 
@@ -154,8 +148,7 @@ impl WireFrame<REQUEST_BYTES> for Request {
     const HEADER: [u8; 4] = REQUEST_HEADER;
 
     fn decode(bytes: &[u8; REQUEST_BYTES]) -> Option<Self> {
-        let sum = [bytes[REQUEST_BYTES - 2], bytes[REQUEST_BYTES - 1]];
-        if !bytes.starts_with(&REQUEST_HEADER) || checksum::<{ REQUEST_BYTES - 2 }>(bytes) != sum {
+        if !is_whole::<{ REQUEST_BYTES - 2 }>(bytes, REQUEST_HEADER) {
             return None;
         }
         let mut data = [0; DATA_BYTES];
@@ -197,19 +190,13 @@ pub struct Answer {
 impl Answer {
     /// The answer on the wire.
     pub fn to_bytes(&self) -> [u8; ANSWER_BYTES] {
-        let mut bytes = [0; ANSWER_BYTES];
         let head = [self.number, self.kind, self.outcome, u8::from(self.stopped)];
         let content = ANSWER_HEADER
             .into_iter()
             .chain(head)
             .chain(self.detail.to_le_bytes())
             .chain(self.term_kinds.to_le_bytes());
-        for (place, byte) in bytes.iter_mut().zip(content) {
-            *place = byte;
-        }
-        let [low, high] = checksum::<{ ANSWER_BYTES - 2 }>(&bytes);
-        [bytes[ANSWER_BYTES - 2], bytes[ANSWER_BYTES - 1]] = [low, high];
-        bytes
+        sealed::<ANSWER_BYTES, { ANSWER_BYTES - 2 }>(content)
     }
 }
 
@@ -217,8 +204,7 @@ impl WireFrame<ANSWER_BYTES> for Answer {
     const HEADER: [u8; 4] = ANSWER_HEADER;
 
     fn decode(bytes: &[u8; ANSWER_BYTES]) -> Option<Self> {
-        let sum = [bytes[ANSWER_BYTES - 2], bytes[ANSWER_BYTES - 1]];
-        if !bytes.starts_with(&ANSWER_HEADER) || checksum::<{ ANSWER_BYTES - 2 }>(bytes) != sum {
+        if !is_whole::<{ ANSWER_BYTES - 2 }>(bytes, ANSWER_HEADER) {
             return None;
         }
         let word = |at: [u8; 4]| u32::from_le_bytes(at);
@@ -286,6 +272,26 @@ impl RequestReceiver {
 
 /// Finds answers in a stream of bytes, such as that of the telemetry port.
 pub type AnswerFinder = FrameFinder<Answer, ANSWER_BYTES>;
+
+/// A frame of `COVERED` bytes of content and their CRC.
+fn sealed<const BYTES: usize, const COVERED: usize>(
+    content: impl Iterator<Item = u8>,
+) -> [u8; BYTES] {
+    let mut bytes = [0; BYTES];
+    for (place, byte) in bytes.iter_mut().zip(content) {
+        *place = byte;
+    }
+    let sum = checksum::<COVERED>(&bytes);
+    for (place, byte) in bytes.iter_mut().skip(COVERED).zip(sum) {
+        *place = byte;
+    }
+    bytes
+}
+
+/// Whether bytes begin with a header and end with the CRC of the first `COVERED` of them.
+fn is_whole<const COVERED: usize>(bytes: &[u8], header: [u8; 4]) -> bool {
+    bytes.starts_with(&header) && bytes.get(COVERED..) == Some(&checksum::<COVERED>(bytes)[..])
+}
 
 /// The CRC of the first `COVERED` bytes, as it stands in the frame.
 #[inline(never)]

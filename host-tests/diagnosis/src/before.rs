@@ -10,22 +10,21 @@ use super::path::is_same;
 use rlg_signal::streams::{Triad, add, add_triad};
 
 /// What was found before a pass.
-#[derive(Clone, Copy)]
-pub(super) enum Before<'a> {
+pub(super) enum Before {
     /// By global means.
-    Coarse(&'a Coarse),
+    Coarse(Coarse),
     /// A set, over the candidates of the pass before.
-    Pass(&'a (Fit, Vec<Candidate>)),
+    Pass(Fit, Vec<Candidate>),
 }
 
-impl Before<'_> {
+impl Before {
     /// Linear effects of it: gyro, column, size. Columns are made of motion that the gate lets through; what it hides of these
     /// effects would look like another one.
     ///
     /// # Inputs
     /// `candidates`: of this pass over `pool`, the set's members about their estimates among them.
     pub(super) fn linear(
-        self,
+        &self,
         candidates: &[Candidate],
         pool: &Pool,
         signals: &Signals,
@@ -49,7 +48,7 @@ impl Before<'_> {
                     }
                 }
             }
-            Self::Pass((fit, members)) => {
+            Self::Pass(fit, members) => {
                 for (&place, block) in fit.members.iter().zip(&fit.blocks) {
                     let is_member = |one: &&Candidate| is_same(one, &members[place]);
                     let Some(now) = candidates.iter().find(is_member) else {

@@ -91,7 +91,7 @@ impl Pass {
         left_out: &[&str],
         fitted: &Observations,
         levels: &[NoiseLevels],
-        before: Before,
+        before: &Before,
     ) -> Self {
         let mut left = Left::behind_known(data, &motion.signals);
         let mut pool = Pool::default();
@@ -105,7 +105,7 @@ impl Pass {
                     candidates.push(pool.low_pass(moving, SHARED, &motion.signals));
                 }
             }
-            Before::Pass((fit, members)) => {
+            Before::Pass(fit, members) => {
                 for (&place, block) in fit.members.iter().zip(&fit.blocks) {
                     let estimate = shown(fit, &members[place], block);
                     candidates.extend(pool.again(&members[place], &estimate, &motion.signals));

@@ -11,7 +11,7 @@ use rlg_signal::streams::Triad;
 
 use super::before::{Before, without_known};
 use super::case_motion::estimate;
-use super::coarse::{Coarse, coarse};
+use super::coarse::coarse;
 use super::data::{Data, bridged};
 use super::noise_levels::first_levels;
 use super::pass::Pass;
@@ -37,12 +37,31 @@ pub(super) struct Settled {
     pub(super) fit: Fit,
     /// Sets that were looked at.
     pub(super) tried: usize,
-    /// Rows that may be looked at.
+    pub(super) rows: Rows,
+}
+
+/// Rows that a search looks at.
+pub(super) struct Rows {
+    /// Which may be looked at.
     pub(super) seen: Vec<bool>,
-    /// Spans of those rows.
+    /// Spans of those.
     pub(super) looked_at: Observations,
     /// What is fitted of them.
     pub(super) fitted: Observations,
+}
+
+impl Rows {
+    /// Those that do not only test; `None` where they are too few.
+    fn of(data: &Data) -> Option<Self> {
+        let seen = data.rows_of(&[Use::Train, Use::Confirm]);
+        let looked_at = data.observed(&seen)?;
+        let fitted = looked_at.clone().to_fast_length();
+        Some(Self {
+            seen,
+            looked_at,
+            fitted,
+        })
+    }
 }
 
 /// The residual of the model with its effects \[rad\]; `None` where too few rows can be fitted.
@@ -51,14 +70,12 @@ pub fn residual_of_model(data: &mut Data, plan: &AnalysisPlan) -> Option<Triad> 
     if data.model.effects.is_empty() {
         return Some(left);
     }
-    let seen = data.rows_of(&[Use::Train, Use::Confirm]);
-    let looked_at = data.observed(&seen)?;
-    let fitted = looked_at.clone().to_fast_length();
+    let rows = Rows::of(data)?;
     // What the model holds is taken out before the noise of what is left means anything.
     for _ in 0..2 {
-        let levels = first_levels(&left, &fitted);
-        let clean = bridged(&left, &looked_at);
-        let motion = estimate(data, &clean, &levels, &seen, Path::default(), plan);
+        let levels = first_levels(&left, &rows.fitted);
+        let clean = bridged(&left, &rows.looked_at);
+        let motion = estimate(data, &clean, &levels, &rows.seen, Path::default(), plan);
         data.set_known(&motion.signals);
         left = without_known(data, &motion.signals);
     }
@@ -73,56 +90,42 @@ pub(super) fn settle(
     plan: &AnalysisPlan,
     progress: &dyn Fn(&str),
 ) -> Option<Settled> {
-    let mut seen = data.rows_of(&[Use::Train, Use::Confirm]);
-    let mut looked_at = data.observed(&seen)?;
-    let mut fitted = looked_at.clone().to_fast_length();
+    let mut rows = Rows::of(data)?;
     let left = residual_of_model(data, plan)?;
-    let far = coarse(data, &left, &seen, &plan.coarse);
+    let far = coarse(data, &left, &rows.seen, &plan.coarse);
     if far.path != Path::default() {
         data.late_rows += far.path.longest_delay_s() * data.streams.rate_hz;
-        seen = data.rows_of(&[Use::Train, Use::Confirm]);
-        looked_at = data.observed(&seen)?;
-        fitted = looked_at.clone().to_fast_length();
+        rows = Rows::of(data)?;
     }
-    let rows = Rows {
-        seen,
-        looked_at,
-        fitted,
-    };
     let mut begun = Begun {
         levels: first_levels(&far.clean_rad, &rows.fitted),
         clean_rad: bridged(&far.clean_rad, &rows.looked_at),
         share: Matrix3::from_fn(|gyro, axis| far.sensed[gyro][axis]),
         path: far.path,
         path_before: None,
-        best: None,
+        before: Before::Coarse(far),
         is_settling: false,
     };
     // What the last pass began with whose set stood before the families were asked.
     let mut stood = None;
     let mut asks = Asks::WhereItStands;
     let mut tried = 0;
-    let mut pass = 0;
+    let mut pass = 1;
     loop {
-        let is_last = pass + 1 == plan.passes;
-        progress(&format!("pass {}", pass + 1));
-        let about = (&rows, &far, pass);
-        let done = begun.pass(data, about, asks, (plan, left_out));
+        let is_last = pass == plan.passes;
+        if is_last && stood.is_none() && asks == Asks::WhereItStands {
+            asks = Asks::Anyway;
+        }
+        progress(&format!("pass {pass}"));
+        let done = begun.pass(data, &rows, asks, (plan, left_out));
         tried += done.tried;
-        if done.has_ended || asks == Asks::Nothing || is_last && stood.is_none() {
+        if done.has_ended || is_last && stood.is_none() {
             data.found_share = share_of(&done.fit, &done.pass.candidates, &done.pass.pool);
-            let Rows {
-                seen,
-                looked_at,
-                fitted,
-            } = rows;
             return Some(Settled {
                 pass: done.pass,
                 fit: done.fit,
                 tried,
-                seen,
-                looked_at,
-                fitted,
+                rows,
             });
         }
         if is_last {
@@ -134,22 +137,11 @@ pub(super) fn settle(
         pass += 1;
         let has_stood = done.stood;
         let next = done.next(data, &rows, &begun);
+        let before = std::mem::replace(&mut begun, next);
         if has_stood {
-            stood = Some(std::mem::replace(&mut begun, next));
-        } else {
-            begun = next;
-        }
-        if pass + 1 == plan.passes && stood.is_none() {
-            asks = Asks::Anyway;
+            stood = Some(before);
         }
     }
-}
-
-/// Rows that a search looks at, as in [`Settled`].
-struct Rows {
-    seen: Vec<bool>,
-    looked_at: Observations,
-    fitted: Observations,
 }
 
 /// When a pass asks the families.
@@ -164,7 +156,7 @@ enum Asks {
 }
 
 /// What a pass begins with.
-struct Begun {
+pub(super) struct Begun {
     levels: Vec<NoiseLevels>,
     /// What is left by what was found \[rad\].
     clean_rad: Triad,
@@ -172,8 +164,7 @@ struct Begun {
     share: Matrix3<f64>,
     path: Path,
     path_before: Option<Path>,
-    /// What was found, over the candidates of the pass before.
-    best: Option<(Fit, Vec<Candidate>)>,
+    before: Before,
     /// Whether one nonlinear member is still to be settled.
     is_settling: bool,
 }
@@ -191,23 +182,50 @@ struct Done {
 }
 
 impl Begun {
-    /// Motion, columns and search.
-    fn pass(
+    /// Behind what a fit leaves of a pass along `path`.
+    pub(super) fn behind((pass, fit): (Pass, Fit), path: Path, data: &Data, rows: &Rows) -> Self {
+        Self {
+            levels: fit.levels.clone(),
+            clean_rad: pass.clean_by((data, &fit), path, &rows.looked_at),
+            share: share_of(&fit, &pass.candidates, &pass.pool),
+            path,
+            path_before: None,
+            before: Before::Pass(fit, pass.candidates),
+            is_settling: false,
+        }
+    }
+
+    /// Motion and columns.
+    pub(super) fn linearised(
         &self,
         data: &mut Data,
-        (rows, far, pass): (&Rows, &Coarse, usize),
-        asks: Asks,
+        rows: &Rows,
         (plan, left_out): (&AnalysisPlan, &[&str]),
-    ) -> Done {
+    ) -> Pass {
         data.found_share = self.share;
         let levels = &self.levels;
         let motion = estimate(data, &self.clean_rad, levels, &rows.seen, self.path, plan);
-        let before = self.best.as_ref().map_or(Before::Coarse(far), Before::Pass);
-        let mut now = Pass::new(data, motion, left_out, &rows.fitted, levels, before);
-        let members: Option<Vec<&Candidate>> = self.best.as_ref().map(|(fit, candidates)| {
-            let members = fit.members.iter();
-            members.map(|&place| &candidates[place]).collect()
-        });
+        Pass::new(data, motion, left_out, &rows.fitted, levels, &self.before)
+    }
+
+    /// The same with a search.
+    fn pass(
+        &self,
+        data: &mut Data,
+        rows: &Rows,
+        asks: Asks,
+        (plan, left_out): (&AnalysisPlan, &[&str]),
+    ) -> Done {
+        let mut now = self.linearised(data, rows, (plan, left_out));
+        let levels = &self.levels;
+        let members: Option<Vec<&Candidate>> = match &self.before {
+            Before::Coarse(_) => None,
+            Before::Pass(fit, candidates) => {
+                let members = fit.members.iter().map(|&place| &candidates[place]);
+                Some(members.collect())
+            }
+        };
+        let is_first = members.is_none();
         let start: Vec<usize> = members
             .iter()
             .flatten()
@@ -230,11 +248,11 @@ impl Begun {
         let run = now.search(
             &start,
             levels,
-            pass == 0 || self.is_settling,
+            is_first || self.is_settling,
             (plan, left_out),
             |fit, candidates| {
                 // A strong delay or mount is linearised to the end before anything is added to it.
-                is_nonlinear(fit, candidates) && !(pass > 0 && is_settled(fit, candidates))
+                is_nonlinear(fit, candidates) && (is_first || !is_settled(fit, candidates))
             },
             |fit, candidates| {
                 stood.set(is_as_before(fit) && is_settled(fit, candidates));
@@ -242,8 +260,9 @@ impl Begun {
             },
         );
         let fit = run.fit;
-        let is_same = members.is_some() && is_as_before(&fit) && is_settled(&fit, &now.candidates);
-        let is_nothing = fit.members.is_empty() && pass == 0 && !far.is_far();
+        let is_same = !is_first && is_as_before(&fit) && is_settled(&fit, &now.candidates);
+        let is_near = matches!(&self.before, Before::Coarse(far) if !far.is_far());
+        let is_nothing = fit.members.is_empty() && is_near;
         // The motion is that of a set only where what the set leaves was seen along the same path.
         let mut path_before = self.path_before.iter();
         let is_own = path_before.any(|before| is_alike(before, &self.path));
@@ -261,16 +280,11 @@ impl Begun {
 impl Done {
     /// What the next pass begins with.
     fn next(self, data: &Data, rows: &Rows, begun: &Begun) -> Begun {
-        let Self { pass, fit, .. } = self;
-        let path = path_of(&fit, &pass.candidates);
+        let path = path_of(&self.fit, &self.pass.candidates);
         Begun {
-            levels: fit.levels.clone(),
-            clean_rad: pass.clean_by((data, &fit), path, &rows.looked_at),
-            share: share_of(&fit, &pass.candidates, &pass.pool),
-            path,
             path_before: Some(begun.path),
-            best: Some((fit, pass.candidates)),
             is_settling: self.is_settling,
+            ..Begun::behind((self.pass, self.fit), path, data, rows)
         }
     }
 }

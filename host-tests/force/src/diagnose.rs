@@ -283,17 +283,15 @@ fn prepare(parts: &[Part], asked: &Asked) -> Result<Rows, String> {
         readings.usable.clone(),
         &first.part.streams.piece,
     );
-    let behind = |rows: &Range<usize>, first: usize| rows.start + first..rows.end + first;
     let (mut segments, mut regimes) = (Vec::new(), Vec::new());
     for (one, piece) in each.iter().zip(&readings.pieces) {
-        let begin = piece.rows.start;
-        segments.extend(one.segments.iter().map(|rows| behind(rows, begin)));
+        segments.extend(one.segments.iter().map(|rows| piece.among_all(rows)));
         if one.segments.is_empty() && each.len() > 1 {
             segments.push(piece.rows.clone());
         }
         regimes.extend(one.regimes.iter().map(|regime| Regime {
             name: regime.name.clone(),
-            rows: behind(&regime.rows, begin),
+            rows: piece.among_all(&regime.rows),
         }));
     }
     let rate_hz = readings.rate_hz;

@@ -26,6 +26,7 @@ use crate::candidates::{Candidate, Variant};
 use crate::diagnose::Diagnosed;
 use crate::kinds::{self, DELAY, KINDS, Kind};
 use crate::prediction::channel_name;
+use crate::search::of_verticals;
 
 /// m/s² to millionths of standard gravity.
 const MICRO_G: f64 = 1e6 / rlg_recording::units::STANDARD_GRAVITY_M_S2;
@@ -189,7 +190,6 @@ impl Diagnosed {
     /// Variance \[m²/s⁴\] of an accelerometer's mean over the rows that test, by what is not known of the vertical.
     fn vertical_variance(&self, axis: usize) -> f64 {
         let fit = &self.confirmed.fit;
-        let block = fit.gaps.last().cloned().unwrap_or(0..0);
         let columns = self.made_of.vertical_columns(&self.found.recordings);
         let rows: usize = self.tested.iter().map(std::ops::Range::len).sum();
         let mean = |place: usize| {
@@ -198,7 +198,7 @@ impl Diagnosed {
             tested.sum::<f64>() / rows.max(1) as f64 * self.streams.rate_hz
         };
         let own = (axis..columns.count()).step_by(3);
-        let means: Vec<(usize, f64)> = block.zip(own.map(mean)).collect();
+        let means: Vec<(usize, f64)> = of_verticals(fit).zip(own.map(mean)).collect();
         let products = means.iter().flat_map(|(a, x)| {
             let with = means.iter();
             with.map(move |(b, y)| x * y * fit.covariance[(*a, *b)])

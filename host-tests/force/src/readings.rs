@@ -20,6 +20,13 @@ pub struct Piece {
     pub recording: String,
 }
 
+impl Piece {
+    /// Rows that count from its first, among all.
+    pub fn among_all(&self, own: &Range<usize>) -> Range<usize> {
+        own.start + self.rows.start..own.end + self.rows.start
+    }
+}
+
 /// All rows.
 pub struct Readings {
     /// Rows per second \[Hz\].
@@ -105,11 +112,10 @@ impl Readings {
         let each = self.pieces.iter().filter_map(|piece| {
             let mut own = Observations::bridged(&seen[piece.rows.clone()])?;
             for span in &mut own.spans {
-                let moved = |rows: &Range<usize>| {
-                    rows.start + piece.rows.start..rows.end + piece.rows.start
-                };
-                span.rows = moved(&span.rows);
-                span.gaps.iter_mut().for_each(|gap| *gap = moved(gap));
+                span.rows = piece.among_all(&span.rows);
+                span.gaps
+                    .iter_mut()
+                    .for_each(|gap| *gap = piece.among_all(gap));
             }
             Some(own.spans)
         });

@@ -1,6 +1,7 @@
 //! Passes of prediction, columns and structure search until the set, its delays and the vertical stand.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use rlg_findings::result::UNLISTED;
 use rlg_inference::search::{DriftPrior, Judged};
@@ -76,33 +77,28 @@ pub fn equations(
     )
 }
 
-/// What a fit says of the unknowns of each vertical.
+/// Parameters of the verticals in a fit, recording by recording.
+pub fn of_verticals(fit: &Fit) -> Range<usize> {
+    fit.gaps.last().cloned().unwrap_or(0..0)
+}
+
+/// What a fit says of the unknowns of each vertical, and whether all are settled.
 ///
 /// # Inputs
 /// `recordings`: places of those that were looked at.
-fn moves_of(fit: &Fit, recordings: &[usize]) -> Vec<(usize, [f64; UNKNOWNS])> {
-    let block = fit.gaps.last().cloned().unwrap_or(0..0);
-    let estimates: Vec<f64> = block.map(|at| fit.estimate[at]).collect();
-    let (each, _) = estimates.as_chunks();
-    recordings
-        .iter()
-        .copied()
-        .zip(each.iter().copied())
-        .collect()
-}
-
-/// The same, and whether all are settled.
 pub fn verticals_of(
     fit: &Fit,
     recordings: &[usize],
     settled: f64,
 ) -> (Vec<(usize, [f64; UNKNOWNS])>, bool) {
-    let mut block = fit.gaps.last().cloned().unwrap_or(0..0);
-    let stays = block.all(|at| {
+    let block = of_verticals(fit);
+    let (each, _) = fit.estimate.as_slice()[block.clone()].as_chunks();
+    let moves = recordings.iter().copied().zip(each.iter().copied());
+    let stays = block.into_iter().all(|at| {
         let std = fit.covariance[(at, at)].max(0.0).sqrt();
         fit.estimate[at].abs() <= settled * std
     });
-    (moves_of(fit, recordings), stays)
+    (moves.collect(), stays)
 }
 
 /// Searches; `made_of` is left with the vertical that the set puts.
@@ -276,12 +272,11 @@ impl Found {
                 add(left, effect, -1.0);
             }
         }
-        let moves = moves_of(fit, &self.recordings);
-        let moves: Vec<f64> = moves.into_iter().flat_map(|(_, moves)| moves).collect();
+        let first = of_verticals(fit).start;
         let columns = made_of.vertical_columns(&self.recordings).columns;
         for (place, (rows, column)) in columns.into_iter().enumerate() {
             let own = left[place % 3][rows].iter_mut().zip(column);
-            own.for_each(|(left, value)| *left -= moves[place / 3] * value);
+            own.for_each(|(left, value)| *left -= fit.estimate[first + place / 3] * value);
         }
         left
     }

@@ -8,22 +8,18 @@ use rlg_catalogue::signals::Path;
 use rlg_catalogue::{Candidate, Pool, Sensed};
 use rlg_findings::result::SelfTestEntry;
 use rlg_inference::search::{DriftPrior, Judged, best_of};
-use rlg_inference::{
-    Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Observations, Search,
-};
+use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Search};
 
 use super::delays::{joint_delay, mean_delay};
 use super::shared::{Kin, RECORDS, Shared, Sharing, seen_by, spelt_out};
-use crate::before::Before;
-use crate::case_motion::estimate;
 use crate::confirm::gyro_of_event;
 use crate::data::Data;
 use crate::pass::Pass;
 use crate::path::{delays, is_settled, path_of};
 use crate::plan::AnalysisPlan;
-use crate::search::{is_seen, share_of};
+use crate::search::is_seen;
 use crate::self_test::{Row, self_test_on};
-use crate::settle::{Settled, settle};
+use crate::settle::{Begun, Rows, Settled, settle};
 
 /// What the fitted rows of all recordings say.
 pub(crate) struct Together {
@@ -77,11 +73,7 @@ impl Together {
 /// One recording between two passes.
 struct Recording {
     pass: Pass,
-    seen: Vec<bool>,
-    looked_at: Observations,
-    fitted: Observations,
-    /// What its columns were made behind.
-    path: Path,
+    rows: Rows,
 }
 
 /// What a search sees of one recording, or of sums over all of one.
@@ -171,10 +163,10 @@ pub(crate) fn stand(
         let stands = recordings
             .iter()
             .zip(&seen)
-            .all(|(one, own)| is_settled(own, &one.pass.candidates, one.path.delay_s));
+            .all(|(one, own)| is_settled(own, &one.pass.candidates, one.path().delay_s));
         let nothing = members.is_empty()
             && fits.iter().all(|fit| fit.members.is_empty())
-            && recordings.iter().all(|one| one.path == Path::default());
+            && recordings.iter().all(|one| one.path() == Path::default());
         if nothing || (is_same && stands) || pass == plan.passes {
             return Some(Standing {
                 recordings,
@@ -223,7 +215,7 @@ impl Standing {
         let levels = self.fit.levels.iter().take(RECORDS);
         Shown {
             parts: self.parts(),
-            path: self.recordings[0].path,
+            path: self.recordings[0].path(),
             is_moving: [0, 1, 2].map(moves),
             candidates,
             pool,
@@ -334,12 +326,14 @@ fn places_of(before: &[Shared], shared: &[Shared]) -> Vec<usize> {
 impl Recording {
     fn new(settled: Settled) -> Self {
         Self {
-            path: settled.pass.motion.signals.path,
             pass: settled.pass,
-            seen: settled.seen,
-            looked_at: settled.looked_at,
-            fitted: settled.fitted,
+            rows: settled.rows,
         }
+    }
+
+    /// What its columns were made behind.
+    fn path(&self) -> Path {
+        self.pass.motion.signals.path
     }
 
     /// Whether a delay of a gyro is among its candidates.
@@ -357,35 +351,13 @@ impl Recording {
         delay_s: Option<[f64; 3]>,
         (plan, left_out): (&AnalysisPlan, &[&str]),
     ) -> Self {
-        let Self {
-            pass,
-            seen,
-            looked_at,
-            fitted,
-            ..
-        } = self;
-        data.found_share = share_of(&fit, &pass.candidates, &pass.pool);
+        let Self { pass, rows } = self;
         let mut path = path_of(&fit, &pass.candidates);
         path.delay_s = delay_s.unwrap_or(path.delay_s);
-        let clean_rad = pass.clean_by((data, &fit), path, &looked_at);
-        let levels = fit.levels.clone();
-        let before = (fit, pass.candidates);
-        drop((pass.equations, pass.motion));
-        let motion = estimate(data, &clean_rad, &levels, &seen, path, plan);
-        let pass = Pass::new(
-            data,
-            motion,
-            left_out,
-            &fitted,
-            &levels,
-            Before::Pass(&before),
-        );
+        let begun = Begun::behind((pass, fit), path, data, &rows);
         Self {
-            pass,
-            seen,
-            looked_at,
-            fitted,
-            path,
+            pass: begun.linearised(data, &rows, (plan, left_out)),
+            rows,
         }
     }
 }
@@ -423,7 +395,7 @@ fn join_delays(
     };
     let delay_s = [x, y, z];
     // What was sought about a delay that it then had not is about that delay still.
-    if recordings.iter().all(|one| one.path.delay_s == delay_s) {
+    if recordings.iter().all(|one| one.path().delay_s == delay_s) {
         return;
     }
     *recordings = std::mem::take(recordings)

@@ -20,6 +20,7 @@ use trueaxis::telemetry::StreamStatistics;
 use trueaxis::{Decoder, OUTPUT_M_S_PER_CODE, OUTPUT_RAD_PER_CODE, OutputFrame, TELEMETRY_BYTES};
 
 use crate::error::InputError;
+use crate::import::still::name_of;
 use crate::recording::{Axis, Channel, Clock, Quantity, Recording, Table};
 
 /// Longest stretch without a frame \[rows\]: an hour at 1000 frames a second. A longer one is two recordings,
@@ -95,9 +96,7 @@ pub fn import(
     let rows_without_frame = rows.without_frame;
     Ok(Imported {
         recording: Recording {
-            name: file
-                .file_stem()
-                .map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+            name: name_of(file),
             folder: folder.to_path_buf(),
             site: None,
             tables: vec![rows.into_table(rate_hz, with_velocity)],

@@ -17,6 +17,7 @@ use trueaxis::raw_period::RawPeriod;
 use trueaxis::sample_source::SourceFault;
 
 use crate::error::InputError;
+use crate::import::still::name_of;
 use crate::recording::{Axis, Channel, Clock, Quantity, Recording, Site, Table};
 
 /// Longest stretch without a frame \[rows\]: a quarter of an hour at 4 kHz. A longer one is two recordings.
@@ -137,9 +138,7 @@ pub fn import(
     let tables = rows.into_tables(rate_hz, pickoff_weight_rad, velocity_weight_m_s);
     Ok(Imported {
         recording: Recording {
-            name: file
-                .file_stem()
-                .map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+            name: name_of(file),
             folder: folder.to_path_buf(),
             site,
             tables,

@@ -74,6 +74,12 @@ pub fn column(name: &str, quantity: Quantity, axis: Option<Axis>, scale: f64) ->
     }
 }
 
+/// The name of a recording of a foreign file: the file's own, without its extension.
+pub fn name_of(file: &std::path::Path) -> String {
+    let stem = file.file_stem().unwrap_or_default();
+    stem.to_string_lossy().into_owned()
+}
+
 /// A recording of one table whose rows are on disk already.
 pub fn recording(
     file: &std::path::Path,
@@ -82,9 +88,7 @@ pub fn recording(
     channels: Vec<Channel>,
 ) -> Recording {
     Recording {
-        name: file
-            .file_stem()
-            .map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+        name: name_of(file),
         folder: std::path::PathBuf::new(),
         site,
         tables: vec![Table {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::assemble::Assembled;
 use crate::error::InputError;
-use crate::import::still;
+use crate::import::still::{self, name_of};
 use crate::model::{Model, MotionSource};
 use crate::output::OutputFolder;
 use crate::recording::{Head, Quantity, Recording, Site};
@@ -16,9 +16,7 @@ const MODEL: &str = "model.toml";
 /// A recording of these tables, named after its source.
 pub fn recording(file: &Path, site: Option<Site>, assembled: &Assembled) -> Recording {
     Recording {
-        name: file
-            .file_stem()
-            .map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+        name: name_of(file),
         folder: PathBuf::new(),
         site,
         tables: assembled.tables.clone(),
