@@ -9,83 +9,17 @@ use rlg_inference::Dct;
 use rlg_inference::linear::invert;
 use rlg_signal::axes::Triad;
 
+use crate::block_sums::{BlockSums, Sums};
 use crate::equations::Band;
 use crate::increments::Increments;
 use crate::noise::{Alike, Levels, NoiseTerms};
 
-/// Sums of one block.
-#[derive(Clone)]
-struct Sums {
-    gram: DMatrix<f64>,
-    moments: DVector<f64>,
-    energy: f64,
-}
-
-/// Sums of all blocks over all parameters.
+/// Sums of all blocks over all parameters, with the rows that they are of.
 pub struct Blocks<'a> {
-    sums: Vec<Sums>,
-    total: Sums,
+    pub(crate) sums: BlockSums,
     /// Whitened columns and record by block, for columns that come later.
     white: Vec<(DMatrix<f64>, DVector<f64>)>,
     whitener: Whitener<'a>,
-}
-
-/// What blocks say of a group of numbers beside others.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Statistic {
-    /// Squared size in standard deviations of the likelihood.
-    pub squared_size: f64,
-    /// Variance between blocks over that of the likelihood, at least 1.
-    pub design_effect: f64,
-    /// Numbers.
-    pub count: usize,
-}
-
-impl Statistic {
-    /// Gain in log evidence with a prior of the best width, less the price of a search through `groups`.
-    ///
-    /// # Inputs
-    /// `is_deflated`: by what blocks disagree.
-    pub fn gain(&self, groups: usize, is_deflated: bool) -> f64 {
-        self.gained(is_deflated) + log_chance(groups)
-    }
-
-    /// The gain, deflated no more than that of a winner on the same rows: whether both explain as much is a matter of these.
-    pub fn gain_beside(&self, winner: &Self, groups: usize) -> f64 {
-        let design_effect = self.design_effect.min(winner.design_effect);
-        Self {
-            design_effect,
-            ..*self
-        }
-        .gain(groups, true)
-    }
-
-    /// The same without a price.
-    pub fn gained(&self, is_deflated: bool) -> f64 {
-        let deflated = if is_deflated { self.design_effect } else { 1.0 };
-        let squared = self.squared_size / deflated;
-        let count = self.count as f64;
-        if squared > count {
-            0.5 * (squared - count - count * (squared / count).ln())
-        } else {
-            0.0
-        }
-    }
-}
-
-/// Log of the chance beforehand that one of `groups` is there.
-pub fn log_chance(groups: usize) -> f64 {
-    /// That any of them is.
-    const PRIOR: f64 = 0.3;
-    (PRIOR / groups as f64).ln()
-}
-
-/// Estimates of some parameters with their covariance.
-pub struct Estimates {
-    /// Values.
-    pub values: Vec<f64>,
-    /// Covariance: the larger of the likelihood's and of the blocks', by parameter; correlations of the likelihood.
-    pub covariance: DMatrix<f64>,
 }
 
 /// Time of a block \[s\], and least number of blocks.
@@ -138,10 +72,8 @@ impl<'a> Blocks<'a> {
                 gram: gram + &prior,
             }
         });
-        let sums: Vec<Sums> = sums.collect();
         Self {
-            total: total(&sums),
-            sums,
+            sums: BlockSums::new(sums.collect()),
             white,
             whitener,
         }
@@ -156,10 +88,10 @@ impl<'a> Blocks<'a> {
             .map(|column| self.whitener.whiten(&column))
             .collect();
         let cut = self.whitener.band.cut;
-        let count = self.sums.len();
+        let count = self.sums.each.len();
         let mut sums = Vec::with_capacity(count);
         let mut white = Vec::with_capacity(count);
-        for (block, (old, (rows, record))) in self.sums.iter().zip(&self.white).enumerate() {
+        for (block, (old, (rows, record))) in self.sums.each.iter().zip(&self.white).enumerate() {
             let range = rows_of(block, count, cut);
             let more = matrix(&columns, &range);
             let across = rows.tr_mul(&more);
@@ -187,133 +119,33 @@ impl<'a> Blocks<'a> {
             white.push((wide, record.clone()));
         }
         Self {
-            total: total(&sums),
-            sums,
+            sums: BlockSums::new(sums),
             white,
             whitener: self.whitener.clone(),
         }
     }
 
-    /// Number of parameters.
-    pub fn parameters(&self) -> usize {
-        self.total.gram.nrows()
-    }
-
-    /// What blocks say of `own` beside `base`.
-    pub fn statistic(&self, base: &[usize], own: &[usize]) -> Statistic {
-        let all: Vec<usize> = base.iter().chain(own).copied().collect();
-        let whole = Part::of(&self.total, &all);
-        let (covariance, estimate) = whole.solve();
-        let first = base.len();
-        let of_own = covariance
-            .view((first, first), (own.len(), own.len()))
-            .into_owned();
-        let values = estimate.rows(first, own.len()).into_owned();
-        let squared_size = values.dot(&(invert(&of_own).0 * &values));
-        let variances = self.between_blocks(&whole, &all);
-        let ratios = (0..own.len()).map(|k| {
-            let ratio = variances[first + k] / of_own[(k, k)];
-            if ratio.is_finite() && ratio > 0.0 {
-                ratio.ln()
-            } else {
-                0.0
+    /// Sums of other records than this one, whitened, by the same columns.
+    ///
+    /// # Inputs
+    /// `value`: of each whitened row of a block.
+    pub(crate) fn of_others(&self, mut value: impl FnMut(usize) -> f64) -> BlockSums {
+        let blocks = self.sums.each.iter().zip(&self.white).enumerate();
+        let each = blocks.map(|(block, (sums, (rows, _)))| {
+            let record = DVector::from_fn(rows.nrows(), |_, _| value(block));
+            Sums {
+                gram: sums.gram.clone(),
+                moments: rows.tr_mul(&record),
+                energy: record.norm_squared(),
             }
         });
-        let mean = ratios.sum::<f64>() / own.len() as f64;
-        Statistic {
-            squared_size,
-            design_effect: mean.exp().max(1.0),
-            count: own.len(),
-        }
+        BlockSums::new(each.collect())
     }
 
-    /// Jackknife variance of each parameter.
-    fn between_blocks(&self, whole: &Part, all: &[usize]) -> Vec<f64> {
-        let estimates: Vec<DVector<f64>> = self
-            .sums
-            .iter()
-            .map(|block| whole.without(&Part::of(block, all)).solve().1)
-            .collect();
-        let count = estimates.len() as f64;
-        (0..all.len())
-            .map(|k| {
-                let mean = estimates.iter().map(|one| one[k]).sum::<f64>() / count;
-                let squares = estimates.iter().map(|one| (one[k] - mean).powi(2));
-                squares.sum::<f64>() * (count - 1.0) / count
-            })
-            .collect()
+    /// Whitened rows of each block.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = usize> + '_ {
+        self.white.iter().map(|(rows, _)| rows.nrows())
     }
-
-    /// Share of what blocks leave that `own` takes away, predicted by the other blocks.
-    pub fn share(&self, base: &[usize], own: &[usize]) -> f64 {
-        let all: Vec<usize> = base.iter().chain(own).copied().collect();
-        let left = |set: &[usize]| -> f64 {
-            let whole = Part::of(&self.total, set);
-            self.sums
-                .iter()
-                .map(|block| {
-                    let own = Part::of(block, set);
-                    let estimate = whole.without(&own).solve().1;
-                    block.energy - 2.0 * estimate.dot(&own.moments)
-                        + estimate.dot(&(&own.gram * &estimate))
-                })
-                .sum()
-        };
-        let without = left(base);
-        (without - left(&all)) / without
-    }
-
-    /// Estimates of a set.
-    pub fn estimates(&self, set: &[usize]) -> Estimates {
-        let whole = Part::of(&self.total, set);
-        let (covariance, estimate) = whole.solve();
-        let variances = self.between_blocks(&whole, set);
-        let grown: Vec<f64> = (0..set.len())
-            .map(|k| (variances[k] / covariance[(k, k)]).max(1.0).sqrt())
-            .collect();
-        Estimates {
-            covariance: DMatrix::from_fn(set.len(), set.len(), |a, b| {
-                covariance[(a, b)] * grown[a] * grown[b]
-            }),
-            values: estimate.iter().copied().collect(),
-        }
-    }
-}
-
-/// The sums of some parameters.
-struct Part {
-    gram: DMatrix<f64>,
-    moments: DVector<f64>,
-}
-
-impl Part {
-    fn of(sums: &Sums, set: &[usize]) -> Self {
-        Self {
-            gram: DMatrix::from_fn(set.len(), set.len(), |a, b| sums.gram[(set[a], set[b])]),
-            moments: DVector::from_fn(set.len(), |a, _| sums.moments[set[a]]),
-        }
-    }
-
-    fn without(&self, other: &Self) -> Self {
-        Self {
-            gram: &self.gram - &other.gram,
-            moments: &self.moments - &other.moments,
-        }
-    }
-
-    fn solve(&self) -> (DMatrix<f64>, DVector<f64>) {
-        let covariance = invert(&self.gram).0;
-        let estimate = &covariance * &self.moments;
-        (covariance, estimate)
-    }
-}
-
-fn total(sums: &[Sums]) -> Sums {
-    sums[1..].iter().fold(sums[0].clone(), |total, block| Sums {
-        gram: total.gram + &block.gram,
-        moments: total.moments + &block.moments,
-        energy: total.energy + block.energy,
-    })
 }
 
 /// Whitened rows of one of `count` blocks.

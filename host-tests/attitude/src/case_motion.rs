@@ -5,8 +5,8 @@ use rlg_signal::axes::{Triad, add_triad};
 
 use crate::about::{About, Gyros};
 use crate::alignment::places;
+use crate::choice::{Named, always_alike};
 use crate::said::Said;
-use crate::search::{Named, always_alike};
 
 /// Longest time between attitudes \[s\] over which kinds that explain them alike carry gravity alike.
 const UNWATCHED_S: f64 = 2.0;

@@ -18,6 +18,7 @@ use crate::about::About;
 use crate::alignment::{Alignment, Free, places};
 use crate::case_motion;
 use crate::channels;
+use crate::choice::Candidates;
 use crate::coarse::Start;
 use crate::conventions;
 use crate::equations::ParameterColumn;
@@ -32,7 +33,7 @@ use crate::plan::AttitudePlan;
 use crate::registration::{self, Registration};
 use crate::rest::{self, Rest};
 use crate::said::{Few, Said};
-use crate::search::{Candidates, Found, called_for, search};
+use crate::search::{Found, called_for, search};
 
 /// How a recording is diagnosed.
 #[derive(Debug, Clone, Copy, Default)]
@@ -198,7 +199,8 @@ fn of_many(
         let beyond = registered.alignment.beyond(of_model);
         let about = (of_model, &beyond);
         let of = (gyro, &pool, &candidates);
-        search((&observed.gyros, registered), about, of, &settings.plan)
+        let told = (&settings.plan, settings.seed);
+        search((&observed.gyros, registered), about, of, told)
     };
     let mut found = searched(&registered, &gyro, observed);
     // Once more about what is called for beside physics: the rest is then near enough to be linear.

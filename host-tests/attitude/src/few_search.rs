@@ -4,10 +4,11 @@ use nalgebra::DMatrix;
 use rlg_catalogue::entries::CATALOGUE;
 
 use crate::alignment::{COUNT, GROUPS, places};
-use crate::blocks::{Estimates, Statistic, log_chance};
+use crate::block_sums::{Estimates, Statistic, log_chance};
+use crate::choice::{Candidates, Named, always_alike, chance};
 use crate::few::{FewRows, Weighed};
 use crate::plan::AttitudePlan;
-use crate::search::{Candidates, Found, Named, always_alike, chance};
+use crate::search::Found;
 
 /// A kind that may be called for.
 struct Kind {
@@ -94,6 +95,7 @@ pub(crate) fn search(rows: &FewRows, candidates: &Candidates, plan: &AttitudePla
         found: Found {
             estimates: estimates(&weighed(&whole)),
             of_named: estimates(&of_named),
+            tested: None,
             physics,
             registration,
             set: whole.concat(),

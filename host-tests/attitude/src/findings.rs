@@ -17,6 +17,7 @@ use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::axes::AXES;
 
 use crate::alignment::{GROUPS, places};
+use crate::choice::Named;
 use crate::gyro_motion::Reads;
 use crate::held_out::{HeldOut, held_out};
 use crate::mount;
@@ -25,7 +26,6 @@ use crate::promise;
 use crate::reference_spans::{self, JumpSeen, Span};
 use crate::registration::Registration;
 use crate::said::Said;
-use crate::search::Named;
 
 /// The outcome.
 pub(crate) fn outcome(said: &Said) -> Outcome {
@@ -79,7 +79,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         switch_on(&mut model, effect);
     }
     let promises = promise::promises(said);
-    let diagnosis = Diagnosis {
+    let mut diagnosis = Diagnosis {
         format: 1,
         recording: observed.recording.name.clone(),
         version: env!("CARGO_PKG_VERSION").to_string(),
@@ -101,6 +101,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         control: None,
         self_test: None,
     };
+    diagnosis.tell(found.tested.clone());
     Outcome {
         diagnosis,
         model,

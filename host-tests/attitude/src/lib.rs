@@ -5,8 +5,8 @@
 //! `gyro_motion` (the gyros' own attitude, `dither` taken out) → `increments` (rows of the likelihood, between stamps) →
 //! `growth` of the `registration` (what aligns two instruments, always beside; on `equations` with the `noise` at its best, columns of
 //! `conditioned` motion, without `reference_faults`) → `physics` (effects of the catalogue, carried through the attitude) →
-//! `search` (what `blocks` of rows agree on, `steps` of a bias among them) → `held_out`, `promise` and `findings`. What is
-//! left of the gyros' own motion is handed on (`case_motion`): it carries gravity past accelerometers.
+//! `search` (the `choice` by what `blocks` of rows agree on, by their `block_sums` alone; `steps` of a bias; a `self_test` of
+//! both) → `held_out`, `promise` and `findings`. What is left of the gyros' own motion is handed on (`case_motion`): it carries gravity past accelerometers.
 //!
 //! A reference that sums up increments is one, too: sums are compared with sums, and nothing is turned.
 //!
@@ -56,9 +56,15 @@ mod conventions;
 
 mod physics;
 
+mod block_sums;
+
 mod blocks;
 
 mod steps;
+
+mod choice;
+
+mod self_test;
 
 mod search;
 

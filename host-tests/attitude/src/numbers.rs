@@ -6,7 +6,7 @@ use rlg_findings::result::ParameterEntry;
 use rlg_signal::axes::AXES;
 
 use crate::alignment::{Group, group_at};
-use crate::blocks::Estimates;
+use crate::block_sums::Estimates;
 use crate::said::Said;
 
 /// Numbers as the contract names them.

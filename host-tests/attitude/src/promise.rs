@@ -21,13 +21,13 @@ use rlg_signal::streams::Streams;
 
 use crate::about::{About, Gyros};
 use crate::alignment::{Alignment, places};
+use crate::choice::Named;
 use crate::equations::ParameterColumn;
 use crate::fitting::priced;
 use crate::gyro_motion::Reads;
 use crate::increments::{Increments, Stamps};
 use crate::physics::Gyro;
 use crate::said::Said;
-use crate::search::Named;
 
 /// One turn a second, which rate tables reach \[rad/s\].
 const SPIN_RAD_S: f64 = TAU;

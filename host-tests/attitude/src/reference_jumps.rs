@@ -4,7 +4,7 @@
 //! the other way round, and is no jump.
 
 use crate::about::About;
-use crate::blocks::Statistic;
+use crate::block_sums::Statistic;
 use crate::fitting::Fitting;
 use crate::increments::Stamps;
 use crate::outliers::{MEDIAN_CHI_SQUARED, Weighted};

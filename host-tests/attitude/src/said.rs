@@ -6,13 +6,14 @@ use rlg_signal::axes::Triad;
 
 use crate::about::About;
 use crate::alignment::{Alignment, COUNT};
+use crate::choice::{Candidates, Named};
 use crate::gyro_motion::GyroMotion;
 use crate::increments::Increments;
 use crate::observed::Observed;
 use crate::physics::Gyro;
 use crate::plan::AttitudePlan;
 use crate::registration::Registration;
-use crate::search::{Candidates, Found, Named};
+use crate::search::Found;
 use crate::steps::Step;
 
 /// What few attitudes carry.

@@ -4,7 +4,8 @@ use rlg_signal::axes::Triad;
 
 use crate::about::About;
 use crate::alignment::COUNT;
-use crate::blocks::{Blocks, Statistic};
+use crate::block_sums::Statistic;
+use crate::blocks::Blocks;
 use crate::physics::Gyro;
 
 /// A step of one gyro's bias.
@@ -49,9 +50,9 @@ pub fn seek(
     };
     let statistics = |steps: &[Step]| -> Vec<(Step, Statistic)> {
         let wide = blocks.with(steps.iter().map(|step| column(*step)), beyond);
-        let place = blocks.parameters();
+        let place = blocks.sums.parameters();
         let each = steps.iter().enumerate();
-        each.map(|(k, step)| (*step, wide.statistic(set, &[place + k])))
+        each.map(|(k, step)| (*step, wide.sums.statistic(set, &[place + k])))
             .collect()
     };
     let best = |tried: Vec<(Step, Statistic)>| {
@@ -86,8 +87,10 @@ pub fn seek(
         };
         about.carried(|row| gyro.sensed_along(found.0.axis, of_row(row)))
     });
-    let places: Vec<usize> = (0..WAVES).map(|wave| blocks.parameters() + wave).collect();
-    let drift = blocks.with(waves, beyond).statistic(set, &places);
+    let places: Vec<usize> = (0..WAVES)
+        .map(|wave| blocks.sums.parameters() + wave)
+        .collect();
+    let drift = blocks.with(waves, beyond).sums.statistic(set, &places);
     let instants = 3 * about.increments.rows();
     let is_step = found.1.gain(instants, true) > drift.gain(1, true);
     is_step.then(|| Sought {

@@ -27,20 +27,24 @@ pub enum Law {
 pub struct Size {
     /// Standard deviation of a prior about 0, in the entry's unit: what no unit that anybody would test exceeds by much.
     pub largest: f64,
+    /// What a navigation-grade ring-laser gyro that is not compensated shows, to an order of magnitude.
+    pub typical: f64,
     /// Whether it is at least 0: a square, or how late one thing is against another that has a name of its own.
     pub is_positive: bool,
 }
 
 impl Size {
-    const fn of(largest: f64) -> Self {
+    const fn of(typical: f64, largest: f64) -> Self {
         Self {
+            typical,
             largest,
             is_positive: false,
         }
     }
 
-    const fn positive(largest: f64) -> Self {
+    const fn positive(typical: f64, largest: f64) -> Self {
         Self {
+            typical,
             largest,
             is_positive: true,
         }
@@ -92,7 +96,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "gyro_bias",
         equation: "omega_i += b_i",
         unit: "rad/s",
-        size: Size::of(0.05),
+        size: Size::of(5e-7, 0.05),
         law: Law::Axes(|_| vec![(Column::Constant, 1.0)]),
         everyday: true,
         meaning: "The model lacks a constant rate on the gyro: a bias, present at rest and in motion alike.",
@@ -102,7 +106,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "gyro_bias_temperature",
         equation: "omega_i += c_i (T_i - T_i(start))",
         unit: "rad/s/K",
-        size: Size::of(0.001),
+        size: Size::of(1e-6, 0.001),
         law: Law::Axes(|i| vec![(Column::Warming(i), 1.0)]),
         everyday: true,
         meaning: "The gyro bias moves with the temperature of its block and the model keeps it constant.",
@@ -112,7 +116,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "gyro_bias_temperature_rate",
         equation: "omega_i += c_i dT_i/dt",
         unit: "rad/K",
-        size: Size::of(0.1),
+        size: Size::of(1e-5, 0.1),
         law: Law::Axes(|i| vec![(Column::WarmingRate(i), 1.0)]),
         everyday: false,
         meaning: "The gyro bias follows the rate of temperature change (a gradient across the block) and the model knows no such term.",
@@ -122,7 +126,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "gyro_bias_magnetic",
         equation: "omega_i += sum_j c_ij B_j",
         unit: "rad/s/T",
-        size: Size::of(10.0),
+        size: Size::of(1e-3, 10.0),
         law: Law::Nine(Column::Magnetic),
         everyday: false,
         meaning: "The gyro output moves with the magnetic field at the block and the model has no such term.",
@@ -132,7 +136,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "gyro_g_bias",
         equation: "omega_i += sum_j G_ij f_j",
         unit: "rad/s per m/s^2",
-        size: Size::of(0.001),
+        size: Size::of(1e-7, 0.001),
         law: Law::Nine(Column::Force),
         everyday: false,
         meaning: "The gyro output moves with the specific force (g-sensitivity) and the model has no such term.",
@@ -142,7 +146,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "gyro_g2_bias",
         equation: "omega_i += g_i f_i^2",
         unit: "rad/s per (m/s^2)^2",
-        size: Size::of(0.0001),
+        size: Size::of(1e-8, 0.0001),
         law: Law::Axes(|i| vec![(Column::ForceSquare(i), 1.0)]),
         everyday: false,
         meaning: "The gyro answers to the square of the force along its axis, so vibration leaves a drift.",
@@ -152,7 +156,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "gyro_scale",
         equation: "omega_i += s_i (omega_i + dither rate_i)",
         unit: "1",
-        size: Size::of(0.1),
+        size: Size::of(1e-5, 0.1),
         law: Law::Axes(|i| vec![(Column::Increment(i), 1.0), (Column::Dither(i), 1.0)]),
         everyday: true,
         meaning: "The gyro's scale is not what the model says: the laser senses case motion and dither alike with a scale error.",
@@ -162,7 +166,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "gyro_scale_asymmetry",
         equation: "omega_i += a_i |omega_i|",
         unit: "1",
-        size: Size::of(0.05),
+        size: Size::of(1e-5, 0.05),
         law: Law::Axes(|i| vec![(Column::Magnitude(i), 1.0)]),
         everyday: false,
         meaning: "The gyro has a different scale for positive and negative rotation, so an oscillation leaves a drift.",
@@ -172,7 +176,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "gyro_scale_quadratic",
         equation: "omega_i += q_i omega_i^2",
         unit: "s/rad",
-        size: Size::of(0.1),
+        size: Size::of(1e-5, 0.1),
         law: Law::Axes(|i| vec![(Column::Square(i), 1.0)]),
         everyday: false,
         meaning: "The gyro has a small term in the square of its rate, so an oscillation leaves a drift that grows as its square.",
@@ -182,7 +186,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "gyro_scale_cubic",
         equation: "omega_i += q_i omega_i^3",
         unit: "s^2/rad^2",
-        size: Size::of(0.1),
+        size: Size::of(1e-5, 0.1),
         law: Law::Axes(|i| vec![(Column::Cube(i), 1.0)]),
         everyday: false,
         meaning: "The scale of the gyro changes with the square of its rate.",
@@ -192,7 +196,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "installation",
         equation: "delta_ij constant",
         unit: "rad",
-        size: Size::of(0.3),
+        size: Size::of(3e-5, 0.3),
         law: Law::Tilts(|_, _, senses| Column::Increment(senses), 1.0),
         everyday: true,
         meaning: "The sensing axes do not lie where the installation matrix of the model puts them, so each gyro sees a share of the rates across it.",
@@ -202,7 +206,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "installation_temperature",
         equation: "delta_ij = c_ij (T_i - T_i(start))",
         unit: "rad/K",
-        size: Size::of(0.01),
+        size: Size::of(1e-5, 0.01),
         law: Law::Tilts(
             |gyro, _, senses| Column::WarmingTimesIncrement(gyro, senses),
             1.0,
@@ -215,7 +219,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "axis_flexure",
         equation: "delta_ij = -K_ij alpha_j",
         unit: "s^2",
-        size: Size::of(1e-5),
+        size: Size::of(1e-7, 1e-5),
         law: Law::Tilts(|_, about, senses| Column::Flexure(about, senses), -1.0),
         everyday: false,
         meaning: "The dither suspension is not stiff: under angular acceleration each laser block lags its case, its sensing axis tilts by K times the acceleration, and the tilt times the cross rate rectifies into a drift whenever the motion cones.",
@@ -225,7 +229,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "axis_flexure_cubic",
         equation: "delta_ij = -Q_ij alpha_j^3",
         unit: "s^6/rad^2",
-        size: Size::of(1e-8),
+        size: Size::of(1e-12, 1e-8),
         law: Law::Tilts(|_, about, senses| Column::CubicFlexure(about, senses), -1.0),
         everyday: false,
         meaning: "The dither suspension bends more than in proportion: the tilt has a term in the cube of the angular acceleration.",
@@ -235,7 +239,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "axis_tilt_by_force",
         equation: "delta_ij = tau_ij f_k",
         unit: "rad per m/s^2",
-        size: Size::of(0.001),
+        size: Size::of(1e-7, 0.001),
         law: Law::Tilts(|_, _, senses| Column::ForceTimesIncrement(senses), 1.0),
         everyday: false,
         meaning: "The block bends under specific force, so its sensing axis tilts with gravity and vibration.",
@@ -245,7 +249,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "elastic_rate_by_force",
         equation: "omega_i += sum_j U_ij df_j/dt",
         unit: "rad per m/s^2",
-        size: Size::of(0.001),
+        size: Size::of(1e-7, 0.001),
         law: Law::Nine(Column::ForceRate),
         everyday: false,
         meaning: "The block turns elastically with the force on it; the gyro reports that turning as a rate of the case.",
@@ -255,7 +259,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "elastic_rate_by_jerk",
         equation: "omega_i += sum_j W_ij d2omega_j/dt2",
         unit: "s^2",
-        size: Size::of(0.001),
+        size: Size::of(1e-7, 0.001),
         law: Law::Nine(Column::Jerk),
         everyday: false,
         meaning: "The block turns elastically about its sensing axis under angular acceleration, so the gyro reports a rate the case does not have.",
@@ -265,7 +269,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "gyro_bandwidth",
         equation: "omega_i += (v_i/2) d2omega_i/dt2",
         unit: "s^2",
-        size: Size::positive(0.002),
+        size: Size::positive(1e-7, 0.002),
         law: Law::Axes(|i| vec![(Column::Jerk(i), 0.5)]),
         everyday: false,
         meaning: "A filter on the gyro's path smooths its rate, and the model has none.",
@@ -275,7 +279,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "gyro_delay",
         equation: "omega_i(t - d_i) instead of omega_i(t)",
         unit: "s",
-        size: Size::of(0.1),
+        size: Size::of(2e-5, 0.1),
         law: Law::Axes(|i| vec![(Column::Delay(i), -1.0)]),
         everyday: true,
         meaning: "The gyro channel is late (or early) against the reference by a fixed time that the model does not know.",
@@ -285,7 +289,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "dither_gain",
         equation: "block rate_i = (1 + g_i) pickoff rate_i",
         unit: "1",
-        size: Size::of(0.2),
+        size: Size::of(1e-4, 0.2),
         law: Law::Axes(|i| vec![(Column::Dither(i), 1.0)]),
         everyday: true,
         meaning: "The dither pickoff reads the block motion with a wrong gain, so stripping leaves a residue of the dither in the increments.",
@@ -295,7 +299,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "dither_delay",
         equation: "block_i(t) = pickoff_i(t + d_i)",
         unit: "s",
-        size: Size::of(0.001),
+        size: Size::of(1e-6, 0.001),
         law: Law::Axes(|i| vec![(Column::DitherDelay(i), 1.0)]),
         everyday: false,
         meaning: "The dither pickoff is sampled late against the pulse counter, so stripping leaves a residue in quadrature with the dither.",
@@ -305,7 +309,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "dither_cubic",
         equation: "block angle_i += c_i pickoff_i^3",
         unit: "1/rad^2",
-        size: Size::of(1e6),
+        size: Size::of(1e2, 1e6),
         law: Law::Axes(|i| vec![(Column::DitherCube(i), 1.0)]),
         everyday: false,
         meaning: "The dither pickoff is not linear: a cubic term leaves lines at one and three times the dither frequency after stripping.",
@@ -315,7 +319,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "dither_crosstalk",
         equation: "omega_i += c_ij dither rate_j",
         unit: "1",
-        size: Size::of(0.1),
+        size: Size::of(1e-4, 0.1),
         law: Law::Across(Column::Dither),
         everyday: false,
         meaning: "The gyro senses a share of the dither of a neighbouring block, through the structure or the electronics.",
@@ -325,7 +329,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "reference_misalignment",
         equation: "reference reads omega - r x omega",
         unit: "rad",
-        size: Size::of(0.3),
+        size: Size::of(1e-4, 0.3),
         law: Law::Body(|parameter, axis| {
             // (r × ω)_axis = Σ ε_{axis, parameter, k} ω_k.
             if parameter == axis {
@@ -347,7 +351,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "reference_delay",
         equation: "reference(t) = case(t - d)",
         unit: "s",
-        size: Size::positive(0.1),
+        size: Size::positive(2e-5, 0.1),
         law: Law::Common(|i| vec![(Column::Delay(i), 1.0)]),
         everyday: true,
         meaning: "The clock of the reference and the clock of the gyros differ by a fixed time.",
@@ -357,7 +361,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "reference_scale",
         equation: "reference_i = (1 + r_i) case_i",
         unit: "1",
-        size: Size::of(0.1),
+        size: Size::of(1e-5, 0.1),
         law: Law::Body(|parameter, axis| {
             if parameter == axis {
                 vec![(Column::Increment(axis), -1.0)]
@@ -373,7 +377,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "reference_bandwidth",
         equation: "reference_i = omega_i + (v_i/2) d2omega_i/dt2",
         unit: "s^2",
-        size: Size::positive(0.002),
+        size: Size::positive(1e-7, 0.002),
         law: Law::Body(|parameter, axis| {
             if parameter == axis {
                 vec![(Column::Jerk(axis), -0.5)]
@@ -389,7 +393,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "earth_rate",
         equation: "omega += C(t)^T omega_earth(start)",
         unit: "rad/s",
-        size: Size::of(7.3e-5),
+        size: Size::of(5e-5, 7.3e-5),
         law: Law::Body(|parameter, axis| vec![(Column::SpaceVector(parameter, axis), 1.0)]),
         everyday: false,
         meaning: "The reference reports motion against the Earth and the gyros against space: the rotation of the Earth is missing from the prediction.",

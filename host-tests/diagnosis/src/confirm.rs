@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use rlg_catalogue::candidates::{PoolColumns, Variant};
+use rlg_catalogue::candidates::{PoolColumns, Variant, is_delay};
 use rlg_catalogue::entries::{STEP, UNLISTED};
 use rlg_catalogue::{Candidate, Pool};
 use rlg_inference::block_validation::BlockSums;
@@ -22,6 +22,7 @@ use super::pass::{left_on, subtract};
 use super::plan::AnalysisPlan;
 use super::reenact::{Named, Reenactment, reenact};
 use super::search::{Found, effect_rad};
+use super::told::told;
 use super::whitened::Whitener;
 use rlg_signal::streams::{Triad, add};
 
@@ -260,6 +261,8 @@ pub struct Confirmed {
     pub unconfirmed: Vec<usize>,
     /// Places in [`Found::judged`] that the recording re-enacted without them shows as well.
     pub reenacted_away: Vec<usize>,
+    /// Kinds of such that an earlier search found, without which this one was made.
+    pub shown_anyway: Vec<&'static str>,
     /// Places in [`Found::judged`] whose value no unit can have where all rows are fitted.
     pub impossible: Vec<usize>,
     /// Re-enactments without each named member.
@@ -270,6 +273,19 @@ pub struct Confirmed {
     pub recordings: Vec<Option<String>>,
     /// The fit of the headlines.
     pub last: Final,
+}
+
+impl Confirmed {
+    /// Kinds that re-enactments show as well, without which something else may explain the recording. Not those of the path
+    /// that the motion was seen along.
+    pub(super) fn fallen(&self, found: &Found) -> Vec<&'static str> {
+        let members = self.reenacted_away.iter();
+        let members = members.map(|&place| &found.candidates[found.judged[place].hypothesis]);
+        members
+            .filter(|one| !is_delay(one.kind) && one.variant != Variant::LowPass)
+            .map(|one| one.kind)
+            .collect()
+    }
 }
 
 /// Takes away what does not hold in blocks of the rows, and what the recording shows even where it is re-enacted without it; `None`
@@ -308,6 +324,7 @@ pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<
                 predictions,
                 unconfirmed,
                 reenacted_away,
+                shown_anyway: Vec::new(),
                 impossible,
                 reenactments,
                 instant_std_rows,
@@ -423,6 +440,8 @@ pub struct Final {
     pub left_rad: Triad,
     /// Where what it leaves is not the noise that was fitted.
     pub misfits: Vec<Misfit>,
+    /// Gyros of which the number of each member is told.
+    pub told: Vec<[bool; 3]>,
 }
 
 /// Octaves in which what a fit over `candidates` leaves of a recording is not its noise.
@@ -485,6 +504,8 @@ fn refit(data: &Data, found: &Found, members: &[usize], plan: &AnalysisPlan) -> 
     let all: Vec<usize> = (0..hypotheses.len()).collect();
     let mut fit = search.fit(&all, None);
     let misfits = misfits_of(data, &equations, (&fit, &candidates), plan);
+    let set: Vec<_> = hypotheses.iter().zip(&candidates).collect();
+    let told = told(&equations, &set, &fit, plan.class_within);
     let stops = Stops {
         data,
         signals: &found.motion.signals,
@@ -498,5 +519,6 @@ fn refit(data: &Data, found: &Found, members: &[usize], plan: &AnalysisPlan) -> 
         left_rad: left_by(found, &fit),
         fit,
         misfits,
+        told,
     })
 }

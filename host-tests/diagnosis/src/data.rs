@@ -151,6 +151,12 @@ impl<'a> Data<'a> {
         })
     }
 
+    /// Forgets what a search found: the next one may go another way.
+    pub fn forget_found(&mut self) {
+        self.late_rows = self.known_path.longest_delay_s() * self.streams.rate_hz;
+        self.found_share = Matrix3::zeros();
+    }
+
     /// Channels besides the motion that columns are made of.
     pub fn inputs(&self) -> Inputs<'_> {
         Inputs::of(self.streams)

@@ -5,6 +5,7 @@ use std::path::Path;
 use rlg_model::Model;
 use rlg_recording::error::InputError;
 
+use super::confirm::confirmed;
 use super::outcome::Outcome;
 use super::settings::Settings;
 use super::{data, findings, registration, search, self_test, settle};
@@ -68,7 +69,7 @@ pub fn diagnose_also<T>(
     faults: &[Fault],
     (model, model_file): (&Model, &Path),
     progress: &dyn Fn(&str),
-    also: impl FnOnce(&data::Data, &search::Found) -> T,
+    also: impl Fn(&data::Data, &search::Found) -> T,
 ) -> Result<Option<(Outcome, T)>, InputError> {
     let Settings {
         left_out,
@@ -77,18 +78,31 @@ pub fn diagnose_also<T>(
         ..
     } = *settings;
     let mut data = data::Data::new(streams, model, plan, model_file)?;
-    let Some(mut found) = settle::find(&mut data, left_out, plan, progress) else {
-        return Ok(None);
-    };
-    let also = also(&data, &found);
-    progress("trying the search on this recording");
-    let tested = self_test::self_test(&found, plan, seed);
-    // The set stands: its findings need no columns by frequency, which are most of the memory.
-    found.equations.truncate(0);
-    progress("writing the findings");
-    let outcome = findings::outcome(&data, &mut found, faults, seed, plan);
-    Ok(outcome.map(|mut outcome| {
-        outcome.diagnosis.self_test = tested;
-        (outcome, also)
-    }))
+    // Kinds that this recording shows even where it is re-enacted without them: they explain nothing of it.
+    let mut shown_anyway: Vec<&'static str> = Vec::new();
+    loop {
+        let without = [left_out, &shown_anyway[..]].concat();
+        let Some(mut found) = settle::find(&mut data, &without, plan, progress) else {
+            return Ok(None);
+        };
+        let also = also(&data, &found);
+        progress("trying the search on this recording");
+        let tested = self_test::self_test(&found, plan, seed);
+        // The set stands: its findings need no columns by frequency, which are most of the memory.
+        found.equations.truncate(0);
+        progress("writing the findings");
+        let Some(mut confirmed) = confirmed(&data, &mut found, plan) else {
+            return Ok(None);
+        };
+        confirmed.shown_anyway = shown_anyway;
+        let fallen = confirmed.fallen(&found);
+        if fallen.is_empty() {
+            let mut outcome = findings::outcome((&data, &found), &confirmed, faults, seed, plan);
+            outcome.diagnosis.tell(tested);
+            return Ok(Some((outcome, also)));
+        }
+        progress("searching without what re-enactments show as well");
+        shown_anyway = confirmed.shown_anyway;
+        shown_anyway.extend(fallen);
+    }
 }

@@ -16,7 +16,7 @@ use rlg_signal::partition::Use;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use super::by_regime;
-use super::confirm::{Confirmed, Final, confirmed};
+use super::confirm::{Confirmed, Final};
 use super::data::Data;
 use super::entries_of_rows::{channel, fault_entry};
 use super::excess_noise::excess;
@@ -52,6 +52,8 @@ struct Finding<'a> {
     block: std::ops::Range<usize>,
     squared_size: f64,
     rank: usize,
+    /// Gyros of which its number is told, where all share one.
+    told: [bool; 3],
     /// The one of several recordings that it is of; `None` where it is of all.
     recording: Option<&'a str>,
     /// Kinds that the recording cannot tell from it.
@@ -71,17 +73,15 @@ struct Finding<'a> {
     regimes: Vec<RegimeEntry>,
 }
 
-/// What is written of a search.
+/// What is written of a set that is confirmed.
 pub fn outcome(
-    data: &Data,
-    found: &mut Found,
+    of: (&Data, &Found),
+    confirmed: &Confirmed,
     faults: &[Fault],
     seed: u64,
     plan: &AnalysisPlan,
-) -> Option<Outcome> {
-    let confirmed = confirmed(data, found, plan)?;
-    let (outcome, _) = written((data, found), &confirmed, faults, seed, plan);
-    Some(outcome)
+) -> Outcome {
+    written(of, confirmed, faults, seed, plan).0
 }
 
 /// The same of a set that is confirmed.
@@ -100,6 +100,7 @@ pub(super) fn written(
         fit,
         left_rad,
         misfits,
+        ..
     } = &confirmed.last;
     let after_rad = &data.aside.with_unexplained(left_rad);
     let before_rad = &data.aside.with_all(&found.residual_rad);
@@ -322,6 +323,7 @@ fn finding<'a>(
             2.0 * (found.fit.log_likelihood - without.log_likelihood).max(0.0)
         },
         rank: fit.ranks[place],
+        told: confirmed.last.told[place],
         alike: alike.into_iter().map(str::to_string).collect(),
         or_drift: judged.cost_against_drift < plan.drift_within,
         cost_without: judged.cost_without,
@@ -346,6 +348,20 @@ struct Number {
     unit: &'static str,
 }
 
+/// A sentence on the gyros of which a number is not told; empty where it is told of all.
+fn of_the_others(told: [bool; 3]) -> String {
+    let others = (0..3).filter(|&axis| !told[axis]).map(|axis| AXES[axis]);
+    let others: Vec<&str> = others.collect();
+    match others[..] {
+        [] => String::new(),
+        [one] => format!(" Gyro {one} moves too little to show whether it does so, too."),
+        _ => format!(
+            " Gyros {} move too little to show whether they do so, too.",
+            others.join(" and ")
+        ),
+    }
+}
+
 /// The parameters of a finding with their covariance.
 fn numbers(one: &Finding, fit: &Fit) -> (Vec<Number>, DMatrix<f64>) {
     let at = one.block.start;
@@ -362,15 +378,19 @@ fn numbers(one: &Finding, fit: &Fit) -> (Vec<Number>, DMatrix<f64>) {
     };
     let kind = one.candidate.kind;
     let stated = |k: usize| entries::value_of(kind, one.candidate.base[k] + fit.estimate[at + k]);
-    // One value that all gyros share stands on each of them.
+    // One value that all gyros share stands on each of them that shows it.
     let shared = (one.candidate.variant == Variant::Common
         && matches!(
             entries::find(kind).map(|entry| entry.law),
             Some(Law::Axes(_))
         ))
-    .then(|| AXES.map(|axis| (axis.to_string(), 0)));
+    .then(|| {
+        (0..3)
+            .filter(|&axis| one.told[axis])
+            .map(|axis| (AXES[axis].to_string(), 0))
+    });
     let names: Vec<(String, usize)> = match shared {
-        Some(shared) => shared.to_vec(),
+        Some(shared) => shared.collect(),
         None => one.candidate.names.iter().cloned().zip(0..).collect(),
     };
     let covariance = DMatrix::from_fn(names.len(), names.len(), |a, b| {
@@ -448,6 +468,7 @@ fn entry(one: &Finding, fit: &Fit, (streams, signals): (&Streams, &Signals)) -> 
             " A drifting gyro explains it as well: a longer record, or a second cycle of what drives it, would decide.",
         );
     }
+    what_was_left_out.push_str(&of_the_others(one.told));
     let tail = ChiSquared::new(one.rank.max(1) as f64).map_or(1.0, |law| law.sf(one.squared_size));
     EffectEntry {
         kind: one.candidate.kind.to_string(),
@@ -690,10 +711,11 @@ fn summary(
             kind_of(place)
         ));
     }
-    for &place in &confirmed.reenacted_away {
+    let fallen = confirmed.reenacted_away.iter();
+    let fallen = fallen.map(|&place| kind_of(place));
+    for kind in confirmed.shown_anyway.iter().copied().chain(fallen) {
         lines.push(format!(
-            "Not named: {}: the recording re-enacted without it shows as much of it.",
-            kind_of(place)
+            "Not named: {kind}: the recording re-enacted without it shows as much of it."
         ));
     }
     for &place in &confirmed.impossible {

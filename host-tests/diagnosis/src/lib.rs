@@ -81,6 +81,8 @@ pub mod goodness;
 
 pub mod reenact;
 
+mod told;
+
 pub mod confirm;
 
 pub mod excess_noise;

@@ -90,6 +90,7 @@ pub(super) fn settle(
     plan: &AnalysisPlan,
     progress: &dyn Fn(&str),
 ) -> Option<Settled> {
+    data.forget_found();
     let mut rows = Rows::of(data)?;
     let left = residual_of_model(data, plan)?;
     let far = coarse(data, &left, &rows.seen, &plan.coarse);

@@ -81,6 +81,14 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
+    /// Adds how the search answers on this recording, where it was tried.
+    pub fn tell(&mut self, tested: Option<Tested>) {
+        if let Some(tested) = tested {
+            self.self_test = Some(tested.self_test);
+            self.sensitivity = tested.sensitivity;
+        }
+    }
+
     /// What is written of a recording of which nothing can be said, with the reason `why`.
     pub fn unusable(recording: &str, seed: u64, why: &str) -> Self {
         Self {
@@ -553,6 +561,17 @@ pub struct Sensitivity {
     pub typical: f64,
     /// Unit.
     pub unit: String,
-    /// Matched-filter SNR at that size.
+    /// Matched-filter SNR of one of its numbers alone at that size, that which shows best.
     pub snr: f64,
+    /// The same of the number that shows worst; 0 where no size of it that anybody would believe is found.
+    pub snr_weakest: f64,
+}
+
+/// How a search answers on the very recording that it searched.
+#[derive(Debug, Clone)]
+pub struct Tested {
+    /// What it made of noise alone, and of effects added to it.
+    pub self_test: SelfTestEntry,
+    /// How well each kind would show, in the order of the catalogue.
+    pub sensitivity: Vec<Sensitivity>,
 }

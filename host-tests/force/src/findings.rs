@@ -7,13 +7,14 @@ use nalgebra::{DMatrix, DVector};
 use rlg_diagnosis::locate::{self, Location};
 use rlg_diagnosis::noise_levels::reported;
 use rlg_diagnosis::noise_spectrum::Noise;
+use rlg_diagnosis::self_test::{Reach, Row, self_test_on, tell_also};
 use rlg_diagnosis::validate::{Validation, drift_chance, validate};
 use rlg_diagnosis::{Outcome, entries_of_rows};
 use rlg_findings::combinations::identifiable;
 use rlg_findings::entries::unlisted;
 use rlg_findings::result::{
     ChannelEntry, EffectEntry, EvidenceEntry, ForceNoiseEntry, LocationEntry, ParameterEntry,
-    RunnerUp, UNLISTED, Verdict,
+    RunnerUp, Tested, UNLISTED, Verdict,
 };
 use rlg_findings::sentences::{effect_lines, opening};
 use rlg_findings::updated_model::switch_on;
@@ -26,7 +27,7 @@ use crate::candidates::{Candidate, Variant};
 use crate::diagnose::Diagnosed;
 use crate::kinds::{self, DELAY, KINDS, Kind};
 use crate::prediction::channel_name;
-use crate::search::of_verticals;
+use crate::search::{Found, of_verticals};
 
 /// m/s² to millionths of standard gravity.
 const MICRO_G: f64 = 1e6 / rlg_recording::units::STANDARD_GRAVITY_M_S2;
@@ -93,6 +94,8 @@ impl Diagnosed {
         diagnosis.trials += self.found.tried;
         diagnosis.runners_up.extend(self.runners_up());
         diagnosis.not_excluded.extend(self.not_excluded());
+        let tested = self.self_test(diagnosis.seed);
+        tell_also(diagnosis, tested);
         let confused = (0..self.confirmed.named.len())
             .find(|&place| !self.alike(place).is_empty() && self.candidate(place).kind != UNLISTED);
         if let Some(kind) = confused.and_then(|place| kind_of(self.candidate(place))) {
@@ -531,6 +534,23 @@ impl Diagnosed {
         lines
     }
 
+    /// How the search answers to noise and to known effects on these rows.
+    fn self_test(&self, seed: u64) -> Option<Tested> {
+        let Found {
+            candidates,
+            fit,
+            equations,
+            ..
+        } = &self.found;
+        let members = fit
+            .members
+            .iter()
+            .map(|&place| &candidates[place].hypothesis);
+        let rows: Vec<Row> = candidates.iter().filter_map(row_of).collect();
+        let of = (&fit.levels[..], &members.collect::<Vec<_>>()[..]);
+        self_test_on(equations, of, &rows, (&self.plan.shared, seed))
+    }
+
     fn not_excluded(&self) -> Vec<String> {
         let is_found = |kind: &Kind| {
             (0..self.confirmed.named.len()).any(|place| self.candidate(place).kind == kind.kind)
@@ -577,6 +597,17 @@ impl Diagnosed {
         let stds = (0..one.hypothesis.parameters).map(|k| fit.covariance[(k, k)].sqrt());
         kind.typical / stds.fold(f64::INFINITY, f64::min)
     }
+}
+
+/// A candidate in the self-test; `None` of expressions.
+fn row_of(one: &Candidate) -> Option<Row<'_>> {
+    let kind = kind_of(one)?;
+    let reach = Reach {
+        unit: kind.unit,
+        typical: kind.typical,
+        largest: kind.largest,
+    };
+    Some(Row::new(one.kind, &one.hypothesis, Some(reach)))
 }
 
 fn kind_of(one: &Candidate) -> Option<&'static Kind> {

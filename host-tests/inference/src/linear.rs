@@ -9,8 +9,13 @@ pub(crate) const LEAST_INFORMATION: f64 = 1e-200;
 
 /// Inverse over the directions that are there, rows scaled to unit diagonal before.
 pub fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    pseudo_inverse_beside(matrix, matrix)
+}
+
+/// The same of what is left of a `whole` matrix, over the directions that are left of that: the rest is rounding.
+pub fn pseudo_inverse_beside(matrix: &DMatrix<f64>, whole: &DMatrix<f64>) -> DMatrix<f64> {
     let scale: Vec<f64> = (0..matrix.nrows())
-        .map(|k| 1.0 / matrix[(k, k)].max(1e-200).sqrt())
+        .map(|k| 1.0 / whole[(k, k)].max(1e-200).sqrt())
         .collect();
     let count = matrix.nrows();
     if count == 0 {

@@ -102,21 +102,20 @@ pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
                     @if diagnosis.verdict == Verdict::Matches {
                         "Nothing was found. That is worth as much as what would have been found. "
                     }
-                    "Below, each kind at a size that such instruments show, with the signal-to-noise ratio that this recording's motion and noise give it. "
-                    "From " (number(NEEDED_SNR)) " on (the line; logarithmic scale) it is found reliably; the last column is the size at which that happens."
+                    "Below, each kind at a size that such instruments show, with the signal-to-noise ratio that this recording's motion and noise give the one of its numbers that shows best. "
+                    "From " (number(NEEDED_SNR)) " on (the line; logarithmic scale) it is found reliably; the last column is the size at which that happens, for the number that shows best and for the one that shows worst."
                 }
                 div.scroll { table.bars.reach {
                     thead { tr { th { "kind" } th { "typical size" } th { "signal to noise" } th {} th { "found from" } } }
                     tbody {
                         @for entry in &reach {
                             @let (factor, unit) = display_unit(&entry.unit);
-                            @let from = entry.typical * NEEDED_SNR / entry.snr;
                             tr {
                                 td { (plain(&entry.kind)) }
                                 td.number { (two_digits(entry.typical * factor)) " " (unit) }
                                 td.number { (two_digits(entry.snr)) }
                                 td.wide { (log_bar(entry.snr, low, high, NEEDED_SNR)) }
-                                td.number { (two_digits(from * factor)) " " (unit) }
+                                td.number { (found_from(entry)) }
                             }
                         }
                     }
@@ -125,6 +124,20 @@ pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
                 @if let Some(test) = self_test_shown(diagnosis) { (self_test(test)) }
             }
         }
+    }
+}
+
+/// Sizes from which the numbers of a kind are found, best to worst.
+fn found_from(entry: &Sensitivity) -> String {
+    let (factor, unit) = display_unit(&entry.unit);
+    let from = |snr: f64| two_digits(entry.typical * factor * NEEDED_SNR / snr);
+    let (best, worst) = (from(entry.snr), from(entry.snr_weakest));
+    if entry.snr_weakest == 0.0 {
+        format!("{best} {unit}, some never")
+    } else if best == worst {
+        format!("{best} {unit}")
+    } else {
+        format!("{best} to {worst} {unit}")
     }
 }
 

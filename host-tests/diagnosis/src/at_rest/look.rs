@@ -21,11 +21,13 @@ use super::rows::Parted;
 use super::settle::{settle, without_effects};
 use super::slow_words::{slow_effects, with_found};
 use super::{noise, steady};
+use crate::confirm::confirmed;
 use crate::data::Data;
 use crate::findings;
 use crate::goodness::Misfit;
 use crate::outcome::Outcome;
 use crate::search::Found;
+use crate::self_test::self_test;
 use crate::settings::Settings;
 
 /// What rows of one rate show.
@@ -90,12 +92,14 @@ pub(super) fn look(
         fitted: runs_of(&[Use::Train, Use::Confirm]),
         held_out: runs_of(&[Use::Test]),
     };
+    let tested = self_test(&found, plan, settings.seed);
     found.equations.truncate(0);
     progress("writing the findings");
-    let Some(mut outcome) = findings::outcome(&data, &mut found, faults, settings.seed, plan)
-    else {
+    let Some(confirmed) = confirmed(&data, &mut found, plan) else {
         return Ok(None);
     };
+    let mut outcome = findings::outcome((&data, &found), &confirmed, faults, settings.seed, plan);
+    outcome.diagnosis.tell(tested);
     // Of summed rows the noise says less than of those that were recorded.
     let diagnosis = &mut outcome.diagnosis;
     let (others, effects) = std::mem::take(&mut diagnosis.effects)

@@ -131,7 +131,7 @@ pub fn diagnose_also<T>(
         (model, seed, plan),
     );
     outcome.diagnosis.summary.extend(lines);
-    outcome.diagnosis.self_test = tested_on;
+    outcome.diagnosis.tell(tested_on);
     if let Some(turned) = turned {
         turned.report(&mut outcome);
     }

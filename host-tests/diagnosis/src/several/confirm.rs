@@ -22,6 +22,7 @@ use crate::noise_levels::{drift_prior, mean};
 use crate::plan::AnalysisPlan;
 use crate::reenact::{Named, Reenactment, Stage, repeat, squared_size};
 use crate::search::Found;
+use crate::told::told;
 
 /// Members of the found set by what becomes of them, as in [`crate::confirm::Confirmed`].
 pub(crate) struct Confirmed {
@@ -39,6 +40,8 @@ pub(crate) struct Confirmed {
     pub(crate) fit: Fit,
     /// Where what it leaves of each recording, and of sums behind them, is not the noise that was fitted.
     pub(crate) misfits: Vec<Vec<Misfit>>,
+    /// Gyros of which the number of each headline is told.
+    pub(crate) told: Vec<[bool; 3]>,
 }
 
 /// Each recording's share of what was found: the same members, places as in [`Together::shared`], over its own columns.
@@ -96,11 +99,11 @@ pub(crate) fn confirmed(
             .map(|&place| headline(&together.judged[place], &candidates))
             .collect();
         let mut last = refit((all, sums), together, found, &headlines, plan)?;
-        let instant_std_rows = instants(all, together, found, &mut headlines, &last.0);
+        let instant_std_rows = instants(all, together, found, &mut headlines, &last.fit);
         if instant_std_rows.iter().any(Option::is_some) {
             last = refit((all, sums), together, found, &headlines, plan)?;
         }
-        let (fit, misfits) = last;
+        let Refitted { fit, misfits, told } = last;
         if let Some(&place) = fit.impossible.first() {
             impossible.push(named.remove(place));
             continue;
@@ -122,6 +125,7 @@ pub(crate) fn confirmed(
                 instant_std_rows,
                 fit,
                 misfits,
+                told,
             });
         };
         reenacted_away.push(named.remove(weakest));
@@ -212,6 +216,7 @@ fn instants(
             left_rad: left_by(&found[recording], &fit),
             fit,
             misfits: Vec::new(),
+            told: Vec::new(),
         };
         let mut own = headlines.to_vec();
         let of_own = settle_instants(&all[recording], &mut found[recording], &mut own, &last);
@@ -238,6 +243,15 @@ fn instants(
     std_rows
 }
 
+/// The headlines, fitted anew.
+struct Refitted {
+    fit: Fit,
+    /// Where what it leaves is not noise, by recording.
+    misfits: Vec<Vec<Misfit>>,
+    /// Gyros of which the number of each member is told.
+    told: Vec<[bool; 3]>,
+}
+
 /// Fits the headlines to all rows that are no test.
 fn refit(
     (all, sums): (&[Data], Option<&Sums>),
@@ -245,7 +259,7 @@ fn refit(
     found: &[Found],
     headlines: &[usize],
     plan: &AnalysisPlan,
-) -> Option<(Fit, Vec<Vec<Misfit>>)> {
+) -> Option<Refitted> {
     let mut parts: Vec<(NormalEquations, Vec<Candidate>)> = Vec::with_capacity(all.len());
     for (data, own) in all.iter().zip(found) {
         let fitted = data.rows_of(&[Use::Train, Use::Confirm]);
@@ -309,8 +323,13 @@ fn refit(
         }
     });
     let misfits = misfits.collect();
+    let members = headlines
+        .iter()
+        .map(|&place| &together.shared[place].candidate);
+    let set: Vec<_> = joined.iter().zip(members).collect();
+    let told = told(&likelihood, &set, &fit, plan.class_within);
     fit.members = headlines.to_vec();
-    Some((fit, misfits))
+    Some(Refitted { fit, misfits, told })
 }
 
 /// The hypothesis of a headline over the columns of each part.

@@ -88,7 +88,7 @@ pub fn diagnose_also<T>(
         (&faults, Beside::HeldOut(held_out)),
         (model, seed, plan),
     );
-    outcome.diagnosis.self_test = tested_on;
+    outcome.diagnosis.tell(tested_on);
     Ok(Some((outcome, found.iter().map(also).collect())))
 }
 

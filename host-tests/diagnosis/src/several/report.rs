@@ -212,6 +212,7 @@ fn of_recording(
         predictions: confirmed.predictions.clone(),
         unconfirmed: here(&confirmed.unconfirmed),
         reenacted_away: here(&confirmed.reenacted_away),
+        shown_anyway: Vec::new(),
         impossible: here(&confirmed.impossible),
         reenactments: told
             .iter()
@@ -226,6 +227,7 @@ fn of_recording(
             fit: own,
             left_rad,
             misfits: confirmed.misfits[recording].clone(),
+            told: told.iter().map(|&place| confirmed.told[place]).collect(),
         },
     };
     let (outcome, added) = written((data, found), &confirmed, faults, seed, plan);

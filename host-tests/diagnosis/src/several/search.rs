@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use rlg_catalogue::candidates::is_delay;
 use rlg_catalogue::signals::Path;
 use rlg_catalogue::{Candidate, Pool, Sensed};
-use rlg_findings::result::SelfTestEntry;
+use rlg_findings::result::Tested;
 use rlg_inference::search::{DriftPrior, Judged, best_of};
 use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Search};
 
@@ -49,7 +49,7 @@ impl Together {
         &self,
         sums: Option<&NormalEquations>,
         (plan, seed): (&AnalysisPlan, u64),
-    ) -> Option<SelfTestEntry> {
+    ) -> Option<Tested> {
         let parts = self.passes.iter().map(|pass| &pass.equations);
         let data = JointLikelihood::new(parts.chain(sums).collect());
         let members = self.fit.members.iter();

@@ -122,6 +122,7 @@ fn evidence_against_a_kind_that_the_recording_does_not_excite_is_not_told_as_evi
         typical: 1.0,
         unit: "1".to_owned(),
         snr: 0.4,
+        snr_weakest: 0.3,
     };
     diagnosis.sensitivity.push(weak);
     diagnosis.runners_up.push(RunnerUp {
@@ -237,8 +238,8 @@ fn a_matching_recording_says_how_sensitive_it_was_and_claims_no_before_and_after
     };
     let page = page(&diagnosis, Some(&pictures(60.0)));
     assert!(page.contains("How sensitive this recording is"));
-    // typical 1e-7 s² at SNR 29.83, and 7 needed: 2.3e-8 s² would have been found
-    assert!(page.contains("2.3 × 10⁻⁸ s²"));
+    // typical 1e-7 s² at SNR 29.83 and 4.1, and 7 needed
+    assert!(page.contains("2.3 × 10⁻⁸ to 1.7 × 10⁻⁷ s²"));
     let (told, _) = page.split_once("<pre>").expect("the data end the page");
     for claim in [
         "the model as it was",
@@ -461,6 +462,7 @@ pub(super) fn explained() -> Diagnosis {
             typical: 1e-7,
             unit: "s^2".to_string(),
             snr: 29.834,
+            snr_weakest: 4.1,
         }],
         control: None,
         self_test: Some(SelfTestEntry {

@@ -208,6 +208,19 @@ fn attitudes_name_nothing(seeds: RangeInclusive<u64>) {
         let simulation = made(&text, seed);
         let diagnosis = told(&slow(&simulation, 20, 0), &simulation);
         names_nothing(&diagnosis, format!("seed {seed}"));
+        let test = diagnosis.self_test.expect("a self-test");
+        assert!(test.false_names < 6, "seed {seed}: {test:#?}");
+        let (weak, strong) = (&test.curve[0], &test.curve[3]);
+        // Theory: one in five of the weakest, all of the strongest.
+        assert!(2 * weak.detected < weak.injections, "seed {seed}: {weak:?}");
+        assert!(
+            10 * strong.named >= 9 * strong.injections,
+            "seed {seed}: {strong:?}"
+        );
+        let mut sizes = diagnosis.sensitivity.iter();
+        let scale = sizes.find(|one| one.kind == "gyro_scale");
+        let scale = scale.expect("a size from which a scale error is found");
+        assert!(scale.snr >= scale.snr_weakest && scale.snr_weakest > 0.0);
     }
 }
 

@@ -1,6 +1,7 @@
 //! Effects concealed by this workspace's simulator, which shares no code with the diagnosis. Sizes are
 //! those of real instruments, at a matched-filter SNR of 15 and more.
 
+use super::attitude::{instrument, still};
 use super::support::{at_a_quarter, concealed, holds, kinds, number, sizes_are};
 use rlg::diagnose::diagnose;
 use rlg::diagnose::result::{Diagnosis, Verdict};
@@ -79,6 +80,39 @@ fn nothing_is_found(seeds: RangeInclusive<u64>) {
             "seed {seed}: {strong:?}"
         );
     }
+}
+
+#[test]
+fn a_kind_is_found_from_the_size_that_the_report_promises_and_not_far_below_it() {
+    let clean = diagnosis_of("", 1);
+    let mut entries = clean.sensitivity.iter();
+    let entry = entries
+        .find(|one| one.kind == "gyro_scale")
+        .expect("a size");
+    assert!(entry.snr >= entry.snr_weakest && entry.snr_weakest > 0.0);
+    // All three numbers at SNR 7 each add up to 12; at SNR 1 to less than 2.
+    let of_snr =
+        |snr: f64| ["x", "y", "z"].map(|axis| (axis, snr * entry.typical / entry.snr_weakest));
+    is_named("gyro_scale", &of_snr(7.0));
+    let below = diagnosis_of(&concealed("gyro_scale", &of_snr(1.0)), 12);
+    assert!(below.effects.is_empty(), "{:#?}", below.summary);
+}
+
+/// A gyro that hardly moves shows no delay, and none is told of it.
+#[test]
+fn a_late_gyro_that_moves_alone_is_late_alone() {
+    let shaken = "[[motion]]\nkind = \"vibration\"\nlow_hz = 0.5\nhigh_hz = 8.0\n\
+        rate_rms_rad_s = [3e-5, 0.02, 3e-5]\nduration_s = 30.0\nramp_s = 0.5\n";
+    let gyros = instrument(200.0)
+        .replace("[2.1e-6, 1.9e-6, 2.0e-6]", "[2.1e-9, 1.9e-9, 2.0e-9]")
+        .replace("attitude = true\n", "");
+    let scenario = format!("{gyros}{}{shaken}", still(3.0));
+    let truth = [("y", 4e-5)];
+    let found = diagnosis_in(&scenario, &concealed("gyro_delay", &truth), 1);
+    assert_eq!(kinds(&found), ["gyro_delay"], "{:#?}", found.summary);
+    sizes_are(&found.effects[0], &truth);
+    let said = &found.effects[0].what_was_left_out;
+    assert!(said.contains("Gyros x and z move too little"), "{said}");
 }
 
 #[test]

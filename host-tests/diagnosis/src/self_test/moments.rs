@@ -1,4 +1,4 @@
-//! What the search would name in noise alone, and find of known effects, on this very recording.
+//! Trials of a search on the sums that its likelihood keeps.
 //!
 //! Under noise of the fitted levels the scores of all columns are one normal vector, whose covariance is the information
 //! that the search already has; an effect of given parameters adds information times parameters to it. So noise is drawn,
@@ -7,32 +7,22 @@
 //! Not in the trials: the fit of the noise, with drift; events and families; the confirmation, which only takes names away.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
-use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use rlg_catalogue::Candidate;
 use rlg_catalogue::candidates::Variant;
-use rlg_findings::result::{SelfTestEntry, SelfTestKind, SelfTestPoint};
-use rlg_inference::linear::pseudo_inverse;
+use rlg_findings::result::{Sensitivity, Tested};
+use rlg_inference::linear::{pseudo_inverse, pseudo_inverse_beside};
 use rlg_inference::{Hypothesis, Likelihood, NoiseLevels};
-use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
 
-use super::plan::AnalysisPlan;
-use super::scores::integrated;
-use super::search::Found;
-
-/// Draws of noise: none named among 200 bounds the share to 1.5 % with 95 % confidence.
-const DRAWS: usize = 200;
-
-/// Strengths of the effects that are added (matched-filter SNR): from seldom found to always.
-const RHO: [f64; 4] = [4.0, 6.0, 8.0, 10.0];
-
-/// Effects of each kind at each strength.
-const EACH: usize = 2;
+use super::{Reach, Said, Trials as _, beyond, sensitivity};
+use crate::plan::AnalysisPlan;
+use crate::scores::integrated;
+use crate::search::Found;
 
 /// Goes through the trials; `None` where no row of the catalogue has a column.
-pub fn self_test(found: &Found, plan: &AnalysisPlan, seed: u64) -> Option<SelfTestEntry> {
+pub fn self_test(found: &Found, plan: &AnalysisPlan, seed: u64) -> Option<Tested> {
     let members = found.fit.members.iter();
     let members = members.map(|&place| &found.candidates[place].hypothesis);
     let rows: Vec<Row> = found.candidates.iter().filter_map(Row::of).collect();
@@ -49,62 +39,8 @@ pub fn self_test_on(
     (levels, members): (&[NoiseLevels], &[&Hypothesis]),
     rows: &[Row],
     (plan, seed): (&AnalysisPlan, u64),
-) -> Option<SelfTestEntry> {
-    let trials = Trials::new(data, (levels, members), rows, plan)?;
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let alone: Vec<Option<&str>> = (0..DRAWS)
-        .map(|_| Some(trials.named(&trials.noise(&mut random))?.kind))
-        .collect();
-    let false_names = alone.iter().flatten().count();
-    let mut curve = RHO.map(|rho| SelfTestPoint {
-        rho,
-        injections: 0,
-        detected: 0,
-        named: 0,
-        theory: 0.0,
-    });
-    let mut by_kind = Vec::new();
-    for planted in trials.one_of_each_kind() {
-        let mut entry = SelfTestKind {
-            kind: planted.kind.to_string(),
-            false_names: alone
-                .iter()
-                .flatten()
-                .filter(|name| **name == planted.kind)
-                .count(),
-            detected: Vec::new(),
-            named: Vec::new(),
-        };
-        for point in &mut curve {
-            let mut counts = None;
-            for _ in 0..EACH {
-                let Some(scores) = trials.with(planted, point.rho, &mut random) else {
-                    continue;
-                };
-                let said = trials.named(&scores);
-                let [detected, named] = counts.get_or_insert([0, 0]);
-                *detected += usize::from(said.is_some());
-                *named += usize::from(said.is_some_and(|said| said.may_be(planted.kind)));
-                point.injections += 1;
-                point.theory += trials.theory(planted, point.rho);
-            }
-            point.detected += counts.map_or(0, |[detected, _]| detected);
-            point.named += counts.map_or(0, |[_, named]| named);
-            entry.detected.push(counts.map(|[detected, _]| detected));
-            entry.named.push(counts.map(|[_, named]| named));
-        }
-        by_kind.push(entry);
-    }
-    for point in &mut curve {
-        point.theory /= point.injections.max(1) as f64;
-    }
-    Some(SelfTestEntry {
-        slides: DRAWS,
-        false_names,
-        upper_limit_95: upper_limit(false_names, DRAWS),
-        curve: curve.to_vec(),
-        kinds: by_kind,
-    })
+) -> Option<Tested> {
+    Some(Trials::new(data, (levels, members), rows, plan)?.told(seed))
 }
 
 /// A row of the catalogue as a hypothesis on the records.
@@ -113,6 +49,8 @@ pub struct Row<'a> {
     hypothesis: &'a Hypothesis,
     /// Whether an effect of it may be added; the others are only tried.
     may_act: bool,
+    /// What is known of its size.
+    reach: Option<Reach>,
 }
 
 impl<'a> Row<'a> {
@@ -122,11 +60,18 @@ impl<'a> Row<'a> {
             candidate.variant,
             Variant::Event { .. } | Variant::Expression { .. } | Variant::Harmonic { .. }
         ) && candidate.hypothesis.requires.is_none();
-        is_row.then_some(Self {
-            kind: candidate.kind,
-            hypothesis: &candidate.hypothesis,
+        let reach = Reach::of(candidate.kind);
+        is_row.then_some(Self::new(candidate.kind, &candidate.hypothesis, reach))
+    }
+
+    /// A kind whose effects may act.
+    pub fn new(kind: &'static str, hypothesis: &'a Hypothesis, reach: Option<Reach>) -> Self {
+        Self {
+            kind,
+            hypothesis,
             may_act: true,
-        })
+            reach,
+        }
     }
 
     /// The same where it is only tried.
@@ -139,7 +84,7 @@ impl<'a> Row<'a> {
 }
 
 /// A hypothesis of the catalogue in the trials.
-struct Tried<'a> {
+pub struct Tried<'a> {
     kind: &'static str,
     hypothesis: &'a Hypothesis,
     /// Its parameters by columns of the records.
@@ -150,19 +95,7 @@ struct Tried<'a> {
     covariance: DMatrix<f64>,
     rank: usize,
     may_act: bool,
-}
-
-/// What a trial names.
-struct Said {
-    kind: &'static str,
-    /// Kinds that come close.
-    alike: Vec<&'static str>,
-}
-
-impl Said {
-    fn may_be(&self, kind: &str) -> bool {
-        self.alike.contains(&kind)
-    }
+    reach: Option<Reach>,
 }
 
 /// Parameters by places of columns: place and factor of each.
@@ -226,7 +159,8 @@ impl Fitted {
     }
 }
 
-struct Trials<'a> {
+/// See the page above.
+pub struct Trials<'a> {
     tried: Vec<Tried<'a>>,
     /// Information of all columns of all records, nothing taken out.
     whole: ByRecord,
@@ -338,9 +272,10 @@ impl<'a> Trials<'a> {
         let of_row = |one: &Row<'a>| {
             let columns = of(one.hypothesis);
             let with = information_with(&whole, &columns, count);
+            let alone = products(&columns, &with);
             let left: Vec<_> = with.into_iter().map(|one| fitted.out_of(one)).collect();
             let information = products(&columns, &left);
-            let covariance = pseudo_inverse(&information);
+            let covariance = pseudo_inverse_beside(&information, &alone);
             let rank = (&information * &covariance).trace().round() as usize;
             (rank > 0).then_some(Tried {
                 kind: one.kind,
@@ -350,6 +285,7 @@ impl<'a> Trials<'a> {
                 covariance,
                 rank,
                 may_act: one.may_act,
+                reach: one.reach,
             })
         };
         let tried: Vec<Tried> = rows.iter().filter_map(of_row).collect();
@@ -375,7 +311,12 @@ impl<'a> Trials<'a> {
     }
 
     /// Scores of noise with an effect of signal-to-noise ratio `rho`; `None` where it is larger than anybody would believe.
-    fn with(&self, planted: &Tried, rho: f64, random: &mut ChaCha8Rng) -> Option<DVector<f64>> {
+    fn scores_with(
+        &self,
+        planted: &Tried,
+        rho: f64,
+        random: &mut ChaCha8Rng,
+    ) -> Option<DVector<f64>> {
         let root = planted.covariance.clone().symmetric_eigen();
         let normal: DVector<f64> =
             DVector::from_fn(root.eigenvalues.len(), |_, _| StandardNormal.sample(random));
@@ -414,9 +355,13 @@ impl<'a> Trials<'a> {
             alike: close.map(|(_, one)| one.kind).collect(),
         })
     }
+}
+
+impl<'a> super::Trials for Trials<'a> {
+    type Planted = Tried<'a>;
 
     /// Of each kind the hypothesis of most numbers.
-    fn one_of_each_kind(&self) -> Vec<&Tried<'a>> {
+    fn planted(&self) -> Vec<&Tried<'a>> {
         let mut each: Vec<&Tried> = Vec::new();
         for one in self.tried.iter().filter(|one| one.may_act) {
             match each.iter_mut().find(|other| other.kind == one.kind) {
@@ -428,8 +373,20 @@ impl<'a> Trials<'a> {
         each
     }
 
-    /// Chance that an effect is worth its name in noise as fitted.
-    fn theory(&self, planted: &Tried, rho: f64) -> f64 {
+    fn kind(&self, planted: &Tried<'a>) -> &'static str {
+        planted.kind
+    }
+
+    fn in_noise(&self, random: &mut ChaCha8Rng) -> Option<Said> {
+        self.named(&self.noise(random))
+    }
+
+    fn with(&self, planted: &Tried<'a>, rho: f64, random: &mut ChaCha8Rng) -> Option<Option<Said>> {
+        let scores = self.scores_with(planted, rho, random)?;
+        Some(self.named(&scores))
+    }
+
+    fn theory(&self, planted: &Tried<'a>, rho: f64) -> f64 {
         let needed = self.needed + planted.hypothesis.price;
         let (mut low, mut high) = (0.0, 1e4);
         for _ in 0..60 {
@@ -441,6 +398,11 @@ impl<'a> Trials<'a> {
             }
         }
         beyond(2.0 * high, planted.rank as f64, rho * rho)
+    }
+
+    fn sensitivity(&self, planted: &Tried<'a>) -> Option<Sensitivity> {
+        let information = planted.information.diagonal();
+        sensitivity(planted.kind, planted.reach?, information.iter().copied())
     }
 }
 
@@ -463,51 +425,4 @@ fn products(columns: &Sparse, with: &[DVector<f64>]) -> DMatrix<f64> {
         matrix.set_column(place, &columns.times(with));
     }
     matrix
-}
-
-/// Upper limit of a share of which `found` of `trials` were seen, 95 % confidence (Clopper-Pearson).
-pub fn upper_limit(found: usize, trials: usize) -> f64 {
-    if found >= trials {
-        return 1.0;
-    }
-    Beta::new(found as f64 + 1.0, (trials - found) as f64).map_or(1.0, |law| law.inverse_cdf(0.95))
-}
-
-/// P(χ'² > threshold), noncentral with `degrees` and noncentrality λ: Σ_j Poisson(j; λ/2) P(χ²_{k+2j} > threshold).
-pub fn beyond(threshold: f64, degrees: f64, noncentrality: f64) -> f64 {
-    let half = 0.5 * noncentrality;
-    // Ten standard deviations of the Poisson law beyond its mean leave less than 1e-15.
-    let most = (half + 10.0 * half.sqrt() + 10.0) as usize;
-    let mut share = (-half).exp();
-    (0..=most)
-        .map(|j| {
-            if j > 0 {
-                share *= half / j as f64;
-            }
-            ChiSquared::new(degrees + 2.0 * j as f64).map_or(0.0, |law| share * law.sf(threshold))
-        })
-        .sum()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{beyond, upper_limit};
-    use statrs::distribution::{ContinuousCDF, Normal};
-
-    #[test]
-    fn none_in_two_hundred_bounds_the_rate_to_three_in_two_hundred() {
-        // The rule of three: 1 − 0.05^(1/n) is nearly 3/n.
-        let exact = 1.0 - 0.05_f64.powf(1.0 / 200.0);
-        assert!((upper_limit(0, 200) / exact - 1.0).abs() < 1e-6);
-        assert_eq!(upper_limit(200, 200), 1.0);
-    }
-
-    #[test]
-    fn the_noncentral_law_agrees_with_two_normals() {
-        // One degree: |ρ + n| > t has two normal tails.
-        let (rho, t) = (3.0_f64, 2.5_f64);
-        let normal = Normal::standard();
-        let exact = normal.sf(t - rho) + normal.sf(t + rho);
-        assert!((beyond(t * t, 1.0, rho * rho) - exact).abs() < 1e-12);
-    }
 }

@@ -1,0 +1,285 @@
+//! Which groups of the registration and which effects of physics the sums of blocks call for.
+
+use rlg_catalogue::Candidate;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use crate::alignment::{Alignment, COUNT, Free, GROUPS, Group, group_at, in_order, places};
+use crate::block_sums::{BlockSums, Estimates, Statistic};
+use crate::plan::AttitudePlan;
+use crate::steps::Step;
+
+/// What is searched: effects with the places of their numbers among all columns, behind those of the registration.
+pub struct Candidates {
+    /// In the order of the columns.
+    pub effects: Vec<(Candidate, Vec<usize>)>,
+}
+
+impl Candidates {
+    /// Places effects behind the registration.
+    pub fn new(effects: Vec<Candidate>) -> Self {
+        let mut first = COUNT;
+        let placed = effects.into_iter().map(|candidate| {
+            let own: Vec<usize> = (first..first + candidate.names.len()).collect();
+            first += candidate.names.len();
+            (candidate, own)
+        });
+        Self {
+            effects: placed.collect(),
+        }
+    }
+}
+
+/// A group of numbers that stands.
+pub struct Named {
+    /// The contract's kind.
+    pub kind: &'static str,
+    /// Places of its numbers among all columns.
+    pub places: Vec<usize>,
+    /// Which step of a bias it is, if it is one.
+    pub step: Option<Step>,
+    /// What blocks say of it.
+    pub statistic: Statistic,
+    /// Gain, deflated, less the price of the search.
+    pub gain: f64,
+    /// Share of what blocks leave that it predicts in the others.
+    pub share: f64,
+    /// Chance, by its deflated size, groups counted.
+    pub p_value: f64,
+    /// Kinds that the record cannot tell from it.
+    pub alike: Vec<&'static str>,
+    /// Every other kind, and how far it is behind in log likelihood.
+    pub behind: Vec<(&'static str, f64)>,
+}
+
+impl Named {
+    /// The group of the registration that it is.
+    pub fn group(&self) -> &'static str {
+        group_at(&self.places).map_or("", |group| group.kind)
+    }
+
+    /// A filter of the gyros with a variance below zero is one of the reference.
+    pub(crate) fn of_reference(&mut self, estimates: &Estimates, alignment: &Alignment) {
+        if alignment.low_pass_s.is_some() {
+            return;
+        }
+        // Places of the registration come first, in their order.
+        let sum: f64 = self.places.iter().map(|k| estimates.values[*k]).sum();
+        if self.kind == "gyro_bandwidth" && sum < 0.0 {
+            self.kind = "reference_bandwidth";
+            self.alike.retain(|kind| *kind != "reference_bandwidth");
+        }
+    }
+}
+
+/// Groups of the registration that are none of some.
+pub(crate) fn others(chosen: &[&Group]) -> impl Iterator<Item = &'static Group> {
+    let is_other = |group: &Group| chosen.iter().all(|one| one.kind != group.kind);
+    GROUPS.iter().filter(move |group| is_other(group))
+}
+
+/// Places of groups of the registration, and of some physics.
+fn set_of(chosen: &[&Group], physics: &[usize]) -> Vec<usize> {
+    let own = chosen.iter().flat_map(|group| places(group.kind));
+    own.chain(physics.iter().copied()).collect()
+}
+
+pub(crate) fn without(set: &[usize], own: &[usize]) -> Vec<usize> {
+    set.iter().copied().filter(|k| !own.contains(k)).collect()
+}
+
+/// What attitudes never tell from a group of the registration.
+pub(crate) fn always_alike(kind: &str) -> &'static [&'static str] {
+    match kind {
+        "gyro_scale" => &["reference_scale"],
+        "reference_delay" => &["gyro_delay"],
+        "reference_misalignment" => &["installation"],
+        "gyro_bandwidth" => &["reference_bandwidth", "elastic_rate_by_jerk"],
+        _ => &[],
+    }
+}
+
+pub(crate) fn chance(statistic: &Statistic, groups: usize) -> f64 {
+    let squared = statistic.squared_size / statistic.design_effect;
+    let tail = ChiSquared::new(statistic.count.max(1) as f64).map_or(1.0, |law| law.sf(squared));
+    (tail * groups as f64).min(1.0)
+}
+
+/// Sums, and what may be called for.
+pub(crate) struct Choice<'a> {
+    pub(crate) sums: &'a BlockSums,
+    pub(crate) candidates: &'a Candidates,
+    pub(crate) plan: &'a AttitudePlan,
+}
+
+impl Choice<'_> {
+    /// Groups of the registration that the record calls for beside some physics: added while blocks gain by one, those left
+    /// out that the others make needless. With them sets that would have done nearly as well until then.
+    pub(crate) fn chosen(&self, physics: &[usize]) -> (Vec<&'static Group>, Vec<Free>) {
+        let mut chosen: Vec<&Group> = Vec::new();
+        let mut nearly: Vec<Free> = Vec::new();
+        let set = |chosen: &[&Group]| set_of(chosen, physics);
+        let is_called_for = |group: &Group, beside: &[usize]| self.called_for(group, beside);
+        loop {
+            let beside = set(&chosen);
+            let tried: Vec<_> = others(&chosen)
+                .map(|group| (is_called_for(group, &beside), group))
+                .filter(|((is_seen, _), _)| *is_seen)
+                .collect();
+            let Some(best) = tried.iter().max_by(|a, b| a.0.1.total_cmp(&b.0.1)) else {
+                break;
+            };
+            let least = self.plan.nearly * best.0.1;
+            let near = tried.iter().filter(|(seen, _)| seen.1 > least);
+            let near = near.map(|(_, group)| chosen.iter().chain([group]).map(|one| one.kind));
+            let near: Vec<Free> = near.map(in_order).collect();
+            if near.len() > 1 {
+                let is_new = |free: &Free| !nearly.contains(free);
+                let near: Vec<Free> = near.into_iter().filter(is_new).collect();
+                nearly.extend(near);
+            }
+            chosen.push(best.1);
+        }
+        let mut place = 0;
+        while place < chosen.len() {
+            let beside = without(
+                &set(&chosen),
+                &places(chosen[place].kind).collect::<Vec<_>>(),
+            );
+            if is_called_for(chosen[place], &beside).0 {
+                place += 1;
+            } else {
+                chosen.remove(place);
+                place = 0;
+            }
+        }
+        (chosen, nearly)
+    }
+
+    /// Whether a group of the registration is called for beside a set, and how strongly.
+    pub(crate) fn called_for(&self, group: &Group, beside: &[usize]) -> (bool, f64) {
+        let own: Vec<usize> = places(group.kind).collect();
+        let is_near = |one: &Statistic| one.gain(GROUPS.len(), false) > self.plan.least_gain;
+        let statistic = self.sums.statistic_beyond(beside, &own, is_near);
+        let is_seen = statistic.gain(GROUPS.len(), true) > self.plan.least_gain
+            && self.sums.share(beside, &own) > self.plan.least_share_of_registration;
+        // Of two that are seen all rows decide; how far blocks disagree is too rough for that.
+        (is_seen, statistic.gain(GROUPS.len(), false))
+    }
+
+    /// Those, with what blocks say of each.
+    pub(crate) fn registration(&self, physics: &[usize], named: &[&'static str]) -> Vec<Named> {
+        let (chosen, _) = self.chosen(physics);
+        let all = set_of(&chosen, physics);
+        let of_group = |group: &&Group| self.supported(group, &all, named, &chosen);
+        chosen.iter().map(of_group).collect()
+    }
+
+    /// A group of the registration that is called for beside a set.
+    pub(crate) fn supported(
+        &self,
+        group: &Group,
+        set: &[usize],
+        named: &[&'static str],
+        chosen: &[&Group],
+    ) -> Named {
+        let own: Vec<usize> = places(group.kind).collect();
+        let beside = without(set, &own);
+        let statistic = self.sums.statistic(&beside, &own);
+        let gain = statistic.gain(GROUPS.len(), true);
+        let mut alike = self.rivals(&beside, &statistic, named);
+        alike.extend(
+            others(chosen)
+                .filter(|other| {
+                    let own: Vec<usize> = places(other.kind).collect();
+                    let rival = self.sums.statistic(&beside, &own);
+                    rival.gain_beside(&statistic, GROUPS.len()) > gain - self.plan.alike_within
+                })
+                .map(|other| other.kind),
+        );
+        for kind in always_alike(group.kind) {
+            if !alike.contains(kind) {
+                alike.push(kind);
+            }
+        }
+        Named {
+            kind: group.kind,
+            step: None,
+            share: self.sums.share(&beside, &own),
+            behind: self.behind(&beside, &statistic),
+            places: own,
+            statistic,
+            gain,
+            p_value: chance(&statistic, GROUPS.len()),
+            alike,
+        }
+    }
+
+    /// The effect that gains most beside a set and is accepted, and how many were tried.
+    pub(crate) fn next(&self, set: &[usize], named: &[Named]) -> (Option<Named>, usize) {
+        let effects = &self.candidates.effects;
+        let groups = effects.len();
+        let is_seen = |one: &Statistic| one.gain(groups, false) > self.plan.least_gain;
+        let mut tried: Vec<(f64, usize, Statistic)> = effects
+            .iter()
+            .enumerate()
+            .filter(|(_, (candidate, _))| named.iter().all(|one| one.kind != candidate.kind))
+            .map(|(place, (_, own))| {
+                let statistic = self.sums.statistic_beyond(set, own, is_seen);
+                (statistic.gain(groups, false), place, statistic)
+            })
+            .collect();
+        let count = tried.len();
+        tried.retain(|(.., statistic)| is_seen(statistic));
+        tried.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let best = tried.into_iter().find_map(|(_, place, statistic)| {
+            let gain = statistic.gain(groups, true);
+            if gain <= self.plan.least_gain {
+                return None;
+            }
+            let (candidate, own) = &effects[place];
+            let share = self.sums.share(set, own);
+            (share > self.plan.least_share).then(|| Named {
+                kind: candidate.kind,
+                places: own.clone(),
+                statistic,
+                gain,
+                share,
+                p_value: chance(&statistic, groups),
+                step: None,
+                alike: Vec::new(),
+                behind: Vec::new(),
+            })
+        });
+        (best, count)
+    }
+
+    /// How far every effect is behind a winner beside the same set, in log likelihood.
+    pub(crate) fn behind(&self, beside: &[usize], winner: &Statistic) -> Vec<(&'static str, f64)> {
+        let effects = self.candidates.effects.iter();
+        let of = |own: &[usize]| self.sums.statistic(beside, own).squared_size;
+        effects
+            .filter(|(_, own)| own.iter().all(|k| !beside.contains(k)))
+            .map(|(one, own)| (one.kind, 0.5 * (winner.squared_size - of(own))))
+            .collect()
+    }
+
+    /// Kinds that explain nearly as much beside a set.
+    pub(crate) fn rivals(
+        &self,
+        beside: &[usize],
+        winner: &Statistic,
+        named: &[&str],
+    ) -> Vec<&'static str> {
+        let groups = self.candidates.effects.len();
+        let least = winner.gain(groups, true) - self.plan.alike_within;
+        let effects = self.candidates.effects.iter();
+        effects
+            .filter(|(candidate, _)| !named.contains(&candidate.kind))
+            .filter(|(_, own)| {
+                let rival = self.sums.statistic(beside, own);
+                rival.gain_beside(winner, groups) > least
+            })
+            .map(|(candidate, _)| candidate.kind)
+            .collect()
+    }
+}

@@ -1,0 +1,251 @@
+//! What the search would name in noise alone, and find of known effects, on this very recording.
+//!
+//! `moments` tries a search on the sums that a likelihood keeps; other searches bring trials of their own.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rlg_findings::result::{
+    Diagnosis, SelfTestEntry, SelfTestKind, SelfTestPoint, Sensitivity, Tested,
+};
+use rlg_findings::sentences::NEEDED_SNR;
+use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
+
+pub mod moments;
+
+pub use moments::{Row, self_test, self_test_on};
+
+/// Draws of noise: none named among 200 bounds the share to 1.5 % with 95 % confidence.
+const DRAWS: usize = 200;
+
+/// Strengths of the effects that are added (matched-filter SNR): from seldom found to always.
+const RHO: [f64; 4] = [4.0, 6.0, 8.0, 10.0];
+
+/// Effects of each kind at each strength.
+const EACH: usize = 2;
+
+/// What a trial names.
+pub struct Said {
+    /// The contract's kind.
+    pub kind: &'static str,
+    /// Kinds that come close, itself among them.
+    pub alike: Vec<&'static str>,
+}
+
+impl Said {
+    fn may_be(&self, kind: &str) -> bool {
+        self.alike.contains(&kind)
+    }
+}
+
+/// A search on noise like a recording's, to which effects can be added.
+pub trait Trials {
+    /// An effect that may be added.
+    type Planted;
+
+    /// One of each kind.
+    fn planted(&self) -> Vec<&Self::Planted>;
+
+    /// Its kind in the contract.
+    fn kind(&self, planted: &Self::Planted) -> &'static str;
+
+    /// What is named in noise alone.
+    fn in_noise(&self, random: &mut ChaCha8Rng) -> Option<Said>;
+
+    /// What is named where an effect of signal-to-noise ratio `rho` acts; `None` where it is larger than anybody would
+    /// believe.
+    fn with(
+        &self,
+        planted: &Self::Planted,
+        rho: f64,
+        random: &mut ChaCha8Rng,
+    ) -> Option<Option<Said>>;
+
+    /// Chance that an effect is worth its name in noise as fitted.
+    fn theory(&self, planted: &Self::Planted, rho: f64) -> f64;
+
+    /// How well a kind would show.
+    fn sensitivity(&self, planted: &Self::Planted) -> Option<Sensitivity>;
+
+    /// Goes through the trials.
+    fn told(&self, seed: u64) -> Tested {
+        Tested {
+            self_test: self.tested(&mut ChaCha8Rng::seed_from_u64(seed)),
+            sensitivity: self
+                .planted()
+                .into_iter()
+                .filter_map(|one| self.sensitivity(one))
+                .collect(),
+        }
+    }
+
+    /// The same of false names and of what is found.
+    fn tested(&self, random: &mut ChaCha8Rng) -> SelfTestEntry {
+        let alone: Vec<Option<&str>> = (0..DRAWS)
+            .map(|_| Some(self.in_noise(random)?.kind))
+            .collect();
+        let false_names = alone.iter().flatten().count();
+        let mut curve = RHO.map(|rho| SelfTestPoint {
+            rho,
+            injections: 0,
+            detected: 0,
+            named: 0,
+            theory: 0.0,
+        });
+        let mut by_kind = Vec::new();
+        for planted in self.planted() {
+            let kind = self.kind(planted);
+            let named = alone.iter().flatten().filter(|name| **name == kind);
+            let mut entry = SelfTestKind {
+                kind: kind.to_string(),
+                false_names: named.count(),
+                detected: Vec::new(),
+                named: Vec::new(),
+            };
+            for point in &mut curve {
+                let mut counts = None;
+                for _ in 0..EACH {
+                    let Some(said) = self.with(planted, point.rho, random) else {
+                        continue;
+                    };
+                    let [detected, named] = counts.get_or_insert([0, 0]);
+                    *detected += usize::from(said.is_some());
+                    *named += usize::from(said.is_some_and(|said| said.may_be(kind)));
+                    point.injections += 1;
+                    point.theory += self.theory(planted, point.rho);
+                }
+                point.detected += counts.map_or(0, |[detected, _]| detected);
+                point.named += counts.map_or(0, |[_, named]| named);
+                entry.detected.push(counts.map(|[detected, _]| detected));
+                entry.named.push(counts.map(|[_, named]| named));
+            }
+            by_kind.push(entry);
+        }
+        for point in &mut curve {
+            point.theory /= point.injections.max(1) as f64;
+        }
+        SelfTestEntry {
+            slides: DRAWS,
+            false_names,
+            upper_limit_95: upper_limit(false_names, DRAWS),
+            curve: curve.to_vec(),
+            kinds: by_kind,
+        }
+    }
+}
+
+/// Adds how another search answered, on other channels of the same recording: a trial of both is false where one of them is.
+pub fn tell_also(diagnosis: &mut Diagnosis, tested: Option<Tested>) {
+    let (Some(before), Some(also)) = (&mut diagnosis.self_test, &tested) else {
+        diagnosis.tell(tested);
+        return;
+    };
+    let also = &also.self_test;
+    before.false_names = (before.false_names + also.false_names).min(before.slides);
+    before.upper_limit_95 = upper_limit(before.false_names, before.slides);
+    for (point, other) in before.curve.iter_mut().zip(&also.curve) {
+        let expected = point.theory * point.injections as f64;
+        let both = expected + other.theory * other.injections as f64;
+        point.injections += other.injections;
+        point.detected += other.detected;
+        point.named += other.named;
+        point.theory = both / point.injections.max(1) as f64;
+    }
+    before.kinds.extend(also.kinds.iter().cloned());
+    diagnosis
+        .sensitivity
+        .extend(tested.into_iter().flat_map(|one| one.sensitivity));
+}
+
+/// What is known of the size of a kind.
+#[derive(Debug, Clone, Copy)]
+pub struct Reach {
+    /// Unit of its numbers.
+    pub unit: &'static str,
+    /// What such instruments show.
+    pub typical: f64,
+    /// What none that anybody would test exceeds by much.
+    pub largest: f64,
+}
+
+impl Reach {
+    /// Of a kind of the catalogue; `None` of others.
+    pub fn of(kind: &str) -> Option<Self> {
+        rlg_catalogue::entries::find(kind).map(|entry| Self {
+            unit: entry.unit,
+            typical: entry.size.typical,
+            largest: entry.size.largest,
+        })
+    }
+}
+
+/// How well a kind shows whose numbers, each alone, have the `information`; `None` where none shows.
+pub fn sensitivity(
+    kind: &str,
+    reach: Reach,
+    information: impl Iterator<Item = f64>,
+) -> Option<Sensitivity> {
+    let typical = reach.typical;
+    let snr = information.map(|one| typical * one.max(0.0).sqrt());
+    let [weakest, strongest] = snr.fold([f64::INFINITY, 0.0_f64], |[low, high], snr| {
+        [low.min(snr), high.max(snr)]
+    });
+    let largest_snr = reach.largest / typical * weakest;
+    (strongest > 0.0).then(|| Sensitivity {
+        kind: kind.to_string(),
+        typical,
+        unit: reach.unit.to_string(),
+        snr: strongest,
+        snr_weakest: if largest_snr < NEEDED_SNR {
+            0.0
+        } else {
+            weakest
+        },
+    })
+}
+
+/// Upper limit of a share of which `found` of `trials` were seen, 95 % confidence (Clopper-Pearson).
+pub fn upper_limit(found: usize, trials: usize) -> f64 {
+    if found >= trials {
+        return 1.0;
+    }
+    Beta::new(found as f64 + 1.0, (trials - found) as f64).map_or(1.0, |law| law.inverse_cdf(0.95))
+}
+
+/// P(χ'² > threshold), noncentral with `degrees` and noncentrality λ: Σ_j Poisson(j; λ/2) P(χ²_{k+2j} > threshold).
+pub fn beyond(threshold: f64, degrees: f64, noncentrality: f64) -> f64 {
+    let half = 0.5 * noncentrality;
+    // Ten standard deviations of the Poisson law beyond its mean leave less than 1e-15.
+    let most = (half + 10.0 * half.sqrt() + 10.0) as usize;
+    let mut share = (-half).exp();
+    (0..=most)
+        .map(|j| {
+            if j > 0 {
+                share *= half / j as f64;
+            }
+            ChiSquared::new(degrees + 2.0 * j as f64).map_or(0.0, |law| share * law.sf(threshold))
+        })
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{beyond, upper_limit};
+    use statrs::distribution::{ContinuousCDF, Normal};
+
+    #[test]
+    fn none_in_two_hundred_bounds_the_rate_to_three_in_two_hundred() {
+        // The rule of three: 1 − 0.05^(1/n) is nearly 3/n.
+        let exact = 1.0 - 0.05_f64.powf(1.0 / 200.0);
+        assert!((upper_limit(0, 200) / exact - 1.0).abs() < 1e-6);
+        assert_eq!(upper_limit(200, 200), 1.0);
+    }
+
+    #[test]
+    fn the_noncentral_law_agrees_with_two_normals() {
+        // One degree: |ρ + n| > t has two normal tails.
+        let (rho, t) = (3.0_f64, 2.5_f64);
+        let normal = Normal::standard();
+        let exact = normal.sf(t - rho) + normal.sf(t + rho);
+        assert!((beyond(t * t, 1.0, rho * rho) - exact).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,51 @@
+//! Which gyros themselves show a number that a member says all of them share.
+
+use rlg_catalogue::Candidate;
+use rlg_catalogue::candidates::Variant;
+use rlg_inference::evaluate::{Effort, evaluate};
+use rlg_inference::{Fit, Hypothesis, Likelihood};
+
+/// Of each member: a gyro that hardly moves would get the number of another, with the uncertainty of that.
+///
+/// # Inputs
+/// `set`: each member's hypothesis over records that are three to a recording, with its candidate; `fit`: of that set; `within`:
+/// what of log likelihood tells nothing apart.
+pub(super) fn told(
+    data: &impl Likelihood,
+    set: &[(&Hypothesis, &Candidate)],
+    fit: &Fit,
+    within: f64,
+) -> Vec<[bool; 3]> {
+    let of_member = |place: usize| {
+        let (shared, candidate) = set[place];
+        if candidate.variant != Variant::Common {
+            return [true; 3];
+        }
+        let apart = apart(shared);
+        let hypotheses: Vec<&Hypothesis> = (0..set.len())
+            .map(|other| if other == place { &apart } else { set[other].0 })
+            .collect();
+        let (levels, drift) = (&fit.levels, &fit.drift);
+        let each = evaluate(data, &hypotheses, levels, drift, Effort::QUICK);
+        let value = candidate.base[0] + fit.estimate[fit.blocks[place].start];
+        let first = each.blocks[place].start;
+        let told = [0, 1, 2].map(|gyro: usize| {
+            let acts = apart.terms.iter().any(|term| term.parameter == gyro);
+            let at = first + gyro;
+            acts && 0.5 * value * value > within * each.covariance[(at, at)]
+        });
+        if told == [false; 3] { [true; 3] } else { told }
+    };
+    (0..set.len()).map(of_member).collect()
+}
+
+/// The same with a number for each gyro.
+fn apart(shared: &Hypothesis) -> Hypothesis {
+    let mut apart = shared.clone();
+    apart.parameters = 3;
+    apart.bounds.clear();
+    for term in &mut apart.terms {
+        term.parameter = term.record % 3;
+    }
+    apart
+}
