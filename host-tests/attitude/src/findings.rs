@@ -6,7 +6,7 @@ use rlg_catalogue::entries;
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::data_words;
 use rlg_diagnosis::entries_of_rows::fault_entry;
-use rlg_diagnosis::findings::no_channel;
+use rlg_diagnosis::summary::no_channel;
 use rlg_findings::combinations::identifiable;
 use rlg_findings::result::{
     ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, FitEntry, NoiseEntry, ParameterEntry,

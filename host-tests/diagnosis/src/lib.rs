@@ -89,6 +89,12 @@ pub mod excess_noise;
 
 mod left;
 
+mod finding;
+
+pub mod entries_of_findings;
+
+pub mod summary;
+
 pub mod findings;
 
 pub mod self_test;

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::cell_marks::log_bar;
 use super::self_test::self_test;
-use super::words::{display_unit, number, plain, raised};
+use super::words::{Scale, number, plain, raised};
 use rlg_findings::result::{Diagnosis, RunnerUp, SelfTestEntry, Sensitivity, Verdict};
 use rlg_findings::sentences::NEEDED_SNR;
 
@@ -109,13 +109,12 @@ pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
                     thead { tr { th { "kind" } th { "typical size" } th { "signal to noise" } th {} th { "found from" } } }
                     tbody {
                         @for entry in &reach {
-                            @let (factor, unit) = display_unit(&entry.unit);
                             tr {
                                 td { (plain(&entry.kind)) }
-                                td.number { (two_digits(entry.typical * factor)) " " (unit) }
+                                td.number { (sized(entry, &[entry.typical])) }
                                 td.number { (two_digits(entry.snr)) }
                                 td.wide { (log_bar(entry.snr, low, high, NEEDED_SNR)) }
-                                td.number { (found_from(entry)) }
+                                td { (found_from(entry)) }
                             }
                         }
                     }
@@ -129,16 +128,25 @@ pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
 
 /// Sizes from which the numbers of a kind are found, best to worst.
 fn found_from(entry: &Sensitivity) -> String {
-    let (factor, unit) = display_unit(&entry.unit);
-    let from = |snr: f64| two_digits(entry.typical * factor * NEEDED_SNR / snr);
-    let (best, worst) = (from(entry.snr), from(entry.snr_weakest));
+    let from = |snr: f64| entry.typical * NEEDED_SNR / snr;
+    let best = from(entry.snr);
     if entry.snr_weakest == 0.0 {
-        format!("{best} {unit}, some never")
-    } else if best == worst {
-        format!("{best} {unit}")
+        format!("{}, some never", sized(entry, &[best]))
     } else {
-        format!("{best} to {worst} {unit}")
+        sized(entry, &[best, from(entry.snr_weakest)])
     }
+}
+
+/// Sizes of a kind with their unit, equal ones once.
+fn sized(entry: &Sensitivity, sizes: &[f64]) -> String {
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    let scale = Scale::of("x", &entry.unit, largest);
+    let mut shown: Vec<String> = sizes
+        .iter()
+        .map(|size| two_digits(size * scale.factor))
+        .collect();
+    shown.dedup();
+    scale.with_unit(&shown.join(" to "))
 }
 
 fn two_digits(value: f64) -> String {

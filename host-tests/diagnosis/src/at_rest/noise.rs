@@ -7,11 +7,11 @@ use rlg_signal::streams::{AXES, Streams};
 
 use super::terms;
 use crate::data::Data;
-use crate::findings;
 use crate::goodness::{Misfit, misfits};
 use crate::pass::left_on;
 use crate::search::Found;
 use crate::settings::Settings;
+use crate::summary;
 
 /// Whether what is left of a gyro is like its noise.
 pub(super) fn is_noise(gyro: usize, unlike: &[Misfit]) -> bool {
@@ -28,7 +28,7 @@ pub(super) fn noise_lines(
         true => terms
             .as_ref()
             .map(|terms| terms::sentence(AXES[gyro], terms)),
-        false => findings::unlike_noise(gyro, unlike, streams.rate_hz),
+        false => summary::unlike_noise(gyro, unlike, streams.rate_hz),
     };
     noise.iter().enumerate().filter_map(of_gyro).collect()
 }

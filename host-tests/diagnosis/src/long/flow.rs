@@ -21,7 +21,7 @@ use super::forming::{About, form};
 use crate::data::Data;
 use crate::data_words;
 use crate::entries_of_rows::channel;
-use crate::findings::{location_entry, unlike_noise};
+use crate::findings::location_entry;
 use crate::locate;
 use crate::noise_levels::{drift_prior, reported};
 use crate::noise_spectrum::Noise;
@@ -37,6 +37,7 @@ use crate::several::report::{Beside, Whole, outcome};
 use crate::several::search::{Together, stand};
 use crate::several::shared::{Kin, with_noise_of};
 use crate::several::sums::{Summed, Sums};
+use crate::summary::unlike_noise;
 use crate::validate::validate;
 
 /// What a stretch cannot have: an attitude since the recording's beginning.

@@ -239,7 +239,7 @@ fn a_matching_recording_says_how_sensitive_it_was_and_claims_no_before_and_after
     let page = page(&diagnosis, Some(&pictures(60.0)));
     assert!(page.contains("How sensitive this recording is"));
     // typical 1e-7 s² at SNR 29.83 and 4.1, and 7 needed
-    assert!(page.contains("2.3 × 10⁻⁸ to 1.7 × 10⁻⁷ s²"));
+    assert!(page.contains("23 to 170 × 10⁻⁹ s²"));
     let (told, _) = page.split_once("<pre>").expect("the data end the page");
     for claim in [
         "the model as it was",

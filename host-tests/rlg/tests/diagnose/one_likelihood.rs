@@ -9,7 +9,7 @@ use rlg::diagnose::{Settings, diagnose_under};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
 use rlg_diagnosis::data::Data;
-use rlg_diagnosis::findings::DRIFT;
+use rlg_diagnosis::entries_of_findings::DRIFT;
 use rlg_diagnosis::{AnalysisPlan, diagnose};
 use rlg_signal::partition::Use;
 

@@ -1,0 +1,182 @@
+//! Findings as entries of `diagnosis.json` and as effects of the updated model.
+
+use std::collections::BTreeMap;
+
+use rlg_catalogue::Signals;
+use rlg_catalogue::candidates::Variant;
+use rlg_catalogue::entries::STEP;
+use rlg_catalogue::signals::AXES;
+use rlg_findings::combinations::identifiable;
+use rlg_findings::result::{EffectEntry, EvidenceEntry, Identifiable, ParameterEntry};
+use rlg_inference::Fit;
+use rlg_model::{EffectValue, ModelEffect};
+use rlg_signal::streams::Streams;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::finding::{Finding, card, numbers, of_the_others};
+
+/// What stands in a class for a gyro that drifts.
+pub const DRIFT: &str = "rate_random_walk";
+
+pub(crate) fn entry(
+    one: &Finding,
+    fit: &Fit,
+    (streams, signals): (&Streams, &Signals),
+) -> EffectEntry {
+    let card = card(one.candidate.kind);
+    let (numbers, of_numbers) = numbers(one, fit);
+    let std = |k: usize| of_numbers[(k, k)].max(0.0).sqrt();
+    let mut parameters: Vec<ParameterEntry> = numbers
+        .iter()
+        .enumerate()
+        .map(|(k, number)| ParameterEntry::Number {
+            name: number.name.clone(),
+            value: number.value,
+            std: std(k),
+            unit: number.unit.to_string(),
+        })
+        .collect();
+    let mut covariance: Vec<Vec<f64>> = (0..numbers.len())
+        .map(|a| (0..numbers.len()).map(|b| of_numbers[(a, b)]).collect())
+        .collect();
+    let text = |name: &str, value: &str| ParameterEntry::Text {
+        name: name.to_string(),
+        value: value.to_string(),
+    };
+    let mut what_was_left_out = card.meaning.to_string();
+    let mut shown = None;
+    if let Variant::Harmonic { axis, order } = one.candidate.variant {
+        parameters.push(text("axis", AXES[axis]));
+        parameters.push(ParameterEntry::Number {
+            name: "order".to_string(),
+            value: f64::from(order),
+            std: 0.0,
+            unit: "1".to_string(),
+        });
+        covariance.iter_mut().for_each(|row| row.push(0.0));
+        covariance.push(vec![0.0; numbers.len() + 1]);
+    }
+    if let Variant::Expression { axis, expression } = one.candidate.variant {
+        let expression = expression.text(signals);
+        parameters.push(text("axis", AXES[axis]));
+        parameters.push(text("expression", &expression));
+        what_was_left_out = followed(AXES[axis], &expression);
+        shown = Some(expression);
+    }
+    if let Variant::Event { axis, row } = one.candidate.variant {
+        parameters.push(text("axis", AXES[axis]));
+        let std = event_std_s(one, streams);
+        parameters.push(ParameterEntry::Number {
+            name: "time_s".to_string(),
+            value: event_time_s(one.candidate.kind, row, streams),
+            std,
+            unit: "s".to_string(),
+        });
+        covariance = vec![vec![covariance[0][0], 0.0], vec![0.0, std * std]];
+    }
+    parameters.extend(one.recording.map(|name| text("recording", name)));
+    let mut alike = one.alike.clone();
+    if one.or_drift {
+        alike.push(DRIFT.to_string());
+    }
+    let label = if alike.is_empty() { "named" } else { "class" };
+    if one.or_drift {
+        what_was_left_out.push_str(
+            " A drifting gyro explains it as well: a longer record, or a second cycle of what drives it, would decide.",
+        );
+    }
+    what_was_left_out.push_str(&of_the_others(one.told));
+    let tail = ChiSquared::new(one.rank.max(1) as f64).map_or(1.0, |law| law.sf(one.squared_size));
+    EffectEntry {
+        kind: one.candidate.kind.to_string(),
+        indistinguishable_from: alike,
+        gravity_speaks_against: Vec::new(),
+        equation: card.equation.to_string(),
+        parameters,
+        covariance,
+        identifiable: fixed(one, fit),
+        log_evidence_gain: one.cost_without,
+        p_value: (tail * one.candidate.hypothesis.price.exp().max(1.0)).min(1.0),
+        what_was_left_out,
+        expression: shown,
+        regimes: one.regimes.clone(),
+        evidence: Some(EvidenceEntry {
+            label,
+            confirmed_gain: one.confirmed_gain,
+            share: one.share,
+            reenactments: one.reenactment.draws,
+            inflation: one.reenactment.inflation(),
+        }),
+    }
+}
+
+/// What a gyro that follows an expression lacks.
+fn followed(axis: &str, expression: &str) -> String {
+    if expression == format!("time*alpha_{axis}") {
+        format!(
+            "The reference is late against gyro {axis} by a time that grows, by the coefficient in seconds a second: their clocks, or the rates of their tables, part by that share."
+        )
+    } else {
+        format!(
+            "Gyro {axis} follows {expression}, which is no effect of the catalogue: an expression in measured channels, found by search."
+        )
+    }
+}
+
+fn event_time_s(kind: &str, row: usize, streams: &Streams) -> f64 {
+    if kind == STEP {
+        streams.begin_s(row)
+    } else {
+        streams.middle_s(row)
+    }
+}
+
+/// A slip is known to its row.
+fn event_std_s(one: &Finding, streams: &Streams) -> f64 {
+    one.instant_std_rows.unwrap_or(0.5) / streams.rate_hz
+}
+
+fn fixed(one: &Finding, fit: &Fit) -> Vec<Identifiable> {
+    let (numbers, covariance) = numbers(one, fit);
+    let names: Vec<String> = numbers.iter().map(|number| number.name.clone()).collect();
+    let values: Vec<f64> = numbers.iter().map(|number| number.value).collect();
+    identifiable(&names, &values, &|a, b| covariance[(a, b)])
+}
+
+pub(crate) fn effect_of(
+    one: &Finding,
+    fit: &Fit,
+    streams: &Streams,
+    signals: &Signals,
+) -> ModelEffect {
+    let (numbers, _) = numbers(one, fit);
+    let mut parameters: BTreeMap<String, EffectValue> = numbers
+        .into_iter()
+        .map(|number| (number.name, EffectValue::Number(number.value)))
+        .collect();
+    let text = |value: &str| EffectValue::Text(value.to_string());
+    match one.candidate.variant {
+        Variant::Harmonic { axis, order } => {
+            parameters.insert("axis".to_string(), text(AXES[axis]));
+            let order = EffectValue::Number(f64::from(order));
+            parameters.insert("order".to_string(), order);
+        }
+        Variant::Expression { axis, expression } => {
+            parameters.insert("axis".to_string(), text(AXES[axis]));
+            parameters.insert("expression".to_string(), text(&expression.text(signals)));
+        }
+        Variant::Event { axis, row } => {
+            let time_s = event_time_s(one.candidate.kind, row, streams);
+            parameters.insert("axis".to_string(), text(AXES[axis]));
+            parameters.insert("time_s".to_string(), EffectValue::Number(time_s));
+        }
+        _ => {}
+    }
+    if let Some(name) = one.recording {
+        parameters.insert("recording".to_string(), text(name));
+    }
+    ModelEffect {
+        kind: one.candidate.kind.to_string(),
+        parameters,
+    }
+}

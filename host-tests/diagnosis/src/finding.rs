@@ -1,0 +1,226 @@
+//! A finding: a named member of the set with its place in the final fit, its class and its numbers.
+
+use std::collections::BTreeSet;
+
+use nalgebra::DMatrix;
+use rlg_catalogue::Candidate;
+use rlg_catalogue::candidates::Variant;
+use rlg_catalogue::entries::{self, Card, Law};
+use rlg_catalogue::signals::AXES;
+use rlg_findings::result::RegimeEntry;
+use rlg_inference::{Fit, NoiseLevels};
+use rlg_signal::partition::Use;
+use rlg_signal::streams::{Triad, each_axis};
+
+use super::by_regime;
+use super::confirm::{Confirmed, Final};
+use super::data::Data;
+use super::plan::AnalysisPlan;
+use super::reenact::Reenactment;
+use super::regimes::Regime;
+use super::search::{Found, effect_rad};
+use super::whitened::Whitener;
+
+/// One finding.
+pub(crate) struct Finding<'a> {
+    pub(crate) candidate: &'a Candidate,
+    /// Its parameters in the final fit.
+    pub(crate) block: std::ops::Range<usize>,
+    pub(crate) squared_size: f64,
+    pub(crate) rank: usize,
+    /// Gyros of which its number is told, where all share one.
+    pub(crate) told: [bool; 3],
+    /// The one of several recordings that it is of; `None` where it is of all.
+    pub(crate) recording: Option<&'a str>,
+    /// Kinds that the recording cannot tell from it.
+    pub(crate) alike: Vec<String>,
+    /// Whether drift explains it as well.
+    pub(crate) or_drift: bool,
+    pub(crate) cost_without: f64,
+    pub(crate) confirmed_gain: f64,
+    pub(crate) reenactment: Reenactment,
+    /// Standard deviation of its instant \[rows\], where it has one.
+    pub(crate) instant_std_rows: Option<f64>,
+    /// Share of the residual's power that it explains beside the others \[1\].
+    pub(crate) share: f64,
+    /// Whether it is no more than significant.
+    pub(crate) is_slight: bool,
+    /// Its size in each stretch of like motion that shows it.
+    pub(crate) regimes: Vec<RegimeEntry>,
+}
+
+pub(crate) fn findings<'a>(
+    (data, found): (&Data, &'a Found),
+    confirmed: &'a Confirmed,
+    regimes: &[Regime],
+    plan: &AnalysisPlan,
+) -> Vec<Finding<'a>> {
+    let Final { fit, left_rad, .. } = &confirmed.last;
+    let whitener = Whitener::new(data, &fit.levels).filter(|_| !confirmed.named.is_empty());
+    let left_sigma = whitener
+        .as_ref()
+        .map(|whitener| each_axis(|gyro| whitener.rows(gyro, &left_rad[gyro])));
+    let of_place = |place: usize| {
+        let effect_rad = effect_rad(found, fit, place);
+        let mut one = finding((data, found), confirmed, (place, &effect_rad), plan);
+        if let (Some(whitener), Some(left_sigma)) = (&whitener, &left_sigma) {
+            one.regimes = by_regime::sizes(whitener, &effect_rad, left_sigma, regimes);
+        }
+        one
+    };
+    (0..confirmed.named.len()).map(of_place).collect()
+}
+
+fn finding<'a>(
+    (data, found): (&Data, &'a Found),
+    confirmed: &'a Confirmed,
+    (place, effect_rad): (usize, &Triad),
+    plan: &AnalysisPlan,
+) -> Finding<'a> {
+    let member = confirmed.named[place];
+    let fit = &confirmed.last.fit;
+    let judged = &found.judged[member];
+    let candidate = &found.candidates[fit.members[place]];
+    let alike: BTreeSet<&str> = judged
+        .rivals
+        .iter()
+        .map(|(rival, _)| *rival)
+        .chain(found.spanned_by[member].iter().copied())
+        .chain([judged.hypothesis])
+        .map(|rival| found.candidates[rival].kind)
+        .filter(|kind| *kind != candidate.kind)
+        .collect();
+    let share = share(data, found, &confirmed.last, effect_rad);
+    Finding {
+        candidate,
+        recording: confirmed.recordings[place].as_deref(),
+        block: fit.blocks[place].clone(),
+        // Without its fixed part the numbers of a resonance or a threshold are none: it counts by what it gains.
+        squared_size: if candidate.hypothesis.fixed.is_empty() {
+            fit.squared_sizes[place]
+        } else {
+            let without = &found.without[member];
+            2.0 * (found.fit.log_likelihood - without.log_likelihood).max(0.0)
+        },
+        rank: fit.ranks[place],
+        told: confirmed.last.told[place],
+        alike: alike.into_iter().map(str::to_string).collect(),
+        or_drift: judged.cost_against_drift < plan.drift_within,
+        cost_without: judged.cost_without,
+        confirmed_gain: confirmed.predictions[member].gain,
+        reenactment: confirmed.reenactments[place],
+        instant_std_rows: confirmed.instant_std_rows[place],
+        share,
+        is_slight: share < plan.practical_share && !turns(effect_rad, &fit.levels),
+        regimes: Vec::new(),
+    }
+}
+
+/// What is said of a kind.
+pub(crate) fn card(kind: &str) -> Card {
+    entries::card(kind).expect("a candidate is of the catalogue")
+}
+
+/// A parameter of a finding.
+pub(crate) struct Number {
+    pub(crate) name: String,
+    pub(crate) value: f64,
+    pub(crate) unit: &'static str,
+}
+
+/// A sentence on the gyros of which a number is not told; empty where it is told of all.
+pub(crate) fn of_the_others(told: [bool; 3]) -> String {
+    let others = (0..3).filter(|&axis| !told[axis]).map(|axis| AXES[axis]);
+    let others: Vec<&str> = others.collect();
+    match others[..] {
+        [] => String::new(),
+        [one] => format!(" Gyro {one} moves too little to show whether it does so, too."),
+        _ => format!(
+            " Gyros {} move too little to show whether they do so, too.",
+            others.join(" and ")
+        ),
+    }
+}
+
+/// The parameters of a finding with their covariance.
+pub(crate) fn numbers(one: &Finding, fit: &Fit) -> (Vec<Number>, DMatrix<f64>) {
+    let at = one.block.start;
+    let unit = |name: &str| {
+        if name.ends_with("frequency_hz") {
+            "Hz"
+        } else if name.ends_with("pole_s") {
+            "s"
+        } else if name.ends_with("damping") {
+            "1"
+        } else {
+            card(one.candidate.kind).unit
+        }
+    };
+    let kind = one.candidate.kind;
+    let stated = |k: usize| entries::value_of(kind, one.candidate.base[k] + fit.estimate[at + k]);
+    // One value that all gyros share stands on each of them that shows it.
+    let shared = (one.candidate.variant == Variant::Common
+        && matches!(
+            entries::find(kind).map(|entry| entry.law),
+            Some(Law::Axes(_))
+        ))
+    .then(|| {
+        (0..3)
+            .filter(|&axis| one.told[axis])
+            .map(|axis| (AXES[axis].to_string(), 0))
+    });
+    let names: Vec<(String, usize)> = match shared {
+        Some(shared) => shared.collect(),
+        None => one.candidate.names.iter().cloned().zip(0..).collect(),
+    };
+    let covariance = DMatrix::from_fn(names.len(), names.len(), |a, b| {
+        let (a, b) = (names[a].1, names[b].1);
+        fit.covariance[(at + a, at + b)] * stated(a).1 * stated(b).1
+    });
+    let numbers = names.into_iter().map(|(name, k)| Number {
+        value: stated(k).0,
+        unit: unit(&name),
+        name,
+    });
+    (numbers.collect(), covariance)
+}
+
+/// Share of the residual's power that an effect explains beside the others, on the rows that were fitted.
+fn share(data: &Data, found: &Found, last: &Final, effect_rad: &Triad) -> f64 {
+    let rows = data.ranges_of(&[Use::Train, Use::Confirm]);
+    let sum = |of: &dyn Fn(usize, usize) -> f64| -> f64 {
+        let rows = rows.iter().cloned().flatten();
+        rows.map(|row| (0..3).map(|gyro| of(gyro, row)).sum::<f64>())
+            .sum()
+    };
+    let power = sum(&|gyro, row| found.residual_rad[gyro][row].powi(2));
+    let explained = sum(&|gyro, row| {
+        let effect = effect_rad[gyro][row];
+        effect * (effect + 2.0 * last.left_rad[gyro][row])
+    });
+    (explained / power.max(f64::MIN_POSITIVE)).max(0.0)
+}
+
+/// Whether an effect turns a gyro over the record further than its noise does: 1 σ.
+fn turns(effect_rad: &Triad, levels: &[NoiseLevels]) -> bool {
+    effect_rad.iter().zip(levels).any(|(effect, levels)| {
+        let turned: f64 = effect.iter().sum();
+        turned.abs() > (levels.white * effect.len() as f64).sqrt()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::card;
+
+    #[test]
+    fn every_kind_of_the_catalogue_has_its_sentences() {
+        let listed = rlg_catalogue::CATALOGUE.iter().map(|entry| entry.kind);
+        let scanned = rlg_catalogue::entries::SCANNED.iter().map(|card| card.kind);
+        for kind in listed.chain(scanned) {
+            let card = card(kind);
+            let texts = [card.equation, card.unit, card.meaning, card.experiment];
+            assert!(texts.iter().all(|text| !text.is_empty()));
+        }
+    }
+}
