@@ -34,8 +34,8 @@ impl ClockRegisters for Registers<'_> {
         self.rcc.cr().read().hserdy().is_ready()
     }
 
-    fn watch_crystal(&mut self) {
-        self.rcc.cr().modify(|_, w| w.csson().on());
+    fn watch_crystal(&mut self, on: bool) {
+        self.rcc.cr().modify(|_, w| w.csson().bit(on));
     }
 
     fn set_up_pll(&mut self, settings: PllSettings) {

@@ -169,8 +169,8 @@ pub trait ClockRegisters {
     fn turn_crystal(&mut self, on: bool);
     /// Whether the crystal oscillates.
     fn crystal_is_ready(&mut self) -> bool;
-    /// Turns the clock security system on: a crystal that stops raises the NMI.
-    fn watch_crystal(&mut self);
+    /// Turns the clock security system on or off: while it is on, a crystal that stops raises the NMI.
+    fn watch_crystal(&mut self, on: bool);
     /// Sets the PLL up. It must be off.
     fn set_up_pll(&mut self, settings: PllSettings);
     /// Turns the PLL on or off.
@@ -198,11 +198,13 @@ pub trait ClockRegisters {
 /// table with `CLOCK_FALLBACK`.
 pub fn start(registers: &mut impl ClockRegisters) -> Clocks {
     registers.turn_crystal(true);
-    if within(CRYSTAL_POLLS, || registers.crystal_is_ready())
-        && runs_from_pll(registers, ClockSource::Crystal)
-    {
-        registers.watch_crystal();
-        return Clocks::of(ClockSource::Crystal);
+    if within(CRYSTAL_POLLS, || registers.crystal_is_ready()) {
+        // Before the core may depend on it: without a clock nothing would run that could notice.
+        registers.watch_crystal(true);
+        if runs_from_pll(registers, ClockSource::Crystal) {
+            return Clocks::of(ClockSource::Crystal);
+        }
+        registers.watch_crystal(false);
     }
     registers.turn_crystal(false);
     if runs_from_pll(registers, ClockSource::InternalPll) {

@@ -123,6 +123,9 @@ impl Model {
         };
         if clock != self.core && answer.has_come(self.since(begin)) {
             assert!(clock == CoreClock::Internal || self.is_locked());
+            let from_crystal = self.settings.is_some_and(|settings| settings.from_crystal);
+            let depends = clock == CoreClock::Pll && from_crystal;
+            assert!(!depends || self.crystal_is_watched, "{:?}", self.board);
             self.core = clock;
         }
     }
@@ -172,6 +175,7 @@ impl ClockRegisters for Model {
         let behind_core =
             self.core == CoreClock::Pll && self.settings.expect("set up").from_crystal;
         assert!(on || !behind_core, "the core loses its clock");
+        assert!(on || !self.crystal_is_watched, "its end would be an alarm");
         self.crystal_since = on.then_some(self.polls);
     }
 
@@ -184,8 +188,10 @@ impl ClockRegisters for Model {
         ready
     }
 
-    fn watch_crystal(&mut self) {
-        self.crystal_is_watched = true;
+    fn watch_crystal(&mut self, on: bool) {
+        // Not before it oscillates, and as long as the core may run from it.
+        assert!(self.crystal_since.is_some());
+        self.crystal_is_watched = on;
     }
 
     fn set_up_pll(&mut self, settings: PllSettings) {
