@@ -1,0 +1,127 @@
+//! Builds the board's images as `cargo board` does, and reads segments and symbols from the ELF file.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use object::{Object, ObjectSegment, ObjectSymbol};
+
+/// Where flash begins (RM0090 2.3).
+pub const FLASH_BEGIN: u32 = 0x0800_0000;
+
+/// Size of the part of flash that an image may fill, in front of the parameter slots (memory.x) \[bytes\].
+pub const FLASH_BYTES: u32 = 768 * 1024;
+
+/// The two number systems, each an image.
+pub const CORES: [&str; 2] = ["firmware", "firmware-fixed"];
+
+/// An image of the board.
+#[derive(Debug, Clone)]
+pub struct Image {
+    /// Name of the binary.
+    pub name: String,
+    /// What is flashed, from [`FLASH_BEGIN`] on.
+    pub flash: Vec<u8>,
+    symbols: Vec<(String, u32)>,
+}
+
+impl Image {
+    /// Builds and reads the image `name` with these cargo features besides `board`.
+    ///
+    /// # Panics
+    /// It does not build: then there is nothing to test.
+    pub fn build(name: &str, features: &[&str]) -> Self {
+        let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let workspace = package.ancestors().nth(2).expect("two folders above");
+        // A folder of its own: other features have the same file name.
+        let folder = ["registers-image", &features.join("-")].concat();
+        let target = workspace.join("target").join(folder);
+        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+        let status = Command::new(cargo)
+            .current_dir(workspace)
+            .arg("board")
+            .args(["--quiet", "--target-dir"])
+            .arg(&target)
+            .args(features.iter().flat_map(|feature| ["--features", feature]))
+            .status();
+        assert!(
+            status.as_ref().is_ok_and(|status| status.success()),
+            "`cargo board` with features {features:?} failed: {status:?}"
+        );
+        let mut path: PathBuf = target.join("thumbv7em-none-eabihf").join("release");
+        path.push(name);
+        Self::read(name, &path)
+    }
+
+    fn read(name: &str, path: &Path) -> Self {
+        let bytes = fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let elf = object::File::parse(&*bytes).expect("cargo makes ELF files");
+        let mut flash = vec![0xFF; FLASH_BYTES as usize];
+        for segment in elf.segments() {
+            let (data, begin) = (
+                segment.data().expect("within the file"),
+                load_address(&elf, &segment),
+            );
+            let Some(at) = begin.checked_sub(FLASH_BEGIN) else {
+                continue;
+            };
+            let place = flash
+                .get_mut(at as usize..)
+                .and_then(|rest| rest.get_mut(..data.len()));
+            if let Some(place) = place {
+                place.copy_from_slice(data);
+            }
+        }
+        let symbols = elf
+            .symbols()
+            .filter_map(|symbol| Some((symbol.name().ok()?.to_owned(), symbol.address() as u32)));
+        Self {
+            name: name.to_owned(),
+            flash,
+            symbols: symbols.collect(),
+        }
+    }
+
+    /// The address of the symbol whose name contains every one of `parts`.
+    ///
+    /// # Panics
+    /// There is none, or more than one.
+    pub fn symbol(&self, parts: &[&str]) -> u32 {
+        let mut found: Vec<u32> = self
+            .symbols
+            .iter()
+            .filter(|(name, _)| parts.iter().all(|part| name.contains(part)))
+            .map(|(_, address)| *address)
+            .collect();
+        found.sort_unstable();
+        found.dedup();
+        match found[..] {
+            [address] => address,
+            _ => panic!("{} symbols of {} contain {parts:?}", found.len(), self.name),
+        }
+    }
+
+    /// A word of the vector table: 0 is the initial stack pointer, then the exceptions by their number (PM0214 2.3.4).
+    pub fn vector(&self, number: u32) -> u32 {
+        let at = 4 * number as usize;
+        let word = self.flash.get(at..at + 4).expect("within the table");
+        u32::from_le_bytes([word[0], word[1], word[2], word[3]])
+    }
+}
+
+/// Where a segment is stored: its physical address, which for initial values of variables is in flash.
+fn load_address(elf: &object::File<'_>, segment: &object::Segment<'_, '_>) -> u32 {
+    use object::read::elf::ProgramHeader;
+    let object::File::Elf32(file) = elf else {
+        panic!("an image of a 32-bit processor");
+    };
+    let endian = file.endian();
+    let (offset, _) = segment.file_range();
+    let of_segment = |header: &&object::elf::ProgramHeader32<object::Endianness>| {
+        header.p_type(endian) == object::elf::PT_LOAD
+            && u64::from(header.p_offset(endian)) == offset
+            && u64::from(header.p_vaddr(endian)) == segment.address()
+    };
+    let header = file.elf_program_headers().iter().find(of_segment);
+    header.expect("every segment has a header").p_paddr(endian)
+}

@@ -1,0 +1,43 @@
+//! Runs the board's own image, the ELF file that is flashed, against models of the registers of an STM32F405.
+//!
+//! The processor is Unicorn's. Everything around it is here, written from ST's reference manual RM0090 (revision 19) and data
+//! sheet DS8626, a file a peripheral:
+//!
+//! | module | models |
+//! |---|---|
+//! | [`rcc`] | oscillators, PLL, clock security system, bus clocks, cause of the reset |
+//! | [`flash`] | wait states, keys, erasing, programming, power that fails meanwhile |
+//! | [`spi`], [`bank`] | SPI1 and the bank of gyros behind it, with what goes wrong on a line |
+//! | [`timer`] | TIM2, which samples, and TIM5, which tells the time |
+//! | [`watchdog`] | the independent watchdog on its own oscillator |
+//! | [`usart`], [`dma`] | USART1 and USART6, and the stream that feeds the latter |
+//! | [`power`], [`port`], [`system`] | supply detector, pins, the processor's own registers |
+//!
+//! [`machine`] joins them: it counts time, enters interrupts and notices resets. [`host`] is the other end of the serial
+//! line.
+//!
+//! A model refuses what the manual forbids: an access to a peripheral without a clock, a PLL that is set up while it runs, a
+//! store to locked flash, too few wait states. Each refusal is kept as a sentence, and every test asks that there is none.
+//!
+//! # Time
+//! Ticks of [`ticks::PER_SECOND`]. An instruction takes a given number of cycles of the core, one where nothing else is said:
+//! then every bounded wait of a driver is as short as it can be. What flash and buses take besides is not modelled.
+
+pub mod bank;
+pub mod board;
+pub mod dma;
+mod exceptions;
+pub mod flash;
+pub mod host;
+pub mod image;
+pub mod machine;
+pub mod port;
+pub mod power;
+pub mod random;
+pub mod rcc;
+pub mod spi;
+pub mod system;
+pub mod ticks;
+pub mod timer;
+pub mod usart;
+pub mod watchdog;

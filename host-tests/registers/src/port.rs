@@ -1,0 +1,73 @@
+//! A port of pins (RM0090 section 8): what a pin is connected to, and the level of those that the processor drives.
+
+/// Registers of one port.
+#[derive(Debug, Clone, Default)]
+pub struct Port {
+    moder: u32,
+    others: [u32; 3],
+    odr: u32,
+    alternate: [u32; 2],
+}
+
+const MODER: u32 = 0x00;
+const PUPDR: u32 = 0x0C;
+const ODR: u32 = 0x14;
+const BSRR: u32 = 0x18;
+const AFRL: u32 = 0x20;
+const AFRH: u32 = 0x24;
+
+impl Port {
+    /// Port A after a reset: its pins 13 to 15 are the debugger's.
+    pub fn a() -> Self {
+        Self {
+            moder: 0xA800_0000,
+            others: [0, 0x0C00_0000, 0x6400_0000],
+            ..Self::default()
+        }
+    }
+
+    /// Whether a pin is connected to this alternate function.
+    pub fn is_alternate(&self, pin: u32, function: u32) -> bool {
+        let chosen = self.alternate[pin as usize / 8] >> (4 * (pin % 8)) & 0xF;
+        self.mode(pin) == 0b10 && chosen == function
+    }
+
+    /// Whether a pin is an output, and high.
+    pub fn output(&self, pin: u32) -> Option<bool> {
+        (self.mode(pin) == 0b01).then_some(self.odr & (1 << pin) != 0)
+    }
+
+    /// Whether a pin is pulled up.
+    pub fn is_pulled_up(&self, pin: u32) -> bool {
+        self.others[2] >> (2 * pin) & 0b11 == 0b01
+    }
+
+    fn mode(&self, pin: u32) -> u32 {
+        self.moder >> (2 * pin) & 0b11
+    }
+
+    /// Reads a register.
+    pub fn read(&self, offset: u32) -> Option<u32> {
+        Some(match offset {
+            MODER => self.moder,
+            0x04..=PUPDR => self.others[(offset as usize - 4) / 4],
+            ODR => self.odr,
+            AFRL | AFRH => self.alternate[usize::from(offset == AFRH)],
+            _ => return None,
+        })
+    }
+
+    /// Writes a register; the sentence says what is wrong.
+    pub fn write(&mut self, offset: u32, value: u32) -> Vec<String> {
+        match offset {
+            MODER => self.moder = value,
+            0x04..=PUPDR => self.others[(offset as usize - 4) / 4] = value,
+            ODR => self.odr = value,
+            // The upper half clears, the lower sets and wins (RM0090 8.4.7).
+            BSRR => self.odr = self.odr & !(value >> 16) | value & 0xFFFF,
+            AFRL | AFRH => self.alternate[usize::from(offset == AFRH)] = value,
+            _ => return vec![format!("a port has no register at {offset:#x}")],
+        }
+        Vec::new()
+    }
+}

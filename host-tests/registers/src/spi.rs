@@ -1,0 +1,151 @@
+//! SPI1 as a master (RM0090 section 28), 8 bits wide, with the bank behind it.
+
+use crate::bank::{Answer, Bank};
+use crate::ticks;
+
+/// What a byte that comes late takes besides: longer than the driver waits, shorter than a sampling period.
+const LATE_TICKS: u64 = ticks::of_us(60);
+
+/// The fastest clock for the bank \[Hz\] (docs/board.md).
+const LIMIT_HZ: u32 = 10_500_000;
+
+/// Registers and the shift register.
+#[derive(Debug, Default)]
+pub struct Spi {
+    /// The bank.
+    pub bank: Bank,
+    cr1: u32,
+    cr2: u32,
+    /// The byte that is being shifted in, and when it is there.
+    shifting: Option<(u8, u64)>,
+    received: Option<u8>,
+    last: u8,
+    overrun: bool,
+    /// The data register was read while the overrun stood: reading the status clears it (RM0090 28.3.10).
+    data_read: bool,
+    selected: bool,
+}
+
+const CR1: u32 = 0x00;
+const CR2: u32 = 0x04;
+const SR: u32 = 0x08;
+const DR: u32 = 0x0C;
+
+const SPE: u32 = 1 << 6;
+/// Master, with the slave select by software and high; else it falls back to slave (RM0090 28.3.10).
+const MASTER: u32 = 1 << 2 | 1 << 9 | 1 << 8;
+/// CPHA, CPOL, LSBFIRST, RXONLY, DFF, CRCEN, BIDIMODE: mode 0, most significant bit first, 8 bits, both directions.
+const OTHERS: u32 = 0b11 | 1 << 7 | 1 << 10 | 1 << 11 | 1 << 13 | 1 << 15;
+
+const RXNE: u32 = 1 << 0;
+const TXE: u32 = 1 << 1;
+const OVR: u32 = 1 << 6;
+const BSY: u32 = 1 << 7;
+
+impl Spi {
+    /// A reset: the bank goes on.
+    pub fn reset(&mut self) {
+        *self = Self {
+            bank: std::mem::take(&mut self.bank),
+            ..Self::default()
+        };
+    }
+
+    /// The level of chip select, low is selected, and the number of the last latch pulse.
+    pub fn set_select(&mut self, is_selected: bool, latch: u64) {
+        if is_selected && !self.selected {
+            // What never ended before ends here, without a byte.
+            if self.shifting.is_some_and(|(_, at)| at == u64::MAX) {
+                self.shifting = None;
+            }
+            self.bank.select(latch);
+        }
+        self.selected = is_selected;
+    }
+
+    fn settle(&mut self, now: u64) {
+        if let Some((byte, _)) = self.shifting.take_if(|(_, at)| now >= *at) {
+            if self.received.is_some() {
+                self.overrun = true;
+            } else {
+                self.received = Some(byte);
+            }
+        }
+    }
+
+    /// Reads a register.
+    pub fn read(&mut self, offset: u32, now: u64) -> Option<u32> {
+        self.settle(now);
+        let with = |bit: u32, set: bool| if set { bit } else { 0 };
+        Some(match offset {
+            CR1 => self.cr1,
+            CR2 => self.cr2,
+            SR => {
+                let status = with(TXE, self.shifting.is_none())
+                    | with(RXNE, self.received.is_some())
+                    | with(OVR, self.overrun)
+                    | with(BSY, self.shifting.is_some());
+                if self.data_read {
+                    (self.overrun, self.data_read) = (false, false);
+                }
+                status
+            }
+            DR => {
+                self.data_read = self.overrun;
+                self.last = self.received.take().unwrap_or(self.last);
+                u32::from(self.last)
+            }
+            _ => return None,
+        })
+    }
+
+    /// Writes a register; the sentences say what is wrong. `pins`: all of clock, in and out are connected.
+    pub fn write(
+        &mut self,
+        offset: u32,
+        value: u32,
+        now: u64,
+        apb_hz: u32,
+        pins: bool,
+    ) -> Vec<String> {
+        self.settle(now);
+        match offset {
+            CR1 => self.cr1 = value,
+            CR2 => self.cr2 = value,
+            DR => return self.send(now, apb_hz, pins),
+            _ => {
+                return vec![format!(
+                    "SPI1's register {offset:#x} takes no {value:#x} here"
+                )];
+            }
+        }
+        Vec::new()
+    }
+
+    fn send(&mut self, now: u64, apb_hz: u32, pins: bool) -> Vec<String> {
+        let sound = self.cr1 & (SPE | MASTER | OTHERS) == SPE | MASTER;
+        if !sound || !pins || !self.selected {
+            return vec![format!(
+                "SPI1 sends with control {:#x}, selected {}",
+                self.cr1, self.selected
+            )];
+        }
+        if self.shifting.is_some() {
+            return vec!["a byte is written into a full transmitter".to_owned()];
+        }
+        let divider = 2 << (self.cr1 >> 3 & 0b111);
+        let clock_hz = apb_hz / divider;
+        if clock_hz > LIMIT_HZ {
+            return vec![format!("SPI1 at {clock_hz} Hz, at most {LIMIT_HZ} Hz")];
+        }
+        let (byte, answer) = self.bank.exchange();
+        let bits = 8 * ticks::PER_SECOND / u64::from(clock_hz.max(1));
+        let at = match answer {
+            Answer::InTime => now + bits,
+            Answer::Late => now + bits + LATE_TICKS,
+            Answer::Never => u64::MAX,
+        };
+        self.shifting = Some((byte, at));
+        Vec::new()
+    }
+}

@@ -1,0 +1,25 @@
+//! The unit of time: fine enough for every clock of the board to have whole ticks.
+
+/// Ticks in a second: the least common multiple of 168 MHz and 16 MHz. 32 kHz, 1 and 3 Mbaud have whole ticks too.
+pub const PER_SECOND: u64 = 336_000_000;
+
+/// Ticks of a clock's period. `None` where it has no whole number of them, or does not run.
+pub fn of_period(hz: u32) -> Option<u64> {
+    let hz = u64::from(hz);
+    (hz > 0 && PER_SECOND.is_multiple_of(hz)).then(|| PER_SECOND / hz)
+}
+
+/// Ticks of a time \[µs\].
+pub const fn of_us(us: u64) -> u64 {
+    us * (PER_SECOND / 1_000_000)
+}
+
+/// Ticks of a time \[ms\].
+pub const fn of_ms(ms: u64) -> u64 {
+    of_us(1000 * ms)
+}
+
+/// A time \[ms\] of so many ticks.
+pub fn to_ms(ticks: u64) -> f64 {
+    ticks as f64 * 1e3 / PER_SECOND as f64
+}

@@ -1,0 +1,170 @@
+//! A general-purpose timer that counts up (RM0090 section 18): TIM2 and TIM5, 32 bits wide.
+
+use crate::ticks;
+
+/// Registers and the counter.
+#[derive(Debug, Clone, Default)]
+pub struct Timer {
+    /// The time from which on it no longer counts; `None`: it goes on.
+    pub stops_at: Option<u64>,
+    cr1: u32,
+    dier: u32,
+    psc: u32,
+    arr: u32,
+    ccr1: u32,
+    ccmr1: u32,
+    ccer: u32,
+    /// Ticks of a count, and when the counter was last known, and what it was.
+    count_ticks: u64,
+    known_at: u64,
+    known: u64,
+    /// Overflows before that.
+    overflows: u64,
+    /// Overflows that the update flag tells no more.
+    acknowledged: u64,
+}
+
+const CR1: u32 = 0x00;
+const DIER: u32 = 0x0C;
+const SR: u32 = 0x10;
+const CCMR1: u32 = 0x18;
+const CCER: u32 = 0x20;
+const CNT: u32 = 0x24;
+const PSC: u32 = 0x28;
+const ARR: u32 = 0x2C;
+const CCR1: u32 = 0x34;
+
+const CEN: u32 = 1 << 0;
+const UIE: u32 = 1 << 0;
+const CC1E: u32 = 1 << 0;
+/// OC1M: PWM mode 1.
+const PWM_MODE_1: u32 = 0b110 << 4;
+
+impl Timer {
+    /// After a reset.
+    pub fn new() -> Self {
+        Self {
+            arr: u32::MAX,
+            count_ticks: 1,
+            ..Self::default()
+        }
+    }
+
+    /// The timer's clock is now `hz`.
+    pub fn set_clock(&mut self, hz: u32, now: u64) {
+        if let Some(count_ticks) = ticks::of_period(hz) {
+            self.settle(now);
+            self.count_ticks = count_ticks * (u64::from(self.psc) + 1);
+        }
+    }
+
+    fn is_on(&self) -> bool {
+        self.cr1 & CEN != 0
+    }
+
+    fn period(&self) -> u64 {
+        u64::from(self.arr) + 1
+    }
+
+    /// Length of a period \[ticks\].
+    pub fn period_ticks(&self) -> u64 {
+        self.period() * self.count_ticks
+    }
+
+    /// Counts since the counter was last known.
+    fn since(&self, now: u64) -> u64 {
+        let end = self.stops_at.map_or(now, |stops| stops.min(now));
+        if self.is_on() {
+            end.saturating_sub(self.known_at) / self.count_ticks
+        } else {
+            0
+        }
+    }
+
+    fn settle(&mut self, now: u64) {
+        let counts = self.since(now);
+        let total = self.known + counts;
+        self.overflows += total / self.period();
+        self.known = total % self.period();
+        self.known_at = if self.is_on() {
+            self.known_at + counts * self.count_ticks
+        } else {
+            now
+        };
+    }
+
+    /// Overflows since the reset.
+    pub fn overflows(&self, now: u64) -> u64 {
+        self.overflows + (self.known + self.since(now)) / self.period()
+    }
+
+    /// Whether channel 1 puts out a pulse at each period's beginning.
+    pub fn makes_pulses(&self) -> bool {
+        self.is_on()
+            && self.ccer & CC1E != 0
+            && self.ccmr1 & PWM_MODE_1 == PWM_MODE_1
+            && self.ccr1 > 0
+    }
+
+    /// Whether it requests its interrupt.
+    pub fn requests(&self, now: u64) -> bool {
+        self.dier & UIE != 0 && self.overflows(now) > self.acknowledged
+    }
+
+    /// When it requests its interrupt next, if it does.
+    pub fn next_request(&self, now: u64) -> Option<u64> {
+        if self.dier & UIE == 0 {
+            return None;
+        }
+        if self.requests(now) {
+            return Some(now);
+        }
+        let left = self.period() - self.known;
+        let at = self.known_at + left * self.count_ticks;
+        (self.is_on() && self.stops_at.is_none_or(|stops| at <= stops)).then_some(at)
+    }
+
+    /// Reads a register.
+    pub fn read(&mut self, offset: u32, now: u64) -> Option<u32> {
+        self.settle(now);
+        Some(match offset {
+            CR1 => self.cr1,
+            DIER => self.dier,
+            SR => u32::from(self.overflows > self.acknowledged),
+            CCMR1 => self.ccmr1,
+            CCER => self.ccer,
+            CNT => self.known as u32,
+            PSC => self.psc,
+            ARR => self.arr,
+            CCR1 => self.ccr1,
+            _ => return None,
+        })
+    }
+
+    /// Writes a register; the sentence says what is wrong.
+    pub fn write(&mut self, offset: u32, value: u32, now: u64) -> Vec<String> {
+        self.settle(now);
+        match offset {
+            CR1 => self.cr1 = value,
+            DIER => self.dier = value,
+            // Writing 0 clears a flag (RM0090 18.4.5).
+            SR => {
+                if value & 1 == 0 {
+                    self.acknowledged = self.overflows;
+                }
+            }
+            CCMR1 => self.ccmr1 = value,
+            CCER => self.ccer = value,
+            CNT => self.known = u64::from(value),
+            PSC if value == self.psc => {}
+            ARR => self.arr = value,
+            CCR1 => self.ccr1 = value,
+            _ => {
+                return vec![format!(
+                    "a timer's register {offset:#x} takes no {value:#x} here"
+                )];
+            }
+        }
+        Vec::new()
+    }
+}

@@ -1,0 +1,267 @@
+//! The clock tree, in every way that crystal, PLL, switch and wait states may answer: the image ends on a row of
+//! docs/board.md and says which, within its bound.
+
+use rlg_registers::board::{Behaviour, Board};
+use rlg_registers::host::Telemetry;
+use rlg_registers::image::{CORES, Image};
+use rlg_registers::machine::{Ending, Machine};
+use rlg_registers::{rcc, ticks};
+use trueaxis::Status;
+use trueaxis::clock_start::MOST_POLLS;
+use trueaxis::health::{item, reset_cause};
+
+/// A row of the table of clocks in docs/board.md: core, APB1, APB2, timers \[Hz\], wait states.
+type Row = (u32, [u32; 2], u32, u32);
+const FULL_SPEED: Row = (168_000_000, [42_000_000, 84_000_000], 84_000_000, 5);
+const INTERNAL: Row = (16_000_000, [16_000_000; 2], 16_000_000, 0);
+
+/// Reads of the registers of clocks and flash that are no polls: of bits to be changed, and of the reset's cause.
+const OTHER_READS: u64 = 40;
+
+fn row(board: &Board) -> Row {
+    let (rcc, now) = (&board.rcc, board.now);
+    let wait_states = board.flash.wait_states();
+    (
+        rcc.core_hz(now),
+        rcc.apb_hz(now),
+        rcc.timer_hz(now),
+        wait_states,
+    )
+}
+
+fn boot(
+    image: &Image,
+    clocks: rcc::Behaviour,
+    shows_wait_states: bool,
+    ms: u64,
+) -> (Machine, Telemetry) {
+    let mut behaviour = Behaviour {
+        clocks,
+        ..Behaviour::SOUND
+    };
+    behaviour.flash.shows_wait_states = shows_wait_states;
+    let mut machine = Machine::new(image, behaviour, [&[], &[]]);
+    assert_eq!(machine.run(ticks::of_ms(ms)), Ending::Time, "{clocks:?}");
+    let telemetry = Telemetry::of(&machine.board().usarts[0].sent);
+    (machine, telemetry)
+}
+
+/// What holds on every row: nothing forbidden was done, and line and sampling have the rates of docs/board.md.
+fn check_rates(machine: &mut Machine, what: &str) {
+    let board = machine.board();
+    assert!(board.wrong.is_empty(), "{what}: {:?}", board.wrong);
+    let [_, apb2_hz] = board.rcc.apb_hz(board.now);
+    assert_eq!(board.usarts[0].baud(apb2_hz), 1_000_000, "{what}");
+    assert_eq!(board.timers[0].period_ticks(), ticks::of_us(250), "{what}");
+    let reads = board.clock_reads;
+    assert!(
+        reads <= u64::from(MOST_POLLS) + OTHER_READS,
+        "{what}: {reads} reads"
+    );
+}
+
+#[test]
+fn every_row_with_every_answer() {
+    let us = |us: u64| Some(ticks::of_us(us));
+    let crystals = [
+        ("lives", us(2_000)),
+        ("late", us(4_900)),
+        ("too late", us(20_000)),
+        ("dead", None),
+    ];
+    let plls = [
+        ("locks", us(200), us(200)),
+        ("late", us(300), us(300)),
+        ("not to the crystal", None, us(200)),
+        ("dead", None, None),
+    ];
+    let mut worst = 0;
+    let mut rows = [0; 3];
+    for core in CORES {
+        let image = Image::build(core, &[]);
+        for (crystal, starts) in crystals {
+            for (pll, locks_to_crystal, locks_to_internal) in plls {
+                for (switches, shows) in
+                    [(true, true), (true, false), (false, true), (false, false)]
+                {
+                    let what = format!(
+                        "{core}: crystal {crystal}, PLL {pll}, switch {switches}, wait states {shows}"
+                    );
+                    let clocks = rcc::Behaviour {
+                        crystal_starts: starts,
+                        crystal_stops: None,
+                        locks_to_crystal,
+                        locks_to_internal,
+                        switches,
+                    };
+                    let (mut machine, telemetry) = boot(&image, clocks, shows, 60);
+                    let from_crystal = starts.is_some_and(|after| after <= ticks::of_us(5_000))
+                        && locks_to_crystal.is_some();
+                    let from_pll =
+                        switches && shows && (from_crystal || locks_to_internal.is_some());
+                    let expected = if from_pll { FULL_SPEED } else { INTERNAL };
+                    assert_eq!(row(machine.board()), expected, "{what}");
+                    let is_first = from_pll && from_crystal;
+                    assert_eq!(
+                        telemetry.all_have(Status::CLOCK_FALLBACK),
+                        !is_first,
+                        "{what}"
+                    );
+                    assert_eq!(machine.board().rcc.watches_crystal(), is_first, "{what}");
+                    check_rates(&mut machine, &what);
+                    worst = worst.max(machine.board().clock_reads);
+                    rows[if is_first {
+                        0
+                    } else if from_pll {
+                        1
+                    } else {
+                        2
+                    }] += 1;
+                }
+            }
+        }
+    }
+    let [crystal, internal_pll, internal] = rows;
+    println!(
+        "boots: {} in all, {crystal} on crystal and PLL, {internal_pll} on the internal oscillator and PLL, {internal} on the internal oscillator; at most {} reads of clock registers, bound {MOST_POLLS} polls",
+        crystal + internal_pll + internal,
+        worst
+    );
+}
+
+#[test]
+fn a_crystal_of_any_delay() {
+    let image = Image::build(CORES[0], &[]);
+    let mut latest_us = 0;
+    let mut boots = 0;
+    for us in (0..=12_000).step_by(100) {
+        let clocks = rcc::Behaviour {
+            crystal_starts: Some(ticks::of_us(us)),
+            ..rcc::Behaviour::SOUND
+        };
+        let (mut machine, telemetry) = boot(&image, clocks, true, 30);
+        let is_fallback = telemetry.all_have(Status::CLOCK_FALLBACK);
+        assert_eq!(row(machine.board()), FULL_SPEED, "{us} µs");
+        assert_eq!(
+            machine.board().rcc.watches_crystal(),
+            !is_fallback,
+            "{us} µs"
+        );
+        assert!(
+            !is_fallback || us > 5_000,
+            "{us} µs: taken for dead, docs/board.md waits 5 ms"
+        );
+        check_rates(&mut machine, &format!("{us} µs"));
+        if !is_fallback {
+            assert!(
+                latest_us == 0 || us - latest_us == 100,
+                "{us} µs: taken, but not {latest_us} µs"
+            );
+            latest_us = us;
+        }
+        boots += 1;
+    }
+    assert!(
+        latest_us < 12_000,
+        "a late crystal is waited for without an end"
+    );
+    println!(
+        "crystals: {boots} delays from 0 to 12 ms, taken up to {:.1} ms",
+        latest_us as f64 * 1e-3
+    );
+}
+
+/// The crystal stops `stops` ticks after power-on and stays dead: the boot that follows is on the second row and says why.
+///
+/// # Returns
+/// Whether the clock security system saw it.
+fn lose_crystal(machine: &mut Machine, stops: u64, what: &str) -> bool {
+    let clocks = &mut machine.board().behaviour.clocks;
+    *clocks = rcc::Behaviour {
+        crystal_stops: Some(stops),
+        ..rcc::Behaviour::SOUND
+    };
+    machine.power_on(stops);
+    let ending = machine.run_for(stops + ticks::of_ms(40));
+    let was_lost = ending == Ending::Software;
+    if was_lost {
+        let clocks = &mut machine.board().behaviour.clocks;
+        (clocks.crystal_starts, clocks.crystal_stops) = (None, None);
+        Telemetry::take(machine);
+        machine.follow(&ending);
+        assert_eq!(machine.run_for(ticks::of_ms(40)), Ending::Time, "{what}");
+    } else {
+        assert_eq!(ending, Ending::Time, "{what}");
+    }
+    let board = machine.board();
+    assert!(board.wrong.is_empty(), "{what}: {:?}", board.wrong);
+    assert_eq!(row(board), FULL_SPEED, "{what}");
+    was_lost
+}
+
+#[test]
+fn a_crystal_that_stops_in_service() {
+    let mut moments = 0;
+    for core in CORES {
+        let image = Image::build(core, &[]);
+        let mut machine = Machine::new(&image, Behaviour::SOUND, [&[], &[]]);
+        // Through a whole sampling period: in the interrupt, on the bus, in the main loop, asleep.
+        for step in 0..25 {
+            let stops = ticks::of_ms(40) + step * ticks::of_us(10) + step;
+            let what = format!("{core}, {} ms", ticks::to_ms(stops));
+            assert!(lose_crystal(&mut machine, stops, &what), "{what}: not seen");
+            // Until every health item was told.
+            assert_eq!(machine.run_for(ticks::of_ms(150)), Ending::Time, "{what}");
+            let telemetry = Telemetry::take(&mut machine);
+            assert!(telemetry.is_whole(), "{what}");
+            assert!(telemetry.all_have(Status::CLOCK_FALLBACK), "{what}");
+            assert_eq!(telemetry.item(item::LAST_FAILURE_KIND), 3, "{what}");
+            let cause = reset_cause::SOFTWARE | reset_cause::PIN;
+            assert_eq!(telemetry.item(item::RESET_CAUSE), cause, "{what}");
+            moments += 1;
+        }
+    }
+    println!(
+        "crystals that stop in service: {moments} moments of a sampling period, each told as lost clock by the boot that followed"
+    );
+}
+
+/// When the core goes over to the PLL \[ticks since power-on\], to a microsecond.
+fn full_speed_at(machine: &mut Machine) -> u64 {
+    let mut microseconds = (1..10_000).map(ticks::of_us);
+    let found = microseconds.find(|until| {
+        machine.run(*until);
+        let board = machine.board();
+        board.rcc.core_hz(board.now) == FULL_SPEED.0
+    });
+    found.expect("a sound board comes to full speed")
+}
+
+#[test]
+fn a_crystal_that_stops_while_the_clock_starts() {
+    let image = Image::build(CORES[0], &[]);
+    let mut machine = Machine::new(&image, Behaviour::SOUND, [&[], &[]]);
+    let mut seen = [0; 2];
+    let full_speed = full_speed_at(&mut machine);
+    // Coarsely from power-on on, then by 24 ns about the time when the core goes over to the PLL.
+    let coarse = (0..40).map(|step| step * ticks::of_us(100));
+    let fine = (0..500).map(|step| full_speed - ticks::of_us(8) + 8 * step);
+    for stops in coarse.chain(fine) {
+        let what = format!("stopped {:.5} ms after power-on", ticks::to_ms(stops));
+        Telemetry::take(&mut machine);
+        let was_lost = lose_crystal(&mut machine, stops, &what);
+        let telemetry = Telemetry::take(&mut machine);
+        assert!(!telemetry.frames.is_empty(), "{what}: the unit is silent");
+        assert!(telemetry.all_have(Status::CLOCK_FALLBACK), "{what}");
+        seen[usize::from(was_lost)] += 1;
+    }
+    let [waited, watched] = seen;
+    assert!(
+        waited > 0 && watched > 0,
+        "full speed at {full_speed} ticks, outside of what was tried"
+    );
+    println!(
+        "crystals that stop while the clock starts: {} moments; {watched} seen by the clock security system, {waited} by a wait that ended; every one ends on the internal oscillator",
+        waited + watched
+    );
+}
