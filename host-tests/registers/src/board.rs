@@ -25,8 +25,8 @@ pub struct Behaviour {
     pub supply_mv: u32,
     /// Oscillator of the watchdog \[Hz\].
     pub watchdog_hz: u32,
-    /// Cycles of the core for an instruction.
-    pub cycles_per_instruction: u64,
+    /// Cycles of the core for ten instructions.
+    pub cycles_per_ten: u64,
     /// Period of the latch pulses and of the interrupt after which TIM2 stands \[ticks since power-on\].
     pub sampling_stops: Option<u64>,
 }
@@ -38,7 +38,7 @@ impl Behaviour {
         flash: flash::Behaviour::SOUND,
         supply_mv: 3_300,
         watchdog_hz: 32_000,
-        cycles_per_instruction: 1,
+        cycles_per_ten: 10,
         sampling_stops: None,
     };
 }
@@ -83,6 +83,8 @@ pub struct Board {
     /// Reads of the registers of clocks and flash since power-on.
     pub clock_reads: u64,
     vectors: u32,
+    /// Part of a cycle that has not passed yet.
+    tenths: u64,
     /// The time at which the processor is stopped, for what is asked then; and whether it stopped.
     pub(crate) stop_at: u64,
     pub(crate) has_stopped: bool,
@@ -150,6 +152,7 @@ impl Board {
             instructions: 0,
             clock_reads: 0,
             vectors,
+            tenths: 0,
             stop_at: 0,
             has_stopped: false,
         };
@@ -177,8 +180,9 @@ impl Board {
     /// Lets `instructions` pass.
     pub fn pass(&mut self, instructions: u64) {
         self.instructions += instructions;
-        let cycles = instructions * self.behaviour.cycles_per_instruction;
-        self.now += cycles * self.cycle_ticks.unwrap_or(0);
+        let tenths = instructions * self.behaviour.cycles_per_ten + self.tenths;
+        self.tenths = tenths % 10;
+        self.now += tenths / 10 * self.cycle_ticks.unwrap_or(0);
     }
 
     /// Gives every counter the clock that runs.

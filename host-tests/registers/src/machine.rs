@@ -48,7 +48,9 @@ pub struct Machine {
     in_nmi: bool,
     /// Where thread mode has slept, and where it is to hang then.
     hangs_at: Option<u64>,
-    slept: u64,
+    entered: u64,
+    /// Longest time from entry into the sampling interrupt to its return \[ticks\].
+    pub longest_interrupt: u64,
 }
 
 impl Machine {
@@ -69,7 +71,8 @@ impl Machine {
             in_handler: false,
             in_nmi: false,
             hangs_at: None,
-            slept: 0,
+            entered: 0,
+            longest_interrupt: 0,
         };
         machine.forget_memory(1);
         machine
@@ -218,6 +221,7 @@ impl Machine {
             exceptions::enter(&mut self.cpu, self.pc, handler)?;
             (self.pc, self.in_handler) = (handler & !1, true);
             self.in_nmi |= number == NMI;
+            self.entered = self.cpu.get_data().now;
         }
         self.move_stream_bytes()?;
         let in_handler = self.in_handler;
@@ -237,6 +241,8 @@ impl Machine {
         if self.pc == exceptions::RETURN & !1 {
             self.pc = exceptions::leave(&mut self.cpu)?;
             self.in_handler = false;
+            let took = self.cpu.get_data().now - self.entered;
+            self.longest_interrupt = self.longest_interrupt.max(took);
             return Ok(());
         }
         outcome?;
@@ -255,7 +261,6 @@ impl Machine {
             return Err(uc_error::EXCEPTION);
         }
         self.hangs_at = Some(before);
-        self.slept += 1;
         let board = self.cpu.get_data_mut();
         board.now = board.now.max(board.next_event().min(until));
         Ok(())

@@ -1,0 +1,174 @@
+//! A unit that is stopped over its serial port, with the times of the data sheet; and what it refuses.
+
+use rlg_registers::board::Behaviour;
+use rlg_registers::host::{Telemetry, ask};
+use rlg_registers::image::{CORES, Image};
+use rlg_registers::machine::{Ending, Machine};
+use rlg_registers::ticks;
+use trueaxis::health::{item, reset_cause};
+use trueaxis::service_frame::{Answer, DATA_BYTES, Request, RequestKind};
+use trueaxis::{Parameters, Status};
+
+fn block(generation: u32) -> Vec<u8> {
+    let bias_rad_s = [1e-6 * f64::from(generation), -2e-6, 3e-6];
+    let parameters = Parameters::default().with(|p| p.bias_rad_s = bias_rad_s);
+    parameters.to_block(generation).to_vec()
+}
+
+/// A unit that samples, with generations 1 and 2 in its slots.
+fn sampling(image: &Image, behaviour: Behaviour) -> Machine {
+    let mut machine = Machine::new(image, behaviour, [&block(1), &block(2)]);
+    assert_eq!(machine.run_for(ticks::of_ms(40)), Ending::Time);
+    machine
+}
+
+/// Asks a unit that samples to stop: it answers, resets, and waits.
+fn stop(machine: &mut Machine) -> Answer {
+    let request = Request::new(1, RequestKind::Stop, 0);
+    // A running unit looks at its receiver once a period.
+    let answer = ask(machine, &request, 1_000, 100).expect("no reset in front of the answer");
+    let ending = machine.run_for(ticks::of_ms(5));
+    assert_eq!(ending, Ending::Software);
+    machine.follow(&ending);
+    assert_eq!(machine.run_for(ticks::of_ms(10)), Ending::Time);
+    answer.expect("a running unit answers")
+}
+
+/// Sends a block and asks to store it; the answer, and the time that it took \[ms\].
+fn store(machine: &mut Machine, block: &[u8]) -> (Answer, f64) {
+    let begin = Request::new(2, RequestKind::Begin, block.len() as u16);
+    let pieces = block.chunks(DATA_BYTES).enumerate();
+    let data =
+        pieces.map(|(at, piece)| Request::data(3 + at as u8, (at * DATA_BYTES) as u16, piece));
+    for request in std::iter::once(begin).chain(data) {
+        let answer = ask(machine, &request, 0, 20).expect("no reset");
+        assert_eq!(answer.expect("an answer").outcome, 0);
+    }
+    let begun = machine.board().now;
+    let answer = ask(machine, &Request::new(200, RequestKind::Store, 0), 0, 5_000);
+    let answer = answer.expect("no reset").expect("an answer");
+    (answer, ticks::to_ms(machine.board().now - begun))
+}
+
+/// Asks to start anew, and reads what the next boot tells.
+fn restart(machine: &mut Machine) -> Telemetry {
+    let asked = ask(machine, &Request::new(201, RequestKind::Restart, 0), 0, 20);
+    assert_eq!(
+        asked
+            .expect("no reset in front of the answer")
+            .expect("an answer")
+            .outcome,
+        0
+    );
+    let ending = machine.run_for(ticks::of_ms(5));
+    assert_eq!(ending, Ending::Software);
+    machine.follow(&ending);
+    Telemetry::take(machine);
+    // A slot that was left bad is mended first, in up to 2 s.
+    let end = machine.board().now + ticks::of_ms(2_500);
+    while !Telemetry::of(&machine.board().usarts[0].sent).is_whole() {
+        assert_eq!(machine.run_for(ticks::of_ms(50)), Ending::Time);
+        assert!(machine.board().now < end, "silent");
+    }
+    let board = machine.board();
+    assert!(board.wrong.is_empty(), "{:?}", board.wrong);
+    assert_eq!(board.usarts[0].overrun_bytes, 0);
+    Telemetry::take(machine)
+}
+
+#[test]
+fn stopped_and_given_parameters() {
+    for core in CORES {
+        let mut machine = sampling(&Image::build(core, &[]), Behaviour::SOUND);
+        assert_eq!(
+            (
+                stop(&mut machine).outcome,
+                machine.board().watchdog.is_started()
+            ),
+            (0, false)
+        );
+        let (answer, ms) = store(&mut machine, &block(9));
+        assert_eq!(
+            (answer.outcome, answer.detail, answer.stopped),
+            (0, 3, true)
+        );
+        let telemetry = restart(&mut machine);
+        assert_eq!(telemetry.item(item::GENERATION), 3);
+        assert_eq!(
+            telemetry.item(item::RESET_CAUSE),
+            reset_cause::SOFTWARE | reset_cause::PIN
+        );
+        assert_eq!(telemetry.item(item::LAST_FAILURE_KIND), 0);
+        println!(
+            "{core}: stopped by a reset, a block stored in {ms:.0} ms with the longest times of the data sheet, in force after the restart, no byte lost"
+        );
+    }
+}
+
+/// Changes how a stopped unit's flash or supply behaves, and tries to store a block: outcome, and what is in force after.
+fn refused(core: &str, change: impl Fn(&mut Behaviour)) -> (u8, u32, usize) {
+    let mut machine = sampling(&Image::build(core, &[]), Behaviour::SOUND);
+    stop(&mut machine);
+    let mut changed = Behaviour::SOUND;
+    change(&mut changed);
+    let board = machine.board();
+    (board.flash.behaviour, board.power.supply_mv) = (changed.flash, changed.supply_mv);
+    let (answer, _) = store(&mut machine, &block(9));
+    let operations = machine.board().flash.operations;
+    let telemetry = restart(&mut machine);
+    assert!(!telemetry.all_have(Status::PARAMETERS_DEFAULT));
+    (answer.outcome, telemetry.item(item::GENERATION), operations)
+}
+
+#[test]
+fn a_flash_that_refuses_and_a_supply_that_sags() {
+    for core in CORES {
+        let protected = refused(core, |board| board.flash.refuses = Some(0));
+        assert_eq!(
+            (protected.0, protected.1),
+            (14, 2),
+            "{core}: sector protected"
+        );
+        let word = refused(core, |board| board.flash.refuses = Some(20));
+        assert_eq!((word.0, word.1), (14, 2), "{core}: word refused");
+        let hung = refused(core, |board| board.flash.hangs_from = Some(5));
+        assert_eq!((hung.0, hung.1), (14, 2), "{core}: controller hangs");
+        let low = refused(core, |board| board.supply_mv = 2_800);
+        assert_eq!(low, (13, 2, 0), "{core}: supply at 2.8 V");
+        println!(
+            "{core}: erasure refused, word refused, controller hung (outcome 14), supply at 2.8 V (outcome 13, flash untouched): the old block in force after each"
+        );
+    }
+}
+
+#[test]
+fn a_bad_slot_with_a_low_supply_stays_as_it_is() {
+    for core in CORES {
+        let mut behaviour = Behaviour::SOUND;
+        behaviour.supply_mv = 2_800;
+        let mut machine = Machine::new(&Image::build(core, &[]), behaviour, [&[], &block(2)]);
+        assert_eq!(machine.run_for(ticks::of_ms(200)), Ending::Time);
+        let telemetry = Telemetry::take(&mut machine);
+        assert!(telemetry.all_have(Status::PARAMETER_SLOT_BAD));
+        assert_eq!(telemetry.item(item::GENERATION), 2);
+        assert_eq!(machine.board().flash.operations, 0);
+        // The same board with its supply back: mended, which takes the longest erasure, before the watchdog is started.
+        machine.board().behaviour = Behaviour::SOUND;
+        machine.power_on(2);
+        assert_eq!(machine.run_for(ticks::of_ms(2_400)), Ending::Time);
+        assert_eq!(machine.board().flash.erasures, 1);
+        machine.power_on(3);
+        assert_eq!(machine.run_for(ticks::of_ms(60)), Ending::Time);
+        Telemetry::take(&mut machine);
+        assert_eq!(machine.run_for(ticks::of_ms(60)), Ending::Time);
+        assert!(!Telemetry::take(&mut machine).all_have(Status::PARAMETER_SLOT_BAD));
+        assert!(
+            machine.board().wrong.is_empty(),
+            "{:?}",
+            machine.board().wrong
+        );
+        println!(
+            "{core}: a bad slot is left alone at 2.8 V and mended at 3.3 V in an erasure of 2 s, without the watchdog"
+        );
+    }
+}
