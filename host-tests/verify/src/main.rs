@@ -2,7 +2,8 @@
 //!
 //! `quick` is for while one works: formatting, lints and the tests of the packages that take seconds. `full`, which continuous
 //! integration runs, is everything that a change could break. `nightly` adds what only looks for longer: the fuzzer, the
-//! tests with `in_full` in their name, and marks of the diagnosis on a seed that nobody has seen.
+//! tests with `in_full` in their name, the images against register models where there is cmake, and marks of the diagnosis on
+//! a seed that nobody has seen.
 //!
 //! It takes the workspace, and recordings of others from `RLG_RECORDINGS` if that is set. It prints the output of each
 //! step, then the seconds of each, and as the last line `N passed, N failed`: the tests by their own count, every other
@@ -227,6 +228,13 @@ fn nightly(tally: &mut Tally) {
     }
     tally.heading("tests in full");
     tally.tests(&[&TEST[..], &["--no-fail-fast", "--", "--ignored", "in_full"]].concat());
+    tally.heading("images against register models");
+    // Unicorn is compiled from source, which wants more than rustup brings.
+    if Command::new("cmake").arg("--version").output().is_ok() {
+        tally.tests(&["registers", "--no-fail-fast"]);
+    } else {
+        println!("passed over: there is no cmake (host-tests/registers/README.md)");
+    }
     tally.heading("marks on a fresh seed");
     let mut marks = built("rlg");
     let seed = level::days_since_1970().to_string();
