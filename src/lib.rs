@@ -79,12 +79,12 @@
 //!
 //! | type | bytes | how many |
 //! |---|---|---|
-//! | `Processor<F32>` | 1720 | one: chain, state and health |
-//! | `Processor<Fixed>` | 1872 | |
-//! | `Chain<F32>` | 736 | in the processor |
-//! | `Chain<Fixed>` | 760 | |
-//! | `ChainState<F32>` | 840 | in the processor |
-//! | `ChainState<Fixed>` | 968 | |
+//! | `Processor<F32>` | 1744 | one: chain, state and health |
+//! | `Processor<Fixed>` | 1888 | |
+//! | `Chain<F32>` | 744 | in the processor |
+//! | `Chain<Fixed>` | 768 | |
+//! | `ChainState<F32>` | 856 | in the processor |
+//! | `ChainState<Fixed>` | 976 | |
 //! | `Parameters` | 1592 | at boot; 496 in a build without terms |
 //! | `BankDecoder` | 40 | one |
 //! | `DitherMonitor` | 56 | one |

@@ -149,9 +149,9 @@ pub const ADAPTATION_WINDOW_S: f64 = 0.03;
 /// the unknowns that they settle.
 pub const LEAST_WINDOW_SAMPLES: f64 = 72.0;
 
-/// Most of a window's estimate that is followed at once \[1\]: half, so that noise is averaged even with the
-/// shortest adaptation time.
-pub const LARGEST_ADAPTATION_SHARE: f64 = 0.5;
+/// Share of the first window's estimate that is followed, and the most of any \[1\]: half, so that noise is averaged even
+/// with the shortest adaptation time.
+pub const FIRST_ADAPTATION_SHARE: f32 = 0.5;
 
 /// Largest step of the tracked gain and quadrature in one window \[1\]: 1 %, 0.3 a second. A real drift takes
 /// minutes; a disturbed window can do no more than this.

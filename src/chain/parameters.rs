@@ -51,7 +51,8 @@ pub struct Parameters {
     /// Nominal dither amplitude, as the pickoff shows it \[rad\], 0 to 0.01; 0: not dithered, neither watched
     /// nor tracked.
     pub dither_amplitude_rad: [f64; 3],
-    /// Time in which the strip follows a change of pickoff gain or delay \[s\], 0.1 to 1000; 0: frozen.
+    /// Time in which the strip follows a change of pickoff gain or delay \[s\], 0.1 to 1000; 0: frozen. 20 is the
+    /// choice of `stages/adaptation.rs`.
     pub adaptation_time_s: f64,
     /// The accelerometers, where there are any.
     pub accelerometers: Option<AccelerometerParameters>,

@@ -9,24 +9,25 @@
 //!
 //! ```text
 //! C₀ = Σ d_{k−1} dp_{k−1}     C₁ = Σ d_{k−1} dp_k     both over ½ n g P²,  P = 2 A sin Ω/2
-//! y = C₀ + i (C₁ − C₀ cos Ω)/sin Ω        Δ = y / z        a + ib += μ Δ,  μ = window / adaptation time
+//! y = C₀ + i (C₁ − C₀ cos Ω)/sin Ω        Δ = y / z        a + ib += μ Δ
+//! μ = ½ in the first window; then μ ← max(μ − ½ μ², window / adaptation time)
 //! ```
 //!
 //! with A the nominal amplitude. A period adds the product of one gyro only: the stream's second one at x, the next at y,
 //! and so on round; periods that primed, were lost or came after lost ones add none. A window is the least
 //! whole number of output intervals that lasts 30 ms and has 72 periods. Steps and the way from the nominal
-//! phasor are bounded, μ is at most one half.
+//! phasor are bounded.
 //!
 //! A window with a reading that came after lost ones moves nothing, nor the next (the reading may have been the
 //! window's last), nor one whose dither is not within half and one and a half of its nominal amplitude: nothing
-//! could be learnt from it.
+//! could be learnt from it. After the latter μ begins anew.
 //!
 //! Out of scope: health, and whatever follows from it; the dither's frequency is taken as known.
 //!
 //! # What following costs
 //! Motion that leaks through a window is written on the taps and comes back through them at its own
-//! frequency, as a scale error of that motion alone that falls with the time: 4e-8 for 15 Hz coning and 2 s. At
-//! 0.37° that coning is 400 °/h, so it adds 1.6e-5 °/h (tests/chain_against_reference/strip.rs).
+//! frequency, as a scale error of that motion alone that falls with the time (tests/chain_against_reference/strip.rs
+//! and flexure.rs).
 
 use super::strip::Phasor;
 use nalgebra::{Complex, Vector3};
@@ -37,8 +38,8 @@ const WINDOW_S: f64 = 0.03;
 /// Least periods of a window: 24 products a gyro, for two unknowns.
 const WINDOW_PERIODS: f64 = 72.0;
 
-/// Most of a window's estimate that is followed at once \[1\].
-const SHARE_LIMIT: f64 = 0.5;
+/// Share of the first window's estimate that is followed \[1\].
+const FIRST_SHARE: f64 = 0.5;
 
 /// Largest step of a or b in one window \[1\]: a hundredth of the block's angle. With 1 s a window moves
 /// by 3 % of the error, so that only errors beyond a third are slowed down.
@@ -81,6 +82,8 @@ pub struct Adaptation {
     outputs: usize,
     /// Windows that do not move the phasor, this one included.
     disturbed: usize,
+    /// μ of the next window, by gyro.
+    share: [f64; 3],
     sums: [WindowSums; 3],
     next_axis: usize,
     /// r_{k−1}, r_{k−2}, … and p_k, p_{k−1}, …, newest first \[rad\].
@@ -106,6 +109,7 @@ impl Adaptation {
             outputs_per_window,
             outputs: 0,
             disturbed: 0,
+            share: [FIRST_SHARE; 3],
             sums: Default::default(),
             next_axis: 0,
             increments_rad: Vec::new(),
@@ -165,18 +169,21 @@ impl Adaptation {
         if disturbed || self.calibration.time_s == 0.0 {
             return None;
         }
-        let share = self.periods_per_window * self.period_s / self.calibration.time_s;
-        let share = share.min(SHARE_LIMIT);
-        let follow = |value: &mut f64, error: f64, nominal: f64| {
-            let step = (share * error).clamp(-STEP_LIMIT, STEP_LIMIT);
-            *value = (*value + step).clamp(nominal - RANGE_LIMIT, nominal + RANGE_LIMIT);
-        };
+        let settled = self.periods_per_window * self.period_s / self.calibration.time_s;
         for axis in 0..3 {
-            if let Some(error) = self.error(axis, &sums[axis], gain[axis]) {
-                let nominal = &self.nominal;
-                follow(&mut phasor.in_phase[axis], error.re, nominal.in_phase[axis]);
-                follow(&mut phasor.ahead[axis], error.im, nominal.ahead[axis]);
-            }
+            let Some(error) = self.error(axis, &sums[axis], gain[axis]) else {
+                self.share[axis] = FIRST_SHARE;
+                continue;
+            };
+            let share = self.share[axis];
+            self.share[axis] = (share - 0.5 * share * share).max(settled.min(FIRST_SHARE));
+            let follow = |value: &mut f64, error: f64, nominal: f64| {
+                let step = (share * error).clamp(-STEP_LIMIT, STEP_LIMIT);
+                *value = (*value + step).clamp(nominal - RANGE_LIMIT, nominal + RANGE_LIMIT);
+            };
+            let nominal = &self.nominal;
+            follow(&mut phasor.in_phase[axis], error.re, nominal.in_phase[axis]);
+            follow(&mut phasor.ahead[axis], error.im, nominal.ahead[axis]);
         }
         Some(phasor)
     }

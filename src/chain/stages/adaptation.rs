@@ -13,17 +13,27 @@
 //! y = C₀ + i (C₁ − C₀ cos Ω)/sin Ω        α + iβ = y / z
 //! ```
 //!
-//! P is the nominal one, so nothing is divided on the board; a smaller dither is followed more slowly. A share
-//! μ = window / adaptation time of α and β is added, within [`ADAPTATION_STEP_LIMIT`] per window and
-//! [`ADAPTATION_RANGE`] in all. An adaptation time of 0 freezes the taps at the parameters' own.
+//! P is the nominal one, so nothing is divided on the board; a smaller dither is followed more slowly. A share μ of α and
+//! β is added, within [`ADAPTATION_STEP_LIMIT`] per window and [`ADAPTATION_RANGE`] in all. It begins at
+//! [`FIRST_ADAPTATION_SHARE`] and falls as μ ← μ − ½ μ², which is 2/(n + 4) after n windows, to window / adaptation
+//! time: the start is an average over what has been seen, and what follows forgets with the adaptation time. A finding
+//! begins it anew. An adaptation time of 0 freezes the taps at the parameters' own.
 //!
-//! *Convergence*: exponential with the adaptation time; five of them leave 0.03 % of 5 %. *Misadjustment*:
+//! *Convergence*: as 1/n², whatever the adaptation time: 5 % is 0.1 % after some 2 s. *Misadjustment*:
 //! pulses of w rad leave in one window α of w √(6/12) √(2/n) / (G P |z|), 0.2 % for 0.8″, 150″ and n = 40, and
-//! √(μ/2) of that in the taps: 0.02 % with 2 s, falling with the root of the time. **2 s is the choice** for a
-//! pickoff that warms up: 0.1 % of the dither is reached within 10 s, from 5 %. *Drift*: none. Moved taps act on
-//! the block's angle since the start and not only on what follows: the step of h₀ (p − p₀) + h₁ (p' − p₀) is
-//! taken out at once, p₀ the stream's first reading, so that the angle since the start is always what
-//! the present taps would have given from the start. Its error is the taps' error times a pickoff angle: bounded.
+//! √(μ/2) of that in the taps: 0.006 % with 20 s, falling with the root of the time. *Lag*: a pickoff whose gain drifts is
+//! followed one adaptation time late.
+//!
+//! *Motion beside the dither*, e^{iδt} of it with 1/δ well below the adaptation time, is taken for tap error. Over windows
+//! of W the taps move by μ Σ e^{iδWm} up to the window before the one they act in: −½ μ sinc²(½δW) of the motion in
+//! phase and ∓ μ/(δW) across. The part in phase is a scale error of that motion, and changes what it rectifies with
+//! another axis, as flexure and as coning; it comes from the taps' being a window old, and is the same for all δ well
+//! below 1/W. **20 s is the choice**: 0.08 % (0.8 % with 2 s), and a pickoff that warms up by 5 % in ten minutes is
+//! stripped to 0.2 %.
+//!
+//! *Drift*: none. Moved taps act on the block's angle since the start and not only on what follows: the step of
+//! h₀ (p − p₀) + h₁ (p' − p₀) is taken out at once, p₀ the stream's first reading, so that the angle since the start is
+//! always what the present taps would have given from the start. Its error is the taps' error times a pickoff angle: bounded.
 //!
 //! # Health
 //! From the same window, of gyros with a nominal amplitude: X = Σ dp², E = Σ d².
@@ -44,9 +54,9 @@
 //! rest too while a pickoff is further than [`PICKOFF_REACH_RAD`] from its first reading, where no block can be.
 
 use crate::chain::design_parameters::{
-    ADAPTATION_RANGE, ADAPTATION_STEP_LIMIT, ADAPTATION_WINDOW_S, HEALTHY_AMPLITUDE,
-    HEALTHY_FREQUENCY, LARGEST_ADAPTATION_SHARE, LEAST_WINDOW_SAMPLES, PICKOFF_REACH_RAD,
-    STILL_AMPLITUDE, UNSTRIPPED_ENERGY,
+    ADAPTATION_RANGE, ADAPTATION_STEP_LIMIT, ADAPTATION_WINDOW_S, FIRST_ADAPTATION_SHARE,
+    HEALTHY_AMPLITUDE, HEALTHY_FREQUENCY, LEAST_WINDOW_SAMPLES, PICKOFF_REACH_RAD, STILL_AMPLITUDE,
+    UNSTRIPPED_ENERGY,
 };
 use crate::chain::faults::Status;
 use crate::chain::numbers::NumberSystem;
@@ -67,7 +77,7 @@ const LARGEST_REACH_CODES: u32 = 1 << 30;
 #[derive(Debug, Clone, Copy, Default)]
 struct Axis {
     dithered: bool,
-    /// μ α and μ β per correlation: rows α, β; columns C₀, C₁.
+    /// α and β per correlation: rows α, β; columns C₀, C₁.
     estimate: [[f32; 2]; 2],
     /// Σ dp² of the nominal dither over a window.
     step_energy: f32,
@@ -88,7 +98,8 @@ struct Axis {
 pub struct Adaptation {
     axes: [Axis; 3],
     watches: bool,
-    tracks: bool,
+    /// The share of a window's estimate that is followed in the end; 0: frozen.
+    share: f32,
     frames_per_window: u32,
 }
 
@@ -107,11 +118,24 @@ struct Sums<N: NumberSystem> {
 }
 
 /// One gyro's tracked values.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct Tracked {
     gain: f32,
     quadrature: f32,
+    /// Share of the next window's estimate that is followed.
+    share: f32,
     health: Status,
+}
+
+impl Default for Tracked {
+    fn default() -> Self {
+        Self {
+            gain: 0.0,
+            quadrature: 0.0,
+            share: FIRST_ADAPTATION_SHARE,
+            health: Status::default(),
+        }
+    }
 }
 
 /// What is kept from sample to sample and from window to window.
@@ -147,7 +171,7 @@ impl Adaptation {
         let looks = samples / 3.0;
         let share = if parameters.adaptation_time_s > 0.0 {
             let window_s = samples / parameters.sample_rate_hz;
-            (window_s / parameters.adaptation_time_s).min(LARGEST_ADAPTATION_SHARE)
+            (window_s / parameters.adaptation_time_s).min(f64::from(FIRST_ADAPTATION_SHARE))
         } else {
             0.0
         };
@@ -173,7 +197,7 @@ impl Adaptation {
             let estimate = [0, 1].map(|row| {
                 [0, 1].map(|column| {
                     let product = by_z[row][0] * y[0][column] + by_z[row][1] * y[1][column];
-                    (share * product / square_of_z / correlation) as f32
+                    (product / square_of_z / correlation) as f32
                 })
             });
             let (slow, fast) = HEALTHY_FREQUENCY;
@@ -200,7 +224,7 @@ impl Adaptation {
         Self {
             axes,
             watches,
-            tracks: watches && share > 0.0,
+            share: if watches { share as f32 } else { 0.0 },
             frames_per_window: frames as u32,
         }
     }
@@ -239,6 +263,11 @@ impl Adaptation {
         sums.changed |= counts ^ sums.counts;
         sums.counts = counts;
         state.next_gyro = if gyro < 2 { gyro + 1 } else { 0 };
+    }
+
+    /// Whether windows move the taps.
+    fn tracks(&self) -> bool {
+        self.share > 0.0
     }
 
     /// Whether a window has closed without a finding, or no gyro is watched.
@@ -281,7 +310,7 @@ impl Adaptation {
     pub(crate) fn tap_ranges(&self, nominal: &[ExactTaps; 3]) -> [[(i64, i64); 2]; 3] {
         let mut ranges = nominal.map(|taps| taps.map(|tap| (tap, tap)));
         for (axis, ranges) in self.axes.iter().zip(&mut ranges) {
-            if !(self.tracks && axis.dithered) {
+            if !(self.tracks() && axis.dithered) {
                 continue;
             }
             for gain in [-ADAPTATION_RANGE, ADAPTATION_RANGE] {
@@ -310,7 +339,7 @@ impl Adaptation {
         strip_state: &mut DitherState<N>,
     ) -> WindowResult {
         let mut result = WindowResult {
-            status: Status::ADAPTING.when(self.tracks),
+            status: Status::ADAPTING.when(self.tracks()),
             angle: [0; 3],
         };
         let mut taps = *strip_state.exact_taps();
@@ -319,12 +348,16 @@ impl Adaptation {
             let tracked = &mut state.tracked[index];
             let before = tracked.health;
             tracked.health = axis.judge(sums);
+            if tracked.health != Status::default() {
+                tracked.share = FIRST_ADAPTATION_SHARE;
+            }
             result.status = result.status.union(tracked.health);
             let healthy = tracked.health.union(before) == Status::default();
             let travelled = strip_state.previous()[index].wrapping_sub(strip_state.origin()[index]);
             let within_reach = travelled.unsigned_abs() <= axis.reach;
-            if axis.dithered && healthy && within_reach && state.disturbed == 0 {
-                axis.follow(sums, tracked);
+            let usable = axis.dithered && healthy && within_reach && state.disturbed == 0;
+            if self.tracks() && usable {
+                axis.follow(sums, tracked, self.share);
                 let moved = axis.taps(tracked);
                 let [new_now, new_past] = moved;
                 let [old_now, old_past] = taps[index];
@@ -346,7 +379,7 @@ impl Adaptation {
         }
         let found = result.status.bits() & !Status::ADAPTING.bits();
         state.has_closed_clean |= found == 0;
-        if self.tracks {
+        if self.tracks() {
             strip.set_taps(strip_state, &taps);
         }
         state.frames = 0;
@@ -383,11 +416,14 @@ impl Axis {
             .union(Status::COUNTER_STUCK.when(stuck))
     }
 
-    /// Moves the tracked gain and quadrature by the window's estimate, within the limits of a step and of the range.
-    fn follow<N: NumberSystem>(&self, sums: &Sums<N>, tracked: &mut Tracked) {
+    /// Moves the tracked gain and quadrature by a share of the window's estimate, within the limits of a step and of the
+    /// range; `least` is what the share falls to.
+    fn follow<N: NumberSystem>(&self, sums: &Sums<N>, tracked: &mut Tracked, least: f32) {
         let [past, now] = sums.correlations.map(N::correlation);
+        let share = tracked.share;
+        tracked.share = (share - 0.5 * share * share).max(least);
         let step = |row: [f32; 2]| {
-            let step = row[0] * past + row[1] * now;
+            let step = share * (row[0] * past + row[1] * now);
             step.clamp(-ADAPTATION_STEP_LIMIT, ADAPTATION_STEP_LIMIT)
         };
         let [gain, quadrature] = self.estimate.map(step);

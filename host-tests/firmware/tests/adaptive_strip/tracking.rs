@@ -12,7 +12,7 @@ const RESIDUE: f64 = 1e-3;
 const DRIFT_DEG_H: f64 = 1e-4;
 
 /// The choice that `adaptation.rs` states \[s\].
-const ADAPTATION_TIME_S: f64 = 2.0;
+const ADAPTATION_TIME_S: f64 = 20.0;
 
 /// A pickoff 5 % off on every gyro, and late by up to 20 µs.
 fn off() -> Triad {
@@ -233,4 +233,81 @@ fn assert_rests<N: NumberSystem>() {
 fn a_count_beyond_the_rate_moves_no_tap_wherever_in_its_window_it_comes() {
     assert_rests::<F32>();
     assert_rests::<Fixed>();
+}
+
+/// Coning at 400 Hz with the y dither this far beside it \[Hz\]: what following takes off the coning's drift.
+fn assert_leaves_motion_beside<N: NumberSystem>(beside_hz: f64, adaptation_time_s: f64) {
+    const CONE_HZ: f64 = 400.0;
+    const CONE_RAD: f64 = 1.745e-4;
+    const SECONDS: usize = 120;
+    let triad = Triad {
+        frequency_hz: [371.3, CONE_HZ + beside_hz, 438.7],
+        coning: (CONE_HZ, CONE_RAD),
+        ..Triad::default()
+    };
+    let adaptive = triad
+        .parameters()
+        .with(|p| p.adaptation_time_s = adaptation_time_s);
+    let samples: Vec<_> = triad.stream().take(4000 * SECONDS).collect();
+    let (followed, _) = frames::<N>(&adaptive, samples.iter().copied());
+    let (known, _) = frames::<N>(&triad.known(), samples.iter().copied());
+    let [drift, ..] = slope(&apart(&followed, &known)[400 * 60..]);
+    let coning = std::f64::consts::TAU * CONE_HZ * (1.0 - CONE_RAD.cos()) / 400.0;
+    let share = (drift / coning).abs();
+    println!(
+        "{}, {adaptation_time_s} s, {beside_hz} Hz beside: {:.2} % of the coning",
+        N::NAME,
+        100.0 * share
+    );
+    let window_s = WINDOW as f64 / 4000.0;
+    let expected = 0.5 * window_s / adaptation_time_s;
+    assert!(
+        (0.7..1.3).contains(&(share / expected)),
+        "{share} {expected}"
+    );
+}
+
+/// Half of window over adaptation time is a scale error of gyro y, and of the coning: the taps are a window old.
+#[test]
+fn motion_beside_the_dither_keeps_its_coning() {
+    for beside_hz in [4.0, -1.5] {
+        assert_leaves_motion_beside::<F32>(beside_hz, ADAPTATION_TIME_S);
+        assert_leaves_motion_beside::<Fixed>(beside_hz, ADAPTATION_TIME_S);
+    }
+    assert_leaves_motion_beside::<F32>(4.0, 2.0);
+}
+
+/// The pickoff stands still for a second and comes back with another gain.
+fn assert_follows_anew<N: NumberSystem>() {
+    const STOPS: usize = 4000 * 30;
+    const STARTS: usize = STOPS + 4000;
+    let parameters = Triad::default()
+        .parameters()
+        .with(|p| p.adaptation_time_s = ADAPTATION_TIME_S);
+    let changed = Triad {
+        gain: [1.05, 1.0, 0.96],
+        ..Triad::default()
+    };
+    let mut samples: Vec<_> = Triad::default().stream().take(STOPS).collect();
+    let [.., last] = samples.as_slice() else {
+        panic!("no samples")
+    };
+    let last = *last;
+    samples.extend(changed.stream().skip(STOPS).take(4000 * 11));
+    for sample in &mut samples[STOPS..STARTS] {
+        sample.pickoff_codes = last.pickoff_codes;
+    }
+    let (_, state) = frames::<N>(&parameters, samples.iter().copied());
+    println!("{}: tracked {:.4?}", N::NAME, state.tracked());
+    for (tracked, gain) in state.tracked().into_iter().zip(changed.gain) {
+        let off = f64::from(tracked[0]) - (gain - 1.0);
+        assert!(off.abs() < 2.0 * RESIDUE, "{off}");
+    }
+}
+
+/// With the share of a settled strip, 60 % of the change would still be left.
+#[test]
+fn a_pickoff_that_failed_is_followed_as_at_the_start_when_it_returns() {
+    assert_follows_anew::<F32>();
+    assert_follows_anew::<Fixed>();
 }

@@ -15,7 +15,7 @@ use trueaxis::{F32, Fixed, Parameters};
 const ADDED_DRIFT_DEG_H: f64 = 1e-4;
 
 /// The chain's documented choice \[s\].
-pub const ADAPTATION_TIME_S: f64 = 2.0;
+pub const ADAPTATION_TIME_S: f64 = 20.0;
 
 /// Share of the dither that may be left at its frequency.
 const RESIDUE: f64 = 1e-3;
