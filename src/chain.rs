@@ -285,21 +285,25 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
     /// limit, at most half as much again.
     #[inline]
     pub fn process(&self, state: &mut ChainState<N, T>, sample: &Sample) -> Option<OutputFrame> {
-        let brought_into_range;
-        let ordinary = matches!(state.phase, StreamPhase::Second | StreamPhase::Ordinary)
-            && self.limits.fit(state.dither.previous(), sample);
-        let sample = if ordinary {
-            sample
-        } else {
+        self.process_in_place(state, &mut { *sample })
+    }
+
+    /// [`Chain::process`] of a sample that the caller no longer needs: a reading beyond its limit is held in it. No copy
+    /// is made.
+    #[inline]
+    pub fn process_in_place(
+        &self,
+        state: &mut ChainState<N, T>,
+        sample: &mut Sample,
+    ) -> Option<OutputFrame> {
+        let ordinary = state.phase == StreamPhase::Ordinary
+            && self.limits.fit(&state.dither.previous(), sample);
+        if !ordinary {
             core::hint::cold_path();
-            match self.begin_or_resume(state, sample) {
-                Some(held) => {
-                    brought_into_range = held;
-                    &brought_into_range
-                }
-                None => return self.advance_time(state, 1),
+            if !self.begin_or_resume(state, sample) {
+                return self.advance_time(state, 1);
             }
-        };
+        }
 
         let felt = match &self.accelerometers {
             Some(accelerometers) if T::FOLLOWS_FORCE => {
@@ -319,7 +323,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
 
         let previous = state.dither.previous();
         self.terms
-            .pickoffs(&mut state.terms, previous, &sample.pickoff_codes);
+            .pickoffs(&mut state.terms, &previous, &sample.pickoff_codes);
 
         let sensed = self.counts.process(&mut state.counts, sample.pulse_counts);
 
@@ -395,26 +399,22 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         let with_rotation = periods.wrapping_sub(without);
 
         let bias = self.terms.bias(&state.terms);
-        let sensed = (self.counts).finish(&mut state.counts, with_rotation, bias);
-        let stripped = self.dither.finish(&mut state.dither);
+        let mut sensing_axes = [0; 3];
+        // Axis by axis: what all three need does not fit the registers.
+        for axis in 0..3 {
+            let sensed = (self.counts).finish(&mut state.counts, axis, with_rotation, bias[axis]);
+            let stripped = self.dither.finish(&mut state.dither, axis);
+            sensing_axes[axis] = sensed.wrapping_sub(stripped);
+        }
         let window = self.adaptation.finish(
             &mut state.adaptation,
             &self.dither,
             &mut state.dither,
             outputs,
         );
-        let moved = match window {
-            Some(window) => {
-                self.degrade(state, window.status);
-                window.angle
-            }
-            None => [0; 3],
-        };
-        let mut sensing_axes = moved;
-        for axis in 0..3 {
-            sensing_axes[axis] = sensing_axes[axis]
-                .wrapping_add(sensed[axis])
-                .wrapping_sub(stripped[axis]);
+        if let Some(window) = window {
+            self.degrade(state, window.status);
+            sensing_axes = turning::add(sensing_axes, window.angle);
         }
         let sums = self.period_sums(state, with_rotation);
         let sensing_axes = self.terms.angles(&mut state.terms, &sums, sensing_axes);

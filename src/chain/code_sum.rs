@@ -19,6 +19,12 @@ impl CodeSum {
         self.0
     }
 
+    /// The sum of one axis so far; its next one starts at zero.
+    #[inline(always)]
+    pub fn take_axis(&mut self, axis: usize) -> i32 {
+        core::mem::take(&mut self.0[axis])
+    }
+
     /// The sum so far; the next one starts at zero.
     #[inline(always)]
     pub fn take(&mut self) -> [i32; 3] {

@@ -80,17 +80,17 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         };
     }
 
-    /// Handles a sample that is not an ordinary one.
+    /// Handles a sample that is not an ordinary one, and brings its readings in range.
     ///
     /// # Returns
-    /// The sample with its readings in range, if it is to go through the stages; `None` if it is done with.
+    /// Whether it is to go through the stages.
     #[cold]
     #[inline(never)]
     pub(super) fn begin_or_resume(
         &self,
         state: &mut ChainState<N, T>,
-        sample: &Sample,
-    ) -> Option<Sample> {
+        sample: &mut Sample,
+    ) -> bool {
         match state.phase {
             StreamPhase::First => {
                 let held = self.limits.hold(&sample.pickoff_codes, sample, 1);
@@ -98,24 +98,28 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
                 self.dither.start(&mut state.dither, sample.pickoff_codes);
                 state.flexure = *self.installation.flexure();
                 state.periods_without_bias = state.periods_without_bias.wrapping_add(1);
+                self.adaptation.start(&mut state.adaptation);
                 state.phase = StreamPhase::Second;
-                None
+                false
             }
             StreamPhase::Restarted(lost) => {
                 self.resume_without(state, sample, lost.saturating_add(1));
-                None
+                false
             }
             StreamPhase::AfterLost(lost) => {
                 self.resume(state, sample, lost.saturating_add(1));
-                None
+                false
             }
-            StreamPhase::Second | StreamPhase::Ordinary => Some(self.hold(state, sample, 1)),
+            StreamPhase::Second | StreamPhase::Ordinary => {
+                *sample = self.hold(state, sample, 1);
+                true
+            }
         }
     }
 
     /// Brings a sample that covers `periods` periods within its limits.
     fn hold(&self, state: &mut ChainState<N, T>, sample: &Sample, periods: u32) -> Sample {
-        let held = self.limits.hold(state.dither.previous(), sample, periods);
+        let held = self.limits.hold(&state.dither.previous(), sample, periods);
         if held.status != Status::default() {
             state.raise(held.status);
             state.adaptation.disturb();

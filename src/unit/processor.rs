@@ -237,19 +237,24 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
             self.finish(ended, &mut frame);
             self.periods = self.periods.wrapping_add(lost);
         }
-        if let Some(sample) = reading.sample {
+        if let Some(mut sample) = reading.sample {
             // `black_box`: if the compiler shared this decision with the chain, the chain would have fewer registers.
             let beginning = core::hint::black_box(self.state.is_beginning());
             probe.begin();
-            let ended = self.chain.process(&mut self.state, &sample);
-            probe.end(match (ended.is_some(), beginning) {
-                (true, _) => SampleClass::WithOutput,
-                (false, true) => SampleClass::Beginning,
-                (false, false) => SampleClass::BetweenOutputs,
-            });
-            self.periods = self.periods.wrapping_add(1);
-            if ended.is_some() {
-                self.finish(ended, &mut frame);
+            match (self.chain).process_in_place(&mut self.state, &mut sample) {
+                None => {
+                    probe.end(if beginning {
+                        SampleClass::Beginning
+                    } else {
+                        SampleClass::BetweenOutputs
+                    });
+                    self.periods = self.periods.wrapping_add(1);
+                }
+                ended => {
+                    probe.end(SampleClass::WithOutput);
+                    self.periods = self.periods.wrapping_add(1);
+                    self.finish(ended, &mut frame);
+                }
             }
         }
         frame

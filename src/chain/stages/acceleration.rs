@@ -70,18 +70,24 @@ impl<N: NumberSystem> Acceleration<N> {
             let differences = [now[axis], one[axis], two[axis], three[axis]];
             N::filter(&self.coefficients, differences)
         };
-        let mut sums = [filter(0), filter(1), filter(2)];
+        let (mut x, mut y, mut z) = (filter(0), filter(1), filter(2));
         state.previous = increment;
         state.differences = [now, one, two];
 
-        let [x, y, z] = sums;
         let mut status = Status::default();
         if N::beyond(x) || N::beyond(y) || N::beyond(z) {
             core::hint::cold_path();
             status = Status::ACCELERATION_SATURATED;
-            sums = sums.map(|sum| if N::beyond(sum) { N::held(sum) } else { sum });
+            // One by one: an array would be kept in memory for every sample.
+            let within = |sum| if N::beyond(sum) { N::held(sum) } else { sum };
+            (x, y, z) = (within(x), within(y), within(z));
         }
-        (Triad::from_array(sums).map(N::acceleration), status)
+        let acceleration = Triad {
+            x: N::acceleration(x),
+            y: N::acceleration(y),
+            z: N::acceleration(z),
+        };
+        (acceleration, status)
     }
 }
 

@@ -69,6 +69,9 @@ use crate::chain::stages::dither::{Dither, DitherState, ExactTaps};
 /// last sample also spoils the next window's first increment.
 const DISTURBED_WINDOWS: u8 = 2;
 
+/// No gyro's place.
+const NONE_WATCHED: usize = 3;
+
 /// Most codes that [`PICKOFF_REACH_RAD`] may be: even with the finest codes this is three times the largest amplitude,
 /// and one step more still fits an `i32`.
 const LARGEST_REACH_CODES: u32 = 1 << 30;
@@ -143,7 +146,7 @@ impl Default for Tracked {
 pub struct AdaptationState<N: NumberSystem> {
     sums: [Sums<N>; 3],
     tracked: [Tracked; 3],
-    /// The gyro whose products the next sample adds.
+    /// The gyro whose products the next sample adds; [`NONE_WATCHED`] where there is none.
     next_gyro: usize,
     frames: u32,
     /// Windows, this one included, in which the taps rest.
@@ -229,6 +232,11 @@ impl Adaptation {
         }
     }
 
+    /// Begins with the stream.
+    pub fn start<N: NumberSystem>(&self, state: &mut AdaptationState<N>) {
+        state.next_gyro = if self.watches { 0 } else { NONE_WATCHED };
+    }
+
     /// Adds one gyro's products to its window sums, before the sample goes through the strip.
     #[inline(always)]
     pub fn observe<N: NumberSystem>(
@@ -238,17 +246,14 @@ impl Adaptation {
         acceleration: &AccelerationState<N>,
         sample: &Sample,
     ) {
-        if !self.watches {
-            return;
-        }
         let gyro = state.next_gyro;
         let (strip, strip_state) = dither;
-        // All arrays have three elements: one check serves.
+        // All arrays have three elements: one check serves, also where no gyro is watched.
         let Some(sums) = state.sums.get_mut(gyro) else {
             return;
         };
         let code = sample.pickoff_codes[gyro];
-        let codes = code.wrapping_sub(strip_state.previous()[gyro]);
+        let codes = code.wrapping_sub(strip_state.readings()[gyro].last);
         let now = N::step_factor(N::step(strip.scales()[gyro], codes));
         let past = N::step_factor(strip_state.step()[gyro]);
         let error = N::increment_factor(acceleration.difference()[gyro]);
@@ -353,8 +358,9 @@ impl Adaptation {
             }
             result.status = result.status.union(tracked.health);
             let healthy = tracked.health.union(before) == Status::default();
-            let travelled = strip_state.previous()[index].wrapping_sub(strip_state.origin()[index]);
-            let within_reach = travelled.unsigned_abs() <= axis.reach;
+            let readings = strip_state.readings()[index];
+            let from_origin = |code: i32| code.wrapping_sub(strip_state.origin()[index]);
+            let within_reach = from_origin(readings.last).unsigned_abs() <= axis.reach;
             let usable = axis.dithered && healthy && within_reach && state.disturbed == 0;
             if self.tracks() && usable {
                 axis.follow(sums, tracked, self.share);
@@ -363,12 +369,9 @@ impl Adaptation {
                 let [old_now, old_past] = taps[index];
                 let now = new_now.wrapping_sub(old_now);
                 let past = new_past.wrapping_sub(old_past);
-                let since_start = |codes: &[i32; 3]| {
-                    i64::from(codes[index].wrapping_sub(strip_state.origin()[index]))
-                };
                 result.angle[index] = now
-                    .wrapping_mul(since_start(strip_state.previous()))
-                    .wrapping_add(past.wrapping_mul(since_start(strip_state.before_previous())))
+                    .wrapping_mul(i64::from(from_origin(readings.last)))
+                    .wrapping_add(past.wrapping_mul(i64::from(from_origin(readings.before))))
                     .wrapping_neg();
                 taps[index] = moved;
             }
@@ -421,7 +424,9 @@ impl Axis {
     fn follow<N: NumberSystem>(&self, sums: &Sums<N>, tracked: &mut Tracked, least: f32) {
         let [past, now] = sums.correlations.map(N::correlation);
         let share = tracked.share;
-        tracked.share = (share - 0.5 * share * share).max(least);
+        let next = share - 0.5 * share * share;
+        // `max` is a call.
+        tracked.share = if next > least { next } else { least };
         let step = |row: [f32; 2]| {
             let step = share * (row[0] * past + row[1] * now);
             step.clamp(-ADAPTATION_STEP_LIMIT, ADAPTATION_STEP_LIMIT)

@@ -81,18 +81,14 @@ impl<N: NumberSystem> Counts<N> {
         angle
     }
 
-    /// W Σn − b t over `periods` sample periods \[fine units\], with `more` bias a period that terms know; starts the
-    /// next sum.
+    /// W Σn − b t of one gyro over `periods` sample periods \[fine units\], with `more` bias a period that terms know;
+    /// starts the gyro's next sum.
     #[inline(always)]
-    pub fn finish(&self, sum: &mut CodeSum, periods: u32, more: [i64; 3]) -> [i64; 3] {
-        let counts = sum.take();
-        let mut angle = [0; 3];
-        // A loop and not `map`, which is a function of its own in the image.
-        for axis in 0..3 {
-            let bias = self.bias[axis].wrapping_add(more[axis]);
-            let bias = bias.wrapping_mul(i64::from(periods));
-            angle[axis] = self.exact[axis].times(counts[axis]).wrapping_sub(bias);
-        }
-        angle
+    pub fn finish(&self, sum: &mut CodeSum, axis: usize, periods: u32, more: i64) -> i64 {
+        let bias = self.bias[axis].wrapping_add(more);
+        let bias = bias.wrapping_mul(i64::from(periods));
+        self.exact[axis]
+            .times(sum.take_axis(axis))
+            .wrapping_sub(bias)
     }
 }

@@ -38,19 +38,35 @@ pub struct Dither<N: NumberSystem> {
     unit_log2: u32,
 }
 
+/// The last two readings of one pickoff \[codes\]. They stand side by side: one instruction stores both.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Readings {
+    /// p_{k−1}.
+    pub last: i32,
+    /// p_{k−2}.
+    pub before: i32,
+}
+
+impl Readings {
+    /// A pickoff that has not moved.
+    fn still(code: i32) -> Self {
+        Self {
+            last: code,
+            before: code,
+        }
+    }
+}
+
 /// Readings of the last samples, and the taps in use.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DitherState<N: NumberSystem> {
-    /// p_{k−1} \[codes\].
-    previous: [i32; 3],
-    /// p_{k−2} \[codes\].
-    before_previous: [i32; 3],
+    readings: [Readings; 3],
     /// p_{k−1} − p_{k−2}.
     step: [N::Step; 3],
     taps: [[N::Tap; 2]; 3],
     exact_taps: [ExactTaps; 3],
-    /// The last reading before the output period, and the one before that.
-    start: [[i32; 3]; 2],
+    /// The last readings before the output period.
+    start: [Readings; 3],
     /// p₀, the first reading of the stream, or of a source that restarted.
     origin: [i32; 3],
 }
@@ -83,9 +99,8 @@ impl<N: NumberSystem> Dither<N> {
     /// zero.
     pub fn start(&self, state: &mut DitherState<N>, codes: [i32; 3]) {
         *state = DitherState {
-            previous: codes,
-            before_previous: codes,
-            start: [codes; 2],
+            readings: codes.map(Readings::still),
+            start: codes.map(Readings::still),
             origin: codes,
             ..DitherState::default()
         };
@@ -94,19 +109,19 @@ impl<N: NumberSystem> Dither<N> {
 
     /// Continues from these readings \[codes\] after lost ones: the next sample's step is taken from them alone.
     pub fn resume(&self, state: &mut DitherState<N>, codes: [i32; 3]) {
-        state.previous = codes;
-        state.before_previous = codes;
+        state.readings = codes.map(Readings::still);
         state.step = Default::default();
     }
 
     /// Leaves the steps from the last readings to these \[codes\] out of the output period's angle:
     /// [`exact`](Self::exact) has told their angle, and the caller accounts for it elsewhere or drops it.
     pub fn leave_out(&self, state: &mut DitherState<N>, codes: [i32; 3]) {
-        let [start, before_start] = &mut state.start;
-        for axis in 0..3 {
-            let step = |from: i32| codes[axis].wrapping_sub(from);
-            start[axis] = start[axis].wrapping_add(step(state.previous[axis]));
-            before_start[axis] = before_start[axis].wrapping_add(step(state.before_previous[axis]));
+        let pairs = state.start.iter_mut().zip(state.readings);
+        for ((start, readings), code) in pairs.zip(codes) {
+            start.last = start.last.wrapping_add(code.wrapping_sub(readings.last));
+            start.before = start
+                .before
+                .wrapping_add(code.wrapping_sub(readings.before));
         }
     }
 
@@ -143,13 +158,15 @@ impl<N: NumberSystem> Dither<N> {
         let sensed = sensed.to_array();
         let mut stripped = sensed;
         for axis in 0..3 {
-            let previous = state.previous[axis];
+            let previous = state.readings[axis].last;
             let step = N::step(self.scales[axis], codes[axis].wrapping_sub(previous));
             let [now, past] = state.taps[axis];
             stripped[axis] = N::strip(N::strip(sensed[axis], now, step), past, state.step[axis]);
             state.step[axis] = step;
-            state.before_previous[axis] = previous;
-            state.previous[axis] = codes[axis];
+            state.readings[axis] = Readings {
+                last: codes[axis],
+                before: previous,
+            };
         }
         Triad::from_array(stripped)
     }
@@ -162,37 +179,32 @@ impl<N: NumberSystem> Dither<N> {
             let [now, past] = state.exact_taps[axis];
             let step = |from: i32| i64::from(codes[axis].wrapping_sub(from));
             angle[axis] = now
-                .wrapping_mul(step(state.previous[axis]))
-                .wrapping_add(past.wrapping_mul(step(state.before_previous[axis])));
+                .wrapping_mul(step(state.readings[axis].last))
+                .wrapping_add(past.wrapping_mul(step(state.readings[axis].before)));
         }
         angle
     }
 
-    /// The strip's angle over the output period \[fine units\]; starts the next one.
+    /// One gyro's strip over the output period \[fine units\]; starts the gyro's next one.
     #[inline(always)]
-    pub fn finish(&self, state: &mut DitherState<N>) -> [i64; 3] {
-        let start = state.start;
-        state.start = [state.previous, state.before_previous];
-        Self::since(state, start)
+    pub fn finish(&self, state: &mut DitherState<N>, axis: usize) -> i64 {
+        let angle = Self::since(state, axis);
+        state.start[axis] = state.readings[axis];
+        angle
     }
 
     /// The strip's angle since the output period's start \[fine units\].
     pub fn since_start(&self, state: &DitherState<N>) -> [i64; 3] {
-        Self::since(state, state.start)
+        [0, 1, 2].map(|axis| Self::since(state, axis))
     }
 
     #[inline(always)]
-    fn since(state: &DitherState<N>, [start, before_start]: [[i32; 3]; 2]) -> [i64; 3] {
-        let mut angle = [0; 3];
-        for axis in 0..3 {
-            let [now, past] = state.exact_taps[axis];
-            let difference = |end: i32, start: i32| i64::from(end.wrapping_sub(start));
-            let late = difference(state.before_previous[axis], before_start[axis]);
-            angle[axis] = now
-                .wrapping_mul(difference(state.previous[axis], start[axis]))
-                .wrapping_add(past.wrapping_mul(late));
-        }
-        angle
+    fn since(state: &DitherState<N>, axis: usize) -> i64 {
+        let (end, start) = (state.readings[axis], state.start[axis]);
+        let [now, past] = state.exact_taps[axis];
+        let difference = |end: i32, start: i32| i64::from(end.wrapping_sub(start));
+        now.wrapping_mul(difference(end.last, start.last))
+            .wrapping_add(past.wrapping_mul(difference(end.before, start.before)))
     }
 }
 
@@ -216,15 +228,17 @@ impl Dither<crate::chain::numbers::Interval> {
 }
 
 impl<N: NumberSystem> DitherState<N> {
-    /// p_{k−1} \[codes\].
+    /// p_{k−1} of all three \[codes\].
     #[inline(always)]
-    pub fn previous(&self) -> &[i32; 3] {
-        &self.previous
+    pub fn previous(&self) -> [i32; 3] {
+        let [x, y, z] = &self.readings;
+        [x.last, y.last, z.last]
     }
 
-    /// p_{k−2} \[codes\].
-    pub(crate) fn before_previous(&self) -> &[i32; 3] {
-        &self.before_previous
+    /// p_{k−1} and p_{k−2}.
+    #[inline(always)]
+    pub(crate) fn readings(&self) -> &[Readings; 3] {
+        &self.readings
     }
 
     /// p_{k−1} − p_{k−2}.
@@ -251,15 +265,11 @@ impl<N: NumberSystem> DitherState<N> {
 
     /// Adds `by` \[codes\] to every reading that is remembered: the pickoffs' origin has moved.
     pub fn shift(&mut self, by: [i32; 3]) {
-        let [start, before_start] = &mut self.start;
-        for codes in [
-            &mut self.previous,
-            &mut self.before_previous,
-            start,
-            before_start,
-            &mut self.origin,
-        ] {
-            for (code, by) in codes.iter_mut().zip(by) {
+        for (axis, by) in by.into_iter().enumerate() {
+            let Readings { last, before } = &mut self.readings[axis];
+            let start = &mut self.start[axis];
+            let origin = &mut self.origin[axis];
+            for code in [last, before, &mut start.last, &mut start.before, origin] {
                 *code = code.wrapping_add(by);
             }
         }
