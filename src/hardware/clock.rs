@@ -5,19 +5,25 @@
 //! follow the clock that really runs, so the sample rate stays what the parameters ask, to the 1 % of the RC
 //! oscillator; should the interrupt not fit at 16 MHz, its periods are counted as late and missed. A crystal
 //! that fails later ends in [`super::failure`]: the clock security system raises the NMI, which resets into
-//! the fallback.
+//! the fallback, where the crystal is left alone until the next reset.
 //!
 //! The emulator does not model the clock tree: its registers read as zero, so there the last row is taken.
 
 use stm32f4::stm32f405::{FLASH, PWR, RCC};
 use trueaxis::clock_start::{self, BusDividers, ClockRegisters, Clocks, CoreClock, PllSettings};
 
-/// Starts the best clock that there is. Runs once, at boot, from the internal oscillator.
-pub fn start(rcc: &RCC, flash: &FLASH, pwr: &PWR) -> Clocks {
+/// Starts the best clock that there is, without the crystal if the run before this one has lost it. Runs once, at boot, from
+/// the internal oscillator.
+pub fn start(rcc: &RCC, flash: &FLASH, pwr: &PWR, crystal_was_lost: bool) -> Clocks {
     rcc.apb1enr().modify(|_, w| w.pwren().enabled());
     // 168 MHz needs the core's supply at scale 1.
     pwr.cr().modify(|_, w| w.vos().scale1());
-    clock_start::start(&mut Registers { rcc, flash })
+    let registers = &mut Registers { rcc, flash };
+    if crystal_was_lost {
+        clock_start::start_without_crystal(registers)
+    } else {
+        clock_start::start(registers)
+    }
 }
 
 struct Registers<'a> {

@@ -207,6 +207,15 @@ pub fn start(registers: &mut impl ClockRegisters) -> Clocks {
         registers.watch_crystal(false);
     }
     registers.turn_crystal(false);
+    start_without_crystal(registers)
+}
+
+/// Starts the best clock that needs no crystal, for a run that follows one in which the crystal stopped: a crystal that starts
+/// at each boot and stops again would reset the unit for ever. Runs once, after a reset.
+///
+/// # Returns
+/// The clocks that run: a row of the table with `CLOCK_FALLBACK`.
+pub fn start_without_crystal(registers: &mut impl ClockRegisters) -> Clocks {
     if runs_from_pll(registers, ClockSource::InternalPll) {
         return Clocks::of(ClockSource::InternalPll);
     }

@@ -6,7 +6,7 @@
 
 use trueaxis::clock_start::{
     BusDividers, CRYSTAL_POLLS, ClockRegisters, ClockSource, Clocks, CoreClock, DIVIDER_CYCLES,
-    MOST_POLLS, PLL_POLLS, PllSettings, REGISTER_POLLS, start,
+    MOST_POLLS, PLL_POLLS, PllSettings, REGISTER_POLLS, start, start_without_crystal,
 };
 
 /// When a register shows what it was asked for.
@@ -370,6 +370,21 @@ fn a_switch_that_shows_no_known_clock_leaves_what_is_safe_at_either_frequency() 
             start(&mut model);
             model.check();
         }
+    }
+}
+
+#[test]
+fn without_the_crystal_that_is_not_even_turned_on() {
+    for board in boards() {
+        let mut model = Model::new(board);
+        let clocks = start_without_crystal(&mut model);
+        let dead = Board {
+            crystal: Answer::Never,
+            ..board
+        };
+        assert_eq!(clocks.source, promised(&dead), "{board:?}");
+        assert!(clocks.is_fallback());
+        assert!(model.crystal_since.is_none() && !model.crystal_is_watched);
     }
 }
 

@@ -226,6 +226,31 @@ fn a_crystal_that_stops_in_service() {
     );
 }
 
+#[test]
+fn a_crystal_that_stops_after_each_start() {
+    for core in CORES {
+        let mut behaviour = Behaviour::SOUND;
+        behaviour.clocks.crystal_stops = Some(ticks::of_ms(10));
+        let mut machine = Machine::new(&Image::build(core, &[]), behaviour, [&[], &[]]);
+        let ending = machine.run_for(ticks::of_ms(200));
+        assert_eq!(ending, Ending::Software, "{core}");
+        machine.follow(&ending);
+        Telemetry::take(&mut machine);
+        assert_eq!(
+            machine.run_for(ticks::of_ms(200)),
+            Ending::Time,
+            "{core}: reset again"
+        );
+        let telemetry = Telemetry::take(&mut machine);
+        assert!(telemetry.all_have(Status::CLOCK_FALLBACK), "{core}");
+        assert_eq!(telemetry.item(item::LAST_FAILURE_KIND), 3, "{core}");
+        check_rates(&mut machine, core);
+        println!(
+            "{core}: a crystal that stops 10 ms after each start: one reset, then service on the internal oscillator"
+        );
+    }
+}
+
 /// When the core goes over to the PLL \[ticks since power-on\], to a microsecond.
 fn full_speed_at(machine: &mut Machine) -> u64 {
     let mut microseconds = (1..10_000).map(ticks::of_us);

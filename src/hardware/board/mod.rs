@@ -27,7 +27,7 @@ use self::watchdog::Watchdog;
 use super::background::Background;
 use super::boot::{self, boot};
 use super::clock;
-use super::failure;
+use super::failure::{self, FailureKind};
 use super::flash::{SECTOR_BYTES, SlotFlash};
 use super::link::Link;
 use super::sample_timer::SampleTimer;
@@ -66,8 +66,11 @@ fn main() -> ! {
     // Without it a sleeping core is deaf to the probe, and RTT with it (RM0090 38.16.1).
     let debug = peripherals.DBGMCU;
     debug.cr().modify(|_, w| w.dbg_sleep().set_bit());
-    let clocks = clock::start(&rcc, &peripherals.FLASH, &peripherals.PWR);
-    let report = report_so_far(&rcc, &clocks);
+    let failure = failure::take_report();
+    let crystal_was_lost = matches!(failure, Some((FailureKind::ClockLost, _)));
+    let (flash, pwr) = (&peripherals.FLASH, &peripherals.PWR);
+    let clocks = clock::start(&rcc, flash, pwr, crystal_was_lost);
+    let report = report_so_far(&rcc, &clocks, failure);
     let mut serial = Serial::new(peripherals.USART1, &peripherals.GPIOA, &rcc, clocks.apb2_hz);
     let flash = SlotFlash::new(peripherals.FLASH);
     let flash = unless_stopped(flash, &peripherals.PWR, &mut serial, &clocks);
@@ -133,7 +136,7 @@ fn main() -> ! {
 }
 
 /// Logs how this boot came about and what ended the run before; clears the reset's cause.
-fn report_so_far(rcc: &RCC, clocks: &Clocks) -> BootReport {
+fn report_so_far(rcc: &RCC, clocks: &Clocks, failure: Option<(FailureKind, u32)>) -> BootReport {
     let reset = rcc.csr().read();
     defmt::info!(
         "clock {}, reset by watchdog {=bool}, by software {=bool}",
@@ -148,7 +151,7 @@ fn report_so_far(rcc: &RCC, clocks: &Clocks) -> BootReport {
         reset_cause: reset.bits() >> 25,
         ..BootReport::default()
     };
-    if let Some((kind, place)) = failure::take_report() {
+    if let Some((kind, place)) = failure {
         defmt::error!("the previous run ended in {} at {=u32:#x}", kind, place);
         report.last_failure_kind = kind as u32;
         report.last_failure_place = place;

@@ -109,7 +109,7 @@ fn run(
         panic!("the peripherals were taken before main");
     };
     let rcc = peripherals.RCC;
-    let clocks = clock::start(&rcc, &peripherals.FLASH, &peripherals.PWR);
+    let clocks = clock::start(&rcc, &peripherals.FLASH, &peripherals.PWR, false);
     // The emulator has no voltage detector; so mending runs until the flash does not take the write.
     let supply_suffices = true;
     let mut loaded = Loaded::none();
