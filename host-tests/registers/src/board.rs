@@ -27,8 +27,10 @@ pub struct Behaviour {
     pub watchdog_hz: u32,
     /// Cycles of the core for ten instructions.
     pub cycles_per_ten: u64,
-    /// Period of the latch pulses and of the interrupt after which TIM2 stands \[ticks since power-on\].
+    /// The time from which on TIM2 stands \[ticks since power-on\].
     pub sampling_stops: Option<u64>,
+    /// A sleep ends after so many ticks even without an interrupt, as it may for any reason (ARMv7-M manual B1.5.19).
+    pub wakes_after: Option<u64>,
 }
 
 impl Behaviour {
@@ -40,6 +42,7 @@ impl Behaviour {
         watchdog_hz: 32_000,
         cycles_per_ten: 10,
         sampling_stops: None,
+        wakes_after: None,
     };
 }
 

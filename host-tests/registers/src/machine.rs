@@ -262,7 +262,11 @@ impl Machine {
         }
         self.hangs_at = Some(before);
         let board = self.cpu.get_data_mut();
-        board.now = board.now.max(board.next_event().min(until));
+        let wakes = board
+            .behaviour
+            .wakes_after
+            .map_or(u64::MAX, |ticks| board.now + ticks);
+        board.now = board.now.max(board.next_event().min(wakes).min(until));
         Ok(())
     }
 

@@ -6,6 +6,7 @@ use rlg_registers::image::{CORES, Image};
 use rlg_registers::machine::{Ending, Machine};
 use rlg_registers::ticks;
 use trueaxis::health::{item, reset_cause};
+use trueaxis::parameter_slots::MEND_MARKS_OFFSET;
 use trueaxis::service_frame::{Answer, DATA_BYTES, Request, RequestKind};
 use trueaxis::{Parameters, Status};
 
@@ -15,9 +16,12 @@ fn block(generation: u32) -> Vec<u8> {
     parameters.to_block(generation).to_vec()
 }
 
-/// A unit that samples, with generations 1 and 2 in its slots.
+/// A unit that samples, with generations 1 and 2 in its slots, of which the older stands in front of bytes of a longer block: what
+/// is erased must not be read from the data cache.
 fn sampling(image: &Image, behaviour: Behaviour) -> Machine {
-    let mut machine = Machine::new(image, behaviour, [&block(1), &block(2)]);
+    let mut older = block(1);
+    older.resize(MEND_MARKS_OFFSET as usize, 0);
+    let mut machine = Machine::new(image, behaviour, [&older, &block(2)]);
     assert_eq!(machine.run_for(ticks::of_ms(40)), Ending::Time);
     machine
 }

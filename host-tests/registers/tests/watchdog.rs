@@ -144,7 +144,11 @@ fn resets_what_stands() {
             let periods = machine.board().spi.bank.transfers.len() - served;
             // Sampling went on meanwhile, so it is the loop that was missed.
             assert!(periods > 1_000, "{what}: {periods} periods");
-            machine.board().behaviour.sampling_stops = Some(machine.board().now + ticks::of_ms(50));
+            let stops = machine.board().now + ticks::of_ms(50);
+            let behaviour = &mut machine.board().behaviour;
+            behaviour.sampling_stops = Some(stops);
+            // The main loop goes round all the same.
+            behaviour.wakes_after = Some(ticks::of_us(250));
             machine.power_on(5);
             assert_eq!(machine.run_for(ticks::of_ms(50)), Ending::Time, "{what}");
             let silent = resets(&mut machine, &format!("{what}, sampling stops"));
