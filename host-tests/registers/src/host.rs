@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use trueaxis::frame_finder::StreamStatistics;
 use trueaxis::health::HEALTH_ITEMS;
-use trueaxis::service_frame::{Answer, AnswerFinder, Request};
-use trueaxis::{Status, TelemetryFrame, telemetry};
+use trueaxis::service_frame::{Answer, AnswerFinder, DATA_BYTES, Request, RequestKind};
+use trueaxis::{Parameters, Status, TelemetryFrame, telemetry};
 
 use crate::machine::{Ending, Machine};
 use crate::ticks;
@@ -113,4 +113,33 @@ pub fn ask(
         }
     }
     Ok(None)
+}
+
+/// A parameter block of this generation, which can be told from others by its `number`.
+pub fn block(number: u32, generation: u32) -> Vec<u8> {
+    let bias_rad_s = [1e-6 * f64::from(number), -2e-6, 3e-6];
+    let parameters = Parameters::default().with(|p| p.bias_rad_s = bias_rad_s);
+    parameters.to_block(generation).to_vec()
+}
+
+/// Sends a block to a stopped unit and asks it to store it.
+///
+/// # Returns
+/// The answer to that, or how the run ended before it came.
+///
+/// # Panics
+/// The unit does not answer, or does not take a piece of the block.
+pub fn upload(machine: &mut Machine, block: &[u8]) -> Result<Answer, Ending> {
+    let begin = Request::new(2, RequestKind::Begin, block.len() as u16);
+    let pieces = block.chunks(DATA_BYTES).enumerate();
+    let data =
+        pieces.map(|(at, piece)| Request::data(3 + at as u8, (at * DATA_BYTES) as u16, piece));
+    for request in std::iter::once(begin).chain(data) {
+        let answer = ask(machine, &request, 0, 20)?.expect("a stopped unit answers");
+        assert_eq!((answer.outcome, answer.stopped), (0, true), "{request:?}");
+    }
+    let store = Request::new(200, RequestKind::Store, 0);
+    // Erasing takes up to 2 s.
+    let answer = ask(machine, &store, 0, 5_000)?;
+    Ok(answer.expect("a stopped unit answers"))
 }

@@ -3,26 +3,18 @@
 
 use rlg_registers::board::Behaviour;
 use rlg_registers::flash::{Cut, Leftover};
-use rlg_registers::host::{Telemetry, ask};
+use rlg_registers::host::{Telemetry, block, upload};
 use rlg_registers::image::{CORES, Image};
 use rlg_registers::machine::{Ending, Machine};
 use rlg_registers::ticks;
 use trueaxis::health::item;
-use trueaxis::service_frame::{DATA_BYTES, Request, RequestKind};
-use trueaxis::{PARAMETER_BLOCK_BYTES, Parameters, Status};
+use trueaxis::{PARAMETER_BLOCK_BYTES, Status};
 
 /// The request to stop, as the image leaves it in memory for the boot that follows (`src/hardware/service_mode.rs`).
 const STOP: (&str, u32) = ("STOP_REQUEST", u32::from_le_bytes(*b"STOP"));
 
 /// The most that a boot may take until it has told its generation, with a mend \[ms\].
 const TOLD_MS: u64 = 200;
-
-/// Parameters that can be told apart, as a block of this generation.
-fn block(number: u32, generation: u32) -> Vec<u8> {
-    let bias_rad_s = [1e-6 * f64::from(number), -2e-6, 3e-6];
-    let parameters = Parameters::default().with(|p| p.bias_rad_s = bias_rad_s);
-    parameters.to_block(generation).to_vec()
-}
 
 /// Both slots good, generation 2 in force.
 fn in_use(machine: &mut Machine) {
@@ -38,22 +30,6 @@ fn stopped(machine: &mut Machine, behaviour: Behaviour) {
     in_use(machine);
     machine.power_on_with(7, STOP.0, STOP.1);
     assert_eq!(machine.run_for(ticks::of_ms(8)), Ending::Time);
-}
-
-/// Sends a block up to the request to store it, and that; gives the outcome and its detail.
-fn upload(machine: &mut Machine, block: &[u8]) -> Result<(u8, u32), Ending> {
-    let begin = Request::new(2, RequestKind::Begin, block.len() as u16);
-    let pieces = block.chunks(DATA_BYTES).enumerate();
-    let data =
-        pieces.map(|(at, piece)| Request::data(3 + at as u8, (at * DATA_BYTES) as u16, piece));
-    for request in std::iter::once(begin).chain(data) {
-        let answer = ask(machine, &request, 0, 20)?.expect("a stopped unit answers");
-        assert_eq!((answer.outcome, answer.stopped), (0, true), "{request:?}");
-    }
-    let store = Request::new(200, RequestKind::Store, 0);
-    // Erasing takes up to 2 s.
-    let answer = ask(machine, &store, 0, 4_000)?.expect("a stopped unit answers");
-    Ok((answer.outcome, answer.detail))
 }
 
 /// Boots and reads which generation is in force; 0 with none.
@@ -110,7 +86,8 @@ fn upload_cut_at_every_operation() {
         let image = Image::build(core, &[]);
         let mut machine = Machine::new(&image, fast(), [&[], &[]]);
         stopped(&mut machine, fast());
-        assert_eq!(upload(&mut machine, &block(3, 0)), Ok((0, 3)));
+        let answer = upload(&mut machine, &block(3, 0)).expect("power holds");
+        assert_eq!((answer.outcome, answer.detail), (0, 3));
         let operations = machine.board().flash.operations;
         // One erasure, and the words of a block.
         assert_eq!(operations, 1 + PARAMETER_BLOCK_BYTES.div_ceil(4));

@@ -1,27 +1,21 @@
 //! A unit that is stopped over its serial port, with the times of the data sheet; and what it refuses.
 
 use rlg_registers::board::Behaviour;
-use rlg_registers::host::{Telemetry, ask};
+use rlg_registers::host::{Telemetry, ask, block, upload};
 use rlg_registers::image::{CORES, Image};
 use rlg_registers::machine::{Ending, Machine};
 use rlg_registers::ticks;
+use trueaxis::Status;
 use trueaxis::health::{item, reset_cause};
 use trueaxis::parameter_slots::MEND_MARKS_OFFSET;
-use trueaxis::service_frame::{Answer, DATA_BYTES, Request, RequestKind};
-use trueaxis::{Parameters, Status};
-
-fn block(generation: u32) -> Vec<u8> {
-    let bias_rad_s = [1e-6 * f64::from(generation), -2e-6, 3e-6];
-    let parameters = Parameters::default().with(|p| p.bias_rad_s = bias_rad_s);
-    parameters.to_block(generation).to_vec()
-}
+use trueaxis::service_frame::{Answer, Request, RequestKind};
 
 /// A unit that samples, with generations 1 and 2 in its slots, of which the older stands in front of bytes of a longer block: what
 /// is erased must not be read from the data cache.
 fn sampling(image: &Image, behaviour: Behaviour) -> Machine {
-    let mut older = block(1);
+    let mut older = block(1, 1);
     older.resize(MEND_MARKS_OFFSET as usize, 0);
-    let mut machine = Machine::new(image, behaviour, [&older, &block(2)]);
+    let mut machine = Machine::new(image, behaviour, [&older, &block(2, 2)]);
     assert_eq!(machine.run_for(ticks::of_ms(40)), Ending::Time);
     machine
 }
@@ -38,19 +32,10 @@ fn stop(machine: &mut Machine) -> Answer {
     answer.expect("a running unit answers")
 }
 
-/// Sends a block and asks to store it; the answer, and the time that it took \[ms\].
+/// Stores a block; the answer, and the time that all of it took \[ms\].
 fn store(machine: &mut Machine, block: &[u8]) -> (Answer, f64) {
-    let begin = Request::new(2, RequestKind::Begin, block.len() as u16);
-    let pieces = block.chunks(DATA_BYTES).enumerate();
-    let data =
-        pieces.map(|(at, piece)| Request::data(3 + at as u8, (at * DATA_BYTES) as u16, piece));
-    for request in std::iter::once(begin).chain(data) {
-        let answer = ask(machine, &request, 0, 20).expect("no reset");
-        assert_eq!(answer.expect("an answer").outcome, 0);
-    }
     let begun = machine.board().now;
-    let answer = ask(machine, &Request::new(200, RequestKind::Store, 0), 0, 5_000);
-    let answer = answer.expect("no reset").expect("an answer");
+    let answer = upload(machine, block).expect("no reset");
     (answer, ticks::to_ms(machine.board().now - begun))
 }
 
@@ -91,7 +76,7 @@ fn stopped_and_given_parameters() {
             ),
             (0, false)
         );
-        let (answer, ms) = store(&mut machine, &block(9));
+        let (answer, ms) = store(&mut machine, &block(9, 0));
         assert_eq!(
             (answer.outcome, answer.detail, answer.stopped),
             (0, 3, true)
@@ -104,7 +89,7 @@ fn stopped_and_given_parameters() {
         );
         assert_eq!(telemetry.item(item::LAST_FAILURE_KIND), 0);
         println!(
-            "{core}: stopped by a reset, a block stored in {ms:.0} ms with the longest times of the data sheet, in force after the restart, no byte lost"
+            "{core}: stopped by a reset, a block uploaded and stored in {ms:.0} ms with the longest times of the data sheet, in force after the restart, no byte lost"
         );
     }
 }
@@ -117,7 +102,7 @@ fn refused(core: &str, change: impl Fn(&mut Behaviour)) -> (u8, u32, usize) {
     change(&mut changed);
     let board = machine.board();
     (board.flash.behaviour, board.power.supply_mv) = (changed.flash, changed.supply_mv);
-    let (answer, _) = store(&mut machine, &block(9));
+    let (answer, _) = store(&mut machine, &block(9, 0));
     let operations = machine.board().flash.operations;
     let telemetry = restart(&mut machine);
     assert!(!telemetry.all_have(Status::PARAMETERS_DEFAULT));
@@ -150,7 +135,7 @@ fn a_bad_slot_with_a_low_supply_stays_as_it_is() {
     for core in CORES {
         let mut behaviour = Behaviour::SOUND;
         behaviour.supply_mv = 2_800;
-        let mut machine = Machine::new(&Image::build(core, &[]), behaviour, [&[], &block(2)]);
+        let mut machine = Machine::new(&Image::build(core, &[]), behaviour, [&[], &block(2, 2)]);
         assert_eq!(machine.run_for(ticks::of_ms(200)), Ending::Time);
         let telemetry = Telemetry::take(&mut machine);
         assert!(telemetry.all_have(Status::PARAMETER_SLOT_BAD));
