@@ -21,7 +21,7 @@ use rlg_signal::transforms;
 
 /// What is far from the model.
 pub struct Coarse {
-    /// Delay or low passes that all gyros share.
+    /// Delays, or low passes that all gyros share.
     pub path: Path,
     /// By gyro, what of each axis of the reference behind the path it senses besides what the model says; 0 where that is not
     /// far off.
@@ -60,7 +60,7 @@ pub fn coarse(data: &Data, residual_rad: &Triad, seen: &[bool], plan: &CoarsePla
         let values = &data.reference_rad[axis];
         path.along(axis, values, streams.rate_hz).into_owned()
     });
-    let rows = reached(seen, path.delay_s[0] * streams.rate_hz);
+    let rows = reached(seen, path.longest_delay_s() * streams.rate_hz);
     let mut further = [Vector3::zeros(); 3];
     let clean_rad = std::array::from_fn(|gyro| {
         let expected = expected(data, gyro, &behind);
@@ -212,21 +212,39 @@ fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePla
         let rows = reached(&rows, away_s * rate_hz);
         reached(&rows, -away_s * rate_hz)
     };
-    let late = lags.best(plan.tie).map(|lag| Path {
-        delay_s: [lag / rate_hz; 3],
+    let delayed = |delay_s: [f64; 3]| Path {
+        delay_s,
         ..Path::default()
-    });
-    let late = late.filter(|late| {
-        let inner = away_from_ends(late.delay_s[0].abs());
+    };
+    let compared = |path: Path, other: Path| {
+        let inner = away_from_ends(most_away_s(&path).max(most_away_s(&other)));
         let by = |path: Path| Explained::by_rows(&sensed, &behind(path, &case), &inner);
-        by(*late).is_better_than(&by(Path::default()), plan)
+        (by(path), by(other))
+    };
+    let late = lags.best(&[0, 1, 2], plan.tie);
+    let late = late.map(|lag| delayed([lag / rate_hz; 3]));
+    let late = late.filter(|late| {
+        let (by, without) = compared(*late, Path::default());
+        by.is_better_than(&without, plan)
     });
     let late = late.unwrap_or_default();
+    // A gyro may be late by itself.
+    let apart = [0, 1, 2].map(|gyro| {
+        let own = lags.best(&[gyro], plan.tie);
+        own.map_or(late.delay_s[gyro], |lag| lag / rate_hz)
+    });
+    let (by_apart, by_late) = compared(delayed(apart), late);
+    let late = delayed(
+        [0, 1, 2].map(|gyro| match by_apart.halves_of(gyro, &by_late, plan) {
+            true => apart[gyro],
+            false => late.delay_s[gyro],
+        }),
+    );
     let spectra = |triad: &Triad| each_axis(|axis| Spectrum::new(&triad[axis], rate_hz));
     let (of_sensed, of_case) = (spectra(&sensed), spectra(&case));
     let gain = |low_pass: LowPass| -> Option<f64> {
         const SETTLED: f64 = 5.0;
-        let inner = away_from_ends(late.delay_s[0].abs() + SETTLED * low_pass.time_s);
+        let inner = away_from_ends(most_away_s(&late) + SETTLED * low_pass.time_s);
         // A low pass takes noise of the reference away, whatever it does to the motion. Behind four more of them on gyros and
         // reference alike it is an eighth of white noise, and three eighths of white angle noise: less than half.
         let smooth = |hz: f64| low_pass.whole(hz).powi(4);
@@ -252,6 +270,12 @@ fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePla
         .filter_map(|low_pass| Some((low_pass, gain(low_pass)?)))
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .map_or(late, |(low_pass, _)| of_low_pass(low_pass))
+}
+
+/// How far from its row a path reaches, either way \[s\].
+fn most_away_s(path: &Path) -> f64 {
+    let each = path.delay_s.iter();
+    each.fold(0.0, |most, delay_s| delay_s.abs().max(most))
 }
 
 fn of_low_pass(low_pass: LowPass) -> Path {
@@ -290,13 +314,18 @@ impl Explained {
             by_block: blocks
                 .map(|rows| std::array::from_fn(|gyro| sum(rows, gyro)))
                 .collect(),
-            log_likelihood: log_likelihood(&regressions, count as f64),
+            log_likelihood: log_likelihood(regressions.into_iter(), count as f64),
         }
     }
 
     /// Whether it explains half of what another leaves of a gyro.
     fn halves(&self, other: &Self, plan: &CoarsePlan) -> bool {
-        (0..3).any(|gyro| self.left[gyro] < (1.0 - plan.explained) * other.left[gyro])
+        (0..3).any(|gyro| self.halves_of(gyro, other, plan))
+    }
+
+    /// The same of one gyro.
+    fn halves_of(&self, gyro: usize, other: &Self, plan: &CoarsePlan) -> bool {
+        self.left[gyro] < (1.0 - plan.explained) * other.left[gyro]
     }
 
     /// Whether it explains half of what another leaves, or more in block after block, whatever the noise's colour.
@@ -321,15 +350,15 @@ impl Explained {
 }
 
 /// ln of the likelihood of white noise of `count` rows, up to a constant.
-fn log_likelihood(regressions: &[Regression; 3], count: f64) -> f64 {
-    let of_gyro = |one: &Regression| {
+fn log_likelihood(regressions: impl Iterator<Item = Regression>, count: f64) -> f64 {
+    let of_gyro = |one: Regression| {
         if one.power > 0.0 {
             (one.left / one.power).max(f64::EPSILON).ln()
         } else {
             0.0
         }
     };
-    -0.5 * count * regressions.iter().map(of_gyro).sum::<f64>()
+    -0.5 * count * regressions.map(of_gyro).sum::<f64>()
 }
 
 /// Regressions at every lag, from correlations.
@@ -390,20 +419,20 @@ impl Lags {
         Self { most, moments }
     }
 
-    /// ln of the likelihood of white noise where the gyros are `lag` rows late, and the number of rows; `None` beyond the lags.
-    fn at(&self, lag: isize) -> Option<(f64, f64)> {
+    /// ln of the likelihood of white noise where some gyros are `lag` rows late, and the number of rows; `None` beyond the lags.
+    fn at(&self, gyros: &[usize], lag: isize) -> Option<(f64, f64)> {
         let place = lag.checked_add_unsigned(self.most)?;
         let moments = self.moments.get(usize::try_from(place).ok()?)?;
         let count = moments[0].count;
-        let regressions = std::array::from_fn(|gyro| moments[gyro].regression());
-        Some((log_likelihood(&regressions, count), count))
+        let regressions = gyros.iter().map(|&gyro| moments[gyro].regression());
+        Some((log_likelihood(regressions, count), count))
     }
 
     /// The lag of the largest likelihood \[rows\], of those within `tie` of it the nearest to zero.
-    fn best(&self, tie: f64) -> Option<f64> {
+    fn best(&self, gyros: &[usize], tie: f64) -> Option<f64> {
         let most = self.most as isize;
         let all: Vec<(isize, f64)> = (-most..=most)
-            .filter_map(|lag| Some((lag, self.at(lag)?.0)))
+            .filter_map(|lag| Some((lag, self.at(gyros, lag)?.0)))
             .collect();
         let largest = all
             .iter()
@@ -423,8 +452,9 @@ impl Lags {
             .min_by_key(|lag| lag.unsigned_abs())?;
         // Near the best lag what is left grows with the square of the distance.
         let left = |lag: isize| {
-            let (log_likelihood, count) = self.at(lag)?;
-            Some((-2.0 * (log_likelihood - largest) / (3.0 * count)).exp())
+            let (log_likelihood, count) = self.at(gyros, lag)?;
+            let values = gyros.len() as f64 * count;
+            Some((-2.0 * (log_likelihood - largest) / values).exp())
         };
         let between = match (left(lag - 1), left(lag), left(lag + 1)) {
             (Some(before), Some(here), Some(after)) => {

@@ -275,17 +275,18 @@ pub struct Confirmed {
     pub last: Final,
 }
 
-impl Confirmed {
-    /// Kinds that re-enactments show as well, without which something else may explain the recording. Not those of the path
-    /// that the motion was seen along.
-    pub(super) fn fallen(&self, found: &Found) -> Vec<&'static str> {
-        let members = self.reenacted_away.iter();
-        let members = members.map(|&place| &found.candidates[found.judged[place].hypothesis]);
-        members
-            .filter(|one| !is_delay(one.kind) && one.variant != Variant::LowPass)
-            .map(|one| one.kind)
-            .collect()
-    }
+/// Kinds that re-enactments show as well, without which something else may explain the recording. Not those of the path that
+/// the motion was seen along.
+///
+/// # Inputs
+/// `reenacted_away`: places in [`Found::judged`].
+pub(crate) fn fallen(reenacted_away: &[usize], found: &Found) -> Vec<&'static str> {
+    let members = reenacted_away.iter();
+    let members = members.map(|&place| &found.candidates[found.judged[place].hypothesis]);
+    members
+        .filter(|one| !is_delay(one.kind) && one.variant != Variant::LowPass)
+        .map(|one| one.kind)
+        .collect()
 }
 
 /// Takes away what does not hold in blocks of the rows, and what the recording shows even where it is re-enacted without it; `None`
@@ -300,7 +301,10 @@ pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<
     loop {
         let mut headlines: Vec<usize> = named
             .iter()
-            .map(|&place| headline(&found.judged[place], &found.candidates))
+            .map(|&place| {
+                let spanned_by = &found.spanned_by[place];
+                headline((&found.judged[place], spanned_by), &found.candidates)
+            })
             .collect();
         let mut last = refit(data, found, &headlines, plan)?;
         let instant_std_rows = settle_instants(data, found, &mut headlines, &last);
@@ -394,15 +398,18 @@ pub(super) fn settle_instants(
     std_rows
 }
 
-/// The candidate with the fewest free numbers among a member and the rivals that reach it.
-pub(super) fn headline(judged: &Judged, all: &[Candidate]) -> usize {
+/// The candidate with the fewest free numbers among a member and the rivals that reach it; of an expression, those whose columns
+/// span it among them.
+pub(super) fn headline((judged, spanned_by): (&Judged, &[usize]), all: &[Candidate]) -> usize {
     // An expression is no name where a listed effect reaches it.
     let numbers = |candidate: usize| {
         let one = &all[candidate];
         (one.kind == UNLISTED, one.hypothesis.parameters)
     };
     let own = judged.hypothesis;
-    let simplest = judged.rivals.iter().fold(own, |best, &(rival, _)| {
+    let spanning = spanned_by.iter().filter(|_| all[own].kind == UNLISTED);
+    let rivals = judged.rivals.iter().map(|(rival, _)| rival);
+    let simplest = rivals.chain(spanning).fold(own, |best, &rival| {
         if numbers(rival) < numbers(best) {
             rival
         } else {

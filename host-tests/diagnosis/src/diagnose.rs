@@ -5,7 +5,7 @@ use std::path::Path;
 use rlg_model::Model;
 use rlg_recording::error::InputError;
 
-use super::confirm::confirmed;
+use super::confirm::{confirmed, fallen};
 use super::outcome::Outcome;
 use super::settings::Settings;
 use super::{data, findings, registration, search, self_test, settle};
@@ -95,7 +95,7 @@ pub fn diagnose_also<T>(
             return Ok(None);
         };
         confirmed.shown_anyway = shown_anyway;
-        let fallen = confirmed.fallen(&found);
+        let fallen = fallen(&confirmed.reenacted_away, &found);
         if fallen.is_empty() {
             let mut outcome = findings::outcome((&data, &found), &confirmed, faults, seed, plan);
             outcome.diagnosis.tell(tested);

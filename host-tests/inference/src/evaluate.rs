@@ -219,12 +219,28 @@ pub(crate) fn evaluate_assembled(
             log_likelihood += 0.5 * invert(&of_block).1;
         }
         let (of_members, log_determinant) = invert(&precision);
-        let covariance = beside.covariance(&of_members);
-        let estimate = &covariance * &score;
+        let mut covariance = beside.covariance(&of_members);
+        let mut estimate = &covariance * &score;
         log_likelihood += 0.5 * (score.dot(&estimate) - log_determinant - beside.log_determinant);
         let settled = (log_likelihood - last).abs() < effort.tolerance && alternation > 2;
         alternation += 1;
         if settled || alternation >= effort.alternations {
+            if set.iter().any(|one| is_beyond_a_value(one)) {
+                let mut precision = beside.information.clone();
+                let each = set.iter().zip(&assembled.blocks).zip(priors.iter().zip(&g));
+                for ((one, block), (prior, g)) in each {
+                    let g = if is_beyond_a_value(one) {
+                        f64::INFINITY
+                    } else {
+                        *g
+                    };
+                    let shape = (block.len(), block.len());
+                    let mut own = precision.view_mut((block.start, block.start), shape);
+                    own += &prior.precision(g);
+                }
+                covariance = beside.covariance(&invert(&precision).0);
+                estimate = &covariance * &score;
+            }
             return finish(Finished {
                 set,
                 assembled,
@@ -252,6 +268,12 @@ pub(crate) fn evaluate_assembled(
             *levels = data.basis(record).fit(&power, *levels, drift.active());
         }
     }
+}
+
+/// Whether what is estimated of a hypothesis lies beyond a value that its columns are made about: a prior about 0 is none of
+/// that, and would halve its variance where the value is found.
+fn is_beyond_a_value(one: &Hypothesis) -> bool {
+    !one.fixed.is_empty()
 }
 
 /// Energy that a fit is expected to leave, by record and bin \[the record's unit squared\]: that of its residual, and

@@ -33,6 +33,8 @@ pub(crate) struct Confirmed {
     pub(crate) predictions: Vec<Prediction>,
     pub(crate) unconfirmed: Vec<usize>,
     pub(crate) reenacted_away: Vec<usize>,
+    /// Kinds of such that an earlier search found, without which this one was made.
+    pub(crate) shown_anyway: Vec<&'static str>,
     pub(crate) impossible: Vec<usize>,
     pub(crate) reenactments: Vec<Reenactment>,
     pub(crate) instant_std_rows: Vec<Option<f64>>,
@@ -96,7 +98,10 @@ pub(crate) fn confirmed(
             .collect();
         let mut headlines: Vec<usize> = named
             .iter()
-            .map(|&place| headline(&together.judged[place], &candidates))
+            .map(|&place| {
+                let spanned_by = &together.spanned_by[place];
+                headline((&together.judged[place], spanned_by), &candidates)
+            })
             .collect();
         let mut last = refit((all, sums), together, found, &headlines, plan)?;
         let instant_std_rows = instants(all, together, found, &mut headlines, &last.fit);
@@ -120,6 +125,7 @@ pub(crate) fn confirmed(
                 predictions,
                 unconfirmed,
                 reenacted_away,
+                shown_anyway: Vec::new(),
                 impossible,
                 reenactments,
                 instant_std_rows,

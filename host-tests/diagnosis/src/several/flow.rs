@@ -16,6 +16,7 @@ use super::search::{Together, find};
 use super::shared::{Shared, Sharing, with_noise_of};
 use crate::before::without_known;
 use crate::case_motion::estimate;
+use crate::confirm::fallen;
 use crate::data::Data;
 use crate::entries_of_rows::channel;
 use crate::noise_levels::reported;
@@ -62,19 +63,31 @@ pub fn diagnose_also<T>(
             faults.push(std::mem::take(of_data));
         }
     }
-    let Some(mut together) = find(&mut fitted, left_out, plan, progress) else {
-        return Ok(None);
-    };
-    progress("trying the search on these recordings");
-    let tested_on = together.self_test(None, (plan, seed));
-    progress("confirming the findings");
-    let mut found = shares_of(&mut together);
-    for own in &mut found {
-        // The set stands: its findings need no columns by frequency, which are most of the memory.
-        own.equations.truncate(0);
-    }
-    let Some(confirmed) = confirmed(&fitted, None, &mut together, &mut found, plan) else {
-        return Ok(None);
+    // As for one recording.
+    let mut shown_anyway: Vec<&'static str> = Vec::new();
+    let (together, mut found, confirmed, tested_on) = loop {
+        let without = [left_out, &shown_anyway[..]].concat();
+        let Some(mut together) = find(&mut fitted, &without, plan, progress) else {
+            return Ok(None);
+        };
+        progress("trying the search on these recordings");
+        let tested_on = together.self_test(None, (plan, seed));
+        progress("confirming the findings");
+        let mut found = shares_of(&mut together);
+        for own in &mut found {
+            // The set stands: its findings need no columns by frequency, which are most of the memory.
+            own.equations.truncate(0);
+        }
+        let Some(mut confirmed) = confirmed(&fitted, None, &mut together, &mut found, plan) else {
+            return Ok(None);
+        };
+        let fallen = fallen(&confirmed.reenacted_away, &found[0]);
+        if fallen.is_empty() {
+            confirmed.shown_anyway = shown_anyway;
+            break (together, found, confirmed, tested_on);
+        }
+        progress("searching without what re-enactments show as well");
+        shown_anyway.extend(fallen);
     };
     progress("writing the findings");
     let held_out: Vec<HeldOut> = tested

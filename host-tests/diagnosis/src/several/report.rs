@@ -212,7 +212,11 @@ fn of_recording(
         predictions: confirmed.predictions.clone(),
         unconfirmed: here(&confirmed.unconfirmed),
         reenacted_away: here(&confirmed.reenacted_away),
-        shown_anyway: Vec::new(),
+        // Of all, said once.
+        shown_anyway: match recording {
+            0 => confirmed.shown_anyway.clone(),
+            _ => Vec::new(),
+        },
         impossible: here(&confirmed.impossible),
         reenactments: told
             .iter()

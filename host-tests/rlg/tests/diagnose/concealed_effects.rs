@@ -98,21 +98,55 @@ fn a_kind_is_found_from_the_size_that_the_report_promises_and_not_far_below_it()
     assert!(below.effects.is_empty(), "{:#?}", below.summary);
 }
 
-/// A gyro that hardly moves shows no delay, and none is told of it.
-#[test]
-fn a_late_gyro_that_moves_alone_is_late_alone() {
-    let shaken = "[[motion]]\nkind = \"vibration\"\nlow_hz = 0.5\nhigh_hz = 8.0\n\
-        rate_rms_rad_s = [3e-5, 0.02, 3e-5]\nduration_s = 30.0\nramp_s = 0.5\n";
+/// Half a minute of vibration of undithered gyros, with a root mean square about each axis.
+fn shaken(rate_rms_rad_s: [f64; 3]) -> String {
+    let motion = format!(
+        "[[motion]]\nkind = \"vibration\"\nlow_hz = 0.5\nhigh_hz = 8.0\n\
+         rate_rms_rad_s = {rate_rms_rad_s:?}\nduration_s = 30.0\nramp_s = 0.5\n"
+    );
     let gyros = instrument(200.0)
         .replace("[2.1e-6, 1.9e-6, 2.0e-6]", "[2.1e-9, 1.9e-9, 2.0e-9]")
         .replace("attitude = true\n", "");
-    let scenario = format!("{gyros}{}{shaken}", still(3.0));
-    let truth = [("y", 4e-5)];
-    let found = diagnosis_in(&scenario, &concealed("gyro_delay", &truth), 1);
-    assert_eq!(kinds(&found), ["gyro_delay"], "{:#?}", found.summary);
+    format!("{gyros}{}{motion}", still(3.0))
+}
+
+/// A gyro that hardly moves shows no delay, and none is told of it. The uncertainty of what is found is that of what would
+/// have been.
+#[test]
+fn a_late_gyro_that_moves_alone_is_late_alone() {
+    let scenario = shaken([3e-5, 0.02, 3e-5]);
+    let clean = diagnosis_in(&scenario, "", 1);
+    let mut entries = clean.sensitivity.iter();
+    let delay = entries
+        .find(|one| one.kind == "gyro_delay")
+        .expect("a size");
+    for late_s in [4e-5, 0.0118] {
+        let truth = [("y", late_s)];
+        let found = diagnosis_in(&scenario, &concealed("gyro_delay", &truth), 1);
+        assert_eq!(kinds(&found), ["gyro_delay"], "{:#?}", found.summary);
+        sizes_are(&found.effects[0], &truth);
+        // Of one that is far off it is known that it is late by itself.
+        if late_s < 1e-3 {
+            let said = &found.effects[0].what_was_left_out;
+            assert!(said.contains("Gyros x and z move too little"), "{said}");
+        }
+        let (_, std_s) = number(&found.effects[0], "y");
+        let promised_s = delay.typical / delay.snr;
+        assert!(
+            (std_s / promised_s - 1.0).abs() < 0.1,
+            "{std_s} {promised_s}"
+        );
+    }
+}
+
+/// One angle of six is an installation error, and not the expression that has one number.
+#[test]
+fn one_tilted_axis_is_named() {
+    let truth = [("xy", 1.8e-4)];
+    let scenario = shaken([0.1; 3]);
+    let found = diagnosis_in(&scenario, &concealed("installation", &truth), 3);
+    assert_eq!(kinds(&found), ["installation"], "{:#?}", found.summary);
     sizes_are(&found.effects[0], &truth);
-    let said = &found.effects[0].what_was_left_out;
-    assert!(said.contains("Gyros x and z move too little"), "{said}");
 }
 
 #[test]
