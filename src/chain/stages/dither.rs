@@ -195,7 +195,12 @@ impl<N: NumberSystem> Dither<N> {
 
     /// The strip's angle since the output period's start \[fine units\].
     pub fn since_start(&self, state: &DitherState<N>) -> [i64; 3] {
-        [0, 1, 2].map(|axis| Self::since(state, axis))
+        let mut angle = [0; 3];
+        // A loop and not `map`, which is a function of its own and checks the index.
+        for axis in 0..3 {
+            angle[axis] = Self::since(state, axis);
+        }
+        angle
     }
 
     #[inline(always)]
