@@ -197,8 +197,8 @@ impl<N: NumberSystem> Dither<N> {
     pub fn since_start(&self, state: &DitherState<N>) -> [i64; 3] {
         let mut angle = [0; 3];
         // A loop and not `map`, which is a function of its own and checks the index.
-        for axis in 0..3 {
-            angle[axis] = Self::since(state, axis);
+        for (axis, angle) in angle.iter_mut().enumerate() {
+            *angle = Self::since(state, axis);
         }
         angle
     }
