@@ -211,6 +211,10 @@ fn elastic_rates_follow_the_derivatives_of_force_and_rate() {
     adds(&effect, "", |at| times(u, &-at.w.cross(&at.f)));
     let (effect, w) = matrix("elastic_rate_by_jerk", 1e-5, true);
     adds(&effect, "", |at| times(w, &at.j));
+    let smoothed = kind("gyro_bandwidth", "x = 1e-5\nz = 3e-5\n");
+    adds(&smoothed, "", |at| {
+        [0.5e-5 * at.j[0], 0.0, 1.5e-5 * at.j[2]]
+    });
 }
 
 #[test]

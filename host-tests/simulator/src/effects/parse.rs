@@ -81,6 +81,11 @@ impl Effects {
             "axis_tilt_by_force" => self.tilt_by_force += with.six()?,
             "elastic_rate_by_force" => self.rate_by_force += with.nine()?,
             "elastic_rate_by_jerk" => self.rate_by_jerk += with.nine()?,
+            // The diagonal of the elastic rate by jerk, W_ii = v_i/2.
+            "gyro_bandwidth" => {
+                let variance_s2 = with.not_negatives()?;
+                self.rate_by_jerk += Matrix3::from_diagonal(&(0.5 * variance_s2));
+            }
             "gyro_delay" => self.delay_s += with.delays()?,
             "dither_gain" => self.dither_gain += with.xyz()?,
             "dither_delay" => self.dither_delay_s += with.delays()?,
