@@ -68,6 +68,11 @@ impl TermSums {
             // Blocks at rest show nothing of it.
             return true;
         }
+        // The term smooths to second order; a low pass of first order is late besides.
+        let poles = ["x_pole_s", "y_pole_s", "z_pole_s"];
+        if kind == TermKind::GyroBandwidth && poles.iter().any(|name| effect.number(name) != 0.0) {
+            return false;
+        }
         if kind == TermKind::AxisFlexureMode {
             return self.take_mode(names.iter().map(|name| effect.number(name)).collect());
         }

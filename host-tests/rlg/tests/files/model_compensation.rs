@@ -141,6 +141,22 @@ fn what_the_chain_has_no_term_for_is_named_once_and_facts_of_the_recording_are_n
 }
 
 #[test]
+fn a_gyro_s_smoothing_becomes_a_record_and_its_low_pass_is_left() {
+    let mut model = model([0.0; 3], [0.0; 3], [0.0; 6], [1.0; 3]);
+    model.effects = vec![effect("gyro_bandwidth", &["y"], &[2e-8])];
+    let made = |model: &Model| parameters_from_model(model, &Unit::at(4000.0)).expect("in range");
+    let (p, left) = made(&model);
+    assert!(left.is_empty(), "{left:?}");
+    let expected = [0.0, 2e-8, 0.0];
+    assert_eq!(p.terms.values::<3>(TermKind::GyroBandwidth), expected);
+    let low_pass = effect("gyro_bandwidth", &["x_pole_s"], &[1e-3]);
+    model.effects.push(low_pass);
+    let (p, left) = made(&model);
+    assert_eq!(left, ["gyro_bandwidth"]);
+    assert_eq!(p.terms.values::<3>(TermKind::GyroBandwidth), expected);
+}
+
+#[test]
 fn a_suspension_s_mode_becomes_a_record_and_a_second_one_is_left() {
     let mode = |k: f64, frequency_hz: f64| {
         effect(
