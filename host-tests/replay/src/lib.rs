@@ -15,6 +15,7 @@ pub mod drift;
 pub mod samples;
 pub mod slow;
 pub mod terms;
+pub mod warming;
 pub mod whole_codes;
 
 use rlg_reference::adaptation::AdaptationCalibration;
@@ -27,7 +28,7 @@ use std::time::Instant;
 use trueaxis::terms::AllTerms;
 use trueaxis::{
     Chain, ChainState, CrossAxis, F32, Faults, Fixed, NumberSystem, OUTPUT_M_S_PER_CODE,
-    OUTPUT_RAD_PER_CODE, OutputFrame, ParameterError, Parameters, SlowReadings, Term,
+    OUTPUT_RAD_PER_CODE, OutputFrame, ParameterError, Parameters, Term,
 };
 
 /// Which implementation of the chain runs.
@@ -82,13 +83,6 @@ pub fn replay(
     }
 }
 
-/// The slow readings of each output period; none where the recording has none.
-fn slow_readings(input: &ReplayInput) -> impl Iterator<Item = SlowReadings> + '_ {
-    let known = &input.parameters;
-    let period_s = f64::from(known.samples_per_output) / known.sample_rate_hz;
-    input.slow.readings(period_s)
-}
-
 fn needs_no_term(parameters: &Parameters) -> bool {
     parameters.terms.bytes().is_empty()
 }
@@ -102,7 +96,7 @@ fn through_core<N: NumberSystem, T: Term<N>>(
     let capacity = input.samples.len() / usize::from(parameters.samples_per_output);
     let mut frames: Vec<OutputFrame> = Vec::with_capacity(capacity);
     let begin = Instant::now();
-    let mut slow = slow_readings(input);
+    let mut slow = input.slow.readings();
     for (k, sample) in input.samples.iter().enumerate() {
         if k % usize::from(parameters.samples_per_output) == 0
             && let Some(readings) = slow.next()
@@ -138,7 +132,7 @@ fn through_core<N: NumberSystem, T: Term<N>>(
 fn through_reference(input: &ReplayInput, parameters: &Parameters) -> Replay {
     let mut chain = ReferenceChain::new(&calibration(parameters));
     let begin = Instant::now();
-    let mut slow = slow_readings(input);
+    let mut slow = input.slow.readings();
     let rows = 0..input.samples.len();
     let outputs: Vec<Output> = rows
         .filter_map(|row| {

@@ -1,15 +1,15 @@
 //! Brings what a recording measures slowly to the chain's output periods, as the main loop of a unit would read it.
 //!
-//! From `temperature` channels \[K\] and `magnetic_field` channels \[T\] of axes x, y, z it gives a row per output period;
-//! of temperatures also the derivative \[K/s\] over `RATE_SPAN_S`.
+//! From `temperature` channels \[K\] and `magnetic_field` channels \[T\] of axes x, y, z it gives a row per output period,
+//! of what was measured before the period begins: the last field, and a [`Warming`]'s temperature and derivative \[K/s\]
+//! in the middle of the period.
 
 use rlg_recording::{Axis, Clock, Quantity, Recording};
 use trueaxis::SlowReadings;
 
-/// Time over which the derivative is taken \[s\]: a unit's temperature changes within minutes.
-const RATE_SPAN_S: f64 = 10.0;
+use crate::warming::Warming;
 
-/// Rows of x, y, z at the beginnings of output periods.
+/// A row of x, y, z per output period.
 type Rows = Vec<[f64; 3]>;
 
 /// Output periods.
@@ -27,63 +27,93 @@ pub struct Outputs {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Slow {
     temperature_k: Option<Rows>,
+    temperature_rate_k_s: Rows,
     magnetic_field_t: Option<Rows>,
 }
 
 impl Slow {
-    /// The last that was measured before each output period begins.
+    /// What was measured before each output period begins; before the first reading, that one.
     pub fn at(recording: &Recording, outputs: Outputs) -> Self {
-        Self {
-            temperature_k: at_outputs(recording, &Quantity::Temperature, outputs),
-            magnetic_field_t: at_outputs(recording, &Quantity::MagneticField, outputs),
+        let mut slow = Self::default();
+        if let Some(channels) = measured(recording, &Quantity::Temperature) {
+            let mut kelvin = vec![[0.0; 3]; outputs.count];
+            let mut rate_k_s = kelvin.clone();
+            for (axis, readings) in channels.iter().enumerate() {
+                let mut warming = Warming::default();
+                before_outputs(readings, outputs, |at, known| {
+                    warming.take(known);
+                    let middle_s = outputs.start_s + (at as f64 + 0.5) * outputs.period_s;
+                    [kelvin[at][axis], rate_k_s[at][axis]] = warming.at(middle_s);
+                });
+            }
+            slow.temperature_k = Some(kelvin);
+            slow.temperature_rate_k_s = rate_k_s;
         }
+        if let Some(channels) = measured(recording, &Quantity::MagneticField) {
+            let mut field_t = vec![[0.0; 3]; outputs.count];
+            for (axis, readings) in channels.iter().enumerate() {
+                before_outputs(readings, outputs, |at, known| {
+                    field_t[at][axis] = known.last().map_or(0.0, |(_, value)| *value);
+                });
+            }
+            slow.magnetic_field_t = Some(field_t);
+        }
+        slow
     }
 
-    /// The readings of each output period of `period_s`; none where nothing is measured. A field that is not measured is
+    /// The readings of each output period; none where nothing is measured. A field that is not measured is
     /// 0, a temperature 0 K, which the chain does not take for one.
-    pub fn readings(&self, period_s: f64) -> impl Iterator<Item = SlowReadings> + '_ {
-        let span = (RATE_SPAN_S / period_s).round().max(1.0) as usize;
+    pub fn readings(&self) -> impl Iterator<Item = SlowReadings> + '_ {
         let count = |rows: &Option<Rows>| rows.as_ref().map_or(0, Vec::len);
         let most = count(&self.temperature_k).max(count(&self.magnetic_field_t));
+        let single = |row: [f64; 3]| row.map(|value| value as f32);
         (0..most).map(move |at| {
             let mut readings = SlowReadings::default();
             if let Some(rows) = &self.temperature_k {
-                let (now, before) = (rows[at], at.saturating_sub(span));
-                let elapsed_s = (at - before).max(1) as f64 * period_s;
-                readings.temperature_k = now.map(|value| value as f32);
-                readings.temperature_rate_k_s =
-                    [0, 1, 2].map(|axis| ((now[axis] - rows[before][axis]) / elapsed_s) as f32);
+                readings.temperature_k = single(rows[at]);
+                readings.temperature_rate_k_s = single(self.temperature_rate_k_s[at]);
             }
             if let Some(rows) = &self.magnetic_field_t {
-                readings.magnetic_field_t = rows[at].map(|value| value as f32);
+                readings.magnetic_field_t = single(rows[at]);
             }
             readings
         })
     }
 }
 
-/// The last that was measured before each output period begins; `None` where an axis has nothing.
-fn at_outputs(recording: &Recording, quantity: &Quantity, outputs: Outputs) -> Option<Rows> {
-    let mut rows = vec![[0.0; 3]; outputs.count];
-    for axis in Axis::ALL {
+/// Instants \[s\] and values of what was measured of x, y, z; `None` where an axis has nothing.
+fn measured(recording: &Recording, quantity: &Quantity) -> Option<Vec<Vec<(f64, f64)>>> {
+    let of_axis = |axis: Axis| {
         let (table, channel) = recording.channel(quantity, axis.label())?;
         let measured_s = |row: usize| match &table.clock {
             Clock::Uniform { rate_hz, start_s } => start_s + (row + 1) as f64 / rate_hz,
             Clock::Stamped { stamps_s, .. } => stamps_s[row],
         };
-        let mut measured = (0..table.rows).filter(|row| channel.values[*row].is_finite());
-        let mut row = measured.next()?;
-        let mut next = measured.next();
-        for (at, values) in rows.iter_mut().enumerate() {
-            let time_s = outputs.start_s + at as f64 * outputs.period_s;
-            while let Some(later) = next
-                && measured_s(later) <= time_s
-            {
-                row = later;
-                next = measured.next();
-            }
-            values[axis.index()] = channel.values[row];
+        let values = channel.values[..table.rows].iter().enumerate();
+        let readings: Vec<_> = values
+            .filter(|(_, value)| value.is_finite())
+            .map(|(row, value)| (measured_s(row), *value))
+            .collect();
+        (!readings.is_empty()).then_some(readings)
+    };
+    Axis::ALL.into_iter().map(of_axis).collect()
+}
+
+/// Calls `take` for each output period with the readings that are known as it begins, the first one at least.
+fn before_outputs(
+    readings: &[(f64, f64)],
+    outputs: Outputs,
+    mut take: impl FnMut(usize, &[(f64, f64)]),
+) {
+    let mut known = 1;
+    for at in 0..outputs.count {
+        let begin_s = outputs.start_s + at as f64 * outputs.period_s;
+        while readings
+            .get(known)
+            .is_some_and(|(time_s, _)| *time_s <= begin_s)
+        {
+            known += 1;
         }
+        take(at, &readings[..known]);
     }
-    Some(rows)
 }

@@ -12,6 +12,7 @@ mod lost;
 mod strip;
 mod terms;
 mod velocity;
+mod warming;
 
 /// T of every stream here \[s\].
 pub const PERIOD_S: f64 = 1.0 / 4000.0;
