@@ -1,16 +1,17 @@
 //! Closes the loop over every kind of effect that a build of the chain can compensate: simulate, diagnose, correct.
 //!
-//! For each [`Case`] the scenario of its [`Setting`] is simulated twice with one seed: with the effect concealed and
-//! without it. The chain runs with the model's parameters, and with those of the diagnosis, which knows nothing of the
-//! effect. What the effect does is the distance of the chain's summed output from that of the recording without the
-//! effect, whose noise is the same: rms over blocks of half a second, of the axis that is farthest off \[rad\], and \[m/s\]
-//! where the accelerometers err. Errors of the dither swing: theirs is the rms over output periods, about
-//! the mean. (Before the first pickoff reading there is none, which is one constant angle where a pickoff is late.)
+//! For each [`Case`] the scenario of its [`Setting`] is simulated with the effect concealed; the diagnosis sees that
+//! recording and the model without the effect. What the chain leaves is judged on two more recordings of the same seed, so
+//! of the same motion and noise: with the effect and without it, read in steps of `Fine`, for a unit's own steps
+//! round both differently, and rounding errors walk. An error is the distance between the chain's summed outputs of these two,
+//! rms over output periods, of the axis that is farthest off \[rad\], and \[m/s\] where the accelerometers err. Errors of
+//! the dither swing: theirs is about the mean. (Before the first pickoff reading there is none, which is one
+//! constant angle where a pickoff is late.)
 //!
 //! Sizes are those of a unit before its calibration, so that a minute's random walk is a hundredth of most.
 //!
-//! What is left has three parts: what the diagnosis could not tell, what the chain leaves, and quantisation, which an
-//! effect shifts. A last column has the chain with the true size, without the first of them.
+//! What is left has two parts: what the diagnosis could not tell, and what the chain leaves. A last column has the
+//! chain with the true size, without the first of them.
 
 use std::path::Path;
 
@@ -19,7 +20,7 @@ use trueaxis::Parameters;
 
 use crate::diagnose::diagnose;
 use crate::error::InputError;
-use crate::model::Model;
+use crate::model::{Model, ModelEffect};
 use crate::recording::Recording;
 use crate::replay::samples::{ReplayInput, Setup, samples_from_recording};
 use crate::replay::{Core, replay};
@@ -41,6 +42,26 @@ sensor_weight_t = 1e-9
 rate_hz = 200.0
 ";
 
+/// Vibration across a suspension's resonance and well below it, about all axes out of phase.
+const VIBRATION: &str = "
+[[motion]]
+kind = \"still\"
+duration_s = 4.0
+
+[[motion]]
+kind = \"vibration\"
+low_hz = 10.0
+high_hz = 200.0
+rate_rms_rad_s = [0.20, 0.16, 0.20]
+axis_phase_rad = [0.0, 0.8, 1.7]
+duration_s = 60.0
+ramp_s = 0.5
+
+[[motion]]
+kind = \"still\"
+duration_s = 4.0
+";
+
 /// Where a unit is, and what is around it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Setting {
@@ -48,6 +69,8 @@ pub enum Setting {
     Bench,
     /// The same in a coil's magnetic field.
     InCoil,
+    /// Vibrated for a minute, across the reach of a suspension's mode.
+    Vibrated,
     /// Vibrated and at rest, its pulses resampled.
     Dithered,
 }
@@ -57,18 +80,15 @@ impl Setting {
         match self {
             Self::Bench => BENCH.to_owned(),
             Self::InCoil => format!("{BENCH}{COIL}"),
+            Self::Vibrated => format!("{}{VIBRATION}", unit()),
             Self::Dithered => DITHERED.to_owned(),
         }
     }
+}
 
-    /// Output periods of a block over which differences are averaged: half a second. The two recordings quantise
-    /// differently, which over one period is 0.2″; with resampled pulses it is nothing.
-    fn block_outputs(self) -> usize {
-        match self {
-            Self::Bench | Self::InCoil => 200,
-            Self::Dithered => 1,
-        }
-    }
+/// The bench's unit without its motion.
+fn unit() -> &'static str {
+    BENCH.split("[[motion]]").next().unwrap_or(BENCH)
 }
 
 /// A kind at a realistic size.
@@ -90,6 +110,13 @@ const fn gyros(kind: &'static str, parameters: &'static str) -> Case {
         parameters,
         of_velocity: false,
         setting: Setting::Bench,
+    }
+}
+
+const fn vibrated(kind: &'static str, parameters: &'static str) -> Case {
+    Case {
+        setting: Setting::Vibrated,
+        ..gyros(kind, parameters)
     }
 }
 
@@ -149,15 +176,15 @@ pub const CASES: &[Case] = &[
         "installation_temperature",
         "xy = 1e-5\nxz = -2e-5\nyx = 1.5e-5\nyz = 2e-5\nzx = -1e-5\nzy = 2e-5",
     ),
-    gyros(
+    vibrated(
         "axis_flexure",
         "xy = 6.9e-8\nxz = 7.1e-8\nyx = 7.5e-8\nyz = 7.3e-8\nzx = 6.7e-8\nzy = 7.6e-8",
     ),
-    gyros(
+    vibrated(
         "axis_flexure_cubic",
         "xy = 4e-13\nxz = 5e-13\nyx = 4.5e-13\nyz = 5e-13\nzx = 4e-13\nzy = 4e-13",
     ),
-    gyros(
+    vibrated(
         "axis_flexure_mode",
         "xy = 6.9e-8\nxz = 7.1e-8\nyx = 7.5e-8\nyz = 7.3e-8\nzx = 6.7e-8\nzy = 7.6e-8\nfrequency_hz = 160.0\ndamping = 0.05",
     ),
@@ -265,38 +292,51 @@ fn sums(
         .collect())
 }
 
-/// rms of the difference's means over blocks, of the axis that is farthest off.
+/// rms of the difference, of the axis that is farthest off.
 fn apart(one: &Sums, other: &Sums, case: &Case) -> f64 {
     let first = if case.of_velocity { 3 } else { 0 };
-    let outputs = case.setting.block_outputs();
-    (first..first + 3)
-        .map(|at| {
-            let pairs = one.iter().zip(other);
-            let differences: Vec<f64> = pairs.map(|(one, other)| one[at] - other[at]).collect();
-            let blocks = differences.chunks_exact(outputs);
-            let count = blocks.len().max(1) as f64;
-            let mean = |block: &[f64]| block.iter().sum::<f64>() / block.len() as f64;
-            let offset = match case.setting {
-                Setting::Dithered => mean(&differences),
-                Setting::Bench | Setting::InCoil => 0.0,
-            };
-            (blocks
-                .map(|block| (mean(block) - offset).powi(2))
-                .sum::<f64>()
-                / count)
-                .sqrt()
-        })
-        .fold(0.0, f64::max)
+    let count = one.len().min(other.len()).max(1) as f64;
+    let of_axis = |at: usize| {
+        let pairs = one.iter().zip(other);
+        let differences: Vec<f64> = pairs.map(|(one, other)| one[at] - other[at]).collect();
+        let offset = match case.setting {
+            Setting::Dithered => differences.iter().sum::<f64>() / count,
+            _ => 0.0,
+        };
+        let squares = differences.iter().map(|one| (one - offset).powi(2));
+        (squares.sum::<f64>() / count).sqrt()
+    };
+    (first..first + 3).map(of_axis).fold(0.0, f64::max)
 }
 
-fn simulated(
-    setting: Setting,
-    effect: &str,
-    place: &Path,
-    seed: u64,
-) -> Result<Simulation, InputError> {
-    let scenario = Scenario::parse(&format!("{}\n{effect}", setting.scenario()), place)?;
-    Ok(simulate(&scenario, seed, |_| {}))
+/// Steps in which the compared recordings are read: their rounding is far below what is left.
+struct Fine;
+
+impl Fine {
+    const PULSE_RAD: f64 = 2e-10;
+    const PICKOFF_RAD: f64 = 1e-10;
+    const FORCE_M_S2: f64 = 1e-9;
+
+    fn read(scenario: &mut Scenario) {
+        scenario.gyro.pulse_weight_rad = [Self::PULSE_RAD; 3];
+        if let Some(dither) = &mut scenario.dither {
+            dither.pickoff_weight_rad = Self::PICKOFF_RAD;
+        }
+        if let Some(accelerometer) = &mut scenario.accelerometer {
+            accelerometer.weight_m_s2 = Self::FORCE_M_S2;
+        }
+    }
+}
+
+/// A setting's scenario with an effect.
+fn scenario_with(setting: Setting, effect: &str, place: &Path) -> Result<Scenario, InputError> {
+    Scenario::parse(&format!("{}\n{effect}", setting.scenario()), place)
+}
+
+/// The same motion, noise and effect, finely read.
+fn finely_read(mut scenario: Scenario, seed: u64) -> Simulation {
+    Fine::read(&mut scenario);
+    simulate(&scenario, seed, |_| {})
 }
 
 /// A setting's scenario without an effect, through the chain: once for all its cases.
@@ -311,7 +351,7 @@ impl Twin {
     /// Simulates it.
     pub fn new(setting: Setting, seed: u64) -> Result<Self, InputError> {
         let place = Path::new("close-loop.toml");
-        let clean = simulated(setting, "", place, seed)?;
+        let clean = finely_read(scenario_with(setting, "", place)?, seed);
         let runner = Runner {
             recording: &clean.recording,
             place,
@@ -336,17 +376,22 @@ impl Twin {
             "[[effect]]\nkind = \"{}\"\nconcealed = true\n{}\n",
             case.kind, case.parameters
         );
-        let simulation = simulated(self.setting, &effect, place, self.seed)?;
+        let scenario = scenario_with(self.setting, &effect, place)?;
+        let seen = simulate(&scenario, self.seed, |_| {});
+        let outcome = diagnose(&seen.recording, &seen.model, place, self.seed, &stage)?;
+        let compared = finely_read(scenario, self.seed);
         let runner = Runner {
-            recording: &simulation.recording,
+            recording: &compared.recording,
             place,
         };
-        let model = &simulation.model;
-        let outcome = diagnose(&simulation.recording, model, place, self.seed, &stage)?;
-        let mut informed = model.clone();
-        informed
-            .effects
-            .extend(simulation.truth.effects.iter().cloned());
+        let model = &compared.model;
+        let with = |effects: &[ModelEffect]| {
+            let mut model = model.clone();
+            model.effects = effects.to_vec();
+            model
+        };
+        let found = with(&outcome.model.effects);
+        let truth = with(&[&*model.effects, &compared.truth.effects].concat());
         let off = |model: &Model, core: Core| {
             let twin = if core == Core::F32 {
                 &self.f32
@@ -365,9 +410,9 @@ impl Twin {
                 .collect(),
             unit: if case.of_velocity { "m/s" } else { "rad" },
             before: off(model, Core::F32)?,
-            after_f32: off(&outcome.model, Core::F32)?,
-            after_fixed: off(&outcome.model, Core::Fixed)?,
-            with_truth: off(&informed, Core::F32)?,
+            after_f32: off(&found, Core::F32)?,
+            after_fixed: off(&found, Core::Fixed)?,
+            with_truth: off(&truth, Core::F32)?,
         })
     }
 }

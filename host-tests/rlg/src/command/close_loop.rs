@@ -10,7 +10,8 @@ use crate::terminal::Terminal;
 /// Simulate kinds of effects, diagnose them blind, correct them in the chain, and print the error before and after
 ///
 /// Without KIND every kind that the chain or one of its optional terms compensates. Errors are the distance of the
-/// chain's summed output from that of the same recording without the effect, rms, the axis that is farthest off.
+/// chain's summed output from that of the same motion and noise without the effect, both read in fine steps, rms, the
+/// axis that is farthest off.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  rlg close-loop gyro_delay axis_flexure")]
 pub struct CloseLoop {
