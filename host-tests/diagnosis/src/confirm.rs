@@ -302,8 +302,8 @@ pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<
         let mut headlines: Vec<usize> = named
             .iter()
             .map(|&place| {
-                let spanned_by = &found.spanned_by[place];
-                headline((&found.judged[place], spanned_by), &found.candidates)
+                let reached_by = &found.reached_by[place];
+                headline((&found.judged[place], reached_by), &found.candidates)
             })
             .collect();
         let mut last = refit(data, found, &headlines, plan)?;
@@ -398,16 +398,16 @@ pub(super) fn settle_instants(
     std_rows
 }
 
-/// The candidate with the fewest free numbers among a member and the rivals that reach it; of an expression, those whose columns
-/// span it among them.
-pub(super) fn headline((judged, spanned_by): (&Judged, &[usize]), all: &[Candidate]) -> usize {
+/// The candidate with the fewest free numbers among a member and the rivals that reach it; of an expression, those that explain
+/// as much with more numbers among them.
+pub(super) fn headline((judged, reached_by): (&Judged, &[usize]), all: &[Candidate]) -> usize {
     // An expression is no name where a listed effect reaches it.
     let numbers = |candidate: usize| {
         let one = &all[candidate];
         (one.kind == UNLISTED, one.hypothesis.parameters)
     };
     let own = judged.hypothesis;
-    let spanning = spanned_by.iter().filter(|_| all[own].kind == UNLISTED);
+    let spanning = reached_by.iter().filter(|_| all[own].kind == UNLISTED);
     let rivals = judged.rivals.iter().map(|(rival, _)| rival);
     let simplest = rivals.chain(spanning).fold(own, |best, &rival| {
         if numbers(rival) < numbers(best) {

@@ -36,6 +36,8 @@ pub struct Found {
     pub judged: Vec<Judged>,
     /// Rivals of each member whose columns span it.
     pub spanned_by: Vec<Vec<usize>>,
+    /// Those of them that explain as much as it.
+    pub reached_by: Vec<Vec<usize>>,
     /// The set without each member, fitted anew.
     pub without: Vec<Fit>,
     /// Nothing but noise.
@@ -463,6 +465,7 @@ impl Pass {
             fit,
             judged: judged.members,
             spanned_by: judged.spanned_by,
+            reached_by: judged.reached_by,
             without: judged.without,
             empty: judged.empty,
             tried,

@@ -62,6 +62,8 @@ pub struct JudgedSet {
     pub members: Vec<Judged>,
     /// Rivals of each member whose columns span it.
     pub spanned_by: Vec<Vec<usize>>,
+    /// Those of them that explain as much as it, to within what tells nothing apart.
+    pub reached_by: Vec<Vec<usize>>,
     /// The set without each member, fitted anew.
     pub without: Vec<Fit>,
     /// Nothing but noise.
@@ -347,14 +349,24 @@ impl<'a, L: Likelihood> Search<'a, L> {
     pub fn judge_set(&mut self, best: &Fit, within: f64, separation: f64) -> JudgedSet {
         let members = self.judge(best, within);
         let searched = &*self;
-        let spans = |&member: &usize| {
+        let spans = |&member: &usize| -> Vec<(usize, f64)> {
             let others = (0..searched.hypotheses.len()).into_par_iter();
             others
                 .filter(|other| !best.members.contains(other))
-                .filter(|&other| searched.separation(best, member, other) < separation)
+                .map(|other| (other, searched.separation(best, member, other)))
+                .filter(|(_, left)| *left < separation)
                 .collect()
         };
-        let spanned_by = best.members.iter().map(spans).collect();
+        let spanned: Vec<Vec<(usize, f64)>> = best.members.iter().map(spans).collect();
+        let nearer_than = |most: f64| {
+            let of_member = |all: &Vec<(usize, f64)>| {
+                let near = all.iter().filter(|(_, left)| *left < most);
+                near.map(|(other, _)| *other).collect()
+            };
+            spanned.iter().map(of_member).collect()
+        };
+        let spanned_by = nearer_than(separation);
+        let reached_by = nearer_than((2.0 * within).sqrt());
         let without = best
             .members
             .iter()
@@ -366,6 +378,7 @@ impl<'a, L: Likelihood> Search<'a, L> {
         JudgedSet {
             members,
             spanned_by,
+            reached_by,
             without,
             empty: self.fit(&[], None),
         }

@@ -55,6 +55,7 @@ pub(crate) fn shares_of(together: &mut Together) -> Vec<Found> {
         fit: with_noise_of(&together.fit, recording),
         judged: together.judged.clone(),
         spanned_by: together.spanned_by.clone(),
+        reached_by: together.reached_by.clone(),
         without: together.without.clone(),
         empty: with_noise_of(&together.empty, recording),
         motion: pass.motion,
@@ -99,8 +100,8 @@ pub(crate) fn confirmed(
         let mut headlines: Vec<usize> = named
             .iter()
             .map(|&place| {
-                let spanned_by = &together.spanned_by[place];
-                headline((&together.judged[place], spanned_by), &candidates)
+                let reached_by = &together.reached_by[place];
+                headline((&together.judged[place], reached_by), &candidates)
             })
             .collect();
         let mut last = refit((all, sums), together, found, &headlines, plan)?;

@@ -35,6 +35,8 @@ pub(crate) struct Together {
     pub(crate) judged: Vec<Judged>,
     /// Rivals of each member whose columns span it.
     pub(crate) spanned_by: Vec<Vec<usize>>,
+    /// Those of them that explain as much as it.
+    pub(crate) reached_by: Vec<Vec<usize>>,
     /// The set without each member, fitted anew.
     pub(crate) without: Vec<Fit>,
     /// Nothing but noise.
@@ -298,6 +300,7 @@ impl Standing {
             fit: self.fit,
             judged: judged.members,
             spanned_by: judged.spanned_by,
+            reached_by: judged.reached_by,
             without: judged.without,
             empty: judged.empty,
             tried,
