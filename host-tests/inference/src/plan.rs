@@ -19,6 +19,8 @@ pub struct SearchPlan {
     pub screening: f64,
     /// Candidates refitted at each step.
     pub refitted: usize,
+    /// Share of a member's squared size that a rival may leave and still explain as much \[1\].
+    pub left_share: f64,
 }
 
 impl Default for SearchPlan {
@@ -31,6 +33,7 @@ impl Default for SearchPlan {
             drift_odd: 3.0,
             screening: 3.0,
             refitted: 4,
+            left_share: 0.01,
         }
     }
 }

@@ -358,15 +358,22 @@ impl<'a, L: Likelihood> Search<'a, L> {
                 .collect()
         };
         let spanned: Vec<Vec<(usize, f64)>> = best.members.iter().map(spans).collect();
-        let nearer_than = |most: f64| {
-            let of_member = |all: &Vec<(usize, f64)>| {
-                let near = all.iter().filter(|(_, left)| *left < most);
+        let nearer_than = |most: &dyn Fn(f64) -> f64| {
+            let of_member = |(all, squared_size): (&Vec<(usize, f64)>, &f64)| {
+                let near = all.iter().filter(|(_, left)| *left < most(*squared_size));
                 near.map(|(other, _)| *other).collect()
             };
-            spanned.iter().map(of_member).collect()
+            spanned
+                .iter()
+                .zip(&best.squared_sizes)
+                .map(of_member)
+                .collect()
         };
-        let spanned_by = nearer_than(separation);
-        let reached_by = nearer_than((2.0 * within).sqrt());
+        let spanned_by = nearer_than(&|_| separation);
+        // Of a large effect columns are never quite the same.
+        let left_of = |squared_size: f64| self.plan.left_share * squared_size;
+        let reached_by =
+            nearer_than(&|squared_size| left_of(squared_size).max(2.0 * within).sqrt());
         let without = best
             .members
             .iter()
