@@ -201,7 +201,7 @@ fn a_dead_band_about_rest_is_lock_in_with_each_gyros_threshold() {
     explains_alone("lock_in", &both);
     let found = &both.0.effects[0];
     holds(found, &thresholds);
-    let is_sharp = |(axis, _)| number(found, axis).1 < 6e-7;
+    let is_sharp = |(axis, _)| number(found, axis).1 < 8.5e-7;
     assert!(thresholds.into_iter().all(is_sharp), "{found:#?}");
     let (free, _) = diagnosed_in_pulses(1e-6, &motion, "");
     names_nothing(&free, "no threshold");
