@@ -79,11 +79,11 @@
 //!
 //! | type | bytes | how many |
 //! |---|---|---|
-//! | `Processor<F32>` | 1744 | one: chain, state and health |
+//! | `Processor<F32>` | 1736 | one: chain, state and health |
 //! | `Processor<Fixed>` | 1888 | |
 //! | `Chain<F32>` | 744 | in the processor |
 //! | `Chain<Fixed>` | 768 | |
-//! | `ChainState<F32>` | 856 | in the processor |
+//! | `ChainState<F32>` | 848 | in the processor |
 //! | `ChainState<Fixed>` | 976 | |
 //! | `Parameters` | 1592 | at boot; 496 in a build without terms |
 //! | `BankDecoder` | 40 | one |

@@ -70,7 +70,7 @@ use crate::chain::stages::dither::{Dither, DitherState, ExactTaps};
 const DISTURBED_WINDOWS: u8 = 2;
 
 /// No gyro's place.
-const NONE_WATCHED: usize = 3;
+const NONE_WATCHED: u32 = 3;
 
 /// Most codes that [`PICKOFF_REACH_RAD`] may be: even with the finest codes this is three times the largest amplitude,
 /// and one step more still fits an `i32`.
@@ -147,7 +147,7 @@ pub struct AdaptationState<N: NumberSystem> {
     sums: [Sums<N>; 3],
     tracked: [Tracked; 3],
     /// The gyro whose products the next sample adds; [`NONE_WATCHED`] where there is none.
-    next_gyro: usize,
+    next_gyro: u32,
     frames: u32,
     /// Windows, this one included, in which the taps rest.
     disturbed: u8,
@@ -246,7 +246,8 @@ impl Adaptation {
         acceleration: &AccelerationState<N>,
         sample: &Sample,
     ) {
-        let gyro = state.next_gyro;
+        let next = state.next_gyro;
+        let gyro = next as usize;
         let (strip, strip_state) = dither;
         // All arrays have three elements: one check serves, also where no gyro is watched.
         let Some(sums) = state.sums.get_mut(gyro) else {
@@ -267,7 +268,7 @@ impl Adaptation {
         let counts = sample.pulse_counts[gyro];
         sums.changed |= counts ^ sums.counts;
         sums.counts = counts;
-        state.next_gyro = if gyro < 2 { gyro + 1 } else { 0 };
+        state.next_gyro = if next < 2 { next + 1 } else { 0 };
     }
 
     /// Whether windows move the taps.
