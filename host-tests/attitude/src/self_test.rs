@@ -7,7 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rlg_diagnosis::self_test::{Reach, Said, Trials, beyond, sensitivity};
+use rlg_diagnosis::self_test::{Reach, Said, Trials, chance_of_name, sensitivity};
 use rlg_findings::result::Sensitivity;
 use rlg_inference::Bound;
 
@@ -207,21 +207,14 @@ impl Trials for OnBlocks<'_> {
 
     fn theory(&self, planted: &Planted, rho: f64) -> f64 {
         let count = planted.places.len();
-        let (mut low, mut high) = (0.0, 1e4);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
+        chance_of_name(count, rho, |squared_size| {
             let statistic = Statistic {
-                squared_size: middle,
+                squared_size,
                 design_effect: 1.0,
                 count,
             };
-            if statistic.gain(planted.among, false) < self.choice.plan.least_gain {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        beyond(high, count as f64, rho * rho)
+            statistic.gain(planted.among, false) >= self.choice.plan.least_gain
+        })
     }
 
     fn sensitivity(&self, planted: &Planted) -> Option<Sensitivity> {

@@ -289,6 +289,30 @@ pub(crate) fn fallen(reenacted_away: &[usize], found: &Found) -> Vec<&'static st
         .collect()
 }
 
+/// Searches, and again without the kinds that fell, until none falls: they explain nothing of a recording that shows them even
+/// where it is re-enacted without them.
+///
+/// # Inputs
+/// `search`: without some kinds; what it leaves, and the kinds that [`fallen`] tells of it.
+///
+/// # Returns
+/// What the last search leaves, and the kinds without which it was made besides `left_out`.
+pub(crate) fn until_none_falls<T>(
+    left_out: &[&str],
+    progress: &dyn Fn(&str),
+    mut search: impl FnMut(&[&str]) -> Option<(T, Vec<&'static str>)>,
+) -> Option<(T, Vec<&'static str>)> {
+    let mut shown_anyway: Vec<&'static str> = Vec::new();
+    loop {
+        let (left, fallen) = search(&[left_out, &shown_anyway[..]].concat())?;
+        if fallen.is_empty() {
+            return Some((left, shown_anyway));
+        }
+        progress("searching without what re-enactments show as well");
+        shown_anyway.extend(fallen);
+    }
+}
+
 /// Takes away what does not hold in blocks of the rows, and what the recording shows even where it is re-enacted without it; `None`
 /// where too few rows are left.
 pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<Confirmed> {

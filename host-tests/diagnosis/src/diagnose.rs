@@ -5,7 +5,7 @@ use std::path::Path;
 use rlg_model::Model;
 use rlg_recording::error::InputError;
 
-use super::confirm::{confirmed, fallen};
+use super::confirm::{confirmed, fallen, until_none_falls};
 use super::outcome::Outcome;
 use super::settings::Settings;
 use super::{data, findings, registration, search, self_test, settle};
@@ -78,31 +78,23 @@ pub fn diagnose_also<T>(
         ..
     } = *settings;
     let mut data = data::Data::new(streams, model, plan, model_file)?;
-    // Kinds that this recording shows even where it is re-enacted without them: they explain nothing of it.
-    let mut shown_anyway: Vec<&'static str> = Vec::new();
-    loop {
-        let without = [left_out, &shown_anyway[..]].concat();
-        let Some(mut found) = settle::find(&mut data, &without, plan, progress) else {
-            return Ok(None);
-        };
+    let searched = until_none_falls(left_out, progress, |without| {
+        let mut found = settle::find(&mut data, without, plan, progress)?;
         let also = also(&data, &found);
         progress("trying the search on this recording");
         let tested = self_test::self_test(&found, plan, seed);
         // The set stands: its findings need no columns by frequency, which are most of the memory.
         found.equations.truncate(0);
         progress("writing the findings");
-        let Some(mut confirmed) = confirmed(&data, &mut found, plan) else {
-            return Ok(None);
-        };
-        confirmed.shown_anyway = shown_anyway;
+        let confirmed = confirmed(&data, &mut found, plan)?;
         let fallen = fallen(&confirmed.reenacted_away, &found);
-        if fallen.is_empty() {
-            let mut outcome = findings::outcome((&data, &found), &confirmed, faults, seed, plan);
-            outcome.diagnosis.tell(tested);
-            return Ok(Some((outcome, also)));
-        }
-        progress("searching without what re-enactments show as well");
-        shown_anyway = confirmed.shown_anyway;
-        shown_anyway.extend(fallen);
-    }
+        Some(((found, confirmed, tested, also), fallen))
+    });
+    let Some(((found, mut confirmed, tested, also), shown_anyway)) = searched else {
+        return Ok(None);
+    };
+    confirmed.shown_anyway = shown_anyway;
+    let mut outcome = findings::outcome((&data, &found), &confirmed, faults, seed, plan);
+    outcome.diagnosis.tell(tested);
+    Ok(Some((outcome, also)))
 }

@@ -203,6 +203,20 @@ pub fn sensitivity(
     })
 }
 
+/// Chance that an effect of signal-to-noise ratio `rho` is worth its name, by the squared size from which `is_named` holds \[σ²\].
+pub fn chance_of_name(rank: usize, rho: f64, is_named: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, 2e4);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if is_named(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    beyond(high, rank as f64, rho * rho)
+}
+
 /// Upper limit of a share of which `found` of `trials` were seen, 95 % confidence (Clopper-Pearson).
 pub fn upper_limit(found: usize, trials: usize) -> f64 {
     if found >= trials {

@@ -16,7 +16,7 @@ use rlg_findings::result::{Sensitivity, Tested};
 use rlg_inference::linear::{pseudo_inverse, pseudo_inverse_beside};
 use rlg_inference::{Hypothesis, Likelihood, NoiseLevels};
 
-use super::{Reach, Said, Trials as _, beyond, sensitivity};
+use super::{Reach, Said, Trials as _, chance_of_name, sensitivity};
 use crate::plan::AnalysisPlan;
 use crate::scores::integrated;
 use crate::search::Found;
@@ -388,16 +388,9 @@ impl<'a> super::Trials for Trials<'a> {
 
     fn theory(&self, planted: &Tried<'a>, rho: f64) -> f64 {
         let needed = self.needed + planted.hypothesis.price;
-        let (mut low, mut high) = (0.0, 1e4);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if integrated(middle, planted.rank) < needed {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        beyond(2.0 * high, planted.rank as f64, rho * rho)
+        chance_of_name(planted.rank, rho, |squared_size| {
+            integrated(0.5 * squared_size, planted.rank) >= needed
+        })
     }
 
     fn sensitivity(&self, planted: &Tried<'a>) -> Option<Sensitivity> {

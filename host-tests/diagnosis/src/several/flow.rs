@@ -16,7 +16,7 @@ use super::search::{Together, find};
 use super::shared::{Shared, Sharing, with_noise_of};
 use crate::before::without_known;
 use crate::case_motion::estimate;
-use crate::confirm::fallen;
+use crate::confirm::{fallen, until_none_falls};
 use crate::data::Data;
 use crate::entries_of_rows::channel;
 use crate::noise_levels::reported;
@@ -63,13 +63,8 @@ pub fn diagnose_also<T>(
             faults.push(std::mem::take(of_data));
         }
     }
-    // As for one recording.
-    let mut shown_anyway: Vec<&'static str> = Vec::new();
-    let (together, mut found, confirmed, tested_on) = loop {
-        let without = [left_out, &shown_anyway[..]].concat();
-        let Some(mut together) = find(&mut fitted, &without, plan, progress) else {
-            return Ok(None);
-        };
+    let searched = until_none_falls(left_out, progress, |without| {
+        let mut together = find(&mut fitted, without, plan, progress)?;
         progress("trying the search on these recordings");
         let tested_on = together.self_test(None, (plan, seed));
         progress("confirming the findings");
@@ -78,17 +73,14 @@ pub fn diagnose_also<T>(
             // The set stands: its findings need no columns by frequency, which are most of the memory.
             own.equations.truncate(0);
         }
-        let Some(mut confirmed) = confirmed(&fitted, None, &mut together, &mut found, plan) else {
-            return Ok(None);
-        };
+        let confirmed = confirmed(&fitted, None, &mut together, &mut found, plan)?;
         let fallen = fallen(&confirmed.reenacted_away, &found[0]);
-        if fallen.is_empty() {
-            confirmed.shown_anyway = shown_anyway;
-            break (together, found, confirmed, tested_on);
-        }
-        progress("searching without what re-enactments show as well");
-        shown_anyway.extend(fallen);
+        Some(((together, found, confirmed, tested_on), fallen))
+    });
+    let Some(((together, mut found, mut confirmed, tested_on), shown_anyway)) = searched else {
+        return Ok(None);
     };
+    confirmed.shown_anyway = shown_anyway;
     progress("writing the findings");
     let held_out: Vec<HeldOut> = tested
         .iter_mut()
