@@ -41,3 +41,8 @@ pub mod ticks;
 pub mod timer;
 pub mod usart;
 pub mod watchdog;
+
+/// A bit of a register where it is set.
+fn flag(bit: u32, is_set: bool) -> u32 {
+    if is_set { bit } else { 0 }
+}

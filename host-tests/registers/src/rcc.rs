@@ -1,5 +1,6 @@
 //! Reset and clock control (RM0090 section 7): oscillators, PLL, switch, bus clocks, clock security system, reset flags.
 
+use crate::flag;
 use crate::flash::wait_states_needed;
 use crate::ticks;
 
@@ -255,19 +256,18 @@ impl Rcc {
     /// Reads a register.
     pub fn read(&mut self, offset: u32, now: u64) -> Option<u32> {
         self.settle(now);
-        let with = |bit: u32, set: bool| if set { bit } else { 0 };
         Some(match offset {
             CR => {
                 HSION
                     | HSIRDY
-                    | with(HSEON, self.crystal_on.is_some())
-                    | with(HSERDY, self.crystal_is_ready(now))
-                    | with(CSSON, self.watches_crystal)
-                    | with(PLLON, self.pll_on.is_some())
-                    | with(PLLRDY, self.pll_is_ready(now))
+                    | flag(HSEON, self.crystal_on.is_some())
+                    | flag(HSERDY, self.crystal_is_ready(now))
+                    | flag(CSSON, self.watches_crystal)
+                    | flag(PLLON, self.pll_on.is_some())
+                    | flag(PLLRDY, self.pll_is_ready(now))
             }
             PLLCFGR => self.pllcfgr,
-            CFGR => self.cfgr & !0b1100 | with(0b1000, self.runs_from_pll),
+            CFGR => self.cfgr & !0b1100 | flag(0b1000, self.runs_from_pll),
             CIR => self.cir,
             CSR => self.csr,
             _ => *self.enables.get(Self::enable_at(offset)?)?,

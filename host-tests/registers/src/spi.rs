@@ -1,6 +1,7 @@
 //! SPI1 as a master (RM0090 section 28), 8 bits wide, with the bank behind it.
 
 use crate::bank::{Answer, Bank};
+use crate::flag;
 use crate::ticks;
 
 /// What a byte that comes late takes besides: longer than the driver waits, shorter than a sampling period.
@@ -76,15 +77,14 @@ impl Spi {
     /// Reads a register.
     pub fn read(&mut self, offset: u32, now: u64) -> Option<u32> {
         self.settle(now);
-        let with = |bit: u32, set: bool| if set { bit } else { 0 };
         Some(match offset {
             CR1 => self.cr1,
             CR2 => self.cr2,
             SR => {
-                let status = with(TXE, self.shifting.is_none())
-                    | with(RXNE, self.received.is_some())
-                    | with(OVR, self.overrun)
-                    | with(BSY, self.shifting.is_some());
+                let status = flag(TXE, self.shifting.is_none())
+                    | flag(RXNE, self.received.is_some())
+                    | flag(OVR, self.overrun)
+                    | flag(BSY, self.shifting.is_some());
                 if self.data_read {
                     (self.overrun, self.data_read) = (false, false);
                 }

@@ -1,5 +1,6 @@
 //! A serial port (RM0090 section 30): transmitter with one byte of buffer, receiver with overrun.
 
+use crate::flag;
 use std::collections::VecDeque;
 
 use crate::ticks;
@@ -96,14 +97,13 @@ impl Usart {
     /// Reads a register.
     pub fn read(&mut self, offset: u32, now: u64) -> Option<u32> {
         self.settle(now);
-        let with = |bit: u32, set: bool| if set { bit } else { 0 };
         Some(match offset {
             SR => {
                 self.overrun_seen = self.overrun;
-                with(TXE, now >= self.buffer_free_at)
-                    | with(TC, now >= self.line_free_at)
-                    | with(RXNE, self.received.is_some())
-                    | with(ORE, self.overrun)
+                flag(TXE, now >= self.buffer_free_at)
+                    | flag(TC, now >= self.line_free_at)
+                    | flag(RXNE, self.received.is_some())
+                    | flag(ORE, self.overrun)
             }
             DR => {
                 if self.overrun_seen {
