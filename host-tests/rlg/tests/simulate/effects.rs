@@ -22,13 +22,17 @@ fn turned_stretched_reference_reads_what_the_catalogue_says() {
     let text = PERFECT.to_owned()
         + REFERENCE
         + TUMBLE
-        + &effect("reference_misalignment", "x = 1e-3, y = -2e-3, z = 3e-3")
+        + &effect("reference_misalignment", "x = 0.1, y = -0.2, z = 0.3")
         + &effect("reference_scale", "x = 1e-4, y = 2e-4, z = -3e-4");
     let simulation = run(&text, 1);
     let reads = triad(&simulation.recording, Quantity::ReferenceIncrement);
+    let turn_rad: Vector3<f64> = Vector3::new(0.1, -0.2, 0.3);
+    let (angle, axis) = (turn_rad.norm(), turn_rad.normalize());
     for row in 0..12_000 {
         let case = Vector3::from(simulation.case_increments_rad[row]);
-        let turned = case - Vector3::new(1e-3, -2e-3, 3e-3).cross(&case);
+        // Rodrigues' formula, turned the other way.
+        let turned = case * angle.cos() - axis.cross(&case) * angle.sin()
+            + axis * axis.dot(&case) * (1.0 - angle.cos());
         let expected = turned.component_mul(&Vector3::new(1.0001, 1.0002, 0.9997));
         // two codes of 1e-13 rad
         assert!((reads(row) - expected).amax() < 2e-13, "row {row}");

@@ -3,11 +3,11 @@
 //! From the increment that the reference is exposed to, body frame, and the table's angle, in rad, it gives the
 //! increment that the reference reads, in rad.
 //!
-//! Equations: turned by r (right-hand rotation) it reads ω − r × ω; with a scale error (1 + r_i) times that; an
+//! Equations: turned by the rotation vector r it reads Rᵀ(r) ω, which is ω − r × ω for a small r; with a scale error (1 + r_i) times that; an
 //! encoder adds the increments of cos · cos nθ + sin · sin nθ at the table angle θ, which is 0 at the start.
 
 use super::Effects;
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
 /// `reference_harmonic`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +28,7 @@ impl Effects {
         let mut turned = *case_rad;
         // a product with zeros would still round −0.0 away
         if self.reference_misalignment_rad != Vector3::zeros() {
-            turned -= self.reference_misalignment_rad.cross(case_rad);
+            turned = Rotation3::from_scaled_axis(-self.reference_misalignment_rad) * case_rad;
         }
         turned + self.reference_scale.component_mul(&turned)
     }
