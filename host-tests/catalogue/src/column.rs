@@ -1,5 +1,7 @@
 //! Design columns: what a unit parameter adds to a sensed increment, before 1/(1 − s_i).
 
+use std::f64::consts::TAU;
+
 use realfft::num_complex::Complex64;
 use rlg_signal::axes::add;
 use rlg_signal::derivatives::{Spectrum, row_means};
@@ -49,8 +51,11 @@ pub enum Column {
     Magnetic(usize),
     /// The block's increment \[rad\].
     Dither(usize),
-    /// Its derivative \[rad/s\].
-    DitherDelay(usize),
+    /// Its derivative where the pickoff shows the block late \[s\] \[rad/s\].
+    DitherDelay(usize, f64),
+    /// What a late pickoff \[s\] takes from the block's increment beside one that is known and beyond that derivative \[rad\]:
+    /// the known delay and what was found beside it.
+    DitherBeyond(usize, f64, f64),
     /// Increment of the pickoff angle's cube \[rad³\].
     DitherCube(usize),
     /// Component along the second axis of what lay along the first at the start, T.
@@ -132,14 +137,11 @@ impl Sensed {
         }
     }
 
-    /// What a linear effect adds beyond what the gate lets through of it; `None` of other columns.
-    ///
-    /// # Returns
-    /// What to take out of the residual, and what of the noise stays in it. What a filter makes of the reference's noise
-    /// stays: with other colours in every set, noise would decide between sets.
-    pub fn hidden(self, signals: &Signals) -> Option<[Vec<f64>; 2]> {
+    /// What a linear effect adds beyond what the gate lets through of it, which is to be taken out of the residual; `None` of
+    /// other columns. What a filter makes of the reference's noise stays: with other colours in every set, noise would decide
+    /// between sets.
+    pub fn hidden(self, signals: &Signals) -> Option<Vec<f64>> {
         let mut hidden = self.column.of_measured(signals)?;
-        let mut noise = vec![0.0; signals.rows];
         let is_filtered = match self.column {
             Column::Increment(_) => false,
             Column::Late(gyro, _) => {
@@ -149,13 +151,10 @@ impl Sensed {
             _ => true,
         };
         if is_filtered {
-            let likeliest = self.column.of_motion(signals, &signals.likeliest);
-            add(&mut noise, &hidden, 1.0);
-            add(&mut noise, &likeliest, -1.0);
-            hidden = likeliest;
+            hidden = self.column.of_motion(signals, &signals.likeliest);
         }
         add(&mut hidden, &self.values(signals), -1.0);
-        Some([hidden, noise])
+        Some(hidden)
     }
 }
 
@@ -231,8 +230,8 @@ impl Column {
     /// Whether the recording has what it is made of.
     pub fn is_available(self, signals: &Signals) -> bool {
         use Column::{
-            Dither, DitherCube, DitherDelay, Force, ForceRate, ForceSquare, ForceTimesIncrement,
-            Magnetic, Warming, WarmingRate, WarmingTimesIncrement,
+            Dither, DitherBeyond, DitherCube, DitherDelay, Force, ForceRate, ForceSquare,
+            ForceTimesIncrement, Magnetic, Warming, WarmingRate, WarmingTimesIncrement,
         };
         let varies = |triad: &Option<Triad>, axis: usize| {
             triad
@@ -249,7 +248,9 @@ impl Column {
                 varies(&signals.warming_k, axis)
             }
             Magnetic(axis) => varies(&signals.magnetic_t, axis),
-            Dither(_) | DitherDelay(_) | DitherCube(_) => signals.dither_rad.is_some(),
+            Dither(_) | DitherDelay(..) | DitherBeyond(..) | DitherCube(_) => {
+                signals.dither_rad.is_some()
+            }
             Column::Expression(expression) => {
                 expression.values(signals, &signals.independent).is_some()
             }
@@ -279,11 +280,6 @@ impl Column {
     /// Its values by row, of the motion that shares no noise with the residual of its own axis.
     pub fn values(self, signals: &Signals) -> Vec<f64> {
         self.of_motion(signals, &signals.independent)
-    }
-
-    /// Whether it is what lies between the reference and a gyro.
-    pub fn is_of_path(self) -> bool {
-        matches!(self, Self::Late(..) | Self::LowPass(..) | Self::Mount(..))
     }
 
     /// What a linear effect makes of the reference as it was measured \[rad\]: each part of the path behind those that come before
@@ -412,9 +408,23 @@ impl Column {
                 channel(&signals.magnetic_t, &|field| scaled(field, period), axis)
             }
             Self::Dither(axis) => channel(&signals.dither_rad, &<[f64]>::to_vec, axis),
-            Self::DitherDelay(axis) => channel(
+            Self::DitherDelay(axis, late_s) => channel(
                 &signals.dither_rad,
-                &|dither| Spectrum::new(dither, signals.rate_hz).mean_derivative(1),
+                &|dither| {
+                    let slope = |hz: f64| Complex64::new(0.0, TAU * hz) * late(-late_s, hz);
+                    Spectrum::new(dither, signals.rate_hz).through(slope)
+                },
+                axis,
+            ),
+            Self::DitherBeyond(axis, known_s, found_s) => channel(
+                &signals.dither_rad,
+                &|dither| {
+                    let beyond = |hz: f64| {
+                        let slope = Complex64::new(1.0, -TAU * hz * found_s);
+                        late(-known_s - found_s, hz) * slope - late(-known_s, hz)
+                    };
+                    Spectrum::new(dither, signals.rate_hz).through(beyond)
+                },
                 axis,
             ),
             Self::DitherCube(axis) => channel(

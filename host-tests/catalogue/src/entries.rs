@@ -296,11 +296,11 @@ pub static CATALOGUE: &[Entry] = &[
         experiment: "None needed: the dither itself shows it at rest.",
     },
     Entry {
-        kind: "dither_delay",
+        kind: LATE_PICKOFF,
         equation: "block_i(t) = pickoff_i(t + d_i)",
         unit: "s",
         size: Size::of(1e-6, 0.001),
-        law: Law::Axes(|i| vec![(Column::DitherDelay(i), 1.0)]),
+        law: Law::Axes(|i| vec![(Column::DitherDelay(i, 0.0), 1.0)]),
         everyday: false,
         meaning: "The dither pickoff is sampled late against the pulse counter, so stripping leaves a residue in quadrature with the dither.",
         experiment: "None needed: the dither itself shows it at rest.",
@@ -327,7 +327,7 @@ pub static CATALOGUE: &[Entry] = &[
     },
     Entry {
         kind: "reference_misalignment",
-        equation: "reference reads omega - r x omega",
+        equation: "reference reads R(r)^T omega, omega - r x omega for small r",
         unit: "rad",
         size: Size::of(1e-4, 0.3),
         law: Law::Body(|parameter, axis| {
@@ -460,6 +460,9 @@ pub const MOUNT: &str = "isolator_mode";
 
 /// A filter on a gyro's path.
 pub const BANDWIDTH: &str = "gyro_bandwidth";
+
+/// A pickoff that is read late.
+pub const LATE_PICKOFF: &str = "dither_delay";
 
 /// A dead band about rest, of gyros that are not dithered.
 pub const LOCK_IN: &str = "lock_in";

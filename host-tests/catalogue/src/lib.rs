@@ -3,7 +3,7 @@
 //! [`signals`] holds the measured inputs and the motion derived from them; [`mod@column`] makes one design column of them;
 //! [`expression`] writes physics outside the catalogue as products of channels, [`resonance`] second-order systems, [`lock_in`] dead bands;
 //! [`entries`] is the catalogue, one row an effect; [`candidates`] spells its rows out for the search, with the price of
-//! each; [`families`] are effects with a number inside
+//! each, `members` those with a number inside, `turned` a reference turned by more than a small angle; [`families`] are effects with a number inside
 //! (order, frequency, time constant) that is gone through in a grid.
 
 pub mod signals;
@@ -23,6 +23,10 @@ pub mod entries;
 pub mod candidates;
 
 pub mod families;
+
+mod members;
+
+pub mod turned;
 
 pub use candidates::{Candidate, Pool};
 pub use column::{Column, Sensed};

@@ -1,5 +1,6 @@
 //! What was found before a pass, and what is left to explain behind it.
 
+use rlg_catalogue::entries::LATE_PICKOFF;
 use rlg_catalogue::low_pass;
 use rlg_catalogue::{Candidate, Column, Pool, Sensed, Signals};
 use rlg_inference::Fit;
@@ -18,6 +19,21 @@ pub(super) enum Before {
 }
 
 impl Before {
+    /// How late the pickoffs are by a set \[s\].
+    pub(super) fn late_pickoff_s(&self) -> [f64; 3] {
+        let mut late_s = [0.0; 3];
+        if let Self::Pass(fit, members) = self {
+            for (&place, block) in fit.members.iter().zip(&fit.blocks) {
+                if members[place].kind == LATE_PICKOFF {
+                    for term in &members[place].hypothesis.terms {
+                        late_s[term.record] = fit.estimate[block.start + term.parameter];
+                    }
+                }
+            }
+        }
+        late_s
+    }
+
     /// Linear effects of it: gyro, column, size. Columns are made of motion that the gate lets through; what it hides of these
     /// effects would look like another one.
     ///
@@ -76,42 +92,28 @@ impl Before {
     }
 }
 
-/// What is left to explain along one motion.
-#[derive(Clone)]
-pub(super) struct Left {
-    pub(super) residual_rad: Triad,
-    /// What linear effects make of the reference's noise \[rad\]: still in the residual.
-    pub(super) passed_noise_rad: Triad,
+/// What is left to explain behind what the model knows \[rad\].
+pub(super) fn left_behind_known(data: &mut Data, signals: &Signals) -> Triad {
+    if !data.model.effects.is_empty() {
+        data.set_known(signals);
+    }
+    let mut residual_rad = without_known(data, signals);
+    // Filters that the model knows have passed the noise already; before them it is white as ever.
+    if let Some(noise_rad) = data.passed_noise_rad(signals) {
+        add_triad(&mut residual_rad, &noise_rad, 1.0);
+    }
+    residual_rad
 }
 
-impl Left {
-    /// Behind what the model knows.
-    pub(super) fn behind_known(data: &mut Data, signals: &Signals) -> Self {
-        if !data.model.effects.is_empty() {
-            data.set_known(signals);
-        }
-        let mut residual_rad = without_known(data, signals);
-        // Filters that the model knows have passed the noise already; before them it is white as ever.
-        let passed_noise_rad = match data.passed_noise_rad(signals) {
-            Some(noise) => {
-                add_triad(&mut residual_rad, &noise, 1.0);
-                noise
-            }
-            None => std::array::from_fn(|_| vec![0.0; signals.rows]),
-        };
-        Self {
-            residual_rad,
-            passed_noise_rad,
-        }
-    }
-
-    /// Takes out what columns made of gated motion do not show of what was found: gyro, column, size.
-    pub(super) fn take_out_hidden(&mut self, parts: &[(usize, Sensed, f64)], signals: &Signals) {
-        for (gyro, column, size) in parts {
-            if let Some([hidden, noise]) = column.hidden(signals) {
-                add(&mut self.residual_rad[*gyro], &hidden, -size);
-                add(&mut self.passed_noise_rad[*gyro], &noise, *size);
-            }
+/// Takes out what columns made of gated motion do not show of what was found: gyro, column, size.
+pub(super) fn take_out_hidden(
+    residual_rad: &mut Triad,
+    parts: &[(usize, Sensed, f64)],
+    signals: &Signals,
+) {
+    for (gyro, column, size) in parts {
+        if let Some(hidden) = column.hidden(signals) {
+            add(&mut residual_rad[*gyro], &hidden, -size);
         }
     }
 }

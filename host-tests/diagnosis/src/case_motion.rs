@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nalgebra::Matrix3;
 use rlg_catalogue::Signals;
 use rlg_catalogue::signals::{CaseMotion, Motions, Path};
 use rlg_inference::{Dct, NoiseBasis, NoiseLevels, Observations};
@@ -11,7 +12,7 @@ use rlg_signal::shrinkage::{Powers, Shrunk, shrink};
 
 use super::data::Data;
 use super::plan::AnalysisPlan;
-use rlg_signal::streams::{Triad, each_axis};
+use rlg_signal::streams::{Triad, add, each_axis};
 
 /// Motion with what was learnt of the reference on the way.
 pub struct Motion {
@@ -93,8 +94,18 @@ pub fn estimate_from(
         .powi(2)
         / rate_hz;
     let angle = reference.angle_noise_rad.unwrap_or(0.0).powi(2);
+    // Residuals hold the noise of readings as each gyro senses it; the reading's own is that of all of them together.
+    let reading_from_sensed = data.shared().try_inverse();
+    let reading_from_sensed = reading_from_sensed.unwrap_or_else(Matrix3::identity);
     let of_axis = |axis: usize| {
-        let noise = shape(levels[axis]);
+        let weights_of = [0, 1, 2].map(|gyro| reading_from_sensed[(axis, gyro)]);
+        let clean_on_axis_rad = together(weights_of, clean_rad);
+        let levels_on_axis = NoiseLevels::from_array(std::array::from_fn(|term| {
+            let each = weights_of.iter().zip(levels);
+            each.map(|(weight, levels)| weight * weight * levels.as_array()[term])
+                .sum()
+        }));
+        let noise = shape(levels_on_axis);
         // A noise that is left out, or 0, is unknown: its shape has a power of 1 rad² a row.
         let power = |declared: f64| if declared > 0.0 { declared } else { 1.0 };
         // The path passes the reference's noise as it passes its motion.
@@ -130,7 +141,7 @@ pub fn estimate_from(
         let m = path.along(axis, &measured.reference_rad[axis], rate_hz);
         let shares = measure(
             &m,
-            &clean_rad[axis],
+            &clean_on_axis_rad,
             &terms,
             &noise,
             seen,
@@ -164,7 +175,7 @@ pub fn estimate_from(
             uncertain[k] = uncertain[k].min(own[k]);
         }
         let toward = weights(&of_reference, &own);
-        let conditioned = add_filtered(&m, &clean_rad[axis], &toward, &dct);
+        let conditioned = add_filtered(&m, &clean_on_axis_rad, &toward, &dct);
         drop(m);
         let left = noise_left(&of_reference, &uncertain, &toward, &own);
         let expected = noise_expected(&of_reference, &toward, &own);
@@ -187,13 +198,13 @@ pub fn estimate_from(
                 angle: data.model.pickoff_white_rad2(axis),
                 ..NoiseLevels::default()
             };
-            let toward = weights(&shape(pickoff), &noise);
+            let toward = weights(&shape(pickoff), &shape(levels[axis]));
             add_filtered(&dither[axis], &clean_rad[axis], &toward, &dct)
         });
         OfAxis {
             shrunk,
-            walk: level(0, power(walk), levels[axis].white),
-            angle: level(1, power(angle), levels[axis].angle),
+            walk: level(0, power(walk), levels_on_axis.white),
+            angle: level(1, power(angle), levels_on_axis.angle),
             dither,
         }
     };
@@ -249,6 +260,17 @@ fn of_the_earth(data: &Data, measured: Measured, path: Path) -> Motion {
         reference_angle: [Level::default(); 3],
         signals: signals(data, motions, path),
     }
+}
+
+/// A weighted sum of three channels.
+fn together(weights: [f64; 3], channels: &Triad) -> Vec<f64> {
+    let mut sum = vec![0.0; channels[0].len()];
+    for (weight, channel) in weights.into_iter().zip(channels) {
+        if weight != 0.0 {
+            add(&mut sum, channel, weight);
+        }
+    }
+    sum
 }
 
 /// What is estimated about one axis.

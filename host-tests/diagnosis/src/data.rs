@@ -3,15 +3,16 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use rlg_catalogue::candidates::is_delay;
 use rlg_catalogue::entries::{
-    self, BANDWIDTH, HARMONIC, LOCK_IN, MODE, MOUNT, SLIP, STEP, UNLISTED,
+    self, BANDWIDTH, HARMONIC, LATE_PICKOFF, LOCK_IN, MODE, MOUNT, SLIP, STEP, UNLISTED,
 };
 use rlg_catalogue::lock_in::Threshold;
 use rlg_catalogue::low_pass::LowPass;
 use rlg_catalogue::resonance::Resonance;
 use rlg_catalogue::signals::{Inputs, Path, Signals};
+use rlg_catalogue::turned::{TURNED, known_turn};
 use rlg_catalogue::{Column, Expression, Pool, Sensed};
 use rlg_inference::Observations;
 use rlg_model::{EffectValue, Model, ModelEffect};
@@ -185,25 +186,39 @@ impl<'a> Data<'a> {
 
     /// Reads the model's effects: what they add can only be spelt out once there are signals.
     pub fn set_known(&mut self, signals: &Signals) {
+        let turned_rad = known_turn_rad(self.model, self.streams);
         self.known = self
             .model
             .effects
             .iter()
             .filter(|effect| is_in(effect, self.streams))
-            .filter_map(|effect| known(effect, signals, self.streams))
+            .filter_map(|effect| known(effect, turned_rad, signals, self.streams))
             .flatten()
+            .chain(known_turn(turned_rad, signals))
             .collect();
     }
 
     /// What gyros sense of each axis, by the model with its effects and by what has been found.
     pub fn shared(&self) -> Matrix3<f64> {
-        let mut shared = self.sensing_from_body + self.found_share;
+        let scaled = self.model.gyro.scale_error.map(|error| 1.0 / (1.0 - error));
+        let scaled = Matrix3::from_diagonal(&scaled.into());
+        let mut shared = scaled * self.sensing_from_body + self.found_share;
         for (gyro, sensed, size) in &self.known {
             if let Column::Increment(axis) = sensed.column {
                 shared[(*gyro, axis)] += size;
             }
         }
         shared
+    }
+
+    /// What the case turns with of each reading of the reference \[1\], by the model with its effects and by what has been found.
+    pub fn turned_by_all(&self) -> Matrix3<f64> {
+        let scaled = self.model.gyro.scale_error.map(|error| 1.0 - error);
+        let scaled = Matrix3::from_diagonal(&scaled.into());
+        let body_from_sensing = self.sensing_from_body.try_inverse();
+        body_from_sensing.map_or_else(Matrix3::identity, |inverse| {
+            inverse * scaled * self.shared()
+        })
     }
 
     /// What low passes and mounts of the model have added to the reference's noise \[rad\]; `None` without any.
@@ -245,6 +260,24 @@ impl<'a> Data<'a> {
 fn is_in(effect: &ModelEffect, streams: &Streams) -> bool {
     let name = effect.text("recording");
     name.is_none_or(|name| name == streams.piece.recording)
+}
+
+/// By how much a model says that the reference is turned \[rad\], rotation vector.
+pub(crate) fn known_turn_rad(model: &Model, streams: &Streams) -> Vector3<f64> {
+    let effects = model.effects.iter().filter(|one| is_in(one, streams));
+    let turned = effects.filter(|one| one.kind == TURNED);
+    turned
+        .map(|one| Vector3::from(AXES.map(|axis| number(one, axis))))
+        .sum()
+}
+
+/// How late a model says that the pickoffs are \[s\].
+pub(crate) fn known_late_pickoff_s(model: &Model, streams: &Streams) -> [f64; 3] {
+    let effects = model.effects.iter().filter(|one| is_in(one, streams));
+    let late = effects.filter(|one| one.kind == LATE_PICKOFF);
+    late.fold([0.0; 3], |sum, one| {
+        std::array::from_fn(|axis| sum[axis] + number(one, AXES[axis]))
+    })
 }
 
 /// Delays, low passes and mounts that a model holds.
@@ -402,14 +435,16 @@ fn axis_of(effect: &ModelEffect) -> Option<usize> {
 
 fn known(
     effect: &ModelEffect,
+    turned_rad: Vector3<f64>,
     signals: &Signals,
     streams: &Streams,
 ) -> Option<Vec<(usize, Sensed, f64)>> {
     let kind = effect.kind.as_str();
-    // A dither turns lock-in into noise; delays and mounts are on the path.
+    // A dither turns lock-in into noise; delays and mounts are on the path; rotations make one together.
     if is_silent(kind)
         || is_delay(kind)
         || kind == MOUNT
+        || kind == TURNED
         || (kind == LOCK_IN && streams.pickoff_rad.is_some())
     {
         return None;
@@ -464,6 +499,16 @@ fn known(
         let one = pool.lock_in(thresholds, 1.0, signals);
         let fixed = one.hypothesis.fixed.iter();
         parts.extend(fixed.map(|one| (one.record, pool.columns[one.column], one.size)));
+    } else if kind == LATE_PICKOFF {
+        for (axis, name) in AXES.iter().enumerate() {
+            let late_s = number(effect, name);
+            let sensed = 1.0 / (1.0 - signals.scale_error[axis]);
+            let slope = Sensed::known(Column::DitherDelay(axis, late_s));
+            let beyond = Sensed::known(Column::DitherBeyond(axis, 0.0, late_s));
+            if late_s != 0.0 && slope.column.is_available(signals) {
+                parts.extend([(axis, slope, late_s * sensed), (axis, beyond, sensed)]);
+            }
+        }
     } else {
         // All axes count as moving: the model says that the effect is there.
         let mut pool = Pool::default();
@@ -472,6 +517,7 @@ fn known(
         for (name, terms) in whole {
             let value = number(effect, &name);
             if value != 0.0 {
+                let terms = pool.carried((kind, terms), turned_rad, signals);
                 parts.extend(terms.iter().map(|term| {
                     (
                         term.record,

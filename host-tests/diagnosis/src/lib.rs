@@ -1,7 +1,7 @@
 //! Diagnosis against a reference on the gyros' rows: one likelihood, one search, one honest test.
 //!
 //! In the order of the data: [`data`] (residual, rows) → [`coarse`] (what is far off) → [`case_motion`] (independent of
-//! the residual) ⇄ [`search`] (columns and structure search on the rows to fit, by [`scores`] of [`families`], windows and [`lock_in`]),
+//! the residual) ⇄ [`search`] (columns and structure search on the rows to fit, by [`scores`] of [`families`], windows and [`lock_in`], over a reference `turned` by no small angle),
 //! pass by pass until neither changes ([`settle`]) → [`confirm`] (on
 //! rows that were not fitted, and by [`reenact`]ing the recording without an effect; [`goodness`] of what is left) →
 //! [`findings`] and [`excess_noise`]. Of a unit at rest, whose motion is the Earth's, the same for what acts slowly
@@ -56,6 +56,8 @@ pub mod coarse;
 pub mod case_motion;
 
 mod before;
+
+mod turned;
 
 mod path;
 

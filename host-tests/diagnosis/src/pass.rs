@@ -2,12 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use rlg_catalogue::{Candidate, Pool, Signals};
+use rlg_catalogue::{Candidate, Pool, Sensed, Signals};
 use rlg_inference::search::DriftPrior;
 use rlg_inference::{Fit, NoiseLevels, NormalEquations};
 use rlg_signal::streams::{Triad, add};
 
-use super::before::Left;
 use super::case_motion::Motion;
 use super::lattice::Lattice;
 use super::plan::AnalysisPlan;
@@ -38,10 +37,6 @@ impl Begin<'_> {
 pub(super) struct Pass {
     pub(super) motion: Motion,
     pub(super) residual_rad: Triad,
-    /// What linear effects that were found before make of the reference's noise \[rad\]: still in the residual.
-    pub(super) passed_noise_rad: Triad,
-    /// The residual before what was found of the path was taken out of it, where anything was.
-    pub(super) before_path: Option<Left>,
     /// Noise under which gaps and ends were taken out.
     pub(super) levels: NoiseLevels,
     pub(super) pool: Pool,
@@ -98,10 +93,22 @@ pub fn subtract(
     pool: &Pool,
     signals: &Signals,
 ) {
+    let of_column = |column: Sensed| column.values(signals);
+    subtract_by(residual_rad, fit, candidates, pool, of_column);
+}
+
+/// The same by values of a column that are made otherwise.
+pub(super) fn subtract_by(
+    residual_rad: &mut Triad,
+    fit: &Fit,
+    candidates: &[Candidate],
+    pool: &Pool,
+    values_of: impl Fn(Sensed) -> Vec<f64>,
+) {
     let sizes: [Vec<(usize, f64)>; 3] = std::array::from_fn(|gyro| sizes_on(fit, candidates, gyro));
     let used: BTreeSet<usize> = sizes.iter().flatten().map(|(column, _)| *column).collect();
     for column in used {
-        let values = pool.columns[column].values(signals);
+        let values = values_of(pool.columns[column]);
         for (gyro, sizes) in sizes.iter().enumerate() {
             let size: f64 = sizes
                 .iter()

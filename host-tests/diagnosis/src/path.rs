@@ -6,6 +6,9 @@ use rlg_catalogue::entries::MOUNT;
 use rlg_catalogue::signals::Path;
 use rlg_inference::Fit;
 
+/// Standard deviations that no number is worth another pass for.
+pub(super) const SETTLED: f64 = 0.1;
+
 /// What is estimated of a member beyond its base; of low passes that nothing shows, that they are not there: a gyro at rest
 /// has one of any length.
 pub(super) fn shown(fit: &Fit, candidate: &Candidate, block: &std::ops::Range<usize>) -> Vec<f64> {
@@ -92,7 +95,6 @@ pub(super) fn is_nonlinear(fit: &Fit, candidates: &[Candidate]) -> bool {
 
 /// Whether the numbers that the columns were made with are those that came out.
 pub(super) fn is_settled(fit: &Fit, candidates: &[Candidate], made_with_s: [f64; 3]) -> bool {
-    const SETTLED: f64 = 0.1;
     let (delay_s, std_s) = delays(fit, candidates);
     let mut numbers = fit.members.iter().zip(&fit.blocks);
     let stands = numbers.all(|(&place, block)| {

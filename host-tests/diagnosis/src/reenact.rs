@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rlg_catalogue::candidates::{PoolColumns, along};
+use rlg_catalogue::candidates::PoolColumns;
 use rlg_inference::score_test::{Projected, ScoreTest, spectra};
 use rlg_inference::{Dct, Fit, Hypothesis, NoiseBasis, NoiseLevels, NormalEquations, Observations};
 use rlg_signal::partition::Use;
@@ -264,7 +264,7 @@ impl<'a> Stage<'a> {
                 own.angle -= of_pickoff(gyro).angle;
             }
             for axis in 0..3 {
-                let share = along(signals, gyro, axis).powi(2);
+                let share = signals.shared[(gyro, axis)].powi(2);
                 own.white -= share * of_reference(axis).white;
                 own.angle -= share * of_reference(axis).angle;
             }
@@ -273,7 +273,7 @@ impl<'a> Stage<'a> {
             let mut noise = self.own_noise((draw, gyro), own);
             for (axis, values) in reference.iter().enumerate() {
                 let passed = signals.path.along(gyro, values, signals.rate_hz);
-                add(&mut noise, &passed, -along(signals, gyro, axis));
+                add(&mut noise, &passed, -signals.shared[(gyro, axis)]);
             }
             if let Some(pickoff) = &pickoff {
                 add(&mut noise, &pickoff[gyro], -1.0);

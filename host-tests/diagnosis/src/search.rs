@@ -4,23 +4,24 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Matrix3;
 use rlg_catalogue::candidates::{PoolColumns, SHARED, Variant, is_delay};
-use rlg_catalogue::entries::{SLIP, STEP, UNLISTED};
+use rlg_catalogue::entries::{LATE_PICKOFF, SLIP, STEP, UNLISTED};
 use rlg_catalogue::expression::Expression;
 use rlg_catalogue::signals::Path;
-use rlg_catalogue::{Candidate, Column, Pool};
+use rlg_catalogue::{Candidate, Column, Pool, Sensed};
 use rlg_inference::events::{Event, EventKind, impulses, scan};
 use rlg_inference::search::{Judged, best_of};
 use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels, NormalEquations, Observations, Search};
 
-use super::before::{Before, Left};
+use super::before::{Before, left_behind_known, take_out_hidden, without_known};
 use super::case_motion::Motion;
-use super::data::{Data, bridged};
+use super::data::{Data, bridged, known_late_pickoff_s};
 use super::families::{Alone, strongest, strongest_filters};
 use super::noise_levels::{drift_prior, mean};
-use super::pass::{Begin, Pass, left_on, sizes_on, subtract};
-use super::path::{is_of_path, shown};
+use super::pass::{Begin, Pass, left_on, sizes_on, subtract, subtract_by};
+use super::path::{SETTLED, is_of_path, shown};
 use super::plan::AnalysisPlan;
 use super::scores::size_price;
+use super::turned::Turned;
 use super::windows::Edges;
 use rlg_signal::streams::{Triad, add_triad};
 
@@ -79,6 +80,17 @@ fn price_of_base(one: &Candidate, levels: &[NoiseLevels], equations: &NormalEqua
     count * size_price(squared / count)
 }
 
+/// Squared size of what a hypothesis does without a parameter, in standard deviations.
+fn squared_fixed(one: &Hypothesis, levels: &[NoiseLevels], equations: &NormalEquations) -> f64 {
+    let fixed = one.fixed.iter();
+    let seen = fixed.filter(|one| equations.scale(one.column) > 0.0);
+    let each = seen.map(|one| {
+        let noise = levels[one.record].white + levels[one.record].angle;
+        (one.size / equations.scale(one.column)).powi(2) / noise
+    });
+    each.sum()
+}
+
 pub(super) struct Run {
     pub(super) fit: Fit,
     /// Whether one nonlinear member is still to be settled.
@@ -93,11 +105,14 @@ impl Pass {
         left_out: &[&str],
         fitted: &Observations,
         levels: &[NoiseLevels],
-        before: &Before,
+        (before, turned): (&Before, &Turned),
     ) -> Self {
-        let mut left = Left::behind_known(data, &motion.signals);
+        let mut residual_rad = left_behind_known(data, &motion.signals);
         let mut pool = Pool::default();
         let mut candidates = pool.candidates(&motion.signals, motion.is_moving, left_out);
+        if turned.is_seen(data, &motion.signals, levels) {
+            turned.carry(&mut candidates, &mut pool, &motion.signals);
+        }
         match before {
             Before::Coarse(far) => {
                 let moving = std::array::from_fn(|gyro| {
@@ -114,17 +129,17 @@ impl Pass {
                 }
             }
         }
+        let late_s = (
+            known_late_pickoff_s(data.model, data.streams),
+            before.late_pickoff_s(),
+        );
+        if late_s != <([f64; 3], [f64; 3])>::default() {
+            for one in candidates.iter_mut().filter(|one| one.kind == LATE_PICKOFF) {
+                pool.about_late_pickoff(one, late_s);
+            }
+        }
         let parts = before.linear(&candidates, &pool, &motion.signals);
-        let (of_path, others): (Vec<_>, Vec<_>) = parts
-            .into_iter()
-            .partition(|(_, sensed, _)| sensed.column.is_of_path());
-        left.take_out_hidden(&others, &motion.signals);
-        let before_path = (!of_path.is_empty()).then(|| left.clone());
-        left.take_out_hidden(&of_path, &motion.signals);
-        let Left {
-            residual_rad,
-            passed_noise_rad,
-        } = left;
+        take_out_hidden(&mut residual_rad, &parts, &motion.signals);
         let columns = PoolColumns {
             columns: &pool.columns,
             signals: &motion.signals,
@@ -136,6 +151,11 @@ impl Pass {
             mean(levels),
             &data.free_constants,
         );
+        for one in candidates.iter_mut().filter(|one| one.kind == LATE_PICKOFF) {
+            if squared_fixed(&one.hypothesis, levels, &equations) < SETTLED * SETTLED {
+                one.hypothesis.fixed.clear();
+            }
+        }
         // A column that the signals leave empty is no hypothesis.
         candidates.retain(|candidate| is_seen(&candidate.hypothesis, &equations));
         for one in candidates.iter_mut().filter(|one| is_delay(one.kind)) {
@@ -153,8 +173,6 @@ impl Pass {
         Self {
             motion,
             residual_rad,
-            passed_noise_rad,
-            before_path,
             levels: mean(levels),
             pool,
             candidates,
@@ -411,36 +429,35 @@ impl Pass {
 
     /// What a fit leaves along the path that it describes, bridged where rows may not be looked at \[rad\].
     ///
-    /// The reference's noise is in it as that path passes it, as it is in the reference along that path: noise that one has by
-    /// a row later than the other would not be known for the same.
+    /// The reference's noise is in it as that path passes it and as the gyros sense the reading, as it is in the reference along
+    /// that path: noise that one has otherwise than the other would not be known for the same.
     pub(super) fn clean_by(
         &self,
         (data, fit): (&Data, &Fit),
         path: Path,
         looked_at: &Observations,
     ) -> Triad {
-        let (residual_rad, passed_noise_rad) = match &self.before_path {
-            Some(left) => (&left.residual_rad, &left.passed_noise_rad),
-            None => (&self.residual_rad, &self.passed_noise_rad),
-        };
-        let mut left_rad = residual_rad.clone();
         let signals = &self.motion.signals;
+        let mut left_rad = without_known(data, signals);
         let mut others = fit.clone();
         let members = fit.members.iter().zip(&fit.blocks);
         let kept = members.filter(|(place, _)| !is_of_path(&self.candidates[**place]));
         (others.members, others.blocks) =
             kept.map(|(place, block)| (*place, block.clone())).unzip();
-        subtract(
+        let as_sensed = |column: Sensed| match column.column {
+            Column::Increment(_) => Sensed::known(column.column).values(signals),
+            _ => column.values(signals),
+        };
+        subtract_by(
             &mut left_rad,
             &others,
             &self.candidates,
             &self.pool,
-            signals,
+            as_sensed,
         );
         if path != Path::default() {
             add_triad(&mut left_rad, &data.passed_by(path), -1.0);
         }
-        add_triad(&mut left_rad, passed_noise_rad, -1.0);
         bridged(&left_rad, looked_at)
     }
 

@@ -5,12 +5,13 @@ use std::cell::Cell;
 use nalgebra::Matrix3;
 use rlg_catalogue::Candidate;
 use rlg_catalogue::signals::Path;
+use rlg_catalogue::turned::TURNED;
 use rlg_inference::{Fit, NoiseLevels, Observations};
 use rlg_signal::partition::Use;
 use rlg_signal::streams::Triad;
 
 use super::before::{Before, without_known};
-use super::case_motion::estimate;
+use super::case_motion::{Motion, estimate};
 use super::coarse::coarse;
 use super::data::{Data, bridged};
 use super::noise_levels::first_levels;
@@ -18,6 +19,7 @@ use super::pass::Pass;
 use super::path::{is_alike, is_nonlinear, is_same, is_settled, path_of};
 use super::plan::AnalysisPlan;
 use super::search::{Found, share_of};
+use super::turned::Turned;
 
 /// Finds the best set; `None` where too few rows can be fitted.
 pub fn find(
@@ -204,12 +206,36 @@ impl Begun {
         (plan, left_out): (&AnalysisPlan, &[&str]),
     ) -> Pass {
         data.found_share = self.share;
-        let levels = &self.levels;
-        let motion = estimate(data, &self.clean_rad, levels, &rows.seen, self.path, plan);
-        Pass::new(data, motion, left_out, &rows.fitted, levels, &self.before)
+        let motion = self.motion(data, rows, plan);
+        let turned = Turned::said(data, &self.before);
+        self.over((motion, &turned), data, rows, left_out)
     }
 
-    /// The same with a search.
+    fn motion(&self, data: &Data, rows: &Rows, plan: &AnalysisPlan) -> Motion {
+        estimate(
+            data,
+            &self.clean_rad,
+            &self.levels,
+            &rows.seen,
+            self.path,
+            plan,
+        )
+    }
+
+    /// Columns of a motion over a turned reference.
+    fn over(
+        &self,
+        (motion, turned): (Motion, &Turned),
+        data: &mut Data,
+        rows: &Rows,
+        left_out: &[&str],
+    ) -> Pass {
+        let before = (&self.before, turned);
+        Pass::new(data, motion, left_out, &rows.fitted, &self.levels, before)
+    }
+
+    /// The same with a search; where a rotation of the reference would look like what was found, once with it and once
+    /// without, and the better.
     fn pass(
         &self,
         data: &mut Data,
@@ -217,7 +243,33 @@ impl Begun {
         asks: Asks,
         (plan, left_out): (&AnalysisPlan, &[&str]),
     ) -> Done {
-        let mut now = self.linearised(data, rows, (plan, left_out));
+        let now = self.linearised(data, rows, (plan, left_out));
+        let tried = Turned::tried(data, &self.before);
+        let tried = tried.filter(|tried| tried.is_seen(data, &now.motion.signals, &self.levels));
+        let done = self.searched(now, data, asks, (plan, left_out));
+        let Some(tried) = tried else {
+            return done;
+        };
+        let motion = self.motion(data, rows, plan);
+        let turned = self.over((motion, &tried), data, rows, left_out);
+        let turned = self.searched(turned, data, asks, (plan, left_out));
+        let mut members = turned.fit.members.iter();
+        let holds_it = members.any(|&place| turned.pass.candidates[place].kind == TURNED);
+        if holds_it && turned.fit.score > done.fit.score {
+            turned
+        } else {
+            done
+        }
+    }
+
+    /// Searches a pass.
+    fn searched(
+        &self,
+        mut now: Pass,
+        data: &Data,
+        asks: Asks,
+        (plan, left_out): (&AnalysisPlan, &[&str]),
+    ) -> Done {
         let levels = &self.levels;
         let members: Option<Vec<&Candidate>> = match &self.before {
             Before::Coarse(_) => None,

@@ -135,7 +135,7 @@ pub static KINDS: &[Kind] = &[
 pub static REFERENCE_KINDS: &[Kind] = &[
     Kind {
         kind: "reference_misalignment",
-        equation: "reference reads omega - r x omega",
+        equation: "reference reads R(r)^T omega, omega - r x omega for small r",
         unit: "rad",
         law: Law::Body,
         largest: 0.3,

@@ -17,7 +17,7 @@ use rlg_signal::qualify;
 use rlg_signal::streams::{Triad, add};
 
 use super::cut::{Cut, Long};
-use crate::before::{Left, without_known};
+use crate::before::{left_behind_known, take_out_hidden, without_known};
 use crate::case_motion::{Motion, estimate, signals};
 use crate::data::{Data, bridged};
 use crate::noise_levels::first_levels;
@@ -102,8 +102,8 @@ impl Forming<'_> {
         let mut data = Data::new(&mut streams, model, plan, model_file)?;
         let motion = self.motion(&mut data, offset);
         let signals = &motion.signals;
-        let mut left = Left::behind_known(&mut data, signals);
-        left.take_out_hidden(&self.shown.parts, signals);
+        let mut left_rad = left_behind_known(&mut data, signals);
+        take_out_hidden(&mut left_rad, &self.shown.parts, signals);
         if self.columns.is_empty() {
             self.spell(signals);
         }
@@ -119,7 +119,7 @@ impl Forming<'_> {
         for (block, span) in core.clone().zip(&spans) {
             let is_whole = span.len() == cut.rows_each;
             self.measured[block] = is_whole && usable[span.clone()].iter().all(|&usable| usable);
-            for (sums, values) in self.residual_rad.iter_mut().zip(&left.residual_rad) {
+            for (sums, values) in self.residual_rad.iter_mut().zip(&left_rad) {
                 sums[block] = values[span.clone()].iter().sum();
             }
         }

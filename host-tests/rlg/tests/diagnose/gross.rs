@@ -106,3 +106,45 @@ fn a_gross_scale_tilts_and_a_bias_are_found_alone() {
     let diagnosis = diagnosed([1.0; 3], &concealed("gyro_bias", &biases));
     is_alone(&diagnosis, "gyro_bias", &biases);
 }
+
+#[test]
+fn a_reference_turned_by_degrees_is_found_alone_and_beside_a_scale_error() {
+    let turned = [("x", 0.1), ("y", -0.08), ("z", 0.12)];
+    let diagnosis = diagnosed([1.0; 3], &concealed("reference_misalignment", &turned));
+    is_alone(&diagnosis, "reference_misalignment", &turned);
+    let scale = [("x", 0.01)];
+    let both = concealed("reference_misalignment", &turned) + &concealed("gyro_scale", &scale);
+    let diagnosis = diagnosed([1.0; 3], &both);
+    let mut found = kinds(&diagnosis);
+    found.sort_unstable();
+    assert_eq!(found, ["gyro_scale", "reference_misalignment"]);
+    for effect in &diagnosis.effects {
+        let truth = if effect.kind == "gyro_scale" {
+            &scale[..]
+        } else {
+            &turned
+        };
+        for (name, value) in truth {
+            let (estimate, std) = number(effect, name);
+            assert!(
+                (estimate - value).abs() < 4.0 * std,
+                "{} {name}",
+                effect.kind
+            );
+        }
+    }
+}
+
+#[test]
+fn a_gross_tilt_of_one_gyro_is_no_turned_reference() {
+    let tilts = [
+        ("xy", 0.1),
+        ("xz", 0.0),
+        ("yx", 0.0),
+        ("yz", 0.0),
+        ("zx", 0.0),
+        ("zy", 0.0),
+    ];
+    let diagnosis = diagnosed([1.0; 3], &concealed("installation", &tilts));
+    is_alone(&diagnosis, "installation", &tilts);
+}

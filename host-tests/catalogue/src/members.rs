@@ -1,0 +1,427 @@
+//! One member at a time of the families of the catalogue: candidates with numbers inside their columns (order, frequency, time
+//! constant, threshold), made linear about a first value and made anew where an estimate says.
+
+use rlg_inference::{Bound, Fixed, Hypothesis, Term};
+
+use crate::candidates::{Candidate, Pool, Variant, along, of_one_term};
+use crate::column::{Column, Sensed};
+use crate::entries::{BANDWIDTH, HARMONIC, LOCK_IN, MODE, MOUNT, UNLISTED, tilt};
+use crate::expression::Expression;
+use crate::lock_in::{self, Threshold};
+use crate::low_pass::{self, LowPass};
+use crate::resonance::{CRITICAL, PARTS, Part, Resonance};
+use crate::signals::{AXES, Signals};
+
+/// A candidate with numbers inside its columns, linear about the values in `base`, picked from `places`.
+fn about_values(
+    kind: &'static str,
+    (names, base): (Vec<String>, Vec<f64>),
+    (terms, fixed): (Vec<Term>, Vec<Fixed>),
+    of_parameter: impl Fn(&str) -> Bound,
+    places: f64,
+) -> Candidate {
+    let bounds = names
+        .iter()
+        .zip(&base)
+        .map(|(name, base)| of_parameter(name).about(*base));
+    Candidate {
+        kind,
+        variant: Variant::Whole,
+        hypothesis: Hypothesis {
+            parameters: names.len(),
+            terms,
+            fixed,
+            bounds: bounds.collect(),
+            requires: None,
+            price: places.ln(),
+        },
+        base,
+        names,
+    }
+}
+
+/// What is known of a resonance's numbers at a row rate: beyond critical damping and half the row rate there is none.
+fn of_resonance(rate_hz: f64) -> impl Fn(&str) -> Bound {
+    /// A static flexure at its resonance; the typical one is 7e-8 s².
+    const LARGEST_FLEXURE_S2: f64 = 1e-4;
+    move |name| {
+        if name.ends_with("frequency_hz") {
+            Bound {
+                std: f64::INFINITY,
+                range: [0.0, 0.5 * rate_hz],
+            }
+        } else if name.ends_with("damping") {
+            Bound {
+                std: f64::INFINITY,
+                range: [0.0, CRITICAL],
+            }
+        } else {
+            Bound {
+                std: LARGEST_FLEXURE_S2,
+                ..Bound::NONE
+            }
+        }
+    }
+}
+
+/// A value moved by a step as far as it is to be trusted.
+fn moved(value: f64, step: f64) -> f64 {
+    const MOST_RATIO: f64 = 1.3;
+    (value + step).clamp(value / MOST_RATIO, value * MOST_RATIO)
+}
+
+/// What is known of an encoder's error of one order \[rad\]: eccentricity of a cheap one is a degree, and none is six.
+const OF_HARMONIC: Bound = Bound {
+    std: 0.02,
+    range: [-0.1, 0.1],
+};
+
+/// What the families of the catalogue have one member of at a time.
+impl Pool {
+    /// The reference's error of an order, picked from `places`.
+    pub fn harmonic(
+        &mut self,
+        axis: usize,
+        order: u32,
+        places: f64,
+        signals: &Signals,
+    ) -> Candidate {
+        let waves = [true, false]
+            .map(|is_cosine| self.tried(Column::Wave(axis, order, is_cosine), axis, signals));
+        let terms = waves
+            .into_iter()
+            .enumerate()
+            .flat_map(|(parameter, column)| {
+                (0..3).map(move |gyro| Term {
+                    parameter,
+                    record: gyro,
+                    column,
+                    coefficient: -along(signals, gyro, axis),
+                })
+            });
+        Candidate {
+            kind: HARMONIC,
+            variant: Variant::Harmonic { axis, order },
+            names: ["cos", "sin"].map(str::to_string).to_vec(),
+            base: vec![0.0; 2],
+            hypothesis: Hypothesis {
+                parameters: 2,
+                terms: terms.filter(|term| term.coefficient != 0.0).collect(),
+                fixed: Vec::new(),
+                bounds: vec![OF_HARMONIC; 2],
+                requires: None,
+                price: places.ln(),
+            },
+        }
+    }
+
+    /// An expression on one gyro, picked from `places`.
+    pub fn expression(
+        &mut self,
+        axis: usize,
+        expression: Expression,
+        places: f64,
+        signals: &Signals,
+    ) -> Candidate {
+        let term = Term {
+            parameter: 0,
+            record: axis,
+            column: self.tried(Column::Expression(expression), axis, signals),
+            coefficient: 1.0 / (1.0 - signals.scale_error[axis]),
+        };
+        let variant = Variant::Expression { axis, expression };
+        of_one_term(UNLISTED, variant, "coefficient", term, places)
+    }
+
+    /// A suspension with a resonance, picked from `places`: the six flexures, and the resonance about a first value, which
+    /// the flexures of `k_s2` make linear.
+    pub fn suspension(
+        &mut self,
+        resonance: Resonance,
+        k_s2: [f64; 6],
+        places: f64,
+        signals: &Signals,
+    ) -> Candidate {
+        let mut terms = Vec::new();
+        let mut names = Vec::new();
+        for (gyro, gyro_name) in AXES.iter().enumerate() {
+            for about in (0..3).filter(|about| *about != gyro) {
+                let (sign, senses) = tilt(gyro, about);
+                let flexure = names.len();
+                for (part, parameter) in PARTS.into_iter().zip([flexure, 6, 7]) {
+                    let size = if part == Part::Response {
+                        1.0
+                    } else {
+                        k_s2[flexure]
+                    };
+                    terms.push(Term {
+                        parameter,
+                        record: gyro,
+                        column: self.tried(
+                            Column::ResonantFlexure(about, senses, resonance, part),
+                            gyro,
+                            signals,
+                        ),
+                        coefficient: -sign * size / (1.0 - signals.scale_error[gyro]),
+                    });
+                }
+                names.push(format!("{gyro_name}{}", AXES[about]));
+            }
+        }
+        names.extend(["frequency_hz", "damping"].map(str::to_string));
+        let mut base = vec![0.0; 6];
+        base.extend([resonance.hz, resonance.damping]);
+        terms.retain(|term| term.coefficient != 0.0);
+        about_values(
+            MODE,
+            (names, base),
+            (terms, Vec::new()),
+            of_resonance(signals.rate_hz),
+            places,
+        )
+    }
+
+    /// A soft mount, picked from `places`: about each axis that has one its full response, and the resonance about a first
+    /// value.
+    pub fn mount(
+        &mut self,
+        mount: [Option<Resonance>; 3],
+        places: f64,
+        signals: &Signals,
+    ) -> Candidate {
+        let (mut terms, mut fixed) = (Vec::new(), Vec::new());
+        let (mut names, mut base) = (Vec::new(), Vec::new());
+        for (axis, resonance) in mount.into_iter().enumerate() {
+            let Some(resonance) = resonance else { continue };
+            let along: Vec<(usize, f64)> = (0..3)
+                .map(|gyro| (gyro, along(signals, gyro, axis)))
+                .filter(|(_, along)| *along != 0.0)
+                .collect();
+            let response = Column::Mount(axis, resonance, Part::Response);
+            for &(record, size) in &along {
+                fixed.push(Fixed {
+                    record,
+                    column: self.place(Sensed::independent(response)),
+                    size,
+                });
+            }
+            for (part, name) in [
+                (Part::ByFrequency, "frequency_hz"),
+                (Part::ByDamping, "damping"),
+            ] {
+                let column = self.tried(Column::Mount(axis, resonance, part), axis, signals);
+                terms.extend(along.iter().map(|&(record, coefficient)| Term {
+                    parameter: names.len(),
+                    record,
+                    column,
+                    coefficient,
+                }));
+                names.push(format!("{}_{name}", AXES[axis]));
+            }
+            base.extend([resonance.hz, resonance.damping]);
+        }
+        about_values(
+            MOUNT,
+            (names, base),
+            (terms, fixed),
+            of_resonance(signals.rate_hz),
+            places,
+        )
+    }
+
+    /// Low passes of first order, picked from `places`: on each gyro that has one its full response, and the time constant
+    /// about a first value.
+    pub fn low_pass(
+        &mut self,
+        low_passes: [Option<LowPass>; 3],
+        places: f64,
+        signals: &Signals,
+    ) -> Candidate {
+        let (mut terms, mut fixed) = (Vec::new(), Vec::new());
+        let (mut names, mut base) = (Vec::new(), Vec::new());
+        for (gyro, low_pass) in low_passes.into_iter().enumerate() {
+            let Some(low_pass) = low_pass else { continue };
+            let part = |part| Column::LowPass(gyro, low_pass, part);
+            let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
+            fixed.push(Fixed {
+                record: gyro,
+                column: self.place(Sensed::independent(part(low_pass::Part::Response))),
+                size: sensed,
+            });
+            terms.push(Term {
+                parameter: names.len(),
+                record: gyro,
+                column: self.tried(part(low_pass::Part::ByTime), gyro, signals),
+                coefficient: sensed,
+            });
+            names.push(format!("{}_pole_s", AXES[gyro]));
+            base.push(low_pass.time_s);
+        }
+        let possible = |_: &str| Bound {
+            std: f64::INFINITY,
+            range: [0.0, f64::INFINITY],
+        };
+        let mut candidate =
+            about_values(BANDWIDTH, (names, base), (terms, fixed), possible, places);
+        candidate.variant = Variant::LowPass;
+        candidate
+    }
+
+    /// Lock-in, picked from `places`: of each gyro that has a threshold the dead band, and the threshold about a first value.
+    pub fn lock_in(
+        &mut self,
+        thresholds: [Option<Threshold>; 3],
+        places: f64,
+        signals: &Signals,
+    ) -> Candidate {
+        let (mut terms, mut fixed) = (Vec::new(), Vec::new());
+        let (mut names, mut base) = (Vec::new(), Vec::new());
+        for (gyro, threshold) in thresholds.into_iter().enumerate() {
+            let Some(threshold) = threshold else { continue };
+            let part = |part| Column::LockIn(gyro, threshold, part);
+            let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
+            fixed.push(Fixed {
+                record: gyro,
+                column: self.place(Sensed::independent(part(lock_in::Part::Missing))),
+                size: sensed,
+            });
+            terms.push(Term {
+                parameter: names.len(),
+                record: gyro,
+                column: self.tried(part(lock_in::Part::ByThreshold), gyro, signals),
+                coefficient: sensed,
+            });
+            names.push(AXES[gyro].to_string());
+            base.push(threshold.rad_s);
+        }
+        let threshold = |_: &str| Bound {
+            std: f64::INFINITY,
+            range: [0.0, f64::INFINITY],
+        };
+        about_values(LOCK_IN, (names, base), (terms, fixed), threshold, places)
+    }
+
+    /// Makes late pickoffs linear about delays: their parameters are all that they are late by beside `known_s` still.
+    ///
+    /// # Inputs
+    /// `candidate`: of this pool, linear about no delay; `known_s`: what the model knows; `found_s`: what was found beside.
+    pub fn about_late_pickoff(
+        &mut self,
+        candidate: &mut Candidate,
+        (known_s, found_s): ([f64; 3], [f64; 3]),
+    ) {
+        let hypothesis = &mut candidate.hypothesis;
+        for term in &mut hypothesis.terms {
+            let gyro = term.record;
+            let about_s = known_s[gyro] + found_s[gyro];
+            let of = self.columns[term.column].of;
+            let column = Column::DitherDelay(gyro, about_s);
+            term.column = self.place(Sensed { column, of });
+            if found_s[gyro] != 0.0 {
+                let column = Column::DitherBeyond(gyro, known_s[gyro], found_s[gyro]);
+                hypothesis.fixed.push(Fixed {
+                    record: gyro,
+                    column: self.place(Sensed { column, of }),
+                    size: term.coefficient,
+                });
+            }
+        }
+    }
+
+    /// A candidate that is no row of the catalogue over these signals, its columns made where `estimate` says; `None` of a row.
+    ///
+    /// # Inputs
+    /// `estimate`: its parameters beyond [`Candidate::base`].
+    pub fn again(
+        &mut self,
+        candidate: &Candidate,
+        estimate: &[f64],
+        signals: &Signals,
+    ) -> Option<Candidate> {
+        let places = candidate.hypothesis.price.exp();
+        match candidate.variant {
+            Variant::Event { axis, row } => {
+                Some(self.event(candidate.kind, axis, row, places, signals))
+            }
+            Variant::Harmonic { axis, order } => Some(self.harmonic(axis, order, places, signals)),
+            Variant::Expression { axis, expression } => {
+                Some(self.expression(axis, expression, places, signals))
+            }
+            Variant::LowPass => {
+                let low_passes = candidate.low_passes(estimate);
+                (low_passes != [None; 3]).then(|| self.low_pass(low_passes, places, signals))
+            }
+            _ if candidate.kind == MODE => {
+                let k_s2 = std::array::from_fn(|place| estimate[place]);
+                let resonance = candidate.moved(6, estimate);
+                Some(self.suspension(resonance, k_s2, places, signals))
+            }
+            _ if candidate.kind == MOUNT => {
+                Some(self.mount(candidate.mounts(estimate), places, signals))
+            }
+            _ if candidate.kind == LOCK_IN => {
+                Some(self.lock_in(candidate.thresholds(estimate), places, signals))
+            }
+            _ => None,
+        }
+    }
+
+    /// A candidate over columns of another pool, its columns placed here.
+    pub fn adopt(&mut self, candidate: &Candidate, columns: &[Sensed]) -> Candidate {
+        let mut adopted = candidate.clone();
+        adopted.hypothesis.requires = None;
+        for term in &mut adopted.hypothesis.terms {
+            term.column = self.place(columns[term.column]);
+        }
+        for fixed in &mut adopted.hypothesis.fixed {
+            fixed.column = self.place(columns[fixed.column]);
+        }
+        adopted
+    }
+}
+
+impl Candidate {
+    /// The resonance whose frequency and damping are parameters `first` and the next, moved by an estimate as far as it is
+    /// to be trusted.
+    fn moved(&self, first: usize, estimate: &[f64]) -> Resonance {
+        const DAMPINGS: [f64; 2] = [1e-3, CRITICAL];
+        let damping = self.base[first + 1];
+        Resonance {
+            hz: moved(self.base[first], estimate[first]),
+            damping: (damping + estimate[first + 1])
+                .clamp(0.4 * damping, 2.5 * damping)
+                .clamp(DAMPINGS[0], DAMPINGS[1]),
+        }
+    }
+
+    /// The thresholds of the gyros, if it is lock-in, moved by an estimate as far as it is to be trusted.
+    pub fn thresholds(&self, estimate: &[f64]) -> [Option<Threshold>; 3] {
+        std::array::from_fn(|gyro| {
+            let place = self.names.iter().position(|name| name == AXES[gyro])?;
+            let rad_s = moved(self.base[place], estimate[place]);
+            Some(Threshold { rad_s })
+        })
+    }
+
+    /// The low passes of the gyros, if it is some, moved by an estimate as far as it is to be trusted; none of no length.
+    pub fn low_passes(&self, estimate: &[f64]) -> [Option<LowPass>; 3] {
+        std::array::from_fn(|gyro| {
+            let name = format!("{}_pole_s", AXES[gyro]);
+            let place = self.names.iter().position(|other| *other == name)?;
+            if self.base[place] + estimate[place] == 0.0 {
+                return None;
+            }
+            let time_s = moved(self.base[place], estimate[place]);
+            Some(LowPass { time_s })
+        })
+    }
+
+    /// The mounts about the axes, if it is a mount.
+    pub fn mounts(&self, estimate: &[f64]) -> [Option<Resonance>; 3] {
+        std::array::from_fn(|axis| {
+            let name = format!("{}_frequency_hz", AXES[axis]);
+            let first = self.names.iter().position(|other| *other == name)?;
+            Some(self.moved(first, estimate))
+        })
+    }
+}
