@@ -180,9 +180,10 @@ pub const CASES: &[Case] = &[
         "axis_flexure",
         "xy = 6.9e-8\nxz = 7.1e-8\nyx = 7.5e-8\nyz = 7.3e-8\nzx = 6.7e-8\nzy = 7.6e-8",
     ),
+    // The largest that the chain's format holds at 4 kHz is 5.2e-13.
     vibrated(
         "axis_flexure_cubic",
-        "xy = 4e-13\nxz = 5e-13\nyx = 4.5e-13\nyz = 5e-13\nzx = 4e-13\nzy = 4e-13",
+        "xy = 3e-13\nxz = 3.8e-13\nyx = 3.4e-13\nyz = 3.8e-13\nzx = 3e-13\nzy = 3e-13",
     ),
     vibrated(
         "axis_flexure_mode",

@@ -7,7 +7,7 @@ use crate::chain::design_parameters::{BIAS_LIMIT_RAD_S, MAGNETIC_FIELD_LIMIT_T};
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::fine_of_f32;
 use crate::chain::parameters::{ParameterError, Parameters};
-use crate::chain::terms::records::{largest, scale};
+use crate::chain::terms::records::scale;
 use crate::chain::terms::{SlowReadings, Term, TermKind, TermKinds};
 
 /// Configuration: c T, rows by gyro \[rad/T\].
@@ -26,8 +26,11 @@ impl<N: NumberSystem> Term<N> for MagneticBias {
         let kind = TermKind::GyroBiasMagnetic;
         let mut values = parameters.terms.values::<9>(kind);
         // Three of them act on a gyro. Written so that NaN fails.
-        let most = 3.0 * largest(&values) * f64::from(MAGNETIC_FIELD_LIMIT_T);
-        if !(0.0..=BIAS_LIMIT_RAD_S).contains(&most) {
+        let fits = values.chunks_exact(3).all(|row| {
+            let most: f64 = row.iter().map(|value| value.abs()).sum();
+            most * f64::from(MAGNETIC_FIELD_LIMIT_T) <= BIAS_LIMIT_RAD_S
+        });
+        if !fits {
             return Err(ParameterError::Term(kind));
         }
         scale(&mut values, 1.0 / parameters.sample_rate_hz);
