@@ -35,7 +35,7 @@
 //! coefficient and a product are (`chain/numbers/`: formats, ranges, rounding). In both, increments are factors of
 //! products alone; what is summed over an output period is summed in whole numbers ([`numbers::exact`]), and what
 //! a frame cannot show follows in the next ones. So nothing drifts: at most 1e-4 °/h against the equations in f64
-//! (`host-tests/rlg/tests/core_chain`).
+//! (`host-tests/firmware/tests/core_chain`).
 //!
 //! # From twenty samples to a frame
 //! ```
@@ -104,7 +104,7 @@
 //! | dither frequency from its cosine | `acos` | 6 % | 0.1 %: the suspension's resonance moves by parts of a per cent |
 //! | pickoff phase from tracked gain and quadrature | `atan2` | 2.8 mrad | 2.5 mrad: 1 µs at 400 Hz |
 //!
-//! `cargo test --release -p rlg --test core_chain monitor -- --nocapture` prints these errors, and those of `libm`.
+//! `cargo test --release -p firmware-tests --test core_chain monitor -- --nocapture` prints these errors, and those of `libm`.
 //!
 //! # Around the chain
 //! [`processor::Processor`] is what the interrupt runs: it takes a reading of the counter bank and its own

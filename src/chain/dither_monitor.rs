@@ -6,7 +6,7 @@
 //! It is no part of [`Chain`](crate::Chain): it runs in the background loop. The sums are integers, so that a long
 //! window loses nothing. The square root is `micromath`'s, which needs no table and no products of 64 bits as `libm`'s
 //! does, and is wrong by at most [`AMPLITUDE_ERROR_LIMIT`] (measured over 1″ to 1000″ in
-//! `host-tests/rlg/tests/core_chain/monitor.rs`): a drive is watched to tens of per cent.
+//! `host-tests/firmware/tests/core_chain/monitor.rs`): a drive is watched to tens of per cent.
 //!
 //! It does not find the dither's frequency or phase.
 

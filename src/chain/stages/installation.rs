@@ -9,7 +9,7 @@
 //!
 //! Eq. (6) as printed has ε_ij = ε_ij0 − K_ij α_j for all six. Read literally, coning of 0.367° at 15 Hz with
 //! the paper's Table 3 would drift by 0.007 °/h; the paper measured 0.5 °/h, and these signs give 0.495
-//! (`host-tests/rlg/tests/core_chain/signs.rs` shows both).
+//! (`host-tests/firmware/tests/core_chain/signs.rs` shows both).
 //!
 //! # Assumptions
 //! The block follows the acceleration quasi-statically: its suspension's modes are far above the motion.
