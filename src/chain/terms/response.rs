@@ -177,7 +177,13 @@ impl<N: NumberSystem> Term<N> for GyroResponse<N> {
         // Terms before this one may have corrected what is left of the dither.
         let largest = parameters.largest_increment_rad() / parameters.increment_unit_rad()
             + DITHER_ERROR_LIMIT_RAD;
-        Response::new(&coefficients, largest, TermKind::GyroDelay).map(Self)
+        // What E cannot hold is laid to the variance where there is one: 0.66 T² may fill it alone.
+        let kind = if variance == [0.0; 3] {
+            TermKind::GyroDelay
+        } else {
+            TermKind::GyroBandwidth
+        };
+        Response::new(&coefficients, largest, kind).map(Self)
     }
     fn largest_addition(&self) -> f64 {
         RESPONSE_LIMIT_RAD

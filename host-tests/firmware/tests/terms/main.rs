@@ -1,6 +1,7 @@
 //! Optional terms of the chain: what they leave of an error, their records, their ranges.
 
 mod errors;
+mod ranges;
 mod records;
 mod unit;
 
