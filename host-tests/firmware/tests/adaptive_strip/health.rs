@@ -126,6 +126,44 @@ fn a_counter_that_gives_the_same_number_is_stuck_and_the_flexure_term_is_off() {
     );
 }
 
+/// Half to one and a half of nominal is healthy, below a tenth the block stands still. The drive randomises by 7 % rms.
+#[test]
+fn bands_of_the_amplitude_end_where_they_are_documented_to() {
+    let said = |ratio: f64| {
+        let nominal = Triad::default();
+        let triad = Triad {
+            amplitude_rad: nominal.amplitude_rad.map(|rad| ratio * rad),
+            ..nominal
+        };
+        let found = |frames: &[trueaxis::OutputFrame]| {
+            let all = frames[LATEST..]
+                .iter()
+                .fold(Status::default(), |all, f| all.union(f.status));
+            let of = |bits: Status| all.contains(bits);
+            [
+                of(Status::DITHER_OUT_OF_BAND),
+                of(Status::DITHER_STOPPED),
+                of(Status::PICKOFF_FAILED),
+            ]
+        };
+        let (f32_frames, _) = frames::<F32>(&parameters(), triad.stream().take(4000));
+        let (fixed_frames, _) = frames::<Fixed>(&parameters(), triad.stream().take(4000));
+        assert_eq!(found(&f32_frames), found(&fixed_frames), "{ratio}");
+        found(&f32_frames)
+    };
+    for (ratio, expected) in [
+        (1.0, [false, false, false]),
+        (0.7, [false, false, false]),
+        (0.45, [true, false, false]),
+        (1.25, [false, false, false]),
+        (1.6, [true, false, false]),
+        (0.15, [true, false, false]),
+        (0.07, [false, true, false]),
+    ] {
+        assert_eq!(said(ratio), expected, "{ratio} of the nominal amplitude");
+    }
+}
+
 #[test]
 fn a_dither_at_another_frequency_is_out_of_band() {
     let said = |frequency_hz: f64| {

@@ -1,8 +1,8 @@
 //! The output frame's rotation vector against the attitude's own.
 
-use trueaxis::{F32, Fixed, NumberSystem};
+use trueaxis::{F32, Fixed, NumberSystem, Parameters};
 
-use crate::motion::{Coning, fine, stream};
+use crate::motion::{Coning, as_built, fine, stream};
 use crate::{CODE_RAD, DEG_H, run};
 
 /// Coning drift that may stay \[°/h\]: a hundredth of the best ring lasers' 0.01 °/h. The formula's own
@@ -24,7 +24,12 @@ fn rotation_between(a: [f64; 4], b: [f64; 4]) -> [f64; 3] {
 
 fn residual_deg_h<N: NumberSystem>(coning: &Coning, samples_per_output: u16) -> f64 {
     let parameters = fine().with(|p| p.samples_per_output = samples_per_output);
-    let (frames, _) = run::<N>(&parameters, stream(&parameters, coning, false, 80_000));
+    residual_of::<N>(&parameters, coning)
+}
+
+fn residual_of<N: NumberSystem>(parameters: &Parameters, coning: &Coning) -> f64 {
+    let samples_per_output = parameters.samples_per_output;
+    let (frames, _) = run::<N>(parameters, stream(parameters, coning, false, 80_000));
     let period_s = f64::from(samples_per_output) / parameters.sample_rate_hz;
     let mut error_rad = 0.0;
     // The first frame holds the priming sample; the second's first sample has no D_{k−2} of motion.
@@ -95,6 +100,47 @@ fn coning_at_50_and_200_hz_leaves_less_than_its_marks_at_output_rates_of_200_to_
             );
             assert!(f32_left.abs() <= mark_deg_h, "f32 {f32_left}");
             assert!(fixed_left.abs() <= mark_deg_h, "fixed {fixed_left}");
+        }
+    }
+}
+
+/// Increments are counted in 1, 2, 4 and 8 rad from 4 kHz down; products of one increment with a tilt and of two scale
+/// each in their own way. The motion is slower by as much as the samples, so that what a sample turns by is the same.
+#[test]
+fn coning_and_flexure_are_right_at_every_sample_rate() {
+    for (rate_hz, samples_per_output) in [
+        (8000.0, 10),
+        (4000.0, 10),
+        (2000.0, 10),
+        (1000.0, 5),
+        (999.0, 5),
+        (500.0, 5),
+    ] {
+        let coning = Coning {
+            frequency_hz: 15.0 * rate_hz / 4000.0,
+            angle_rad: f64::to_radians(0.367),
+        };
+        let instrument = as_built().with(|p| {
+            p.pulse_weight_rad = fine().pulse_weight_rad;
+            p.sample_rate_hz = rate_hz;
+            p.samples_per_output = samples_per_output;
+        });
+        let rigid = fine().with(|p| {
+            p.sample_rate_hz = rate_hz;
+            p.samples_per_output = samples_per_output;
+        });
+        for parameters in [rigid, instrument] {
+            let f32_left = residual_of::<F32>(&parameters, &coning);
+            let fixed_left = residual_of::<Fixed>(&parameters, &coning);
+            println!("{rate_hz} Hz: f32 {f32_left:.1e}, fixed {fixed_left:.1e} deg/h");
+            assert!(
+                f32_left.abs() < CONING_RESIDUAL_DEG_H,
+                "{rate_hz} Hz: f32 {f32_left}"
+            );
+            assert!(
+                fixed_left.abs() < CONING_RESIDUAL_DEG_H,
+                "{rate_hz} Hz: fixed {fixed_left}"
+            );
         }
     }
 }

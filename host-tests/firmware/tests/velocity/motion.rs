@@ -72,12 +72,12 @@ impl Cone {
 }
 
 /// ∫ over sample k, which ends at k T.
-fn over(k: i64, f: impl Fn(f64) -> Vector) -> Vector {
+fn over(k: i64, rate_hz: f64, f: impl Fn(f64) -> Vector) -> Vector {
     NODES
         .iter()
-        .map(|(node, weight)| f((k as f64 - 0.5 + 0.5 * node) / RATE_HZ) * (0.5 * weight))
+        .map(|(node, weight)| f((k as f64 - 0.5 + 0.5 * node) / rate_hz) * (0.5 * weight))
         .sum::<Vector>()
-        / RATE_HZ
+        / rate_hz
 }
 
 /// Codes of running sums.
@@ -110,6 +110,11 @@ impl Motion {
     /// The sample that ends at 0, which only primes, and `samples` after it; accelerometer i at row i of
     /// `arms_m`.
     pub fn samples(&self, arms_m: [[f64; 3]; 3], samples: i64) -> Vec<Sample> {
+        self.samples_at(RATE_HZ, arms_m, samples)
+    }
+
+    /// The same at another sample rate.
+    pub fn samples_at(&self, rate_hz: f64, arms_m: [[f64; 3]; 3], samples: i64) -> Vec<Sample> {
         let felt = |t: f64| {
             let (rate, acceleration) = ((self.rate)(t), (self.acceleration)(t));
             let at_origin = (self.force)(t);
@@ -125,9 +130,9 @@ impl Motion {
             .map(|k| match k {
                 0 => Sample::default(),
                 _ => Sample {
-                    pulse_counts: angle.next(over(k, &self.rate)),
+                    pulse_counts: angle.next(over(k, rate_hz, &self.rate)),
                     pickoff_codes: [0; 3],
-                    accelerometer_codes: velocity.next(over(k, felt)),
+                    accelerometer_codes: velocity.next(over(k, rate_hz, felt)),
                 },
             })
             .collect()
@@ -153,13 +158,24 @@ pub fn parameters(arms_m: [[f64; 3]; 3]) -> Parameters {
 /// A navigation computer that is given the attitude (space from body, at time t), so that velocity alone is
 /// judged: velocity in space at each frame's end.
 pub fn navigate(attitude: impl Fn(f64) -> Rotation3<f64>, frames: &[OutputFrame]) -> Vec<Vector> {
+    navigate_at(RATE_HZ, 10, attitude, frames)
+}
+
+/// The same with other rates of samples and of frames.
+pub fn navigate_at(
+    rate_hz: f64,
+    samples_per_output: u16,
+    attitude: impl Fn(f64) -> Rotation3<f64>,
+    frames: &[OutputFrame],
+) -> Vec<Vector> {
     let mut velocity_m_s = Vector::zeros();
     frames
         .iter()
         .map(|frame| {
             let gained = Vector::from(frame.dvel_codes.map(f64::from)) * OUTPUT_M_S_PER_CODE;
             // The first frame begins with the sample that primes, which ends at 0.
-            let start_s = (10.0 * f64::from(frame.sequence) - 1.0).max(0.0) / RATE_HZ;
+            let before = f64::from(samples_per_output) * f64::from(frame.sequence);
+            let start_s = (before - 1.0).max(0.0) / rate_hz;
             velocity_m_s += attitude(start_s) * gained;
             velocity_m_s
         })

@@ -6,7 +6,7 @@ use nalgebra::Rotation3;
 use trueaxis::{F32, Fixed, NumberSystem};
 
 use crate::frames;
-use crate::motion::{Cone, G, Motion, Vector, navigate, parameters};
+use crate::motion::{Cone, G, Motion, Vector, navigate, navigate_at, parameters};
 
 /// What the chain may leave of the size effect as a steady force \[m/s²\]: 0.1 µg.
 const FORCE_M_S2: f64 = 1e-7 * G;
@@ -153,4 +153,54 @@ fn arms_common_to_all_accelerometers_leave_only_what_swings() {
     let left = (mean - gravity).norm();
     println!("common arms of 0.54 m: {left:.2e} m/s² left");
     assert!(left < FORCE_M_S2, "{left:e}");
+}
+
+/// At every sample rate a sample turns by the same, in units of 1 to 8 rad: squares of rates and the swing each scale in
+/// their own way.
+fn nothing_rectifies_at<N: NumberSystem>(rate_hz: f64, samples_per_output: u16) {
+    let gravity = Vector::new(0.0, 0.0, G);
+    let slower = rate_hz / 4000.0;
+    let motion = coning(15.0 * slower, 1.0, gravity);
+    let samples = motion.samples_at(rate_hz, ARMS_M, SAMPLES);
+    let force = |known_m: [[f64; 3]; 3]| {
+        let parameters = parameters(known_m).with(|p| {
+            p.sample_rate_hz = rate_hz;
+            p.samples_per_output = samples_per_output;
+        });
+        let (frames, _) = frames::<N>(&parameters, &samples);
+        let path = navigate_at(rate_hz, samples_per_output, &motion.attitude, &frames);
+        let last = path.len() - 1;
+        let period_s = f64::from(samples_per_output) / rate_hz;
+        let mean = (path[last] - path[0]) / (period_s * last as f64) - gravity;
+        let swings = path.iter().enumerate();
+        let swing = swings.map(|(k, v)| (v - path[0] - gravity * (period_s * k as f64)).norm());
+        (mean.norm(), swing.fold(0.0, f64::max))
+    };
+    let ((left, bounded), (before, _)) = (force(ARMS_M), force(NO_ARMS));
+    println!(
+        "{} {rate_hz} Hz: {before:.2e} -> {left:.2e} m/s², {bounded:.1e} m/s",
+        N::NAME
+    );
+    let x = TAU * 15.0 / 4000.0;
+    let turned = 1f64.to_radians() * f64::from(samples_per_output) * x;
+    let bound = before * (turned.powi(2) / 6.0 + x.powi(4) / 90.0) + 0.1 * FORCE_M_S2;
+    assert!(
+        left < bound,
+        "{} {rate_hz} Hz: {left:e} over {bound:e}",
+        N::NAME
+    );
+    let swing = ARM_M * 1f64.to_radians() * TAU * 15.0 * slower * (x / 2.0 + x * x / 3.0);
+    assert!(
+        bounded < swing,
+        "{} {rate_hz} Hz: {bounded:e} over {swing:e}",
+        N::NAME
+    );
+}
+
+#[test]
+fn the_size_effect_rectifies_nothing_at_every_sample_rate() {
+    for (rate_hz, samples_per_output) in [(8000.0, 10), (2000.0, 10), (1000.0, 5), (500.0, 5)] {
+        nothing_rectifies_at::<F32>(rate_hz, samples_per_output);
+        nothing_rectifies_at::<Fixed>(rate_hz, samples_per_output);
+    }
 }
