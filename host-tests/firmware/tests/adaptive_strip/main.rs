@@ -1,6 +1,7 @@
 //! The dither strip that follows its pickoff, and what it says of the dither's health.
 
 mod health;
+mod start;
 mod tracking;
 mod triad;
 
