@@ -3,6 +3,8 @@
 //! With r the residual's coefficients and S the noise, the inverse transform of r/S is the score of an impulse at every
 //! row, its sum from a row on the score of a step there, and the difference of two such sums that of a window.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::noise::{NoiseBasis, NoiseLevels};
@@ -325,8 +327,10 @@ pub struct Instant {
 /// One row that a step may have happened at.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
-    /// Row.
+    /// Row in the middle of those that it stands for.
     pub row: usize,
+    /// Number of those.
+    pub rows: usize,
     /// Posterior probability of the rows that it stands for.
     pub probability: f64,
     /// Best size of a step here, in the record's unit.
@@ -338,8 +342,8 @@ const SEEN_PLACES: usize = 48;
 const GAP_PLACES: usize = 16;
 
 impl Instant {
-    /// Goes through the rows around a step of `sigmas` standard deviations at `row`, in the first span of a transform. All rows of
-    /// a gap are alike: what is seen is the same wherever in it the step is.
+    /// Goes through the rows around a step of `sigmas` standard deviations at `row`, in the first span of a transform, ever more
+    /// closely where the step may have been. All rows of a gap are alike: what is seen is the same wherever in it the step is.
     ///
     /// # Inputs
     /// `record`: on all rows, the step in it.
@@ -350,49 +354,60 @@ impl Instant {
         record: &[f64],
         (row, sigmas): (usize, f64),
     ) -> Self {
+        /// Probability of a place below which the step was not there.
+        const NOT_THERE: f64 = 1e-4;
         let span = &transform.observations().spans[0];
         let weights = basis.weights(levels);
         let spectrum = transform.spectrum(record);
+        let likelihood = |row: usize| {
+            let mut column = vec![0.0; record.len()];
+            column[row..].fill(1.0);
+            let column = transform.spectrum(&column);
+            let (mut score, mut information) = (0.0, 0.0);
+            for ((column, record), weight) in column.iter().zip(&spectrum).zip(&weights) {
+                score += column * record * weight;
+                information += column * column * weight;
+            }
+            (0.5 * score * score / information, score / information)
+        };
         // Ten times the length within which a step of this size is known.
         let reach = (20.0 * span.rows.len() as f64 / (sigmas * sigmas).max(4.0)).ceil() as usize;
         let inner = span.rows.start + 1..span.rows.end - 1;
-        let within = row.saturating_sub(reach).max(inner.start)..(row + reach).min(inner.end);
-        let gaps = || {
-            let reached = span.gaps.iter();
-            reached.filter(|gap| gap.start <= within.end && gap.end >= within.start)
-        };
-        let step = within.len().div_ceil(SEEN_PLACES).max(1);
-        let seen = within
-            .clone()
-            .step_by(step)
-            .filter(|row| !gaps().any(|gap| (gap.start..=gap.end).contains(row)))
-            .map(|row| (vec![row], step as f64));
-        let unseen = gaps().map(|gap| {
-            let step = (gap.len() + 1).div_ceil(GAP_PLACES);
-            let rows = (gap.start + step / 2..=gap.end).step_by(step);
-            (rows.collect(), step as f64)
-        });
-        let groups: Vec<(Vec<usize>, f64)> = seen.chain(unseen).collect();
-        let fitted: Vec<(f64, f64)> = groups
-            .par_iter()
-            .map(|(rows, _)| {
-                let mut column = vec![0.0; record.len()];
-                column[rows[0]..].fill(1.0);
-                let column = transform.spectrum(&column);
-                let (mut score, mut information) = (0.0, 0.0);
-                for ((column, record), weight) in column.iter().zip(&spectrum).zip(&weights) {
-                    score += column * record * weight;
-                    information += column * column * weight;
-                }
-                (0.5 * score * score / information, score / information)
-            })
-            .collect();
+        let mut within = row.saturating_sub(reach).max(inner.start)..(row + reach).min(inner.end);
+        loop {
+            let found = Self::among(&groups(&within, &span.gaps), &likelihood);
+            let mut possible = found.places.iter();
+            let is_possible = |place: &&Place| place.probability > NOT_THERE;
+            let (Some(first), Some(last)) = (
+                possible.find(is_possible),
+                found.places.iter().rfind(is_possible),
+            ) else {
+                return found;
+            };
+            let begin = first.row.saturating_sub(first.rows).max(within.start);
+            let closer = begin..(last.row + last.rows + 1).min(within.end);
+            // Half as wide would be known no better.
+            if within.len() <= SEEN_PLACES || 2 * closer.len() > within.len() {
+                return found;
+            }
+            within = closer;
+        }
+    }
+
+    /// The posterior probability of groups of rows that are alike, each row of which stands for so many.
+    fn among(
+        groups: &[(Vec<usize>, usize)],
+        likelihood: &(impl Fn(usize) -> (f64, f64) + Sync),
+    ) -> Self {
+        let of_first = |(rows, _): &(Vec<usize>, usize)| likelihood(rows[0]);
+        let fitted: Vec<(f64, f64)> = groups.par_iter().map(of_first).collect();
         let best = fitted.iter().map(|one| one.0).fold(0.0, f64::max);
         let mut places: Vec<Place> = Vec::new();
         for ((rows, length), (log_likelihood, size)) in groups.iter().zip(fitted) {
             places.extend(rows.iter().map(|&row| Place {
                 row,
-                probability: length * (log_likelihood - best).exp(),
+                rows: *length,
+                probability: *length as f64 * (log_likelihood - best).exp(),
                 size,
             }));
         }
@@ -410,15 +425,39 @@ impl Instant {
             .round() as usize
     }
 
-    /// Standard deviation \[rows\], no less than that of a single row.
+    /// Standard deviation \[rows\]: that of the places, and that of the rows of a place, which are alike.
     pub fn std_rows(&self) -> f64 {
         let mean = self.row() as f64;
         let squares = self.places.iter();
         let variance: f64 = squares
-            .map(|place| place.probability * (place.row as f64 - mean).powi(2))
+            .map(|place| {
+                let within = (place.rows as f64).powi(2) / 12.0;
+                place.probability * ((place.row as f64 - mean).powi(2) + within)
+            })
             .sum();
-        (variance + 1.0 / 12.0).sqrt()
+        variance.sqrt()
     }
+}
+
+/// Places of a stretch: rows at equal steps, and gaps, whose rows are alike; each row with how many it stands for.
+fn groups(within: &Range<usize>, gaps: &[Range<usize>]) -> Vec<(Vec<usize>, usize)> {
+    let is_reached = |gap: &&Range<usize>| gap.start <= within.end && gap.end >= within.start;
+    let reached: Vec<&Range<usize>> = gaps.iter().filter(is_reached).collect();
+    let step = within.len().div_ceil(SEEN_PLACES).max(1);
+    let is_hidden = |row: &usize| {
+        let mut gaps = reached.iter();
+        gaps.any(|gap| (gap.start..=gap.end).contains(row))
+    };
+    let seen = (within.start + step / 2..within.end)
+        .step_by(step)
+        .filter(|row| !is_hidden(row))
+        .map(|row| (vec![row], step));
+    let unseen = reached.iter().map(|gap| {
+        let step = (gap.len() + 1).div_ceil(GAP_PLACES);
+        let rows = (gap.start + step / 2..=gap.end).step_by(step);
+        (rows.collect(), step)
+    });
+    seen.chain(unseen).collect()
 }
 
 #[cfg(test)]
@@ -486,6 +525,26 @@ mod tests {
         assert_eq!(found, truth);
         let first = impulses(&transform, &basis, &spectrum, levels, (5.0, 1));
         assert_eq!(first.len(), 1);
+    }
+
+    /// A large step is known to a row although the stretch around it is looked through coarsely first; of a weak one the rows
+    /// that the places stand for are no less uncertain than the places.
+    #[test]
+    fn the_deviation_of_an_instant_does_not_depend_on_how_far_around_it_is_looked() {
+        let (transform, basis, levels) = white();
+        for (size, expected) in [(1.0, 8.0 * 2.0_f64.sqrt()), (20.0, 12.0_f64.sqrt().recip())] {
+            let mut record = vec![0.0; ROWS];
+            record[1200..].fill(size);
+            for sigmas in [14.0, 6.0] {
+                let known = Instant::around(&transform, &basis, levels, &record, (1203, sigmas));
+                assert!(known.row().abs_diff(1200) <= 1, "{}", known.row());
+                let std = known.std_rows();
+                assert!(
+                    (std / expected - 1.0).abs() < 0.15,
+                    "{size} {sigmas}: {std}"
+                );
+            }
+        }
     }
 
     /// White noise of variance 4 in which a step of 1 is 14 standard deviations: its row is known to some (2/1)² rows; in a gap
