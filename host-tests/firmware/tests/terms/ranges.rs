@@ -105,8 +105,8 @@ fn each_value_of_a_record_ends_at_its_terms_limit() {
         );
         // An eighth of the slope's 63.
         ends_at(K::ElasticRateByJerk, element, 63.0 / 8.0 / RATE_SQUARED);
-        // A third of 0.01 rad/s at 0.1 T, in f32.
-        ends_at(K::GyroBiasMagnetic, element, 0.01 / 3.0 / f64::from(0.1f32));
+        // 0.01 rad/s at 0.1 T, in f32.
+        ends_at(K::GyroBiasMagnetic, element, 0.01 / f64::from(0.1f32));
     }
 }
 
