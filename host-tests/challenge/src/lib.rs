@@ -6,7 +6,8 @@
 //!
 //! Recordings of others, each with a truth file, go the same way (`given`). What the diagnosis says of fixed trials and
 //! recordings is kept as a table to compare later versions with (`golden`). Ordinary recordings are examined against marks
-//! (`marks`): beside references of rate, of attitude (`attitude`), at rest (`rest`), and as others recorded them (`recorded`).
+//! (`marks`): beside references of rate, of attitude (`attitude`), at rest (`rest`), with accelerometers (`force`), and as others
+//! recorded them (`recorded`).
 //!
 //! A [`Plan`] gives answers, commitments to them, outcomes and [`score::Scores`]. The examiner knows the simulator and
 //! calls the diagnosis; the diagnosis gets a recording and a model, and nothing else.
@@ -22,6 +23,7 @@ pub mod catalogue_marks;
 pub mod chance;
 pub mod commit;
 pub mod examine;
+pub mod force;
 pub mod given;
 pub mod golden;
 pub mod kinds;

@@ -1,4 +1,4 @@
-//! Trials beside attitudes and at rest: the generator against closed forms, and the diagnosis on a few of them.
+//! Trials beside attitudes, at rest and with accelerometers: the generator against closed forms, and the diagnosis on a few of them.
 
 use std::f64::consts::PI;
 
@@ -10,6 +10,8 @@ use rlg_challenge::attitude::path::Path;
 use rlg_challenge::attitude::planted::Planted;
 use rlg_challenge::attitude::trial::Attitudes;
 use rlg_challenge::attitude::{low_pass, record};
+use rlg_challenge::force;
+use rlg_challenge::force::trial::Turned;
 use rlg_challenge::marks::case::Case;
 use rlg_challenge::marks::effects::Effect;
 use rlg_challenge::marks::family::Family;
@@ -351,4 +353,55 @@ fn at_rest_nothing_is_named_where_nothing_is() {
     let nulls = scores(Family::Rest, "none", 3);
     let counts = nulls.effects[0].counts;
     assert_eq!((counts.right, counts.all()), (3, 3), "{}", nulls.table());
+}
+
+/// What accelerometers read in the first row is gravity in length and direction where nothing is planted into them, but for
+/// noise, pulses and what the unit turns meanwhile.
+#[test]
+fn a_turned_unit_feels_gravity() {
+    let limits = Limits {
+        length_s: [20.0, 40.0],
+        most_rows: 4000.0,
+        declared_within: 1.0,
+    };
+    for number in 0..18 {
+        let drawn = Turned::draw(number, &limits, &mut generator(60 + number)).expect("drawn");
+        assert!(drawn.concealed().iter().all(|one| one.rho >= 9.0));
+        let is_null = drawn.planted == force::planted::Planted::None;
+        assert_eq!(drawn.concealed().is_empty(), is_null);
+        let (recording, model) = force::record::record(&drawn, number);
+        let (count, period_s) = drawn.span();
+        let read = Vector3::from_fn(|axis, _| {
+            let name = ["x", "y", "z"][axis];
+            let force = recording.channel(&Quantity::SpecificForce, name);
+            let counted = recording.channel(&Quantity::VelocityIncrement, name);
+            let (values, per_row) = match (force, counted) {
+                (Some((_, channel)), _) => (&channel.values, 1.0),
+                (_, Some((_, channel))) => (&channel.values, 1.0 / period_s),
+                _ => panic!("accelerometers are recorded"),
+            };
+            assert_eq!(values.len(), count);
+            let known = model.accelerometer.as_ref();
+            let keeps = known.map_or(1.0, |known| 1.0 - known.scale_error[axis]);
+            let bias = known.map_or(0.0, |known| known.bias_m_s2[axis]);
+            values[0] * per_row * keeps - bias
+        });
+        if drawn.effect.is_some() {
+            continue;
+        }
+        let noise = 6.0 * drawn.noise.walk_rad_sqrt_s / period_s.sqrt()
+            + drawn.noise.flicker_rad_s * 6.0
+            + drawn.pulse_m_s.unwrap_or(0.0) / period_s;
+        let motion = &drawn.rows.motion;
+        let turned_rad: f64 = (0..3)
+            .map(|axis| motion.increments_rad(axis, 0.0, period_s, 1)[0].abs())
+            .sum();
+        let gravity = drawn.level.gravity_m_s2;
+        let longer = read.norm() - gravity;
+        let most = 2.0 * noise + gravity * turned_rad * turned_rad;
+        assert!(longer.abs() < most, "{number}: {longer} {most}");
+        let off = (read - gravity * drawn.level.up).norm();
+        let most = 2.0 * noise + 2.0 * gravity * turned_rad;
+        assert!(off < most, "{number}: {off} {most}");
+    }
 }

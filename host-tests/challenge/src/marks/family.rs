@@ -41,6 +41,9 @@ pub enum Family {
     Attitude,
     /// At rest: nothing, an effect, lines or noise in turn; runs only by name and alone.
     Rest,
+    /// With accelerometers beside references of rate: nothing, or an effect of one of the three in turn; runs only by name and
+    /// alone.
+    Force,
     /// A recording of others beside attitudes: its own noise without its physics, or an effect more on its gyros, in turn; runs
     /// only by name and alone.
     Recorded,
@@ -82,7 +85,10 @@ const DRIFTS: [Drift; 3] = [
 impl Family {
     /// Whether trials of every number are of the family, which names what it plants by the number.
     pub fn is_alone(self) -> bool {
-        matches!(self, Self::Attitude | Self::Rest | Self::Recorded)
+        matches!(
+            self,
+            Self::Attitude | Self::Rest | Self::Force | Self::Recorded
+        )
     }
 
     /// Returns where the random streams of its trials begin.
@@ -91,6 +97,7 @@ impl Family {
             Self::Attitude => 1 << 40,
             Self::Rest => 2 << 40,
             Self::Recorded => 3 << 40,
+            Self::Force => 4 << 40,
             _ => 0,
         }
     }

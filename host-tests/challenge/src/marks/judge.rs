@@ -16,8 +16,13 @@ use super::under_test::{DiagnosisSummary, FoundEffect};
 /// Kinds that raise the noise and predict nothing.
 const NOISE_KINDS: [&str; 2] = ["angle_random_walk", "pulse_quantisation"];
 
-/// Names of drift in a class.
-const DRIFT_KINDS: [&str; 3] = ["drift", "rate_random_walk", "flicker"];
+/// Names of drift in a class, of gyros or accelerometers.
+const DRIFT_KINDS: [&str; 4] = [
+    "drift",
+    "rate_random_walk",
+    "flicker",
+    "acceleration_random_walk",
+];
 
 /// Faults of the data: a claim is right where and when one is.
 const FAULT_KINDS: [&str; 6] = [

@@ -1,25 +1,18 @@
 //! A trial's recording, its model and its truth.
 
-use rand::SeedableRng as _;
-use rand_chacha::ChaCha8Rng;
-use rlg_model::{Accelerometer, Gyro, Model, MotionSource, Reference};
+use rlg_model::Model;
+use rlg_recording::Recording;
 use rlg_recording::error::InputError;
-use rlg_recording::{Quantity, Recording};
 use serde::{Deserialize, Serialize};
 
-use super::effects::{Perturbation, Strong};
+use super::effects::Strong;
 use super::family::Family;
-use super::instruments::{
-    accelerometers, channel, gyros, recording, sensed_rad, table, thermometers,
-};
+use super::rows_record::record_rows;
 use super::setting::Setting;
-use super::trial::{Rows, Source, Trial};
-use crate::{attitude, recorded, rest};
+use super::trial::{Source, Trial};
+use crate::{attitude, force, recorded, rest};
 
 pub use super::effects::Concealed;
-
-/// White noise of the accelerometers \[m/s²/√Hz\].
-const ACCELEROMETER_M_S2_SQRT_HZ: f64 = 5e-5;
 
 /// What a trial conceals: the line that is committed to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -75,6 +68,11 @@ impl Answer {
                 conditions = drawn.conditions();
                 drawn.concealed()
             }
+            Source::Force(drawn) => {
+                planted = Some(drawn.planted.name());
+                conditions = drawn.conditions();
+                drawn.concealed()
+            }
             Source::Recorded(drawn) => {
                 planted = Some(drawn.planted.name());
                 conditions = drawn.conditions();
@@ -109,7 +107,7 @@ pub enum Declares {
     AsDrawn,
     /// The reference's noise times a factor.
     Times(f64),
-    /// Nothing of gyros or reference.
+    /// Nothing of any instrument.
     Nothing,
 }
 
@@ -129,6 +127,9 @@ impl Declares {
             Self::Nothing => {
                 model.reference = None;
                 model.gyro.angle_random_walk_rad_sqrt_s = None;
+                if let Some(accelerometer) = &mut model.accelerometer {
+                    accelerometer.noise_m_s2_sqrt_hz = [0.0; 3];
+                }
             }
         }
     }
@@ -153,6 +154,10 @@ pub fn record(trial: &Trial, declares: Declares) -> Result<(Recording, Model), I
             let (recording, model) = rest::record::record(drawn, trial.noise_seed);
             (recording, model, 1.0)
         }
+        Source::Force(drawn) => {
+            let (recording, model) = force::record::record(drawn, trial.noise_seed);
+            (recording, model, drawn.rows.setting.declared_over_true)
+        }
         Source::Recorded(drawn) => {
             let (recording, model) = recorded::record::record(drawn, trial.noise_seed);
             (recording, model, 1.0)
@@ -161,67 +166,4 @@ pub fn record(trial: &Trial, declares: Declares) -> Result<(Recording, Model), I
     declares.apply(&mut model, drawn);
     recording.name = format!("trial {}", trial.number);
     Ok((recording, model))
-}
-
-fn record_rows(rows: &Rows, noise_seed: u64) -> (Recording, Model) {
-    let setting = &rows.setting;
-    let case = rows.case();
-    let (count, period_s) = (case.rows, case.period_s);
-    let sensing_from_body = rows.unit.sensing_from_body();
-    let mut added = Perturbation::none(count);
-    for strong in &rows.effects {
-        added.add(&strong.effect.perturbation(&case, &sensing_from_body));
-    }
-    let mut rng = ChaCha8Rng::seed_from_u64(noise_seed);
-    let levels = std::array::from_fn(|axis| setting.gyro_levels(axis));
-    let noise = (&levels, setting.pulse_rad);
-    let sensed = sensed_rad(&case, &rows.unit, &added.gyro_rad, noise, &mut rng);
-    let mut channels = gyros(sensed, None);
-    for axis in 0..3 {
-        let mut read = setting
-            .reference_levels()
-            .series_rad(count, period_s, &mut rng);
-        for (row, value) in read.iter_mut().enumerate() {
-            *value += case.increments_rad[axis][row] + added.reference_rad[axis][row];
-        }
-        channels.push(channel("r", axis, Quantity::ReferenceIncrement, read));
-    }
-    if let Some(warming) = &case.warming_k {
-        channels.extend(thermometers(warming, &mut rng));
-    }
-    if let Some(force) = &case.force_m_s2 {
-        let noise = ACCELEROMETER_M_S2_SQRT_HZ * setting.rate_hz.sqrt();
-        channels.extend(accelerometers(force, noise, &mut rng));
-    }
-    let recording = recording(
-        vec![table("samples.parquet", setting.rate_hz, channels)],
-        None,
-    );
-    (recording, model_of(rows))
-}
-
-fn model_of(rows: &Rows) -> Model {
-    let setting = &rows.setting;
-    let declared = setting.declared_over_true;
-    Model {
-        motion: MotionSource::Reference,
-        earth_rate_in_reference: true,
-        gyro: Gyro {
-            angle_random_walk_rad_sqrt_s: setting
-                .declares_gyro_walk
-                .then_some(setting.gyro_walk_rad_sqrt_s),
-            ..rows.unit.gyro(setting.pulse_rad)
-        },
-        dither: None,
-        reference: Some(Reference {
-            angle_noise_rad: Some(declared * setting.reference_angle_rad),
-            angle_random_walk_rad_sqrt_s: Some(declared * setting.reference_walk_rad_sqrt_s),
-        }),
-        accelerometer: setting.has_force.then_some(Accelerometer {
-            bias_m_s2: [0.0; 3],
-            scale_error: [0.0; 3],
-            noise_m_s2_sqrt_hz: [ACCELEROMETER_M_S2_SQRT_HZ; 3],
-        }),
-        effects: Vec::new(),
-    }
 }

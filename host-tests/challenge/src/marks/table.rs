@@ -205,7 +205,7 @@ fn unanswered(judged: &[Judged]) -> Mark {
 }
 
 /// Marks of trials that conceal nothing.
-const NULLS: [(&str, Family); 8] = [
+const NULLS: [(&str, Family); 9] = [
     (
         "false names, ordinary motions without effects",
         Family::Null,
@@ -225,6 +225,7 @@ const NULLS: [(&str, Family); 8] = [
     ("false names, an hour", Family::Hour),
     ("false names, beside attitudes", Family::Attitude),
     ("false names, at rest, drift included", Family::Rest),
+    ("false names, with accelerometers", Family::Force),
     (
         "false physics, a recording's own noise turned in blocks",
         Family::Recorded,
@@ -232,7 +233,7 @@ const NULLS: [(&str, Family); 8] = [
 ];
 
 /// Marks of trials that conceal something.
-const POSITIVES: [(&str, Family); 8] = [
+const POSITIVES: [(&str, Family); 9] = [
     (
         "one bias, scale error or delay: right name or class",
         Family::Basic,
@@ -257,6 +258,10 @@ const POSITIVES: [(&str, Family); 8] = [
     (
         "at rest, effects or lines: all right, in name or class",
         Family::Rest,
+    ),
+    (
+        "with accelerometers, one effect: right name or class",
+        Family::Force,
     ),
     (
         "planted into a recording of others: right name or class",

@@ -26,7 +26,7 @@ pub struct Estimate {
 pub struct FoundEffect {
     /// Its kind.
     pub kind: String,
-    /// Kinds that it cannot be told from.
+    /// Kinds that it cannot be told from, but for those that gravity speaks against.
     pub indistinguishable_from: Vec<String>,
     /// `named`, `measured`, `class`; engines that do not say name what they report.
     pub label: Option<String>,
@@ -95,12 +95,15 @@ fn found(effect: &Value) -> FoundEffect {
         }
     }
     let alike = effect["indistinguishable_from"].as_array();
+    let against = effect["gravity_speaks_against"].as_array();
+    let is_open = |kind: &str| !against.into_iter().flatten().any(|other| *other == *kind);
     FoundEffect {
         kind: text("kind").unwrap_or_default(),
         indistinguishable_from: alike
             .into_iter()
             .flatten()
             .filter_map(|kind| kind.as_str().map(str::to_owned))
+            .filter(|kind| is_open(kind))
             .collect(),
         label: text("label"),
         numbers,
