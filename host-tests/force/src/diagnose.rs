@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use rlg_diagnosis::noise_levels::{first_levels, mean};
 use rlg_diagnosis::regimes::{Regime, intersect, regimes_of};
-use rlg_inference::search::DriftPrior;
-use rlg_inference::{NoiseLevels, Observations, Search};
+use rlg_inference::evaluate::{Effort, evaluate};
+use rlg_inference::{Drift, NoiseLevels, Observations};
 use rlg_model::{Model, ModelEffect};
 use rlg_recording::{Segment, Site};
 use rlg_signal::accelerometer_rows;
@@ -333,6 +333,9 @@ fn prepare(parts: &[Part], asked: &Asked) -> Result<Rows, String> {
 }
 
 /// Fits the verticals alone, until they stay, and the noise beside them.
+///
+/// All accelerometers have one weight here: what a vertical leaves may be an error of theirs that nobody looked for yet. If it
+/// counted as noise of its axis, the vertical could give up one axis to fit the others.
 fn settle_verticals(
     made_of: &mut Prediction,
     model: &Model,
@@ -343,29 +346,24 @@ fn settle_verticals(
     const STEPS: usize = 4;
     let observations = observed(made_of, seen)?.to_fast_length();
     let recordings = made_of.rows.looked_at(&observations);
-    let mut levels = Vec::new();
+    /// The noise is known.
+    const ONCE: Effort = Effort {
+        alternations: 1,
+        ..Effort::QUICK
+    };
     for _ in 0..STEPS {
         let residual = residual_m_s(made_of, model);
-        levels = first_levels(&residual, &observations);
-        let sums = equations(
-            made_of,
-            &residual,
-            &observations,
-            &Pool::default(),
-            mean(&levels),
-        );
-        let none = DriftPrior::Declared(vec![rlg_inference::Drift::None; 3]);
-        let prices = &plan.shared.search;
-        let mut search = Search::new(&sums, &[], 1, prices, &none, levels.clone());
-        let fit = search.fit(&[], None);
+        let all = mean(&first_levels(&residual, &observations)).stationary();
+        let sums = equations(made_of, &residual, &observations, &Pool::default(), all);
+        let fit = evaluate(&sums, &[], &[all; 3], &[Drift::None; 3], ONCE);
         let (moves, stays) = verticals_of(&fit, &recordings, plan.settled);
         made_of.move_verticals(&moves);
-        levels = fit.levels;
         if stays {
             break;
         }
     }
-    Ok(levels)
+    let residual = residual_m_s(made_of, model);
+    Ok(first_levels(&residual, &observations))
 }
 
 fn observed(made_of: &Prediction, seen: &[bool]) -> Result<Observations, String> {
