@@ -90,7 +90,7 @@ pub fn beside(
 ) -> Result<(), String> {
     let differences = differences(outcome, &asked.plan);
     let mut best: Option<(f64, Vec<bool>, Diagnosed)> = None;
-    let mut others: Vec<(f64, Vec<bool>)> = Vec::new();
+    let mut by_gravity: Vec<(f64, Vec<bool>)> = Vec::new();
     for sides in ways(&differences) {
         let effects = effects_under(asked.model, outcome, &differences, &sides);
         // What is the reference's alone leaves it no other error of this kind.
@@ -112,24 +112,24 @@ pub fn beside(
             .map(|(one, is_reference)| one.behind[usize::from(*is_reference)])
             .sum();
         let score = force.found.fit.score - behind;
-        match &best {
-            Some((highest, ..)) if *highest >= score => others.push((score, sides)),
-            _ => {
-                others.extend(best.take().map(|(score, sides, _)| (score, sides)));
-                best = Some((score, sides, force));
-            }
+        by_gravity.push((force.found.fit.score, sides.clone()));
+        if best.as_ref().is_none_or(|(highest, ..)| score > *highest) {
+            best = Some((score, sides, force));
         }
     }
-    let Some((score, sides, force)) = best else {
+    let Some((_, sides, force)) = best else {
         return Ok(());
     };
     for (place, (one, is_reference)) in differences.iter().zip(&sides).enumerate() {
-        let otherwise = others
-            .iter()
-            .filter(|(_, other)| other[place] != *is_reference)
-            .map(|(other, _)| *other)
-            .fold(f64::NEG_INFINITY, f64::max);
-        let is_told = score - otherwise > asked.plan.shared.class_within;
+        let best_where = |is_side: bool| {
+            let of_side = by_gravity.iter().filter(|(_, way)| way[place] == is_side);
+            of_side
+                .map(|(own, _)| *own)
+                .fold(f64::NEG_INFINITY, f64::max)
+        };
+        // What the gyros say of it is in the class already: gravity speaks for itself.
+        let told_by = best_where(*is_reference) - best_where(!is_reference);
+        let is_told = told_by > asked.plan.shared.class_within;
         attribute(outcome, asked.model, one, (*is_reference, is_told));
         if !is_reference {
             share_with(outcome, one, &force);
@@ -262,19 +262,32 @@ fn as_reference(entry: &EffectEntry, pair: &Pair) -> (DVector<f64>, DMatrix<f64>
     })
 }
 
-/// An entry's difference as an error of the gyros.
+/// An entry's difference as an error of the gyros. A number of the reference is the mean of those that share it: by how much they
+/// differ nobody has looked.
 fn as_gyro(entry: &EffectEntry, pair: &Pair) -> (DVector<f64>, DMatrix<f64>) {
     let shared = pair.shared();
     let references = pair.reference_names();
     let is_reference = entry.kind == pair.reference;
-    mapped(entry, shared.len(), |row, name| {
+    let (values, mut covariance) = mapped(entry, shared.len(), |row, name| {
         let (own, place) = &shared[row];
         match is_reference {
             true if references[*place] == name => -1.0,
             false if own == name => 1.0,
             _ => 0.0,
         }
-    })
+    });
+    if let Some(kind) = kinds::find(pair.reference).filter(|_| is_reference) {
+        for (a, (_, place)) in shared.iter().enumerate() {
+            let alike: Vec<usize> = (0..shared.len())
+                .filter(|&b| shared[b].1 == *place)
+                .collect();
+            for &b in &alike {
+                let own = f64::from(u8::from(a == b));
+                covariance[(a, b)] += kind.largest.powi(2) * (own - 1.0 / alike.len() as f64);
+            }
+        }
+    }
+    (values, covariance)
 }
 
 fn effect(kind: &str, names: &[String], values: &DVector<f64>) -> ModelEffect {
@@ -422,8 +435,23 @@ mod tests {
             let names = pair.reference_names();
             let sizes = [2.0, -3.0, 5.0];
             let numbers: Vec<(String, f64)> = names.iter().cloned().zip(sizes).collect();
-            let (on_gyros, _) = as_gyro(&entry(pair.reference, &numbers), pair);
+            let (on_gyros, covariance) = as_gyro(&entry(pair.reference, &numbers), pair);
             let shared = pair.shared();
+            for place in 0..names.len() {
+                let sharing: Vec<usize> = (0..shared.len())
+                    .filter(|&row| shared[row].1 == place)
+                    .collect();
+                let count = sharing.len() as f64;
+                let pairs = sharing
+                    .iter()
+                    .flat_map(|&a| sharing.iter().map(move |&b| (a, b)));
+                let of_mean: f64 = pairs.map(|at| covariance[at]).sum::<f64>() / (count * count);
+                assert!((of_mean - 1.0).abs() < 1e-9, "{}: {of_mean}", pair.gyro);
+                // Alone each is as little known as how they differ.
+                let least = 1.0 + 1e-6 * (count - 1.0);
+                let own = sharing.iter().map(|&row| covariance[(row, row)]);
+                assert!(own.fold(f64::INFINITY, f64::min) >= least, "{}", pair.gyro);
+            }
             let named: Vec<(String, f64)> = shared
                 .iter()
                 .zip(on_gyros.iter())
