@@ -1,8 +1,8 @@
 //! The output frame's rotation vector against the attitude's own.
 
-use trueaxis::{F32, Fixed, NumberSystem, Parameters};
+use trueaxis::{Chain, ChainState, CrossAxis, F32, Fixed, NumberSystem, Parameters, Sample};
 
-use crate::motion::{Coning, as_built, fine, stream};
+use crate::motion::{Coning, TABLE_3_S2, as_built, fine, stream};
 use crate::{CODE_RAD, DEG_H, run};
 
 /// Coning drift that may stay \[°/h\]: a hundredth of the best ring lasers' 0.01 °/h. The formula's own
@@ -143,4 +143,34 @@ fn coning_and_flexure_are_right_at_every_sample_rate() {
             );
         }
     }
+}
+
+/// Nothing accelerates where every sample counts the same: the filter starts from the first increment, at the stream's
+/// start and after lost samples.
+#[test]
+fn a_steady_turn_bends_nothing_from_its_first_sample_on() {
+    fn turned<N: NumberSystem>(flexure_s2: CrossAxis<f64>) -> Vec<[i32; 3]> {
+        let chain = Chain::<N>::new(&fine().with(|p| p.flexure_s2 = flexure_s2)).expect("in range");
+        let mut state = ChainState::new();
+        let mut frames = Vec::new();
+        for k in 0..200 {
+            let lost = if k == 90 { 2 } else { 0 };
+            frames.extend(chain.process_lost(&mut state, lost));
+            let pulse_counts = [7_000_000, -5_000_000, 6_000_000].map(|n| n * (1 + lost as i32));
+            let sample = Sample {
+                pulse_counts,
+                ..Sample::default()
+            };
+            frames.extend(chain.process(&mut state, &sample));
+        }
+        frames.into_iter().map(|frame| frame.dtheta_codes).collect()
+    }
+    assert_eq!(
+        turned::<F32>(TABLE_3_S2),
+        turned::<F32>(CrossAxis::default())
+    );
+    assert_eq!(
+        turned::<Fixed>(TABLE_3_S2),
+        turned::<Fixed>(CrossAxis::default())
+    );
 }
