@@ -5,14 +5,13 @@
 //! contiguous blocks keep their sums. (inference.md, B6.)
 
 use nalgebra::{DMatrix, DVector};
-use rlg_inference::Dct;
-use rlg_inference::linear::invert;
 use rlg_signal::axes::Triad;
 
 use crate::block_sums::{BlockSums, Sums};
 use crate::equations::Band;
 use crate::increments::Increments;
-use crate::noise::{Alike, Levels, NoiseTerms};
+use crate::noise::{Levels, NoiseTerms};
+use crate::whitener::Whitener;
 
 /// Sums of all blocks over all parameters, with the rows that they are of.
 pub struct Blocks<'a> {
@@ -42,7 +41,7 @@ impl<'a> Blocks<'a> {
         columns: &mut dyn Iterator<Item = Triad>,
         (precisions, moved): (&[f64], &[f64]),
     ) -> Self {
-        let whitener = Whitener::new(band, terms, levels, &increments.free);
+        let whitener = Whitener::new(band, terms, levels, increments);
         let record = whitener.whiten(rows_rad);
         let columns: Vec<Triad> = columns.map(|column| whitener.whiten(&column)).collect();
         let span_s = increments.period_s * increments.rows() as f64;
@@ -163,80 +162,4 @@ fn within(values: &Triad, range: &std::ops::Range<usize>) -> Vec<f64> {
 fn matrix(columns: &[Triad], range: &std::ops::Range<usize>) -> DMatrix<f64> {
     let values = columns.iter().flat_map(|column| within(column, range));
     DMatrix::from_iterator(3 * range.len(), columns.len(), values)
-}
-
-/// Divides by the noise, keeps the frequencies that are looked at, and projects free rows out.
-#[derive(Clone)]
-struct Whitener<'a> {
-    band: &'a Band,
-    inverse: Dct,
-    alike: Alike,
-    /// By group of records that have one noise.
-    groups: Vec<OfGroup>,
-}
-
-/// What divides records of one noise.
-#[derive(Clone)]
-struct OfGroup {
-    weights: Vec<f64>,
-    /// Whitened free rows, one axis.
-    free: Vec<Vec<f64>>,
-    of_free: DMatrix<f64>,
-}
-
-impl<'a> Whitener<'a> {
-    fn new(band: &'a Band, terms: &NoiseTerms, levels: &Levels, free: &[usize]) -> Self {
-        let inverse = Dct::new(band.cut);
-        let of_group = |axes: &&[usize]| {
-            let powers = terms.of_coefficients(levels.of(axes[0]));
-            let powers = powers[..band.cut].iter();
-            let weights: Vec<f64> = powers.map(|power| 1.0 / power.sqrt()).collect();
-            let rows: Vec<Vec<f64>> = free
-                .iter()
-                .map(|&row| weighted(&inverse, &weights, band.of_row(row)))
-                .collect();
-            let gram = DMatrix::from_fn(rows.len(), rows.len(), |a, b| dot(&rows[a], &rows[b]));
-            OfGroup {
-                weights,
-                of_free: invert(&gram).0,
-                free: rows,
-            }
-        };
-        Self {
-            groups: terms.alike.iter().map(of_group).collect(),
-            alike: terms.alike,
-            inverse,
-            band,
-        }
-    }
-
-    fn whiten(&self, values: &Triad) -> Triad {
-        let mut all = Triad::default();
-        for (axes, group) in self.alike.iter().zip(&self.groups) {
-            for &axis in *axes {
-                let spectrum = self.band.spectrum(&values[axis]);
-                let mut white = weighted(&self.inverse, &group.weights, spectrum);
-                let along = group.free.iter().map(|free| dot(free, &white));
-                let along = DVector::from_iterator(group.free.len(), along);
-                let sizes = &group.of_free * along;
-                for (free, size) in group.free.iter().zip(sizes.iter()) {
-                    rlg_signal::axes::add(&mut white, free, -size);
-                }
-                all[axis] = white;
-            }
-        }
-        all
-    }
-}
-
-fn weighted(inverse: &Dct, weights: &[f64], mut spectrum: Vec<f64>) -> Vec<f64> {
-    for (value, weight) in spectrum.iter_mut().zip(weights) {
-        *value *= weight;
-    }
-    inverse.inverse(&mut spectrum);
-    spectrum
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -1,7 +1,7 @@
 //! Which groups of the registration and which effects of physics the sums of blocks call for.
 
 use rlg_catalogue::Candidate;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use crate::alignment::{Alignment, COUNT, Free, GROUPS, Group, group_at, in_order, places};
 use crate::block_sums::{BlockSums, Estimates, Statistic};
@@ -100,7 +100,13 @@ pub(crate) fn always_alike(kind: &str) -> &'static [&'static str] {
 
 pub(crate) fn chance(statistic: &Statistic, groups: usize) -> f64 {
     let squared = statistic.squared_size / statistic.design_effect;
-    let tail = ChiSquared::new(statistic.count.max(1) as f64).map_or(1.0, |law| law.sf(squared));
+    let count = statistic.count.max(1) as f64;
+    let tail = match statistic.degrees.is_finite() {
+        true => {
+            FisherSnedecor::new(count, statistic.degrees).map_or(1.0, |law| law.sf(squared / count))
+        }
+        false => ChiSquared::new(count).map_or(1.0, |law| law.sf(squared)),
+    };
     (tail * groups as f64).min(1.0)
 }
 
@@ -161,7 +167,7 @@ impl Choice<'_> {
         let is_near = |one: &Statistic| one.gain(GROUPS.len(), false) > self.plan.least_gain;
         let statistic = self.sums.statistic_beyond(beside, &own, is_near);
         let is_seen = statistic.gain(GROUPS.len(), true) > self.plan.least_gain
-            && self.sums.share(beside, &own) > self.plan.least_share_of_registration;
+            && self.sums.predicted(beside, &own).log_likelihood > 0.0;
         // Of two that are seen all rows decide; how far blocks disagree is too rough for that.
         (is_seen, statistic.gain(GROUPS.len(), false))
     }
@@ -187,12 +193,13 @@ impl Choice<'_> {
         let statistic = self.sums.statistic(&beside, &own);
         let gain = statistic.gain(GROUPS.len(), true);
         let mut alike = self.rivals(&beside, &statistic, named);
+        let least = statistic.compared(GROUPS.len()) - self.plan.alike_within;
         alike.extend(
             others(chosen)
                 .filter(|other| {
                     let own: Vec<usize> = places(other.kind).collect();
                     let rival = self.sums.statistic(&beside, &own);
-                    rival.gain_beside(&statistic, GROUPS.len()) > gain - self.plan.alike_within
+                    rival.compared_with(&statistic, GROUPS.len()) > least
                 })
                 .map(|other| other.kind),
         );
@@ -204,7 +211,7 @@ impl Choice<'_> {
         Named {
             kind: group.kind,
             step: None,
-            share: self.sums.share(&beside, &own),
+            share: self.sums.predicted(&beside, &own).share,
             behind: self.behind(&beside, &statistic),
             places: own,
             statistic,
@@ -237,13 +244,13 @@ impl Choice<'_> {
                 return None;
             }
             let (candidate, own) = &effects[place];
-            let share = self.sums.share(set, own);
-            (share > self.plan.least_share).then(|| Named {
+            let predicted = self.sums.predicted(set, own);
+            (predicted.log_likelihood > self.plan.least_predicted).then(|| Named {
                 kind: candidate.kind,
                 places: own.clone(),
                 statistic,
                 gain,
-                share,
+                share: predicted.share,
                 p_value: chance(&statistic, groups),
                 step: None,
                 alike: Vec::new(),
@@ -271,13 +278,13 @@ impl Choice<'_> {
         named: &[&str],
     ) -> Vec<&'static str> {
         let groups = self.candidates.effects.len();
-        let least = winner.gain(groups, true) - self.plan.alike_within;
+        let least = winner.compared(groups) - self.plan.alike_within;
         let effects = self.candidates.effects.iter();
         effects
             .filter(|(candidate, _)| !named.contains(&candidate.kind))
             .filter(|(_, own)| {
                 let rival = self.sums.statistic(beside, own);
-                rival.gain_beside(winner, groups) > least
+                rival.compared_with(winner, groups) > least
             })
             .map(|(candidate, _)| candidate.kind)
             .collect()

@@ -14,11 +14,11 @@ use rlg_signal::axes::Triad;
 use rlg_signal::channels::SAME_ROW;
 use rlg_signal::streams::Streams;
 
-use crate::about::About;
+use crate::about::{About, Gyros};
 use crate::alignment::{Alignment, Free, places};
 use crate::case_motion;
 use crate::channels;
-use crate::choice::Candidates;
+use crate::choice::{Candidates, Named};
 use crate::coarse::Start;
 use crate::conventions;
 use crate::equations::ParameterColumn;
@@ -194,15 +194,14 @@ fn of_many(
     }
     let (pool, effects) = gyro.candidates(settings.left_out);
     let candidates = Candidates::new(effects);
-    let searched = |registered: &Registration, gyro: &Gyro, observed: &Observed| {
+    let searched = |registered: Registration, gyro: &Gyro, observed: &Observed| {
         progress("searching for physics");
-        let beyond = registered.alignment.beyond(of_model);
-        let about = (of_model, &beyond);
-        let of = (gyro, &pool, &candidates);
+        let physics = (gyro, &pool, &candidates);
         let told = (&settings.plan, settings.seed);
-        search((&observed.gyros, registered), about, of, told)
+        searched((&observed.gyros, registered), of_model, physics, told)
     };
-    let mut found = searched(&registered, &gyro, observed);
+    let mut found;
+    (registered, found) = searched(registered, &gyro, observed);
     // Once more about what is called for beside physics: the rest is then near enough to be linear.
     let now = found.groups();
     if now != free {
@@ -213,7 +212,7 @@ fn of_many(
             registered = again.weighed(&observed.gyros, of_model);
             registered.rivals = rivals;
             gyro = observed.gyro(&registered.about, model_file)?;
-            found = searched(&registered, &gyro, observed);
+            (registered, found) = searched(registered, &gyro, observed);
         }
     }
     Ok(Some(Fitted {
@@ -224,6 +223,52 @@ fn of_many(
         found,
         few: None,
     }))
+}
+
+/// Searches for physics, and where there is any once more under the noise beside it: until then it was noise.
+fn searched(
+    (gyros, mut registered): (&Gyros, Registration),
+    of_model: &Alignment,
+    physics: (&Gyro, &Pool, &Candidates),
+    told: (&AttitudePlan, u64),
+) -> (Registration, Found) {
+    let beyond = registered.alignment.beyond(of_model);
+    let about = (of_model, &beyond);
+    let found = search((gyros, &registered), about, physics, told);
+    if found.physics.is_empty() {
+        return (registered, found);
+    }
+    let (gyro, pool, candidates) = physics;
+    let own = found.physics.iter();
+    let columns = own.flat_map(|named| named_columns(named, (gyro, pool, candidates), &registered));
+    let columns = columns.collect();
+    registered = registered.weighed_beside(gyros, of_model, columns);
+    let found = search((gyros, &registered), about, physics, told);
+    (registered, found)
+}
+
+/// Columns of an effect that was found.
+fn named_columns(
+    named: &Named,
+    (gyro, pool, candidates): (&Gyro, &Pool, &Candidates),
+    registered: &Registration,
+) -> Vec<ParameterColumn> {
+    let about = &registered.about;
+    let priced = |(values, prior_std)| ParameterColumn {
+        values,
+        prior_std,
+        prior_mean: 0.0,
+    };
+    if let Some(step) = named.step {
+        return vec![priced((step.column(about, gyro), f64::INFINITY))];
+    }
+    let mut effects = candidates.effects.iter();
+    let Some((candidate, _)) = effects.find(|(_, places)| *places == named.places) else {
+        return Vec::new();
+    };
+    let values = gyro.columns(pool, candidate, about).into_iter().enumerate();
+    let std = |k: usize| candidate.hypothesis.bound(k).std;
+    values.map(|(k, values)| priced((values, std(k)))).collect()
 }
 
 /// Fits attitudes so few that their noise is believed.

@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector};
 use rlg_inference::Dct;
 use rlg_signal::axes::Triad;
 
-use crate::noise::{Levels, NoiseTerms};
+use crate::noise::{Along, Levels, NoiseTerms};
+use crate::octaves::Octaves;
 
 /// A column of one parameter.
 pub struct ParameterColumn {
@@ -22,6 +23,8 @@ pub struct Band {
     rows: usize,
     /// Coefficients that are looked at.
     pub cut: usize,
+    /// The same in octaves.
+    pub octaves: Octaves,
 }
 
 /// Highest frequency that is looked at \[Hz\]: hands, vehicles and shakers of attitudes move below (inference.md, B3).
@@ -34,10 +37,12 @@ impl Band {
     /// Of records of `rows` rows a `period_s`.
     pub fn new(rows: usize, period_s: f64) -> Self {
         let cut = (2.0 * HIGHEST_HZ * period_s * rows as f64) as usize;
+        let cut = cut.clamp(LEAST_CUT.min(rows), rows);
         Self {
             dct: Dct::new(rows),
+            octaves: Octaves::new(cut),
             rows,
-            cut: cut.clamp(LEAST_CUT.min(rows), rows),
+            cut,
         }
     }
 
@@ -62,24 +67,48 @@ impl Band {
         spectrum
     }
 
+    /// A spectrum whose octaves are divided, sample by sample, by their levels.
+    pub fn levelled(&self, mut spectrum: Vec<f64>, levels: &[Option<Vec<f64>>]) -> Vec<f64> {
+        self.octaves.divide(&mut spectrum, levels);
+        spectrum
+    }
+
     /// Spectrum of a single row.
     pub fn of_row(&self, row: usize) -> Vec<f64> {
-        let mut values = vec![0.0; self.rows];
-        values[row] = 1.0;
-        self.spectrum(&values)
+        let rows = self.rows as f64;
+        let turn = std::f64::consts::PI * (row as f64 + 0.5) / rows;
+        let mut spectrum: Vec<f64> = (0..self.cut)
+            .map(|k| (2.0 / rows).sqrt() * (turn * k as f64).cos())
+            .collect();
+        spectrum[0] = rows.sqrt().recip();
+        spectrum
     }
 }
 
+/// Spectra of three records, divided by the noise's levels.
+fn levelled(band: &Band, spectra: &Triad, along: &Along) -> Triad {
+    std::array::from_fn(|axis| band.levelled(spectra[axis].clone(), &along[axis]))
+}
+
 /// Sums of products by bin.
+#[derive(Default)]
 pub struct Equations {
     /// Number of parameters, without those of free rows.
     pub parameters: usize,
-    spectra: [Vec<f64>; 3],
-    /// Spectra of every column, rows that are free last, scaled alike.
-    columns: Vec<[Vec<f64>; 3]>,
+    /// Spectra of every column, rows that are free last.
+    unlevelled: Vec<Triad>,
+    /// Standard deviation and centre of the priors of the columns.
+    priors: Vec<(f64, f64)>,
+    records: Triad,
+    /// Spectra of the records and of every column, divided by the noise's levels; columns scaled alike.
+    spectra: Triad,
+    columns: Vec<Triad>,
     scale: Vec<f64>,
     precision: Vec<f64>,
     centre: Vec<f64>,
+    along: Along,
+    /// What those levels add to every log likelihood.
+    log_levels: f64,
     /// By group of records that have one noise, and bin.
     gram: Vec<Vec<DMatrix<f64>>>,
     moments: Vec<Vec<DVector<f64>>>,
@@ -98,32 +127,54 @@ pub struct Fit {
     pub log_likelihood: f64,
     /// The same at the estimates: without a price of their number.
     pub explained: f64,
+    /// Estimates of all columns, free rows among them, as those are scaled; and their covariance.
+    solution: (DVector<f64>, DMatrix<f64>),
 }
 
 impl Equations {
     /// # Inputs
-    /// `free`: rows that say nothing.
+    /// `along`: the noise's levels; `free`: rows that say nothing.
     pub fn new(
         band: &Band,
         terms: &NoiseTerms,
-        rows_rad: &Triad,
+        (rows_rad, along): (&Triad, Along),
         columns: &[ParameterColumn],
         free: &[usize],
     ) -> Self {
-        let mut spectra: Vec<[Vec<f64>; 3]> = columns
+        let spectra = |values: &Triad| values.each_ref().map(|values| band.spectrum(values));
+        let mut unlevelled: Vec<Triad> = columns
             .iter()
-            .map(|column| column.values.each_ref().map(|values| band.spectrum(values)))
+            .map(|column| spectra(&column.values))
             .collect();
         for &row in free {
             let of_row = band.of_row(row);
-            spectra.extend((0..3).map(|axis| {
+            unlevelled.extend((0..3).map(|axis| {
                 std::array::from_fn(|own| match own == axis {
                     true => of_row.clone(),
                     false => Vec::new(),
                 })
             }));
         }
-        let scale: Vec<f64> = spectra
+        let priors = columns.iter().map(|one| (one.prior_std, one.prior_mean));
+        let mut equations = Self {
+            parameters: columns.len(),
+            priors: priors.collect(),
+            records: spectra(rows_rad),
+            unlevelled,
+            ..Self::default()
+        };
+        equations.set_levels(band, terms, along);
+        equations
+    }
+
+    /// Takes other levels of the noise along the record.
+    pub fn set_levels(&mut self, band: &Band, terms: &NoiseTerms, along: Along) {
+        let mut columns: Vec<Triad> = self
+            .unlevelled
+            .iter()
+            .map(|column| levelled(band, column, &along))
+            .collect();
+        self.scale = columns
             .iter_mut()
             .map(|column| {
                 let power: f64 = column.iter().flatten().map(|value| value * value).sum();
@@ -135,40 +186,37 @@ impl Equations {
                 scale
             })
             .collect();
-        let of_columns = |of: &dyn Fn(usize, &ParameterColumn) -> f64| -> Vec<f64> {
-            let all = columns.iter().enumerate();
-            let mut values: Vec<f64> = all.map(|(k, column)| of(k, column)).collect();
-            values.resize(spectra.len(), 0.0);
-            values
-        };
-        let mut equations = Self {
-            parameters: columns.len(),
-            precision: of_columns(&|k, column| (scale[k] / column.prior_std).powi(2)),
-            centre: of_columns(&|k, column| column.prior_mean / scale[k]),
-            spectra: Default::default(),
-            columns: spectra,
-            scale,
-            gram: Vec::new(),
-            moments: Vec::new(),
-            energy: Vec::new(),
-        };
+        let pairs = || self.priors.iter().zip(&self.scale);
+        let precision = pairs().map(|((std, _), scale)| (scale / std).powi(2));
+        let centre = pairs().map(|((_, mean), scale)| mean / scale);
+        let [mut precision, mut centre]: [Vec<f64>; 2] = [precision.collect(), centre.collect()];
+        precision.resize(columns.len(), 0.0);
+        centre.resize(columns.len(), 0.0);
+        (self.precision, self.centre) = (precision, centre);
+        self.columns = columns;
+        let logs = along.iter().flatten().flatten().flatten();
+        self.log_levels = -logs.map(|level| level.ln()).sum::<f64>();
+        self.along = along;
         let of_group = |axes: &&[usize]| {
             let bins = terms.edges.windows(2);
-            bins.map(|bin| equations.products(bin[0]..bin[1], axes))
+            bins.map(|bin| self.products(bin[0]..bin[1], axes))
                 .collect()
         };
-        let gram = terms.alike.iter().map(of_group).collect();
-        equations.gram = gram;
-        equations.set_records(band, terms, rows_rad);
-        equations
+        self.gram = terms.alike.iter().map(of_group).collect();
+        self.take(band, terms);
     }
 
     /// Takes other records on the same columns.
     pub fn set_records(&mut self, band: &Band, terms: &NoiseTerms, rows_rad: &Triad) {
-        self.spectra = rows_rad.each_ref().map(|values| band.spectrum(values));
+        self.records = rows_rad.each_ref().map(|values| band.spectrum(values));
+        self.take(band, terms);
+    }
+
+    fn take(&mut self, band: &Band, terms: &NoiseTerms) {
+        self.spectra = levelled(band, &self.records, &self.along);
         let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
         let of_bin = |axes: &[usize], bin: std::ops::Range<usize>| {
-            let of = |column: &[Vec<f64>; 3]| -> f64 {
+            let of = |column: &Triad| -> f64 {
                 let pairs = axes
                     .iter()
                     .map(|&axis| (&column[axis], &self.spectra[axis]));
@@ -241,6 +289,7 @@ impl Equations {
                     estimate: scaled(&|k| estimate[k]),
                     std: scaled(&|k| covariance[(k, k)].max(0.0).sqrt()),
                     levels,
+                    solution: (estimate, covariance),
                 };
             }
             last = log_likelihood;
@@ -263,6 +312,51 @@ impl Equations {
         }
     }
 
+    /// Expected squares of the noise at each sample of every octave of an axis, in its mean power: what a fit leaves, and what
+    /// it takes of the noise.
+    pub fn squares(
+        &self,
+        (band, terms): (&Band, &NoiseTerms),
+        fit: &Fit,
+        axis: usize,
+    ) -> Vec<Vec<f64>> {
+        let powers = terms.of_coefficients(fit.levels.of(axis));
+        let series = |spectrum: &[f64]| -> Vec<Vec<f64>> {
+            let pairs = spectrum.iter().zip(&powers);
+            let white: Vec<f64> = pairs.map(|(value, power)| value / power.sqrt()).collect();
+            band.octaves.series(&white).collect()
+        };
+        let present: Vec<usize> = (0..self.columns.len())
+            .filter(|k| !self.columns[*k][axis].is_empty())
+            .collect();
+        let (estimate, covariance) = &fit.solution;
+        let own = covariance.select_rows(&present).select_columns(&present);
+        let mut left = self.spectra[axis].clone();
+        for &k in &present {
+            rlg_signal::axes::add(&mut left, &self.columns[k][axis], -estimate[k]);
+        }
+        let columns: Vec<Vec<Vec<f64>>> = present
+            .iter()
+            .map(|&k| series(&self.columns[k][axis]))
+            .collect();
+        let of_octave = |(octave, left): (usize, Vec<f64>)| -> Vec<f64> {
+            let rows =
+                DMatrix::from_fn(left.len(), present.len(), |row, k| columns[k][octave][row]);
+            let taken = (&rows * &own).component_mul(&rows).column_sum();
+            let levels = self.along[axis].get(octave).and_then(Option::as_ref);
+            let level = |sample: usize| levels.map_or(1.0, |levels| levels[sample]);
+            let samples = left.iter().zip(&taken).enumerate();
+            samples
+                .map(|(k, (left, taken))| (left * left + taken) * level(k).powi(2))
+                .collect()
+        };
+        series(&left)
+            .into_iter()
+            .enumerate()
+            .map(of_octave)
+            .collect()
+    }
+
     /// Log likelihood where some parameters are what the records are linear about, less what is believed of those.
     pub fn log_likelihood_here(&self, terms: &NoiseTerms, start: &Levels, here: &[usize]) -> f64 {
         let kept: Vec<usize> = (0..self.precision.len())
@@ -277,14 +371,14 @@ impl Equations {
         };
         let others = Self {
             parameters: self.parameters - here.len(),
-            spectra: Default::default(),
-            columns: Vec::new(),
             scale: of(&self.scale),
             precision: of(&self.precision),
             centre: of(&self.centre),
+            log_levels: self.log_levels,
             gram: self.gram.iter().map(of_grams).collect(),
             moments: self.moments.iter().map(of_moments).collect(),
             energy: self.energy.clone(),
+            ..Self::default()
         };
         let believed = here
             .iter()
@@ -301,7 +395,7 @@ impl Equations {
         let believed: f64 = believed
             .map(|(precision, centre)| precision * centre * centre)
             .sum();
-        let mut log_likelihood = terms.log_determinant(powers) - 0.5 * believed;
+        let mut log_likelihood = terms.log_determinant(powers) + self.log_levels - 0.5 * believed;
         for (group, powers) in powers.iter().enumerate() {
             for (bin, power) in powers.iter().enumerate() {
                 precision += &self.gram[group][bin] / *power;

@@ -206,6 +206,7 @@ impl FewSearch<'_> {
         let statistic = Statistic {
             squared_size: values.dot(&(precision * &values)),
             design_effect: 1.0,
+            degrees: f64::INFINITY,
             count,
         };
         let gain = whole.log_evidence - left.log_evidence + own.price;

@@ -215,8 +215,14 @@ fn reference_line(said: &Said) -> String {
     };
     let noise_rad = said.registered.levels.mean(1).sqrt();
     let Some(few) = said.few else {
+        let changes = match said.registered.levels.range() {
+            1.0 => String::new(),
+            range => format!(
+                ", in the mean: noise is up to {range:.0} times louder at one time than at another"
+            ),
+        };
         return format!(
-            "Reference: {count} {what}, one every {:.4} s, {noise_rad:.2e} rad of white noise; the last fifth is held out.",
+            "Reference: {count} {what}, one every {:.4} s, {noise_rad:.2e} rad of white noise{changes}; the last fifth is held out.",
             increments.period_s,
         );
     };

@@ -5,7 +5,9 @@ use rlg_signal::axes::Triad;
 use crate::alignment::{Alignment, GROUPS, LOW_PASS_STD_S};
 use crate::equations::{Band, Equations, Fit, ParameterColumn};
 use crate::increments::Increments;
-use crate::noise::{Levels, NoiseTerms};
+use crate::modulation::{Modulation, Piece};
+use crate::noise::{Along, Levels, NoiseTerms};
+use crate::octaves::time_s;
 use crate::outliers::Weighted;
 
 /// Columns about an alignment with the priors of their groups, about what the model says.
@@ -62,10 +64,14 @@ impl Fitting {
             .with_walk(walk, period_s)
             .with_alike(increments.alike);
         let rows_rad = &increments.rows_rad;
-        let equations = Equations::new(&band, &terms, rows_rad, &columns, &increments.free);
-        let start = levels
-            .filter(|levels| levels.terms() == terms.count())
-            .unwrap_or_else(|| terms.start(equations.energy()));
+        let known = levels.filter(|levels| levels.terms() == terms.count());
+        let along = match &known {
+            Some(levels) => levels.along(&band.octaves, &increments.times_s),
+            None => Along::default(),
+        };
+        let rows = (rows_rad, along);
+        let equations = Equations::new(&band, &terms, rows, &columns, &increments.free);
+        let start = known.unwrap_or_else(|| terms.start(equations.energy()));
         let fit = equations.fit(&terms, &start);
         Self {
             band,
@@ -98,8 +104,33 @@ impl Fitting {
     }
 
     /// Rows divided by the power of the noise.
-    pub fn weighted(&self, left_rad: &Triad) -> Weighted {
-        Weighted::new(&self.band, &self.terms, left_rad, &self.fit.levels)
+    pub fn weighted(&self, left_rad: &Triad, increments: &Increments) -> Weighted {
+        let noise = (&self.band, &self.terms, &self.fit.levels);
+        Weighted::new(noise, left_rad, &increments.times_s)
+    }
+
+    /// The noise's levels with those that pieces of the record show, in every octave.
+    pub fn levels_along(&self, times_s: &[f64]) -> Levels {
+        let of_group = |axes: &&[usize]| -> Vec<Modulation> {
+            let noise = (&self.band, &self.terms);
+            let squares = |axis: &usize| self.equations.squares(noise, &self.fit, *axis);
+            let of_axes: Vec<Vec<Vec<f64>>> = axes.iter().map(squares).collect();
+            let of_octave = |octave: usize| {
+                let series: Vec<&[f64]> = of_axes.iter().map(|one| &one[octave][..]).collect();
+                Modulation::of_pieces(&pieces(&series, times_s))
+            };
+            (0..of_axes[0].len()).map(of_octave).collect()
+        };
+        let groups = self.terms.alike.iter();
+        self.fit.levels.modulated(groups.map(of_group).collect())
+    }
+
+    /// Fits again, the noise at the levels that pieces of the record show.
+    pub fn modulate(&mut self, times_s: &[f64]) {
+        let levels = self.levels_along(times_s);
+        let along = levels.along(&self.band.octaves, times_s);
+        self.equations.set_levels(&self.band, &self.terms, along);
+        self.fit = self.equations.fit(&self.terms, &levels);
     }
 
     /// Shrinks the errors of single stamps beyond what noise makes, adds them to `corrected_rad`, and fits again.
@@ -108,7 +139,7 @@ impl Fitting {
         rlg_signal::axes::add_triad(&mut rows_rad, corrected_rad, -1.0);
         let mut left = self.left_rad(&rows_rad);
         increments.silence_free(&mut left, |_| true);
-        let errors = self.weighted(&left).outliers_rad();
+        let errors = self.weighted(&left, increments).outliers_rad();
         for (rows, (corrected, errors)) in rows_rad
             .iter_mut()
             .zip(corrected_rad.iter_mut().zip(&errors))
@@ -128,4 +159,28 @@ impl Fitting {
             .set_records(&self.band, &self.terms, rows_rad);
         self.fit = self.equations.fit(&self.terms, &self.fit.levels);
     }
+}
+
+/// The shortest pieces of an octave of records that have one noise.
+///
+/// # Inputs
+/// `squares`: of each sample, by record; `times_s`: of the stamps.
+fn pieces(squares: &[&[f64]], times_s: &[f64]) -> Vec<Piece> {
+    /// Least numbers of a piece.
+    const COUNT: usize = 6;
+    let samples = squares[0].len();
+    let count = samples / COUNT.div_ceil(squares.len());
+    let of_range = |range: std::ops::Range<usize>| {
+        let middle = 0.5 * (range.start + range.end) as f64;
+        let energies = squares
+            .iter()
+            .map(|one| one[range.clone()].iter().sum::<f64>());
+        Piece {
+            middle_s: time_s(times_s, middle, samples),
+            energy: energies.sum(),
+            count: (squares.len() * range.len()) as f64,
+        }
+    };
+    let each = (0..count).map(|k| k * samples / count..(k + 1) * samples / count);
+    each.map(of_range).collect()
 }

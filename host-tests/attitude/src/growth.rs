@@ -61,10 +61,10 @@ impl Growth<'_> {
         let called = (self.called_for)(&at_model.weighed(gyros, model));
         let is_off = !called.free.is_empty();
         let start = if is_off { far } else { model.clone() };
-        let mut grown = vec![self.from(of_known, start, none)?];
+        let mut grown = vec![self.from(of_known, start, none, &[])?];
         for free in called.nearly {
             let start = self.start.of(&free, model);
-            let again = self.from(of_known, start, free);
+            let again = self.from(of_known, start, free, &grown);
             grown.extend(again.filter(|again| grown.iter().all(|one| !is_same(one, again))));
         }
         let grown = grown.into_iter();
@@ -76,8 +76,14 @@ impl Growth<'_> {
         })
     }
 
-    /// Grows from some groups.
-    fn from(&self, of_known: Records, mut start: Alignment, mut free: Free) -> Option<Grown> {
+    /// Grows from some groups; `None` where that leads to one of `others` again.
+    fn from(
+        &self,
+        of_known: Records,
+        mut start: Alignment,
+        mut free: Free,
+        others: &[Grown],
+    ) -> Option<Grown> {
         /// Most rounds.
         const ROUNDS: usize = 8;
         let Self { of, model, .. } = *self;
@@ -97,6 +103,11 @@ impl Growth<'_> {
             }
             let moved = registered.alignment.with(&now, model);
             (start, free) = (moved.moved(&step.estimate), now);
+            let is_there =
+                |(other, of): &Grown| *of == free && step.lead_to(&start, &other.alignment);
+            if others.iter().any(is_there) {
+                return None;
+            }
         }
     }
 

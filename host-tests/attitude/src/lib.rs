@@ -3,9 +3,9 @@
 //! In the order of the data: `conventions` (body to navigation frame, w first) → `channels` (the same axes, signs and
 //! units) → `coarse` (delay and rotation far off) →
 //! `gyro_motion` (the gyros' own attitude, `dither` taken out) → `increments` (rows of the likelihood, between stamps) →
-//! `growth` of the `registration` (what aligns two instruments, always beside; on `equations` with the `noise` at its best, columns of
-//! `conditioned` motion, without `reference_faults`) → `physics` (effects of the catalogue, carried through the attitude) →
-//! `search` (the `choice` by what `blocks` of rows agree on, by their `block_sums` alone; `steps` of a bias; a `self_test` of
+//! `growth` of the `registration` (what aligns two instruments, always beside; on `equations` with the `noise` at its best, whose
+//! level has a `modulation` in each of the `octaves`, columns of `conditioned` motion, without `reference_faults`) → `physics` (effects of the catalogue, carried through the attitude) →
+//! `search` (the `choice` by what `blocks` of rows, made white by the `whitener`, agree on, by their `block_sums` alone; `steps` of a bias; a `self_test` of
 //! both) → `held_out`, `promise` and `findings`. What is left of the gyros' own motion is handed on (`case_motion`): it carries gravity past accelerometers.
 //!
 //! A reference that sums up increments is one, too: sums are compared with sums, and nothing is turned.
@@ -22,9 +22,15 @@ mod dither;
 
 mod increments;
 
+mod modulation;
+
+mod octaves;
+
 mod noise;
 
 mod equations;
+
+mod whitener;
 
 mod conditioned;
 

@@ -6,12 +6,16 @@
 //! With λ = 4 sin²(π k / 2n) the increments of an attitude error hold: angle random walk of the gyros (constant), white
 //! noise of the attitude (λ), and attitude that wanders and comes back, as an Ornstein-Uhlenbeck process of several times
 //! (λ over λ plus its corner). No drift of the rate: beside rest and motion of one record it takes a bias for itself.
-//! (inference.md, B3.)
+//! (inference.md, B3.) Rest and motion differ in noise, and not by one factor at all frequencies: the levels are means over
+//! the record, of which each octave of the spectrum has a course in time (`modulation`).
 
 use std::f64::consts::PI;
 
 use rlg_findings::excess::excess_square;
 use rlg_model::Model;
+
+use crate::modulation::Modulation;
+use crate::octaves::Octaves;
 
 /// Times after which an attitude comes back \[s\].
 const RETURN_TIMES_S: [f64; 6] = [0.1, 0.3, 1.0, 3.0, 10.0, 30.0];
@@ -40,32 +44,82 @@ pub const ALL_ALIKE: Alike = &[&[0, 1, 2]];
 /// A noise for each.
 pub const EACH_ITS_OWN: Alike = &[&[0], &[1], &[2]];
 
-/// Levels of the noise terms, by group of records.
+/// Levels of the noise terms, by group of records: powers in the mean over the record.
 #[derive(Debug, Clone)]
-pub struct Levels(Vec<Vec<f64>>);
+pub struct Levels {
+    terms: Vec<Vec<f64>>,
+    /// How they change along the record, by octave; none where they do not.
+    modulations: Vec<Vec<Modulation>>,
+}
 
 impl Levels {
+    fn new(terms: Vec<Vec<f64>>) -> Self {
+        Self {
+            modulations: vec![Vec::new(); terms.len()],
+            terms,
+        }
+    }
+
     /// The same for all records.
     pub fn of_all(levels: Vec<f64>) -> Self {
-        Self(vec![levels])
+        Self::new(vec![levels])
     }
 
     /// Levels of one axis.
     pub fn of(&self, axis: usize) -> &[f64] {
-        &self.0[axis.min(self.0.len() - 1)]
+        &self.terms[axis.min(self.terms.len() - 1)]
     }
 
     /// Mean level of a term over the groups.
     pub fn mean(&self, term: usize) -> f64 {
-        let each = self.0.iter().map(|levels| levels[term]);
-        each.sum::<f64>() / self.0.len() as f64
+        let each = self.terms.iter().map(|levels| levels[term]);
+        each.sum::<f64>() / self.terms.len() as f64
     }
 
     /// Number of terms.
     pub fn terms(&self) -> usize {
-        self.0[0].len()
+        self.terms[0].len()
+    }
+
+    /// The same terms, modulated by others: by group and octave.
+    pub fn modulated(&self, modulations: Vec<Vec<Modulation>>) -> Self {
+        Self {
+            terms: self.terms.clone(),
+            modulations,
+        }
+    }
+
+    /// How the noise of one axis changes in each octave.
+    pub fn modulation(&self, axis: usize) -> &[Modulation] {
+        &self.modulations[axis.min(self.modulations.len() - 1)]
+    }
+
+    /// The largest level of any octave over its least; 1 where none changes.
+    pub fn range(&self) -> f64 {
+        let each = self.modulations.iter().flatten().map(Modulation::range);
+        let ratios = each.map(|[least, largest]| largest / least);
+        ratios.fold(1.0, f64::max)
+    }
+
+    /// Level of every sample of every octave, by axis, of rows between `times_s`.
+    pub fn along(&self, octaves: &Octaves, times_s: &[f64]) -> Along {
+        [0, 1, 2].map(|axis| octaves.levels(self.modulation(axis), times_s))
+    }
+
+    /// Level of every row in the highest octave; `None` where all have one.
+    pub fn of_rows(&self, axis: usize, times_s: &[f64]) -> Option<Vec<f64>> {
+        let highest = self.modulation(axis).last();
+        let highest = highest.filter(|modulation| !modulation.is_none())?;
+        let rows = times_s.windows(2);
+        Some(
+            rows.map(|row| highest.at(0.5 * (row[0] + row[1])))
+                .collect(),
+        )
     }
 }
+
+/// Level of every sample, by axis and octave; `None` where all have one.
+pub type Along = [Vec<Option<Vec<f64>>>; 3];
 
 /// Random walk of gyros and reference that a model declares \[rad/√s\].
 pub fn declared_walk_rad_sqrt_s(model: &Model) -> Option<f64> {
@@ -187,7 +241,7 @@ impl NoiseTerms {
 
     /// Power in every bin, by group.
     pub fn of_bins(&self, levels: &Levels) -> Vec<Vec<f64>> {
-        levels.0.iter().map(|own| self.of_group(own)).collect()
+        levels.terms.iter().map(|own| self.of_group(own)).collect()
     }
 
     fn of_group(&self, levels: &[f64]) -> Vec<f64> {
@@ -226,7 +280,7 @@ impl NoiseTerms {
     /// `powers`: sums of squares in each bin, by group.
     pub fn start(&self, powers: &[Vec<f64>]) -> Levels {
         let groups = self.alike.iter().zip(powers);
-        Levels(
+        Levels::new(
             groups
                 .map(|(axes, powers)| self.start_of(powers, axes))
                 .collect(),
@@ -261,12 +315,13 @@ impl NoiseTerms {
 
     /// Levels ≥ 0 that maximise −½ Σ count (ln S + P/S), by steps that multiply: each gains, from anywhere.
     pub fn fit(&self, powers: &[Vec<f64>], start: &Levels) -> Levels {
-        let groups = self.alike.iter().zip(powers).zip(&start.0);
-        Levels(
-            groups
+        let groups = self.alike.iter().zip(powers).zip(&start.terms);
+        Levels {
+            terms: groups
                 .map(|((axes, powers), start)| self.fit_of(powers, axes, start))
                 .collect(),
-        )
+            modulations: start.modulations.clone(),
+        }
     }
 
     fn fit_of(&self, powers: &[f64], axes: &[usize], start: &[f64]) -> Vec<f64> {
@@ -378,7 +433,7 @@ mod tests {
     fn records_that_are_not_alike_have_levels_of_their_own() {
         let terms = NoiseTerms::new(4000, 0.01, 4000, true).with_alike(EACH_ITS_OWN);
         // An encoder about z, and axes about which a table does not turn.
-        let truth = Levels(vec![
+        let truth = Levels::new(vec![
             vec![2e-9, 1e-13, 1e-13],
             vec![3e-9, 1e-13, 1e-13],
             vec![2e-9, 5e-8, 1e-13],

@@ -14,6 +14,8 @@ pub(crate) const MEDIAN_CHI_SQUARED: f64 = 2.366;
 /// Rows divided by the noise's power, and what a number of them weighs.
 pub struct Weighted {
     rows: Triad,
+    /// Level of each row, by axis; `None` of one level.
+    along: [Option<Vec<f64>>; 3],
     alike: Alike,
     /// By axis.
     jump_information: [f64; 3],
@@ -22,16 +24,27 @@ pub struct Weighted {
 
 impl Weighted {
     /// # Inputs
-    /// `left_rad`: rows less all that is fitted; `levels`: of the noise.
-    pub fn new(band: &Band, terms: &NoiseTerms, left_rad: &Triad, levels: &Levels) -> Self {
+    /// `left_rad`: rows less all that is fitted, between `times_s`; `levels`: of the noise.
+    pub fn new(
+        (band, terms, levels): (&Band, &NoiseTerms, &Levels),
+        left_rad: &Triad,
+        times_s: &[f64],
+    ) -> Self {
         let powers = [0, 1, 2].map(|axis| terms.of_coefficients(levels.of(axis)));
         let mean = |axis: usize, of: &dyn Fn(f64) -> f64| {
             let pairs = terms.lambda.iter().zip(&powers[axis]);
             let sum: f64 = pairs.map(|(lambda, power)| of(*lambda) / power).sum();
             sum / powers[axis].len() as f64
         };
+        let along = [0, 1, 2].map(|axis| levels.of_rows(axis, times_s));
         Self {
-            rows: [0, 1, 2].map(|axis: usize| band.divided(&left_rad[axis], &powers[axis])),
+            rows: [0, 1, 2].map(|axis: usize| {
+                let left = left_rad[axis].iter().enumerate();
+                let level = |row: usize| along[axis].as_ref().map_or(1.0, |levels| levels[row]);
+                let rows: Vec<f64> = left.map(|(row, left)| left / level(row)).collect();
+                band.divided(&rows, &powers[axis])
+            }),
+            along,
             alike: terms.alike,
             jump_information: [0, 1, 2].map(|axis| mean(axis, &|_| 1.0)),
             stamp_information: [0, 1, 2].map(|axis| mean(axis, &|lambda| lambda)),
@@ -43,24 +56,41 @@ impl Weighted {
         self.rows[0].len()
     }
 
+    /// Level of a row, and of the stamp before it.
+    fn level(&self, axis: usize, row: usize) -> f64 {
+        let levels = self.along[axis].as_ref();
+        levels.map_or(1.0, |levels| levels[row.min(levels.len() - 1)])
+    }
+
+    fn scaled(&self, values: [f64; 3], row: usize) -> [f64; 3] {
+        [0, 1, 2].map(|axis: usize| values[axis] * self.level(axis, row))
+    }
+
     /// Best estimate of a jump in a row \[rad\].
     pub fn jump_rad(&self, row: usize) -> [f64; 3] {
-        [0, 1, 2].map(|axis: usize| self.rows[axis][row] / self.jump_information[axis])
+        self.scaled(self.jump(row), row)
     }
 
     /// Standard deviation of each of its numbers \[rad\].
-    pub fn jump_std_rad(&self) -> [f64; 3] {
-        self.jump_information
-            .map(|information| information.powf(-0.5))
+    pub fn jump_std_rad(&self, row: usize) -> [f64; 3] {
+        let std = self
+            .jump_information
+            .map(|information| information.powf(-0.5));
+        self.scaled(std, row)
+    }
+
+    /// A jump in a row, in levels of that row.
+    fn jump(&self, row: usize) -> [f64; 3] {
+        [0, 1, 2].map(|axis: usize| self.rows[axis][row] / self.jump_information[axis])
     }
 
     /// Squared size of a jump in a row, in standard deviations.
     pub fn of_jump(&self, row: usize) -> f64 {
-        self.squared(self.jump_rad(row), self.jump_information)
+        self.squared(self.jump(row), self.jump_information)
     }
 
-    /// Best estimate of the error of a stamp, between the rows before and after \[rad\].
-    fn stamp_rad(&self, stamp: usize) -> [f64; 3] {
+    /// Best estimate of the error of a stamp, between the rows before and after, in levels of the noise there.
+    fn stamp(&self, stamp: usize) -> [f64; 3] {
         [0, 1, 2].map(|axis: usize| {
             let of_row = |row: Option<usize>| row.and_then(|row| self.rows[axis].get(row));
             let grown = of_row(stamp.checked_sub(1)).unwrap_or(&0.0);
@@ -71,7 +101,7 @@ impl Weighted {
 
     /// Squared size of the error of a stamp, in standard deviations.
     pub fn of_stamp(&self, stamp: usize) -> f64 {
-        self.squared(self.stamp_rad(stamp), self.stamp_information)
+        self.squared(self.stamp(stamp), self.stamp_information)
     }
 
     /// Squared size in standard deviations.
@@ -91,7 +121,8 @@ impl Weighted {
         for stamp in 1..self.rows() {
             let size = (self.of_stamp(stamp) / 3.0).sqrt();
             if size > BEYOND {
-                for (errors, error) in errors.iter_mut().zip(self.stamp_rad(stamp)) {
+                let errors_rad = self.scaled(self.stamp(stamp), stamp);
+                for (errors, error) in errors.iter_mut().zip(errors_rad) {
                     errors[stamp] = error * (1.0 - BEYOND / size);
                 }
             }

@@ -15,10 +15,8 @@ pub struct AttitudePlan {
     pub tested_share: f64,
     /// Least gain in log likelihood, deflated by what blocks disagree and less the price of the search.
     pub least_gain: f64,
-    /// Least share of what blocks leave that an effect of physics predicts in the others.
-    pub least_share: f64,
-    /// The same of the registration.
-    pub least_share_of_registration: f64,
+    /// Least log likelihood that an effect of physics gains in blocks that it was not estimated from.
+    pub least_predicted: f64,
     /// A kind whose gain is this near the winner's cannot be told from it.
     pub alike_within: f64,
     /// Share of the best gain from which a group of the registration is grown from, too.
@@ -37,8 +35,7 @@ impl Default for AttitudePlan {
             undeclared_log_std: 1.15,
             tested_share: 0.2,
             least_gain: 4.0,
-            least_share: 0.01,
-            least_share_of_registration: 0.0,
+            least_predicted: 4.0,
             alike_within: 5.0,
             nearly: 0.5,
             most_effects: 6,

@@ -39,10 +39,10 @@ pub fn find(about: &About, fitting: &Fitting, known: &mut Stamps) -> bool {
     let increments = &about.increments;
     let mut left_rad = fitting.left_rad(&increments.rows_rad);
     increments.silence_free(&mut left_rad, |_| true);
-    let rough = roughness(&fitting.weighted(&left_rad));
+    let rough = roughness(&fitting.weighted(&left_rad, increments));
     let mut seen: Vec<(usize, f64)> = Vec::new();
     for _ in 0..=MOST {
-        let weighted = fitting.weighted(&left_rad);
+        let weighted = fitting.weighted(&left_rad, increments);
         let deflated = |row: usize| weighted.of_jump(row) / rough[row];
         let rows = (0..increments.rows()).filter(|row| !increments.is_free(*row));
         let Some(row) = rows.max_by(|a, b| deflated(*a).total_cmp(&deflated(*b))) else {
@@ -56,6 +56,7 @@ pub fn find(about: &About, fitting: &Fitting, known: &mut Stamps) -> bool {
         let statistic = Statistic {
             squared_size: size,
             design_effect: rough[row],
+            degrees: f64::INFINITY,
             count: 3,
         };
         let gain = statistic.gained(true) - (increments.rows() as f64).ln();
@@ -88,12 +89,12 @@ pub fn sizes(about: &About, fitting: &Fitting, known: &Stamps) -> Vec<Jump> {
         .map(|(row, pair)| {
             let mut alone = left_rad.clone();
             increments.silence_free(&mut alone, |free| free != row);
-            let weighted = fitting.weighted(&alone);
+            let weighted = fitting.weighted(&alone, increments);
             Jump {
                 stamp: pair[1],
                 row,
                 size_rad: weighted.jump_rad(row),
-                std_rad: weighted.jump_std_rad(),
+                std_rad: weighted.jump_std_rad(row),
             }
         })
         .collect()

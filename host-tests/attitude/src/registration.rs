@@ -8,6 +8,7 @@ use rlg_signal::axes::{Triad, add_triad};
 
 use crate::about::{About, Gyros};
 use crate::alignment::{Alignment, COUNT, Free, places};
+use crate::equations::ParameterColumn;
 use crate::fitting::{Fitting, priced};
 use crate::increments::Stamps;
 use crate::noise::Levels;
@@ -93,12 +94,27 @@ impl Registration {
 
     /// The same with the noise beside all columns, to weigh what may join: what is not called for yet is no noise.
     pub(crate) fn weighed(self, gyros: &Gyros, model: &Alignment) -> Self {
+        self.weighed_beside(gyros, model, Vec::new())
+    }
+
+    /// The same beside effects of physics, too.
+    pub(crate) fn weighed_beside(
+        self,
+        gyros: &Gyros,
+        model: &Alignment,
+        physics: Vec<ParameterColumn>,
+    ) -> Self {
         let about = &self.about;
-        let columns = priced(about.columns(gyros.rate_hz), &self.alignment, model);
+        let mut columns = priced(about.columns(gyros.rate_hz), &self.alignment, model);
+        columns.extend(physics);
         let mut rows_rad = about.increments.rows_rad.clone();
         add_triad(&mut rows_rad, &self.corrected_rad, -1.0);
         let mut fitting = Fitting::new(&about.increments, columns, false, Some(self.levels));
         fitting.fit_to(&rows_rad);
+        // Levels of the terms and of the record's pieces in turn.
+        for _ in 0..2 {
+            fitting.modulate(&about.increments.times_s);
+        }
         Self {
             levels: fitting.fit.levels,
             ..self
@@ -190,7 +206,11 @@ pub(crate) fn settle(
             });
         }
         walk.step(steps.estimate);
-        levels = Some(fitting.fit.levels);
+        // What a bad start leaves is no noise that comes and goes, either.
+        levels = Some(match is_plain {
+            true => fitting.fit.levels,
+            false => fitting.levels_along(&about.increments.times_s),
+        });
     }
 }
 
@@ -292,6 +312,13 @@ impl Steps {
         moved
             .map(|k| self.estimate[k].abs() / self.std[k])
             .fold(0.0, f64::max)
+    }
+
+    /// Whether what they lead to is within three standard deviations of a place.
+    pub(crate) fn lead_to(&self, led: &Alignment, place: &Alignment) -> bool {
+        let away = led.beyond(place);
+        let mut each = away.iter().zip(&self.std);
+        each.all(|(away, std)| away.abs() <= 3.0 * std)
     }
 
     fn smoothing_s2(&self) -> [(f64, f64); 3] {

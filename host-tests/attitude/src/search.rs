@@ -238,8 +238,8 @@ impl<'a> Search<'a> {
         }
         let place = self.blocks.sums.parameters();
         let blocks = self.blocks.with(std::iter::once(sought.column), beyond);
-        let share = blocks.sums.share(set, &[place]);
-        if share <= self.plan.least_share {
+        let predicted = blocks.sums.predicted(set, &[place]);
+        if predicted.log_likelihood <= self.plan.least_predicted {
             return None;
         }
         self.blocks = blocks;
@@ -249,7 +249,7 @@ impl<'a> Search<'a> {
             step: Some(sought.step),
             statistic: sought.statistic,
             gain,
-            share,
+            share: predicted.share,
             p_value: chance(&sought.statistic, sought.places),
             alike: Vec::new(),
             behind: Vec::new(),

@@ -42,6 +42,8 @@ pub(crate) struct Planted {
     information: DMatrix<f64>,
     /// The same of each alone.
     alone: Vec<f64>,
+    /// Degrees of freedom of its design effect.
+    degrees: f64,
     /// How many it is picked from.
     among: usize,
 }
@@ -122,6 +124,7 @@ impl<'a> OnBlocks<'a> {
         Planted {
             information: sums.information_of(beside, &places),
             alone: sums.information(beside, &places),
+            degrees: sums.degrees_of(beside, &places),
             kind,
             places,
             bounds,
@@ -211,9 +214,10 @@ impl Trials for OnBlocks<'_> {
             let statistic = Statistic {
                 squared_size,
                 design_effect: 1.0,
+                degrees: planted.degrees,
                 count,
             };
-            statistic.gain(planted.among, false) >= self.choice.plan.least_gain
+            statistic.gain(planted.among, true) >= self.choice.plan.least_gain
         })
     }
 

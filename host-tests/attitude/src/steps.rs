@@ -17,6 +17,13 @@ pub struct Step {
     pub row: usize,
 }
 
+impl Step {
+    /// What a step of 1 rad/s adds to the rows.
+    pub(crate) fn column(&self, about: &About, gyro: &Gyro) -> Triad {
+        about.carried(|row| gyro.sensed_along(self.axis, if row >= self.row { 1.0 } else { 0.0 }))
+    }
+}
+
 /// What was found.
 pub struct Sought {
     /// The step.
@@ -45,9 +52,7 @@ pub fn seek(
 ) -> Option<Sought> {
     let times = &about.increments.places();
     let (first, last) = (times[0].row, times[times.len() - 1].row);
-    let column = |step: Step| {
-        about.carried(|row| gyro.sensed_along(step.axis, if row >= step.row { 1.0 } else { 0.0 }))
-    };
+    let column = |step: Step| step.column(about, gyro);
     let statistics = |steps: &[Step]| -> Vec<(Step, Statistic)> {
         let wide = blocks.with(steps.iter().map(|step| column(*step)), beyond);
         let place = blocks.sums.parameters();
@@ -92,7 +97,7 @@ pub fn seek(
         .collect();
     let drift = blocks.with(waves, beyond).sums.statistic(set, &places);
     let instants = 3 * about.increments.rows();
-    let is_step = found.1.gain(instants, true) > drift.gain(1, true);
+    let is_step = found.1.compared(instants) > drift.compared(1);
     is_step.then(|| Sought {
         column: column(found.0),
         step: found.0,

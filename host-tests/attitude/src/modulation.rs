@@ -1,0 +1,244 @@
+//! How the level of noise changes along a record: a hand shakes, a filter settles, a unit lies still.
+//!
+//! In every octave noise is a stationary process times a level that changes with time (Priestley, J. R. Statist. Soc. B 27, 1965:
+//! an evolutionary spectrum; here of one level an octave). Pieces of the record have variances of an inverse-gamma law, so that
+//! a piece by itself is Student's t. The law's width, and how long a piece is, are those of most evidence; where they gain
+//! less than their price, one level stands for all.
+
+use statrs::function::gamma::ln_gamma;
+
+/// Evidence that levels must gain over a single one: they have two numbers more, the law's width and the pieces' length.
+const PRICE: f64 = 4.0;
+
+/// Lengths of pieces that are tried, in the shortest ones.
+const LENGTHS: [usize; 6] = [1, 2, 4, 8, 16, 32];
+
+/// Least pieces that a law of levels is estimated from.
+const LEAST_PIECES: usize = 6;
+
+/// Powers of a short stretch of a record, whitened by a single level.
+#[derive(Debug, Clone, Copy)]
+pub struct Piece {
+    /// Its middle \[s\].
+    pub middle_s: f64,
+    /// Sum of squares.
+    pub energy: f64,
+    /// Numbers in the sum.
+    pub count: f64,
+}
+
+/// Levels along a record, of mean square 1; a single one by default.
+#[derive(Debug, Clone, Default)]
+pub struct Modulation {
+    /// Middle of each piece \[s\], and the logarithm of its level.
+    nodes: Vec<(f64, f64)>,
+}
+
+impl Modulation {
+    /// Whether one level stands for all.
+    pub fn is_none(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// Level at a time: its logarithm is linear between pieces, and constant beyond the ends.
+    pub fn at(&self, time_s: f64) -> f64 {
+        let after = self.nodes.partition_point(|(node_s, _)| *node_s <= time_s);
+        let last = match self.nodes.last() {
+            None => return 1.0,
+            Some((_, last)) => *last,
+        };
+        let log = match (after.checked_sub(1), self.nodes.get(after)) {
+            (Some(before), Some((to_s, to))) => {
+                let (from_s, from) = self.nodes[before];
+                from + (to - from) * (time_s - from_s) / (to_s - from_s)
+            }
+            (None, Some((_, first))) => *first,
+            (_, None) => last,
+        };
+        log.exp()
+    }
+
+    /// The least level of a piece, and the largest.
+    pub fn range(&self) -> [f64; 2] {
+        let logs = self.nodes.iter().map(|(_, log)| *log);
+        let least = logs.clone().fold(f64::INFINITY, f64::min);
+        let largest = logs.fold(f64::NEG_INFINITY, f64::max);
+        match self.is_none() {
+            true => [1.0; 2],
+            false => [least.exp(), largest.exp()],
+        }
+    }
+
+    /// Of the likeliest law of levels.
+    pub fn of_pieces(pieces: &[Piece]) -> Self {
+        if pieces.is_empty() {
+            return Self::default();
+        }
+        let single = Law::single(pieces);
+        let laws = LENGTHS.iter().filter_map(|&length| {
+            let joined: Vec<Piece> = pieces.chunks(length).map(join).collect();
+            let law = Law::likeliest(&joined)?;
+            Some((law, joined))
+        });
+        let best = laws.max_by(|a, b| a.0.evidence.total_cmp(&b.0.evidence));
+        let Some((law, joined)) = best.filter(|(law, _)| law.evidence > single.evidence + PRICE)
+        else {
+            return Self::default();
+        };
+        let powers: Vec<f64> = joined.iter().map(|piece| law.power_of(piece)).collect();
+        let counts: f64 = joined.iter().map(|piece| piece.count).sum();
+        let sum: f64 = joined
+            .iter()
+            .zip(&powers)
+            .map(|(one, power)| one.count * power)
+            .sum();
+        let mean = sum / counts;
+        let nodes = joined.iter().zip(&powers);
+        let nodes = nodes.map(|(piece, power)| (piece.middle_s, 0.5 * (power / mean).ln()));
+        Self {
+            nodes: nodes.collect(),
+        }
+    }
+}
+
+fn join(pieces: &[Piece]) -> Piece {
+    let count: f64 = pieces.iter().map(|one| one.count).sum();
+    Piece {
+        middle_s: pieces
+            .iter()
+            .map(|one| one.count * one.middle_s)
+            .sum::<f64>()
+            / count,
+        energy: pieces.iter().map(|one| one.energy).sum(),
+        count,
+    }
+}
+
+/// An inverse-gamma law of the pieces' powers.
+struct Law {
+    /// Shape; infinite of a single power.
+    shape: f64,
+    /// Inverse of the mean of the pieces' inverse powers.
+    power: f64,
+    /// Logarithm of the evidence, up to what all laws share.
+    evidence: f64,
+}
+
+impl Law {
+    fn single(pieces: &[Piece]) -> Self {
+        let all = join(pieces);
+        let power = (all.energy / all.count).max(f64::MIN_POSITIVE);
+        Self {
+            shape: f64::INFINITY,
+            power,
+            evidence: -0.5 * all.count * (power.ln() + 1.0),
+        }
+    }
+
+    /// The law of most evidence; `None` of too few pieces.
+    fn likeliest(pieces: &[Piece]) -> Option<Self> {
+        /// Shapes, by steps of a quarter of an octave: from levels that say nothing of each other to those within a tenth.
+        const SHAPES: i32 = 40;
+        const FIRST: f64 = 0.25;
+        if pieces.len() < LEAST_PIECES {
+            return None;
+        }
+        let shapes = (0..SHAPES).map(|step| FIRST * (0.25 * f64::from(step)).exp2());
+        let laws = shapes.map(|shape| Self::of_shape(shape, pieces));
+        laws.max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+    }
+
+    /// The likeliest power of a shape a: Σ (a + n/2)/(a p + e/2) is the number of pieces over p.
+    fn of_shape(shape: f64, pieces: &[Piece]) -> Self {
+        const TURNS: usize = 30;
+        let mut law = Self {
+            power: Self::single(pieces).power,
+            shape,
+            evidence: 0.0,
+        };
+        for _ in 0..TURNS {
+            let inverse: f64 = pieces.iter().map(|one| 1.0 / law.power_of(one)).sum();
+            law.power = pieces.len() as f64 / inverse;
+        }
+        let scale = law.shape * law.power;
+        let of_piece = |one: &Piece| {
+            let after = shape + 0.5 * one.count;
+            ln_gamma(after) - ln_gamma(shape) + shape * scale.ln()
+                - after * (scale + 0.5 * one.energy).ln()
+        };
+        law.evidence = pieces.iter().map(of_piece).sum();
+        law
+    }
+
+    /// Inverse of the expected inverse power of a piece, its energy seen.
+    fn power_of(&self, piece: &Piece) -> f64 {
+        (self.shape * self.power + 0.5 * piece.energy) / (self.shape + 0.5 * piece.count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+    use rand_distr::{ChiSquared, Distribution};
+
+    use super::{Modulation, Piece};
+
+    const COUNT: f64 = 36.0;
+
+    /// Pieces of a second whose levels are given.
+    fn drawn(levels: &[f64], seed: u64) -> Vec<Piece> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let law = ChiSquared::new(COUNT).expect("degrees above 0");
+        let each = levels.iter().enumerate();
+        each.map(|(second, level)| Piece {
+            middle_s: second as f64 + 0.5,
+            energy: level * level * law.sample(&mut random),
+            count: COUNT,
+        })
+        .collect()
+    }
+
+    #[test]
+    fn noise_of_one_level_keeps_it() {
+        let changed = (0..200).filter(|&seed| {
+            let modulation = Modulation::of_pieces(&drawn(&[3.0; 120], seed));
+            !modulation.is_none()
+        });
+        assert!(changed.count() <= 2);
+    }
+
+    #[test]
+    fn a_record_that_is_thirty_times_louder_at_first_has_both_levels() {
+        let level = |second: u32| if second < 20 { 30.0 } else { 1.0 };
+        let levels: Vec<f64> = (0..60).map(level).collect();
+        let modulation = Modulation::of_pieces(&drawn(&levels, 7));
+        let rms = ((20.0 * 900.0 + 40.0) / 60.0_f64).sqrt();
+        let mut square = 0.0;
+        for second in 0..60_u32 {
+            let found = modulation.at(f64::from(second) + 0.5);
+            let is_edge = second.abs_diff(20) < 3;
+            let ratio = found / (level(second) / rms);
+            assert!(is_edge || (0.7..1.4).contains(&ratio), "{second}: {ratio}");
+            square += found * found / 60.0;
+        }
+        assert!((square - 1.0).abs() < 0.1, "{square}");
+    }
+
+    #[test]
+    fn levels_that_stay_for_long_are_of_long_pieces() {
+        let level = |second: u32| {
+            if (second / 16).is_multiple_of(2) {
+                1.0
+            } else {
+                1.5
+            }
+        };
+        let levels: Vec<f64> = (0..128).map(level).collect();
+        let modulation = Modulation::of_pieces(&drawn(&levels, 3));
+        let count = modulation.nodes.len();
+        assert!((6..=32).contains(&count), "{count}");
+        let [least, largest] = modulation.range();
+        assert!((1.3..1.8).contains(&(largest / least)), "{least} {largest}");
+    }
+}
