@@ -337,9 +337,11 @@ fn biases_beside_attitudes_are_named_and_few_recordings_without_effects_are() {
     let [row] = biased.effects.as_slice() else {
         panic!("{:?}", biased.effects);
     };
+    // One of ρ 11 in half a minute is shown by so few blocks that it cannot be told (docs/limits.md).
+    assert!(row.counts.right >= 3, "{}", biased.table());
     assert_eq!(
-        (row.counts.right, row.match_again),
-        (4, 4),
+        (row.counts.wrong, row.match_again),
+        (0, 4),
         "{}",
         biased.table()
     );

@@ -155,7 +155,8 @@ fn a_bias_is_named() {
 }
 
 #[test]
-fn a_scale_error_is_told_from_a_reference_scale_by_the_dither() {
+#[ignore = "minutes: --test diagnose -- --ignored in_full"]
+fn a_scale_error_is_told_from_a_reference_scale_by_the_dither_in_full() {
     is_named("gyro_scale", &[("x", 3e-5), ("y", -4e-5), ("z", 2e-5)]);
     is_named("reference_scale", &[("x", 3e-5), ("y", -4e-5), ("z", 2e-5)]);
 }

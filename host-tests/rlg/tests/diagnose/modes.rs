@@ -88,7 +88,8 @@ fn table() -> String {
 }
 
 #[test]
-fn an_encoder_error_is_named_with_its_axis_and_order() {
+#[ignore = "minutes: --test diagnose -- --ignored in_full"]
+fn an_encoder_error_is_named_with_its_axis_and_order_in_full() {
     let effect = "[[effect]]\nkind = \"reference_harmonic\"\nconcealed = true\n\
         axis = \"y\"\norder = 9\ncos = 4e-6\nsin = -3e-6\n";
     let diagnosis = diagnosis_of(&table(), effect);
