@@ -141,18 +141,21 @@ impl Sensed {
     /// other columns. What a filter makes of the reference's noise stays: with other colours in every set, noise would decide
     /// between sets.
     pub fn hidden(self, signals: &Signals) -> Option<Vec<f64>> {
-        let mut hidden = self.column.of_measured(signals)?;
         let is_filtered = match self.column {
             Column::Increment(_) => false,
             Column::Late(gyro, _) => {
                 let path = signals.path;
                 path.low_pass[gyro].is_some() || path.mount != [None; 3]
             }
-            _ => true,
+            Column::LowPass(.., low_pass::Part::Response)
+            | Column::Mount(.., resonance::Part::Response) => true,
+            _ => return None,
         };
-        if is_filtered {
-            hidden = self.column.of_motion(signals, &signals.likeliest);
-        }
+        let mut hidden = if is_filtered {
+            self.column.of_motion(signals, &signals.likeliest)
+        } else {
+            self.column.of_measured(signals)?
+        };
         add(&mut hidden, &self.values(signals), -1.0);
         Some(hidden)
     }

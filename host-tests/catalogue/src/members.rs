@@ -76,6 +76,16 @@ const OF_HARMONIC: Bound = Bound {
     range: [-0.1, 0.1],
 };
 
+/// A number of one gyro inside columns that are made about its value.
+struct AboutValue {
+    name: String,
+    value: f64,
+    /// What it does at that value.
+    whole: Column,
+    /// Its derivative.
+    slope: Column,
+}
+
 /// What the families of the catalogue have one member of at a time.
 impl Pool {
     /// The reference's error of an order, picked from `places`.
@@ -237,34 +247,19 @@ impl Pool {
         places: f64,
         signals: &Signals,
     ) -> Candidate {
-        let (mut terms, mut fixed) = (Vec::new(), Vec::new());
-        let (mut names, mut base) = (Vec::new(), Vec::new());
-        for (gyro, low_pass) in low_passes.into_iter().enumerate() {
-            let Some(low_pass) = low_pass else { continue };
-            let part = |part| Column::LowPass(gyro, low_pass, part);
-            let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
-            fixed.push(Fixed {
-                record: gyro,
-                column: self.place(Sensed::independent(part(low_pass::Part::Response))),
-                size: sensed,
-            });
-            terms.push(Term {
-                parameter: names.len(),
-                record: gyro,
-                column: self.tried(part(low_pass::Part::ByTime), gyro, signals),
-                coefficient: sensed,
-            });
-            names.push(format!("{}_pole_s", AXES[gyro]));
-            base.push(low_pass.time_s);
+        let of_gyros = low_passes.into_iter().enumerate().map(|(gyro, low_pass)| {
+            let part = |low_pass, part| Column::LowPass(gyro, low_pass, part);
+            low_pass.map(|low_pass: LowPass| AboutValue {
+                name: format!("{}_pole_s", AXES[gyro]),
+                value: low_pass.time_s,
+                whole: part(low_pass, low_pass::Part::Response),
+                slope: part(low_pass, low_pass::Part::ByTime),
+            })
+        });
+        Candidate {
+            variant: Variant::LowPass,
+            ..self.on_gyros(BANDWIDTH, of_gyros, places, signals)
         }
-        let possible = |_: &str| Bound {
-            std: f64::INFINITY,
-            range: [0.0, f64::INFINITY],
-        };
-        let mut candidate =
-            about_values(BANDWIDTH, (names, base), (terms, fixed), possible, places);
-        candidate.variant = Variant::LowPass;
-        candidate
     }
 
     /// Lock-in, picked from `places`: of each gyro that has a threshold the dead band, and the threshold about a first value.
@@ -274,31 +269,50 @@ impl Pool {
         places: f64,
         signals: &Signals,
     ) -> Candidate {
+        let of_gyros = thresholds.into_iter().enumerate().map(|(gyro, threshold)| {
+            let part = |threshold, part| Column::LockIn(gyro, threshold, part);
+            threshold.map(|threshold: Threshold| AboutValue {
+                name: AXES[gyro].to_string(),
+                value: threshold.rad_s,
+                whole: part(threshold, lock_in::Part::Missing),
+                slope: part(threshold, lock_in::Part::ByThreshold),
+            })
+        });
+        self.on_gyros(LOCK_IN, of_gyros, places, signals)
+    }
+
+    /// A number of each gyro that has one, by gyro, none of them below 0.
+    fn on_gyros(
+        &mut self,
+        kind: &'static str,
+        of_gyros: impl Iterator<Item = Option<AboutValue>>,
+        places: f64,
+        signals: &Signals,
+    ) -> Candidate {
         let (mut terms, mut fixed) = (Vec::new(), Vec::new());
         let (mut names, mut base) = (Vec::new(), Vec::new());
-        for (gyro, threshold) in thresholds.into_iter().enumerate() {
-            let Some(threshold) = threshold else { continue };
-            let part = |part| Column::LockIn(gyro, threshold, part);
+        for (gyro, one) in of_gyros.enumerate() {
+            let Some(one) = one else { continue };
             let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
             fixed.push(Fixed {
                 record: gyro,
-                column: self.place(Sensed::independent(part(lock_in::Part::Missing))),
+                column: self.place(Sensed::independent(one.whole)),
                 size: sensed,
             });
             terms.push(Term {
                 parameter: names.len(),
                 record: gyro,
-                column: self.tried(part(lock_in::Part::ByThreshold), gyro, signals),
+                column: self.tried(one.slope, gyro, signals),
                 coefficient: sensed,
             });
-            names.push(AXES[gyro].to_string());
-            base.push(threshold.rad_s);
+            names.push(one.name);
+            base.push(one.value);
         }
-        let threshold = |_: &str| Bound {
+        let possible = |_: &str| Bound {
             std: f64::INFINITY,
             range: [0.0, f64::INFINITY],
         };
-        about_values(LOCK_IN, (names, base), (terms, fixed), threshold, places)
+        about_values(kind, (names, base), (terms, fixed), possible, places)
     }
 
     /// Makes late pickoffs linear about delays: their parameters are all that they are late by beside `known_s` still.

@@ -12,7 +12,7 @@ use rlg_signal::shrinkage::{Powers, Shrunk, shrink};
 
 use super::data::Data;
 use super::plan::AnalysisPlan;
-use rlg_signal::streams::{Triad, add, each_axis};
+use rlg_signal::streams::{Triad, each_axis, weighted_sum};
 
 /// Motion with what was learnt of the reference on the way.
 pub struct Motion {
@@ -99,7 +99,7 @@ pub fn estimate_from(
     let reading_from_sensed = reading_from_sensed.unwrap_or_else(Matrix3::identity);
     let of_axis = |axis: usize| {
         let weights_of = [0, 1, 2].map(|gyro| reading_from_sensed[(axis, gyro)]);
-        let clean_on_axis_rad = together(weights_of, clean_rad);
+        let clean_on_axis_rad = weighted_sum(weights_of, clean_rad);
         let levels_on_axis = NoiseLevels::from_array(std::array::from_fn(|term| {
             let each = weights_of.iter().zip(levels);
             each.map(|(weight, levels)| weight * weight * levels.as_array()[term])
@@ -260,17 +260,6 @@ fn of_the_earth(data: &Data, measured: Measured, path: Path) -> Motion {
         reference_angle: [Level::default(); 3],
         signals: signals(data, motions, path),
     }
-}
-
-/// A weighted sum of three channels.
-fn together(weights: [f64; 3], channels: &Triad) -> Vec<f64> {
-    let mut sum = vec![0.0; channels[0].len()];
-    for (weight, channel) in weights.into_iter().zip(channels) {
-        if weight != 0.0 {
-            add(&mut sum, channel, weight);
-        }
-    }
-    sum
 }
 
 /// What is estimated about one axis.

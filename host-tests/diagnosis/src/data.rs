@@ -24,7 +24,7 @@ use super::lattice::Lattice;
 use super::plan::AnalysisPlan;
 use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
 use rlg_signal::residual::{body_from_sensing, without_effects};
-use rlg_signal::streams::{AXES, Streams, Triad, add, add_triad, each_axis};
+use rlg_signal::streams::{AXES, Streams, Triad, add, add_triad, each_axis, weighted_sum};
 
 /// Everything that does not change while effects are searched for.
 pub struct Data<'a> {
@@ -186,7 +186,7 @@ impl<'a> Data<'a> {
 
     /// Reads the model's effects: what they add can only be spelt out once there are signals.
     pub fn set_known(&mut self, signals: &Signals) {
-        let turned_rad = known_turn_rad(self.model, self.streams);
+        let turned_rad = known_by_axis(TURNED, self.model, self.streams).into();
         self.known = self
             .model
             .effects
@@ -262,20 +262,11 @@ fn is_in(effect: &ModelEffect, streams: &Streams) -> bool {
     name.is_none_or(|name| name == streams.piece.recording)
 }
 
-/// By how much a model says that the reference is turned \[rad\], rotation vector.
-pub(crate) fn known_turn_rad(model: &Model, streams: &Streams) -> Vector3<f64> {
+/// What a model says of a kind by axis, all its effects in this recording together.
+pub(crate) fn known_by_axis(kind: &str, model: &Model, streams: &Streams) -> [f64; 3] {
     let effects = model.effects.iter().filter(|one| is_in(one, streams));
-    let turned = effects.filter(|one| one.kind == TURNED);
-    turned
-        .map(|one| Vector3::from(AXES.map(|axis| number(one, axis))))
-        .sum()
-}
-
-/// How late a model says that the pickoffs are \[s\].
-pub(crate) fn known_late_pickoff_s(model: &Model, streams: &Streams) -> [f64; 3] {
-    let effects = model.effects.iter().filter(|one| is_in(one, streams));
-    let late = effects.filter(|one| one.kind == LATE_PICKOFF);
-    late.fold([0.0; 3], |sum, one| {
+    let of_kind = effects.filter(|one| one.kind == kind);
+    of_kind.fold([0.0; 3], |sum, one| {
         std::array::from_fn(|axis| sum[axis] + number(one, AXES[axis]))
     })
 }
@@ -309,12 +300,11 @@ fn passed(
         ..path
     };
     each_axis(|gyro| {
-        let along = |triad: &Triad, factor: f64| -> Vec<f64> {
-            let mut sum = vec![0.0; triad[0].len()];
-            for (axis, values) in triad.iter().enumerate() {
-                add(&mut sum, values, factor * sensing_from_body[(gyro, axis)]);
-            }
-            sum
+        let along = |triad: &Triad, factor: f64| {
+            weighted_sum(
+                [0, 1, 2].map(|axis| factor * sensing_from_body[(gyro, axis)]),
+                triad,
+            )
         };
         let sensed = 1.0 / (1.0 - scale_error[gyro]);
         let mut beyond = on_gyros

@@ -14,7 +14,7 @@ use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels, NormalEquations, Observ
 
 use super::before::{Before, left_behind_known, take_out_hidden, without_known};
 use super::case_motion::Motion;
-use super::data::{Data, bridged, known_late_pickoff_s};
+use super::data::{Data, bridged, known_by_axis};
 use super::families::{Alone, strongest, strongest_filters};
 use super::noise_levels::{drift_prior, mean};
 use super::pass::{Begin, Pass, left_on, sizes_on, subtract, subtract_by};
@@ -56,6 +56,11 @@ pub struct Found {
 /// Fits so far by members, and the number of sets that were looked at.
 type Seen = (BTreeMap<Vec<usize>, Fit>, usize);
 
+/// Squared size of a column in standard deviations of a record's noise.
+fn squared(size: f64, column: usize, levels: &NoiseLevels, equations: &NormalEquations) -> f64 {
+    (size / equations.scale(column)).powi(2) / (levels.white + levels.angle)
+}
+
 /// What the delays on the path, about which a candidate's are estimated, cost in log posterior.
 ///
 /// Numbers of one effect share the width of their prior: gyros that are in time would join the delay of a late one at no cost
@@ -66,8 +71,12 @@ fn price_of_base(one: &Candidate, levels: &[NoiseLevels], equations: &NormalEqua
         let information = terms
             .filter(|term| term.parameter == parameter)
             .map(|term| {
-                let noise = levels[term.record].white + levels[term.record].angle;
-                (term.coefficient / equations.scale(term.column)).powi(2) / noise
+                squared(
+                    term.coefficient,
+                    term.column,
+                    &levels[term.record],
+                    equations,
+                )
             });
         base * base * information.sum::<f64>()
     };
@@ -84,10 +93,7 @@ fn price_of_base(one: &Candidate, levels: &[NoiseLevels], equations: &NormalEqua
 fn squared_fixed(one: &Hypothesis, levels: &[NoiseLevels], equations: &NormalEquations) -> f64 {
     let fixed = one.fixed.iter();
     let seen = fixed.filter(|one| equations.scale(one.column) > 0.0);
-    let each = seen.map(|one| {
-        let noise = levels[one.record].white + levels[one.record].angle;
-        (one.size / equations.scale(one.column)).powi(2) / noise
-    });
+    let each = seen.map(|one| squared(one.size, one.column, &levels[one.record], equations));
     each.sum()
 }
 
@@ -130,7 +136,7 @@ impl Pass {
             }
         }
         let late_s = (
-            known_late_pickoff_s(data.model, data.streams),
+            known_by_axis(LATE_PICKOFF, data.model, data.streams),
             before.late_pickoff_s(),
         );
         if late_s != <([f64; 3], [f64; 3])>::default() {

@@ -8,7 +8,7 @@ use rlg_catalogue::{Candidate, Pool, Signals};
 use rlg_inference::NoiseLevels;
 
 use super::before::Before;
-use super::data::{Data, known_turn_rad};
+use super::data::{Data, known_by_axis};
 use super::path::SETTLED;
 
 /// Rotation vectors \[rad\], body axes.
@@ -23,7 +23,7 @@ impl Turned {
     /// What the model and the set before a pass say.
     pub(super) fn said(data: &Data, before: &Before) -> Self {
         Self {
-            known_rad: known_turn_rad(data.model, data.streams),
+            known_rad: known_by_axis(TURNED, data.model, data.streams).into(),
             found_rad: said_by(before).unwrap_or_default(),
         }
     }
@@ -35,7 +35,7 @@ impl Turned {
         if said_by(before).is_some() {
             return None;
         }
-        let known_rad = known_turn_rad(data.model, data.streams);
+        let known_rad: Vector3<f64> = known_by_axis(TURNED, data.model, data.streams).into();
         Some(Self {
             known_rad,
             found_rad: nearest(&data.turned_by_all()) - known_rad,

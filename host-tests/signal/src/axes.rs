@@ -24,3 +24,14 @@ pub fn add_triad(into: &mut Triad, part: &Triad, size: f64) {
         add(into, part, size);
     }
 }
+
+/// A weighted sum of the three channels.
+pub fn weighted_sum(weights: [f64; 3], channels: &Triad) -> Vec<f64> {
+    let mut sum = vec![0.0; channels[0].len()];
+    for (weight, channel) in weights.into_iter().zip(channels) {
+        if weight != 0.0 {
+            add(&mut sum, channel, weight);
+        }
+    }
+    sum
+}

@@ -11,7 +11,7 @@
 //! references slower than the gyros.
 
 use super::accelerometer_rows::Rows;
-pub use super::axes::{AXES, Triad, add, add_triad, each_axis};
+pub use super::axes::{AXES, Triad, add, add_triad, each_axis, weighted_sum};
 use super::channels::{Finder, Grid, bridge_gaps};
 use super::known_channels;
 use super::piece::Piece;
