@@ -141,6 +141,8 @@ pub struct LongPlan {
     pub ends_s: f64,
     /// A stretch has this many times the length of its two ends at least.
     pub least_of_ends: f64,
+    /// Rows of a stretch at least: in a few hundred a filter can pass for their noise.
+    pub least_rows: usize,
     /// Blocks per second into which all rows are summed \[Hz\].
     pub blocks_hz: f64,
     /// Blocks at most: of a longer recording they are longer.
@@ -158,6 +160,7 @@ impl Default for LongPlan {
             of_rows: 0.5,
             ends_s: 0.5,
             least_of_ends: 4.0,
+            least_rows: 2000,
             blocks_hz: 20.0,
             most_blocks: 72_000,
             chunk_s: 30.0,

@@ -60,7 +60,8 @@ impl Long<'_> {
     /// Rows to look at one by one: from the middle of the longest parts of like motion, as many of each as its share.
     pub(super) fn stretches(&self, most_rows: usize, plan: &LongPlan) -> Vec<Range<usize>> {
         let rows = (most_rows as f64 * plan.of_rows) as usize;
-        let least = plan.least_of_ends * 2.0 * plan.ends_s * self.rate_hz;
+        let of_ends = plan.least_of_ends * 2.0 * plan.ends_s * self.rate_hz;
+        let least = of_ends.max(plan.least_rows as f64);
         let count = plan.stretches.min((rows as f64 / least) as usize).max(1);
         let mut parts = self.parts(self.rows.div_ceil(count));
         parts.sort_by_key(|part| std::cmp::Reverse(part.len()));
@@ -161,6 +162,13 @@ mod tests {
         // Few rows: fewer stretches, none too short.
         let few = long.stretches(20_000, &plan.long);
         assert_eq!(few.iter().map(ExactSizeIterator::len).min(), Some(4000));
+        // Read slowly, rows enough to tell noise by.
+        let slow = Long {
+            rate_hz: 50.0,
+            ..long
+        };
+        let slow = slow.stretches(20_000, &plan.long);
+        assert_eq!(slow.iter().map(ExactSizeIterator::len).min(), Some(2000));
     }
 
     #[test]
