@@ -6,11 +6,12 @@
 //! a seed that nobody has seen.
 //!
 //! It takes the workspace, and recordings of others from `RLG_RECORDINGS` if that is set. It prints the output of each
-//! step, then the seconds of each, and as the last line `N passed, N failed`: the tests by their own count, every other
-//! step as one. The exit code is 0 only if nothing failed.
+//! step, then the seconds of each and of the longest test programs, and as the last line `N passed, N failed`: the tests by
+//! their own count, every other step as one. The exit code is 0 only if nothing failed.
 //!
 //! Host code is compiled once: every step that runs some of it names the whole workspace with its tests, because cargo
-//! compiles packages again for another selection of features.
+//! compiles packages again for another selection of features. Only the crates with unit tests are compiled a second time, in
+//! packages without optimisation (`unit-tests`). Steps that share no artefacts run side by side.
 
 mod level;
 
@@ -26,7 +27,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use level::Level;
-use step::{Tally, Tests, cargo, cargo_command, root, run};
+use step::{Beside, Tally, cargo, cargo_command, root, run};
 
 /// The image's target.
 const TARGET: &str = "thumbv7em-none-eabihf";
@@ -41,13 +42,14 @@ const IMAGES: [(&str, [&str; 2]); 2] = [
 const TEST: [&str; 3] = ["test", "--release", "--workspace"];
 
 /// Packages whose tests take seconds.
-const QUICK: [&str; 6] = [
+const QUICK: [&str; 7] = [
     "firmware-tests",
     "strapdown",
     "rlg-signal",
     "rlg-inference",
     "rlg-catalogue",
     "rlg-findings",
+    "unit-tests",
 ];
 
 fn main() -> ExitCode {
@@ -63,8 +65,13 @@ fn main() -> ExitCode {
         quick(&mut tally);
     } else {
         set_up(&mut tally);
-        checks(&mut tally);
-        firmware(&mut tally);
+        // With artefacts of their own, so that neither waits for the other.
+        tally.beside(apart(), |tally| {
+            checks(tally);
+            firmware(tally);
+            tally.heading("building the tests");
+            tally.step(cargo(&[&TEST[..], &["--no-run"]].concat()));
+        });
         tests(&mut tally);
     }
     if level == Level::Nightly {
@@ -102,8 +109,44 @@ fn set_up(tally: &mut Tally) {
     tally.step(set_up::browser());
     tally.heading("C++ compiler");
     tally.step(set_up::cxx());
-    tally.heading("Python");
-    tally.step(set_up::python());
+}
+
+/// What shares nothing with the workspace's release build.
+fn apart() -> Vec<Beside> {
+    vec![
+        Beside::steps("Python", || vec![set_up::python()]),
+        Beside::steps("licences, sources and unused dependencies", dependencies),
+        Beside::steps("the library as others take it", || {
+            let examples = library::examples().into_iter();
+            examples.chain([library::package()]).collect()
+        }),
+        Beside::tests(
+            "laws of the firmware, with overflow checks",
+            &[
+                "test",
+                "--profile",
+                "checked",
+                "--package",
+                "firmware-tests",
+                "--test",
+                "properties",
+            ],
+        ),
+    ]
+}
+
+fn dependencies() -> Vec<Result<(), String>> {
+    match set_up::dependency_tools() {
+        Ok([deny, shear]) => {
+            let checks = ["check", "licenses", "bans", "sources"];
+            let arguments = [&["--locked", "--workspace"], &checks[..]].concat();
+            vec![
+                run(in_workspace(&deny, &arguments)),
+                run(in_workspace(&shear, &["--locked", "--deny-warnings"])),
+            ]
+        }
+        Err(reason) => vec![Err(reason)],
+    }
 }
 
 /// What needs no program to run.
@@ -145,43 +188,23 @@ fn checks(tally: &mut Tally) {
     let mut documentation = cargo_command(&["doc", "--release", "--workspace", "--no-deps"]);
     documentation.env("RUSTDOCFLAGS", "-D warnings");
     tally.step(run(documentation));
-    tally.heading("licences, sources and unused dependencies");
-    match set_up::dependency_tools() {
-        Ok([deny, shear]) => {
-            let checks = ["check", "licenses", "bans", "sources"];
-            let arguments = [&["--locked", "--workspace"], &checks[..]].concat();
-            tally.step(run(in_workspace(&deny, &arguments)));
-            tally.step(run(in_workspace(&shear, &["--locked", "--deny-warnings"])));
-        }
-        Err(reason) => tally.step(Err(reason)),
-    }
 }
 
-/// Images, and the library as another firmware takes it.
+/// Images, and the chain alone.
 fn firmware(tally: &mut Tally) {
     tally.heading("firmware images");
     for (feature, _) in IMAGES {
         // Aliases of .cargo/config.toml: what the documents tell people to type.
         tally.step(cargo(&[feature]));
     }
-    tally.heading("the library as others take it");
+    tally.heading("the chain alone");
     tally.step(library::chain_alone());
     tally.step(library::its_dependencies());
-    for outcome in library::examples() {
-        tally.step(outcome);
-    }
-    tally.step(library::package());
 }
 
 fn tests(tally: &mut Tally) {
-    tally.heading("building the tests");
-    tally.step(cargo(&[&TEST[..], &["--no-run"]].concat()));
-    tally.heading("tests");
-    let of = |heading, more: &[&'static str]| Tests {
-        heading,
-        arguments: [&TEST[..], more].concat(),
-    };
-    let others = [
+    let of = |heading, more: &[&'static str]| Beside::tests(heading, &[&TEST[..], more].concat());
+    let others = vec![
         of(
             "tests on the emulated target",
             // Those in full take half an hour.
@@ -200,19 +223,12 @@ fn tests(tally: &mut Tally) {
             &["--test", "pytest", "--", "--ignored"],
         ),
     ];
-    tally.tests_beside(&[&TEST[..], &["--no-fail-fast"]].concat(), &others);
+    tally.beside(others, |tally| {
+        tally.heading("tests");
+        tally.tests(&[&TEST[..], &["--no-fail-fast"]].concat());
+    });
     tally.heading("instructions by stage");
     tally.step(run(built("examples/stages")));
-    tally.heading("laws of the firmware, with overflow checks");
-    tally.tests(&[
-        "test",
-        "--profile",
-        "checked",
-        "--package",
-        "firmware-tests",
-        "--test",
-        "properties",
-    ]);
 }
 
 /// What looks for longer.

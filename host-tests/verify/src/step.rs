@@ -4,7 +4,7 @@
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::Instant;
 
 /// Steps and tests so far, and the time that they took.
@@ -18,37 +18,82 @@ pub struct Tally {
     headings: Vec<(&'static str, Instant)>,
     /// Headings of what ran beside others, with its seconds.
     beside: Vec<(&'static str, f64)>,
+    /// Test programs with their own seconds.
+    programs: Vec<(String, f64)>,
 }
 
-/// A test command under a heading.
-pub struct Tests<'a> {
-    /// The heading.
-    pub heading: &'static str,
-    /// What cargo is given.
-    pub arguments: Vec<&'a str>,
+/// Test programs whose seconds are printed.
+const LONGEST: usize = 10;
+
+/// What may run beside other work, under a heading.
+pub struct Beside {
+    heading: &'static str,
+    does: Box<dyn FnOnce() -> Came + Send>,
+}
+
+/// What came of it.
+enum Came {
+    /// Of steps that print for themselves.
+    Steps(Vec<Result<(), String>>),
+    /// Of a test command, with its lines.
+    Tests(Ran, Vec<String>),
+}
+
+impl Beside {
+    /// Steps that print for themselves.
+    pub fn steps(
+        heading: &'static str,
+        does: impl FnOnce() -> Vec<Result<(), String>> + Send + 'static,
+    ) -> Self {
+        Self {
+            heading,
+            does: Box::new(|| Came::Steps(does())),
+        }
+    }
+
+    /// `cargo ARGUMENTS`, a test command. Its output comes behind that of the others.
+    pub fn tests(heading: &'static str, arguments: &[&str]) -> Self {
+        let command = cargo_command(arguments);
+        let does = move || {
+            let mut lines = Vec::new();
+            let ran = Ran::of(command, |line| lines.push(line.to_owned()));
+            Came::Tests(ran, lines)
+        };
+        Self {
+            heading,
+            does: Box::new(does),
+        }
+    }
 }
 
 /// What came of a test command.
 struct Ran {
     passed: u64,
     failed: u64,
+    programs: Vec<(String, f64)>,
     outcome: Result<(), String>,
 }
 
 impl Ran {
-    /// Runs `cargo ARGUMENTS`; each line goes to `print`.
-    fn of(arguments: &[&str], mut print: impl FnMut(&str)) -> Self {
+    /// Runs a test command of cargo; each line goes to `print`.
+    fn of(command: Command, mut print: impl FnMut(&str)) -> Self {
         let (mut passed, mut failed) = (0, 0);
-        let outcome = watch(cargo_command(arguments), |line| {
+        let (mut programs, mut running) = (Vec::new(), None);
+        let outcome = watch(command, |line| {
             print(line);
+            if let Some(name) = test_program(line) {
+                running = Some(name.to_owned());
+            }
             if let Some((good, bad)) = test_counts(line) {
                 passed += good;
                 failed += bad;
+                programs.extend(running.take().zip(test_seconds(line)));
             }
         });
         Self {
             passed,
             failed,
+            programs,
             outcome,
         }
     }
@@ -61,11 +106,11 @@ impl Tally {
         self.headings.push((words, Instant::now()));
     }
 
-    /// Prints the time of each heading, then the counts.
+    /// Prints the time of each heading and of the longest test programs, then the counts.
     ///
     /// # Returns
     /// How many failed.
-    pub fn end(self) -> u64 {
+    pub fn end(mut self) -> u64 {
         let now = Instant::now();
         let ends = self.headings.iter().skip(1).map(|(_, begin)| *begin);
         println!("\n== seconds");
@@ -73,7 +118,12 @@ impl Tally {
             println!("{:7.1}  {words}", (end - *begin).as_secs_f64());
         }
         for (words, seconds) in &self.beside {
-            println!("{seconds:7.1}  beside the tests: {words}");
+            println!("{seconds:7.1}  beside: {words}");
+        }
+        self.programs
+            .sort_by(|(_, one), (_, other)| other.total_cmp(one));
+        for (program, seconds) in self.programs.iter().take(LONGEST) {
+            println!("{seconds:7.1}  of these: {program}");
         }
         if let Some((_, begin)) = self.headings.first() {
             println!("{:7.1}  in all", (now - *begin).as_secs_f64());
@@ -95,35 +145,37 @@ impl Tally {
 
     /// Runs `cargo ARGUMENTS`, a test command, and counts its tests.
     pub fn tests(&mut self, arguments: &[&str]) {
-        let ran = Ran::of(arguments, |line| println!("{line}"));
+        let ran = Ran::of(cargo_command(arguments), |line| println!("{line}"));
         self.count(ran);
     }
 
-    /// Runs a long test command, and `others` one after the other beside it: few of them need a whole processor. The output of
-    /// these comes behind the first's.
-    pub fn tests_beside(&mut self, arguments: &[&str], others: &[Tests]) {
-        let (ran, beside) = std::thread::scope(|scope| {
+    /// Does `long`, and `others` one after the other beside it: few steps need both processors all the time.
+    pub fn beside(&mut self, others: Vec<Beside>, long: impl FnOnce(&mut Self)) {
+        let beside = std::thread::scope(|scope| {
             let beside = scope.spawn(|| {
-                let each = others.iter().map(|tests| {
+                let each = others.into_iter().map(|Beside { heading, does }| {
                     let begin = Instant::now();
-                    let mut lines = Vec::new();
-                    let ran = Ran::of(&tests.arguments, |line| lines.push(line.to_owned()));
-                    (ran, lines, begin.elapsed().as_secs_f64())
+                    let came = does();
+                    (heading, came, begin.elapsed().as_secs_f64())
                 });
                 each.collect::<Vec<_>>()
             });
-            let ran = Ran::of(arguments, |line| println!("{line}"));
-            (ran, beside.join())
+            long(self);
+            beside.join()
         });
-        self.count(ran);
         let Ok(beside) = beside else {
-            return self.step(Err("what ran beside the tests panicked".to_owned()));
+            return self.step(Err("what ran beside other steps panicked".to_owned()));
         };
-        for (tests, (ran, lines, seconds)) in others.iter().zip(beside) {
-            println!("\n== {}", tests.heading);
-            lines.iter().for_each(|line| println!("{line}"));
-            self.count(ran);
-            self.beside.push((tests.heading, seconds));
+        for (heading, came, seconds) in beside {
+            println!("\n== {heading}");
+            match came {
+                Came::Steps(outcomes) => outcomes.into_iter().for_each(|one| self.step(one)),
+                Came::Tests(ran, lines) => {
+                    lines.iter().for_each(|line| println!("{line}"));
+                    self.count(ran);
+                }
+            }
+            self.beside.push((heading, seconds));
         }
     }
 
@@ -132,6 +184,7 @@ impl Tally {
     fn count(&mut self, ran: Ran) {
         self.passed += ran.passed;
         self.failed += ran.failed;
+        self.programs.extend(ran.programs);
         match ran.outcome {
             Ok(()) if ran.passed + ran.failed == 0 => self.step(Err("no test ran".to_owned())),
             Err(reason) if ran.failed == 0 => self.step(Err(reason)),
@@ -197,26 +250,44 @@ pub fn run(mut command: Command) -> Result<(), String> {
     }
 }
 
-/// Runs a command and shows each of its lines to `look`.
+/// Runs a command and shows each of its lines to `look`, whichever stream it comes on.
 fn watch(mut command: Command, mut look: impl FnMut(&str)) -> Result<(), String> {
-    let mut child = command
-        .stdout(Stdio::piped())
-        .spawn()
-        .map_err(|error| format!("{command:?} cannot be started ({error})"))?;
-    let output = child.stdout.take().expect("the output is piped");
+    let failed =
+        |words: &str, error: std::io::Error| format!("{words} cannot be started ({error})");
+    let words = format!("{command:?}");
+    let (output, input) = std::io::pipe().map_err(|error| failed(&words, error))?;
+    let other = input.try_clone().map_err(|error| failed(&words, error))?;
+    command.stdout(input).stderr(other);
+    let mut child = command.spawn().map_err(|error| failed(&words, error))?;
+    // It holds ends of the pipe, which would never be empty.
+    drop(command);
     for line in BufReader::new(output).split(b'\n') {
-        let line = line.map_err(|error| format!("{command:?}: {error}"))?;
-        let line = String::from_utf8_lossy(&line);
-        look(&line);
+        let line = line.map_err(|error| format!("{words}: {error}"))?;
+        look(&String::from_utf8_lossy(&line));
     }
-    let status = child
-        .wait()
-        .map_err(|error| format!("{command:?}: {error}"))?;
+    let status = child.wait().map_err(|error| format!("{words}: {error}"))?;
     if status.success() {
         Ok(())
     } else {
-        Err(format!("{command:?}: {status}"))
+        Err(format!("{words}: {status}"))
     }
+}
+
+/// The test program of a line such as `     Running tests/diagnose/main.rs (target/release/deps/diagnose-0123456789abcdef)`.
+fn test_program(line: &str) -> Option<&str> {
+    let line = line.trim_start();
+    if line.starts_with("Doc-tests ") {
+        return Some(line);
+    }
+    let (_, path) = line.strip_prefix("Running ")?.split_once(" (")?;
+    let file = Path::new(path.strip_suffix(')')?).file_stem()?.to_str()?;
+    Some(file.rsplit_once('-').map_or(file, |(name, _)| name))
+}
+
+/// Seconds in the line of [`test_counts`].
+fn test_seconds(line: &str) -> Option<f64> {
+    let (_, seconds) = line.split_once("finished in ")?;
+    seconds.trim().strip_suffix('s')?.parse().ok()
 }
 
 /// Passed and failed in a line such as `test result: ok. 12 passed; 0 failed; 1 ignored; ...`.
@@ -232,7 +303,8 @@ fn test_counts(line: &str) -> Option<(u64, u64)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Path, test_counts, whole};
+    use super::{Beside, Path, Tally, test_counts, test_program, test_seconds, watch, whole};
+    use std::process::Command;
 
     #[test]
     fn a_relative_folder_reaches_the_steps_from_the_root() {
@@ -242,9 +314,54 @@ mod tests {
 
     #[test]
     fn the_summary_of_a_test_run_is_read() {
-        let line =
-            "test result: FAILED. 12 passed; 3 failed; 1 ignored; 0 measured; 0 filtered out";
+        let line = "test result: FAILED. 12 passed; 3 failed; 1 ignored; 0 measured; 0 filtered out; \
+            finished in 12.25s";
         assert_eq!(test_counts(line), Some((12, 3)));
+        assert_eq!(test_seconds(line), Some(12.25));
         assert_eq!(test_counts("test a_name ... ok"), None);
+    }
+
+    #[test]
+    fn the_name_of_a_test_program_is_read() {
+        for (line, name) in [
+            (
+                "     Running tests/a_b/main.rs (target/release/deps/a_b-b266b321012fd9a2)",
+                Some("a_b"),
+            ),
+            (
+                "     Running unittests src/main.rs (/t/deps/verify-6f83e5fd07b49a2b)",
+                Some("verify"),
+            ),
+            ("   Doc-tests trueaxis", Some("Doc-tests trueaxis")),
+            ("   Compiling verify v0.1.0 (/a/b)", None),
+        ] {
+            assert_eq!(test_program(line), name, "{line}");
+        }
+    }
+
+    #[test]
+    fn lines_of_both_streams_come_in_their_order_and_a_failure_is_told() {
+        let mut command = Command::new("sh");
+        command.args(["-c", "echo one; echo two >&2; echo three; exit 3"]);
+        let mut lines = Vec::new();
+        let outcome = watch(command, |line| lines.push(line.to_owned()));
+        assert_eq!(lines, ["one", "two", "three"]);
+        assert!(outcome.is_err_and(|problem| problem.contains('3')));
+    }
+
+    #[test]
+    fn steps_side_by_side_are_all_counted() {
+        let (told, heard) = std::sync::mpsc::channel();
+        let waits = move || vec![heard.recv().map_err(|_| "alone".to_owned())];
+        let fails = || vec![Ok(()), Err("as it should".to_owned())];
+        let others = vec![Beside::steps("waits", waits), Beside::steps("fails", fails)];
+        let mut tally = Tally::default();
+        tally.beside(others, |tally| {
+            tally.heading("long");
+            // The other step ends only if it runs meanwhile.
+            tally.step(told.send(()).map_err(|error| error.to_string()));
+        });
+        assert_eq!(tally.beside.len(), 2);
+        assert_eq!((tally.passed, tally.end()), (3, 1));
     }
 }

@@ -8,7 +8,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Package, and the packages of this workspace that it may depend on.
-const MAY_DEPEND_ON: [(&str, &[&str]); 26] = [
+const MAY_DEPEND_ON: [(&str, &[&str]); 28] = [
     ("trueaxis", &[]),
     ("strapdown", &[]),
     ("rlg-recording", &[]),
@@ -140,6 +140,8 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 26] = [
     ("firmware-tests", &["trueaxis"]),
     ("interrupt-link", &["trueaxis"]),
     ("firmware-fuzz", &["trueaxis"]),
+    ("unit-tests", &[]),
+    ("unit-tests-above", &[]),
     ("verify", &[]),
 ];
 
@@ -162,6 +164,20 @@ struct Workspace {
     dependencies: BTreeMap<String, BTreeSet<String>>,
     /// Package, and its folder.
     folders: BTreeMap<String, PathBuf>,
+    /// Roots of the crates that are compiled with their tests.
+    tested: Vec<PathBuf>,
+    /// Package, and the roots of its library and its programs.
+    roots: BTreeMap<String, Vec<PathBuf>>,
+}
+
+/// The files of a package's targets that `is_one` wants.
+fn targets(package: &Value, is_one: impl Fn(&Value) -> bool) -> Vec<PathBuf> {
+    let targets = package["targets"].as_array().expect("targets").iter();
+    targets
+        .filter(|target| is_one(target))
+        .map(|target| PathBuf::from(target["src_path"].as_str().expect("a path")))
+        .map(|path| path.canonicalize().expect("a file"))
+        .collect()
 }
 
 fn workspace() -> Workspace {
@@ -201,9 +217,22 @@ fn workspace() -> Workspace {
             (text(&package["name"]), on)
         })
         .collect();
+    let is_tested = |target: &Value| target["test"] == true;
+    let tested = packages.iter().flat_map(|one| targets(one, is_tested));
+    let is_root = |target: &Value| {
+        let kinds = target["kind"].as_array().expect("kinds").iter();
+        kinds
+            .filter_map(Value::as_str)
+            .any(|kind| !matches!(kind, "test" | "bench" | "example" | "custom-build"))
+    };
+    let roots = packages
+        .iter()
+        .map(|package| (text(&package["name"]), targets(package, is_root)));
     Workspace {
         dependencies,
         folders,
+        tested: tested.collect(),
+        roots: roots.collect(),
     }
 }
 
@@ -378,6 +407,27 @@ fn no_module_imports_itself_through_others() {
         let names: Vec<String> = circular.iter().map(|name| name.join("::")).collect();
         assert!(names.is_empty(), "{package}: {}", names.join(", "));
     }
+}
+
+/// A crate without unit tests is not compiled again for none, and no unit test stands where no harness is built for it.
+#[test]
+fn unit_tests_are_built_once_and_only_where_there_are_any() {
+    let workspace = workspace();
+    let mut with_tests = 0;
+    for (package, roots) in &workspace.roots {
+        let all = modules(&workspace.folders[package]);
+        let has_tests = all.values().any(|source| {
+            let mut lines = source.lines();
+            lines.any(|line| line.trim() == "#[test]")
+        });
+        with_tests += usize::from(has_tests);
+        let built = workspace.tested.iter().filter(|path| roots.contains(path));
+        assert_eq!(built.count(), usize::from(has_tests), "{package}");
+    }
+    assert!(
+        with_tests > 10,
+        "only {with_tests} packages with unit tests"
+    );
 }
 
 #[test]
