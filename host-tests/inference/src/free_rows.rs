@@ -103,12 +103,8 @@ impl FreeRows {
     pub fn take_out(&self, values: &mut [f64], weights: &[f64], dct: &Dct) {
         match &self.shapes {
             Shapes::Spectra(spectra) => {
-                let score = spectra.iter().map(|shape| {
-                    let products = shape.iter().zip(&*values).zip(weights);
-                    products
-                        .map(|((a, b), weight)| f64::from(*a) * b * weight)
-                        .sum::<f64>()
-                });
+                let groups = spectra.chunks(SIDE_BY_SIDE);
+                let score = groups.flat_map(|group| scores(group, values, weights));
                 let sizes = &self.inverse * DVector::from_iterator(spectra.len(), score);
                 for (shape, size) in spectra.iter().zip(sizes.iter()) {
                     for (value, part) in values.iter_mut().zip(shape) {
@@ -250,6 +246,33 @@ fn cosine_sums(h: &[f64]) -> Vec<f64> {
         .process(&mut around, &mut spectrum)
         .expect("lengths as planned");
     spectrum.iter().map(|value| value.re).collect()
+}
+
+/// Shapes whose sums are formed side by side: each is as by itself to the last bit, and one addition need not wait for another.
+const SIDE_BY_SIDE: usize = 4;
+
+/// EᵀS⁻¹ y of at most as many shapes.
+fn scores(group: &[Vec<f32>], values: &[f64], weights: &[f64]) -> Vec<f64> {
+    match group.len() {
+        1 => scores_of::<1>(group, values, weights).to_vec(),
+        2 => scores_of::<2>(group, values, weights).to_vec(),
+        3 => scores_of::<3>(group, values, weights).to_vec(),
+        _ => scores_of::<SIDE_BY_SIDE>(group, values, weights).to_vec(),
+    }
+}
+
+/// The same of `N` shapes.
+fn scores_of<const N: usize>(group: &[Vec<f32>], values: &[f64], weights: &[f64]) -> [f64; N] {
+    let rows = values.len().min(weights.len());
+    let (values, weights) = (&values[..rows], &weights[..rows]);
+    let shapes: [&[f32]; N] = std::array::from_fn(|place| &group[place][..rows]);
+    let mut sums = [0.0; N];
+    for row in 0..rows {
+        for (sum, shape) in sums.iter_mut().zip(shapes) {
+            *sum += f64::from(shape[row]) * values[row] * weights[row];
+        }
+    }
+    sums
 }
 
 /// EᵀS⁻¹E of spectra.
