@@ -123,12 +123,6 @@ def test_killed_half_way_and_resumed_on_one_core_it_writes_the_same_bytes(comman
     assert bytes_of(work) == bytes_of(whole)
 
 
-def test_on_one_core_without_a_kill_it_writes_the_same_bytes(command, recordings, whole, tmp_path):
-    work = work_on(recordings, tmp_path / "work")
-    subprocess.run(arguments(command, work, "--cores", "1"), check=True, capture_output=True)
-    assert bytes_of(work) == bytes_of(whole)
-
-
 def test_a_second_run_does_nothing(command, whole):
     before = {file: file.stat().st_mtime_ns for file in whole.rglob("*") if file.is_file() and ".snakemake" not in file.parts}
     again = subprocess.run(arguments(command, whole, "--cores", "1"), check=True, capture_output=True, text=True)

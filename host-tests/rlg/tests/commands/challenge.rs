@@ -78,6 +78,8 @@ fn shards_and_threads_give_the_bytes_of_the_whole_and_a_changed_answer_is_notice
         "the page needs no network"
     );
 
+    a_trial_repeated_alone_is_the_same_trial(at);
+
     assert!(rlg(at, &["--check", "whole"]).status.success());
     let file = at.join("whole/answers.jsonl");
     let answers = fs::read_to_string(&file).expect("written");
@@ -95,14 +97,11 @@ fn shards_and_threads_give_the_bytes_of_the_whole_and_a_changed_answer_is_notice
     assert!(!at.join("twice").exists(), "nothing half written");
 }
 
-#[test]
-fn a_trial_repeated_alone_is_the_same_trial() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let at = folder.path();
-    challenge(at, &["--out", "all"]);
+/// The last trial of `whole` by itself, and the recording that is kept of it.
+fn a_trial_repeated_alone_is_the_same_trial(at: &Path) {
     challenge(at, &["--out", "one", "--trial", "3"]);
     for file in ["answers.jsonl", "outcomes.jsonl", "commitments.txt"] {
-        let [all, one] = ["all", "one"]
+        let [all, one] = ["whole", "one"]
             .map(|name| fs::read_to_string(at.join(name).join(file)).expect("written"));
         assert_eq!(all.lines().nth(3), one.lines().next(), "{file}");
     }

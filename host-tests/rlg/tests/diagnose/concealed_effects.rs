@@ -2,7 +2,7 @@
 //! those of real instruments, at a matched-filter SNR of 15 and more.
 
 use super::attitude::{instrument, still};
-use super::support::{at_a_quarter, concealed, holds, kinds, number, sizes_are};
+use super::support::{at_a_quarter, concealed, holds, kinds, number, of_gyros, sizes_are};
 use rlg::diagnose::diagnose;
 use rlg::diagnose::result::{Diagnosis, Verdict};
 use rlg::recording::Quantity;
@@ -14,7 +14,8 @@ use std::path::Path;
 const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../../scenarios/null.toml");
 
 fn diagnosis_of(effect: &str, seed: u64) -> Diagnosis {
-    diagnosis_in(&at_a_quarter(STILL_SLEWS_AND_VIBRATION), effect, seed)
+    let scenario = of_gyros(&at_a_quarter(STILL_SLEWS_AND_VIBRATION));
+    diagnosis_in(&scenario, effect, seed)
 }
 
 fn diagnosis_in(scenario: &str, effect: &str, seed: u64) -> Diagnosis {
@@ -61,7 +62,7 @@ fn nothing_concealed_is_nothing_found_in_full() {
 
 fn nothing_is_found(seeds: RangeInclusive<u64>) {
     for seed in seeds {
-        let diagnosis = diagnosis_of("", seed);
+        let diagnosis = diagnosis_in(&at_a_quarter(STILL_SLEWS_AND_VIBRATION), "", seed);
         assert_eq!(
             diagnosis.verdict,
             Verdict::Matches,
@@ -175,12 +176,17 @@ fn an_installation_error_is_named() {
 }
 
 #[test]
-fn a_wrong_dither_gain_and_delay_are_named() {
+fn a_wrong_dither_gain_is_named() {
     is_named("dither_gain", &[("x", 1e-4), ("y", -2e-4), ("z", 3e-4)]);
+}
+
+#[test]
+#[ignore = "delays beside attitudes in `slow_reference` by day: --test diagnose -- --ignored in_full"]
+fn a_wrong_dither_delay_is_named_in_full() {
     // At a quarter of the rows the dither's phase moves so fast that a rest stays unexplained.
     let (kind, truth) = ("dither_delay", [("x", 5e-7), ("y", -8e-7), ("z", 1e-6)]);
     let effect = format!("\n{}", concealed(kind, &truth));
-    let diagnosis = diagnosis_in(STILL_SLEWS_AND_VIBRATION, &effect, 11);
+    let diagnosis = diagnosis_in(&of_gyros(STILL_SLEWS_AND_VIBRATION), &effect, 11);
     is_said_of(&diagnosis, kind, &truth);
 }
 
@@ -247,10 +253,8 @@ fn two_effects_at_once_are_both_named() {
 
 #[test]
 fn a_stuck_counter_is_a_fault_of_the_data_and_is_left_out_of_everything_else() {
-    let scenario = Scenario::parse(
-        &at_a_quarter(STILL_SLEWS_AND_VIBRATION),
-        Path::new("null.toml"),
-    );
+    let text = of_gyros(&at_a_quarter(STILL_SLEWS_AND_VIBRATION));
+    let scenario = Scenario::parse(&text, Path::new("null.toml"));
     let mut simulation = simulate(&scenario.expect("a scenario"), 3, |_| {});
     let channel = simulation.recording.tables[0]
         .channels

@@ -33,19 +33,28 @@ fn tumble(rate_rad_s: f64) -> String {
     )
 }
 
-/// The diagnosis of a motion with an effect, without accelerometers, at 1000 rows a second; and of its model.
+/// The diagnosis of a vibration with an effect, without accelerometers, at 1000 rows a second; and of its model.
 fn diagnosed(motion: &[String], effect: &str) -> (Diagnosis, Diagnosis) {
-    diagnosed_in_pulses(1e-9, motion, effect)
+    diagnosed_at("1000.0", 1e-9, motion, effect)
 }
 
-/// The same by gyros that count in pulses.
-fn diagnosed_in_pulses(pulse_rad: f64, motion: &[String], effect: &str) -> (Diagnosis, Diagnosis) {
+/// The same of turns, which the table's own 400 rows a second show, by gyros that count in pulses.
+fn turned(pulse_rad: f64, motion: &[String], effect: &str) -> (Diagnosis, Diagnosis) {
+    diagnosed_at("400.0", pulse_rad, motion, effect)
+}
+
+fn diagnosed_at(
+    rate_hz: &str,
+    pulse_rad: f64,
+    motion: &[String],
+    effect: &str,
+) -> (Diagnosis, Diagnosis) {
     let instrument = TABLE
         .split("[accelerometer]")
         .next()
         .expect("an instrument");
     let instrument = instrument
-        .replace("rate_hz = 400.0", "rate_hz = 1000.0")
+        .replace("rate_hz = 400.0", &format!("rate_hz = {rate_hz}"))
         .replace(
             "[1e-9, 1e-9, 1e-9]",
             &format!("[{pulse_rad:e}, {pulse_rad:e}, {pulse_rad:e}]"),
@@ -105,7 +114,7 @@ fn an_encoders_harmonic_is_found_with_its_order() {
         "{}axis = \"z\"\norder = 3\n",
         concealed("reference_harmonic", &[("cos", 2e-6), ("sin", -1e-6)])
     );
-    let both = diagnosed(&motion, &effect);
+    let both = turned(1e-9, &motion, &effect);
     explains_alone("reference_harmonic", &both);
     let found = &both.0.effects[0];
     holds(found, &[("cos", 2e-6), ("sin", -1e-6)]);
@@ -198,13 +207,13 @@ fn delays_of_gyros_and_reference_are_seen_by_their_difference() {
 fn a_dead_band_about_rest_is_lock_in_with_each_gyros_threshold() {
     let thresholds = [("x", 1.2e-3), ("y", 8e-4), ("z", 1e-3)];
     let motion = [tumble(0.05)];
-    let both = diagnosed_in_pulses(1e-6, &motion, &concealed("lock_in", &thresholds));
+    let both = turned(1e-6, &motion, &concealed("lock_in", &thresholds));
     explains_alone("lock_in", &both);
     let found = &both.0.effects[0];
     holds(found, &thresholds);
     let is_sharp = |(axis, _)| number(found, axis).1 < 8.5e-7;
     assert!(thresholds.into_iter().all(is_sharp), "{found:#?}");
-    let (free, _) = diagnosed_in_pulses(1e-6, &motion, "");
+    let (free, _) = turned(1e-6, &motion, "");
     names_nothing(&free, "no threshold");
 }
 
@@ -213,7 +222,11 @@ fn a_dead_band_about_rest_is_lock_in_with_each_gyros_threshold() {
 #[test]
 fn coarse_pulses_are_named_by_their_weight_and_nothing_that_they_make() {
     let pulses = [("x", 1.2e-6), ("y", 1.7e-6), ("z", 1.4e-6)];
-    let both = diagnosed(&[tumble(0.05)], &concealed("pulse_quantisation", &pulses));
+    let both = turned(
+        1e-9,
+        &[tumble(0.05)],
+        &concealed("pulse_quantisation", &pulses),
+    );
     explains_alone("pulse_quantisation", &both);
     holds(&both.0.effects[0], &pulses);
 }

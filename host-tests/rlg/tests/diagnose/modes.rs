@@ -1,7 +1,7 @@
 //! Resonances and encoder errors concealed by this workspace's simulator: effects that are not linear in their
 //! parameters, and the linear ones they could be taken for.
 
-use super::support::{at_a_quarter, concealed, holds, number};
+use super::support::{at_a_quarter, concealed, holds, number, of_gyros};
 use rlg::diagnose::diagnose;
 use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
 use rlg::model::Model;
@@ -18,9 +18,9 @@ fn run(recording: &Recording, model: &Model) -> (Diagnosis, Model) {
     (outcome.diagnosis, outcome.model)
 }
 
-/// Diagnosis of the scenario with `effect`, which the diagnosis with the found model must call a match.
+/// Diagnosis of the scenario's gyros with `effect`, which the diagnosis with the found model must call a match.
 fn diagnosis_of(scenario: &str, effect: &str) -> Diagnosis {
-    diagnosis_in(&at_a_quarter(scenario), effect)
+    diagnosis_in(&of_gyros(&at_a_quarter(scenario)), effect)
 }
 
 fn diagnosis_in(scenario: &str, effect: &str) -> Diagnosis {
@@ -191,7 +191,8 @@ fn a_weak_resonance_that_no_other_effect_resembles_is_sought_by_itself_in_full()
 }
 
 #[test]
-fn a_stiff_suspension_is_no_resonance() {
+#[ignore = "one without a dither in `families` by day: --test diagnose -- --ignored in_full"]
+fn a_stiff_suspension_is_no_resonance_in_full() {
     let diagnosis = diagnosis_of(vibration(), &concealed("axis_flexure", &FLEXURE));
     assert_eq!(diagnosis.effects.len(), 1, "{:#?}", diagnosis.summary);
     assert_eq!(diagnosis.effects[0].kind, "axis_flexure");

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::support::{at_a_quarter, concealed, holds, kinds, names_nothing};
+use super::support::{at_a_quarter, concealed, holds, kinds, names_nothing, of_gyros};
 use rlg::diagnose::result::Verdict;
 use rlg::diagnose::streams::Streams;
 use rlg::diagnose::{Settings, diagnose_under};
@@ -20,8 +20,8 @@ const TABLE: &str = include_str!("table_programme.toml");
 #[test]
 fn findings_do_not_depend_on_the_rows_that_test_them() {
     let effect = concealed("gyro_scale", &[("x", 2e-5), ("y", -3e-5), ("z", 2e-5)]);
-    let text = format!("{}{effect}", at_a_quarter(STILL_SLEWS_AND_VIBRATION));
-    the_same_with_other_test_rows(&text, &["gyro_scale"]);
+    let scenario = of_gyros(&at_a_quarter(STILL_SLEWS_AND_VIBRATION));
+    the_same_with_other_test_rows(&format!("{scenario}{effect}"), &["gyro_scale"]);
 }
 
 /// The weight of coarse pulses is read off the values, of the rows that may be looked at.

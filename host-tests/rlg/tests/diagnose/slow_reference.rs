@@ -1,6 +1,8 @@
 //! Slow references that sum up increments, and what the gyros beside a slow reference may bring along: dithers that were
 //! taken out wrongly, noise that the model does not state or states too much of.
 
+use std::ops::RangeInclusive;
+
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
@@ -76,6 +78,16 @@ fn the_noise_of_an_encoder_is_about_its_own_axis() {
 /// An attitude integrated from increments at 100 Hz misses what cones of 90 Hz add: 2 degrees an hour.
 #[test]
 fn a_cone_faster_than_the_reference_is_in_the_sums_of_both() {
+    fast_cones_are_in_the_sums(1..=1);
+}
+
+#[test]
+#[ignore = "many seeds: --test diagnose -- --ignored in_full"]
+fn a_cone_faster_than_the_reference_is_in_the_sums_of_both_in_full() {
+    fast_cones_are_in_the_sums(1..=3);
+}
+
+fn fast_cones_are_in_the_sums(seeds: RangeInclusive<u64>) {
     let text = format!(
         "{}{}{}{}{}",
         fine_gyros(2000.0),
@@ -84,7 +96,7 @@ fn a_cone_faster_than_the_reference_is_in_the_sums_of_both() {
         coning("x", 90.0, 2e-4, 8.0),
         coning("z", 73.0, 2e-4, 8.0)
     );
-    for seed in 1..=3 {
+    for seed in seeds {
         let simulation = made(&text, seed);
         names_nothing(
             &told(&sums(&simulation, 20, 0.0), &simulation),
@@ -95,9 +107,9 @@ fn a_cone_faster_than_the_reference_is_in_the_sums_of_both() {
 
 #[test]
 fn sums_of_a_reference_that_is_turned_or_late_say_so() {
-    let simulation = made(&moved(&fine_gyros(1000.0)), 5);
+    let simulation = made(&moved(&fine_gyros(400.0)), 5);
     for turn_rad in [4e-4_f64, 0.08] {
-        let mut recording = sums(&simulation, 20, 0.0);
+        let mut recording = sums(&simulation, 8, 0.0);
         let channels = &mut recording.tables[1].channels;
         for row in 0..channels[0].values.len() {
             let (x, y) = (channels[0].values[row], channels[1].values[row]);
@@ -110,7 +122,7 @@ fn sums_of_a_reference_that_is_turned_or_late_say_so() {
         sizes_are(&diagnosis.effects[0], &[("z", turn_rad)]);
     }
     for late_s in [0.001, 0.137] {
-        let diagnosis = told(&sums(&simulation, 20, late_s), &simulation);
+        let diagnosis = told(&sums(&simulation, 8, late_s), &simulation);
         let expected = ["reference_delay"];
         assert_eq!(kinds(&diagnosis), expected, "{:#?}", diagnosis.summary);
         sizes_are(&diagnosis.effects[0], &[("all", late_s)]);
@@ -145,9 +157,19 @@ fn a_dither_that_was_taken_out_wrongly_shows_in_attitudes() {
 /// have to have three times the declared one.
 #[test]
 fn drift_of_one_gyro_that_the_model_does_not_state_is_no_random_walk_of_angle() {
+    drift_is_no_walk(1..=1);
+}
+
+#[test]
+#[ignore = "many seeds: --test diagnose -- --ignored in_full"]
+fn drift_of_one_gyro_that_the_model_does_not_state_is_no_random_walk_of_angle_in_full() {
+    drift_is_no_walk(1..=3);
+}
+
+fn drift_is_no_walk(seeds: RangeInclusive<u64>) {
     const SIZE_RAD_S: f64 = 1e-6;
     const RELAXES_S: f64 = 1.5;
-    for seed in 1..=3 {
+    for seed in seeds {
         let simulation = made(&moved(&instrument(1000.0)), seed);
         let mut recording = slow(&simulation, 50, 0);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -169,8 +191,18 @@ fn drift_of_one_gyro_that_the_model_does_not_state_is_no_random_walk_of_angle() 
 /// A model may state pulses that a recorder of increments never wrote.
 #[test]
 fn gyros_without_the_pulses_that_the_model_states_match_it() {
+    stated_pulses_may_be_absent(1..=1);
+}
+
+#[test]
+#[ignore = "many seeds: --test diagnose -- --ignored in_full"]
+fn gyros_without_the_pulses_that_the_model_states_match_it_in_full() {
+    stated_pulses_may_be_absent(1..=2);
+}
+
+fn stated_pulses_may_be_absent(seeds: RangeInclusive<u64>) {
     let fine = fine_gyros(1000.0).replace("angle_noise_rad = 1.0e-6", "angle_noise_rad = 1.0e-9");
-    for seed in 1..=2 {
+    for seed in seeds {
         let mut simulation = made(&moved(&fine), seed);
         simulation.model.gyro.pulse_weight_rad = [2.1e-6, 1.9e-6, 2.0e-6];
         names_nothing(
@@ -186,6 +218,16 @@ fn gyros_without_the_pulses_that_the_model_states_match_it() {
 /// Before and after a motion a few seconds of attitudes know no random walk; the one step between them is then no physics.
 #[test]
 fn a_walk_that_nobody_states_is_as_large_as_the_attitudes_allow() {
+    a_walk_is_as_large_as_allowed(1..=1);
+}
+
+#[test]
+#[ignore = "many seeds: --test diagnose -- --ignored in_full"]
+fn a_walk_that_nobody_states_is_as_large_as_the_attitudes_allow_in_full() {
+    a_walk_is_as_large_as_allowed(1..=4);
+}
+
+fn a_walk_is_as_large_as_allowed(seeds: RangeInclusive<u64>) {
     let text = format!(
         "{}{}{}{}",
         fine_gyros(1000.0),
@@ -193,7 +235,7 @@ fn a_walk_that_nobody_states_is_as_large_as_the_attitudes_allow() {
         slews(),
         still(4.0)
     );
-    for seed in 1..=4 {
+    for seed in seeds {
         let mut simulation = made(&text, seed);
         simulation.model.gyro.angle_random_walk_rad_sqrt_s = None;
         let mut recording = slow(&simulation, 50, 0);

@@ -15,6 +15,15 @@ pub fn at_a_quarter(scenario: &str) -> String {
     thinned
 }
 
+/// The scenario without its accelerometers, whose columns and noise are a third of the work: for what gyros alone show.
+pub fn of_gyros(scenario: &str) -> String {
+    let (before, rest) = scenario
+        .split_once("[accelerometer]")
+        .expect("it has accelerometers");
+    let (_, motion) = rest.split_once("[[motion]]").expect("it moves");
+    format!("{before}[[motion]]{motion}")
+}
+
 /// An effect of a scenario that its model does not tell.
 pub fn concealed(kind: &str, values: &[(&str, f64)]) -> String {
     let values: String = values

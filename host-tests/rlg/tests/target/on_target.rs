@@ -107,10 +107,16 @@ fn play(core: TargetCore, slots: &SlotImages, records: &[BankRecord]) -> OnTarge
         .expect("the image runs")
 }
 
+/// Samples of each size of noise: no multiple of an output's.
+const SAMPLES: usize = 5_003;
+
+/// The same for a longer look.
+const SAMPLES_IN_FULL: usize = 20_003;
+
 /// Samples within every range, at the acceleration stage's limit, and far beyond all.
-fn holds_bit_for_bit(core: TargetCore) {
+fn holds_bit_for_bit(core: TargetCore, samples: usize) {
     for (counts, codes) in [(20, 50_000), (220, 2_000_000), (i32::MAX, i32::MAX)] {
-        let samples = noisy_samples(20_003, counts, codes);
+        let samples = noisy_samples(samples, counts, codes);
         let result = run(core, &samples);
         assert!(result.bit_equal, "{:?}", result.first_difference);
         assert_eq!(result.samples as usize, samples.len());
@@ -125,18 +131,27 @@ fn holds_bit_for_bit(core: TargetCore) {
 #[test]
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
 fn the_f32_image_gives_the_hosts_bits_whatever_enters() {
-    holds_bit_for_bit(TargetCore::F32);
+    holds_bit_for_bit(TargetCore::F32, SAMPLES);
 }
 
 #[test]
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
 fn the_fixed_image_gives_the_hosts_bits_whatever_enters() {
-    holds_bit_for_bit(TargetCore::Fixed);
+    holds_bit_for_bit(TargetCore::Fixed, SAMPLES);
+}
+
+#[test]
+#[ignore = "needs qemu-system-arm, and minutes: --test target -- --ignored in_full"]
+fn the_images_give_the_hosts_bits_whatever_enters_in_full() {
+    for core in [TargetCore::F32, TargetCore::Fixed] {
+        holds_bit_for_bit(core, SAMPLES_IN_FULL);
+        holds_bit_for_bit_with_accelerometers(core, SAMPLES_IN_FULL);
+    }
 }
 
 /// Accelerometer codes within their range, around their limit and far beyond it; pulses, and the finer codes
 /// of a replayed recording, whose limit is that of the integer sum. The gyros likewise.
-fn holds_bit_for_bit_with_accelerometers(core: TargetCore) {
+fn holds_bit_for_bit_with_accelerometers(core: TargetCore, samples: usize) {
     const REPLAYED_M_S: [f64; 3] = [1.0 / (1u64 << 29) as f64; 3];
     for (weight_m_s, counts, codes, forces) in [
         (PULSE_M_S, 20, 50_000, 2_000),
@@ -145,7 +160,7 @@ fn holds_bit_for_bit_with_accelerometers(core: TargetCore) {
         (PULSE_M_S, 20, 50_000, i32::MAX),
         (REPLAYED_M_S, i32::MAX, i32::MAX, i32::MAX),
     ] {
-        let samples = noisy_samples_with_forces(20_003, counts, codes, forces);
+        let samples = noisy_samples_with_forces(samples, counts, codes, forces);
         let parameters = parameters_with_accelerometers(weight_m_s);
         let slots = SlotImages::both(&parameters);
         let result = play(core, &slots, &records_of(samples.iter().copied()));
@@ -170,13 +185,13 @@ fn holds_bit_for_bit_with_accelerometers(core: TargetCore) {
 #[test]
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
 fn the_f32_image_gives_the_hosts_bits_whatever_accelerometers_send() {
-    holds_bit_for_bit_with_accelerometers(TargetCore::F32);
+    holds_bit_for_bit_with_accelerometers(TargetCore::F32, SAMPLES);
 }
 
 #[test]
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
 fn the_fixed_image_gives_the_hosts_bits_whatever_accelerometers_send() {
-    holds_bit_for_bit_with_accelerometers(TargetCore::Fixed);
+    holds_bit_for_bit_with_accelerometers(TargetCore::Fixed, SAMPLES);
 }
 
 #[test]

@@ -34,14 +34,14 @@ fn raw_image(core: TargetCore) -> Image {
     Image::build_with_raw(Platform::Emulator, core).expect("the image builds")
 }
 
-/// A unit with accelerometers that rests for a second and is shaken for four.
+/// A unit with accelerometers that rests for a second and is shaken for two.
 fn short_scenario() -> String {
     let null = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/null.toml");
     let text = fs::read_to_string(null).expect("the scenario");
     let (unit, _) = text.split_once("[[motion]]").expect("motions");
     format!(
         "{unit}[[motion]]\nkind = \"still\"\nduration_s = 1.0\n\n[[motion]]\nkind = \"vibration\"\nlow_hz = 10.0\n\
-         high_hz = 120.0\nrate_rms_rad_s = [0.15, 0.15, 0.15]\nduration_s = 4.0\nramp_s = 0.5\n"
+         high_hz = 120.0\nrate_rms_rad_s = [0.15, 0.15, 0.15]\nduration_s = 2.0\nramp_s = 0.5\n"
     )
 }
 
@@ -177,7 +177,7 @@ fn the_stream_costs_the_interrupt_a_constant() {
     for core in [TargetCore::F32, TargetCore::Fixed] {
         let parameters = parameters_with_accelerometers(PULSE_M_S);
         let played = |image: &Image| {
-            let samples = noisy_samples_with_forces(20_003, 20, 50_000, 500);
+            let samples = noisy_samples_with_forces(4_003, 20, 50_000, 500);
             on_target::compare(image, core, &parameters, samples, &mut |_| {})
                 .expect("the image runs")
         };

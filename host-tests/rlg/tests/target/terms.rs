@@ -89,8 +89,8 @@ fn the_images_with_every_term_give_the_hosts_bits() {
         // Flash, RAM and stack are those of every image.
         let exceeded = budgets.exceeded_by_image(&image).expect("an image");
         assert!(exceeded.is_empty(), "{exceeded:?}");
-        equals_the_host(&image, core, 20_003, [20, 50_000, 2_000]);
-        equals_the_host(&image, core, 20_003, [i32::MAX; 3]);
+        equals_the_host(&image, core, 8_003, [20, 50_000, 2_000]);
+        equals_the_host(&image, core, 8_003, [i32::MAX; 3]);
         let bare = Image::build(Platform::Emulator, core).expect("the image builds");
         assert_eq!(bare.term_kinds, TermKinds::NONE);
         let refused = on_target::compare(&bare, core, &parameters(), [], &mut |_| {});

@@ -68,7 +68,7 @@ fn takes_a_block(core: TargetCore) {
         emulator::run_with_port(&image.path, &slots, &records, talk).expect("the image runs");
     assert_eq!(stored.0[0], slots.0[0], "the slot in use was touched");
 
-    let samples = &records[..20_000];
+    let samples = &records[..5_000];
     let result = on_target::compare_records(&image, core, &stored, samples, &mut |_| {})
         .expect("the image runs");
     assert!(result.bit_equal, "{:?}", result.first_difference);

@@ -2,7 +2,7 @@
 //! tests of hidden effects compare it by.
 //!
 //! A [`Case`] comes from text for the workspace's simulator. The instrument is that of `null.toml` (0.4″ pulses, 0.002
-//! °/√h, dithers of 150″), its rows at 1000 Hz.
+//! °/√h, dithers of 150″) without accelerometers, its rows at 1000 Hz.
 
 use rlg::diagnose::diagnose;
 use rlg::diagnose::qualify::qualify;
@@ -139,9 +139,9 @@ pub(super) struct Case {
 impl Case {
     pub(super) fn made(motion: &[String], effects: &[String], seed: u64) -> (Recording, Model) {
         let instrument = STILL_SLEWS_AND_VIBRATION
-            .split("[[motion]]")
+            .split("[accelerometer]")
             .next()
-            .expect("an instrument before its motion")
+            .expect("an instrument before its accelerometers")
             .replace("rate_hz = 4000.0", "rate_hz = 1000.0");
         Self::simulated(
             &format!("{instrument}{}{}", motion.concat(), effects.concat()),

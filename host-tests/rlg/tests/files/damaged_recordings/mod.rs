@@ -12,11 +12,14 @@ use rlg::model::Model;
 use rlg::recording::Recording;
 use rlg::report::page;
 
-/// Damaged recordings; `RLG_DAMAGED` asks for another number, and the fuzz target goes on where these end.
+/// Damaged recordings of the long test; `RLG_DAMAGED` asks for another number, and the fuzz target goes on where these end.
 const CASES: u64 = 300;
 
-/// Of these every one is also given to the command, which takes a process each.
-const COMMANDS: u64 = 24;
+/// Of the short one.
+const FEWER: u64 = 100;
+
+/// Further ones for the command, which takes a process each.
+const COMMANDS: u64 = 16;
 
 /// Bytes that choose the damage: one to three damages.
 const MOST_BYTES: usize = 14;
@@ -57,8 +60,18 @@ fn cases() -> u64 {
 
 #[test]
 fn a_damaged_recording_ends_in_a_verdict_or_in_one_sentence() {
+    each_ends_in_a_verdict_or_a_sentence(FEWER);
+}
+
+#[test]
+#[ignore = "many seeds: --test files -- --ignored in_full"]
+fn a_damaged_recording_ends_in_a_verdict_or_in_one_sentence_in_full() {
+    each_ends_in_a_verdict_or_a_sentence(cases());
+}
+
+fn each_ends_in_a_verdict_or_a_sentence(cases: u64) {
     let (mut verdicts, mut sentences, mut panics) = (0, 0, Vec::new());
-    for seed in 0..cases() {
+    for seed in 0..cases {
         let folder = tempfile::tempdir().expect("a temporary folder");
         damage::write(&damage::damaged(&choices(seed)), folder.path());
         let said = std::panic::catch_unwind(|| outcome(folder.path()));
@@ -74,7 +87,7 @@ fn a_damaged_recording_ends_in_a_verdict_or_in_one_sentence() {
     }
     assert!(panics.is_empty(), "panics with seeds {panics:?}");
     // Damage that always or never shows tests nothing.
-    let both = cases() / 5..cases();
+    let both = cases / 5..cases;
     assert!(
         both.contains(&verdicts) && both.contains(&sentences),
         "{verdicts} verdicts, {sentences} sentences"
