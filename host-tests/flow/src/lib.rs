@@ -8,6 +8,7 @@
 //! | a recording longer than memory | `rlg-diagnosis::long` (`long.rs`) |
 //! | gyros beside attitudes, or beside increments on other rows | `rlg-attitude` (`attitudes.rs`) |
 //! | accelerometers, beside each of these | `rlg-force` |
+//! | accelerometers in still positions, without a reference | `rlg-force::positions` |
 //!
 //! Enters: a recording and the model that predicts it. Leaves: [`Outcome`]. Nothing here reads truth files or
 //! imports the simulator.
@@ -24,6 +25,7 @@ pub use long::{LongRecording, MOST_ROWS};
 pub use rlg_attitude::serves as is_slow;
 pub use rlg_diagnosis::{Outcome, Settings, locate, pictures};
 pub use rlg_findings::result;
+pub use rlg_force::positions::serves as stands_in_positions;
 pub use rlg_signal::{qualify, streams};
 pub use together::diagnose_together;
 
@@ -89,6 +91,10 @@ pub fn diagnose_under(
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
     let of = (model, model_file);
+    if stands_in_positions(recording) {
+        rlg_diagnosis::data::is_predictable(model, model_file)?;
+        return rlg_force::positions::diagnose(settings, recording, model, progress);
+    }
     if is_slow(recording, model) {
         return attitudes::diagnose(settings, recording, of, progress);
     }

@@ -10,7 +10,7 @@ use rlg_force::Part;
 use rlg_force::reference::measured_noise;
 use rlg_model::{Model, MotionSource};
 use rlg_recording::error::InputError;
-use rlg_recording::{Extent, Recording};
+use rlg_recording::{Extent, Quantity, Recording};
 use rlg_signal::streams::Streams;
 
 use crate::{Outcome, Settings, TOO_FEW_ROWS, accelerometers, unusable};
@@ -26,7 +26,7 @@ pub struct LongRecording<'a> {
 }
 
 impl<'a> LongRecording<'a> {
-    /// Looks at a folder, of which `most_rows` rows may be held; `None` where all of it may, or must: units at rest, slower
+    /// Looks at a folder, of which `most_rows` rows may be held; `None` where all of it may, or must: units at rest, accelerometers alone, slower
     /// references and tables that are no Parquet are read whole.
     ///
     /// # Errors
@@ -36,7 +36,9 @@ impl<'a> LongRecording<'a> {
         model: &Model,
         most_rows: usize,
     ) -> Result<Option<Self>, InputError> {
-        if model.motion != MotionSource::Reference {
+        let has_gyros = |one: &Quantity| Quantity::GYROS.contains(one);
+        let is_beside = model.motion == MotionSource::Reference;
+        if !is_beside || !Recording::quantities(folder)?.iter().any(has_gyros) {
             return Ok(None);
         }
         let extent = Recording::extent(folder)?.filter(|extent| extent.rows > most_rows);

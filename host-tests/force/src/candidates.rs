@@ -66,9 +66,9 @@ impl Columns for PoolColumns<'_> {
 }
 
 /// Prices of variants and odds of everyday errors, as of the gyros' (rlg-catalogue).
-const ONE_AXIS: f64 = rlg_catalogue::candidates::ONE_AXIS;
-const SHARED: f64 = rlg_catalogue::candidates::SHARED;
-const EVERYDAY: f64 = 1.0 / 3.0;
+pub(crate) const ONE_AXIS: f64 = rlg_catalogue::candidates::ONE_AXIS;
+pub(crate) const SHARED: f64 = rlg_catalogue::candidates::SHARED;
+pub(crate) const EVERYDAY: f64 = 1.0 / 3.0;
 
 /// What a parameter adds to accelerometer `axis` at a size: columns with factors, to the end of what is not linear in it.
 pub fn terms_of(kind: &Kind, name: &str, axis: usize, size: f64) -> Vec<(Column, f64)> {

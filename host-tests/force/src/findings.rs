@@ -30,10 +30,10 @@ use crate::prediction::channel_name;
 use crate::search::{Found, of_verticals};
 
 /// m/s² to millionths of standard gravity.
-const MICRO_G: f64 = 1e6 / rlg_recording::units::STANDARD_GRAVITY_M_S2;
+pub(crate) const MICRO_G: f64 = 1e6 / rlg_recording::units::STANDARD_GRAVITY_M_S2;
 
 /// What stands in a class for an accelerometer that drifts (IEEE 1293).
-const DRIFT: &str = "acceleration_random_walk";
+pub(crate) const DRIFT: &str = "acceleration_random_walk";
 
 /// Says why no accelerometer effect was looked for.
 pub fn say_why_not(reason: &str, outcome: &mut Outcome) {

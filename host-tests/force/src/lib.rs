@@ -8,7 +8,10 @@
 //! their reference's.
 //!
 //! Predicted is the force of a unit that is turned and not shaken: gravity, carried by the reference, and what lever arms feel
-//! of the turning. At rest gravity is one number for three accelerometers: nothing is named there.
+//! of the turning. At rest gravity is one number for three accelerometers: nothing is named there. A unit that stands still in many
+//! attitudes without a reference goes another way to the same search: [`positions`].
+
+pub mod positions_plan;
 
 pub mod plan;
 
@@ -41,6 +44,8 @@ pub mod diagnose;
 pub mod findings;
 
 pub mod whose;
+
+pub mod positions;
 
 pub use diagnose::{Asked, Diagnosed, Part, diagnose, why_not_at_rest};
 pub use findings::say_why_not;

@@ -2,6 +2,8 @@
 
 use rlg_diagnosis::AnalysisPlan;
 
+use crate::positions_plan::PositionPlan;
+
 /// Thresholds of the accelerometers' part; what they share with the gyros' is theirs.
 #[derive(Debug, Clone, Copy)]
 pub struct ForcePlan {
@@ -17,6 +19,8 @@ pub struct ForcePlan {
     pub least_fitted_s: f64,
     /// A vertical or a delay that moves by less than this between passes has settled \[σ\].
     pub settled: f64,
+    /// Still positions without a reference.
+    pub positions: PositionPlan,
     /// Matched-filter SNR below which a kind of typical size is not excluded \[1\].
     pub needed_snr: f64,
 }
@@ -30,6 +34,7 @@ impl Default for ForcePlan {
             fewest_in_band: 20.0,
             least_fitted_s: 2.0,
             settled: 0.1,
+            positions: PositionPlan::default(),
             needed_snr: rlg_findings::sentences::NEEDED_SNR,
         }
     }

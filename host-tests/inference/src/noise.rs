@@ -100,6 +100,21 @@ impl NoiseBasis {
         Self::new(&none)
     }
 
+    /// Terms of independent observations, a bin each: values that stand on no rows, as means over stretches of time.
+    ///
+    /// # Inputs
+    /// `power`: of each term in each observation; `counts`: how many observations each stands for.
+    pub fn of_values(power: [Vec<f64>; TERMS], counts: Vec<f64>) -> Self {
+        Self {
+            bins: (0..counts.len()).map(|one| one..one + 1).collect(),
+            frequency: vec![0.0; counts.len()],
+            record_rows: counts.len(),
+            spans: Vec::new(),
+            power,
+            counts,
+        }
+    }
+
     /// Forms bins and terms for `observations`.
     pub fn new(observations: &Observations) -> Self {
         let mut basis = Self {

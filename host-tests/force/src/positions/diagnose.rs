@@ -1,0 +1,253 @@
+//! The flow of a diagnosis by still positions, where nothing but gravity is a reference.
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+use rlg_diagnosis::{Outcome, Settings};
+use rlg_findings::result::Diagnosis;
+use rlg_model::Model;
+use rlg_recording::error::InputError;
+use rlg_recording::units::STANDARD_GRAVITY_M_S2;
+use rlg_recording::{Clock, Quantity, Recording, Table};
+use rlg_signal::accelerometer_rows::Rows;
+use rlg_signal::axes::AXES;
+
+use super::errors::Errors;
+use super::lengths::Readings;
+use super::search::{Found, Observed, find};
+use super::still::{self, Position};
+use crate::plan::ForcePlan;
+use crate::positions_plan::PositionPlan;
+
+/// What still positions showed.
+pub struct Diagnosed {
+    /// Name of the recording.
+    pub recording: String,
+    /// The model that was diagnosed.
+    pub model: Model,
+    /// Where the recording has gyros, that nothing tells their motion.
+    pub has_gyros: bool,
+    /// Rows of the accelerometers.
+    pub rows: Rows,
+    /// Rows of a block.
+    pub block_rows: usize,
+    /// All positions.
+    pub positions: Vec<Position>,
+    /// Directions of gravity that differ.
+    pub attitudes: usize,
+    /// Stretches that were held and not still.
+    pub restless: Vec<Range<usize>>,
+    /// Places of the positions that are fitted, and of those that only test.
+    pub fitted: Vec<usize>,
+    /// See `fitted`.
+    pub tested: Vec<usize>,
+    /// What is known of all positions.
+    pub observed: Observed,
+    /// What was searched on the fitted ones.
+    pub found: Found,
+    /// The numbers of the analysis.
+    pub plan: ForcePlan,
+    /// Kinds taken out of the catalogue.
+    pub left_out: Vec<String>,
+    /// Seed of the self-test.
+    pub seed: u64,
+}
+
+/// Whether a recording is one of still positions: accelerometers without a reference, and where there are gyros, at least
+/// as many attitudes as tell a unit that was moved from one at rest.
+pub fn serves(recording: &Recording) -> bool {
+    let has = |quantity: &Quantity| {
+        let mut channels = recording.tables.iter().flat_map(|table| &table.channels);
+        channels.any(|channel| channel.quantity == *quantity)
+    };
+    let references = [Quantity::ReferenceIncrement, Quantity::ReferenceAttitude];
+    let forces = [Quantity::SpecificForce, Quantity::VelocityIncrement];
+    if references.iter().any(has) || !forces.iter().any(has) {
+        return false;
+    }
+    if !Quantity::GYROS.iter().any(has) {
+        return true;
+    }
+    let plan = PositionPlan::default();
+    let Ok(rows) = rows_of(recording) else {
+        return false;
+    };
+    let positions = still::find(&rows, &plan).positions;
+    attitudes(&positions, &plan) >= plan.least_attitudes
+}
+
+/// Rows of the accelerometers on their own clock.
+fn rows_of(recording: &Recording) -> Result<Rows, String> {
+    let is_force = |table: &&Table| {
+        let mut channels = table.channels.iter();
+        channels.any(|channel| {
+            matches!(
+                channel.quantity,
+                Quantity::SpecificForce | Quantity::VelocityIncrement
+            )
+        })
+    };
+    let table = recording.tables.iter().find(is_force);
+    let clock = table.and_then(|table| match table.clock {
+        Clock::Uniform { rate_hz, start_s } => Some((rate_hz, start_s, table.rows)),
+        Clock::Stamped { .. } => None,
+    });
+    Rows::new(recording, clock.unwrap_or((1.0, 0.0, 0)))
+}
+
+/// Attitudes that differ among positions.
+fn attitudes(positions: &[Position], plan: &PositionPlan) -> usize {
+    let mut all: Vec<Vector3<f64>> = Vec::new();
+    for one in positions {
+        let mean = one.mean_m_s2();
+        if all
+            .iter()
+            .all(|other| other.angle(&mean) > plan.other_attitude_rad)
+        {
+            all.push(mean);
+        }
+    }
+    all.len()
+}
+
+/// Diagnoses accelerometers by the still positions of a recording.
+///
+/// # Errors
+/// There are no three accelerometers on one clock, or what they show is no gravity.
+pub fn diagnose(
+    settings: &Settings,
+    recording: &Recording,
+    model: &Model,
+    progress: &dyn Fn(&str),
+) -> Result<Outcome, InputError> {
+    progress("finding still positions");
+    let rows = rows_of(recording).map_err(|reason| {
+        InputError::new(recording.folder.join("recording.toml"), reason)
+            .channel("specific_force")
+            .expected("specific_force or velocity_increment on x, y and z at one rate, where there are neither gyros nor a reference")
+    })?;
+    let plan = ForcePlan {
+        shared: settings.plan,
+        ..ForcePlan::default()
+    };
+    let own = &plan.positions;
+    let still::Found {
+        mut positions,
+        restless,
+        block_rows,
+    } = still::find(&rows, own);
+    let site = recording.site;
+    let gravity_m_s2 = match site {
+        Some(site) => [site.gravity_m_s2, 0.0],
+        None => [STANDARD_GRAVITY_M_S2, own.gravity_std_m_s2],
+    };
+    let known = Errors::of_model(model);
+    let scale_error = model
+        .accelerometer
+        .as_ref()
+        .map_or([0.0; 3], |accelerometer| accelerometer.scale_error);
+    // What is no gravity is no position: a unit held by a crane, or in free fall.
+    let [gravity, _] = gravity_m_s2;
+    let force_m_s2 = |one: &Position| known.undone_m_s2(&one.mean_m_s2(), scale_error).norm();
+    let first_m_s2 = positions.first().map(force_m_s2);
+    positions.retain(|one| (force_m_s2(one) / gravity - 1.0).abs() < own.far_from_gravity);
+    if let (Some(first_m_s2), true) = (first_m_s2, positions.is_empty()) {
+        let what = "shows another gravity than the Earth's in every still position";
+        return Err(InputError::new(&recording.folder, what)
+            .channel("specific_force")
+            .value(format!("{first_m_s2:.4} m/s^2"))
+            .expected(format!("about {gravity:.3} m/s^2: in which unit is it?")));
+    }
+    let attitudes = attitudes(&positions, own);
+    if attitudes < own.least_attitudes {
+        return Ok(not_moved(recording, model, (settings.seed, attitudes, own)));
+    }
+    let (tested, fitted): (Vec<usize>, Vec<usize>) = (0..positions.len())
+        .partition(|place| positions.len() >= own.least_to_hold_out && place % 5 == 4);
+    let observed = Observed {
+        readings: Readings::new(&positions, &fitted, rows.rate_hz),
+        warming_k: warming_k(recording, &rows, &positions),
+        gravity_m_s2,
+        known,
+        scale_error,
+    };
+    progress("searching the accelerometers' effects");
+    let found = find(&observed.of(&fitted), (&plan, settings.left_out));
+    let mut channels = recording.tables.iter().flat_map(|table| &table.channels);
+    let diagnosed = Diagnosed {
+        recording: recording.name.clone(),
+        model: model.clone(),
+        has_gyros: channels.any(|channel| Quantity::GYROS.contains(&channel.quantity)),
+        rows,
+        block_rows,
+        positions,
+        attitudes,
+        restless,
+        fitted,
+        tested,
+        observed,
+        found,
+        plan,
+        left_out: settings.left_out.iter().map(ToString::to_string).collect(),
+        seed: settings.seed,
+    };
+    Ok(diagnosed.outcome())
+}
+
+/// The outcome of a recording whose unit stood in too few attitudes.
+fn not_moved(
+    recording: &Recording,
+    model: &Model,
+    (seed, attitudes, plan): (u64, usize, &PositionPlan),
+) -> Outcome {
+    let why = format!(
+        "the accelerometers stood still in {attitudes} attitudes, and {} at least are needed: with gravity alone as the reference, one attitude shows one number",
+        plan.least_attitudes
+    );
+    Outcome {
+        diagnosis: Diagnosis {
+            next_experiment: NEXT.to_string(),
+            ..Diagnosis::unusable(&recording.name, seed, &why)
+        },
+        model: model.clone(),
+        pictures: None,
+    }
+}
+
+/// What to record next where nothing is confused.
+pub(super) const NEXT: &str = "Hold the unit still in 18 positions or more, ten seconds each: every axis up and down, and between two axes by 45 degrees.";
+
+/// Warming of each block at each position since the first \[K\]; `None` where a thermometer is missing there.
+fn warming_k(
+    recording: &Recording,
+    rows: &Rows,
+    positions: &[Position],
+) -> Option<Vec<Vector3<f64>>> {
+    let of_axis = |axis: usize| -> Option<Vec<f64>> {
+        let mut all = recording
+            .tables
+            .iter()
+            .flat_map(|table| table.channels.iter().map(move |channel| (table, channel)));
+        let (table, channel) = all.find(|(_, channel)| {
+            let own = channel.axis.as_deref();
+            channel.quantity == Quantity::Temperature && own.is_none_or(|own| own == AXES[axis])
+        })?;
+        let Clock::Uniform { rate_hz, start_s } = table.clock else {
+            return None;
+        };
+        let row_at = |at: usize| {
+            let time_s = rows.start_s + at as f64 / rows.rate_hz;
+            ((time_s - start_s) * rate_hz).round().max(0.0) as usize
+        };
+        let each = positions.iter().map(|one| {
+            let until = row_at(one.rows.end).max(row_at(one.rows.start) + 1);
+            let values = channel.values.get(row_at(one.rows.start)..until)?;
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            mean.is_finite().then_some(mean)
+        });
+        each.collect()
+    };
+    let [x, y, z] = [of_axis(0)?, of_axis(1)?, of_axis(2)?];
+    let at = |place: usize| Vector3::new(x[place] - x[0], y[place] - y[0], z[place] - z[0]);
+    Some((0..positions.len()).map(at).collect())
+}

@@ -1,0 +1,456 @@
+//! Findings of still positions in the terms of `diagnosis.json`. µg where people read.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+use nalgebra::DMatrix;
+use rlg_diagnosis::Outcome;
+use rlg_diagnosis::self_test::{Reach, Row, self_test_on};
+use rlg_findings::entries::unlisted;
+use rlg_findings::result::{
+    ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, FiguresEntry, FitEntry, ForceNoiseEntry,
+    Identifiable, LocationEntry, ParameterEntry, RunnerUp, Tested, UNLISTED, Verdict,
+};
+use rlg_findings::updated_model::switch_on;
+use rlg_signal::axes::AXES;
+use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
+
+use super::candidates::{Candidate, Column, names};
+use super::diagnose::Diagnosed;
+use super::errors::Errors;
+use crate::findings::DRIFT;
+use crate::prediction::channel_name;
+
+/// Channel of what is compared with gravity.
+const LENGTH: &str = "force_length";
+
+impl Diagnosed {
+    /// Everything that was found, as entries, in words and in the model.
+    pub fn outcome(&self) -> Outcome {
+        let effects: Vec<EffectEntry> = self
+            .found
+            .named
+            .iter()
+            .enumerate()
+            .map(|(place, _)| self.effect(place))
+            .collect();
+        let is_listed = |one: &&EffectEntry| one.kind != UNLISTED;
+        let found = effects.iter().filter(is_listed).count();
+        let left = effects.len() - found + usize::from(self.is_scatter_incredible());
+        let verdict = match (found, left) {
+            (0, 0) => Verdict::Matches,
+            (_, 0) => Verdict::Explained,
+            (0, _) => Verdict::Unexplained,
+            (_, _) => Verdict::PartlyExplained,
+        };
+        let mut model = self.model.clone();
+        for place in 0..self.found.named.len() {
+            let one = self.candidate(place);
+            if one.kind != UNLISTED {
+                switch_on(&mut model, one.effect(self.sizes(place)));
+            }
+        }
+        let mut diagnosis = Diagnosis {
+            verdict,
+            locations: self.locations(),
+            registration: Vec::new(),
+            fit: FitEntry {
+                fitted_on: self.fitted.iter().map(|&one| self.span_s(one)).collect(),
+                held_out: self.tested.iter().map(|&one| self.span_s(one)).collect(),
+                recordings: Vec::new(),
+                whole: None,
+                channels: self.channel().into_iter().collect(),
+            },
+            not_excluded: self.not_excluded(),
+            next_experiment: self.next_experiment(),
+            accelerometer_noise: self.noise(),
+            trials: self.found.tried,
+            runners_up: self.runners_up(),
+            ..Diagnosis::unusable(&self.recording, self.seed, "")
+        };
+        diagnosis.summary = self.summary(verdict, &effects);
+        diagnosis.effects = effects;
+        diagnosis.tell(self.self_test());
+        Outcome {
+            diagnosis,
+            model,
+            pictures: None,
+        }
+    }
+
+    /// The candidate that a finding is named after.
+    pub(super) fn candidate(&self, place: usize) -> &Candidate {
+        &self.found.candidates[self.found.headlines[place]]
+    }
+
+    /// Its parameters in the final fit.
+    fn block(&self, place: usize) -> Range<usize> {
+        let fit = &self.found.named_fit;
+        let headline = self.found.headlines[place];
+        let own = fit.members.iter().position(|member| *member == headline);
+        own.map_or(0..0, |own| fit.blocks[own].clone())
+    }
+
+    pub(super) fn sizes(&self, place: usize) -> &[f64] {
+        &self.found.named_fit.estimate.as_slice()[self.block(place)]
+    }
+
+    /// Whether the scatter that is left between positions is so far beyond what drifts within them that it is none: its chance under
+    /// what is known of it before, an inverse χ² with as many degrees of freedom as positions' worth is known.
+    pub(super) fn is_scatter_incredible(&self) -> bool {
+        let found = &self.found;
+        let scatter_m2_s4 = found.named_fit.levels[0].angle * found.lengths.unit_m_s2.powi(2);
+        let known = self.plan.positions.scatter_known;
+        let ratio = known * found.record.scatter_m2_s4 / scatter_m2_s4.max(f64::MIN_POSITIVE);
+        let chance = ChiSquared::new(known).map_or(1.0, |law| law.cdf(ratio));
+        chance < self.plan.shared.unexplained
+    }
+
+    /// Factor of a standard deviation so that three of it hold as often as Gauss says although the scatter between positions is
+    /// itself estimated from few (Student's t, with the effective degrees of freedom of Welch and Satterthwaite).
+    fn few_positions(&self) -> f64 {
+        /// P(z < 3).
+        const THREE: f64 = 0.998_650_101_968_37;
+        /// Beyond, Student's law is Gauss's.
+        const MANY: f64 = 1e4;
+        let found = &self.found;
+        let levels = found.named_fit.levels[0];
+        let numbers: usize = found.named_fit.ranks.iter().sum();
+        let record = &found.record;
+        let all = record.covariance(levels, found.lengths.unit_m_s2);
+        let within = record.within_m2_s4.iter().enumerate();
+        let shares = within.map(|(at, within)| 1.0 - levels.white * within / all[(at, at)]);
+        let count = record.within_m2_s4.len() as f64;
+        let share = shares.sum::<f64>() / count;
+        let known = self.plan.positions.scatter_known;
+        let freedom = (count - numbers as f64).max(0.0) + known;
+        let freedom = freedom / share.powi(2).max(f64::MIN_POSITIVE);
+        match StudentsT::new(0.0, 1.0, freedom.min(MANY)) {
+            Ok(law) if freedom < MANY => law.inverse_cdf(THREE) / 3.0,
+            _ => 1.0,
+        }
+    }
+
+    /// Names, values and covariance of a finding in the contract's numbers.
+    fn numbers(&self, place: usize) -> (Vec<String>, Vec<f64>, DMatrix<f64>) {
+        let one = self.candidate(place);
+        let mut numbers = one.numbers(self.sizes(place));
+        let mut from: Vec<(usize, f64)> = Vec::new();
+        for (parameter, column) in one.columns.iter().enumerate() {
+            let shares = names(*column);
+            let count = shares.len() as f64;
+            from.extend(shares.iter().map(|(_, sign)| (parameter, sign / count)));
+        }
+        let mut order: Vec<usize> = (0..numbers.len()).collect();
+        order.sort_by(|a, b| numbers[*a].0.cmp(&numbers[*b].0));
+        let own = self.covariance(place);
+        let largest = one.row().map_or(0.0, |kind| kind.largest);
+        let covariance = DMatrix::from_fn(order.len(), order.len(), |a, b| {
+            let ((p, w), (q, v)) = (from[order[a]], from[order[b]]);
+            let pair = from.iter().filter(|(parameter, _)| *parameter == p).count() > 1;
+            // Of two tilts that share a skew, the sum may be anything that a unit has.
+            let unseen = if pair && p == q {
+                0.5 * largest * largest
+            } else {
+                0.0
+            };
+            w * v * own[(p, q)] + unseen
+        });
+        let sorted: Vec<(String, f64)> = order
+            .iter()
+            .map(|&at| std::mem::take(&mut numbers[at]))
+            .collect();
+        let (names, values) = sorted.into_iter().unzip();
+        (names, values, covariance)
+    }
+
+    /// Covariance of a finding's own parameters.
+    fn covariance(&self, place: usize) -> DMatrix<f64> {
+        let block = self.block(place);
+        let factor = self.few_positions().powi(2);
+        let fit = &self.found.named_fit;
+        DMatrix::from_fn(block.len(), block.len(), |a, b| {
+            factor * fit.covariance[(block.start + a, block.start + b)]
+        })
+    }
+
+    fn identifiable(&self, place: usize) -> Vec<Identifiable> {
+        let (one, sizes) = (self.candidate(place), self.sizes(place));
+        let covariance = self.covariance(place);
+        let each = one.columns.iter().enumerate();
+        each.map(|(at, column)| Identifiable {
+            combination: names(*column).into_iter().collect::<BTreeMap<_, _>>(),
+            value: sizes[at],
+            std: covariance[(at, at)].max(0.0).sqrt(),
+        })
+        .filter(|one| !one.combination.is_empty())
+        .collect()
+    }
+
+    /// Kinds that the positions cannot tell from a finding.
+    pub(super) fn alike(&self, place: usize) -> Vec<String> {
+        let found = &self.found;
+        let member = found.named[place];
+        let judged = &found.judged.members[member];
+        let own = self.candidate(place).kind;
+        let rivals = judged.rivals.iter().map(|(rival, _)| *rival);
+        let all = rivals
+            .chain(found.judged.spanned_by[member].iter().copied())
+            .chain([found.fit.members[member]]);
+        let kinds: BTreeSet<&str> = all
+            .map(|rival| found.candidates[rival].kind)
+            .filter(|kind| *kind != own)
+            .collect();
+        let mut kinds: Vec<String> = kinds.into_iter().map(str::to_string).collect();
+        if judged.cost_against_drift < self.plan.shared.drift_within {
+            kinds.push(DRIFT.to_string());
+        }
+        kinds
+    }
+
+    fn effect(&self, place: usize) -> EffectEntry {
+        let one = self.candidate(place);
+        let found = &self.found;
+        let member = found.named[place];
+        let (names, values, covariance) = self.numbers(place);
+        let unit = match (one.row(), one.position()) {
+            (Some(kind), _) => kind.unit,
+            (None, Some(_)) => "m/s^2",
+            (None, None) => "",
+        };
+        let each = names.iter().enumerate();
+        let mut parameters: Vec<ParameterEntry> = each
+            .map(|(k, name)| ParameterEntry::Number {
+                name: name.clone(),
+                value: values[k],
+                std: covariance[(k, k)].max(0.0).sqrt(),
+                unit: unit.to_string(),
+            })
+            .collect();
+        let alike = self.alike(place);
+        let mut expression = one.columns[0].expression();
+        if let Some((axis, text)) = &expression {
+            let of = |name: &str, value: String| ParameterEntry::Text {
+                name: name.to_string(),
+                value,
+            };
+            parameters.push(of("axis", channel_name(*axis)));
+            parameters.push(of("expression", text.clone()));
+        }
+        if expression.is_none() && alike.iter().any(|kind| kind == UNLISTED) {
+            let rivals = found.judged.members[member].rivals.iter();
+            let mut all = rivals.map(|(rival, _)| &found.candidates[*rival]);
+            expression = all.find_map(|rival| rival.columns[0].expression());
+        }
+        let ratio = 2.0 * (found.fit.log_likelihood - found.judged.without[member].log_likelihood);
+        let rank = found.fit.ranks[member].max(1) as f64;
+        let tail = ChiSquared::new(rank).map_or(1.0, |law| law.sf(ratio.max(0.0)));
+        EffectEntry {
+            kind: one.kind.to_string(),
+            equation: self.equation(one),
+            parameters,
+            covariance: (0..values.len())
+                .map(|a| (0..values.len()).map(|b| covariance[(a, b)]).collect())
+                .collect(),
+            identifiable: self.identifiable(place),
+            log_evidence_gain: found.judged.members[member].cost_without,
+            p_value: (tail * one.hypothesis.price.exp().max(1.0)).min(1.0),
+            what_was_left_out: self.left_out(place, &values, &covariance),
+            expression: expression.map(|(_, text)| text),
+            evidence: Some(EvidenceEntry {
+                label: if alike.is_empty() { "named" } else { "class" },
+                confirmed_gain: self.found.confirmed_gain[member],
+                share: self.share(place),
+                reenactments: 0,
+                inflation: 1.0,
+            }),
+            indistinguishable_from: alike,
+            ..unlisted(String::new(), String::new())
+        }
+    }
+
+    pub(super) fn equation(&self, one: &Candidate) -> String {
+        match (one.row(), one.columns[0].expression()) {
+            (Some(kind), _) => kind.equation.to_string(),
+            (None, Some((axis, text))) => format!("f_{} += c {text}", AXES[axis]),
+            (None, None) => String::new(),
+        }
+    }
+
+    /// Share of the squared lengths that a finding explains.
+    fn share(&self, place: usize) -> f64 {
+        let found = &self.found;
+        let one = self.candidate(place);
+        let columns = one
+            .hypothesis
+            .terms
+            .iter()
+            .map(|term| &found.record.columns[term.column]);
+        let mut effect = vec![0.0; found.record.length_m_s2.len()];
+        for (column, size) in columns.zip(self.sizes(place)) {
+            effect
+                .iter_mut()
+                .zip(column)
+                .for_each(|(sum, value)| *sum += size * value);
+        }
+        let all: f64 = found.record.length_m_s2.iter().map(|one| one * one).sum();
+        let own: f64 = effect.iter().map(|one| one * one).sum();
+        (own / all.max(f64::MIN_POSITIVE)).min(1.0)
+    }
+
+    /// Begin and end of a position \[s\].
+    pub(super) fn span_s(&self, place: usize) -> [f64; 2] {
+        self.span_of_rows_s(&self.positions[place].rows)
+    }
+
+    pub(super) fn span_of_rows_s(&self, rows: &Range<usize>) -> [f64; 2] {
+        [rows.start, rows.end].map(|row| self.rows.start_s + row as f64 / self.rows.rate_hz)
+    }
+
+    /// What all positions show less gravity, before and after what was found, and its standard deviation \[m/s²\]: of the noise, and of
+    /// what is not known of the sizes.
+    fn lengths_m_s2(&self) -> Vec<[f64; 3]> {
+        let found = &self.found;
+        let fit = &found.named_fit;
+        let own = &self.plan.positions;
+        let before = self.observed.record(&Errors::default(), &[], &[], own);
+        let members = fit.members.iter().zip(&fit.blocks);
+        let columns: Vec<(usize, Column)> = members
+            .flat_map(|(&member, block)| {
+                let all = found.candidates[member].columns.iter();
+                all.enumerate()
+                    .map(|(at, column)| (block.start + at, *column))
+            })
+            .collect();
+        let fitted: Vec<Column> = columns.iter().map(|(_, column)| *column).collect();
+        let made = self.observed.record(&found.named_errors, &fitted, &[], own);
+        let spread = made.covariance(fit.levels[0], found.lengths.unit_m_s2);
+        let factor = self.few_positions().powi(2);
+        let lengths = before.length_m_s2.iter().zip(&made.length_m_s2);
+        lengths
+            .enumerate()
+            .map(|(place, (before, after))| {
+                let mut variance = spread[(place, place)];
+                for (a, (of_a, _)) in columns.iter().enumerate() {
+                    for (b, (of_b, _)) in columns.iter().enumerate() {
+                        let pair = [a, b].map(|own| made.columns[own][place]);
+                        variance += factor * pair[0] * pair[1] * fit.covariance[(*of_a, *of_b)];
+                    }
+                }
+                [*before, *after, variance.sqrt()]
+            })
+            .collect()
+    }
+
+    /// Positions that differ from gravity, where anything was found.
+    fn locations(&self) -> Vec<LocationEntry> {
+        let mut all = Vec::new();
+        if self.found.named.is_empty() {
+            return all;
+        }
+        for (place, [before, _, std]) in self.lengths_m_s2().into_iter().enumerate() {
+            let chance = ChiSquared::new(1.0).map_or(1.0, |law| law.sf((before / std).powi(2)));
+            let p_value = (chance * self.positions.len() as f64).min(1.0);
+            if p_value > self.plan.shared.unexplained {
+                continue;
+            }
+            let [start_s, end_s] = self.span_s(place);
+            all.push(LocationEntry {
+                channel: LENGTH.to_string(),
+                recording: None,
+                start_s,
+                end_s,
+                low_hz: 0.0,
+                high_hz: 1.0 / (end_s - start_s),
+                regime: format!("position {}", place + 1),
+                size: before.abs(),
+                unit: "m/s^2".to_string(),
+                p_value,
+                coherent_with: Vec::new(),
+            });
+        }
+        all
+    }
+
+    /// Held-out positions before and after; none where all are fitted.
+    pub(super) fn channel(&self) -> Option<ChannelEntry> {
+        let lengths = self.lengths_m_s2();
+        let count = self.tested.len() as f64;
+        let figures = |which: usize| {
+            let own = || self.tested.iter().map(|&place| lengths[place]);
+            let power: f64 = own().map(|one| (one[which] / one[2]).powi(2)).sum();
+            let variance: f64 = own().map(|one| one[2].powi(2)).sum();
+            FiguresEntry {
+                drift_rad_s: own().map(|one| one[which]).sum::<f64>() / count,
+                drift_std_rad_s: variance.sqrt() / count,
+                normalised_power: power / count,
+                normalised_power_all: power / count,
+                white_p_value: ChiSquared::new(count).map_or(1.0, |law| law.sf(power)),
+            }
+        };
+        (count > 0.0).then(|| ChannelEntry {
+            channel: LENGTH.to_string(),
+            unit: Some("m/s^2"),
+            band_hz: [0.0, 0.5 * self.rows.rate_hz],
+            held_out_before: figures(0),
+            held_out_after: figures(1),
+        })
+    }
+
+    /// White noise within positions.
+    fn noise(&self) -> Vec<ForceNoiseEntry> {
+        let positions = || self.positions.iter();
+        let freedom: f64 = positions()
+            .map(|one| one.blocks_m_s2.len() as f64 - 1.0)
+            .sum();
+        let block_s = self.block_rows as f64 / self.rows.rate_hz;
+        let of = |axis: usize| {
+            let squares: f64 = positions().map(|one| one.scatter_m2_s4()[axis]).sum();
+            ForceNoiseEntry {
+                channel: channel_name(axis),
+                noise_m_s2_sqrt_hz: (2.0 * block_s * squares / freedom.max(1.0)).sqrt(),
+                velocity_noise_m_s: 0.0,
+                terms: None,
+            }
+        };
+        (0..3).map(of).collect()
+    }
+
+    fn runners_up(&self) -> Vec<RunnerUp> {
+        let mut nearest: BTreeMap<&str, f64> = BTreeMap::new();
+        let judged = self.found.judged.members.iter();
+        for (rival, behind) in judged.flat_map(|judged| &judged.rivals) {
+            let kind = self.found.candidates[*rival].kind;
+            let entry = nearest.entry(kind).or_insert(*behind);
+            *entry = entry.min(*behind);
+        }
+        let kinds = nearest.into_iter();
+        kinds
+            .map(|(kind, behind)| RunnerUp {
+                kind: kind.to_string(),
+                behind,
+            })
+            .collect()
+    }
+
+    /// How the search answers to noise and to known effects in these positions.
+    fn self_test(&self) -> Option<Tested> {
+        let found = &self.found;
+        let members = found.fit.members.iter();
+        let members: Vec<_> = members
+            .map(|&one| &found.candidates[one].hypothesis)
+            .collect();
+        let rows = found.candidates.iter().filter_map(|one| {
+            let kind = one.row()?;
+            let reach = Reach {
+                unit: kind.unit,
+                typical: kind.typical,
+                largest: kind.largest,
+            };
+            Some(Row::new(one.kind, &one.hypothesis, Some(reach)))
+        });
+        let rows: Vec<Row> = rows.collect();
+        let of = (&found.fit.levels[..], &members[..]);
+        self_test_on(&found.lengths, of, &rows, (&self.plan.shared, self.seed))
+    }
+}

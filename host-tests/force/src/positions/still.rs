@@ -1,0 +1,317 @@
+//! Still positions of a unit that is moved between them, found from its accelerometers alone.
+//!
+//! Time is cut into blocks. A block is still where no accelerometer scatters more than in the quiet ones; neighbours that are
+//! still and show the force from one direction are a position (Tedaldi, Pretto and Menegatti 2014, sec. III-C, with the threshold
+//! from the recording's own quiet blocks). What is between them is left out.
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+use rlg_signal::accelerometer_rows::Rows;
+
+use crate::positions_plan::PositionPlan;
+
+/// A position: blocks of still rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Position {
+    /// Rows from its first still block to its last; what was knocked within is none of its blocks.
+    pub rows: Range<usize>,
+    /// Mean of each of its blocks \[m/s²\], x y z.
+    pub blocks_m_s2: Vec<Vector3<f64>>,
+}
+
+impl Position {
+    /// Mean over its blocks \[m/s²\].
+    pub fn mean_m_s2(&self) -> Vector3<f64> {
+        mean(&self.blocks_m_s2)
+    }
+
+    /// Squared differences of its blocks from their mean, summed \[m²/s⁴\], x y z.
+    pub fn scatter_m2_s4(&self) -> Vector3<f64> {
+        let mean = self.mean_m_s2();
+        let squares = self
+            .blocks_m_s2
+            .iter()
+            .map(|one| (one - mean).map(|v| v * v));
+        squares.sum()
+    }
+
+    /// Half of what its first half differs from its second, along the force \[m/s²\]: as uncertain as its mean where the noise is
+    /// white, and larger by what drifts within.
+    pub fn half_difference_m_s2(&self) -> f64 {
+        let (first, second) = self.blocks_m_s2.split_at(self.blocks_m_s2.len() / 2);
+        0.5 * (mean(second) - mean(first)).dot(&self.mean_m_s2().normalize())
+    }
+}
+
+fn mean(blocks: &[Vector3<f64>]) -> Vector3<f64> {
+    let sum: Vector3<f64> = blocks.iter().sum();
+    sum / blocks.len().max(1) as f64
+}
+
+/// What was found of positions.
+pub struct Found {
+    /// In the order of time.
+    pub positions: Vec<Position>,
+    /// Rows of a block.
+    pub block_rows: usize,
+    /// Stretches that were held long enough for a position and scattered or turned too much for one.
+    pub restless: Vec<Range<usize>>,
+}
+
+/// One block.
+struct Block {
+    mean_m_s2: Vector3<f64>,
+    variance: Vector3<f64>,
+    is_measured: bool,
+}
+
+/// Finds the still positions.
+pub fn find(rows: &Rows, plan: &PositionPlan) -> Found {
+    let block_rows = ((plan.block_s * rows.rate_hz).round() as usize).max(plan.least_block_rows);
+    let blocks: Vec<Block> = (0..rows.count / block_rows)
+        .map(|block| Block::new(rows, block * block_rows..(block + 1) * block_rows))
+        .collect();
+    let digit = least_step_m_s2(rows);
+    let quiet = quiet_variance(&blocks, plan.quiet_share);
+    let quiet = Vector3::from_fn(|axis, _| quiet[axis].max(digit[axis].powi(2) / 12.0));
+    // Six standard deviations of a variance of so many rows.
+    let limit = plan.restless_ratio + 6.0 * (2.0 / (block_rows as f64 - 1.0)).sqrt();
+    let scatters = |block: &Block| (0..3).any(|axis| block.variance[axis] > limit * quiet[axis]);
+    let is_still: Vec<bool> = blocks
+        .iter()
+        .map(|block| block.is_measured && !scatters(block))
+        .collect();
+    let mut found = Found {
+        positions: Vec::new(),
+        block_rows,
+        restless: Vec::new(),
+    };
+    let far = plan.same_direction_rad;
+    let mut at: Vec<usize> = Vec::new();
+    for place in 0..=blocks.len() {
+        let next = blocks.get(place).filter(|_| is_still[place]);
+        let turns = |at: &[usize]| {
+            let mean: Vector3<f64> = at.iter().map(|&one| blocks[one].mean_m_s2).sum();
+            next.is_some_and(|next| next.mean_m_s2.angle(&mean) > far)
+        };
+        let is_over = place == blocks.len()
+            || (next.is_some() && !at.is_empty() && turns(&at))
+            || (next.is_none()
+                && at
+                    .last()
+                    .is_some_and(|last| place - last > plan.most_knocked));
+        if is_over && !at.is_empty() {
+            found.take(&blocks, &at, plan);
+            at.clear();
+        }
+        if next.is_some() {
+            at.push(place);
+        }
+    }
+    found.restless.extend(
+        held(&blocks, &is_still, plan).map(|one| one.start * block_rows..one.end * block_rows),
+    );
+    found.restless.sort_by_key(|one| one.start);
+    found
+}
+
+impl Found {
+    /// Takes blocks as a position, where they are enough and do not turn.
+    fn take(&mut self, blocks: &[Block], at: &[usize], plan: &PositionPlan) {
+        let rows = at[0] * self.block_rows..(at[at.len() - 1] + 1) * self.block_rows;
+        // A hand lets go during the first and the last block.
+        let inner = match at.len() > plan.least_blocks + 2 {
+            true => &at[1..at.len() - 1],
+            false => at,
+        };
+        if inner.len() < plan.least_blocks {
+            return;
+        }
+        let blocks_m_s2: Vec<Vector3<f64>> =
+            inner.iter().map(|&one| blocks[one].mean_m_s2).collect();
+        let ends = blocks_m_s2.len().div_ceil(4);
+        let first = mean(&blocks_m_s2[..ends]);
+        let last = mean(&blocks_m_s2[blocks_m_s2.len() - ends..]);
+        if first.angle(&last) > 0.5 * plan.same_direction_rad {
+            self.restless.push(rows);
+            return;
+        }
+        let rows = inner[0] * self.block_rows..(inner[inner.len() - 1] + 1) * self.block_rows;
+        self.positions.push(Position { rows, blocks_m_s2 });
+    }
+}
+
+impl Block {
+    fn new(rows: &Rows, own: Range<usize>) -> Self {
+        let count = own.len() as f64;
+        let of = |axis: usize| rows.sensed_m_s[axis][own.clone()].iter();
+        let sum = Vector3::from_fn(|axis, _| of(axis).sum::<f64>());
+        let mean_m_s2 = sum / count * rows.rate_hz;
+        let variance = Vector3::from_fn(|axis, _| {
+            let away = of(axis).map(|one| (one * rows.rate_hz - mean_m_s2[axis]).powi(2));
+            away.sum::<f64>() / (count - 1.0)
+        });
+        Self {
+            mean_m_s2,
+            variance,
+            is_measured: rows.usable[own].iter().all(|usable| *usable),
+        }
+    }
+}
+
+/// Least change from one row to the next \[m/s²\], x y z: the last digit of channels that have so few that a quiet one stands still.
+fn least_step_m_s2(rows: &Rows) -> Vector3<f64> {
+    Vector3::from_fn(|axis, _| {
+        let pairs = rows.sensed_m_s[axis].windows(2);
+        let steps = pairs.map(|pair| (pair[1] - pair[0]).abs() * rows.rate_hz);
+        // Rounding of the sums is no step.
+        let steps = steps.filter(|step| *step > 1e-9);
+        steps.fold(f64::INFINITY, f64::min)
+    })
+    .map(|step| if step.is_finite() { step } else { 0.0 })
+}
+
+/// Variance of each accelerometer within a quiet block: that which a share of the blocks does not exceed.
+fn quiet_variance(blocks: &[Block], share: f64) -> Vector3<f64> {
+    Vector3::from_fn(|axis, _| {
+        let measured = blocks.iter().filter(|block| block.is_measured);
+        let mut all: Vec<f64> = measured.map(|block| block.variance[axis]).collect();
+        all.sort_by(f64::total_cmp);
+        let place = (share * all.len() as f64) as usize;
+        all.get(place).copied().unwrap_or(0.0)
+    })
+}
+
+/// Runs of measured blocks, too restless for a position, in which the force yet keeps its direction.
+fn held<'a>(
+    blocks: &'a [Block],
+    is_still: &'a [bool],
+    plan: &'a PositionPlan,
+) -> impl Iterator<Item = Range<usize>> + 'a {
+    let mut place = 0;
+    let mut all = Vec::new();
+    while place < blocks.len() {
+        let first = &blocks[place];
+        let stays =
+            |block: &Block| block.mean_m_s2.angle(&first.mean_m_s2) < plan.same_direction_rad;
+        let run = blocks[place..].iter().zip(&is_still[place..]);
+        let count = run
+            .take_while(|(block, still)| block.is_measured && !**still && stays(block))
+            .count();
+        if count >= plan.least_blocks.max(plan.most_knocked + 1) {
+            all.push(place..place + count);
+        }
+        place += count.max(1);
+    }
+    all.into_iter()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rlg_recording::{Channel, Clock, Quantity, Recording, Table};
+
+    /// Rows of a recording at 20 a second; readings by row, x y z.
+    fn rows(of: impl Fn(usize) -> [f64; 3], count: usize) -> Rows {
+        let channel = |axis: usize| Channel {
+            column: String::new(),
+            quantity: Quantity::SpecificForce,
+            axis: Some(["x", "y", "z"][axis].to_string()),
+            scale: 1.0,
+            offset: 0.0,
+            values: (0..count).map(|row| of(row)[axis]).collect(),
+        };
+        let (rate_hz, start_s) = (20.0, 0.0);
+        let recording = Recording {
+            name: String::new(),
+            folder: std::path::PathBuf::new(),
+            site: None,
+            tables: vec![Table {
+                file: String::new(),
+                clock: Clock::Uniform { rate_hz, start_s },
+                rows: count,
+                channels: [0, 1, 2].map(channel).to_vec(),
+            }],
+            segments: Vec::new(),
+        };
+        Rows::new(&recording, (rate_hz, start_s, count)).expect("three accelerometers")
+    }
+
+    /// Noise without a generator: digits of multiples of an irrational number.
+    fn noise(row: usize, axis: usize) -> f64 {
+        let digits = (row as f64 * 0.754_877_666 + axis as f64 * 0.569_840_29).fract();
+        (digits - 0.5) * 0.01
+    }
+
+    /// Ten seconds up, two of motion, ten down, of which half a second in the middle is a knock.
+    fn turned_over(row: usize) -> [f64; 3] {
+        let force = match row {
+            0..200 => 9.8,
+            200..240 => (row as f64 * 1.3).sin() * 5.0,
+            340..350 => -4.0,
+            _ => -9.8,
+        };
+        [0, 1, 2].map(|axis| noise(row, axis) + if axis == 2 { force } else { 0.0 })
+    }
+
+    #[test]
+    fn positions_are_found_with_what_is_knocked_left_out() {
+        let plan = PositionPlan::default();
+        let found = find(&rows(turned_over, 440), &plan);
+        let [up, down] = found.positions.as_slice() else {
+            panic!("{:?}", found.positions);
+        };
+        assert!(up.rows.end <= 200 && up.rows.len() >= 160, "{:?}", up.rows);
+        assert!(
+            down.rows.start >= 240 && down.rows.len() >= 160,
+            "{:?}",
+            down.rows
+        );
+        assert!((up.mean_m_s2().z - 9.8).abs() < 2e-3);
+        // The knock is in no block.
+        assert!(
+            (down.mean_m_s2().z + 9.8).abs() < 2e-3,
+            "{}",
+            down.mean_m_s2()
+        );
+        assert!(found.restless.is_empty(), "{:?}", found.restless);
+    }
+
+    #[test]
+    fn channels_of_few_digits_have_positions_too() {
+        let digits = |row: usize| turned_over(row).map(|value| (value / 0.05).round() * 0.05);
+        let found = find(&rows(digits, 440), &PositionPlan::default());
+        assert_eq!(found.positions.len(), 2, "{:?}", found.positions);
+    }
+
+    #[test]
+    fn what_is_held_and_shaken_is_restless_and_what_turns_is_no_position() {
+        let shaken = |row: usize| {
+            let mut read = turned_over(row);
+            read[0] += if row >= 240 {
+                (row as f64 * 2.0).sin()
+            } else {
+                0.0
+            };
+            read
+        };
+        let found = find(&rows(shaken, 440), &PositionPlan::default());
+        assert_eq!(found.positions.len(), 1, "{:?}", found.positions);
+        assert_eq!(found.restless.len(), 1, "{:?}", found.restless);
+        assert!(found.restless[0].contains(&300));
+        // A degree and a half in ten seconds.
+        let turning = |row: usize| {
+            let mut read = turned_over(row);
+            read[0] += if row >= 240 {
+                (row as f64 - 240.0) * 1.3e-3
+            } else {
+                0.0
+            };
+            read
+        };
+        let found = find(&rows(turning, 440), &PositionPlan::default());
+        let whole = found.positions.iter().filter(|one| one.rows.len() > 120);
+        assert_eq!(whole.count(), 1, "{:?}", found.positions);
+    }
+}

@@ -1,0 +1,195 @@
+//! What still positions showed in sentences, and what they could not show.
+
+use nalgebra::DMatrix;
+use rlg_findings::result::{EffectEntry, UNLISTED, Verdict};
+use rlg_findings::sentences::{combination, effect_lines, opening};
+use rlg_inference::evaluate::{Effort, evaluate};
+use rlg_signal::axes::AXES;
+
+use super::candidates::{Column, names, shows};
+use super::diagnose::{Diagnosed, NEXT};
+use crate::findings::MICRO_G;
+use crate::kinds::{KINDS, Kind};
+
+/// Why some kinds do not show.
+const STILL: &str = "the unit stood still wherever it was compared with gravity";
+
+impl Diagnosed {
+    /// What a finding means, and what gravity alone leaves open of it.
+    pub(super) fn left_out(
+        &self,
+        place: usize,
+        values: &[f64],
+        covariance: &DMatrix<f64>,
+    ) -> String {
+        /// Standard deviations beyond which two sizes are not the same.
+        const SAME: f64 = 3.0;
+        let one = self.candidate(place);
+        let Some(kind) = one.row() else {
+            return match (one.position(), one.columns[0].expression()) {
+                (Some(own), _) => self.off(own, self.sizes(place)[0]),
+                (None, Some((axis, text))) => format!(
+                    "Accelerometer {} follows {text}, which is no effect of the catalogue: an expression found by search.",
+                    AXES[axis]
+                ),
+                (None, None) => String::new(),
+            };
+        };
+        let is_equal = values.len() == 3
+            && (0..3).all(|a| {
+                let b = (a + 1) % 3;
+                let variance = covariance[(a, a)] + covariance[(b, b)] - 2.0 * covariance[(a, b)];
+                (values[a] - values[b]).abs() <= SAME * variance.max(0.0).sqrt()
+            });
+        let also = match kind.kind {
+            "accel_scale" if is_equal => {
+                " All three are the same within their spread: a wrong gravity of the site would look like this too."
+            }
+            "accel_misalignment" => {
+                " The length of gravity tells the angles between the sensing axes, a difference of two tilts each; how the three as one are turned against the case it does not tell, and the model gives each tilt a half."
+            }
+            _ => "",
+        };
+        format!("{}{also}", kind.meaning)
+    }
+
+    /// That one position does not fit the others; `own` counts the fitted ones.
+    fn off(&self, own: usize, size_m_s2: f64) -> String {
+        let [from_s, to_s] = self.span_s(self.fitted[own]);
+        format!(
+            "The position between {from_s:.1} and {to_s:.1} s shows {:+.1} µg beside all others, and no error of the catalogue does that: it was leaned on, shaken, or set down otherwise.",
+            size_m_s2 * MICRO_G
+        )
+    }
+
+    /// Standard deviation of each number of a kind, alone beside the noise that is left \[its unit\].
+    fn stds(&self, kind: &Kind) -> Vec<(Column, f64)> {
+        let found = &self.found;
+        let whole = found.candidates.iter().find(|one| one.kind == kind.kind);
+        let Some(one) = whole else {
+            return Vec::new();
+        };
+        let fit = &found.named_fit;
+        let alone = evaluate(
+            &found.lengths,
+            &[&one.hypothesis],
+            &fit.levels,
+            &fit.drift,
+            Effort::QUICK,
+        );
+        let std = |at: usize| alone.covariance[(at, at)].max(0.0).sqrt();
+        let each = one.columns.iter().enumerate();
+        each.map(|(at, column)| (*column, std(at))).collect()
+    }
+
+    pub(super) fn not_excluded(&self) -> Vec<String> {
+        let mut all = Vec::new();
+        let is_found = |kind: &Kind| {
+            (0..self.found.named.len()).any(|place| self.candidate(place).kind == kind.kind)
+        };
+        for kind in KINDS {
+            if self.left_out.iter().any(|out| out == kind.kind) {
+                all.push(format!("{}: not tried", kind.kind));
+            } else if !shows(kind) {
+                all.push(format!("{}: {STILL}", kind.kind));
+            } else if !is_found(kind) {
+                all.extend(self.too_small(kind));
+            }
+        }
+        all.push("accel_misalignment of the three accelerometers as one against the case: it changes no length of gravity".to_string());
+        if self.has_gyros {
+            all.push("every kind of the gyros: no reference tells how the unit was turned between its positions".to_string());
+        }
+        all
+    }
+
+    /// Which numbers of a kind would not show at its typical size.
+    fn too_small(&self, kind: &Kind) -> Option<String> {
+        let needed = self.plan.needed_snr;
+        let snr = |std: f64| kind.typical / std.max(f64::MIN_POSITIVE);
+        let stds = self.stds(kind);
+        let small: Vec<String> = stds
+            .iter()
+            .filter(|(_, std)| snr(*std) < needed)
+            .map(|(column, std)| {
+                let signs = names(*column).into_iter().collect();
+                format!("{} at an SNR of {:.1}", combination(&signs), snr(*std))
+            })
+            .collect();
+        (!small.is_empty()).then(|| {
+            format!(
+                "{}: of typical size ({:.0e} {}) these positions would show {}",
+                kind.kind,
+                kind.typical,
+                kind.unit,
+                small.join(", ")
+            )
+        })
+    }
+
+    pub(super) fn next_experiment(&self) -> String {
+        let confused = (0..self.found.named.len())
+            .find(|&place| !self.alike(place).is_empty() && self.candidate(place).kind != UNLISTED);
+        let kind = confused.and_then(|place| self.candidate(place).row());
+        match kind {
+            Some(kind) => format!("{NEXT} {}", kind.experiment),
+            None => NEXT.to_string(),
+        }
+    }
+
+    pub(super) fn summary(&self, verdict: Verdict, effects: &[EffectEntry]) -> Vec<String> {
+        let mut lines = vec![opening(verdict).to_string()];
+        let lengths_s = self
+            .positions
+            .iter()
+            .map(|one| one.rows.len() as f64 / self.rows.rate_hz);
+        let [shortest_s, longest_s, all_s] = lengths_s
+            .fold([f64::INFINITY, 0.0, 0.0], |[least, most, sum], one: f64| {
+                [least.min(one), most.max(one), sum + one]
+            });
+        lines.push(format!(
+            "Still positions: {} in {} attitudes, {shortest_s:.1} to {longest_s:.1} s each; {:.1} s between them are left out.",
+            self.positions.len(),
+            self.attitudes,
+            self.rows.count as f64 / self.rows.rate_hz - all_s
+        ));
+        for one in &self.restless {
+            let [from_s, to_s] = self.span_of_rows_s(one);
+            lines.push(format!(
+                "Left out: between {from_s:.1} and {to_s:.1} s the unit was held, but not still."
+            ));
+        }
+        lines.push(match self.observed.gravity_m_s2 {
+            [gravity, 0.0] => format!("Compared with the site's gravity, {gravity:.6} m/s²."),
+            [gravity, std] => format!(
+                "Compared with standard gravity, {gravity:.5} ± {std:.2} m/s²: a [site] with its gravity would tell a scale error that all three share better than to {:.1} per mille.",
+                1e3 * std / gravity
+            ),
+        });
+        lines.extend(effects.iter().flat_map(effect_lines));
+        let (levels, unit) = (self.found.named_fit.levels[0], self.found.lengths.unit_m_s2);
+        lines.push(format!(
+            "Noise: the rows of a position leave its mean uncertain by {:.2} µg; positions scatter by {:.2} µg besides (one standard deviation).",
+            unit * levels.white.sqrt() * MICRO_G,
+            unit * levels.angle.sqrt() * MICRO_G
+        ));
+        if self.is_scatter_incredible() {
+            lines.push("Left: no bench scatters so much more between positions than within them; more positions would tell whose error that is.".to_string());
+        }
+        if let Some(channel) = self.channel() {
+            let [before, after] = [&channel.held_out_before, &channel.held_out_after];
+            lines.push(format!(
+                "Proof: on {} held-out positions the squared difference from gravity falls from {:.3e} to {:.2} of what the noise predicts.",
+                self.tested.len(),
+                before.normalised_power,
+                after.normalised_power
+            ));
+        } else {
+            lines.push(format!(
+                "No position is held out: of fewer than {} all are needed.",
+                self.plan.positions.least_to_hold_out
+            ));
+        }
+        lines
+    }
+}
