@@ -28,6 +28,7 @@ pub mod given;
 pub mod golden;
 pub mod kinds;
 pub mod marks;
+pub mod positions;
 pub mod predict;
 pub mod recorded;
 pub mod rest;

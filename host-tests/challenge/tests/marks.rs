@@ -298,6 +298,7 @@ fn found(kind: &str, alike: &[&str], numbers: &[(&str, f64, f64)]) -> FoundEffec
         indistinguishable_from: alike.iter().map(|kind| (*kind).to_owned()).collect(),
         label: None,
         numbers,
+        combinations: Vec::new(),
         texts: BTreeMap::new(),
         expression: None,
         gain: 10.0,

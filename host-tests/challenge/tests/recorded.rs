@@ -203,6 +203,7 @@ fn found(kind: &str, numbers: &[(&str, f64, f64)]) -> FoundEffect {
         indistinguishable_from: Vec::new(),
         label: None,
         numbers,
+        combinations: Vec::new(),
         texts: BTreeMap::new(),
         expression: None,
         gain: 10.0,

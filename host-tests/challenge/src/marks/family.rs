@@ -44,6 +44,8 @@ pub enum Family {
     /// With accelerometers beside references of rate: nothing, or an effect of one of the three in turn; runs only by name and
     /// alone.
     Force,
+    /// Accelerometers in still positions without a reference: nothing, or errors of theirs in turn; runs only by name and alone.
+    Positions,
     /// A recording of others beside attitudes: its own noise without its physics, or an effect more on its gyros, in turn; runs
     /// only by name and alone.
     Recorded,
@@ -87,7 +89,7 @@ impl Family {
     pub fn is_alone(self) -> bool {
         matches!(
             self,
-            Self::Attitude | Self::Rest | Self::Force | Self::Recorded
+            Self::Attitude | Self::Rest | Self::Force | Self::Positions | Self::Recorded
         )
     }
 
@@ -98,6 +100,7 @@ impl Family {
             Self::Rest => 2 << 40,
             Self::Recorded => 3 << 40,
             Self::Force => 4 << 40,
+            Self::Positions => 5 << 40,
             _ => 0,
         }
     }

@@ -232,6 +232,7 @@ pub fn judge(answer: &Answer, outcome: &Outcome) -> Judgement {
         claims: words,
         pulls: match answer.family {
             Family::Recorded => pulls_beside(&effects, said, &others, &matched),
+            Family::Positions => pulls_of_combinations(&effects, &others, &matched),
             _ => pulls(&effects, &others, &matched),
         },
         matches_again: again.map(|again| again.verdict == MATCHES),
@@ -348,6 +349,33 @@ fn pulls_beside(
         true => pulls(effects, &aligning, &places),
         false => pulls(effects, claims, matched),
     }
+}
+
+/// The same of combinations where an effect has some: gravity tells differences of tilts, and each alone is as good as unknown.
+fn pulls_of_combinations(
+    concealed: &[Concealed],
+    claims: &[&FoundEffect],
+    matched: &[Option<usize>],
+) -> Vec<f64> {
+    let mut list = Vec::new();
+    for (effect, place) in concealed.iter().zip(matched) {
+        let Some(claim) = place.map(|place| claims[place]) else {
+            continue;
+        };
+        if claim.kind != effect.kind || claim.combinations.is_empty() {
+            let alone = std::slice::from_ref(effect);
+            list.extend(pulls(alone, claims, std::slice::from_ref(place)));
+            continue;
+        }
+        for (weights, estimate) in &claim.combinations {
+            let terms = weights.iter();
+            let truth: f64 = terms
+                .map(|(name, weight)| weight * number(effect, name).unwrap_or(0.0))
+                .sum();
+            list.push((estimate.value - truth) / estimate.std);
+        }
+    }
+    list
 }
 
 /// Pulls where the headline is the concealed kind, of the numbers that are known better than any instrument's size.

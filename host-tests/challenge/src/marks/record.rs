@@ -10,7 +10,7 @@ use super::family::Family;
 use super::rows_record::record_rows;
 use super::setting::Setting;
 use super::trial::{Source, Trial};
-use crate::{attitude, force, recorded, rest};
+use crate::{attitude, force, positions, recorded, rest};
 
 pub use super::effects::Concealed;
 
@@ -69,6 +69,11 @@ impl Answer {
                 drawn.concealed()
             }
             Source::Force(drawn) => {
+                planted = Some(drawn.planted.name());
+                conditions = drawn.conditions();
+                drawn.concealed()
+            }
+            Source::Positions(drawn) => {
                 planted = Some(drawn.planted.name());
                 conditions = drawn.conditions();
                 drawn.concealed()
@@ -157,6 +162,10 @@ pub fn record(trial: &Trial, declares: Declares) -> Result<(Recording, Model), I
         Source::Force(drawn) => {
             let (recording, model) = force::record::record(drawn, trial.noise_seed);
             (recording, model, drawn.rows.setting.declared_over_true)
+        }
+        Source::Positions(drawn) => {
+            let (recording, model) = positions::record::record(drawn, trial.noise_seed);
+            (recording, model, 1.0)
         }
         Source::Recorded(drawn) => {
             let (recording, model) = recorded::record::record(drawn, trial.noise_seed);

@@ -19,7 +19,7 @@ use super::trial::Trial;
 use super::under_test::{DiagnosisSummary, UnderTest};
 use crate::given::MODEL;
 use crate::recorded::base::Base;
-use crate::{attitude, force, recorded, rest};
+use crate::{attitude, force, positions, recorded, rest};
 
 /// What is run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -104,6 +104,7 @@ impl Plan {
             Family::Attitude => attitude::planted::Planted::of(number).name(),
             Family::Rest => rest::planted::Planted::of(number).name(),
             Family::Force => force::planted::Planted::of(number).name(),
+            Family::Positions => positions::planted::Planted::of(number).name(),
             Family::Recorded => recorded::planted::Planted::of(number).name(),
             _ => return false,
         };

@@ -205,7 +205,7 @@ fn unanswered(judged: &[Judged]) -> Mark {
 }
 
 /// Marks of trials that conceal nothing.
-const NULLS: [(&str, Family); 9] = [
+const NULLS: [(&str, Family); 10] = [
     (
         "false names, ordinary motions without effects",
         Family::Null,
@@ -227,13 +227,17 @@ const NULLS: [(&str, Family); 9] = [
     ("false names, at rest, drift included", Family::Rest),
     ("false names, with accelerometers", Family::Force),
     (
+        "false names, accelerometers in still positions",
+        Family::Positions,
+    ),
+    (
         "false physics, a recording's own noise turned in blocks",
         Family::Recorded,
     ),
 ];
 
 /// Marks of trials that conceal something.
-const POSITIVES: [(&str, Family); 9] = [
+const POSITIVES: [(&str, Family); 10] = [
     (
         "one bias, scale error or delay: right name or class",
         Family::Basic,
@@ -262,6 +266,10 @@ const POSITIVES: [(&str, Family); 9] = [
     (
         "with accelerometers, one effect: right name or class",
         Family::Force,
+    ),
+    (
+        "accelerometers in still positions: all right, in name or class",
+        Family::Positions,
     ),
     (
         "planted into a recording of others: right name or class",

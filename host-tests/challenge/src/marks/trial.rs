@@ -14,6 +14,7 @@ use super::rows::Rows;
 use super::setting::Limits;
 use crate::attitude::trial::Attitudes;
 use crate::force::trial::Turned;
+use crate::positions::trial::Stood;
 use crate::recorded::base::Base;
 use crate::recorded::record::Recorded;
 use crate::rest::trial::Still;
@@ -32,6 +33,8 @@ pub enum Source {
     Rest(Box<Still>),
     /// A turned unit with accelerometers.
     Force(Box<Turned>),
+    /// Accelerometers in still positions.
+    Positions(Box<Stood>),
     /// A recording of others.
     Recorded(Box<Recorded>),
 }
@@ -67,6 +70,10 @@ impl Trial {
             }
             Family::Rest => Ok(Source::Rest(Box::new(Still::draw(number, limits, rng)?))),
             Family::Force => Ok(Source::Force(Box::new(Turned::draw(number, limits, rng)?))),
+            Family::Positions => {
+                let drawn = Stood::draw(number, limits, rng)?;
+                Ok(Source::Positions(Box::new(drawn)))
+            }
             Family::Recorded => Err(InputError::new("--family", "needs a recording")),
             _ => Ok(Source::Rows(Box::new(Rows::draw(family, limits, rng)))),
         })

@@ -32,6 +32,9 @@ pub struct FoundEffect {
     pub label: Option<String>,
     /// Its numbers.
     pub numbers: BTreeMap<String, Estimate>,
+    /// Combinations of its numbers that the recording fixes: weights, and what they are.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub combinations: Vec<(BTreeMap<String, f64>, Estimate)>,
     /// Its texts: `axis`.
     pub texts: BTreeMap<String, String>,
     /// Its expression, where it is `unlisted`.
@@ -75,6 +78,16 @@ impl DiagnosisSummary {
     }
 }
 
+/// A combination of several numbers; each alone stands among the numbers.
+fn combination(one: &Value) -> Option<(BTreeMap<String, f64>, Estimate)> {
+    let weights = one["combination"].as_object()?.iter();
+    let weights: BTreeMap<String, f64> = weights
+        .filter_map(|(name, weight)| Some((name.clone(), weight.as_f64()?)))
+        .collect();
+    let [value, std] = [one["value"].as_f64()?, one["std"].as_f64()?];
+    (weights.len() > 1).then_some((weights, Estimate { value, std }))
+}
+
 fn found(effect: &Value) -> FoundEffect {
     let text = |name: &str| effect[name].as_str().map(str::to_owned);
     let mut numbers = BTreeMap::new();
@@ -97,7 +110,13 @@ fn found(effect: &Value) -> FoundEffect {
     let alike = effect["indistinguishable_from"].as_array();
     let against = effect["gravity_speaks_against"].as_array();
     let is_open = |kind: &str| !against.into_iter().flatten().any(|other| *other == *kind);
+    let identifiable = effect["identifiable"].as_array();
     FoundEffect {
+        combinations: identifiable
+            .into_iter()
+            .flatten()
+            .filter_map(combination)
+            .collect(),
         kind: text("kind").unwrap_or_default(),
         indistinguishable_from: alike
             .into_iter()

@@ -18,6 +18,7 @@ mod long;
 mod modes;
 mod one_likelihood;
 mod outside;
+mod positions;
 mod reference_errors;
 mod several;
 mod slow_reference;
