@@ -14,7 +14,7 @@ use crate::challenge::marks::record::Declares;
 use crate::challenge::marks::run::{Cost, Keep, Outcome, Plan, Prepared, prepare};
 use crate::challenge::marks::table::{Scores, score};
 use crate::challenge::marks::under_test::UnderTest;
-use crate::challenge::{attitude, force, recorded, rest};
+use crate::challenge::{attitude, force, positions, recorded, rest};
 use crate::error::InputError;
 use crate::output::OutputFolder;
 use crate::terminal::Terminal;
@@ -40,12 +40,12 @@ pub struct MarksOptions {
     /// table of marks
     #[arg(long, conflicts_with_all = ["families", "shard", "leave_one_out", "merge", "truth", "check"])]
     pub marks: bool,
-    /// Families of the marks, others' trial numbers are passed over; attitude, rest and force have trials of their own,
+    /// Families of the marks, others' trial numbers are passed over; attitude, rest, force and positions have trials of their own,
     /// each diagnosed again with the model that was written; recorded makes its trials of --recording: nulls whose noise is
     /// the recording's own in turned blocks, and effects planted into its gyros [default: rates]
     #[arg(long, value_enum, num_args = 1.., value_delimiter = ',', requires = "marks")]
     family: Vec<Family>,
-    /// Of the families attitude, rest, force and recorded only trials that plant this
+    /// Of the families attitude, rest, force, positions and recorded only trials that plant this
     #[arg(long, num_args = 1.., value_delimiter = ',', value_name = "NAME", requires = "family")]
     planted: Vec<String>,
     /// Keep every trial's recording, with its model, and its truth beside it
@@ -106,7 +106,7 @@ impl MarksOptions {
                 "--family",
                 "names families whose trials have other numbers",
             )
-            .expected("attitude, rest, force or recorded alone, or any of the others"));
+            .expected("attitude, rest, force, positions or recorded alone, or any of the others"));
         }
         let is_recorded = self.family.contains(&Family::Recorded);
         let recording = match (is_recorded, common.recording) {
@@ -185,11 +185,12 @@ impl MarksOptions {
     }
 }
 
-/// What the families attitude, rest, force and recorded plant.
+/// What the families attitude, rest, force, positions and recorded plant.
 fn planted_names() -> Vec<String> {
     let mut names: Vec<String> = attitude::planted::CYCLE.map(|one| one.name()).to_vec();
     names.extend(rest::planted::CYCLE.map(|one| one.name()));
     names.extend(force::planted::CYCLE.map(|one| one.name()));
+    names.extend(positions::planted::CYCLE.map(|one| one.name()));
     let recorded = (0..recorded::planted::COUNT).map(recorded::planted::Planted::of);
     names.extend(recorded.map(recorded::planted::Planted::name));
     names.sort();

@@ -14,6 +14,7 @@ use super::page_beside::gather;
 use super::steps::{Steps, Work};
 use crate::diagnose::{
     LongRecording, MOST_ROWS, Settings, diagnose_streams, diagnose_together, diagnose_under,
+    stands_in_positions,
 };
 use crate::error::InputError;
 use crate::fleet::run::{RUN_FILE, RunFile};
@@ -298,7 +299,7 @@ impl Diagnose {
         check(folder, &recording)?;
         expect(work(&recording, model), rows(&recording));
         *recorded = rates(&recording, model.gyro.pulse_weight_rad);
-        if is_slow(&recording, model) {
+        if stands_in_positions(&recording) || is_slow(&recording, model) {
             return diagnose_under(&settings, &recording, model, model_file, progress);
         }
         progress("aligning the channels");
@@ -330,6 +331,13 @@ impl Diagnose {
                 .expected(
                     "one such recording at a time, or a reference at every row of the gyros",
                 ));
+            }
+            if stands_in_positions(&recording) {
+                return Err(InputError::new(
+                    folder,
+                    "has still positions of accelerometers, and no reference",
+                )
+                .expected("one such recording at a time"));
             }
             let mut streams = Streams::align(&recording, model)?;
             streams.piece.held_out = *held_out;

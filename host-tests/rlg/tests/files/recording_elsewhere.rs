@@ -88,3 +88,40 @@ fn what_pyarrow_writes_is_the_same_recording() {
     };
     assert_eq!(numbers(&packed), numbers(&plain));
 }
+
+#[test]
+fn the_tumble_test_is_imported_and_tells_what_its_lines_conceal() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(()) = run(&block("python-tumble"), "import math", folder.path()) else {
+        return;
+    };
+    let commands = |begin: &str| -> Vec<String> {
+        let line = PAGE
+            .lines()
+            .find_map(|line| line.trim().strip_prefix(begin));
+        let words = line.expect("the page has the command").split_whitespace();
+        words.map(str::to_owned).collect()
+    };
+    let import = commands("rlg import tumble.csv");
+    let mut arguments = vec!["import", "tumble.csv", "--json"];
+    arguments.extend(import.iter().map(String::as_str));
+    rlg(&arguments, folder.path());
+    let diagnosis = rlg(
+        &["diagnose", "tumble", "--out", "out/tumble", "--json"],
+        folder.path(),
+    );
+    let effects = diagnosis["effects"].as_array().expect("effects");
+    let mut named: Vec<&str> = effects
+        .iter()
+        .filter_map(|one| one["kind"].as_str())
+        .collect();
+    named.sort_unstable();
+    let all = ["accel_bias", "accel_misalignment", "accel_scale"];
+    assert_eq!(named, all, "{}", diagnosis["summary"]);
+    for file in ["report.html", "model.toml", "residual.svg"] {
+        assert!(
+            folder.path().join("out/tumble").join(file).is_file(),
+            "{file}"
+        );
+    }
+}

@@ -43,6 +43,9 @@ pub struct Plan {
     pub left_out: Vec<(String, String)>,
 }
 
+/// Why a column is left out that `--map` takes for nothing.
+const BY_MAP: &str = "by --map";
+
 /// Decides on every column of `blocks`.
 ///
 /// # Inputs
@@ -184,8 +187,7 @@ fn take_given(
 ) -> Result<(), InputError> {
     let (block, column) = (&blocks[b], &blocks[b].columns[c]);
     if given.target == Target::Nothing {
-        plan.left_out
-            .push((column.name.clone(), "by --map".to_owned()));
+        plan.left_out.push((column.name.clone(), BY_MAP.to_owned()));
         return Ok(());
     }
     column.check(&block.file)?;
@@ -350,7 +352,32 @@ fn drop_incomplete_attitudes(blocks: &[Block], plan: &mut Plan) {
     }
 }
 
-/// Refuses a file without gyros about x, y and z.
+/// Whether a file holds three accelerometers, neither gyros nor a reference, and no column that might be one of those: still
+/// positions tell of them by gravity alone.
+fn are_accelerometers_alone(plan: &Plan) -> bool {
+    let forces = [Quantity::SpecificForce, Quantity::VelocityIncrement];
+    let of_axis = |axis: &str| {
+        plan.mapped.iter().any(|mapped| {
+            let is_force = forces
+                .iter()
+                .any(|one| mapped.target == Target::Stored(one.clone()));
+            is_force && mapped.axis.as_deref() == Some(axis)
+        })
+    };
+    let tells_motion = |mapped: &Mapped| {
+        let target = &mapped.target;
+        let increments = Target::Stored(Quantity::ReferenceIncrement);
+        let is_reference = matches!(target, Target::ReferenceRate | Target::ReferenceAngle);
+        target.is_gyro() || target.is_attitude() || is_reference || *target == increments
+    };
+    let mut left_out = plan.left_out.iter();
+    ["x", "y", "z"].into_iter().all(of_axis)
+        && !plan.mapped.iter().any(tells_motion)
+        && left_out
+            .all(|(name, reason)| reason == BY_MAP || column_names::time_unit(name).is_some())
+}
+
+/// Refuses a file without gyros about x, y and z, unless its accelerometers are alone.
 fn check_gyros(blocks: &[Block], plan: &Plan) -> Result<(), InputError> {
     let has = |axis: &str| {
         let mut gyros = plan.mapped.iter().filter(|mapped| mapped.target.is_gyro());
@@ -360,7 +387,7 @@ fn check_gyros(blocks: &[Block], plan: &Plan) -> Result<(), InputError> {
         .into_iter()
         .filter(|axis| !has(axis))
         .collect();
-    if missing.is_empty() {
+    if missing.is_empty() || are_accelerometers_alone(plan) {
         return Ok(());
     }
     Err(
