@@ -238,13 +238,12 @@ fn sizes_of(
     (sizes, stays)
 }
 
-/// Noise to start from: as within positions, and between them all that the lengths differ from gravity.
+/// Noise to start from: within positions, and what is known before of the scatter between them. From below a level is found in one step;
+/// from above a set with nearly as many numbers as positions would take many.
 fn first_levels(record: &Record) -> NoiseLevels {
-    let unit = record.unit_m_s2().powi(2);
-    let squares = record.length_m_s2.iter().map(|length| length * length);
     NoiseLevels {
         white: 1.0,
-        angle: (squares.sum::<f64>() / (record.length_m_s2.len() as f64 * unit)).max(1e-3),
+        angle: record.scatter_m2_s4 / record.unit_m_s2().powi(2),
         ..NoiseLevels::default()
     }
 }
