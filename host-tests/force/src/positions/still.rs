@@ -89,8 +89,8 @@ pub fn find(rows: &Rows, plan: &PositionPlan) -> Found {
     };
     let far = plan.same_direction_rad;
     let mut at: Vec<usize> = Vec::new();
-    for place in 0..=blocks.len() {
-        let next = blocks.get(place).filter(|_| is_still[place]);
+    for (place, next) in blocks.iter().map(Some).chain([None]).enumerate() {
+        let next = next.filter(|_| is_still[place]);
         let turns = |at: &[usize]| {
             let mean: Vector3<f64> = at.iter().map(|&one| blocks[one].mean_m_s2).sum();
             next.is_some_and(|next| next.mean_m_s2.angle(&mean) > far)
