@@ -61,7 +61,7 @@ impl Long<'_> {
     pub(super) fn stretches(&self, most_rows: usize, plan: &LongPlan) -> Vec<Range<usize>> {
         let rows = (most_rows as f64 * plan.of_rows) as usize;
         let of_ends = plan.least_of_ends * 2.0 * plan.ends_s * self.rate_hz;
-        let least = of_ends.max(plan.least_rows as f64);
+        let least = of_ends.max(plan.least_rows.min(rows) as f64);
         let count = plan.stretches.min((rows as f64 / least) as usize).max(1);
         let mut parts = self.parts(self.rows.div_ceil(count));
         parts.sort_by_key(|part| std::cmp::Reverse(part.len()));
@@ -167,8 +167,10 @@ mod tests {
             rate_hz: 50.0,
             ..long
         };
-        let slow = slow.stretches(20_000, &plan.long);
-        assert_eq!(slow.iter().map(ExactSizeIterator::len).min(), Some(2000));
+        let of = |most_rows| slow.stretches(most_rows, &plan.long);
+        assert_eq!(of(20_000).iter().map(ExactSizeIterator::len).min(), Some(2000));
+        // Where that is more than may be held, what may be held.
+        assert_eq!(of(800).iter().map(ExactSizeIterator::len).max(), Some(400));
     }
 
     #[test]
