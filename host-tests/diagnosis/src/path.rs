@@ -9,10 +9,11 @@ use rlg_inference::Fit;
 /// Standard deviations that no number is worth another pass for.
 pub(super) const SETTLED: f64 = 0.1;
 
-/// What is estimated of a member beyond its base; of low passes that nothing shows, that they are not there: a gyro at rest
-/// has one of any length.
+/// Standard deviations from which on a gyro's delay or low pass is shown: one that hardly turns has one of any length.
+const SHOWN: f64 = 3.0;
+
+/// What is estimated of a member beyond its base; of low passes that nothing shows, that they are not there.
 pub(super) fn shown(fit: &Fit, candidate: &Candidate, block: &std::ops::Range<usize>) -> Vec<f64> {
-    const SHOWN: f64 = 3.0;
     block
         .clone()
         .zip(&candidate.base)
@@ -36,7 +37,7 @@ pub(super) fn is_of_path(one: &Candidate) -> bool {
 /// The path that a set describes: its delays, mounts and low passes.
 pub(super) fn path_of(fit: &Fit, candidates: &[Candidate]) -> Path {
     let mut path = Path {
-        delay_s: delays(fit, candidates).0,
+        delay_s: shown_delays(fit, candidates).0,
         ..Path::default()
     };
     for (&place, block) in fit.members.iter().zip(&fit.blocks) {
@@ -76,6 +77,17 @@ pub(super) fn delays(fit: &Fit, candidates: &[Candidate]) -> ([f64; 3], [f64; 3]
     (delay_s, std_s)
 }
 
+/// The same of delays that are shown, 0 of others: columns are made about these.
+fn shown_delays(fit: &Fit, candidates: &[Candidate]) -> ([f64; 3], [f64; 3]) {
+    let (mut delay_s, std_s) = delays(fit, candidates);
+    for (delay_s, std_s) in delay_s.iter_mut().zip(&std_s) {
+        if std_s.is_finite() && delay_s.abs() < SHOWN * std_s {
+            *delay_s = 0.0;
+        }
+    }
+    (delay_s, std_s)
+}
+
 /// Whether two paths have delays, mounts and low passes on the same gyros.
 pub(super) fn is_alike(a: &Path, b: &Path) -> bool {
     (0..3).all(|gyro| {
@@ -87,7 +99,7 @@ pub(super) fn is_alike(a: &Path, b: &Path) -> bool {
 
 /// Whether a set has numbers that columns are made about.
 pub(super) fn is_nonlinear(fit: &Fit, candidates: &[Candidate]) -> bool {
-    let (delay_s, _) = delays(fit, candidates);
+    let (delay_s, _) = shown_delays(fit, candidates);
     let mut members = fit.members.iter();
     delay_s != [0.0; 3]
         || members.any(|&place| candidates[place].base.iter().any(|base| *base != 0.0))
@@ -95,7 +107,7 @@ pub(super) fn is_nonlinear(fit: &Fit, candidates: &[Candidate]) -> bool {
 
 /// Whether the numbers that the columns were made with are those that came out.
 pub(super) fn is_settled(fit: &Fit, candidates: &[Candidate], made_with_s: [f64; 3]) -> bool {
-    let (delay_s, std_s) = delays(fit, candidates);
+    let (delay_s, std_s) = shown_delays(fit, candidates);
     let mut numbers = fit.members.iter().zip(&fit.blocks);
     let stands = numbers.all(|(&place, block)| {
         let base = candidates[place].base.iter().zip(block.clone());
